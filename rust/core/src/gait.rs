@@ -1,0 +1,168 @@
+//! Joint references: the travelling wave (T 2.14), (T 7.1) and its soft start (T 7.2.2).
+
+use std::f64::consts::PI;
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{ConfigError, finite};
+
+/// Reference of one joint: angle \[rad\], rate \[rad/s\], acceleration \[rad/s^2\].
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct JointTarget {
+    pub angle: f64,
+    pub rate: f64,
+    pub acceleration: f64,
+}
+
+/// Anything that prescribes joint angles over time; joint 0 lies between links 0 and 1.
+pub trait JointReference {
+    /// The reference of `joint` at `time` \[s\].
+    fn target(&self, joint: usize, time: f64) -> JointTarget;
+}
+
+/// The travelling wave phi_i = A sin(omega t + (i - 1) beta) + gamma (T 2.14).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Wave {
+    /// A_h \[rad\].
+    pub amplitude: f64,
+    /// omega_h \[rad/s\].
+    pub omega: f64,
+    /// beta_h, phase shift between adjacent joints \[rad\].
+    pub beta: f64,
+    /// gamma_h, common offset that steers \[rad\].
+    pub gamma: f64,
+}
+
+impl Default for Wave {
+    /// Lateral undulation (T 7.3).
+    fn default() -> Self {
+        let degree = PI / 180.0;
+        Self { amplitude: 40.0 * degree, omega: 80.0 * degree, beta: -50.0 * degree, gamma: 0.0 }
+    }
+}
+
+impl Wave {
+    /// # Errors
+    /// Names the parameter that is not finite.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        finite("amplitude", self.amplitude)?;
+        finite("omega", self.omega)?;
+        finite("beta", self.beta)?;
+        finite("gamma", self.gamma)?;
+        Ok(())
+    }
+
+    /// Phase of `joint` at `time`, omega t + (i - 1) beta.
+    fn phase(&self, joint: usize, time: f64) -> f64 {
+        self.omega * time + joint as f64 * self.beta
+    }
+}
+
+impl JointReference for Wave {
+    fn target(&self, joint: usize, time: f64) -> JointTarget {
+        let (sin, cos) = self.phase(joint, time).sin_cos();
+        let (a, w) = (self.amplitude, self.omega);
+        JointTarget { angle: a * sin + self.gamma, rate: a * w * cos, acceleration: -a * w * w * sin }
+    }
+}
+
+/// References below which the soft start lets a joint join its wave \[rad\] (T 7.2.2).
+const SOFT_START_THRESHOLD: f64 = 3.0 * PI / 180.0;
+
+/// A wave whose joints wait at zero until their reference first comes within 3 degrees of zero.
+///
+/// The waiting times follow from the wave alone, so the reference does not depend on the step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SoftStart {
+    wave: Wave,
+    start: Vec<f64>,
+}
+
+impl SoftStart {
+    pub fn new(wave: Wave, joints: usize) -> Self {
+        Self { wave, start: (0..joints).map(|joint| first_time_near_zero(&wave, joint)).collect() }
+    }
+}
+
+impl JointReference for SoftStart {
+    fn target(&self, joint: usize, time: f64) -> JointTarget {
+        if time < self.start[joint] { JointTarget::default() } else { self.wave.target(joint, time) }
+    }
+}
+
+/// First t >= 0 with |A sin(omega t + phase) + gamma| <= 3 degrees; infinite if there is none.
+fn first_time_near_zero(wave: &Wave, joint: usize) -> f64 {
+    if wave.target(joint, 0.0).angle.abs() <= SOFT_START_THRESHOLD {
+        return 0.0;
+    }
+    let (amplitude, omega) = (wave.amplitude, wave.omega);
+    let mut first = f64::INFINITY;
+    if amplitude == 0.0 || omega == 0.0 {
+        return first;
+    }
+    // The band is entered through one of its edges: A sin(x) + gamma = +-threshold.
+    for edge in [SOFT_START_THRESHOLD, -SOFT_START_THRESHOLD] {
+        let sine = (edge - wave.gamma) / amplitude;
+        if sine.abs() > 1.0 {
+            continue;
+        }
+        for x in [sine.asin(), PI - sine.asin()] {
+            let time = (x - wave.phase(joint, 0.0)) / omega;
+            first = first.min(time.rem_euclid(2.0 * PI / omega.abs()));
+        }
+    }
+    first
+}
+
+/// The reference of a scripted run: the plain wave, or the wave with soft start.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Gait {
+    Wave(Wave),
+    SoftStart(SoftStart),
+}
+
+impl JointReference for Gait {
+    fn target(&self, joint: usize, time: f64) -> JointTarget {
+        match self {
+            Gait::Wave(wave) => wave.target(joint, time),
+            Gait::SoftStart(wave) => wave.target(joint, time),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rate_and_acceleration_are_the_derivatives_of_the_angle() {
+        let wave = Wave { gamma: 0.1, ..Wave::default() };
+        let h = 1e-5;
+        for joint in 0..10 {
+            let at = |t: f64| wave.target(joint, t);
+            let t = 0.37 + joint as f64;
+            let rate = (at(t + h).angle - at(t - h).angle) / (2.0 * h);
+            let acceleration = (at(t + h).rate - at(t - h).rate) / (2.0 * h);
+            assert!((rate - at(t).rate).abs() < 1e-9, "truncation h^2 omega^3 A / 6 is below 1e-9");
+            assert!((acceleration - at(t).acceleration).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn soft_start_joins_the_wave_at_the_first_time_within_three_degrees() {
+        let wave = Wave { gamma: 0.05, ..Wave::default() };
+        let soft = SoftStart::new(wave, 10);
+        for joint in 0..10 {
+            let start = (0..).map(|k| f64::from(k) * 1e-4).find(|&t| wave.target(joint, t).angle.abs() <= SOFT_START_THRESHOLD);
+            assert!((soft.start[joint] - start.unwrap()).abs() <= 1e-4, "the scan has steps of 1e-4 s");
+            assert_eq!(soft.target(joint, soft.start[joint] - 1e-9 - 1e-12), if soft.start[joint] > 0.0 { JointTarget::default() } else { wave.target(joint, -1e-9 - 1e-12) });
+        }
+    }
+
+    #[test]
+    fn soft_start_of_a_wave_that_never_comes_near_zero_waits_for_ever() {
+        let wave = Wave { amplitude: 0.1, gamma: 1.0, ..Wave::default() };
+        assert_eq!(SoftStart::new(wave, 1).target(0, 1e6), JointTarget::default());
+    }
+}

@@ -1,0 +1,22 @@
+//! Physics of wheel-less snake robots with set-valued Coulomb friction and obstacle contact.
+//!
+//! The model is chapter 3 of A. A. Transeth, *Modelling and Control of Snake Robots* (NTNU 2007);
+//! equations are tagged `(T 3.66)` with the thesis's numbers. SI units and radians everywhere.
+//! Modules import each other in one direction only:
+//! `math <- laws <- contact <- planar <- stepper <- simulation <- task <- batch`.
+
+
+pub mod contact;
+pub mod control;
+pub mod error;
+pub mod gait;
+pub mod laws;
+pub mod pegs;
+pub mod planar;
+pub mod robot;
+pub mod scene;
+pub mod simulation;
+pub mod stepper;
+
+
+pub use error::ConfigError;

@@ -1,0 +1,155 @@
+//! A grid over the pegs of a scene, so that far pegs cost nothing.
+
+use crate::scene::Peg;
+
+/// Pegs sorted into square cells; rebuilding re-uses memory.
+#[derive(Debug, Clone, Default)]
+pub struct PegGrid {
+    pegs: Vec<Peg>,
+    origin: [f64; 2],
+    cell: f64,
+    columns: usize,
+    rows: usize,
+    /// `order[start[c]..start[c + 1]]` are the pegs whose centre lies in cell `c`.
+    start: Vec<u32>,
+    order: Vec<u32>,
+    largest_radius: f64,
+}
+
+impl PegGrid {
+    pub fn new(pegs: &[Peg]) -> Self {
+        let mut grid = Self::default();
+        grid.rebuild(pegs);
+        grid
+    }
+
+    pub fn pegs(&self) -> &[Peg] {
+        &self.pegs
+    }
+
+    /// Replaces the pegs.
+    pub fn rebuild(&mut self, pegs: &[Peg]) {
+        self.pegs.clear();
+        self.pegs.extend_from_slice(pegs);
+        self.largest_radius = pegs.iter().fold(0.0, |largest, peg| largest.max(peg.radius));
+        self.lay_out_cells();
+        self.sort_into_cells();
+    }
+
+    /// Calls `visit` with the index of every peg whose rim may lie within `distance` of `(x, y)`.
+    pub fn visit_near(&self, x: f64, y: f64, distance: f64, mut visit: impl FnMut(usize)) {
+        if self.pegs.is_empty() {
+            return;
+        }
+        let reach = distance + self.largest_radius;
+        let (first_column, last_column) = self.cells_between(x - reach, x + reach, 0, self.columns);
+        let (first_row, last_row) = self.cells_between(y - reach, y + reach, 1, self.rows);
+        for row in first_row..last_row {
+            let cells = row * self.columns + first_column..row * self.columns + last_column;
+            if cells.is_empty() {
+                continue;
+            }
+            let pegs = self.start[cells.start] as usize..self.start[cells.end] as usize;
+            self.order[pegs].iter().for_each(|&peg| visit(peg as usize));
+        }
+    }
+
+    /// Cells of about two peg diameters, but never many more cells than pegs.
+    fn lay_out_cells(&mut self) {
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for peg in &self.pegs {
+            for (axis, value) in [peg.x, peg.y].into_iter().enumerate() {
+                low[axis] = low[axis].min(value);
+                high[axis] = high[axis].max(value);
+            }
+        }
+        if self.pegs.is_empty() {
+            (low, high) = ([0.0; 2], [0.0; 2]);
+        }
+        let size = [high[0] - low[0], high[1] - low[1]];
+        let cell_per_peg = (size[0] * size[1] / (self.pegs.len() + 1) as f64).sqrt();
+        let longest = size[0].max(size[1]) / (self.pegs.len() + 1) as f64;
+        self.cell = MIN_CELL.max(2.0 * self.largest_radius).max(cell_per_peg).max(longest);
+        self.origin = low;
+        self.columns = (size[0] / self.cell) as usize + 1;
+        self.rows = (size[1] / self.cell) as usize + 1;
+    }
+
+    fn sort_into_cells(&mut self) {
+        self.start.clear();
+        self.start.resize(self.columns * self.rows + 1, 0);
+        for index in 0..self.pegs.len() {
+            let cell = self.cell_of(&self.pegs[index]);
+            self.start[cell + 1] += 1;
+        }
+        for cell in 1..self.start.len() {
+            self.start[cell] += self.start[cell - 1];
+        }
+        self.order.clear();
+        self.order.resize(self.pegs.len(), 0);
+        // Filling shifts every start to its end; the shift is undone below.
+        for index in 0..self.pegs.len() {
+            let cell = self.cell_of(&self.pegs[index]);
+            self.order[self.start[cell] as usize] = index as u32;
+            self.start[cell] += 1;
+        }
+        self.start.rotate_right(1);
+        self.start[0] = 0;
+    }
+
+    fn cell_of(&self, peg: &Peg) -> usize {
+        let column = ((peg.x - self.origin[0]) / self.cell) as usize;
+        let row = ((peg.y - self.origin[1]) / self.cell) as usize;
+        row.min(self.rows - 1) * self.columns + column.min(self.columns - 1)
+    }
+
+    /// Half-open range of cells along `axis` that meet `[low, high]`.
+    fn cells_between(&self, low: f64, high: f64, axis: usize, count: usize) -> (usize, usize) {
+        let index = |value: f64| ((value - self.origin[axis]) / self.cell).floor();
+        let first = index(low).max(0.0) as usize;
+        let last = (index(high) + 1.0).clamp(0.0, count as f64) as usize;
+        (first.min(last), last)
+    }
+}
+
+/// Smallest cell \[m\].
+const MIN_CELL: f64 = 0.1;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scattered(count: usize) -> Vec<Peg> {
+        let fraction = |k: f64| (k * 0.618_033_988_75).fract();
+        (0..count)
+            .map(|i| {
+                let k = i as f64;
+                Peg { radius: 0.01 + 0.1 * fraction(k), x: 7.0 * fraction(3.0 * k) - 2.0, y: 5.0 * fraction(7.0 * k) }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn finds_exactly_what_a_full_search_finds() {
+        for count in [0, 1, 2, 50, 700] {
+            let pegs = scattered(count);
+            let grid = PegGrid::new(&pegs);
+            for k in 0..200 {
+                let (x, y, d) = (f64::from(k) * 0.06 - 4.0, f64::from(k % 17) * 0.4 - 1.0, 0.02 * f64::from(k % 23));
+                let near = |peg: &Peg| (peg.x - x).hypot(peg.y - y) - peg.radius <= d;
+                let mut found = Vec::new();
+                grid.visit_near(x, y, d, |peg| found.push(peg));
+                found.retain(|&peg| near(&pegs[peg]));
+                found.sort_unstable();
+                let all: Vec<usize> = (0..count).filter(|&peg| near(&pegs[peg])).collect();
+                assert_eq!(found, all);
+            }
+        }
+    }
+
+    #[test]
+    fn cells_stay_in_proportion_to_the_pegs_however_far_they_lie() {
+        let grid = PegGrid::new(&[[0.01, -1e6, 0.0].into(), [0.01, 1e6, 1.0].into(), [0.01, 0.0, 1e6].into()]);
+        assert!(grid.start.len() < 100, "{} cells for 3 pegs", grid.start.len());
+    }
+}

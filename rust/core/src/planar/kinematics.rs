@@ -1,0 +1,47 @@
+//! Kinematics of the chain: joints as position constraints (T 3.3.3) and as kinematic recursion.
+
+use nalgebra::Vector2;
+
+use crate::robot::{Link, Robot};
+
+use super::{Heading, Pose, Twist};
+
+/// g_J of one joint: the vector from the joint on the next link to the joint on this one (T 3.14).
+pub fn joint_gap(link: &Link, pose: &Pose, next_link: &Link, next_pose: &Pose) -> Vector2<f64> {
+    let front = pose.xy() + Heading::of(pose.z).axial() * (0.5 * link.length);
+    let rear = next_pose.xy() - Heading::of(next_pose.z).axial() * (0.5 * next_link.length);
+    front - rear
+}
+
+/// Length of the widest joint gap of a chain \[m\].
+pub fn largest_joint_gap(robot: &Robot, pose: &[Pose]) -> f64 {
+    let pairs = robot.links.windows(2).zip(pose.windows(2));
+    pairs.map(|(link, q)| joint_gap(&link[0], &q[0], &link[1], &q[1]).norm()).fold(0.0, f64::max)
+}
+
+/// Moves links 2..n so that every joint closes, link 1 and all angles kept (T 3.6.3).
+pub fn close_joints(robot: &Robot, pose: &mut [Pose]) {
+    for i in 1..pose.len() {
+        let gap = joint_gap(&robot.links[i - 1], &pose[i - 1], &robot.links[i], &pose[i]);
+        pose[i].x += gap.x;
+        pose[i].y += gap.y;
+    }
+}
+
+/// Poses of a chain from the CG and absolute angle of link 1 and the joint angles.
+pub fn assemble_chain(robot: &Robot, first: Pose, joint_angle: &[f64], pose: &mut [Pose]) {
+    pose[0] = first;
+    for (i, angle) in joint_angle.iter().enumerate() {
+        pose[i + 1] = Pose::new(0.0, 0.0, pose[i].z + angle);
+    }
+    close_joints(robot, pose);
+}
+
+/// Poses after moving from `from` with `twist` for `duration`, joints closed: link 1 and all angles
+/// travel along their velocities, the rest of the chain follows from the joints.
+pub fn travel(robot: &Robot, from: &[Pose], twist: &[Twist], duration: f64, to: &mut [Pose]) {
+    for (to, (q, u)) in to.iter_mut().zip(from.iter().zip(twist)) {
+        *to = q + u * duration;
+    }
+    close_joints(robot, to);
+}

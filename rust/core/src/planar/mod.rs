@@ -1,0 +1,28 @@
+//! The planar model (T ch. 3): n links in the plane, 3 n absolute coordinates.
+//!
+//! | symbol | name here | meaning | unit |
+//! | --- | --- | --- | --- |
+//! | q_i | `Pose` | (x, y, theta) of the CG of link i, theta absolute | m, m, rad |
+//! | u_i | `Twist` | (v_x, v_y, omega) of link i, world frame | m/s, rad/s |
+//! | M | `Robot::links` | diag(m_i, m_i, Theta_i) | kg, kg m^2 |
+//! | W_H, W_T, W_J | `direction`, `Heading`, `joint` | force directions | |
+//! | P_H, P_T, P_J | impulses of contact, friction, joints | N s |
+//! | c | `Stage::coefficient` | the part of a step that one stage covers | s |
+
+mod certificate;
+mod heading;
+mod kinematics;
+mod modified_newton;
+mod newton;
+mod stage;
+mod state;
+mod sweep;
+
+
+pub use certificate::{Certificate, certify};
+pub use heading::Heading;
+pub use kinematics::{assemble_chain, close_joints, joint_gap, largest_joint_gap, travel};
+pub use modified_newton::{ModifiedNewton, Penalties};
+pub use newton::{Newton, Outcome};
+pub use stage::{Stage, StageContact, StageJoint, StageLink, StageSolution};
+pub use state::{PlanarState, Pose, Twist};

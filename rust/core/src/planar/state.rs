@@ -1,0 +1,56 @@
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use crate::robot::Robot;
+
+/// q_i = (x, y, theta): position of a link's CG \[m\] and absolute angle \[rad\] (T 3.4).
+pub type Pose = Vector3<f64>;
+
+/// u_i = (v_x, v_y, omega): velocity of a link's CG \[m/s\] and angular velocity \[rad/s\] (T 3.5).
+pub type Twist = Vector3<f64>;
+
+/// State of one robot: plain data (T 3.6).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PlanarState {
+    /// \[s\]
+    pub time: f64,
+    pub pose: Vec<Pose>,
+    pub twist: Vec<Twist>,
+}
+
+impl PlanarState {
+    /// A robot of `links` links at the origin, all angles zero, at rest.
+    pub fn zero(links: usize) -> Self {
+        Self { time: 0.0, pose: vec![Pose::zeros(); links], twist: vec![Twist::zeros(); links] }
+    }
+
+    /// Copies without allocating; both states have the same number of links.
+    pub fn copy_from(&mut self, other: &PlanarState) {
+        self.time = other.time;
+        self.pose.copy_from_slice(&other.pose);
+        self.twist.copy_from_slice(&other.twist);
+    }
+
+    /// Kinetic energy of all links \[J\].
+    pub fn kinetic_energy(&self, robot: &Robot) -> f64 {
+        let energy = |(link, u): (&crate::robot::Link, &Twist)| {
+            0.5 * (link.mass * (u.x * u.x + u.y * u.y) + link.inertia * u.z * u.z)
+        };
+        robot.links.iter().zip(&self.twist).map(energy).sum()
+    }
+
+    /// phi_i = theta_{i+1} - theta_i (T 3.52) \[rad\].
+    pub fn joint_angle(&self, joint: usize) -> f64 {
+        self.pose[joint + 1].z - self.pose[joint].z
+    }
+
+    /// omega_{i+1} - omega_i (T 3.53) \[rad/s\].
+    pub fn joint_rate(&self, joint: usize) -> f64 {
+        self.twist[joint + 1].z - self.twist[joint].z
+    }
+
+    pub fn is_finite(&self) -> bool {
+        let finite = |v: &Vector3<f64>| v.iter().all(|x| x.is_finite());
+        self.pose.iter().all(finite) && self.twist.iter().all(finite)
+    }
+}

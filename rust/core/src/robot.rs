@@ -1,0 +1,136 @@
+//! The robot: a chain of rigid links (T Table 7.1).
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{ConfigError, non_negative, positive, require};
+
+/// A quantity given once for all links or link by link.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum PerLink {
+    Same(f64),
+    Each(Vec<f64>),
+}
+
+impl PerLink {
+    fn expand(
+        &self,
+        field: &str,
+        links: usize,
+        check: fn(&str, f64) -> Result<f64, ConfigError>,
+    ) -> Result<Vec<f64>, ConfigError> {
+        let values = match self {
+            PerLink::Same(value) => vec![*value; links],
+            PerLink::Each(values) => values.clone(),
+        };
+        let expected = format!("a number, or a list of {links} numbers (one a link)");
+        require(values.len() == links, field, format!("{} values", values.len()), &expected)?;
+        for &value in &values {
+            check(field, value)?;
+        }
+        Ok(values)
+    }
+}
+
+/// What a user may choose about the robot; the default is Aiko (T Table 7.1).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RobotConfig {
+    /// Number of links n >= 2.
+    pub links: usize,
+    /// Distance between adjacent joints, L_i \[m\].
+    pub length: PerLink,
+    /// Half length of the straight sides of the contact outline, L_GS,i \[m\].
+    pub contact_half_length: PerLink,
+    /// Half width of a link and radius of its end caps, L_SC,i \[m\].
+    pub radius: PerLink,
+    /// Link mass m_i \[kg\].
+    pub mass: PerLink,
+    /// Moment of inertia about the vertical axis through the CG \[kg m^2\].
+    pub inertia: PerLink,
+    /// Acceleration of gravity \[m/s^2\]; it enters through the friction bounds.
+    pub gravity: f64,
+}
+
+impl Default for RobotConfig {
+    fn default() -> Self {
+        Self {
+            links: 11,
+            length: PerLink::Same(0.122),
+            contact_half_length: PerLink::Same(0.0393),
+            radius: PerLink::Same(0.0525),
+            mass: PerLink::Same(7.5 / 11.0),
+            inertia: PerLink::Same(1.32e-3),
+            gravity: 9.81,
+        }
+    }
+}
+
+/// One link of a validated robot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Link {
+    pub length: f64,
+    pub contact_half_length: f64,
+    pub radius: f64,
+    pub mass: f64,
+    pub inertia: f64,
+}
+
+impl Link {
+    /// Farthest point of the link's contact outline from its CG \[m\].
+    pub fn reach(&self) -> f64 {
+        self.contact_half_length + self.radius
+    }
+}
+
+/// A validated robot: constants only.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Robot {
+    pub links: Vec<Link>,
+    pub gravity: f64,
+}
+
+impl Robot {
+    /// # Errors
+    /// Names the field that is not finite, not positive, or of the wrong length.
+    pub fn new(config: &RobotConfig) -> Result<Self, ConfigError> {
+        let n = config.links;
+        require((2..=MAX_LINKS).contains(&n), "links", n, &format!("an integer in [2, {MAX_LINKS}]"))?;
+        let length = config.length.expand("length", n, positive)?;
+        let half = config.contact_half_length.expand("contact_half_length", n, non_negative)?;
+        let radius = config.radius.expand("radius", n, positive)?;
+        let mass = config.mass.expand("mass", n, positive)?;
+        let inertia = config.inertia.expand("inertia", n, positive)?;
+        let links = (0..n)
+            .map(|i| Link {
+                length: length[i],
+                contact_half_length: half[i],
+                radius: radius[i],
+                mass: mass[i],
+                inertia: inertia[i],
+            })
+            .collect();
+        Ok(Self { links, gravity: positive("gravity", config.gravity)? })
+    }
+
+    pub fn link_count(&self) -> usize {
+        self.links.len()
+    }
+
+    pub fn joint_count(&self) -> usize {
+        self.links.len() - 1
+    }
+
+    /// Mass of the whole robot \[kg\].
+    pub fn total_mass(&self) -> f64 {
+        self.links.iter().map(|link| link.mass).sum()
+    }
+
+    /// Length of the stretched robot from the first to the last joint end \[m\].
+    pub fn total_length(&self) -> f64 {
+        self.links.iter().map(|link| link.length).sum()
+    }
+}
+
+/// Upper bound on the number of links: a guard against typing errors, not a limit of the method.
+pub const MAX_LINKS: usize = 10_000;

@@ -1,0 +1,96 @@
+//! The scene: circular pegs and the ground's friction (T 3.3.1, T Tables 7.3 and 7.5).
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{ConfigError, finite, non_negative, positive};
+
+/// A fixed circular obstacle; configured as the triple `[radius, x, y]` of the thesis's tables.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(from = "[f64; 3]", into = "[f64; 3]")]
+pub struct Peg {
+    /// Radius L_Hj \[m\].
+    pub radius: f64,
+    /// Centre H_j \[m\].
+    pub x: f64,
+    pub y: f64,
+}
+
+impl From<[f64; 3]> for Peg {
+    fn from([radius, x, y]: [f64; 3]) -> Self {
+        Self { radius, x, y }
+    }
+}
+
+impl From<Peg> for [f64; 3] {
+    fn from(peg: Peg) -> Self {
+        [peg.radius, peg.x, peg.y]
+    }
+}
+
+/// What a user may choose about the scene.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SceneConfig {
+    pub obstacles: Vec<Peg>,
+    /// Coulomb friction coefficients along and across a link, (mu_Tx, mu_Ty).
+    pub friction: [f64; 2],
+}
+
+impl Default for SceneConfig {
+    fn default() -> Self {
+        Self { obstacles: Vec::new(), friction: [0.2, 0.2] }
+    }
+}
+
+/// A validated scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    pub pegs: Vec<Peg>,
+    pub friction: [f64; 2],
+}
+
+impl Scene {
+    /// # Errors
+    /// Names the peg or the coefficient that is not admissible.
+    pub fn new(config: &SceneConfig) -> Result<Self, ConfigError> {
+        for (j, peg) in config.obstacles.iter().enumerate() {
+            positive(&format!("obstacles[{j}].radius"), peg.radius)?;
+            finite(&format!("obstacles[{j}].x"), peg.x)?;
+            finite(&format!("obstacles[{j}].y"), peg.y)?;
+        }
+        non_negative("friction[0]", config.friction[0])?;
+        non_negative("friction[1]", config.friction[1])?;
+        Ok(Self { pegs: config.obstacles.clone(), friction: config.friction })
+    }
+}
+
+/// The course of (T Table 7.3): nine small pegs, `(radius, x, y)`.
+pub const TABLE_7_3: [[f64; 3]; 9] = [
+    [0.02, 0.087, 0.077],
+    [0.03, 0.474, 0.082],
+    [0.01, 0.882, 0.101],
+    [0.02, 1.201, 0.097],
+    [0.03, 1.671, 0.178],
+    [0.01, 1.927, 0.110],
+    [0.02, 2.394, 0.153],
+    [0.03, 2.705, 0.061],
+    [0.01, 3.119, 0.128],
+];
+
+/// The course of (T Table 7.5): seven pegs of 12.5 cm radius, `(radius, x, y)`.
+pub const TABLE_7_5: [[f64; 3]; 7] = [
+    [0.125, 0.051, 0.176],
+    [0.125, 0.422, 0.003],
+    [0.125, 0.804, 0.185],
+    [0.125, 1.153, 0.003],
+    [0.125, 1.530, 0.178],
+    [0.125, 1.888, 0.002],
+    [0.125, 2.259, 0.175],
+];
+
+/// CG of link 1 and its absolute angle, `(x, y, theta)`, at which the robot in the posture of the
+/// gait (T 7.3) at t = 0 threads the course of (T Table 7.3), ready to move to +x.
+pub const START_7_3: [f64; 3] = [1.061490513305, 0.156612371861, 3.930049541055];
+
+/// The same for (T Table 7.5).
+pub const START_7_5: [f64; 3] = [1.023858752053, 0.129063935158, 3.895142956015];

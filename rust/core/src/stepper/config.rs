@@ -1,0 +1,87 @@
+use serde::{Deserialize, Serialize};
+
+use crate::error::{ConfigError, positive, require};
+
+/// Which time-stepping scheme.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, Default)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// Midpoint time stepping, Algorithm 3.1 and explicit PD, as printed.
+    Thesis,
+    /// Implicit stages with exactly eliminated joints and certified contacts.
+    #[default]
+    Implicit,
+}
+
+/// What a user may choose about time stepping; `None` takes the method's own default.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct IntegratorConfig {
+    pub method: Method,
+    /// Largest step \[s\]; a run divides its sampling interval into equal steps no longer than this.
+    pub step: Option<f64>,
+    /// `thesis`: epsilon of (T 3.81) \[N s\]. `implicit`: accuracy of the velocities \[m/s\].
+    pub tolerance: Option<f64>,
+    /// Iterations after which a step is given up and counted as a miss (T Remark 3.1).
+    pub max_iterations: Option<u32>,
+    /// `implicit`: 1 is implicit Euler, 2 the two-stage L-stable SDIRK.
+    pub order: u32,
+    /// `implicit`, order 2: implicit-Euler steps that replace a step in which a peg contact opens or closes.
+    pub event_substeps: u32,
+    /// `thesis`: r_T of (T 3.79).
+    pub r_t: f64,
+    /// `thesis`: r_H of (T 3.78).
+    pub r_h: f64,
+}
+
+impl Default for IntegratorConfig {
+    fn default() -> Self {
+        Self {
+            method: Method::Implicit,
+            step: None,
+            tolerance: None,
+            max_iterations: None,
+            order: 2,
+            event_substeps: 4,
+            r_t: 1.3,
+            r_h: 0.01,
+        }
+    }
+}
+
+impl IntegratorConfig {
+    /// # Errors
+    /// Names the option that is not admissible.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        positive("step", self.step())?;
+        positive("tolerance", self.tolerance())?;
+        require(self.max_iterations() >= 1, "max_iterations", self.max_iterations(), "an integer >= 1")?;
+        require((1..=2).contains(&self.order), "order", self.order, "1 or 2")?;
+        let substeps = self.event_substeps;
+        require((1..=1000).contains(&substeps), "event_substeps", substeps, "an integer in [1, 1000]")?;
+        positive("r_t", self.r_t)?;
+        positive("r_h", self.r_h)?;
+        Ok(())
+    }
+
+    pub fn step(&self) -> f64 {
+        self.step.unwrap_or(match self.method {
+            Method::Thesis => 2.5e-4,
+            Method::Implicit => 0.01,
+        })
+    }
+
+    pub fn tolerance(&self) -> f64 {
+        self.tolerance.unwrap_or(match self.method {
+            Method::Thesis => 2e-5,
+            Method::Implicit => 1e-8,
+        })
+    }
+
+    pub fn max_iterations(&self) -> u32 {
+        self.max_iterations.unwrap_or(match self.method {
+            Method::Thesis => 10_000,
+            Method::Implicit => 200,
+        })
+    }
+}
