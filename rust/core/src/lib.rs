@@ -6,6 +6,7 @@
 //! `math <- laws <- contact <- planar <- stepper <- simulation <- task <- batch`.
 
 
+pub mod batch;
 pub mod contact;
 pub mod control;
 pub mod error;
@@ -17,6 +18,7 @@ pub mod robot;
 pub mod scene;
 pub mod simulation;
 pub mod stepper;
+pub mod task;
 
 
 pub use error::ConfigError;

@@ -15,6 +15,8 @@ pub struct NearPair {
     pub peg: usize,
     /// Contact force of the last stage \[N\]: the warm start of the next one.
     pub force: f64,
+    /// Whether the contact was closed at the end of the last accepted step.
+    pub closed: bool,
 }
 
 /// All pairs whose gap may be below a margin; recomputed only after the robot moved by [`SKIN`].
@@ -80,13 +82,14 @@ impl NearPegs {
         for (i, (pose, link)) in poses.iter().zip(links).enumerate() {
             pegs.visit_near(pose.x, pose.y, link.reach() + margin + SKIN, |peg| {
                 if gap(pose, link, &pegs.pegs()[peg]) < margin + SKIN {
-                    self.pairs.push(NearPair { link: i, peg, force: 0.0 });
+                    self.pairs.push(NearPair { link: i, peg, force: 0.0, closed: false });
                 }
             });
         }
         for pair in &mut self.pairs {
-            let before = self.previous.iter().find(|old| old.link == pair.link && old.peg == pair.peg);
-            pair.force = before.map_or(0.0, |old| old.force);
+            if let Some(old) = self.previous.iter().find(|old| old.link == pair.link && old.peg == pair.peg) {
+                *pair = *old;
+            }
         }
     }
 }

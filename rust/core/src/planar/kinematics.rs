@@ -21,10 +21,14 @@ pub fn largest_joint_gap(robot: &Robot, pose: &[Pose]) -> f64 {
 
 /// Moves links 2..n so that every joint closes, link 1 and all angles kept (T 3.6.3).
 pub fn close_joints(robot: &Robot, pose: &mut [Pose]) {
-    for i in 1..pose.len() {
-        let gap = joint_gap(&robot.links[i - 1], &pose[i - 1], &robot.links[i], &pose[i]);
-        pose[i].x += gap.x;
-        pose[i].y += gap.y;
+    let mut joint: Option<Vector2<f64>> = None;
+    for (link, pose) in robot.links.iter().zip(pose) {
+        let half = Heading::of(pose.z).axial() * (0.5 * link.length);
+        if let Some(joint) = joint {
+            let cg = joint + half;
+            (pose.x, pose.y) = (cg.x, cg.y);
+        }
+        joint = Some(pose.xy() + half);
     }
 }
 

@@ -3,13 +3,15 @@
 //! Around the multipliers of the last stage, each set-valued law is replaced by its proximal form
 //! P = prox_C(P_centre - r gamma), which is the gradient of a smooth convex function of gamma (the
 //! augmented Lagrangian). The inner problem is then strongly convex with a piecewise smooth gradient:
-//! Newton's method on it, one O(n) [`sweep`](super::sweep) a step and a line search that brackets the
-//! zero of the slope, converges from anywhere. Moving the centre to the new impulses and repeating is
-//! the proximal point method on the dual, which converges whether or not the impulses are unique.
+//! Newton's method on it, one O(n) [`sweep`](super::sweep) a step and a search along the
+//! [`Ray`](super::ray::Ray) that brackets the zero of the slope, converges from anywhere. Moving the
+//! centre to the new impulses and repeating is the proximal point method on the dual, which converges
+//! whether or not the impulses are unique.
 //! Friction is treated in coordinates in which its ellipse is the unit disc; a zero axis is harmless.
 
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::Vector2;
 
+use super::ray::Ray;
 use super::sweep::{Elimination, LinkModel, minimise};
 use super::{Stage, StageLink, StageSolution, Twist};
 
@@ -22,37 +24,37 @@ pub struct Outcome {
     pub converged: bool,
 }
 
+/// The proximal form of one law: penalty r, centre, and its value at the present velocity.
+///
+/// Friction (`V = Vector2`) lives in the unit disc, contact (`V = f64`) is an impulse.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Proximal<V> {
+    pub penalty: f64,
+    pub centre: V,
+    pub value: V,
+}
+
 /// Workspace of the solver, re-used from stage to stage.
 #[derive(Debug, Clone)]
 pub struct Newton {
+    friction: Vec<Proximal<Vector2<f64>>>,
+    contact: Vec<Proximal<f64>>,
     models: Vec<LinkModel>,
     eliminations: Vec<Elimination>,
     direction: Vec<Twist>,
-    trial: Vec<Twist>,
-    /// Penalty r of each link's friction in unit-disc coordinates, and of each contact.
-    friction_penalty: Vec<f64>,
-    contact_penalty: Vec<f64>,
-    /// Centres of the proximal forms: friction as a point of the unit disc, contact as an impulse.
-    friction_centre: Vec<Vector2<f64>>,
-    contact_centre: Vec<f64>,
-    /// The proximal forms at the present velocity.
-    friction: Vec<Vector2<f64>>,
-    contact: Vec<f64>,
+    ray: Ray,
 }
 
 impl Newton {
     pub fn new(links: usize) -> Self {
+        let at_rest = Proximal { penalty: 0.0, centre: Vector2::zeros(), value: Vector2::zeros() };
         Self {
-            models: Vec::with_capacity(links),
+            friction: vec![at_rest; links],
+            contact: Vec::with_capacity(links),
+            models: vec![LinkModel::default(); links],
             eliminations: vec![Elimination::default(); links],
             direction: vec![Twist::zeros(); links],
-            trial: vec![Twist::zeros(); links],
-            friction_penalty: vec![0.0; links],
-            contact_penalty: Vec::with_capacity(links),
-            friction_centre: vec![Vector2::zeros(); links],
-            contact_centre: Vec::with_capacity(links),
-            friction: vec![Vector2::zeros(); links],
-            contact: Vec::with_capacity(links),
+            ray: Ray::with_capacity(links),
         }
     }
 
@@ -63,7 +65,7 @@ impl Newton {
     /// velocities are kept and the rest follows.
     pub fn solve(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64, max_iterations: u32) -> Outcome {
         self.start(stage, solution);
-        self.linearise(stage, &solution.twist, &mut solution.drive);
+        self.linearise(stage, solution);
         let mut outcome = Outcome { iterations: 0, converged: false };
         while outcome.iterations < max_iterations {
             outcome.iterations += 1;
@@ -72,6 +74,7 @@ impl Newton {
             if !step.is_finite() {
                 break;
             }
+            self.linearise(stage, solution);
             let multiplier_error = self.multiplier_error(stage, &solution.twist);
             if step <= tolerance && multiplier_error <= tolerance {
                 outcome.converged = true;
@@ -79,104 +82,59 @@ impl Newton {
             }
             if step <= tolerance.max(INNER_ACCURACY * multiplier_error) {
                 self.recentre();
-                self.linearise(stage, &solution.twist, &mut solution.drive);
+                self.linearise(stage, solution);
             }
         }
-        self.finish(stage, solution);
+        self.write_impulses(stage, solution);
         outcome
     }
 
     /// Penalties, centres from the warm start, and twists that satisfy the joints.
     fn start(&mut self, stage: &Stage, solution: &mut StageSolution) {
-        for (i, link) in stage.links.iter().enumerate() {
-            self.friction_penalty[i] = friction_penalty(link);
-            self.friction_centre[i] = into_unit_disc(link, solution.friction[i]);
+        for ((friction, link), impulse) in self.friction.iter_mut().zip(&stage.links).zip(&solution.friction) {
+            let centre = impulse.zip_map(&link.friction, |p, a| if a > 0.0 { p / a } else { 0.0 });
+            *friction = Proximal { penalty: friction_penalty(link), centre, value: centre };
         }
-        self.contact_centre.clear();
-        self.contact_centre.extend_from_slice(&solution.contact);
-        self.contact_penalty.clear();
-        self.contact_penalty.extend(stage.contacts.iter().map(|contact| PENALTY * stage.links[contact.link].mass));
         self.contact.clear();
-        self.contact.resize(stage.contacts.len(), 0.0);
+        self.contact.extend(stage.contacts.iter().zip(&solution.contact).map(|(contact, &impulse)| Proximal {
+            penalty: PENALTY * stage.links[contact.link].mass,
+            centre: impulse,
+            value: impulse,
+        }));
         follow_joints(&stage.links, &mut solution.twist);
     }
 
-    /// One damped Newton step; returns its length as a velocity \[m/s\].
-    ///
-    /// The slope of the convex inner function along the direction rises monotonically. A full step
-    /// that does not overshoot is taken; otherwise the zero of the slope is bracketed.
+    /// One damped Newton step; returns its undamped length as a velocity \[m/s\].
     fn descend(&mut self, stage: &Stage, solution: &mut StageSolution) -> f64 {
-        let slope = self.slope();
-        let length = (-slope / stage.links[0].mass).max(0.0).sqrt();
-        self.evaluate_at(stage, solution, 1.0);
-        let end_slope = self.slope();
-        if end_slope > OVERSHOOT * -slope {
-            self.bracket(stage, solution, slope, end_slope);
+        self.ray.cast(stage, &solution.twist, &self.direction, &self.friction, &self.contact);
+        let slope = self.ray.slope(0.0);
+        let fraction = self.ray.search(slope);
+        for (u, direction) in solution.twist.iter_mut().zip(&self.direction) {
+            *u += direction * fraction;
         }
-        solution.twist.copy_from_slice(&self.trial);
-        length
+        (-slope / stage.links[0].mass).max(0.0).sqrt()
     }
 
-    /// Regula falsi (Illinois) for the zero of the slope on (0, 1); ends at the best point found.
-    fn bracket(&mut self, stage: &Stage, solution: &mut StageSolution, slope: f64, end_slope: f64) {
-        let (mut low, mut slope_low) = (0.0, slope);
-        let (mut high, mut slope_high) = (1.0, end_slope);
-        for _ in 0..MAX_BRACKETINGS {
-            let alpha = high - slope_high * (high - low) / (slope_high - slope_low);
-            self.evaluate_at(stage, solution, alpha);
-            let here = self.slope();
-            if here.abs() <= OVERSHOOT * -slope {
-                break;
-            }
-            if here > 0.0 {
-                (high, slope_high) = (alpha, here);
-                slope_low *= 0.5;
-            } else {
-                (low, slope_low) = (alpha, here);
-                slope_high *= 0.5;
-            }
-        }
-    }
-
-    /// Moves the trial point to `alpha` along the direction and linearises there.
-    fn evaluate_at(&mut self, stage: &Stage, solution: &mut StageSolution, alpha: f64) {
-        for ((trial, start), direction) in self.trial.iter_mut().zip(&solution.twist).zip(&self.direction) {
-            *trial = start + direction * alpha;
-        }
-        let trial = std::mem::take(&mut self.trial);
-        self.linearise(stage, &trial, &mut solution.drive);
-        self.trial = trial;
-    }
-
-    /// Derivative of the inner function along the direction at the point last linearised \[J\].
-    fn slope(&self) -> f64 {
-        self.models.iter().zip(&self.direction).map(|(model, direction)| model.gradient.dot(direction)).sum()
-    }
-
-    /// Gradient and generalised Hessian of the inner function at `twist`.
-    fn linearise(&mut self, stage: &Stage, twist: &[Twist], drive: &mut [f64]) {
-        self.models.clear();
-        for (i, (link, u)) in stage.links.iter().zip(twist).enumerate() {
-            let (model, friction) = link_model(link, u, self.friction_centre[i], self.friction_penalty[i]);
-            self.friction[i] = friction;
-            self.models.push(model);
+    /// Impulses, gradient and generalised Hessian of the inner function at the present twists.
+    fn linearise(&mut self, stage: &Stage, solution: &mut StageSolution) {
+        let twist = &solution.twist;
+        for (((model, friction), link), u) in self.models.iter_mut().zip(&mut self.friction).zip(&stage.links).zip(twist) {
+            *model = link_model(link, u, friction);
         }
         for (j, joint) in stage.joints.iter().enumerate() {
             let wanted = joint.drive - joint.stiffness * (twist[j + 1].z - twist[j].z);
-            drive[j] = wanted.clamp(-joint.limit, joint.limit);
-            self.models[j].gradient.z += drive[j];
-            self.models[j + 1].gradient.z -= drive[j];
-            self.models[j + 1].stiffness = if wanted.abs() <= joint.limit { joint.stiffness } else { 0.0 };
+            let drive = wanted.clamp(-joint.limit, joint.limit);
+            solution.drive[j] = drive;
+            self.models[j].gw += drive;
+            self.models[j + 1].gw -= drive;
+            self.models[j + 1].stiffness = if drive == wanted { joint.stiffness } else { 0.0 };
         }
-        for (b, contact) in stage.contacts.iter().enumerate() {
+        for (contact, proximal) in stage.contacts.iter().zip(&mut self.contact) {
             let w = &contact.direction;
-            let penalty = self.contact_penalty[b];
-            let impulse = self.contact_centre[b] - penalty * (w.dot(&twist[contact.link]) + contact.offset);
-            self.contact[b] = impulse.max(0.0);
+            let impulse = proximal.centre - proximal.penalty * (w.dot(&twist[contact.link]) + contact.offset);
+            proximal.value = impulse.max(0.0);
             if impulse > 0.0 {
-                let model = &mut self.models[contact.link];
-                model.gradient -= w * impulse;
-                model.hessian += w * (penalty * w).transpose();
+                self.models[contact.link].add_rank_one(w, proximal.penalty, -impulse);
             }
         }
     }
@@ -189,79 +147,79 @@ impl Newton {
     /// velocity by that angle times a / m.
     fn multiplier_error(&self, stage: &Stage, twist: &[Twist]) -> f64 {
         let mut worst: f64 = 0.0;
-        for (i, link) in stage.links.iter().enumerate() {
+        for ((friction, link), u) in self.friction.iter().zip(&stage.links).zip(twist) {
             let largest = link.friction.max();
             if largest > 0.0 {
-                let change = (self.friction[i] - self.friction_centre[i]).norm() / (self.friction_penalty[i] * largest);
-                let speed = twist[i].xy().norm();
-                let sliding = if self.friction[i].norm_squared() > 1.0 - 1e-9 { largest / (link.mass * speed) } else { 0.0 };
-                worst = worst.max(change * sliding.max(1.0));
+                let change = (friction.value - friction.centre).norm() / (friction.penalty * largest);
+                let slides = friction.value.norm_squared() > 1.0 - 1e-9;
+                let amplification = if slides { largest / (link.mass * u.xy().norm()) } else { 1.0 };
+                worst = worst.max(change * amplification.max(1.0));
             }
         }
-        for (b, penalty) in self.contact_penalty.iter().enumerate() {
-            worst = worst.max((self.contact[b] - self.contact_centre[b]).abs() / penalty);
+        for contact in &self.contact {
+            worst = worst.max((contact.value - contact.centre).abs() / contact.penalty);
         }
         worst
     }
 
     fn recentre(&mut self) {
-        self.friction_centre.copy_from_slice(&self.friction);
-        self.contact_centre.copy_from_slice(&self.contact);
+        self.friction.iter_mut().for_each(|friction| friction.centre = friction.value);
+        self.contact.iter_mut().for_each(|contact| contact.centre = contact.value);
     }
 
-    fn finish(&self, stage: &Stage, solution: &mut StageSolution) {
-        for (i, link) in stage.links.iter().enumerate() {
-            solution.friction[i] = self.friction[i].component_mul(&link.friction);
+    fn write_impulses(&self, stage: &Stage, solution: &mut StageSolution) {
+        for ((impulse, friction), link) in solution.friction.iter_mut().zip(&self.friction).zip(&stage.links) {
+            *impulse = friction.value.component_mul(&link.friction);
         }
-        solution.contact.copy_from_slice(&self.contact);
+        for (impulse, contact) in solution.contact.iter_mut().zip(&self.contact) {
+            *impulse = contact.value;
+        }
     }
 }
 
-/// Quadratic model of one link's inertia and friction, and the friction as a point of the unit disc.
+/// Quadratic model of one link's inertia and friction; notes the friction.
 ///
 /// In scaled coordinates gamma^ = A R^T v with A = diag(a_x, a_y), friction acts with R A p,
 /// p = prox_disc(x), x = centre - r gamma^, and the Hessian is r R A D A R^T with
 /// D = I when sticking, (I - p p^T) / |x| when sliding.
-fn link_model(link: &StageLink, u: &Twist, centre: Vector2<f64>, penalty: f64) -> (LinkModel, Vector2<f64>) {
+fn link_model(link: &StageLink, u: &Twist, friction: &mut Proximal<Vector2<f64>>) -> LinkModel {
     let a = link.friction;
-    let x = centre - a.component_mul(&link.heading.to_link(u.xy())) * penalty;
-    let norm = x.norm();
-    let (p, dxx, dxy, dyy) = if norm <= 1.0 {
+    let x = friction.centre - a.component_mul(&link.heading.to_link(u.xy())) * friction.penalty;
+    let norm_squared = x.norm_squared();
+    let (p, dxx, dxy, dyy) = if norm_squared <= 1.0 {
         (x, 1.0, 0.0, 1.0)
     } else {
-        let p = x / norm;
-        (p, p.y * p.y / norm, -p.x * p.y / norm, p.x * p.x / norm)
+        let shrink = 1.0 / norm_squared.sqrt();
+        let p = x * shrink;
+        (p, p.y * p.y * shrink, -p.x * p.y * shrink, p.x * p.x * shrink)
     };
-    let (hxx, hxy, hyy) = (penalty * a.x * a.x * dxx, penalty * a.x * a.y * dxy, penalty * a.y * a.y * dyy);
+    friction.value = p;
+    let ra = a * friction.penalty;
+    let (hxx, hxy, hyy) = (ra.x * a.x * dxx, ra.x * a.y * dxy, ra.y * a.y * dyy);
     let (c, s) = (link.heading.cos, link.heading.sin);
-    let xx = c * c * hxx - 2.0 * c * s * hxy + s * s * hyy;
-    let xy = c * s * (hxx - hyy) + (c * c - s * s) * hxy;
-    let yy = s * s * hxx + 2.0 * c * s * hxy + c * c * hyy;
+    let (cc, cs, ss) = (c * c, c * s, s * s);
     let force = link.heading.to_world(a.component_mul(&p));
     let change = u - link.reference;
-    let model = LinkModel {
+    LinkModel {
         heading: link.heading,
         half_length: link.half_length,
-        hessian: Matrix3::new(link.mass + xx, xy, 0.0, xy, link.mass + yy, 0.0, 0.0, 0.0, link.inertia),
-        gradient: Vector3::new(
-            link.mass * change.x - force.x,
-            link.mass * change.y - force.y,
-            link.inertia * change.z,
-        ),
+        xx: link.mass + cc * hxx - 2.0 * cs * hxy + ss * hyy,
+        xy: cs * (hxx - hyy) + (cc - ss) * hxy,
+        yy: link.mass + ss * hxx + 2.0 * cs * hxy + cc * hyy,
+        xw: 0.0,
+        yw: 0.0,
+        ww: link.inertia,
+        gx: link.mass * change.x - force.x,
+        gy: link.mass * change.y - force.y,
+        gw: link.inertia * change.z,
         stiffness: 0.0,
-    };
-    (model, p)
+    }
 }
 
 /// r in unit-disc coordinates: a stick stiffness of `PENALTY` masses along the stronger axis.
 fn friction_penalty(link: &StageLink) -> f64 {
     let largest = link.friction.max();
     if largest > 0.0 { PENALTY * link.mass / (largest * largest) } else { 0.0 }
-}
-
-/// A friction impulse as a point of the unit disc.
-fn into_unit_disc(link: &StageLink, impulse: Vector2<f64>) -> Vector2<f64> {
-    impulse.zip_map(&link.friction, |p, a| if a > 0.0 { p / a } else { 0.0 })
 }
 
 /// Velocities of links 2..n from the joints, given the twist of link 1 and all angular velocities.
@@ -274,15 +232,10 @@ fn follow_joints(links: &[StageLink], twist: &mut [Twist]) {
     }
 }
 
-/// Stick stiffness over link mass: large enough that an outer step gains two to three digits, small
+/// Stick stiffness over link mass: large enough that an outer step gains three to four digits, small
 /// enough that the kinks of the inner problem stay easy to cross.
-const PENALTY: f64 = 1e3;
+const PENALTY: f64 = 1e4;
 
-/// An inner solve ends when its last step is this much shorter than the multipliers' error.
-const INNER_ACCURACY: f64 = 0.1;
-
-/// Largest slope behind the minimum, relative to the slope at the start, that a full step may have.
-const OVERSHOOT: f64 = 0.25;
-
-/// The bracket halves at least every second evaluation.
-const MAX_BRACKETINGS: u32 = 30;
+/// An inner solve ends when its last step is no longer than this times the multipliers' error: the
+/// step after a short Newton step is quadratically shorter.
+const INNER_ACCURACY: f64 = 10.0;

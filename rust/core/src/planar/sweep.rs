@@ -6,18 +6,27 @@
 //! that lies behind, a quadratic of three variables, minimising over omega_i is one scalar pivot and
 //! leaves V_i(p_i, omega_{i-1}) of the same form: the recursion of linear-quadratic control.
 
-use nalgebra::{Matrix2, Matrix3, Vector2};
+use nalgebra::{Matrix2, Vector2};
 
 use super::{Heading, Twist};
 
-/// Quadratic model of one link and the joint before it, in the link's twist:
+/// Quadratic model of one link and the joint before it, in the link's twist x = (v_x, v_y, omega):
 /// `g . x + x^T H x / 2 + k (omega_i - omega_{i-1})^2 / 2`.
 #[derive(Debug, Clone, Copy)]
 pub struct LinkModel {
     pub heading: Heading,
     pub half_length: f64,
-    pub hessian: Matrix3<f64>,
-    pub gradient: Twist,
+    /// The symmetric H.
+    pub xx: f64,
+    pub xy: f64,
+    pub yy: f64,
+    pub xw: f64,
+    pub yw: f64,
+    pub ww: f64,
+    /// g.
+    pub gx: f64,
+    pub gy: f64,
+    pub gw: f64,
     /// Stiffness k of the joint before this link; zero for the first.
     pub stiffness: f64,
 }
@@ -31,7 +40,7 @@ pub struct Elimination {
     constant: f64,
 }
 
-/// V(p, omega) = p^T pp p / 2 + omega pw . p + ww omega^2 / 2 + gp . p + gw omega.
+/// V(p, omega): a quadratic of the velocity p of a point and an angular velocity.
 #[derive(Clone, Copy)]
 struct Value {
     pp: Matrix2<f64>,
@@ -50,8 +59,8 @@ impl Value {
         gw: 0.0,
     };
 
-    /// The same value seen from the near end: p_far = p_near + omega `arm`.
-    fn carried_along(&self, arm: Vector2<f64>) -> Value {
+    /// The same value seen from another point: p = p_new + omega `arm`.
+    fn seen_from(&self, arm: Vector2<f64>) -> Value {
         let pp_arm = self.pp * arm;
         Value {
             pp: self.pp,
@@ -74,14 +83,28 @@ impl Value {
 }
 
 impl LinkModel {
+    /// Adds `force w . x + penalty (w . x)^2 / 2`.
+    pub fn add_rank_one(&mut self, w: &Twist, penalty: f64, force: f64) {
+        let pw = w * penalty;
+        self.xx += pw.x * w.x;
+        self.xy += pw.x * w.y;
+        self.yy += pw.y * w.y;
+        self.xw += pw.x * w.z;
+        self.yw += pw.y * w.z;
+        self.ww += pw.z * w.z;
+        self.gx += force * w.x;
+        self.gy += force * w.y;
+        self.gw += force * w.z;
+    }
+
+    /// The model as a function of the CG's velocity and omega.
     fn value(&self) -> Value {
-        let h = &self.hessian;
         Value {
-            pp: h.fixed_view::<2, 2>(0, 0).into_owned(),
-            pw: Vector2::new(h.m13, h.m23),
-            ww: h.m33,
-            gp: self.gradient.xy(),
-            gw: self.gradient.z,
+            pp: Matrix2::new(self.xx, self.xy, self.xy, self.yy),
+            pw: Vector2::new(self.xw, self.yw),
+            ww: self.ww,
+            gp: Vector2::new(self.gx, self.gy),
+            gw: self.gw,
         }
     }
 
@@ -102,8 +125,8 @@ fn eliminate(links: &[LinkModel], eliminations: &mut [Elimination]) -> Value {
     let mut behind = Value::ZERO;
     for (link, elimination) in links.iter().zip(eliminations).rev() {
         let arm = link.arm();
-        let own = link.value().carried_along(arm);
-        let total = own.plus(&behind.carried_along(arm * 2.0));
+        // Far end to CG, add the link, CG to near end.
+        let total = behind.seen_from(arm).plus(&link.value()).seen_from(arm);
         let k = link.stiffness;
         let pivot = total.ww + k;
         let feedback = total.pw / pivot;
@@ -135,6 +158,15 @@ fn substitute(links: &[LinkModel], eliminations: &[Elimination], head: Vector2<f
 fn solve_symmetric(a: &Matrix2<f64>, b: Vector2<f64>) -> Vector2<f64> {
     let determinant = a.m11 * a.m22 - a.m12 * a.m12;
     Vector2::new(a.m22 * b.x - a.m12 * b.y, a.m11 * b.y - a.m12 * b.x) / determinant
+}
+
+impl Default for LinkModel {
+    fn default() -> Self {
+        let heading = Heading { cos: 1.0, sin: 0.0 };
+        let (xx, yy, ww) = (1.0, 1.0, 1.0);
+        let (xy, xw, yw, gx, gy, gw) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        Self { heading, half_length: 0.0, xx, xy, yy, xw, yw, ww, gx, gy, gw, stiffness: 0.0 }
+    }
 }
 
 impl Default for Elimination {

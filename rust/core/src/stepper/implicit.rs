@@ -135,7 +135,7 @@ impl Implicit {
         true
     }
 
-    /// Solves one stage; returns whether a peg contact opened or closed since the stage before.
+    /// Solves one stage; returns whether a peg contact opened or closed since the last accepted step.
     fn run_stage(&mut self, plant: &Plant, c: f64, end_time: f64, reference: &impl JointReference, tally: &mut Tally) -> bool {
         self.build_stage(plant, c, end_time, reference);
         self.load_warm_start();
@@ -169,7 +169,7 @@ impl Implicit {
         self.solution.contact.extend(self.stage.contacts.iter().map(|contact| pairs[contact.pair].force * c));
     }
 
-    /// Returns whether the set of closed contacts changed.
+    /// Returns whether the closed contacts differ from those of the last accepted step.
     fn save_warm_start(&mut self) -> bool {
         let c = self.stage.coefficient;
         for (force, impulse) in self.warm_start.friction.iter_mut().zip(&self.solution.friction) {
@@ -179,7 +179,7 @@ impl Implicit {
         let mut changed = false;
         for (contact, impulse) in self.stage.contacts.iter().zip(&self.solution.contact) {
             let pair = &mut pairs[contact.pair];
-            changed |= (pair.force > 0.0) != (*impulse > 0.0);
+            changed |= pair.closed != (*impulse > 0.0);
             pair.force = impulse / c;
         }
         changed
@@ -189,6 +189,7 @@ impl Implicit {
     fn accept(&mut self, plant: &Plant, state: &mut PlanarState, c: f64) {
         state.twist.copy_from_slice(&self.solution.twist);
         travel(&plant.robot, &self.base, &self.solution.twist, c, &mut state.pose);
+        self.warm_start.near.pairs_mut().iter_mut().for_each(|pair| pair.closed = pair.force > 0.0);
     }
 }
 
@@ -199,4 +200,4 @@ const GAMMA: f64 = 1.0 - FRAC_1_SQRT_2;
 const EXTRAPOLATION: f64 = (1.0 - GAMMA) / GAMMA;
 
 /// Gap below which a pair becomes a contact of the stage \[m\]; faster robots look farther.
-const MARGIN: f64 = 0.02;
+const MARGIN: f64 = 0.002;

@@ -1,0 +1,210 @@
+//! What a user may choose about an environment; read by constructors alone.
+
+use serde::{Deserialize, Serialize};
+
+use crate::control::PdConfig;
+use crate::error::{ConfigError, finite, require, within};
+use crate::robot::{PerLink, RobotConfig};
+use crate::stepper::IntegratorConfig;
+
+/// Which scene the robot moves in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Task {
+    /// The course of (T Table 7.5), continued to the goal.
+    Course,
+    /// A new random field of pegs each episode.
+    Field,
+    /// No pegs; the ground resists sideways sliding more than lengthways sliding.
+    Free,
+}
+
+/// What an action prescribes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ActionMode {
+    /// Amplitude, frequency, phase shift and offset of the travelling wave.
+    Gait,
+    /// The n - 1 joint angles.
+    Joints,
+    /// The wave, and an offset at each joint.
+    Residual,
+}
+
+/// Whether the robot locates pegs or feels contact forces only (T 5.4).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Perception {
+    Pegs,
+    Blind,
+}
+
+/// Generator of the random field.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum FieldKind {
+    /// One of the others, drawn anew each episode with equal chances.
+    Mixed,
+    /// Pegs alternating along the natural path of the gait, as in the thesis's courses.
+    Track,
+    /// A staggered lattice.
+    Lattice,
+    /// Pegs thrown at random, never closer than a passage's width.
+    Poisson,
+}
+
+/// Weights of the reward's terms; see [`super::reward`] for the terms.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RewardWeights {
+    /// A metre of progress along the goal direction \[1/m\].
+    pub progress: f64,
+    /// A joule of positive actuator work, which counts against the robot \[1/J\].
+    pub energy: f64,
+    /// The mean squared change of the action, which counts against the robot.
+    pub smoothness: f64,
+    /// Reaching the goal.
+    pub success: f64,
+}
+
+impl Default for RewardWeights {
+    /// At the thesis's speed of 0.16 m/s a control period of 0.05 s earns 0.08 by progress.
+    fn default() -> Self {
+        Self { progress: 10.0, energy: 0.01, smoothness: 0.01, success: 5.0 }
+    }
+}
+
+/// An environment's configuration; the keys are the keyword arguments of the Python class.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct EnvConfig {
+    pub task: Task,
+    pub action_mode: ActionMode,
+    pub perception: Perception,
+    /// Number of pegs the robot locates at a time, nearest first.
+    pub nearest_pegs: usize,
+    /// Time between two actions \[s\].
+    pub control_period: f64,
+    /// Steps after which an episode is cut off.
+    pub max_episode_steps: u32,
+    /// Distance of the goal line from the start of the robot's CG \[m\].
+    pub goal_distance: f64,
+    /// Distance of the corridor's walls from its centre line \[m\]; an episode ends where the CG leaves it.
+    pub corridor_half_width: f64,
+    /// Irregularity of a random field in \[0, 1\].
+    pub difficulty: f64,
+    /// Kind of random field.
+    pub field: FieldKind,
+    /// Friction coefficients along and across a link; `None`: the task's own.
+    pub friction: Option<[f64; 2]>,
+    pub controller: PdConfig,
+    pub integrator: IntegratorConfig,
+    pub robot: RobotConfig,
+    pub reward_weights: RewardWeights,
+    /// Scale of the random start pose and phase in \[0, 1\]; zero: always the same start.
+    pub start_jitter: f64,
+}
+
+impl Default for EnvConfig {
+    fn default() -> Self {
+        Self {
+            task: Task::Field,
+            action_mode: ActionMode::Gait,
+            perception: Perception::Pegs,
+            nearest_pegs: 5,
+            control_period: 0.05,
+            max_episode_steps: 600,
+            goal_distance: 2.0,
+            corridor_half_width: 0.8,
+            difficulty: 0.5,
+            field: FieldKind::Mixed,
+            friction: None,
+            controller: PdConfig { torque_limit: Some(10.0), ..PdConfig::default() },
+            integrator: IntegratorConfig::default(),
+            robot: RobotConfig::default(),
+            reward_weights: RewardWeights::default(),
+            start_jitter: 1.0,
+        }
+    }
+}
+
+impl EnvConfig {
+    /// Checks what the physics does not: everything but robot, controller and integrator.
+    ///
+    /// # Errors
+    /// Names the field, its value and the admissible range.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        let pegs = self.nearest_pegs;
+        require((1..=MAX_NEAREST_PEGS).contains(&pegs), "nearest_pegs", pegs, "an integer in [1, 64]")?;
+        within("control_period", self.control_period, 0.001, 1.0)?;
+        let steps = self.max_episode_steps;
+        require(steps >= 1, "max_episode_steps", steps, "an integer >= 1")?;
+        within("goal_distance", self.goal_distance, 0.1, 20.0)?;
+        within("corridor_half_width", self.corridor_half_width, 0.1, 5.0)?;
+        within("difficulty", self.difficulty, 0.0, 1.0)?;
+        within("start_jitter", self.start_jitter, 0.0, 1.0)?;
+        self.validate_friction()?;
+        self.validate_weights()?;
+        self.validate_course()
+    }
+
+    /// Friction coefficients along and across a link.
+    pub fn friction(&self) -> [f64; 2] {
+        let of_task = if self.task == Task::Free { [0.2, 0.5] } else { [0.2, 0.2] };
+        self.friction.unwrap_or(of_task)
+    }
+
+    fn validate_friction(&self) -> Result<(), ConfigError> {
+        for (axis, value) in self.friction().into_iter().enumerate() {
+            within(&format!("friction[{axis}]"), value, 0.0, 10.0)?;
+        }
+        Ok(())
+    }
+
+    fn validate_weights(&self) -> Result<(), ConfigError> {
+        let weights = &self.reward_weights;
+        finite("reward_weights.progress", weights.progress)?;
+        finite("reward_weights.energy", weights.energy)?;
+        finite("reward_weights.smoothness", weights.smoothness)?;
+        finite("reward_weights.success", weights.success)?;
+        Ok(())
+    }
+
+    /// The course was laid out for links of Aiko's shape; their number and inertia are free.
+    fn validate_course(&self) -> Result<(), ConfigError> {
+        let aiko = RobotConfig::default();
+        let shape = [
+            ("robot.length", &self.robot.length, &aiko.length),
+            ("robot.contact_half_length", &self.robot.contact_half_length, &aiko.contact_half_length),
+            ("robot.radius", &self.robot.radius, &aiko.radius),
+        ];
+        for (field, value, of_aiko) in shape {
+            let fits = self.task != Task::Course || same_everywhere(value, of_aiko);
+            let expected = format!("{} for task = course, whose pegs fit Aiko's links", describe(of_aiko));
+            require(fits, field, describe(value), &expected)?;
+        }
+        Ok(())
+    }
+}
+
+/// Most pegs that a robot locates at a time.
+const MAX_NEAREST_PEGS: usize = 64;
+
+fn values(quantity: &PerLink) -> &[f64] {
+    match quantity {
+        PerLink::Same(value) => std::slice::from_ref(value),
+        PerLink::Each(values) => values,
+    }
+}
+
+fn same_everywhere(quantity: &PerLink, expected: &PerLink) -> bool {
+    let expected = values(expected)[0];
+    values(quantity).iter().all(|value| (value - expected).abs() <= 1e-9 * expected)
+}
+
+fn describe(quantity: &PerLink) -> String {
+    match quantity {
+        PerLink::Same(value) => value.to_string(),
+        PerLink::Each(values) => format!("{values:?}"),
+    }
+}

@@ -1,0 +1,277 @@
+//! One environment: a robot, an arena, and the rules of the task.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::ConfigError;
+use crate::planar::{Heading, PlanarState};
+use crate::robot::Robot;
+use crate::scene::{Peg, SceneConfig};
+use crate::simulation::{PlanarSimulation, SimulationState};
+
+use super::action::ActionEntry;
+use super::arena::Arena;
+use super::config::EnvConfig;
+use super::episode::{Episode, Rules};
+use super::motion::Motion;
+use super::observation::{ObservationBlock, ObservationLayout, View};
+use super::perception::PegSensor;
+use super::random::Stream;
+use super::reference::{ReferenceGenerator, ReferenceState};
+use super::signal::{SignalRow, Summary};
+
+/// A robot with a task, stepped by actions.
+#[derive(Debug, Clone)]
+pub struct Environment {
+    rules: Rules,
+    arena: Arena,
+    layout: ObservationLayout,
+    simulation: PlanarSimulation,
+    reference: ReferenceGenerator,
+    sensor: PegSensor,
+    source: Source,
+    episode: Episode,
+    action: Vec<f64>,
+    /// Mean obstacle force on each link over the last control period, to its left \[N\].
+    contact_force: Vec<f64>,
+}
+
+/// Where the next episode's random numbers come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+struct Source {
+    seed: u64,
+    next_episode: u64,
+}
+
+/// What a reset or a step returns beside the observation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outcome {
+    pub reward: f64,
+    pub terminated: bool,
+    pub truncated: bool,
+    pub signals: SignalRow,
+}
+
+/// Everything that changes while an environment runs; enough to continue it bit for bit in another one
+/// of the same configuration.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct EnvironmentState {
+    source: Source,
+    episode: Episode,
+    simulation: SimulationState,
+    reference: ReferenceState,
+    pegs: Vec<Peg>,
+    action: Vec<f64>,
+    contact_force: Vec<f64>,
+}
+
+impl Environment {
+    /// An environment at the start of episode 0 of seed 0.
+    ///
+    /// # Errors
+    /// Names the field of the configuration, its value and the admissible range.
+    pub fn new(config: &EnvConfig) -> Result<Self, ConfigError> {
+        config.validate()?;
+        let scene = SceneConfig { friction: config.friction(), ..SceneConfig::default() };
+        let simulation = PlanarSimulation::new(&config.robot, &scene, &config.controller, &config.integrator)?;
+        let robot = simulation.robot().clone();
+        let (links, joints) = (robot.link_count(), robot.joint_count());
+        let arena = Arena::new(config, &robot);
+        let rules = Rules::new(config, arena.line().centre_line, robot.total_mass() * robot.gravity);
+        let reference = ReferenceGenerator::new(config.action_mode, joints, config.control_period);
+        let sensor = PegSensor::new(config.nearest_pegs, robot.total_length());
+        let episode = Episode::begin(&rules, Motion::of(&robot, simulation.state()));
+        let mut environment = Self {
+            layout: ObservationLayout::new(config, links, &sensor, reference.entries()),
+            action: vec![0.0; reference.entries().len()],
+            contact_force: vec![0.0; links],
+            source: Source { seed: 0, next_episode: 0 },
+            rules,
+            arena,
+            simulation,
+            reference,
+            sensor,
+            episode,
+        };
+        environment.begin(0, 0);
+        Ok(environment)
+    }
+
+    /// Starts an episode: with a seed its episode 0, without one the next episode of the last seed.
+    /// Writes the observation (`observation_size` elements).
+    pub fn reset(&mut self, seed: Option<u64>, observation: &mut [f32]) -> Outcome {
+        if let Some(seed) = seed {
+            self.source = Source { seed, next_episode: 0 };
+        }
+        let Source { seed, next_episode } = self.source;
+        self.begin(seed, next_episode);
+        self.source.next_episode = next_episode.wrapping_add(1);
+        self.observe(observation);
+        self.outcome()
+    }
+
+    /// One control period under `action` (finite numbers, clipped to [-1, 1]); writes the observation.
+    pub fn step(&mut self, action: &[f64], observation: &mut [f32]) -> Outcome {
+        let action_change = self.take_action(action);
+        self.reference.command(&self.action, self.simulation.state().time);
+        let report = self.simulation.advance(self.rules.period, &self.reference);
+        self.reference.elapse();
+        let contacts = self.read_contact_force();
+        let motion = if report.diverged { self.episode.motion } else { self.motion() };
+        self.episode.record(&self.rules, motion, &report, action_change, contacts);
+        self.observe(observation);
+        self.outcome()
+    }
+
+    /// Writes the current observation.
+    pub fn observe(&mut self, observation: &mut [f32]) {
+        let state = self.simulation.state();
+        self.sensor.scan(&state.pose[0], self.simulation.pegs());
+        let view = View {
+            state,
+            motion: &self.episode.motion,
+            lateral_offset: self.episode.summary.lateral_offset,
+            remaining: 1.0 - self.episode.distance() / self.rules.goal_distance,
+            contact_force: &self.contact_force,
+            reference: &self.reference,
+            previous_action: &self.action,
+            sensor: &self.sensor,
+        };
+        self.layout.write(&view, observation);
+    }
+
+    /// Reward, flags and signals of the last step or reset.
+    pub fn outcome(&self) -> Outcome {
+        Outcome {
+            reward: self.episode.summary.reward.total(),
+            terminated: self.episode.is_terminated(),
+            truncated: self.episode.is_truncated(&self.rules),
+            signals: self.episode.summary.signals(),
+        }
+    }
+
+    pub fn observation_size(&self) -> usize {
+        self.layout.len()
+    }
+
+    pub fn action_size(&self) -> usize {
+        self.action.len()
+    }
+
+    pub fn observation_blocks(&self) -> &[ObservationBlock] {
+        self.layout.blocks()
+    }
+
+    pub fn action_entries(&self) -> &[ActionEntry] {
+        self.reference.entries()
+    }
+
+    pub fn robot(&self) -> &Robot {
+        self.simulation.robot()
+    }
+
+    pub fn rules(&self) -> &Rules {
+        &self.rules
+    }
+
+    pub fn summary(&self) -> &Summary {
+        &self.episode.summary
+    }
+
+    pub fn state(&self) -> &PlanarState {
+        self.simulation.state()
+    }
+
+    pub fn pegs(&self) -> &[Peg] {
+        self.simulation.pegs()
+    }
+
+    /// The simulation, for rendering and tests.
+    pub fn simulation(&self) -> &PlanarSimulation {
+        &self.simulation
+    }
+
+    /// The joints' reference generator, for rendering and tests.
+    pub fn reference(&self) -> &ReferenceGenerator {
+        &self.reference
+    }
+
+    /// x of the goal line \[m\].
+    pub fn goal_line(&self) -> f64 {
+        self.episode.origin.x + self.rules.goal_distance
+    }
+
+    /// Everything that changes.
+    pub fn save(&self) -> EnvironmentState {
+        EnvironmentState {
+            source: self.source,
+            episode: self.episode,
+            simulation: self.simulation.snapshot(),
+            reference: self.reference.state().clone(),
+            pegs: self.simulation.pegs().to_vec(),
+            action: self.action.clone(),
+            contact_force: self.contact_force.clone(),
+        }
+    }
+
+    /// Continues from a saved state.
+    ///
+    /// # Errors
+    /// The state is of an environment with another number of links or another action mode.
+    pub fn restore(&mut self, state: &EnvironmentState) -> Result<(), ConfigError> {
+        let fits = state.action.len() == self.action.len()
+            && state.contact_force.len() == self.contact_force.len()
+            && self.reference.restore(&state.reference);
+        let size = format!("{} links, {} action elements", state.contact_force.len(), state.action.len());
+        let expected = format!("{} links, {} action elements", self.contact_force.len(), self.action.len());
+        crate::error::require(fits, "state", size, &expected)?;
+        self.source = state.source;
+        self.episode = state.episode;
+        self.simulation.set_scene_pegs(&state.pegs);
+        self.simulation.restore(&state.simulation);
+        self.action.copy_from_slice(&state.action);
+        self.contact_force.copy_from_slice(&state.contact_force);
+        Ok(())
+    }
+
+    /// Becomes a fresh environment after a panic, but goes on with the episodes of its own seed.
+    pub fn recover(&mut self, prototype: &Environment) {
+        let source = self.source;
+        self.clone_from(prototype);
+        self.source = source;
+    }
+
+    fn begin(&mut self, seed: u64, episode: u64) {
+        let start = self.arena.prepare(&mut Stream::new(seed, episode), &mut self.simulation);
+        self.reference.rest_in_posture(&self.arena.line().wave, start.phase);
+        self.episode = Episode::begin(&self.rules, self.motion());
+        self.action.fill(0.0);
+        self.contact_force.fill(0.0);
+    }
+
+    fn motion(&self) -> Motion {
+        Motion::of(self.simulation.robot(), self.simulation.state())
+    }
+
+    /// Clips and keeps the action; returns its mean squared change.
+    fn take_action(&mut self, action: &[f64]) -> f64 {
+        let mut change = 0.0;
+        for (kept, value) in self.action.iter_mut().zip(action) {
+            let value = value.clamp(-1.0, 1.0);
+            change += (value - *kept).powi(2);
+            *kept = value;
+        }
+        change / self.action.len() as f64
+    }
+
+    /// Mean lateral contact forces of the last period; returns the number of links that were pushed.
+    fn read_contact_force(&mut self) -> u32 {
+        let mut contacts = 0;
+        let links = self.simulation.contact_impulse().iter().zip(&self.simulation.state().pose);
+        for (force, (impulse, pose)) in self.contact_force.iter_mut().zip(links) {
+            // The left of a link that moves along -e_x^B is -e_y^B.
+            *force = -impulse.dot(&Heading::of(pose.z).lateral()) / self.rules.period;
+            contacts += u32::from(*impulse != nalgebra::Vector2::zeros());
+        }
+        contacts
+    }
+}

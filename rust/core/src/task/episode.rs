@@ -1,0 +1,228 @@
+//! Bookkeeping of one episode: where it started, what it has cost, whether the robot is stuck.
+
+use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
+
+use crate::simulation::StepReport;
+
+use super::config::{EnvConfig, RewardWeights};
+use super::motion::Motion;
+use super::reward::{RewardTerms, Transition};
+use super::signal::Summary;
+
+/// What decides reward and end of an episode; constant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rules {
+    pub period: f64,
+    pub max_steps: u32,
+    pub goal_distance: f64,
+    pub corridor_half_width: f64,
+    /// y of the corridor's centre line \[m\].
+    pub centre_line: f64,
+    /// Weight m g of the robot \[N\].
+    pub robot_weight: f64,
+    pub weights: RewardWeights,
+}
+
+impl Rules {
+    pub fn new(config: &EnvConfig, centre_line: f64, robot_weight: f64) -> Self {
+        Self {
+            period: config.control_period,
+            max_steps: config.max_episode_steps,
+            goal_distance: config.goal_distance,
+            corridor_half_width: config.corridor_half_width,
+            centre_line,
+            robot_weight,
+            weights: config.reward_weights,
+        }
+    }
+}
+
+/// An episode so far.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Episode {
+    pub steps: u32,
+    /// CG at the start \[m\].
+    pub origin: Vector2<f64>,
+    /// Motion at the last control instant.
+    pub motion: Motion,
+    /// Positive actuator work so far \[J\].
+    energy: f64,
+    /// Steps in a row in which the CG was slow, and all steps that counted as jammed.
+    slow_steps: u32,
+    jammed_steps: u32,
+    pub summary: Summary,
+}
+
+impl Episode {
+    /// An episode that begins with the robot's motion as given.
+    pub fn begin(rules: &Rules, motion: Motion) -> Self {
+        let summary = Summary {
+            lateral_offset: motion.position.y - rules.centre_line,
+            heading_error: motion.heading,
+            ..Summary::default()
+        };
+        let origin = motion.position;
+        Self { steps: 0, origin, motion, energy: 0.0, slow_steps: 0, jammed_steps: 0, summary }
+    }
+
+    /// Takes note of one control period. After a divergence `motion` is the last good one and the
+    /// work of the broken period does not count.
+    pub fn record(&mut self, rules: &Rules, motion: Motion, report: &StepReport, action_change: f64, contacts: u32) {
+        self.steps += 1;
+        let moved = motion.position - self.motion.position;
+        let work = if report.diverged { 0.0 } else { report.positive_actuator_work };
+        self.energy += work;
+        self.note_speed(rules, moved.norm() / rules.period);
+        self.motion = motion;
+        let success = !report.diverged && self.distance() >= rules.goal_distance;
+        let transition = Transition { progress: moved.x, positive_work: work, action_change, success };
+        self.summary = Summary {
+            reward: RewardTerms::new(&rules.weights, &transition),
+            progress: moved.x,
+            positive_work: work,
+            is_success: success,
+            contacts,
+            residual: report.residual,
+            iterations: report.iterations,
+            misses: report.misses,
+            diverged: report.diverged,
+            ..self.so_far(rules)
+        };
+    }
+
+    /// Displacement of the CG along the goal direction since the start \[m\].
+    pub fn distance(&self) -> f64 {
+        self.motion.position.x - self.origin.x
+    }
+
+    /// The goal is reached, the corridor left, or the computation broken.
+    pub fn is_terminated(&self) -> bool {
+        self.summary.is_success || self.summary.left_corridor || self.summary.diverged
+    }
+
+    /// Time is up before the episode terminated.
+    pub fn is_truncated(&self, rules: &Rules) -> bool {
+        !self.is_terminated() && self.steps >= rules.max_steps
+    }
+
+    fn note_speed(&mut self, rules: &Rules, speed: f64) {
+        self.slow_steps = if speed < JAM_SPEED { self.slow_steps + 1 } else { 0 };
+        self.jammed_steps += u32::from(self.is_jammed(rules));
+    }
+
+    fn is_jammed(&self, rules: &Rules) -> bool {
+        f64::from(self.slow_steps) * rules.period > JAM_TIME * (1.0 + 1e-9)
+    }
+
+    /// The part of the summary that does not depend on the last period alone.
+    fn so_far(&self, rules: &Rules) -> Summary {
+        let time = f64::from(self.steps) * rules.period;
+        let distance = self.distance();
+        let lateral_offset = self.motion.position.y - rules.centre_line;
+        Summary {
+            distance,
+            lateral_offset,
+            heading_error: self.motion.heading,
+            speed: distance / time,
+            energy: self.energy,
+            cost_of_transport: self.energy / (rules.robot_weight * distance.abs().max(SHORTEST_DISTANCE)),
+            jam: self.is_jammed(rules),
+            jam_ratio: f64::from(self.jammed_steps) / f64::from(self.steps),
+            left_corridor: lateral_offset.abs() > rules.corridor_half_width,
+            time,
+            ..Summary::default()
+        }
+    }
+}
+
+/// A robot is jammed when its CG moves slower than this \[m/s\] for longer than this \[s\].
+const JAM_SPEED: f64 = 0.02;
+const JAM_TIME: f64 = 0.3;
+
+/// Shorter distances count as this one in the cost of transport \[m\].
+const SHORTEST_DISTANCE: f64 = 0.01;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rules() -> Rules {
+        Rules::new(&EnvConfig::default(), 0.1, 73.6)
+    }
+
+    fn at(x: f64, y: f64) -> Motion {
+        Motion { position: Vector2::new(x, y), velocity: Vector2::zeros(), heading: 0.0, yaw_rate: 0.0 }
+    }
+
+    fn report(work: f64) -> StepReport {
+        StepReport { positive_actuator_work: work, ..StepReport::default() }
+    }
+
+    #[test]
+    fn a_robot_is_jammed_after_more_than_three_tenths_of_a_second_below_two_centimetres_a_second() {
+        let rules = rules();
+        let mut episode = Episode::begin(&rules, at(0.0, 0.1));
+        // 0.05 s a step: six slow steps are 0.3 s, the seventh exceeds them.
+        for step in 1..=8 {
+            episode.record(&rules, at(0.0009 * f64::from(step), 0.1), &report(0.0), 0.0, 0);
+            assert_eq!(episode.summary.jam, step > 6, "step {step}");
+        }
+        assert_eq!(episode.summary.jam_ratio, 2.0 / 8.0);
+        episode.record(&rules, at(0.1, 0.1), &report(0.0), 0.0, 0);
+        assert!(!episode.summary.jam);
+    }
+
+    #[test]
+    fn success_needs_the_goal_distance_and_pays_once() {
+        let rules = rules();
+        let mut episode = Episode::begin(&rules, at(0.5, 0.1));
+        episode.record(&rules, at(2.4999, 0.1), &report(1.0), 0.0, 0);
+        assert!(!episode.summary.is_success && !episode.is_terminated());
+        episode.record(&rules, at(2.5, 0.1), &report(1.0), 0.0, 0);
+        assert!(episode.summary.is_success && episode.is_terminated() && !episode.is_truncated(&rules));
+        assert_eq!(episode.summary.reward.success, rules.weights.success);
+        assert!((episode.summary.cost_of_transport - 2.0 / (73.6 * 2.0)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_rewards_of_progress_add_up_to_the_distance() {
+        let rules = rules();
+        let mut episode = Episode::begin(&rules, at(0.0, 0.1));
+        let mut sum = 0.0;
+        for x in [0.1, -0.2, 0.4, 0.7] {
+            episode.record(&rules, at(x, 0.1), &report(0.0), 0.0, 0);
+            sum += episode.summary.reward.progress;
+        }
+        assert!((sum - rules.weights.progress * episode.distance()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_corridor_is_left_to_either_side_of_its_centre_line() {
+        let rules = rules();
+        for (y, outside) in [(0.89, false), (0.91, true), (-0.69, false), (-0.71, true)] {
+            let mut episode = Episode::begin(&rules, at(0.0, 0.1));
+            episode.record(&rules, at(0.0, y), &report(0.0), 0.0, 0);
+            assert_eq!(episode.summary.left_corridor, outside, "y = {y}");
+        }
+    }
+
+    #[test]
+    fn nothing_is_infinite_before_the_robot_has_moved() {
+        let rules = rules();
+        let mut episode = Episode::begin(&rules, at(0.0, 0.1));
+        assert!(episode.summary.signals().iter().all(|value| value.is_finite()));
+        episode.record(&rules, at(0.0, 0.1), &report(3.0), 0.5, 0);
+        assert!(episode.summary.signals().iter().all(|value| value.is_finite()));
+    }
+
+    #[test]
+    fn a_divergence_terminates_and_costs_nothing() {
+        let rules = rules();
+        let mut episode = Episode::begin(&rules, at(0.0, 0.1));
+        let broken = StepReport { positive_actuator_work: f64::NAN, diverged: true, ..StepReport::default() };
+        episode.record(&rules, at(0.0, 0.1), &broken, 0.0, 0);
+        assert!(episode.is_terminated() && episode.summary.diverged);
+        assert!(episode.summary.signals().iter().all(|value| value.is_finite()));
+    }
+}

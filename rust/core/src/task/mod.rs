@@ -1,0 +1,26 @@
+//! The environment: actions, observations, rewards and episodes around a simulation.
+//!
+//! One control period: [`action`] maps an action to gait parameters, [`reference`] turns them into
+//! smooth joint references made of [`channel`]s, the simulation advances, [`episode`] keeps the books by
+//! its rules, [`observation`] reports what a policy may sense, [`signal`] everything else. At the start
+//! of an episode [`arena`] places the robot ([`start`], [`path`]) and lays out the pegs ([`field`]).
+
+pub mod action;
+mod arena;
+pub mod channel;
+pub mod config;
+pub mod environment;
+pub mod episode;
+pub mod field;
+pub mod motion;
+pub mod observation;
+pub mod path;
+pub mod perception;
+pub mod random;
+pub mod reference;
+pub mod reward;
+pub mod signal;
+pub mod start;
+
+pub use config::{ActionMode, EnvConfig, FieldKind, Perception, RewardWeights, Task};
+pub use environment::{Environment, EnvironmentState, Outcome};

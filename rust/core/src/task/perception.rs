@@ -1,0 +1,100 @@
+//! Locating pegs: the nearest ones as the leading link sees them (T 5.4).
+
+use crate::planar::Pose;
+use crate::scene::Peg;
+
+/// A peg in the frame of the leading link: x forward, y to the left.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LocatedPeg {
+    /// Position of the peg's centre \[m\].
+    pub forward: f64,
+    pub left: f64,
+    /// Distance from the link's CG to the peg's rim \[m\].
+    pub distance: f64,
+}
+
+/// Finds the pegs nearest to the leading link.
+#[derive(Debug, Clone)]
+pub struct PegSensor {
+    count: usize,
+    range: f64,
+    located: Vec<LocatedPeg>,
+}
+
+impl PegSensor {
+    /// A sensor that locates at most `count` pegs not farther than `range` \[m\].
+    pub fn new(count: usize, range: f64) -> Self {
+        Self { count, range, located: Vec::with_capacity(count + 1) }
+    }
+
+    /// Number of pegs located at most.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Farthest distance at which a peg is located \[m\].
+    pub fn range(&self) -> f64 {
+        self.range
+    }
+
+    /// The pegs located last, nearest first.
+    pub fn located(&self) -> &[LocatedPeg] {
+        &self.located
+    }
+
+    /// Looks around from the leading link at `pose`.
+    pub fn scan(&mut self, pose: &Pose, pegs: &[Peg]) {
+        self.located.clear();
+        let (sin, cos) = pose.z.sin_cos();
+        for peg in pegs {
+            let (x, y) = (peg.x - pose.x, peg.y - pose.y);
+            let distance = x.hypot(y) - peg.radius;
+            // Forward is -e_x^B: link 1 leads and its axis points to link 2.
+            let (forward, left) = (-(x * cos + y * sin), x * sin - y * cos);
+            self.keep_if_near(LocatedPeg { forward, left, distance });
+        }
+    }
+
+    fn keep_if_near(&mut self, peg: LocatedPeg) {
+        let nearer_than_kept = self.located.len() < self.count
+            || self.located.last().is_some_and(|farthest| peg.distance < farthest.distance);
+        if peg.distance < self.range && nearer_than_kept {
+            let place = self.located.partition_point(|kept| kept.distance <= peg.distance);
+            self.located.insert(place, peg);
+            self.located.truncate(self.count);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    #[test]
+    fn finds_the_nearest_pegs_in_the_frame_of_the_leading_link() {
+        // The link looks along +x: theta is pi.
+        let pose = Pose::new(1.0, 0.0, PI);
+        let pegs = [[0.1, 1.5, 0.2], [0.1, 1.3, -0.1], [0.3, 0.2, 0.0], [0.1, 9.0, 0.0]].map(Peg::from);
+        let mut sensor = PegSensor::new(2, 1.0);
+        sensor.scan(&pose, &pegs);
+        let [first, second] = sensor.located() else { panic!("two pegs of the three in range") };
+        assert!((first.forward - 0.3).abs() < 1e-15 && (first.left + 0.1).abs() < 1e-15);
+        assert!((second.forward - 0.5).abs() < 1e-15 && (second.left - 0.2).abs() < 1e-15);
+        assert!((second.distance - (0.29f64.sqrt() - 0.1)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn agrees_with_sorting_all_pegs() {
+        let pegs: Vec<Peg> = (0..40)
+            .map(|k| Peg { radius: 0.01 + 0.002 * f64::from(k % 9), x: 0.3 * f64::from(k % 7), y: 0.2 * f64::from(k % 11) })
+            .collect();
+        let pose = Pose::new(0.9, 0.7, 1.0);
+        let mut sensor = PegSensor::new(6, 0.8);
+        sensor.scan(&pose, &pegs);
+        let mut all: Vec<f64> = pegs.iter().map(|p| (p.x - 0.9).hypot(p.y - 0.7) - p.radius).collect();
+        all.sort_by(f64::total_cmp);
+        let near: Vec<f64> = all.into_iter().filter(|d| *d < 0.8).take(6).collect();
+        assert_eq!(sensor.located().iter().map(|peg| peg.distance).collect::<Vec<_>>(), near);
+    }
+}

@@ -1,0 +1,171 @@
+//! The reference generator: joint references that stay smooth whatever the actions do.
+//!
+//! The reference of joint i (0-based) is the travelling wave (T 2.14) plus an offset of its own,
+//! `phi_i = A sin(psi + i beta) + gamma + offset_i` with `psi' = omega`. Every parameter is a
+//! [`Channel`]; `psi` is the closed-form integral of the channel omega, so the wave never jumps, and
+//! rate and acceleration follow by the chain rule.
+
+use serde::{Deserialize, Serialize};
+
+use crate::gait::{JointReference, JointTarget, Wave};
+
+use super::action::{ActionEntry, WAVE_PARAMETERS, entries};
+use super::channel::{Channel, Filter, Jet, Limits};
+use super::config::ActionMode;
+use super::motion::wrap_angle;
+
+/// Joint references driven by actions, one control period after the other.
+#[derive(Debug, Clone)]
+pub struct ReferenceGenerator {
+    filter: Filter,
+    mode: ActionMode,
+    entries: Vec<ActionEntry>,
+    limits: Vec<Limits>,
+    state: ReferenceState,
+}
+
+/// What changes from one control instant to the next.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ReferenceState {
+    /// Time of the last control instant \[s\].
+    instant: f64,
+    /// Phase psi of the wave at that instant, in [-pi, pi].
+    phase: f64,
+    amplitude: Channel,
+    frequency: Channel,
+    phase_shift: Channel,
+    offset: Channel,
+    /// Offsets of single joints; empty in mode `gait`.
+    joints: Vec<Channel>,
+}
+
+impl ReferenceGenerator {
+    pub fn new(mode: ActionMode, joints: usize, period: f64) -> Self {
+        let entries = entries(mode, joints);
+        let limits = entries.iter().map(ActionEntry::limits).collect();
+        let channels = if mode == ActionMode::Gait { 0 } else { joints };
+        let state = ReferenceState {
+            instant: 0.0,
+            phase: 0.0,
+            amplitude: Channel::at_rest(0.0),
+            frequency: Channel::at_rest(0.0),
+            phase_shift: Channel::at_rest(0.0),
+            offset: Channel::at_rest(0.0),
+            joints: vec![Channel::at_rest(0.0); channels],
+        };
+        Self { filter: Filter::new(period), mode, entries, limits, state }
+    }
+
+    /// The entries of an action.
+    pub fn entries(&self) -> &[ActionEntry] {
+        &self.entries
+    }
+
+    pub fn filter(&self) -> &Filter {
+        &self.filter
+    }
+
+    pub fn state(&self) -> &ReferenceState {
+        &self.state
+    }
+
+    /// Takes over a saved state if it has the shape of this generator's.
+    pub fn restore(&mut self, state: &ReferenceState) -> bool {
+        let fits = state.joints.len() == self.state.joints.len();
+        if fits {
+            self.state.clone_from(state);
+        }
+        fits
+    }
+
+    /// Rests in the posture of `wave` at phase `phase`, at time zero.
+    ///
+    /// Where a wave is commanded its frequency starts at zero, so that a robot at rest in this posture
+    /// follows the reference from the first moment.
+    pub fn rest_in_posture(&mut self, wave: &Wave, phase: f64) {
+        let state = &mut self.state;
+        (state.instant, state.phase) = (0.0, phase);
+        let wave_is_commanded = self.mode != ActionMode::Joints;
+        let of_wave = |value: f64| Channel::at_rest(if wave_is_commanded { value } else { 0.0 });
+        state.amplitude = of_wave(wave.amplitude);
+        state.frequency = Channel::at_rest(0.0);
+        state.phase_shift = of_wave(wave.beta);
+        state.offset = of_wave(wave.gamma);
+        for (joint, channel) in state.joints.iter_mut().enumerate() {
+            let angle = wave.amplitude * (phase + joint as f64 * wave.beta).sin() + wave.gamma;
+            *channel = Channel::at_rest(if wave_is_commanded { 0.0 } else { angle });
+        }
+    }
+
+    /// Steers the channels towards an action in [-1, 1]; the new period begins at `time` \[s\].
+    pub fn command(&mut self, action: &[f64], time: f64) {
+        self.state.instant = time;
+        let (filter, state) = (&self.filter, &mut self.state);
+        let channels = [&mut state.amplitude, &mut state.frequency, &mut state.phase_shift, &mut state.offset];
+        let wave_channels = if self.mode == ActionMode::Joints { 0 } else { WAVE_PARAMETERS };
+        let channels = channels.into_iter().take(wave_channels).chain(&mut state.joints);
+        for (((channel, entry), limits), &action) in channels.zip(&self.entries).zip(&self.limits).zip(action) {
+            channel.steer(entry.value(action), limits, filter);
+        }
+    }
+
+    /// Moves on to the end of the control period.
+    pub fn elapse(&mut self) {
+        let (filter, state) = (&self.filter, &mut self.state);
+        let period = filter.period;
+        let turned = state.phase + state.frequency.integral(period, filter.decay(period), filter);
+        state.phase = wrap_angle(turned);
+        state.instant += period;
+        let channels = [&mut state.amplitude, &mut state.frequency, &mut state.phase_shift, &mut state.offset];
+        channels.into_iter().chain(&mut state.joints).for_each(|channel| channel.elapse(filter));
+    }
+
+    /// Phase psi of the wave at the control instant \[rad\].
+    pub fn phase(&self) -> f64 {
+        self.state.phase
+    }
+
+    /// Reference angle of a joint at the control instant \[rad\].
+    pub fn angle(&self, joint: usize) -> f64 {
+        self.target(joint, self.state.instant).angle
+    }
+
+    /// The wave's parameters at the control instant, in the order of the action.
+    pub fn wave(&self) -> [f64; WAVE_PARAMETERS] {
+        let state = &self.state;
+        [state.amplitude, state.frequency, state.phase_shift, state.offset]
+            .map(|channel| channel.jet(0.0, 1.0, &self.filter).value)
+    }
+}
+
+impl JointReference for ReferenceGenerator {
+    fn target(&self, joint: usize, time: f64) -> JointTarget {
+        let (filter, state) = (&self.filter, &self.state);
+        let elapsed = time - state.instant;
+        let decay = filter.decay(elapsed);
+        let jet = |channel: &Channel| channel.jet(elapsed, decay, filter);
+        let phase = state.phase + state.frequency.integral(elapsed, decay, filter);
+        let wave = joint_wave(jet(&state.amplitude), phase, jet(&state.frequency), jet(&state.phase_shift), joint);
+        let common = jet(&state.offset);
+        let own = state.joints.get(joint).map_or(Jet::default(), jet);
+        JointTarget {
+            angle: wave.value + common.value + own.value,
+            rate: wave.rate + common.rate + own.rate,
+            acceleration: wave.acceleration + common.acceleration + own.acceleration,
+        }
+    }
+}
+
+/// A sin(psi + i beta) and its derivatives, all parameters varying.
+fn joint_wave(amplitude: Jet, phase: f64, frequency: Jet, phase_shift: Jet, joint: usize) -> Jet {
+    let i = joint as f64;
+    let (sin, cos) = (phase + i * phase_shift.value).sin_cos();
+    let turn = frequency.value + i * phase_shift.rate;
+    let turn_rate = frequency.rate + i * phase_shift.acceleration;
+    let a = amplitude;
+    Jet {
+        value: a.value * sin,
+        rate: a.rate * sin + a.value * turn * cos,
+        acceleration: a.acceleration * sin + 2.0 * a.rate * turn * cos + a.value * (turn_rate * cos - turn * turn * sin),
+    }
+}

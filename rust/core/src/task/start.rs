@@ -1,0 +1,164 @@
+//! Where an episode starts: the posture of the gait, at rest, ready to move to +x.
+
+use std::f64::consts::PI;
+
+use nalgebra::{Rotation2, Vector2};
+
+use crate::gait::{JointReference, Wave};
+use crate::planar::{Pose, assemble_chain};
+use crate::robot::Robot;
+use crate::scene::START_7_5;
+
+use super::config::Task;
+use super::path::NaturalPath;
+use super::random::Stream;
+
+/// Placement of a robot in the posture of the gait.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Start {
+    /// CG of link 1 \[m\].
+    pub position: Vector2<f64>,
+    /// Absolute angle of link 1 \[rad\].
+    pub angle: f64,
+    /// Phase psi of the wave \[rad\].
+    pub phase: f64,
+}
+
+/// A random deviation from the nominal start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StartJitter {
+    /// How far the body slides along its own path, as a phase of the wave \[rad\].
+    slide: f64,
+    /// Shift and turn of the whole robot about its CG \[m, rad\].
+    shift: Vector2<f64>,
+    turn: f64,
+}
+
+impl StartJitter {
+    /// Draws a deviation; `scale` in \[0, 1\].
+    pub fn draw(stream: &mut Stream, scale: f64) -> Self {
+        Self {
+            slide: stream.around_zero(scale * 30f64.to_radians()),
+            shift: Vector2::new(stream.around_zero(scale * 0.01), stream.around_zero(scale * 0.01)),
+            turn: stream.around_zero(scale * 2f64.to_radians()),
+        }
+    }
+
+    /// The deviation times `factor`.
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self { slide: self.slide * factor, shift: self.shift * factor, turn: self.turn * factor }
+    }
+}
+
+/// The nominal start of a task and the natural path that leads on from it.
+#[derive(Debug, Clone)]
+pub struct StartLine {
+    pub wave: Wave,
+    pub path: NaturalPath,
+    /// The start without jitter.
+    pub nominal: Start,
+    /// Centre of gravity of the robot there \[m\].
+    pub gravity_centre: Vector2<f64>,
+    /// y of the path's centre line, which is also that of the corridor \[m\].
+    pub centre_line: f64,
+}
+
+impl StartLine {
+    /// The start of `task`: on the course that of the thesis's finding, elsewhere the CG at x = 0 and the
+    /// centre line at y = 0.
+    pub fn new(task: Task, robot: &Robot) -> Self {
+        let wave = Wave::default();
+        let path = NaturalPath::new(&wave, robot.total_length() / robot.link_count() as f64);
+        let mut nominal = Start { position: Vector2::zeros(), angle: PI + path.direction(0.0), phase: 0.0 };
+        if task == Task::Course {
+            let [x, y, angle] = START_7_5;
+            nominal = Start { position: Vector2::new(x, y), angle, phase: 0.0 };
+        }
+        let to_centre_line = path.displacement(0.0, path.crossing()).y;
+        let mut gravity_centre = gravity_centre(robot, &wave, &nominal);
+        if task != Task::Course {
+            let origin = Vector2::new(gravity_centre.x, nominal.position.y + to_centre_line);
+            nominal.position -= origin;
+            gravity_centre -= origin;
+        }
+        Self { wave, path, nominal, gravity_centre, centre_line: nominal.position.y + to_centre_line }
+    }
+
+    /// The start after a deviation.
+    pub fn deviated(&self, jitter: &StartJitter) -> Start {
+        let phase = self.nominal.phase + jitter.slide;
+        // The course's start is turned a little against the natural path.
+        let tilt = self.nominal.angle - PI - self.path.direction(self.nominal.phase);
+        let slide = Rotation2::new(tilt) * self.path.displacement(self.nominal.phase, phase);
+        let from_centre = self.nominal.position + slide - self.gravity_centre;
+        Start {
+            position: self.gravity_centre + Rotation2::new(jitter.turn) * from_centre + jitter.shift,
+            angle: PI + self.path.direction(phase) + tilt + jitter.turn,
+            phase,
+        }
+    }
+
+    /// Joint angles of the gait's posture at a phase, joint 0 first \[rad\].
+    pub fn joint_angles(&self, phase: f64) -> impl Fn(usize) -> f64 {
+        let wave = self.wave;
+        move |joint| wave.target(joint, phase / wave.omega).angle
+    }
+}
+
+fn gravity_centre(robot: &Robot, wave: &Wave, start: &Start) -> Vector2<f64> {
+    let joint_angle: Vec<f64> = (0..robot.joint_count()).map(|joint| wave.target(joint, 0.0).angle).collect();
+    let mut pose = vec![Pose::zeros(); robot.link_count()];
+    assemble_chain(robot, Pose::new(start.position.x, start.position.y, start.angle), &joint_angle, &mut pose);
+    let moment: Vector2<f64> = robot.links.iter().zip(&pose).map(|(link, q)| q.xy() * link.mass).sum();
+    moment / robot.total_mass()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::RobotConfig;
+
+    #[test]
+    fn fields_start_at_the_origin_and_the_course_where_the_thesis_passes() {
+        let robot = Robot::new(&RobotConfig::default()).unwrap();
+        let field = StartLine::new(Task::Field, &robot);
+        assert!(field.gravity_centre.x.abs() < 1e-12 && field.centre_line.abs() < 1e-12);
+        // The CG of one and a half waves lies near the middle of the path.
+        assert!(field.gravity_centre.y.abs() < 0.03, "{}", field.gravity_centre.y);
+        let course = StartLine::new(Task::Course, &robot);
+        assert_eq!(course.nominal.position.x, START_7_5[0]);
+        assert!((course.centre_line - 0.09).abs() < 0.01, "between the rows of pegs: {}", course.centre_line);
+    }
+
+    #[test]
+    fn sliding_by_one_link_moves_every_link_onto_the_one_before() {
+        let robot = Robot::new(&RobotConfig::default()).unwrap();
+        let line = StartLine::new(Task::Field, &robot);
+        let chain = |jitter: &StartJitter| {
+            let start = line.deviated(jitter);
+            let angles: Vec<f64> = (0..10).map(line.joint_angles(start.phase)).collect();
+            let mut pose = vec![Pose::zeros(); 11];
+            assemble_chain(&robot, Pose::new(start.position.x, start.position.y, start.angle), &angles, &mut pose);
+            pose
+        };
+        let still = StartJitter { slide: 0.0, shift: Vector2::zeros(), turn: 0.0 };
+        let (before, after) = (chain(&still), chain(&StartJitter { slide: -line.wave.beta, ..still }));
+        for i in 1..11 {
+            // Link 1 slides along a curve, the chain is a polygon whose CGs lie L cos(phi / 2) apart:
+            // in the worst place, where the joint is bent by phi = 40 degrees, 6 % of L between them.
+            assert!((after[i].xy() - before[i - 1].xy()).norm() < 0.06 * 0.122, "link {i}");
+            assert!((after[i].z - before[i - 1].z).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn no_jitter_is_the_nominal_start() {
+        let robot = Robot::new(&RobotConfig::default()).unwrap();
+        for task in [Task::Course, Task::Field] {
+            let line = StartLine::new(task, &robot);
+            let start = line.deviated(&StartJitter::draw(&mut Stream::new(0, 0), 0.0));
+            assert!((start.position - line.nominal.position).norm() < 1e-15);
+            assert!((start.angle - line.nominal.angle).abs() < 1e-15);
+        }
+    }
+}
