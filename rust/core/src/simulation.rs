@@ -44,7 +44,7 @@ pub struct SimulationState {
 pub struct StepReport {
     pub steps: u32,
     pub iterations: u32,
-    /// Steps retaken because a peg contact opened or closed.
+    /// Steps retaken because a peg contact closed.
     pub events: u32,
     /// Stages that ended before their tolerance was met.
     pub misses: u32,

@@ -26,7 +26,7 @@ pub struct IntegratorConfig {
     pub max_iterations: Option<u32>,
     /// `implicit`: 1 is implicit Euler, 2 the two-stage L-stable SDIRK.
     pub order: u32,
-    /// `implicit`, order 2: implicit-Euler steps that replace a step in which a peg contact opens or closes.
+    /// `implicit`, order 2: implicit-Euler steps that replace a step in which a peg contact closes.
     pub event_substeps: u32,
     /// `thesis`: r_T of (T 3.79).
     pub r_t: f64,
@@ -42,7 +42,7 @@ impl Default for IntegratorConfig {
             tolerance: None,
             max_iterations: None,
             order: 2,
-            event_substeps: 4,
+            event_substeps: 8,
             r_t: 1.3,
             r_h: 0.01,
         }

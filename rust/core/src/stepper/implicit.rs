@@ -8,7 +8,8 @@
 //!   stage (q_A, u_A, gamma h) gives u_1; stage (q_A + (1 - gamma) h u_1,
 //!   u_A + (1 - gamma)/gamma (u_1 - u_A), gamma h) gives u_E.
 //!   The second reference velocity extrapolates the impulses of the first stage, which is wrong for
-//!   impacts: a step in which a peg contact opens or closes is retaken as a few Euler steps.
+//!   impacts: a step in which a peg contact closes is retaken as a few Euler steps. Opening needs no
+//!   such care, since the contact force reaches zero continuously.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -104,7 +105,7 @@ impl Implicit {
         self.accept(plant, state, h);
     }
 
-    /// Returns false, with `state` as it was, if a peg contact opened or closed on the way.
+    /// Returns false, with `state` as it was, if a peg contact closed on the way.
     fn sdirk_step(&mut self, plant: &Plant, state: &mut PlanarState, h: f64, reference: &impl JointReference, tally: &mut Tally) -> bool {
         let c = GAMMA * h;
         self.base.copy_from_slice(&state.pose);
@@ -135,7 +136,7 @@ impl Implicit {
         true
     }
 
-    /// Solves one stage; returns whether a peg contact opened or closed since the last accepted step.
+    /// Solves one stage; returns whether a peg contact closed since the last accepted step.
     fn run_stage(&mut self, plant: &Plant, c: f64, end_time: f64, reference: &impl JointReference, tally: &mut Tally) -> bool {
         self.build_stage(plant, c, end_time, reference);
         self.load_warm_start();
@@ -169,20 +170,20 @@ impl Implicit {
         self.solution.contact.extend(self.stage.contacts.iter().map(|contact| pairs[contact.pair].force * c));
     }
 
-    /// Returns whether the closed contacts differ from those of the last accepted step.
+    /// Returns whether a contact is closed that was open after the last accepted step.
     fn save_warm_start(&mut self) -> bool {
         let c = self.stage.coefficient;
         for (force, impulse) in self.warm_start.friction.iter_mut().zip(&self.solution.friction) {
             *force = impulse / c;
         }
         let pairs = self.warm_start.near.pairs_mut();
-        let mut changed = false;
+        let mut closes = false;
         for (contact, impulse) in self.stage.contacts.iter().zip(&self.solution.contact) {
             let pair = &mut pairs[contact.pair];
-            changed |= pair.closed != (*impulse > 0.0);
+            closes |= !pair.closed && *impulse > 0.0;
             pair.force = impulse / c;
         }
-        changed
+        closes
     }
 
     /// The stage's end becomes the state.

@@ -8,7 +8,7 @@ pub struct Tally {
     pub steps: u32,
     /// Linear solves (`implicit`) or sweeps of Algorithm 3.1 (`thesis`).
     pub iterations: u32,
-    /// Steps retaken because a peg contact opened or closed.
+    /// Steps retaken because a peg contact closed.
     pub events: u32,
     /// Stages whose solver gave up before its tolerance.
     pub misses: u32,
