@@ -1,7 +1,7 @@
 use nalgebra::Vector2;
 
 /// Direction of a link: cosine and sine of its absolute angle, R_B^I (T 3.7).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Heading {
     pub cos: f64,
     pub sin: f64,

@@ -42,6 +42,7 @@ pub struct Newton {
     models: Vec<LinkModel>,
     eliminations: Vec<Elimination>,
     direction: Vec<Twist>,
+    start: Vec<Twist>,
     ray: Ray,
 }
 
@@ -54,6 +55,7 @@ impl Newton {
             models: vec![LinkModel::default(); links],
             eliminations: vec![Elimination::default(); links],
             direction: vec![Twist::zeros(); links],
+            start: vec![Twist::zeros(); links],
             ray: Ray::with_capacity(links),
         }
     }
@@ -64,7 +66,7 @@ impl Newton {
     /// The starting twists need not satisfy the joints: the first link's twist and all angular
     /// velocities are kept and the rest follows.
     pub fn solve(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64, max_iterations: u32) -> Outcome {
-        self.start(stage, solution);
+        self.warm_up(stage, solution);
         self.linearise(stage, solution);
         let mut outcome = Outcome { iterations: 0, converged: false };
         while outcome.iterations < max_iterations {
@@ -74,7 +76,6 @@ impl Newton {
             if !step.is_finite() {
                 break;
             }
-            self.linearise(stage, solution);
             let multiplier_error = self.multiplier_error(stage, &solution.twist);
             if step <= tolerance && multiplier_error <= tolerance {
                 outcome.converged = true;
@@ -90,7 +91,7 @@ impl Newton {
     }
 
     /// Penalties, centres from the warm start, and twists that satisfy the joints.
-    fn start(&mut self, stage: &Stage, solution: &mut StageSolution) {
+    fn warm_up(&mut self, stage: &Stage, solution: &mut StageSolution) {
         for ((friction, link), impulse) in self.friction.iter_mut().zip(&stage.links).zip(&solution.friction) {
             let centre = impulse.zip_map(&link.friction, |p, a| if a > 0.0 { p / a } else { 0.0 });
             *friction = Proximal { penalty: friction_penalty(link), centre, value: centre };
@@ -104,22 +105,37 @@ impl Newton {
         follow_joints(&stage.links, &mut solution.twist);
     }
 
-    /// One damped Newton step; returns its undamped length as a velocity \[m/s\].
+    /// One damped Newton step, linearised at its end; returns its undamped length as a velocity \[m/s\].
     fn descend(&mut self, stage: &Stage, solution: &mut StageSolution) -> f64 {
-        self.ray.cast(stage, &solution.twist, &self.direction, &self.friction, &self.contact);
-        let slope = self.ray.slope(0.0);
-        let fraction = self.ray.search(slope);
-        for (u, direction) in solution.twist.iter_mut().zip(&self.direction) {
-            *u += direction * fraction;
+        let slope = self.slope();
+        self.start.copy_from_slice(&solution.twist);
+        self.move_along(stage, solution, 1.0);
+        if self.slope() > OVERSHOOT * -slope {
+            self.ray.cast(stage, &self.start, &self.direction, &self.friction, &self.contact);
+            let fraction = self.ray.zero_of_slope(slope, OVERSHOOT);
+            self.move_along(stage, solution, fraction);
         }
         (-slope / stage.links[0].mass).max(0.0).sqrt()
+    }
+
+    fn move_along(&mut self, stage: &Stage, solution: &mut StageSolution, fraction: f64) {
+        for ((u, start), direction) in solution.twist.iter_mut().zip(&self.start).zip(&self.direction) {
+            *u = start + direction * fraction;
+        }
+        self.linearise(stage, solution);
+    }
+
+    /// Derivative of the inner function along the direction where it was last linearised \[J\].
+    fn slope(&self) -> f64 {
+        let along = |(model, du): (&LinkModel, &Twist)| model.gx * du.x + model.gy * du.y + model.gw * du.z;
+        self.models.iter().zip(&self.direction).map(along).sum()
     }
 
     /// Impulses, gradient and generalised Hessian of the inner function at the present twists.
     fn linearise(&mut self, stage: &Stage, solution: &mut StageSolution) {
         let twist = &solution.twist;
-        for (((model, friction), link), u) in self.models.iter_mut().zip(&mut self.friction).zip(&stage.links).zip(twist) {
-            *model = link_model(link, u, friction);
+        for (i, link) in stage.links.iter().enumerate() {
+            self.models[i] = link_model(link, &twist[i], &mut self.friction[i]);
         }
         for (j, joint) in stage.joints.iter().enumerate() {
             let wanted = joint.drive - joint.stiffness * (twist[j + 1].z - twist[j].z);
@@ -182,36 +198,37 @@ impl Newton {
 /// In scaled coordinates gamma^ = A R^T v with A = diag(a_x, a_y), friction acts with R A p,
 /// p = prox_disc(x), x = centre - r gamma^, and the Hessian is r R A D A R^T with
 /// D = I when sticking, (I - p p^T) / |x| when sliding.
+#[inline]
 fn link_model(link: &StageLink, u: &Twist, friction: &mut Proximal<Vector2<f64>>) -> LinkModel {
-    let a = link.friction;
-    let x = friction.centre - a.component_mul(&link.heading.to_link(u.xy())) * friction.penalty;
-    let norm_squared = x.norm_squared();
-    let (p, dxx, dxy, dyy) = if norm_squared <= 1.0 {
-        (x, 1.0, 0.0, 1.0)
+    let (c, s) = (link.heading.cos, link.heading.sin);
+    let (ax, ay) = (link.friction.x, link.friction.y);
+    let (rax, ray) = (friction.penalty * ax, friction.penalty * ay);
+    let x = friction.centre.x - rax * (c * u.x + s * u.y);
+    let y = friction.centre.y - ray * (c * u.y - s * u.x);
+    let norm_squared = x * x + y * y;
+    let (px, py, dxx, dxy, dyy) = if norm_squared <= 1.0 {
+        (x, y, 1.0, 0.0, 1.0)
     } else {
         let shrink = 1.0 / norm_squared.sqrt();
-        let p = x * shrink;
-        (p, p.y * p.y * shrink, -p.x * p.y * shrink, p.x * p.x * shrink)
+        let (px, py) = (x * shrink, y * shrink);
+        (px, py, py * py * shrink, -px * py * shrink, px * px * shrink)
     };
-    friction.value = p;
-    let ra = a * friction.penalty;
-    let (hxx, hxy, hyy) = (ra.x * a.x * dxx, ra.x * a.y * dxy, ra.y * a.y * dyy);
-    let (c, s) = (link.heading.cos, link.heading.sin);
-    let (cc, cs, ss) = (c * c, c * s, s * s);
-    let force = link.heading.to_world(a.component_mul(&p));
-    let change = u - link.reference;
+    friction.value = Vector2::new(px, py);
+    let (hxx, hxy, hyy) = (rax * ax * dxx, rax * ay * dxy, ray * ay * dyy);
+    let (fx, fy) = (ax * px, ay * py);
+    let cross = 2.0 * c * s * hxy;
     LinkModel {
         heading: link.heading,
         half_length: link.half_length,
-        xx: link.mass + cc * hxx - 2.0 * cs * hxy + ss * hyy,
-        xy: cs * (hxx - hyy) + (cc - ss) * hxy,
-        yy: link.mass + ss * hxx + 2.0 * cs * hxy + cc * hyy,
+        xx: link.mass + c * c * hxx - cross + s * s * hyy,
+        xy: c * s * (hxx - hyy) + (c * c - s * s) * hxy,
+        yy: link.mass + s * s * hxx + cross + c * c * hyy,
         xw: 0.0,
         yw: 0.0,
         ww: link.inertia,
-        gx: link.mass * change.x - force.x,
-        gy: link.mass * change.y - force.y,
-        gw: link.inertia * change.z,
+        gx: link.mass * (u.x - link.reference.x) - (c * fx - s * fy),
+        gy: link.mass * (u.y - link.reference.y) - (s * fx + c * fy),
+        gw: link.inertia * (u.z - link.reference.z),
         stiffness: 0.0,
     }
 }
@@ -239,3 +256,6 @@ const PENALTY: f64 = 1e4;
 /// An inner solve ends when its last step is no longer than this times the multipliers' error: the
 /// step after a short Newton step is quadratically shorter.
 const INNER_ACCURACY: f64 = 10.0;
+
+/// A step is damped if the slope at its end exceeds this times the descent at its start.
+const OVERSHOOT: f64 = 0.1;

@@ -112,20 +112,16 @@ impl Ray {
         slope
     }
 
-    /// Step length: a full step unless it overshoots the minimum, else the zero of the slope on
-    /// (0, 1) by regula falsi (Illinois). `slope` is the negative slope at 0.
-    pub fn search(&self, slope: f64) -> f64 {
+    /// A zero of the slope on (0, 1) by regula falsi (Illinois), up to `accuracy` times the descent at
+    /// 0; `slope` is the negative slope at 0, and the slope at 1 is positive.
+    pub fn zero_of_slope(&self, slope: f64, accuracy: f64) -> f64 {
         let (mut low, mut slope_low) = (0.0, slope);
         let (mut high, mut slope_high) = (1.0, self.slope(1.0));
-        let close = OVERSHOOT * -slope;
-        if slope_high <= close {
-            return 1.0;
-        }
         let mut alpha = 1.0;
         for _ in 0..MAX_BRACKETINGS {
             alpha = high - slope_high * (high - low) / (slope_high - slope_low);
             let here = self.slope(alpha);
-            if here.abs() <= close {
+            if here.abs() <= accuracy * -slope {
                 break;
             }
             if here > 0.0 {
@@ -139,9 +135,6 @@ impl Ray {
         alpha
     }
 }
-
-/// Slope at the end of a step, relative to that at its start, up to which it counts as a minimum.
-const OVERSHOOT: f64 = 0.1;
 
 /// The bracket shrinks fast; the bound only guards against NaN.
 const MAX_BRACKETINGS: u32 = 40;

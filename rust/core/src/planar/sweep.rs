@@ -6,13 +6,11 @@
 //! that lies behind, a quadratic of three variables, minimising over omega_i is one scalar pivot and
 //! leaves V_i(p_i, omega_{i-1}) of the same form: the recursion of linear-quadratic control.
 
-use nalgebra::{Matrix2, Vector2};
-
 use super::{Heading, Twist};
 
 /// Quadratic model of one link and the joint before it, in the link's twist x = (v_x, v_y, omega):
 /// `g . x + x^T H x / 2 + k (omega_i - omega_{i-1})^2 / 2`.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct LinkModel {
     pub heading: Heading,
     pub half_length: f64,
@@ -32,145 +30,137 @@ pub struct LinkModel {
 }
 
 /// What eliminating omega_i leaves behind for the back substitution:
-/// `omega_i = feedback . p_i + previous * omega_{i-1} + constant`.
-#[derive(Debug, Clone, Copy)]
+/// `omega_i = px p_x + py p_y + previous omega_{i-1} + constant`.
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Elimination {
-    feedback: Vector2<f64>,
+    px: f64,
+    py: f64,
     previous: f64,
     constant: f64,
 }
 
-/// V(p, omega): a quadratic of the velocity p of a point and an angular velocity.
-#[derive(Clone, Copy)]
+/// V(p, omega): a quadratic of the velocity p of a point and an angular velocity, as in [`LinkModel`].
+#[derive(Clone, Copy, Default)]
 struct Value {
-    pp: Matrix2<f64>,
-    pw: Vector2<f64>,
+    xx: f64,
+    xy: f64,
+    yy: f64,
+    xw: f64,
+    yw: f64,
     ww: f64,
-    gp: Vector2<f64>,
+    gx: f64,
+    gy: f64,
     gw: f64,
 }
 
 impl Value {
-    const ZERO: Value = Value {
-        pp: Matrix2::new(0.0, 0.0, 0.0, 0.0),
-        pw: Vector2::new(0.0, 0.0),
-        ww: 0.0,
-        gp: Vector2::new(0.0, 0.0),
-        gw: 0.0,
-    };
-
-    /// The same value seen from another point: p = p_new + omega `arm`.
-    fn seen_from(&self, arm: Vector2<f64>) -> Value {
-        let pp_arm = self.pp * arm;
+    /// The same value seen from another point: p = p_new + omega (ax, ay).
+    #[inline]
+    fn seen_from(self, ax: f64, ay: f64) -> Value {
+        let px = self.xx * ax + self.xy * ay;
+        let py = self.xy * ax + self.yy * ay;
         Value {
-            pp: self.pp,
-            pw: self.pw + pp_arm,
-            ww: self.ww + arm.dot(&(self.pw * 2.0 + pp_arm)),
-            gp: self.gp,
-            gw: self.gw + arm.dot(&self.gp),
+            xw: self.xw + px,
+            yw: self.yw + py,
+            ww: self.ww + ax * (2.0 * self.xw + px) + ay * (2.0 * self.yw + py),
+            gw: self.gw + ax * self.gx + ay * self.gy,
+            ..self
         }
     }
 
-    fn plus(&self, other: &Value) -> Value {
+    /// Adds a link's own model at its CG.
+    #[inline]
+    fn plus(self, link: &LinkModel) -> Value {
         Value {
-            pp: self.pp + other.pp,
-            pw: self.pw + other.pw,
-            ww: self.ww + other.ww,
-            gp: self.gp + other.gp,
-            gw: self.gw + other.gw,
+            xx: self.xx + link.xx,
+            xy: self.xy + link.xy,
+            yy: self.yy + link.yy,
+            xw: self.xw + link.xw,
+            yw: self.yw + link.yw,
+            ww: self.ww + link.ww,
+            gx: self.gx + link.gx,
+            gy: self.gy + link.gy,
+            gw: self.gw + link.gw,
         }
+    }
+
+    /// Minimises over omega with the spring k (omega - omega_before)^2 / 2 added; what is left is a
+    /// function of p and omega_before.
+    #[inline]
+    fn eliminate(self, k: f64) -> (Elimination, Value) {
+        let inverse = 1.0 / (self.ww + k);
+        let (px, py, constant, previous) = (self.xw * inverse, self.yw * inverse, self.gw * inverse, k * inverse);
+        let left = Value {
+            xx: self.xx - self.xw * px,
+            xy: self.xy - self.xw * py,
+            yy: self.yy - self.yw * py,
+            xw: px * k,
+            yw: py * k,
+            ww: self.ww * previous,
+            gx: self.gx - self.xw * constant,
+            gy: self.gy - self.yw * constant,
+            gw: k * constant,
+        };
+        (Elimination { px: -px, py: -py, previous, constant: -constant }, left)
+    }
+
+    /// The p that minimises V(p, 0).
+    fn minimiser(&self) -> (f64, f64) {
+        let determinant = self.xx * self.yy - self.xy * self.xy;
+        let x = (self.xy * self.gy - self.yy * self.gx) / determinant;
+        let y = (self.xy * self.gx - self.xx * self.gy) / determinant;
+        (x, y)
     }
 }
 
 impl LinkModel {
     /// Adds `force w . x + penalty (w . x)^2 / 2`.
     pub fn add_rank_one(&mut self, w: &Twist, penalty: f64, force: f64) {
-        let pw = w * penalty;
-        self.xx += pw.x * w.x;
-        self.xy += pw.x * w.y;
-        self.yy += pw.y * w.y;
-        self.xw += pw.x * w.z;
-        self.yw += pw.y * w.z;
-        self.ww += pw.z * w.z;
+        let (px, py, pz) = (penalty * w.x, penalty * w.y, penalty * w.z);
+        self.xx += px * w.x;
+        self.xy += px * w.y;
+        self.yy += py * w.y;
+        self.xw += px * w.z;
+        self.yw += py * w.z;
+        self.ww += pz * w.z;
         self.gx += force * w.x;
         self.gy += force * w.y;
         self.gw += force * w.z;
     }
 
-    /// The model as a function of the CG's velocity and omega.
-    fn value(&self) -> Value {
-        Value {
-            pp: Matrix2::new(self.xx, self.xy, self.xy, self.yy),
-            pw: Vector2::new(self.xw, self.yw),
-            ww: self.ww,
-            gp: Vector2::new(self.gx, self.gy),
-            gw: self.gw,
-        }
-    }
-
-    fn arm(&self) -> Vector2<f64> {
-        self.heading.lateral() * self.half_length
+    /// (L/2) e_y: velocity of the far end relative to the CG for omega = 1.
+    #[inline]
+    fn arm(&self) -> (f64, f64) {
+        (-self.heading.sin * self.half_length, self.heading.cos * self.half_length)
     }
 }
 
 /// Minimises the sum of all link models over the motions the joints allow; writes the twists.
 pub fn minimise(links: &[LinkModel], eliminations: &mut [Elimination], twist: &mut [Twist]) {
-    let head = eliminate(links, eliminations);
-    let p = -solve_symmetric(&head.pp, head.gp);
+    let p = eliminate(links, eliminations).minimiser();
     substitute(links, eliminations, p, twist);
 }
 
 /// From tail to head; returns V_1(p).
 fn eliminate(links: &[LinkModel], eliminations: &mut [Elimination]) -> Value {
-    let mut behind = Value::ZERO;
+    let mut value = Value::default();
     for (link, elimination) in links.iter().zip(eliminations).rev() {
-        let arm = link.arm();
-        // Far end to CG, add the link, CG to near end.
-        let total = behind.seen_from(arm).plus(&link.value()).seen_from(arm);
-        let k = link.stiffness;
-        let pivot = total.ww + k;
-        let feedback = total.pw / pivot;
-        let constant = total.gw / pivot;
-        behind = Value {
-            pp: total.pp - total.pw * feedback.transpose(),
-            pw: feedback * k,
-            ww: total.ww * k / pivot,
-            gp: total.gp - total.pw * constant,
-            gw: k * constant,
-        };
-        *elimination = Elimination { feedback: -feedback, previous: k / pivot, constant: -constant };
+        // From the far end to the CG, the link itself, and on to the near end.
+        let (ax, ay) = link.arm();
+        let total = value.seen_from(ax, ay).plus(link).seen_from(ax, ay);
+        (*elimination, value) = total.eliminate(link.stiffness);
     }
-    behind
+    value
 }
 
 /// From head to tail.
-fn substitute(links: &[LinkModel], eliminations: &[Elimination], head: Vector2<f64>, twist: &mut [Twist]) {
-    let (mut p, mut omega) = (head, 0.0);
+fn substitute(links: &[LinkModel], eliminations: &[Elimination], head: (f64, f64), twist: &mut [Twist]) {
+    let ((mut px, mut py), mut omega) = (head, 0.0);
     for ((link, e), twist) in links.iter().zip(eliminations).zip(twist) {
-        omega = e.feedback.dot(&p) + e.previous * omega + e.constant;
-        let half_way = link.arm() * omega;
-        let v = p + half_way;
-        *twist = Twist::new(v.x, v.y, omega);
-        p = v + half_way;
-    }
-}
-
-fn solve_symmetric(a: &Matrix2<f64>, b: Vector2<f64>) -> Vector2<f64> {
-    let determinant = a.m11 * a.m22 - a.m12 * a.m12;
-    Vector2::new(a.m22 * b.x - a.m12 * b.y, a.m11 * b.y - a.m12 * b.x) / determinant
-}
-
-impl Default for LinkModel {
-    fn default() -> Self {
-        let heading = Heading { cos: 1.0, sin: 0.0 };
-        let (xx, yy, ww) = (1.0, 1.0, 1.0);
-        let (xy, xw, yw, gx, gy, gw) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-        Self { heading, half_length: 0.0, xx, xy, yy, xw, yw, ww, gx, gy, gw, stiffness: 0.0 }
-    }
-}
-
-impl Default for Elimination {
-    fn default() -> Self {
-        Self { feedback: Vector2::zeros(), previous: 0.0, constant: 0.0 }
+        omega = e.px * px + e.py * py + e.previous * omega + e.constant;
+        let (ax, ay) = link.arm();
+        *twist = Twist::new(px + ax * omega, py + ay * omega, omega);
+        px = twist.x + ax * omega;
+        py = twist.y + ay * omega;
     }
 }
