@@ -18,6 +18,13 @@ pub struct JointTarget {
 pub trait JointReference {
     /// The reference of `joint` at `time` \[s\].
     fn target(&self, joint: usize, time: f64) -> JointTarget;
+
+    /// The references of all joints at `time` \[s\].
+    fn targets(&self, time: f64, targets: &mut [JointTarget]) {
+        for (joint, target) in targets.iter_mut().enumerate() {
+            *target = self.target(joint, time);
+        }
+    }
 }
 
 /// The travelling wave phi_i = A sin(omega t + (i - 1) beta) + gamma (T 2.14).

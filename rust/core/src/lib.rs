@@ -12,6 +12,7 @@ pub mod control;
 pub mod error;
 pub mod gait;
 pub mod laws;
+pub mod math;
 pub mod pegs;
 pub mod planar;
 pub mod robot;

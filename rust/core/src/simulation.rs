@@ -6,30 +6,26 @@ use serde::{Deserialize, Serialize};
 use crate::contact::gap;
 use crate::control::PdConfig;
 use crate::error::ConfigError;
-use crate::gait::JointReference;
+use crate::gait::{JointReference, JointTarget};
+use crate::pegs::PegGrid;
 use crate::planar::{PlanarState, Pose, Twist, assemble_chain, largest_joint_gap};
 use crate::robot::{Robot, RobotConfig};
 use crate::scene::{Peg, Scene, SceneConfig};
-use crate::stepper::{Implicit, IntegratorConfig, Method, Plant, Tally, Thesis, WarmStart};
+use crate::stepper::{Body, Driven, Fleet, IntegratorConfig, Method, Plant, Thesis, WarmStart};
 
 /// The scheme chosen at construction.
 #[derive(Debug, Clone)]
 enum Scheme {
     Thesis(Box<Thesis>),
-    Implicit(Box<Implicit>),
+    Implicit(Box<Fleet>),
 }
 
 /// A robot in a scene under a joint controller.
 #[derive(Debug, Clone)]
 pub struct PlanarSimulation {
     plant: Plant,
+    body: Body,
     scheme: Scheme,
-    largest_step: f64,
-    state: PlanarState,
-    /// Last state known to be finite.
-    last_good: PlanarState,
-    tally: Tally,
-    joint_torque: Vec<f64>,
 }
 
 /// All that a run changes: enough to continue it elsewhere bit for bit (`implicit` only).
@@ -62,6 +58,26 @@ pub struct StepReport {
     pub diverged: bool,
 }
 
+/// A body together with the reference of one call.
+struct Driver<'a, R> {
+    body: &'a mut Body,
+    reference: &'a R,
+}
+
+impl<R: JointReference> Driven for Driver<'_, R> {
+    fn body(&self) -> &Body {
+        self.body
+    }
+
+    fn body_mut(&mut self) -> &mut Body {
+        self.body
+    }
+
+    fn targets(&self, time: f64, targets: &mut [JointTarget]) {
+        self.reference.targets(time, targets);
+    }
+}
+
 impl PlanarSimulation {
     /// # Errors
     /// Names the section, the field, the value and what is admissible.
@@ -74,23 +90,28 @@ impl PlanarSimulation {
         let robot = Robot::new(robot).map_err(|e| e.inside("robot"))?;
         let scene = Scene::new(scene).map_err(|e| e.inside("scene"))?;
         integrator.validate().map_err(|e| e.inside("integrator"))?;
-        let links = robot.link_count();
-        let plant = Plant::new(robot, &scene, *controller).map_err(|e| e.inside("controller"))?;
+        let body = Body::new(&robot, PegGrid::new(&scene.pegs));
+        let joints = robot.joint_count();
+        let plant = Plant::new(robot, scene.friction, *controller).map_err(|e| e.inside("controller"))?;
         let scheme = match integrator.method {
-            Method::Thesis => Scheme::Thesis(Box::new(Thesis::new(*integrator, links))),
-            Method::Implicit => Scheme::Implicit(Box::new(Implicit::new(*integrator, links))),
+            Method::Thesis => Scheme::Thesis(Box::new(Thesis::new(*integrator, joints + 1))),
+            Method::Implicit => Scheme::Implicit(Box::new(Fleet::new(*integrator, &plant, 1))),
         };
-        let mut simulation = Self {
-            plant,
-            scheme,
-            largest_step: integrator.step(),
-            state: PlanarState::zero(links),
-            last_good: PlanarState::zero(links),
-            tally: Tally::new(links),
-            joint_torque: vec![0.0; links - 1],
-        };
-        simulation.place_chain(0.0, 0.0, 0.0, &vec![0.0; links - 1]);
+        let mut simulation = Self { plant, body, scheme };
+        simulation.place_chain(0.0, 0.0, 0.0, &vec![0.0; joints]);
         Ok(simulation)
+    }
+
+    pub fn plant(&self) -> &Plant {
+        &self.plant
+    }
+
+    pub fn body(&self) -> &Body {
+        &self.body
+    }
+
+    pub fn body_mut(&mut self) -> &mut Body {
+        &mut self.body
     }
 
     pub fn robot(&self) -> &Robot {
@@ -98,79 +119,68 @@ impl PlanarSimulation {
     }
 
     pub fn pegs(&self) -> &[Peg] {
-        self.plant.pegs.pegs()
+        self.body.pegs.pegs()
     }
 
     pub fn state(&self) -> &PlanarState {
-        &self.state
+        &self.body.state
     }
 
     /// Replaces the pegs; the caller has validated them.
     pub fn set_scene_pegs(&mut self, pegs: &[Peg]) {
-        self.plant.pegs.rebuild(pegs);
+        self.body.pegs.rebuild(pegs);
         self.forget();
     }
 
     /// Takes poses and twists over and forgets the past.
     pub fn place(&mut self, state: &PlanarState) {
-        self.state.copy_from(state);
-        self.last_good.copy_from(state);
+        self.body.place(state);
         self.forget();
     }
 
     /// Places the robot at rest at time 0: CG of link 1, its absolute angle, and all joint angles.
     pub fn place_chain(&mut self, x: f64, y: f64, heading: f64, joint_angle: &[f64]) {
-        self.state.time = 0.0;
-        self.state.twist.fill(Twist::zeros());
-        assemble_chain(&self.plant.robot, Pose::new(x, y, heading), joint_angle, &mut self.state.pose);
-        self.last_good.copy_from(&self.state);
+        let state = &mut self.body.state;
+        state.time = 0.0;
+        state.twist.fill(Twist::zeros());
+        assemble_chain(&self.plant.robot, Pose::new(x, y, heading), joint_angle, &mut state.pose);
         self.forget();
     }
 
     /// Integrates over `duration` in equal steps no longer than the configured one.
     pub fn advance(&mut self, duration: f64, reference: &impl JointReference) -> StepReport {
-        self.tally.clear();
-        let steps = ((duration / self.largest_step - STEP_SLACK).ceil()).max(1.0);
-        let (start, h) = (self.state.time, duration / steps);
-        let mut diverged = false;
-        for k in 1..=steps as u64 {
-            match &mut self.scheme {
-                Scheme::Thesis(scheme) => scheme.step(&self.plant, &mut self.state, h, reference, &mut self.tally),
-                Scheme::Implicit(scheme) => scheme.step(&self.plant, &mut self.state, h, reference, &mut self.tally),
-            }
-            self.state.time = start + h * k as f64;
-            if !self.is_sane() {
-                diverged = true;
-                self.return_to_last_good();
-                break;
+        let mut driver = Driver { body: &mut self.body, reference };
+        match &mut self.scheme {
+            Scheme::Thesis(scheme) => scheme.advance(&self.plant, &mut driver, duration),
+            Scheme::Implicit(fleet) => {
+                fleet.advance(&self.plant, std::slice::from_mut(&mut driver), duration, |_| true);
             }
         }
-        self.last_good.copy_from(&self.state);
-        self.read_joint_torque(diverged);
-        self.report(diverged)
+        StepReport::of(&self.body)
     }
 
     /// Impulse of the pegs on each link during the last `advance`, world frame \[N s\].
     pub fn contact_impulse(&self) -> &[Vector2<f64>] {
-        &self.tally.contact_impulse
+        &self.body.tally.contact_impulse
     }
 
     /// tau_C of each joint in the last step, thesis sign (T 3.51) \[N m\].
     pub fn joint_torque(&self) -> &[f64] {
-        &self.joint_torque
+        &self.body.joint_torque
     }
 
     /// \[J\]
     pub fn kinetic_energy(&self) -> f64 {
-        self.state.kinetic_energy(&self.plant.robot)
+        self.body.state.kinetic_energy(&self.plant.robot)
     }
 
     /// Smallest link-peg gap now \[m\]; infinite without pegs nearby.
     pub fn min_gap(&self) -> f64 {
+        let Body { state, pegs, .. } = &self.body;
         let mut smallest = f64::INFINITY;
-        for (pose, link) in self.state.pose.iter().zip(&self.plant.robot.links) {
-            self.plant.pegs.visit_near(pose.x, pose.y, link.reach(), |peg| {
-                smallest = smallest.min(gap(pose, link, &self.plant.pegs.pegs()[peg]));
+        for (pose, link) in state.pose.iter().zip(&self.plant.robot.links) {
+            pegs.visit_near(pose.x, pose.y, link.reach(), |peg| {
+                smallest = smallest.min(gap(pose, link, &pegs.pegs()[peg]));
             });
         }
         smallest
@@ -178,59 +188,33 @@ impl PlanarSimulation {
 
     /// Widest gap of a joint now \[m\].
     pub fn joint_gap(&self) -> f64 {
-        largest_joint_gap(&self.plant.robot, &self.state.pose)
+        largest_joint_gap(&self.plant.robot, &self.body.state.pose)
     }
 
     /// The changing part of a simulation with the `implicit` method.
     pub fn snapshot(&self) -> SimulationState {
-        let warm_start = match &self.scheme {
-            Scheme::Implicit(scheme) => scheme.warm_start.clone(),
-            Scheme::Thesis(_) => WarmStart::new(self.state.pose.len()),
-        };
-        SimulationState { state: self.state.clone(), warm_start }
+        SimulationState { state: self.body.state.clone(), warm_start: self.body.warm_start.clone() }
     }
 
     /// Continues from a snapshot of a simulation of the same configuration.
     pub fn restore(&mut self, snapshot: &SimulationState) {
         self.place(&snapshot.state);
-        if let Scheme::Implicit(scheme) = &mut self.scheme {
-            scheme.warm_start.clone_from(&snapshot.warm_start);
-        }
+        self.body.warm_start.clone_from(&snapshot.warm_start);
     }
 
     fn forget(&mut self) {
-        self.tally.clear();
-        self.joint_torque.fill(0.0);
-        match &mut self.scheme {
-            Scheme::Thesis(scheme) => scheme.clear(),
-            Scheme::Implicit(scheme) => scheme.warm_start.clear(),
+        self.body.forget();
+        if let Scheme::Thesis(scheme) = &mut self.scheme {
+            scheme.clear();
         }
     }
+}
 
-    fn is_sane(&self) -> bool {
-        let slow = |u: &Twist| u.xy().norm() < MAX_SPEED && u.z.abs() < MAX_RATE;
-        self.state.is_finite() && self.state.twist.iter().all(slow)
-    }
-
-    fn return_to_last_good(&mut self) {
-        let good = self.last_good.clone();
-        self.place(&good);
-        self.state.twist.fill(Twist::zeros());
-    }
-
-    fn read_joint_torque(&mut self, diverged: bool) {
-        if diverged {
-            return;
-        }
-        match &self.scheme {
-            Scheme::Thesis(scheme) => scheme.joint_torque(&mut self.joint_torque),
-            Scheme::Implicit(scheme) => scheme.joint_torque(&mut self.joint_torque),
-        }
-    }
-
-    fn report(&self, diverged: bool) -> StepReport {
-        let tally = &self.tally;
-        StepReport {
+impl StepReport {
+    /// What happened to a body during its last interval.
+    pub fn of(body: &Body) -> Self {
+        let tally = &body.tally;
+        Self {
             steps: tally.steps,
             iterations: tally.iterations,
             events: tally.events,
@@ -240,14 +224,7 @@ impl PlanarSimulation {
             friction_work: tally.friction_work,
             actuator_work: tally.actuator_work,
             positive_actuator_work: tally.positive_actuator_work,
-            diverged,
+            diverged: body.diverged,
         }
     }
 }
-
-/// A ratio of durations this close to a whole number counts as whole.
-const STEP_SLACK: f64 = 1e-9;
-
-/// Speeds beyond these are a diverged computation, not a robot \[m/s\], \[rad/s\].
-const MAX_SPEED: f64 = 1e4;
-const MAX_RATE: f64 = 1e6;

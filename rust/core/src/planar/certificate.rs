@@ -4,104 +4,154 @@
 //! when the equations of motion balance, the joints hold, and every law holds. Fenchel's inequality
 //! turns the laws into one number, the duality gap: the sum of `support_C(-gamma) + P . gamma` over
 //! friction, of `P_H (w . u + offset)` over contacts, and of half the squared imbalance in the norm of
-//! M^-1. It bounds the squared distance to the exact velocity: |u - u*|_M^2 / 2 <= gap.
+//! M^-1. With admissible impulses it bounds the distance to the exact velocity:
+//! |u - u*|_M^2 / 2 <= gap.
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 
-use crate::laws::{ConvexSet, Ellipse, Interval, NonNegative};
+use crate::math::Real;
 
-use super::{Stage, StageContact, StageJoint, StageLink, StageSolution, Twist};
+use super::newton::norm;
+use super::{Stage, StageContact, StageJoint, StageLink, StageSolution};
 
 /// Violations of a stage's equations; zero for the exact solution.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Certificate {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Certificate<T = f64> {
     /// Worst imbalance of the equations of motion, as a velocity \[m/s\].
-    pub balance: f64,
+    pub balance: T,
     /// Worst joint velocity |W_J^T u| \[m/s\].
-    pub joint: f64,
+    pub joint: T,
     /// Worst |P - prox_C(P - m gamma)| / m over friction, contact and torque laws \[m/s\].
-    pub law: f64,
+    pub law: T,
     /// Duality gap \[J\]: an upper bound on |u - u*|_M^2 / 2.
-    pub gap: f64,
+    pub gap: T,
 }
 
-impl Certificate {
+impl<T: Real> Certificate<T> {
     /// The worst of all violations \[m/s\].
-    pub fn residual(&self) -> f64 {
+    #[inline(always)]
+    pub fn residual(&self) -> T {
         self.balance.max(self.joint).max(self.law)
     }
 }
 
 /// Judges `solution` as a solution of `stage`.
-pub fn certify(stage: &Stage, solution: &StageSolution) -> Certificate {
-    let mut certificate = Certificate::default();
+#[inline(always)]
+pub fn certify<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Certificate<T> {
+    let zero = T::zero();
+    let mut certificate = Certificate { balance: zero, joint: zero, law: zero, gap: zero };
     for (i, link) in stage.links.iter().enumerate() {
-        judge_friction(link, &solution.twist[i], solution.friction[i], &mut certificate);
+        judge_friction(link, &solution.twist[i], &solution.friction[i], &mut certificate);
     }
     for (contact, &impulse) in stage.contacts.iter().zip(&solution.contact) {
-        judge_contact(contact, &stage.links[contact.link], &solution.twist[contact.link], impulse, &mut certificate);
+        let link = &stage.links[contact.link];
+        judge_contact(contact, link, &solution.twist[contact.link], impulse, &mut certificate);
     }
     for (j, joint) in stage.joints.iter().enumerate() {
-        let pair = [&stage.links[j], &stage.links[j + 1]];
-        let twist = [&solution.twist[j], &solution.twist[j + 1]];
-        certificate.joint = certificate.joint.max(joint_velocity(pair, twist).norm());
-        judge_drive(joint, pair[0], twist[1].z - twist[0].z, solution.drive[j], &mut certificate);
+        let rate = solution.twist[j + 1].z - solution.twist[j].z;
+        judge_drive(joint, &stage.links[j], rate, solution.drive[j], &mut certificate);
+        let near = end_velocity(&stage.links[j], &solution.twist[j], T::splat(1.0));
+        let far = end_velocity(&stage.links[j + 1], &solution.twist[j + 1], T::splat(-1.0));
+        certificate.joint = certificate.joint.max(norm(near.x - far.x, near.y - far.y));
     }
     judge_balance(stage, solution, &mut certificate);
     certificate
 }
 
-fn judge_friction(link: &StageLink, u: &Twist, impulse: Vector2<f64>, certificate: &mut Certificate) {
-    let set = Ellipse { axes: link.friction };
+/// The projection is taken in coordinates in which the ellipse is the unit disc: P = A p,
+/// gamma^ = A gamma; along a zero axis any impulse is a violation.
+#[inline(always)]
+fn judge_friction<T: Real>(link: &StageLink<T>, u: &Vector3<T>, impulse: &Vector2<T>, certificate: &mut Certificate<T>) {
+    let (a, zero, one) = (link.friction, T::zero(), T::splat(1.0));
     let slip = link.heading.to_link(u.xy());
-    let nearest = set.project(impulse - slip * link.mass);
-    certificate.law = certificate.law.max((impulse - nearest).norm() / link.mass);
-    certificate.gap += (set.support(-slip) + impulse.dot(&slip)).max(0.0);
+    let scaled = Vector2::new(a.x * slip.x, a.y * slip.y);
+    let unit = |p: T, a: T| T::select(zero.lt(a), p / a, zero);
+    let p = Vector2::new(unit(impulse.x, a.x), unit(impulse.y, a.y));
+    let largest = a.x.max(a.y);
+    let rate = T::select(zero.lt(largest), link.mass / (largest * largest), zero);
+    let x = Vector2::new(p.x - rate * scaled.x, p.y - rate * scaled.y);
+    let shrink = one / norm(x.x, x.y).max(one);
+    let violation = norm(p.x - x.x * shrink, p.y - x.y * shrink) * largest;
+    let outside = norm(impulse.x - p.x * a.x, impulse.y - p.y * a.y);
+    certificate.law = certificate.law.max((violation + outside) / link.mass);
+    let gap = norm(scaled.x, scaled.y) + impulse.x * slip.x + impulse.y * slip.y;
+    certificate.gap += gap.max(zero);
 }
 
-fn judge_contact(contact: &StageContact, link: &StageLink, u: &Twist, impulse: f64, certificate: &mut Certificate) {
-    let opening = contact.direction.dot(u) + contact.offset;
-    let nearest = NonNegative.project(impulse - link.mass * opening);
+#[inline(always)]
+fn judge_contact<T: Real>(
+    contact: &StageContact<T>,
+    link: &StageLink<T>,
+    u: &Vector3<T>,
+    impulse: T,
+    certificate: &mut Certificate<T>,
+) {
+    let w = &contact.direction;
+    let opening = w.x * u.x + w.y * u.y + w.z * u.z + contact.offset;
+    let nearest = (impulse - link.mass * opening).max(T::zero());
     certificate.law = certificate.law.max((impulse - nearest).abs() / link.mass);
-    certificate.gap += (impulse * opening).max(0.0);
+    certificate.gap += (impulse * opening).max(T::zero());
 }
 
-fn judge_drive(joint: &StageJoint, link: &StageLink, rate: f64, drive: f64, certificate: &mut Certificate) {
-    let law = Interval { limit: joint.limit }.project(joint.drive - joint.stiffness * rate);
+#[inline(always)]
+fn judge_drive<T: Real>(joint: &StageJoint<T>, link: &StageLink<T>, rate: T, drive: T, certificate: &mut Certificate<T>) {
+    let law = (joint.drive - joint.stiffness * rate).min(joint.limit).max(-joint.limit);
     certificate.law = certificate.law.max((drive - law).abs() / (link.mass * link.half_length));
 }
 
-/// W_J^T u of one joint: velocity of the near link's far end minus that of the far link's near end.
-fn joint_velocity(links: [&StageLink; 2], twist: [&Twist; 2]) -> Vector2<f64> {
-    let end = |k: usize, side: f64| twist[k].xy() + links[k].heading.lateral() * (side * links[k].half_length * twist[k].z);
-    end(0, 1.0) - end(1, -1.0)
+/// Velocity of a link's end; `side` is 1 for the far joint, -1 for the near one.
+#[inline(always)]
+fn end_velocity<T: Real>(link: &StageLink<T>, u: &Vector3<T>, side: T) -> Vector2<T> {
+    let swing = side * link.half_length * u.z;
+    Vector2::new(u.x - link.heading.sin * swing, u.y + link.heading.cos * swing)
 }
 
 /// The joint impulses that balance the linear momentum of links 1..i in turn leave, on each link, a
 /// moment that must vanish, and on the last one a force that must vanish.
-fn judge_balance(stage: &Stage, solution: &StageSolution, certificate: &mut Certificate) {
-    let mut from_before: Vector2<f64> = Vector2::zeros();
+#[inline(always)]
+fn judge_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certificate: &mut Certificate<T>) {
+    let zero = T::zero();
+    let half = T::splat(0.5);
+    let mut from_before = Vector2::new(zero, zero);
     let last = stage.links.len() - 1;
     for (i, link) in stage.links.iter().enumerate() {
+        let (u, reference) = (&solution.twist[i], &link.reference);
         let applied = applied_impulse(stage, solution, i);
-        let change = solution.twist[i] - link.reference;
-        let to_next = applied.xy() + from_before - change.xy() * link.mass;
-        let (to_next, unbalanced) = if i == last { (Vector2::zeros(), to_next) } else { (to_next, Vector2::zeros()) };
-        let arm = link.heading.lateral() * link.half_length;
-        let moment = applied.z - arm.dot(&(from_before + to_next)) - link.inertia * change.z;
-        certificate.balance = certificate.balance.max(unbalanced.norm() / link.mass);
+        let left = Vector2::new(
+            applied.x + from_before.x - link.mass * (u.x - reference.x),
+            applied.y + from_before.y - link.mass * (u.y - reference.y),
+        );
+        let to_next = if i == last { Vector2::new(zero, zero) } else { left };
+        let lateral = link.heading.lateral();
+        let pull = lateral.x * (from_before.x + to_next.x) + lateral.y * (from_before.y + to_next.y);
+        let moment = applied.z - link.half_length * pull - link.inertia * (u.z - reference.z);
         certificate.balance = certificate.balance.max(moment.abs() / link.inertia * link.half_length);
-        certificate.gap += 0.5 * (unbalanced.norm_squared() / link.mass + moment * moment / link.inertia);
+        certificate.gap += half * moment * moment / link.inertia;
+        if i == last {
+            certificate.balance = certificate.balance.max(norm(left.x, left.y) / link.mass);
+            certificate.gap += half * (left.x * left.x + left.y * left.y) / link.mass;
+        }
         from_before = to_next;
     }
 }
 
 /// Friction, contact and actuator impulses on link `i` as (x, y, moment about the CG).
-fn applied_impulse(stage: &Stage, solution: &StageSolution, i: usize) -> Twist {
+#[inline(always)]
+fn applied_impulse<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: usize) -> Vector3<T> {
     let friction = stage.links[i].heading.to_world(solution.friction[i]);
-    let contacts = stage.contacts.iter().zip(&solution.contact).filter(|(contact, _)| contact.link == i);
-    let pushed: Twist = contacts.map(|(contact, impulse)| contact.direction * *impulse).sum();
-    let before = if i > 0 { solution.drive[i - 1] } else { 0.0 };
-    let after = solution.drive.get(i).copied().unwrap_or(0.0);
-    pushed + Twist::new(friction.x, friction.y, before - after)
+    let mut moment = T::zero();
+    if i > 0 {
+        moment += solution.drive[i - 1];
+    }
+    if i < solution.drive.len() {
+        moment -= solution.drive[i];
+    }
+    let mut applied = Vector3::new(friction.x, friction.y, moment);
+    for (contact, &impulse) in stage.contacts.iter().zip(&solution.contact) {
+        if contact.link == i {
+            let w = &contact.direction;
+            applied = Vector3::new(applied.x + w.x * impulse, applied.y + w.y * impulse, applied.z + w.z * impulse);
+        }
+    }
+    applied
 }

@@ -1,10 +1,11 @@
 //! Kinematics of the chain: joints as position constraints (T 3.3.3) and as kinematic recursion.
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 
+use crate::math::Real;
 use crate::robot::{Link, Robot};
 
-use super::{Heading, Pose, Twist};
+use super::{Heading, Pose};
 
 /// g_J of one joint: the vector from the joint on the next link to the joint on this one (T 3.14).
 pub fn joint_gap(link: &Link, pose: &Pose, next_link: &Link, next_pose: &Pose) -> Vector2<f64> {
@@ -42,10 +43,27 @@ pub fn assemble_chain(robot: &Robot, first: Pose, joint_angle: &[f64], pose: &mu
 }
 
 /// Poses after moving from `from` with `twist` for `duration`, joints closed: link 1 and all angles
-/// travel along their velocities, the rest of the chain follows from the joints.
-pub fn travel(robot: &Robot, from: &[Pose], twist: &[Twist], duration: f64, to: &mut [Pose]) {
-    for (to, (q, u)) in to.iter_mut().zip(from.iter().zip(twist)) {
-        *to = q + u * duration;
+/// travel along their velocities, the rest of the chain follows from the joints. Returns the headings.
+#[inline(always)]
+pub fn travel<T: Real>(
+    half_length: &[T],
+    from: &[Vector3<T>],
+    twist: &[Vector3<T>],
+    duration: T,
+    to: &mut [Vector3<T>],
+    heading: &mut [Heading<T>],
+) {
+    let (mut x, mut y) = (T::zero(), T::zero());
+    for i in 0..from.len() {
+        let theta = from[i].z + twist[i].z * duration;
+        heading[i] = Heading::of(theta);
+        let (half_x, half_y) = (heading[i].cos * half_length[i], heading[i].sin * half_length[i]);
+        if i == 0 {
+            (x, y) = (from[0].x + twist[0].x * duration, from[0].y + twist[0].y * duration);
+        } else {
+            (x, y) = (x + half_x, y + half_y);
+        }
+        to[i] = Vector3::new(x, y, theta);
+        (x, y) = (x + half_x, y + half_y);
     }
-    close_joints(robot, to);
 }

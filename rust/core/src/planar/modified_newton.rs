@@ -7,7 +7,7 @@ use nalgebra::{Matrix2, Vector2};
 
 use crate::laws::{ConvexSet, Ellipse, NonNegative};
 
-use super::{Outcome, Stage, StageLink, StageSolution, Twist};
+use super::{Stage, StageLink, StageSolution, Twist};
 
 /// r_T and r_H of (T 3.78)-(T 3.79).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,6 +39,7 @@ impl ModifiedNewton {
     }
 
     /// Iterates from the impulses in `solution` until (T 3.81) holds with `epsilon` \[N s\].
+    /// Returns the number of iterations and whether that happened.
     pub fn solve(
         &mut self,
         stage: &Stage,
@@ -46,7 +47,7 @@ impl ModifiedNewton {
         r: Penalties,
         epsilon: f64,
         max_iterations: u32,
-    ) -> Outcome {
+    ) -> (u32, bool) {
         self.factorise(stage);
         for (drive, joint) in solution.drive.iter_mut().zip(&stage.joints) {
             *drive = joint.drive.clamp(-joint.limit, joint.limit);
@@ -57,10 +58,10 @@ impl ModifiedNewton {
             self.apply_joints(stage, solution);
             let change = project_contacts(stage, solution, r.contact) + project_friction(stage, solution, r.friction);
             if change < epsilon {
-                return Outcome { iterations, converged: true };
+                return (iterations, true);
             }
         }
-        Outcome { iterations: max_iterations, converged: false }
+        (max_iterations, false)
     }
 
     /// Block elimination of W_J^T M^-1 W_J, which is block tridiagonal.

@@ -8,54 +8,61 @@
 //! centre to the new impulses and repeating is the proximal point method on the dual, which converges
 //! whether or not the impulses are unique.
 //! Friction is treated in coordinates in which its ellipse is the unit disc; a zero axis is harmless.
+//!
+//! Several robots are solved side by side: a lane that has converged keeps its velocities and impulses
+//! while the others go on, so that each takes exactly the steps it would take alone.
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
+
+use crate::math::{Mask, Real};
 
 use super::ray::Ray;
 use super::sweep::{Elimination, LinkModel, minimise};
-use super::{Stage, StageLink, StageSolution, Twist};
+use super::{Stage, StageLink, StageSolution};
 
-/// How a solve ended.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outcome {
-    /// Linear solves.
-    pub iterations: u32,
+/// How a solve ended, lane by lane.
+#[derive(Debug, Clone, Copy)]
+pub struct Outcome<T: Real = f64> {
+    /// Linear solves, a whole number.
+    pub iterations: T,
     /// Whether the solver's own stopping rule was met; the certificate judges independently.
-    pub converged: bool,
+    pub converged: T::Mask,
 }
 
 /// The proximal form of one law: penalty r, centre, and its value at the present velocity.
 ///
-/// Friction (`V = Vector2`) lives in the unit disc, contact (`V = f64`) is an impulse.
+/// Friction (`V` a vector) lives in the unit disc, contact (`V` a number) is an impulse.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Proximal<V> {
-    pub penalty: f64,
+pub(super) struct Proximal<T, V> {
+    pub penalty: T,
     pub centre: V,
     pub value: V,
 }
 
 /// Workspace of the solver, re-used from stage to stage.
 #[derive(Debug, Clone)]
-pub struct Newton {
-    friction: Vec<Proximal<Vector2<f64>>>,
-    contact: Vec<Proximal<f64>>,
-    models: Vec<LinkModel>,
-    eliminations: Vec<Elimination>,
-    direction: Vec<Twist>,
-    start: Vec<Twist>,
-    ray: Ray,
+pub struct Newton<T = f64> {
+    friction: Vec<Proximal<T, Vector2<T>>>,
+    contact: Vec<Proximal<T, T>>,
+    models: Vec<LinkModel<T>>,
+    eliminations: Vec<Elimination<T>>,
+    direction: Vec<Vector3<T>>,
+    start: Vec<Vector3<T>>,
+    ray: Ray<T>,
 }
 
-impl Newton {
+impl<T: Real> Newton<T> {
     pub fn new(links: usize) -> Self {
-        let at_rest = Proximal { penalty: 0.0, centre: Vector2::zeros(), value: Vector2::zeros() };
+        let zero = T::zero();
+        let nothing = Vector2::new(zero, zero);
+        let at_rest = Vector3::new(zero, zero, zero);
         Self {
-            friction: vec![at_rest; links],
+            friction: vec![Proximal { penalty: zero, centre: nothing, value: nothing }; links],
             contact: Vec::with_capacity(links),
-            models: vec![LinkModel::default(); links],
-            eliminations: vec![Elimination::default(); links],
-            direction: vec![Twist::zeros(); links],
-            start: vec![Twist::zeros(); links],
+            models: vec![LinkModel::zero(); links],
+            eliminations: vec![Elimination::zero(); links],
+            direction: vec![at_rest; links],
+            start: vec![at_rest; links],
             ray: Ray::with_capacity(links),
         }
     }
@@ -64,25 +71,35 @@ impl Newton {
     /// about `tolerance` \[m/s\], in at most `max_iterations` linear solves.
     ///
     /// The starting twists need not satisfy the joints: the first link's twist and all angular
-    /// velocities are kept and the rest follows.
-    pub fn solve(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64, max_iterations: u32) -> Outcome {
+    /// velocities are kept and the rest follows. Lanes not in `lanes` are left as they are.
+    #[inline(always)]
+    pub fn solve(
+        &mut self,
+        stage: &Stage<T>,
+        solution: &mut StageSolution<T>,
+        tolerance: f64,
+        max_iterations: u32,
+        lanes: T::Mask,
+    ) -> Outcome<T> {
         self.warm_up(stage, solution);
         self.linearise(stage, solution);
-        let mut outcome = Outcome { iterations: 0, converged: false };
-        while outcome.iterations < max_iterations {
-            outcome.iterations += 1;
+        let tolerance = T::splat(tolerance);
+        let mut outcome = Outcome { iterations: T::zero(), converged: T::Mask::of(|_| false) };
+        let mut active = lanes;
+        for _ in 0..max_iterations {
+            outcome.iterations += T::select(active, T::splat(1.0), T::zero());
             minimise(&self.models, &mut self.eliminations, &mut self.direction);
-            let step = self.descend(stage, solution);
-            if !step.is_finite() {
-                break;
-            }
+            let step = self.descend(stage, solution, active);
             let multiplier_error = self.multiplier_error(stage, &solution.twist);
-            if step <= tolerance && multiplier_error <= tolerance {
-                outcome.converged = true;
+            outcome.converged = outcome.converged | (active & step.le(tolerance) & multiplier_error.le(tolerance));
+            // A step that is not finite ends its lane: it is below no bound.
+            active = active & !outcome.converged & step.lt(T::splat(f64::INFINITY));
+            if !active.any() {
                 break;
             }
-            if step <= tolerance.max(INNER_ACCURACY * multiplier_error) {
-                self.recentre();
+            let settled = active & step.le(tolerance.max(T::splat(INNER_ACCURACY) * multiplier_error));
+            if settled.any() {
+                self.recentre(settled);
                 self.linearise(stage, solution);
             }
         }
@@ -91,67 +108,83 @@ impl Newton {
     }
 
     /// Penalties, centres from the warm start, and twists that satisfy the joints.
-    fn warm_up(&mut self, stage: &Stage, solution: &mut StageSolution) {
+    #[inline(always)]
+    fn warm_up(&mut self, stage: &Stage<T>, solution: &mut StageSolution<T>) {
         for ((friction, link), impulse) in self.friction.iter_mut().zip(&stage.links).zip(&solution.friction) {
-            let centre = impulse.zip_map(&link.friction, |p, a| if a > 0.0 { p / a } else { 0.0 });
+            let scaled = |p: T, a: T| T::select(T::zero().lt(a), p / a, T::zero());
+            let centre = Vector2::new(scaled(impulse.x, link.friction.x), scaled(impulse.y, link.friction.y));
             *friction = Proximal { penalty: friction_penalty(link), centre, value: centre };
         }
         self.contact.clear();
-        self.contact.extend(stage.contacts.iter().zip(&solution.contact).map(|(contact, &impulse)| Proximal {
-            penalty: PENALTY * stage.links[contact.link].mass,
-            centre: impulse,
-            value: impulse,
-        }));
+        for (contact, &impulse) in stage.contacts.iter().zip(&solution.contact) {
+            let penalty = T::splat(PENALTY) * stage.links[contact.link].mass;
+            self.contact.push(Proximal { penalty, centre: impulse, value: impulse });
+        }
         follow_joints(&stage.links, &mut solution.twist);
     }
 
     /// One damped Newton step, linearised at its end; returns its undamped length as a velocity \[m/s\].
-    fn descend(&mut self, stage: &Stage, solution: &mut StageSolution) -> f64 {
+    #[inline(always)]
+    fn descend(&mut self, stage: &Stage<T>, solution: &mut StageSolution<T>, active: T::Mask) -> T {
         let slope = self.slope();
         self.start.copy_from_slice(&solution.twist);
-        self.move_along(stage, solution, 1.0);
-        if self.slope() > OVERSHOOT * -slope {
+        let mut fraction = T::select(active, T::splat(1.0), T::zero());
+        self.move_along(stage, solution, fraction);
+        let overshoots = active & (T::splat(OVERSHOOT) * -slope).lt(self.slope());
+        if overshoots.any() {
             self.ray.cast(stage, &self.start, &self.direction, &self.friction, &self.contact);
-            let fraction = self.ray.zero_of_slope(slope, OVERSHOOT);
+            let damped = self.ray.zero_of_slope(slope, T::splat(OVERSHOOT), overshoots);
+            fraction = T::select(overshoots, damped, fraction);
             self.move_along(stage, solution, fraction);
         }
-        (-slope / stage.links[0].mass).max(0.0).sqrt()
+        (-slope / stage.links[0].mass).max(T::zero()).sqrt() + (slope - slope)
     }
 
-    fn move_along(&mut self, stage: &Stage, solution: &mut StageSolution, fraction: f64) {
-        for ((u, start), direction) in solution.twist.iter_mut().zip(&self.start).zip(&self.direction) {
-            *u = start + direction * fraction;
+    #[inline(always)]
+    fn move_along(&mut self, stage: &Stage<T>, solution: &mut StageSolution<T>, fraction: T) {
+        let still = fraction.le(T::zero());
+        for ((u, start), du) in solution.twist.iter_mut().zip(&self.start).zip(&self.direction) {
+            u.x = T::select(still, start.x, start.x + du.x * fraction);
+            u.y = T::select(still, start.y, start.y + du.y * fraction);
+            u.z = T::select(still, start.z, start.z + du.z * fraction);
         }
         self.linearise(stage, solution);
     }
 
     /// Derivative of the inner function along the direction where it was last linearised \[J\].
-    fn slope(&self) -> f64 {
-        let along = |(model, du): (&LinkModel, &Twist)| model.gx * du.x + model.gy * du.y + model.gw * du.z;
-        self.models.iter().zip(&self.direction).map(along).sum()
+    #[inline(always)]
+    fn slope(&self) -> T {
+        let mut slope = T::zero();
+        for (model, du) in self.models.iter().zip(&self.direction) {
+            slope += model.gx * du.x + model.gy * du.y + model.gw * du.z;
+        }
+        slope
     }
 
     /// Impulses, gradient and generalised Hessian of the inner function at the present twists.
-    fn linearise(&mut self, stage: &Stage, solution: &mut StageSolution) {
+    #[inline(always)]
+    fn linearise(&mut self, stage: &Stage<T>, solution: &mut StageSolution<T>) {
         let twist = &solution.twist;
         for (i, link) in stage.links.iter().enumerate() {
             self.models[i] = link_model(link, &twist[i], &mut self.friction[i]);
         }
         for (j, joint) in stage.joints.iter().enumerate() {
             let wanted = joint.drive - joint.stiffness * (twist[j + 1].z - twist[j].z);
-            let drive = wanted.clamp(-joint.limit, joint.limit);
+            let drive = wanted.min(joint.limit).max(-joint.limit);
             solution.drive[j] = drive;
             self.models[j].gw += drive;
             self.models[j + 1].gw -= drive;
-            self.models[j + 1].stiffness = if drive == wanted { joint.stiffness } else { 0.0 };
+            let free = wanted.abs().le(joint.limit);
+            self.models[j + 1].stiffness = T::select(free, joint.stiffness, T::zero());
         }
         for (contact, proximal) in stage.contacts.iter().zip(&mut self.contact) {
             let w = &contact.direction;
-            let impulse = proximal.centre - proximal.penalty * (w.dot(&twist[contact.link]) + contact.offset);
-            proximal.value = impulse.max(0.0);
-            if impulse > 0.0 {
-                self.models[contact.link].add_rank_one(w, proximal.penalty, -impulse);
-            }
+            let u = &twist[contact.link];
+            let opening = w.x * u.x + w.y * u.y + w.z * u.z + contact.offset;
+            let impulse = proximal.centre - proximal.penalty * opening;
+            proximal.value = impulse.max(T::zero());
+            let penalty = T::select(T::zero().lt(impulse), proximal.penalty, T::zero());
+            self.models[contact.link].add_rank_one(w, penalty, -proximal.value);
         }
     }
 
@@ -161,16 +194,17 @@ impl Newton {
     /// Sticking or in contact, the constraint is violated by |P - P_centre| / r. Sliding at speed
     /// gamma, the friction's direction is off by |P - P_centre| / (r gamma), which changes the link's
     /// velocity by that angle times a / m.
-    fn multiplier_error(&self, stage: &Stage, twist: &[Twist]) -> f64 {
-        let mut worst: f64 = 0.0;
+    #[inline(always)]
+    fn multiplier_error(&self, stage: &Stage<T>, twist: &[Vector3<T>]) -> T {
+        let mut worst = T::zero();
         for ((friction, link), u) in self.friction.iter().zip(&stage.links).zip(twist) {
-            let largest = link.friction.max();
-            if largest > 0.0 {
-                let change = (friction.value - friction.centre).norm() / (friction.penalty * largest);
-                let slides = friction.value.norm_squared() > 1.0 - 1e-9;
-                let amplification = if slides { largest / (link.mass * u.xy().norm()) } else { 1.0 };
-                worst = worst.max(change * amplification.max(1.0));
-            }
+            let largest = link.friction.x.max(link.friction.y);
+            let change = norm(friction.value.x - friction.centre.x, friction.value.y - friction.centre.y);
+            let violation = change / (friction.penalty * largest);
+            let slides = T::splat(1.0 - 1e-9).lt(norm(friction.value.x, friction.value.y));
+            let amplification = (largest / (link.mass * norm(u.x, u.y))).max(T::splat(1.0));
+            let error = violation * T::select(slides, amplification, T::splat(1.0));
+            worst = T::select(T::zero().lt(largest), worst.max(error), worst);
         }
         for contact in &self.contact {
             worst = worst.max((contact.value - contact.centre).abs() / contact.penalty);
@@ -178,14 +212,21 @@ impl Newton {
         worst
     }
 
-    fn recentre(&mut self) {
-        self.friction.iter_mut().for_each(|friction| friction.centre = friction.value);
-        self.contact.iter_mut().for_each(|contact| contact.centre = contact.value);
+    #[inline(always)]
+    fn recentre(&mut self, lanes: T::Mask) {
+        for friction in &mut self.friction {
+            friction.centre.x = T::select(lanes, friction.value.x, friction.centre.x);
+            friction.centre.y = T::select(lanes, friction.value.y, friction.centre.y);
+        }
+        for contact in &mut self.contact {
+            contact.centre = T::select(lanes, contact.value, contact.centre);
+        }
     }
 
-    fn write_impulses(&self, stage: &Stage, solution: &mut StageSolution) {
+    #[inline(always)]
+    fn write_impulses(&self, stage: &Stage<T>, solution: &mut StageSolution<T>) {
         for ((impulse, friction), link) in solution.friction.iter_mut().zip(&self.friction).zip(&stage.links) {
-            *impulse = friction.value.component_mul(&link.friction);
+            *impulse = Vector2::new(friction.value.x * link.friction.x, friction.value.y * link.friction.y);
         }
         for (impulse, contact) in solution.contact.iter_mut().zip(&self.contact) {
             *impulse = contact.value;
@@ -198,55 +239,63 @@ impl Newton {
 /// In scaled coordinates gamma^ = A R^T v with A = diag(a_x, a_y), friction acts with R A p,
 /// p = prox_disc(x), x = centre - r gamma^, and the Hessian is r R A D A R^T with
 /// D = I when sticking, (I - p p^T) / |x| when sliding.
-#[inline]
-fn link_model(link: &StageLink, u: &Twist, friction: &mut Proximal<Vector2<f64>>) -> LinkModel {
+#[inline(always)]
+fn link_model<T: Real>(link: &StageLink<T>, u: &Vector3<T>, friction: &mut Proximal<T, Vector2<T>>) -> LinkModel<T> {
     let (c, s) = (link.heading.cos, link.heading.sin);
     let (ax, ay) = (link.friction.x, link.friction.y);
     let (rax, ray) = (friction.penalty * ax, friction.penalty * ay);
     let x = friction.centre.x - rax * (c * u.x + s * u.y);
     let y = friction.centre.y - ray * (c * u.y - s * u.x);
+    let one = T::splat(1.0);
     let norm_squared = x * x + y * y;
-    let (px, py, dxx, dxy, dyy) = if norm_squared <= 1.0 {
-        (x, y, 1.0, 0.0, 1.0)
-    } else {
-        let shrink = 1.0 / norm_squared.sqrt();
-        let (px, py) = (x * shrink, y * shrink);
-        (px, py, py * py * shrink, -px * py * shrink, px * px * shrink)
-    };
+    let shrink = one / norm_squared.max(one).sqrt();
+    let (px, py) = (x * shrink, y * shrink);
     friction.value = Vector2::new(px, py);
-    let (hxx, hxy, hyy) = (rax * ax * dxx, rax * ay * dxy, ray * ay * dyy);
+    let sticks = norm_squared.le(one);
+    let hxx = rax * ax * T::select(sticks, one, py * py * shrink);
+    let hxy = rax * ay * T::select(sticks, T::zero(), -px * py * shrink);
+    let hyy = ray * ay * T::select(sticks, one, px * px * shrink);
     let (fx, fy) = (ax * px, ay * py);
-    let cross = 2.0 * c * s * hxy;
+    let (cc, cs, ss) = (c * c, c * s, s * s);
+    let cross = (cs + cs) * hxy;
     LinkModel {
         heading: link.heading,
         half_length: link.half_length,
-        xx: link.mass + c * c * hxx - cross + s * s * hyy,
-        xy: c * s * (hxx - hyy) + (c * c - s * s) * hxy,
-        yy: link.mass + s * s * hxx + cross + c * c * hyy,
-        xw: 0.0,
-        yw: 0.0,
+        xx: link.mass + cc * hxx - cross + ss * hyy,
+        xy: cs * (hxx - hyy) + (cc - ss) * hxy,
+        yy: link.mass + ss * hxx + cross + cc * hyy,
+        xw: T::zero(),
+        yw: T::zero(),
         ww: link.inertia,
         gx: link.mass * (u.x - link.reference.x) - (c * fx - s * fy),
         gy: link.mass * (u.y - link.reference.y) - (s * fx + c * fy),
         gw: link.inertia * (u.z - link.reference.z),
-        stiffness: 0.0,
+        stiffness: T::zero(),
     }
 }
 
 /// r in unit-disc coordinates: a stick stiffness of `PENALTY` masses along the stronger axis.
-fn friction_penalty(link: &StageLink) -> f64 {
-    let largest = link.friction.max();
-    if largest > 0.0 { PENALTY * link.mass / (largest * largest) } else { 0.0 }
+#[inline(always)]
+fn friction_penalty<T: Real>(link: &StageLink<T>) -> T {
+    let largest = link.friction.x.max(link.friction.y);
+    let penalty = T::splat(PENALTY) * link.mass / (largest * largest);
+    T::select(T::zero().lt(largest), penalty, T::zero())
 }
 
 /// Velocities of links 2..n from the joints, given the twist of link 1 and all angular velocities.
-fn follow_joints(links: &[StageLink], twist: &mut [Twist]) {
+#[inline(always)]
+fn follow_joints<T: Real>(links: &[StageLink<T>], twist: &mut [Vector3<T>]) {
     for i in 1..links.len() {
-        let far = twist[i - 1].xy() + links[i - 1].heading.lateral() * (links[i - 1].half_length * twist[i - 1].z);
-        let v = far + links[i].heading.lateral() * (links[i].half_length * twist[i].z);
-        twist[i].x = v.x;
-        twist[i].y = v.y;
+        let (near, far) = (&links[i - 1], &links[i]);
+        let (swing_near, swing_far) = (near.half_length * twist[i - 1].z, far.half_length * twist[i].z);
+        twist[i].x = twist[i - 1].x - near.heading.sin * swing_near - far.heading.sin * swing_far;
+        twist[i].y = twist[i - 1].y + near.heading.cos * swing_near + far.heading.cos * swing_far;
     }
+}
+
+#[inline(always)]
+pub(super) fn norm<T: Real>(x: T, y: T) -> T {
+    (x * x + y * y).sqrt()
 }
 
 /// Stick stiffness over link mass: large enough that an outer step gains three to four digits, small

@@ -1,49 +1,51 @@
 //! The inner function of the solver along a line u + alpha du: its slope, cheaply, for any alpha.
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 
+use crate::math::{Mask, Real};
+
+use super::Stage;
 use super::newton::Proximal;
-use super::{Stage, Twist};
 
 /// Slope of a strongly convex, piecewise smooth function of alpha; it rises monotonically.
 #[derive(Debug, Clone)]
-pub(super) struct Ray {
+pub(super) struct Ray<T> {
     /// Inertia: slope at 0 and its constant rise.
-    inertia: [f64; 2],
-    friction: Vec<FrictionRay>,
-    drives: Vec<DriveRay>,
-    contacts: Vec<ContactRay>,
+    inertia: [T; 2],
+    friction: Vec<FrictionRay<T>>,
+    drives: Vec<DriveRay<T>>,
+    contacts: Vec<ContactRay<T>>,
 }
 
 /// p = prox_disc(start + alpha change) adds `p . change / r`.
 #[derive(Debug, Clone, Copy)]
-struct FrictionRay {
-    start: Vector2<f64>,
-    change: Vector2<f64>,
-    weight: f64,
+struct FrictionRay<T> {
+    start: [T; 2],
+    change: [T; 2],
+    weight: T,
 }
 
 /// The joint impulse clamp(start + alpha change, limit) adds minus itself times the joint's rate.
 #[derive(Debug, Clone, Copy)]
-struct DriveRay {
-    start: f64,
-    change: f64,
-    limit: f64,
-    rate: f64,
+struct DriveRay<T> {
+    start: T,
+    change: T,
+    limit: T,
+    rate: T,
 }
 
 /// P = max(start + alpha change, 0) adds `P change / r`.
 #[derive(Debug, Clone, Copy)]
-struct ContactRay {
-    start: f64,
-    change: f64,
-    weight: f64,
+struct ContactRay<T> {
+    start: T,
+    change: T,
+    weight: T,
 }
 
-impl Ray {
+impl<T: Real> Ray<T> {
     pub fn with_capacity(links: usize) -> Self {
         Self {
-            inertia: [0.0; 2],
+            inertia: [T::zero(); 2],
             friction: Vec::with_capacity(links),
             drives: Vec::with_capacity(links),
             contacts: Vec::with_capacity(links),
@@ -51,34 +53,39 @@ impl Ray {
     }
 
     /// Prepares the line through `twist` along `direction`.
+    #[inline(always)]
     pub fn cast(
         &mut self,
-        stage: &Stage,
-        twist: &[Twist],
-        direction: &[Twist],
-        friction: &[Proximal<Vector2<f64>>],
-        contact: &[Proximal<f64>],
+        stage: &Stage<T>,
+        twist: &[Vector3<T>],
+        direction: &[Vector3<T>],
+        friction: &[Proximal<T, Vector2<T>>],
+        contact: &[Proximal<T, T>],
     ) {
-        self.inertia = [0.0; 2];
+        self.inertia = [T::zero(); 2];
         self.friction.clear();
-        for (((link, u), du), proximal) in stage.links.iter().zip(twist).zip(direction).zip(friction) {
-            let momentum = Twist::new(link.mass * du.x, link.mass * du.y, link.inertia * du.z);
-            self.inertia[0] += momentum.dot(&(u - link.reference));
-            self.inertia[1] += momentum.dot(du);
-            let scaled = link.friction * -proximal.penalty;
-            if proximal.penalty > 0.0 {
-                self.friction.push(FrictionRay {
-                    start: proximal.centre + scaled.component_mul(&link.heading.to_link(u.xy())),
-                    change: scaled.component_mul(&link.heading.to_link(du.xy())),
-                    weight: 1.0 / proximal.penalty,
-                });
-            }
+        for (i, link) in stage.links.iter().enumerate() {
+            let (u, du, proximal) = (&twist[i], &direction[i], &friction[i]);
+            let momentum = Vector3::new(link.mass * du.x, link.mass * du.y, link.inertia * du.z);
+            self.inertia[0] += dot(&momentum, &Vector3::new(u.x - link.reference.x, u.y - link.reference.y, u.z - link.reference.z));
+            self.inertia[1] += dot(&momentum, du);
+            let (c, s) = (link.heading.cos, link.heading.sin);
+            let scale = [-proximal.penalty * link.friction.x, -proximal.penalty * link.friction.y];
+            let weight = T::splat(1.0) / proximal.penalty;
+            self.friction.push(FrictionRay {
+                start: [
+                    proximal.centre.x + scale[0] * (c * u.x + s * u.y),
+                    proximal.centre.y + scale[1] * (c * u.y - s * u.x),
+                ],
+                change: [scale[0] * (c * du.x + s * du.y), scale[1] * (c * du.y - s * du.x)],
+                weight: T::select(T::zero().lt(proximal.penalty), weight, T::zero()),
+            });
         }
         self.drives.clear();
-        for ((joint, u), du) in stage.joints.iter().zip(twist.windows(2)).zip(direction.windows(2)) {
-            let rate = du[1].z - du[0].z;
+        for (j, joint) in stage.joints.iter().enumerate() {
+            let rate = direction[j + 1].z - direction[j].z;
             self.drives.push(DriveRay {
-                start: joint.drive - joint.stiffness * (u[1].z - u[0].z),
+                start: joint.drive - joint.stiffness * (twist[j + 1].z - twist[j].z),
                 change: -joint.stiffness * rate,
                 limit: joint.limit,
                 rate,
@@ -86,54 +93,63 @@ impl Ray {
         }
         self.contacts.clear();
         for (contact, proximal) in stage.contacts.iter().zip(contact) {
-            let opening = contact.direction.dot(&twist[contact.link]) + contact.offset;
+            let opening = dot(&contact.direction, &twist[contact.link]) + contact.offset;
             self.contacts.push(ContactRay {
                 start: proximal.centre - proximal.penalty * opening,
-                change: -proximal.penalty * contact.direction.dot(&direction[contact.link]),
-                weight: 1.0 / proximal.penalty,
+                change: -proximal.penalty * dot(&contact.direction, &direction[contact.link]),
+                weight: T::splat(1.0) / proximal.penalty,
             });
         }
     }
 
     /// Derivative of the inner function by alpha \[J\].
-    pub fn slope(&self, alpha: f64) -> f64 {
+    #[inline(always)]
+    fn slope(&self, alpha: T) -> T {
         let mut slope = self.inertia[0] + alpha * self.inertia[1];
         for ray in &self.friction {
-            let x = ray.start + ray.change * alpha;
-            let norm = x.norm_squared().max(1.0).sqrt();
-            slope += ray.weight * x.dot(&ray.change) / norm;
+            let x = ray.start[0] + ray.change[0] * alpha;
+            let y = ray.start[1] + ray.change[1] * alpha;
+            let norm = (x * x + y * y).max(T::splat(1.0)).sqrt();
+            slope += ray.weight * (x * ray.change[0] + y * ray.change[1]) / norm;
         }
         for ray in &self.drives {
-            slope -= (ray.start + alpha * ray.change).clamp(-ray.limit, ray.limit) * ray.rate;
+            slope -= (ray.start + alpha * ray.change).min(ray.limit).max(-ray.limit) * ray.rate;
         }
         for ray in &self.contacts {
-            slope += ray.weight * ray.change * (ray.start + alpha * ray.change).max(0.0);
+            slope += ray.weight * ray.change * (ray.start + alpha * ray.change).max(T::zero());
         }
         slope
     }
 
     /// A zero of the slope on (0, 1) by regula falsi (Illinois), up to `accuracy` times the descent at
-    /// 0; `slope` is the negative slope at 0, and the slope at 1 is positive.
-    pub fn zero_of_slope(&self, slope: f64, accuracy: f64) -> f64 {
-        let (mut low, mut slope_low) = (0.0, slope);
-        let (mut high, mut slope_high) = (1.0, self.slope(1.0));
-        let mut alpha = 1.0;
+    /// 0, in the given lanes; `slope` is the negative slope at 0, and the slope at 1 is positive.
+    #[inline(always)]
+    pub fn zero_of_slope(&self, slope: T, accuracy: T, lanes: T::Mask) -> T {
+        let half = T::splat(0.5);
+        let (mut low, mut slope_low) = (T::zero(), slope);
+        let (mut high, mut slope_high) = (T::splat(1.0), self.slope(T::splat(1.0)));
+        let (mut alpha, mut searching) = (T::splat(1.0), lanes);
         for _ in 0..MAX_BRACKETINGS {
-            alpha = high - slope_high * (high - low) / (slope_high - slope_low);
+            let next = high - slope_high * (high - low) / (slope_high - slope_low);
+            alpha = T::select(searching, next, alpha);
             let here = self.slope(alpha);
-            if here.abs() <= accuracy * -slope {
+            searching = searching & (accuracy * -slope).lt(here.abs());
+            if !searching.any() {
                 break;
             }
-            if here > 0.0 {
-                (high, slope_high) = (alpha, here);
-                slope_low *= 0.5;
-            } else {
-                (low, slope_low) = (alpha, here);
-                slope_high *= 0.5;
-            }
+            let beyond = T::zero().lt(here);
+            slope_low = T::select(beyond, slope_low * half, here);
+            slope_high = T::select(beyond, here, slope_high * half);
+            low = T::select(beyond, low, alpha);
+            high = T::select(beyond, alpha, high);
         }
         alpha
     }
+}
+
+#[inline(always)]
+fn dot<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> T {
+    a.x * b.x + a.y * b.y + a.z * b.z
 }
 
 /// The bracket shrinks fast; the bound only guards against NaN.

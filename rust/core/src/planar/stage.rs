@@ -13,57 +13,57 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::{Heading, Twist};
+use crate::math::Real;
+
+use super::Heading;
 
 /// One link in a stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StageLink {
+pub struct StageLink<T = f64> {
     /// R_B^I at the predicted end configuration.
-    pub heading: Heading,
+    pub heading: Heading<T>,
     /// u_ref: the velocity the link would have without any force in this stage.
-    pub reference: Twist,
-    pub mass: f64,
-    pub inertia: f64,
+    pub reference: Vector3<T>,
+    pub mass: T,
+    pub inertia: T,
     /// L_i / 2 \[m\].
-    pub half_length: f64,
+    pub half_length: T,
     /// Semi-axes of C_T as impulses, mu m g c, in the link's frame \[N s\].
-    pub friction: Vector2<f64>,
+    pub friction: Vector2<T>,
 }
 
 /// One joint in a stage: the impulse that drives phi upwards is `clamp(drive - stiffness omega_J)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StageJoint {
+pub struct StageJoint<T = f64> {
     /// b = c (k_P (phi_d - phi_base) + k_D phi_d') \[N m s\].
-    pub drive: f64,
+    pub drive: T,
     /// k = c (c k_P + k_D) \[N m s^2\].
-    pub stiffness: f64,
+    pub stiffness: T,
     /// c times the torque limit \[N m s\].
-    pub limit: f64,
+    pub limit: T,
 }
 
-/// One link-peg contact in a stage.
+/// One link-peg contact in a stage. A lane without this contact has direction 0 and offset 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StageContact {
+pub struct StageContact<T = f64> {
     pub link: usize,
-    /// Index of the pair in [`crate::contact::NearPegs`].
-    pub pair: usize,
     /// w_H.
-    pub direction: Vector3<f64>,
+    pub direction: Vector3<T>,
     /// Gap over coefficient: the contact closes when `w_H . u + offset` reaches zero \[m/s\].
-    pub offset: f64,
+    pub offset: T,
 }
 
-/// Data of one stage.
-#[derive(Debug, Clone, Default)]
-pub struct Stage {
+/// Data of one stage, of one robot or of several side by side.
+#[derive(Debug, Clone)]
+pub struct Stage<T = f64> {
     /// c: the part of the step this stage covers \[s\].
     pub coefficient: f64,
-    pub links: Vec<StageLink>,
-    pub joints: Vec<StageJoint>,
-    pub contacts: Vec<StageContact>,
+    pub links: Vec<StageLink<T>>,
+    pub joints: Vec<StageJoint<T>>,
+    pub contacts: Vec<StageContact<T>>,
 }
 
-impl Stage {
+impl<T: Real> Stage<T> {
     pub fn with_capacity(links: usize) -> Self {
         Self {
             coefficient: 0.0,
@@ -76,23 +76,23 @@ impl Stage {
 
 /// What a solver returns, and what the certificate judges.
 #[derive(Debug, Clone, PartialEq)]
-pub struct StageSolution {
+pub struct StageSolution<T = f64> {
     /// u of each link.
-    pub twist: Vec<Twist>,
+    pub twist: Vec<Vector3<T>>,
     /// P_T of each link in its own frame \[N s\].
-    pub friction: Vec<Vector2<f64>>,
+    pub friction: Vec<Vector2<T>>,
     /// D of each joint, positive driving phi upwards: -c tau_C of (T 3.51) \[N m s\].
-    pub drive: Vec<f64>,
+    pub drive: Vec<T>,
     /// P_H of each entry of [`Stage::contacts`] \[N s\].
-    pub contact: Vec<f64>,
+    pub contact: Vec<T>,
 }
 
-impl StageSolution {
+impl<T: Real> StageSolution<T> {
     pub fn new(links: usize) -> Self {
         Self {
-            twist: vec![Twist::zeros(); links],
-            friction: vec![Vector2::zeros(); links],
-            drive: vec![0.0; links - 1],
+            twist: vec![Vector3::new(T::zero(), T::zero(), T::zero()); links],
+            friction: vec![Vector2::new(T::zero(), T::zero()); links],
+            drive: vec![T::zero(); links - 1],
             contact: Vec::with_capacity(CONTACTS_PER_LINK * links),
         }
     }

@@ -49,8 +49,16 @@ impl PlanarState {
         self.twist[joint + 1].z - self.twist[joint].z
     }
 
-    pub fn is_finite(&self) -> bool {
-        let finite = |v: &Vector3<f64>| v.iter().all(|x| x.is_finite());
-        self.pose.iter().all(finite) && self.twist.iter().all(finite)
+    /// Finite, and slow enough to be a robot rather than a diverged computation.
+    pub fn is_sane(&self) -> bool {
+        let finite = |q: &Pose| q.iter().all(|x| x.is_finite());
+        let slow = |u: &Twist| u.x.abs() < MAX_SPEED && u.y.abs() < MAX_SPEED && u.z.abs() < MAX_RATE;
+        self.pose.iter().all(finite) && self.twist.iter().all(slow)
     }
 }
+
+/// \[m/s\]
+const MAX_SPEED: f64 = 1e4;
+
+/// \[rad/s\]
+const MAX_RATE: f64 = 1e6;

@@ -71,6 +71,11 @@ impl IntegratorConfig {
         })
     }
 
+    /// Number of equal steps that divide `duration`.
+    pub fn steps_in(&self, duration: f64) -> u32 {
+        (duration / self.step() - STEP_SLACK).ceil().max(1.0) as u32
+    }
+
     pub fn tolerance(&self) -> f64 {
         self.tolerance.unwrap_or(match self.method {
             Method::Thesis => 2e-5,
@@ -85,3 +90,6 @@ impl IntegratorConfig {
         })
     }
 }
+
+/// A ratio of durations this close to a whole number counts as whole.
+const STEP_SLACK: f64 = 1e-9;

@@ -1,13 +1,18 @@
 //! Time stepping of the planar model: the thesis's scheme and the project's default.
 
+mod body;
 mod config;
-mod implicit;
-mod stage_builder;
+mod contacts;
+mod fleet;
+mod group;
+mod plant;
+mod stage_kernels;
 mod tally;
 mod thesis;
 
+pub use body::{Body, Driven, WarmStart};
 pub use config::{IntegratorConfig, Method};
-pub use implicit::{Implicit, WarmStart};
-pub use stage_builder::Plant;
+pub use fleet::Fleet;
+pub use plant::Plant;
 pub use tally::Tally;
 pub use thesis::Thesis;

@@ -1,6 +1,8 @@
 use nalgebra::Vector2;
 
-use crate::planar::{Stage, StageSolution};
+use crate::math::Real;
+
+use super::stage_kernels::Works;
 
 /// What happened over some interval of time.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -38,30 +40,11 @@ impl Tally {
         *self = Self { contact_impulse, ..Self::default() };
     }
 
-    /// Adds works and impulses of a solved stage, taken `weight` times.
-    pub fn add_stage(&mut self, stage: &Stage, solution: &StageSolution, weight: f64) {
-        for (i, link) in stage.links.iter().enumerate() {
-            let slip = link.heading.to_link(solution.twist[i].xy());
-            self.friction_work += weight * solution.friction[i].dot(&slip);
-        }
-        for (j, drive) in solution.drive.iter().enumerate() {
-            let work = weight * drive * (solution.twist[j + 1].z - solution.twist[j].z);
-            self.actuator_work += work;
-            self.positive_actuator_work += work.max(0.0);
-        }
-        for (contact, impulse) in stage.contacts.iter().zip(&solution.contact) {
-            self.contact_impulse[contact.link] += contact.direction.xy() * (weight * impulse);
-        }
-    }
-
-    /// Adds works and impulses of another tally.
-    pub fn add_work(&mut self, other: &Tally) {
-        self.friction_work += other.friction_work;
-        self.actuator_work += other.actuator_work;
-        self.positive_actuator_work += other.positive_actuator_work;
-        for (total, part) in self.contact_impulse.iter_mut().zip(&other.contact_impulse) {
-            *total += part;
-        }
+    /// Adds the works of one lane of a stage, taken `weight` times.
+    pub(super) fn add_works<T: Real>(&mut self, works: &Works<T>, lane: usize, weight: f64) {
+        self.friction_work += weight * works.friction.lane(lane);
+        self.actuator_work += weight * works.actuator.lane(lane);
+        self.positive_actuator_work += weight * works.positive_actuator.lane(lane);
     }
 
     /// Takes note of how a stage was solved.

@@ -1,14 +1,19 @@
 //! The thesis's scheme: midpoint time stepping with Algorithm 3.1 (T 3.6).
 
-use crate::contact::{NearPair, NearPegs, gap};
-use crate::gait::JointReference;
+use nalgebra::Vector2;
+
+use crate::contact::{NearPair, NearPegs, gap, link_peg_contact};
+use crate::gait::JointTarget;
+use crate::pegs::PegGrid;
 use crate::planar::{
-    ModifiedNewton, Penalties, PlanarState, Pose, Stage, StageSolution, certify, close_joints,
+    Heading, ModifiedNewton, Penalties, PlanarState, Pose, Stage, StageContact, StageJoint, StageLink, StageSolution,
+    certify, close_joints,
 };
 
-use super::{IntegratorConfig, Plant, Tally};
+use super::stage_kernels::Works;
+use super::{Body, Driven, IntegratorConfig, Plant, Tally};
 
-/// Workspace of the scheme.
+/// Workspace of the scheme, for one robot.
 #[derive(Debug, Clone)]
 pub struct Thesis {
     config: IntegratorConfig,
@@ -16,6 +21,7 @@ pub struct Thesis {
     solution: StageSolution,
     iteration: ModifiedNewton,
     midpoint: Vec<Pose>,
+    targets: Vec<JointTarget>,
     near: NearPegs,
     closed: Vec<NearPair>,
     /// P_H of every link-peg pair when it was last active \[N s\]: row = peg, column = link.
@@ -30,6 +36,7 @@ impl Thesis {
             solution: StageSolution::new(links),
             iteration: ModifiedNewton::new(links),
             midpoint: vec![Pose::zeros(); links],
+            targets: vec![JointTarget::default(); links - 1],
             near: NearPegs::with_capacity(links),
             closed: Vec::with_capacity(links),
             last_impulse: Vec::new(),
@@ -38,25 +45,40 @@ impl Thesis {
 
     /// Forgets all impulses.
     pub fn clear(&mut self) {
-        self.solution.friction.fill(nalgebra::Vector2::zeros());
+        self.solution.friction.fill(Vector2::zeros());
         self.near.clear();
         self.last_impulse.fill(0.0);
     }
 
-    /// tau_C of each joint in the last step, thesis sign (T 3.51) \[N m\].
-    pub fn joint_torque(&self, torque: &mut [f64]) {
-        for (torque, drive) in torque.iter_mut().zip(&self.solution.drive) {
-            *torque = -drive / self.stage.coefficient;
+    /// Integrates over `duration` in equal steps no longer than the configured one.
+    pub fn advance<D: Driven>(&mut self, plant: &Plant, robot: &mut D, duration: f64) {
+        robot.body_mut().begin();
+        let steps = self.config.steps_in(duration);
+        let h = duration / f64::from(steps);
+        for k in 1..=steps {
+            self.step(plant, robot, h);
+            let body = robot.body_mut();
+            body.state.time = body.interval_start() + h * f64::from(k);
+            body.contain();
+            if body.diverged {
+                self.clear();
+                break;
+            }
         }
     }
 
     /// One step of length `h`: q_M, active set and directions there, impulsions, q_E, projection.
-    pub fn step(&mut self, plant: &Plant, state: &mut PlanarState, h: f64, reference: &impl JointReference, tally: &mut Tally) {
+    fn step<D: Driven>(&mut self, plant: &Plant, robot: &mut D, h: f64) {
+        robot.targets(robot.body().state.time, &mut self.targets);
+        let Body { state, pegs, tally, joint_torque, .. } = robot.body_mut();
         self.move_to_midpoint(state, h);
-        self.find_closed_contacts(plant);
-        self.build_stage(plant, state, h, reference);
-        self.solve(tally);
+        self.find_closed_contacts(plant, pegs);
+        self.build_stage(plant, state, pegs, h);
+        self.solve(pegs, tally);
         self.move_to_end(plant, state, h);
+        for (torque, drive) in joint_torque.iter_mut().zip(&self.solution.drive) {
+            *torque = -drive / h;
+        }
     }
 
     /// q_M = q_A + h/2 u_A (T 3.65).
@@ -67,40 +89,68 @@ impl Thesis {
     }
 
     /// The set H of active contacts at q_M (T 3.47).
-    fn find_closed_contacts(&mut self, plant: &Plant) {
-        self.near.update(&self.midpoint, &plant.robot.links, &plant.pegs, 0.0);
+    fn find_closed_contacts(&mut self, plant: &Plant, pegs: &PegGrid) {
+        self.near.update(&self.midpoint, &plant.robot.links, pegs, 0.0);
         self.closed.clear();
         for pair in self.near.pairs() {
-            let (link, peg) = (&plant.robot.links[pair.link], &plant.pegs.pegs()[pair.peg]);
+            let (link, peg) = (&plant.robot.links[pair.link], &pegs.pegs()[pair.peg]);
             if gap(&self.midpoint[pair.link], link, peg) <= 0.0 {
                 self.closed.push(*pair);
             }
         }
     }
 
-    fn build_stage(&mut self, plant: &Plant, state: &PlanarState, h: f64, reference: &impl JointReference) {
-        self.stage.coefficient = h;
-        plant.fill_links(&mut self.stage, &self.midpoint, &state.twist);
-        plant.fill_explicit_joints(&mut self.stage, &state.pose, &state.twist, reference, state.time);
-        plant.fill_velocity_contacts(&mut self.stage, &self.closed, &self.midpoint);
-        let links = self.stage.links.len();
-        self.last_impulse.resize(links * plant.pegs.pegs().len(), 0.0);
-        self.solution.contact.clear();
-        self.solution.contact.extend(self.closed.iter().map(|pair| self.last_impulse[pair.peg * links + pair.link]));
+    /// Directions at q_M, reference velocity u_A, and the torque (T 3.51) at t_A held over the step.
+    fn build_stage(&mut self, plant: &Plant, state: &PlanarState, pegs: &PegGrid, h: f64) {
+        let Self { stage, midpoint, .. } = self;
+        stage.coefficient = h;
+        stage.links.clear();
+        stage.links.extend(plant.robot.links.iter().zip(midpoint.iter()).zip(&state.twist).map(|((link, q), u)| StageLink {
+            heading: Heading::of(q.z),
+            reference: *u,
+            mass: link.mass,
+            inertia: link.inertia,
+            half_length: 0.5 * link.length,
+            friction: plant.friction_force(link) * h,
+        }));
+        let (kp, kd) = plant.controller.gains_at(state.time);
+        stage.joints.clear();
+        stage.joints.extend(self.targets.iter().enumerate().map(|(j, target)| {
+            let torque = kp * (target.angle - state.joint_angle(j)) + kd * (target.rate - state.joint_rate(j));
+            StageJoint { drive: h * torque, stiffness: 0.0, limit: h * plant.controller.limit() }
+        }));
+        stage.contacts.clear();
+        for pair in &self.closed {
+            let (q, heading) = (&midpoint[pair.link], stage.links[pair.link].heading);
+            let (link, peg) = (&plant.robot.links[pair.link], &pegs.pegs()[pair.peg]);
+            let direction = link_peg_contact(q, heading.cos, heading.sin, link, peg).direction;
+            stage.contacts.push(StageContact { link: pair.link, direction, offset: 0.0 });
+        }
     }
 
-    fn solve(&mut self, tally: &mut Tally) {
+    fn solve(&mut self, pegs: &PegGrid, tally: &mut Tally) {
+        let links = self.stage.links.len();
+        self.last_impulse.resize(links * pegs.pegs().len(), 0.0);
+        let place = |pair: &NearPair| pair.peg * links + pair.link;
+        self.solution.contact.clear();
+        self.solution.contact.extend(self.closed.iter().map(|pair| self.last_impulse[place(pair)]));
         let r = Penalties { friction: self.config.r_t, contact: self.config.r_h };
         let (epsilon, cap) = (self.config.tolerance(), self.config.max_iterations());
-        let outcome = self.iteration.solve(&self.stage, &mut self.solution, r, epsilon, cap);
-        let links = self.stage.links.len();
+        let (iterations, converged) = self.iteration.solve(&self.stage, &mut self.solution, r, epsilon, cap);
         for (pair, impulse) in self.closed.iter().zip(&self.solution.contact) {
-            self.last_impulse[pair.peg * links + pair.link] = *impulse;
+            self.last_impulse[place(pair)] = *impulse;
         }
+        self.record(iterations, converged, tally);
+    }
+
+    fn record(&self, iterations: u32, converged: bool, tally: &mut Tally) {
         let certificate = certify(&self.stage, &self.solution);
         tally.steps += 1;
-        tally.add_solve(outcome.iterations, !outcome.converged, certificate.residual(), certificate.gap);
-        tally.add_stage(&self.stage, &self.solution, 1.0);
+        tally.add_solve(iterations, !converged, certificate.residual(), certificate.gap);
+        tally.add_works(&Works::of(&self.stage, &self.solution), 0, 1.0);
+        for (contact, impulse) in self.stage.contacts.iter().zip(&self.solution.contact) {
+            tally.contact_impulse[contact.link] += contact.direction.xy() * *impulse;
+        }
     }
 
     /// q_E = q_M + h/2 u_E (T 3.74), then the projection of (T 3.6.3).

@@ -1,12 +1,17 @@
 //! One environment: a robot, an arena, and the rules of the task.
 
+use std::sync::Arc;
+
+use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-use crate::error::ConfigError;
+use crate::error::{ConfigError, require};
+use crate::gait::{JointReference, JointTarget};
 use crate::planar::{Heading, PlanarState};
 use crate::robot::Robot;
 use crate::scene::{Peg, SceneConfig};
-use crate::simulation::{PlanarSimulation, SimulationState};
+use crate::simulation::{PlanarSimulation, SimulationState, StepReport};
+use crate::stepper::{Body, Driven, Plant};
 
 use super::action::ActionEntry;
 use super::arena::Arena;
@@ -24,13 +29,18 @@ use super::signal::{SignalRow, Summary};
 pub struct Environment {
     rules: Rules,
     arena: Arena,
-    layout: ObservationLayout,
+    /// Shared by all environments of a batch.
+    layout: Arc<ObservationLayout>,
+    /// Unscaled observation.
+    values: Vec<f64>,
     simulation: PlanarSimulation,
     reference: ReferenceGenerator,
     sensor: PegSensor,
     source: Source,
     episode: Episode,
     action: Vec<f64>,
+    /// Mean squared change of the action in the present step.
+    action_change: f64,
     /// Mean obstacle force on each link over the last control period, to its left \[N\].
     contact_force: Vec<f64>,
 }
@@ -80,9 +90,12 @@ impl Environment {
         let reference = ReferenceGenerator::new(config.action_mode, joints, config.control_period);
         let sensor = PegSensor::new(config.nearest_pegs, robot.total_length());
         let episode = Episode::begin(&rules, Motion::of(&robot, simulation.state()));
+        let layout = ObservationLayout::new(config, links, &sensor, reference.entries());
         let mut environment = Self {
-            layout: ObservationLayout::new(config, links, &sensor, reference.entries()),
+            values: vec![0.0; layout.size()],
+            layout: Arc::new(layout),
             action: vec![0.0; reference.entries().len()],
+            action_change: 0.0,
             contact_force: vec![0.0; links],
             source: Source { seed: 0, next_episode: 0 },
             rules,
@@ -111,13 +124,31 @@ impl Environment {
 
     /// One control period under `action` (finite numbers, clipped to [-1, 1]); writes the observation.
     pub fn step(&mut self, action: &[f64], observation: &mut [f32]) -> Outcome {
-        let action_change = self.take_action(action);
+        self.begin_step(action);
+        self.advance();
+        self.end_step(observation)
+    }
+
+    /// First part of a step: turns the action into joint references.
+    pub fn begin_step(&mut self, action: &[f64]) {
+        self.action_change = self.take_action(action);
         self.reference.command(&self.action, self.simulation.state().time);
-        let report = self.simulation.advance(self.rules.period, &self.reference);
+    }
+
+    /// Middle part of a step: advances the robot by a control period; a fleet can do it for many at once
+    /// if [`Environment::is_laned`].
+    pub fn advance(&mut self) {
+        self.simulation.advance(self.rules.period, &self.reference);
+    }
+
+    /// Last part of a step, after the robot was advanced by a control period: keeps the books and writes
+    /// the observation.
+    pub fn end_step(&mut self, observation: &mut [f32]) -> Outcome {
+        let report = StepReport::of(self.simulation.body());
         self.reference.elapse();
         let contacts = self.read_contact_force();
         let motion = if report.diverged { self.episode.motion } else { self.motion() };
-        self.episode.record(&self.rules, motion, &report, action_change, contacts);
+        self.episode.record(&self.rules, motion, &report, self.action_change, contacts);
         self.observe(observation);
         self.outcome()
     }
@@ -136,7 +167,7 @@ impl Environment {
             previous_action: &self.action,
             sensor: &self.sensor,
         };
-        self.layout.write(&view, observation);
+        self.layout.write(&view, &mut self.values, observation);
     }
 
     /// Reward, flags and signals of the last step or reset.
@@ -150,7 +181,7 @@ impl Environment {
     }
 
     pub fn observation_size(&self) -> usize {
-        self.layout.len()
+        self.layout.size()
     }
 
     pub fn action_size(&self) -> usize {
@@ -167,6 +198,15 @@ impl Environment {
 
     pub fn robot(&self) -> &Robot {
         self.simulation.robot()
+    }
+
+    pub fn plant(&self) -> &Plant {
+        self.simulation.plant()
+    }
+
+    /// Whether a [`crate::stepper::Fleet`] may advance this environment's robot.
+    pub fn is_laned(&self) -> bool {
+        self.simulation.is_laned()
     }
 
     pub fn rules(&self) -> &Rules {
@@ -193,6 +233,11 @@ impl Environment {
     /// The joints' reference generator, for rendering and tests.
     pub fn reference(&self) -> &ReferenceGenerator {
         &self.reference
+    }
+
+    /// Mean force of the pegs on each link over the last control period, world frame \[N\] (T 7.6).
+    pub fn obstacle_force(&self) -> impl Iterator<Item = Vector2<f64>> + '_ {
+        self.simulation.contact_impulse().iter().map(|impulse| impulse / self.rules.period)
     }
 
     /// x of the goal line \[m\].
@@ -223,7 +268,7 @@ impl Environment {
             && self.reference.restore(&state.reference);
         let size = format!("{} links, {} action elements", state.contact_force.len(), state.action.len());
         let expected = format!("{} links, {} action elements", self.contact_force.len(), self.action.len());
-        crate::error::require(fits, "state", size, &expected)?;
+        require(fits, "state", size, &expected)?;
         self.source = state.source;
         self.episode = state.episode;
         self.simulation.set_scene_pegs(&state.pegs);
@@ -270,8 +315,24 @@ impl Environment {
         for (force, (impulse, pose)) in self.contact_force.iter_mut().zip(links) {
             // The left of a link that moves along -e_x^B is -e_y^B.
             *force = -impulse.dot(&Heading::of(pose.z).lateral()) / self.rules.period;
-            contacts += u32::from(*impulse != nalgebra::Vector2::zeros());
+            contacts += u32::from(*impulse != Vector2::zeros());
         }
         contacts
+    }
+}
+
+/// An environment is a robot with its reference: a fleet can advance many between `begin_step` and
+/// `end_step`.
+impl Driven for Environment {
+    fn body(&self) -> &Body {
+        self.simulation.body()
+    }
+
+    fn body_mut(&mut self) -> &mut Body {
+        self.simulation.body_mut()
+    }
+
+    fn targets(&self, time: f64, targets: &mut [JointTarget]) {
+        self.reference.targets(time, targets);
     }
 }

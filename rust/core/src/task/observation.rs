@@ -58,8 +58,7 @@ impl ObservationBlock {
 #[derive(Debug, Clone)]
 pub struct ObservationLayout {
     blocks: Vec<ObservationBlock>,
-    /// Unscaled values of the block being written.
-    values: Vec<f64>,
+    size: usize,
 }
 
 impl ObservationLayout {
@@ -117,7 +116,7 @@ impl ObservationLayout {
             block.start = start;
             start += block.size();
         }
-        Self { blocks, values: vec![0.0; start] }
+        Self { blocks, size: start }
     }
 
     pub fn blocks(&self) -> &[ObservationBlock] {
@@ -125,20 +124,16 @@ impl ObservationLayout {
     }
 
     /// Number of elements.
-    pub fn len(&self) -> usize {
-        self.values.len()
+    pub fn size(&self) -> usize {
+        self.size
     }
 
-    /// Never: every observation has joints.
-    pub fn is_empty(&self) -> bool {
-        self.values.is_empty()
-    }
-
-    /// Writes the observation; every element is finite and inside its bounds.
-    pub fn write(&mut self, view: &View, observation: &mut [f32]) {
+    /// Writes the observation; every element is finite and inside its bounds. `values` is room for as
+    /// many unscaled values.
+    pub fn write(&self, view: &View, values: &mut [f64], observation: &mut [f32]) {
         for block in &self.blocks {
             let range = block.start..block.start + block.size();
-            let values = &mut self.values[range.clone()];
+            let values = &mut values[range.clone()];
             (block.read)(view, values);
             for (element, value) in observation[range].iter_mut().zip(values) {
                 let scaled = (*value / block.scale).clamp(block.low, block.high);

@@ -5,6 +5,8 @@
 //! [`Channel`]; `psi` is the closed-form integral of the channel omega, so the wave never jumps, and
 //! rate and acceleration follow by the chain rule.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 use crate::gait::{JointReference, JointTarget, Wave};
@@ -19,8 +21,9 @@ use super::motion::wrap_angle;
 pub struct ReferenceGenerator {
     filter: Filter,
     mode: ActionMode,
-    entries: Vec<ActionEntry>,
-    limits: Vec<Limits>,
+    /// Shared by all robots of a batch.
+    entries: Arc<[ActionEntry]>,
+    limits: Arc<[Limits]>,
     state: ReferenceState,
 }
 
@@ -41,7 +44,7 @@ pub struct ReferenceState {
 
 impl ReferenceGenerator {
     pub fn new(mode: ActionMode, joints: usize, period: f64) -> Self {
-        let entries = entries(mode, joints);
+        let entries: Arc<[ActionEntry]> = entries(mode, joints).into();
         let limits = entries.iter().map(ActionEntry::limits).collect();
         let channels = if mode == ActionMode::Gait { 0 } else { joints };
         let state = ReferenceState {
@@ -104,7 +107,7 @@ impl ReferenceGenerator {
         let channels = [&mut state.amplitude, &mut state.frequency, &mut state.phase_shift, &mut state.offset];
         let wave_channels = if self.mode == ActionMode::Joints { 0 } else { WAVE_PARAMETERS };
         let channels = channels.into_iter().take(wave_channels).chain(&mut state.joints);
-        for (((channel, entry), limits), &action) in channels.zip(&self.entries).zip(&self.limits).zip(action) {
+        for (((channel, entry), limits), &action) in channels.zip(self.entries.iter()).zip(self.limits.iter()).zip(action) {
             channel.steer(entry.value(action), limits, filter);
         }
     }
@@ -138,34 +141,69 @@ impl ReferenceGenerator {
     }
 }
 
-impl JointReference for ReferenceGenerator {
-    fn target(&self, joint: usize, time: f64) -> JointTarget {
+impl ReferenceGenerator {
+    /// The wave at `time`, and the filter's decay since the control instant.
+    fn wave_at(&self, time: f64) -> (WaveJets, f64) {
         let (filter, state) = (&self.filter, &self.state);
         let elapsed = time - state.instant;
         let decay = filter.decay(elapsed);
-        let jet = |channel: &Channel| channel.jet(elapsed, decay, filter);
-        let phase = state.phase + state.frequency.integral(elapsed, decay, filter);
-        let wave = joint_wave(jet(&state.amplitude), phase, jet(&state.frequency), jet(&state.phase_shift), joint);
-        let common = jet(&state.offset);
-        let own = state.joints.get(joint).map_or(Jet::default(), jet);
-        JointTarget {
-            angle: wave.value + common.value + own.value,
-            rate: wave.rate + common.rate + own.rate,
-            acceleration: wave.acceleration + common.acceleration + own.acceleration,
+        let wave = WaveJets {
+            phase: state.phase + state.frequency.integral(elapsed, decay, filter),
+            amplitude: state.amplitude.jet(elapsed, decay, filter),
+            frequency: state.frequency.jet(elapsed, decay, filter),
+            phase_shift: state.phase_shift.jet(elapsed, decay, filter),
+            offset: state.offset.jet(elapsed, decay, filter),
+        };
+        (wave, decay)
+    }
+
+    /// The joint's own offset.
+    fn own(&self, joint: usize, time: f64, decay: f64) -> Jet {
+        let elapsed = time - self.state.instant;
+        self.state.joints.get(joint).map_or(Jet::default(), |channel| channel.jet(elapsed, decay, &self.filter))
+    }
+}
+
+impl JointReference for ReferenceGenerator {
+    fn target(&self, joint: usize, time: f64) -> JointTarget {
+        let (wave, decay) = self.wave_at(time);
+        let (sin, cos) = (wave.phase + joint as f64 * wave.phase_shift.value).sin_cos();
+        wave.joint(joint, sin, cos, self.own(joint, time, decay))
+    }
+    /// All joints with two evaluations of sine and cosine: the phase is turned from joint to joint.
+    fn targets(&self, time: f64, targets: &mut [JointTarget]) {
+        let (wave, decay) = self.wave_at(time);
+        let (mut sin, mut cos) = wave.phase.sin_cos();
+        let (sin_shift, cos_shift) = wave.phase_shift.value.sin_cos();
+        for (joint, target) in targets.iter_mut().enumerate() {
+            let own = self.own(joint, time, decay);
+            *target = wave.joint(joint, sin, cos, own);
+            (sin, cos) = (sin * cos_shift + cos * sin_shift, cos * cos_shift - sin * sin_shift);
         }
     }
 }
 
-/// A sin(psi + i beta) and its derivatives, all parameters varying.
-fn joint_wave(amplitude: Jet, phase: f64, frequency: Jet, phase_shift: Jet, joint: usize) -> Jet {
-    let i = joint as f64;
-    let (sin, cos) = (phase + i * phase_shift.value).sin_cos();
-    let turn = frequency.value + i * phase_shift.rate;
-    let turn_rate = frequency.rate + i * phase_shift.acceleration;
-    let a = amplitude;
-    Jet {
-        value: a.value * sin,
-        rate: a.rate * sin + a.value * turn * cos,
-        acceleration: a.acceleration * sin + 2.0 * a.rate * turn * cos + a.value * (turn_rate * cos - turn * turn * sin),
+/// The wave at one instant.
+struct WaveJets {
+    phase: f64,
+    amplitude: Jet,
+    frequency: Jet,
+    phase_shift: Jet,
+    offset: Jet,
+}
+
+impl WaveJets {
+    /// A sin(psi + i beta) + gamma + own, all parameters varying; `sin` and `cos` are those of psi + i beta.
+    fn joint(&self, joint: usize, sin: f64, cos: f64, own: Jet) -> JointTarget {
+        let i = joint as f64;
+        let turn = self.frequency.value + i * self.phase_shift.rate;
+        let turn_rate = self.frequency.rate + i * self.phase_shift.acceleration;
+        let (a, common) = (&self.amplitude, &self.offset);
+        let bend = a.value * (turn_rate * cos - turn * turn * sin);
+        JointTarget {
+            angle: a.value * sin + common.value + own.value,
+            rate: a.rate * sin + a.value * turn * cos + common.rate + own.rate,
+            acceleration: a.acceleration * sin + 2.0 * a.rate * turn * cos + bend + common.acceleration + own.acceleration,
+        }
     }
 }

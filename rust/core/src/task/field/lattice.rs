@@ -2,14 +2,14 @@
 
 use crate::scene::Peg;
 
-use super::Site;
+use super::{LARGEST_PEG, Site};
 use crate::task::random::Stream;
 
 /// Distance between pegs of one column \[m\].
-const ROW_PITCH: f64 = 0.45;
+const ROW_PITCH: f64 = 0.38;
 
 /// Radius of the largest peg \[m\]: the thesis's would close the passages between the columns.
-const LARGEST: f64 = 0.1;
+const LARGEST: f64 = LARGEST_PEG;
 
 /// Jitter at difficulty one, as a share of the distance between columns and rows.
 const JITTER: f64 = 0.15;

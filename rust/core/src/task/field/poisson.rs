@@ -6,7 +6,7 @@ use super::{LARGEST_PEG, Site};
 use crate::task::random::Stream;
 
 /// Width of the narrowest passage in body widths, at difficulty zero and one.
-const PASSAGE: [f64; 2] = [1.6, 2.5];
+const PASSAGE: [f64; 2] = [1.2, 2.0];
 
 /// Darts thrown for each square of one body width: the field is nearly full.
 const DARTS: f64 = 0.5;

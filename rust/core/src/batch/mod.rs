@@ -1,0 +1,201 @@
+//! Many environments stepped side by side.
+//!
+//! Each row is an environment of its own: its results depend on its seed, its episode and its actions,
+//! never on the number of rows or threads, bit for bit. Rows are kept in chunks; a chunk belongs to one
+//! thread at a time and advances its robots together, in the lanes of a [`Fleet`]. A row that diverges
+//! is flagged and leaves the others alone; so does a panic while a row is reset, commanded or observed,
+//! and a panic while robots are advanced ends at their chunk.
+
+mod chunk;
+mod workers;
+
+use rayon::prelude::*;
+
+use crate::error::{ConfigError, require};
+use crate::stepper::Fleet;
+use crate::task::signal::COUNT;
+use crate::task::{EnvConfig, Environment, EnvironmentState};
+
+use chunk::{Chunk, Row};
+use workers::Workers;
+
+/// Environments of one configuration.
+#[derive(Debug)]
+pub struct Batch {
+    /// A fresh environment, to replace one that panicked.
+    prototype: Environment,
+    /// All of `rows_per_chunk` rows but the last.
+    chunks: Vec<Chunk>,
+    rows_per_chunk: usize,
+    rows: usize,
+    workers: Workers,
+}
+
+/// Where a batch writes; `n` rows, all arrays contiguous. Rows that are not active stay untouched.
+pub struct Outputs<'a> {
+    /// (n, observation_size), row by row.
+    pub observation: &'a mut [f32],
+    /// (n)
+    pub reward: &'a mut [f64],
+    /// (n)
+    pub terminated: &'a mut [bool],
+    /// (n)
+    pub truncated: &'a mut [bool],
+    /// (signals, n): one contiguous row for each signal.
+    pub signals: &'a mut [f64],
+}
+
+impl Batch {
+    /// `num_envs` environments at the start of episode 0 of seed 0. With `num_threads` = 1 no thread is
+    /// ever started; 0 takes as many as the machine has cores.
+    ///
+    /// # Errors
+    /// Names the field of the configuration, its value and the admissible range.
+    pub fn new(config: &EnvConfig, num_envs: usize, num_threads: usize) -> Result<Self, ConfigError> {
+        require((1..=MAX_ENVS).contains(&num_envs), "num_envs", num_envs, "an integer in [1, 1000000]")?;
+        require(num_threads <= MAX_THREADS, "num_threads", num_threads, "an integer in [0, 1024]")?;
+        let prototype = Environment::new(config)?;
+        let workers = Workers::new(num_threads);
+        let rows_per_chunk = rows_per_chunk(num_envs, workers.count());
+        let chunk = |first| {
+            let rows = rows_per_chunk.min(num_envs - first);
+            let fleet = prototype.is_laned().then(|| Fleet::new(config.integrator, prototype.plant(), rows));
+            Chunk::new(first, vec![Row::new(&prototype); rows], fleet)
+        };
+        let chunks = (0..num_envs).step_by(rows_per_chunk).map(chunk).collect();
+        Ok(Self { prototype, chunks, rows_per_chunk, rows: num_envs, workers })
+    }
+
+    /// Number of rows.
+    pub fn num_envs(&self) -> usize {
+        self.rows
+    }
+
+    pub fn num_threads(&self) -> usize {
+        self.workers.count()
+    }
+
+    pub fn observation_size(&self) -> usize {
+        self.prototype.observation_size()
+    }
+
+    pub fn action_size(&self) -> usize {
+        self.prototype.action_size()
+    }
+
+    /// The environment of a row, for rendering; its layout is that of all rows.
+    pub fn environment(&self, row: usize) -> &Environment {
+        &self.row(row).environment
+    }
+
+    /// Starts an episode in the rows of `mask`, with the seed given or as the next one of the row.
+    ///
+    /// # Panics
+    /// If an array has not the length that [`Outputs`] states.
+    pub fn reset(&mut self, mask: &[bool], seeds: &[Option<u64>], out: Outputs) {
+        assert_eq!(seeds.len(), self.rows, "one seed a row");
+        self.for_chunks(mask, out, |chunk, prototype, active, observation| {
+            chunk.reset(prototype, &seeds[chunk.range()], active, observation);
+        });
+    }
+
+    /// One control period in the active rows; `actions` is (n, action_size), row by row, finite.
+    ///
+    /// # Panics
+    /// If an array has not the length that [`Outputs`] states.
+    pub fn step(&mut self, actions: &[f64], active: &[bool], out: Outputs) {
+        let size = self.action_size();
+        assert_eq!(actions.len(), self.rows * size, "one action a row");
+        self.for_chunks(active, out, |chunk, prototype, active, observation| {
+            let rows = chunk.range();
+            chunk.step(prototype, &actions[rows.start * size..rows.end * size], active, observation);
+        });
+    }
+
+    /// Writes the current observation of a row.
+    pub fn observe(&mut self, row: usize, observation: &mut [f32]) {
+        self.row_mut(row).environment.observe(observation);
+    }
+
+    /// Everything that changes in a row.
+    pub fn save(&self, row: usize) -> EnvironmentState {
+        self.row(row).environment.save()
+    }
+
+    /// Continues a row from a saved state.
+    ///
+    /// # Errors
+    /// The state is of an environment of another configuration.
+    pub fn restore(&mut self, row: usize, state: &EnvironmentState) -> Result<(), ConfigError> {
+        let row = self.row_mut(row);
+        row.environment.restore(state)?;
+        row.outcome = row.environment.outcome();
+        Ok(())
+    }
+
+    fn row(&self, row: usize) -> &Row {
+        &self.chunks[row / self.rows_per_chunk].rows[row % self.rows_per_chunk]
+    }
+
+    fn row_mut(&mut self, row: usize) -> &mut Row {
+        &mut self.chunks[row / self.rows_per_chunk].rows[row % self.rows_per_chunk]
+    }
+
+    /// Visits every chunk with its part of `active` and of the observations, then writes the outcomes.
+    fn for_chunks<F>(&mut self, active: &[bool], out: Outputs, visit: F)
+    where
+        F: Fn(&mut Chunk, &Environment, &[bool], &mut [f32]) + Sync,
+    {
+        let (n, size) = (self.rows, self.observation_size());
+        assert_eq!(active.len(), n, "one flag a row");
+        assert_eq!(out.observation.len(), n * size, "one observation a row");
+        assert!(out.reward.len() == n && out.terminated.len() == n && out.truncated.len() == n, "one value a row");
+        assert_eq!(out.signals.len(), COUNT * n, "one value a row and signal");
+        let busy = self.chunks.iter().filter(|chunk| active[chunk.range()].contains(&true)).count();
+        let (prototype, per_chunk) = (&self.prototype, self.rows_per_chunk);
+        match self.workers.pool(busy) {
+            None => self
+                .chunks
+                .iter_mut()
+                .zip(active.chunks(per_chunk))
+                .zip(out.observation.chunks_mut(per_chunk * size))
+                .for_each(|((chunk, active), observation)| visit(chunk, prototype, active, observation)),
+            Some(pool) => pool.install(|| {
+                self.chunks
+                    .par_iter_mut()
+                    .zip(active.par_chunks(per_chunk))
+                    .zip(out.observation.par_chunks_mut(per_chunk * size))
+                    .for_each(|((chunk, active), observation)| visit(chunk, prototype, active, observation));
+            }),
+        }
+        self.write_outcomes(active, out);
+    }
+
+    fn write_outcomes(&self, active: &[bool], out: Outputs) {
+        let n = self.rows;
+        let rows = self.chunks.iter().flat_map(|chunk| &chunk.rows);
+        for (index, row) in rows.enumerate().filter(|(index, _)| active[*index]) {
+            let outcome = &row.outcome;
+            out.reward[index] = outcome.reward;
+            out.terminated[index] = outcome.terminated;
+            out.truncated[index] = outcome.truncated;
+            for (signal, value) in outcome.signals.iter().enumerate() {
+                out.signals[signal * n + index] = *value;
+            }
+        }
+    }
+}
+
+/// Rows to a chunk: whole registers of eight, enough chunks for all threads to balance their load, and
+/// not more than a cache holds.
+fn rows_per_chunk(rows: usize, threads: usize) -> usize {
+    (rows / (CHUNKS_PER_THREAD * threads)).next_multiple_of(LANES).clamp(LANES, LARGEST_CHUNK)
+}
+
+const CHUNKS_PER_THREAD: usize = 3;
+const LANES: usize = 8;
+const LARGEST_CHUNK: usize = 32;
+
+/// Guards against typing errors.
+const MAX_ENVS: usize = 1_000_000;
+const MAX_THREADS: usize = 1024;

@@ -1,0 +1,71 @@
+//! The threads of a batch.
+
+/// Threads, started at first use and once more in a forked child, where the parent's do not exist.
+#[derive(Debug)]
+pub struct Workers {
+    count: usize,
+    process: u32,
+    pool: Option<rayon::ThreadPool>,
+}
+
+impl Workers {
+    /// `count` threads; 0: one for each core.
+    pub fn new(count: usize) -> Self {
+        let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+        Self { count: if count == 0 { cores() } else { count }, process: std::process::id(), pool: None }
+    }
+
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The pool for `parts` parts of work, or `None` where the calling thread does better alone: with one
+    /// thread or part (waking threads takes about 13 us), and where no threads can be started.
+    pub fn pool(&mut self, parts: usize) -> Option<&rayon::ThreadPool> {
+        if self.count == 1 || parts < 2 {
+            return None;
+        }
+        if self.process != std::process::id() {
+            self.abandon();
+        }
+        if self.pool.is_none() {
+            self.pool = rayon::ThreadPoolBuilder::new().num_threads(self.count).build().ok();
+        }
+        self.pool.as_ref()
+    }
+
+    /// Leaves the pool of the parent process alone: its locks may be held by threads that are gone.
+    fn abandon(&mut self) {
+        std::mem::forget(self.pool.take());
+        self.process = std::process::id();
+    }
+}
+
+impl Drop for Workers {
+    fn drop(&mut self) {
+        if self.process != std::process::id() {
+            self.abandon();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rayon::prelude::*;
+
+    #[test]
+    fn a_pool_of_another_process_is_left_alone() {
+        let mut workers = Workers::new(2);
+        assert!(workers.pool(2).is_some());
+        workers.process = 0;
+        let sum: i32 = workers.pool(2).unwrap().install(|| (0..10).into_par_iter().sum());
+        assert_eq!((sum, workers.process), (45, std::process::id()));
+    }
+
+    #[test]
+    fn one_thread_never_starts_a_pool() {
+        let mut workers = Workers::new(1);
+        assert!(workers.pool(1000).is_none() && workers.pool.is_none());
+    }
+}

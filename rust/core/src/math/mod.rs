@@ -1,0 +1,10 @@
+//! Numbers: one robot, or several side by side in the lanes of a vector register.
+
+mod real;
+mod trig;
+#[cfg(target_arch = "x86_64")]
+mod wide;
+
+pub use real::{Kernel, Mask, Real};
+#[cfg(target_arch = "x86_64")]
+pub use wide::{Wide4, Wide8};

@@ -1,0 +1,145 @@
+use std::fmt::Debug;
+use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign};
+
+/// A real number, or one for each of several robots.
+///
+/// Every operation acts on each lane as IEEE arithmetic acts on a single `f64`, without contraction, so
+/// that a robot's result does not depend on the width of the registers it was computed in.
+pub trait Real:
+    Copy
+    + Debug
+    + PartialEq
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+{
+    /// Robots side by side.
+    const LANES: usize;
+    /// One truth value a lane.
+    type Mask: Mask;
+
+    /// The same number in every lane.
+    fn splat(x: f64) -> Self;
+    fn lane(self, lane: usize) -> f64;
+    fn set_lane(&mut self, lane: usize, x: f64);
+    fn sqrt(self) -> Self;
+    /// The larger; where one is NaN, `other`.
+    fn max(self, other: Self) -> Self;
+    /// The smaller; where one is NaN, `other`.
+    fn min(self, other: Self) -> Self;
+    fn le(self, other: Self) -> Self::Mask;
+    fn lt(self, other: Self) -> Self::Mask;
+    /// `yes` where the mask is true, else `no`.
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::splat(0.0)
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.max(-self)
+    }
+
+    /// Runs `kernel` with the instruction set of this type switched on.
+    fn run<K: Kernel>(kernel: K) -> K::Output;
+
+    /// (sin x, cos x) to about one unit in the last place, for |x| below 1e6.
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        super::trig::sin_cos(self)
+    }
+}
+
+/// One truth value a lane.
+pub trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
+    /// True in the lanes for which `is_true` says so.
+    fn of(is_true: impl Fn(usize) -> bool) -> Self;
+    fn any(self) -> bool;
+    fn lane(self, lane: usize) -> bool;
+}
+
+/// A computation over lanes; `run` must be `#[inline(always)]`, so that it is compiled for the
+/// instruction set it is run with.
+pub trait Kernel {
+    type Output;
+    fn run(self) -> Self::Output;
+}
+
+impl Mask for bool {
+    #[inline(always)]
+    fn of(is_true: impl Fn(usize) -> bool) -> Self {
+        is_true(0)
+    }
+
+    #[inline(always)]
+    fn any(self) -> bool {
+        self
+    }
+
+    #[inline(always)]
+    fn lane(self, _: usize) -> bool {
+        self
+    }
+}
+
+impl Real for f64 {
+    const LANES: usize = 1;
+    type Mask = bool;
+
+    #[inline(always)]
+    fn splat(x: f64) -> Self {
+        x
+    }
+
+    #[inline(always)]
+    fn lane(self, _: usize) -> f64 {
+        self
+    }
+
+    #[inline(always)]
+    fn set_lane(&mut self, _: usize, x: f64) {
+        *self = x;
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        if self < other { self } else { other }
+    }
+
+    #[inline(always)]
+    fn le(self, other: Self) -> bool {
+        self <= other
+    }
+
+    #[inline(always)]
+    fn lt(self, other: Self) -> bool {
+        self < other
+    }
+
+    #[inline(always)]
+    fn select(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+
+    #[inline(always)]
+    fn run<K: Kernel>(kernel: K) -> K::Output {
+        kernel.run()
+    }
+}

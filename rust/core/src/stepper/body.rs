@@ -1,0 +1,106 @@
+use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
+
+use crate::contact::NearPegs;
+use crate::gait::JointTarget;
+use crate::pegs::PegGrid;
+use crate::planar::PlanarState;
+use crate::robot::Robot;
+
+use super::Tally;
+
+/// What one stage hands to the next: forces as a first guess, and which contacts were closed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WarmStart {
+    /// Friction force on each link in its own frame \[N\].
+    pub friction: Vec<Vector2<f64>>,
+    pub near: NearPegs,
+}
+
+impl WarmStart {
+    pub fn new(links: usize) -> Self {
+        Self { friction: vec![Vector2::zeros(); links], near: NearPegs::with_capacity(links) }
+    }
+
+    pub fn clear(&mut self) {
+        self.friction.fill(Vector2::zeros());
+        self.near.clear();
+    }
+}
+
+/// One robot among its pegs, as the schemes see it.
+#[derive(Debug, Clone)]
+pub struct Body {
+    pub state: PlanarState,
+    pub pegs: PegGrid,
+    pub warm_start: WarmStart,
+    pub tally: Tally,
+    /// tau_C of each joint at the end of the last step, thesis sign (T 3.51) \[N m\].
+    pub joint_torque: Vec<f64>,
+    /// The state became absurd during the present interval; it is the last good one.
+    pub diverged: bool,
+    /// State at the last instant known to be good.
+    last_good: PlanarState,
+}
+
+impl Body {
+    pub fn new(robot: &Robot, pegs: PegGrid) -> Self {
+        let links = robot.link_count();
+        Self {
+            state: PlanarState::zero(links),
+            pegs,
+            warm_start: WarmStart::new(links),
+            tally: Tally::new(links),
+            joint_torque: vec![0.0; links - 1],
+            diverged: false,
+            last_good: PlanarState::zero(links),
+        }
+    }
+
+    /// Takes poses and twists over and forgets the past.
+    pub fn place(&mut self, state: &PlanarState) {
+        self.state.copy_from(state);
+        self.forget();
+    }
+
+    /// Forgets impulses and counters; the present state counts as good.
+    pub fn forget(&mut self) {
+        self.last_good.copy_from(&self.state);
+        self.warm_start.clear();
+        self.tally.clear();
+        self.joint_torque.fill(0.0);
+        self.diverged = false;
+    }
+
+    /// Begins an interval of integration.
+    pub fn begin(&mut self) {
+        self.last_good.copy_from(&self.state);
+        self.tally.clear();
+        self.diverged = false;
+    }
+
+    /// Time at which the present interval began \[s\].
+    pub fn interval_start(&self) -> f64 {
+        self.last_good.time
+    }
+
+    /// If the state is absurd, puts the robot to rest where it last was good and flags it.
+    pub fn contain(&mut self) {
+        if !self.state.is_sane() {
+            let time = self.last_good.time;
+            std::mem::swap(&mut self.state, &mut self.last_good);
+            self.state.twist.fill(nalgebra::Vector3::zeros());
+            self.state.time = time;
+            self.forget();
+            self.diverged = true;
+        }
+    }
+}
+
+/// A body with a reference for its joints: what a [`super::Fleet`] advances.
+pub trait Driven {
+    fn body(&self) -> &Body;
+    fn body_mut(&mut self) -> &mut Body;
+    /// The reference of all joints at `time` \[s\].
+    fn targets(&self, time: f64, targets: &mut [JointTarget]);
+}

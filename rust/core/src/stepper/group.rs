@@ -1,0 +1,319 @@
+//! The default scheme for as many robots at once as a register has lanes.
+//!
+//! A stage with base configuration q_B, reference velocity u_R and coefficient c solves
+//! `M (u - u_R) = impulses over c`, `q = q_B + c u` (see [`crate::planar::Stage`]).
+//!
+//! * Order 1, implicit Euler: one stage (q_A, u_A, h).
+//! * Order 2, the L-stable SDIRK with gamma = 1 - 1/sqrt 2 applied to the inclusion itself:
+//!   stage (q_A, u_A, gamma h) gives u_1; stage (q_A + (1 - gamma) h u_1,
+//!   u_A + (1 - gamma)/gamma (u_1 - u_A), gamma h) gives u_E.
+//!   The second reference velocity extrapolates the impulses of the first stage, which is wrong for
+//!   impacts: a step in which a peg contact closes is left undone, to be retaken as a few Euler steps.
+//!   Opening needs no such care, since the contact force reaches zero continuously.
+
+use std::f64::consts::FRAC_1_SQRT_2;
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::gait::JointTarget;
+use crate::math::{Mask, Real};
+use crate::planar::{Newton, Pose, Stage, StageSolution, Twist};
+
+use super::contacts::{MAX_LANES, Prediction, Slot, add_contacts};
+use super::stage_kernels::{Extrapolate, Finish, LinkConstants, Predict, Solve, StageWork, Works};
+use super::{Body, Driven, IntegratorConfig, Plant};
+
+/// Workspace for up to `T::LANES` robots of one plant.
+#[derive(Debug, Clone)]
+pub struct Group<T: Real> {
+    config: IntegratorConfig,
+    work: StageWork<T>,
+    slots: Vec<Slot>,
+    /// State at the start of the step.
+    start_pose: Vec<Vector3<T>>,
+    start_twist: Vec<Vector3<T>>,
+    /// Works and contact impulses of the first stage, until the step is accepted.
+    first_works: Works<T>,
+    first_impulses: Vec<(usize, usize, Vector2<f64>)>,
+    scratch: Scratch,
+}
+
+/// One lane's data as plain numbers.
+#[derive(Debug, Clone)]
+struct Scratch {
+    targets: Vec<JointTarget>,
+    base: Vec<Pose>,
+    end: Vec<Pose>,
+    twist: Vec<Twist>,
+}
+
+/// Lanes still on their way through a step.
+type Lanes = [bool; MAX_LANES];
+
+impl<T: Real> Group<T> {
+    pub fn new(config: IntegratorConfig, plant: &Plant) -> Self {
+        let links = plant.robot.link_count();
+        let zero = T::zero();
+        let rest = vec![Vector3::new(zero, zero, zero); links];
+        let heading = crate::planar::Heading { cos: T::splat(1.0), sin: zero };
+        let constants = plant.robot.links.iter().map(|link| LinkConstants {
+            mass: T::splat(link.mass),
+            inertia: T::splat(link.inertia),
+            reach: T::splat(link.reach()),
+            friction: plant.friction_force(link).map(T::splat),
+        });
+        let work = StageWork {
+            constants: constants.collect(),
+            half_length: plant.robot.links.iter().map(|link| T::splat(0.5 * link.length)).collect(),
+            base: rest.clone(),
+            reference: rest.clone(),
+            guess: rest.clone(),
+            predicted: rest.clone(),
+            heading: vec![heading; links],
+            target: vec![[zero; 2]; links - 1],
+            gains: [zero; 2],
+            torque_limit: T::splat(plant.controller.limit()),
+            friction_force: vec![Vector2::new(zero, zero); links],
+            contact_force: Vec::with_capacity(8 * links),
+            stage: Stage::with_capacity(links),
+            solution: StageSolution::new(links),
+            newton: Newton::new(links),
+            end: rest.clone(),
+            works: Works::none(),
+        };
+        let scratch = Scratch {
+            targets: vec![JointTarget::default(); links - 1],
+            base: vec![Pose::zeros(); links],
+            end: vec![Pose::zeros(); links],
+            twist: vec![Twist::zeros(); links],
+        };
+        Self {
+            config,
+            work,
+            slots: Vec::with_capacity(8 * links),
+            start_pose: rest.clone(),
+            start_twist: rest,
+            first_works: Works::none(),
+            first_impulses: Vec::with_capacity(8 * links),
+            scratch,
+        }
+    }
+
+    /// One Euler step of length `h` for the robots `members` of `fleet`.
+    pub fn euler_step<D: Driven>(&mut self, plant: &Plant, fleet: &mut [D], members: &[usize], h: f64) {
+        let lanes = lanes_of(members);
+        self.load(fleet, members);
+        self.begin_first_stage();
+        self.run_stage(plant, fleet, members, lanes, h, h);
+        self.accept(fleet, members, lanes, h);
+    }
+
+    /// One second-order step of length `h`; robots for which a peg contact closes are left as they were
+    /// and added to `retake`.
+    pub fn sdirk_step<D: Driven>(&mut self, plant: &Plant, fleet: &mut [D], members: &[usize], h: f64, retake: &mut Vec<usize>) {
+        let c = GAMMA * h;
+        let mut lanes = lanes_of(members);
+        self.load(fleet, members);
+        self.begin_first_stage();
+        lanes = self.run_stage(plant, fleet, members, lanes, c, c);
+        if lanes.contains(&true) {
+            self.keep_first_stage(members, lanes);
+            T::run(Extrapolate {
+                work: &mut self.work,
+                start_pose: &self.start_pose,
+                start_twist: &self.start_twist,
+                elapsed: h - c,
+                reference: EXTRAPOLATION,
+                guess: 1.0 / GAMMA,
+            });
+            lanes = self.run_stage(plant, fleet, members, lanes, c, h);
+            self.add_first_stage(fleet, members, lanes);
+            self.accept(fleet, members, lanes, h);
+        }
+        retake.extend(members.iter().zip(lanes).filter(|(_, accepted)| !accepted).map(|(&member, _)| member));
+    }
+
+    /// Gathers states and friction forces; lanes without a robot repeat the first one.
+    fn load<D: Driven>(&mut self, fleet: &[D], members: &[usize]) {
+        for lane in 0..T::LANES {
+            let body = fleet[*members.get(lane).unwrap_or(&members[0])].body();
+            for (i, (q, u)) in body.state.pose.iter().zip(&body.state.twist).enumerate() {
+                set_vector(&mut self.start_pose[i], lane, q);
+                set_vector(&mut self.start_twist[i], lane, u);
+                let force = body.warm_start.friction[i];
+                self.work.friction_force[i].x.set_lane(lane, force.x);
+                self.work.friction_force[i].y.set_lane(lane, force.y);
+            }
+        }
+    }
+
+    /// Base, reference velocity and guess of a stage that starts with the step.
+    fn begin_first_stage(&mut self) {
+        self.work.base.copy_from_slice(&self.start_pose);
+        self.work.reference.copy_from_slice(&self.start_twist);
+        self.work.guess.copy_from_slice(&self.start_twist);
+    }
+
+    /// Solves one stage that ends `end` after the start of the step. Returns `lanes` without those in
+    /// which a peg contact closed that was open after the last accepted step.
+    fn run_stage<D: Driven>(&mut self, plant: &Plant, fleet: &mut [D], members: &[usize], lanes: Lanes, c: f64, end: f64) -> Lanes {
+        self.work.stage.coefficient = c;
+        let speed = T::run(Predict(&mut self.work));
+        self.find_contacts(plant, fleet, members, lanes, speed);
+        self.read_references(plant, fleet, members, end);
+        let (outcome, certificate) = T::run(Solve {
+            work: &mut self.work,
+            tolerance: self.config.tolerance(),
+            max_iterations: self.config.max_iterations(),
+            lanes: T::Mask::of(|lane| lanes[lane]),
+        });
+        for (lane, member) in active(members, lanes) {
+            let missed = !outcome.converged.lane(lane);
+            let (residual, gap) = (certificate.residual().lane(lane), certificate.gap.lane(lane));
+            fleet[member].body_mut().tally.add_solve(outcome.iterations.lane(lane) as u32, missed, residual, gap);
+        }
+        self.save_forces(fleet, members, lanes)
+    }
+
+    fn find_contacts<D: Driven>(&mut self, plant: &Plant, fleet: &mut [D], members: &[usize], lanes: Lanes, speed: T) {
+        let c = self.work.stage.coefficient;
+        self.work.stage.contacts.clear();
+        self.slots.clear();
+        for (lane, member) in active(members, lanes) {
+            let Body { pegs, warm_start, .. } = fleet[member].body_mut();
+            if pegs.pegs().is_empty() {
+                continue;
+            }
+            let margin = MARGIN.max(2.0 * c * speed.lane(lane));
+            let Scratch { base, end, twist, .. } = &mut self.scratch;
+            read_lane(&self.work.base, lane, base);
+            read_lane(&self.work.predicted, lane, end);
+            read_lane(&self.work.guess, lane, twist);
+            warm_start.near.update(end, &plant.robot.links, pegs, margin);
+            let prediction = Prediction { robot: &plant.robot, pegs, base, end, twist, margin };
+            add_contacts(&mut self.work.stage, &mut self.slots, lane, warm_start.near.pairs(), &prediction);
+        }
+        self.work.contact_force.clear();
+        self.work.contact_force.resize(self.slots.len(), T::zero());
+        for (slot, force) in self.slots.iter().zip(&mut self.work.contact_force) {
+            for (lane, &member) in members.iter().enumerate() {
+                if let Some(pair) = slot.pair(lane) {
+                    force.set_lane(lane, fleet[member].body().warm_start.near.pairs()[pair].force);
+                }
+            }
+        }
+    }
+
+    fn read_references<D: Driven>(&mut self, plant: &Plant, fleet: &[D], members: &[usize], end: f64) {
+        for lane in 0..T::LANES {
+            let driven = &fleet[*members.get(lane).unwrap_or(&members[0])];
+            let time = driven.body().state.time + end;
+            driven.targets(time, &mut self.scratch.targets);
+            for (lanes, target) in self.work.target.iter_mut().zip(&self.scratch.targets) {
+                lanes[0].set_lane(lane, target.angle);
+                lanes[1].set_lane(lane, target.rate);
+            }
+            let (kp, kd) = plant.controller.gains_at(time);
+            self.work.gains[0].set_lane(lane, kp);
+            self.work.gains[1].set_lane(lane, kd);
+        }
+    }
+
+    /// Keeps the forces as the next first guess. Returns `lanes` without those in which a contact closed.
+    fn save_forces<D: Driven>(&mut self, fleet: &mut [D], members: &[usize], mut lanes: Lanes) -> Lanes {
+        for (lane, member) in active(members, lanes) {
+            let warm_start = &mut fleet[member].body_mut().warm_start;
+            for (force, all) in warm_start.friction.iter_mut().zip(&self.work.friction_force) {
+                *force = Vector2::new(all.x.lane(lane), all.y.lane(lane));
+            }
+            let pairs = warm_start.near.pairs_mut();
+            for (slot, force) in self.slots.iter().zip(&self.work.contact_force) {
+                if let Some(pair) = slot.pair(lane) {
+                    let pair = &mut pairs[pair];
+                    pair.force = force.lane(lane);
+                    lanes[lane] &= pair.closed || pair.force <= 0.0;
+                }
+            }
+        }
+        lanes
+    }
+
+    /// Remembers works and contact impulses of the first stage until the step is accepted.
+    fn keep_first_stage(&mut self, members: &[usize], lanes: Lanes) {
+        self.first_works = self.work.works;
+        self.first_impulses.clear();
+        for (lane, _) in active(members, lanes) {
+            let impulses = contact_impulses(&self.work, &self.slots, lane);
+            self.first_impulses.extend(impulses.map(|(link, impulse)| (lane, link, impulse)));
+        }
+    }
+
+    /// Adds the first stage's share, `EXTRAPOLATION` times its impulses, to the robots' tallies.
+    fn add_first_stage<D: Driven>(&mut self, fleet: &mut [D], members: &[usize], lanes: Lanes) {
+        for (lane, member) in active(members, lanes) {
+            fleet[member].body_mut().tally.add_works(&self.first_works, lane, EXTRAPOLATION);
+        }
+        for &(lane, link, impulse) in self.first_impulses.iter().filter(|(lane, ..)| lanes[*lane]) {
+            fleet[members[lane]].body_mut().tally.contact_impulse[link] += impulse * EXTRAPOLATION;
+        }
+    }
+
+    /// The stage's end becomes the robots' state after a step of length `h`; its works and impulses
+    /// count once.
+    fn accept<D: Driven>(&mut self, fleet: &mut [D], members: &[usize], lanes: Lanes, h: f64) {
+        T::run(Finish(&mut self.work));
+        for (lane, member) in active(members, lanes) {
+            let body = fleet[member].body_mut();
+            read_lane(&self.work.end, lane, &mut body.state.pose);
+            read_lane(&self.work.solution.twist, lane, &mut body.state.twist);
+            body.state.time += h;
+            body.warm_start.near.pairs_mut().iter_mut().for_each(|pair| pair.closed = pair.force > 0.0);
+            body.tally.add_works(&self.work.works, lane, 1.0);
+            for (link, impulse) in contact_impulses(&self.work, &self.slots, lane) {
+                body.tally.contact_impulse[link] += impulse;
+            }
+            for (torque, drive) in body.joint_torque.iter_mut().zip(&self.work.solution.drive) {
+                *torque = -drive.lane(lane) / self.work.stage.coefficient;
+            }
+        }
+    }
+}
+
+/// Link and impulse, world frame, of each contact of a lane in the stage just solved.
+fn contact_impulses<'a, T: Real>(work: &'a StageWork<T>, slots: &'a [Slot], lane: usize) -> impl Iterator<Item = (usize, Vector2<f64>)> + 'a {
+    let contacts = work.stage.contacts.iter().zip(&work.solution.contact).zip(slots);
+    contacts.filter(move |(_, slot)| slot.pair(lane).is_some()).map(move |((contact, impulse), _)| {
+        let direction = Vector2::new(contact.direction.x.lane(lane), contact.direction.y.lane(lane));
+        (contact.link, direction * impulse.lane(lane))
+    })
+}
+
+fn lanes_of(members: &[usize]) -> Lanes {
+    std::array::from_fn(|lane| lane < members.len())
+}
+
+/// Lane and robot of the lanes still in the step.
+fn active(members: &[usize], lanes: Lanes) -> impl Iterator<Item = (usize, usize)> + '_ {
+    members.iter().copied().enumerate().filter(move |(lane, _)| lanes[*lane])
+}
+
+fn read_lane<T: Real>(from: &[Vector3<T>], lane: usize, to: &mut [Vector3<f64>]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = Vector3::new(from.x.lane(lane), from.y.lane(lane), from.z.lane(lane));
+    }
+}
+
+fn set_vector<T: Real>(to: &mut Vector3<T>, lane: usize, from: &Vector3<f64>) {
+    to.x.set_lane(lane, from.x);
+    to.y.set_lane(lane, from.y);
+    to.z.set_lane(lane, from.z);
+}
+
+/// gamma = 1 - 1/sqrt 2, for which the two-stage SDIRK is of order 2 and L-stable.
+const GAMMA: f64 = 1.0 - FRAC_1_SQRT_2;
+
+/// (1 - gamma) / gamma: weight of the first stage's impulses in the whole step.
+const EXTRAPOLATION: f64 = (1.0 - GAMMA) / GAMMA;
+
+/// Gap below which a pair becomes a contact of the stage \[m\]; faster robots look farther.
+const MARGIN: f64 = 0.002;

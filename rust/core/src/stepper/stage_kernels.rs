@@ -1,0 +1,233 @@
+//! The arithmetic of a stage over lanes: what surrounds the solver.
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::math::{Kernel, Real};
+use crate::planar::{Certificate, Heading, Newton, Outcome, Stage, StageJoint, StageLink, StageSolution, certify, travel};
+
+/// Data of the stage at hand, for as many robots as `T` has lanes.
+#[derive(Debug, Clone)]
+pub struct StageWork<T: Real> {
+    /// Constants of the links, in every lane.
+    pub constants: Vec<LinkConstants<T>>,
+    pub half_length: Vec<T>,
+    /// q_B, u_R and the expected end velocity of the stage.
+    pub base: Vec<Vector3<T>>,
+    pub reference: Vec<Vector3<T>>,
+    pub guess: Vec<Vector3<T>>,
+    /// Expected end configuration.
+    pub predicted: Vec<Vector3<T>>,
+    pub heading: Vec<Heading<T>>,
+    /// Joint references at the end of the stage, and gains there.
+    pub target: Vec<[T; 2]>,
+    pub gains: [T; 2],
+    pub torque_limit: T,
+    /// Forces of the last stage.
+    pub friction_force: Vec<Vector2<T>>,
+    pub contact_force: Vec<T>,
+    pub stage: Stage<T>,
+    pub solution: StageSolution<T>,
+    pub newton: Newton<T>,
+    /// End configuration.
+    pub end: Vec<Vector3<T>>,
+    /// Works of the solved stage \[J\].
+    pub works: Works<T>,
+}
+
+#[derive(Debug, Clone, Copy)]
+pub struct LinkConstants<T> {
+    pub mass: T,
+    pub inertia: T,
+    pub reach: T,
+    /// mu m g \[N\].
+    pub friction: Vector2<T>,
+}
+
+/// Work of friction and of the actuators over a stage \[J\].
+#[derive(Debug, Clone, Copy)]
+pub struct Works<T> {
+    pub friction: T,
+    pub actuator: T,
+    pub positive_actuator: T,
+}
+
+/// Predicts the end configuration; returns the largest speed of any point of each robot \[m/s\].
+pub struct Predict<'a, T: Real>(pub &'a mut StageWork<T>);
+
+impl<T: Real> Kernel for Predict<'_, T> {
+    type Output = T;
+
+    #[inline(always)]
+    fn run(self) -> T {
+        let work = self.0;
+        let c = T::splat(work.stage.coefficient);
+        travel(&work.half_length, &work.base, &work.guess, c, &mut work.predicted, &mut work.heading);
+        let mut fastest = T::zero();
+        for (link, (guess, reference)) in work.constants.iter().zip(work.guess.iter().zip(&work.reference)) {
+            for u in [guess, reference] {
+                fastest = fastest.max((u.x * u.x + u.y * u.y).sqrt() + link.reach * u.z.abs());
+            }
+        }
+        fastest
+    }
+}
+
+/// Builds links and joints of the stage, solves it from the last forces, and judges the solution.
+pub struct Solve<'a, T: Real> {
+    pub work: &'a mut StageWork<T>,
+    pub tolerance: f64,
+    pub max_iterations: u32,
+    pub lanes: T::Mask,
+}
+
+impl<T: Real> Kernel for Solve<'_, T> {
+    type Output = (Outcome<T>, Certificate<T>);
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let work = self.work;
+        work.fill_links();
+        work.fill_joints();
+        work.load_forces();
+        let StageWork { stage, solution, newton, .. } = work;
+        let outcome = newton.solve(stage, solution, self.tolerance, self.max_iterations, self.lanes);
+        let certificate = certify(stage, solution);
+        work.works = Works::of(stage, solution);
+        work.store_forces();
+        (outcome, certificate)
+    }
+}
+
+/// End configuration q_B + c u of the solved stage.
+pub struct Finish<'a, T: Real>(pub &'a mut StageWork<T>);
+
+impl<T: Real> Kernel for Finish<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let work = self.0;
+        let c = T::splat(work.stage.coefficient);
+        travel(&work.half_length, &work.base, &work.solution.twist, c, &mut work.end, &mut work.heading);
+    }
+}
+
+/// Prepares the second stage of the SDIRK from the first: base, reference velocity and guess.
+pub struct Extrapolate<'a, T: Real> {
+    pub work: &'a mut StageWork<T>,
+    /// q_A, u_A.
+    pub start_pose: &'a [Vector3<T>],
+    pub start_twist: &'a [Vector3<T>],
+    /// Time from t_A to the base of the second stage.
+    pub elapsed: f64,
+    /// Weights of the first stage's change of velocity in the reference and in the guess.
+    pub reference: f64,
+    pub guess: f64,
+}
+
+impl<T: Real> Kernel for Extrapolate<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let work = self.work;
+        let (to_reference, to_guess) = (T::splat(self.reference), T::splat(self.guess));
+        for (i, u) in self.start_twist.iter().enumerate() {
+            let end = &work.solution.twist[i];
+            let change = Vector3::new(end.x - u.x, end.y - u.y, end.z - u.z);
+            work.reference[i] = plus(u, &change, to_reference);
+            work.guess[i] = plus(u, &change, to_guess);
+        }
+        let elapsed = T::splat(self.elapsed);
+        let StageWork { half_length, solution, base, heading, .. } = work;
+        travel(half_length, self.start_pose, &solution.twist, elapsed, base, heading);
+    }
+}
+
+impl<T: Real> StageWork<T> {
+    #[inline(always)]
+    fn fill_links(&mut self) {
+        let c = T::splat(self.stage.coefficient);
+        self.stage.links.clear();
+        for (i, link) in self.constants.iter().enumerate() {
+            self.stage.links.push(StageLink {
+                heading: self.heading[i],
+                reference: self.reference[i],
+                mass: link.mass,
+                inertia: link.inertia,
+                half_length: self.half_length[i],
+                friction: Vector2::new(link.friction.x * c, link.friction.y * c),
+            });
+        }
+    }
+
+    /// The PD torque (T 3.51) at the end of the stage, where phi = phi_base + c omega_J, is linear in
+    /// omega_J.
+    #[inline(always)]
+    fn fill_joints(&mut self) {
+        let c = T::splat(self.stage.coefficient);
+        let [kp, kd] = self.gains;
+        self.stage.joints.clear();
+        for (j, [angle, rate]) in self.target.iter().enumerate() {
+            let error = *angle - (self.base[j + 1].z - self.base[j].z);
+            self.stage.joints.push(StageJoint {
+                drive: c * (kp * error + kd * *rate),
+                stiffness: c * (c * kp + kd),
+                limit: c * self.torque_limit,
+            });
+        }
+    }
+
+    #[inline(always)]
+    fn load_forces(&mut self) {
+        let c = T::splat(self.stage.coefficient);
+        self.solution.twist.copy_from_slice(&self.guess);
+        for (impulse, force) in self.solution.friction.iter_mut().zip(&self.friction_force) {
+            *impulse = Vector2::new(force.x * c, force.y * c);
+        }
+        self.solution.contact.clear();
+        for force in &self.contact_force {
+            self.solution.contact.push(*force * c);
+        }
+    }
+
+    #[inline(always)]
+    fn store_forces(&mut self) {
+        let per_second = T::splat(1.0) / T::splat(self.stage.coefficient);
+        for (force, impulse) in self.friction_force.iter_mut().zip(&self.solution.friction) {
+            *force = Vector2::new(impulse.x * per_second, impulse.y * per_second);
+        }
+        for (force, impulse) in self.contact_force.iter_mut().zip(&self.solution.contact) {
+            *force = *impulse * per_second;
+        }
+    }
+
+}
+
+impl<T: Real> Works<T> {
+    pub fn none() -> Self {
+        Self { friction: T::zero(), actuator: T::zero(), positive_actuator: T::zero() }
+    }
+
+    #[inline(always)]
+    pub fn of(stage: &Stage<T>, solution: &StageSolution<T>) -> Self {
+        let mut works = Self::none();
+        let StageSolution { twist, friction, drive, .. } = solution;
+        for ((link, u), impulse) in stage.links.iter().zip(twist).zip(friction) {
+            let slip = link.heading.to_link(u.xy());
+            works.friction += impulse.x * slip.x + impulse.y * slip.y;
+        }
+        for (j, drive) in drive.iter().enumerate() {
+            let work = *drive * (twist[j + 1].z - twist[j].z);
+            works.actuator += work;
+            works.positive_actuator += work.max(T::zero());
+        }
+        works
+    }
+}
+
+/// u + weight change.
+#[inline(always)]
+fn plus<T: Real>(u: &Vector3<T>, change: &Vector3<T>, weight: T) -> Vector3<T> {
+    Vector3::new(u.x + change.x * weight, u.y + change.y * weight, u.z + change.z * weight)
+}
