@@ -13,6 +13,8 @@ use crate::task::{Environment, Outcome};
 pub struct Chunk {
     first: usize,
     pub rows: Vec<Row>,
+    /// Rows that take part in the step at hand.
+    active: Vec<bool>,
     /// Advances the robots side by side; `None`: each environment advances its own.
     fleet: Option<Fleet>,
 }
@@ -22,8 +24,6 @@ pub struct Chunk {
 pub struct Row {
     pub environment: Environment,
     pub outcome: Outcome,
-    /// Takes part in the step at hand.
-    active: bool,
 }
 
 impl Driven for Row {
@@ -43,7 +43,7 @@ impl Driven for Row {
 impl Chunk {
     /// The rows from `first` on.
     pub fn new(first: usize, rows: Vec<Row>, fleet: Option<Fleet>) -> Self {
-        Self { first, rows, fleet }
+        Self { first, active: vec![false; rows.len()], rows, fleet }
     }
 
     /// Indices of the rows in the batch.
@@ -52,67 +52,83 @@ impl Chunk {
     }
 
     /// Starts an episode in the active rows.
-    pub fn reset(&mut self, prototype: &Environment, seeds: &[Option<u64>], active: &[bool], observation: &mut [f32]) {
-        let size = prototype.observation_size();
-        let observations = observation.chunks_exact_mut(size);
-        for (((row, observation), seed), active) in self.rows.iter_mut().zip(observations).zip(seeds).zip(active) {
-            row.active = *active;
-            row.contained(prototype, observation, |row, observation| {
-                row.outcome = row.environment.reset(*seed, observation);
-            });
-        }
+    pub fn reset(
+        &mut self,
+        prototype: &Environment,
+        seeds: &[Option<u64>],
+        active: &[bool],
+        observation: &mut [f32],
+    ) {
+        self.active.copy_from_slice(active);
+        self.for_active(prototype, observation, |index, row, observation| {
+            row.outcome = row.environment.reset(seeds[index], observation);
+        });
     }
 
     /// One control period in the active rows.
-    pub fn step(&mut self, prototype: &Environment, actions: &[f64], active: &[bool], observation: &mut [f32]) {
-        let (size, action_size) = (prototype.observation_size(), prototype.action_size());
-        let actions = actions.chunks_exact(action_size);
-        for (((row, action), active), observation) in
-            self.rows.iter_mut().zip(actions).zip(active).zip(observation.chunks_exact_mut(size))
-        {
-            row.active = *active;
-            row.contained(prototype, observation, |row, _| row.environment.begin_step(action));
-        }
+    pub fn step(
+        &mut self,
+        prototype: &Environment,
+        actions: &[f64],
+        active: &[bool],
+        observation: &mut [f32],
+    ) {
+        let size = prototype.action_size();
+        self.active.copy_from_slice(active);
+        self.for_active(prototype, observation, |index, row, _| {
+            row.environment.begin_step(&actions[index * size..(index + 1) * size]);
+        });
         self.advance(prototype, observation);
-        for (row, observation) in self.rows.iter_mut().zip(observation.chunks_exact_mut(size)) {
-            row.contained(prototype, observation, |row, observation| {
-                row.outcome = row.environment.end_step(observation);
-            });
-        }
+        self.for_active(prototype, observation, |_, row, observation| {
+            row.outcome = row.environment.end_step(observation);
+        });
     }
 
     /// Advances the robots of the active rows, all together or one by one.
     fn advance(&mut self, prototype: &Environment, observation: &mut [f32]) {
-        let observations = observation.chunks_exact_mut(prototype.observation_size());
-        let Some(fleet) = &mut self.fleet else {
-            for (row, observation) in self.rows.iter_mut().zip(observations) {
-                row.contained(prototype, observation, |row, _| row.environment.advance());
-            }
-            return;
+        let Self { rows, active, fleet, .. } = self;
+        let Some(fleet) = fleet else {
+            return self.for_active(prototype, observation, |_, row, _| row.environment.advance());
         };
         let (plant, period) = (prototype.plant(), prototype.rules().period);
-        let rows = &mut self.rows;
-        if catch_unwind(AssertUnwindSafe(|| fleet.advance(plant, rows, period, |row| row.active))).is_err() {
-            rows.iter_mut().zip(observations).for_each(|(row, observation)| row.give_up(prototype, observation));
+        let result = catch_unwind(AssertUnwindSafe(|| fleet.advance(plant, rows, period, |row| active[row])));
+        if result.is_err() {
+            let observations = observation.chunks_exact_mut(prototype.observation_size());
+            let rows = rows.iter_mut().zip(active).zip(observations).filter(|((_, active), _)| **active);
+            rows.for_each(|((row, active), observation)| {
+                *active = false;
+                row.give_up(prototype, observation);
+            });
+        }
+    }
+
+    /// Runs `part` of a step in the active rows. A row in which it panics is given up.
+    fn for_active(
+        &mut self,
+        prototype: &Environment,
+        observation: &mut [f32],
+        part: impl Fn(usize, &mut Row, &mut [f32]),
+    ) {
+        let observations = observation.chunks_exact_mut(prototype.observation_size());
+        let rows = self.rows.iter_mut().zip(&mut self.active).zip(observations);
+        for (index, ((row, active), observation)) in rows.enumerate().filter(|(_, ((_, active), _))| **active)
+        {
+            let result = catch_unwind(AssertUnwindSafe(|| part(index, row, observation)));
+            if result.is_err() {
+                *active = false;
+                row.give_up(prototype, observation);
+            }
         }
     }
 }
 
 impl Row {
     pub fn new(prototype: &Environment) -> Self {
-        Self { environment: prototype.clone(), outcome: prototype.outcome(), active: false }
+        Self { environment: prototype.clone(), outcome: prototype.outcome() }
     }
 
-    /// Runs `part` of a step if the row is active. If it panics the environment is replaced and the row
-    /// ends, flagged as diverged.
-    fn contained(&mut self, prototype: &Environment, observation: &mut [f32], part: impl FnOnce(&mut Row, &mut [f32])) {
-        if self.active && catch_unwind(AssertUnwindSafe(|| part(self, observation))).is_err() {
-            self.give_up(prototype, observation);
-        }
-    }
-
+    /// Replaces the environment; the row ends, flagged as diverged.
     fn give_up(&mut self, prototype: &Environment, observation: &mut [f32]) {
-        self.active = false;
         self.environment.recover(prototype);
         self.outcome = broken();
         observation.fill(0.0);
@@ -132,19 +148,36 @@ mod tests {
     use super::*;
     use crate::task::EnvConfig;
 
+    /// Three rows after a reset with seeds 0, 1, 2, and their observations.
+    fn three_rows(prototype: &Environment) -> (Chunk, Vec<f32>) {
+        let fleet = Fleet::new(EnvConfig::default().integrator, prototype.plant(), 3);
+        let mut chunk = Chunk::new(0, vec![Row::new(prototype); 3], Some(fleet));
+        let mut observation = vec![0.5; 3 * prototype.observation_size()];
+        chunk.reset(prototype, &[0, 1, 2].map(Some), &[true; 3], &mut observation);
+        (chunk, observation)
+    }
+
     #[test]
-    fn a_row_that_panics_ends_flagged_and_starts_afresh() {
+    fn a_row_that_panics_ends_flagged_and_leaves_its_neighbours_alone() {
         let prototype = Environment::new(&EnvConfig::default()).unwrap();
-        let mut row = Row { active: true, ..Row::new(&prototype) };
-        let mut observation = vec![0.5; prototype.observation_size()];
-        row.environment.reset(Some(9), &mut observation);
-        row.contained(&prototype, &mut observation, |_, _| panic!("a defect in one row"));
-        assert!(row.outcome.terminated && observation.iter().all(|value| *value == 0.0));
-        let mut expected = prototype.clone();
-        let mut second = observation.clone();
-        expected.reset(Some(9), &mut second);
-        row.environment.reset(None, &mut observation);
-        expected.reset(None, &mut second);
-        assert_eq!(observation, second, "the row goes on with the next episode of its seed");
+        let size = prototype.observation_size();
+        let ((mut sick, mut a), (sound, b)) = (three_rows(&prototype), three_rows(&prototype));
+        sick.for_active(&prototype, &mut a, |index, _, _| assert!(index != 1, "a defect in one row"));
+        assert_eq!(sick.active, [true, false, true]);
+        assert!(sick.rows[1].outcome.terminated && a[size..2 * size].iter().all(|value| *value == 0.0));
+        for row in [0, 2] {
+            assert_eq!(sick.rows[row].environment.save(), sound.rows[row].environment.save());
+            assert_eq!(a[row * size..(row + 1) * size], b[row * size..(row + 1) * size]);
+        }
+    }
+
+    #[test]
+    fn a_row_that_panicked_goes_on_with_the_next_episode_of_its_seed() {
+        let prototype = Environment::new(&EnvConfig::default()).unwrap();
+        let ((mut sick, mut a), (mut sound, mut b)) = (three_rows(&prototype), three_rows(&prototype));
+        sick.for_active(&prototype, &mut a, |index, _, _| assert!(index != 1, "a defect in one row"));
+        sick.reset(&prototype, &[None; 3], &[true; 3], &mut a);
+        sound.reset(&prototype, &[None; 3], &[true; 3], &mut b);
+        assert_eq!(a, b);
     }
 }

@@ -12,7 +12,7 @@ mod workers;
 use rayon::prelude::*;
 
 use crate::error::{ConfigError, require};
-use crate::stepper::Fleet;
+use crate::stepper::{Fleet, Method};
 use crate::task::signal::COUNT;
 use crate::task::{EnvConfig, Environment, EnvironmentState};
 
@@ -57,9 +57,10 @@ impl Batch {
         let prototype = Environment::new(config)?;
         let workers = Workers::new(num_threads);
         let rows_per_chunk = rows_per_chunk(num_envs, workers.count());
+        let laned = config.integrator.method == Method::Implicit;
         let chunk = |first| {
             let rows = rows_per_chunk.min(num_envs - first);
-            let fleet = prototype.is_laned().then(|| Fleet::new(config.integrator, prototype.plant(), rows));
+            let fleet = laned.then(|| Fleet::new(config.integrator, prototype.plant(), rows));
             Chunk::new(first, vec![Row::new(&prototype); rows], fleet)
         };
         let chunks = (0..num_envs).step_by(rows_per_chunk).map(chunk).collect();
@@ -149,7 +150,10 @@ impl Batch {
         let (n, size) = (self.rows, self.observation_size());
         assert_eq!(active.len(), n, "one flag a row");
         assert_eq!(out.observation.len(), n * size, "one observation a row");
-        assert!(out.reward.len() == n && out.terminated.len() == n && out.truncated.len() == n, "one value a row");
+        assert!(
+            out.reward.len() == n && out.terminated.len() == n && out.truncated.len() == n,
+            "one value a row"
+        );
         assert_eq!(out.signals.len(), COUNT * n, "one value a row and signal");
         let busy = self.chunks.iter().filter(|chunk| active[chunk.range()].contains(&true)).count();
         let (prototype, per_chunk) = (&self.prototype, self.rows_per_chunk);

@@ -68,7 +68,7 @@ impl NearPegs {
         // No point of a link has moved farther than its CG plus its reach times its rotation.
         let moved = |(i, pose): (usize, &Vector3<f64>)| {
             let step = pose - self.anchor[i];
-            step.x.hypot(step.y) + links[i].reach() * step.z.abs() > SKIN
+            step.xy().norm() + links[i].reach() * step.z.abs() > SKIN
         };
         poses.iter().enumerate().any(moved)
     }

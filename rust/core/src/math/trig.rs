@@ -28,16 +28,18 @@ fn round<T: Real>(x: T) -> T {
 #[inline(always)]
 fn polynomials<T: Real>(r: T) -> (T, T) {
     let z = r * r;
-    let horner = |coefficients: &[f64; 6]| {
-        let mut sum = T::splat(coefficients[5]);
-        for k in (0..5).rev() {
-            sum = sum * z + T::splat(coefficients[k]);
-        }
-        sum
-    };
-    let sine = r + r * z * horner(&SINE);
-    let cosine = T::splat(1.0) - (T::splat(0.5) * z - z * z * horner(&COSINE));
+    let sine = r + r * z * horner(z, &SINE);
+    let cosine = T::splat(1.0) - (T::splat(0.5) * z - z * z * horner(z, &COSINE));
     (sine, cosine)
+}
+
+#[inline(always)]
+fn horner<T: Real>(z: T, coefficients: &[f64; 6]) -> T {
+    let mut sum = T::splat(coefficients[5]);
+    for k in (0..5).rev() {
+        sum = sum * z + T::splat(coefficients[k]);
+    }
+    sum
 }
 
 /// pi/2 in three parts; the first two have 33 bits, so that products with whole numbers below 2^20 are

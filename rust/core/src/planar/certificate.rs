@@ -11,7 +11,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::math::Real;
 
-use super::newton::norm;
+use super::newton::{norm, ratio};
 use super::{Stage, StageContact, StageJoint, StageLink, StageSolution};
 
 /// Violations of a stage's equations; zero for the exact solution.
@@ -65,8 +65,7 @@ fn judge_friction<T: Real>(link: &StageLink<T>, u: &Vector3<T>, impulse: &Vector
     let (a, zero, one) = (link.friction, T::zero(), T::splat(1.0));
     let slip = link.heading.to_link(u.xy());
     let scaled = Vector2::new(a.x * slip.x, a.y * slip.y);
-    let unit = |p: T, a: T| T::select(zero.lt(a), p / a, zero);
-    let p = Vector2::new(unit(impulse.x, a.x), unit(impulse.y, a.y));
+    let p = Vector2::new(ratio(impulse.x, a.x), ratio(impulse.y, a.y));
     let largest = a.x.max(a.y);
     let rate = T::select(zero.lt(largest), link.mass / (largest * largest), zero);
     let x = Vector2::new(p.x - rate * scaled.x, p.y - rate * scaled.y);

@@ -35,6 +35,8 @@ pub struct Outcome<T: Real = f64> {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Proximal<T, V> {
     pub penalty: T,
+    /// Square of the velocity \[m/s\] that belongs to a change of the value by 1 at this penalty.
+    pub squared_velocity: T,
     pub centre: V,
     pub value: V,
 }
@@ -57,7 +59,7 @@ impl<T: Real> Newton<T> {
         let nothing = Vector2::new(zero, zero);
         let at_rest = Vector3::new(zero, zero, zero);
         Self {
-            friction: vec![Proximal { penalty: zero, centre: nothing, value: nothing }; links],
+            friction: vec![Proximal { penalty: zero, squared_velocity: zero, centre: nothing, value: nothing }; links],
             contact: Vec::with_capacity(links),
             models: vec![LinkModel::zero(); links],
             eliminations: vec![Elimination::zero(); links],
@@ -111,14 +113,17 @@ impl<T: Real> Newton<T> {
     #[inline(always)]
     fn warm_up(&mut self, stage: &Stage<T>, solution: &mut StageSolution<T>) {
         for ((friction, link), impulse) in self.friction.iter_mut().zip(&stage.links).zip(&solution.friction) {
-            let scaled = |p: T, a: T| T::select(T::zero().lt(a), p / a, T::zero());
-            let centre = Vector2::new(scaled(impulse.x, link.friction.x), scaled(impulse.y, link.friction.y));
-            *friction = Proximal { penalty: friction_penalty(link), centre, value: centre };
+            let a = &link.friction;
+            let centre = Vector2::new(ratio(impulse.x, a.x), ratio(impulse.y, a.y));
+            let penalty = friction_penalty(link);
+            let velocity = ratio(T::splat(1.0), penalty * a.x.max(a.y));
+            *friction = Proximal { penalty, squared_velocity: velocity * velocity, centre, value: centre };
         }
         self.contact.clear();
         for (contact, &impulse) in stage.contacts.iter().zip(&solution.contact) {
             let penalty = T::splat(PENALTY) * stage.links[contact.link].mass;
-            self.contact.push(Proximal { penalty, centre: impulse, value: impulse });
+            let velocity = T::splat(1.0) / penalty;
+            self.contact.push(Proximal { penalty, squared_velocity: velocity * velocity, centre: impulse, value: impulse });
         }
         follow_joints(&stage.links, &mut solution.twist);
     }
@@ -196,20 +201,24 @@ impl<T: Real> Newton<T> {
     /// velocity by that angle times a / m.
     #[inline(always)]
     fn multiplier_error(&self, stage: &Stage<T>, twist: &[Vector3<T>]) -> T {
-        let mut worst = T::zero();
+        let (zero, one) = (T::zero(), T::splat(1.0));
+        let mut worst_squared = zero;
         for ((friction, link), u) in self.friction.iter().zip(&stage.links).zip(twist) {
+            let (x, y) = (friction.value.x - friction.centre.x, friction.value.y - friction.centre.y);
+            let violation = (x * x + y * y) * friction.squared_velocity;
+            let slides = T::splat(1.0 - 1e-9).lt(friction.value.x * friction.value.x + friction.value.y * friction.value.y);
             let largest = link.friction.x.max(link.friction.y);
-            let change = norm(friction.value.x - friction.centre.x, friction.value.y - friction.centre.y);
-            let violation = change / (friction.penalty * largest);
-            let slides = T::splat(1.0 - 1e-9).lt(norm(friction.value.x, friction.value.y));
-            let amplification = (largest / (link.mass * norm(u.x, u.y))).max(T::splat(1.0));
-            let error = violation * T::select(slides, amplification, T::splat(1.0));
-            worst = T::select(T::zero().lt(largest), worst.max(error), worst);
+            let momentum = link.mass * link.mass * (u.x * u.x + u.y * u.y);
+            let amplification = T::select(slides, (largest * largest / momentum).max(one), one);
+            // A link without friction has no violation, however slowly it moves.
+            let error = T::select(zero.lt(violation), violation * amplification, zero);
+            worst_squared = worst_squared.max(error);
         }
         for contact in &self.contact {
-            worst = worst.max((contact.value - contact.centre).abs() / contact.penalty);
+            let change = contact.value - contact.centre;
+            worst_squared = worst_squared.max(change * change * contact.squared_velocity);
         }
-        worst
+        worst_squared.sqrt()
     }
 
     #[inline(always)]
@@ -291,6 +300,12 @@ fn follow_joints<T: Real>(links: &[StageLink<T>], twist: &mut [Vector3<T>]) {
         twist[i].x = twist[i - 1].x - near.heading.sin * swing_near - far.heading.sin * swing_far;
         twist[i].y = twist[i - 1].y + near.heading.cos * swing_near + far.heading.cos * swing_far;
     }
+}
+
+/// p / a, or 0 along a zero axis.
+#[inline(always)]
+pub(super) fn ratio<T: Real>(p: T, a: T) -> T {
+    T::select(T::zero().lt(a), p / a, T::zero())
 }
 
 #[inline(always)]

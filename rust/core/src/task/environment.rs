@@ -82,7 +82,8 @@ impl Environment {
     pub fn new(config: &EnvConfig) -> Result<Self, ConfigError> {
         config.validate()?;
         let scene = SceneConfig { friction: config.friction(), ..SceneConfig::default() };
-        let simulation = PlanarSimulation::new(&config.robot, &scene, &config.controller, &config.integrator)?;
+        let simulation =
+            PlanarSimulation::new(&config.robot, &scene, &config.controller, &config.integrator)?;
         let robot = simulation.robot().clone();
         let (links, joints) = (robot.link_count(), robot.joint_count());
         let arena = Arena::new(config, &robot);
@@ -135,8 +136,8 @@ impl Environment {
         self.reference.command(&self.action, self.simulation.state().time);
     }
 
-    /// Middle part of a step: advances the robot by a control period; a fleet can do it for many at once
-    /// if [`Environment::is_laned`].
+    /// Middle part of a step: advances the robot by a control period. With the implicit method a
+    /// [`crate::stepper::Fleet`] can do it for many environments at once instead.
     pub fn advance(&mut self) {
         self.simulation.advance(self.rules.period, &self.reference);
     }
@@ -202,11 +203,6 @@ impl Environment {
 
     pub fn plant(&self) -> &Plant {
         self.simulation.plant()
-    }
-
-    /// Whether a [`crate::stepper::Fleet`] may advance this environment's robot.
-    pub fn is_laned(&self) -> bool {
-        self.simulation.is_laned()
     }
 
     pub fn rules(&self) -> &Rules {
@@ -313,9 +309,11 @@ impl Environment {
         let mut contacts = 0;
         let links = self.simulation.contact_impulse().iter().zip(&self.simulation.state().pose);
         for (force, (impulse, pose)) in self.contact_force.iter_mut().zip(links) {
+            let pushed = *impulse != Vector2::zeros();
             // The left of a link that moves along -e_x^B is -e_y^B.
-            *force = -impulse.dot(&Heading::of(pose.z).lateral()) / self.rules.period;
-            contacts += u32::from(*impulse != Vector2::zeros());
+            let to_left = |impulse: &Vector2<f64>| -impulse.dot(&Heading::of(pose.z).lateral());
+            *force = if pushed { to_left(impulse) / self.rules.period } else { 0.0 };
+            contacts += u32::from(pushed);
         }
         contacts
     }

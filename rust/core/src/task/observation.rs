@@ -8,7 +8,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use crate::planar::PlanarState;
 
-use super::action::{ActionEntry, wave_entries};
+use super::action::ActionEntry;
 use super::config::{ActionMode, EnvConfig, Perception, Task};
 use super::motion::Motion;
 use super::perception::PegSensor;
@@ -152,7 +152,17 @@ fn block(
     bound: f64,
     read: fn(&View, &mut [f64]),
 ) -> ObservationBlock {
-    ObservationBlock { name, start: 0, elements, unit, scale, low: -bound, high: bound, description: "", read }
+    ObservationBlock {
+        name,
+        start: 0,
+        elements,
+        unit,
+        scale,
+        low: -bound,
+        high: bound,
+        description: "",
+        read,
+    }
 }
 
 impl ObservationBlock {
@@ -214,7 +224,8 @@ fn reference(view: &View, values: &mut [f64]) {
 fn wave(view: &View, values: &mut [f64]) {
     let (sin, cos) = view.reference.phase().sin_cos();
     (values[0], values[1]) = (sin, cos);
-    for ((value, entry), parameter) in values[2..].iter_mut().zip(wave_entries()).zip(view.reference.wave()) {
+    let entries = view.reference.entries();
+    for ((value, entry), parameter) in values[2..].iter_mut().zip(entries).zip(view.reference.wave()) {
         *value = entry.normalised(parameter);
     }
 }

@@ -48,7 +48,7 @@ impl PegSensor {
         let (sin, cos) = pose.z.sin_cos();
         for peg in pegs {
             let (x, y) = (peg.x - pose.x, peg.y - pose.y);
-            let distance = x.hypot(y) - peg.radius;
+            let distance = (x * x + y * y).sqrt() - peg.radius;
             // Forward is -e_x^B: link 1 leads and its axis points to link 2.
             let (forward, left) = (-(x * cos + y * sin), x * sin - y * cos);
             self.keep_if_near(LocatedPeg { forward, left, distance });
@@ -87,12 +87,17 @@ mod tests {
     #[test]
     fn agrees_with_sorting_all_pegs() {
         let pegs: Vec<Peg> = (0..40)
-            .map(|k| Peg { radius: 0.01 + 0.002 * f64::from(k % 9), x: 0.3 * f64::from(k % 7), y: 0.2 * f64::from(k % 11) })
+            .map(|k| Peg {
+                radius: 0.01 + 0.002 * f64::from(k % 9),
+                x: 0.3 * f64::from(k % 7),
+                y: 0.2 * f64::from(k % 11),
+            })
             .collect();
         let pose = Pose::new(0.9, 0.7, 1.0);
         let mut sensor = PegSensor::new(6, 0.8);
         sensor.scan(&pose, &pegs);
-        let mut all: Vec<f64> = pegs.iter().map(|p| (p.x - 0.9).hypot(p.y - 0.7) - p.radius).collect();
+        let distance = |p: &Peg| ((p.x - 0.9).powi(2) + (p.y - 0.7).powi(2)).sqrt() - p.radius;
+        let mut all: Vec<f64> = pegs.iter().map(distance).collect();
         all.sort_by(f64::total_cmp);
         let near: Vec<f64> = all.into_iter().filter(|d| *d < 0.8).take(6).collect();
         assert_eq!(sensor.located().iter().map(|peg| peg.distance).collect::<Vec<_>>(), near);

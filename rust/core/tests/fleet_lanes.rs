@@ -1,0 +1,88 @@
+//! A robot moves the same, bit for bit, alone and in the lanes of a register among others.
+
+use snake_core::control::PdConfig;
+use snake_core::gait::{JointReference, JointTarget, Wave};
+use snake_core::pegs::PegGrid;
+use snake_core::planar::{PlanarState, Pose, assemble_chain};
+use snake_core::robot::{Robot, RobotConfig};
+use snake_core::scene::{Peg, START_7_5, TABLE_7_5};
+use snake_core::stepper::{Body, Driven, Fleet, IntegratorConfig, Plant};
+
+struct Undulator {
+    body: Body,
+    wave: Wave,
+}
+
+impl Driven for Undulator {
+    fn body(&self) -> &Body {
+        &self.body
+    }
+
+    fn body_mut(&mut self) -> &mut Body {
+        &mut self.body
+    }
+
+    fn targets(&self, time: f64, targets: &mut [JointTarget]) {
+        self.wave.targets(time, targets);
+    }
+}
+
+fn plant(friction: [f64; 2]) -> Plant {
+    let controller = PdConfig { torque_limit: Some(10.0), ..PdConfig::default() };
+    Plant::new(Robot::new(&RobotConfig::default()).unwrap(), friction, controller).unwrap()
+}
+
+/// Robots that differ in gait and in the number of pegs around them.
+fn robots(plant: &Plant, count: usize) -> Vec<Undulator> {
+    let undulator = |k: usize| {
+        let pegs: Vec<Peg> = TABLE_7_5.iter().take(k % 8).map(|&peg| peg.into()).collect();
+        let wave = Wave { omega: 1.0 + 0.2 * k as f64, ..Wave::default() };
+        let angles: Vec<f64> = (0..10).map(|joint| wave.target(joint, 0.0).angle).collect();
+        let mut body = Body::new(&plant.robot, PegGrid::new(&pegs));
+        let [x, y, theta] = START_7_5;
+        assemble_chain(&plant.robot, Pose::new(x, y, theta), &angles, &mut body.state.pose);
+        body.forget();
+        Undulator { body, wave }
+    };
+    (0..count).map(undulator).collect()
+}
+
+fn run(plant: &Plant, config: IntegratorConfig, robots: &mut [Undulator], width: usize) -> Vec<PlanarState> {
+    let mut fleet = Fleet::new(config, plant, width);
+    for _ in 0..20 {
+        fleet.advance(plant, robots, 0.05, |_| true);
+    }
+    robots.iter().map(|robot| robot.body.state.clone()).collect()
+}
+
+#[test]
+fn the_width_of_the_registers_and_the_neighbours_do_not_matter() {
+    for (friction, order) in [([0.2, 0.2], 2), ([0.05, 0.6], 2), ([0.2, 0.0], 1)] {
+        let plant = plant(friction);
+        let config = IntegratorConfig { step: Some(0.0125), order, ..IntegratorConfig::default() };
+        let alone: Vec<PlanarState> = (0..13)
+            .map(|k| run(&plant, config, std::slice::from_mut(&mut robots(&plant, 13)[k]), 1).remove(0))
+            .collect();
+        for width in [1, 2, 13] {
+            assert_eq!(run(&plant, config, &mut robots(&plant, 13), width), alone, "fleet made for {width} robots");
+        }
+    }
+}
+
+#[test]
+fn a_robot_that_diverges_leaves_its_neighbours_untouched() {
+    let plant = plant([0.2, 0.2]);
+    let config = IntegratorConfig::default();
+    let sound = run(&plant, config, &mut robots(&plant, 9), 9);
+    let mut with_a_sick_one = robots(&plant, 9);
+    with_a_sick_one[4].body.state.twist[3].x = f64::NAN;
+    let mut fleet = Fleet::new(config, &plant, 9);
+    fleet.advance(&plant, &mut with_a_sick_one, 0.05, |_| true);
+    assert!(with_a_sick_one[4].body.diverged && with_a_sick_one.iter().filter(|robot| robot.body.diverged).count() == 1);
+    for _ in 1..20 {
+        fleet.advance(&plant, &mut with_a_sick_one, 0.05, |robot| robot != 4);
+    }
+    for k in (0..9).filter(|&k| k != 4) {
+        assert_eq!(with_a_sick_one[k].body.state, sound[k]);
+    }
+}
