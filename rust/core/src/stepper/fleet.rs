@@ -1,10 +1,10 @@
 //! Many robots of one plant advanced together by the default scheme.
 
-use crate::math::Real;
 #[cfg(target_arch = "x86_64")]
 use crate::math::{Wide4, Wide8};
 
 use super::group::Group;
+use super::stage_kernels::StageKernels;
 use super::{Driven, IntegratorConfig, Plant};
 
 /// Advances robots in groups as wide as the machine's registers; one robot's motion does not depend on
@@ -81,7 +81,7 @@ struct Run<'a, D> {
 }
 
 impl<D: Driven> Run<'_, D> {
-    fn advance<T: Real>(&mut self, group: &mut Group<T>, duration: f64) {
+    fn advance<T: StageKernels>(&mut self, group: &mut Group<T>, duration: f64) {
         let steps = self.config.steps_in(duration);
         let h = duration / f64::from(steps);
         for k in 1..=steps {
@@ -94,7 +94,7 @@ impl<D: Driven> Run<'_, D> {
         }
     }
 
-    fn sdirk_step<T: Real>(&mut self, group: &mut Group<T>, h: f64) {
+    fn sdirk_step<T: StageKernels>(&mut self, group: &mut Group<T>, h: f64) {
         self.retake.clear();
         for members in self.members.chunks(T::LANES) {
             group.sdirk_step(self.plant, self.robots, members, h, self.retake);
@@ -108,7 +108,7 @@ impl<D: Driven> Run<'_, D> {
         }
     }
 
-    fn euler_step<T: Real>(&mut self, group: &mut Group<T>, h: f64) {
+    fn euler_step<T: StageKernels>(&mut self, group: &mut Group<T>, h: f64) {
         for members in self.members.chunks(T::LANES) {
             group.euler_step(self.plant, self.robots, members, h);
         }

@@ -20,7 +20,7 @@ use crate::math::{Mask, Real};
 use crate::planar::{Newton, Pose, Stage, StageSolution, Twist};
 
 use super::contacts::{MAX_LANES, Prediction, Slot, add_contacts};
-use super::stage_kernels::{Extrapolate, Finish, LinkConstants, Predict, Solve, StageWork, Works};
+use super::stage_kernels::{Extrapolate, LinkConstants, Solve, StageKernels, StageWork, Works};
 use super::{Body, Driven, IntegratorConfig, Plant};
 
 /// Workspace for up to `T::LANES` robots of one plant.
@@ -50,7 +50,7 @@ struct Scratch {
 /// Lanes still on their way through a step.
 type Lanes = [bool; MAX_LANES];
 
-impl<T: Real> Group<T> {
+impl<T: StageKernels> Group<T> {
     pub fn new(config: IntegratorConfig, plant: &Plant) -> Self {
         let links = plant.robot.link_count();
         let zero = T::zero();
@@ -118,7 +118,7 @@ impl<T: Real> Group<T> {
         lanes = self.run_stage(plant, fleet, members, lanes, c, c);
         if lanes.contains(&true) {
             self.keep_first_stage(members, lanes);
-            T::run(Extrapolate {
+            T::extrapolate(Extrapolate {
                 work: &mut self.work,
                 start_pose: &self.start_pose,
                 start_twist: &self.start_twist,
@@ -158,10 +158,10 @@ impl<T: Real> Group<T> {
     /// which a peg contact closed that was open after the last accepted step.
     fn run_stage<D: Driven>(&mut self, plant: &Plant, fleet: &mut [D], members: &[usize], lanes: Lanes, c: f64, end: f64) -> Lanes {
         self.work.stage.coefficient = c;
-        let speed = T::run(Predict(&mut self.work));
+        let speed = T::predict(&mut self.work);
         self.find_contacts(plant, fleet, members, lanes, speed);
         self.read_references(plant, fleet, members, end);
-        let (outcome, certificate) = T::run(Solve {
+        let (outcome, certificate) = T::solve(Solve {
             work: &mut self.work,
             tolerance: self.config.tolerance(),
             max_iterations: self.config.max_iterations(),
@@ -261,7 +261,7 @@ impl<T: Real> Group<T> {
     /// The stage's end becomes the robots' state after a step of length `h`; its works and impulses
     /// count once.
     fn accept<D: Driven>(&mut self, fleet: &mut [D], members: &[usize], lanes: Lanes, h: f64) {
-        T::run(Finish(&mut self.work));
+        T::finish(&mut self.work);
         for (lane, member) in active(members, lanes) {
             let body = fleet[member].body_mut();
             read_lane(&self.work.end, lane, &mut body.state.pose);

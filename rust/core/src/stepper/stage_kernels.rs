@@ -3,6 +3,8 @@
 use nalgebra::{Vector2, Vector3};
 
 use crate::math::{Kernel, Real};
+#[cfg(target_arch = "x86_64")]
+use crate::math::{Wide4, Wide8};
 use crate::planar::{Certificate, Heading, Newton, Outcome, Stage, StageJoint, StageLink, StageSolution, certify, travel};
 
 /// Data of the stage at hand, for as many robots as `T` has lanes.
@@ -51,8 +53,44 @@ pub struct Works<T> {
     pub positive_actuator: T,
 }
 
+/// The kernels below for one width of register, compiled once, here.
+pub trait StageKernels: Real {
+    fn predict(work: &mut StageWork<Self>) -> Self;
+    fn solve(solve: Solve<Self>) -> (Outcome<Self>, Certificate<Self>);
+    fn extrapolate(extrapolate: Extrapolate<Self>);
+    fn finish(work: &mut StageWork<Self>);
+}
+
+macro_rules! compile_for {
+    ($real:ty) => {
+        impl StageKernels for $real {
+            fn predict(work: &mut StageWork<Self>) -> Self {
+                Self::run(Predict(work))
+            }
+
+            fn solve(solve: Solve<Self>) -> (Outcome<Self>, Certificate<Self>) {
+                Self::run(solve)
+            }
+
+            fn extrapolate(extrapolate: Extrapolate<Self>) {
+                Self::run(extrapolate);
+            }
+
+            fn finish(work: &mut StageWork<Self>) {
+                Self::run(Finish(work));
+            }
+        }
+    };
+}
+
+compile_for!(f64);
+#[cfg(target_arch = "x86_64")]
+compile_for!(Wide4);
+#[cfg(target_arch = "x86_64")]
+compile_for!(Wide8);
+
 /// Predicts the end configuration; returns the largest speed of any point of each robot \[m/s\].
-pub struct Predict<'a, T: Real>(pub &'a mut StageWork<T>);
+struct Predict<'a, T: Real>(&'a mut StageWork<T>);
 
 impl<T: Real> Kernel for Predict<'_, T> {
     type Output = T;
@@ -99,7 +137,7 @@ impl<T: Real> Kernel for Solve<'_, T> {
 }
 
 /// End configuration q_B + c u of the solved stage.
-pub struct Finish<'a, T: Real>(pub &'a mut StageWork<T>);
+struct Finish<'a, T: Real>(&'a mut StageWork<T>);
 
 impl<T: Real> Kernel for Finish<'_, T> {
     type Output = ();
