@@ -161,9 +161,13 @@ mod tests {
         let wave = Wave { gamma: 0.05, ..Wave::default() };
         let soft = SoftStart::new(wave, 10);
         for joint in 0..10 {
-            let start = (0..).map(|k| f64::from(k) * 1e-4).find(|&t| wave.target(joint, t).angle.abs() <= SOFT_START_THRESHOLD);
-            assert!((soft.start[joint] - start.unwrap()).abs() <= 1e-4, "the scan has steps of 1e-4 s");
-            assert_eq!(soft.target(joint, soft.start[joint] - 1e-9 - 1e-12), if soft.start[joint] > 0.0 { JointTarget::default() } else { wave.target(joint, -1e-9 - 1e-12) });
+            let near_zero = |&t: &f64| wave.target(joint, t).angle.abs() <= SOFT_START_THRESHOLD;
+            let start = (0..).map(|k| f64::from(k) * 1e-4).find(near_zero).unwrap();
+            assert!((soft.start[joint] - start).abs() <= 1e-4, "the scan has steps of 1e-4 s");
+            assert_eq!(soft.target(joint, soft.start[joint]), wave.target(joint, soft.start[joint]));
+            if soft.start[joint] > 0.0 {
+                assert_eq!(soft.target(joint, soft.start[joint] - 1e-9), JointTarget::default());
+            }
         }
     }
 

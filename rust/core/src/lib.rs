@@ -5,7 +5,6 @@
 //! Modules import each other in one direction only:
 //! `math <- laws <- contact <- planar <- stepper <- simulation <- task <- batch`.
 
-
 pub mod batch;
 pub mod contact;
 pub mod control;
@@ -20,6 +19,5 @@ pub mod scene;
 pub mod simulation;
 pub mod stepper;
 pub mod task;
-
 
 pub use error::ConfigError;

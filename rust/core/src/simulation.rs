@@ -35,6 +35,15 @@ pub struct SimulationState {
     warm_start: WarmStart,
 }
 
+impl SimulationState {
+    /// Whether this can be a state of a robot of `links` links among `pegs` pegs.
+    pub fn fits(&self, links: usize, pegs: usize) -> bool {
+        let Self { state, warm_start } = self;
+        let lengths = [state.pose.len(), state.twist.len(), warm_start.friction.len()];
+        lengths.iter().all(|&length| length == links) && warm_start.near.fits(links, pegs)
+    }
+}
+
 /// What happened during one [`PlanarSimulation::advance`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct StepReport {

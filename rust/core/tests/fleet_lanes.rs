@@ -78,7 +78,9 @@ fn a_robot_that_diverges_leaves_its_neighbours_untouched() {
     with_a_sick_one[4].body.state.twist[3].x = f64::NAN;
     let mut fleet = Fleet::new(config, &plant, 9);
     fleet.advance(&plant, &mut with_a_sick_one, 0.05, |_| true);
-    assert!(with_a_sick_one[4].body.diverged && with_a_sick_one.iter().filter(|robot| robot.body.diverged).count() == 1);
+    assert!(
+        with_a_sick_one[4].body.diverged && with_a_sick_one.iter().filter(|robot| robot.body.diverged).count() == 1
+    );
     for _ in 1..20 {
         fleet.advance(&plant, &mut with_a_sick_one, 0.05, |robot| robot != 4);
     }

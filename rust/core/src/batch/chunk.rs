@@ -52,13 +52,7 @@ impl Chunk {
     }
 
     /// Starts an episode in the active rows.
-    pub fn reset(
-        &mut self,
-        prototype: &Environment,
-        seeds: &[Option<u64>],
-        active: &[bool],
-        observation: &mut [f32],
-    ) {
+    pub fn reset(&mut self, prototype: &Environment, seeds: &[Option<u64>], active: &[bool], observation: &mut [f32]) {
         self.active.copy_from_slice(active);
         self.for_active(prototype, observation, |index, row, observation| {
             row.outcome = row.environment.reset(seeds[index], observation);
@@ -66,13 +60,7 @@ impl Chunk {
     }
 
     /// One control period in the active rows.
-    pub fn step(
-        &mut self,
-        prototype: &Environment,
-        actions: &[f64],
-        active: &[bool],
-        observation: &mut [f32],
-    ) {
+    pub fn step(&mut self, prototype: &Environment, actions: &[f64], active: &[bool], observation: &mut [f32]) {
         let size = prototype.action_size();
         self.active.copy_from_slice(active);
         self.for_active(prototype, observation, |index, row, _| {
@@ -111,8 +99,7 @@ impl Chunk {
     ) {
         let observations = observation.chunks_exact_mut(prototype.observation_size());
         let rows = self.rows.iter_mut().zip(&mut self.active).zip(observations);
-        for (index, ((row, active), observation)) in rows.enumerate().filter(|(_, ((_, active), _))| **active)
-        {
+        for (index, ((row, active), observation)) in rows.enumerate().filter(|(_, ((_, active), _))| **active) {
             let result = catch_unwind(AssertUnwindSafe(|| part(index, row, observation)));
             if result.is_err() {
                 *active = false;

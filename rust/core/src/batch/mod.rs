@@ -150,10 +150,7 @@ impl Batch {
         let (n, size) = (self.rows, self.observation_size());
         assert_eq!(active.len(), n, "one flag a row");
         assert_eq!(out.observation.len(), n * size, "one observation a row");
-        assert!(
-            out.reward.len() == n && out.terminated.len() == n && out.truncated.len() == n,
-            "one value a row"
-        );
+        assert!(out.reward.len() == n && out.terminated.len() == n && out.truncated.len() == n, "one value a row");
         assert_eq!(out.signals.len(), COUNT * n, "one value a row and signal");
         let busy = self.chunks.iter().filter(|chunk| active[chunk.range()].contains(&true)).count();
         let (prototype, per_chunk) = (&self.prototype, self.rows_per_chunk);

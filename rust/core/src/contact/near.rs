@@ -15,7 +15,10 @@ pub struct NearPair {
     pub peg: usize,
     /// Contact force of the last stage \[N\]: the warm start of the next one.
     pub force: f64,
-    /// Whether the contact was closed at the end of the last accepted step.
+    /// Whether the contact carried force at the end of the last accepted step.
+    pub touches: bool,
+    /// Whether it did so twice running: an impact takes two steps, one that closes the gap and one that
+    /// ends the approach.
     pub closed: bool,
 }
 
@@ -46,6 +49,12 @@ impl NearPegs {
 
     pub fn pairs_mut(&mut self) -> &mut [NearPair] {
         &mut self.pairs
+    }
+
+    /// Whether all pairs are of a robot of `links` links among `pegs` pegs.
+    pub fn fits(&self, links: usize, pegs: usize) -> bool {
+        (self.anchor.is_empty() || self.anchor.len() == links)
+            && self.pairs.iter().all(|pair| pair.link < links && pair.peg < pegs)
     }
 
     /// Forgets pairs and warm starts.
@@ -82,7 +91,7 @@ impl NearPegs {
         for (i, (pose, link)) in poses.iter().zip(links).enumerate() {
             pegs.visit_near(pose.x, pose.y, link.reach() + margin + SKIN, |peg| {
                 if gap(pose, link, &pegs.pegs()[peg]) < margin + SKIN {
-                    self.pairs.push(NearPair { link: i, peg, force: 0.0, closed: false });
+                    self.pairs.push(NearPair { link: i, peg, force: 0.0, touches: false, closed: false });
                 }
             });
         }

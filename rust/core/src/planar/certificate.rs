@@ -4,8 +4,8 @@
 //! when the equations of motion balance, the joints hold, and every law holds. Fenchel's inequality
 //! turns the laws into one number, the duality gap: the sum of `support_C(-gamma) + P . gamma` over
 //! friction, of `P_H (w . u + offset)` over contacts, and of half the squared imbalance in the norm of
-//! M^-1. With admissible impulses it bounds the distance to the exact velocity:
-//! |u - u*|_M^2 / 2 <= gap.
+//! M^-1. For admissible impulses, open or touching contacts and drives that obey their law, all of which
+//! the other figures judge, it bounds the distance to the exact velocity: |u - u*|_M^2 / 2 <= gap.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -31,7 +31,7 @@ impl<T: Real> Certificate<T> {
     /// The worst of all violations \[m/s\].
     #[inline(always)]
     pub fn residual(&self) -> T {
-        self.balance.max(self.joint).max(self.law)
+        worse(worse(self.balance, self.joint), self.law)
     }
 }
 
@@ -52,7 +52,7 @@ pub fn certify<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Certif
         judge_drive(joint, &stage.links[j], rate, solution.drive[j], &mut certificate);
         let near = end_velocity(&stage.links[j], &solution.twist[j], T::splat(1.0));
         let far = end_velocity(&stage.links[j + 1], &solution.twist[j + 1], T::splat(-1.0));
-        certificate.joint = certificate.joint.max(norm(near.x - far.x, near.y - far.y));
+        certificate.joint = worse(certificate.joint, norm(near.x - far.x, near.y - far.y));
     }
     judge_balance(stage, solution, &mut certificate);
     certificate
@@ -61,7 +61,12 @@ pub fn certify<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Certif
 /// The projection is taken in coordinates in which the ellipse is the unit disc: P = A p,
 /// gamma^ = A gamma; along a zero axis any impulse is a violation.
 #[inline(always)]
-fn judge_friction<T: Real>(link: &StageLink<T>, u: &Vector3<T>, impulse: &Vector2<T>, certificate: &mut Certificate<T>) {
+fn judge_friction<T: Real>(
+    link: &StageLink<T>,
+    u: &Vector3<T>,
+    impulse: &Vector2<T>,
+    certificate: &mut Certificate<T>,
+) {
     let (a, zero, one) = (link.friction, T::zero(), T::splat(1.0));
     let slip = link.heading.to_link(u.xy());
     let scaled = Vector2::new(a.x * slip.x, a.y * slip.y);
@@ -72,9 +77,9 @@ fn judge_friction<T: Real>(link: &StageLink<T>, u: &Vector3<T>, impulse: &Vector
     let shrink = one / norm(x.x, x.y).max(one);
     let violation = norm(p.x - x.x * shrink, p.y - x.y * shrink) * largest;
     let outside = norm(impulse.x - p.x * a.x, impulse.y - p.y * a.y);
-    certificate.law = certificate.law.max((violation + outside) / link.mass);
+    certificate.law = worse(certificate.law, (violation + outside) / link.mass);
     let gap = norm(scaled.x, scaled.y) + impulse.x * slip.x + impulse.y * slip.y;
-    certificate.gap += gap.max(zero);
+    certificate.gap += worse(zero, gap);
 }
 
 #[inline(always)]
@@ -88,14 +93,20 @@ fn judge_contact<T: Real>(
     let w = &contact.direction;
     let opening = w.x * u.x + w.y * u.y + w.z * u.z + contact.offset;
     let nearest = (impulse - link.mass * opening).max(T::zero());
-    certificate.law = certificate.law.max((impulse - nearest).abs() / link.mass);
-    certificate.gap += (impulse * opening).max(T::zero());
+    certificate.law = worse(certificate.law, (impulse - nearest).abs() / link.mass);
+    certificate.gap += worse(T::zero(), impulse * opening);
 }
 
 #[inline(always)]
-fn judge_drive<T: Real>(joint: &StageJoint<T>, link: &StageLink<T>, rate: T, drive: T, certificate: &mut Certificate<T>) {
+fn judge_drive<T: Real>(
+    joint: &StageJoint<T>,
+    link: &StageLink<T>,
+    rate: T,
+    drive: T,
+    certificate: &mut Certificate<T>,
+) {
     let law = (joint.drive - joint.stiffness * rate).min(joint.limit).max(-joint.limit);
-    certificate.law = certificate.law.max((drive - law).abs() / (link.mass * link.half_length));
+    certificate.law = worse(certificate.law, (drive - law).abs() / (link.mass * link.half_length));
 }
 
 /// Velocity of a link's end; `side` is 1 for the far joint, -1 for the near one.
@@ -124,10 +135,10 @@ fn judge_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certifi
         let lateral = link.heading.lateral();
         let pull = lateral.x * (from_before.x + to_next.x) + lateral.y * (from_before.y + to_next.y);
         let moment = applied.z - link.half_length * pull - link.inertia * (u.z - reference.z);
-        certificate.balance = certificate.balance.max(moment.abs() / link.inertia * link.half_length);
+        certificate.balance = worse(certificate.balance, moment.abs() / link.inertia * link.half_length);
         certificate.gap += half * moment * moment / link.inertia;
         if i == last {
-            certificate.balance = certificate.balance.max(norm(left.x, left.y) / link.mass);
+            certificate.balance = worse(certificate.balance, norm(left.x, left.y) / link.mass);
             certificate.gap += half * (left.x * left.x + left.y * left.y) / link.mass;
         }
         from_before = to_next;
@@ -153,4 +164,10 @@ fn applied_impulse<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: us
         }
     }
     applied
+}
+
+/// The larger of two violations, NaN if either is: no broken solution passes.
+#[inline(always)]
+fn worse<T: Real>(a: T, b: T) -> T {
+    T::select(b.le(a), a, T::select(a.lt(b), b, a + b))
 }

@@ -19,7 +19,6 @@ mod stage;
 mod state;
 mod sweep;
 
-
 pub use certificate::{Certificate, certify};
 pub use heading::Heading;
 pub use kinematics::{assemble_chain, close_joints, joint_gap, largest_joint_gap, travel};

@@ -51,6 +51,8 @@ pub struct Newton<T = f64> {
     direction: Vec<Vector3<T>>,
     start: Vec<Vector3<T>>,
     ray: Ray<T>,
+    /// Mass of the lightest link.
+    lightest: T,
 }
 
 impl<T: Real> Newton<T> {
@@ -66,6 +68,7 @@ impl<T: Real> Newton<T> {
             direction: vec![at_rest; links],
             start: vec![at_rest; links],
             ray: Ray::with_capacity(links),
+            lightest: zero,
         }
     }
 
@@ -119,11 +122,20 @@ impl<T: Real> Newton<T> {
             let velocity = ratio(T::splat(1.0), penalty * a.x.max(a.y));
             *friction = Proximal { penalty, squared_velocity: velocity * velocity, centre, value: centre };
         }
+        self.lightest = stage.links[0].mass;
+        for link in &stage.links {
+            self.lightest = self.lightest.min(link.mass);
+        }
         self.contact.clear();
         for (contact, &impulse) in stage.contacts.iter().zip(&solution.contact) {
             let penalty = T::splat(PENALTY) * stage.links[contact.link].mass;
             let velocity = T::splat(1.0) / penalty;
-            self.contact.push(Proximal { penalty, squared_velocity: velocity * velocity, centre: impulse, value: impulse });
+            self.contact.push(Proximal {
+                penalty,
+                squared_velocity: velocity * velocity,
+                centre: impulse,
+                value: impulse,
+            });
         }
         follow_joints(&stage.links, &mut solution.twist);
     }
@@ -133,16 +145,19 @@ impl<T: Real> Newton<T> {
     fn descend(&mut self, stage: &Stage<T>, solution: &mut StageSolution<T>, active: T::Mask) -> T {
         let slope = self.slope();
         self.start.copy_from_slice(&solution.twist);
-        let mut fraction = T::select(active, T::splat(1.0), T::zero());
+        // A slope that is not negative is round-off: the lane is at its minimum and stays there.
+        let descends = active & slope.lt(T::zero());
+        let mut fraction = T::select(descends, T::splat(1.0), T::zero());
         self.move_along(stage, solution, fraction);
-        let overshoots = active & (T::splat(OVERSHOOT) * -slope).lt(self.slope());
+        let overshoots = descends & (T::splat(OVERSHOOT) * -slope).lt(self.slope());
         if overshoots.any() {
             self.ray.cast(stage, &self.start, &self.direction, &self.friction, &self.contact);
             let damped = self.ray.zero_of_slope(slope, T::splat(OVERSHOOT), overshoots);
             fraction = T::select(overshoots, damped, fraction);
             self.move_along(stage, solution, fraction);
         }
-        (-slope / stage.links[0].mass).max(T::zero()).sqrt() + (slope - slope)
+        // Adding 0 * slope lets NaN and infinity through, which `max` would swallow.
+        (-slope / self.lightest).max(T::zero()).sqrt() + T::zero() * slope
     }
 
     #[inline(always)]
@@ -198,7 +213,7 @@ impl<T: Real> Newton<T> {
     ///
     /// Sticking or in contact, the constraint is violated by |P - P_centre| / r. Sliding at speed
     /// gamma, the friction's direction is off by |P - P_centre| / (r gamma), which changes the link's
-    /// velocity by that angle times a / m.
+    /// velocity by that angle times a / m, but by no more than gamma itself.
     #[inline(always)]
     fn multiplier_error(&self, stage: &Stage<T>, twist: &[Vector3<T>]) -> T {
         let (zero, one) = (T::zero(), T::splat(1.0));
@@ -206,12 +221,14 @@ impl<T: Real> Newton<T> {
         for ((friction, link), u) in self.friction.iter().zip(&stage.links).zip(twist) {
             let (x, y) = (friction.value.x - friction.centre.x, friction.value.y - friction.centre.y);
             let violation = (x * x + y * y) * friction.squared_velocity;
-            let slides = T::splat(1.0 - 1e-9).lt(friction.value.x * friction.value.x + friction.value.y * friction.value.y);
+            let slides =
+                T::splat(1.0 - 1e-9).lt(friction.value.x * friction.value.x + friction.value.y * friction.value.y);
             let largest = link.friction.x.max(link.friction.y);
             let momentum = link.mass * link.mass * (u.x * u.x + u.y * u.y);
             let amplification = T::select(slides, (largest * largest / momentum).max(one), one);
+            let speed = T::select(slides, u.x * u.x + u.y * u.y, T::splat(f64::INFINITY));
             // A link without friction has no violation, however slowly it moves.
-            let error = T::select(zero.lt(violation), violation * amplification, zero);
+            let error = T::select(zero.lt(violation), (violation * amplification).min(speed), zero);
             worst_squared = worst_squared.max(error);
         }
         for contact in &self.contact {

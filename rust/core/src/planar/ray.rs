@@ -67,7 +67,8 @@ impl<T: Real> Ray<T> {
         for (i, link) in stage.links.iter().enumerate() {
             let (u, du, proximal) = (&twist[i], &direction[i], &friction[i]);
             let momentum = Vector3::new(link.mass * du.x, link.mass * du.y, link.inertia * du.z);
-            self.inertia[0] += dot(&momentum, &Vector3::new(u.x - link.reference.x, u.y - link.reference.y, u.z - link.reference.z));
+            self.inertia[0] +=
+                dot(&momentum, &Vector3::new(u.x - link.reference.x, u.y - link.reference.y, u.z - link.reference.z));
             self.inertia[1] += dot(&momentum, du);
             let (c, s) = (link.heading.cos, link.heading.sin);
             let scale = [-proximal.penalty * link.friction.x, -proximal.penalty * link.friction.y];
@@ -122,13 +123,13 @@ impl<T: Real> Ray<T> {
     }
 
     /// A zero of the slope on (0, 1) by regula falsi (Illinois), up to `accuracy` times the descent at
-    /// 0, in the given lanes; `slope` is the negative slope at 0, and the slope at 1 is positive.
+    /// 0, in the given lanes; `slope` is the negative slope at 0. Where the slope at 1 is not positive it is 1.
     #[inline(always)]
     pub fn zero_of_slope(&self, slope: T, accuracy: T, lanes: T::Mask) -> T {
         let half = T::splat(0.5);
         let (mut low, mut slope_low) = (T::zero(), slope);
         let (mut high, mut slope_high) = (T::splat(1.0), self.slope(T::splat(1.0)));
-        let (mut alpha, mut searching) = (T::splat(1.0), lanes);
+        let (mut alpha, mut searching) = (T::splat(1.0), lanes & T::zero().lt(slope_high));
         for _ in 0..MAX_BRACKETINGS {
             let next = high - slope_high * (high - low) / (slope_high - slope_low);
             alpha = T::select(searching, next, alpha);

@@ -194,7 +194,12 @@ fn eliminate<T: Real>(links: &[LinkModel<T>], eliminations: &mut [Elimination<T>
 
 /// From head to tail.
 #[inline(always)]
-fn substitute<T: Real>(links: &[LinkModel<T>], eliminations: &[Elimination<T>], head: (T, T), twist: &mut [Vector3<T>]) {
+fn substitute<T: Real>(
+    links: &[LinkModel<T>],
+    eliminations: &[Elimination<T>],
+    head: (T, T),
+    twist: &mut [Vector3<T>],
+) {
     let ((mut px, mut py), mut omega) = (head, T::zero());
     for ((link, e), twist) in links.iter().zip(eliminations).zip(twist) {
         omega = e.px * px + e.py * py + e.previous * omega + e.constant;

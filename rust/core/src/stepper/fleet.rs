@@ -40,7 +40,16 @@ impl Fleet {
 
     /// Integrates the robots chosen by `takes_part` over `duration` in equal steps no longer than the
     /// configured one. A robot whose state becomes absurd stays where it last was good, flagged.
-    pub fn advance<D: Driven>(&mut self, plant: &Plant, robots: &mut [D], duration: f64, takes_part: impl Fn(usize) -> bool) {
+    pub fn advance<D: Driven>(
+        &mut self,
+        plant: &Plant,
+        robots: &mut [D],
+        duration: f64,
+        takes_part: impl Fn(usize) -> bool,
+    ) {
+        if duration <= 0.0 {
+            return;
+        }
         let Self { config, width, members, retake } = self;
         members.clear();
         members.extend((0..robots.len()).filter(|&index| takes_part(index)));

@@ -34,7 +34,11 @@ pub struct Group<T: Real> {
     start_twist: Vec<Vector3<T>>,
     /// Works and contact impulses of the first stage, until the step is accepted.
     first_works: Works<T>,
-    first_impulses: Vec<(usize, usize, Vector2<f64>)>,
+    first_impulses: Vec<Impulse>,
+    /// Contact impulses of the last stage.
+    impulses: Vec<Impulse>,
+    /// Margin \[m\] within which the last stage looked for contacts.
+    margin: [f64; MAX_LANES],
     scratch: Scratch,
 }
 
@@ -49,6 +53,11 @@ struct Scratch {
 
 /// Lanes still on their way through a step.
 type Lanes = [bool; MAX_LANES];
+
+const NO_LANES: Lanes = [false; MAX_LANES];
+
+/// Impulse of a peg: lane, link, and impulse in the world frame \[N s\].
+type Impulse = (usize, usize, Vector2<f64>);
 
 impl<T: StageKernels> Group<T> {
     pub fn new(config: IntegratorConfig, plant: &Plant) -> Self {
@@ -74,6 +83,10 @@ impl<T: StageKernels> Group<T> {
             gains: [zero; 2],
             torque_limit: T::splat(plant.controller.limit()),
             friction_force: vec![Vector2::new(zero, zero); links],
+            deviation: zero,
+            kept_twist: rest.clone(),
+            kept_drive: vec![zero; links - 1],
+            kept_works: Works::none(),
             contact_force: Vec::with_capacity(8 * links),
             stage: Stage::with_capacity(links),
             solution: StageSolution::new(links),
@@ -94,7 +107,9 @@ impl<T: StageKernels> Group<T> {
             start_pose: rest.clone(),
             start_twist: rest,
             first_works: Works::none(),
-            first_impulses: Vec::with_capacity(8 * links),
+            first_impulses: Vec::with_capacity(8 * links * T::LANES),
+            impulses: Vec::with_capacity(8 * links * T::LANES),
+            margin: [MARGIN; MAX_LANES],
             scratch,
         }
     }
@@ -110,14 +125,21 @@ impl<T: StageKernels> Group<T> {
 
     /// One second-order step of length `h`; robots for which a peg contact closes are left as they were
     /// and added to `retake`.
-    pub fn sdirk_step<D: Driven>(&mut self, plant: &Plant, fleet: &mut [D], members: &[usize], h: f64, retake: &mut Vec<usize>) {
+    pub fn sdirk_step<D: Driven>(
+        &mut self,
+        plant: &Plant,
+        fleet: &mut [D],
+        members: &[usize],
+        h: f64,
+        retake: &mut Vec<usize>,
+    ) {
         let c = GAMMA * h;
         let mut lanes = lanes_of(members);
         self.load(fleet, members);
         self.begin_first_stage();
         lanes = self.run_stage(plant, fleet, members, lanes, c, c);
         if lanes.contains(&true) {
-            self.keep_first_stage(members, lanes);
+            self.keep_first_stage();
             T::extrapolate(Extrapolate {
                 work: &mut self.work,
                 start_pose: &self.start_pose,
@@ -133,16 +155,23 @@ impl<T: StageKernels> Group<T> {
         retake.extend(members.iter().zip(lanes).filter(|(_, accepted)| !accepted).map(|(&member, _)| member));
     }
 
-    /// Gathers states and friction forces; lanes without a robot repeat the first one.
+    /// Gathers states; lanes without a robot repeat the first one.
     fn load<D: Driven>(&mut self, fleet: &[D], members: &[usize]) {
         for lane in 0..T::LANES {
             let body = fleet[*members.get(lane).unwrap_or(&members[0])].body();
             for (i, (q, u)) in body.state.pose.iter().zip(&body.state.twist).enumerate() {
                 set_vector(&mut self.start_pose[i], lane, q);
                 set_vector(&mut self.start_twist[i], lane, u);
-                let force = body.warm_start.friction[i];
-                self.work.friction_force[i].x.set_lane(lane, force.x);
-                self.work.friction_force[i].y.set_lane(lane, force.y);
+            }
+        }
+    }
+
+    fn load_friction<D: Driven>(&mut self, fleet: &[D], members: &[usize]) {
+        for lane in 0..T::LANES {
+            let warm_start = &fleet[*members.get(lane).unwrap_or(&members[0])].body().warm_start;
+            for (lanes, force) in self.work.friction_force.iter_mut().zip(&warm_start.friction) {
+                lanes.x.set_lane(lane, force.x);
+                lanes.y.set_lane(lane, force.y);
             }
         }
     }
@@ -156,27 +185,71 @@ impl<T: StageKernels> Group<T> {
 
     /// Solves one stage that ends `end` after the start of the step. Returns `lanes` without those in
     /// which a peg contact closed that was open after the last accepted step.
-    fn run_stage<D: Driven>(&mut self, plant: &Plant, fleet: &mut [D], members: &[usize], lanes: Lanes, c: f64, end: f64) -> Lanes {
+    ///
+    /// Where the stage ends farther from its prediction than the margin within which contacts were
+    /// looked for, it is predicted anew from its own end and solved again.
+    fn run_stage<D: Driven>(
+        &mut self,
+        plant: &Plant,
+        fleet: &mut [D],
+        members: &[usize],
+        lanes: Lanes,
+        c: f64,
+        end: f64,
+    ) -> Lanes {
         self.work.stage.coefficient = c;
-        let speed = T::predict(&mut self.work);
-        self.find_contacts(plant, fleet, members, lanes, speed);
         self.read_references(plant, fleet, members, end);
+        self.load_friction(fleet, members);
+        self.impulses.clear();
+        let (mut open, mut pending) = (lanes, lanes);
+        for repetition in 1..=MAX_PREDICTIONS {
+            self.find_contacts(plant, fleet, members, pending);
+            self.solve(fleet, members, pending);
+            let again = if repetition < MAX_PREDICTIONS { self.surprised(fleet, members, pending) } else { NO_LANES };
+            let solved = std::array::from_fn(|lane| pending[lane] && !again[lane]);
+            T::keep(&mut self.work, T::Mask::of(|lane| solved[lane]), T::Mask::of(|lane| again[lane]));
+            open = self.save_forces(fleet, members, solved, open);
+            pending = again;
+            if pending == NO_LANES {
+                break;
+            }
+        }
+        open
+    }
+
+    fn solve<D: Driven>(&mut self, fleet: &mut [D], members: &[usize], lanes: Lanes) {
         let (outcome, certificate) = T::solve(Solve {
             work: &mut self.work,
             tolerance: self.config.tolerance(),
             max_iterations: self.config.max_iterations(),
             lanes: T::Mask::of(|lane| lanes[lane]),
         });
+        let residual = certificate.residual();
         for (lane, member) in active(members, lanes) {
             let missed = !outcome.converged.lane(lane);
-            let (residual, gap) = (certificate.residual().lane(lane), certificate.gap.lane(lane));
-            fleet[member].body_mut().tally.add_solve(outcome.iterations.lane(lane) as u32, missed, residual, gap);
+            let tally = &mut fleet[member].body_mut().tally;
+            tally.add_solve(
+                outcome.iterations.lane(lane) as u32,
+                missed,
+                residual.lane(lane),
+                certificate.gap.lane(lane),
+            );
         }
-        self.save_forces(fleet, members, lanes)
     }
 
-    fn find_contacts<D: Driven>(&mut self, plant: &Plant, fleet: &mut [D], members: &[usize], lanes: Lanes, speed: T) {
+    /// Lanes whose stage ended so far from its prediction that it may have missed a contact.
+    fn surprised<D: Driven>(&self, fleet: &[D], members: &[usize], lanes: Lanes) -> Lanes {
+        let mut surprised = NO_LANES;
+        for (lane, member) in active(members, lanes) {
+            let has_pegs = !fleet[member].body().pegs.pegs().is_empty();
+            surprised[lane] = has_pegs && self.work.deviation.lane(lane) > self.margin[lane];
+        }
+        surprised
+    }
+
+    fn find_contacts<D: Driven>(&mut self, plant: &Plant, fleet: &mut [D], members: &[usize], lanes: Lanes) {
         let c = self.work.stage.coefficient;
+        let speed = T::predict(&mut self.work);
         self.work.stage.contacts.clear();
         self.slots.clear();
         for (lane, member) in active(members, lanes) {
@@ -185,6 +258,7 @@ impl<T: StageKernels> Group<T> {
                 continue;
             }
             let margin = MARGIN.max(2.0 * c * speed.lane(lane));
+            self.margin[lane] = margin;
             let Scratch { base, end, twist, .. } = &mut self.scratch;
             read_lane(&self.work.base, lane, base);
             read_lane(&self.work.predicted, lane, end);
@@ -195,12 +269,15 @@ impl<T: StageKernels> Group<T> {
         }
         self.work.contact_force.clear();
         self.work.contact_force.resize(self.slots.len(), T::zero());
-        for (slot, force) in self.slots.iter().zip(&mut self.work.contact_force) {
-            for (lane, &member) in members.iter().enumerate() {
+        for (lane, member) in active(members, lanes) {
+            let pairs = fleet[member].body_mut().warm_start.near.pairs_mut();
+            for (slot, force) in self.slots.iter().zip(&mut self.work.contact_force) {
                 if let Some(pair) = slot.pair(lane) {
-                    force.set_lane(lane, fleet[member].body().warm_start.near.pairs()[pair].force);
+                    force.set_lane(lane, pairs[pair].force);
                 }
             }
+            // A pair that takes no part has no force.
+            pairs.iter_mut().for_each(|pair| pair.force = 0.0);
         }
     }
 
@@ -219,43 +296,42 @@ impl<T: StageKernels> Group<T> {
         }
     }
 
-    /// Keeps the forces as the next first guess. Returns `lanes` without those in which a contact closed.
-    fn save_forces<D: Driven>(&mut self, fleet: &mut [D], members: &[usize], mut lanes: Lanes) -> Lanes {
-        for (lane, member) in active(members, lanes) {
+    /// Keeps the forces of the `solved` lanes as the next first guess. Returns `open` without those in
+    /// which a contact closed.
+    fn save_forces<D: Driven>(&mut self, fleet: &mut [D], members: &[usize], solved: Lanes, mut open: Lanes) -> Lanes {
+        for (lane, member) in active(members, solved) {
             let warm_start = &mut fleet[member].body_mut().warm_start;
             for (force, all) in warm_start.friction.iter_mut().zip(&self.work.friction_force) {
                 *force = Vector2::new(all.x.lane(lane), all.y.lane(lane));
             }
             let pairs = warm_start.near.pairs_mut();
-            for (slot, force) in self.slots.iter().zip(&self.work.contact_force) {
+            let contacts =
+                self.work.stage.contacts.iter().zip(&self.work.solution.contact).zip(&self.work.contact_force);
+            for (slot, ((contact, impulse), force)) in self.slots.iter().zip(contacts) {
                 if let Some(pair) = slot.pair(lane) {
                     let pair = &mut pairs[pair];
                     pair.force = force.lane(lane);
-                    lanes[lane] &= pair.closed || pair.force <= 0.0;
+                    open[lane] &= pair.closed || pair.force <= 0.0;
+                    let direction = Vector2::new(contact.direction.x.lane(lane), contact.direction.y.lane(lane));
+                    self.impulses.push((lane, contact.link, direction * impulse.lane(lane)));
                 }
             }
         }
-        lanes
+        open
     }
 
     /// Remembers works and contact impulses of the first stage until the step is accepted.
-    fn keep_first_stage(&mut self, members: &[usize], lanes: Lanes) {
-        self.first_works = self.work.works;
-        self.first_impulses.clear();
-        for (lane, _) in active(members, lanes) {
-            let impulses = contact_impulses(&self.work, &self.slots, lane);
-            self.first_impulses.extend(impulses.map(|(link, impulse)| (lane, link, impulse)));
-        }
+    fn keep_first_stage(&mut self) {
+        self.first_works = self.work.kept_works;
+        std::mem::swap(&mut self.first_impulses, &mut self.impulses);
     }
 
     /// Adds the first stage's share, `EXTRAPOLATION` times its impulses, to the robots' tallies.
-    fn add_first_stage<D: Driven>(&mut self, fleet: &mut [D], members: &[usize], lanes: Lanes) {
+    fn add_first_stage<D: Driven>(&self, fleet: &mut [D], members: &[usize], lanes: Lanes) {
         for (lane, member) in active(members, lanes) {
             fleet[member].body_mut().tally.add_works(&self.first_works, lane, EXTRAPOLATION);
         }
-        for &(lane, link, impulse) in self.first_impulses.iter().filter(|(lane, ..)| lanes[*lane]) {
-            fleet[members[lane]].body_mut().tally.contact_impulse[link] += impulse * EXTRAPOLATION;
-        }
+        add_impulses(&self.first_impulses, fleet, members, lanes, EXTRAPOLATION);
     }
 
     /// The stage's end becomes the robots' state after a step of length `h`; its works and impulses
@@ -265,27 +341,27 @@ impl<T: StageKernels> Group<T> {
         for (lane, member) in active(members, lanes) {
             let body = fleet[member].body_mut();
             read_lane(&self.work.end, lane, &mut body.state.pose);
-            read_lane(&self.work.solution.twist, lane, &mut body.state.twist);
+            read_lane(&self.work.kept_twist, lane, &mut body.state.twist);
             body.state.time += h;
-            body.warm_start.near.pairs_mut().iter_mut().for_each(|pair| pair.closed = pair.force > 0.0);
-            body.tally.add_works(&self.work.works, lane, 1.0);
-            for (link, impulse) in contact_impulses(&self.work, &self.slots, lane) {
-                body.tally.contact_impulse[link] += impulse;
+            for pair in body.warm_start.near.pairs_mut() {
+                let touches = pair.force > 0.0;
+                pair.closed = touches && pair.touches;
+                pair.touches = touches;
             }
-            for (torque, drive) in body.joint_torque.iter_mut().zip(&self.work.solution.drive) {
+            body.tally.add_works(&self.work.kept_works, lane, 1.0);
+            for (torque, drive) in body.joint_torque.iter_mut().zip(&self.work.kept_drive) {
                 *torque = -drive.lane(lane) / self.work.stage.coefficient;
             }
         }
+        add_impulses(&self.impulses, fleet, members, lanes, 1.0);
     }
 }
 
-/// Link and impulse, world frame, of each contact of a lane in the stage just solved.
-fn contact_impulses<'a, T: Real>(work: &'a StageWork<T>, slots: &'a [Slot], lane: usize) -> impl Iterator<Item = (usize, Vector2<f64>)> + 'a {
-    let contacts = work.stage.contacts.iter().zip(&work.solution.contact).zip(slots);
-    contacts.filter(move |(_, slot)| slot.pair(lane).is_some()).map(move |((contact, impulse), _)| {
-        let direction = Vector2::new(contact.direction.x.lane(lane), contact.direction.y.lane(lane));
-        (contact.link, direction * impulse.lane(lane))
-    })
+/// Adds contact impulses `(lane, link, impulse)`, taken `weight` times, to the robots' tallies.
+fn add_impulses<D: Driven>(impulses: &[Impulse], fleet: &mut [D], members: &[usize], lanes: Lanes, weight: f64) {
+    for &(lane, link, impulse) in impulses.iter().filter(|(lane, ..)| lanes[*lane]) {
+        fleet[members[lane]].body_mut().tally.contact_impulse[link] += impulse * weight;
+    }
 }
 
 fn lanes_of(members: &[usize]) -> Lanes {
@@ -317,3 +393,6 @@ const EXTRAPOLATION: f64 = (1.0 - GAMMA) / GAMMA;
 
 /// Gap below which a pair becomes a contact of the stage \[m\]; faster robots look farther.
 const MARGIN: f64 = 0.002;
+
+/// How often a stage may be predicted: the second prediction starts from a solution of the stage.
+const MAX_PREDICTIONS: u32 = 4;

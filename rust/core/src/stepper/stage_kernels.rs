@@ -5,7 +5,9 @@ use nalgebra::{Vector2, Vector3};
 use crate::math::{Kernel, Real};
 #[cfg(target_arch = "x86_64")]
 use crate::math::{Wide4, Wide8};
-use crate::planar::{Certificate, Heading, Newton, Outcome, Stage, StageJoint, StageLink, StageSolution, certify, travel};
+use crate::planar::{
+    Certificate, Heading, Newton, Outcome, Stage, StageJoint, StageLink, StageSolution, certify, travel,
+};
 
 /// Data of the stage at hand, for as many robots as `T` has lanes.
 #[derive(Debug, Clone)]
@@ -34,6 +36,12 @@ pub struct StageWork<T: Real> {
     pub end: Vec<Vector3<T>>,
     /// Works of the solved stage \[J\].
     pub works: Works<T>,
+    /// How far the stage ended from its prediction, for any point of the robot \[m\].
+    pub deviation: T,
+    /// Solution lane by lane, once it stands: some lanes may need another prediction.
+    pub kept_twist: Vec<Vector3<T>>,
+    pub kept_drive: Vec<T>,
+    pub kept_works: Works<T>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -57,6 +65,7 @@ pub struct Works<T> {
 pub trait StageKernels: Real {
     fn predict(work: &mut StageWork<Self>) -> Self;
     fn solve(solve: Solve<Self>) -> (Outcome<Self>, Certificate<Self>);
+    fn keep(work: &mut StageWork<Self>, solved: Self::Mask, again: Self::Mask);
     fn extrapolate(extrapolate: Extrapolate<Self>);
     fn finish(work: &mut StageWork<Self>);
 }
@@ -70,6 +79,10 @@ macro_rules! compile_for {
 
             fn solve(solve: Solve<Self>) -> (Outcome<Self>, Certificate<Self>) {
                 Self::run(solve)
+            }
+
+            fn keep(work: &mut StageWork<Self>, solved: Self::Mask, again: Self::Mask) {
+                Self::run(Keep { work, solved, again });
             }
 
             fn extrapolate(extrapolate: Extrapolate<Self>) {
@@ -132,8 +145,44 @@ impl<T: Real> Kernel for Solve<'_, T> {
         let certificate = certify(stage, solution);
         work.works = Works::of(stage, solution);
         work.store_forces();
+        work.measure_deviation();
         (outcome, certificate)
     }
+}
+
+/// Keeps the solution in the lanes where it stands; where not, it becomes the next guess.
+struct Keep<'a, T: Real> {
+    work: &'a mut StageWork<T>,
+    solved: T::Mask,
+    again: T::Mask,
+}
+
+impl<T: Real> Kernel for Keep<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { work, solved, again } = self;
+        for (i, u) in work.solution.twist.iter().enumerate() {
+            select_vector(&mut work.kept_twist[i], solved, u);
+            select_vector(&mut work.guess[i], again, u);
+        }
+        for (kept, drive) in work.kept_drive.iter_mut().zip(&work.solution.drive) {
+            *kept = T::select(solved, *drive, *kept);
+        }
+        let (kept, works) = (&mut work.kept_works, &work.works);
+        kept.friction = T::select(solved, works.friction, kept.friction);
+        kept.actuator = T::select(solved, works.actuator, kept.actuator);
+        kept.positive_actuator = T::select(solved, works.positive_actuator, kept.positive_actuator);
+    }
+}
+
+/// Takes `value` over where `mask` is true.
+#[inline(always)]
+fn select_vector<T: Real>(target: &mut Vector3<T>, mask: T::Mask, value: &Vector3<T>) {
+    target.x = T::select(mask, value.x, target.x);
+    target.y = T::select(mask, value.y, target.y);
+    target.z = T::select(mask, value.z, target.z);
 }
 
 /// End configuration q_B + c u of the solved stage.
@@ -146,7 +195,7 @@ impl<T: Real> Kernel for Finish<'_, T> {
     fn run(self) {
         let work = self.0;
         let c = T::splat(work.stage.coefficient);
-        travel(&work.half_length, &work.base, &work.solution.twist, c, &mut work.end, &mut work.heading);
+        travel(&work.half_length, &work.base, &work.kept_twist, c, &mut work.end, &mut work.heading);
     }
 }
 
@@ -171,14 +220,14 @@ impl<T: Real> Kernel for Extrapolate<'_, T> {
         let work = self.work;
         let (to_reference, to_guess) = (T::splat(self.reference), T::splat(self.guess));
         for (i, u) in self.start_twist.iter().enumerate() {
-            let end = &work.solution.twist[i];
+            let end = &work.kept_twist[i];
             let change = Vector3::new(end.x - u.x, end.y - u.y, end.z - u.z);
             work.reference[i] = plus(u, &change, to_reference);
             work.guess[i] = plus(u, &change, to_guess);
         }
         let elapsed = T::splat(self.elapsed);
-        let StageWork { half_length, solution, base, heading, .. } = work;
-        travel(half_length, self.start_pose, &solution.twist, elapsed, base, heading);
+        let StageWork { half_length, kept_twist, base, heading, .. } = work;
+        travel(half_length, self.start_pose, kept_twist, elapsed, base, heading);
     }
 }
 
@@ -230,6 +279,16 @@ impl<T: Real> StageWork<T> {
     }
 
     #[inline(always)]
+    fn measure_deviation(&mut self) {
+        let mut fastest = T::zero();
+        for (link, (u, guess)) in self.constants.iter().zip(self.solution.twist.iter().zip(&self.guess)) {
+            let (x, y) = (u.x - guess.x, u.y - guess.y);
+            fastest = fastest.max((x * x + y * y).sqrt() + link.reach * (u.z - guess.z).abs());
+        }
+        self.deviation = fastest * T::splat(self.stage.coefficient);
+    }
+
+    #[inline(always)]
     fn store_forces(&mut self) {
         let per_second = T::splat(1.0) / T::splat(self.stage.coefficient);
         for (force, impulse) in self.friction_force.iter_mut().zip(&self.solution.friction) {
@@ -239,7 +298,6 @@ impl<T: Real> StageWork<T> {
             *force = *impulse * per_second;
         }
     }
-
 }
 
 impl<T: Real> Works<T> {

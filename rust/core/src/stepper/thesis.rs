@@ -52,6 +52,9 @@ impl Thesis {
 
     /// Integrates over `duration` in equal steps no longer than the configured one.
     pub fn advance<D: Driven>(&mut self, plant: &Plant, robot: &mut D, duration: f64) {
+        if duration <= 0.0 {
+            return;
+        }
         robot.body_mut().begin();
         let steps = self.config.steps_in(duration);
         let h = duration / f64::from(steps);
@@ -105,13 +108,15 @@ impl Thesis {
         let Self { stage, midpoint, .. } = self;
         stage.coefficient = h;
         stage.links.clear();
-        stage.links.extend(plant.robot.links.iter().zip(midpoint.iter()).zip(&state.twist).map(|((link, q), u)| StageLink {
-            heading: Heading::of(q.z),
-            reference: *u,
-            mass: link.mass,
-            inertia: link.inertia,
-            half_length: 0.5 * link.length,
-            friction: plant.friction_force(link) * h,
+        stage.links.extend(plant.robot.links.iter().zip(midpoint.iter()).zip(&state.twist).map(|((link, q), u)| {
+            StageLink {
+                heading: Heading::of(q.z),
+                reference: *u,
+                mass: link.mass,
+                inertia: link.inertia,
+                half_length: 0.5 * link.length,
+                friction: plant.friction_force(link) * h,
+            }
         }));
         let (kp, kd) = plant.controller.gains_at(state.time);
         stage.joints.clear();

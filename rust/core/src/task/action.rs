@@ -48,9 +48,7 @@ impl ActionEntry {
 pub fn entries(mode: ActionMode, joints: usize) -> Vec<ActionEntry> {
     match mode {
         ActionMode::Gait => wave_entries().into(),
-        ActionMode::Joints => {
-            joint_entries(joints, "joint_angle", 70.0, 150.0, "reference angle of a joint").collect()
-        }
+        ActionMode::Joints => joint_entries(joints, "joint_angle", 70.0, 150.0, "reference angle of a joint").collect(),
         ActionMode::Residual => wave_entries()
             .into_iter()
             .chain(joint_entries(joints, "joint_offset", 20.0, 60.0, "angle added to the wave at a joint"))
@@ -66,14 +64,7 @@ pub fn wave_entries() -> [ActionEntry; WAVE_PARAMETERS] {
     let wave = Wave::default();
     [
         entry("amplitude", wave.amplitude, 25.0, 50.0, "rad", "amplitude A of the travelling wave"),
-        entry(
-            "frequency",
-            wave.omega,
-            120.0,
-            240.0,
-            "rad/s",
-            "angular frequency omega of the wave, negative: reverse",
-        ),
+        entry("frequency", wave.omega, 120.0, 240.0, "rad/s", "angular frequency omega of the wave, negative: reverse"),
         entry("phase_shift", wave.beta, 25.0, 25.0, "rad", "phase shift beta between adjacent joints"),
         entry(
             "offset",
@@ -134,10 +125,7 @@ mod tests {
             for action in [-1.0, -0.3, 0.0, 1.0] {
                 assert!((entry.normalised(entry.value(action)) - action).abs() < 1e-14);
             }
-            assert!(
-                (entry.value(-1.0) - entry.low()).abs() < 1e-15
-                    && (entry.value(1.0) - entry.high()).abs() < 1e-15
-            );
+            assert!((entry.value(-1.0) - entry.low()).abs() < 1e-15 && (entry.value(1.0) - entry.high()).abs() < 1e-15);
         }
     }
 }

@@ -82,8 +82,7 @@ impl Environment {
     pub fn new(config: &EnvConfig) -> Result<Self, ConfigError> {
         config.validate()?;
         let scene = SceneConfig { friction: config.friction(), ..SceneConfig::default() };
-        let simulation =
-            PlanarSimulation::new(&config.robot, &scene, &config.controller, &config.integrator)?;
+        let simulation = PlanarSimulation::new(&config.robot, &scene, &config.controller, &config.integrator)?;
         let robot = simulation.robot().clone();
         let (links, joints) = (robot.link_count(), robot.joint_count());
         let arena = Arena::new(config, &robot);
@@ -261,6 +260,7 @@ impl Environment {
     pub fn restore(&mut self, state: &EnvironmentState) -> Result<(), ConfigError> {
         let fits = state.action.len() == self.action.len()
             && state.contact_force.len() == self.contact_force.len()
+            && state.simulation.fits(self.contact_force.len(), state.pegs.len())
             && self.reference.restore(&state.reference);
         let size = format!("{} links, {} action elements", state.contact_force.len(), state.action.len());
         let expected = format!("{} links, {} action elements", self.contact_force.len(), self.action.len());

@@ -68,14 +68,7 @@ impl Episode {
 
     /// Takes note of one control period. After a divergence `motion` is the last good one and the
     /// work of the broken period does not count.
-    pub fn record(
-        &mut self,
-        rules: &Rules,
-        motion: Motion,
-        report: &StepReport,
-        action_change: f64,
-        contacts: u32,
-    ) {
+    pub fn record(&mut self, rules: &Rules, motion: Motion, report: &StepReport, action_change: f64, contacts: u32) {
         self.steps += 1;
         let moved = motion.position - self.motion.position;
         let work = if report.diverged { 0.0 } else { report.positive_actuator_work };

@@ -76,9 +76,7 @@ mod tests {
         for angle in [-10.0, -PI, 0.0, 1.0, 3.2, 100.0] {
             let wrapped = wrap_angle(angle);
             assert!(wrapped.abs() <= PI + 1e-12);
-            assert!(
-                ((angle - wrapped) / (2.0 * PI) - ((angle - wrapped) / (2.0 * PI)).round()).abs() < 1e-12
-            );
+            assert!(((angle - wrapped) / (2.0 * PI) - ((angle - wrapped) / (2.0 * PI)).round()).abs() < 1e-12);
         }
     }
 }

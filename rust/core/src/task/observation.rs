@@ -152,17 +152,7 @@ fn block(
     bound: f64,
     read: fn(&View, &mut [f64]),
 ) -> ObservationBlock {
-    ObservationBlock {
-        name,
-        start: 0,
-        elements,
-        unit,
-        scale,
-        low: -bound,
-        high: bound,
-        description: "",
-        read,
-    }
+    ObservationBlock { name, start: 0, elements, unit, scale, low: -bound, high: bound, description: "", read }
 }
 
 impl ObservationBlock {

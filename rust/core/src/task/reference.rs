@@ -104,8 +104,7 @@ impl ReferenceGenerator {
     pub fn command(&mut self, action: &[f64], time: f64) {
         self.state.instant = time;
         let (filter, state) = (&self.filter, &mut self.state);
-        let channels =
-            [&mut state.amplitude, &mut state.frequency, &mut state.phase_shift, &mut state.offset];
+        let channels = [&mut state.amplitude, &mut state.frequency, &mut state.phase_shift, &mut state.offset];
         let wave_channels = if self.mode == ActionMode::Joints { 0 } else { WAVE_PARAMETERS };
         let channels = channels.into_iter().take(wave_channels).chain(&mut state.joints);
         for (((channel, entry), limits), &action) in
@@ -122,8 +121,7 @@ impl ReferenceGenerator {
         let turned = state.phase + state.frequency.integral(period, filter.decay(period), filter);
         state.phase = wrap_angle(turned);
         state.instant += period;
-        let channels =
-            [&mut state.amplitude, &mut state.frequency, &mut state.phase_shift, &mut state.offset];
+        let channels = [&mut state.amplitude, &mut state.frequency, &mut state.phase_shift, &mut state.offset];
         channels.into_iter().chain(&mut state.joints).for_each(|channel| channel.elapse(filter));
     }
 
@@ -164,10 +162,7 @@ impl ReferenceGenerator {
     /// The joint's own offset.
     fn own(&self, joint: usize, time: f64, decay: f64) -> Jet {
         let elapsed = time - self.state.instant;
-        self.state
-            .joints
-            .get(joint)
-            .map_or(Jet::default(), |channel| channel.jet(elapsed, decay, &self.filter))
+        self.state.joints.get(joint).map_or(Jet::default(), |channel| channel.jet(elapsed, decay, &self.filter))
     }
 }
 

@@ -98,12 +98,7 @@ impl Summary {
     }
 }
 
-const fn float(
-    name: &'static str,
-    unit: &'static str,
-    description: &'static str,
-    read: fn(&Summary) -> f64,
-) -> Signal {
+const fn float(name: &'static str, unit: &'static str, description: &'static str, read: fn(&Summary) -> f64) -> Signal {
     Signal { name, kind: SignalKind::Float, unit, description, read }
 }
 

@@ -108,12 +108,7 @@ impl StartLine {
 fn gravity_centre(robot: &Robot, wave: &Wave, start: &Start) -> Vector2<f64> {
     let joint_angle: Vec<f64> = (0..robot.joint_count()).map(|joint| wave.target(joint, 0.0).angle).collect();
     let mut pose = vec![Pose::zeros(); robot.link_count()];
-    assemble_chain(
-        robot,
-        Pose::new(start.position.x, start.position.y, start.angle),
-        &joint_angle,
-        &mut pose,
-    );
+    assemble_chain(robot, Pose::new(start.position.x, start.position.y, start.angle), &joint_angle, &mut pose);
     let moment: Vector2<f64> = robot.links.iter().zip(&pose).map(|(link, q)| q.xy() * link.mass).sum();
     moment / robot.total_mass()
 }
@@ -143,12 +138,7 @@ mod tests {
             let start = line.deviated(jitter);
             let angles: Vec<f64> = (0..10).map(line.joint_angles(start.phase)).collect();
             let mut pose = vec![Pose::zeros(); 11];
-            assemble_chain(
-                &robot,
-                Pose::new(start.position.x, start.position.y, start.angle),
-                &angles,
-                &mut pose,
-            );
+            assemble_chain(&robot, Pose::new(start.position.x, start.position.y, start.angle), &angles, &mut pose);
             pose
         };
         let still = StartJitter { slide: 0.0, shift: Vector2::zeros(), turn: 0.0 };

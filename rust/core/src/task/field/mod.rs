@@ -75,8 +75,7 @@ pub fn random_field(kind: FieldKind, difficulty: f64, site: &Site, stream: &mut 
 pub fn keep_clear(site: &Site, robot: &Robot, pose: &[Pose], pegs: &mut Vec<Peg>) {
     let smallest = site.scale() * SMALLEST_PEG;
     pegs.retain_mut(|peg| {
-        let nearest =
-            robot.links.iter().zip(pose).map(|(link, q)| gap(q, link, peg)).fold(f64::INFINITY, f64::min);
+        let nearest = robot.links.iter().zip(pose).map(|(link, q)| gap(q, link, peg)).fold(f64::INFINITY, f64::min);
         peg.radius -= (site.clearance() - nearest).max(0.0);
         peg.radius >= smallest
     });
@@ -104,8 +103,7 @@ mod tests {
         }
     }
 
-    const KINDS: [FieldKind; 4] =
-        [FieldKind::Mixed, FieldKind::Track, FieldKind::Lattice, FieldKind::Poisson];
+    const KINDS: [FieldKind; 4] = [FieldKind::Mixed, FieldKind::Track, FieldKind::Lattice, FieldKind::Poisson];
 
     proptest! {
         #[test]

@@ -41,14 +41,7 @@ pub fn track(difficulty: f64, site: &Site, stream: &mut Stream, pegs: &mut Vec<P
 }
 
 /// The peg inside the bend at `x`; the bend lies on the side `outwards` of its centre line `y`.
-fn bend_peg(
-    difficulty: f64,
-    site: &Site,
-    [x, y]: [f64; 2],
-    outwards: f64,
-    stream: &mut Stream,
-    pegs: &mut Vec<Peg>,
-) {
+fn bend_peg(difficulty: f64, site: &Site, [x, y]: [f64; 2], outwards: f64, stream: &mut Stream, pegs: &mut Vec<Peg>) {
     let radius = site.radius(LARGEST_PEG, difficulty, stream);
     let jitter = JITTER.map(|reach| stream.around_zero(difficulty * reach * site.scale()));
     let missing = stream.chance(difficulty * MISSING);
@@ -76,11 +69,7 @@ mod tests {
             assert!((pair[1].x - pair[0].x - 0.3673).abs() < 1e-3);
             assert_eq!(pair[0].radius, TABLE_7_5[0][0]);
             // The table's rows, printed to a millimetre, spread by 5 mm.
-            assert!(
-                ((pair[1].y - pair[0].y).abs() - (upper - lower)).abs() < 0.01,
-                "{}",
-                pair[1].y - pair[0].y
-            );
+            assert!(((pair[1].y - pair[0].y).abs() - (upper - lower)).abs() < 0.01, "{}", pair[1].y - pair[0].y);
         }
     }
 }

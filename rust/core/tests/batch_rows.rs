@@ -1,0 +1,168 @@
+//! Laws of the batch: rows are alone in the world.
+
+use snake_core::batch::{Batch, Outputs};
+use snake_core::stepper::{IntegratorConfig, Method};
+use snake_core::task::random::Stream;
+use snake_core::task::signal::COUNT;
+use snake_core::task::{EnvConfig, Environment, Task};
+
+/// Arrays that a batch writes to.
+#[derive(Clone, PartialEq, Debug)]
+struct Arrays {
+    observation: Vec<f32>,
+    reward: Vec<f64>,
+    terminated: Vec<bool>,
+    truncated: Vec<bool>,
+    signals: Vec<f64>,
+}
+
+impl Arrays {
+    fn of(batch: &Batch) -> Self {
+        let n = batch.num_envs();
+        Self {
+            observation: vec![7.0; n * batch.observation_size()],
+            reward: vec![7.0; n],
+            terminated: vec![true; n],
+            truncated: vec![true; n],
+            signals: vec![7.0; n * COUNT],
+        }
+    }
+
+    fn outputs(&mut self) -> Outputs<'_> {
+        Outputs {
+            observation: &mut self.observation,
+            reward: &mut self.reward,
+            terminated: &mut self.terminated,
+            truncated: &mut self.truncated,
+            signals: &mut self.signals,
+        }
+    }
+
+    /// Everything about one row, bits as they are.
+    fn row(&self, row: usize) -> (Vec<u32>, u64, bool, bool, Vec<u64>) {
+        let n = self.reward.len();
+        let size = self.observation.len() / n;
+        let observation = &self.observation[row * size..(row + 1) * size];
+        (
+            observation.iter().map(|value| value.to_bits()).collect(),
+            self.reward[row].to_bits(),
+            self.terminated[row],
+            self.truncated[row],
+            self.signals.chunks(n).map(|signal| signal[row].to_bits()).collect(),
+        )
+    }
+}
+
+fn short_field() -> EnvConfig {
+    EnvConfig { task: Task::Field, max_episode_steps: 25, ..EnvConfig::default() }
+}
+
+/// The action of the row with a seed in a step: it depends on nothing else.
+fn action(seed: usize, step: u64, size: usize) -> impl Iterator<Item = f64> {
+    let mut stream = Stream::new(seed as u64, step);
+    (0..size).map(move |_| stream.around_zero(1.2))
+}
+
+/// Rows `first..first + n` of one large imagined batch over 40 steps, resetting rows that end.
+fn trajectory(first: usize, n: usize, threads: usize) -> Vec<Arrays> {
+    let mut batch = Batch::new(&short_field(), n, threads).unwrap();
+    let mut arrays = Arrays::of(&batch);
+    let seeds: Vec<_> = (first..first + n).map(|seed| Some(seed as u64)).collect();
+    batch.reset(&vec![true; n], &seeds, arrays.outputs());
+    let mut history = vec![arrays.clone()];
+    for step in 0..40 {
+        let actions: Vec<f64> = (first..first + n).flat_map(|seed| action(seed, step, batch.action_size())).collect();
+        batch.step(&actions, &vec![true; n], arrays.outputs());
+        history.push(arrays.clone());
+        let ended: Vec<bool> = arrays.terminated.iter().zip(&arrays.truncated).map(|(a, b)| *a || *b).collect();
+        batch.reset(&ended, &vec![None; n], arrays.outputs());
+    }
+    history
+}
+
+#[test]
+fn results_do_not_depend_on_threads_or_batch_size() {
+    let whole = trajectory(0, 12, 1);
+    for threads in [2, 3, 8] {
+        assert!(whole == trajectory(0, 12, threads), "{threads} threads");
+    }
+    for (first, n, threads) in [(0, 1, 1), (5, 1, 1), (3, 7, 2)] {
+        let part = trajectory(first, n, threads);
+        for (whole, part) in whole.iter().zip(&part) {
+            for row in 0..n {
+                assert!(whole.row(first + row) == part.row(row), "rows {first}..{}, {threads} threads", first + n);
+            }
+        }
+    }
+}
+
+#[test]
+fn rows_that_are_not_active_stay_untouched() {
+    for threads in [1, 2] {
+        let mut batch = Batch::new(&short_field(), 6, threads).unwrap();
+        let mut arrays = Arrays::of(&batch);
+        batch.reset(&[true; 6], &[Some(1); 6], arrays.outputs());
+        let before = arrays.clone();
+        let saved = batch.save(2);
+        let active = [true, true, false, true, true, false];
+        batch.step(&vec![0.4; 6 * batch.action_size()], &active, arrays.outputs());
+        for (row, active) in active.iter().enumerate() {
+            assert_eq!(arrays.row(row) == before.row(row), !active);
+        }
+        assert_eq!(batch.save(2), saved);
+    }
+}
+
+#[test]
+fn a_row_that_diverges_leaves_its_neighbours_alone() {
+    for threads in [1, 2] {
+        let config = EnvConfig { task: Task::Course, ..EnvConfig::default() };
+        let (mut sick, mut sound) =
+            (Batch::new(&config, 5, threads).unwrap(), Batch::new(&config, 5, threads).unwrap());
+        let (mut a, mut b) = (Arrays::of(&sick), Arrays::of(&sound));
+        let seeds = [0, 1, 2, 3, 4].map(Some);
+        sick.reset(&[true; 5], &seeds, a.outputs());
+        sound.reset(&[true; 5], &seeds, b.outputs());
+        let mut state = serde_json::to_value(sick.save(3)).unwrap();
+        state["simulation"]["state"]["twist"][0][2] = serde_json::json!(1e200);
+        sick.restore(3, &serde_json::from_value(state).unwrap()).unwrap();
+        for _ in 0..5 {
+            let actions = vec![0.1; 5 * sick.action_size()];
+            sick.step(&actions, &[true; 5], a.outputs());
+            sound.step(&actions, &[true; 5], b.outputs());
+            if a.terminated[3] {
+                sick.reset(&[false, false, false, true, false], &[None; 5], a.outputs());
+            }
+            for row in [0, 1, 2, 4] {
+                assert!(a.row(row) == b.row(row));
+            }
+        }
+        assert!(a.observation.iter().all(|value| value.is_finite()));
+    }
+}
+
+#[test]
+fn a_batch_of_the_thesis_method_steps_like_its_environments() {
+    let integrator = IntegratorConfig { method: Method::Thesis, ..IntegratorConfig::default() };
+    let config = EnvConfig { task: Task::Course, integrator, ..EnvConfig::default() };
+    let mut batch = Batch::new(&config, 2, 1).unwrap();
+    let mut arrays = Arrays::of(&batch);
+    batch.reset(&[true; 2], &[Some(3), Some(4)], arrays.outputs());
+    let mut alone = Environment::new(&config).unwrap();
+    let size = alone.observation_size();
+    let mut observation = vec![0.0; size];
+    alone.reset(Some(4), &mut observation);
+    for _ in 0..3 {
+        batch.step(&[0.2; 8], &[true; 2], arrays.outputs());
+        let outcome = alone.step(&[0.2; 4], &mut observation);
+        assert_eq!((outcome.reward, &observation[..]), (arrays.reward[1], &arrays.observation[size..]));
+    }
+}
+
+#[test]
+fn sizes_are_checked_by_name() {
+    let error = |n, threads| Batch::new(&short_field(), n, threads).unwrap_err().field;
+    assert_eq!(error(0, 1), "num_envs");
+    assert_eq!(error(1, 5000), "num_threads");
+    assert!(Batch::new(&short_field(), 1, 0).unwrap().num_threads() >= 1);
+}

@@ -1,0 +1,164 @@
+//! Laws of the reference generator: smooth, rate-limited, and the thesis's wave at rest.
+
+use proptest::prelude::*;
+use snake_core::gait::{JointReference, JointTarget, Wave};
+use snake_core::task::ActionMode;
+use snake_core::task::reference::ReferenceGenerator;
+
+const JOINTS: usize = 5;
+const PERIOD: f64 = 0.05;
+
+fn generator(mode: ActionMode) -> ReferenceGenerator {
+    let mut generator = ReferenceGenerator::new(mode, JOINTS, PERIOD);
+    generator.rest_in_posture(&Wave::default(), 0.3);
+    generator
+}
+
+fn mode() -> impl Strategy<Value = ActionMode> {
+    prop_oneof![Just(ActionMode::Gait), Just(ActionMode::Joints), Just(ActionMode::Residual)]
+}
+
+fn actions() -> impl Strategy<Value = Vec<Vec<f64>>> {
+    let extreme_or_any = prop_oneof![Just(-1.0), Just(1.0), -1.0..1.0f64];
+    prop::collection::vec(prop::collection::vec(extreme_or_any, 4 + JOINTS), 1..40)
+}
+
+fn targets(generator: &ReferenceGenerator, time: f64) -> [JointTarget; JOINTS] {
+    std::array::from_fn(|joint| generator.target(joint, time))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(100))]
+
+    #[test]
+    fn angle_rate_and_acceleration_are_continuous_across_control_instants(mode in mode(), actions in actions()) {
+        let mut generator = generator(mode);
+        let mut time = 0.0;
+        let mut before = targets(&generator, time);
+        for action in &actions {
+            generator.command(action, time);
+            let after = targets(&generator, time);
+            for (a, b) in before.iter().zip(&after) {
+                // Round-off of lambda^2 = 900 / s^2 times angles near one, and of phases near pi.
+                prop_assert!((a.angle - b.angle).abs() < 1e-12);
+                prop_assert!((a.rate - b.rate).abs() < 1e-11);
+                prop_assert!((a.acceleration - b.acceleration).abs() < 1e-9);
+            }
+            time += PERIOD;
+            before = targets(&generator, time);
+            generator.elapse();
+        }
+    }
+
+    #[test]
+    fn rate_and_acceleration_are_derivatives_of_the_angle(mode in mode(), actions in actions(), t in 0.001..0.049f64) {
+        let mut generator = generator(mode);
+        let h = 1e-5;
+        for (k, action) in actions.iter().enumerate() {
+            let start = k as f64 * PERIOD;
+            generator.command(action, start);
+            for joint in 0..JOINTS {
+                let at = |dt: f64| generator.target(joint, start + t + dt);
+                let rate = (at(h).angle - at(-h).angle) / (2.0 * h);
+                let acceleration = (at(h).rate - at(-h).rate) / (2.0 * h);
+                // Central differences: h^2 / 6 of a third derivative below 1e5, and round-off / h.
+                prop_assert!((rate - at(0.0).rate).abs() < 1e-5);
+                prop_assert!((acceleration - at(0.0).acceleration).abs() < 1e-3);
+            }
+            generator.elapse();
+        }
+    }
+
+    #[test]
+    fn angles_and_rates_stay_within_the_sums_of_their_limits(mode in mode(), actions in actions()) {
+        let mut generator = generator(mode);
+        let ripple = 1.0 + generator.filter().ripple();
+        let (angle, rate) = bounds(mode);
+        for (k, action) in actions.iter().enumerate() {
+            let start = k as f64 * PERIOD;
+            generator.command(action, start);
+            for sample in 0..10 {
+                for target in targets(&generator, start + PERIOD * f64::from(sample) / 10.0) {
+                    prop_assert!(target.angle.abs() <= angle.to_radians() + 1e-9);
+                    prop_assert!(target.rate.abs() <= ripple * rate.to_radians() + 1e-9, "{}", target.rate.to_degrees());
+                }
+            }
+            generator.elapse();
+        }
+    }
+}
+
+/// Largest angle and rate of any joint \[deg, deg/s\].
+fn bounds(mode: ActionMode) -> (f64, f64) {
+    // A sin + gamma: rates of A, of the phase (omega, and beta of the last joint) at largest A, and of gamma.
+    let phase_rate = 200.0 + (JOINTS - 1) as f64 * 25.0;
+    let wave = (65.0 + 25.0, 50.0 + 65f64.to_radians() * phase_rate + 50.0);
+    match mode {
+        ActionMode::Gait => wave,
+        ActionMode::Joints => (70.0, 150.0),
+        ActionMode::Residual => (wave.0 + 20.0, wave.1 + 60.0),
+    }
+}
+
+#[test]
+fn action_zero_becomes_the_wave_of_the_thesis() {
+    for mode in [ActionMode::Gait, ActionMode::Residual] {
+        let mut generator = generator(mode);
+        let wave = Wave::default();
+        for k in 0..40 {
+            generator.command(&[0.0; 4 + JOINTS], f64::from(k) * PERIOD);
+            generator.elapse();
+        }
+        let start = 2.0;
+        generator.command(&[0.0; 4 + JOINTS], start);
+        let delay = generator.phase() / wave.omega;
+        for joint in 0..JOINTS {
+            let (ours, theirs) = (generator.target(joint, start + 0.02), wave.target(joint, delay + 0.02));
+            // 2 s are 60 time constants, less the half second that the frequency needs to start.
+            assert!((ours.angle - theirs.angle).abs() < 1e-9);
+            assert!((ours.rate - theirs.rate).abs() < 1e-9);
+            assert!((ours.acceleration - theirs.acceleration).abs() < 1e-9);
+        }
+    }
+}
+
+#[test]
+fn a_reference_at_rest_holds_the_posture_of_the_gait() {
+    let wave = Wave::default();
+    for mode in [ActionMode::Gait, ActionMode::Joints, ActionMode::Residual] {
+        let generator = generator(mode);
+        for joint in 0..JOINTS {
+            let target = generator.target(joint, 0.0);
+            let posture = wave.target(joint, 0.3 / wave.omega).angle;
+            assert!((target.angle - posture).abs() < 1e-12);
+            assert_eq!((target.rate, target.acceleration), (0.0, 0.0));
+        }
+    }
+}
+
+#[test]
+fn all_joints_at_once_are_the_joints_one_by_one() {
+    let mut generator = generator(ActionMode::Residual);
+    generator.command(&[0.5, -1.0, 0.7, 0.2, 1.0, -1.0, 0.3, 0.0, 0.6], 0.0);
+    let mut all = [JointTarget::default(); JOINTS];
+    generator.targets(0.03, &mut all);
+    for (one, of_all) in targets(&generator, 0.03).iter().zip(&all) {
+        // Rotating the phase from joint to joint costs an ulp each.
+        assert!((one.angle - of_all.angle).abs() < 1e-14);
+        assert!((one.rate - of_all.rate).abs() < 1e-13);
+        assert!((one.acceleration - of_all.acceleration).abs() < 1e-11);
+    }
+}
+
+#[test]
+fn joint_actions_arrive_at_the_angles_they_ask_for() {
+    let mut generator = generator(ActionMode::Joints);
+    let action = [1.0, -1.0, 0.5, 0.0, -0.25];
+    for k in 0..60 {
+        generator.command(&action, f64::from(k) * PERIOD);
+        generator.elapse();
+    }
+    for (joint, action) in action.iter().enumerate() {
+        assert!((generator.angle(joint) - action * 70f64.to_radians()).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,161 @@
+//! `Batch`: environments stepped side by side, writing into arrays that Python passes.
+
+use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use snake_core::ConfigError;
+use snake_core::batch;
+use snake_core::error::require;
+
+use crate::config::decode;
+use crate::gate::{Fault, detached};
+use crate::sheet::{Sheet, shape};
+use crate::snapshot;
+
+/// n environments of one configuration.
+///
+/// Results go to a sheet, a tuple of C-contiguous arrays: observation float32 (n, o), reward float64 (n,),
+/// terminated and truncated bool (n,), signals float64 (k, n), flags bool and counts int64, which repeat
+/// the bool and int rows of signals. Rows outside a mask, bool (n,), stay untouched.
+#[pyclass(module = "snake_env._native")]
+pub struct Batch {
+    config: String,
+    core: batch::Batch,
+    /// Actions of the step at hand.
+    actions: Vec<f64>,
+}
+
+#[pymethods]
+impl Batch {
+    #[new]
+    fn new(py: Python<'_>, config_json: String, num_envs: usize, num_threads: usize) -> PyResult<Self> {
+        let core = detached(py, || Ok(batch::Batch::new(&decode(&config_json)?, num_envs, num_threads)?))?;
+        Ok(Self { actions: vec![0.0; num_envs * core.action_size()], config: config_json, core })
+    }
+
+    /// Starts an episode in the rows of `mask`: with a seed its first, without one the next of the row.
+    fn reset(
+        &mut self,
+        py: Python<'_>,
+        mask: PyReadonlyArray1<'_, bool>,
+        seeds: Option<Vec<Option<u64>>>,
+        mut sheet: Sheet<'_>,
+    ) -> PyResult<()> {
+        let n = self.core.num_envs();
+        let seeds = seeds.unwrap_or_else(|| vec![None; n]);
+        shape("mask", &mask, &[n])?;
+        require(seeds.len() == n, "seeds", format!("{} seeds", seeds.len()), "one a row").map_err(Fault::from)?;
+        sheet.check(&self.core)?;
+        let (core, mask, out) = (&mut self.core, mask.as_slice()?, sheet.outputs()?);
+        detached(py, || {
+            core.reset(mask, &seeds, out);
+            Ok(())
+        })?;
+        sheet.copy_typed()
+    }
+
+    /// One control period in the active rows under `actions`, float32 (n, a); returns how many of their
+    /// episodes ended.
+    fn step(
+        &mut self,
+        py: Python<'_>,
+        actions: PyReadonlyArray2<'_, f32>,
+        active: PyReadonlyArray1<'_, bool>,
+        mut sheet: Sheet<'_>,
+    ) -> PyResult<usize> {
+        let n = self.core.num_envs();
+        shape("action", &actions, &[n, self.core.action_size()])?;
+        shape("active", &active, &[n])?;
+        sheet.check(&self.core)?;
+        let active = active.as_slice()?;
+        self.take_actions(actions.as_slice()?, active)?;
+        let (core, actions, out) = (&mut self.core, &self.actions, sheet.outputs()?);
+        detached(py, || {
+            core.step(actions, active, out);
+            Ok(())
+        })?;
+        sheet.copy_typed()?;
+        sheet.ended(active)
+    }
+
+    /// Writes the present observations of the rows in `mask`.
+    fn observe(
+        &mut self,
+        py: Python<'_>,
+        mask: PyReadonlyArray1<'_, bool>,
+        mut observation: PyReadwriteArray2<'_, f32>,
+    ) -> PyResult<()> {
+        let (n, size) = (self.core.num_envs(), self.core.observation_size());
+        shape("mask", &mask, &[n])?;
+        shape("observation", &observation, &[n, size])?;
+        let (core, mask, rows) = (&mut self.core, mask.as_slice()?, observation.as_slice_mut()?);
+        detached(py, || {
+            for (i, row) in rows.chunks_exact_mut(size).enumerate().filter(|(i, _)| mask[*i]) {
+                core.observe(i, row);
+            }
+            Ok(())
+        })
+    }
+
+    /// Everything that changes in a row.
+    fn get_state<'py>(&self, py: Python<'py>, row: usize) -> PyResult<Bound<'py, PyBytes>> {
+        self.require_row(row)?;
+        let bytes = detached(py, || postcard::to_stdvec(&self.core.save(row)).map_err(|e| bad_state(&e)))?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// Continues a row from a state of the same configuration.
+    fn set_state(&mut self, py: Python<'_>, row: usize, state: &[u8]) -> PyResult<()> {
+        self.require_row(row)?;
+        let core = &mut self.core;
+        detached(py, || {
+            let state = postcard::from_bytes(state).map_err(|e| bad_state(&e))?;
+            Ok(core.restore(row, &state)?)
+        })
+    }
+
+    /// What a picture of a row shows.
+    fn snapshot<'py>(&self, py: Python<'py>, row: usize) -> PyResult<Bound<'py, PyDict>> {
+        self.require_row(row)?;
+        snapshot::of(py, self.core.environment(row))
+    }
+
+    fn __getnewargs__(&self) -> (&str, usize, usize) {
+        (&self.config, self.core.num_envs(), self.core.num_threads())
+    }
+
+    fn __getstate__<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyBytes>>> {
+        (0..self.core.num_envs()).map(|row| self.get_state(py, row)).collect()
+    }
+
+    fn __setstate__(&mut self, py: Python<'_>, states: Vec<Vec<u8>>) -> PyResult<()> {
+        states.iter().enumerate().try_for_each(|(row, state)| self.set_state(py, row, state))
+    }
+}
+
+impl Batch {
+    /// Copies the actions of the active rows, which must be finite.
+    fn take_actions(&mut self, actions: &[f32], active: &[bool]) -> Result<(), Fault> {
+        let size = self.core.action_size();
+        for ((row, (kept, given)), active) in
+            self.actions.chunks_exact_mut(size).zip(actions.chunks_exact(size)).enumerate().zip(active)
+        {
+            for (element, (kept, given)) in kept.iter_mut().zip(given).enumerate() {
+                if *active && !given.is_finite() {
+                    return Err(ConfigError::new(format!("action[{row}, {element}]"), given, "a finite number").into());
+                }
+                *kept = f64::from(*given);
+            }
+        }
+        Ok(())
+    }
+
+    fn require_row(&self, row: usize) -> Result<(), Fault> {
+        let n = self.core.num_envs();
+        Ok(require(row < n, "row", row, &format!("an integer in [0, {n})"))?)
+    }
+}
+
+fn bad_state(error: &postcard::Error) -> Fault {
+    ConfigError::new("state", error, "a state saved by an environment of the same configuration").into()
+}

@@ -1,0 +1,25 @@
+//! The thesis's courses, by name.
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use snake_core::scene::{START_7_3, START_7_5, TABLE_7_3, TABLE_7_5};
+
+/// Free ground: the posture of the gait (T 7.3) whose body axis lies along x.
+const START_FREE: [f64; 3] = [0.507175344325, -0.011634455967, 3.755516615855];
+
+/// Name, obstacles (radius, x, y) and start (x, y, heading) of each course.
+const COURSES: [(&str, &[[f64; 3]], [f64; 3]); 3] =
+    [("table-7.3", &TABLE_7_3, START_7_3), ("table-7.5", &TABLE_7_5, START_7_5), ("free", &[], START_FREE)];
+
+/// The thesis's courses: name -> {"obstacles": [[radius, x, y], ...], "start": [x, y, heading]}.
+#[pyfunction]
+pub fn courses(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+    let courses = PyDict::new(py);
+    for (name, obstacles, start) in COURSES {
+        let course = PyDict::new(py);
+        course.set_item("obstacles", obstacles.to_vec())?;
+        course.set_item("start", start)?;
+        courses.set_item(name, course)?;
+    }
+    Ok(courses)
+}

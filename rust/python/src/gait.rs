@@ -1,0 +1,69 @@
+//! The gait of a scripted run as the user writes it.
+
+use serde::{Deserialize, Serialize};
+use snake_core::ConfigError;
+use snake_core::error::finite;
+use snake_core::gait::{Gait, SoftStart, Wave};
+
+/// Horizontal and vertical travelling waves (T 2.14), (T 7.1), (T 7.2).
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct GaitConfig {
+    amplitude: f64,
+    omega: f64,
+    beta: f64,
+    gamma: f64,
+    vertical_amplitude: f64,
+    vertical_omega: f64,
+    vertical_beta: f64,
+    vertical_phase: f64,
+    soft_start: bool,
+}
+
+impl Default for GaitConfig {
+    fn default() -> Self {
+        let Wave { amplitude, omega, beta, gamma } = Wave::default();
+        Self {
+            amplitude,
+            omega,
+            beta,
+            gamma,
+            vertical_amplitude: 0.0,
+            vertical_omega: 0.0,
+            vertical_beta: 0.0,
+            vertical_phase: 0.0,
+            soft_start: false,
+        }
+    }
+}
+
+impl GaitConfig {
+    /// # Errors
+    /// Names the parameter that is not finite.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        self.wave().validate()?;
+        finite("vertical_amplitude", self.vertical_amplitude)?;
+        finite("vertical_omega", self.vertical_omega)?;
+        finite("vertical_beta", self.vertical_beta)?;
+        finite("vertical_phase", self.vertical_phase)?;
+        Ok(())
+    }
+
+    /// The reference of a planar robot.
+    ///
+    /// # Errors
+    /// Names the parameter that is not finite, or a vertical wave.
+    pub fn planar(&self, joints: usize) -> Result<Gait, ConfigError> {
+        self.validate()?;
+        if self.vertical_amplitude != 0.0 {
+            let expected = "0: the planar model takes gaits without a vertical wave";
+            return Err(ConfigError::new("vertical_amplitude", self.vertical_amplitude, expected));
+        }
+        let wave = self.wave();
+        Ok(if self.soft_start { Gait::SoftStart(SoftStart::new(wave, joints)) } else { Gait::Wave(wave) })
+    }
+
+    fn wave(&self) -> Wave {
+        Wave { amplitude: self.amplitude, omega: self.omega, beta: self.beta, gamma: self.gamma }
+    }
+}

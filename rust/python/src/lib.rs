@@ -1,0 +1,32 @@
+//! Python bindings of `snake_core`: thin, with one gate for the GIL, panics and errors.
+
+mod batch;
+mod config;
+mod courses;
+mod gait;
+mod gate;
+mod layout;
+mod numbers;
+mod run;
+mod sheet;
+mod snapshot;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+mod _native {
+    #[pymodule_export]
+    use super::batch::Batch;
+    #[pymodule_export]
+    use super::config::{check, defaults};
+    #[pymodule_export]
+    use super::courses::courses;
+    #[pymodule_export]
+    use super::layout::layout;
+    #[pymodule_export]
+    use super::run::simulate;
+
+    #[pymodule_export]
+    #[expect(non_upper_case_globals, reason = "Python's name for it")]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
+}

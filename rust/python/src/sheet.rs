@@ -1,0 +1,84 @@
+//! The arrays that Python passes for the results of a step.
+
+use numpy::{PyArray, PyReadwriteArray1, PyReadwriteArray2, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use snake_core::ConfigError;
+use snake_core::batch::{self, Outputs};
+use snake_core::task::signal::{COUNT, SIGNALS, SignalKind};
+
+use crate::gate::Fault;
+
+/// (observation, reward, terminated, truncated, signals, flags, counts); n columns or rows each, C-contiguous.
+/// `flags` and `counts` repeat the bool and int rows of `signals` with their own types.
+#[derive(FromPyObject)]
+pub struct Sheet<'py>(
+    PyReadwriteArray2<'py, f32>,
+    PyReadwriteArray1<'py, f64>,
+    PyReadwriteArray1<'py, bool>,
+    PyReadwriteArray1<'py, bool>,
+    PyReadwriteArray2<'py, f64>,
+    PyReadwriteArray2<'py, bool>,
+    PyReadwriteArray2<'py, i64>,
+);
+
+impl Sheet<'_> {
+    /// # Errors
+    /// Names the array of the wrong shape.
+    pub fn check(&self, batch: &batch::Batch) -> Result<(), Fault> {
+        let n = batch.num_envs();
+        shape("observation", &self.0, &[n, batch.observation_size()])?;
+        shape("reward", &self.1, &[n])?;
+        shape("terminated", &self.2, &[n])?;
+        shape("truncated", &self.3, &[n])?;
+        shape("signals", &self.4, &[COUNT, n])?;
+        shape("flags", &self.5, &[rows_of(SignalKind::Bool).count(), n])?;
+        shape("counts", &self.6, &[rows_of(SignalKind::Int).count(), n])
+    }
+
+    /// Where the core writes.
+    pub fn outputs(&mut self) -> PyResult<Outputs<'_>> {
+        Ok(Outputs {
+            observation: self.0.as_slice_mut()?,
+            reward: self.1.as_slice_mut()?,
+            terminated: self.2.as_slice_mut()?,
+            truncated: self.3.as_slice_mut()?,
+            signals: self.4.as_slice_mut()?,
+        })
+    }
+
+    /// Fills `flags` and `counts`.
+    pub fn copy_typed(&mut self) -> PyResult<()> {
+        let signals = self.4.as_slice()?;
+        let n = self.1.len();
+        let (flags, counts) = (self.5.as_slice_mut()?, self.6.as_slice_mut()?);
+        for (typed, row) in flags.chunks_exact_mut(n).zip(rows_of(SignalKind::Bool)) {
+            typed.iter_mut().zip(&signals[row * n..]).for_each(|(typed, value)| *typed = *value != 0.0);
+        }
+        for (typed, row) in counts.chunks_exact_mut(n).zip(rows_of(SignalKind::Int)) {
+            typed.iter_mut().zip(&signals[row * n..]).for_each(|(typed, value)| *typed = *value as i64);
+        }
+        Ok(())
+    }
+
+    /// How many episodes of the rows in `active` have ended.
+    pub fn ended(&self, active: &[bool]) -> PyResult<usize> {
+        let flags = self.2.as_slice()?.iter().zip(self.3.as_slice()?).zip(active);
+        Ok(flags.filter(|((terminated, truncated), active)| **active && (**terminated || **truncated)).count())
+    }
+}
+
+/// Rows of the signals of a kind, in order.
+fn rows_of(kind: SignalKind) -> impl Iterator<Item = usize> {
+    SIGNALS.iter().enumerate().filter(move |(_, signal)| signal.kind == kind).map(|(row, _)| row)
+}
+
+/// # Errors
+/// Names the array that has not the shape expected or is not C-contiguous.
+pub fn shape<T, D>(name: &str, array: &Bound<'_, PyArray<T, D>>, expected: &[usize]) -> Result<(), Fault> {
+    if array.shape() == expected && array.is_c_contiguous() {
+        return Ok(());
+    }
+    let layout = if array.is_c_contiguous() { "" } else { ", not C-contiguous" };
+    let actual = format!("shape {:?}{layout}", array.shape());
+    Err(ConfigError::new(name, actual, format!("shape {expected:?}, C-contiguous")).into())
+}
