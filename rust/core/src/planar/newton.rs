@@ -41,6 +41,14 @@ pub(super) struct Proximal<T, V> {
     pub value: V,
 }
 
+impl<T: Real, V> Proximal<T, V> {
+    #[inline(always)]
+    fn stiffen(&mut self, factor: T) {
+        self.penalty = self.penalty * factor;
+        self.squared_velocity = self.squared_velocity / (factor * factor);
+    }
+}
+
 /// Workspace of the solver, re-used from stage to stage.
 #[derive(Debug, Clone)]
 pub struct Newton<T = f64> {
@@ -53,6 +61,8 @@ pub struct Newton<T = f64> {
     ray: Ray<T>,
     /// Mass of the lightest link.
     lightest: T,
+    /// How much the penalties have been raised during this solve.
+    stiffening: T,
 }
 
 impl<T: Real> Newton<T> {
@@ -69,6 +79,7 @@ impl<T: Real> Newton<T> {
             start: vec![at_rest; links],
             ray: Ray::with_capacity(links),
             lightest: zero,
+            stiffening: T::splat(1.0),
         }
     }
 
@@ -91,6 +102,7 @@ impl<T: Real> Newton<T> {
         let tolerance = T::splat(tolerance);
         let mut outcome = Outcome { iterations: T::zero(), converged: T::Mask::of(|_| false) };
         let mut active = lanes;
+        let mut last_error = T::splat(f64::INFINITY);
         for _ in 0..max_iterations {
             outcome.iterations += T::select(active, T::splat(1.0), T::zero());
             minimise(&self.models, &mut self.eliminations, &mut self.direction);
@@ -102,8 +114,12 @@ impl<T: Real> Newton<T> {
             if !active.any() {
                 break;
             }
-            let settled = active & step.le(tolerance.max(T::splat(INNER_ACCURACY) * multiplier_error));
+            let stubborn = T::splat(PATIENCE).lt(outcome.iterations);
+            let accuracy = T::select(stubborn, T::splat(STRICT_ACCURACY), T::splat(INNER_ACCURACY));
+            let settled = active & step.le(tolerance.max(accuracy * multiplier_error));
             if settled.any() {
+                self.stiffen(settled & stubborn & (T::splat(SLOW_GAIN) * last_error).lt(multiplier_error));
+                last_error = T::select(settled, multiplier_error, last_error);
                 self.recentre(settled);
                 self.linearise(stage, solution);
             }
@@ -122,6 +138,7 @@ impl<T: Real> Newton<T> {
             let velocity = ratio(T::splat(1.0), penalty * a.x.max(a.y));
             *friction = Proximal { penalty, squared_velocity: velocity * velocity, centre, value: centre };
         }
+        self.stiffening = T::splat(1.0);
         self.lightest = stage.links[0].mass;
         for link in &stage.links {
             self.lightest = self.lightest.min(link.mass);
@@ -147,7 +164,9 @@ impl<T: Real> Newton<T> {
         self.start.copy_from_slice(&solution.twist);
         // A slope that is not negative is round-off: the lane is at its minimum and stays there.
         let descends = active & slope.lt(T::zero());
-        let mut fraction = T::select(descends, T::splat(1.0), T::zero());
+        // 0 * slope is 0, or NaN to show that the lane is lost.
+        let stay = T::zero() * slope;
+        let mut fraction = T::select(active, T::select(descends, T::splat(1.0), stay), T::zero());
         self.move_along(stage, solution, fraction);
         let overshoots = descends & (T::splat(OVERSHOOT) * -slope).lt(self.slope());
         if overshoots.any() {
@@ -236,6 +255,20 @@ impl<T: Real> Newton<T> {
             worst_squared = worst_squared.max(change * change * contact.squared_velocity);
         }
         worst_squared.sqrt()
+    }
+
+    /// Raises the penalties tenfold, as far as round-off allows.
+    #[inline(always)]
+    fn stiffen(&mut self, lanes: T::Mask) {
+        let lanes = lanes & self.stiffening.lt(T::splat(MAX_STIFFENING));
+        let factor = T::select(lanes, T::splat(10.0), T::splat(1.0));
+        self.stiffening = self.stiffening * factor;
+        for friction in &mut self.friction {
+            friction.stiffen(factor);
+        }
+        for contact in &mut self.contact {
+            contact.stiffen(factor);
+        }
     }
 
     #[inline(always)]
@@ -337,6 +370,15 @@ const PENALTY: f64 = 1e4;
 /// An inner solve ends when its last step is no longer than this times the multipliers' error: the
 /// step after a short Newton step is quadratically shorter.
 const INNER_ACCURACY: f64 = 10.0;
+
+/// Linear solves after which a stage counts as hard: from there on the inner problems are solved well
+/// before the centre moves, and penalties rise while the outer steps gain little.
+const PATIENCE: f64 = 20.0;
+const STRICT_ACCURACY: f64 = 0.1;
+const SLOW_GAIN: f64 = 0.25;
+
+/// Beyond a stick stiffness of 1e6 masses round-off in the velocities shows in the impulses.
+const MAX_STIFFENING: f64 = 50.0;
 
 /// A step is damped if the slope at its end exceeds this times the descent at its start.
 const OVERSHOOT: f64 = 0.1;
