@@ -134,20 +134,23 @@ impl Batch {
 }
 
 impl Batch {
-    /// Copies the actions of the active rows, which must be finite.
+    /// Copies the actions; those of the active rows must be finite.
     fn take_actions(&mut self, actions: &[f32], active: &[bool]) -> Result<(), Fault> {
-        let size = self.core.action_size();
-        for ((row, (kept, given)), active) in
-            self.actions.chunks_exact_mut(size).zip(actions.chunks_exact(size)).enumerate().zip(active)
-        {
-            for (element, (kept, given)) in kept.iter_mut().zip(given).enumerate() {
-                if *active && !given.is_finite() {
-                    return Err(ConfigError::new(format!("action[{row}, {element}]"), given, "a finite number").into());
-                }
-                *kept = f64::from(*given);
-            }
+        // Both loops run in the registers' lanes; the search for the culprit does not, and is rare.
+        if actions.iter().fold(false, |broken, action| broken | !action.is_finite()) {
+            self.require_finite(actions, active)?;
         }
+        self.actions.iter_mut().zip(actions).for_each(|(kept, given)| *kept = f64::from(*given));
         Ok(())
+    }
+
+    fn require_finite(&self, actions: &[f32], active: &[bool]) -> Result<(), ConfigError> {
+        let size = self.core.action_size();
+        let culprit = (0..actions.len()).find(|index| active[index / size] && !actions[*index].is_finite());
+        culprit.map_or(Ok(()), |index| {
+            let field = format!("action[{}, {}]", index / size, index % size);
+            Err(ConfigError::new(field, actions[index], "a finite number"))
+        })
     }
 
     fn require_row(&self, row: usize) -> Result<(), Fault> {

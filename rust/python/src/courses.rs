@@ -7,15 +7,25 @@ use snake_core::scene::{START_7_3, START_7_5, TABLE_7_3, TABLE_7_5};
 /// Free ground: the posture of the gait (T 7.3) whose body axis lies along x.
 const START_FREE: [f64; 3] = [0.507175344325, -0.011634455967, 3.755516615855];
 
-/// Name, obstacles (radius, x, y) and start (x, y, heading) of each course.
-const COURSES: [(&str, &[[f64; 3]], [f64; 3]); 3] =
-    [("table-7.3", &TABLE_7_3, START_7_3), ("table-7.5", &TABLE_7_5, START_7_5), ("free", &[], START_FREE)];
+struct Course {
+    name: &'static str,
+    /// (radius, x, y)
+    obstacles: &'static [[f64; 3]],
+    /// (x, y, heading)
+    start: [f64; 3],
+}
+
+const COURSES: [Course; 3] = [
+    Course { name: "table-7.3", obstacles: &TABLE_7_3, start: START_7_3 },
+    Course { name: "table-7.5", obstacles: &TABLE_7_5, start: START_7_5 },
+    Course { name: "free", obstacles: &[], start: START_FREE },
+];
 
 /// The thesis's courses: name -> {"obstacles": [[radius, x, y], ...], "start": [x, y, heading]}.
 #[pyfunction]
 pub fn courses(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     let courses = PyDict::new(py);
-    for (name, obstacles, start) in COURSES {
+    for Course { name, obstacles, start } in COURSES {
         let course = PyDict::new(py);
         course.set_item("obstacles", obstacles.to_vec())?;
         course.set_item("start", start)?;

@@ -63,7 +63,7 @@ impl Sheet<'_> {
     /// How many episodes of the rows in `active` have ended.
     pub fn ended(&self, active: &[bool]) -> PyResult<usize> {
         let flags = self.2.as_slice()?.iter().zip(self.3.as_slice()?).zip(active);
-        Ok(flags.filter(|((terminated, truncated), active)| **active && (**terminated || **truncated)).count())
+        Ok(flags.map(|((terminated, truncated), active)| usize::from(*active & (*terminated | *truncated))).sum())
     }
 }
 

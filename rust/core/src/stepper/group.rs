@@ -37,8 +37,6 @@ pub struct Group<T: Real> {
     first_impulses: Vec<Impulse>,
     /// Contact impulses of the last stage.
     impulses: Vec<Impulse>,
-    /// Margin \[m\] within which the last stage looked for contacts.
-    margin: [f64; MAX_LANES],
     scratch: Scratch,
 }
 
@@ -109,7 +107,6 @@ impl<T: StageKernels> Group<T> {
             first_works: Works::none(),
             first_impulses: Vec::with_capacity(8 * links * T::LANES),
             impulses: Vec::with_capacity(8 * links * T::LANES),
-            margin: [MARGIN; MAX_LANES],
             scratch,
         }
     }
@@ -186,8 +183,8 @@ impl<T: StageKernels> Group<T> {
     /// Solves one stage that ends `end` after the start of the step. Returns `lanes` without those in
     /// which a peg contact closed that was open after the last accepted step.
     ///
-    /// Where the stage ends farther from its prediction than the margin within which contacts were
-    /// looked for, it is predicted anew from its own end and solved again.
+    /// Where the stage ends farther from its prediction than the margin within which contacts are looked
+    /// for, it is predicted anew from its own end and solved again.
     fn run_stage<D: Driven>(
         &mut self,
         plant: &Plant,
@@ -237,12 +234,13 @@ impl<T: StageKernels> Group<T> {
         }
     }
 
-    /// Lanes whose stage ended so far from its prediction that it may have missed a contact.
+    /// Lanes whose stage ended so far from its prediction that gaps linearised there may be wrong, or
+    /// contacts missed.
     fn surprised<D: Driven>(&self, fleet: &[D], members: &[usize], lanes: Lanes) -> Lanes {
         let mut surprised = NO_LANES;
         for (lane, member) in active(members, lanes) {
             let has_pegs = !fleet[member].body().pegs.pegs().is_empty();
-            surprised[lane] = has_pegs && self.work.deviation.lane(lane) > self.margin[lane];
+            surprised[lane] = has_pegs && self.work.deviation.lane(lane) > MARGIN;
         }
         surprised
     }
@@ -258,7 +256,6 @@ impl<T: StageKernels> Group<T> {
                 continue;
             }
             let margin = MARGIN.max(2.0 * c * speed.lane(lane));
-            self.margin[lane] = margin;
             let Scratch { base, end, twist, .. } = &mut self.scratch;
             read_lane(&self.work.base, lane, base);
             read_lane(&self.work.predicted, lane, end);
