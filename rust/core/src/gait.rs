@@ -79,7 +79,7 @@ const SOFT_START_THRESHOLD: f64 = 3.0 * PI / 180.0;
 
 /// A wave whose joints wait at zero until their reference first comes within 3 degrees of zero.
 ///
-/// The waiting times follow from the wave alone, so the reference does not depend on the step.
+/// The waiting times (T 7.2.2 != D7) follow from the wave alone, so the reference does not depend on the step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SoftStart {
     wave: Wave,

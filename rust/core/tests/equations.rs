@@ -95,6 +95,8 @@ fn every_deviation_is_registered_and_has_a_test() {
     let (_, cited) = tags_in_source();
     let unknown: Vec<_> = cited.difference(&ids).collect();
     assert!(unknown.is_empty(), "deviations cited in the source but not registered: {unknown:?}");
+    let uncited: Vec<_> = ids.difference(&cited).collect();
+    assert!(uncited.is_empty(), "deviations registered but not cited in the source: {uncited:?}");
     let tests = text_of(&rust_files(&crate_path("tests")));
     for row in register {
         assert_eq!(row.len(), 5, "{row:?}");

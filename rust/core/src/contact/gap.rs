@@ -24,7 +24,7 @@ pub fn gap(pose: &Vector3<f64>, link: &Link, peg: &Peg) -> f64 {
 ///
 /// The nearest point of the link's centre line to the peg's centre lies at
 /// `s = clamp((r_H - r_G) . e_x^B, -L_GS, L_GS)`. Inside the clamp this is the rectangle case
-/// (T 3.8)-(T 3.9), (T 3.16); on it one of the end caps (T 3.10)-(T 3.12), (T 3.18). In both, the
+/// (T 3.8)-(T 3.9), (T 3.16 != D1); on it one of the end caps (T 3.10)-(T 3.12), (T 3.18 != D1). In both, the
 /// normal `n` points from the peg to the link, and since moving `s` along the link changes the
 /// distance only to second order, g' = n . (v_G + omega s e_y^B).
 pub fn link_peg_contact(pose: &Vector3<f64>, cos: f64, sin: f64, link: &Link, peg: &Peg) -> LinkPegContact {

@@ -2,7 +2,7 @@ use nalgebra::Vector2;
 
 use super::{ConvexSet, Interval};
 
-/// Orthotropic Coulomb friction, C_T2 = {(x / a_x)^2 + (y / a_y)^2 <= 1} (T 3.63).
+/// Orthotropic Coulomb friction, C_T2 = {(x / a_x)^2 + (y / a_y)^2 <= 1} (T 3.63 != D4).
 ///
 /// Either semi-axis may be zero: the set is then a segment, or the origin alone.
 #[derive(Debug, Clone, Copy, PartialEq)]

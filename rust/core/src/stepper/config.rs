@@ -20,7 +20,7 @@ pub struct IntegratorConfig {
     pub method: Method,
     /// Largest step \[s\]; a run divides its sampling interval into equal steps no longer than this.
     pub step: Option<f64>,
-    /// `thesis`: epsilon of (T 3.81) \[N s\]. `implicit`: accuracy of the velocities \[m/s\].
+    /// `thesis`: epsilon of (T 3.81) \[N s\]. `implicit`: accuracy of the velocities \[m/s\] (T 3.81 != D11).
     pub tolerance: Option<f64>,
     /// Iterations after which a step is given up and counted as a miss (T Remark 3.1).
     pub max_iterations: Option<u32>,

@@ -37,10 +37,10 @@ pub struct Prediction<'a> {
 
 /// Adds to lane `lane` of `stage` the near pairs whose predicted gap is below the margin.
 ///
-/// The end-of-stage gap is linearised at the predicted end configuration,
+/// The end-of-stage gap (T 3.47 != D5) is linearised at the predicted end configuration,
 /// `g(q_E) = g(q_pred) + c w . (u - u_pred)`, so that a sustained contact is exact to second order.
 /// Where the prediction runs deep into a peg the side is uncertain, and the gap is linearised at
-/// the start. Either plane touches the distance function of a convex body from below (for a link
+/// the start (T 3.47 != D9). Either plane touches the distance function of a convex body from below (for a link
 /// that translates), so `g + c w . u >= 0` keeps the true gap non-negative however long the step.
 pub fn add_contacts<T: Real>(
     stage: &mut Stage<T>,
@@ -101,6 +101,6 @@ pub const MAX_LANES: usize = 8;
 /// Predicted penetration, relative to the sum of the radii, beyond which the side is uncertain.
 const DEEP: f64 = 0.1;
 
-/// Fastest separation asked of a penetrating contact \[m/s\]: an initial penetration is undone over
+/// Fastest separation asked of a penetrating contact \[m/s\] (T 3.55 != D10): an initial penetration is undone over
 /// several steps instead of being thrown out within one.
 const RECOVERY_SPEED: f64 = 0.2;

@@ -1,15 +1,15 @@
 //! The default scheme for as many robots at once as a register has lanes.
 //!
 //! A stage with base configuration q_B, reference velocity u_R and coefficient c solves
-//! `M (u - u_R) = impulses over c`, `q = q_B + c u` (see [`crate::planar::Stage`]).
+//! `M (u - u_R) = impulses over c`, `q = q_B + c u` (see [`crate::planar::Stage`]), (T 3.65 != D2).
 //!
 //! * Order 1, implicit Euler: one stage (q_A, u_A, h).
-//! * Order 2, the L-stable SDIRK with gamma = 1 - 1/sqrt 2 applied to the inclusion itself:
+//! * Order 2 (T 3.66 != D12), the L-stable SDIRK with gamma = 1 - 1/sqrt 2 applied to the inclusion itself:
 //!   stage (q_A, u_A, gamma h) gives u_1; stage (q_A + (1 - gamma) h u_1,
 //!   u_A + (1 - gamma)/gamma (u_1 - u_A), gamma h) gives u_E.
 //!   The second reference velocity extrapolates the impulses of the first stage, which is wrong for
 //!   impacts: a step in which a peg contact closes is left undone, to be retaken as a few Euler steps.
-//!   Opening needs no such care, since the contact force reaches zero continuously.
+//!   (T 3.58 != D6). Opening needs no such care, since the contact force reaches zero continuously.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 

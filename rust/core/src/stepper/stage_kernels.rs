@@ -248,7 +248,7 @@ impl<T: Real> StageWork<T> {
         }
     }
 
-    /// The PD torque (T 3.51) at the end of the stage, where phi = phi_base + c omega_J, is linear in
+    /// The PD torque (T 3.51 != D3) at the end of the stage, where phi = phi_base + c omega_J, is linear in
     /// omega_J.
     #[inline(always)]
     fn fill_joints(&mut self) {

@@ -103,7 +103,7 @@ impl Thesis {
         }
     }
 
-    /// Directions at q_M, reference velocity u_A, and the torque (T 3.51) at t_A held over the step.
+    /// Directions at q_M, reference velocity u_A, and the torque (T 3.51 != D8) at t_A held over the step.
     fn build_stage(&mut self, plant: &Plant, state: &PlanarState, pegs: &PegGrid, h: f64) {
         let Self { stage, midpoint, .. } = self;
         stage.coefficient = h;
