@@ -103,46 +103,60 @@ impl<T: Real> Ray<T> {
         }
     }
 
-    /// Derivative of the inner function by alpha \[J\].
+    /// First and generalised second derivative of the inner function by alpha \[J\].
     #[inline(always)]
-    fn slope(&self, alpha: T) -> T {
-        let mut slope = self.inertia[0] + alpha * self.inertia[1];
+    fn derivatives(&self, alpha: T) -> (T, T) {
+        let (zero, one) = (T::zero(), T::splat(1.0));
+        let (mut slope, mut curvature) = (self.inertia[0] + alpha * self.inertia[1], self.inertia[1]);
         for ray in &self.friction {
-            let x = ray.start[0] + ray.change[0] * alpha;
-            let y = ray.start[1] + ray.change[1] * alpha;
-            let norm = (x * x + y * y).max(T::splat(1.0)).sqrt();
-            slope += ray.weight * (x * ray.change[0] + y * ray.change[1]) / norm;
+            let (dx, dy) = (ray.change[0], ray.change[1]);
+            let (x, y) = (ray.start[0] + dx * alpha, ray.start[1] + dy * alpha);
+            let norm_squared = x * x + y * y;
+            let shrink = one / norm_squared.max(one).sqrt();
+            let (px, py) = (x * shrink, y * shrink);
+            let along = px * dx + py * dy;
+            // Sticking, p follows x; sliding, only its component across p, shrunk.
+            let lost = T::select(norm_squared.le(one), zero, along * along);
+            slope += ray.weight * along;
+            curvature += ray.weight * shrink * (dx * dx + dy * dy - lost);
         }
         for ray in &self.drives {
-            slope -= (ray.start + alpha * ray.change).min(ray.limit).max(-ray.limit) * ray.rate;
+            let wanted = ray.start + alpha * ray.change;
+            slope -= wanted.min(ray.limit).max(-ray.limit) * ray.rate;
+            curvature -= T::select(wanted.abs().le(ray.limit), ray.change * ray.rate, zero);
         }
         for ray in &self.contacts {
-            slope += ray.weight * ray.change * (ray.start + alpha * ray.change).max(T::zero());
+            let impulse = ray.start + alpha * ray.change;
+            let change = T::select(zero.lt(impulse), ray.change, zero);
+            slope += ray.weight * change * impulse;
+            curvature += ray.weight * change * change;
         }
-        slope
+        (slope, curvature)
     }
 
-    /// A zero of the slope on (0, 1) by regula falsi (Illinois), up to `accuracy` times the descent at
-    /// 0, in the given lanes; `slope` is the negative slope at 0. Where the slope at 1 is not positive it is 1.
+    /// A zero of the slope on (0, 1) up to `accuracy` times the descent at 0, in the given lanes;
+    /// `slope` is the negative slope at 0. Where the slope at 1 is not positive it is 1.
+    ///
+    /// Newton's method from the end, which crosses a stiff contact or a stuck link in one step, kept
+    /// within the bracket by bisection.
     #[inline(always)]
     pub fn zero_of_slope(&self, slope: T, accuracy: T, lanes: T::Mask) -> T {
-        let half = T::splat(0.5);
-        let (mut low, mut slope_low) = (T::zero(), slope);
-        let (mut high, mut slope_high) = (T::splat(1.0), self.slope(T::splat(1.0)));
-        let (mut alpha, mut searching) = (T::splat(1.0), lanes & T::zero().lt(slope_high));
-        for _ in 0..MAX_BRACKETINGS {
-            let next = high - slope_high * (high - low) / (slope_high - slope_low);
-            alpha = T::select(searching, next, alpha);
-            let here = self.slope(alpha);
+        let (mut low, mut high) = (T::zero(), T::splat(1.0));
+        let (mut alpha, mut searching) = (high, lanes);
+        for _ in 0..MAX_EVALUATIONS {
+            let (here, curvature) = self.derivatives(alpha);
             searching = searching & (accuracy * -slope).lt(here.abs());
+            let beyond = T::zero().lt(here);
+            low = T::select(beyond, low, alpha);
+            high = T::select(beyond, alpha, high);
+            searching = searching & low.lt(high);
             if !searching.any() {
                 break;
             }
-            let beyond = T::zero().lt(here);
-            slope_low = T::select(beyond, slope_low * half, here);
-            slope_high = T::select(beyond, here, slope_high * half);
-            low = T::select(beyond, low, alpha);
-            high = T::select(beyond, alpha, high);
+            let newton = alpha - here / curvature;
+            let inside = low.lt(newton) & newton.lt(high);
+            let next = T::select(inside, newton, T::splat(0.5) * (low + high));
+            alpha = T::select(searching, next, alpha);
         }
         alpha
     }
@@ -153,5 +167,5 @@ fn dot<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> T {
     a.x * b.x + a.y * b.y + a.z * b.z
 }
 
-/// The bracket shrinks fast; the bound only guards against NaN.
-const MAX_BRACKETINGS: u32 = 40;
+/// A few evaluations suffice; the bound guards against NaN.
+const MAX_EVALUATIONS: u32 = 40;
