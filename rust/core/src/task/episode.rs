@@ -101,9 +101,9 @@ impl Episode {
         self.summary.is_success || self.summary.left_corridor || self.summary.diverged
     }
 
-    /// Time is up before the episode terminated.
+    /// Time is up, as Gymnasium's `TimeLimit` has it: also in a step that terminates.
     pub fn is_truncated(&self, rules: &Rules) -> bool {
-        !self.is_terminated() && self.steps >= rules.max_steps
+        self.steps >= rules.max_steps
     }
 
     fn note_speed(&mut self, rules: &Rules, speed: f64) {
@@ -180,7 +180,7 @@ mod tests {
         episode.record(&rules, at(2.4999, 0.1), &report(1.0), 0.0, 0);
         assert!(!episode.summary.is_success && !episode.is_terminated());
         episode.record(&rules, at(2.5, 0.1), &report(1.0), 0.0, 0);
-        assert!(episode.summary.is_success && episode.is_terminated() && !episode.is_truncated(&rules));
+        assert!(episode.summary.is_success && episode.is_terminated());
         assert_eq!(episode.summary.reward.success, rules.weights.success);
         assert!((episode.summary.cost_of_transport - 2.0 / (73.6 * 2.0)).abs() < 1e-15);
     }
