@@ -30,6 +30,8 @@ pub struct Prediction<'a> {
     pub pegs: &'a PegGrid,
     pub base: &'a [Pose],
     pub end: &'a [Pose],
+    /// Headings at the predicted end.
+    pub heading: &'a [Heading],
     pub twist: &'a [Twist],
     /// Predicted gap up to which a pair takes part \[m\].
     pub margin: f64,
@@ -53,7 +55,7 @@ pub fn add_contacts<T: Real>(
     for (index, pair) in pairs.iter().enumerate() {
         let i = pair.link;
         let (link, peg) = (&prediction.robot.links[i], &prediction.pegs.pegs()[pair.peg]);
-        let heading = Heading::of(prediction.end[i].z);
+        let heading = prediction.heading[i];
         let at_end = link_peg_contact(&prediction.end[i], heading.cos, heading.sin, link, peg);
         if at_end.gap > prediction.margin {
             continue;

@@ -17,7 +17,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::gait::JointTarget;
 use crate::math::{Mask, Real};
-use crate::planar::{Newton, Pose, Stage, StageSolution, Twist};
+use crate::planar::{Heading, Newton, Pose, Stage, StageSolution, Twist};
 
 use super::contacts::{MAX_LANES, Prediction, Slot, add_contacts};
 use super::stage_kernels::{Extrapolate, LinkConstants, Solve, StageKernels, StageWork, Works};
@@ -46,6 +46,7 @@ struct Scratch {
     targets: Vec<JointTarget>,
     base: Vec<Pose>,
     end: Vec<Pose>,
+    heading: Vec<Heading>,
     twist: Vec<Twist>,
 }
 
@@ -62,7 +63,7 @@ impl<T: StageKernels> Group<T> {
         let links = plant.robot.link_count();
         let zero = T::zero();
         let rest = vec![Vector3::new(zero, zero, zero); links];
-        let heading = crate::planar::Heading { cos: T::splat(1.0), sin: zero };
+        let heading = Heading { cos: T::splat(1.0), sin: zero };
         let constants = plant.robot.links.iter().map(|link| LinkConstants {
             mass: T::splat(link.mass),
             inertia: T::splat(link.inertia),
@@ -96,6 +97,7 @@ impl<T: StageKernels> Group<T> {
             targets: vec![JointTarget::default(); links - 1],
             base: vec![Pose::zeros(); links],
             end: vec![Pose::zeros(); links],
+            heading: vec![Heading { cos: 1.0, sin: 0.0 }; links],
             twist: vec![Twist::zeros(); links],
         };
         Self {
@@ -256,12 +258,15 @@ impl<T: StageKernels> Group<T> {
                 continue;
             }
             let margin = MARGIN.max(2.0 * c * speed.lane(lane));
-            let Scratch { base, end, twist, .. } = &mut self.scratch;
+            let Scratch { base, end, heading, twist, .. } = &mut self.scratch;
             read_lane(&self.work.base, lane, base);
             read_lane(&self.work.predicted, lane, end);
             read_lane(&self.work.guess, lane, twist);
+            for (to, from) in heading.iter_mut().zip(&self.work.heading) {
+                *to = Heading { cos: from.cos.lane(lane), sin: from.sin.lane(lane) };
+            }
             warm_start.near.update(end, &plant.robot.links, pegs, margin);
-            let prediction = Prediction { robot: &plant.robot, pegs, base, end, twist, margin };
+            let prediction = Prediction { robot: &plant.robot, pegs, base, end, heading, twist, margin };
             add_contacts(&mut self.work.stage, &mut self.slots, lane, warm_start.near.pairs(), &prediction);
         }
         self.work.contact_force.clear();
