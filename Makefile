@@ -1,0 +1,60 @@
+# Everything from a fresh clone, given Python 3.10+ and Rust: each target sets up what it needs.
+PYTHON ?= python3
+BIN := .venv/bin
+RUST_SOURCES := Cargo.toml Cargo.lock $(shell find rust -name '*.rs' -o -name Cargo.toml)
+
+.PHONY: build train test test-rust test-python bench docs lint format venv constraints clean
+
+build: .venv/.native
+
+train: build
+	$(BIN)/python -m training.train $(TRAIN)
+
+test: test-rust test-python
+
+test-rust:
+	cargo test --quiet
+
+test-python: build
+	$(BIN)/python -m pytest $(PYTEST)
+
+bench: build
+	$(BIN)/python -m training.throughput $(BENCH)
+
+docs: build
+	$(BIN)/python -m snake_env card --write docs/environments.md
+
+lint: build
+	cargo fmt --all --check
+	cargo clippy --quiet --workspace --all-targets -- -D warnings
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+format: venv
+	cargo fmt --all
+	$(BIN)/ruff check --fix-only .
+	$(BIN)/ruff format .
+
+venv: .venv/.packages
+
+.venv/.packages: pyproject.toml constraints.txt
+	test -x $(BIN)/python || $(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt uv
+	$(BIN)/uv pip install --quiet --python $(BIN)/python --constraint constraints.txt \
+		--requirement pyproject.toml --all-extras maturin
+	touch $@
+
+# The extension is compiled in release mode into snake_env/; Python sources are used where they are.
+.venv/.native: .venv/.packages $(RUST_SOURCES)
+	PATH="$(CURDIR)/$(BIN):$$PATH" VIRTUAL_ENV="$(CURDIR)/.venv" $(BIN)/maturin develop --release --uv --quiet
+	touch $@
+
+# Pin the whole tree anew; torch pins its own CUDA libraries.
+constraints: venv
+	printf 'maturin\nuv\n' | $(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.10 --all-extras \
+		--no-annotate --no-header pyproject.toml - | grep -vE '^(nvidia-|cuda-|triton)' > constraints.new
+	mv constraints.new constraints.txt
+
+clean:
+	rm -rf .venv target snake_env/_native*.so .pytest_cache .ruff_cache .mypy_cache

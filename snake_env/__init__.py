@@ -1,0 +1,34 @@
+"""Batched planar snake robots with exact Coulomb friction and obstacle contact.
+
+Importing the package registers the environments SnakeCourse-v0, SnakeField-v0 and SnakeFree-v0 with Gymnasium.
+"""
+
+from __future__ import annotations
+
+from snake_env import _native
+from snake_env.config import PD, Gait, Integrator, Robot, Scene, Start
+from snake_env.env import SnakeEnv
+from snake_env.errors import ConfigError, DivergenceError
+from snake_env.registration import register
+from snake_env.simulation import simulate
+from snake_env.trajectory import Trajectory
+from snake_env.vector_env import SnakeVectorEnv
+
+__all__ = [
+    "PD",
+    "ConfigError",
+    "DivergenceError",
+    "Gait",
+    "Integrator",
+    "Robot",
+    "Scene",
+    "SnakeEnv",
+    "SnakeVectorEnv",
+    "Start",
+    "Trajectory",
+    "simulate",
+]
+
+__version__ = _native.__version__
+
+register()

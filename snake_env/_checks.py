@@ -1,0 +1,98 @@
+"""Checks of arguments at the edge of the package; each error names the argument."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from snake_env.errors import ConfigError
+
+SEED_RANGE = "an integer in [0, 2^64)"
+
+
+def integer(field: str, value: Any, low: int) -> int:
+    """An integer not below ``low``."""
+    expected = f"an integer >= {low}"
+    if isinstance(value, bool | np.bool_):
+        raise ConfigError(field, value, expected)
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise ConfigError(field, repr(value), expected) from None
+    if number < low:
+        raise ConfigError(field, value, expected)
+    return number
+
+
+def seed(value: Any, field: str = "seed") -> int:
+    """A seed of one robot."""
+    try:
+        number = integer(field, value, 0)
+    except ConfigError:
+        raise ConfigError(field, repr(value), SEED_RANGE) from None
+    if number >= 2**64:
+        raise ConfigError(field, value, SEED_RANGE)
+    return number
+
+
+def seeds(value: int | Sequence[int | None] | None, num_envs: int) -> list[int | None]:
+    """One seed a robot: robot ``i`` takes ``value + i``, or entry ``i`` of a sequence."""
+    if value is None:
+        return [None] * num_envs
+    if not isinstance(value, Sequence | np.ndarray) or isinstance(value, str):
+        first = seed(value)
+        return [seed(first + i) for i in range(num_envs)]
+    if len(value) != num_envs:
+        raise ConfigError("seed", f"{len(value)} seeds", f"None, an integer or {num_envs} seeds, one an environment")
+    return [None if one is None else seed(one, f"seed[{i}]") for i, one in enumerate(value)]
+
+
+def mask(field: str, value: Any, num_envs: int) -> NDArray[np.bool_]:
+    """A boolean array of one entry an environment, at least one of them True."""
+    expected = f"a bool array of shape ({num_envs},) with at least one True"
+    if not isinstance(value, np.ndarray) or value.dtype != np.bool_:
+        kind = f"dtype {value.dtype}" if isinstance(value, np.ndarray) else type(value).__name__
+        raise MaskTypeError(field, kind, expected)
+    if value.shape != (num_envs,) or not value.any():
+        raise ConfigError(field, f"shape {value.shape} with {np.count_nonzero(value)} True", expected)
+    return np.ascontiguousarray(value)
+
+
+class MaskTypeError(ConfigError, TypeError):
+    """A mask that is not a boolean array: a TypeError, as Gymnasium's own vector environments raise."""
+
+
+def options(value: Mapping[str, Any] | None, known: Sequence[str]) -> Mapping[str, Any]:
+    """Options of a reset; every key must be known."""
+    for key in value or ():
+        if key not in known:
+            raise ConfigError(f"options[{key!r}]", repr((value or {})[key]), _one_of(known))
+    return value or {}
+
+
+def _one_of(known: Sequence[str]) -> str:
+    return "one of the options " + ", ".join(known) if known else "no options"
+
+
+def actions(value: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float32]:
+    """Actions as a C-contiguous float32 array of the given shape; finiteness is checked in the core."""
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        raise ConfigError("action", "rows of different lengths", f"shape {shape}") from None
+    if array.dtype.kind not in "fiu":
+        raise ConfigError("action", f"dtype {array.dtype}", "real numbers, float32")
+    if array.shape != shape:
+        raise ConfigError("action", f"shape {array.shape}", f"shape {shape}")
+    return np.ascontiguousarray(array, np.float32)
+
+
+def choice(field: str, value: Any, admissible: Sequence[Any]) -> Any:
+    """One of a few values."""
+    if value not in admissible:
+        raise ConfigError(field, repr(value), "one of " + ", ".join(repr(one) for one in admissible))
+    return value

@@ -1,0 +1,118 @@
+"""The arrays that a step returns, used again when nobody holds them any more."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from sys import getrefcount
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Mask = NDArray[np.bool_]
+
+POOL_SIZE = 3
+"""Enough for a caller who holds the results of the last two steps."""
+
+
+class Arrays(NamedTuple):
+    """What the core writes for n robots."""
+
+    observation: NDArray[np.float32]
+    """(n, o)"""
+    reward: NDArray[np.float64]
+    """(n,)"""
+    terminated: Mask
+    """(n,)"""
+    truncated: Mask
+    """(n,)"""
+    signals: NDArray[np.float64]
+    """(k, n), one row a signal"""
+    flags: Mask
+    """the bool rows of the signals"""
+    counts: NDArray[np.int64]
+    """the int rows of the signals"""
+
+
+class Sheet:
+    """Arrays for the results of one step, and the infos made of views of them.
+
+    Attributes:
+        arrays: what the core writes.
+        values: the signals by name, each (n,), of type float64, bool or int64.
+    """
+
+    def __init__(self, num_envs: int, observation_size: int, signals: list[dict[str, str]]) -> None:
+        self.arrays = _zeros(num_envs, observation_size, [signal["kind"] for signal in signals])
+        self.values = _values(self.arrays, signals)
+        self._everyone = np.ones(num_envs, np.bool_)
+        self._infos = self.values | {f"_{name}": self._everyone for name in self.values}
+        self._watched = [*self.arrays, *self.values.values(), self._everyone]
+        self._idle = self._references()
+
+    def _references(self) -> list[int]:
+        """How many references each array has."""
+        return list(map(getrefcount, self._watched))
+
+    def is_idle(self) -> bool:
+        """Nothing outside refers to any of the arrays; a view of an array refers to it too."""
+        return self._references() == self._idle
+
+    def infos(self) -> dict[str, NDArray[Any]]:
+        """Gymnasium's ``infos`` where all robots report."""
+        self._everyone.fill(True)
+        return self._infos.copy()
+
+    def masked_infos(self, mask: Mask) -> dict[str, NDArray[Any]]:
+        """Gymnasium's ``infos`` where the robots in ``mask`` report: copies, zero outside the mask."""
+        infos = {name: np.where(mask, values, values.dtype.type(0)) for name, values in self.values.items()}
+        return infos | {f"_{name}": mask for name in self.values}
+
+    def numbers(self) -> dict[str, float | bool | int]:
+        """The info of robot 0."""
+        return {name: values.item(0) for name, values in self.values.items()}
+
+
+def _zeros(num_envs: int, observation_size: int, kinds: list[str]) -> Arrays:
+    return Arrays(
+        np.zeros((num_envs, observation_size), np.float32),
+        np.zeros(num_envs),
+        np.zeros(num_envs, np.bool_),
+        np.zeros(num_envs, np.bool_),
+        np.zeros((len(kinds), num_envs)),
+        np.zeros((kinds.count("bool"), num_envs), np.bool_),
+        np.zeros((kinds.count("int"), num_envs), np.int64),
+    )
+
+
+def _values(arrays: Arrays, signals: list[dict[str, str]]) -> dict[str, NDArray[Any]]:
+    """Views of the rows that hold each signal with its own type."""
+    typed = {"bool": iter(arrays.flags), "int": iter(arrays.counts)}
+    return {
+        signal["name"]: next(typed[signal["kind"]]) if signal["kind"] in typed else row
+        for signal, row in zip(signals, arrays.signals, strict=True)
+    }
+
+
+class Sheets:
+    """A few sheets in turn.
+
+    What a caller holds is never written again: a sheet is used again when it is idle, and replaced otherwise.
+    """
+
+    def __init__(self, make: Callable[[], Sheet]) -> None:
+        self._make = make
+        self._pool: list[Sheet] = []
+
+    def take(self) -> Sheet:
+        """A sheet that nobody refers to."""
+        for sheet in self._pool:
+            if sheet.is_idle():
+                return sheet
+        sheet = self._make()
+        self._pool = [sheet, *self._pool[: POOL_SIZE - 1]]
+        return sheet
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Results are not part of what is pickled or copied."""
+        return {"_make": self._make, "_pool": []}

@@ -1,0 +1,43 @@
+"""A configured task: its JSON text, and what the core says about it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from gymnasium.spaces import Box
+
+from snake_env import _native
+from snake_env._encode import encode
+
+NO_STEP_LIMIT = 2**32 - 1
+
+
+class Task:
+    """What an environment is made from.
+
+    Attributes:
+        config: JSON text for the core.
+        layout: description by the core: "observation", "action" and "signals" entry by entry, "control_period" [s],
+            and "config", the whole configuration with its defaults.
+        observation_space: of one robot.
+        action_space: of one robot.
+    """
+
+    def __init__(self, options: Mapping[str, Any], max_episode_steps: int | None) -> None:
+        limit = NO_STEP_LIMIT if max_episode_steps is None else max_episode_steps
+        self.config = encode({**options, "max_episode_steps": limit})
+        self.layout: dict[str, Any] = _native.layout(self.config)
+        self.control_period: float = self.layout["control_period"]
+        low, high = _bounds(self.layout["observation"])
+        self.observation_space = Box(low, high, dtype=np.float32)
+        self.action_space = Box(-1.0, 1.0, (len(self.layout["action"]),), dtype=np.float32)
+
+
+def _bounds(blocks: list[dict[str, Any]]) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper bound of each observation element."""
+    sizes = [block["size"] for block in blocks]
+    low = np.repeat([block["low"] for block in blocks], sizes)
+    high = np.repeat([block["high"] for block in blocks], sizes)
+    return low.astype(np.float32), high.astype(np.float32)

@@ -1,0 +1,249 @@
+"""What a user may choose about a scripted run: frozen dataclasses, checked by the Rust core.
+
+SI units and radians. A value that is not admissible raises :class:`snake_env.ConfigError` at construction.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from snake_env import _native
+from snake_env._encode import encode
+from snake_env.errors import ConfigError
+
+DEGREE = math.pi / 180.0
+PerLink = float | Sequence[float]
+
+
+class _Section:
+    """A part of the configuration: one JSON object of the core, checked when it is made."""
+
+    _section: ClassVar[str]
+
+    def __post_init__(self) -> None:
+        _native.check(self._section, encode(self._for_core(), self._section))
+
+    def _for_core(self) -> dict[str, Any]:
+        """The fields that the core knows."""
+        return {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class Robot(_Section):
+    """A chain of rigid links; the default is Aiko (T Table 7.1).
+
+    Every quantity but ``links`` and ``gravity`` is one number for all links or a sequence of one a link.
+
+    Args:
+        links: number of links n >= 2.
+        length: distance between adjacent joints L_i [m], > 0.
+        contact_half_length: half length of the straight sides of a link's outline L_GS,i [m], >= 0.
+        radius: half width of a link and radius of its round ends L_SC,i [m], > 0.
+        mass: m_i [kg], > 0.
+        inertia: moment of inertia about the vertical axis through the CG [kg m^2], > 0.
+        gravity: acceleration of gravity [m/s^2], > 0.
+    """
+
+    _section = "robot"
+
+    links: int = 11
+    length: PerLink = 0.122
+    contact_half_length: PerLink = 0.0393
+    radius: PerLink = 0.0525
+    mass: PerLink = 7.5 / 11.0
+    inertia: PerLink = 1.32e-3
+    gravity: float = 9.81
+
+
+@dataclass(frozen=True)
+class Scene(_Section):
+    """Circular pegs fixed to the ground, and the ground's friction.
+
+    Args:
+        obstacles: pegs as triples (radius, x, y) [m]; radius > 0.
+        friction: Coulomb coefficients along and across a link (mu_x, mu_y), >= 0.
+        viscous: viscous coefficients; the planar model has none, so (0, 0).
+        friction_law: "set-valued", the exact Coulomb law.
+        course: name of the preset that the scene was made from, for :meth:`Start.on_course`.
+    """
+
+    _section = "scene"
+
+    obstacles: Sequence[tuple[float, float, float]] = ()
+    friction: tuple[float, float] = (0.2, 0.2)
+    viscous: tuple[float, float] = (0.0, 0.0)
+    friction_law: str = "set-valued"
+    course: str | None = None
+
+    def __post_init__(self) -> None:
+        if any(self.viscous):
+            raise ConfigError("scene.viscous", self.viscous, "(0.0, 0.0): this release has no viscous friction")
+        if self.friction_law != "set-valued":
+            raise ConfigError("scene.friction_law", repr(self.friction_law), '"set-valued"')
+        super().__post_init__()
+
+    def _for_core(self) -> dict[str, Any]:
+        return {"obstacles": self.obstacles, "friction": self.friction}
+
+    @classmethod
+    def preset(cls, name: str, friction: tuple[float, float] = (0.2, 0.2)) -> Scene:
+        """A course of the thesis: "table-7.3", "table-7.5" or "free" (no obstacles)."""
+        pegs = [tuple(peg) for peg in _course(name)["obstacles"]]
+        return cls(obstacles=pegs, friction=friction, course=name)
+
+    def without(self, j: int) -> Scene:
+        """The scene without obstacle ``j`` (1-based, as in the thesis)."""
+        k = self._index(j)
+        return dataclasses.replace(self, obstacles=[*self.obstacles[:k], *self.obstacles[k + 1 :]])
+
+    def moved(self, j: int, dx: float, dy: float) -> Scene:
+        """The scene with obstacle ``j`` (1-based) shifted by (dx, dy) [m]."""
+        k = self._index(j)
+        radius, x, y = self.obstacles[k]
+        shifted = (radius, x + dx, y + dy)
+        return dataclasses.replace(self, obstacles=[*self.obstacles[:k], shifted, *self.obstacles[k + 1 :]])
+
+    def _index(self, j: int) -> int:
+        count = len(self.obstacles)
+        if not 1 <= j <= count:
+            raise ConfigError("obstacle", j, f"an integer in [1, {count}]")
+        return j - 1
+
+
+def _course(name: str) -> dict[str, Any]:
+    courses = _native.courses()
+    if name not in courses:
+        raise ConfigError("preset", repr(name), "one of " + ", ".join(f'"{key}"' for key in courses))
+    return courses[name]
+
+
+@dataclass(frozen=True)
+class Gait(_Section):
+    """Joint references: travelling waves, phi_i = A sin(omega t + (i - 1) beta) + gamma (T 2.14), (T 7.1).
+
+    The planar model takes the horizontal wave alone: its ``vertical_amplitude`` must be zero.
+
+    Args:
+        amplitude: A_h [rad].
+        omega: omega_h [rad/s].
+        beta: beta_h, phase shift between adjacent joints [rad].
+        gamma: gamma_h, common offset that steers [rad].
+        vertical_amplitude: A_v [rad] (T 7.2).
+        vertical_omega: omega_v [rad/s].
+        vertical_beta: beta_v [rad].
+        vertical_phase: beta_0, phase of the vertical against the horizontal wave [rad].
+        soft_start: each joint waits at zero until its reference first comes within 3 degrees (T 7.2.2).
+    """
+
+    _section = "gait"
+
+    amplitude: float = 40 * DEGREE
+    omega: float = 80 * DEGREE
+    beta: float = -50 * DEGREE
+    gamma: float = 0.0
+    vertical_amplitude: float = 0.0
+    vertical_omega: float = 0.0
+    vertical_beta: float = 0.0
+    vertical_phase: float = 0.0
+    soft_start: bool = False
+
+    @classmethod
+    def lateral_undulation(cls, **changes: Any) -> Gait:
+        """Lateral undulation (T 7.3); keywords replace the thesis's values."""
+        return cls(**changes)
+
+    @classmethod
+    def sidewinding(cls, **changes: Any) -> Gait:
+        """Sidewinding (T 7.5): the vertical wave has the rate and phase shift of the horizontal one."""
+        values = {"amplitude": 30 * DEGREE, "vertical_amplitude": 10 * DEGREE} | changes
+        return cls._with_vertical(values)
+
+    @classmethod
+    def lateral_rolling(cls, **changes: Any) -> Gait:
+        """U-shaped lateral rolling (T 7.4): both waves alike, a quarter period apart."""
+        values = {"amplitude": 10 * DEGREE, "beta": 0.0} | changes
+        values.setdefault("vertical_amplitude", values["amplitude"])
+        return cls._with_vertical(values)
+
+    @classmethod
+    def _with_vertical(cls, values: dict[str, Any]) -> Gait:
+        values.setdefault("vertical_omega", values.get("omega", cls.omega))
+        values.setdefault("vertical_beta", values.get("beta", cls.beta))
+        values.setdefault("vertical_phase", 90 * DEGREE)
+        return cls(**values)
+
+
+@dataclass(frozen=True)
+class PD(_Section):
+    """Joint controller tau = -k_P (phi_d - phi) - k_D (phi_d' - phi') (T 3.51).
+
+    Args:
+        kp: k_P [N m/rad], >= 0.
+        kd: k_D [N m s/rad], >= 0.
+        torque_limit: largest torque of a joint [N m], > 0; None for none.
+        active_from: the actuators are off before this time [s], >= 0.
+    """
+
+    _section = "controller"
+
+    kp: float = 800.0
+    kd: float = 2.0
+    torque_limit: float | None = None
+    active_from: float = 0.0
+
+
+@dataclass(frozen=True)
+class Integrator(_Section):
+    """Time stepping; None takes the method's own default, and ``Integrator()`` is the environments'.
+
+    Args:
+        method: "implicit", the fast default, or "thesis", the time stepping and Modified Newton iteration as
+            printed (T Algorithm 3.1).
+        step: largest step [s], > 0; a sample interval is divided into equal steps no longer than this.
+        tolerance: > 0. "thesis": the iteration stops when the impulses change by less [N s] (T 3.81).
+            "implicit": accuracy of the velocities [m/s].
+        max_iterations: after which a step is given up and counted as a miss, >= 1.
+        order: 1 or 2. "implicit": implicit Euler, or the two-stage SDIRK scheme.
+        event_substeps: "implicit", order 2: Euler steps that replace a step in which a peg contact opens or closes.
+        r_t: r_T of (T 3.79), > 0. "thesis" alone.
+        r_h: r_H of (T 3.78), > 0. "thesis" alone.
+    """
+
+    _section = "integrator"
+
+    method: str = "implicit"
+    step: float | None = None
+    tolerance: float | None = None
+    max_iterations: int | None = None
+    order: int = 2
+    event_substeps: int = 8
+    r_t: float = 1.3
+    r_h: float = 0.01
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where the robot starts, at rest.
+
+    Args:
+        position: CG of link 1 (x, y) [m].
+        heading: absolute angle theta_1 of link 1 [rad]; with pi the body axes point to -x and the
+            leading link faces +x.
+        posture: "gait" (joint angles equal the reference at t = 0), "straight", or n - 1 joint angles [rad].
+    """
+
+    position: tuple[float, float] = (0.0, 0.0)
+    heading: float = math.pi
+    posture: str | Sequence[float] = "gait"
+
+    @classmethod
+    def on_course(cls, scene: Scene) -> Start:
+        """The start from which the robot in the posture of the gait threads a preset course, ready to move to +x."""
+        if scene.course is None:
+            raise ConfigError("scene.course", None, "a scene made by Scene.preset")
+        x, y, heading = _course(scene.course)["start"]
+        return cls(position=(x, y), heading=heading)

@@ -1,0 +1,59 @@
+"""Reproduce the planar findings of the thesis: pictures and one table.
+
+Sections 7.3.4 (Fig. 7.6 to 7.9), 7.5.2 (Fig. 7.14) and 7.5.3 (Fig. 7.16). Writes PNG files, findings.md and
+findings.json; ends with status 1 if a finding is not reproduced.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from snake_env.config import Integrator
+from snake_env.reproduce import checks_7_3, checks_7_5, report
+from snake_env.reproduce.experiments import Runs
+from snake_env.reproduce.findings import SECTIONS, Finding
+
+CHECKS = [*checks_7_3.CHECKS, *checks_7_5.CHECKS]
+
+
+def findings(runs: Runs, sections: tuple[str, ...] = SECTIONS) -> list[Finding]:
+    """The table's rows of some sections."""
+    return [check.finding(runs) for check in CHECKS if check.section in sections]
+
+
+def main(arguments: list[str]) -> int:
+    """Runs the experiments, writes and prints; 0 if every finding was reproduced."""
+    layout = argparse.RawDescriptionHelpFormatter
+    cli = argparse.ArgumentParser("python -m snake_env reproduce", description=__doc__, formatter_class=layout)
+    cli.add_argument("--out", type=Path, default=Path("runs/reproduce"), help="folder for pictures and table")
+    cli.add_argument(
+        "--section",
+        nargs="+",
+        choices=SECTIONS,
+        default=list(SECTIONS),
+        help="sections of the thesis; default all",
+    )
+    cli.add_argument(
+        "--method",
+        choices=["implicit", "thesis"],
+        default="implicit",
+        help="time stepping: the environments' (default), or Algorithm 3.1 as printed",
+    )
+    cli.add_argument("--quick", action="store_true", help="the table alone, no pictures")
+    return _reproduce(cli.parse_args(arguments))
+
+
+def _reproduce(args: argparse.Namespace) -> int:
+    runs = Runs(Integrator(method=args.method))
+    sections = tuple(args.section)
+    table = findings(runs, sections)
+    report.write(table, args.out)
+    if not args.quick:
+        from snake_env.reproduce import figures
+
+        for path in figures.write(runs, args.out, sections):
+            print(path)
+    print(report.printed(table))
+    print(f"\n{report.summary(table)} Written to {args.out}.")
+    return 0 if all(finding.passed for finding in table) else 1

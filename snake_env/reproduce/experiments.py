@@ -1,0 +1,105 @@
+"""What is simulated: each experiment by name, run when it is first asked for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from snake_env.config import Gait, Integrator, Robot, Scene, Start
+from snake_env.reproduce import placement
+from snake_env.reproduce.serpenoid import NaturalPath
+from snake_env.simulation import simulate
+from snake_env.trajectory import Trajectory
+
+DEGREE = math.pi / 180.0
+PERIOD = 4.5
+"""Period of the gait (7.3) [s]."""
+LINK_DIAMETER = 0.105
+"""2 L_SC, by which (7.7) moves peg 3 [m]."""
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One scripted run.
+
+    Args:
+        scene: pegs and friction.
+        duration: [s].
+        gait: joint references.
+        start: None: that of the scene's preset.
+    """
+
+    scene: Scene
+    duration: float
+    gait: Gait = field(default_factory=Gait)
+    start: Start | None = None
+
+
+def _preset(name: str, duration: float, friction: tuple[float, float] = (0.2, 0.2)) -> Experiment:
+    return Experiment(Scene.preset(name, friction), duration)
+
+
+def _placed(beta: float) -> Experiment:
+    gait = Gait.lateral_undulation(beta=beta * DEGREE)
+    scene, start = placement.course(gait)
+    return Experiment(scene, 9.0, gait, start)
+
+
+EXPERIMENTS: dict[str, Callable[[], Experiment]] = {
+    "free": lambda: _preset("free", 2 * PERIOD),
+    "orthotropic": lambda: _preset("free", 2 * PERIOD, (0.2, 0.5)),
+    "table 7.5": lambda: _preset("table-7.5", 2 * PERIOD),
+    "table 7.3": lambda: _preset("table-7.3", 15.0),
+    "peg 3 moved": lambda: Experiment(Scene.preset("table-7.3").moved(3, 0.0, LINK_DIAMETER), 15.0),
+    "peg 3 removed": lambda: Experiment(Scene.preset("table-7.3").without(3), 15.0),
+    "beta -30": lambda: _placed(-30.0),
+    "beta -50": lambda: _placed(-50.0),
+    "beta -70": lambda: _placed(-70.0),
+}
+
+
+class Runs:
+    """Results by name of experiment; each is simulated once.
+
+    Args:
+        integrator: None: the default of the environments.
+        sample: interval between samples [s].
+    """
+
+    robot = Robot()
+
+    def __init__(self, integrator: Integrator | None = None, sample: float = 0.01) -> None:
+        self._integrator = integrator
+        self._sample = sample
+        self._done: dict[str, tuple[Experiment, Trajectory]] = {}
+
+    def experiment(self, name: str) -> Experiment:
+        """What was simulated."""
+        return self._run(name)[0]
+
+    def no_slip_speed(self, name: str) -> float:
+        """Upper bound of an experiment's mean speed [m/s]."""
+        return NaturalPath(self.experiment(name).gait, float(np.mean(self.robot.length))).no_slip_speed
+
+    def __getitem__(self, name: str) -> Trajectory:
+        return self._run(name)[1]
+
+    def _run(self, name: str) -> tuple[Experiment, Trajectory]:
+        if name not in self._done:
+            experiment = EXPERIMENTS[name]()
+            self._done[name] = (
+                experiment,
+                simulate(
+                    robot=self.robot,
+                    scene=experiment.scene,
+                    gait=experiment.gait,
+                    integrator=self._integrator,
+                    start=experiment.start,
+                    duration=experiment.duration,
+                    sample=self._sample,
+                ),
+            )
+        return self._done[name]

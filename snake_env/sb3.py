@@ -1,0 +1,192 @@
+"""Stable-Baselines3's ``VecEnv`` over the native batch."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.vector import AutoresetMode
+from numpy.typing import NDArray
+from stable_baselines3.common.monitor import Monitor
+from stable_baselines3.common.vec_env import VecEnv, VecMonitor
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvStepReturn
+
+from snake_env._robots import RobotState
+from snake_env.errors import ConfigError
+from snake_env.vector_env import SnakeVectorEnv
+
+
+def make(env_id: str = "SnakeField-v0", num_envs: int = 1, *, monitor: bool = True, **options: Any) -> SnakeVecEnv:
+    """A native batch as a Stable-Baselines3 ``VecEnv``.
+
+    Args:
+        env_id: a registered id of this package.
+        num_envs: number of robots.
+        monitor: report ``episode`` = {"r", "l", "t"} in the info of an episode's last step, as ``VecMonitor`` would.
+        **options: keywords of :class:`snake_env.SnakeVectorEnv`.
+    """
+    options.setdefault("autoreset_mode", "SameStep")
+    return SnakeVecEnv(gym.make_vec(env_id, num_envs=num_envs, **options), monitor=monitor)  # type: ignore[arg-type]
+
+
+def native(venv: VecEnv, env_id: str = "SnakeField-v0", seed: int | None = None, **options: Any) -> VecMonitor:
+    """RL Zoo's ``vec_env_wrapper`` hook: puts the native batch in the place of the Zoo's environments.
+
+    The Zoo's keywords and seed go to the environments that are thrown away: give them here,
+    ``vec_env_wrapper: {snake_env.sb3.native: {env_id: SnakeField-v0, seed: 0}}``.
+    """
+    num_envs = venv.num_envs
+    render_mode = venv.render_mode
+    venv.close()
+    replacement = make(env_id, num_envs, monitor=False, render_mode=render_mode, **options)
+    replacement.seed(seed)
+    return VecMonitor(replacement)
+
+
+class SnakeVecEnv(VecEnv):
+    """Stable-Baselines3's view of a :class:`snake_env.SnakeVectorEnv` in SameStep mode.
+
+    ``infos[i]`` is empty but for the last step of an episode, which has ``terminal_observation``,
+    ``TimeLimit.truncated``, all signals of the environment's info and, with ``monitor``, ``episode``. The signals of
+    every step are in ``signals``.
+
+    Args:
+        env: the batch, in SameStep mode.
+        monitor: report ``episode``.
+    """
+
+    def __init__(self, env: SnakeVectorEnv, monitor: bool = True) -> None:
+        mode = env.metadata["autoreset_mode"]
+        if mode is not AutoresetMode.SAME_STEP:
+            raise ConfigError("autoreset_mode", mode.value, '"SameStep", the only mode of Stable-Baselines3')
+        self.env = env
+        self.spec = env.spec
+        self.monitor = monitor
+        self._infos: dict[str, Any] = {}
+        self._return = np.zeros(env.num_envs)
+        self._length = np.zeros(env.num_envs, np.int64)
+        self._start_time = time.time()
+        self._robots = [_Robot(env, i) for i in range(env.num_envs)]
+        super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
+        self.metadata = env.metadata
+
+    def reset(self) -> NDArray[np.float32]:
+        """Starts new episodes with the seeds and options set since the last reset."""
+        options = next((one for one in self._options if one), None)
+        observation, infos = self.env.reset(seed=self._seeds, options=options)
+        self._reset_seeds()
+        self._reset_options()
+        self._return[:] = 0.0
+        self._length[:] = 0
+        self.reset_infos = [_row(infos, i) for i in range(self.num_envs)]
+        self._infos = infos
+        return observation
+
+    def step_async(self, actions: NDArray[Any]) -> None:
+        """Takes the actions of the next step."""
+        self._actions = actions
+
+    def step_wait(self) -> VecEnvStepReturn:
+        """Takes the step."""
+        observation, reward, terminated, truncated, infos = self.env.step(self._actions)
+        self._return += reward
+        self._length += 1
+        rows: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        if "final_obs" in infos:
+            for i in np.flatnonzero(infos["_final_obs"]).tolist():
+                rows[i] = self._last_info(i, infos, bool(truncated[i] and not terminated[i]))
+                self.reset_infos[i] = _row(infos, i)
+        self._infos = infos
+        return observation, reward.astype(np.float32), terminated | truncated, rows
+
+    def _last_info(self, i: int, infos: dict[str, Any], truncated: bool) -> dict[str, Any]:
+        """The info of the last step of an episode."""
+        info = _row(infos["final_info"], i)
+        info["terminal_observation"] = infos["final_obs"][i]
+        info["TimeLimit.truncated"] = truncated
+        if self.monitor:
+            elapsed = round(time.time() - self._start_time, 6)
+            info["episode"] = {"r": round(float(self._return[i]), 6), "l": int(self._length[i]), "t": elapsed}
+        self._return[i] = 0.0
+        self._length[i] = 0
+        return info
+
+    @property
+    def signals(self) -> dict[str, NDArray[Any]]:
+        """The signals of all robots in the last step or reset, by name."""
+        return _signals(self._infos)
+
+    def close(self) -> None:
+        """Closes the batch."""
+        self.env.close()
+
+    def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
+        """The attribute, once for each robot."""
+        return [getattr(robot, attr_name) for robot in self._chosen(indices)]
+
+    def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
+        """Sets an attribute of the batch; the robots share it, so ``indices`` must name all of them."""
+        if len(self._chosen(indices)) != self.num_envs:
+            raise ConfigError("indices", indices, "None: the robots of a native batch share their attributes")
+        setattr(self.env, attr_name, value)
+
+    def env_method(
+        self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any
+    ) -> list[Any]:
+        """Calls ``render``, ``get_state`` or ``set_state`` robot by robot, other methods of the batch as they are."""
+        return [getattr(robot, method_name)(*method_args, **method_kwargs) for robot in self._chosen(indices)]
+
+    def env_is_wrapped(self, wrapper_class: type[gym.Wrapper], indices: VecEnvIndices = None) -> list[bool]:
+        """True for ``Monitor`` if episodes are reported; no robot has other wrappers."""
+        return [self.monitor and wrapper_class is Monitor] * len(self._chosen(indices))
+
+    def get_images(self) -> Sequence[NDArray[np.uint8] | None]:
+        """The images of all robots; None each without ``render_mode="rgb_array"``."""
+        return self.env.render() or [None] * self.num_envs
+
+    def _chosen(self, indices: VecEnvIndices) -> list[_Robot]:
+        chosen: Iterable[int] = self._get_indices(indices)
+        return [self._robots[i] for i in chosen]
+
+
+class _Robot:
+    """One robot of a batch, for the ``VecEnv`` methods that address robots one by one."""
+
+    def __init__(self, env: SnakeVectorEnv, i: int) -> None:
+        self._env = env
+        self._mask = np.arange(env.num_envs) == i
+        self.observation_space = env.single_observation_space
+        self.action_space = env.single_action_space
+        self._index = i
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__") or "_env" not in self.__dict__:
+            raise AttributeError(name)
+        return getattr(self._env, name)
+
+    @property
+    def unwrapped(self) -> _Robot:
+        return self
+
+    def render(self) -> Any:
+        images = self._env.render()
+        return None if images is None else images[self._index]
+
+    def get_state(self) -> RobotState:
+        return self._env.get_state(self._mask)[0]
+
+    def set_state(self, state: RobotState) -> NDArray[np.float32]:
+        return self._env.set_state([state], self._mask)[self._index]
+
+
+def _row(infos: dict[str, Any], i: int) -> dict[str, Any]:
+    """The info of robot ``i`` as Python numbers."""
+    return {name: values[i].item() for name, values in _signals(infos).items()}
+
+
+def _signals(infos: dict[str, Any]) -> dict[str, NDArray[Any]]:
+    """The infos without masks and without what belongs to finished episodes."""
+    return {name: values for name, values in infos.items() if not name.startswith(("_", "final_"))}

@@ -1,0 +1,47 @@
+"""What a scripted run returns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Samples of a run of n links at T times; row 0 is t = 0. All arrays are C-contiguous float64.
+
+    Attributes:
+        time: (T,) [s].
+        position: (T, n, 2) CGs of the links [m].
+        angle: (T, n) absolute link angles [rad].
+        joint_angle: (T, n - 1) [rad].
+        joint_torque: (T, n - 1) actuator torques tau_C of the last step [N m].
+        contact_force: (T, n, 2) obstacle force on each link, averaged over the sample interval (T 7.6) [N].
+        residual: (T,) worst contact-solver residual since the last sample.
+        iterations: (T,) solver iterations since the last sample.
+        misses: (T,) steps since the last sample whose solver gave up before its tolerance.
+        energy: (T,) kinetic energy [J].
+        max_joint_gap: largest distance between the two ends that meet in a joint, at any step [m].
+        max_penetration: deepest overlap of a link and a peg at any step [m].
+    """
+
+    time: Array
+    position: Array
+    angle: Array
+    joint_angle: Array
+    joint_torque: Array
+    contact_force: Array
+    residual: Array
+    iterations: Array
+    misses: Array
+    energy: Array
+    max_joint_gap: float
+    max_penetration: float
+
+    def __repr__(self) -> str:
+        samples, links = self.angle.shape
+        return f"Trajectory({samples} samples of {links} links, {self.time[0]:g} to {self.time[-1]:g} s)"

@@ -1,0 +1,248 @@
+"""The native vector environment: all robots of a batch stepped by one call into the Rust core."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.error import ClosedEnvironmentError, ResetNeeded
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import ArrayLike, NDArray
+from typing_extensions import Unpack
+
+from snake_env import _checks
+from snake_env._robots import Robots, RobotState
+from snake_env._sheets import Mask, Sheet
+from snake_env._task import Task
+from snake_env._views import RENDER_MODES, Views, frame_rate
+from snake_env.options import RewardFn, TaskOptions
+from snake_env.registration import MAX_EPISODE_STEPS
+
+StepResult = tuple[NDArray[np.float32], NDArray[np.float64], Mask, Mask, dict[str, Any]]
+
+
+class SnakeVectorEnv(VectorEnv):
+    """n planar snake robots, each in a scene of its own.
+
+    Identical, byte for byte, to ``gymnasium.vector.SyncVectorEnv`` over n single environments with the same seeds,
+    whatever ``num_envs`` and ``num_threads`` are. One environment object belongs to one thread at a time.
+
+    ``reset(seed=s)`` gives robot ``i`` the random stream ``s + i`` (or entry ``i`` of a sequence); a reset without
+    seed continues the streams. ``reset(options={"reset_mask": mask})`` resets the robots in a boolean mask alone.
+
+    Arrays that a call has returned are never written again as long as anything refers to them.
+
+    Args:
+        num_envs: number of robots, >= 1.
+        max_episode_steps: control periods after which an episode is truncated, >= 1; None: never.
+        render_mode: None, "rgb_array" (``render`` returns a tuple of n uint8 images (height, width, 3)) or
+            "human" (a window that shows robot 0).
+        autoreset_mode: "NextStep", "SameStep" or "Disabled", or a member of ``gymnasium.vector.AutoresetMode``;
+            strings keep the spec serialisable.
+        num_threads: threads that step the batch, >= 1; None: the environment variable SNAKE_ENV_NUM_THREADS, else
+            min(cores, ceil(num_envs / 8)).
+        reward_fn: replaces the reward; see :data:`snake_env.options.RewardFn`.
+        **options: the task; see :class:`snake_env.options.TaskOptions`.
+
+    Attributes:
+        control_period: simulated time of one step [s].
+        num_threads: threads in use.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": RENDER_MODES, "render_fps": 20}  # noqa: RUF012
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        *,
+        max_episode_steps: int | None = MAX_EPISODE_STEPS,
+        render_mode: str | None = None,
+        autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
+        num_threads: int | None = None,
+        reward_fn: RewardFn | None = None,
+        **options: Unpack[TaskOptions],
+    ) -> None:
+        self._mode = _autoreset_mode(autoreset_mode)
+        self.render_mode = _checks.choice("render_mode", render_mode, [None, *RENDER_MODES])
+        self._robots = Robots(Task(options, max_episode_steps), num_envs, num_threads, reward_fn)
+        self._views = Views()
+        task = self._robots.task
+        self.num_envs = self._robots.num_envs
+        self.num_threads = self._robots.num_threads
+        self.control_period = task.control_period
+        self.single_observation_space = task.observation_space
+        self.single_action_space = task.action_space
+        self.observation_space = batch_space(task.observation_space, self.num_envs)
+        self.action_space = batch_space(task.action_space, self.num_envs)
+        self.metadata = {
+            **self.metadata,
+            "autoreset_mode": self._mode,
+            "render_fps": frame_rate(self.control_period),
+        }
+        self._finished: Mask = np.zeros(self.num_envs, np.bool_)
+        self._any_finished = False
+        self._ready = False
+
+    @property
+    def layout(self) -> dict[str, Any]:
+        """What each element of observation, action and info means; see ``docs/environments.md``."""
+        return self._robots.task.layout
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Starts new episodes, of all robots or of those in ``options["reset_mask"]``.
+
+        Robots outside the mask keep their state and return their present observation.
+
+        Raises:
+            ConfigError: names the seed, option or mask that is not admissible.
+        """
+        self._require_open()
+        seeds = _checks.seeds(seed, self.num_envs)
+        known = _checks.options(options, ["reset_mask"])
+        mask = self._robots.everyone
+        if "reset_mask" in known:
+            mask = _checks.mask("options['reset_mask']", known["reset_mask"], self.num_envs)
+        elif seed is not None:
+            super().reset(seed=next((one for one in seeds if one is not None), None))
+        if not self._ready:
+            self._require_all(mask)
+        sheet = self._robots.reset(mask, seeds, self.np_random)
+        self._set_finished(self._finished & ~mask)
+        self._ready = True
+        self._show()
+        return sheet.arrays.observation, sheet.masked_infos(mask.copy())
+
+    def step(self, actions: ArrayLike) -> StepResult:
+        """Moves the robots on by one control period.
+
+        Args:
+            actions: (num_envs, a), real and finite, meant to lie in [-1, 1]; values beyond are clipped.
+
+        Raises:
+            ConfigError: the shape or type of the actions, or the robot and element that is not finite.
+        """
+        self._require_open()
+        if not self._ready:
+            raise ResetNeeded("call reset before step")
+        if self._mode is AutoresetMode.NEXT_STEP:
+            sheet, infos = self._step_next(actions)
+        elif self._mode is AutoresetMode.SAME_STEP:
+            sheet, infos = self._step_same(actions)
+        else:
+            sheet, infos = self._step_disabled(actions)
+        self._show()
+        observation, reward, terminated, truncated, *_ = sheet.arrays
+        return observation, reward, terminated, truncated, infos
+
+    def _step_next(self, actions: ArrayLike) -> tuple[Sheet, dict[str, Any]]:
+        """Robots that have finished start anew instead of taking a step."""
+        starting = self._finished if self._any_finished else None
+        active = self._robots.everyone if starting is None else ~starting
+        sheet, ended = self._robots.step(actions, active)
+        if starting is not None:
+            self._robots.next_episode(starting, sheet)
+        self._note_ends(sheet, ended)
+        return sheet, sheet.infos()
+
+    def _step_same(self, actions: ArrayLike) -> tuple[Sheet, dict[str, Any]]:
+        """Robots that finish start anew within the step, and their last observation goes to the infos."""
+        sheet, ended = self._robots.step(actions, self._robots.everyone)
+        if not ended:
+            return sheet, sheet.infos()
+        done = sheet.arrays.terminated | sheet.arrays.truncated
+        final_obs = np.full(self.num_envs, None, dtype=object)
+        for i in np.flatnonzero(done):
+            final_obs[i] = sheet.arrays.observation[i].copy()
+        final = {
+            "final_obs": final_obs,
+            "_final_obs": done,
+            "final_info": sheet.masked_infos(done),
+            "_final_info": done,
+        }
+        self._robots.next_episode(done, sheet, keep_flags=True)
+        return sheet, final | sheet.infos()
+
+    def _step_disabled(self, actions: ArrayLike) -> tuple[Sheet, dict[str, Any]]:
+        """Robots that have finished must be reset by the caller."""
+        if self._any_finished:
+            # The kind of exception that SyncVectorEnv raises.
+            finished = np.flatnonzero(self._finished).tolist()
+            raise AssertionError(f"environments {finished} have finished: reset them with options['reset_mask']")
+        sheet, ended = self._robots.step(actions, self._robots.everyone)
+        self._note_ends(sheet, ended)
+        return sheet, sheet.infos()
+
+    def _note_ends(self, sheet: Sheet, ended: int) -> None:
+        if ended or self._any_finished:
+            self._set_finished(sheet.arrays.terminated | sheet.arrays.truncated)
+
+    def _set_finished(self, finished: Mask) -> None:
+        self._finished = finished
+        self._any_finished = bool(finished.any())
+
+    def get_state(self, mask: Mask | None = None) -> list[RobotState]:
+        """The states of the robots in ``mask`` (None: all), in order."""
+        self._require_open()
+        return [self._robots.get_state(i, bool(self._finished[i])) for i in self._indices(mask)]
+
+    def set_state(self, states: Sequence[RobotState], mask: Mask | None = None) -> NDArray[np.float32]:
+        """Replaces the states of the robots in ``mask`` (None: all), in order; returns all present observations."""
+        self._require_open()
+        indices = self._indices(mask)
+        if len(states) != len(indices):
+            raise _checks.ConfigError(
+                "states", f"{len(states)} states", f"{len(indices)} states, one a robot in the mask"
+            )
+        if not self._ready:
+            self._require_all(self._robots.everyone if mask is None else mask)
+        finished = self._finished.copy()
+        for i, state in zip(indices, states, strict=True):
+            self._robots.set_state(i, state)
+            finished[i] = state.finished
+        self._set_finished(finished)
+        self._ready = True
+        return self._robots.observation()
+
+    def _indices(self, mask: Mask | None) -> list[int]:
+        if mask is None:
+            return list(range(self.num_envs))
+        return [int(i) for i in np.flatnonzero(_checks.mask("mask", mask, self.num_envs))]
+
+    def render(self) -> tuple[NDArray[np.uint8], ...] | None:
+        """The images of all robots ("rgb_array"); None otherwise."""
+        self._require_open()
+        if self.render_mode is None:
+            gym.logger.warn("render needs a render_mode: pass it when the environment is made")
+            return None
+        if self.render_mode == "human":
+            self._show()
+            return None
+        return tuple(self._views.image(i, self._robots.native.snapshot(i)) for i in range(self.num_envs))
+
+    def _show(self) -> None:
+        if self.render_mode == "human":
+            self._views.show(self._robots.native.snapshot(0), self.metadata["render_fps"])
+
+    def _require_open(self) -> None:
+        if self.closed:
+            raise ClosedEnvironmentError("this environment has been closed")
+
+    def _require_all(self, mask: Mask) -> None:
+        if not mask.all():
+            raise ResetNeeded("the first reset must be of all environments")
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Closes the window, if there is one."""
+        if hasattr(self, "_views"):
+            self._views.close()
+
+
+def _autoreset_mode(value: str | AutoresetMode) -> AutoresetMode:
+    if isinstance(value, AutoresetMode):
+        return value
+    return AutoresetMode(_checks.choice("autoreset_mode", value, [mode.value for mode in AutoresetMode]))

@@ -1,0 +1,49 @@
+"""Shared by the tests of the Python package; they run on few cores, so nothing starts threads unasked."""
+
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("SNAKE_ENV_NUM_THREADS", "1")
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
+
+import subprocess
+import sys
+import textwrap
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import gymnasium as gym
+import pytest
+
+import snake_env  # noqa: F401, registers the environments
+
+ENV_IDS = ("SnakeCourse-v0", "SnakeField-v0", "SnakeFree-v0")
+MODES = ("NextStep", "SameStep", "Disabled")
+
+
+@pytest.fixture(params=ENV_IDS)
+def env_id(request: pytest.FixtureRequest) -> str:
+    return request.param
+
+
+@pytest.fixture
+def make() -> Callable[..., Any]:
+    """Short episodes of the field, natively."""
+    return partial(gym.make_vec, "SnakeField-v0", max_episode_steps=9)
+
+
+def run_python(code: str, *, timeout: float = 60, **variables: str) -> str:
+    """What a fresh interpreter prints; fails when the interpreter does."""
+    result = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(code)],
+        capture_output=True,
+        text=True,
+        timeout=timeout,
+        check=False,
+        env={**os.environ, **variables},
+    )
+    assert result.returncode == 0, result.stderr
+    return result.stdout.strip()

@@ -1,0 +1,147 @@
+"""Bad input is an error that names the field, the value and what is admissible."""
+
+from __future__ import annotations
+
+import json
+import pickle
+
+import numpy as np
+import pytest
+
+import snake_env
+from snake_env import PD, ConfigError, Gait, Integrator, Robot, Scene, Start, _native
+
+NAN, INF = float("nan"), float("inf")
+
+SECTIONS = [
+    (Robot, "links", [1, 0, -3, 2.5, NAN, "eleven", None, True, 10**30]),
+    *[(Robot, name, [0, -1.0, NAN, INF, "x", [1.0] * 10, None]) for name in ("length", "radius", "mass", "inertia")],
+    (Robot, "contact_half_length", [-1e-9, NAN, [0.1] * 12, "x"]),
+    (Robot, "gravity", [0.0, -9.81, NAN, INF, "x", [9.81] * 11]),
+    (
+        Scene,
+        "obstacles",
+        [3, "x", [(0.1, 0.2)], [(0.0, 1, 1)], [(-1, 1, 1)], [(0.1, NAN, 1)], [(0.1, 1, "y")]],
+    ),
+    (Scene, "friction", [0.2, (0.2,), (0.2, 0.2, 0.2), (-0.1, 0.2), (0.2, NAN), "x"]),
+    (Scene, "viscous", [(0.1, 0.0)]),
+    (Scene, "friction_law", ["arctan", "ellipse", None]),
+    *[
+        (Gait, name, [NAN, INF, "x", None, [1.0]])
+        for name in ("amplitude", "omega", "beta", "gamma", "vertical_amplitude", "vertical_phase")
+    ],
+    (Gait, "soft_start", [1, "yes", None]),
+    *[(PD, name, [-1.0, NAN, INF, "x", None]) for name in ("kp", "kd", "active_from")],
+    (PD, "torque_limit", [0.0, -1.0, NAN, "x"]),
+    (Integrator, "method", ["rk4", "Thesis", 1, None]),
+    *[(Integrator, name, [0.0, -1.0, NAN, INF, "x"]) for name in ("step", "tolerance")],
+    (Integrator, "max_iterations", [0, -1, 2.5, "x"]),
+    (Integrator, "order", [0, 3, 1.5, None]),
+    (Integrator, "event_substeps", [0, -1, None]),
+    *[(Integrator, name, [0.0, -1.0, NAN, None]) for name in ("r_t", "r_h")],
+]
+
+BAD_SECTIONS = [(kind, name, value) for kind, name, values in SECTIONS for value in values]
+
+
+@pytest.mark.parametrize(("kind", "name", "value"), BAD_SECTIONS)
+def test_every_field_of_a_section_is_checked_where_it_is_made(kind, name, value):
+    with pytest.raises(ConfigError) as caught:
+        kind(**{name: value})
+    section = kind._section
+    assert caught.value.field.startswith(f"{section}.{name}"), caught.value
+    assert caught.value.expected
+    assert str(caught.value).startswith(f"{section}.{name}")
+
+
+@pytest.mark.parametrize(
+    ("keywords", "field"),
+    [
+        ({"model": "spatial"}, "model"),
+        ({"model": None}, "model"),
+        ({"robot": {"links": 7}}, "robot"),
+        ({"gait": Gait.sidewinding()}, "gait.vertical_amplitude"),
+        ({"gait": Gait.lateral_rolling()}, "gait.vertical_amplitude"),
+        ({"controller": Gait()}, "controller"),
+        ({"start": Start(position=(1.0,))}, "start.position"),
+        ({"start": Start(position=(NAN, 0.0))}, "start.position[0]"),
+        ({"start": Start(heading=INF)}, "start.heading"),
+        ({"start": Start(posture="curled")}, "start.posture"),
+        ({"start": Start(posture=[0.0] * 3)}, "start.posture"),
+        ({"start": Start(posture=[NAN] * 10)}, "start.posture"),
+        ({"duration": 0.0}, "duration"),
+        ({"duration": NAN}, "duration"),
+        ({"duration": 1e12}, "duration"),
+        ({"duration": "5"}, "duration"),
+        ({"sample": 0.0}, "sample"),
+        ({"sample": 6.0}, "sample"),
+        ({"noise": 0.1}, "noise"),
+        ({"seed": -1}, "seed"),
+        ({"seed": 1.5}, "seed"),
+    ],
+)
+def test_simulate_names_the_argument(keywords, field):
+    with pytest.raises(ConfigError) as caught:
+        snake_env.simulate(**keywords)
+    assert caught.value.field.startswith(field), caught.value
+
+
+def test_the_error_is_a_value_error_that_can_be_pickled():
+    with pytest.raises(ValueError, match=r"robot\.mass = -1: expected a finite number > 0") as caught:
+        Robot(mass=-1.0)
+    copy = pickle.loads(pickle.dumps(caught.value))
+    assert str(copy) == str(caught.value)
+    assert (copy.field, copy.value) == ("robot.mass", "-1")
+
+
+@pytest.mark.parametrize("kind", [Robot, Gait, PD, Integrator, Scene])
+def test_defaults_are_those_of_the_core(kind):
+    core = json.loads(_native.defaults(kind._section))
+    ours = json.loads(snake_env._encode.encode(kind()._for_core()))
+    assert ours == core
+
+
+def test_numpy_values_and_lists_are_welcome():
+    masses = np.linspace(0.5, 0.7, 11)
+    one = snake_env.simulate(robot=Robot(mass=masses, links=np.int64(11)), duration=0.1)
+    other = snake_env.simulate(robot=Robot(mass=list(masses)), duration=0.1)
+    np.testing.assert_array_equal(one.position, other.position)
+
+
+def test_presets_are_the_thesis_courses():
+    assert len(Scene.preset("table-7.3").obstacles) == 9
+    scene = Scene.preset("table-7.5", friction=(0.1, 0.3))
+    assert scene.obstacles[0] == (0.125, 0.051, 0.176)
+    assert scene.friction == (0.1, 0.3)
+    assert Scene.preset("free").obstacles == []
+    with pytest.raises(ConfigError, match=r"preset = 'table-7\.4'"):
+        Scene.preset("table-7.4")
+
+
+def test_obstacles_are_numbered_from_one():
+    scene = Scene.preset("table-7.5")
+    assert scene.without(1).obstacles == scene.obstacles[1:]
+    radius, x, y = scene.obstacles[2]
+    assert scene.moved(3, 0.0, 0.105).obstacles[2] == (radius, x, y + 0.105)
+    assert scene.moved(3, 0.0, 0.105).course == scene.without(3).course == "table-7.5"
+    for j in (0, 8, -1):
+        with pytest.raises(ConfigError, match=rf"obstacle = {j}: expected an integer in \[1, 7\]"):
+            scene.without(j)
+        with pytest.raises(ConfigError):
+            scene.moved(j, 0.1, 0.1)
+
+
+def test_a_start_on_a_course_needs_a_course():
+    assert Start.on_course(Scene.preset("table-7.3")).heading == pytest.approx(3.930049541055)
+    with pytest.raises(ConfigError, match=r"scene\.course"):
+        Start.on_course(Scene())
+
+
+def test_gaits_take_keywords_over_the_thesis_values():
+    degree = np.pi / 180
+    gait = Gait.lateral_undulation(beta=-70 * degree, soft_start=True)
+    assert (gait.amplitude, gait.beta, gait.soft_start) == (40 * degree, -70 * degree, True)
+    winding = Gait.sidewinding(omega=1.0)
+    assert (winding.omega, winding.vertical_omega, winding.vertical_beta) == (1.0, 1.0, winding.beta)
+    rolling = Gait.lateral_rolling(amplitude=0.2)
+    assert (rolling.vertical_amplitude, rolling.vertical_phase, rolling.beta) == (0.2, 90 * degree, 0.0)

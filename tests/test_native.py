@@ -1,0 +1,148 @@
+"""No panic can be reached from Python: whatever goes in, an ordinary exception comes out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from snake_env import ConfigError, SnakeVectorEnv, _native
+from snake_env._task import Task
+
+TASK = Task({"task": "free", "robot": {"links": 3}}, None)
+N, A, O = 3, 4, TASK.observation_space.shape[0]  # noqa: E741
+
+
+def new_sheet(n=N):
+    env = SnakeVectorEnv(n, task="free", robot={"links": 3})
+    return env._robots.new_sheet().arrays
+
+
+def new_batch():
+    return _native.Batch(TASK.config, N, 1)
+
+
+SHAPES = st.one_of(
+    st.just((N, A)),
+    st.lists(st.integers(0, 5), min_size=0, max_size=3).map(tuple),
+    st.just((N, A + 1)),
+    st.just((0, A)),
+)
+DTYPES = st.sampled_from([np.float32, np.float64, np.int32, np.bool_, np.complex64])
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    shape=SHAPES,
+    dtype=DTYPES,
+    value=st.sampled_from([0.0, 1.0, np.nan, np.inf, -np.inf]),
+    fortran=st.booleans(),
+)
+def test_any_array_as_actions(shape, dtype, value, fortran):
+    with np.errstate(invalid="ignore"):
+        actions = np.full(shape, value, order="F" if fortran else "C").astype(dtype)
+    sheet = new_sheet()
+    try:
+        new_batch().step(actions, np.ones(N, np.bool_), sheet)
+    except (TypeError, ValueError):
+        return
+    assert shape == (N, A)
+    assert dtype == np.float32
+    assert np.isfinite(value)
+
+
+@pytest.mark.parametrize("index", range(7))
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda a: a[:, :-1] if a.ndim > 1 else a[:-1],
+        lambda a: a[..., None],
+        lambda a: a.astype(np.float16),
+        np.asfortranarray,
+        lambda a: None,
+    ],
+)
+def test_any_array_in_a_sheet(index, change):
+    sheet = list(new_sheet())
+    sheet[index] = change(sheet[index])
+    for call in (
+        lambda batch: batch.step(np.zeros((N, A), np.float32), np.ones(N, np.bool_), tuple(sheet)),
+        lambda batch: batch.reset(np.ones(N, np.bool_), None, tuple(sheet)),
+    ):
+        if isinstance(sheet[index], np.ndarray) and change is np.asfortranarray and sheet[index].flags.c_contiguous:
+            continue
+        with pytest.raises((TypeError, ValueError)):
+            call(new_batch())
+
+
+def test_one_array_twice_in_a_sheet_is_refused():
+    sheet = new_sheet()
+    with pytest.raises((TypeError, ValueError, RuntimeError)):
+        new_batch().reset(np.ones(N, np.bool_), None, sheet._replace(truncated=sheet.terminated))
+
+
+@pytest.mark.parametrize("row", [N, 10**9, -1])
+def test_rows_that_do_not_exist(row):
+    batch = new_batch()
+    for call in (batch.get_state, batch.snapshot, lambda row: batch.set_state(row, b"")):
+        with pytest.raises((ValueError, OverflowError)):
+            call(row)
+
+
+@settings(max_examples=200, deadline=None)
+@given(data=st.data())
+def test_any_bytes_as_a_state(data):
+    batch = new_batch()
+    state = bytearray(batch.get_state(0))
+    kind = data.draw(st.sampled_from(["cut", "flip", "random"]))
+    if kind == "cut":
+        state = state[: data.draw(st.integers(0, len(state) - 1))]
+    elif kind == "flip":
+        state[data.draw(st.integers(0, len(state) - 1))] ^= data.draw(st.integers(1, 255))
+    else:
+        state = bytearray(data.draw(st.binary(max_size=300)))
+    try:
+        batch.set_state(0, bytes(state))
+        batch.step(np.zeros((N, A), np.float32), np.ones(N, np.bool_), new_sheet())
+    except (ValueError, RuntimeError):
+        pass
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    st.text(max_size=60)
+    | st.sampled_from(["[]", "3", "null", '{"task": 3}', '{"robot": []}', "{" * 500, '{"friction": [[]]}'])
+)
+def test_any_text_as_a_configuration(text):
+    for call in (
+        _native.layout,
+        _native.simulate,
+        lambda t: _native.Batch(t, 1, 1),
+        lambda t: _native.check("robot", t),
+    ):
+        try:
+            call(text)
+        except ConfigError:
+            continue
+        assert text.strip() == "{}" or call is not _native.simulate
+
+
+def test_seeds_and_masks_of_the_wrong_length():
+    with pytest.raises(ConfigError, match="seeds = "):
+        new_batch().reset(np.ones(N, np.bool_), [1], new_sheet())
+    with pytest.raises(ConfigError, match="mask = "):
+        new_batch().reset(np.ones(N + 1, np.bool_), None, new_sheet())
+    with pytest.raises(ConfigError, match="active = "):
+        new_batch().step(np.zeros((N, A), np.float32), np.ones(0, np.bool_), new_sheet())
+
+
+def test_an_empty_batch_is_refused():
+    with pytest.raises(ConfigError, match="num_envs = 0"):
+        _native.Batch(TASK.config, 0, 1)
+
+
+def test_an_unknown_section_is_named():
+    with pytest.raises(ConfigError, match="section = sky"):
+        _native.check("sky", "{}")
+    assert _native.defaults("sky") is None

@@ -1,0 +1,74 @@
+"""What makes the package pleasant to install: light imports, types, generated pages that are up to date."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from conftest import run_python
+
+import snake_env
+from snake_env import _native, card
+
+ROOT = Path(__file__).parent.parent
+
+
+def test_import_is_quick_and_light():
+    """Under 0.3 s in all; what the package adds to numpy and gymnasium is measured, since their share varies."""
+    code = """
+        import time, sys
+        import numpy, gymnasium, gymnasium.vector
+        start = time.process_time()
+        import snake_env
+        spent = time.process_time() - start
+        heavy = {"torch", "matplotlib", "pygame", "stable_baselines3", "tensorboard"} & set(sys.modules)
+        print(min(spent, 9.0), *heavy)
+    """
+    runs = [run_python(code).split() for _ in range(3)]
+    assert all(len(run) == 1 for run in runs), runs
+    assert min(float(run[0]) for run in runs) < 0.1
+
+
+def test_the_environment_page_is_up_to_date():
+    page = (ROOT / "docs/environments.md").read_text(encoding="utf-8")
+    assert page == card.page(), "run `make docs`"
+
+
+def test_the_page_lists_every_argument_of_every_environment():
+    config = json.loads(_native.layout('{"task": "field"}')["config"])
+    assert set(card.ARGUMENTS) == set(config)
+    assert set(snake_env.options.TaskOptions.__annotations__) == set(config) - {"max_episode_steps"}
+
+
+@pytest.mark.parametrize("command", [[], ["card"], ["--help"]])
+def test_the_command_line_answers(command):
+    result = subprocess.run([sys.executable, "-m", "snake_env", *command], capture_output=True, text=True, check=False)
+    assert result.returncode == (0 if command else 2)
+    assert ("SnakeField-v0" if command == ["card"] else "usage") in result.stdout + result.stderr
+
+
+def test_the_stub_lists_what_the_extension_has():
+    stub = (ROOT / "snake_env/_native.pyi").read_text(encoding="utf-8")
+    functions = {name for name in vars(_native) if inspect.isbuiltin(getattr(_native, name))}
+    assert functions == set(re.findall(r"^def (\w+)", stub, re.MULTILINE))
+    methods = {name for name, value in vars(_native.Batch).items() if callable(value) and not name.startswith("__")}
+    assert methods == set(re.findall(r"^    def ([a-z]\w+)", stub, re.MULTILINE))
+    assert (ROOT / "snake_env/py.typed").exists()
+
+
+@pytest.mark.parametrize("name", ["check", "defaults", "layout", "simulate", "courses"])
+def test_the_stub_has_the_extensions_parameters(name):
+    stub = (ROOT / "snake_env/_native.pyi").read_text(encoding="utf-8")
+    signature = re.search(rf"^def {name}\((.*?)\)", stub, re.MULTILINE)[1]
+    parameters = [part.split(":")[0].strip() for part in signature.split(",") if part]
+    assert parameters == list(inspect.signature(getattr(_native, name)).parameters)
+
+
+def test_constraints_pin_versions_and_nothing_else():
+    for line in (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines():
+        assert re.fullmatch(r"[a-z0-9-]+==[0-9a-z.]+( ; .+)?", line), line

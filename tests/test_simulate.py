@@ -1,0 +1,91 @@
+"""The scripted run: shapes, sampling, interruption."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import snake_env
+from snake_env import PD, DivergenceError, Integrator, Robot, Scene, Start
+
+
+def test_arrays_have_the_promised_shapes_and_layout():
+    links, rows = 7, 6
+    run = snake_env.simulate(robot=Robot(links=links), duration=0.5, sample=0.1)
+    shapes = {
+        "time": (rows,),
+        "position": (rows, links, 2),
+        "angle": (rows, links),
+        "joint_angle": (rows, links - 1),
+        "joint_torque": (rows, links - 1),
+        "contact_force": (rows, links, 2),
+        "residual": (rows,),
+        "iterations": (rows,),
+        "misses": (rows,),
+        "energy": (rows,),
+    }
+    for name, shape in shapes.items():
+        array = getattr(run, name)
+        assert (array.shape, array.dtype) == (shape, np.float64), name
+        assert array.flags.c_contiguous, name
+    np.testing.assert_allclose(run.time, np.arange(rows) * 0.1, rtol=1e-15)
+    np.testing.assert_allclose(np.diff(run.angle, axis=1), run.joint_angle, atol=1e-15)
+    assert isinstance(run.max_joint_gap, float)
+    assert isinstance(run.max_penetration, float)
+
+
+def test_row_zero_is_the_start():
+    start = Start(position=(0.3, -0.2), heading=1.0, posture=[0.1] * 10)
+    run = snake_env.simulate(start=start, duration=0.1)
+    np.testing.assert_array_equal(run.position[0, 0], [0.3, -0.2])
+    np.testing.assert_allclose(run.joint_angle[0], 0.1, atol=1e-15)
+    assert (run.angle[0, 0], run.energy[0], run.iterations[0]) == (1.0, 0.0, 0.0)
+    straight = snake_env.simulate(start=Start(posture="straight"), duration=0.1)
+    assert not straight.joint_angle[0].any()
+
+
+def test_a_preset_course_has_its_own_start():
+    scene = Scene.preset("table-7.5")
+    one = snake_env.simulate(scene=scene, duration=0.1)
+    other = snake_env.simulate(scene=scene, start=Start.on_course(scene), duration=0.1)
+    np.testing.assert_array_equal(one.position, other.position)
+
+
+@pytest.mark.parametrize(
+    ("duration", "sample", "rows"), [(1.0, 0.1, 11), (0.95, 0.1, 10), (0.3, 0.1, 4), (1e-3, 1e-3, 2)]
+)
+def test_the_last_sample_is_the_last_multiple_within_the_duration(duration, sample, rows):
+    assert len(snake_env.simulate(duration=duration, sample=sample).time) == rows
+
+
+def test_samples_do_not_depend_on_how_often_one_looks():
+    integrator = Integrator(step=0.01)
+    often = snake_env.simulate(integrator=integrator, duration=0.4, sample=0.02)
+    seldom = snake_env.simulate(integrator=integrator, duration=0.4, sample=0.2)
+    np.testing.assert_allclose(often.position[::10], seldom.position, atol=1e-12)
+
+
+def test_a_run_that_diverges_says_when():
+    """The thesis's explicit PD is unstable at twice its step (k_P = 800, k_D = 2)."""
+    with pytest.raises(DivergenceError, match="diverged at t =") as caught:
+        snake_env.simulate(integrator=Integrator(method="thesis", step=2e-3), controller=PD(), duration=5.0)
+    assert 0.0 <= caught.value.time < 5.0
+
+
+def test_a_long_run_can_be_interrupted():
+    code = "import snake_env; print('go', flush=True); snake_env.simulate(duration=1e6, sample=1.0)"
+    with subprocess.Popen(
+        [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as run:
+        assert run.stdout.readline().strip() == "go"
+        time.sleep(0.5)
+        run.send_signal(signal.SIGINT)
+        start = time.monotonic()
+        _, errors = run.communicate(timeout=30)
+    assert "KeyboardInterrupt" in errors
+    assert time.monotonic() - start < 5.0

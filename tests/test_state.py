@@ -1,0 +1,184 @@
+"""State can be saved, restored, pickled, copied and carried into other processes."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from conftest import run_python
+
+import snake_env
+from snake_env import ConfigError, SnakeEnv, SnakeVectorEnv
+from snake_env.testing import assert_identical
+
+
+def run(env, steps, seed=0):
+    """Results of random actions."""
+    env.action_space.seed(seed)
+    return [env.step(env.action_space.sample()) for _ in range(steps)]
+
+
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
+def test_restored_states_continue_bit_for_bit(env_id, mode):
+    env = gym.make_vec(env_id, num_envs=3, autoreset_mode=mode, max_episode_steps=9)
+    env.reset(seed=1)
+    run(env, 9)
+    states = env.get_state()
+    expected = run(env, 12)
+    run(env, 5, seed=7)
+    env.set_state(states)
+    assert_identical(run(env, 12), expected, "after set_state")
+
+
+def test_a_state_fits_any_row_of_any_batch_of_the_same_task():
+    env = SnakeVectorEnv(3, task="field")
+    env.reset(seed=1)
+    run(env, 7)
+    other = SnakeVectorEnv(5, task="field")
+    other.reset(seed=99)
+    mask = np.array([False, False, True, False, True])
+    before = other.get_state()
+    observation = other.set_state(env.get_state(np.array([True, False, True])), mask)
+    actions = np.full((5, 4), 0.3)
+    expected = env.step(actions[:3])[0]
+    after = other.step(actions)[0]
+    np.testing.assert_array_equal(after[[2, 4]], expected[[0, 2]])
+    other.set_state(before)
+    np.testing.assert_array_equal(other.step(actions)[0][[0, 1, 3]], after[[0, 1, 3]])
+    assert observation.shape == other.observation_space.shape
+
+
+def test_set_state_returns_the_present_observation():
+    env = SnakeVectorEnv(2, task="course")
+    env.reset(seed=0)
+    last = run(env, 5)[-1][0].copy()
+    states = env.get_state()
+    run(env, 5)
+    np.testing.assert_array_equal(env.set_state(states), last)
+
+
+def test_the_single_environment_exchanges_states_with_the_batch():
+    env, batch = SnakeEnv(task="field"), SnakeVectorEnv(2, task="field")
+    env.reset(seed=3)
+    for _ in range(5):
+        env.step(np.zeros(4))
+    batch.set_state([env.get_state()] * 2)
+    rows = batch.step(np.ones((2, 4)))
+    row = env.step(np.ones(4))
+    np.testing.assert_array_equal(rows[0], [row[0]] * 2)
+    np.testing.assert_array_equal(env.set_state(batch.get_state()[1]), row[0])
+
+
+def test_bad_states_are_named():
+    env = SnakeVectorEnv(2, task="field")
+    env.reset(seed=0)
+    states = env.get_state()
+    with pytest.raises(ConfigError, match=r"states = 1 states: expected 2"):
+        env.set_state(states[:1])
+    with pytest.raises(ConfigError, match=r"^state = "):
+        env.set_state([states[0]._replace(core=b"nonsense")] * 2)
+    with pytest.raises(ConfigError, match=r"^state = "):
+        SnakeVectorEnv(2, task="field", robot={"links": 5}).set_state(states)
+    with pytest.raises(ConfigError, match=r"^mask = "):
+        env.get_state(np.array([1, 0]))
+
+
+def test_the_previous_action_of_a_reward_function_is_part_of_the_state():
+    env = SnakeVectorEnv(2, task="free", reward_fn=effort)
+    env.reset(seed=0)
+    env.step(np.full((2, 4), 0.5))
+    states = env.get_state()
+    expected = env.step(np.full((2, 4), 0.75))[1].copy()
+    env.set_state(states)
+    np.testing.assert_array_equal(env.step(np.full((2, 4), 0.75))[1], expected)
+    assert expected[0] == 4 * 0.25**2
+
+
+def effort(signals, action, previous_action):
+    return np.square(action - previous_action).sum(axis=1)
+
+
+@pytest.mark.parametrize("duplicate", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
+def test_copies_in_mid_episode_live_on_their_own(env_id, duplicate):
+    env = gym.make(env_id, max_episode_steps=30)
+    env.reset(seed=2)
+    run(env, 5)
+    twin = duplicate(env)
+    expected = run(env, 8)
+    assert_identical(run(twin, 8), expected, "twin and original")
+    assert_identical(twin.reset()[0], env.reset()[0], "the next episode of both")
+
+
+def test_a_copy_of_a_rendered_environment_has_no_window():
+    env = SnakeVectorEnv(1, task="free", render_mode="rgb_array")
+    env.reset(seed=0)
+    frame = env.render()[0]
+    twin = copy.deepcopy(env)
+    np.testing.assert_array_equal(twin.render()[0].shape, frame.shape)
+
+
+def test_the_spec_survives_json_and_makes_the_same_environment(env_id):
+    env = gym.make_vec(env_id, num_envs=2, autoreset_mode="SameStep", robot={"links": 11}, difficulty=0.25)
+    spec = gym.envs.registration.EnvSpec.from_json(env.spec.to_json())
+    assert spec == env.spec
+    twin = gym.make_vec(spec)
+    assert twin.metadata["autoreset_mode"] is env.metadata["autoreset_mode"]
+    assert_identical(twin.reset(seed=0), env.reset(seed=0), "environment made from the spec")
+    single = gym.make(env_id, action_mode="joints")
+    spec = gym.envs.registration.EnvSpec.from_json(single.spec.to_json())
+    assert gym.make(spec).action_space == single.action_space
+
+
+def test_the_prefixed_id_works_in_a_fresh_process():
+    code = """
+        import gymnasium
+        env = gymnasium.make("snake_env:SnakeCourse-v0")
+        batch = gymnasium.make_vec("snake_env:SnakeField-v0", num_envs=2)
+        print(type(env.unwrapped).__name__, type(batch).__name__, batch.reset(seed=0)[0].shape[0])
+    """
+    assert run_python(code) == "SnakeEnv SnakeVectorEnv 2"
+
+
+FORK = """
+    import multiprocessing, sys
+    import numpy as np
+    import snake_env
+
+    def child(env, queue):
+        queue.put(env.step(np.zeros((16, 4)))[0].sum())
+
+    if __name__ == "__main__":
+        context = multiprocessing.get_context("{method}")
+        env = snake_env.SnakeVectorEnv(16, task="free", num_threads=2)
+        env.reset(seed=0)
+        env.step(np.zeros((16, 4)))
+        queue = context.Queue()
+        process = context.Process(target=child, args=(env, queue))
+        process.start()
+        ours = env.step(np.zeros((16, 4)))[0].sum()
+        theirs = queue.get(timeout=40)
+        process.join(timeout=10)
+        print(ours == theirs, process.exitcode)
+"""
+
+
+@pytest.mark.parametrize("method", ["fork", "spawn", "forkserver"])
+def test_a_stepped_batch_works_in_a_child_process(method, tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(__import__("textwrap").dedent(FORK.format(method=method)))
+    assert run_python(f"import runpy; runpy.run_path({str(script)!r}, run_name='__main__')", timeout=60) == "True 0"
+
+
+def test_async_vector_env_runs_the_single_environment():
+    env = gym.make_vec("SnakeFree-v0", num_envs=2, vectorization_mode="async")
+    sync = gym.make_vec("SnakeFree-v0", num_envs=2)
+    np.testing.assert_array_equal(env.reset(seed=0)[0], sync.reset(seed=0)[0])
+    np.testing.assert_array_equal(env.step(np.ones((2, 4), np.float32))[0], sync.step(np.ones((2, 4)))[0])
+    env.close()
+
+
+def test_version_is_that_of_the_core():
+    assert snake_env.__version__ == snake_env._native.__version__

@@ -1,0 +1,48 @@
+"""What the command lines share."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import Any
+
+from training.policies import DEGREE, GaitParameters
+
+
+def HELP_FORMAT(prog: str) -> argparse.HelpFormatter:
+    """Keeps the line breaks of a module's text and shows defaults."""
+    return _Format(prog, width=100)
+
+
+class _Format(argparse.RawDescriptionHelpFormatter, argparse.ArgumentDefaultsHelpFormatter):
+    pass
+
+
+def gait_from_text(text: str) -> GaitParameters:
+    """'thesis', or 'A,omega,beta' in degrees and degrees per second."""
+    if text == "thesis":
+        return GaitParameters()
+    try:
+        amplitude, omega, beta = (float(part) * DEGREE for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r}: expected 'thesis' or A,omega,beta in degrees") from None
+    return GaitParameters(amplitude, omega, beta)
+
+
+def json_mapping(text: str) -> dict[str, Any]:
+    """A JSON object."""
+    try:
+        value = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise argparse.ArgumentTypeError(f"{text!r}: expected a JSON object ({error})") from None
+    if not isinstance(value, dict):
+        raise argparse.ArgumentTypeError(f"{text!r}: expected a JSON object")
+    return value
+
+
+def numbers(text: str) -> list[float]:
+    """Numbers separated by commas."""
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r}: expected numbers separated by commas") from None

@@ -1,0 +1,141 @@
+"""What a training run is made from: a YAML file over defaults."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from training import seeds
+
+CONFIGS = Path(__file__).parent / "configs"
+
+
+@dataclass(frozen=True)
+class Policy:
+    """The two networks (actor and critic alike) and the noise that explores.
+
+    Args:
+        hidden: units of each hidden layer.
+        log_std: logarithm of the standard deviation of the action noise at the start.
+    """
+
+    hidden: tuple[int, ...] = (64, 64)
+    log_std: float = -1.0
+
+
+@dataclass(frozen=True)
+class Ppo:
+    """Proximal policy optimisation; names as in Stable-Baselines3.
+
+    Args:
+        n_steps: steps of each robot between two updates.
+        batch_size: samples of a gradient step.
+        n_epochs: passes over the samples.
+        learning_rate: at the start; falls linearly with the share of the budget that is used.
+        final_learning_rate: share of the learning rate at the end.
+        gamma: discount of a control period.
+        gae_lambda: trade-off of bias and variance in the advantage.
+        clip_range: largest relative change of an action's probability that is rewarded.
+        ent_coef: weight of the entropy bonus.
+        vf_coef: weight of the critic's error.
+        max_grad_norm: gradients are shortened to this norm.
+        target_kl: an update stops early when the policy has moved by this much; None: never.
+    """
+
+    n_steps: int = 128
+    batch_size: int = 2048
+    n_epochs: int = 6
+    learning_rate: float = 5e-4
+    final_learning_rate: float = 0.1
+    gamma: float = 0.99
+    gae_lambda: float = 0.95
+    clip_range: float = 0.2
+    ent_coef: float = 0.0
+    vf_coef: float = 0.5
+    max_grad_norm: float = 0.5
+    target_kl: float | None = None
+
+
+@dataclass(frozen=True)
+class Config:
+    """A training run.
+
+    Args:
+        env_id: environment.
+        env: keywords of the environment.
+        num_envs: robots in the batch.
+        num_threads: threads of the simulator.
+        torch_threads: threads of the learner; it waits while the simulator runs, and the other way round.
+        seed: of networks, noise and fields, >= 0.
+        total_steps: environment steps to take, summed over the robots.
+        max_minutes: wall time of training after which it ends all the same; None: no limit.
+        checkpoint_seconds: wall time between checkpoints.
+        policy: networks.
+        ppo: learner.
+    """
+
+    env_id: str = "SnakeField-v0"
+    env: dict[str, Any] = field(default_factory=dict)
+    num_envs: int = 64
+    num_threads: int = 2
+    torch_threads: int = 1
+    seed: int = 0
+    total_steps: int = 10_000_000
+    max_minutes: float | None = None
+    checkpoint_seconds: float = 30.0
+    policy: Policy = Policy()
+    ppo: Ppo = Ppo()
+
+    def __post_init__(self) -> None:
+        for name in ("num_envs", "num_threads", "torch_threads", "total_steps"):
+            _require(getattr(self, name) >= 1, name, getattr(self, name), "an integer >= 1")
+        limit = self.max_minutes
+        _require(limit is None or limit > 0.0, "max_minutes", limit, "a number > 0, or none")
+        _require(self.seed in seeds.TRAINING, "seed", self.seed, f"an integer in [0, {seeds.TRAINING.stop})")
+
+    @classmethod
+    def from_mapping(cls, values: dict[str, Any]) -> Config:
+        """The configuration with ``values`` over the defaults; unknown names are errors."""
+        values = dict(values)
+        if "policy" in values:
+            policy = dict(values["policy"])
+            if "hidden" in policy:
+                policy["hidden"] = tuple(policy["hidden"])
+            values["policy"] = _section(Policy, "policy", policy)
+        if "ppo" in values:
+            values["ppo"] = _section(Ppo, "ppo", values["ppo"])
+        return _section(cls, "config", values)
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Plain lists, mappings and numbers, for a file."""
+        values = dataclasses.asdict(self)
+        values["policy"]["hidden"] = list(self.policy.hidden)
+        return values
+
+
+def load(path: Path) -> Config:
+    """Reads a YAML file; a bare name is one of ``training/configs``."""
+    bare = CONFIGS / f"{path}.yaml"
+    text = (bare if bare.exists() else path).read_text()
+    return Config.from_mapping(yaml.safe_load(text) or {})
+
+
+def save(config: Config, path: Path) -> None:
+    """Writes a file that :func:`load` reads."""
+    path.write_text(yaml.safe_dump(config.to_mapping(), sort_keys=False))
+
+
+def _section(kind: type, name: str, values: dict[str, Any]) -> Any:
+    known = [f.name for f in dataclasses.fields(kind)]
+    for key in values:
+        _require(key in known, f"{name}.{key}", values[key], "one of " + ", ".join(known))
+    return kind(**values)
+
+
+def _require(ok: bool, name: str, value: object, expected: str) -> None:
+    if not ok:
+        raise ValueError(f"{name} = {value}: expected {expected}")

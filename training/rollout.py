@@ -1,0 +1,62 @@
+"""Episodes of a policy on given fields, one robot a field."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from numpy.typing import NDArray
+
+import snake_env  # noqa: F401
+from training.policies import Policy
+
+Episodes = dict[str, NDArray[Any]]
+"""Signals of the last step of each episode (n,), and ``return``, its sum of rewards."""
+
+SHORTEST_DISTANCE = 0.01
+"""Distances below this count as it in the environment's cost of transport [m]."""
+
+
+def make_env(env_id: str, num_envs: int, num_threads: int | None = None, **options: Any) -> Any:
+    """A batch whose robots start anew by themselves."""
+    return gym.make_vec(env_id, num_envs=num_envs, num_threads=num_threads, autoreset_mode="NextStep", **options)
+
+
+def run_episodes(
+    policy: Policy, env_id: str, seeds: list[int], num_threads: int | None = None, **options: Any
+) -> Episodes:
+    """Plays the first episode of each seed to its end.
+
+    Args:
+        policy: acts for all robots at once.
+        env_id: environment.
+        seeds: one a robot.
+        num_threads: threads of the simulator; None: the environment's choice.
+        **options: keywords of the environment, under those of the policy.
+    """
+    env = make_env(env_id, len(seeds), num_threads, **(options | policy.env_options))
+    observation, _ = env.reset(seed=seeds)
+    running = np.ones(len(seeds), np.bool_)
+    last: Episodes = {"return": np.zeros(len(seeds))}
+    while running.any():
+        observation, reward, terminated, truncated, infos = env.step(policy(observation))
+        last["return"][running] += reward[running]
+        ended = running & (terminated | truncated)
+        if ended.any():
+            _note(last, infos, ended)
+        running &= ~ended
+    env.close()
+    return last
+
+
+def _note(last: Episodes, infos: dict[str, Any], ended: NDArray[np.bool_]) -> None:
+    """Keeps the signals of the episodes that have just ended."""
+    for name, values in infos.items():
+        if not name.startswith("_"):
+            last.setdefault(name, np.zeros_like(values))[ended] = values[ended]
+
+
+def energy_over_weight(episodes: Episodes) -> NDArray[np.float64]:
+    """Positive actuator work over the robot's weight, episode by episode [m]."""
+    return episodes["cost_of_transport"] * np.maximum(np.abs(episodes["distance"]), SHORTEST_DISTANCE)

@@ -1,0 +1,121 @@
+"""A run's folder: configuration, versions, checkpoints, learning curve.
+
+config.yaml              what was asked for
+versions.json            what it ran on
+checkpoints/000123456.zip   policy and optimiser after that many environment steps
+progress.json            wall seconds of training at each checkpoint
+curve.jsonl              one line an update: steps, seconds, means over the last episodes
+model.zip                the policy at the end
+finished.json            present when the budget has been used up
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+from collections.abc import Callable
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from training import config as configs
+
+PACKAGES = ("snake_env", "gymnasium", "stable_baselines3", "torch", "numpy")
+
+
+class RunFolder:
+    """Reads and writes the files of one run."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.checkpoints = path / "checkpoints"
+        self.model = path / "model.zip"
+        self.curve = path / "curve.jsonl"
+        self._progress = path / "progress.json"
+        self._finished = path / "finished.json"
+        self._config = path / "config.yaml"
+
+    def create(self, config: configs.Config) -> None:
+        """Makes the folder and notes what the run is made from."""
+        self.checkpoints.mkdir(parents=True, exist_ok=True)
+        configs.save(config, self._config)
+        write_json(self.path / "versions.json", versions())
+
+    def config(self) -> configs.Config:
+        """The configuration the run was begun with."""
+        return configs.load(self._config)
+
+    @property
+    def exists(self) -> bool:
+        """A run has been begun here."""
+        return self._config.exists()
+
+    @property
+    def finished(self) -> bool:
+        """The run has used up its budget."""
+        return self._finished.exists() and self.model.exists()
+
+    def latest(self) -> Path | None:
+        """The checkpoint after the most steps."""
+        return max(self.checkpoints.glob("[0-9]*.zip"), key=lambda path: int(path.stem), default=None)
+
+    def save_checkpoint(self, save: Callable[[Path], None], steps: int, seconds: float) -> Path:
+        """Saves a checkpoint: whole or not at all; the two before it are kept."""
+        path = self.checkpoints / f"{steps:09d}.zip"
+        replace(path, save)
+        replace(self._progress, lambda part: write_json(part, self._seconds() | {path.stem: seconds}))
+        for old in sorted(self.checkpoints.glob("[0-9]*.zip"))[:-3]:
+            old.unlink()
+        return path
+
+    def seconds(self, checkpoint: Path) -> float:
+        """Wall time of training before a checkpoint [s]."""
+        return self._seconds().get(checkpoint.stem, 0.0)
+
+    def _seconds(self) -> dict[str, float]:
+        return json.loads(self._progress.read_text()) if self._progress.exists() else {}
+
+    def finish(self, summary: dict[str, Any]) -> None:
+        """Marks the run as finished."""
+        write_json(self._finished, summary)
+
+    def append_curve(self, row: dict[str, Any]) -> None:
+        """Adds a line to the learning curve."""
+        with self.curve.open("a") as file:
+            file.write(json.dumps(row) + "\n")
+
+    def read_curve(self) -> list[dict[str, Any]]:
+        """The learning curve; after a resumption the lines that were undone are left out."""
+        if not self.curve.exists():
+            return []
+        rows: list[dict[str, Any]] = []
+        for line in self.curve.read_text().splitlines():
+            row = json.loads(line)
+            while rows and rows[-1]["steps"] >= row["steps"]:
+                rows.pop()
+            rows.append(row)
+        return rows
+
+
+def replace(path: Path, write: Callable[[Path], None]) -> None:
+    """Writes a file beside ``path`` and puts it in its place in one operation."""
+    part = path.with_name(f"part-{path.name}")
+    write(part)
+    os.replace(part, path)
+
+
+def write_json(path: Path, content: Any) -> None:
+    """Writes a JSON file, indented."""
+    path.write_text(json.dumps(content, indent=2) + "\n")
+
+
+def versions() -> dict[str, Any]:
+    """Versions of what a result depends on, and the machine's kind."""
+    found = {"python": platform.python_version(), "machine": platform.machine(), "cores": os.cpu_count()}
+    for package in PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            found[package] = None
+    return found

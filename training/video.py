@@ -1,0 +1,76 @@
+"""One episode as a video and as a path."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from training.policies import Policy
+from training.rollout import make_env
+
+
+class Episode(NamedTuple):
+    """One robot's way through one field.
+
+    Attributes:
+        walk: (T, 2) CG at each control instant [m].
+        pegs: (p, 3) radius, x, y [m].
+        frames: pictures, empty unless asked for.
+        success: the goal was reached.
+    """
+
+    walk: NDArray[np.float64]
+    pegs: NDArray[np.float64]
+    frames: list[NDArray[np.uint8]]
+    success: bool
+
+
+def play(policy: Policy, env_id: str, seed: int, film: bool = False, **options: Any) -> Episode:
+    """Plays the first episode of a seed.
+
+    Args:
+        policy: acts.
+        env_id: environment.
+        seed: of the field.
+        film: keep a picture of every control instant.
+        **options: keywords of the environment, under those of the policy.
+    """
+    mode = "rgb_array" if film else None
+    env = make_env(env_id, 1, 1, render_mode=mode, **(options | policy.env_options))
+    observation, _ = env.reset(seed=[seed])
+    pegs = np.array(_snapshot(env)["pegs"])
+    walk, frames, ended = [], [], False
+    success = False
+    while not ended:
+        walk.append(_snapshot(env)["centre"])
+        if film:
+            frames.append(env.render()[0])
+        observation, _, terminated, truncated, infos = env.step(policy(observation))
+        ended, success = bool(terminated[0] or truncated[0]), bool(infos["is_success"][0])
+    env.close()
+    return Episode(np.array(walk), pegs, frames, success)
+
+
+def _snapshot(env: Any) -> dict[str, Any]:
+    """What the renderer draws of robot 0."""
+    return env.unwrapped._robots.native.snapshot(0)
+
+
+def write(frames: list[NDArray[np.uint8]], path: Path, frames_per_second: int = 20) -> Path:
+    """Writes an mp4 file, or a gif where no ffmpeg is found; returns what was written."""
+    import imageio
+
+    try:
+        with imageio.get_writer(path.with_suffix(".mp4"), fps=frames_per_second, macro_block_size=8) as writer:
+            for frame in frames:
+                writer.append_data(frame)  # type: ignore[attr-defined]
+        return path.with_suffix(".mp4")
+    except (ImportError, OSError, ValueError) as error:
+        path.with_suffix(".mp4").unlink(missing_ok=True)
+        print(f"no mp4 ({error}); writing a gif")
+        half = [frame[::2, ::2] for frame in frames[::2]]
+        imageio.mimsave(path.with_suffix(".gif"), list(half), duration=2000 / frames_per_second, loop=0)
+        return path.with_suffix(".gif")
