@@ -3,12 +3,12 @@ PYTHON ?= python3
 BIN := .venv/bin
 RUST_SOURCES := Cargo.toml Cargo.lock $(shell find rust -name '*.rs' -o -name Cargo.toml)
 
-.PHONY: build train test test-rust test-python bench docs lint format venv constraints clean
+.PHONY: build train test test-rust test-python bench reproduce docs lint format venv constraints clean
 
 build: .venv/.native
 
 train: build
-	$(BIN)/python -m training.train $(TRAIN)
+	$(BIN)/python -m training.pipeline $(TRAIN)
 
 test: test-rust test-python
 
@@ -20,6 +20,9 @@ test-python: build
 
 bench: build
 	$(BIN)/python -m training.throughput $(BENCH)
+
+reproduce: build
+	$(BIN)/python -m snake_env reproduce $(REPRODUCE)
 
 docs: build
 	$(BIN)/python -m snake_env card --write docs/environments.md
