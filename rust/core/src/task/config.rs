@@ -70,7 +70,7 @@ pub struct RewardWeights {
 impl Default for RewardWeights {
     /// At the thesis's speed of 0.16 m/s a control period of 0.05 s earns 0.08 by progress.
     fn default() -> Self {
-        Self { progress: 10.0, energy: 0.01, smoothness: 0.01, success: 5.0 }
+        Self { progress: 10.0, energy: 0.01, smoothness: 0.01, success: 10.0 }
     }
 }
 
