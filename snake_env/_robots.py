@@ -16,7 +16,10 @@ from snake_env.options import RewardFn
 
 
 class RobotState(NamedTuple):
-    """All that a run changes about one robot: enough to continue it bit for bit in any batch of the same task."""
+    """All that a run changes about one robot: enough to continue it bit for bit in any batch of the same task.
+
+    With the integrator's method "thesis" it goes on with zero impulses as first guess of the iteration.
+    """
 
     core: bytes
     finished: bool

@@ -75,7 +75,8 @@ corrupt its episodes without an error.
 goes on to the next episode of each stream. `reset_mask`, a bool array, is the only option of `reset`.
 
 `reward_fn(signals, action, previous_action)` replaces the reward: `signals` holds the arrays of `info` by name.
-`get_state(mask)` and `set_state(states, mask)` save and restore robots bit for bit.
+`get_state(mask)` and `set_state(states, mask)` save and restore robots bit for bit
+(with the method "implicit"; "thesis" starts its iteration from zero impulses).
 
 Choose the threads of torch too: `torch.set_num_threads(1)` and the rest for the simulation is a good start.
 

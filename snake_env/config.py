@@ -206,9 +206,9 @@ class Integrator(_Section):
         step: largest step [s], > 0; a sample interval is divided into equal steps no longer than this.
         tolerance: > 0. "thesis": the iteration stops when the impulses change by less [N s] (T 3.81).
             "implicit": accuracy of the velocities [m/s].
-        max_iterations: after which a step is given up and counted as a miss, >= 1.
+        max_iterations: after which a solve is given up and counted as a miss, >= 1.
         order: 1 or 2. "implicit": implicit Euler, or the two-stage SDIRK scheme.
-        event_substeps: "implicit", order 2: Euler steps that replace a step in which a peg contact opens or closes.
+        event_substeps: "implicit", order 2: Euler steps that replace a step in which a peg contact closes.
         r_t: r_T of (T 3.79), > 0. "thesis" alone.
         r_h: r_H of (T 3.78), > 0. "thesis" alone.
     """

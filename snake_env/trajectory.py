@@ -21,9 +21,9 @@ class Trajectory:
         joint_angle: (T, n - 1) [rad].
         joint_torque: (T, n - 1) actuator torques tau_C of the last step [N m].
         contact_force: (T, n, 2) obstacle force on each link, averaged over the sample interval (T 7.6) [N].
-        residual: (T,) worst contact-solver residual since the last sample.
+        residual: (T,) worst contact-solver residual since the last sample [m/s].
         iterations: (T,) solver iterations since the last sample.
-        misses: (T,) steps since the last sample whose solver gave up before its tolerance.
+        misses: (T,) solves since the last sample that gave up before their tolerance.
         energy: (T,) kinetic energy [J].
         max_joint_gap: largest distance between the two ends that meet in a joint, at any step [m].
         max_penetration: deepest overlap of a link and a peg at any step [m].

@@ -9,7 +9,7 @@ from typing import Any
 from training.policies import DEGREE, GaitParameters
 
 
-def HELP_FORMAT(prog: str) -> argparse.HelpFormatter:
+def help_format(prog: str) -> argparse.HelpFormatter:
     """Keeps the line breaks of a module's text and shows defaults."""
     return _Format(prog, width=100)
 

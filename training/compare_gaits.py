@@ -14,7 +14,7 @@ import sys
 from pathlib import Path
 
 from training import figures, scores, seeds
-from training.cli import HELP_FORMAT, json_mapping, numbers
+from training.cli import help_format, json_mapping, numbers
 from training.evaluate import FIELDS, gait_policy, report
 from training.grid import AMPLITUDES, BETAS, OMEGAS, ROUNDS, Round, Search, grid, search
 from training.policies import DEGREE, GaitParameters
@@ -24,7 +24,7 @@ from training.run_folder import write_json
 
 def parser() -> argparse.ArgumentParser:
     """The command line."""
-    cli = argparse.ArgumentParser("training.compare_gaits", description=__doc__, formatter_class=HELP_FORMAT)
+    cli = argparse.ArgumentParser("training.compare_gaits", description=__doc__, formatter_class=help_format)
     cli.add_argument("--env", default="SnakeField-v0", help="environment id")
     cli.add_argument("--options", type=json_mapping, default={}, help="keywords of the environment, as JSON")
     cli.add_argument("--amplitudes", type=numbers, default=list(AMPLITUDES), help="A [deg], comma separated")

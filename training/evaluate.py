@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from training import scores, seeds, video
-from training.cli import HELP_FORMAT, gait_from_text, json_mapping
+from training.cli import gait_from_text, help_format, json_mapping
 from training.policies import GaitParameters, Model, Policy, scripted
 from training.rollout import Episodes, make_env, run_episodes
 from training.run_folder import RunFolder, versions, write_json
@@ -27,7 +27,7 @@ FIELDS = 200
 
 def parser() -> argparse.ArgumentParser:
     """The command line."""
-    cli = argparse.ArgumentParser("training.evaluate", description=__doc__, formatter_class=HELP_FORMAT)
+    cli = argparse.ArgumentParser("training.evaluate", description=__doc__, formatter_class=help_format)
     cli.add_argument("--model", type=Path, action="append", default=[], help="model.zip of a run; may be repeated")
     cli.add_argument(
         "--gait",

@@ -24,7 +24,7 @@ from typing import Any
 from training import compare_gaits, figures, scores, seeds, video
 from training import config as configs
 from training import train as training_stage
-from training.cli import HELP_FORMAT
+from training.cli import help_format
 from training.config import Config
 from training.evaluate import FIELDS, film, gait_policy, load_model, report
 from training.grid import ROUNDS, grid, search
@@ -35,7 +35,7 @@ from training.run_folder import RunFolder
 
 def parser() -> argparse.ArgumentParser:
     """The command line."""
-    cli = argparse.ArgumentParser("training.pipeline", description=__doc__, formatter_class=HELP_FORMAT)
+    cli = argparse.ArgumentParser("training.pipeline", description=__doc__, formatter_class=help_format)
     cli.add_argument("--out", type=Path, default=Path("runs/train"), help="folder for everything")
     cli.add_argument("--config", type=Path, default=Path("default"), help="YAML file, or a name in training/configs")
     cli.add_argument("--max-minutes", type=float, help="wall time of training, over the config's")
@@ -56,6 +56,7 @@ def main(arguments: list[str] | None = None) -> int:
     if args.fresh or (folder.exists and not _same_run(folder.config(), config)):
         print(f"beginning anew in {args.out}")
         shutil.rmtree(args.out, ignore_errors=True)
+    folder.create(config)
     start = time.monotonic()
     best = _gait_stage(args.out / "gaits", config)
     _say(start, f"best constant gait: {best}")
@@ -102,7 +103,6 @@ def _training_stage(folder: RunFolder, config: Config) -> int:
     if checkpoint is not None:
         used = folder.seconds(checkpoint) / 60.0
         print(f"resuming after {int(checkpoint.stem)} steps and {used:.1f} minutes: {checkpoint}")
-    folder.create(config)
     return training_stage.train(folder, config)
 
 

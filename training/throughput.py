@@ -22,14 +22,14 @@ from typing import Any
 import numpy as np
 
 import snake_env.sb3
-from training.cli import HELP_FORMAT, numbers
+from training.cli import help_format, numbers
 from training.rollout import make_env
 from training.run_folder import versions, write_json
 
 
 def parser() -> argparse.ArgumentParser:
     """The command line."""
-    cli = argparse.ArgumentParser("training.throughput", description=__doc__, formatter_class=HELP_FORMAT)
+    cli = argparse.ArgumentParser("training.throughput", description=__doc__, formatter_class=help_format)
     cli.add_argument("--env", default="SnakeCourse-v0", help="environment id")
     cli.add_argument("--batches", type=numbers, default=[1, 16, 64, 256], help="numbers of robots, comma separated")
     cli.add_argument("--threads", type=numbers, default=[1, 2], help="numbers of threads, comma separated")

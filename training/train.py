@@ -22,14 +22,14 @@ import snake_env.sb3
 from training import config as configs
 from training import seeds
 from training.callbacks import Budget, Keeper, StopRequest
-from training.cli import HELP_FORMAT
+from training.cli import help_format
 from training.config import Config
 from training.run_folder import RunFolder
 
 
 def parser() -> argparse.ArgumentParser:
     """The command line."""
-    cli = argparse.ArgumentParser("training.train", description=__doc__, formatter_class=HELP_FORMAT)
+    cli = argparse.ArgumentParser("training.train", description=__doc__, formatter_class=help_format)
     cli.add_argument("--out", type=Path, default=Path("runs/train"), help="folder of the run")
     cli.add_argument("--config", type=Path, default=Path("default"), help="YAML file, or a name in training/configs")
     cli.add_argument("--resume", action="store_true", help="go on from the folder's latest checkpoint")

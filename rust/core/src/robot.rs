@@ -25,8 +25,9 @@ impl PerLink {
         };
         let expected = format!("a number, or a list of {links} numbers (one a link)");
         require(values.len() == links, field, format!("{} values", values.len()), &expected)?;
-        for &value in &values {
-            check(field, value)?;
+        for (i, &value) in values.iter().enumerate() {
+            let name = if matches!(self, PerLink::Each(_)) { format!("{field}[{i}]") } else { field.to_owned() };
+            check(&name, value)?;
         }
         Ok(values)
     }

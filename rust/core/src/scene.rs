@@ -94,3 +94,6 @@ pub const START_7_3: [f64; 3] = [1.061490513305, 0.156612371861, 3.930049541055]
 
 /// The same for (T Table 7.5).
 pub const START_7_5: [f64; 3] = [1.023858752053, 0.129063935158, 3.895142956015];
+
+/// Free ground: the posture of the gait (T 7.3) whose body axis lies along x.
+pub const START_FREE: [f64; 3] = [0.507175344325, -0.011634455967, 3.755516615855];

@@ -3,7 +3,7 @@
 mod common;
 
 use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::cell::Cell;
 
 use common::{START_FREE, aiko, ground, implicit, table_7_5, thesis};
 use snake_core::gait::Wave;
@@ -11,12 +11,15 @@ use snake_core::scene::START_7_5;
 
 struct Counting;
 
-static REQUESTS: AtomicUsize = AtomicUsize::new(0);
+// The count of each thread: the test harness has threads of its own.
+thread_local! {
+    static REQUESTS: Cell<usize> = const { Cell::new(0) };
+}
 
 // SAFETY: every call is handed to the system's allocator unchanged.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        REQUESTS.fetch_add(1, Ordering::Relaxed);
+        REQUESTS.with(|count| count.set(count.get() + 1));
         unsafe { System.alloc(layout) }
     }
 
@@ -25,7 +28,7 @@ unsafe impl GlobalAlloc for Counting {
     }
 
     unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        REQUESTS.fetch_add(1, Ordering::Relaxed);
+        REQUESTS.with(|count| count.set(count.get() + 1));
         unsafe { System.realloc(pointer, layout, size) }
     }
 }
@@ -34,8 +37,7 @@ unsafe impl GlobalAlloc for Counting {
 static ALLOCATOR: Counting = Counting;
 
 /// One warm-up sizes what depends on the pegs; after it, neither stepping with its events, nor placing
-/// the robot again, nor changing to a field of no more pegs asks for memory. One test only in this
-/// file, since the counter is shared.
+/// the robot again, nor changing to a field of no more pegs asks for memory.
 #[test]
 fn a_step_asks_for_no_memory() {
     let course = table_7_5();
@@ -48,12 +50,12 @@ fn a_step_asks_for_no_memory() {
             let mut simulation = aiko(scene, start, &integrator);
             let state = simulation.state().clone();
             simulation.advance(0.05, &wave);
-            let before = REQUESTS.load(Ordering::Relaxed);
+            let before = REQUESTS.get();
             let report = simulation.advance(1.0, &wave);
             simulation.place(&state);
             simulation.set_scene_pegs(&scene.obstacles);
             simulation.advance(0.5, &wave);
-            let requests = REQUESTS.load(Ordering::Relaxed) - before;
+            let requests = REQUESTS.get() - before;
             println!("{name} {place}: {requests} requests in {} steps and {} events", report.steps, report.events);
             assert_eq!(requests, 0, "{name} {place}");
         }

@@ -2,10 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use snake_core::scene::{START_7_3, START_7_5, TABLE_7_3, TABLE_7_5};
-
-/// Free ground: the posture of the gait (T 7.3) whose body axis lies along x.
-const START_FREE: [f64; 3] = [0.507175344325, -0.011634455967, 3.755516615855];
+use snake_core::scene::{START_7_3, START_7_5, START_FREE, TABLE_7_3, TABLE_7_5};
 
 struct Course {
     name: &'static str,

@@ -104,7 +104,7 @@ impl Run {
         positive("duration", config.duration)?;
         positive("sample", config.sample)?;
         let samples = (config.duration / config.sample * (1.0 + ROUND_OFF)).floor();
-        let steps = (config.sample / integrator.step() * (1.0 - ROUND_OFF)).ceil().max(1.0);
+        let steps = integrator.steps_in(config.sample);
         require(samples <= MAX_SAMPLES, "duration", config.duration, "at most 1e7 sample intervals")?;
         require(samples >= 1.0, "sample", config.sample, "no longer than the duration")?;
         Ok(Self {
@@ -197,7 +197,7 @@ impl Interval {
             sum[0] += impulse.x;
             sum[1] += impulse.y;
         }
-        self.residual = self.residual.max(report.residual);
+        self.residual = self.residual.max(report.residual); // never NaN: the core sees to that
         self.iterations += f64::from(report.iterations);
         self.misses += f64::from(report.misses);
         self.joint_gap = self.joint_gap.max(simulation.joint_gap());

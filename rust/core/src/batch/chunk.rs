@@ -5,7 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::gait::JointTarget;
 use crate::stepper::{Body, Driven, Fleet};
-use crate::task::signal::{COUNT, SIGNALS, SignalRow};
+use crate::task::signal::Summary;
 use crate::task::{Environment, Outcome};
 
 /// Neighbouring rows of a batch.
@@ -124,9 +124,7 @@ impl Row {
 
 /// The outcome of a row that panicked.
 fn broken() -> Outcome {
-    let mut signals: SignalRow = [0.0; COUNT];
-    let flag = SIGNALS.iter().position(|signal| signal.name == "diverged");
-    flag.into_iter().for_each(|flag| signals[flag] = 1.0);
+    let signals = Summary { diverged: true, ..Summary::default() }.signals();
     Outcome { reward: 0.0, terminated: true, truncated: false, signals }
 }
 

@@ -20,7 +20,7 @@ impl Workers {
     }
 
     /// The pool for `parts` parts of work, or `None` where the calling thread does better alone: with one
-    /// thread or part (waking threads takes about 13 us), and where no threads can be started.
+    /// thread or part, and where no threads can be started.
     pub fn pool(&mut self, parts: usize) -> Option<&rayon::ThreadPool> {
         if self.count == 1 || parts < 2 {
             return None;

@@ -7,4 +7,4 @@ mod wide;
 
 pub use real::{Kernel, Mask, Real};
 #[cfg(target_arch = "x86_64")]
-pub use wide::{Wide4, Wide8};
+pub(crate) use wide::{Wide4, Wide8};

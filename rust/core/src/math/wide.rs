@@ -8,6 +8,10 @@ use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign
 
 use super::{Kernel, Mask, Real};
 
+// SAFETY of every block of this file: values of these types are made by fleets alone, which choose a
+// width only after `is_available` has found its instruction set; and a register has the size of its
+// array of lanes and a larger alignment.
+
 /// Implements arithmetic and [`Real`] but for what differs between AVX2 and AVX-512: comparisons and
 /// selection, given as closures over registers.
 macro_rules! wide {
@@ -24,9 +28,6 @@ macro_rules! wide {
         #[derive(Debug, Clone, Copy)]
         #[repr(transparent)]
         pub struct $mask($mask_register);
-
-        // SAFETY (all blocks below): the instruction set is present, see the module's note; a register
-        // has the size of its array of lanes and a larger alignment.
 
         impl Add for $wide {
             type Output = Self;

@@ -11,7 +11,6 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::math::Real;
 
-use super::newton::{norm, ratio};
 use super::{Stage, StageContact, StageJoint, StageLink, StageSolution};
 
 /// Violations of a stage's equations; zero for the exact solution.
@@ -170,4 +169,24 @@ fn applied_impulse<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: us
 #[inline(always)]
 fn worse<T: Real>(a: T, b: T) -> T {
     T::select(b.le(a), a, T::select(a.lt(b), b, a + b))
+}
+
+/// p / a, or 0 along a zero axis.
+#[inline(always)]
+fn ratio<T: Real>(p: T, a: T) -> T {
+    T::select(T::zero().lt(a), p / a, T::zero())
+}
+
+#[inline(always)]
+fn norm<T: Real>(x: T, y: T) -> T {
+    (x * x + y * y).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_judge_shares_no_code_with_the_solvers() {
+        let (code, _) = include_str!("certificate.rs").split_once("#[cfg(test)]").expect("this module");
+        assert!(["newton", "sweep", "ray"].iter().all(|solver| !code.contains(&format!("super::{solver}"))));
+    }
 }

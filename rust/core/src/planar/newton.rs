@@ -354,13 +354,8 @@ fn follow_joints<T: Real>(links: &[StageLink<T>], twist: &mut [Vector3<T>]) {
 
 /// p / a, or 0 along a zero axis.
 #[inline(always)]
-pub(super) fn ratio<T: Real>(p: T, a: T) -> T {
+fn ratio<T: Real>(p: T, a: T) -> T {
     T::select(T::zero().lt(a), p / a, T::zero())
-}
-
-#[inline(always)]
-pub(super) fn norm<T: Real>(x: T, y: T) -> T {
-    (x * x + y * y).sqrt()
 }
 
 /// Stick stiffness over link mass: large enough that an outer step gains three to four digits, small

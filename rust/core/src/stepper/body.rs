@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use crate::contact::NearPegs;
 use crate::gait::JointTarget;
 use crate::pegs::PegGrid;
-use crate::planar::PlanarState;
+use crate::planar::{PlanarState, Twist};
 use crate::robot::Robot;
 
 use super::Tally;
@@ -84,14 +84,16 @@ impl Body {
         self.last_good.time
     }
 
-    /// If the state is absurd, puts the robot to rest where it last was good and flags it.
+    /// If the state is absurd, puts the robot to rest where it last was good and flags it. The counters
+    /// keep what led there.
     pub fn contain(&mut self) {
         if !self.state.is_sane() {
-            let time = self.last_good.time;
             std::mem::swap(&mut self.state, &mut self.last_good);
-            self.state.twist.fill(nalgebra::Vector3::zeros());
-            self.state.time = time;
-            self.forget();
+            self.state.twist.fill(Twist::zeros());
+            self.last_good.copy_from(&self.state);
+            self.warm_start.clear();
+            self.tally.clear_works();
+            self.joint_torque.fill(0.0);
             self.diverged = true;
         }
     }

@@ -40,6 +40,12 @@ impl Tally {
         *self = Self { contact_impulse, ..Self::default() };
     }
 
+    /// Works and impulses back to zero; the counters stay.
+    pub fn clear_works(&mut self) {
+        (self.friction_work, self.actuator_work, self.positive_actuator_work) = (0.0, 0.0, 0.0);
+        self.contact_impulse.fill(Vector2::zeros());
+    }
+
     /// Adds the works of one lane of a stage, taken `weight` times.
     pub(super) fn add_works<T: Real>(&mut self, works: &Works<T>, lane: usize, weight: f64) {
         self.friction_work += weight * works.friction.lane(lane);
@@ -51,7 +57,13 @@ impl Tally {
     pub fn add_solve(&mut self, iterations: u32, missed: bool, residual: f64, gap: f64) {
         self.iterations += iterations;
         self.misses += u32::from(missed);
-        self.residual = self.residual.max(residual);
-        self.gap = self.gap.max(gap);
+        self.residual = worst(self.residual, residual);
+        self.gap = worst(self.gap, gap);
     }
+}
+
+/// The larger; a figure that is not finite counts as the largest number, so that it shows in reports
+/// and they stay finite.
+fn worst(a: f64, b: f64) -> f64 {
+    if b.is_finite() { a.max(b) } else { f64::MAX }
 }

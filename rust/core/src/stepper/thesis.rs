@@ -165,6 +165,5 @@ impl Thesis {
         }
         close_joints(&plant.robot, &mut state.pose);
         state.twist.copy_from_slice(&self.solution.twist);
-        state.time += h;
     }
 }

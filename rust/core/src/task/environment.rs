@@ -61,7 +61,8 @@ pub struct Outcome {
     pub signals: SignalRow,
 }
 
-/// Everything that changes while an environment runs; enough to continue it bit for bit in another one
+/// Everything that changes while an environment runs; enough to continue it bit for bit (with the method
+/// `implicit`; `thesis` starts its iteration from zero impulses) in another one
 /// of the same configuration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EnvironmentState {

@@ -8,9 +8,6 @@ use crate::task::random::Stream;
 /// Distance between pegs of one column \[m\].
 const ROW_PITCH: f64 = 0.38;
 
-/// Radius of the largest peg \[m\]: the thesis's would close the passages between the columns.
-const LARGEST: f64 = LARGEST_PEG;
-
 /// Jitter at difficulty one, as a share of the distance between columns and rows.
 const JITTER: f64 = 0.15;
 
@@ -30,7 +27,7 @@ pub fn lattice(difficulty: f64, site: &Site, stream: &mut Stream, pegs: &mut Vec
             let jitter = pitch.map(|pitch| stream.around_zero(difficulty * JITTER * pitch));
             let x = site.x[0] + origin[0] + f64::from(column) * pitch[0] + jitter[0];
             let y = origin[1] + (f64::from(row) + stagger) * pitch[1] - site.half_width + jitter[1];
-            let radius = site.radius(LARGEST, difficulty, stream);
+            let radius = site.radius(LARGEST_PEG, difficulty, stream);
             let missing = stream.chance(difficulty * MISSING);
             let inside = (site.x[0]..site.x[1]).contains(&x) && y.abs() <= site.half_width;
             if inside && !missing {
