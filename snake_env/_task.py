@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
@@ -10,8 +11,13 @@ from gymnasium.spaces import Box
 
 from snake_env import _native
 from snake_env._encode import encode
+from snake_env.errors import ConfigError
+from snake_env.options import TaskOptions
 
 NO_STEP_LIMIT = 2**32 - 1
+
+ENVIRONMENT_KEYWORDS = ["num_envs", "max_episode_steps", "render_mode", "autoreset_mode", "num_threads", "reward_fn"]
+"""Keywords that the environment classes take themselves."""
 
 
 class Task:
@@ -26,6 +32,7 @@ class Task:
     """
 
     def __init__(self, options: Mapping[str, Any], max_episode_steps: int | None) -> None:
+        _require_known(options)
         limit = NO_STEP_LIMIT if max_episode_steps is None else max_episode_steps
         self.config = encode({**options, "max_episode_steps": limit})
         self.layout: dict[str, Any] = _native.layout(self.config)
@@ -33,6 +40,16 @@ class Task:
         low, high = _bounds(self.layout["observation"])
         self.observation_space = Box(low, high, dtype=np.float32)
         self.action_space = Box(-1.0, 1.0, (len(self.layout["action"]),), dtype=np.float32)
+
+
+def _require_known(options: Mapping[str, Any]) -> None:
+    """A keyword that no environment has gets an error with the nearest one that exists."""
+    known = [*TaskOptions.__annotations__, *ENVIRONMENT_KEYWORDS]
+    for name, value in options.items():
+        if name not in TaskOptions.__annotations__:
+            near = get_close_matches(name, known, 1, 0.5)
+            nearest = f", perhaps {near[0]}" if near else ""
+            raise ConfigError(name, value, f"a known keyword{nearest}; known are {', '.join(known)}")
 
 
 def _bounds(blocks: list[dict[str, Any]]) -> tuple[np.ndarray, np.ndarray]:

@@ -135,7 +135,7 @@ def _actions(config: dict[str, Any]) -> str:
             for k, e in enumerate(layout["action"])
         ]
         parts.append(f'`action_mode="{mode}"`{default}\n')
-        parts.append(_table(("num", "action", "min", "max", "slew limit [1/s]", "unit", "meaning"), rows))
+        parts.append(_table(("num", "action", "min", "max", "slew limit [unit/s]", "unit", "meaning"), rows))
     return "\n".join(parts)
 
 

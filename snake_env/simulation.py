@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 from snake_env import _native
@@ -9,6 +10,9 @@ from snake_env._encode import encode
 from snake_env.config import PD, Gait, Integrator, Robot, Scene, Start
 from snake_env.errors import ConfigError
 from snake_env.trajectory import Trajectory
+
+VISIBLE_PENETRATION = 1e-3
+"""Overlap of a link and a peg that no step of usual length leaves [m]."""
 
 
 def simulate(
@@ -41,6 +45,9 @@ def simulate(
 
     Raises:
         ConfigError: names the field, the value and what is admissible.
+
+    Warns:
+        UserWarning: a link overlapped a peg by more than a millimetre, as when the robot starts inside one.
     """
     if noise is not None:
         raise ConfigError("noise", noise, "None: this release has no measurement noise")
@@ -60,7 +67,11 @@ def simulate(
         "duration": duration,
         "sample": sample,
     }
-    return Trajectory(**_native.simulate(encode(config)))
+    trajectory = Trajectory(**_native.simulate(encode(config)))
+    if trajectory.max_penetration > VISIBLE_PENETRATION:
+        depth = f"{trajectory.max_penetration:.2g} m"
+        warnings.warn(f"a link and a peg overlapped by {depth}: does the robot start inside a peg?", stacklevel=2)
+    return trajectory
 
 
 def _section(name: str, value: Any, kind: type) -> Any:
