@@ -12,6 +12,7 @@ mod workers;
 use rayon::prelude::*;
 
 use crate::error::{ConfigError, require};
+use crate::math::MAX_LANES;
 use crate::stepper::{Fleet, Method};
 use crate::task::signal::COUNT;
 use crate::task::{EnvConfig, Environment, EnvironmentState};
@@ -190,11 +191,10 @@ impl Batch {
 /// Rows to a chunk: whole registers of eight, enough chunks for all threads to balance their load, and
 /// not more than a cache holds.
 fn rows_per_chunk(rows: usize, threads: usize) -> usize {
-    (rows / (CHUNKS_PER_THREAD * threads)).next_multiple_of(LANES).clamp(LANES, LARGEST_CHUNK)
+    (rows / (CHUNKS_PER_THREAD * threads)).next_multiple_of(MAX_LANES).clamp(MAX_LANES, LARGEST_CHUNK)
 }
 
 const CHUNKS_PER_THREAD: usize = 3;
-const LANES: usize = 8;
 const LARGEST_CHUNK: usize = 32;
 
 /// Guards against typing errors.

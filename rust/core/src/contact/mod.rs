@@ -4,4 +4,4 @@ mod gap;
 mod near;
 
 pub use gap::{LinkPegContact, gap, link_peg_contact};
-pub use near::{NearPair, NearPegs};
+pub use near::{NearPair, NearPegs, PAIRS_PER_LINK};

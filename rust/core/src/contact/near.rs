@@ -107,4 +107,4 @@ impl NearPegs {
 const SKIN: f64 = 0.04;
 
 /// Pairs reserved for each link; a denser field grows the list once.
-const PAIRS_PER_LINK: usize = 8;
+pub const PAIRS_PER_LINK: usize = 8;

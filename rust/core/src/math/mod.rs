@@ -5,6 +5,6 @@ mod trig;
 #[cfg(target_arch = "x86_64")]
 mod wide;
 
-pub use real::{Kernel, Mask, Real};
+pub use real::{Kernel, MAX_LANES, Mask, Real};
 #[cfg(target_arch = "x86_64")]
 pub(crate) use wide::{Wide4, Wide8};

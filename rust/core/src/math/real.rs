@@ -1,6 +1,9 @@
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign};
 
+/// Most robots that any [`Real`] holds side by side.
+pub const MAX_LANES: usize = 8;
+
 /// A real number, or one for each of several robots.
 ///
 /// Every operation acts on each lane as IEEE arithmetic acts on a single `f64`, without contraction, so

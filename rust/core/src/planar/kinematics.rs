@@ -43,7 +43,7 @@ pub fn assemble_chain(robot: &Robot, first: Pose, joint_angle: &[f64], pose: &mu
 }
 
 /// Poses after moving from `from` with `twist` for `duration`, joints closed: link 1 and all angles
-/// travel along their velocities, the rest of the chain follows from the joints. Returns the headings.
+/// travel along their velocities, the rest of the chain follows from the joints. Writes the headings too.
 #[inline(always)]
 pub fn travel<T: Real>(
     half_length: &[T],

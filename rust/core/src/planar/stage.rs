@@ -13,6 +13,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use crate::contact::PAIRS_PER_LINK;
 use crate::math::Real;
 
 use super::Heading;
@@ -69,7 +70,7 @@ impl<T: Real> Stage<T> {
             coefficient: 0.0,
             links: Vec::with_capacity(links),
             joints: Vec::with_capacity(links - 1),
-            contacts: Vec::with_capacity(CONTACTS_PER_LINK * links),
+            contacts: Vec::with_capacity(PAIRS_PER_LINK * links),
         }
     }
 }
@@ -93,10 +94,7 @@ impl<T: Real> StageSolution<T> {
             twist: vec![Vector3::new(T::zero(), T::zero(), T::zero()); links],
             friction: vec![Vector2::new(T::zero(), T::zero()); links],
             drive: vec![T::zero(); links - 1],
-            contact: Vec::with_capacity(CONTACTS_PER_LINK * links),
+            contact: Vec::with_capacity(PAIRS_PER_LINK * links),
         }
     }
 }
-
-/// Contacts reserved for each link; a denser field grows the list once.
-const CONTACTS_PER_LINK: usize = 8;

@@ -57,12 +57,6 @@ impl Body {
         }
     }
 
-    /// Takes poses and twists over and forgets the past.
-    pub fn place(&mut self, state: &PlanarState) {
-        self.state.copy_from(state);
-        self.forget();
-    }
-
     /// Forgets impulses and counters; the present state counts as good.
     pub fn forget(&mut self) {
         self.last_good.copy_from(&self.state);

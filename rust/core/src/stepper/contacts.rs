@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::contact::{NearPair, link_peg_contact};
-use crate::math::Real;
+use crate::math::{MAX_LANES, Real};
 use crate::pegs::PegGrid;
 use crate::planar::{Heading, Pose, Stage, StageContact, Twist};
 use crate::robot::Robot;
@@ -96,9 +96,6 @@ fn set<T: Real>(contact: &mut StageContact<T>, lane: usize, direction: &Vector3<
     contact.direction.z.set_lane(lane, direction.z);
     contact.offset.set_lane(lane, offset);
 }
-
-/// Widest register: eight robots.
-pub const MAX_LANES: usize = 8;
 
 /// Predicted penetration, relative to the sum of the radii, beyond which the side is uncertain.
 const DEEP: f64 = 0.1;

@@ -47,13 +47,13 @@ impl Fleet {
         duration: f64,
         takes_part: impl Fn(usize) -> bool,
     ) {
-        if duration <= 0.0 {
-            return;
-        }
         let Self { config, width, members, retake } = self;
         members.clear();
         members.extend((0..robots.len()).filter(|&index| takes_part(index)));
         members.iter().for_each(|&member| robots[member].body_mut().begin());
+        if duration <= 0.0 {
+            return;
+        }
         let mut run = Run { config, plant, robots, members, retake };
         match width {
             Width::One(group) => run.advance(group, duration),

@@ -8,18 +8,19 @@
 //!   stage (q_A, u_A, gamma h) gives u_1; stage (q_A + (1 - gamma) h u_1,
 //!   u_A + (1 - gamma)/gamma (u_1 - u_A), gamma h) gives u_E.
 //!   The second reference velocity extrapolates the impulses of the first stage, which is wrong for
-//!   impacts: a step in which a peg contact closes is left undone, to be retaken as a few Euler steps.
+//!   impacts: a step in which a peg contact closes is left undone, to be retaken as a few Euler steps
 //!   (T 3.58 != D6). Opening needs no such care, since the contact force reaches zero continuously.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::{Vector2, Vector3};
 
+use crate::contact::PAIRS_PER_LINK;
 use crate::gait::JointTarget;
-use crate::math::{Mask, Real};
+use crate::math::{MAX_LANES, Mask, Real};
 use crate::planar::{Heading, Newton, Pose, Stage, StageSolution, Twist};
 
-use super::contacts::{MAX_LANES, Prediction, Slot, add_contacts};
+use super::contacts::{Prediction, Slot, add_contacts};
 use super::stage_kernels::{Extrapolate, LinkConstants, Solve, StageKernels, StageWork, Works};
 use super::{Body, Driven, IntegratorConfig, Plant};
 
@@ -86,7 +87,7 @@ impl<T: StageKernels> Group<T> {
             kept_twist: rest.clone(),
             kept_drive: vec![zero; links - 1],
             kept_works: Works::none(),
-            contact_force: Vec::with_capacity(8 * links),
+            contact_force: Vec::with_capacity(PAIRS_PER_LINK * links),
             stage: Stage::with_capacity(links),
             solution: StageSolution::new(links),
             newton: Newton::new(links),
@@ -103,12 +104,12 @@ impl<T: StageKernels> Group<T> {
         Self {
             config,
             work,
-            slots: Vec::with_capacity(8 * links),
+            slots: Vec::with_capacity(PAIRS_PER_LINK * links),
             start_pose: rest.clone(),
             start_twist: rest,
             first_works: Works::none(),
-            first_impulses: Vec::with_capacity(8 * links * T::LANES),
-            impulses: Vec::with_capacity(8 * links * T::LANES),
+            first_impulses: Vec::with_capacity(PAIRS_PER_LINK * links * T::LANES),
+            impulses: Vec::with_capacity(PAIRS_PER_LINK * links * T::LANES),
             scratch,
         }
     }

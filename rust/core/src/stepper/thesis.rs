@@ -52,10 +52,10 @@ impl Thesis {
 
     /// Integrates over `duration` in equal steps no longer than the configured one.
     pub fn advance<D: Driven>(&mut self, plant: &Plant, robot: &mut D, duration: f64) {
+        robot.body_mut().begin();
         if duration <= 0.0 {
             return;
         }
-        robot.body_mut().begin();
         let steps = self.config.steps_in(duration);
         let h = duration / f64::from(steps);
         for k in 1..=steps {
