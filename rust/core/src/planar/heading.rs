@@ -39,4 +39,10 @@ impl<T: Real> Heading<T> {
     pub fn to_link(&self, v: Vector2<T>) -> Vector2<T> {
         Vector2::new(self.cos * v.x + self.sin * v.y, self.cos * v.y - self.sin * v.x)
     }
+
+    /// The direction seen in the frame of `other`: cosine and sine of the difference of the angles.
+    #[inline(always)]
+    pub fn relative_to(&self, other: &Self) -> Self {
+        Self { cos: other.cos * self.cos + other.sin * self.sin, sin: other.cos * self.sin - other.sin * self.cos }
+    }
 }

@@ -14,6 +14,7 @@ mod heading;
 mod kinematics;
 mod modified_newton;
 mod newton;
+mod proximal;
 mod ray;
 mod stage;
 mod state;

@@ -1,24 +1,28 @@
 //! Solver of a stage: method of multipliers outside, semismooth Newton inside.
 //!
-//! Around the multipliers of the last stage, each set-valued law is replaced by its proximal form
-//! P = prox_C(P_centre - r gamma), which is the gradient of a smooth convex function of gamma (the
-//! augmented Lagrangian). The inner problem is then strongly convex with a piecewise smooth gradient:
-//! Newton's method on it, one O(n) [`sweep`](super::sweep) a step and a search along the
-//! [`Ray`](super::ray::Ray) that brackets the zero of the slope, converges from anywhere. Moving the
-//! centre to the new impulses and repeating is the proximal point method on the dual, which converges
-//! whether or not the impulses are unique.
-//! Friction is treated in coordinates in which its ellipse is the unit disc; a zero axis is harmless.
+//! Around the multipliers of the last stage, each set-valued law is replaced by its
+//! [proximal form](super::proximal) P = prox_C(P_centre - r gamma), which is the gradient of a smooth
+//! convex function of gamma (the augmented Lagrangian). The inner problem is then strongly convex with a
+//! piecewise smooth gradient: Newton's method on it, one O(n) [`sweep`](super::sweep) a step and a
+//! [search along the ray](super::ray) that brackets the zero of the slope, converges from anywhere.
+//! Moving the centre to the new impulses and repeating is the proximal point method on the dual, which
+//! converges whether or not the impulses are unique.
+//!
+//! Every link's velocities are kept in its own frame, where friction is diagonal and the arm to a joint is
+//! along e_y; one pass from tail to head moves to the trial velocities, asks all laws there for force and
+//! stiffness, and eliminates the chain.
 //!
 //! Several robots are solved side by side: a lane that has converged keeps its velocities and impulses
 //! while the others go on, so that each takes exactly the steps it would take alone.
 
 use nalgebra::{Vector2, Vector3};
 
+use crate::contact::PAIRS_PER_LINK;
 use crate::math::{Mask, Real};
 
-use super::ray::Ray;
-use super::sweep::{Elimination, LinkModel, minimise};
-use super::{Stage, StageLink, StageSolution};
+use super::proximal::{ContactTerm, DriveTerm, FrictionTerm};
+use super::sweep::{Elimination, Quadratic};
+use super::{Heading, Stage, StageSolution};
 
 /// How a solve ended, lane by lane.
 #[derive(Debug, Clone, Copy)]
@@ -29,56 +33,57 @@ pub struct Outcome<T: Real = f64> {
     pub converged: T::Mask,
 }
 
-/// The proximal form of one law: penalty r, centre, and its value at the present velocity.
-///
-/// Friction (`V` a vector) lives in the unit disc, contact (`V` a number) is an impulse.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Proximal<T, V> {
-    pub penalty: T,
-    /// Square of the velocity \[m/s\] that belongs to a change of the value by 1 at this penalty.
-    pub squared_velocity: T,
-    pub centre: V,
-    pub value: V,
-}
-
-impl<T: Real, V> Proximal<T, V> {
-    #[inline(always)]
-    fn stiffen(&mut self, factor: T) {
-        self.penalty = self.penalty * factor;
-        self.squared_velocity = self.squared_velocity / (factor * factor);
-    }
-}
-
 /// Workspace of the solver, re-used from stage to stage.
 #[derive(Debug, Clone)]
 pub struct Newton<T = f64> {
-    friction: Vec<Proximal<T, Vector2<T>>>,
-    contact: Vec<Proximal<T, T>>,
-    models: Vec<LinkModel<T>>,
-    eliminations: Vec<Elimination<T>>,
-    direction: Vec<Vector3<T>>,
-    start: Vec<Vector3<T>>,
-    ray: Ray<T>,
+    pub(super) links: Vec<LinkTerm<T>>,
+    pub(super) contacts: Vec<ContactTerm<T>>,
+    /// Step of the velocity of link 1's free end, in the frame of link 1.
+    head: (T, T),
     /// Mass of the lightest link.
     lightest: T,
     /// How much the penalties have been raised during this solve.
     stiffening: T,
 }
 
+/// One link as the solver sees it: constants, laws and velocities in its own frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LinkTerm<T> {
+    /// Direction of the joint angle to the link before.
+    turn: Heading<T>,
+    pub mass: T,
+    pub inertia: T,
+    half_length: T,
+    pub reference: Vector3<T>,
+    pub friction: FrictionTerm<T>,
+    /// The joint to the link before; none for the first.
+    pub drive: DriveTerm<T>,
+    elimination: Elimination<T>,
+    /// Velocities before the present Newton step, the step, and where it leads.
+    pub start: Vector3<T>,
+    pub step: Vector3<T>,
+    pub twist: Vector3<T>,
+}
+
+/// What a pass over the chain finds at the trial velocities.
+#[derive(Debug, Clone, Copy)]
+struct Assembly<T> {
+    /// Derivative of the inner function along the last step \[J\].
+    slope: T,
+    /// How much steeper the inner function descends along the next step: g H^-1 g \[J\].
+    descent: T,
+    /// How far the velocities are from obeying the laws because the centres are not yet the impulses
+    /// \[m/s\].
+    multiplier_error: T,
+}
+
 impl<T: Real> Newton<T> {
     pub fn new(links: usize) -> Self {
-        let zero = T::zero();
-        let nothing = Vector2::new(zero, zero);
-        let at_rest = Vector3::new(zero, zero, zero);
         Self {
-            friction: vec![Proximal { penalty: zero, squared_velocity: zero, centre: nothing, value: nothing }; links],
-            contact: Vec::with_capacity(links),
-            models: vec![LinkModel::zero(); links],
-            eliminations: vec![Elimination::zero(); links],
-            direction: vec![at_rest; links],
-            start: vec![at_rest; links],
-            ray: Ray::with_capacity(links),
-            lightest: zero,
+            links: Vec::with_capacity(links),
+            contacts: Vec::with_capacity(PAIRS_PER_LINK * links),
+            head: (T::zero(), T::zero()),
+            lightest: T::zero(),
             stiffening: T::splat(1.0),
         }
     }
@@ -98,163 +103,151 @@ impl<T: Real> Newton<T> {
         lanes: T::Mask,
     ) -> Outcome<T> {
         self.warm_up(stage, solution);
-        self.linearise(stage, solution);
         let tolerance = T::splat(tolerance);
         let mut outcome = Outcome { iterations: T::zero(), converged: T::Mask::of(|_| false) };
         let mut active = lanes;
         let mut last_error = T::splat(f64::INFINITY);
+        let mut here = self.assemble();
         for _ in 0..max_iterations {
             outcome.iterations += T::select(active, T::splat(1.0), T::zero());
-            minimise(&self.models, &mut self.eliminations, &mut self.direction);
-            let step = self.descend(stage, solution, active);
-            let multiplier_error = self.multiplier_error(stage, &solution.twist);
-            outcome.converged = outcome.converged | (active & step.le(tolerance) & multiplier_error.le(tolerance));
+            let descent = here.descent;
+            here = self.descend(descent, active);
+            // The length of the step as a velocity; `max` would swallow NaN.
+            let length = (descent.abs() / self.lightest).sqrt();
+            let error = here.multiplier_error;
+            outcome.converged = outcome.converged | (active & length.le(tolerance) & error.le(tolerance));
             // A step that is not finite ends its lane: it is below no bound.
-            active = active & !outcome.converged & step.lt(T::splat(f64::INFINITY));
+            active = active & !outcome.converged & length.lt(T::splat(f64::INFINITY));
             if !active.any() {
                 break;
             }
             let stubborn = T::splat(PATIENCE).lt(outcome.iterations);
             let accuracy = T::select(stubborn, T::splat(STRICT_ACCURACY), T::splat(INNER_ACCURACY));
-            let settled = active & step.le(tolerance.max(accuracy * multiplier_error));
+            let settled = active & length.le(tolerance.max(accuracy * error));
             if settled.any() {
-                self.stiffen(settled & stubborn & (T::splat(SLOW_GAIN) * last_error).lt(multiplier_error));
-                last_error = T::select(settled, multiplier_error, last_error);
+                self.stiffen(settled & stubborn & (T::splat(SLOW_GAIN) * last_error).lt(error));
+                last_error = T::select(settled, error, last_error);
                 self.recentre(settled);
-                self.linearise(stage, solution);
+                here = self.assemble();
             }
         }
-        self.write_impulses(stage, solution);
+        self.write(stage, solution);
         outcome
     }
 
-    /// Penalties, centres from the warm start, and twists that satisfy the joints.
+    /// Laws around the warm start, and twists that satisfy the joints.
     #[inline(always)]
-    fn warm_up(&mut self, stage: &Stage<T>, solution: &mut StageSolution<T>) {
-        for ((friction, link), impulse) in self.friction.iter_mut().zip(&stage.links).zip(&solution.friction) {
-            let a = &link.friction;
-            let centre = Vector2::new(ratio(impulse.x, a.x), ratio(impulse.y, a.y));
-            let penalty = friction_penalty(link);
-            let velocity = ratio(T::splat(1.0), penalty * a.x.max(a.y));
-            *friction = Proximal { penalty, squared_velocity: velocity * velocity, centre, value: centre };
-        }
+    fn warm_up(&mut self, stage: &Stage<T>, solution: &StageSolution<T>) {
         self.stiffening = T::splat(1.0);
         self.lightest = stage.links[0].mass;
-        for link in &stage.links {
-            self.lightest = self.lightest.min(link.mass);
-        }
-        self.contact.clear();
-        for (contact, &impulse) in stage.contacts.iter().zip(&solution.contact) {
-            let penalty = T::splat(PENALTY) * stage.links[contact.link].mass;
-            let velocity = T::splat(1.0) / penalty;
-            self.contact.push(Proximal {
-                penalty,
-                squared_velocity: velocity * velocity,
-                centre: impulse,
-                value: impulse,
-            });
-        }
-        follow_joints(&stage.links, &mut solution.twist);
-    }
-
-    /// One damped Newton step, linearised at its end; returns its undamped length as a velocity \[m/s\].
-    #[inline(always)]
-    fn descend(&mut self, stage: &Stage<T>, solution: &mut StageSolution<T>, active: T::Mask) -> T {
-        let slope = self.slope();
-        self.start.copy_from_slice(&solution.twist);
-        // A slope that is not negative is round-off: the lane is at its minimum and stays there.
-        let descends = active & slope.lt(T::zero());
-        // 0 * slope is 0, or NaN to show that the lane is lost.
-        let stay = T::zero() * slope;
-        let mut fraction = T::select(active, T::select(descends, T::splat(1.0), stay), T::zero());
-        self.move_along(stage, solution, fraction);
-        let overshoots = descends & (T::splat(OVERSHOOT) * -slope).lt(self.slope());
-        if overshoots.any() {
-            self.ray.cast(stage, &self.start, &self.direction, &self.friction, &self.contact);
-            let damped = self.ray.zero_of_slope(slope, T::splat(OVERSHOOT), overshoots);
-            fraction = T::select(overshoots, damped, fraction);
-            self.move_along(stage, solution, fraction);
-        }
-        // Adding 0 * slope lets NaN and infinity through, which `max` would swallow.
-        (-slope / self.lightest).max(T::zero()).sqrt() + T::zero() * slope
-    }
-
-    #[inline(always)]
-    fn move_along(&mut self, stage: &Stage<T>, solution: &mut StageSolution<T>, fraction: T) {
-        let still = fraction.le(T::zero());
-        for ((u, start), du) in solution.twist.iter_mut().zip(&self.start).zip(&self.direction) {
-            u.x = T::select(still, start.x, start.x + du.x * fraction);
-            u.y = T::select(still, start.y, start.y + du.y * fraction);
-            u.z = T::select(still, start.z, start.z + du.z * fraction);
-        }
-        self.linearise(stage, solution);
-    }
-
-    /// Derivative of the inner function along the direction where it was last linearised \[J\].
-    #[inline(always)]
-    fn slope(&self) -> T {
-        let mut slope = T::zero();
-        for (model, du) in self.models.iter().zip(&self.direction) {
-            slope += model.gx * du.x + model.gy * du.y + model.gw * du.z;
-        }
-        slope
-    }
-
-    /// Impulses, gradient and generalised Hessian of the inner function at the present twists.
-    #[inline(always)]
-    fn linearise(&mut self, stage: &Stage<T>, solution: &mut StageSolution<T>) {
-        let twist = &solution.twist;
+        self.links.clear();
+        let mut before = stage.links[0].heading;
+        let mut end = Vector3::new(T::zero(), T::zero(), T::zero());
         for (i, link) in stage.links.iter().enumerate() {
-            self.models[i] = link_model(link, &twist[i], &mut self.friction[i]);
+            self.lightest = self.lightest.min(link.mass);
+            let penalty = T::splat(PENALTY) * link.mass;
+            let friction = FrictionTerm::new(link, &solution.friction[i], penalty);
+            let drive = if i > 0 { DriveTerm::new(&stage.joints[i - 1]) } else { DriveTerm::none() };
+            let turn = link.heading.relative_to(&before);
+            let twist = if i > 0 {
+                let near = turn.to_link(end.xy());
+                let omega = solution.twist[i].z;
+                Vector3::new(near.x, near.y + link.half_length * omega, omega)
+            } else {
+                in_frame(&link.heading, &solution.twist[0])
+            };
+            end = Vector3::new(twist.x, twist.y + link.half_length * twist.z, twist.z);
+            self.links.push(LinkTerm {
+                turn,
+                mass: link.mass,
+                inertia: link.inertia,
+                half_length: link.half_length,
+                reference: in_frame(&link.heading, &link.reference),
+                friction,
+                drive,
+                elimination: Elimination::zero(),
+                start: twist,
+                step: Vector3::new(T::zero(), T::zero(), T::zero()),
+                twist,
+            });
+            before = link.heading;
         }
-        for (j, joint) in stage.joints.iter().enumerate() {
-            let wanted = joint.drive - joint.stiffness * (twist[j + 1].z - twist[j].z);
-            let drive = wanted.min(joint.limit).max(-joint.limit);
-            solution.drive[j] = drive;
-            self.models[j].gw += drive;
-            self.models[j + 1].gw -= drive;
-            let free = wanted.abs().le(joint.limit);
-            self.models[j + 1].stiffness = T::select(free, joint.stiffness, T::zero());
-        }
-        for (contact, proximal) in stage.contacts.iter().zip(&mut self.contact) {
-            let w = &contact.direction;
-            let u = &twist[contact.link];
-            let opening = w.x * u.x + w.y * u.y + w.z * u.z + contact.offset;
-            let impulse = proximal.centre - proximal.penalty * opening;
-            proximal.value = impulse.max(T::zero());
-            let penalty = T::select(T::zero().lt(impulse), proximal.penalty, T::zero());
-            self.models[contact.link].add_rank_one(w, penalty, -proximal.value);
+        self.contacts.clear();
+        for (contact, &impulse) in stage.contacts.iter().zip(&solution.contact) {
+            let link = &stage.links[contact.link];
+            self.contacts.push(ContactTerm::new(contact, link, impulse, T::splat(PENALTY) * link.mass));
         }
     }
 
-    /// How far the velocities are from obeying the laws because the centres are not yet the
-    /// impulses \[m/s\].
-    ///
-    /// Sticking or in contact, the constraint is violated by |P - P_centre| / r. Sliding at speed
-    /// gamma, the friction's direction is off by |P - P_centre| / (r gamma), which changes the link's
-    /// velocity by that angle times a / m, but by no more than gamma itself.
+    /// One damped Newton step in the given lanes; the slope falls by `descent` at its start.
     #[inline(always)]
-    fn multiplier_error(&self, stage: &Stage<T>, twist: &[Vector3<T>]) -> T {
-        let (zero, one) = (T::zero(), T::splat(1.0));
-        let mut worst_squared = zero;
-        for ((friction, link), u) in self.friction.iter().zip(&stage.links).zip(twist) {
-            let (x, y) = (friction.value.x - friction.centre.x, friction.value.y - friction.centre.y);
-            let violation = (x * x + y * y) * friction.squared_velocity;
-            let slides =
-                T::splat(1.0 - 1e-9).lt(friction.value.x * friction.value.x + friction.value.y * friction.value.y);
-            let largest = link.friction.x.max(link.friction.y);
-            let momentum = link.mass * link.mass * (u.x * u.x + u.y * u.y);
-            let amplification = T::select(slides, (largest * largest / momentum).max(one), one);
-            let speed = T::select(slides, u.x * u.x + u.y * u.y, T::splat(f64::INFINITY));
-            // A link without friction has no violation, however slowly it moves.
-            let error = T::select(zero.lt(violation), (violation * amplification).min(speed), zero);
-            worst_squared = worst_squared.max(error);
+    fn descend(&mut self, descent: T, active: T::Mask) -> Assembly<T> {
+        self.substitute(active);
+        let full = self.assemble();
+        let overshoots = active & (T::splat(OVERSHOOT) * descent).lt(full.slope);
+        if !overshoots.any() {
+            return full;
         }
-        for contact in &self.contact {
-            let change = contact.value - contact.centre;
-            worst_squared = worst_squared.max(change * change * contact.squared_velocity);
+        let fraction = self.zero_of_slope(T::splat(OVERSHOOT) * descent, overshoots);
+        for link in &mut self.links {
+            let shortened = add_scaled(&link.start, &link.step, fraction);
+            select_into(&mut link.twist, overshoots, &shortened);
         }
-        worst_squared.sqrt()
+        self.assemble()
+    }
+
+    /// From tail to head: forces and stiffnesses of all laws at the present twists, and the elimination
+    /// of the chain.
+    #[inline(always)]
+    fn assemble(&mut self) -> Assembly<T> {
+        let zero = T::zero();
+        let (mut slope, mut descent, mut squared_error) = (zero, zero, zero);
+        let mut contacts = self.contacts.iter_mut().rev().peekable();
+        let mut behind = Quadratic::zero();
+        let mut drive_behind = zero;
+        for i in (0..self.links.len()).rev() {
+            let omega_before = if i > 0 { self.links[i - 1].twist.z } else { zero };
+            let link = &mut self.links[i];
+            let u = link.twist;
+            let mut own = link.inertia_model();
+            link.friction.respond(&u, &mut own);
+            squared_error = squared_error.max(link.friction.squared_error(&u, link.mass));
+            while let Some(contact) = contacts.next_if(|contact| contact.link == i) {
+                contact.respond(&u, &mut own);
+                squared_error = squared_error.max(contact.squared_error());
+            }
+            let stiffness = link.drive.respond(u.z - omega_before);
+            own.gw += drive_behind - link.drive.value;
+            drive_behind = link.drive.value;
+            slope += own.gx * link.step.x + own.gy * link.step.y + own.gw * link.step.z;
+            let total = behind
+                .seen_from_before(link.half_length + link.half_length)
+                .plus(own.seen_from_before(link.half_length));
+            let (elimination, left, decrease) = total.eliminate(stiffness);
+            link.elimination = elimination;
+            descent += decrease;
+            behind = left.turned_back(&link.turn);
+        }
+        let (head, decrease) = behind.minimiser();
+        self.head = head;
+        Assembly { slope, descent: descent + decrease, multiplier_error: squared_error.sqrt() }
+    }
+
+    /// From head to tail: the Newton step, taken in full in the given lanes.
+    #[inline(always)]
+    fn substitute(&mut self, lanes: T::Mask) {
+        let ((mut px, mut py), mut omega) = (self.head, T::zero());
+        for link in &mut self.links {
+            (px, py) = turned(&link.turn, px, py);
+            omega = link.elimination.back_substitute(px, py, omega);
+            let swing = link.half_length * omega;
+            py += swing;
+            link.step = Vector3::new(px, py, omega);
+            py += swing;
+            link.start = link.twist;
+            let full = add_scaled(&link.start, &link.step, T::splat(1.0));
+            select_into(&mut link.twist, lanes, &full);
+        }
     }
 
     /// Raises the penalties tenfold, as far as round-off allows.
@@ -263,104 +256,80 @@ impl<T: Real> Newton<T> {
         let lanes = lanes & self.stiffening.lt(T::splat(MAX_STIFFENING));
         let factor = T::select(lanes, T::splat(10.0), T::splat(1.0));
         self.stiffening = self.stiffening * factor;
-        for friction in &mut self.friction {
-            friction.stiffen(factor);
-        }
-        for contact in &mut self.contact {
-            contact.stiffen(factor);
-        }
+        self.links.iter_mut().for_each(|link| link.friction.stiffen(factor));
+        self.contacts.iter_mut().for_each(|contact| contact.stiffen(factor));
     }
 
     #[inline(always)]
     fn recentre(&mut self, lanes: T::Mask) {
-        for friction in &mut self.friction {
-            friction.centre.x = T::select(lanes, friction.value.x, friction.centre.x);
-            friction.centre.y = T::select(lanes, friction.value.y, friction.centre.y);
-        }
-        for contact in &mut self.contact {
-            contact.centre = T::select(lanes, contact.value, contact.centre);
-        }
+        self.links.iter_mut().for_each(|link| link.friction.recentre(lanes));
+        self.contacts.iter_mut().for_each(|contact| contact.recentre(lanes));
     }
 
+    /// Velocities in the world frame, and impulses.
     #[inline(always)]
-    fn write_impulses(&self, stage: &Stage<T>, solution: &mut StageSolution<T>) {
-        for ((impulse, friction), link) in solution.friction.iter_mut().zip(&self.friction).zip(&stage.links) {
-            *impulse = Vector2::new(friction.value.x * link.friction.x, friction.value.y * link.friction.y);
+    fn write(&self, stage: &Stage<T>, solution: &mut StageSolution<T>) {
+        for (i, link) in self.links.iter().enumerate() {
+            let velocity = stage.links[i].heading.to_world(link.twist.xy());
+            solution.twist[i] = Vector3::new(velocity.x, velocity.y, link.twist.z);
+            solution.friction[i] = link.friction.impulse();
+            if i > 0 {
+                solution.drive[i - 1] = link.drive.value;
+            }
         }
-        for (impulse, contact) in solution.contact.iter_mut().zip(&self.contact) {
-            *impulse = contact.value;
+        for (impulse, contact) in solution.contact.iter_mut().zip(&self.contacts) {
+            *impulse = contact.impulse();
         }
     }
 }
 
-/// Quadratic model of one link's inertia and friction; notes the friction.
-///
-/// In scaled coordinates gamma^ = A R^T v with A = diag(a_x, a_y), friction acts with R A p,
-/// p = prox_disc(x), x = centre - r gamma^, and the Hessian is r R A D A R^T with
-/// D = I when sticking, (I - p p^T) / |x| when sliding.
-#[inline(always)]
-fn link_model<T: Real>(link: &StageLink<T>, u: &Vector3<T>, friction: &mut Proximal<T, Vector2<T>>) -> LinkModel<T> {
-    let (c, s) = (link.heading.cos, link.heading.sin);
-    let (ax, ay) = (link.friction.x, link.friction.y);
-    let (rax, ray) = (friction.penalty * ax, friction.penalty * ay);
-    let x = friction.centre.x - rax * (c * u.x + s * u.y);
-    let y = friction.centre.y - ray * (c * u.y - s * u.x);
-    let one = T::splat(1.0);
-    let norm_squared = x * x + y * y;
-    let shrink = one / norm_squared.max(one).sqrt();
-    let (px, py) = (x * shrink, y * shrink);
-    friction.value = Vector2::new(px, py);
-    let sticks = norm_squared.le(one);
-    let hxx = rax * ax * T::select(sticks, one, py * py * shrink);
-    let hxy = rax * ay * T::select(sticks, T::zero(), -px * py * shrink);
-    let hyy = ray * ay * T::select(sticks, one, px * px * shrink);
-    let (fx, fy) = (ax * px, ay * py);
-    let (cc, cs, ss) = (c * c, c * s, s * s);
-    let cross = (cs + cs) * hxy;
-    LinkModel {
-        heading: link.heading,
-        half_length: link.half_length,
-        xx: link.mass + cc * hxx - cross + ss * hyy,
-        xy: cs * (hxx - hyy) + (cc - ss) * hxy,
-        yy: link.mass + ss * hxx + cross + cc * hyy,
-        xw: T::zero(),
-        yw: T::zero(),
-        ww: link.inertia,
-        gx: link.mass * (u.x - link.reference.x) - (c * fx - s * fy),
-        gy: link.mass * (u.y - link.reference.y) - (s * fx + c * fy),
-        gw: link.inertia * (u.z - link.reference.z),
-        stiffness: T::zero(),
+impl<T: Real> LinkTerm<T> {
+    /// |u - u_ref|_M^2 / 2 at the present twist.
+    #[inline(always)]
+    fn inertia_model(&self) -> Quadratic<T> {
+        let (u, reference) = (&self.twist, &self.reference);
+        Quadratic {
+            xx: self.mass,
+            yy: self.mass,
+            ww: self.inertia,
+            gx: self.mass * (u.x - reference.x),
+            gy: self.mass * (u.y - reference.y),
+            gw: self.inertia * (u.z - reference.z),
+            ..Quadratic::zero()
+        }
     }
 }
 
-/// r in unit-disc coordinates: a stick stiffness of `PENALTY` masses along the stronger axis.
+/// A twist in the frame of a link.
 #[inline(always)]
-fn friction_penalty<T: Real>(link: &StageLink<T>) -> T {
-    let largest = link.friction.x.max(link.friction.y);
-    let penalty = T::splat(PENALTY) * link.mass / (largest * largest);
-    T::select(T::zero().lt(largest), penalty, T::zero())
+fn in_frame<T: Real>(heading: &Heading<T>, twist: &Vector3<T>) -> Vector3<T> {
+    let velocity = heading.to_link(twist.xy());
+    Vector3::new(velocity.x, velocity.y, twist.z)
 }
 
-/// Velocities of links 2..n from the joints, given the twist of link 1 and all angular velocities.
+/// The velocity (px, py) in the frame of the link behind the joint.
 #[inline(always)]
-fn follow_joints<T: Real>(links: &[StageLink<T>], twist: &mut [Vector3<T>]) {
-    for i in 1..links.len() {
-        let (near, far) = (&links[i - 1], &links[i]);
-        let (swing_near, swing_far) = (near.half_length * twist[i - 1].z, far.half_length * twist[i].z);
-        twist[i].x = twist[i - 1].x - near.heading.sin * swing_near - far.heading.sin * swing_far;
-        twist[i].y = twist[i - 1].y + near.heading.cos * swing_near + far.heading.cos * swing_far;
-    }
+fn turned<T: Real>(joint: &Heading<T>, px: T, py: T) -> (T, T) {
+    let v = joint.to_link(Vector2::new(px, py));
+    (v.x, v.y)
 }
 
-/// p / a, or 0 along a zero axis.
 #[inline(always)]
-fn ratio<T: Real>(p: T, a: T) -> T {
-    T::select(T::zero().lt(a), p / a, T::zero())
+fn add_scaled<T: Real>(u: &Vector3<T>, du: &Vector3<T>, factor: T) -> Vector3<T> {
+    Vector3::new(u.x + du.x * factor, u.y + du.y * factor, u.z + du.z * factor)
+}
+
+/// Takes `value` over in the given lanes.
+#[inline(always)]
+fn select_into<T: Real>(target: &mut Vector3<T>, lanes: T::Mask, value: &Vector3<T>) {
+    target.x = T::select(lanes, value.x, target.x);
+    target.y = T::select(lanes, value.y, target.y);
+    target.z = T::select(lanes, value.z, target.z);
 }
 
 /// Stick stiffness over link mass: large enough that an outer step gains three to four digits, small
 /// enough that the kinks of the inner problem stay easy to cross.
-const PENALTY: f64 = 1e4;
+const PENALTY: f64 = 1e6;
 
 /// An inner solve ends when its last step is no longer than this times the multipliers' error: the
 /// step after a short Newton step is quadratically shorter.

@@ -61,6 +61,7 @@ pub struct Stage<T = f64> {
     pub coefficient: f64,
     pub links: Vec<StageLink<T>>,
     pub joints: Vec<StageJoint<T>>,
+    /// Sorted by link.
     pub contacts: Vec<StageContact<T>>,
 }
 

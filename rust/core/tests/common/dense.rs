@@ -226,5 +226,6 @@ pub fn random_stage(kind: Kind, random: &mut Random) -> Stage {
         // Offsets are never negative, so that the robot at rest is admissible.
         stage.contacts.push(StageContact { link, direction, offset: random.between(0.0, 0.02) });
     }
+    stage.contacts.sort_by_key(|contact| contact.link);
     stage
 }
