@@ -256,3 +256,33 @@ fn a_drive_that_snaps_from_rest_does_not_push_a_link_through_a_peg() {
         }
     }
 }
+
+/// However fast a robot is, and however thin the pegs: no link is on the other side after a step, or ever.
+#[test]
+fn a_fast_robot_does_not_pass_through_pegs() {
+    for speed in [3.0, 10.0, 100.0] {
+        for step in [0.01, 0.05] {
+            for order in [1, 2] {
+                // A fence across the way of every link.
+                let fence: Vec<Peg> =
+                    (0..20).map(|k| Peg { radius: 0.02, x: 0.1 * f64::from(k) - 0.7, y: 0.53 }).collect();
+                let scene = SceneConfig { obstacles: fence, ..ground([0.2, 0.2]) };
+                let mut simulation = build(&links(5), &scene, &LIMP, &implicit(step, order));
+                simulation.place_chain(0.0, 0.0, 0.0, &[0.0; 4]);
+                let pose = simulation.state().pose.clone();
+                let state = moving_chain(simulation.robot(), &pose, Twist::new(0.0, speed, 0.0), &[0.0; 4]);
+                simulation.place(&state);
+                let energy = simulation.kinetic_energy();
+                let mut deepest = f64::INFINITY;
+                for _ in 0..(0.5 / step) as u32 {
+                    assert!(!simulation.advance(step, &Hold(0.0)).diverged);
+                    deepest = deepest.min(simulation.min_gap());
+                    assert!(simulation.state().pose.iter().all(|q| q.y < 0.53), "{speed} m/s, h {step}, order {order}");
+                }
+                println!("{speed} m/s, h {step}, order {order}: smallest gap {deepest:.1e} m");
+                assert!(deepest > -5e-3, "{speed} m/s, h {step}, order {order}: {deepest:e}");
+                assert!(simulation.kinetic_energy() < 0.05 * energy, "the fence has all but stopped the robot");
+            }
+        }
+    }
+}

@@ -195,7 +195,7 @@ fn rows_per_chunk(rows: usize, threads: usize) -> usize {
 }
 
 const CHUNKS_PER_THREAD: usize = 3;
-const LARGEST_CHUNK: usize = 32;
+const LARGEST_CHUNK: usize = 128;
 
 /// Guards against typing errors.
 const MAX_ENVS: usize = 1_000_000;

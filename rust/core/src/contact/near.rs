@@ -3,16 +3,19 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use crate::math::Real;
 use crate::pegs::PegGrid;
 use crate::robot::Link;
 
-use super::gap;
+use super::link_peg_contact_within;
 
 /// A link-peg pair near contact and what the last stage found there.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct NearPair {
     pub link: usize,
     pub peg: usize,
+    /// Gap at the poses for which the list was made \[m\].
+    clearance: f64,
     /// Contact force of the last stage \[N\]: the warm start of the next one.
     pub force: f64,
     /// Whether the contact carried force at the end of the last accepted step.
@@ -22,15 +25,22 @@ pub struct NearPair {
     pub closed: bool,
 }
 
-/// All pairs whose gap may be below a margin; recomputed only after the robot moved by [`SKIN`].
+impl NearPair {
+    fn open(link: usize, peg: usize, clearance: f64) -> Self {
+        Self { link, peg, clearance, force: 0.0, touches: false, closed: false }
+    }
+}
+
+/// All pairs whose gap may be below a margin; made anew only after the robot moved far enough.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct NearPegs {
     pairs: Vec<NearPair>,
     #[serde(skip)]
     previous: Vec<NearPair>,
-    /// Poses at which the list was made, and the margin it was made for.
-    anchor: Vec<Vector3<f64>>,
+    /// Margin up to which the list is complete \[m\].
     margin: f64,
+    /// How far any point of the robot may still move before pairs could be missing \[m\].
+    slack: f64,
 }
 
 impl NearPegs {
@@ -38,13 +48,19 @@ impl NearPegs {
         Self {
             pairs: Vec::with_capacity(PAIRS_PER_LINK * links),
             previous: Vec::with_capacity(PAIRS_PER_LINK * links),
-            anchor: Vec::with_capacity(links),
             margin: 0.0,
+            slack: NOTHING_LISTED,
         }
     }
 
     pub fn pairs(&self) -> &[NearPair] {
         &self.pairs
+    }
+
+    /// Pairs, with their index, whose gap may be below `margin` at poses that lead by up to `lead`.
+    pub fn within_reach(&self, lead: f64, margin: f64) -> impl Iterator<Item = (usize, &NearPair)> {
+        let reach = SKIN - self.slack + lead + margin;
+        self.pairs.iter().enumerate().filter(move |(_, pair)| pair.clearance < reach)
     }
 
     pub fn pairs_mut(&mut self) -> &mut [NearPair] {
@@ -53,58 +69,59 @@ impl NearPegs {
 
     /// Whether all pairs are of a robot of `links` links among `pegs` pegs.
     pub fn fits(&self, links: usize, pegs: usize) -> bool {
-        (self.anchor.is_empty() || self.anchor.len() == links)
-            && self.pairs.iter().all(|pair| pair.link < links && pair.peg < pegs)
+        self.pairs.iter().all(|pair| pair.link < links && pair.peg < pegs)
     }
 
     /// Forgets pairs and warm starts.
     pub fn clear(&mut self) {
         self.pairs.clear();
-        self.anchor.clear();
+        self.slack = NOTHING_LISTED;
     }
 
-    /// Makes sure that every pair with a gap below `margin` at `poses` is listed.
-    pub fn update(&mut self, poses: &[Vector3<f64>], links: &[Link], pegs: &PegGrid, margin: f64) {
-        if !pegs.pegs().is_empty() && self.is_stale(poses, links, margin) {
-            self.rebuild(poses, links, pegs, margin);
-        }
+    /// Whether the list is complete up to `margin` for poses whose points are at most `lead` from those
+    /// that [`Self::advance`] was last told of.
+    pub fn covers(&self, lead: f64, margin: f64) -> bool {
+        lead <= self.slack && margin <= self.margin
     }
 
-    fn is_stale(&self, poses: &[Vector3<f64>], links: &[Link], margin: f64) -> bool {
-        if self.anchor.len() != poses.len() || margin > self.margin {
-            return true;
-        }
-        // No point of a link has moved farther than its CG plus its reach times its rotation.
-        let moved = |(i, pose): (usize, &Vector3<f64>)| {
-            let step = pose - self.anchor[i];
-            step.xy().norm() + links[i].reach() * step.z.abs() > SKIN
-        };
-        poses.iter().enumerate().any(moved)
+    /// The robot has moved, no point of it by more than `distance` \[m\].
+    pub fn advance(&mut self, distance: f64) {
+        self.slack -= distance;
     }
 
-    fn rebuild(&mut self, poses: &[Vector3<f64>], links: &[Link], pegs: &PegGrid, margin: f64) {
-        self.anchor.clear();
-        self.anchor.extend_from_slice(poses);
-        self.margin = margin;
+    /// Lists all pairs with a gap below `margin` at poses no point of which is more than [`SKIN`] from
+    /// `poses`; these lead by up to `lead` \[m\]. What is known of a pair is kept.
+    pub fn rebuild(
+        &mut self,
+        poses: impl Iterator<Item = Vector3<f64>>,
+        links: &[Link],
+        pegs: &PegGrid,
+        margin: f64,
+        lead: f64,
+    ) {
+        (self.margin, self.slack) = (margin, SKIN - lead);
         std::mem::swap(&mut self.pairs, &mut self.previous);
         self.pairs.clear();
-        for (i, (pose, link)) in poses.iter().zip(links).enumerate() {
+        for (i, (pose, link)) in poses.zip(links).enumerate() {
+            let (sin, cos) = Real::sin_cos(pose.z);
             pegs.visit_near(pose.x, pose.y, link.reach() + margin + SKIN, |peg| {
-                if gap(pose, link, &pegs.pegs()[peg]) < margin + SKIN {
-                    self.pairs.push(NearPair { link: i, peg, force: 0.0, touches: false, closed: false });
-                }
+                let contact = link_peg_contact_within(&pose, cos, sin, link, &pegs.pegs()[peg], margin + SKIN);
+                self.pairs.extend(contact.map(|contact| NearPair::open(i, peg, contact.gap)));
             });
         }
         for pair in &mut self.pairs {
             if let Some(old) = self.previous.iter().find(|old| old.link == pair.link && old.peg == pair.peg) {
-                *pair = *old;
+                *pair = NearPair { clearance: pair.clearance, ..*old };
             }
         }
     }
 }
 
+/// A slack that covers no pose.
+const NOTHING_LISTED: f64 = -1.0;
+
 /// How far a point of the robot may move before the list is made anew \[m\].
-const SKIN: f64 = 0.04;
+const SKIN: f64 = 0.1;
 
 /// Pairs reserved for each link; a denser field grows the list once.
 pub const PAIRS_PER_LINK: usize = 8;

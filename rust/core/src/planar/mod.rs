@@ -26,4 +26,4 @@ pub use kinematics::{assemble_chain, close_joints, joint_gap, largest_joint_gap,
 pub use modified_newton::{ModifiedNewton, Penalties};
 pub use newton::{Newton, Outcome};
 pub use stage::{Stage, StageContact, StageJoint, StageLink, StageSolution};
-pub use state::{PlanarState, Pose, Twist};
+pub use state::{PlanarState, Pose, Twist, is_sane};

@@ -63,6 +63,8 @@ pub(super) struct LinkTerm<T> {
     pub start: Vector3<T>,
     pub step: Vector3<T>,
     pub twist: Vector3<T>,
+    /// Fraction of the step at which the link slips least.
+    pub kink: T,
 }
 
 /// What a pass over the chain finds at the trial velocities.
@@ -169,6 +171,7 @@ impl<T: Real> Newton<T> {
                 start: twist,
                 step: Vector3::new(T::zero(), T::zero(), T::zero()),
                 twist,
+                kink: T::zero(),
             });
             before = link.heading;
         }

@@ -98,6 +98,16 @@ impl<T: Real> FrictionTerm<T> {
         (-along, self.penalty * shrink * (dx * dx + dy * dy - lost))
     }
 
+    /// The alpha at which |centre - r A (u + alpha du)| is least; not a number if du is zero.
+    #[inline(always)]
+    pub fn kink(&self, u: &Vector3<T>, du: &Vector3<T>) -> T {
+        let a = self.axes;
+        let (dx, dy) = (a.x * du.x, a.y * du.y);
+        let x = self.centre.x - self.penalty * a.x * u.x;
+        let y = self.centre.y - self.penalty * a.y * u.y;
+        (x * dx + y * dy) / (self.penalty * (dx * dx + dy * dy))
+    }
+
     /// Square of how far the velocity is from obeying the law because the centre is not yet the value.
     ///
     /// Sticking, the constraint is violated by |P - P_centre| / r. Sliding at speed gamma, the friction's

@@ -43,11 +43,13 @@ impl<T: Real> Newton<T> {
     /// A zero of the slope on (0, 1), up to `accuracy` \[J\], in the given lanes. Where the slope at 1 is
     /// not positive it is 1.
     ///
-    /// Newton's method from the end, which crosses a stiff contact or a stuck link in one step, kept
-    /// within the bracket by bisection.
+    /// Newton's method from the end, which crosses a stiff contact or a stuck link in one step, kept within
+    /// a bracket. Where it leaves the bracket it is replaced by the kink nearest to the bracket's middle,
+    /// since the zero often lies in one: where a link comes to rest the slope all but jumps.
     #[inline(always)]
-    pub(super) fn zero_of_slope(&self, accuracy: T, lanes: T::Mask) -> T {
+    pub(super) fn zero_of_slope(&mut self, accuracy: T, lanes: T::Mask) -> T {
         let inertia = self.inertia_along();
+        self.find_kinks();
         let (mut low, mut high) = (T::zero(), T::splat(1.0));
         let (mut alpha, mut searching) = (high, lanes);
         for _ in 0..MAX_EVALUATIONS {
@@ -62,10 +64,33 @@ impl<T: Real> Newton<T> {
             }
             let newton = alpha - here / curvature;
             let inside = low.lt(newton) & newton.lt(high);
-            let next = T::select(inside, newton, T::splat(0.5) * (low + high));
+            let next = T::select(inside, newton, self.kink_between(low, high));
             alpha = T::select(searching, next, alpha);
         }
         alpha
+    }
+
+    #[inline(always)]
+    fn find_kinks(&mut self) {
+        for link in &mut self.links {
+            link.kink = link.friction.kink(&link.start, &link.step);
+        }
+    }
+
+    /// The kink nearest to the middle of the bracket, or the middle if no kink lies inside.
+    #[inline(always)]
+    fn kink_between(&self, low: T, high: T) -> T {
+        let middle = T::splat(0.5) * (low + high);
+        let (mut nearest, mut distance) = (middle, T::splat(0.5) * (high - low));
+        let margin = T::splat(1e-3) * distance;
+        distance = distance - margin;
+        for link in &self.links {
+            let away = (link.kink - middle).abs();
+            let nearer = away.lt(distance);
+            nearest = T::select(nearer, link.kink, nearest);
+            distance = T::select(nearer, away, distance);
+        }
+        nearest
     }
 }
 

@@ -1,6 +1,7 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use crate::math::{Mask, Real};
 use crate::robot::Robot;
 
 /// q_i = (x, y, theta): position of a link's CG \[m\] and absolute angle \[rad\] (T 3.4).
@@ -48,13 +49,18 @@ impl PlanarState {
     pub fn joint_rate(&self, joint: usize) -> f64 {
         self.twist[joint + 1].z - self.twist[joint].z
     }
+}
 
-    /// Finite, and slow enough to be a robot rather than a diverged computation.
-    pub fn is_sane(&self) -> bool {
-        let finite = |q: &Pose| q.iter().all(|x| x.is_finite());
-        let slow = |u: &Twist| u.x.abs() < MAX_SPEED && u.y.abs() < MAX_SPEED && u.z.abs() < MAX_RATE;
-        self.pose.iter().all(finite) && self.twist.iter().all(slow)
+/// Whether states are finite, and slow enough to be robots rather than diverged computations.
+#[inline(always)]
+pub fn is_sane<T: Real>(pose: &[Vector3<T>], twist: &[Vector3<T>]) -> T::Mask {
+    let (speed, rate, anywhere) = (T::splat(MAX_SPEED), T::splat(MAX_RATE), T::splat(f64::INFINITY));
+    let mut sane = T::Mask::of(|_| true);
+    for (q, u) in pose.iter().zip(twist) {
+        sane = sane & u.x.abs().lt(speed) & u.y.abs().lt(speed) & u.z.abs().lt(rate);
+        sane = sane & q.x.abs().lt(anywhere) & q.y.abs().lt(anywhere) & q.z.abs().lt(anywhere);
     }
+    sane
 }
 
 /// \[m/s\]

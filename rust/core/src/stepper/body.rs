@@ -39,6 +39,8 @@ pub struct Body {
     pub joint_torque: Vec<f64>,
     /// The state became absurd during the present interval; it is the last good one.
     pub diverged: bool,
+    /// Whether the state is still that of a robot; schemes tell.
+    pub(super) sane: bool,
     /// State at the last instant known to be good.
     last_good: PlanarState,
 }
@@ -53,6 +55,7 @@ impl Body {
             tally: Tally::new(links),
             joint_torque: vec![0.0; links - 1],
             diverged: false,
+            sane: true,
             last_good: PlanarState::zero(links),
         }
     }
@@ -81,13 +84,14 @@ impl Body {
     /// If the state is absurd, puts the robot to rest where it last was good and flags it. The counters
     /// keep what led there.
     pub fn contain(&mut self) {
-        if !self.state.is_sane() {
+        if !self.sane {
             std::mem::swap(&mut self.state, &mut self.last_good);
             self.state.twist.fill(Twist::zeros());
             self.last_good.copy_from(&self.state);
             self.warm_start.clear();
             self.tally.clear_works();
             self.joint_torque.fill(0.0);
+            self.sane = true;
             self.diverged = true;
         }
     }

@@ -2,11 +2,13 @@
 
 use nalgebra::Vector3;
 
-use crate::contact::{NearPair, link_peg_contact};
+use crate::contact::{NearPair, NearPegs, link_peg_contact, link_peg_contact_within};
 use crate::math::{MAX_LANES, Real};
 use crate::pegs::PegGrid;
-use crate::planar::{Heading, Pose, Stage, StageContact, Twist};
+use crate::planar::{Heading, Stage, StageContact};
 use crate::robot::Robot;
+
+use super::lanes::{read_vector, set_vector};
 
 /// What a slot of [`Stage::contacts`] stands for in each lane: the index of a near pair.
 #[derive(Debug, Clone, Copy)]
@@ -25,51 +27,66 @@ impl Slot {
 }
 
 /// One robot of a stage: where it starts, where it is predicted to end, and with what velocity.
-pub struct Prediction<'a> {
+pub struct Prediction<'a, T> {
     pub robot: &'a Robot,
     pub pegs: &'a PegGrid,
-    pub base: &'a [Pose],
-    pub end: &'a [Pose],
+    /// Lane of the robot in all that follows.
+    pub lane: usize,
+    pub base: &'a [Vector3<T>],
+    /// Configuration at the start of the step.
+    pub start: &'a [Vector3<T>],
+    pub end: &'a [Vector3<T>],
     /// Headings at the predicted end.
-    pub heading: &'a [Heading],
-    pub twist: &'a [Twist],
+    pub heading: &'a [Heading<T>],
+    pub twist: &'a [Vector3<T>],
+    /// Largest way of any point of the robot from the start of the step to the predicted end \[m\].
+    pub lead: f64,
     /// Predicted gap up to which a pair takes part \[m\].
     pub margin: f64,
 }
 
-/// Adds to lane `lane` of `stage` the near pairs whose predicted gap is below the margin.
-///
-/// The end-of-stage gap (T 3.47 != D5) is linearised at the predicted end configuration,
-/// `g(q_E) = g(q_pred) + c w . (u - u_pred)`, so that a sustained contact is exact to second order.
-/// Where the prediction runs deep into a peg the side is uncertain, and the gap is linearised at
-/// the start (T 3.47 != D9). Either plane touches the distance function of a convex body from below (for a link
-/// that translates), so `g + c w . u >= 0` keeps the true gap non-negative however long the step.
-pub fn add_contacts<T: Real>(
-    stage: &mut Stage<T>,
-    slots: &mut Vec<Slot>,
-    lane: usize,
-    pairs: &[NearPair],
-    prediction: &Prediction,
-) {
-    let c = stage.coefficient;
-    for (index, pair) in pairs.iter().enumerate() {
-        let i = pair.link;
-        let (link, peg) = (&prediction.robot.links[i], &prediction.pegs.pegs()[pair.peg]);
-        let heading = prediction.heading[i];
-        let at_end = link_peg_contact(&prediction.end[i], heading.cos, heading.sin, link, peg);
-        if at_end.gap > prediction.margin {
-            continue;
-        }
-        let (contact, travelled) = if at_end.gap > -DEEP * (peg.radius + link.radius) {
-            (at_end, at_end.direction.dot(&prediction.twist[i]))
-        } else {
-            let start = Heading::of(prediction.base[i].z);
-            (link_peg_contact(&prediction.base[i], start.cos, start.sin, link, peg), 0.0)
-        };
-        let offset = (contact.gap / c - travelled).max(-RECOVERY_SPEED);
-        let slot = free_slot(stage, slots, lane, i);
+/// Adds to its lane of `stage` the near pairs whose predicted gap is below the margin.
+pub fn add_contacts<T: Real>(stage: &mut Stage<T>, slots: &mut Vec<Slot>, near: &NearPegs, prediction: &Prediction<T>) {
+    let lane = prediction.lane;
+    for (index, pair) in near.within_reach(prediction.lead, prediction.margin) {
+        let Some((direction, offset)) = prediction.plane(pair, stage.coefficient) else { continue };
+        let slot = free_slot(stage, slots, lane, pair.link);
         slots[slot].pair[lane] = index as u32;
-        set(&mut stage.contacts[slot], lane, &contact.direction, offset);
+        let contact = &mut stage.contacts[slot];
+        set_vector(&mut contact.direction, lane, &direction);
+        contact.offset.set_lane(lane, offset);
+    }
+}
+
+impl<T: Real> Prediction<'_, T> {
+    /// Direction and offset of a pair whose predicted gap is below the margin.
+    ///
+    /// The end-of-stage gap (T 3.47 != D5) is linearised at the predicted end configuration,
+    /// `g(q_E) = g(q_pred) + c w . (u - u_pred)`, so that a sustained contact is exact to second order.
+    /// Where the prediction runs deep into a peg, or past it, the side is uncertain, and the gap is linearised
+    /// at the start of the step (T 3.47 != D9). Either plane touches the distance function of a convex body
+    /// from below (for a link that translates), so `g + c w . u >= 0` keeps the true gap non-negative however
+    /// long the step.
+    fn plane(&self, pair: &NearPair, c: f64) -> Option<(Vector3<f64>, f64)> {
+        let (i, lane) = (pair.link, self.lane);
+        let (link, peg) = (&self.robot.links[i], &self.pegs.pegs()[pair.peg]);
+        let touching = peg.radius + link.radius;
+        let (cos, sin) = (self.heading[i].cos.lane(lane), self.heading[i].sin.lane(lane));
+        let end = read_vector(&self.end[i], lane);
+        let at_end = link_peg_contact_within(&end, cos, sin, link, peg, self.margin)?;
+        let mut plane = at_end;
+        let mut travelled = c * at_end.direction.dot(&read_vector(&self.twist[i], lane));
+        if at_end.gap < -DEEP * touching || self.lead > touching {
+            let start = read_vector(&self.start[i], lane);
+            let heading = Heading::of(start.z);
+            let at_start = link_peg_contact(&start, heading.cos, heading.sin, link, peg);
+            let same_side = at_start.direction.xy().dot(&at_end.direction.xy()) > SAME_SIDE;
+            if at_end.gap < -DEEP * touching || !same_side {
+                plane = at_start;
+                travelled = -at_start.direction.dot(&(read_vector(&self.base[i], lane) - start));
+            }
+        }
+        Some((plane.direction, ((plane.gap - travelled) / c).max(-RECOVERY_SPEED)))
     }
 }
 
@@ -90,15 +107,12 @@ fn free_slot<T: Real>(stage: &mut Stage<T>, slots: &mut Vec<Slot>, lane: usize, 
     position
 }
 
-fn set<T: Real>(contact: &mut StageContact<T>, lane: usize, direction: &Vector3<f64>, offset: f64) {
-    contact.direction.x.set_lane(lane, direction.x);
-    contact.direction.y.set_lane(lane, direction.y);
-    contact.direction.z.set_lane(lane, direction.z);
-    contact.offset.set_lane(lane, offset);
-}
-
 /// Predicted penetration, relative to the sum of the radii, beyond which the side is uncertain.
 const DEEP: f64 = 0.1;
+
+/// Cosine between the normals at the start and at the predicted end of a step down to which the link is
+/// certainly still on the same side of the peg.
+const SAME_SIDE: f64 = 0.5;
 
 /// Fastest separation asked of a penetrating contact \[m/s\] (T 3.55 != D10): an initial penetration is undone over
 /// several steps instead of being thrown out within one.

@@ -17,10 +17,11 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::contact::PAIRS_PER_LINK;
 use crate::gait::JointTarget;
-use crate::math::{MAX_LANES, Mask, Real};
-use crate::planar::{Heading, Newton, Pose, Stage, StageSolution, Twist};
+use crate::math::{Mask, Real};
+use crate::planar::{Heading, Newton, Stage, StageSolution};
 
 use super::contacts::{Prediction, Slot, add_contacts};
+use super::lanes::{Lanes, NO_LANES, active, lanes_of, read_lane, read_vector, set_vector};
 use super::stage_kernels::{Extrapolate, LinkConstants, Solve, StageKernels, StageWork, Works};
 use super::{Body, Driven, IntegratorConfig, Plant};
 
@@ -38,23 +39,9 @@ pub struct Group<T: Real> {
     first_impulses: Vec<Impulse>,
     /// Contact impulses of the last stage.
     impulses: Vec<Impulse>,
-    scratch: Scratch,
-}
-
-/// One lane's data as plain numbers.
-#[derive(Debug, Clone)]
-struct Scratch {
+    /// References of one robot.
     targets: Vec<JointTarget>,
-    base: Vec<Pose>,
-    end: Vec<Pose>,
-    heading: Vec<Heading>,
-    twist: Vec<Twist>,
 }
-
-/// Lanes still on their way through a step.
-type Lanes = [bool; MAX_LANES];
-
-const NO_LANES: Lanes = [false; MAX_LANES];
 
 /// Impulse of a peg: lane, link, and impulse in the world frame \[N s\].
 type Impulse = (usize, usize, Vector2<f64>);
@@ -94,13 +81,6 @@ impl<T: StageKernels> Group<T> {
             end: rest.clone(),
             works: Works::none(),
         };
-        let scratch = Scratch {
-            targets: vec![JointTarget::default(); links - 1],
-            base: vec![Pose::zeros(); links],
-            end: vec![Pose::zeros(); links],
-            heading: vec![Heading { cos: 1.0, sin: 0.0 }; links],
-            twist: vec![Twist::zeros(); links],
-        };
         Self {
             config,
             work,
@@ -110,7 +90,7 @@ impl<T: StageKernels> Group<T> {
             first_works: Works::none(),
             first_impulses: Vec::with_capacity(PAIRS_PER_LINK * links * T::LANES),
             impulses: Vec::with_capacity(PAIRS_PER_LINK * links * T::LANES),
-            scratch,
+            targets: vec![JointTarget::default(); links - 1],
         }
     }
 
@@ -250,7 +230,7 @@ impl<T: StageKernels> Group<T> {
 
     fn find_contacts<D: Driven>(&mut self, plant: &Plant, fleet: &mut [D], members: &[usize], lanes: Lanes) {
         let c = self.work.stage.coefficient;
-        let speed = T::predict(&mut self.work);
+        let outlook = T::predict(&mut self.work, &self.start_pose);
         self.work.stage.contacts.clear();
         self.slots.clear();
         for (lane, member) in active(members, lanes) {
@@ -258,18 +238,26 @@ impl<T: StageKernels> Group<T> {
             if pegs.pegs().is_empty() {
                 continue;
             }
-            let margin = MARGIN.max(2.0 * c * speed.lane(lane));
-            let Scratch { base, end, heading, twist, .. } = &mut self.scratch;
-            read_lane(&self.work.base, lane, base);
-            read_lane(&self.work.predicted, lane, end);
-            read_lane(&self.work.guess, lane, twist);
-            for (to, from) in heading.iter_mut().zip(&self.work.heading) {
-                *to = Heading { cos: from.cos.lane(lane), sin: from.sin.lane(lane) };
+            let lead = outlook.lead.lane(lane);
+            let mut margin = MARGIN.max(2.0 * c * outlook.fastest.lane(lane));
+            if lead > plant.smallest_radius() {
+                // Fast enough to pass a peg within the step.
+                margin = margin.max(lead);
             }
-            warm_start.near.update(end, &plant.robot.links, pegs, margin);
-            let prediction = Prediction { robot: &plant.robot, pegs, base, end, heading, twist, margin };
-            add_contacts(&mut self.work.stage, &mut self.slots, lane, warm_start.near.pairs(), &prediction);
+            let StageWork { stage, base, predicted, heading, guess, .. } = &mut self.work;
+            if !warm_start.near.covers(lead, margin) {
+                let poses = predicted.iter().map(|pose| read_vector(pose, lane));
+                warm_start.near.rebuild(poses, &plant.robot.links, pegs, margin, lead);
+            }
+            let robot = &plant.robot;
+            let (start, end, twist) = (&self.start_pose, predicted, guess);
+            let prediction = Prediction { robot, pegs, lane, base, start, end, heading, twist, lead, margin };
+            add_contacts(stage, &mut self.slots, &warm_start.near, &prediction);
         }
+        self.load_contact_forces(fleet, members, lanes);
+    }
+
+    fn load_contact_forces<D: Driven>(&mut self, fleet: &mut [D], members: &[usize], lanes: Lanes) {
         self.work.contact_force.clear();
         self.work.contact_force.resize(self.slots.len(), T::zero());
         for (lane, member) in active(members, lanes) {
@@ -288,8 +276,8 @@ impl<T: StageKernels> Group<T> {
         for lane in 0..T::LANES {
             let driven = &fleet[*members.get(lane).unwrap_or(&members[0])];
             let time = driven.body().state.time + end;
-            driven.targets(time, &mut self.scratch.targets);
-            for (lanes, target) in self.work.target.iter_mut().zip(&self.scratch.targets) {
+            driven.targets(time, &mut self.targets);
+            for (lanes, target) in self.work.target.iter_mut().zip(&self.targets) {
                 lanes[0].set_lane(lane, target.angle);
                 lanes[1].set_lane(lane, target.rate);
             }
@@ -340,12 +328,14 @@ impl<T: StageKernels> Group<T> {
     /// The stage's end becomes the robots' state after a step of length `h`; its works and impulses
     /// count once.
     fn accept<D: Driven>(&mut self, fleet: &mut [D], members: &[usize], lanes: Lanes, h: f64) {
-        T::finish(&mut self.work);
+        let arrival = T::finish(&mut self.work, &self.start_pose);
         for (lane, member) in active(members, lanes) {
             let body = fleet[member].body_mut();
             read_lane(&self.work.end, lane, &mut body.state.pose);
             read_lane(&self.work.kept_twist, lane, &mut body.state.twist);
             body.state.time += h;
+            body.sane = arrival.sane.lane(lane);
+            body.warm_start.near.advance(arrival.travelled.lane(lane));
             for pair in body.warm_start.near.pairs_mut() {
                 let touches = pair.force > 0.0;
                 pair.closed = touches && pair.touches;
@@ -365,27 +355,6 @@ fn add_impulses<D: Driven>(impulses: &[Impulse], fleet: &mut [D], members: &[usi
     for &(lane, link, impulse) in impulses.iter().filter(|(lane, ..)| lanes[*lane]) {
         fleet[members[lane]].body_mut().tally.contact_impulse[link] += impulse * weight;
     }
-}
-
-fn lanes_of(members: &[usize]) -> Lanes {
-    std::array::from_fn(|lane| lane < members.len())
-}
-
-/// Lane and robot of the lanes still in the step.
-fn active(members: &[usize], lanes: Lanes) -> impl Iterator<Item = (usize, usize)> + '_ {
-    members.iter().copied().enumerate().filter(move |(lane, _)| lanes[*lane])
-}
-
-fn read_lane<T: Real>(from: &[Vector3<T>], lane: usize, to: &mut [Vector3<f64>]) {
-    for (to, from) in to.iter_mut().zip(from) {
-        *to = Vector3::new(from.x.lane(lane), from.y.lane(lane), from.z.lane(lane));
-    }
-}
-
-fn set_vector<T: Real>(to: &mut Vector3<T>, lane: usize, from: &Vector3<f64>) {
-    to.x.set_lane(lane, from.x);
-    to.y.set_lane(lane, from.y);
-    to.z.set_lane(lane, from.z);
 }
 
 /// gamma = 1 - 1/sqrt 2, for which the two-stage SDIRK is of order 2 and L-stable.

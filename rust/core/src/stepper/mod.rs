@@ -5,6 +5,7 @@ mod config;
 mod contacts;
 mod fleet;
 mod group;
+mod lanes;
 mod plant;
 mod stage_kernels;
 mod tally;

@@ -11,6 +11,7 @@ pub struct Plant {
     pub controller: PdConfig,
     /// mu_Tx, mu_Ty.
     friction: Vector2<f64>,
+    smallest_radius: f64,
 }
 
 impl Plant {
@@ -18,7 +19,13 @@ impl Plant {
     /// Names the gain that is not admissible.
     pub fn new(robot: Robot, friction: [f64; 2], controller: PdConfig) -> Result<Self, ConfigError> {
         controller.validate()?;
-        Ok(Self { robot, controller, friction: Vector2::from(friction) })
+        let smallest_radius = robot.links.iter().map(|link| link.radius).fold(f64::INFINITY, f64::min);
+        Ok(Self { robot, controller, friction: Vector2::from(friction), smallest_radius })
+    }
+
+    /// Radius of the thinnest link \[m\].
+    pub fn smallest_radius(&self) -> f64 {
+        self.smallest_radius
     }
 
     /// Friction bound of a link along and across it, mu m g \[N\].

@@ -6,7 +6,7 @@ use crate::math::{Kernel, Real};
 #[cfg(target_arch = "x86_64")]
 use crate::math::{Wide4, Wide8};
 use crate::planar::{
-    Certificate, Heading, Newton, Outcome, Stage, StageJoint, StageLink, StageSolution, certify, travel,
+    Certificate, Heading, Newton, Outcome, Stage, StageJoint, StageLink, StageSolution, certify, is_sane, travel,
 };
 
 /// Data of the stage at hand, for as many robots as `T` has lanes.
@@ -63,18 +63,18 @@ pub struct Works<T> {
 
 /// The kernels below for one width of register, compiled once, here.
 pub trait StageKernels: Real {
-    fn predict(work: &mut StageWork<Self>) -> Self;
+    fn predict(work: &mut StageWork<Self>, start: &[Vector3<Self>]) -> Outlook<Self>;
     fn solve(solve: Solve<Self>) -> (Outcome<Self>, Certificate<Self>);
     fn keep(work: &mut StageWork<Self>, solved: Self::Mask, again: Self::Mask);
     fn extrapolate(extrapolate: Extrapolate<Self>);
-    fn finish(work: &mut StageWork<Self>);
+    fn finish(work: &mut StageWork<Self>, start: &[Vector3<Self>]) -> Arrival<Self>;
 }
 
 macro_rules! compile_for {
     ($real:ty) => {
         impl StageKernels for $real {
-            fn predict(work: &mut StageWork<Self>) -> Self {
-                Self::run(Predict(work))
+            fn predict(work: &mut StageWork<Self>, start: &[Vector3<Self>]) -> Outlook<Self> {
+                Self::run(Predict { work, start })
             }
 
             fn solve(solve: Solve<Self>) -> (Outcome<Self>, Certificate<Self>) {
@@ -89,8 +89,8 @@ macro_rules! compile_for {
                 Self::run(extrapolate);
             }
 
-            fn finish(work: &mut StageWork<Self>) {
-                Self::run(Finish(work));
+            fn finish(work: &mut StageWork<Self>, start: &[Vector3<Self>]) -> Arrival<Self> {
+                Self::run(Finish { work, start })
             }
         }
     };
@@ -102,24 +102,38 @@ compile_for!(Wide4);
 #[cfg(target_arch = "x86_64")]
 compile_for!(Wide8);
 
-/// Predicts the end configuration; returns the largest speed of any point of each robot \[m/s\].
-struct Predict<'a, T: Real>(&'a mut StageWork<T>);
+/// Predicts the end configuration of the stage.
+struct Predict<'a, T: Real> {
+    work: &'a mut StageWork<T>,
+    /// Poses at the start of the step.
+    start: &'a [Vector3<T>],
+}
+
+/// How far away pegs may matter to a stage.
+#[derive(Debug, Clone, Copy)]
+pub struct Outlook<T> {
+    /// Largest speed of any point of the robot, at the start of the stage or expected at its end \[m/s\].
+    pub fastest: T,
+    /// Largest way of any point of the robot from the start of the step to the predicted end \[m\].
+    pub lead: T,
+}
 
 impl<T: Real> Kernel for Predict<'_, T> {
-    type Output = T;
+    type Output = Outlook<T>;
 
     #[inline(always)]
-    fn run(self) -> T {
-        let work = self.0;
+    fn run(self) -> Outlook<T> {
+        let Self { work, start } = self;
         let c = T::splat(work.stage.coefficient);
         travel(&work.half_length, &work.base, &work.guess, c, &mut work.predicted, &mut work.heading);
-        let mut fastest = T::zero();
-        for (link, (guess, reference)) in work.constants.iter().zip(work.guess.iter().zip(&work.reference)) {
-            for u in [guess, reference] {
-                fastest = fastest.max((u.x * u.x + u.y * u.y).sqrt() + link.reach * u.z.abs());
-            }
+        let at_rest = Vector3::new(T::zero(), T::zero(), T::zero());
+        let (mut fastest, mut lead) = (T::zero(), T::zero());
+        for (i, link) in work.constants.iter().enumerate() {
+            fastest = fastest.max(link.farthest(&work.guess[i], &at_rest));
+            fastest = fastest.max(link.farthest(&work.reference[i], &at_rest));
+            lead = lead.max(link.farthest(&work.predicted[i], &start[i]));
         }
-        fastest
+        Outlook { fastest, lead }
     }
 }
 
@@ -186,16 +200,44 @@ fn select_vector<T: Real>(target: &mut Vector3<T>, mask: T::Mask, value: &Vector
 }
 
 /// End configuration q_B + c u of the solved stage.
-struct Finish<'a, T: Real>(&'a mut StageWork<T>);
+struct Finish<'a, T: Real> {
+    work: &'a mut StageWork<T>,
+    /// Poses at the start of the step.
+    start: &'a [Vector3<T>],
+}
+
+/// Where a step has led.
+#[derive(Debug, Clone, Copy)]
+pub struct Arrival<T: Real> {
+    /// Largest way of any point of the robot \[m\].
+    pub travelled: T,
+    /// Whether the state is that of a robot rather than of a diverged computation.
+    pub sane: T::Mask,
+}
 
 impl<T: Real> Kernel for Finish<'_, T> {
-    type Output = ();
+    type Output = Arrival<T>;
 
     #[inline(always)]
-    fn run(self) {
-        let work = self.0;
+    fn run(self) -> Arrival<T> {
+        let Self { work, start } = self;
         let c = T::splat(work.stage.coefficient);
         travel(&work.half_length, &work.base, &work.kept_twist, c, &mut work.end, &mut work.heading);
+        let mut travelled = T::zero();
+        for (link, (end, start)) in work.constants.iter().zip(work.end.iter().zip(start)) {
+            travelled = travelled.max(link.farthest(end, start));
+        }
+        Arrival { travelled, sane: is_sane(&work.end, &work.kept_twist) }
+    }
+}
+
+impl<T: Real> LinkConstants<T> {
+    /// Bound on how far a point of the link moves between two poses, or on how much faster it is at one of
+    /// two twists.
+    #[inline(always)]
+    fn farthest(&self, to: &Vector3<T>, from: &Vector3<T>) -> T {
+        let (x, y) = (to.x - from.x, to.y - from.y);
+        (x * x + y * y).sqrt() + self.reach * (to.z - from.z).abs()
     }
 }
 
@@ -282,8 +324,7 @@ impl<T: Real> StageWork<T> {
     fn measure_deviation(&mut self) {
         let mut fastest = T::zero();
         for (link, (u, guess)) in self.constants.iter().zip(self.solution.twist.iter().zip(&self.guess)) {
-            let (x, y) = (u.x - guess.x, u.y - guess.y);
-            fastest = fastest.max((x * x + y * y).sqrt() + link.reach * (u.z - guess.z).abs());
+            fastest = fastest.max(link.farthest(u, guess));
         }
         self.deviation = fastest * T::splat(self.stage.coefficient);
     }

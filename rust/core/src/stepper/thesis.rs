@@ -7,8 +7,9 @@ use crate::gait::JointTarget;
 use crate::pegs::PegGrid;
 use crate::planar::{
     Heading, ModifiedNewton, Penalties, PlanarState, Pose, Stage, StageContact, StageJoint, StageLink, StageSolution,
-    certify, close_joints,
+    certify, close_joints, is_sane,
 };
+use crate::robot::Link;
 
 use super::stage_kernels::Works;
 use super::{Body, Driven, IntegratorConfig, Plant, Tally};
@@ -62,6 +63,7 @@ impl Thesis {
             self.step(plant, robot, h);
             let body = robot.body_mut();
             body.state.time = body.interval_start() + h * f64::from(k);
+            body.sane = is_sane(&body.state.pose, &body.state.twist);
             body.contain();
             if body.diverged {
                 self.clear();
@@ -75,10 +77,11 @@ impl Thesis {
         robot.targets(robot.body().state.time, &mut self.targets);
         let Body { state, pegs, tally, joint_torque, .. } = robot.body_mut();
         self.move_to_midpoint(state, h);
-        self.find_closed_contacts(plant, pegs);
+        self.find_closed_contacts(plant, state, pegs);
         self.build_stage(plant, state, pegs, h);
         self.solve(pegs, tally);
         self.move_to_end(plant, state, h);
+        self.near.advance(farthest(&plant.robot.links, &self.midpoint, &state.pose));
         for (torque, drive) in joint_torque.iter_mut().zip(&self.solution.drive) {
             *torque = -drive / h;
         }
@@ -92,8 +95,12 @@ impl Thesis {
     }
 
     /// The set H of active contacts at q_M (T 3.47).
-    fn find_closed_contacts(&mut self, plant: &Plant, pegs: &PegGrid) {
-        self.near.update(&self.midpoint, &plant.robot.links, pegs, 0.0);
+    fn find_closed_contacts(&mut self, plant: &Plant, state: &PlanarState, pegs: &PegGrid) {
+        let lead = farthest(&plant.robot.links, &state.pose, &self.midpoint);
+        if !self.near.covers(lead, 0.0) {
+            self.near.rebuild(self.midpoint.iter().copied(), &plant.robot.links, pegs, 0.0, lead);
+        }
+        self.near.advance(lead);
         self.closed.clear();
         for pair in self.near.pairs() {
             let (link, peg) = (&plant.robot.links[pair.link], &pegs.pegs()[pair.peg]);
@@ -166,4 +173,13 @@ impl Thesis {
         close_joints(&plant.robot, &mut state.pose);
         state.twist.copy_from_slice(&self.solution.twist);
     }
+}
+
+/// Bound on how far any point of the robot moves between two configurations \[m\].
+fn farthest(links: &[Link], from: &[Pose], to: &[Pose]) -> f64 {
+    let moved = |((link, from), to): ((&Link, &Pose), &Pose)| {
+        let step = to - from;
+        step.xy().norm() + link.reach() * step.z.abs()
+    };
+    links.iter().zip(from).zip(to).map(moved).fold(0.0, f64::max)
 }
