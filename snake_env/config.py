@@ -203,12 +203,16 @@ class Integrator(_Section):
     Args:
         method: "implicit", the fast default, or "thesis", the time stepping and Modified Newton iteration as
             printed (T Algorithm 3.1).
-        step: largest step [s], > 0; a sample interval is divided into equal steps no longer than this.
+        step: largest step [s], > 0; a sample interval is divided into equal steps no longer than this. "implicit":
+            0.025, and shorter in the first 0.2 s after the robot was placed.
         tolerance: > 0. "thesis": the iteration stops when the impulses change by less [N s] (T 3.81).
             "implicit": accuracy of the velocities [m/s].
         max_iterations: after which a solve is given up and counted as a miss, >= 1.
         order: 1 or 2. "implicit": implicit Euler, or the two-stage SDIRK scheme.
-        event_substeps: "implicit", order 2: Euler steps that replace a step in which a peg contact closes.
+        event_substeps: "implicit", order 2: Euler steps that at most replace a step in which a peg's force changes
+            abruptly.
+        event_tolerance: "implicit", order 2: deviation of a stage from its prediction beyond which that is so [m],
+            > 0; None: 0.32 m/s^2 times the squared step.
         r_t: r_T of (T 3.79), > 0. "thesis" alone.
         r_h: r_H of (T 3.78), > 0. "thesis" alone.
     """
@@ -220,7 +224,8 @@ class Integrator(_Section):
     tolerance: float | None = None
     max_iterations: int | None = None
     order: int = 2
-    event_substeps: int = 8
+    event_substeps: int = 4
+    event_tolerance: float | None = None
     r_t: float = 1.3
     r_h: float = 0.01
 

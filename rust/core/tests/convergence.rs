@@ -28,9 +28,9 @@ fn observed(name: &str, steps: &[f64], error: impl Fn(f64) -> f64) -> (f64, f64)
     (order, errors[errors.len() - 1])
 }
 
-/// Free undulation, one second. The thesis's scheme and implicit Euler are of order 1, the two-stage
-/// scheme of order 2 between stick-slip switches. On isotropic ground links pass through zero slip all
-/// the time (measured 1.2); on orthotropic ground, below, hardly (measured 1.8).
+/// Free undulation, one second, from rest into a moving reference. The thesis's scheme and implicit Euler are
+/// of order 1, the two-stage scheme of order 2 between stick-slip switches, once its first steps resolve the
+/// start (measured 2.0; 1.2 with equal steps).
 #[test]
 fn free_undulation_converges_to_one_limit_at_the_order_of_each_scheme() {
     let scene = ground([0.2, 0.2]);
@@ -43,7 +43,7 @@ fn free_undulation_converges_to_one_limit_at_the_order_of_each_scheme() {
     assert!((0.7..1.5).contains(&order) && error < 3e-4);
     let (order, error) =
         observed("implicit 2", &[2e-2, 1e-2, 5e-3, 2.5e-3, 1.25e-3, 6.25e-4], |h| against(implicit(h, 2)));
-    assert!(order > 1.1 && error < 1e-5);
+    assert!(order > 1.7 && error < 1e-7);
 }
 
 /// The same with orthotropic ground, where the direction of friction matters.

@@ -16,6 +16,9 @@ pub struct NearPair {
     pub peg: usize,
     /// Gap at the poses for which the list was made \[m\].
     clearance: f64,
+    /// Penetration left at the end of the last accepted step, if the contact then carried force; at least
+    /// zero \[m\].
+    pub depth: f64,
     /// Contact force of the last stage \[N\]: the warm start of the next one.
     pub force: f64,
     /// Whether the contact carried force at the end of the last accepted step.
@@ -27,7 +30,7 @@ pub struct NearPair {
 
 impl NearPair {
     fn open(link: usize, peg: usize, clearance: f64) -> Self {
-        Self { link, peg, clearance, force: 0.0, touches: false, closed: false }
+        Self { link, peg, clearance, depth: 0.0, force: 0.0, touches: false, closed: false }
     }
 }
 

@@ -83,7 +83,7 @@ impl<T: Real> Newton<T> {
         let middle = T::splat(0.5) * (low + high);
         let (mut nearest, mut distance) = (middle, T::splat(0.5) * (high - low));
         let margin = T::splat(1e-3) * distance;
-        distance = distance - margin;
+        distance -= margin;
         for link in &self.links {
             let away = (link.kink - middle).abs();
             let nearer = away.lt(distance);

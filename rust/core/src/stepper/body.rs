@@ -15,16 +15,19 @@ pub struct WarmStart {
     /// Friction force on each link in its own frame \[N\].
     pub friction: Vec<Vector2<f64>>,
     pub near: NearPegs,
+    /// Time since the robot was placed \[s\].
+    pub elapsed: f64,
 }
 
 impl WarmStart {
     pub fn new(links: usize) -> Self {
-        Self { friction: vec![Vector2::zeros(); links], near: NearPegs::with_capacity(links) }
+        Self { friction: vec![Vector2::zeros(); links], near: NearPegs::with_capacity(links), elapsed: 0.0 }
     }
 
     pub fn clear(&mut self) {
         self.friction.fill(Vector2::zeros());
         self.near.clear();
+        self.elapsed = 0.0;
     }
 }
 

@@ -26,8 +26,10 @@ pub struct IntegratorConfig {
     pub max_iterations: Option<u32>,
     /// `implicit`: 1 is implicit Euler, 2 the two-stage L-stable SDIRK.
     pub order: u32,
-    /// `implicit`, order 2: implicit-Euler steps that replace a step in which a peg contact closes.
+    /// `implicit`, order 2: implicit-Euler steps that at most replace a step in which a peg's force changes abruptly.
     pub event_substeps: u32,
+    /// `implicit`, order 2: deviation of a stage from its prediction beyond which that is so \[m\].
+    pub event_tolerance: Option<f64>,
     /// `thesis`: r_T of (T 3.79).
     pub r_t: f64,
     /// `thesis`: r_H of (T 3.78).
@@ -42,7 +44,8 @@ impl Default for IntegratorConfig {
             tolerance: None,
             max_iterations: None,
             order: 2,
-            event_substeps: 8,
+            event_substeps: 4,
+            event_tolerance: None,
             r_t: 1.3,
             r_h: 0.01,
         }
@@ -59,6 +62,7 @@ impl IntegratorConfig {
         require((1..=2).contains(&self.order), "order", self.order, "1 or 2")?;
         let substeps = self.event_substeps;
         require((1..=1000).contains(&substeps), "event_substeps", substeps, "an integer in [1, 1000]")?;
+        positive("event_tolerance", self.event_tolerance())?;
         positive("r_t", self.r_t)?;
         positive("r_h", self.r_h)?;
         Ok(())
@@ -67,7 +71,7 @@ impl IntegratorConfig {
     pub fn step(&self) -> f64 {
         self.step.unwrap_or(match self.method {
             Method::Thesis => 2.5e-4,
-            Method::Implicit => 0.01,
+            Method::Implicit => 0.025,
         })
     }
 
@@ -76,10 +80,25 @@ impl IntegratorConfig {
         (duration / self.step() - STEP_SLACK).ceil().max(1.0) as u32
     }
 
+    /// By default what a change of acceleration by [`JUMP`] does within a step.
+    pub(super) fn event_tolerance(&self) -> f64 {
+        self.event_tolerance.unwrap_or(JUMP * self.step() * self.step())
+    }
+
+    /// How often a step in which a contact closes is halved before it is taken as Euler steps.
+    pub(super) fn event_halvings(&self) -> usize {
+        (self.event_substeps.max(2).ilog2() - 1) as usize
+    }
+
+    /// Euler steps at the end of the halvings.
+    pub(super) fn event_steps(&self) -> u32 {
+        self.event_substeps.div_ceil(1 << self.event_halvings())
+    }
+
     pub fn tolerance(&self) -> f64 {
         self.tolerance.unwrap_or(match self.method {
             Method::Thesis => 2e-5,
-            Method::Implicit => 1e-8,
+            Method::Implicit => 1e-6,
         })
     }
 
@@ -93,3 +112,6 @@ impl IntegratorConfig {
 
 /// A ratio of durations this close to a whole number counts as whole.
 const STEP_SLACK: f64 = 1e-9;
+
+/// Change of acceleration that counts as abrupt \[m/s^2\].
+const JUMP: f64 = 0.32;

@@ -39,6 +39,8 @@ pub struct Prediction<'a, T> {
     /// Headings at the predicted end.
     pub heading: &'a [Heading<T>],
     pub twist: &'a [Vector3<T>],
+    /// Time from the start of the step to the end of the stage \[s\].
+    pub elapsed: f64,
     /// Largest way of any point of the robot from the start of the step to the predicted end \[m\].
     pub lead: f64,
     /// Predicted gap up to which a pair takes part \[m\].
@@ -86,7 +88,8 @@ impl<T: Real> Prediction<'_, T> {
                 travelled = -at_start.direction.dot(&(read_vector(&self.base[i], lane) - start));
             }
         }
-        Some((plane.direction, ((plane.gap - travelled) / c).max(-RECOVERY_SPEED)))
+        let floor = -pair.depth * (1.0 - self.elapsed / RECOVERY_TIME).max(0.0);
+        Some((plane.direction, ((plane.gap - floor - travelled) / c).max(-RECOVERY_SPEED)))
     }
 }
 
@@ -117,3 +120,7 @@ const SAME_SIDE: f64 = 0.5;
 /// Fastest separation asked of a penetrating contact \[m/s\] (T 3.55 != D10): an initial penetration is undone over
 /// several steps instead of being thrown out within one.
 const RECOVERY_SPEED: f64 = 0.2;
+
+/// Time within which a penetration left by the linearisation of the gap fades \[s\]; undone within a short stage
+/// it would kick the robot.
+const RECOVERY_TIME: f64 = 0.05;

@@ -14,7 +14,7 @@ pub struct Fleet {
     config: IntegratorConfig,
     width: Width,
     members: Vec<usize>,
-    retake: Vec<usize>,
+    divisions: Vec<Division>,
 }
 
 /// A group of the width chosen at construction.
@@ -34,7 +34,7 @@ impl Fleet {
             config,
             width: Width::choose(config, plant, robots),
             members: Vec::with_capacity(robots),
-            retake: Vec::with_capacity(robots),
+            divisions: (0..levels(&config)).map(|_| Division::with_capacity(robots)).collect(),
         }
     }
 
@@ -47,14 +47,14 @@ impl Fleet {
         duration: f64,
         takes_part: impl Fn(usize) -> bool,
     ) {
-        let Self { config, width, members, retake } = self;
+        let Self { config, width, members, divisions } = self;
         members.clear();
         members.extend((0..robots.len()).filter(|&index| takes_part(index)));
         members.iter().for_each(|&member| robots[member].body_mut().begin());
         if duration <= 0.0 {
             return;
         }
-        let mut run = Run { config, plant, robots, members, retake };
+        let mut run = Run { config, plant, robots, members, divisions };
         match width {
             Width::One(group) => run.advance(group, duration),
             #[cfg(target_arch = "x86_64")]
@@ -86,7 +86,7 @@ struct Run<'a, D> {
     plant: &'a Plant,
     robots: &'a mut [D],
     members: &'a mut Vec<usize>,
-    retake: &'a mut Vec<usize>,
+    divisions: &'a mut [Division],
 }
 
 impl<D: Driven> Run<'_, D> {
@@ -94,32 +94,56 @@ impl<D: Driven> Run<'_, D> {
         let steps = self.config.steps_in(duration);
         let h = duration / f64::from(steps);
         for k in 1..=steps {
+            let members = std::mem::take(self.members);
             if self.config.order == 2 {
-                self.sdirk_step(group, h);
+                self.step(group, &members, h, 0);
             } else {
-                self.euler_step(group, h);
+                self.euler_steps(group, &members, h, 1);
             }
+            *self.members = members;
             self.close_step(h * f64::from(k));
         }
     }
 
-    fn sdirk_step<T: StageKernels>(&mut self, group: &mut Group<T>, h: f64) {
-        self.retake.clear();
-        for members in self.members.chunks(T::LANES) {
-            group.sdirk_step(self.plant, self.robots, members, h, self.retake);
+    /// One step of second order for `members`, divided where that does not do.
+    ///
+    /// A step in which a peg contact closes is halved and halved again, and at last taken as Euler steps. A
+    /// robot that starts from rest meets a reference in motion, so its first step is halved towards the start
+    /// until it resolves the boundary layer of a stiff controller, and following steps grow slowly.
+    fn step<T: StageKernels>(&mut self, group: &mut Group<T>, members: &[usize], h: f64, level: usize) {
+        let mut division = std::mem::take(&mut self.divisions[level]);
+        let robots = &*self.robots;
+        let longest =
+            |member: usize| self.config.step() * (START + robots[member].body().warm_start.elapsed / START_LASTS);
+        division.sort(members, |member| h > longest(member));
+        let Division { tried, starting, rejected } = &mut division;
+        for members in tried.chunks(T::LANES) {
+            group.sdirk_step(self.plant, self.robots, members, h, rejected);
         }
-        let substeps = self.config.event_substeps;
-        for members in self.retake.chunks(T::LANES) {
-            members.iter().for_each(|&member| self.robots[member].body_mut().tally.events += 1);
-            for _ in 0..substeps {
-                group.euler_step(self.plant, self.robots, members, h / f64::from(substeps));
-            }
+        rejected.iter().for_each(|&member| self.robots[member].body_mut().tally.events += 1);
+        if level < self.config.event_halvings() {
+            rejected.append(starting);
+            self.halve(group, rejected, h, level);
+        } else {
+            self.euler_steps(group, rejected, h, self.config.event_steps());
+            self.halve(group, starting, h, level);
+        }
+        self.divisions[level] = division;
+    }
+
+    fn halve<T: StageKernels>(&mut self, group: &mut Group<T>, members: &[usize], h: f64, level: usize) {
+        if !members.is_empty() {
+            self.step(group, members, 0.5 * h, level + 1);
+            self.step(group, members, 0.5 * h, level + 1);
         }
     }
 
-    fn euler_step<T: StageKernels>(&mut self, group: &mut Group<T>, h: f64) {
-        for members in self.members.chunks(T::LANES) {
-            group.euler_step(self.plant, self.robots, members, h);
+    /// An interval of length `h` in `count` Euler steps.
+    fn euler_steps<T: StageKernels>(&mut self, group: &mut Group<T>, members: &[usize], h: f64, count: u32) {
+        for members in members.chunks(T::LANES) {
+            for _ in 0..count {
+                group.euler_step(self.plant, self.robots, members, h / f64::from(count));
+            }
         }
     }
 
@@ -135,3 +159,42 @@ impl<D: Driven> Run<'_, D> {
         });
     }
 }
+
+/// How the robots of a step, or of a part of one, go on.
+#[derive(Debug, Clone, Default)]
+struct Division {
+    tried: Vec<usize>,
+    /// Robots at their start, whose step is divided without trying.
+    starting: Vec<usize>,
+    /// Robots for which the step was tried and did not do.
+    rejected: Vec<usize>,
+}
+
+impl Division {
+    fn with_capacity(robots: usize) -> Self {
+        let list = || Vec::with_capacity(robots);
+        Self { tried: list(), starting: list(), rejected: list() }
+    }
+
+    fn sort(&mut self, members: &[usize], starts: impl Fn(usize) -> bool) {
+        self.tried.clear();
+        self.starting.clear();
+        self.rejected.clear();
+        for &member in members {
+            if starts(member) { self.starting.push(member) } else { self.tried.push(member) }
+        }
+    }
+}
+
+/// How often a step may be halved, plus one.
+fn levels(config: &IntegratorConfig) -> usize {
+    let to_start = (1.0 / START).log2().ceil() as usize;
+    to_start.max(config.event_halvings()) + 1
+}
+
+/// Length of the first step after a robot was placed, in steps.
+const START: f64 = 0.02;
+
+/// Time over which steps then grow to their full length \[s\]: links that were set in motion by their joints come to
+/// rest on the ground within about mu g / v.
+const START_LASTS: f64 = 0.2;

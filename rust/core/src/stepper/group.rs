@@ -7,17 +7,18 @@
 //! * Order 2 (T 3.66 != D12), the L-stable SDIRK with gamma = 1 - 1/sqrt 2 applied to the inclusion itself:
 //!   stage (q_A, u_A, gamma h) gives u_1; stage (q_A + (1 - gamma) h u_1,
 //!   u_A + (1 - gamma)/gamma (u_1 - u_A), gamma h) gives u_E.
-//!   The second reference velocity extrapolates the impulses of the first stage, which is wrong for
-//!   impacts: a step in which a peg contact closes is left undone, to be retaken as a few Euler steps
-//!   (T 3.58 != D6). Opening needs no such care, since the contact force reaches zero continuously.
+//!   The second reference velocity extrapolates the impulses of the first stage, which is wrong where they
+//!   change abruptly. The second stage then ends far from its prediction, which extrapolates too, and the step
+//!   is left undone, to be retaken in parts and at last as Euler steps (T 3.58 != D6).
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::contact::PAIRS_PER_LINK;
+use crate::contact::{NearPair, PAIRS_PER_LINK, link_peg_contact};
 use crate::gait::JointTarget;
 use crate::math::{Mask, Real};
+use crate::pegs::PegGrid;
 use crate::planar::{Heading, Newton, Stage, StageSolution};
 
 use super::contacts::{Prediction, Slot, add_contacts};
@@ -39,6 +40,10 @@ pub struct Group<T: Real> {
     first_impulses: Vec<Impulse>,
     /// Contact impulses of the last stage.
     impulses: Vec<Impulse>,
+    /// How far the last stage ended from its first prediction \[m\].
+    deviation: T,
+    /// Lanes in which a contact has closed during the step that was open after the last accepted one.
+    closing: Lanes,
     /// References of one robot.
     targets: Vec<JointTarget>,
 }
@@ -90,6 +95,8 @@ impl<T: StageKernels> Group<T> {
             first_works: Works::none(),
             first_impulses: Vec::with_capacity(PAIRS_PER_LINK * links * T::LANES),
             impulses: Vec::with_capacity(PAIRS_PER_LINK * links * T::LANES),
+            deviation: zero,
+            closing: NO_LANES,
             targets: vec![JointTarget::default(); links - 1],
         }
     }
@@ -100,39 +107,50 @@ impl<T: StageKernels> Group<T> {
         self.load(fleet, members);
         self.begin_first_stage();
         self.run_stage(plant, fleet, members, lanes, h, h);
-        self.accept(fleet, members, lanes, h);
+        self.accept(plant, fleet, members, lanes, h);
     }
 
-    /// One second-order step of length `h`; robots for which a peg contact closes are left as they were
-    /// and added to `retake`.
+    /// One second-order step of length `h`; robots for which it does not do are left as they were and added to
+    /// `rejected`.
     pub fn sdirk_step<D: Driven>(
         &mut self,
         plant: &Plant,
         fleet: &mut [D],
         members: &[usize],
         h: f64,
-        retake: &mut Vec<usize>,
+        rejected: &mut Vec<usize>,
     ) {
         let c = GAMMA * h;
-        let mut lanes = lanes_of(members);
+        let lanes = lanes_of(members);
         self.load(fleet, members);
         self.begin_first_stage();
-        lanes = self.run_stage(plant, fleet, members, lanes, c, c);
-        if lanes.contains(&true) {
-            self.keep_first_stage();
-            T::extrapolate(Extrapolate {
-                work: &mut self.work,
-                start_pose: &self.start_pose,
-                start_twist: &self.start_twist,
-                elapsed: h - c,
-                reference: EXTRAPOLATION,
-                guess: 1.0 / GAMMA,
-            });
-            lanes = self.run_stage(plant, fleet, members, lanes, c, h);
-            self.add_first_stage(fleet, members, lanes);
-            self.accept(fleet, members, lanes, h);
+        self.run_stage(plant, fleet, members, lanes, c, c);
+        self.keep_first_stage();
+        T::extrapolate(Extrapolate {
+            work: &mut self.work,
+            start_pose: &self.start_pose,
+            start_twist: &self.start_twist,
+            elapsed: h - c,
+            reference: EXTRAPOLATION,
+            guess: 1.0 / GAMMA,
+        });
+        self.run_stage(plant, fleet, members, lanes, c, h);
+        let smooth = self.smooth(fleet, members, lanes);
+        self.add_first_stage(fleet, members, smooth);
+        self.accept(plant, fleet, members, smooth, h);
+        rejected.extend(members.iter().zip(smooth).filter(|(_, smooth)| !smooth).map(|(&member, _)| member));
+    }
+
+    /// The lanes in which the forces of the first stage foretold the end of the second. Without pegs they all count:
+    /// friction is bounded and the schemes keep their stability.
+    fn smooth<D: Driven>(&self, fleet: &[D], members: &[usize], mut lanes: Lanes) -> Lanes {
+        let bound = self.config.event_tolerance();
+        for (lane, member) in active(members, lanes) {
+            let bound = if self.closing[lane] { CLOSING * bound } else { bound };
+            let in_field = !fleet[member].body().pegs.pegs().is_empty();
+            lanes[lane] = !(in_field && self.deviation.lane(lane) > bound);
         }
-        retake.extend(members.iter().zip(lanes).filter(|(_, accepted)| !accepted).map(|(&member, _)| member));
+        lanes
     }
 
     /// Gathers states; lanes without a robot repeat the first one.
@@ -161,10 +179,10 @@ impl<T: StageKernels> Group<T> {
         self.work.base.copy_from_slice(&self.start_pose);
         self.work.reference.copy_from_slice(&self.start_twist);
         self.work.guess.copy_from_slice(&self.start_twist);
+        self.closing = NO_LANES;
     }
 
-    /// Solves one stage that ends `end` after the start of the step. Returns `lanes` without those in
-    /// which a peg contact closed that was open after the last accepted step.
+    /// Solves one stage that ends `end` after the start of the step.
     ///
     /// Where the stage ends farther from its prediction than the margin within which contacts are looked
     /// for, it is predicted anew from its own end and solved again.
@@ -176,25 +194,27 @@ impl<T: StageKernels> Group<T> {
         lanes: Lanes,
         c: f64,
         end: f64,
-    ) -> Lanes {
+    ) {
         self.work.stage.coefficient = c;
         self.read_references(plant, fleet, members, end);
         self.load_friction(fleet, members);
         self.impulses.clear();
-        let (mut open, mut pending) = (lanes, lanes);
+        let mut pending = lanes;
         for repetition in 1..=MAX_PREDICTIONS {
-            self.find_contacts(plant, fleet, members, pending);
+            self.find_contacts(plant, fleet, members, pending, end);
             self.solve(fleet, members, pending);
+            if repetition == 1 {
+                self.deviation = self.work.deviation;
+            }
             let again = if repetition < MAX_PREDICTIONS { self.surprised(fleet, members, pending) } else { NO_LANES };
             let solved = std::array::from_fn(|lane| pending[lane] && !again[lane]);
             T::keep(&mut self.work, T::Mask::of(|lane| solved[lane]), T::Mask::of(|lane| again[lane]));
-            open = self.save_forces(fleet, members, solved, open);
+            self.save_forces(fleet, members, solved);
             pending = again;
             if pending == NO_LANES {
                 break;
             }
         }
-        open
     }
 
     fn solve<D: Driven>(&mut self, fleet: &mut [D], members: &[usize], lanes: Lanes) {
@@ -228,7 +248,14 @@ impl<T: StageKernels> Group<T> {
         surprised
     }
 
-    fn find_contacts<D: Driven>(&mut self, plant: &Plant, fleet: &mut [D], members: &[usize], lanes: Lanes) {
+    fn find_contacts<D: Driven>(
+        &mut self,
+        plant: &Plant,
+        fleet: &mut [D],
+        members: &[usize],
+        lanes: Lanes,
+        elapsed: f64,
+    ) {
         let c = self.work.stage.coefficient;
         let outlook = T::predict(&mut self.work, &self.start_pose);
         self.work.stage.contacts.clear();
@@ -251,7 +278,7 @@ impl<T: StageKernels> Group<T> {
             }
             let robot = &plant.robot;
             let (start, end, twist) = (&self.start_pose, predicted, guess);
-            let prediction = Prediction { robot, pegs, lane, base, start, end, heading, twist, lead, margin };
+            let prediction = Prediction { robot, pegs, lane, base, start, end, heading, twist, elapsed, lead, margin };
             add_contacts(stage, &mut self.slots, &warm_start.near, &prediction);
         }
         self.load_contact_forces(fleet, members, lanes);
@@ -287,9 +314,8 @@ impl<T: StageKernels> Group<T> {
         }
     }
 
-    /// Keeps the forces of the `solved` lanes as the next first guess. Returns `open` without those in
-    /// which a contact closed.
-    fn save_forces<D: Driven>(&mut self, fleet: &mut [D], members: &[usize], solved: Lanes, mut open: Lanes) -> Lanes {
+    /// Keeps the forces of the `solved` lanes as the next first guess, and notes which contacts close.
+    fn save_forces<D: Driven>(&mut self, fleet: &mut [D], members: &[usize], solved: Lanes) {
         for (lane, member) in active(members, solved) {
             let warm_start = &mut fleet[member].body_mut().warm_start;
             for (force, all) in warm_start.friction.iter_mut().zip(&self.work.friction_force) {
@@ -302,13 +328,12 @@ impl<T: StageKernels> Group<T> {
                 if let Some(pair) = slot.pair(lane) {
                     let pair = &mut pairs[pair];
                     pair.force = force.lane(lane);
-                    open[lane] &= pair.closed || pair.force <= 0.0;
+                    self.closing[lane] |= !pair.closed && pair.force > 0.0;
                     let direction = Vector2::new(contact.direction.x.lane(lane), contact.direction.y.lane(lane));
                     self.impulses.push((lane, contact.link, direction * impulse.lane(lane)));
                 }
             }
         }
-        open
     }
 
     /// Remembers works and contact impulses of the first stage until the step is accepted.
@@ -327,7 +352,7 @@ impl<T: StageKernels> Group<T> {
 
     /// The stage's end becomes the robots' state after a step of length `h`; its works and impulses
     /// count once.
-    fn accept<D: Driven>(&mut self, fleet: &mut [D], members: &[usize], lanes: Lanes, h: f64) {
+    fn accept<D: Driven>(&mut self, plant: &Plant, fleet: &mut [D], members: &[usize], lanes: Lanes, h: f64) {
         let arrival = T::finish(&mut self.work, &self.start_pose);
         for (lane, member) in active(members, lanes) {
             let body = fleet[member].body_mut();
@@ -335,9 +360,11 @@ impl<T: StageKernels> Group<T> {
             read_lane(&self.work.kept_twist, lane, &mut body.state.twist);
             body.state.time += h;
             body.sane = arrival.sane.lane(lane);
+            body.warm_start.elapsed += h;
             body.warm_start.near.advance(arrival.travelled.lane(lane));
             for pair in body.warm_start.near.pairs_mut() {
                 let touches = pair.force > 0.0;
+                pair.depth = if touches { depth(&self.work, lane, pair, plant, &body.pegs) } else { 0.0 };
                 pair.closed = touches && pair.touches;
                 pair.touches = touches;
             }
@@ -348,6 +375,14 @@ impl<T: StageKernels> Group<T> {
         }
         add_impulses(&self.impulses, fleet, members, lanes, 1.0);
     }
+}
+
+/// Penetration of a pair at the end of the step \[m\].
+fn depth<T: Real>(work: &StageWork<T>, lane: usize, pair: &NearPair, plant: &Plant, pegs: &PegGrid) -> f64 {
+    let (end, heading) = (read_vector(&work.end[pair.link], lane), &work.heading[pair.link]);
+    let (cos, sin) = (heading.cos.lane(lane), heading.sin.lane(lane));
+    let contact = link_peg_contact(&end, cos, sin, &plant.robot.links[pair.link], &pegs.pegs()[pair.peg]);
+    (-contact.gap).max(0.0)
 }
 
 /// Adds contact impulses `(lane, link, impulse)`, taken `weight` times, to the robots' tallies.
@@ -362,6 +397,10 @@ const GAMMA: f64 = 1.0 - FRAC_1_SQRT_2;
 
 /// (1 - gamma) / gamma: weight of the first stage's impulses in the whole step.
 const EXTRAPOLATION: f64 = (1.0 - GAMMA) / GAMMA;
+
+/// What remains of the tolerance for a deviation if a contact closes: an impact's impulse is extrapolated with the
+/// forces'.
+const CLOSING: f64 = 0.5;
 
 /// Gap below which a pair becomes a contact of the stage \[m\]; faster robots look farther.
 const MARGIN: f64 = 0.002;
