@@ -10,10 +10,14 @@
 //! | c | `Stage::coefficient` | the part of a step that one stage covers | s |
 
 mod certificate;
+mod fallback;
 mod heading;
+mod interior_point;
 mod kinematics;
+mod lanes;
 mod modified_newton;
 mod newton;
+mod problem;
 mod proximal;
 mod ray;
 mod stage;
@@ -21,9 +25,12 @@ mod state;
 mod sweep;
 
 pub use certificate::{Certificate, certify};
+pub use fallback::{Closing, Fallback};
 pub use heading::Heading;
+pub use interior_point::{Descent, InteriorPoint};
 pub use kinematics::{assemble_chain, close_joints, joint_gap, largest_joint_gap, travel};
 pub use modified_newton::{ModifiedNewton, Penalties};
 pub use newton::{Newton, Outcome};
+pub use problem::{Answer, ContactRow, JointRow, LinkRow, Problem};
 pub use stage::{Stage, StageContact, StageJoint, StageLink, StageSolution};
 pub use state::{PlanarState, Pose, Twist, is_sane};

@@ -21,8 +21,8 @@ use crate::contact::PAIRS_PER_LINK;
 use crate::math::{Mask, Real};
 
 use super::proximal::{ContactTerm, DriveTerm, FrictionTerm};
-use super::sweep::{Elimination, Quadratic};
-use super::{Heading, Stage, StageSolution};
+use super::sweep::{Quadratic, Segment};
+use super::{Heading, Stage, StageLink, StageSolution};
 
 /// How a solve ended, lane by lane.
 #[derive(Debug, Clone, Copy)]
@@ -39,7 +39,7 @@ pub struct Newton<T = f64> {
     pub(super) links: Vec<LinkTerm<T>>,
     pub(super) contacts: Vec<ContactTerm<T>>,
     /// Step of the velocity of link 1's free end, in the frame of link 1.
-    head: (T, T),
+    head: Vector2<T>,
     /// Mass of the lightest link.
     lightest: T,
     /// How much the penalties have been raised during this solve.
@@ -49,16 +49,13 @@ pub struct Newton<T = f64> {
 /// One link as the solver sees it: constants, laws and velocities in its own frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LinkTerm<T> {
-    /// Direction of the joint angle to the link before.
-    turn: Heading<T>,
+    segment: Segment<T>,
     pub mass: T,
     pub inertia: T,
-    half_length: T,
     pub reference: Vector3<T>,
     pub friction: FrictionTerm<T>,
     /// The joint to the link before; none for the first.
     pub drive: DriveTerm<T>,
-    elimination: Elimination<T>,
     /// Velocities before the present Newton step, the step, and where it leads.
     pub start: Vector3<T>,
     pub step: Vector3<T>,
@@ -84,7 +81,7 @@ impl<T: Real> Newton<T> {
         Self {
             links: Vec::with_capacity(links),
             contacts: Vec::with_capacity(PAIRS_PER_LINK * links),
-            head: (T::zero(), T::zero()),
+            head: Vector2::new(T::zero(), T::zero()),
             lightest: T::zero(),
             stiffening: T::splat(1.0),
         }
@@ -144,30 +141,21 @@ impl<T: Real> Newton<T> {
         self.lightest = stage.links[0].mass;
         self.links.clear();
         let mut before = stage.links[0].heading;
-        let mut end = Vector3::new(T::zero(), T::zero(), T::zero());
+        let mut end = Vector2::new(T::zero(), T::zero());
         for (i, link) in stage.links.iter().enumerate() {
             self.lightest = self.lightest.min(link.mass);
-            let penalty = T::splat(PENALTY) * link.mass;
-            let friction = FrictionTerm::new(link, &solution.friction[i], penalty);
-            let drive = if i > 0 { DriveTerm::new(&stage.joints[i - 1]) } else { DriveTerm::none() };
-            let turn = link.heading.relative_to(&before);
-            let twist = if i > 0 {
-                let near = turn.to_link(end.xy());
-                let omega = solution.twist[i].z;
-                Vector3::new(near.x, near.y + link.half_length * omega, omega)
-            } else {
-                in_frame(&link.heading, &solution.twist[0])
-            };
-            end = Vector3::new(twist.x, twist.y + link.half_length * twist.z, twist.z);
+            let segment = Segment::new(&link.heading, &before, link.half_length);
+            if i == 0 {
+                end = free_end(link, &solution.twist[0]);
+            }
+            let twist = segment.follow(solution.twist[i].z, &mut end);
             self.links.push(LinkTerm {
-                turn,
+                segment,
                 mass: link.mass,
                 inertia: link.inertia,
-                half_length: link.half_length,
                 reference: in_frame(&link.heading, &link.reference),
-                friction,
-                drive,
-                elimination: Elimination::zero(),
+                friction: FrictionTerm::new(link, &solution.friction[i], T::splat(PENALTY) * link.mass),
+                drive: if i > 0 { DriveTerm::new(&stage.joints[i - 1]) } else { DriveTerm::none() },
                 start: twist,
                 step: Vector3::new(T::zero(), T::zero(), T::zero()),
                 twist,
@@ -223,13 +211,9 @@ impl<T: Real> Newton<T> {
             own.gw += drive_behind - link.drive.value;
             drive_behind = link.drive.value;
             slope += own.gx * link.step.x + own.gy * link.step.y + own.gw * link.step.z;
-            let total = behind
-                .seen_from_before(link.half_length + link.half_length)
-                .plus(own.seen_from_before(link.half_length));
-            let (elimination, left, decrease) = total.eliminate(stiffness);
-            link.elimination = elimination;
+            let (before, decrease) = link.segment.eliminate(behind, own, stiffness);
+            behind = before;
             descent += decrease;
-            behind = left.turned_back(&link.turn);
         }
         let (head, decrease) = behind.minimiser();
         self.head = head;
@@ -239,14 +223,9 @@ impl<T: Real> Newton<T> {
     /// From head to tail: the Newton step, taken in full in the given lanes.
     #[inline(always)]
     fn substitute(&mut self, lanes: T::Mask) {
-        let ((mut px, mut py), mut omega) = (self.head, T::zero());
+        let (mut end, mut omega) = (self.head, T::zero());
         for link in &mut self.links {
-            (px, py) = turned(&link.turn, px, py);
-            omega = link.elimination.back_substitute(px, py, omega);
-            let swing = link.half_length * omega;
-            py += swing;
-            link.step = Vector3::new(px, py, omega);
-            py += swing;
+            link.step = link.segment.substitute(&mut end, &mut omega);
             link.start = link.twist;
             let full = add_scaled(&link.start, &link.step, T::splat(1.0));
             select_into(&mut link.twist, lanes, &full);
@@ -310,11 +289,11 @@ fn in_frame<T: Real>(heading: &Heading<T>, twist: &Vector3<T>) -> Vector3<T> {
     Vector3::new(velocity.x, velocity.y, twist.z)
 }
 
-/// The velocity (px, py) in the frame of the link behind the joint.
+/// Velocity of the end without a joint of the first link, in its frame.
 #[inline(always)]
-fn turned<T: Real>(joint: &Heading<T>, px: T, py: T) -> (T, T) {
-    let v = joint.to_link(Vector2::new(px, py));
-    (v.x, v.y)
+fn free_end<T: Real>(link: &StageLink<T>, twist: &Vector3<T>) -> Vector2<T> {
+    let u = in_frame(&link.heading, twist);
+    Vector2::new(u.x, u.y - link.half_length * u.z)
 }
 
 #[inline(always)]

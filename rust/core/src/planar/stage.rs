@@ -76,6 +76,37 @@ impl<T: Real> Stage<T> {
     }
 }
 
+impl Stage {
+    /// Velocities of links 2..n from the joints, given the twist of link 1 and all angular velocities.
+    pub fn follow_joints(&self, twist: &mut [Vector3<f64>]) {
+        for i in 1..self.links.len() {
+            let (near, far) = (&self.links[i - 1], &self.links[i]);
+            let swing = near.heading.lateral() * (near.half_length * twist[i - 1].z)
+                + far.heading.lateral() * (far.half_length * twist[i].z);
+            (twist[i].x, twist[i].y) = (twist[i - 1].x + swing.x, twist[i - 1].y + swing.y);
+        }
+    }
+
+    /// Energy of the reference velocity and of what friction, drives and closing contacts could give \[J\]: what the
+    /// duality gap is to be compared with.
+    pub fn energy(&self) -> f64 {
+        let mut energy = 0.0;
+        for link in &self.links {
+            let u = &link.reference;
+            energy += 0.5 * (link.mass * u.xy().norm_squared() + link.inertia * u.z * u.z);
+            energy += 0.5 * link.friction.norm_squared() / link.mass;
+        }
+        for (joint, links) in self.joints.iter().zip(self.links.windows(2)) {
+            let most = joint.drive.abs().min(joint.limit);
+            energy += 0.5 * most * most / (joint.stiffness + links[0].inertia.min(links[1].inertia));
+        }
+        for contact in &self.contacts {
+            energy += 0.5 * self.links[contact.link].mass * contact.offset.min(0.0).powi(2);
+        }
+        energy
+    }
+}
+
 /// What a solver returns, and what the certificate judges.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StageSolution<T = f64> {

@@ -9,7 +9,7 @@
 //! Everything is written in the frame of the link at hand, where the arm is along e_y and friction is
 //! diagonal; a value function is turned by the joint angle when it passes a joint.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 
 use crate::math::Real;
 
@@ -29,10 +29,20 @@ pub(super) struct Quadratic<T> {
     pub gw: T,
 }
 
+/// A link in the chain: its place, and what its elimination left.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Segment<T> {
+    /// Direction of the joint angle to the link before.
+    turn: Heading<T>,
+    /// L_i / 2 \[m\].
+    half_length: T,
+    elimination: Elimination<T>,
+}
+
 /// What eliminating omega_i leaves behind for the back substitution:
 /// `omega_i = px p_x + py p_y + previous omega_{i-1} + constant`.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Elimination<T> {
+struct Elimination<T> {
     px: T,
     py: T,
     previous: T,
@@ -78,7 +88,7 @@ impl<T: Real> Quadratic<T> {
 
     /// The same seen from a point nearer by `arm` along the link: v = v_new + omega arm e_y.
     #[inline(always)]
-    pub fn seen_from_before(self, arm: T) -> Self {
+    fn seen_from_before(self, arm: T) -> Self {
         let yy = self.yy * arm;
         Self {
             xw: self.xw + self.xy * arm,
@@ -91,7 +101,7 @@ impl<T: Real> Quadratic<T> {
 
     /// The same in the frame of the link before; `joint` is the direction of the joint angle between them.
     #[inline(always)]
-    pub fn turned_back(self, joint: &Heading<T>) -> Self {
+    fn turned_back(self, joint: &Heading<T>) -> Self {
         let (c, s) = (joint.cos, joint.sin);
         let (cc, cs, ss) = (c * c, c * s, s * s);
         let cross = (cs + cs) * self.xy;
@@ -110,7 +120,7 @@ impl<T: Real> Quadratic<T> {
     /// Minimises over omega with the spring k (omega - omega_before)^2 / 2 added; what is left is a
     /// function of the velocity and omega_before. Also returns g_omega^2 / H_omega, twice the decrease.
     #[inline(always)]
-    pub fn eliminate(self, k: T) -> (Elimination<T>, Self, T) {
+    fn eliminate(self, k: T) -> (Elimination<T>, Self, T) {
         let inverse = T::splat(1.0) / (self.ww + k);
         let (px, py, constant, previous) = (self.xw * inverse, self.yw * inverse, self.gw * inverse, k * inverse);
         let left = Self {
@@ -129,23 +139,60 @@ impl<T: Real> Quadratic<T> {
 
     /// The velocity that minimises V(p, 0), and twice the decrease.
     #[inline(always)]
-    pub fn minimiser(&self) -> ((T, T), T) {
+    pub fn minimiser(&self) -> (Vector2<T>, T) {
         let determinant = self.xx * self.yy - self.xy * self.xy;
         let x = (self.xy * self.gy - self.yy * self.gx) / determinant;
         let y = (self.xy * self.gx - self.xx * self.gy) / determinant;
-        ((x, y), -(self.gx * x + self.gy * y))
+        (Vector2::new(x, y), -(self.gx * x + self.gy * y))
     }
 }
 
 impl<T: Real> Elimination<T> {
-    pub fn zero() -> Self {
+    fn zero() -> Self {
         let zero = T::zero();
         Self { px: zero, py: zero, previous: zero, constant: zero }
     }
+}
 
-    /// omega_i.
+impl<T: Real> Segment<T> {
+    /// A link of heading `heading` behind one of heading `before`; the first link is behind itself.
     #[inline(always)]
-    pub fn back_substitute(&self, px: T, py: T, omega_before: T) -> T {
-        self.px * px + self.py * py + self.previous * omega_before + self.constant
+    pub fn new(heading: &Heading<T>, before: &Heading<T>, half_length: T) -> Self {
+        Self { turn: heading.relative_to(before), half_length, elimination: Elimination::zero() }
+    }
+
+    /// Eliminates omega_i, given the value of all that lies behind the far end and the link's own model at its CG,
+    /// both in its frame, and the stiffness of the joint before it. Returns the value at the near end in the frame
+    /// of the link before, and twice the decrease.
+    #[inline(always)]
+    pub fn eliminate(&mut self, behind: Quadratic<T>, own: Quadratic<T>, stiffness: T) -> (Quadratic<T>, T) {
+        let length = self.half_length + self.half_length;
+        let total = behind.seen_from_before(length).plus(own.seen_from_before(self.half_length));
+        let (elimination, left, decrease) = total.eliminate(stiffness);
+        self.elimination = elimination;
+        (left.turned_back(&self.turn), decrease)
+    }
+
+    /// The twist of the link in its frame, given the velocity of its near end in the frame of the link before and
+    /// the angular velocity of that; both go on to the next link.
+    #[inline(always)]
+    pub fn substitute(&self, end: &mut Vector2<T>, omega: &mut T) -> Vector3<T> {
+        let (e, near) = (&self.elimination, self.turn.to_link(*end));
+        *omega = e.px * near.x + e.py * near.y + e.previous * *omega + e.constant;
+        self.move_along(near, *omega, end)
+    }
+
+    /// The same for an angular velocity that is given.
+    #[inline(always)]
+    pub fn follow(&self, omega: T, end: &mut Vector2<T>) -> Vector3<T> {
+        self.move_along(self.turn.to_link(*end), omega, end)
+    }
+
+    #[inline(always)]
+    fn move_along(&self, near: Vector2<T>, omega: T, end: &mut Vector2<T>) -> Vector3<T> {
+        let swing = self.half_length * omega;
+        let centre = near.y + swing;
+        *end = Vector2::new(near.x, centre + swing);
+        Vector3::new(near.x, centre, omega)
     }
 }

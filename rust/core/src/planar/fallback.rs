@@ -1,0 +1,92 @@
+//! What is done about a stage that Newton's method did not close: another method, a polish, and, where the
+//! contacts contradict each other, a stage that can be closed.
+
+use super::{Certificate, InteriorPoint, Newton, Stage, StageSolution, certify};
+
+/// How far the fallback came.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Closing {
+    /// The stage is solved.
+    Closed,
+    /// No velocity opens all contacts as fast as they ask: penetrations stay, and the stage is solved otherwise.
+    Eased,
+    /// The best solution found is not within its tolerance.
+    Open,
+}
+
+/// Workspace of the fallback, for one robot.
+#[derive(Debug, Clone)]
+pub struct Fallback {
+    solvers: Solvers,
+    eased: Stage,
+}
+
+#[derive(Debug, Clone)]
+struct Solvers {
+    interior_point: InteriorPoint,
+    newton: Newton,
+    polished: StageSolution,
+}
+
+impl Fallback {
+    pub fn new(links: usize) -> Self {
+        let solvers = Solvers {
+            interior_point: InteriorPoint::new(links),
+            newton: Newton::new(links),
+            polished: StageSolution::new(links),
+        };
+        Self { solvers, eased: Stage::with_capacity(links) }
+    }
+
+    /// Solves `stage` for velocities within about `tolerance` \[m/s\]. `solution` need not hold anything of use, not
+    /// even numbers, but has the size of the stage. Returns the linear solves it took, too.
+    pub fn solve_hard(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, Closing) {
+        let (solves, closed) = self.solvers.attempt(stage, solution, tolerance);
+        let can_ease = stage.contacts.iter().any(|contact| contact.offset < 0.0);
+        if closed || !can_ease {
+            return (solves, if closed { Closing::Closed } else { Closing::Open });
+        }
+        stage.copy_lane(0, &mut self.eased);
+        self.eased.contacts.iter_mut().for_each(|contact| contact.offset = contact.offset.max(0.0));
+        let (more, closed) = self.solvers.attempt(&self.eased, solution, tolerance);
+        (solves + more, if closed { Closing::Eased } else { Closing::Open })
+    }
+}
+
+impl Solvers {
+    /// The interior point method, then Newton's from where it ended; keeps the better of both.
+    fn attempt(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, bool) {
+        for (twist, link) in solution.twist.iter_mut().zip(&stage.links) {
+            *twist = link.reference;
+        }
+        let descent = self.interior_point.solve(stage, solution, tolerance);
+        self.polished.contact.resize(stage.contacts.len(), 0.0);
+        self.polished.set_lane(0, solution);
+        let outcome = self.newton.solve(stage, &mut self.polished, tolerance, POLISH, true);
+        let badness = [&*solution, &self.polished].map(|solution| badness(stage, &certify(stage, solution), tolerance));
+        if badness[1] < badness[0] {
+            solution.set_lane(0, &self.polished);
+        }
+        (descent.solves + outcome.iterations as u32, badness[0].min(badness[1]) <= 1.0)
+    }
+}
+
+/// At most 1 for a solution that is good enough: each law obeyed to the tolerance, or all together by the duality
+/// gap and each nearly.
+fn badness(stage: &Stage, certificate: &Certificate, tolerance: f64) -> f64 {
+    let lightest = stage.links.iter().map(|link| link.mass).fold(f64::INFINITY, f64::min);
+    let enough = (0.5 * lightest * tolerance * tolerance).max(RELATIVE_GAP * stage.energy());
+    let residual = certificate.residual() / tolerance;
+    let badness = residual.min((certificate.gap / enough).max(residual / SLACK));
+    if certificate.gap.is_nan() || residual.is_nan() { f64::INFINITY } else { badness }
+}
+
+/// Newton steps of a polish.
+const POLISH: u32 = 50;
+
+/// Duality gap of a closed stage, relative to the stage's energies.
+const RELATIVE_GAP: f64 = 1e-10;
+
+/// Residual of a closed stage, in tolerances: the solvers bound velocities in the norm of the energy, the judge
+/// looks at every link by itself.
+const SLACK: f64 = 100.0;
