@@ -24,6 +24,7 @@ class Trajectory:
         residual: (T,) worst contact-solver residual since the last sample [m/s].
         iterations: (T,) solver iterations since the last sample.
         misses: (T,) solves since the last sample that gave up before their tolerance.
+        fallbacks: (T,) solves since the last sample that Newton's method left to the fallback.
         energy: (T,) kinetic energy [J].
         max_joint_gap: largest distance between the two ends that meet in a joint, at any step [m].
         max_penetration: deepest overlap of a link and a peg at any step [m].
@@ -38,6 +39,7 @@ class Trajectory:
     residual: Array
     iterations: Array
     misses: Array
+    fallbacks: Array
     energy: Array
     max_joint_gap: float
     max_penetration: float

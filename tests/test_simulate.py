@@ -27,6 +27,7 @@ def test_arrays_have_the_promised_shapes_and_layout():
         "residual": (rows,),
         "iterations": (rows,),
         "misses": (rows,),
+        "fallbacks": (rows,),
         "energy": (rows,),
     }
     for name, shape in shapes.items():

@@ -11,7 +11,7 @@ use crate::pegs::PegGrid;
 use crate::planar::{PlanarState, Pose, Twist, assemble_chain, largest_joint_gap};
 use crate::robot::{Robot, RobotConfig};
 use crate::scene::{Peg, Scene, SceneConfig};
-use crate::stepper::{Body, Driven, Fleet, IntegratorConfig, Method, Plant, Thesis, WarmStart};
+use crate::stepper::{Body, Driven, Fleet, Hardest, IntegratorConfig, Method, Plant, Thesis, WarmStart};
 
 /// The scheme chosen at construction.
 #[derive(Debug, Clone)]
@@ -53,6 +53,10 @@ pub struct StepReport {
     pub events: u32,
     /// Stages that ended before their tolerance was met.
     pub misses: u32,
+    /// Stages that the fallback had to solve.
+    pub fallbacks: u32,
+    /// Those of them whose contacts contradicted each other: penetrations stayed.
+    pub eased: u32,
     /// Worst certified residual \[m/s\].
     pub residual: f64,
     /// Worst duality gap \[J\].
@@ -200,6 +204,23 @@ impl PlanarSimulation {
         largest_joint_gap(&self.plant.robot, &self.body.state.pose)
     }
 
+    /// From now on keeps the stage that took the most linear solves (`implicit` only).
+    pub fn keep_hardest_stage(&mut self) {
+        let links = self.robot().link_count();
+        if let Scheme::Implicit(fleet) = &mut self.scheme {
+            fleet.keep_hardest(Some(Hardest::new(links)));
+        }
+    }
+
+    /// The stage that took the most linear solves since [`Self::keep_hardest_stage`], with their number; `None`
+    /// before the first stage.
+    pub fn hardest_stage(&mut self) -> Option<&Hardest> {
+        match &mut self.scheme {
+            Scheme::Implicit(fleet) => fleet.hardest().filter(|hardest| hardest.solves > 0),
+            Scheme::Thesis(_) => None,
+        }
+    }
+
     /// The changing part of a simulation with the `implicit` method.
     pub fn snapshot(&self) -> SimulationState {
         SimulationState { state: self.body.state.clone(), warm_start: self.body.warm_start.clone() }
@@ -228,6 +249,8 @@ impl StepReport {
             iterations: tally.iterations,
             events: tally.events,
             misses: tally.misses,
+            fallbacks: tally.fallbacks,
+            eased: tally.eased,
             residual: tally.residual,
             gap: tally.gap,
             friction_work: tally.friction_work,

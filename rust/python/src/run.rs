@@ -175,6 +175,7 @@ struct Interval {
     residual: f64,
     iterations: f64,
     misses: f64,
+    fallbacks: f64,
     joint_gap: f64,
     penetration: f64,
 }
@@ -187,6 +188,7 @@ impl Interval {
             residual: 0.0,
             iterations: 0.0,
             misses: 0.0,
+            fallbacks: 0.0,
             joint_gap: simulation.joint_gap(),
             penetration: (-simulation.min_gap()).max(0.0),
         }
@@ -200,6 +202,7 @@ impl Interval {
         self.residual = self.residual.max(report.residual); // never NaN: the core sees to that
         self.iterations += f64::from(report.iterations);
         self.misses += f64::from(report.misses);
+        self.fallbacks += f64::from(report.fallbacks);
         self.joint_gap = self.joint_gap.max(simulation.joint_gap());
         self.penetration = self.penetration.max(-simulation.min_gap());
     }
@@ -222,6 +225,7 @@ struct Samples {
     residual: Vec<f64>,
     iterations: Vec<f64>,
     misses: Vec<f64>,
+    fallbacks: Vec<f64>,
     energy: Vec<f64>,
     max_joint_gap: f64,
     max_penetration: f64,
@@ -239,6 +243,7 @@ impl Samples {
         self.residual.push(interval.residual);
         self.iterations.push(interval.iterations);
         self.misses.push(interval.misses);
+        self.fallbacks.push(interval.fallbacks);
         self.energy.push(simulation.kinetic_energy());
         self.max_joint_gap = self.max_joint_gap.max(interval.joint_gap);
         self.max_penetration = self.max_penetration.max(interval.penetration);
@@ -257,6 +262,7 @@ impl Samples {
         set_array(&dict, "residual", self.residual, &[rows])?;
         set_array(&dict, "iterations", self.iterations, &[rows])?;
         set_array(&dict, "misses", self.misses, &[rows])?;
+        set_array(&dict, "fallbacks", self.fallbacks, &[rows])?;
         set_array(&dict, "energy", self.energy, &[rows])?;
         dict.set_item("max_joint_gap", self.max_joint_gap)?;
         dict.set_item("max_penetration", self.max_penetration)?;

@@ -4,6 +4,7 @@
 use crate::math::{Wide4, Wide8};
 
 use super::group::Group;
+use super::hardest::Hardest;
 use super::stage_kernels::StageKernels;
 use super::{Driven, IntegratorConfig, Plant};
 
@@ -36,6 +37,16 @@ impl Fleet {
             members: Vec::with_capacity(robots),
             divisions: (0..levels(&config)).map(|_| Division::with_capacity(robots)).collect(),
         }
+    }
+
+    /// Begins to keep the hardest stage of all robots, or ends it.
+    pub fn keep_hardest(&mut self, hardest: Option<Hardest>) {
+        *self.width.hardest() = hardest.map(Box::new);
+    }
+
+    /// The hardest stage since [`Self::keep_hardest`].
+    pub fn hardest(&mut self) -> Option<&Hardest> {
+        self.width.hardest().as_deref()
     }
 
     /// Integrates the robots chosen by `takes_part` over `duration` in equal steps no longer than the
@@ -77,6 +88,18 @@ impl Width {
             }
         }
         Width::One(Box::new(Group::new(config, plant)))
+    }
+}
+
+impl Width {
+    fn hardest(&mut self) -> &mut Option<Box<Hardest>> {
+        match self {
+            Width::One(group) => &mut group.hardest,
+            #[cfg(target_arch = "x86_64")]
+            Width::Four(group) => &mut group.hardest,
+            #[cfg(target_arch = "x86_64")]
+            Width::Eight(group) => &mut group.hardest,
+        }
     }
 }
 

@@ -22,7 +22,9 @@ use crate::pegs::PegGrid;
 use crate::planar::{Heading, Newton, Stage, StageSolution};
 
 use super::contacts::{Prediction, Slot, add_contacts};
+use super::hardest::Hardest;
 use super::lanes::{Lanes, NO_LANES, active, lanes_of, read_lane, read_vector, set_vector};
+use super::rescue::Rescue;
 use super::stage_kernels::{Extrapolate, LinkConstants, Solve, StageKernels, StageWork, Works};
 use super::{Body, Driven, IntegratorConfig, Plant};
 
@@ -32,6 +34,9 @@ pub struct Group<T: Real> {
     config: IntegratorConfig,
     work: StageWork<T>,
     slots: Vec<Slot>,
+    rescue: Rescue,
+    /// Kept when asked for alone.
+    pub hardest: Option<Box<Hardest>>,
     /// State at the start of the step.
     start_pose: Vec<Vector3<T>>,
     start_twist: Vec<Vector3<T>>,
@@ -90,6 +95,8 @@ impl<T: StageKernels> Group<T> {
             config,
             work,
             slots: Vec::with_capacity(PAIRS_PER_LINK * links),
+            rescue: Rescue::new(links),
+            hardest: None,
             start_pose: rest.clone(),
             start_twist: rest,
             first_works: Works::none(),
@@ -226,14 +233,17 @@ impl<T: StageKernels> Group<T> {
         });
         let residual = certificate.residual();
         for (lane, member) in active(members, lanes) {
-            let missed = !outcome.converged.lane(lane);
             let tally = &mut fleet[member].body_mut().tally;
-            tally.add_solve(
-                outcome.iterations.lane(lane) as u32,
-                missed,
-                residual.lane(lane),
-                certificate.gap.lane(lane),
-            );
+            let iterations = outcome.iterations.lane(lane) as u32;
+            if let Some(hardest) = &mut self.hardest {
+                hardest.offer(&self.work.stage, lane, iterations);
+            }
+            let missed = !outcome.converged.lane(lane);
+            let tolerance = self.config.tolerance();
+            match missed.then(|| self.rescue.solve_lane(&mut self.work, lane, tolerance)).flatten() {
+                Some(rescued) => tally.add_rescue(iterations, &rescued),
+                None => tally.add_solve(iterations, missed, residual.lane(lane), certificate.gap.lane(lane)),
+            }
         }
     }
 

@@ -342,6 +342,13 @@ impl<T: Real> StageWork<T> {
 }
 
 impl<T: Real> Works<T> {
+    /// Takes the works of `lane` over from one robot's.
+    pub fn set_lane(&mut self, lane: usize, one: &Works<f64>) {
+        self.friction.set_lane(lane, one.friction);
+        self.actuator.set_lane(lane, one.actuator);
+        self.positive_actuator.set_lane(lane, one.positive_actuator);
+    }
+
     pub fn none() -> Self {
         Self { friction: T::zero(), actuator: T::zero(), positive_actuator: T::zero() }
     }

@@ -1,7 +1,9 @@
 use nalgebra::Vector2;
 
 use crate::math::Real;
+use crate::planar::Closing;
 
+use super::rescue::Rescued;
 use super::stage_kernels::Works;
 
 /// What happened over some interval of time.
@@ -12,8 +14,12 @@ pub struct Tally {
     pub iterations: u32,
     /// Steps retaken because a peg contact closed.
     pub events: u32,
-    /// Stages whose solver gave up before its tolerance.
+    /// Stages that no solver brought to their tolerance.
     pub misses: u32,
+    /// Stages that the fallback had to solve.
+    pub fallbacks: u32,
+    /// Those of them whose contacts contradicted each other: penetrations stayed.
+    pub eased: u32,
     /// Worst certified residual of a stage \[m/s\].
     pub residual: f64,
     /// Worst duality gap of a stage \[J\].
@@ -51,6 +57,14 @@ impl Tally {
         self.friction_work += weight * works.friction.lane(lane);
         self.actuator_work += weight * works.actuator.lane(lane);
         self.positive_actuator_work += weight * works.positive_actuator.lane(lane);
+    }
+
+    /// Takes note of a stage that took the fallback after `iterations` of Newton's method.
+    pub fn add_rescue(&mut self, iterations: u32, rescued: &Rescued) {
+        let Rescued { solves, closing, certificate } = rescued;
+        self.fallbacks += 1;
+        self.eased += u32::from(*closing == Closing::Eased);
+        self.add_solve(iterations + solves, *closing == Closing::Open, certificate.residual(), certificate.gap);
     }
 
     /// Takes note of how a stage was solved.

@@ -86,6 +86,7 @@ impl Episode {
             residual: report.residual,
             iterations: report.iterations,
             misses: report.misses,
+            fallbacks: report.fallbacks,
             diverged: report.diverged,
             ..self.so_far(rules)
         };

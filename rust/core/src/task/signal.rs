@@ -45,6 +45,7 @@ pub struct Summary {
     pub residual: f64,
     pub iterations: u32,
     pub misses: u32,
+    pub fallbacks: u32,
     pub diverged: bool,
     pub time: f64,
 }
@@ -66,7 +67,7 @@ pub const COUNT: usize = SIGNALS.len();
 pub type SignalRow = [f64; COUNT];
 
 /// All signals, in order.
-pub const SIGNALS: [Signal; 22] = [
+pub const SIGNALS: [Signal; 23] = [
     float("reward_progress", "1", "weighted reward term: progress", |s| s.reward.progress),
     float("reward_energy", "1", "weighted reward term: positive actuator work", |s| s.reward.energy),
     float("reward_smoothness", "1", "weighted reward term: change of the action", |s| s.reward.smoothness),
@@ -86,6 +87,7 @@ pub const SIGNALS: [Signal; 22] = [
     integer("contacts", "links pushed by a peg in this step", |s| s.contacts.into()),
     float("residual", "m/s", "worst certified residual of the contact solver in this step", |s| s.residual),
     integer("iterations", "iterations of the contact solver in this step", |s| s.iterations.into()),
+    integer("fallbacks", "solves of this step that Newton's method left to the fallback", |s| s.fallbacks.into()),
     integer("misses", "solves of this step that missed their tolerance", |s| s.misses.into()),
     boolean("diverged", "the computation diverged and was stopped", |s| s.diverged.into()),
     float("time", "s", "time since the start", |s| s.time),
