@@ -1,0 +1,104 @@
+//! Whole scenes as a handful of numbers: drawn at random here, by a property test elsewhere.
+
+use snake_core::control::PdConfig;
+use snake_core::gait::Wave;
+use snake_core::planar::{Pose, assemble_chain};
+use snake_core::robot::{Robot, RobotConfig};
+use snake_core::scene::{Peg, SceneConfig};
+use snake_core::stepper::IntegratorConfig;
+use snake_core::task::random::Stream;
+
+use crate::case::{Case, Motion, weighted};
+use crate::stages::magnitude;
+
+/// What makes up a scene; every field is admissible by itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Draw {
+    /// At least 2.
+    pub links: usize,
+    /// Mass of link i over that of Aiko's; taken in turns.
+    pub weights: Vec<f64>,
+    pub friction: [f64; 2],
+    pub kp: f64,
+    pub kd: f64,
+    pub torque_limit: Option<f64>,
+    pub wave: Wave,
+    /// Angle of the joints at the start, taken in turns \[rad\].
+    pub bends: Vec<f64>,
+    pub velocity: [f64; 2],
+    /// Radius and place relative to the robot's box; those that touch the robot are left out.
+    pub pegs: Vec<[f64; 3]>,
+    pub step: f64,
+    pub order: u32,
+    pub tolerance: f64,
+}
+
+impl Draw {
+    /// Scene `index` of the family `seed`.
+    pub fn random(seed: u64, index: u64) -> Self {
+        let random = &mut Stream::new(seed, index);
+        let links = [2, 3, 5, 8, 11, 20][random.index(6)];
+        let ratio = [1.0, 10.0, 1e4][random.index(3)];
+        let count = [0, 5, 20, 60][random.index(4)];
+        let mu = |random: &mut Stream| if random.chance(0.1) { 0.0 } else { magnitude(random, 1e-3, 10.0) };
+        let friction = if random.chance(0.5) { [mu(random); 2] } else { [mu(random), mu(random)] };
+        let speed = if random.chance(0.5) { 0.0 } else { magnitude(random, 1e-3, 5.0) };
+        Self {
+            links,
+            weights: (0..links).map(|_| magnitude(random, 1.0 / ratio, 1.0)).collect(),
+            friction,
+            kp: if random.chance(0.1) { 0.0 } else { magnitude(random, 1.0, 1e6) },
+            kd: if random.chance(0.1) { 0.0 } else { magnitude(random, 1e-2, 1e2) },
+            torque_limit: random.chance(0.5).then(|| magnitude(random, 1e-2, 30.0)),
+            wave: Wave {
+                amplitude: random.uniform(0.0, 1.0),
+                omega: magnitude(random, 0.1, 20.0),
+                beta: random.around_zero(1.5),
+                gamma: random.around_zero(0.2),
+            },
+            bends: (0..links).map(|_| random.around_zero(0.6)).collect(),
+            velocity: [random.around_zero(speed), random.around_zero(speed)],
+            pegs: (0..count).map(|_| [magnitude(random, 2e-3, 0.2), random.unit(), random.unit()]).collect(),
+            step: [1e-3, 5e-3, 1e-2, 2.5e-2, 5e-2][random.index(5)],
+            order: 1 + random.index(2) as u32,
+            tolerance: [1e-6, 1e-8][random.index(2)],
+        }
+    }
+
+    /// The scene, to be run for `duration` \[s\].
+    pub fn case(&self, duration: f64) -> Case {
+        let robot = weighted(self.links, |i| self.weights[i % self.weights.len()]);
+        let posture: Vec<f64> = (0..self.links - 1).map(|i| self.bends[i % self.bends.len()]).collect();
+        Case {
+            name: format!("{self:?}"),
+            scene: SceneConfig { obstacles: self.clear_pegs(&robot, &posture), friction: self.friction },
+            robot,
+            controller: PdConfig { kp: self.kp, kd: self.kd, torque_limit: self.torque_limit, active_from: 0.0 },
+            integrator: IntegratorConfig {
+                step: Some(self.step),
+                order: self.order,
+                tolerance: Some(self.tolerance),
+                ..IntegratorConfig::default()
+            },
+            motion: Motion::Wave(self.wave),
+            place: [0.0; 3],
+            posture: Some(posture),
+            velocity: self.velocity,
+            duration,
+        }
+    }
+
+    fn clear_pegs(&self, robot: &RobotConfig, posture: &[f64]) -> Vec<Peg> {
+        let robot = Robot::new(robot).expect("an admissible robot");
+        let mut poses = vec![Pose::zeros(); self.links];
+        assemble_chain(&robot, Pose::zeros(), posture, &mut poses);
+        let low = poses.iter().fold([0.0_f64; 2], |low, q| [low[0].min(q.x), low[1].min(q.y)]);
+        let high = poses.iter().fold([0.0_f64; 2], |high, q| [high[0].max(q.x), high[1].max(q.y)]);
+        let place = |axis: usize, part: f64| low[axis] - 0.3 + part * (high[axis] - low[axis] + 0.6);
+        let pegs = self.pegs.iter().map(|&[radius, x, y]| Peg { radius, x: place(0, x), y: place(1, y) });
+        let touches = |peg: &Peg| {
+            poses.iter().zip(&robot.links).any(|(pose, link)| snake_core::contact::gap(pose, link, peg) < 1e-4)
+        };
+        pegs.filter(|peg| !touches(peg)).collect()
+    }
+}

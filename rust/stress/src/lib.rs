@@ -1,0 +1,9 @@
+//! Scenes and stage problems far harder than any robot should meet, and what must hold in them.
+
+pub mod case;
+pub mod draw;
+pub mod figures;
+pub mod requirements;
+pub mod scenarios;
+pub mod stages;
+pub mod table;

@@ -1,0 +1,128 @@
+//! Environments under random actions.
+
+use snake_core::batch::{Batch, Outputs};
+use snake_core::stepper::IntegratorConfig;
+use snake_core::task::random::Stream;
+use snake_core::task::signal::{COUNT, SIGNALS};
+use snake_core::task::{ActionMode, EnvConfig, FieldKind, Task};
+
+use crate::figures::Figures;
+
+/// One kind of environment.
+#[derive(Debug, Clone, Copy)]
+pub struct Kind {
+    pub mode: ActionMode,
+    pub field: FieldKind,
+    pub difficulty: f64,
+    pub step: f64,
+    pub tolerance: f64,
+}
+
+/// Every action mode on every field, from mild to wild, at fine and coarse steps.
+pub fn kinds() -> Vec<Kind> {
+    let mut kinds = Vec::new();
+    for mode in [ActionMode::Gait, ActionMode::Joints, ActionMode::Residual] {
+        for field in [FieldKind::Track, FieldKind::Lattice, FieldKind::Poisson] {
+            for (difficulty, step, tolerance) in [(0.0, 0.01, 1e-8), (1.0, 0.05, 1e-6), (1.0, 0.05, 1e-8)] {
+                kinds.push(Kind { mode, field, difficulty, step, tolerance });
+            }
+        }
+    }
+    kinds
+}
+
+/// Steps `steps` environment steps, a batch at a time, with uniformly random actions that change now and then.
+pub fn random_steps(kind: Kind, steps: u64, seed: u64) -> Figures {
+    let Kind { mode, field, difficulty, step, tolerance } = kind;
+    let integrator = IntegratorConfig { step: Some(step), tolerance: Some(tolerance), ..IntegratorConfig::default() };
+    let config = EnvConfig {
+        task: Task::Field,
+        action_mode: mode,
+        field,
+        difficulty,
+        integrator,
+        max_episode_steps: 200,
+        ..EnvConfig::default()
+    };
+    let mut run = Run::new(&config, seed);
+    for _ in 0..steps.div_ceil(ROWS as u64) {
+        run.step();
+    }
+    run.figures
+}
+
+struct Run {
+    batch: Batch,
+    random: Stream,
+    actions: Vec<f64>,
+    observation: Vec<f32>,
+    reward: Vec<f64>,
+    terminated: Vec<bool>,
+    truncated: Vec<bool>,
+    signals: Vec<f64>,
+    figures: Figures,
+}
+
+impl Run {
+    fn new(config: &EnvConfig, seed: u64) -> Self {
+        let batch = Batch::new(config, ROWS, 1).expect("an admissible environment");
+        let mut run = Self {
+            actions: vec![0.0; ROWS * batch.action_size()],
+            observation: vec![0.0; ROWS * batch.observation_size()],
+            reward: vec![0.0; ROWS],
+            terminated: vec![false; ROWS],
+            truncated: vec![false; ROWS],
+            signals: vec![0.0; COUNT * ROWS],
+            random: Stream::new(seed, u64::MAX),
+            figures: Figures::default(),
+            batch,
+        };
+        let seeds: Vec<Option<u64>> = (0..ROWS as u64).map(|row| Some(seed * 1_000_003 + row)).collect();
+        run.reset(&[true; ROWS], &seeds);
+        run
+    }
+
+    fn step(&mut self) {
+        for action in &mut self.actions {
+            if self.random.chance(0.3) {
+                *action = self.random.uniform(-1.2, 1.2);
+            }
+        }
+        let Self { batch, actions, observation, reward, terminated, truncated, signals, .. } = self;
+        batch.step(actions, &[true; ROWS], Outputs { observation, reward, terminated, truncated, signals });
+        self.record();
+        let done: Vec<bool> = self.terminated.iter().zip(&self.truncated).map(|(a, b)| *a || *b).collect();
+        if done.contains(&true) {
+            self.reset(&done, &[None; ROWS]);
+        }
+    }
+
+    fn reset(&mut self, mask: &[bool], seeds: &[Option<u64>]) {
+        let Self { batch, observation, reward, terminated, truncated, signals, .. } = self;
+        batch.reset(mask, seeds, Outputs { observation, reward, terminated, truncated, signals });
+    }
+
+    fn record(&mut self) {
+        let figures = &mut self.figures;
+        let signal = |name: &str, row: usize| {
+            let place = SIGNALS.iter().position(|signal| signal.name == name).expect("a signal of this name");
+            self.signals[place * ROWS + row]
+        };
+        figures.steps += ROWS as u64;
+        for row in 0..ROWS {
+            let (misses, residual) = (signal("misses", row), signal("residual", row));
+            figures.misses += misses as u64;
+            figures.fallbacks += signal("fallbacks", row) as u64;
+            figures.iterations += signal("iterations", row) as u64;
+            figures.broken += u64::from(signal("diverged", row) != 0.0);
+            let worst = if misses > 0.0 { &mut figures.counted_residual } else { &mut figures.residual };
+            *worst = worst.max(residual);
+            figures.measure(self.batch.environment(row).simulation());
+        }
+        let finite = self.observation.iter().all(|x| x.is_finite()) && self.reward.iter().all(|x| x.is_finite());
+        figures.broken += u64::from(!finite);
+    }
+}
+
+/// Environments side by side.
+const ROWS: usize = 32;

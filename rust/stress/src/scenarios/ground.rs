@@ -1,0 +1,70 @@
+//! Friction, and rest under load.
+
+use snake_core::control::PdConfig;
+
+use crate::case::{Case, Motion};
+use crate::figures::Figures;
+
+/// From ice to glue, and runners of ratio up to a thousand.
+pub fn friction(duration: f64) -> Vec<Case> {
+    let pairs = [
+        [0.0, 0.0],
+        [1e-3, 1e-3],
+        [10.0, 10.0],
+        [0.0, 0.5],
+        [0.5, 0.0],
+        [1e-3, 1.0],
+        [1.0, 1e-3],
+        [1e-2, 10.0],
+        [10.0, 1e-2],
+    ];
+    let mut cases = Vec::new();
+    for friction in pairs {
+        for step in [1e-2, 5e-2] {
+            let mut case = Case::course(format!("mu {friction:?}, h {step} s"), step, duration);
+            case.scene.friction = friction;
+            cases.push(case);
+        }
+    }
+    cases
+}
+
+/// Robots whose joints push against friction and pegs too weakly to move anything.
+pub fn rest() -> Vec<Case> {
+    let mut free = Case::straight("free, joints pushed", 1e-2, 0.0);
+    free.controller = PdConfig { kp: 0.5, kd: 2.0, ..PdConfig::default() };
+    free.motion = Motion::Hold(0.2);
+    let mut pressed = Case::course("on the course, joints pushed", 5e-2, 0.0);
+    pressed.posture = Some((0..10).map(|joint| 0.7 * (joint as f64 * -0.87).sin()).collect());
+    pressed.controller = PdConfig { kp: 20.0, kd: 2.0, ..PdConfig::default() };
+    pressed.motion = Motion::Hold(0.3);
+    let mut limited = Case::course("on the course, torques at their limit", 1e-2, 0.0);
+    limited.controller = PdConfig { kp: 800.0, torque_limit: Some(0.3), ..PdConfig::default() };
+    limited.motion = Motion::Hold(0.0);
+    limited.posture = pressed.posture.clone();
+    let mut orthotropic = pressed.clone();
+    orthotropic.name = "on the course, orthotropic".into();
+    orthotropic.scene.friction = [0.01, 1.0];
+    orthotropic.integrator.step = Some(1e-2);
+    vec![free, pressed, limited, orthotropic]
+}
+
+/// Lets the robot come to rest, then stands `steps` steps; `drift` is how far any link crept.
+pub fn stand(case: &Case, steps: u64) -> Figures {
+    let mut simulation = case.simulation();
+    simulation.advance(SETTLE, &case.motion);
+    let before = simulation.state().pose.clone();
+    let mut figures = Figures::default();
+    let step = case.integrator.step();
+    for _ in 0..steps {
+        let report = simulation.advance(step, &case.motion);
+        figures.count(&report);
+    }
+    figures.measure(&simulation);
+    let moved = simulation.state().pose.iter().zip(&before).map(|(now, then)| (now - then).norm());
+    figures.drift = moved.fold(0.0, f64::max);
+    figures
+}
+
+/// Time after which nothing moves any more \[s\].
+const SETTLE: f64 = 60.0;

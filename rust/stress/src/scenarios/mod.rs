@@ -1,0 +1,153 @@
+//! The scenarios, each a family of cases with the bounds they must keep.
+
+pub mod drive;
+pub mod fields;
+pub mod ground;
+pub mod neighbours;
+pub mod pegs;
+pub mod robots;
+
+use crate::case::Case;
+use crate::draw::Draw;
+use crate::figures::Figures;
+use crate::requirements::Bounds;
+use crate::stages;
+
+/// Something to run and measure.
+pub struct Job {
+    pub name: String,
+    pub run: Box<dyn Fn() -> Figures + Send + Sync>,
+}
+
+/// A family of jobs.
+pub struct Scenario {
+    pub name: &'static str,
+    pub bounds: Bounds,
+    pub jobs: Vec<Job>,
+}
+
+/// How long the suite may take.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Effort {
+    /// A few seconds, within the tests.
+    Short,
+    /// Under a minute.
+    Quick,
+    /// About a quarter of an hour.
+    Long,
+}
+
+impl Effort {
+    fn of(self, short: u64, quick: u64, long: u64) -> u64 {
+        match self {
+            Effort::Short => short,
+            Effort::Quick => quick,
+            Effort::Long => long,
+        }
+    }
+
+    fn seconds(self, short: f64, quick: f64, long: f64) -> f64 {
+        match self {
+            Effort::Short => short,
+            Effort::Quick => quick,
+            Effort::Long => long,
+        }
+    }
+}
+
+/// All scenarios.
+pub fn all(effort: Effort) -> Vec<Scenario> {
+    let time = effort.seconds(0.5, 5.0, 60.0);
+    let default = Bounds::default();
+    let free = f64::INFINITY;
+    let coarse = Bounds { penetration: 0.03, ..default };
+    vec![
+        run("steps to 50 ms", default, drive::steps(time)),
+        run("k_P 0 to 1e6", default, drive::gains(time)),
+        run("mass ratios to 1e4", Bounds { penetration: 0.06, energy: free, ..default }, robots::mass_ratios(time)),
+        run("friction 0 to 10, axis ratio to 1e3", default, ground::friction(time)),
+        run("2 to 300 links", default, robots::links(effort.seconds(0.1, 2.0, 10.0))),
+        run("wedge of converging pegs", coarse, pegs::wedge(time)),
+        run("thin peg in the crack", coarse, pegs::crack(time)),
+        run("start in deep penetration", Bounds { penetration: free, energy: free, ..default }, pegs::deep(time)),
+        run("1 to 100 m/s into a peg", Bounds { penetration: 0.06, tunnels: u64::MAX, ..default }, pegs::fast(1.0)),
+        run(
+            "limp robot thrown among pegs",
+            Bounds { penetration: 0.2, tunnels: u64::MAX, energy: 1e-9, ..default },
+            pegs::limp(2.0),
+        ),
+        run("torque-limit chatter", coarse, drive::torque_limit(time)),
+        Scenario { name: "standing still under load", bounds: still(), jobs: stand(effort.of(500, 50_000, 1_000_000)) },
+        Scenario { name: "NaN in one robot of 19", bounds: default, jobs: poison(effort.of(8, 100, 1000) as u32) },
+        Scenario {
+            name: "random scenes",
+            bounds: Bounds { penetration: 0.2, energy: free, tunnels: u64::MAX, ..default },
+            jobs: scenes(effort.of(50, 1000, 20_000)),
+        },
+        Scenario {
+            name: "random environment steps",
+            bounds: Bounds { penetration: 0.02, ..default },
+            jobs: environments(effort.of(5_000, 300_000, 10_000_000)),
+        },
+        Scenario {
+            name: "random stage problems",
+            bounds: Bounds { misses: u64::MAX, ..default },
+            jobs: problems(effort.of(2_000, 100_000, 10_000_000)),
+        },
+    ]
+}
+
+fn run(name: &'static str, bounds: Bounds, cases: Vec<Case>) -> Scenario {
+    let job = |case: Case| Job { name: case.name.clone(), run: Box::new(move || case.run()) };
+    Scenario { name, bounds, jobs: cases.into_iter().map(job).collect() }
+}
+
+/// Creep of a nanometre at most, and no motion in any sense.
+fn still() -> Bounds {
+    Bounds { drift: 1e-9, ..Bounds::default() }
+}
+
+fn stand(steps: u64) -> Vec<Job> {
+    let job = |case: Case| Job { name: case.name.clone(), run: Box::new(move || ground::stand(&case, steps)) };
+    ground::rest().into_iter().map(job).collect()
+}
+
+fn poison(periods: u32) -> Vec<Job> {
+    let kinds = [1e-2, 5e-2].into_iter().flat_map(|step| [f64::NAN, f64::INFINITY, 1e300].map(|poison| (step, poison)));
+    let job = |(step, poison)| Job {
+        name: format!("{poison:e}, h {step} s"),
+        run: Box::new(move || neighbours::poisoned(step, poison, periods)),
+    };
+    kinds.map(job).collect()
+}
+
+fn scenes(count: u64) -> Vec<Job> {
+    let job = |index| Job {
+        name: format!("scene {index}"),
+        run: Box::new(move || Draw::random(SEED, index).case(1.0).run()),
+    };
+    (0..count).map(job).collect()
+}
+
+fn environments(steps: u64) -> Vec<Job> {
+    let kinds = fields::kinds();
+    let each = steps / kinds.len() as u64;
+    let job = |(seed, kind): (usize, fields::Kind)| Job {
+        name: format!("{kind:?}"),
+        run: Box::new(move || fields::random_steps(kind, each, seed as u64)),
+    };
+    kinds.into_iter().enumerate().map(job).collect()
+}
+
+fn problems(count: u64) -> Vec<Job> {
+    let job = |k| Job {
+        name: format!("problems {k} of {BATCHES}"),
+        run: Box::new(move || stages::solve_many(SEED, k * count / BATCHES..(k + 1) * count / BATCHES)),
+    };
+    (0..BATCHES).map(job).collect()
+}
+
+/// Of everything drawn at random.
+const SEED: u64 = 2007;
+
+const BATCHES: u64 = 20;
