@@ -54,9 +54,9 @@ fn the_fallback_and_newton_agree_within_their_duality_gaps() {
     assert!(compared > 380 && most < 200);
 }
 
-/// What a solution holds before is of no importance.
+/// What a solution holds before, numbers or not, is of no importance.
 #[test]
-fn the_fallback_starts_from_nothing() {
+fn the_fallback_starts_from_anything() {
     let mut numbers = Random::new(32);
     for case in 0..20 {
         let stage = random(case, &mut numbers);
@@ -65,9 +65,11 @@ fn the_fallback_starts_from_nothing() {
         dirty.friction.fill(Vector2::repeat(f64::INFINITY));
         dirty.contact.fill(f64::NAN);
         let mut fallback = Fallback::new(stage.links.len());
-        fallback.solve_hard(&stage, &mut clean, 1e-8);
-        fallback.solve_hard(&stage, &mut dirty, 1e-8);
-        assert_eq!(clean, dirty, "case {case}");
+        assert_eq!(fallback.solve_hard(&stage, &mut clean, 1e-8).1, Closing::Closed);
+        assert_eq!(fallback.solve_hard(&stage, &mut dirty, 1e-8).1, Closing::Closed);
+        let distance = (dense::stacked(&clean.twist) - dense::stacked(&dirty.twist)).norm();
+        // Both are within some tolerances of the exact velocity, angular ones 1 / (half a length) times farther.
+        assert!(distance < 1e-5, "case {case}: {distance:e}");
     }
 }
 

@@ -37,8 +37,8 @@ pub struct Figures {
     /// Widest joint gap \[m\].
     pub joint_gap: f64,
     /// Largest energy that came from nowhere since the start \[J\], and the same over all energy turned over.
-    pub net_created: f64,
-    pub relative_net_created: f64,
+    pub created: f64,
+    pub relative_created: f64,
     /// Books: net energy created and energy turned over so far \[J\].
     #[serde(skip)]
     books: [f64; 2],
@@ -75,9 +75,8 @@ impl Figures {
         let [net, turnover] = &mut self.books;
         *turnover = (*turnover + works).max(energy);
         *net += created;
-        let (net, turnover) = (*net, turnover.max(SMALLEST_ENERGY));
-        self.net_created = worse(self.net_created, net);
-        self.relative_net_created = worse(self.relative_net_created, net / turnover);
+        self.created = worse(self.created, *net);
+        self.relative_created = self.created / turnover.max(SMALLEST_ENERGY);
     }
 
     /// Counters and certificate of an interval.
@@ -120,12 +119,12 @@ impl Figures {
 
     fn worst_mut(&mut self) -> [&mut f64; 10] {
         let Self { residual, counted_residual, relative_gap, penetration, last_penetration, .. } = self;
-        let Self { joint_gap, net_created, relative_net_created, drift, speed, .. } = self;
+        let Self { joint_gap, created, relative_created, drift, speed, .. } = self;
         let certificate = [residual, counted_residual, relative_gap];
         let geometry = [penetration, last_penetration, joint_gap];
         let [a, b, c] = certificate;
         let [d, e, f] = geometry;
-        [a, b, c, d, e, f, net_created, relative_net_created, drift, speed]
+        [a, b, c, d, e, f, created, relative_created, drift, speed]
     }
 }
 

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use serde::Serialize;
+use snake_core::planar::Problem;
 
 use crate::figures::Figures;
 use crate::requirements::{Bounds, broken};
@@ -42,6 +43,12 @@ pub fn measure(scenario: &Scenario) -> Row {
     }
 }
 
+/// The stage of all simulations of a scenario that took the most linear solves, and their number.
+pub fn hardest(scenario: &Scenario) -> Option<(u32, Problem)> {
+    let stages = scenario.jobs.par_iter().filter_map(|job| job.hardest.as_ref().and_then(|hardest| hardest()));
+    stages.max_by_key(|(solves, _)| *solves)
+}
+
 pub const HEADER: &str = "\
 | scenario | cases | steps | linear solves a step | fallbacks | eased | misses | residual [m/s] | relative gap \
 | penetration [m] | joint gap [m] | energy created | tunnels | drift [m] |
@@ -54,7 +61,7 @@ impl Row {
         let solves = f.iterations as f64 / f.steps as f64;
         let mut line = format!("| {} | {} | {} | {solves:.1} ", self.name, self.cases, f.steps);
         let _ = write!(line, "| {} | {} | {} ", f.fallbacks, f.eased, f.misses);
-        let measured = [f.residual, f.relative_gap, f.penetration, f.joint_gap, f.relative_net_created];
+        let measured = [f.residual, f.relative_gap, f.penetration, f.joint_gap, f.relative_created];
         for value in measured {
             let _ = write!(line, "| {value:.0e} ");
         }

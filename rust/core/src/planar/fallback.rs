@@ -38,36 +38,51 @@ impl Fallback {
         Self { solvers, eased: Stage::with_capacity(links) }
     }
 
-    /// Solves `stage` for velocities within about `tolerance` \[m/s\]. `solution` need not hold anything of use, not
-    /// even numbers, but has the size of the stage. Returns the linear solves it took, too.
+    /// Solves `stage` for velocities within about `tolerance` \[m/s\]. `solution` has the size of the stage and may
+    /// hold what another solver left, or nothing of use, not even numbers. Returns the linear solves it took, too.
     pub fn solve_hard(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, Closing) {
-        let (solves, closed) = self.solvers.attempt(stage, solution, tolerance);
+        let (mut solves, closed) = self.solvers.polish(stage, solution, tolerance);
+        if closed {
+            return (solves, Closing::Closed);
+        }
+        let (more, closed) = self.solvers.start_again(stage, solution, tolerance);
+        solves += more;
         let can_ease = stage.contacts.iter().any(|contact| contact.offset < 0.0);
         if closed || !can_ease {
             return (solves, if closed { Closing::Closed } else { Closing::Open });
         }
         stage.copy_lane(0, &mut self.eased);
         self.eased.contacts.iter_mut().for_each(|contact| contact.offset = contact.offset.max(0.0));
-        let (more, closed) = self.solvers.attempt(&self.eased, solution, tolerance);
+        let (more, closed) = self.solvers.start_again(&self.eased, solution, tolerance);
         (solves + more, if closed { Closing::Eased } else { Closing::Open })
     }
 }
 
 impl Solvers {
-    /// The interior point method, then Newton's from where it ended; keeps the better of both.
-    fn attempt(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, bool) {
+    /// The interior point method from the reference velocity, polished. Returns linear solves and whether that
+    /// closed the stage.
+    fn start_again(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, bool) {
         for (twist, link) in solution.twist.iter_mut().zip(&stage.links) {
             *twist = link.reference;
         }
         let descent = self.interior_point.solve(stage, solution, tolerance);
-        self.polished.contact.resize(stage.contacts.len(), 0.0);
-        self.polished.set_lane(0, solution);
-        let outcome = self.newton.solve(stage, &mut self.polished, tolerance, POLISH, true);
-        let badness = [&*solution, &self.polished].map(|solution| badness(stage, &certify(stage, solution), tolerance));
-        if badness[1] < badness[0] {
-            solution.set_lane(0, &self.polished);
+        let (solves, closed) = self.polish(stage, solution, tolerance);
+        (descent.solves + solves, closed)
+    }
+
+    /// Newton's method from near the solution, to a stricter tolerance; keeps the better of both.
+    fn polish(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, bool) {
+        let before = badness(stage, &certify(stage, solution), tolerance);
+        if !before.is_finite() {
+            return (0, false);
         }
-        (descent.solves + outcome.iterations as u32, badness[0].min(badness[1]) <= 1.0)
+        solution.copy_lane(0, &mut self.polished);
+        let outcome = self.newton.solve(stage, &mut self.polished, POLISH * tolerance, MAX_POLISH, true);
+        let after = badness(stage, &certify(stage, &self.polished), tolerance);
+        if after < before {
+            self.polished.copy_lane(0, solution);
+        }
+        (outcome.iterations as u32, before.min(after) <= 1.0)
     }
 }
 
@@ -81,12 +96,13 @@ fn badness(stage: &Stage, certificate: &Certificate, tolerance: f64) -> f64 {
     if certificate.gap.is_nan() || residual.is_nan() { f64::INFINITY } else { badness }
 }
 
-/// Newton steps of a polish.
-const POLISH: u32 = 50;
+/// Tolerance of a polish, in tolerances, and its Newton steps.
+const POLISH: f64 = 0.01;
+const MAX_POLISH: u32 = 50;
 
 /// Duality gap of a closed stage, relative to the stage's energies.
 const RELATIVE_GAP: f64 = 1e-10;
 
-/// Residual of a closed stage, in tolerances: the solvers bound velocities in the norm of the energy, the judge
-/// looks at every link by itself.
-const SLACK: f64 = 100.0;
+/// Largest residual of a closed stage, in tolerances: the solvers bound velocities in the norm of the energy, the
+/// judge looks at every link by itself.
+pub const SLACK: f64 = 100.0;

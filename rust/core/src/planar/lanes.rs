@@ -36,6 +36,19 @@ impl<T: Real> Stage<T> {
 }
 
 impl<T: Real> StageSolution<T> {
+    /// Copies the solution of `lane` into `one`.
+    pub fn copy_lane(&self, lane: usize, one: &mut StageSolution) {
+        let vector = |v: &Vector3<T>| Vector3::new(v.x.lane(lane), v.y.lane(lane), v.z.lane(lane));
+        one.twist.clear();
+        one.twist.extend(self.twist.iter().map(vector));
+        one.friction.clear();
+        one.friction.extend(self.friction.iter().map(|p| Vector2::new(p.x.lane(lane), p.y.lane(lane))));
+        one.drive.clear();
+        one.drive.extend(self.drive.iter().map(|drive| drive.lane(lane)));
+        one.contact.clear();
+        one.contact.extend(self.contact.iter().map(|impulse| impulse.lane(lane)));
+    }
+
     /// Takes the solution of `lane` over from `one`; both are of the same stage.
     pub fn set_lane(&mut self, lane: usize, one: &StageSolution) {
         for (many, one) in self.twist.iter_mut().zip(&one.twist) {

@@ -25,7 +25,7 @@ mod state;
 mod sweep;
 
 pub use certificate::{Certificate, certify};
-pub use fallback::{Closing, Fallback};
+pub use fallback::{Closing, Fallback, SLACK};
 pub use heading::Heading;
 pub use interior_point::{Descent, InteriorPoint};
 pub use kinematics::{assemble_chain, close_joints, joint_gap, largest_joint_gap, travel};

@@ -36,7 +36,7 @@ impl Rescue {
         if !self.stage.energy().is_finite() {
             return None;
         }
-        self.solution.contact.resize(self.stage.contacts.len(), 0.0);
+        work.solution.copy_lane(lane, &mut self.solution);
         let (solves, closing) = self.fallback.solve_hard(&self.stage, &mut self.solution, tolerance);
         work.solution.set_lane(lane, &self.solution);
         self.set_forces(work, lane);

@@ -31,22 +31,29 @@ pub fn friction(duration: f64) -> Vec<Case> {
 
 /// Robots whose joints push against friction and pegs too weakly to move anything.
 pub fn rest() -> Vec<Case> {
-    let mut free = Case::straight("free, joints pushed", 1e-2, 0.0);
-    free.controller = PdConfig { kp: 0.5, kd: 2.0, ..PdConfig::default() };
+    let mut free = Case::straight("free", 1e-2, 0.0);
+    free.controller = PdConfig { kp: 0.5, kd: 0.05, ..PdConfig::default() };
     free.motion = Motion::Hold(0.2);
-    let mut pressed = Case::course("on the course, joints pushed", 5e-2, 0.0);
-    pressed.posture = Some((0..10).map(|joint| 0.7 * (joint as f64 * -0.87).sin()).collect());
-    pressed.controller = PdConfig { kp: 20.0, kd: 2.0, ..PdConfig::default() };
-    pressed.motion = Motion::Hold(0.3);
-    let mut limited = Case::course("on the course, torques at their limit", 1e-2, 0.0);
+    let mut limited = pressed("on the course, torques at their limit", 1e-2);
     limited.controller = PdConfig { kp: 800.0, torque_limit: Some(0.3), ..PdConfig::default() };
     limited.motion = Motion::Hold(0.0);
-    limited.posture = pressed.posture.clone();
-    let mut orthotropic = pressed.clone();
-    orthotropic.name = "on the course, orthotropic".into();
+    vec![free, limited]
+}
+
+/// Robots that slid until friction and pegs could just hold them: nearly every link is at its limit.
+pub fn brink() -> Vec<Case> {
+    let mut orthotropic = pressed("on the course, orthotropic", 1e-2);
     orthotropic.scene.friction = [0.01, 1.0];
-    orthotropic.integrator.step = Some(1e-2);
-    vec![free, pressed, limited, orthotropic]
+    vec![pressed("on the course", 5e-2), orthotropic]
+}
+
+/// A bent robot on the course whose joints pull it straighter than the pegs allow.
+fn pressed(name: &str, step: f64) -> Case {
+    let mut case = Case::course(name, step, 0.0);
+    case.posture = Some((0..10).map(|joint| 0.7 * (joint as f64 * -0.87).sin()).collect());
+    case.controller = PdConfig { kp: 20.0, kd: 2.0, ..PdConfig::default() };
+    case.motion = Motion::Hold(0.3);
+    case
 }
 
 /// Lets the robot come to rest, then stands `steps` steps; `drift` is how far any link crept.
