@@ -66,11 +66,11 @@ impl Draw {
     }
 
     /// The scene, to be run for `duration` \[s\].
-    pub fn case(&self, duration: f64) -> Case {
+    pub fn case(&self, name: impl Into<String>, duration: f64) -> Case {
         let robot = weighted(self.links, |i| self.weights[i % self.weights.len()]);
         let posture: Vec<f64> = (0..self.links - 1).map(|i| self.bends[i % self.bends.len()]).collect();
         Case {
-            name: format!("{self:?}"),
+            name: name.into(),
             scene: SceneConfig { obstacles: self.clear_pegs(&robot, &posture), friction: self.friction },
             robot,
             controller: PdConfig { kp: self.kp, kd: self.kd, torque_limit: self.torque_limit, active_from: 0.0 },

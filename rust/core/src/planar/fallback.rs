@@ -70,11 +70,11 @@ impl Solvers {
         (descent.solves + solves, closed)
     }
 
-    /// Newton's method from near the solution, to a stricter tolerance; keeps the better of both.
+    /// Newton's method from near a solution that is not good enough, to a stricter tolerance; keeps the better of both.
     fn polish(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, bool) {
         let before = badness(stage, &certify(stage, solution), tolerance);
-        if !before.is_finite() {
-            return (0, false);
+        if before <= 1.0 || !before.is_finite() {
+            return (0, before <= 1.0);
         }
         solution.copy_lane(0, &mut self.polished);
         let outcome = self.newton.solve(stage, &mut self.polished, POLISH * tolerance, MAX_POLISH, true);
@@ -92,7 +92,8 @@ fn badness(stage: &Stage, certificate: &Certificate, tolerance: f64) -> f64 {
     let lightest = stage.links.iter().map(|link| link.mass).fold(f64::INFINITY, f64::min);
     let enough = (0.5 * lightest * tolerance * tolerance).max(RELATIVE_GAP * stage.energy());
     let residual = certificate.residual() / tolerance;
-    let badness = residual.min((certificate.gap / enough).max(residual / SLACK));
+    // Impulses of a jam may be so large that a residual of a thousandth leaves more than the gap asked for.
+    let badness = (certificate.gap / enough).min(1e3 * residual).max(residual / SLACK);
     if certificate.gap.is_nan() || residual.is_nan() { f64::INFINITY } else { badness }
 }
 

@@ -68,3 +68,89 @@ impl<T: Real> StageSolution<T> {
         }
     }
 }
+
+#[cfg(all(test, target_arch = "x86_64"))]
+mod tests {
+    use super::*;
+    use crate::math::{Kernel, Mask, Wide4, Wide8};
+    use crate::planar::{Newton, Problem};
+
+    struct Solve<'a, T: Real>(&'a Stage<T>, &'a mut StageSolution<T>);
+
+    impl<T: Real> Kernel for Solve<'_, T> {
+        type Output = T;
+
+        #[inline(always)]
+        fn run(self) -> T {
+            Newton::new(self.0.links.len()).solve(self.0, self.1, 1e-8, 200, T::Mask::of(|_| true)).iterations
+        }
+    }
+
+    /// The same stage, faster in every lane; the solution at rest without impulses.
+    fn fanned<T: Real>(one: &Stage) -> (Stage<T>, StageSolution<T>) {
+        let many = |x: f64| T::splat(x);
+        let faster = |x: f64| {
+            let mut lanes = T::splat(x);
+            (0..T::LANES).for_each(|lane| lanes.set_lane(lane, x * speed(lane)));
+            lanes
+        };
+        let mut stage = Stage::with_capacity(one.links.len());
+        stage.coefficient = one.coefficient;
+        stage.links.extend(one.links.iter().map(|link| StageLink {
+            heading: Heading { cos: many(link.heading.cos), sin: many(link.heading.sin) },
+            reference: link.reference.map(faster),
+            mass: many(link.mass),
+            inertia: many(link.inertia),
+            half_length: many(link.half_length),
+            friction: link.friction.map(many),
+        }));
+        stage.joints.extend(one.joints.iter().map(|joint| StageJoint {
+            drive: many(joint.drive),
+            stiffness: many(joint.stiffness),
+            limit: many(joint.limit),
+        }));
+        stage.contacts.extend(one.contacts.iter().map(|contact| StageContact {
+            link: contact.link,
+            direction: contact.direction.map(many),
+            offset: many(contact.offset),
+        }));
+        let mut solution = StageSolution::new(one.links.len());
+        solution.contact.resize(one.contacts.len(), T::zero());
+        (stage, solution)
+    }
+
+    fn speed(lane: usize) -> f64 {
+        1.0 + 0.3 * lane as f64
+    }
+
+    /// Every golden stage in all lanes, and each lane by itself: the same bits, whether Newton's method arrives or not.
+    fn lanes_agree<T: Real>() {
+        for file in std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden")).unwrap() {
+            let path = file.unwrap().path();
+            let problem: Problem = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
+            let (stage, mut solution) = fanned::<T>(&problem.stage().unwrap());
+            let iterations = T::run(Solve(&stage, &mut solution));
+            for lane in 0..T::LANES {
+                let (mut one, mut lonely) = (Stage::with_capacity(2), StageSolution::new(stage.links.len()));
+                stage.copy_lane(lane, &mut one);
+                lonely.contact.resize(one.contacts.len(), 0.0);
+                let alone = f64::run(Solve(&one, &mut lonely));
+                let mut copy = StageSolution::new(2);
+                solution.copy_lane(lane, &mut copy);
+                assert_eq!(copy, lonely, "{} lane {lane}", path.display());
+                assert_eq!(iterations.lane(lane), alone);
+                solution.set_lane(lane, &lonely);
+            }
+        }
+    }
+
+    #[test]
+    fn golden_stages_are_solved_alike_in_every_width() {
+        if Wide4::is_available() {
+            lanes_agree::<Wide4>();
+        }
+        if Wide8::is_available() {
+            lanes_agree::<Wide8>();
+        }
+    }
+}

@@ -141,7 +141,7 @@ fn poison(periods: u32) -> Vec<Job> {
 
 fn scenes(count: u64) -> Vec<Job> {
     let job = |index| {
-        let scene = move || Draw::random(SEED, index).case(1.0);
+        let scene = move || Draw::random(SEED, index).case(format!("scene {index}"), 1.0);
         Job {
             hardest: Some(Box::new(move || scene().hardest_stage())),
             ..Job::new(format!("scene {index}"), move || scene().run())
