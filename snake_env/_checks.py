@@ -91,8 +91,16 @@ def actions(value: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float32]:
     return np.ascontiguousarray(array, np.float32)
 
 
+def same(value: Any, expected: Any) -> bool:
+    """Whether two values are equal; arrays and the like, whose equality is not one truth value, are not."""
+    try:
+        return bool(value == expected)
+    except (TypeError, ValueError):
+        return False
+
+
 def choice(field: str, value: Any, admissible: Sequence[Any]) -> Any:
     """One of a few values."""
-    if value not in admissible:
+    if not any(same(value, one) for one in admissible):
         raise ConfigError(field, repr(value), "one of " + ", ".join(repr(one) for one in admissible))
     return value

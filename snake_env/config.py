@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from snake_env import _native
+from snake_env import _checks, _native
 from snake_env._encode import encode
 from snake_env.errors import ConfigError
 
@@ -80,10 +80,10 @@ class Scene(_Section):
     course: str | None = None
 
     def __post_init__(self) -> None:
-        if any(self.viscous):
-            raise ConfigError("scene.viscous", self.viscous, "(0.0, 0.0): this release has no viscous friction")
-        if self.friction_law != "set-valued":
-            raise ConfigError("scene.friction_law", repr(self.friction_law), '"set-valued"')
+        if not _is_zero_pair(self.viscous):
+            raise ConfigError("scene.viscous", repr(self.viscous), "(0.0, 0.0): this release has no viscous friction")
+        _checks.choice("scene.friction_law", self.friction_law, ["set-valued"])
+        _checks.choice("scene.course", self.course, [None, *_native.courses()])
         super().__post_init__()
 
     def _for_core(self) -> dict[str, Any]:
@@ -114,9 +114,16 @@ class Scene(_Section):
         return j - 1
 
 
+def _is_zero_pair(value: Any) -> bool:
+    try:
+        return len(value) == 2 and not any(value)
+    except (TypeError, ValueError):
+        return False
+
+
 def _course(name: str) -> dict[str, Any]:
     courses = _native.courses()
-    if name not in courses:
+    if not isinstance(name, str) or name not in courses:
         raise ConfigError("preset", repr(name), "one of " + ", ".join(f'"{key}"' for key in courses))
     return courses[name]
 

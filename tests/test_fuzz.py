@@ -1,0 +1,191 @@
+"""Whatever is written into a configuration, it works or is rejected by name: no panic, no hang, no other exception."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import json
+import math
+import warnings
+from collections.abc import Callable
+
+import gymnasium
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import snake_env
+from snake_env import PD, ConfigError, Gait, Integrator, Robot, Scene, Start, _native
+from snake_env.errors import DivergenceError
+from snake_env.options import TaskOptions
+
+SECTIONS = [Robot, Scene, Gait, PD, Integrator]
+FEW = settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+FEWER = settings(FEW, max_examples=40)
+
+EDGES = [0, 1, -1, 2, 10**6, 2**31, 2**32, 2**63, 2**64, 10**30, 0.0, -0.0, 5e-324, 1e-300, 1e300, math.inf, -math.inf]
+numbers = st.sampled_from(EDGES) | st.floats() | st.integers() | st.floats(0.0, 10.0)
+arrays = st.lists(st.floats(width=32), max_size=12).map(np.array)
+scalars = st.none() | st.booleans() | numbers | st.text(max_size=8) | st.binary(max_size=4) | st.complex_numbers()
+lists = st.lists(numbers, max_size=12) | st.lists(st.lists(numbers, min_size=3, max_size=3), max_size=4)
+dicts = st.dictionaries(st.text(max_size=8), numbers, max_size=3)
+junk = scalars | lists | dicts | arrays | st.sets(st.integers(), max_size=2) | st.just(object())
+json_values = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=8), inner, max_size=4),
+    max_leaves=8,
+)
+
+
+def names(kind: type) -> list[str]:
+    return [field.name for field in dataclasses.fields(kind)]
+
+
+def some_of(kind: type) -> st.SearchStrategy[dict]:
+    return st.dictionaries(st.sampled_from(names(kind)), junk, min_size=1, max_size=3)
+
+
+def rejection(call: Callable[[], object]) -> ConfigError | None:
+    """The error by which bad input is rejected, if it is; any other exception is a failure."""
+    try:
+        call()
+    except ConfigError as error:
+        return error
+    return None
+
+
+def check_rejection(call: Callable[[], object]) -> None:
+    error = rejection(call)
+    assert error is None or (error.field and error.expected and str(error).startswith(error.field))
+
+
+@pytest.mark.parametrize("kind", SECTIONS)
+def test_a_section_is_made_or_names_its_field(kind):
+    @FEW
+    @given(some_of(kind))
+    def check(values):
+        error = rejection(lambda: kind(**values))
+        named = [f"{kind._section}.{name}" for name in values]
+        assert error is None or (error.expected and error.field.startswith(tuple(named))), error
+
+    check()
+
+
+@pytest.mark.parametrize("section", [kind._section for kind in SECTIONS])
+def test_the_core_takes_any_json(section):
+    @FEW
+    @given(json_values)
+    def check(value):
+        check_rejection(lambda: _native.check(section, json.dumps(value)))
+
+    check()
+
+
+@pytest.mark.parametrize("entry", [_native.layout, _native.simulate])
+def test_the_core_takes_any_text(entry):
+    @FEW
+    @given(st.text(max_size=40) | json_values.map(json.dumps))
+    def check(text):
+        error = rejection(lambda: entry(text))
+        assert error is None or error.expected  # what is no JSON has no field
+
+    check()
+
+
+BAD_STARTS = st.builds(Start, position=junk, heading=junk, posture=junk)
+# Small enough to be run when it happens to be admissible.
+SHORT = {"duration": 0.1, "sample": 0.1}
+
+
+@FEWER
+@given(
+    st.dictionaries(
+        st.sampled_from(["model", "duration", "sample", "noise", "seed", *SHORT]), scalars | lists, max_size=3
+    )
+)
+def test_simulate_takes_any_arguments(values):
+    arguments = SHORT | values
+    # An admissible duration of years is work, not a defect.
+    if isinstance(arguments["duration"], int | float) and arguments["duration"] > 1.0:
+        arguments["duration"] = 1.0
+    if isinstance(arguments["sample"], int | float) and 0.0 < arguments["sample"] < 1e-3:
+        arguments["sample"] = 1e-3
+    check_rejection(lambda: snake_env.simulate(**arguments))
+
+
+@FEWER
+@given(BAD_STARTS)
+def test_simulate_takes_any_start(start):
+    check_rejection(lambda: snake_env.simulate(start=start, **SHORT))
+
+
+positive = st.floats(1e-6, 1e6)
+
+
+@st.composite
+def admissible(draw):
+    """Sections that are accepted, over all decades."""
+    links = draw(st.integers(2, 12))
+    per_link = positive | st.lists(positive, min_size=links, max_size=links)
+    robot = Robot(
+        links=links, mass=draw(per_link), inertia=draw(per_link), length=draw(positive), radius=draw(positive)
+    )
+    coordinate = st.floats(-1e3, 1e3)
+    pegs = draw(st.lists(st.tuples(positive, coordinate, coordinate), max_size=5))
+    mu = st.floats(0.0, 1e3)
+    gains = st.floats(0.0, 1e9)
+    limit = draw(st.none() | positive)
+    method = draw(st.sampled_from(["implicit", "implicit", "thesis"]))
+    return {
+        "robot": robot,
+        "scene": Scene(obstacles=pegs, friction=(draw(mu), draw(mu))),
+        "controller": PD(kp=draw(gains), kd=draw(gains), torque_limit=limit),
+        "gait": Gait(
+            amplitude=draw(st.floats(-10, 10)), omega=draw(st.floats(-100, 100)), beta=draw(st.floats(-10, 10))
+        ),
+        "integrator": Integrator(method=method, step=0.02, order=draw(st.sampled_from([1, 2])), max_iterations=200),
+    }
+
+
+@FEWER
+@given(admissible())
+def test_what_is_accepted_runs_to_finite_numbers(sections):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # a start inside a peg
+        # The thesis's scheme may explode at such gains, and says so.
+        with contextlib.suppress(DivergenceError):
+            trajectory = snake_env.simulate(**sections, **SHORT)
+            assert np.isfinite(trajectory.position).all()
+            assert np.isfinite(trajectory.energy).all()
+
+
+OPTIONS = list(TaskOptions.__annotations__)
+KEYWORDS = ["max_episode_steps", "render_mode", "autoreset_mode", "num_threads", "reward_fn", "spelled_wrongly"]
+
+
+@pytest.mark.parametrize("make", [snake_env.SnakeVectorEnv, snake_env.SnakeEnv])
+def test_an_environment_is_made_or_names_its_keyword(make):
+    @FEWER
+    @given(st.dictionaries(st.sampled_from([*OPTIONS, *KEYWORDS]), junk, min_size=1, max_size=2))
+    def check(options):
+        # A thousand threads are admissible, and no defect.
+        if isinstance(options.get("num_threads"), int | float):
+            options["num_threads"] = min(options["num_threads"], 2)
+        check_rejection(lambda: make(**options).close())
+
+    check()
+
+
+@FEWER
+@given(junk)
+def test_the_number_of_environments_is_checked(value):
+    if isinstance(value, int | np.integer) and value > 100:
+        value = 100
+    check_rejection(lambda: gymnasium.make_vec("SnakeFree-v0", num_envs=value).close())
+
+
+@FEWER
+@given(st.sampled_from([*OPTIONS, "controller", "integrator", "robot"]), dicts | json_values)
+def test_make_vec_takes_any_mapping(name, value):
+    check_rejection(lambda: gymnasium.make_vec("SnakeField-v0", num_envs=2, **{name: value}).close())
