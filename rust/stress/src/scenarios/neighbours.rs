@@ -2,7 +2,7 @@
 
 use snake_core::gait::{JointReference, JointTarget, Wave};
 use snake_core::pegs::PegGrid;
-use snake_core::planar::{PlanarState, Pose, assemble_chain};
+use snake_core::planar::{PlanarState, Pose, assemble_chain, is_sane};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_7_5, TABLE_7_5};
 use snake_core::simulation::StepReport;
@@ -51,7 +51,7 @@ pub fn poisoned(step: f64, poison: f64, periods: u32) -> Figures {
         for (k, (a, b)) in healthy.iter().zip(&mut sick).enumerate() {
             figures.count(&StepReport { diverged: false, ..StepReport::of(&a.body) });
             if ill && k == patient {
-                figures.broken += u64::from(!b.body.diverged || !b.body.state.is_sane());
+                figures.broken += u64::from(!b.body.diverged || !is_sane(&b.body.state.pose, &b.body.state.twist));
                 b.body.clone_from(&a.body);
             } else {
                 figures.broken += u64::from(!same_bits(&a.body.state, &b.body.state));

@@ -91,7 +91,7 @@ impl InteriorPoint {
             descent.solves += self.follow_central_path(stage, solution, enough);
             descent.yielding = self.recentre();
             // Not better than before, or a number no more: the contacts cannot all be kept open.
-            if !(descent.yielding > SMALL * tolerance) {
+            if descent.yielding.is_nan() || descent.yielding <= SMALL * tolerance {
                 break;
             }
         }
@@ -107,7 +107,8 @@ impl InteriorPoint {
         while solves < 2 * MAX_ITERATIONS && stalled < PATIENCE {
             let gap = self.gap(stage);
             // Not above, rather than below: NaN ends the search too.
-            if !(gap + imbalance > enough) {
+            let left = gap + imbalance;
+            if left.is_nan() || left <= enough {
                 break;
             }
             stalled = if gap + imbalance < 0.5 * best { 0 } else { stalled + 1 };
