@@ -1,0 +1,87 @@
+//! Robots side by side, none of which does what its neighbour does.
+
+use snake_core::ConfigError;
+use snake_core::gait::{JointReference, JointTarget, Wave};
+use snake_core::pegs::PegGrid;
+use snake_core::planar::{Pose, assemble_chain};
+use snake_core::stepper::{Body, Driven, Fleet, IntegratorConfig, Plant};
+
+use crate::clock::{Spent, spent};
+use crate::scenes::Scenario;
+
+/// Simulated time over which a fleet is timed \[s\]: with [`STAGGER`] its robots cover five seconds.
+pub const WINDOW: f64 = 0.6;
+
+/// Robots in a fleet, and the time by which each is ahead of the one before \[s\].
+pub const ROBOTS: usize = 64;
+const STAGGER: f64 = 0.07;
+
+/// A robot that follows the gait (T 7.3).
+#[derive(Debug, Clone)]
+pub struct Undulator {
+    body: Body,
+}
+
+impl Driven for Undulator {
+    fn body(&self) -> &Body {
+        &self.body
+    }
+
+    fn body_mut(&mut self) -> &mut Body {
+        &mut self.body
+    }
+
+    fn targets(&self, time: f64, targets: &mut [JointTarget]) {
+        Wave::default().targets(time, targets);
+    }
+}
+
+impl Undulator {
+    /// The robot of a scenario at its start.
+    pub fn new(scenario: &Scenario, plant: &Plant) -> Self {
+        let mut body = Body::new(&plant.robot, PegGrid::new(&scenario.scene.obstacles));
+        let [x, y, heading] = scenario.start;
+        assemble_chain(&plant.robot, Pose::new(x, y, heading), &scenario.joint_angle, &mut body.state.pose);
+        body.forget();
+        Self { body }
+    }
+}
+
+/// `count` robots of one scenario, robot k by k * 0.07 s ahead.
+///
+/// # Errors
+/// The scenario is not admissible.
+pub fn staggered(scenario: &Scenario, plant: &Plant, count: usize) -> Result<Vec<Undulator>, ConfigError> {
+    let mut robots = vec![Undulator::new(scenario, plant); count];
+    let mut fleet = Fleet::new(IntegratorConfig::default(), plant, count);
+    for k in 1..count {
+        // Robot k takes part in the first k of all moves.
+        fleet.advance(plant, &mut robots, STAGGER, |robot| robot >= k);
+    }
+    Ok(robots)
+}
+
+/// One window of a fleet that starts from `robots`, on this thread.
+pub fn time_window(plant: &Plant, fleet: &mut Fleet, robots: &[Undulator]) -> Spent {
+    let mut moving = robots.to_vec();
+    let ((), spent) = spent(|| fleet.advance(plant, &mut moving, WINDOW, |_| true));
+    spent
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenes;
+
+    #[test]
+    fn robots_are_staggered_over_the_five_seconds_that_are_judged() {
+        let scenario = &scenes::all()[0];
+        let plant = scenario.plant().unwrap();
+        let robots = staggered(scenario, &plant, ROBOTS).unwrap();
+        for (k, robot) in robots.iter().enumerate() {
+            assert!((robot.body.state.time - STAGGER * k as f64).abs() < 1e-9);
+        }
+        let end = robots[ROBOTS - 1].body.state.time + WINDOW;
+        assert!((end - scenes::DURATION).abs() < 0.02, "{end}");
+    }
+}

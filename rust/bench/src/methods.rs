@@ -1,0 +1,88 @@
+//! The ways to integrate that are compared: plain configurations with a name.
+
+use snake_core::stepper::{IntegratorConfig, Method};
+
+/// One point of a work-precision plot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Choice {
+    /// Points of one name make a curve.
+    pub curve: String,
+    pub integrator: IntegratorConfig,
+}
+
+/// Steps of the implicit schemes \[s\]; all divide 0.6 s and 1 s.
+const STEPS: [f64; 8] = [0.05, 0.025, 0.02, 0.0125, 0.01, 0.005, 0.0025, 0.001];
+const QUICK_STEPS: [f64; 4] = [0.05, 0.02, 0.01, 0.0025];
+
+/// Steps of the thesis's scheme \[s\]: its own (T Table 7.2) and smaller.
+const THESIS_STEPS: [f64; 3] = [2.5e-4, 1.25e-4, 6.25e-5];
+
+/// Everything that is compared; `pegs`: whether the scene has any.
+pub fn choices(quick: bool, pegs: bool) -> Vec<Choice> {
+    let mut choices = thesis(quick);
+    let default = IntegratorConfig::default();
+    let steps = if quick { &QUICK_STEPS[..] } else { &STEPS[..] };
+    choices.extend(curve("implicit order 1", steps, IntegratorConfig { order: 1, ..default }));
+    choices.extend(curve("implicit order 2", steps, default));
+    if !quick {
+        for tolerance in [1e-5, 1e-6, 1e-10] {
+            let name = format!("implicit order 2, tolerance {tolerance:e}");
+            choices.extend(curve(&name, steps, IntegratorConfig { tolerance: Some(tolerance), ..default }));
+        }
+    }
+    if !quick && pegs {
+        for event_substeps in [2, 4, 16] {
+            let name = format!("implicit order 2, {event_substeps} event substeps");
+            choices.extend(curve(&name, steps, IntegratorConfig { event_substeps, ..default }));
+        }
+    }
+    choices
+}
+
+/// One configuration at several steps.
+fn curve(name: &str, steps: &[f64], integrator: IntegratorConfig) -> Vec<Choice> {
+    let choice =
+        |&step| Choice { curve: name.to_owned(), integrator: IntegratorConfig { step: Some(step), ..integrator } };
+    steps.iter().map(choice).collect()
+}
+
+/// Algorithm 3.1 with the r's of (T Table 7.2), at its own epsilon and at a tight one.
+fn thesis(quick: bool) -> Vec<Choice> {
+    let steps = if quick { &THESIS_STEPS[..1] } else { &THESIS_STEPS[..] };
+    let with = |epsilon| IntegratorConfig {
+        method: Method::Thesis,
+        tolerance: Some(epsilon),
+        max_iterations: Some(1_000_000),
+        ..IntegratorConfig::default()
+    };
+    let mut choices = curve("thesis, own tolerance", steps, with(2e-5));
+    choices.extend(curve("thesis, tolerance 1e-8", steps, with(1e-8)));
+    choices
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::HashSet;
+
+    #[test]
+    fn choices_are_admissible_and_differ() {
+        for (quick, pegs) in [(false, false), (false, true), (true, true)] {
+            let all = choices(quick, pegs);
+            all.iter().for_each(|choice| choice.integrator.validate().unwrap());
+            let distinct: HashSet<_> = all.iter().map(|choice| format!("{:?}", choice.integrator)).collect();
+            assert_eq!(distinct.len(), all.len());
+        }
+    }
+
+    #[test]
+    fn steps_divide_the_intervals_that_are_measured() {
+        for choice in choices(false, true) {
+            for interval in [crate::fleet::WINDOW, 1.0] {
+                let steps = f64::from(choice.integrator.steps_in(interval));
+                let step = choice.integrator.step();
+                assert!((interval - steps * step).abs() < 1e-9, "{step} s in {interval} s");
+            }
+        }
+    }
+}

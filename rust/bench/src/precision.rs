@@ -1,0 +1,207 @@
+//! Error after five seconds against simulated seconds per second of one thread.
+
+use std::path::Path;
+
+use serde::Serialize;
+use snake_core::ConfigError;
+use snake_core::gait::Wave;
+use snake_core::simulation::{PlanarSimulation, StepReport};
+use snake_core::stepper::{Fleet, IntegratorConfig, Method, Plant};
+
+use crate::clock::{Spent, median, spent};
+use crate::fleet::{ROBOTS, Undulator, WINDOW, staggered, time_window};
+use crate::methods::{Choice, choices};
+use crate::reference::{Distance, Positions, Reference};
+use crate::report::{emit, progress};
+use crate::scenes::{DURATION, Scenario};
+
+/// What a scene's measurements are compared with.
+#[derive(Serialize)]
+struct SceneRecord<'a> {
+    scene: &'a str,
+    title: &'a str,
+    scenario: &'a Scenario,
+    reference: &'a Reference,
+}
+
+/// One point of a work-precision plot.
+#[derive(Debug, Serialize)]
+struct Point<'a> {
+    scene: &'a str,
+    curve: &'a str,
+    integrator: IntegratorConfig,
+    /// Distance from the reference after five seconds \[m\]; none if the run did not end in its time.
+    error: Option<Distance>,
+    /// Simulated seconds per CPU second of one thread: one robot alone, and a fleet.
+    speed_alone: f64,
+    speed_fleet: Option<f64>,
+    /// The same by wall clock.
+    wall_alone: f64,
+    wall_fleet: Option<f64>,
+    /// Repetitions that the medians are of.
+    repetitions: [usize; 2],
+    simulated: f64,
+    steps: u32,
+    iterations: u32,
+    misses: u32,
+    events: u32,
+    diverged: bool,
+}
+
+/// How long one may take \[s of CPU time\].
+struct Limits {
+    /// The run whose error is judged; it is given up after this.
+    run: f64,
+    /// Repetitions are made while one takes less than this.
+    repetition: f64,
+    rounds: usize,
+}
+
+const LIMITS: Limits = Limits { run: 10.0, repetition: 0.4, rounds: 5 };
+const QUICK_LIMITS: Limits = Limits { run: 2.0, repetition: 0.1, rounds: 3 };
+
+/// Measures all methods on the scenes given and emits every point.
+///
+/// # Errors
+/// A scene is not admissible.
+pub fn measure(scenes: &[Scenario], quick: bool, cache: Option<&Path>) -> Result<(), ConfigError> {
+    for scenario in scenes {
+        let reference = Reference::of(scenario, cache)?;
+        emit("scene", &SceneRecord { scene: scenario.name, title: scenario.title, scenario, reference: &reference });
+        measure_scene(scenario, &reference, quick)?;
+    }
+    Ok(())
+}
+
+fn measure_scene(scenario: &Scenario, reference: &Reference, quick: bool) -> Result<(), ConfigError> {
+    let limits = if quick { &QUICK_LIMITS } else { &LIMITS };
+    let plant = scenario.plant()?;
+    let robots = staggered(scenario, &plant, ROBOTS)?;
+    let mut cases = Vec::new();
+    let choices = choices(quick, scenario.has_pegs());
+    for (k, choice) in choices.iter().enumerate() {
+        progress(&format!("{}: {}/{} {}", scenario.name, k + 1, choices.len(), choice.curve));
+        cases.push(Case::new(scenario, &plant, choice, limits)?);
+    }
+    progress(&format!("{}: repetitions", scenario.name));
+    for _ in 0..limits.rounds {
+        cases.iter_mut().for_each(|case| case.repeat(&plant, &robots, limits));
+    }
+    cases.iter().for_each(|case| emit("point", &case.point(scenario, reference)));
+    Ok(())
+}
+
+/// One method on one scene.
+struct Case<'a> {
+    choice: &'a Choice,
+    start: PlanarSimulation,
+    run: Run,
+    alone: Vec<Spent>,
+    fleet: Option<Fleet>,
+    together: Vec<Spent>,
+}
+
+impl<'a> Case<'a> {
+    /// Makes the run whose error is judged.
+    fn new(scenario: &Scenario, plant: &Plant, choice: &'a Choice, limits: &Limits) -> Result<Self, ConfigError> {
+        let start = scenario.simulation(&choice.integrator)?;
+        let run = Run::to_the_end(start.clone(), limits.run);
+        let laned = choice.integrator.method == Method::Implicit;
+        let fleet = laned.then(|| Fleet::new(choice.integrator, plant, ROBOTS));
+        Ok(Self { choice, start, alone: vec![run.spent], run, fleet, together: Vec::new() })
+    }
+
+    /// One more repetition of what does not take too long.
+    fn repeat(&mut self, plant: &Plant, robots: &[Undulator], limits: &Limits) {
+        if self.run.spent.cpu < limits.repetition && self.run.end.is_some() {
+            self.alone.push(Run::to_the_end(self.start.clone(), limits.run).spent);
+        }
+        let slow = self.together.first().is_some_and(|first| first.cpu > limits.repetition);
+        if let Some(fleet) = self.fleet.as_mut().filter(|_| !slow) {
+            self.together.push(time_window(plant, fleet, robots));
+        }
+    }
+
+    fn point<'b>(&'b self, scenario: &'b Scenario, reference: &Reference) -> Point<'b> {
+        let Run { end, simulated, report, .. } = &self.run;
+        let of_fleet =
+            |time: fn(&Spent) -> f64| self.fleet.as_ref().map(|_| speed(ROBOTS as f64 * WINDOW, &self.together, time));
+        Point {
+            scene: scenario.name,
+            curve: &self.choice.curve,
+            integrator: self.choice.integrator,
+            error: end.as_ref().map(|end| Distance::between(end, &reference.links)),
+            speed_alone: speed(*simulated, &self.alone, |spent| spent.cpu),
+            speed_fleet: of_fleet(|spent| spent.cpu),
+            wall_alone: speed(*simulated, &self.alone, |spent| spent.wall),
+            wall_fleet: of_fleet(|spent| spent.wall),
+            repetitions: [self.alone.len(), self.together.len()],
+            simulated: *simulated,
+            steps: report.steps,
+            iterations: report.iterations,
+            misses: report.misses,
+            events: report.events,
+            diverged: report.diverged,
+        }
+    }
+}
+
+/// Simulated seconds per second, by the median of the repetitions.
+fn speed(simulated: f64, repetitions: &[Spent], time: fn(&Spent) -> f64) -> f64 {
+    simulated / median(&repetitions.iter().map(time).collect::<Vec<_>>())
+}
+
+/// One robot's run.
+struct Run {
+    /// Link CGs after [`DURATION`], if it came that far.
+    end: Option<Positions>,
+    simulated: f64,
+    spent: Spent,
+    report: StepReport,
+}
+
+impl Run {
+    /// Runs for [`DURATION`], or until `limit` seconds of CPU time are over.
+    fn to_the_end(mut simulation: PlanarSimulation, limit: f64) -> Self {
+        let mut run = Run { end: None, simulated: 0.0, spent: Spent::default(), report: StepReport::default() };
+        while run.simulated < DURATION - 1e-9 && run.spent.cpu < limit && !run.report.diverged {
+            let (report, spent) = spent(|| simulation.advance(PIECE, &Wave::default()));
+            run.simulated += PIECE;
+            run.spent.cpu += spent.cpu;
+            run.spent.wall += spent.wall;
+            run.add(&report);
+        }
+        let ended = run.simulated > DURATION - 1e-9 && !run.report.diverged;
+        run.end = ended.then(|| simulation.state().pose.iter().map(|pose| [pose.x, pose.y]).collect());
+        run
+    }
+
+    fn add(&mut self, report: &StepReport) {
+        self.report.steps += report.steps;
+        self.report.iterations += report.iterations;
+        self.report.misses += report.misses;
+        self.report.events += report.events;
+        self.report.diverged |= report.diverged;
+    }
+}
+
+/// Part of a run between two looks at the clock \[s\]; every step of [`choices`] divides it.
+const PIECE: f64 = 1.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenes;
+
+    #[test]
+    fn a_run_is_as_long_as_it_says_and_one_out_of_time_has_no_error() {
+        let scene = &scenes::all()[0];
+        let choice = Choice { curve: "default".into(), integrator: IntegratorConfig::default() };
+        let plant = scene.plant().unwrap();
+        let whole = Case::new(scene, &plant, &choice, &QUICK_LIMITS).unwrap();
+        assert_eq!((whole.run.simulated, whole.run.report.steps), (5.0, 500));
+        let hurried = Case::new(scene, &plant, &choice, &Limits { run: 1e-9, ..QUICK_LIMITS }).unwrap();
+        assert!(hurried.run.end.is_none() && hurried.run.simulated == 1.0);
+        assert!(whole.run.end.is_some() && whole.run.report.misses == 0);
+    }
+}

@@ -1,0 +1,159 @@
+//! What is simulated: robot, ground, pegs and start, by name.
+
+use serde::Serialize;
+use snake_core::ConfigError;
+use snake_core::control::PdConfig;
+use snake_core::gait::{JointReference, Wave};
+use snake_core::robot::{Robot, RobotConfig};
+use snake_core::scene::{Peg, START_7_3, START_7_5, START_FREE, SceneConfig, TABLE_7_3, TABLE_7_5};
+use snake_core::simulation::PlanarSimulation;
+use snake_core::stepper::{IntegratorConfig, Plant};
+use snake_core::task::{EnvConfig, Environment, FieldKind, Task};
+
+/// Simulated time after which errors are judged \[s\].
+pub const DURATION: f64 = 5.0;
+
+/// A robot at rest among its pegs, ready for the gait (T 7.3).
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Scenario {
+    pub name: &'static str,
+    pub title: &'static str,
+    pub robot: RobotConfig,
+    pub scene: SceneConfig,
+    pub controller: PdConfig,
+    /// CG of link 1 \[m\] and its absolute angle \[rad\].
+    pub start: [f64; 3],
+    pub joint_angle: Vec<f64>,
+}
+
+/// The scenes of the work-precision plots.
+pub fn all() -> Vec<Scenario> {
+    vec![
+        aiko("free", "free, isotropic ground", &[], [0.2, 0.2], START_FREE),
+        aiko("orthotropic", "free, orthotropic ground", &[], [0.2, 0.5], START_FREE),
+        aiko("course-7.5", "course of Table 7.5", &TABLE_7_5, [0.2, 0.2], START_7_5),
+        aiko("course-7.3", "course of Table 7.3", &TABLE_7_3, [0.2, 0.2], START_7_3),
+        dense_field(),
+        jam(),
+    ]
+}
+
+impl Scenario {
+    /// # Errors
+    /// The method is not admissible.
+    pub fn simulation(&self, integrator: &IntegratorConfig) -> Result<PlanarSimulation, ConfigError> {
+        let mut simulation = PlanarSimulation::new(&self.robot, &self.scene, &self.controller, integrator)?;
+        let [x, y, heading] = self.start;
+        simulation.place_chain(x, y, heading, &self.joint_angle);
+        Ok(simulation)
+    }
+
+    /// # Errors
+    /// The robot or controller is not admissible.
+    pub fn plant(&self) -> Result<Plant, ConfigError> {
+        Plant::new(Robot::new(&self.robot)?, self.scene.friction, self.controller)
+    }
+
+    pub fn has_pegs(&self) -> bool {
+        !self.scene.obstacles.is_empty()
+    }
+}
+
+/// Aiko with the thesis's gains, in the posture of the gait at t = 0.
+pub fn aiko(
+    name: &'static str,
+    title: &'static str,
+    pegs: &[[f64; 3]],
+    friction: [f64; 2],
+    start: [f64; 3],
+) -> Scenario {
+    let obstacles = pegs.iter().map(|&peg| Peg::from(peg)).collect();
+    Scenario {
+        name,
+        title,
+        robot: RobotConfig::default(),
+        scene: SceneConfig { obstacles, friction },
+        controller: PdConfig::default(),
+        start,
+        joint_angle: (0..10).map(|joint| Wave::default().target(joint, 0.0).angle).collect(),
+    }
+}
+
+/// The start and the pegs of an environment's first episode, without jitter, under `controller`.
+///
+/// # Errors
+/// The configuration is not admissible.
+pub fn of_environment(
+    name: &'static str,
+    title: &'static str,
+    config: &EnvConfig,
+    seed: u64,
+) -> Result<Scenario, ConfigError> {
+    let mut environment = Environment::new(&EnvConfig { start_jitter: 0.0, ..config.clone() })?;
+    let mut observation = vec![0.0; environment.observation_size()];
+    environment.reset(Some(seed), &mut observation);
+    let state = environment.state();
+    Ok(Scenario {
+        name,
+        title,
+        robot: config.robot.clone(),
+        scene: SceneConfig { obstacles: environment.pegs().to_vec(), friction: config.friction() },
+        controller: config.controller,
+        start: [state.pose[0].x, state.pose[0].y, state.pose[0].z],
+        joint_angle: (0..environment.robot().joint_count()).map(|joint| state.joint_angle(joint)).collect(),
+    })
+}
+
+/// Pegs thrown at random, as dense as leaves passages a little wider than the robot.
+fn dense_field() -> Scenario {
+    let config = EnvConfig {
+        task: Task::Field,
+        field: FieldKind::Poisson,
+        difficulty: 0.2,
+        controller: PdConfig::default(),
+        ..EnvConfig::default()
+    };
+    of_environment("field", "dense random field", &config, FIELD_SEED).expect("a valid configuration")
+}
+
+const FIELD_SEED: u64 = 3;
+
+/// The robot threads the first pegs of (T Table 7.5) and then presses against a wall without a passage.
+fn jam() -> Scenario {
+    let behind = TABLE_7_5.iter().copied().filter(|peg| peg[1] < 1.2);
+    let wall = (0..6).map(|k| [0.05, 1.45, -0.2 + 0.13 * f64::from(k)]);
+    let pegs: Vec<[f64; 3]> = behind.chain(wall).collect();
+    let limited = PdConfig { torque_limit: Some(10.0), ..PdConfig::default() };
+    Scenario { controller: limited, ..aiko("jam", "jam against a wall of pegs", &pegs, [0.2, 0.2], START_7_5) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::HashSet;
+
+    #[test]
+    fn every_scene_has_a_name_of_its_own_and_starts_free_of_pegs() {
+        let scenes = all();
+        let names: HashSet<_> = scenes.iter().map(|scene| scene.name).collect();
+        assert_eq!(names.len(), scenes.len());
+        for scene in scenes {
+            let simulation = scene.simulation(&IntegratorConfig::default()).unwrap();
+            assert!(simulation.min_gap() > 0.0, "{}: {}", scene.name, simulation.min_gap());
+            assert!(simulation.joint_gap() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn the_wall_of_the_jam_stops_the_robot() {
+        let scenes = all();
+        let travel = |name: &str| {
+            let scene = scenes.iter().find(|scene| scene.name == name).unwrap();
+            let mut simulation = scene.simulation(&IntegratorConfig::default()).unwrap();
+            let start = simulation.state().pose[0].x;
+            simulation.advance(DURATION, &Wave::default());
+            simulation.state().pose[0].x - start
+        };
+        assert!(travel("jam") < 0.6 * travel("course-7.5"));
+    }
+}
