@@ -4,7 +4,7 @@ use snake_core::ConfigError;
 use snake_core::gait::{JointReference, JointTarget, Wave};
 use snake_core::pegs::PegGrid;
 use snake_core::planar::{Pose, assemble_chain};
-use snake_core::stepper::{Body, Driven, Fleet, IntegratorConfig, Plant};
+use snake_core::stepper::{Body, Driven, Fleet, IntegratorConfig, Plant, Tally};
 
 use crate::clock::{Spent, spent};
 use crate::scenes::Scenario;
@@ -61,11 +61,28 @@ pub fn staggered(scenario: &Scenario, plant: &Plant, count: usize) -> Result<Vec
     Ok(robots)
 }
 
-/// One window of a fleet that starts from `robots`, on this thread.
-pub fn time_window(plant: &Plant, fleet: &mut Fleet, robots: &[Undulator]) -> Spent {
+/// One window of a fleet: its time on this thread, and the work of all robots together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Window {
+    pub spent: Spent,
+    pub steps: f64,
+    /// Linear solves.
+    pub iterations: f64,
+    /// Steps retaken because a peg contact closed.
+    pub events: f64,
+}
+
+/// Lets a fleet that starts from `robots` move for one window.
+pub fn time_window(plant: &Plant, fleet: &mut Fleet, robots: &[Undulator]) -> Window {
     let mut moving = robots.to_vec();
     let ((), spent) = spent(|| fleet.advance(plant, &mut moving, WINDOW, |_| true));
-    spent
+    let sum = |count: fn(&Tally) -> u32| moving.iter().map(|robot| f64::from(count(&robot.body.tally))).sum();
+    Window {
+        spent,
+        steps: sum(|tally| tally.steps),
+        iterations: sum(|tally| tally.iterations),
+        events: sum(|tally| tally.events),
+    }
 }
 
 #[cfg(test)]

@@ -4,13 +4,17 @@
 //!
 //! Parts: `precision`, `growth`, `skip`, `certificate`.
 
+mod certificate;
 mod clock;
+mod environments;
 mod fleet;
+mod growth;
 mod methods;
 mod precision;
 mod reference;
 mod report;
 mod scenes;
+mod skip;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -58,6 +62,9 @@ impl Options {
         for part in &self.parts {
             match part.as_str() {
                 "precision" => precision::measure(&self.scenes, self.quick, self.cache.as_deref()),
+                "growth" => growth::measure(self.quick),
+                "skip" => skip::measure(self.quick),
+                "certificate" => certificate::measure(&self.scenes, self.quick),
                 _ => return Err(format!("{part}: no such part")),
             }
             .map_err(|error| error.to_string())?;

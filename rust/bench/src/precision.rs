@@ -118,7 +118,7 @@ impl<'a> Case<'a> {
         }
         let slow = self.together.first().is_some_and(|first| first.cpu > limits.repetition);
         if let Some(fleet) = self.fleet.as_mut().filter(|_| !slow) {
-            self.together.push(time_window(plant, fleet, robots));
+            self.together.push(time_window(plant, fleet, robots).spent);
         }
     }
 

@@ -1,0 +1,173 @@
+//! Batches of environments in the middle of their episodes.
+
+use snake_core::ConfigError;
+use snake_core::batch::{Batch, Outputs};
+use snake_core::task::random::Stream;
+use snake_core::task::signal::COUNT;
+use snake_core::task::{EnvConfig, EnvironmentState, Task};
+
+/// The configuration behind an environment id.
+pub fn of_id(task: Task) -> (&'static str, EnvConfig) {
+    let name = match task {
+        Task::Course => "SnakeCourse-v0",
+        Task::Field => "SnakeField-v0",
+        Task::Free => "SnakeFree-v0",
+    };
+    (name, EnvConfig { task, ..EnvConfig::default() })
+}
+
+/// What the robots are told to do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Actions {
+    /// Action zero of the mode `gait`: the thesis's gait.
+    Gait,
+    /// Drawn anew each step, uniformly from the whole range.
+    Random,
+}
+
+impl Actions {
+    pub const ALL: [Actions; 2] = [Actions::Gait, Actions::Random];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Actions::Gait => "gait",
+            Actions::Random => "random",
+        }
+    }
+}
+
+/// A batch that starts ended rows anew by itself.
+pub struct Robots {
+    pub batch: Batch,
+    actions: Actions,
+    action: Vec<f64>,
+    stream: Stream,
+    active: Vec<bool>,
+    ended: Vec<bool>,
+    no_seeds: Vec<Option<u64>>,
+    observation: Vec<f32>,
+    reward: Vec<f64>,
+    terminated: Vec<bool>,
+    truncated: Vec<bool>,
+    signals: Vec<f64>,
+}
+
+impl Robots {
+    /// Row k at the start of episode 0 of seed k.
+    ///
+    /// # Errors
+    /// The configuration is not admissible.
+    pub fn new(config: &EnvConfig, rows: usize, threads: usize, actions: Actions) -> Result<Self, ConfigError> {
+        let batch = Batch::new(config, rows, threads)?;
+        let mut robots = Self {
+            actions,
+            action: vec![0.0; rows * batch.action_size()],
+            stream: Stream::new(ACTION_SEED, 0),
+            active: vec![true; rows],
+            ended: vec![true; rows],
+            no_seeds: vec![None; rows],
+            observation: vec![0.0; rows * batch.observation_size()],
+            reward: vec![0.0; rows],
+            terminated: vec![false; rows],
+            truncated: vec![false; rows],
+            signals: vec![0.0; rows * COUNT],
+            batch,
+        };
+        let seeds: Vec<_> = (0..rows as u64).map(Some).collect();
+        robots.reset_ended(&seeds);
+        Ok(robots)
+    }
+
+    /// A batch whose rows continue from `pool`, neighbours far apart in time.
+    ///
+    /// # Errors
+    /// The configuration is not admissible or the pool of another one.
+    pub fn in_motion(
+        config: &EnvConfig,
+        rows: usize,
+        threads: usize,
+        actions: Actions,
+        pool: &[EnvironmentState],
+    ) -> Result<Self, ConfigError> {
+        let mut robots = Self::new(config, rows, threads, actions)?;
+        for row in 0..rows {
+            robots.batch.restore(row, &pool[(row * SCATTER) % pool.len()])?;
+        }
+        Ok(robots)
+    }
+
+    /// One control period of all rows; rows whose episode has ended start the next one.
+    pub fn step(&mut self) {
+        if self.actions == Actions::Random {
+            self.action.iter_mut().for_each(|value| *value = self.stream.around_zero(1.0));
+        }
+        let out = Outputs {
+            observation: &mut self.observation,
+            reward: &mut self.reward,
+            terminated: &mut self.terminated,
+            truncated: &mut self.truncated,
+            signals: &mut self.signals,
+        };
+        self.batch.step(&self.action, &self.active, out);
+        for ((ended, terminated), truncated) in self.ended.iter_mut().zip(&self.terminated).zip(&self.truncated) {
+            *ended = terminated | truncated;
+        }
+        if self.ended.contains(&true) {
+            let seeds = std::mem::take(&mut self.no_seeds);
+            self.reset_ended(&seeds);
+            self.no_seeds = seeds;
+        }
+    }
+
+    fn reset_ended(&mut self, seeds: &[Option<u64>]) {
+        let out = Outputs {
+            observation: &mut self.observation,
+            reward: &mut self.reward,
+            terminated: &mut self.terminated,
+            truncated: &mut self.truncated,
+            signals: &mut self.signals,
+        };
+        self.batch.reset(&self.ended, seeds, out);
+    }
+}
+
+/// States of [`POOL`] robots at times spread evenly over the first [`POOL_STEPS`] steps of their episodes.
+///
+/// # Errors
+/// The configuration is not admissible.
+pub fn pool(config: &EnvConfig, actions: Actions) -> Result<Vec<EnvironmentState>, ConfigError> {
+    let mut robots = Robots::new(config, POOL, 0, actions)?;
+    let mut states = Vec::with_capacity(POOL);
+    for step in 0..POOL_STEPS {
+        robots.step();
+        while states.len() * POOL_STEPS < (step + 1) * POOL {
+            states.push(robots.batch.save(states.len()));
+        }
+    }
+    Ok(states)
+}
+
+const POOL: usize = 256;
+const POOL_STEPS: usize = 200;
+
+/// Odd, so that it visits every state of the pool.
+const SCATTER: usize = 97;
+
+const ACTION_SEED: u64 = 20;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pool_holds_robots_at_times_spread_over_their_episodes() {
+        let (_, config) = of_id(Task::Course);
+        let pool = pool(&config, Actions::Gait).unwrap();
+        assert_eq!(pool.len(), POOL);
+        let robots = Robots::in_motion(&config, 8, 1, Actions::Gait, &pool).unwrap();
+        let times: Vec<f64> = (0..8).map(|row| robots.batch.environment(row).state().time).collect();
+        for (k, a) in times.iter().enumerate() {
+            assert!(times[..k].iter().all(|b| (a - b).abs() > 0.04), "{times:?}");
+        }
+    }
+}

@@ -1,0 +1,296 @@
+//! How cost grows with links, with pegs in the field, and with robots and threads.
+
+use serde::Serialize;
+use snake_core::ConfigError;
+use snake_core::control::PdConfig;
+use snake_core::gait::{JointReference, Wave};
+use snake_core::planar::Pose;
+use snake_core::robot::RobotConfig;
+use snake_core::scene::{Peg, START_7_5, START_FREE, TABLE_7_5};
+use snake_core::stepper::{Fleet, IntegratorConfig, Plant};
+use snake_core::task::perception::PegSensor;
+use snake_core::task::{EnvConfig, FieldKind, Task};
+
+use crate::clock::{Spent, median, spent, spent_by_all};
+use crate::environments::{Actions, Robots, of_id, pool};
+use crate::fleet::{ROBOTS, Undulator, Window, staggered, time_window};
+use crate::report::{emit, progress};
+use crate::scenes::{self, Scenario};
+
+const LINKS: [usize; 5] = [11, 25, 50, 100, 200];
+const PEGS: [usize; 4] = [10, 100, 1_000, 10_000];
+const BATCHES: [usize; 8] = [1, 8, 16, 64, 256, 1_024, 4_096, 16_384];
+const QUICK_BATCHES: [usize; 3] = [1, 64, 1_024];
+const THREADS: [usize; 2] = [1, 2];
+
+/// Measures all three kinds of growth and emits every point.
+///
+/// # Errors
+/// A configuration is not admissible.
+pub fn measure(quick: bool) -> Result<(), ConfigError> {
+    let links = if quick { &LINKS[..3] } else { &LINKS[..] };
+    let rounds = if quick { 3 } else { 9 };
+    with_links(links, rounds)?;
+    with_pegs(rounds)?;
+    with_batch(quick)
+}
+
+/// Cost of a fleet of one robot size or field size.
+#[derive(Serialize)]
+struct FleetPoint<'a> {
+    axis: &'a str,
+    scene: &'a str,
+    links: usize,
+    pegs: usize,
+    robots: usize,
+    /// CPU time of one step of one robot \[us\], median of the repetitions.
+    us_per_step: f64,
+    us_per_link: f64,
+    /// Why a step costs what it costs: linear solves, and the share of steps retaken at a closing contact.
+    iterations_per_step: f64,
+    events_per_step: f64,
+    /// CPU time in which the leading link looks once for its nearest pegs \[us\]; only where pegs are counted.
+    us_per_look: Option<f64>,
+    repetitions: usize,
+}
+
+/// A fleet that is timed over and over.
+struct Squad {
+    scenario: Scenario,
+    plant: Plant,
+    fleet: Fleet,
+    robots: Vec<Undulator>,
+    windows: Vec<Window>,
+}
+
+impl Squad {
+    fn new(scenario: Scenario) -> Result<Self, ConfigError> {
+        progress(&format!("growth: {} links, {} pegs", scenario.robot.links, scenario.scene.obstacles.len()));
+        let plant = scenario.plant()?;
+        let robots = staggered(&scenario, &plant, ROBOTS)?;
+        let fleet = Fleet::new(IntegratorConfig::default(), &plant, ROBOTS);
+        Ok(Self { scenario, plant, fleet, robots, windows: Vec::new() })
+    }
+
+    fn repeat(&mut self) {
+        self.windows.push(time_window(&self.plant, &mut self.fleet, &self.robots));
+    }
+
+    fn point<'a>(&'a self, axis: &'a str, us_per_look: Option<f64>) -> FleetPoint<'a> {
+        let cpu: Vec<f64> = self.windows.iter().map(|window| window.spent.cpu).collect();
+        let Window { steps, iterations, events, .. } = self.windows[0];
+        let us_per_step = 1e6 * median(&cpu) / steps;
+        FleetPoint {
+            axis,
+            scene: self.scenario.name,
+            links: self.scenario.robot.links,
+            pegs: self.scenario.scene.obstacles.len(),
+            robots: ROBOTS,
+            us_per_step,
+            us_per_link: us_per_step / self.scenario.robot.links as f64,
+            iterations_per_step: iterations / steps,
+            events_per_step: events / steps,
+            us_per_look,
+            repetitions: self.windows.len(),
+        }
+    }
+}
+
+/// Times all squads in turn.
+fn take_turns(squads: &mut [Squad], rounds: usize) {
+    for _ in 0..rounds {
+        squads.iter_mut().for_each(Squad::repeat);
+    }
+}
+
+/// The same gait with more links, free and threaded through a track of pegs along the whole body.
+fn with_links(links: &[usize], rounds: usize) -> Result<(), ConfigError> {
+    let mut squads = Vec::new();
+    for &n in links {
+        squads.push(Squad::new(long_free(n))?);
+        squads.push(Squad::new(long_track(n)?)?);
+    }
+    take_turns(&mut squads, rounds);
+    squads.iter().for_each(|squad| emit("growth", &squad.point("links", None)));
+    Ok(())
+}
+
+fn long_free(links: usize) -> Scenario {
+    let aiko = scenes::aiko("free", "free, isotropic ground", &[], [0.2, 0.2], START_FREE);
+    let joint_angle = (0..links - 1).map(|joint| Wave::default().target(joint, 0.0).angle).collect();
+    Scenario { robot: RobotConfig { links, ..RobotConfig::default() }, joint_angle, ..aiko }
+}
+
+fn long_track(links: usize) -> Result<Scenario, ConfigError> {
+    let config = EnvConfig {
+        task: Task::Field,
+        field: FieldKind::Track,
+        difficulty: 0.0,
+        robot: RobotConfig { links, ..RobotConfig::default() },
+        controller: PdConfig::default(),
+        ..EnvConfig::default()
+    };
+    scenes::of_environment("track", "regular track of pegs", &config, 0)
+}
+
+/// The course of (T Table 7.5) in a field of more and more pegs, none of them within reach.
+fn with_pegs(rounds: usize) -> Result<(), ConfigError> {
+    let mut squads = Vec::new();
+    for count in PEGS {
+        let mut scenario = scenes::aiko("course-7.5", "course in a field", &[], [0.2, 0.2], START_7_5);
+        scenario.scene.obstacles = course_in_a_field(count);
+        squads.push(Squad::new(scenario)?);
+    }
+    take_turns(&mut squads, rounds);
+    for squad in &squads {
+        let look = us_per_look(&squad.scenario.scene.obstacles);
+        emit("growth", &squad.point("pegs", Some(look)));
+    }
+    Ok(())
+}
+
+/// `count` pegs: the course, and the points of a lattice nearest to it but out of the robot's reach.
+fn course_in_a_field(count: usize) -> Vec<Peg> {
+    const PITCH: f64 = 0.4;
+    let side = (count as f64).sqrt() as i32 / 2 + 8;
+    let mut around: Vec<Peg> = (-side..=side)
+        .flat_map(|i| (-side..=side).map(move |j| (f64::from(i) * PITCH, f64::from(j) * PITCH)))
+        .map(|(x, y)| Peg { radius: 0.125, x: 1.1 + x, y: 0.09 + y })
+        .filter(|peg| (peg.x - 1.1).abs() > 2.5 || (peg.y - 0.09).abs() > 1.0)
+        .collect();
+    around.sort_by(|a, b| (a.x - 1.1).hypot(a.y).total_cmp(&(b.x - 1.1).hypot(b.y)));
+    TABLE_7_5.iter().map(|&peg| Peg::from(peg)).chain(around).take(count).collect()
+}
+
+/// Median CPU time of one look around \[us\].
+fn us_per_look(pegs: &[Peg]) -> f64 {
+    const LOOKS: usize = 200;
+    let mut sensor = PegSensor::new(EnvConfig::default().nearest_pegs, 1.342);
+    let pose = Pose::from(START_7_5);
+    let times: Vec<f64> = (0..9)
+        .map(|_| spent(|| (0..LOOKS).for_each(|_| sensor.scan(std::hint::black_box(&pose), pegs))).1.cpu)
+        .collect();
+    1e6 * median(&times) / LOOKS as f64
+}
+
+/// Throughput of one batch size.
+#[derive(Serialize)]
+struct BatchPoint<'a> {
+    axis: &'a str,
+    env: &'a str,
+    actions: &'a str,
+    robots: usize,
+    threads: usize,
+    /// Environment steps per second of wall time, median of the repetitions.
+    steps_per_second: f64,
+    lowest: f64,
+    highest: f64,
+    /// Environment steps per second of CPU time of all threads together.
+    steps_per_cpu_second: f64,
+    /// CPU time over wall time and threads: 1 when no thread ever sits idle.
+    utilisation: f64,
+    repetitions: usize,
+}
+
+fn with_batch(quick: bool) -> Result<(), ConfigError> {
+    let batches = if quick { &QUICK_BATCHES[..] } else { &BATCHES[..] };
+    let (rounds, seconds) = if quick { (3, 0.1) } else { (5, 0.3) };
+    for task in [Task::Course, Task::Field] {
+        let (env, config) = of_id(task);
+        for actions in Actions::ALL {
+            let pool = pool(&config, actions)?;
+            for &rows in batches {
+                progress(&format!("growth: {env}, {}, {rows} robots", actions.name()));
+                let mut crowds = Vec::new();
+                for threads in THREADS {
+                    crowds.push(Crowd::new(Robots::in_motion(&config, rows, threads, actions, &pool)?));
+                }
+                for _ in 0..rounds {
+                    crowds.iter_mut().for_each(|crowd| crowd.repeat(seconds));
+                }
+                crowds.iter().for_each(|crowd| emit("growth", &crowd.point(env, actions)));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A batch that is timed over and over.
+struct Crowd {
+    robots: Robots,
+    /// Steps of all rows together, and the time they took.
+    repetitions: Vec<(f64, Spent)>,
+}
+
+impl Crowd {
+    /// The first step, which touches memory for the first time, is not measured.
+    fn new(mut robots: Robots) -> Self {
+        robots.step();
+        Self { robots, repetitions: Vec::new() }
+    }
+
+    /// Steps for about `seconds`, and at least once.
+    fn repeat(&mut self, seconds: f64) {
+        let start = std::time::Instant::now();
+        let (steps, spent) = spent_by_all(|| {
+            let mut steps = 0;
+            while steps == 0 || start.elapsed().as_secs_f64() < seconds {
+                self.robots.step();
+                steps += self.robots.batch.num_envs();
+            }
+            steps as f64
+        });
+        self.repetitions.push((steps, spent));
+    }
+
+    fn point<'a>(&self, env: &'a str, actions: Actions) -> BatchPoint<'a> {
+        let threads = self.robots.batch.num_threads();
+        let each = |value: fn(&(f64, Spent)) -> f64| self.repetitions.iter().map(value).collect::<Vec<f64>>();
+        let rates = each(|(steps, spent)| steps / spent.wall);
+        BatchPoint {
+            axis: "batch",
+            env,
+            actions: actions.name(),
+            robots: self.robots.batch.num_envs(),
+            threads,
+            steps_per_second: median(&rates),
+            lowest: rates.iter().copied().fold(f64::INFINITY, f64::min),
+            highest: rates.iter().copied().fold(0.0, f64::max),
+            steps_per_cpu_second: median(&each(|(steps, spent)| steps / spent.cpu)),
+            utilisation: median(&each(|(_, spent)| spent.cpu / spent.wall)) / threads as f64,
+            repetitions: self.repetitions.len(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use snake_core::stepper::Driven;
+
+    #[test]
+    fn fields_have_as_many_pegs_as_asked_for_and_the_new_ones_are_out_of_reach() {
+        let few = scenes::aiko("few", "", &TABLE_7_5, [0.2, 0.2], START_7_5);
+        for count in PEGS {
+            let pegs = course_in_a_field(count);
+            assert_eq!(pegs.len(), count);
+            let mut many = few.clone();
+            many.scene.obstacles = pegs;
+            let ends = [&few, &many].map(|scenario| {
+                let plant = scenario.plant().unwrap();
+                let mut robots = vec![Undulator::new(scenario, &plant)];
+                Fleet::new(IntegratorConfig::default(), &plant, 1).advance(&plant, &mut robots, 10.0, |_| true);
+                robots[0].body().state.pose.clone()
+            });
+            let distance = ends[0].iter().zip(&ends[1]).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+            assert!(distance < 1e-12, "{count} pegs: {distance:e} m");
+        }
+    }
+
+    #[test]
+    fn a_long_robot_starts_free_of_the_pegs_along_its_whole_body() {
+        let scenario = long_track(60).unwrap();
+        let simulation = scenario.simulation(&IntegratorConfig::default()).unwrap();
+        assert!(simulation.min_gap() > 0.0 && scenario.scene.obstacles.len() > 60);
+    }
+}

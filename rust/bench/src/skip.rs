@@ -1,0 +1,219 @@
+//! What each feature costs, and what it costs a scene that does not need it.
+//!
+//! Three kinds of rows. *Off*: the feature is not there. *Idle*: it is there but can never act, so the
+//! robot's motion is that of *off* and the difference in cost is what a scene pays for what it does not
+//! need. *Used*: it acts. Both scenes of a row are timed in turn and the median of the paired ratios is
+//! reported.
+
+use serde::Serialize;
+use snake_core::ConfigError;
+use snake_core::control::PdConfig;
+use snake_core::scene::{Peg, START_7_5, START_FREE, TABLE_7_5};
+use snake_core::stepper::{Fleet, IntegratorConfig, Plant};
+use snake_core::task::{EnvConfig, Perception, Task};
+
+use crate::clock::{median, spent};
+use crate::environments::{Actions, Robots, of_id, pool};
+use crate::fleet::{ROBOTS, Undulator, staggered, time_window};
+use crate::report::{emit, progress};
+use crate::scenes::{Scenario, aiko};
+
+/// One feature on against off.
+#[derive(Serialize)]
+struct Comparison<'a> {
+    feature: &'a str,
+    off: &'a str,
+    on: &'a str,
+    /// The feature is there but can never act.
+    idle: bool,
+    /// `step` of the integrator or `env step`.
+    unit: &'a str,
+    /// CPU time of one \[us\], medians.
+    us_off: f64,
+    us_on: f64,
+    /// Median of the ratios of one repetition each, and the middle half of them.
+    ratio: f64,
+    ratio_low: f64,
+    ratio_high: f64,
+    repetitions: usize,
+}
+
+/// Measures every feature and emits a row for each.
+///
+/// # Errors
+/// A configuration is not admissible.
+pub fn measure(quick: bool) -> Result<(), ConfigError> {
+    let rounds = if quick { 7 } else { 31 };
+    physics(rounds)?;
+    environment(rounds)
+}
+
+fn physics(rounds: usize) -> Result<(), ConfigError> {
+    let free = || aiko("free", "", &[], [0.2, 0.2], START_FREE);
+    let with_pegs = |pegs: Vec<Peg>| {
+        let mut scenario = free();
+        scenario.scene.obstacles = pegs;
+        scenario
+    };
+    let with_friction = |friction| aiko("free", "", &[], friction, START_FREE);
+    let with_limit = |scenario: Scenario, limit| Scenario {
+        controller: PdConfig { torque_limit: Some(limit), ..PdConfig::default() },
+        ..scenario
+    };
+    let course = || aiko("course", "", &TABLE_7_5, [0.2, 0.2], START_7_5);
+    let step = "step";
+    let rows = [
+        ("pegs", "none", "one, 100 m away", true, free(), with_pegs(vec![FAR_PEG])),
+        ("pegs", "none", "1,000, 5 m away and more", true, free(), with_pegs(far_field())),
+        ("pegs", "none", "course of Table 7.5, touched", false, free(), course()),
+        ("elliptic friction", "isotropic", "coefficients apart by 1e-12", true, free(), with_friction(NEARLY_EQUAL)),
+        ("elliptic friction", "isotropic", "0.2 and 0.5", false, free(), with_friction([0.2, 0.5])),
+        ("friction", "none", "isotropic, 0.2", false, with_friction([0.0, 0.0]), free()),
+        ("torque limit", "none", "1e9 N m, never reached", true, free(), with_limit(free(), 1e9)),
+        ("torque limit", "none", "10 N m, on the course", false, course(), with_limit(course(), 10.0)),
+    ];
+    for (feature, off, on, idle, without, with) in rows {
+        progress(&format!("skip: {feature}, {on}"));
+        let (mut without, mut with) = (Crew::new(&without)?, Crew::new(&with)?);
+        let pairs = pairs(rounds, || without.us_per_step(), || with.us_per_step());
+        emit("skip", &Comparison::of(feature, off, on, idle, step, &pairs));
+    }
+    Ok(())
+}
+
+fn environment(rounds: usize) -> Result<(), ConfigError> {
+    let (_, config) = of_id(Task::Course);
+    let blind = EnvConfig { perception: Perception::Blind, ..config.clone() };
+    let keen = EnvConfig { nearest_pegs: 64, ..config.clone() };
+    let rows =
+        [("peg sensor", "blind", "5 nearest pegs", &blind, &config), ("peg sensor", "blind", "64", &blind, &keen)];
+    for (feature, off, on, without, with) in rows {
+        progress(&format!("skip: {feature}, {on}"));
+        let (mut without, mut with) = (company(without)?, company(with)?);
+        let pairs = pairs(rounds, || us_per_env_step(&mut without), || us_per_env_step(&mut with));
+        emit("skip", &Comparison::of(feature, off, on, false, "env step", &pairs));
+    }
+    Ok(())
+}
+
+const FAR_PEG: Peg = Peg { radius: 0.1, x: 100.0, y: 0.0 };
+const NEARLY_EQUAL: [f64; 2] = [0.2, 0.2 + 1e-12];
+
+/// A ring of pegs around the robot, the nearest 5 m away.
+fn far_field() -> Vec<Peg> {
+    let place = |k: i32| (5.0 + 0.005 * f64::from(k), 0.61 * f64::from(k));
+    (0..1000).map(place).map(|(r, angle)| Peg { radius: 0.1, x: r * angle.cos(), y: r * angle.sin() }).collect()
+}
+
+/// Robots of one scene.
+struct Crew {
+    plant: Plant,
+    fleet: Fleet,
+    robots: Vec<Undulator>,
+}
+
+impl Crew {
+    fn new(scenario: &Scenario) -> Result<Self, ConfigError> {
+        let plant = scenario.plant()?;
+        let robots = staggered(scenario, &plant, ROBOTS)?;
+        let fleet = Fleet::new(IntegratorConfig::default(), &plant, ROBOTS);
+        Ok(Self { plant, fleet, robots })
+    }
+
+    fn us_per_step(&mut self) -> f64 {
+        let window = time_window(&self.plant, &mut self.fleet, &self.robots);
+        1e6 * window.spent.cpu / window.steps
+    }
+}
+
+/// Environments in motion on one thread.
+fn company(config: &EnvConfig) -> Result<Robots, ConfigError> {
+    let pool = pool(config, Actions::Gait)?;
+    Robots::in_motion(config, ROBOTS, 1, Actions::Gait, &pool)
+}
+
+fn us_per_env_step(robots: &mut Robots) -> f64 {
+    const STEPS: usize = 10;
+    let ((), spent) = spent(|| (0..STEPS).for_each(|_| robots.step()));
+    1e6 * spent.cpu / (STEPS * ROBOTS) as f64
+}
+
+/// Values of both, measured in turn; the order changes so that neither always comes first.
+fn pairs(rounds: usize, mut off: impl FnMut() -> f64, mut on: impl FnMut() -> f64) -> Vec<[f64; 2]> {
+    off();
+    on();
+    let mut round = |k: usize| {
+        if k.is_multiple_of(2) {
+            let first = off();
+            [first, on()]
+        } else {
+            let first = on();
+            [off(), first]
+        }
+    };
+    (0..rounds).map(&mut round).collect()
+}
+
+impl<'a> Comparison<'a> {
+    fn of(feature: &'a str, off: &'a str, on: &'a str, idle: bool, unit: &'a str, pairs: &[[f64; 2]]) -> Self {
+        let mut ratios: Vec<f64> = pairs.iter().map(|[off, on]| on / off).collect();
+        ratios.sort_by(f64::total_cmp);
+        let column = |k: usize| pairs.iter().map(|pair| pair[k]).collect::<Vec<f64>>();
+        Self {
+            feature,
+            off,
+            on,
+            idle,
+            unit,
+            us_off: median(&column(0)),
+            us_on: median(&column(1)),
+            ratio: median(&ratios),
+            ratio_low: ratios[ratios.len() / 4],
+            ratio_high: ratios[3 * ratios.len() / 4],
+            repetitions: pairs.len(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use snake_core::stepper::Driven;
+
+    #[test]
+    fn features_that_cannot_act_do_not_change_the_motion() {
+        let free = aiko("free", "", &[], [0.2, 0.2], START_FREE);
+        let mut among_far_pegs = free.clone();
+        among_far_pegs.scene.obstacles = far_field();
+        let elliptic = aiko("free", "", &[], NEARLY_EQUAL, START_FREE);
+        let [alone, far, nearly] = [free, among_far_pegs, elliptic].map(|scenario| {
+            let plant = scenario.plant().unwrap();
+            let mut robots = vec![Undulator::new(&scenario, &plant)];
+            Fleet::new(IntegratorConfig::default(), &plant, 1).advance(&plant, &mut robots, 5.0, |_| true);
+            robots[0].body().state.clone()
+        });
+        assert_eq!(alone, far);
+        let apart = alone.pose.iter().zip(&nearly.pose).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        assert!(apart < 1e-5, "{apart:e} m");
+    }
+
+    #[test]
+    fn a_ratio_is_the_median_of_pairs_whatever_their_order() {
+        let mut order = Vec::new();
+        let calls = std::cell::RefCell::new(&mut order);
+        let pairs = pairs(
+            4,
+            || {
+                calls.borrow_mut().push("off");
+                2.0
+            },
+            || {
+                calls.borrow_mut().push("on");
+                3.0
+            },
+        );
+        let row = Comparison::of("f", "a", "b", false, "step", &pairs);
+        assert_eq!((row.ratio, row.us_off, row.us_on), (1.5, 2.0, 3.0));
+        assert_eq!(order[2..], ["off", "on", "on", "off", "off", "on", "on", "off"]);
+    }
+}
