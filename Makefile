@@ -19,7 +19,7 @@ test-python: build
 	$(BIN)/python -m pytest $(PYTEST)
 
 bench: build
-	$(BIN)/python -m training.throughput $(BENCH)
+	$(BIN)/python -m training.bench $(BENCH)
 
 reproduce: build
 	$(BIN)/python -m snake_env reproduce $(REPRODUCE)

@@ -23,7 +23,7 @@ pub fn choices(quick: bool, pegs: bool) -> Vec<Choice> {
     let default = IntegratorConfig::default();
     let steps = if quick { &QUICK_STEPS[..] } else { &STEPS[..] };
     choices.extend(curve("implicit order 1", steps, IntegratorConfig { order: 1, ..default }));
-    choices.extend(curve("implicit order 2", steps, default));
+    choices.extend(curve("implicit order 2", &with_default(steps), default));
     if !quick {
         for tolerance in [1e-5, 1e-6, 1e-10] {
             let name = format!("implicit order 2, tolerance {tolerance:e}");
@@ -37,6 +37,19 @@ pub fn choices(quick: bool, pegs: bool) -> Vec<Choice> {
         }
     }
     choices
+}
+
+/// `steps` and the default one.
+fn with_default(steps: &[f64]) -> Vec<f64> {
+    let default = IntegratorConfig::default().step();
+    let others = steps.iter().copied().filter(|&step| step != default);
+    others.chain([default]).collect()
+}
+
+/// Whether a choice is what a user gets who asks for nothing.
+pub fn is_default(integrator: &IntegratorConfig) -> bool {
+    let default = IntegratorConfig::default();
+    integrator.step() == default.step() && IntegratorConfig { step: default.step, ..*integrator } == default
 }
 
 /// One configuration at several steps.
@@ -72,6 +85,7 @@ mod tests {
             all.iter().for_each(|choice| choice.integrator.validate().unwrap());
             let distinct: HashSet<_> = all.iter().map(|choice| format!("{:?}", choice.integrator)).collect();
             assert_eq!(distinct.len(), all.len());
+            assert_eq!(all.iter().filter(|choice| is_default(&choice.integrator)).count(), 1);
         }
     }
 

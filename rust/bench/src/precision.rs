@@ -10,7 +10,7 @@ use snake_core::stepper::{Fleet, IntegratorConfig, Method, Plant};
 
 use crate::clock::{Spent, median, spent};
 use crate::fleet::{ROBOTS, Undulator, WINDOW, staggered, time_window};
-use crate::methods::{Choice, choices};
+use crate::methods::{Choice, choices, is_default};
 use crate::reference::{Distance, Positions, Reference};
 use crate::report::{emit, progress};
 use crate::scenes::{DURATION, Scenario};
@@ -30,6 +30,8 @@ struct Point<'a> {
     scene: &'a str,
     curve: &'a str,
     integrator: IntegratorConfig,
+    /// It is the default of `Integrator()` and the environments.
+    default: bool,
     /// Distance from the reference after five seconds \[m\]; none if the run did not end in its time.
     error: Option<Distance>,
     /// Simulated seconds per CPU second of one thread: one robot alone, and a fleet.
@@ -130,6 +132,7 @@ impl<'a> Case<'a> {
             scene: scenario.name,
             curve: &self.choice.curve,
             integrator: self.choice.integrator,
+            default: is_default(&self.choice.integrator),
             error: end.as_ref().map(|end| Distance::between(end, &reference.links)),
             speed_alone: speed(*simulated, &self.alone, |spent| spent.cpu),
             speed_fleet: of_fleet(|spent| spent.cpu),
