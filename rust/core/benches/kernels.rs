@@ -1,0 +1,141 @@
+//! Time of the kernels: `cargo bench -p snake-core`, or `-- newton` for some of them.
+//!
+//! Solves are of stages drawn at random, as in the tests: *smooth* is one elimination of the chain and
+//! what surrounds it, *friction* and *contacts* need several. Steps are of the default method.
+
+#[path = "../tests/common/mod.rs"]
+mod common;
+
+use std::hint::black_box;
+
+use common::dense::{Kind, random_stage};
+use common::{Random, START_FREE, aiko, ground, posture, table_7_5, thesis};
+use criterion::measurement::WallTime;
+use criterion::{BatchSize, BenchmarkGroup, Criterion, criterion_group, criterion_main};
+use snake_core::control::PdConfig;
+use snake_core::gait::{JointReference, JointTarget, Wave};
+use snake_core::pegs::PegGrid;
+use snake_core::planar::{Newton, Pose, Stage, StageSolution, assemble_chain, certify};
+use snake_core::robot::{Robot, RobotConfig};
+use snake_core::scene::{START_7_5, SceneConfig};
+use snake_core::stepper::{Body, Driven, Fleet, IntegratorConfig, Plant};
+
+const LINKS: usize = 11;
+
+const SMOOTH: Kind =
+    Kind { links: LINKS, contacts: 0, stiff: true, limited: false, friction: false, mass_ratio: 1.0, orthotropy: 1.0 };
+
+/// Stages from easy to hard, by name.
+fn stages() -> [(&'static str, Stage); 3] {
+    let mut random = Random::new(7);
+    let kinds = [
+        ("smooth", SMOOTH),
+        ("friction", Kind { friction: true, ..SMOOTH }),
+        ("contacts", Kind { friction: true, contacts: 6, ..SMOOTH }),
+    ];
+    kinds.map(|(name, kind)| (name, random_stage(kind, &mut random)))
+}
+
+fn unsolved(stage: &Stage) -> StageSolution {
+    let mut solution = StageSolution::new(stage.links.len());
+    solution.contact.resize(stage.contacts.len(), 0.0);
+    solution
+}
+
+/// Newton's method from a cold start to 1e-8 m/s, and the judge of what it found.
+fn solve_and_certify(criterion: &mut Criterion) {
+    let mut newton = Newton::new(LINKS);
+    let mut solve = criterion.benchmark_group("newton");
+    for (name, stage) in stages() {
+        solve.bench_function(name, |bencher| {
+            let start = || unsolved(&stage);
+            let solve = |solution: &mut StageSolution| newton.solve(&stage, solution, 1e-8, 2000, true);
+            bencher.iter_batched_ref(start, solve, BatchSize::SmallInput);
+        });
+    }
+    solve.finish();
+    let mut judge = criterion.benchmark_group("certify");
+    for (name, stage) in stages() {
+        let mut solution = unsolved(&stage);
+        newton.solve(&stage, &mut solution, 1e-8, 2000, true);
+        judge.bench_function(name, |bencher| bencher.iter(|| certify(black_box(&stage), black_box(&solution))));
+    }
+    judge.finish();
+}
+
+/// One robot, step by step through one and the same second.
+fn step_of_one_robot(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("step");
+    let default = IntegratorConfig::default();
+    bench_robot(&mut group, "free", &ground([0.2, 0.2]), START_FREE, &default);
+    bench_robot(&mut group, "course", &table_7_5(), START_7_5, &default);
+    bench_robot(&mut group, "course, thesis", &table_7_5(), START_7_5, &thesis(2.5e-4, 2e-5));
+    group.finish();
+}
+
+fn bench_robot(
+    group: &mut BenchmarkGroup<WallTime>,
+    name: &str,
+    scene: &SceneConfig,
+    start: [f64; 3],
+    integrator: &IntegratorConfig,
+) {
+    let mut simulation = aiko(scene, start, integrator);
+    let step = integrator.step();
+    group.bench_function(name, |bencher| {
+        bencher.iter(|| {
+            if simulation.state().time > 1.0 {
+                simulation.place_chain(start[0], start[1], start[2], &posture(&Wave::default(), LINKS - 1));
+            }
+            simulation.advance(step, &Wave::default())
+        });
+    });
+}
+
+#[derive(Clone)]
+struct Undulator(Body);
+
+impl Driven for Undulator {
+    fn body(&self) -> &Body {
+        &self.0
+    }
+
+    fn body_mut(&mut self) -> &mut Body {
+        &mut self.0
+    }
+
+    fn targets(&self, time: f64, targets: &mut [JointTarget]) {
+        Wave::default().targets(time, targets);
+    }
+}
+
+/// Eight robots 0.1 s apart, one control period of 50 ms: the widest registers of the machine.
+fn period_of_eight_robots(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("eight robots");
+    for (name, scene, start) in [("free", ground([0.2, 0.2]), START_FREE), ("course", table_7_5(), START_7_5)] {
+        let robot = Robot::new(&RobotConfig::default()).expect("a valid robot");
+        let plant = Plant::new(robot, scene.friction, PdConfig::default()).expect("a valid controller");
+        let mut fleet = Fleet::new(IntegratorConfig::default(), &plant, 8);
+        let robots = staggered(&plant, &scene, start, &mut fleet);
+        group.bench_function(name, |bencher| {
+            let period = |robots: &mut Vec<Undulator>| fleet.advance(&plant, robots, 0.05, |_| true);
+            bencher.iter_batched_ref(|| robots.clone(), period, BatchSize::SmallInput);
+        });
+    }
+    group.finish();
+}
+
+fn staggered(plant: &Plant, scene: &SceneConfig, [x, y, heading]: [f64; 3], fleet: &mut Fleet) -> Vec<Undulator> {
+    let mut body = Body::new(&plant.robot, PegGrid::new(&scene.obstacles));
+    let angles = posture(&Wave::default(), LINKS - 1);
+    assemble_chain(&plant.robot, Pose::new(x, y, heading), &angles, &mut body.state.pose);
+    body.forget();
+    let mut robots = vec![Undulator(body); 8];
+    for k in 0..8 {
+        fleet.advance(plant, &mut robots, 0.1, |robot| robot >= k);
+    }
+    robots
+}
+
+criterion_group!(kernels, solve_and_certify, step_of_one_robot, period_of_eight_robots);
+criterion_main!(kernels);
