@@ -13,12 +13,12 @@ train: build
 test: test-rust test-python
 
 test-rust:
-	cargo test --quiet
+	cargo test --quiet --package snake-core --package snake-bench
 
 test-python: build
 	$(BIN)/python -m pytest $(PYTEST)
 
-bench: build
+bench: build .venv/.peers
 	$(BIN)/python -m training.bench $(BENCH)
 
 reproduce: build
@@ -45,7 +45,13 @@ venv: .venv/.packages
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt uv
 	$(BIN)/uv pip install --quiet --python $(BIN)/python --constraint constraints.txt \
-		--requirement pyproject.toml --all-extras maturin
+		--requirement pyproject.toml --extra test maturin
+	touch $@
+
+# Peers to compare with; the bench does without those that cannot be installed.
+.venv/.peers: .venv/.packages
+	-$(BIN)/uv pip install --quiet --python $(BIN)/python --constraint constraints.txt \
+		--requirement pyproject.toml --extra bench
 	touch $@
 
 # The extension is compiled in release mode into snake_env/; Python sources are used where they are.

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from training import throughput
 from training.bench import figures, native, page
+from training.bench.markdown import table
 from training.bench.results import Record, Results
 from training.bench.targets import QUICKEST, all_targets
 from training.cli import help_format
@@ -62,7 +63,11 @@ def main(arguments: list[str] | None = None) -> int:
     write(results, args.out, args.out, "results.json", "README.md", ".")
     if args.write_docs and results.complete:
         write(results, DOCS, DOCS / "images", "benchmarks.json", "benchmarks.md", "images")
-    print(page.table(("target", "aim", "measured", ""), ((t.what, t.target, t.measured, t.verdict) for t in all_targets(results))))
+    print(
+        table(
+            ("target", "aim", "measured", ""), ((t.what, t.target, t.measured, t.verdict) for t in all_targets(results))
+        )
+    )
     print(f"{args.out / 'README.md'}")
     return 0 if results.complete else 130
 
@@ -78,6 +83,7 @@ class Clock:
         return time.monotonic() - self._start
 
     def __call__(self, what: str) -> None:
+        """Says what is being done."""
         minutes, seconds = divmod(int(self.seconds()), 60)
         print(f"[{minutes:2d}:{seconds:02d}] {what}", file=sys.stderr, flush=True)
 

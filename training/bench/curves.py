@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 from training.bench.results import Results
@@ -76,7 +77,7 @@ def speed_at(curve: list[Point], error: float) -> float | None:
     """
     if not curve or error < curve[0].error:
         return None
-    for left, right in zip(curve, curve[1:], strict=False):
+    for left, right in pairwise(curve):
         if left.error <= error < right.error:
             part = math.log(error / left.error) / math.log(right.error / left.error)
             return left.speed * (right.speed / left.speed) ** part

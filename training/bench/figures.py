@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from matplotlib.axes import Axes
+from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from snake_env.reproduce import drawing
 from training.bench import curves
@@ -38,7 +39,7 @@ def work_precision(results: Results, scene: Record, targets: dict[float, int], f
     name = scene["scene"]
     ours = curves.points(results, name, curves.OURS, "speed_fleet")
     with drawing.style():
-        picture, axes = drawing.figure(1, 1, 6.4, 4.4)
+        picture, axes = drawing.figure(1, 1, 8.0, 4.2)
         one = axes[0, 0]
         _dots(one, ours, VARIANT, "all our settings")
         _line(one, curves.frontier(ours), OURS, "ours, eight lanes")
@@ -49,8 +50,8 @@ def work_precision(results: Results, scene: Record, targets: dict[float, int], f
             one.plot(list(targets), list(targets.values()), "x", color=TARGET, markersize=8, label="targets")
         one.set(xscale="log", yscale="log", xlabel="distance of link 6 from the converged solution after 5 s [mm]")
         one.set(ylabel="simulated seconds per second, one thread", title=scene["title"])
-        one.grid(visible=True, which="both")
-        one.legend(fontsize=7, loc="lower right")
+        _plain_numbers(one)
+        one.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))
         return drawing.save(picture, folder / f"{PREFIX}{name}.png")
 
 
@@ -64,6 +65,14 @@ def _line(axes: Axes, points: list[Point], colour: str, label: str) -> None:
     if points:
         errors = [1e3 * p.error for p in points]
         axes.plot(errors, [p.speed for p in points], "o-", color=colour, markersize=3.5, label=label)
+
+
+def _plain_numbers(axes: Axes) -> None:
+    """Ticks of logarithmic axes as 0.1, 100, 10,000 instead of powers of ten."""
+    for axis in (axes.xaxis, axes.yaxis):
+        if axis.get_scale() == "log":
+            axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,.10g}"))
+            axis.set_minor_formatter(NullFormatter())
 
 
 def growth(results: Results, folder: Path) -> Path:
@@ -83,14 +92,14 @@ def growth(results: Results, folder: Path) -> Path:
                 _growth_line(batch, rows, "robots", "steps_per_second", colour, label, style)
         batch.set(xlabel="robots", ylabel="environment steps per second", title="batch, thesis gait")
         for one in axes[0]:
-            one.set(xscale="log", ylim=(0.0, None))
-            one.legend(fontsize=6)
+            one.set(xscale="log")
+            one.set_ylim(0.0, 1.3 * one.get_ylim()[1])
+            one.legend(fontsize=6, loc="upper left")
+            _plain_numbers(one)
         return drawing.save(picture, folder / f"{PREFIX}growth.png")
 
 
-def _growth_line(
-    axes: Axes, records: list[Record], x: str, y: str, colour: str, label: str, style: str = "o-"
-) -> None:
+def _growth_line(axes: Axes, records: list[Record], x: str, y: str, colour: str, label: str, style: str = "o-") -> None:
     rows = sorted(records, key=lambda r: r[x])
     if rows:
         axes.plot([r[x] for r in rows], [r[y] for r in rows], style, color=colour, markersize=3.5, label=label)

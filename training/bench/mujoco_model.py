@@ -119,7 +119,9 @@ def _chain(scenario: dict[str, Any], depth: NDArray[np.float64]) -> str:
     text = ""
     for i in reversed(range(robot["links"])):
         centre = 0.0 if i == 0 else length / 2
-        place = f"{scenario['start'][0]!r} {scenario['start'][1]!r}" if i == 0 else f"{length / 2 if i == 1 else length} 0"
+        place = (
+            f"{scenario['start'][0]!r} {scenario['start'][1]!r}" if i == 0 else f"{length / 2 if i == 1 else length} 0"
+        )
         text = f"""<body pos="{place} 0">{_joints(i)}
           <inertial pos="{centre} 0 0" mass="{mass!r}" diaginertia="{inertia} {inertia} {inertia}"/>
           <geom type="capsule" fromto="{centre - half} 0 0 {centre + half} 0 0" size="{radius}"

@@ -33,7 +33,8 @@ def measure(program: Path, arguments: list[str], progress: Progress) -> Iterator
     """
     command = [os.fspath(program), *arguments]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        assert process.stdout and process.stderr
+        assert process.stdout is not None
+        assert process.stderr is not None
         speaker = Thread(target=_pass_on, args=(process.stderr, progress), daemon=True)
         speaker.start()
         try:

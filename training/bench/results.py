@@ -10,6 +10,7 @@ Records are the lines of ``snake-bench`` and those of the peers, told apart by `
 from __future__ import annotations
 
 import json
+import os
 import platform
 import subprocess
 from dataclasses import asdict, dataclass, field
@@ -40,7 +41,7 @@ class Results:
     """All measurements of one run.
 
     Attributes:
-        machine: CPU model and number of cores.
+        machine: CPU model, number of cores, and load (runnable processes, mean over a minute) at the start.
         commit: of the repository, "-dirty" if files had changed.
         versions: of compilers, packages and peers.
         command: what was run.
@@ -95,7 +96,13 @@ class Results:
 def machine() -> dict[str, Any]:
     """What the figures depend on most."""
     found = versions()
-    return {"cpu": _cpu_model(), "cores": found["cores"], "architecture": found["machine"], "system": platform.system()}
+    return {
+        "cpu": _cpu_model(),
+        "cores": found["cores"],
+        "architecture": found["machine"],
+        "system": platform.system(),
+        "load": os.getloadavg()[0] if hasattr(os, "getloadavg") else None,
+    }
 
 
 def _cpu_model() -> str:

@@ -88,31 +88,36 @@ def _against(results: Results, whose: str, what: str) -> Iterator[Target]:
 
 
 def _batch(results: Results) -> Iterator[Target]:
-    what = "SnakeCourse-v0, native batch, gait, "
-    rates = {
-        threads: max((r["steps_per_second"] for r in _course(results, threads)), default=None) for threads in (1, 2)
-    }
-    one, two = rates[1], rates[2]
+    """The rate of one thread by CPU time, which other work on the machine disturbs least; the gain by wall clock."""
+    what = "SnakeCourse-v0, native batch, gait: "
+    best = max(_course(results, 1), key=lambda r: r["steps_per_cpu_second"], default=None)
     aim = f"{ENV_STEPS:,} (floor {ENV_STEPS_FLOOR:,})"
-    floor = "" if one is None or one >= ENV_STEPS else f", {'above' if one >= ENV_STEPS_FLOOR else 'below'} the floor"
-    yield Target(
-        what + "env-steps/s of one thread", aim, _count(one) + floor, None if one is None else one >= ENV_STEPS
-    )
-    gain = two / one if one and two else None
+    if best is None:
+        yield Target(what + "env-steps/s of one core", aim, "-", None)
+    else:
+        rate = best["steps_per_cpu_second"]
+        floor = "" if rate >= ENV_STEPS else f", {'above' if rate >= ENV_STEPS_FLOOR else 'below'} the floor"
+        measured = f"{rate:,.0f} ({best['robots']:,} robots; by wall clock {best['steps_per_second']:,.0f}){floor}"
+        yield Target(what + "env-steps/s of one core", aim, measured, rate >= ENV_STEPS)
+    gains = _gains(results)
+    robots = max(gains, key=lambda r: gains[r], default=None)
+    measured = "-" if robots is None else f"{gains[robots]:.2f}x ({robots:,} robots)"
     yield Target(
         what + "two threads over one",
         f"{TWO_THREADS}x",
-        "-" if gain is None else f"{gain:.2f}x",
-        None if gain is None else gain >= TWO_THREADS,
+        measured,
+        None if robots is None else gains[robots] >= TWO_THREADS,
     )
+
+
+def _gains(results: Results) -> dict[int, float]:
+    """Number of robots -> rate of two threads over that of one, by wall clock."""
+    one = {r["robots"]: r["steps_per_second"] for r in _course(results, 1)}
+    return {r["robots"]: r["steps_per_second"] / one[r["robots"]] for r in _course(results, 2) if r["robots"] in one}
 
 
 def _course(results: Results, threads: int) -> list[Record]:
     return results.of("growth", axis="batch", env="SnakeCourse-v0", actions="gait", threads=threads)
-
-
-def _count(value: float | None) -> str:
-    return "-" if value is None else f"{value:,.0f}"
 
 
 def _growth(results: Results) -> Iterator[Target]:
@@ -122,10 +127,14 @@ def _growth(results: Results) -> Iterator[Target]:
     pegs = results.of("growth", axis="pegs")
     yield _spread("growth with pegs in the field: time per step", pegs, "us_per_step", 1.2, "pegs")
     large = [r for r in _course(results, 1) if r["robots"] >= 64]
-    yield _spread("growth with batch beyond 64 robots: rate of one thread", large, "steps_per_cpu_second", 1.2, "robots")
+    yield _spread(
+        "growth with batch beyond 64 robots: rate of one thread", large, "steps_per_cpu_second", 1.2, "robots"
+    )
     busy = [r["utilisation"] for r in _course(results, 2) if r["robots"] >= 64]
     measured = "-" if not busy else f"{100 * min(busy):.0f} % busy at least"
-    yield Target("two threads, 64 robots and more: no thread idle", ">= 95 %", measured, min(busy) >= 0.95 if busy else None)
+    yield Target(
+        "two threads, 64 robots and more: no thread idle", ">= 95 %", measured, min(busy) >= 0.95 if busy else None
+    )
 
 
 def _spread(what: str, records: list[Record], quantity: str, within: float, axis: str) -> Target:
@@ -144,7 +153,9 @@ def _skip(results: Results) -> Iterator[Target]:
     rows = results.of("skip", idle=True)
     worst: Any = max(rows, key=lambda r: r["ratio"], default=None)
     measured = "-" if worst is None else f"{100 * (worst['ratio'] - 1):+.1f} % ({worst['feature']}: {worst['on']})"
-    yield Target("a feature the scene does not need", "<= 2 %", measured, worst and worst["ratio"] <= 1.02)
+    yield Target(
+        "a feature the scene does not need", "<= 2 %", measured, None if worst is None else worst["ratio"] <= 1.02
+    )
 
 
 def _accuracy(results: Results) -> Iterator[Target]:
@@ -163,4 +174,6 @@ def _certificate(results: Results) -> Target:
     records = results.of("certificate")
     misses, steps = sum(r["misses"] for r in records), sum(r["steps"] for r in records)
     measured = f"{misses:,} misses in {steps:,} steps" if records else "-"
-    return Target("every stage certified, scenes and random fields", "0 misses", measured, misses == 0 if records else None)
+    return Target(
+        "every stage certified, scenes and random fields", "0 misses", measured, misses == 0 if records else None
+    )

@@ -152,10 +152,10 @@ mod tests {
         std::fs::remove_dir_all(folder).unwrap();
     }
 
-    /// The two runs agree to a hundredth of a millimetre even at ten times the steps.
+    /// The two runs agree to a fiftieth of a millimetre even at ten times the steps.
     #[test]
     fn the_reference_of_free_undulation_is_converged() {
         let reference = Reference::compute(&scenes::all()[0], STEPS.map(|step| 10.0 * step)).unwrap();
-        assert!(reference.uncertainty.worst < 1e-5, "{:?}", reference.uncertainty);
+        assert!(reference.uncertainty.worst < 2e-5, "{:?}", reference.uncertainty);
     }
 }

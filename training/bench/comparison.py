@@ -1,0 +1,94 @@
+"""The page's section on error against run time."""
+
+from __future__ import annotations
+
+from training.bench import curves, independent, texts
+from training.bench.curves import Point
+from training.bench.markdown import table
+from training.bench.results import Record, Results
+from training.bench.targets import describe
+
+ERRORS = (10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
+"""Errors of link 6 at which curves are compared [mm]."""
+
+
+def render(results: Results, images: str) -> str:
+    """The section on error against run time."""
+    scenes = results.of("scene")
+    if not scenes:
+        return ""
+    parts = [texts.PRECISION, _reference_table(scenes)]
+    for scene in scenes:
+        name = scene["scene"]
+        parts.append(f"### {scene['title'].capitalize()}\n\n![{scene['title']}]({images}/bench-{name}.png)")
+        parts.append(_ratio_table(results, name))
+        parts.append(_frontier_table(results, name))
+    return "\n\n".join(parts)
+
+
+def _reference_table(scenes: list[Record]) -> str:
+    rows = []
+    for scene in scenes:
+        reference = scene["reference"]
+        check = reference["uncertainty"]
+        steps = " and ".join(f"{1e3 * step:g}" for step in reference["steps"])
+        other = independent.distance(scene)
+        rows.append((scene["title"], steps, *(_micro(d) for d in (check["worst"], check["link6"], other))))
+    head = ("scene", "steps of the two runs [ms]", "worst link apart [um]", "link 6 apart [um]")
+    return table((*head, "worst link from an independent implementation [um]"), rows)
+
+
+def _micro(metres: float | None) -> str:
+    return "-" if metres is None else f"{1e6 * metres:.2g}"
+
+
+def _ratio_table(results: Results, scene: str) -> str:
+    """Speeds at equal error, interpolated."""
+    lanes, alone = (
+        curves.frontier(curves.points(results, scene, curves.OURS, s)) for s in ("speed_fleet", "speed_alone")
+    )
+    thesis, mujoco = (curves.frontier(curves.points(results, scene, whose)) for whose in (curves.THESIS, "MuJoCo"))
+    rows = []
+    for error in ERRORS:
+        ours, one, other, peer = (curves.speed_at(curve, 1e-3 * error) for curve in (lanes, alone, thesis, mujoco))
+        if ours is not None or one is not None:
+            cells = [_speed(value) for value in (ours, one, other, peer)]
+            rows.append((f"{error:g}", *cells, _times(ours, other), _times(ours, peer)))
+    head = (
+        "error [mm]",
+        "ours, lanes",
+        "ours, one robot",
+        "Algorithm 3.1",
+        "MuJoCo",
+        "ours / Alg. 3.1",
+        "ours / MuJoCo",
+    )
+    return table(head, rows) if rows else ""
+
+
+def _speed(value: float | None) -> str:
+    return "-" if value is None else f"{value:,.0f}"
+
+
+def _times(ours: float | None, other: float | None) -> str:
+    return "-" if not ours or not other else f"{ours / other:.1f}x"
+
+
+def _frontier_table(results: Results, scene: str) -> str:
+    """The settings behind the curves."""
+    rows: list[tuple[str, ...]] = []
+    for name, whose, speed in (
+        ("ours, lanes", curves.OURS, "speed_fleet"),
+        ("Algorithm 3.1", curves.THESIS, "best"),
+        ("MuJoCo", "MuJoCo", "best"),
+    ):
+        rows += [(name, *_row(p)) for p in curves.frontier(curves.points(results, scene, whose, speed))]
+    if not rows:
+        return ""
+    text = table(("", "link 6 [mm]", "worst link [mm]", "simulated s/s", "settings"), rows)
+    return f"<details><summary>Settings on the curves</summary>\n\n{text}\n\n</details>"
+
+
+def _row(point: Point) -> tuple[str, str, str, str]:
+    error = point.record["error"]
+    return f"{1e3 * error['link6']:.3g}", f"{1e3 * error['worst']:.3g}", f"{point.speed:,.0f}", describe(point.record)
