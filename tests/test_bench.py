@@ -29,6 +29,7 @@ SCENARIO = {
     "controller": {"kp": 800.0, "kd": 2.0, "torque_limit": None, "active_from": 0.0},
     "start": [0.5, 0.0, 3.7],
     "joint_angle": [0.0] * 10,
+    "duration": 5.0,
 }
 
 
@@ -231,7 +232,7 @@ def test_the_page_has_every_section_and_only_whole_tables(results):
         widths = {line.count("|") for line in block.splitlines() if line.startswith("|")}
         assert len(widths) <= 1, block
     assert "images/bench-free.png" in text
-    assert "10.0x" in comparison.render(results, "images")
+    assert "100.0x" in comparison.render(results, "images"), "4,000 against 40 at 0.1 mm"
 
 
 def test_an_unfinished_run_says_so(results):
@@ -292,10 +293,12 @@ def test_an_interruption_keeps_what_was_measured(monkeypatch, tmp_path):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="scripts are not programs there")
-def test_a_failing_program_is_an_error(monkeypatch, tmp_path):
-    pretend(monkeypatch, tmp_path, "sys.exit(3)")
+def test_a_failing_program_is_an_error_and_keeps_what_it_had_measured(monkeypatch, tmp_path):
+    pretend(monkeypatch, tmp_path, EMIT + "\nsys.exit(3)")
+    out = tmp_path / "out"
     with pytest.raises(native.subprocess.CalledProcessError):
-        list(native.measure(native.build(), ["precision"], print))
+        command.main(["--parts", "precision", "--out", str(out)])
+    assert Results.read(out / "results.json").records == RECORDS
 
 
 def test_unknown_parts_are_named(capsys):

@@ -19,6 +19,7 @@ from training.cli import help_format
 PEER, INTERFACE = "peer", "interface"
 PARTS = (*native.PARTS, PEER, INTERFACE)
 DOCS = native.ROOT / "docs"
+RESULTS = "results.json"
 
 Progress = Callable[[str], None]
 
@@ -59,8 +60,10 @@ def main(arguments: list[str] | None = None) -> int:
         results.complete = True
     except KeyboardInterrupt:
         progress("interrupted: keeping what was measured")
-    results.seconds = progress.seconds()
-    write(results, args.out, args.out, "results.json", "README.md", ".")
+    finally:
+        results.seconds = progress.seconds()
+        results.write(args.out / RESULTS)
+    write(results, args.out, args.out, RESULTS, "README.md", ".")
     if args.write_docs and results.complete:
         write(results, DOCS, DOCS / "images", "benchmarks.json", "benchmarks.md", "images")
     print(

@@ -48,7 +48,11 @@ def work_precision(results: Results, scene: Record, targets: dict[float, int], f
         _line(one, curves.frontier(curves.points(results, name, "MuJoCo")), PEER, "MuJoCo, best of its settings")
         if targets:
             one.plot(list(targets), list(targets.values()), "x", color=TARGET, markersize=8, label="targets")
-        one.set(xscale="log", yscale="log", xlabel="distance of link 6 from the converged solution after 5 s [mm]")
+        one.set(
+            xscale="log",
+            yscale="log",
+            xlabel=f"distance of link 6 from the converged solution after {scene['scenario']['duration']:g} s [mm]",
+        )
         one.set(ylabel="simulated seconds per second, one thread", title=scene["title"])
         _plain_numbers(one)
         one.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))

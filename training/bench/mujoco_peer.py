@@ -18,8 +18,6 @@ from training.policies import GaitParameters
 
 Record = dict[str, Any]
 
-DURATION = 5.0
-"""Simulated time after which errors are judged [s]."""
 STEPS = (0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005, 0.0002)
 QUICK_STEPS = (0.02, 0.005, 0.001)
 SHORT_RUN = 0.2
@@ -71,19 +69,19 @@ def point(name: str, scenario: Record, reference: NDArray[np.float64], setup: Se
         "curve": f"MuJoCo {mujoco.__version__}",
         "setup": vars(setup),
         "error": {"worst": float(distance.max()), "link6": float(distance[MIDDLE])} if finite else None,
-        "speed_alone": DURATION / statistics.median(seconds),
+        "speed_alone": scenario["duration"] / statistics.median(seconds),
         "repetitions": len(seconds),
     }
 
 
 class Run:
-    """Five seconds under the gait (T 7.3), inside MuJoCo's own loop: no Python between steps."""
+    """One run under the gait (T 7.3), inside MuJoCo's own loop: no Python between steps."""
 
     def __init__(self, model: mujoco.MjModel, scenario: Record, step: float) -> None:
         self._model = model
         self._data = placed(model, scenario)
         self._start = state_of(model, self._data)
-        self._control = servo_targets(step, round(DURATION / step), model.nu)
+        self._control = servo_targets(step, round(scenario["duration"] / step), model.nu)
         self._end = self._start
 
     def seconds(self) -> float:
@@ -121,7 +119,7 @@ def batch_rates(scene: Record, robots: int, seconds: float, threads: tuple[int, 
     """Environment steps per second of ``mujoco.batch``: control period 0.05 s, steps of 10 ms."""
     model = build(scene["scenario"], Setup(BATCH_STEP, 1e-4, 5e-3))
     starts = _staggered(model, scene["scenario"], robots)
-    control = servo_targets(CONTROL_PERIOD, round(DURATION / CONTROL_PERIOD), model.nu)
+    control = servo_targets(CONTROL_PERIOD, round(scene["scenario"]["duration"] / CONTROL_PERIOD), model.nu)
     for count in threads:
         batch = Batch(model, robots, nthread=count)
         batch.qpos[:], batch.qvel[:] = starts[:, 1 : 1 + model.nq], starts[:, 1 + model.nq : 1 + model.nq + model.nv]
@@ -144,7 +142,7 @@ def batch_rates(scene: Record, robots: int, seconds: float, threads: tuple[int, 
 def _staggered(model: mujoco.MjModel, scenario: Record, robots: int) -> NDArray[np.float64]:
     """States of one run, evenly spread over it."""
     data = placed(model, scenario)
-    control = servo_targets(BATCH_STEP, round(DURATION / BATCH_STEP), model.nu)
+    control = servo_targets(BATCH_STEP, round(scenario["duration"] / BATCH_STEP), model.nu)
     states, _ = rollout.rollout(model, data, state_of(model, data), control[None])
     return states[0, _offsets(robots, len(states[0]))]
 

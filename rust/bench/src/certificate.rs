@@ -9,7 +9,7 @@ use snake_core::task::{EnvConfig, FieldKind, Task};
 use crate::clock::percentile;
 use crate::environments::{Actions, Robots};
 use crate::report::{emit, progress};
-use crate::scenes::{DURATION, Scenario};
+use crate::scenes::Scenario;
 
 /// Statistics over all intervals of some motion.
 #[derive(Serialize)]
@@ -47,7 +47,7 @@ pub fn measure(scenes: &[Scenario], quick: bool) -> Result<(), ConfigError> {
         let mut sample = Sample::default();
         let integrator = IntegratorConfig::default();
         let mut simulation = scenario.simulation(&integrator)?;
-        for _ in 0..integrator.steps_in(DURATION) {
+        for _ in 0..integrator.steps_in(scenario.duration) {
             let report = simulation.advance(integrator.step(), &Wave::default());
             sample.add(report.steps, report.iterations, report.events, report.misses, report.residual, report.gap);
             sample.diverged += u64::from(report.diverged);

@@ -1,4 +1,4 @@
-//! Error after five seconds against simulated seconds per second of one thread.
+//! Error at the end of a run against simulated seconds per second of one thread.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use crate::fleet::{ROBOTS, Undulator, WINDOW, staggered, time_window};
 use crate::methods::{Choice, choices, is_default};
 use crate::reference::{Distance, Positions, Reference};
 use crate::report::{emit, progress};
-use crate::scenes::{DURATION, Scenario};
+use crate::scenes::Scenario;
 
 /// What a scene's measurements are compared with.
 #[derive(Serialize)]
@@ -32,7 +32,7 @@ struct Point<'a> {
     integrator: IntegratorConfig,
     /// It is the default of `Integrator()` and the environments.
     default: bool,
-    /// Distance from the reference after five seconds \[m\]; none if the run did not end in its time.
+    /// Distance from the reference at the end \[m\]; none if the run did not end in its time.
     error: Option<Distance>,
     /// Simulated seconds per CPU second of one thread: one robot alone, and a fleet.
     speed_alone: f64,
@@ -97,6 +97,8 @@ fn measure_scene(scenario: &Scenario, reference: &Reference, quick: bool) -> Res
 struct Case<'a> {
     choice: &'a Choice,
     start: PlanarSimulation,
+    /// \[s\]
+    duration: f64,
     run: Run,
     alone: Vec<Spent>,
     fleet: Option<Fleet>,
@@ -107,16 +109,24 @@ impl<'a> Case<'a> {
     /// Makes the run whose error is judged.
     fn new(scenario: &Scenario, plant: &Plant, choice: &'a Choice, limits: &Limits) -> Result<Self, ConfigError> {
         let start = scenario.simulation(&choice.integrator)?;
-        let run = Run::to_the_end(start.clone(), limits.run);
+        let run = Run::to_the_end(start.clone(), scenario.duration, limits.run);
         let laned = choice.integrator.method == Method::Implicit;
         let fleet = laned.then(|| Fleet::new(choice.integrator, plant, ROBOTS));
-        Ok(Self { choice, start, alone: vec![run.spent], run, fleet, together: Vec::new() })
+        Ok(Self {
+            choice,
+            start,
+            duration: scenario.duration,
+            alone: vec![run.spent],
+            run,
+            fleet,
+            together: Vec::new(),
+        })
     }
 
     /// One more repetition of what does not take too long.
     fn repeat(&mut self, plant: &Plant, robots: &[Undulator], limits: &Limits) {
         if self.run.spent.cpu < limits.repetition && self.run.end.is_some() {
-            self.alone.push(Run::to_the_end(self.start.clone(), limits.run).spent);
+            self.alone.push(Run::to_the_end(self.start.clone(), self.duration, limits.run).spent);
         }
         let slow = self.together.first().is_some_and(|first| first.cpu > limits.repetition);
         if let Some(fleet) = self.fleet.as_mut().filter(|_| !slow) {
@@ -156,7 +166,7 @@ fn speed(simulated: f64, repetitions: &[Spent], time: fn(&Spent) -> f64) -> f64 
 
 /// One robot's run.
 struct Run {
-    /// Link CGs after [`DURATION`], if it came that far.
+    /// Link CGs at the end, if it came that far.
     end: Option<Positions>,
     simulated: f64,
     spent: Spent,
@@ -164,17 +174,17 @@ struct Run {
 }
 
 impl Run {
-    /// Runs for [`DURATION`], or until `limit` seconds of CPU time are over.
-    fn to_the_end(mut simulation: PlanarSimulation, limit: f64) -> Self {
+    /// Runs for `duration`, or until `limit` seconds of CPU time are over.
+    fn to_the_end(mut simulation: PlanarSimulation, duration: f64, limit: f64) -> Self {
         let mut run = Run { end: None, simulated: 0.0, spent: Spent::default(), report: StepReport::default() };
-        while run.simulated < DURATION - 1e-9 && run.spent.cpu < limit && !run.report.diverged {
+        while run.simulated < duration - 1e-9 && run.spent.cpu < limit && !run.report.diverged {
             let (report, spent) = spent(|| simulation.advance(PIECE, &Wave::default()));
             run.simulated += PIECE;
             run.spent.cpu += spent.cpu;
             run.spent.wall += spent.wall;
             run.add(&report);
         }
-        let ended = run.simulated > DURATION - 1e-9 && !run.report.diverged;
+        let ended = run.simulated > duration - 1e-9 && !run.report.diverged;
         run.end = ended.then(|| simulation.state().pose.iter().map(|pose| [pose.x, pose.y]).collect());
         run
     }

@@ -1,4 +1,4 @@
-//! Where the robot really is after five seconds: two fine runs, and how far they are apart.
+//! Where the robot really is at the end of a run: two fine runs, and how far they are apart.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use snake_core::gait::Wave;
 use snake_core::stepper::IntegratorConfig;
 
 use crate::report::progress;
-use crate::scenes::{DURATION, Scenario};
+use crate::scenes::Scenario;
 
 /// CGs of all links \[m\].
 pub type Positions = Vec<[f64; 2]>;
@@ -33,7 +33,7 @@ impl Distance {
 /// The converged end of a scenario.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Reference {
-    /// Link CGs after [`DURATION`], from the finer run \[m\].
+    /// Link CGs at the end, from the finer run \[m\].
     pub links: Positions,
     /// Distance between the two runs: Richardson's check of what the reference is worth \[m\].
     pub uncertainty: Distance,
@@ -90,7 +90,7 @@ fn fine(step: f64) -> IntegratorConfig {
 /// Link CGs at the end of a run.
 fn end(scenario: &Scenario, integrator: &IntegratorConfig) -> Result<Positions, ConfigError> {
     let mut simulation = scenario.simulation(integrator)?;
-    simulation.advance(DURATION, &Wave::default());
+    simulation.advance(scenario.duration, &Wave::default());
     Ok(simulation.state().pose.iter().map(|pose| [pose.x, pose.y]).collect())
 }
 

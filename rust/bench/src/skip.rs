@@ -82,16 +82,19 @@ fn physics(rounds: usize) -> Result<(), ConfigError> {
 }
 
 fn environment(rounds: usize) -> Result<(), ConfigError> {
-    let (_, config) = of_id(Task::Course);
-    let blind = EnvConfig { perception: Perception::Blind, ..config.clone() };
-    let keen = EnvConfig { nearest_pegs: 64, ..config.clone() };
-    let rows =
-        [("peg sensor", "blind", "5 nearest pegs", &blind, &config), ("peg sensor", "blind", "64", &blind, &keen)];
-    for (feature, off, on, without, with) in rows {
-        progress(&format!("skip: {feature}, {on}"));
-        let (mut without, mut with) = (company(without)?, company(with)?);
+    let blind = |config: &EnvConfig| EnvConfig { perception: Perception::Blind, ..config.clone() };
+    let [(_, course), (_, free)] = [Task::Course, Task::Free].map(of_id);
+    let keen = EnvConfig { nearest_pegs: 64, ..course.clone() };
+    let rows = [
+        ("no pegs to see, SnakeFree-v0", true, blind(&free), free),
+        ("5 nearest pegs, SnakeCourse-v0", false, blind(&course), course.clone()),
+        ("64 nearest pegs, SnakeCourse-v0", false, blind(&course), keen),
+    ];
+    for (on, idle, without, with) in rows {
+        progress(&format!("skip: peg sensor, {on}"));
+        let (mut without, mut with) = (company(&without)?, company(&with)?);
         let pairs = pairs(rounds, || us_per_env_step(&mut without), || us_per_env_step(&mut with));
-        emit("skip", &Comparison::of(feature, off, on, false, "env step", &pairs));
+        emit("skip", &Comparison::of("peg sensor", "blind", on, idle, "env step", &pairs));
     }
     Ok(())
 }
