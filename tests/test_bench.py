@@ -144,6 +144,7 @@ RECORDS = [
         "robots": 256,
         "threads": 1,
         "steps_per_second": 1e4,
+        "steps_per_cpu_second": 1e4,
     },
 ]
 
@@ -202,6 +203,11 @@ def test_errors_below_what_the_reference_is_worth_are_not_believed(results):
     results.add(point_record(1e-9, 5.0, step=1e-3))
     best = min(curves.points(results, "free", curves.OURS), key=lambda p: p.error)
     assert math.isclose(best.error, curves.TRUST * 1e-7)
+
+
+def test_a_robot_that_is_somewhere_else_is_not_a_point(results):
+    results.add(peer_record(0.6, 1e6))
+    assert max(p.speed for p in curves.points(results, "free", "MuJoCo")) == 500.0
 
 
 def test_targets_are_judged_by_the_least_favourable_point(results):

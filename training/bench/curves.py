@@ -15,6 +15,9 @@ THESIS = "thesis"
 TRUST = 3.0
 """Errors below this many times the reference's own uncertainty say nothing."""
 
+LOST = 0.1
+"""Errors above this say that the robot is somewhere else [m]: about a link's length. Nobody's such points count."""
+
 
 class Point(NamedTuple):
     """Error [m] and simulated seconds per second of one thread, with the record behind it."""
@@ -40,7 +43,7 @@ def points(results: Results, scene: str, whose: str, speed: str = "best", error:
     for record in records:
         party = record.get("peer") or record["curve"]
         value = _speed(record, speed)
-        if party.startswith(whose) and record["error"] and value:
+        if party.startswith(whose) and record["error"] and record["error"][error] < LOST and value:
             found.append(Point(max(record["error"][error], floor), value, record))
     return found
 

@@ -71,11 +71,12 @@ def _growth(results: Results, images: str) -> Iterator[str]:
         yield f"{texts.BATCH}\n\n{table(CROWD, map(_crowd_row, crowds))}"
     peers = results.of("peer_batch")
     if peers:
-        yield f"{texts.PEER_BATCH}\n\n{table(CROWD[:5], map(_peer_row, peers))}"
+        yield f"{texts.PEER_BATCH}\n\n{table(CROWD[:6], map(_peer_row, peers))}"
 
 
 def _peer_row(r: Record) -> tuple[Any, ...]:
-    return r["scene"], f"gait, {r['peer']}", f"{r['robots']:,}", r["threads"], f"{r['steps_per_second']:,.0f}"
+    rates = f"{r['steps_per_second']:,.0f}", f"{r['steps_per_cpu_second']:,.0f}"
+    return r["scene"], f"gait, {r['peer']}", f"{r['robots']:,}", r["threads"], *rates
 
 
 def _fleet_row(r: Record) -> tuple[Any, ...]:

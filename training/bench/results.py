@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from training.bench.native import ROOT
-from training.run_folder import replace, versions, write_json
+from training.run_folder import replace, versions
 
 Record = dict[str, Any]
 
@@ -31,7 +31,7 @@ REQUIRED = {
     "certificate": ("what", "percent", "residual", "gap", "iterations", "misses", "steps", "events"),
     "interface": ("robots",),
     "peer": ("peer", "scene", "curve", "setup", "error", "speed_alone"),
-    "peer_batch": ("peer", "scene", "robots", "threads", "steps_per_second"),
+    "peer_batch": ("peer", "scene", "robots", "threads", "steps_per_second", "steps_per_cpu_second"),
 }
 """Kinds of records and what each must have."""
 
@@ -84,8 +84,15 @@ class Results:
         return [r for r in self.records if r["kind"] == kind and all(r.get(k) == v for k, v in values.items())]
 
     def write(self, path: Path) -> None:
-        """Writes the file whole or not at all."""
-        replace(path, lambda part: write_json(part, asdict(self)))
+        """Writes the file whole or not at all, a line a record."""
+        content = asdict(self)
+        records = ",\n".join(json.dumps(record) for record in content.pop("records"))
+        head = json.dumps(content, indent=2).removesuffix("\n}")
+
+        def write(part: Path) -> None:
+            part.write_text(f'{head},\n  "records": [\n{records}\n]\n}}\n')
+
+        replace(path, write)
 
     @classmethod
     def read(cls, path: Path) -> Results:

@@ -145,7 +145,10 @@ def _spread(what: str, records: list[Record], quantity: str, within: float, axis
     cost = [1.0 / r[quantity] if quantity.endswith("second") else r[quantity] for r in rows]
     worst = max(range(len(rows)), key=lambda k: cost[k])
     ratio = cost[worst] / cost[0]
-    measured = f"{ratio:.2f}x ({rows[worst][axis]:,} against {rows[0][axis]:,} {axis})"
+    sizes = (
+        f"{rows[worst][axis]:,} against {rows[0][axis]:,} {axis}" if worst else "no size costs more than the smallest"
+    )
+    measured = f"{ratio:.2f}x ({sizes})"
     return Target(what, f"within {within}x", measured, ratio <= within)
 
 
