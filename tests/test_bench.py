@@ -133,6 +133,7 @@ RECORDS = [
         "gap": [1e-12] * 4,
         "iterations": [5.0] * 4,
         "misses": 0,
+        "above_tolerance": 0,
         "steps": 500,
         "events": 3,
     },

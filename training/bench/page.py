@@ -121,10 +121,20 @@ def _certificate(results: Results) -> str:
     for r in results.of("certificate"):
         cells = [" / ".join(f"{value:.1g}" for value in r[key]) for key in ("residual", "gap")]
         solves = " / ".join(f"{value:.1f}" for value in r["iterations"])
-        rows.append((r["what"], f"{r['steps']:,}", *cells, solves, f"{r['events']:,}", f"{r['misses']:,}"))
+        counts = (f"{r[name]:,}" for name in ("events", "misses", "above_tolerance"))
+        rows.append((r["what"], f"{r['steps']:,}", *cells, solves, *counts))
     if not rows:
         return ""
-    head = ("motion", "steps", "residual [m/s]", "duality gap [J]", "solves per step", "retaken steps", "misses")
+    head = (
+        "motion",
+        "steps",
+        "residual [m/s]",
+        "duality gap [J]",
+        "solves per step",
+        "retaken steps",
+        "misses",
+        "above tolerance",
+    )
     return f"{texts.CERTIFICATE}\n\n{table(head, rows)}"
 
 

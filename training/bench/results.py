@@ -28,7 +28,7 @@ REQUIRED = {
     "point": ("scene", "curve", "integrator", "default", "error", "speed_alone", "speed_fleet", "misses"),
     "growth": ("axis",),
     "skip": ("feature", "off", "on", "idle", "us_off", "us_on", "ratio"),
-    "certificate": ("what", "percent", "residual", "gap", "iterations", "misses", "steps", "events"),
+    "certificate": ("what", "percent", "residual", "gap", "iterations", "misses", "above_tolerance", "steps", "events"),
     "interface": ("robots",),
     "peer": ("peer", "scene", "curve", "setup", "error", "speed_alone"),
     "peer_batch": ("peer", "scene", "robots", "threads", "steps_per_second", "steps_per_cpu_second"),

@@ -174,9 +174,11 @@ def _accuracy(results: Results) -> Iterator[Target]:
 
 
 def _certificate(results: Results) -> Target:
+    """Certified: solved to the tolerance, as judged by code that no solver uses."""
+    what = "every stage certified, scenes and random fields"
     records = results.of("certificate")
-    misses, steps = sum(r["misses"] for r in records), sum(r["steps"] for r in records)
-    measured = f"{misses:,} misses in {steps:,} steps" if records else "-"
-    return Target(
-        "every stage certified, scenes and random fields", "0 misses", measured, misses == 0 if records else None
-    )
+    if not records:
+        return Target(what, "no exception", "-", None)
+    misses, above, steps = (sum(r[name] for r in records) for name in ("misses", "above_tolerance", "steps"))
+    measured = f"{misses:,} misses, {above:,} residuals above tolerance in {steps:,} steps"
+    return Target(what, "no exception", measured, misses + above == 0)

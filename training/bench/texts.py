@@ -34,7 +34,8 @@ until a picture is asked for."""
 CERTIFICATE = """## Certificates
 
 Percentiles 50 / 90 / 99 / 100 over steps (scenes) or control periods (environments). Residual and duality gap are the
-worst of an interval's stages, judged by code that no solver uses; a miss is a stage given up before its tolerance."""
+worst of an interval's stages, judged by code that no solver uses; a miss is a stage given up before its tolerance, and
+*above tolerance* counts intervals whose residual the judge finds larger than what the solver was asked for."""
 
 INTERFACE = """## Interface
 
