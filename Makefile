@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 RUST_SOURCES := Cargo.toml Cargo.lock $(shell find rust -name '*.rs' -o -name Cargo.toml)
 
-.PHONY: build train test test-rust test-python bench reproduce docs lint format venv constraints clean
+.PHONY: build train test test-rust test-python bench stress reproduce docs lint format venv constraints clean
 
 build: .venv/.native
 
@@ -20,6 +20,10 @@ test-python: build
 
 bench: build .venv/.peers
 	$(BIN)/python -m training.bench $(BENCH)
+
+# Every scenario at length, about a quarter of an hour; STRESS=--quick takes a minute.
+stress:
+	cargo run --quiet --release -p snake-stress -- $(STRESS)
 
 reproduce: build
 	$(BIN)/python -m snake_env reproduce $(REPRODUCE)

@@ -16,7 +16,7 @@ use snake_core::planar::{
 const CONTRADICTORY: [&str; 3] = ["deep", "impact", "wedge"];
 
 /// \[m/s\]
-const TOLERANCE: f64 = 1e-8;
+const TOLERANCE: f64 = 1e-10;
 
 /// Duality gap of a solution over the energies of its stage.
 const RELATIVE_GAP: f64 = 1e-10;
@@ -141,7 +141,7 @@ fn every_golden_stage_is_closed_by_the_interior_point_method() {
         let certificate = certify(stage, &solution);
         let gap = certificate.gap / stage.energy();
         println!("{}: {} linear solves, gap {gap:.0e}", golden.name, descent.solves);
-        assert!(gap < RELATIVE_GAP && descent.solves <= 200, "{}: {certificate:?}", golden.name);
+        assert!(gap < RELATIVE_GAP && descent.solves <= 400, "{}: {certificate:?}", golden.name);
         let polished = closed_by_fallback(&golden);
         let certificates = [certificate, certify(stage, &polished)];
         assert!(disagreement(stage, &solution.twist, &polished.twist, &certificates) <= 1.0, "{}", golden.name);

@@ -118,8 +118,7 @@ impl Case {
     pub fn run(&self) -> Figures {
         let mut simulation = self.simulation();
         let mut figures = Figures::default();
-        figures.measure(&simulation);
-        figures.speed = 0.0;
+        figures.measure(&simulation, 0.0);
         let step = self.integrator.step();
         for _ in 0..self.integrator.steps_in(self.duration) {
             figures.watch(&mut simulation, |simulation| simulation.advance(step, &self.motion));

@@ -44,8 +44,8 @@ pub struct Figures {
     books: [f64; 2],
     /// Distance between two states that ought to be one \[m\].
     pub drift: f64,
-    /// Fastest link \[m/s\].
-    pub speed: f64,
+    /// Longest way of a link in one step \[m\].
+    pub travel: f64,
 }
 
 impl Figures {
@@ -68,7 +68,7 @@ impl Figures {
             self.relative_gap = worse(self.relative_gap, report.gap / (energy.max(now) + works).max(SMALLEST_ENERGY));
         }
         self.tunnels += tunnels(simulation, &before);
-        self.measure(simulation);
+        self.measure(simulation, simulation.state().time - before.time);
     }
 
     fn book(&mut self, created: f64, works: f64, energy: f64) {
@@ -93,13 +93,13 @@ impl Figures {
         *residual = worse(*residual, report.residual);
     }
 
-    /// Takes the measures of the present state.
-    pub fn measure(&mut self, simulation: &PlanarSimulation) {
+    /// Takes the measures of the present state, after a step of length `step` \[s\].
+    pub fn measure(&mut self, simulation: &PlanarSimulation, step: f64) {
         self.last_penetration = (-simulation.min_gap()).max(0.0);
         self.penetration = worse(self.penetration, self.last_penetration);
         self.joint_gap = worse(self.joint_gap, simulation.joint_gap());
         let fastest = simulation.state().twist.iter().map(|u| u.xy().norm()).fold(0.0, f64::max);
-        self.speed = worse(self.speed, fastest);
+        self.travel = worse(self.travel, fastest * step);
     }
 
     /// The worst of both.
@@ -119,12 +119,12 @@ impl Figures {
 
     fn worst_mut(&mut self) -> [&mut f64; 10] {
         let Self { residual, counted_residual, relative_gap, penetration, last_penetration, .. } = self;
-        let Self { joint_gap, created, relative_created, drift, speed, .. } = self;
+        let Self { joint_gap, created, relative_created, drift, travel, .. } = self;
         let certificate = [residual, counted_residual, relative_gap];
         let geometry = [penetration, last_penetration, joint_gap];
         let [a, b, c] = certificate;
         let [d, e, f] = geometry;
-        [a, b, c, d, e, f, created, relative_created, drift, speed]
+        [a, b, c, d, e, f, created, relative_created, drift, travel]
     }
 }
 

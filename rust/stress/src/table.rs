@@ -51,8 +51,8 @@ pub fn hardest(scenario: &Scenario) -> Option<(u32, Problem)> {
 
 pub const HEADER: &str = "\
 | scenario | cases | steps | linear solves a step | fallbacks | eased | misses | residual [m/s] | relative gap \
-| penetration [m] | joint gap [m] | energy created | tunnels | drift [m] |
-| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |";
+| penetration [m] | joint gap [m] | energy created | passed pegs | travel a step [m] | drift [m] |
+| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |";
 
 impl Row {
     /// The row as a line of a Markdown table.
@@ -65,7 +65,7 @@ impl Row {
         for value in measured {
             let _ = write!(line, "| {value:.0e} ");
         }
-        let _ = write!(line, "| {} | {:.0e} |", f.tunnels, f.drift);
+        let _ = write!(line, "| {} | {:.0e} | {:.0e} |", f.tunnels, f.travel, f.drift);
         line
     }
 }

@@ -1,7 +1,7 @@
 //! What is done about a stage that Newton's method did not close: another method, a polish, and, where the
 //! contacts contradict each other, a stage that can be closed.
 
-use super::{Certificate, InteriorPoint, Newton, Stage, StageSolution, certify};
+use super::{InteriorPoint, Newton, Stage, StageSolution, certify};
 
 /// How far the fallback came.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,6 +26,8 @@ struct Solvers {
     interior_point: InteriorPoint,
     newton: Newton,
     polished: StageSolution,
+    /// Energies of the stage as it was asked for \[J\].
+    energy: f64,
 }
 
 impl Fallback {
@@ -34,6 +36,7 @@ impl Fallback {
             interior_point: InteriorPoint::new(links),
             newton: Newton::new(links),
             polished: StageSolution::new(links),
+            energy: 0.0,
         };
         Self { solvers, eased: Stage::with_capacity(links) }
     }
@@ -41,6 +44,7 @@ impl Fallback {
     /// Solves `stage` for velocities within about `tolerance` \[m/s\]. `solution` has the size of the stage and may
     /// hold what another solver left, or nothing of use, not even numbers. Returns the linear solves it took, too.
     pub fn solve_hard(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, Closing) {
+        self.solvers.energy = stage.energy();
         let (mut solves, closed) = self.solvers.polish(stage, solution, tolerance);
         if closed {
             return (solves, Closing::Closed);
@@ -72,29 +76,29 @@ impl Solvers {
 
     /// Newton's method from near a solution that is not good enough, to a stricter tolerance; keeps the better of both.
     fn polish(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, bool) {
-        let before = badness(stage, &certify(stage, solution), tolerance);
+        let before = self.badness(stage, solution, tolerance);
         if before <= 1.0 || !before.is_finite() {
             return (0, before <= 1.0);
         }
         solution.copy_lane(0, &mut self.polished);
         let outcome = self.newton.solve(stage, &mut self.polished, POLISH * tolerance, MAX_POLISH, true);
-        let after = badness(stage, &certify(stage, &self.polished), tolerance);
+        let after = self.badness(stage, &self.polished, tolerance);
         if after < before {
             self.polished.copy_lane(0, solution);
         }
         (outcome.iterations as u32, before.min(after) <= 1.0)
     }
-}
 
-/// At most 1 for a solution that is good enough: each law obeyed to the tolerance, or all together by the duality
-/// gap and each nearly.
-fn badness(stage: &Stage, certificate: &Certificate, tolerance: f64) -> f64 {
-    let lightest = stage.links.iter().map(|link| link.mass).fold(f64::INFINITY, f64::min);
-    let enough = (0.5 * lightest * tolerance * tolerance).max(RELATIVE_GAP * stage.energy());
-    let residual = certificate.residual() / tolerance;
-    // Impulses of a jam may be so large that a residual of a thousandth leaves more than the gap asked for.
-    let badness = (certificate.gap / enough).min(1e3 * residual).max(residual / SLACK);
-    if certificate.gap.is_nan() || residual.is_nan() { f64::INFINITY } else { badness }
+    /// At most 1 for a solution that is good enough: each law obeyed nearly, and all together by the duality gap.
+    fn badness(&self, stage: &Stage, solution: &StageSolution, tolerance: f64) -> f64 {
+        let certificate = certify(stage, solution);
+        let lightest = stage.links.iter().map(|link| link.mass).fold(f64::INFINITY, f64::min);
+        let enough = (0.5 * lightest * tolerance * tolerance).max(RELATIVE_GAP * self.energy);
+        let residual = certificate.residual() / tolerance;
+        // Impulses of a jam may be so large that even a small residual leaves more than the gap asked for.
+        let badness = (certificate.gap / enough).min(10.0 * residual).max(residual / SLACK);
+        if certificate.gap.is_nan() || residual.is_nan() { f64::INFINITY } else { badness }
+    }
 }
 
 /// Tolerance of a polish, in tolerances, and its Newton steps.

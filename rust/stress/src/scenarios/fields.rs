@@ -52,6 +52,8 @@ pub fn random_steps(kind: Kind, steps: u64, seed: u64) -> Figures {
 }
 
 struct Run {
+    /// Step of the integrator \[s\].
+    step: f64,
     batch: Batch,
     random: Stream,
     actions: Vec<f64>,
@@ -67,6 +69,7 @@ impl Run {
     fn new(config: &EnvConfig, seed: u64) -> Self {
         let batch = Batch::new(config, ROWS, 1).expect("an admissible environment");
         let mut run = Self {
+            step: config.integrator.step(),
             actions: vec![0.0; ROWS * batch.action_size()],
             observation: vec![0.0; ROWS * batch.observation_size()],
             reward: vec![0.0; ROWS],
@@ -117,7 +120,7 @@ impl Run {
             figures.broken += u64::from(signal("diverged", row) != 0.0);
             let worst = if misses > 0.0 { &mut figures.counted_residual } else { &mut figures.residual };
             *worst = worst.max(residual);
-            figures.measure(self.batch.environment(row).simulation());
+            figures.measure(self.batch.environment(row).simulation(), self.step);
         }
         let finite = self.observation.iter().all(|x| x.is_finite()) && self.reward.iter().all(|x| x.is_finite());
         figures.broken += u64::from(!finite);

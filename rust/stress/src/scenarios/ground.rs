@@ -67,7 +67,7 @@ pub fn stand(case: &Case, steps: u64) -> Figures {
         let report = simulation.advance(step, &case.motion);
         figures.count(&report);
     }
-    figures.measure(&simulation);
+    figures.measure(&simulation, step);
     let moved = simulation.state().pose.iter().zip(&before).map(|(now, then)| (now - then).norm());
     figures.drift = moved.fold(0.0, f64::max);
     figures
