@@ -14,7 +14,7 @@ use super::link_peg_contact_within;
 pub struct NearPair {
     pub link: usize,
     pub peg: usize,
-    /// Gap at the poses for which the list was made \[m\].
+    /// The gap stays above this less what the robot has travelled since the list was made \[m\].
     clearance: f64,
     /// Penetration left at the end of the last accepted step, if the contact then carried force; at least
     /// zero \[m\].
@@ -42,8 +42,10 @@ pub struct NearPegs {
     previous: Vec<NearPair>,
     /// Margin up to which the list is complete \[m\].
     margin: f64,
-    /// How far any point of the robot may still move before pairs could be missing \[m\].
-    slack: f64,
+    /// How far any point of the robot has moved since the list was made, and may move before pairs could be
+    /// missing \[m\].
+    travelled: f64,
+    horizon: f64,
 }
 
 impl NearPegs {
@@ -52,7 +54,8 @@ impl NearPegs {
             pairs: Vec::with_capacity(PAIRS_PER_LINK * links),
             previous: Vec::with_capacity(PAIRS_PER_LINK * links),
             margin: 0.0,
-            slack: NOTHING_LISTED,
+            travelled: 0.0,
+            horizon: NOTHING_LISTED,
         }
     }
 
@@ -60,10 +63,14 @@ impl NearPegs {
         &self.pairs
     }
 
-    /// Pairs, with their index, whose gap may be below `margin` at poses that lead by up to `lead`.
-    pub fn within_reach(&self, lead: f64, margin: f64) -> impl Iterator<Item = (usize, &NearPair)> {
-        let reach = SKIN - self.slack + lead + margin;
-        self.pairs.iter().enumerate().filter(move |(_, pair)| pair.clearance < reach)
+    /// Visits the pairs whose gap may be below `margin` at poses that lead by up to `lead`, with their index; the
+    /// visitor returns the gap there \[m\].
+    pub fn visit_within(&mut self, lead: f64, margin: f64, mut visit: impl FnMut(usize, &NearPair) -> f64) {
+        for (index, pair) in self.pairs.iter_mut().enumerate() {
+            if pair.clearance - self.travelled - lead < margin {
+                pair.clearance = visit(index, pair) - lead + self.travelled;
+            }
+        }
     }
 
     pub fn pairs_mut(&mut self) -> &mut [NearPair] {
@@ -78,18 +85,18 @@ impl NearPegs {
     /// Forgets pairs and warm starts.
     pub fn clear(&mut self) {
         self.pairs.clear();
-        self.slack = NOTHING_LISTED;
+        (self.travelled, self.horizon) = (0.0, NOTHING_LISTED);
     }
 
     /// Whether the list is complete up to `margin` for poses whose points are at most `lead` from those
     /// that [`Self::advance`] was last told of.
     pub fn covers(&self, lead: f64, margin: f64) -> bool {
-        lead <= self.slack && margin <= self.margin
+        self.travelled + lead <= self.horizon && margin <= self.margin
     }
 
     /// The robot has moved, no point of it by more than `distance` \[m\].
     pub fn advance(&mut self, distance: f64) {
-        self.slack -= distance;
+        self.travelled += distance;
     }
 
     /// Lists all pairs with a gap below `margin` at poses no point of which is more than [`SKIN`] from
@@ -102,14 +109,14 @@ impl NearPegs {
         margin: f64,
         lead: f64,
     ) {
-        (self.margin, self.slack) = (margin, SKIN - lead);
+        (self.margin, self.travelled, self.horizon) = (margin, 0.0, SKIN - lead);
         std::mem::swap(&mut self.pairs, &mut self.previous);
         self.pairs.clear();
         for (i, (pose, link)) in poses.zip(links).enumerate() {
             let (sin, cos) = Real::sin_cos(pose.z);
             pegs.visit_near(pose.x, pose.y, link.reach() + margin + SKIN, |peg| {
                 let contact = link_peg_contact_within(&pose, cos, sin, link, &pegs.pegs()[peg], margin + SKIN);
-                self.pairs.extend(contact.map(|contact| NearPair::open(i, peg, contact.gap)));
+                self.pairs.extend(contact.map(|contact| NearPair::open(i, peg, contact.gap - lead)));
             });
         }
         for pair in &mut self.pairs {
@@ -120,11 +127,11 @@ impl NearPegs {
     }
 }
 
-/// A slack that covers no pose.
+/// A horizon that covers no pose.
 const NOTHING_LISTED: f64 = -1.0;
 
 /// How far a point of the robot may move before the list is made anew \[m\].
-const SKIN: f64 = 0.1;
+const SKIN: f64 = 0.15;
 
 /// Pairs reserved for each link; a denser field grows the list once.
 pub const PAIRS_PER_LINK: usize = 8;

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::contact::{NearPair, NearPegs, link_peg_contact, link_peg_contact_within};
+use crate::contact::{LinkPegContact, NearPair, NearPegs, link_peg_contact};
 use crate::math::{MAX_LANES, Real};
 use crate::pegs::PegGrid;
 use crate::planar::{Heading, Stage, StageContact};
@@ -48,20 +48,37 @@ pub struct Prediction<'a, T> {
 }
 
 /// Adds to its lane of `stage` the near pairs whose predicted gap is below the margin.
-pub fn add_contacts<T: Real>(stage: &mut Stage<T>, slots: &mut Vec<Slot>, near: &NearPegs, prediction: &Prediction<T>) {
+pub fn add_contacts<T: Real>(
+    stage: &mut Stage<T>,
+    slots: &mut Vec<Slot>,
+    near: &mut NearPegs,
+    prediction: &Prediction<T>,
+) {
     let lane = prediction.lane;
-    for (index, pair) in near.within_reach(prediction.lead, prediction.margin) {
-        let Some((direction, offset)) = prediction.plane(pair, stage.coefficient) else { continue };
-        let slot = free_slot(stage, slots, lane, pair.link);
-        slots[slot].pair[lane] = index as u32;
-        let contact = &mut stage.contacts[slot];
-        set_vector(&mut contact.direction, lane, &direction);
-        contact.offset.set_lane(lane, offset);
-    }
+    near.visit_within(prediction.lead, prediction.margin, |index, pair| {
+        let at_end = prediction.contact(pair);
+        if at_end.gap < prediction.margin {
+            let (direction, offset) = prediction.plane(pair, &at_end, stage.coefficient);
+            let slot = free_slot(stage, slots, lane, pair.link);
+            slots[slot].pair[lane] = index as u32;
+            let contact = &mut stage.contacts[slot];
+            set_vector(&mut contact.direction, lane, &direction);
+            contact.offset.set_lane(lane, offset);
+        }
+        at_end.gap
+    });
 }
 
 impl<T: Real> Prediction<'_, T> {
-    /// Direction and offset of a pair whose predicted gap is below the margin.
+    /// A pair at the predicted end.
+    fn contact(&self, pair: &NearPair) -> LinkPegContact {
+        let (i, lane) = (pair.link, self.lane);
+        let (cos, sin) = (self.heading[i].cos.lane(lane), self.heading[i].sin.lane(lane));
+        let end = read_vector(&self.end[i], lane);
+        link_peg_contact(&end, cos, sin, &self.robot.links[i], &self.pegs.pegs()[pair.peg])
+    }
+
+    /// Direction and offset of a pair, given how it is at the predicted end.
     ///
     /// The end-of-stage gap (T 3.47 != D5) is linearised at the predicted end configuration,
     /// `g(q_E) = g(q_pred) + c w . (u - u_pred)`, so that a sustained contact is exact to second order.
@@ -69,14 +86,11 @@ impl<T: Real> Prediction<'_, T> {
     /// at the start of the step (T 3.47 != D9). Either plane touches the distance function of a convex body
     /// from below (for a link that translates), so `g + c w . u >= 0` keeps the true gap non-negative however
     /// long the step.
-    fn plane(&self, pair: &NearPair, c: f64) -> Option<(Vector3<f64>, f64)> {
+    fn plane(&self, pair: &NearPair, at_end: &LinkPegContact, c: f64) -> (Vector3<f64>, f64) {
         let (i, lane) = (pair.link, self.lane);
         let (link, peg) = (&self.robot.links[i], &self.pegs.pegs()[pair.peg]);
         let touching = peg.radius + link.radius;
-        let (cos, sin) = (self.heading[i].cos.lane(lane), self.heading[i].sin.lane(lane));
-        let end = read_vector(&self.end[i], lane);
-        let at_end = link_peg_contact_within(&end, cos, sin, link, peg, self.margin)?;
-        let mut plane = at_end;
+        let mut plane = *at_end;
         let mut travelled = c * at_end.direction.dot(&read_vector(&self.twist[i], lane));
         if at_end.gap < -DEEP * touching || self.lead > touching {
             let start = read_vector(&self.start[i], lane);
@@ -89,7 +103,7 @@ impl<T: Real> Prediction<'_, T> {
             }
         }
         let floor = -pair.depth * (1.0 - self.elapsed / RECOVERY_TIME).max(0.0);
-        Some((plane.direction, ((plane.gap - floor - travelled) / c).max(-RECOVERY_SPEED)))
+        (plane.direction, ((plane.gap - floor - travelled) / c).max(-RECOVERY_SPEED))
     }
 }
 

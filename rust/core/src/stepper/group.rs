@@ -79,6 +79,7 @@ impl<T: StageKernels> Group<T> {
             target: vec![[zero; 2]; links - 1],
             gains: [zero; 2],
             torque_limit: T::splat(plant.controller.limit()),
+            in_field: false,
             friction_force: vec![Vector2::new(zero, zero); links],
             deviation: zero,
             kept_twist: rest.clone(),
@@ -162,6 +163,7 @@ impl<T: StageKernels> Group<T> {
 
     /// Gathers states; lanes without a robot repeat the first one.
     fn load<D: Driven>(&mut self, fleet: &[D], members: &[usize]) {
+        self.work.in_field = members.iter().any(|&member| !fleet[member].body().pegs.pegs().is_empty());
         for lane in 0..T::LANES {
             let body = fleet[*members.get(lane).unwrap_or(&members[0])].body();
             for (i, (q, u)) in body.state.pose.iter().zip(&body.state.twist).enumerate() {
@@ -271,6 +273,10 @@ impl<T: StageKernels> Group<T> {
         let outlook = T::predict(&mut self.work, &self.start_pose);
         self.work.stage.contacts.clear();
         self.slots.clear();
+        self.work.contact_force.clear();
+        if !self.work.in_field {
+            return;
+        }
         for (lane, member) in active(members, lanes) {
             let Body { pegs, warm_start, .. } = fleet[member].body_mut();
             if pegs.pegs().is_empty() {
@@ -290,13 +296,12 @@ impl<T: StageKernels> Group<T> {
             let robot = &plant.robot;
             let (start, end, twist) = (&self.start_pose, predicted, guess);
             let prediction = Prediction { robot, pegs, lane, base, start, end, heading, twist, elapsed, lead, margin };
-            add_contacts(stage, &mut self.slots, &warm_start.near, &prediction);
+            add_contacts(stage, &mut self.slots, &mut warm_start.near, &prediction);
         }
         self.load_contact_forces(fleet, members, lanes);
     }
 
     fn load_contact_forces<D: Driven>(&mut self, fleet: &mut [D], members: &[usize], lanes: Lanes) {
-        self.work.contact_force.clear();
         self.work.contact_force.resize(self.slots.len(), T::zero());
         for (lane, member) in active(members, lanes) {
             let pairs = fleet[member].body_mut().warm_start.near.pairs_mut();

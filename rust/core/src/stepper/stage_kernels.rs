@@ -26,6 +26,8 @@ pub struct StageWork<T: Real> {
     pub target: Vec<[T; 2]>,
     pub gains: [T; 2],
     pub torque_limit: T,
+    /// Whether any robot is among pegs; without them nobody asks how far a robot moves.
+    pub in_field: bool,
     /// Forces of the last stage.
     pub friction_force: Vec<Vector2<T>>,
     pub contact_force: Vec<T>,
@@ -128,7 +130,7 @@ impl<T: Real> Kernel for Predict<'_, T> {
         travel(&work.half_length, &work.base, &work.guess, c, &mut work.predicted, &mut work.heading);
         let at_rest = Vector3::new(T::zero(), T::zero(), T::zero());
         let (mut fastest, mut lead) = (T::zero(), T::zero());
-        for (i, link) in work.constants.iter().enumerate() {
+        for (i, link) in work.constants.iter().enumerate().filter(|_| work.in_field) {
             fastest = fastest.max(link.farthest(&work.guess[i], &at_rest));
             fastest = fastest.max(link.farthest(&work.reference[i], &at_rest));
             lead = lead.max(link.farthest(&work.predicted[i], &start[i]));
@@ -159,7 +161,9 @@ impl<T: Real> Kernel for Solve<'_, T> {
         let certificate = certify(stage, solution);
         work.works = Works::of(stage, solution);
         work.store_forces();
-        work.measure_deviation();
+        if work.in_field {
+            work.measure_deviation();
+        }
         (outcome, certificate)
     }
 }
@@ -224,7 +228,7 @@ impl<T: Real> Kernel for Finish<'_, T> {
         let c = T::splat(work.stage.coefficient);
         travel(&work.half_length, &work.base, &work.kept_twist, c, &mut work.end, &mut work.heading);
         let mut travelled = T::zero();
-        for (link, (end, start)) in work.constants.iter().zip(work.end.iter().zip(start)) {
+        for (link, (end, start)) in work.constants.iter().zip(work.end.iter().zip(start)).filter(|_| work.in_field) {
             travelled = travelled.max(link.farthest(end, start));
         }
         Arrival { travelled, sane: is_sane(&work.end, &work.kept_twist) }
