@@ -1,5 +1,6 @@
 //! Many robots of one plant advanced together by the default scheme.
 
+use crate::gait::JointTarget;
 #[cfg(target_arch = "x86_64")]
 use crate::math::{Wide4, Wide8};
 
@@ -16,6 +17,7 @@ pub struct Fleet {
     width: Width,
     members: Vec<usize>,
     divisions: Vec<Division>,
+    targets: Vec<JointTarget>,
 }
 
 /// A group of the width chosen at construction.
@@ -36,6 +38,7 @@ impl Fleet {
             width: Width::choose(config, plant, robots),
             members: Vec::with_capacity(robots),
             divisions: (0..levels(&config)).map(|_| Division::with_capacity(robots)).collect(),
+            targets: vec![JointTarget::default(); plant.robot.joint_count()],
         }
     }
 
@@ -58,13 +61,14 @@ impl Fleet {
         duration: f64,
         takes_part: impl Fn(usize) -> bool,
     ) {
-        let Self { config, width, members, divisions } = self;
+        let Self { config, width, members, divisions, targets } = self;
         members.clear();
         members.extend((0..robots.len()).filter(|&index| takes_part(index)));
         members.iter().for_each(|&member| robots[member].body_mut().begin());
         if duration <= 0.0 {
             return;
         }
+        members.iter().for_each(|&member| settle(&mut robots[member], targets));
         let mut run = Run { config, plant, robots, members, divisions };
         match width {
             Width::One(group) => run.advance(group, duration),
@@ -208,6 +212,26 @@ impl Division {
         }
     }
 }
+
+/// A robot that was placed in motion with its reference has no start to resolve.
+fn settle<D: Driven>(robot: &mut D, targets: &mut [JointTarget]) {
+    if robot.body().warm_start.elapsed > 0.0 {
+        return;
+    }
+    let state = &robot.body().state;
+    robot.targets(state.time, targets);
+    let follows = |(joint, target): (usize, &JointTarget)| {
+        (target.angle - state.joint_angle(joint)).abs() < AT_REFERENCE
+            && (target.rate - state.joint_rate(joint)).abs() < WITH_REFERENCE
+    };
+    if targets.iter().enumerate().all(follows) {
+        robot.body_mut().warm_start.elapsed = START_LASTS;
+    }
+}
+
+/// Deviations from the reference that make no start \[rad\], \[rad/s\].
+const AT_REFERENCE: f64 = 1e-3;
+const WITH_REFERENCE: f64 = 1e-2;
 
 /// How often a step may be halved, plus one.
 fn levels(config: &IntegratorConfig) -> usize {
