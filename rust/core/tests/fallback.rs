@@ -19,9 +19,9 @@ fn random(case: usize, random: &mut Random) -> Stage {
     let kind = Kind {
         links: [2, 5, 11][case % 3],
         contacts: [0, 3, 12][(case / 3) % 3],
-        stiff: case % 2 == 0,
+        stiff: case.is_multiple_of(2),
         limited: case % 4 < 2,
-        friction: case % 5 > 0,
+        friction: !case.is_multiple_of(5),
         mass_ratio: 10.0,
         orthotropy: 30.0,
     };

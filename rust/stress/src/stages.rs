@@ -1,6 +1,7 @@
 //! Random stage problems with every datum drawn from as many decades as the interface admits.
 
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
 
 use nalgebra::{Vector2, Vector3};
 use snake_core::planar::{
@@ -81,7 +82,7 @@ fn add_contacts(stage: &mut Stage, random: &mut Stream) {
     let penetrating = random.chance(0.3);
     let mut last: Option<(usize, Vector2<f64>, f64)> = None;
     for _ in 0..count {
-        let fresh = (random.index(links), Heading::of(random.around_zero(3.1416)).axial(), random.around_zero(1.0));
+        let fresh = (random.index(links), Heading::of(random.around_zero(PI)).axial(), random.around_zero(1.0));
         // Now and then a copy of the last contact, nearly or exactly, from the same side or the opposite one.
         let (link, normal, place) = match last {
             Some((link, normal, place)) if random.chance(0.3) => {

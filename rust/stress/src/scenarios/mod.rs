@@ -15,12 +15,15 @@ use crate::figures::Figures;
 use crate::requirements::Bounds;
 use crate::stages;
 
+/// Finds a stage and the linear solves it took.
+pub type Dump = Box<dyn Fn() -> Option<(u32, Problem)> + Send + Sync>;
+
 /// Something to run and measure.
 pub struct Job {
     pub name: String,
     pub run: Box<dyn Fn() -> Figures + Send + Sync>,
     /// Finds the hardest stage of the job and its linear solves, where it is a simulation.
-    pub hardest: Option<Box<dyn Fn() -> Option<(u32, Problem)> + Send + Sync>>,
+    pub hardest: Option<Dump>,
 }
 
 impl Job {
@@ -72,7 +75,7 @@ impl Effort {
 
 /// All scenarios.
 pub fn all(effort: Effort) -> Vec<Scenario> {
-    let time = effort.seconds(0.5, 5.0, 60.0);
+    let time = effort.seconds(2.0, 5.0, 60.0);
     let standing = effort.of(500, 50_000, 1_000_000);
     let default = Bounds::default();
     let inside = Bounds { penetration: f64::INFINITY, energy: f64::INFINITY, ..default };

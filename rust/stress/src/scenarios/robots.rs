@@ -5,12 +5,15 @@ use snake_core::robot::RobotConfig;
 
 use crate::case::{Case, Motion, weighted};
 
+/// Mass of link i over that of Aiko's.
+type Factor = Box<dyn Fn(usize) -> f64>;
+
 /// Mass ratios up to 1e4 along the chain.
 pub fn mass_ratios(duration: f64) -> Vec<Case> {
     let mut cases = Vec::new();
     for ratio in [1e2_f64, 1e4] {
         let graded = move |i: usize| ratio.powf(i as f64 / 10.0 - 0.5);
-        let factors: [(&str, Box<dyn Fn(usize) -> f64>); 4] = [
+        let factors: [(&str, Factor); 4] = [
             ("rising", Box::new(graded)),
             ("falling", Box::new(move |i| graded(10 - i))),
             ("alternating", Box::new(move |i| if i % 2 == 0 { 1.0 } else { 1.0 / ratio })),
