@@ -11,13 +11,14 @@ use crate::pegs::PegGrid;
 use crate::planar::{PlanarState, Pose, Twist, assemble_chain, largest_joint_gap};
 use crate::robot::{Robot, RobotConfig};
 use crate::scene::{Peg, Scene, SceneConfig};
-use crate::stepper::{Body, Driven, Fleet, Hardest, IntegratorConfig, Method, Plant, Thesis, WarmStart};
+use crate::stepper::{Adaptive, Body, Driven, Fleet, Hardest, IntegratorConfig, Method, Plant, Thesis, WarmStart};
 
 /// The scheme chosen at construction.
 #[derive(Debug, Clone)]
 enum Scheme {
     Thesis(Box<Thesis>),
     Implicit(Box<Fleet>),
+    Adaptive(Box<Adaptive>),
 }
 
 /// A robot in a scene under a joint controller.
@@ -109,6 +110,7 @@ impl PlanarSimulation {
         let scheme = match integrator.method {
             Method::Thesis => Scheme::Thesis(Box::new(Thesis::new(*integrator, joints + 1))),
             Method::Implicit => Scheme::Implicit(Box::new(Fleet::new(*integrator, &plant, 1))),
+            Method::Adaptive => Scheme::Adaptive(Box::new(Adaptive::new(*integrator, &plant))),
         };
         let mut simulation = Self { plant, body, scheme };
         simulation.place_chain(0.0, 0.0, 0.0, &vec![0.0; joints]);
@@ -165,6 +167,7 @@ impl PlanarSimulation {
         let mut driver = Driver { body: &mut self.body, reference };
         match &mut self.scheme {
             Scheme::Thesis(scheme) => scheme.advance(&self.plant, &mut driver, duration),
+            Scheme::Adaptive(scheme) => scheme.advance(&self.plant, &mut driver, duration),
             Scheme::Implicit(fleet) => {
                 fleet.advance(&self.plant, std::slice::from_mut(&mut driver), duration, |_| true);
             }
@@ -217,11 +220,11 @@ impl PlanarSimulation {
     pub fn hardest_stage(&mut self) -> Option<&Hardest> {
         match &mut self.scheme {
             Scheme::Implicit(fleet) => fleet.hardest().filter(|hardest| hardest.solves > 0),
-            Scheme::Thesis(_) => None,
+            Scheme::Thesis(_) | Scheme::Adaptive(_) => None,
         }
     }
 
-    /// The changing part of a simulation with the `implicit` method.
+    /// The changing part of a simulation with the `implicit` or the `adaptive` method.
     pub fn snapshot(&self) -> SimulationState {
         SimulationState { state: self.body.state.clone(), warm_start: self.body.warm_start.clone() }
     }

@@ -5,7 +5,7 @@ mod common;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use common::{START_FREE, aiko, ground, implicit, table_7_5, thesis};
+use common::{START_FREE, adaptive, aiko, ground, implicit, table_7_5, thesis};
 use snake_core::gait::Wave;
 use snake_core::scene::START_7_5;
 
@@ -43,9 +43,12 @@ fn a_step_asks_for_no_memory() {
     let course = table_7_5();
     let free = ground([0.2, 0.5]);
     let wave = Wave::default();
-    for (name, integrator) in
-        [("thesis", thesis(2.5e-4, 1e-6)), ("implicit 1", implicit(1e-2, 1)), ("implicit 2", implicit(1e-2, 2))]
-    {
+    for (name, integrator) in [
+        ("thesis", thesis(2.5e-4, 1e-6)),
+        ("implicit 1", implicit(1e-2, 1)),
+        ("implicit 2", implicit(1e-2, 2)),
+        ("adaptive", adaptive(1e-4)),
+    ] {
         for (place, scene, start) in [("course", &course, START_7_5), ("free", &free, START_FREE)] {
             let mut simulation = aiko(scene, start, &integrator);
             let state = simulation.state().clone();

@@ -7,7 +7,7 @@ use crate::pegs::PegGrid;
 use crate::planar::{PlanarState, Twist};
 use crate::robot::Robot;
 
-use super::Tally;
+use super::{Pace, Tally};
 
 /// What one stage hands to the next: forces as a first guess, and which contacts were closed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -17,17 +17,25 @@ pub struct WarmStart {
     pub near: NearPegs,
     /// Time since the robot was placed \[s\].
     pub elapsed: f64,
+    /// Step control of the adaptive scheme.
+    pub pace: Pace,
 }
 
 impl WarmStart {
     pub fn new(links: usize) -> Self {
-        Self { friction: vec![Vector2::zeros(); links], near: NearPegs::with_capacity(links), elapsed: 0.0 }
+        Self {
+            friction: vec![Vector2::zeros(); links],
+            near: NearPegs::with_capacity(links),
+            elapsed: 0.0,
+            pace: Pace::default(),
+        }
     }
 
     pub fn clear(&mut self) {
         self.friction.fill(Vector2::zeros());
         self.near.clear();
         self.elapsed = 0.0;
+        self.pace = Pace::default();
     }
 }
 

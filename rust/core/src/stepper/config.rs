@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use crate::error::{ConfigError, positive, require};
+use crate::error::{ConfigError, positive, require, within};
 
 /// Which time-stepping scheme.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, Default)]
@@ -11,6 +11,8 @@ pub enum Method {
     /// Implicit stages with exactly eliminated joints and certified contacts.
     #[default]
     Implicit,
+    /// The implicit stages in steps as long as an accuracy of positions allows, one robot at a time.
+    Adaptive,
 }
 
 /// What a user may choose about time stepping; `None` takes the method's own default.
@@ -18,9 +20,11 @@ pub enum Method {
 #[serde(default, deny_unknown_fields)]
 pub struct IntegratorConfig {
     pub method: Method,
-    /// Largest step \[s\]; a run divides its sampling interval into equal steps no longer than this.
+    /// Largest step \[s\]; a run divides its sampling interval into equal steps no longer than this (`adaptive`:
+    /// into steps of any length up to this).
     pub step: Option<f64>,
     /// `thesis`: epsilon of (T 3.81) \[N s\]. `implicit`: accuracy of the velocities \[m/s\] (T 3.81 != D11).
+    /// `adaptive`: target for the error of positions \[m\].
     pub tolerance: Option<f64>,
     /// Iterations after which a step is given up and counted as a miss (T Remark 3.1).
     pub max_iterations: Option<u32>,
@@ -57,7 +61,7 @@ impl IntegratorConfig {
     /// Names the option that is not admissible.
     pub fn validate(&self) -> Result<(), ConfigError> {
         positive("step", self.step())?;
-        positive("tolerance", self.tolerance())?;
+        self.validate_tolerance()?;
         require(self.max_iterations() >= 1, "max_iterations", self.max_iterations(), "an integer >= 1")?;
         require((1..=2).contains(&self.order), "order", self.order, "1 or 2")?;
         let substeps = self.event_substeps;
@@ -68,10 +72,19 @@ impl IntegratorConfig {
         Ok(())
     }
 
+    fn validate_tolerance(&self) -> Result<(), ConfigError> {
+        let tolerance = positive("tolerance", self.tolerance())?;
+        if self.method == Method::Adaptive {
+            within("tolerance", tolerance, SHARPEST, BLUNTEST)?;
+        }
+        Ok(())
+    }
+
     pub fn step(&self) -> f64 {
         self.step.unwrap_or(match self.method {
             Method::Thesis => 2.5e-4,
             Method::Implicit => 0.025,
+            Method::Adaptive => 0.05,
         })
     }
 
@@ -99,13 +112,14 @@ impl IntegratorConfig {
         self.tolerance.unwrap_or(match self.method {
             Method::Thesis => 2e-5,
             Method::Implicit => 1e-6,
+            Method::Adaptive => 1e-4,
         })
     }
 
     pub fn max_iterations(&self) -> u32 {
         self.max_iterations.unwrap_or(match self.method {
             Method::Thesis => 10_000,
-            Method::Implicit => 200,
+            Method::Implicit | Method::Adaptive => 200,
         })
     }
 }
@@ -115,3 +129,7 @@ const STEP_SLACK: f64 = 1e-9;
 
 /// Change of acceleration that counts as abrupt \[m/s^2\].
 const JUMP: f64 = 0.32;
+
+/// What the adaptive scheme may be asked for \[m\]: below, round-off in the solver shows; above, nothing is gained.
+const SHARPEST: f64 = 1e-7;
+const BLUNTEST: f64 = 0.1;

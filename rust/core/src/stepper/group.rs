@@ -11,6 +11,8 @@
 //!   change abruptly. The second stage then ends far from its prediction, which extrapolates too, and the step
 //!   is left undone, to be retaken in parts and at last as Euler steps (T 3.58 != D6).
 
+mod adaptive;
+
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::{Vector2, Vector3};
@@ -27,6 +29,8 @@ use super::lanes::{Lanes, NO_LANES, active, lanes_of, read_lane, read_vector, se
 use super::rescue::Rescue;
 use super::stage_kernels::{Extrapolate, LinkConstants, Solve, StageKernels, StageWork, Works};
 use super::{Body, Driven, IntegratorConfig, Plant};
+
+pub use adaptive::Adaptive;
 
 /// Workspace for up to `T::LANES` robots of one plant.
 #[derive(Debug, Clone)]
@@ -134,14 +138,7 @@ impl<T: StageKernels> Group<T> {
         self.begin_first_stage();
         self.run_stage(plant, fleet, members, lanes, c, c);
         self.keep_first_stage();
-        T::extrapolate(Extrapolate {
-            work: &mut self.work,
-            start_pose: &self.start_pose,
-            start_twist: &self.start_twist,
-            elapsed: h - c,
-            reference: EXTRAPOLATION,
-            guess: 1.0 / GAMMA,
-        });
+        self.begin_second_stage(h);
         self.run_stage(plant, fleet, members, lanes, c, h);
         let smooth = self.smooth(fleet, members, lanes);
         self.add_first_stage(fleet, members, smooth);
@@ -189,6 +186,18 @@ impl<T: StageKernels> Group<T> {
         self.work.reference.copy_from_slice(&self.start_twist);
         self.work.guess.copy_from_slice(&self.start_twist);
         self.closing = NO_LANES;
+    }
+
+    /// Base, reference velocity and guess of the second stage of a step of length `h`.
+    fn begin_second_stage(&mut self, h: f64) {
+        T::extrapolate(Extrapolate {
+            work: &mut self.work,
+            start_pose: &self.start_pose,
+            start_twist: &self.start_twist,
+            elapsed: h - GAMMA * h,
+            reference: EXTRAPOLATION,
+            guess: 1.0 / GAMMA,
+        });
     }
 
     /// Solves one stage that ends `end` after the start of the step.
@@ -380,7 +389,7 @@ impl<T: StageKernels> Group<T> {
             body.warm_start.near.advance(arrival.travelled.lane(lane));
             for pair in body.warm_start.near.pairs_mut() {
                 let touches = pair.force > 0.0;
-                pair.depth = if touches { depth(&self.work, lane, pair, plant, &body.pegs) } else { 0.0 };
+                pair.depth = depth(&self.work, lane, pair, plant, &body.pegs);
                 pair.closed = touches && pair.touches;
                 pair.touches = touches;
             }

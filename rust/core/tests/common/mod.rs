@@ -10,7 +10,7 @@ use snake_core::control::PdConfig;
 use snake_core::gait::{JointReference, JointTarget, Wave};
 use snake_core::planar::{PlanarState, Pose, Twist};
 use snake_core::robot::{Robot, RobotConfig};
-use snake_core::scene::{Peg, SceneConfig, TABLE_7_5};
+use snake_core::scene::{Peg, SceneConfig, TABLE_7_3, TABLE_7_5};
 use snake_core::simulation::PlanarSimulation;
 use snake_core::stepper::{IntegratorConfig, Method};
 
@@ -29,9 +29,14 @@ impl JointReference for Hold {
     }
 }
 
-/// The three ways to step, by name.
-pub fn schemes(step: f64) -> [(&'static str, IntegratorConfig); 3] {
-    [("thesis", thesis(step, 1e-13)), ("implicit 1", implicit(step, 1)), ("implicit 2", implicit(step, 2))]
+/// The ways to step, by name; the adaptive one takes no longer steps than the others.
+pub fn schemes(step: f64) -> [(&'static str, IntegratorConfig); 4] {
+    [
+        ("thesis", thesis(step, 1e-13)),
+        ("implicit 1", implicit(step, 1)),
+        ("implicit 2", implicit(step, 2)),
+        ("adaptive", IntegratorConfig { step: Some(step), ..adaptive(1e-5) }),
+    ]
 }
 
 /// The thesis's scheme with contacts solved to `epsilon` \[N s\].
@@ -50,12 +55,21 @@ pub fn implicit(step: f64, order: u32) -> IntegratorConfig {
     IntegratorConfig { step: Some(step), order, tolerance: Some(1e-10), ..IntegratorConfig::default() }
 }
 
+/// Steps as long as an accuracy of positions allows \[m\].
+pub fn adaptive(tolerance: f64) -> IntegratorConfig {
+    IntegratorConfig { method: Method::Adaptive, tolerance: Some(tolerance), ..IntegratorConfig::default() }
+}
+
 pub fn links(links: usize) -> RobotConfig {
     RobotConfig { links, ..RobotConfig::default() }
 }
 
 pub fn ground(friction: [f64; 2]) -> SceneConfig {
     SceneConfig { friction, ..SceneConfig::default() }
+}
+
+pub fn table_7_3() -> SceneConfig {
+    SceneConfig { obstacles: TABLE_7_3.iter().map(|&peg| Peg::from(peg)).collect(), ..SceneConfig::default() }
 }
 
 pub fn table_7_5() -> SceneConfig {
