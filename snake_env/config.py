@@ -208,12 +208,13 @@ class Integrator(_Section):
     """Time stepping; None takes the method's own default, and ``Integrator()`` is the environments'.
 
     Args:
-        method: "implicit", the fast default, or "thesis", the time stepping and Modified Newton iteration as
-            printed (T Algorithm 3.1).
+        method: "implicit", the fast default; "adaptive", steps as long as an accuracy of positions allows, one robot
+            at a time; or "thesis", the time stepping and Modified Newton iteration as printed (T Algorithm 3.1).
         step: largest step [s], > 0; a sample interval is divided into equal steps no longer than this. "implicit":
-            0.025, and shorter in the first 0.2 s after the robot was placed.
+            0.025, and shorter in the first 0.2 s after the robot was placed. "adaptive": 0.05, steps as needed below.
         tolerance: > 0. "thesis": the iteration stops when the impulses change by less [N s] (T 3.81).
-            "implicit": accuracy of the velocities [m/s].
+            "implicit": accuracy of the velocities in a stage [m/s]. "adaptive": error to expect of any link's position
+            after a few seconds of motion [m], in [1e-7, 0.1], default 1e-4.
         max_iterations: after which a solve is given up and counted as a miss, >= 1.
         order: 1 or 2. "implicit": implicit Euler, or the two-stage SDIRK scheme.
         event_substeps: "implicit", order 2: Euler steps that at most replace a step in which a peg's force changes
