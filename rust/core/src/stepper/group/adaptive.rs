@@ -78,6 +78,8 @@ impl Adaptive {
         let (group, fleet) = (&mut self.group, std::slice::from_mut(robot));
         let (lanes, c) = (lanes_of(&ALONE), GAMMA * h);
         group.load(fleet, &ALONE);
+        // How far stages end from their predictions is wanted without pegs, too.
+        group.work.in_field = true;
         group.begin_first_stage();
         group.run_stage(plant, fleet, &ALONE, lanes, c, c);
         if group.closing[0] {
