@@ -212,7 +212,7 @@ mod tests {
         let choice = Choice { curve: "default".into(), integrator: IntegratorConfig::default() };
         let plant = scene.plant().unwrap();
         let whole = Case::new(scene, &plant, &choice, &QUICK_LIMITS).unwrap();
-        assert_eq!((whole.run.simulated, whole.run.report.steps), (5.0, 500));
+        assert_eq!((whole.run.simulated, whole.run.report.steps), (5.0, 200));
         let hurried = Case::new(scene, &plant, &choice, &Limits { run: 1e-9, ..QUICK_LIMITS }).unwrap();
         assert!(hurried.run.end.is_none() && hurried.run.simulated == 1.0);
         assert!(whole.run.end.is_some() && whole.run.report.misses == 0);

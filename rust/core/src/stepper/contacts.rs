@@ -102,7 +102,8 @@ impl<T: Real> Prediction<'_, T> {
                 travelled = -at_start.direction.dot(&(read_vector(&self.base[i], lane) - start));
             }
         }
-        let floor = -pair.depth * (1.0 - self.elapsed / RECOVERY_TIME).max(0.0);
+        let haste = 1.0 + pair.depth / SLIGHT_DEPTH;
+        let floor = -pair.depth * (1.0 - haste * self.elapsed / RECOVERY_TIME).max(0.0);
         (plane.direction, ((plane.gap - floor - travelled) / c).max(-RECOVERY_SPEED))
     }
 }
@@ -135,6 +136,9 @@ const SAME_SIDE: f64 = 0.5;
 /// several steps instead of being thrown out within one.
 const RECOVERY_SPEED: f64 = 0.2;
 
-/// Time within which a penetration left by the linearisation of the gap fades \[s\]; undone within a short stage
-/// it would kick the robot.
+/// Time within which a slight penetration, as the linearisation of the gap leaves it, fades \[s\]: undone within a
+/// short stage it would kick the robot. Deeper ones fade faster, so that fast motions do not add them up.
 const RECOVERY_TIME: f64 = 0.05;
+
+/// Penetration above which haste prevails \[m\].
+const SLIGHT_DEPTH: f64 = 5e-4;
