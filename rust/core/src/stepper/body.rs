@@ -50,6 +50,8 @@ pub struct Body {
     pub joint_torque: Vec<f64>,
     /// The state became absurd during the present interval; it is the last good one.
     pub diverged: bool,
+    /// Linear solves of the last stage.
+    pub(super) effort: u32,
     /// Whether the state is still that of a robot; schemes tell.
     pub(super) sane: bool,
     /// State at the last instant known to be good.
@@ -66,6 +68,7 @@ impl Body {
             tally: Tally::new(links),
             joint_torque: vec![0.0; links - 1],
             diverged: false,
+            effort: 0,
             sane: true,
             last_good: PlanarState::zero(links),
         }

@@ -144,6 +144,8 @@ impl<D: Driven> Run<'_, D> {
             |member: usize| self.config.step() * (START + robots[member].body().warm_start.elapsed / START_LASTS);
         division.sort(members, |member| h > longest(member));
         let Division { tried, starting, rejected } = &mut division;
+        // A register waits for its slowest lane.
+        tried.sort_unstable_by_key(|&member| (robots[member].body().effort, member));
         for members in tried.chunks(T::LANES) {
             group.sdirk_step(self.plant, self.robots, members, h, rejected);
         }

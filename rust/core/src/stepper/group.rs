@@ -244,8 +244,9 @@ impl<T: StageKernels> Group<T> {
         });
         let residual = certificate.residual();
         for (lane, member) in active(members, lanes) {
-            let tally = &mut fleet[member].body_mut().tally;
+            let Body { tally, effort, .. } = fleet[member].body_mut();
             let iterations = outcome.iterations.lane(lane) as u32;
+            *effort = iterations;
             if let Some(hardest) = &mut self.hardest {
                 hardest.offer(&self.work.stage, lane, iterations);
             }
