@@ -12,6 +12,7 @@ pub mod error;
 pub mod gait;
 pub mod laws;
 pub mod math;
+pub mod minimal;
 pub mod pegs;
 pub mod planar;
 pub mod robot;

@@ -1,0 +1,31 @@
+//! The robot model (T ch. 6): n - 2 links in the plane, minimal coordinates, two contact points a link.
+//!
+//! | symbol | name here | meaning | unit |
+//! | --- | --- | --- | --- |
+//! | q, q' | `MinimalState` | (x_O2, y_O2, theta, phi), frame I | m, rad |
+//! | w | `passive_velocity` | (v_O2 in frame B_3, theta') | m/s, rad/s |
+//! | phi, tau | joint angles and torques; positive tau_j drives phi_j up | | rad, N m |
+//! | G_i, F_i, R_i | centre of a link, contact points L_GS before and behind it | | |
+//! | M_P, C_P, J | `ProcessPlant` | matrices of (T 6.14) | |
+//! | M, C, h, g | `ControlPlant` | matrices of (T 6.37) | |
+//!
+//! Links count from 0 here, from 3 in the thesis, whose links 1 and 2 are virtual.
+
+mod chain;
+mod control_plant;
+mod forward_dynamics;
+mod friction;
+mod inverse_dynamics;
+mod model;
+mod motion;
+mod process_plant;
+mod state;
+
+pub use control_plant::{ControlPlant, JointDynamics, velocity_transform};
+pub use forward_dynamics::ForwardDynamics;
+pub use friction::{Friction, SmoothLaw};
+pub use inverse_dynamics::InverseDynamics;
+pub use model::{FrictionLaw, Ground, Model, ModelLink};
+pub use motion::{Base, Motion, Twist};
+pub use process_plant::{ProcessPlant, actuation};
+pub use state::MinimalState;

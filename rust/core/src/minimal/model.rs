@@ -1,0 +1,108 @@
+use crate::error::{ConfigError, non_negative, positive};
+use crate::robot::Robot;
+
+use super::friction::{Friction, SmoothLaw};
+
+/// The ground under the robot model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ground {
+    /// mu_Cx, mu_Cy: Coulomb coefficients along and across a link.
+    pub coulomb: [f64; 2],
+    /// mu_Vx, mu_Vy: viscous coefficients along and across a link \[s/m\].
+    pub viscous: [f64; 2],
+}
+
+impl Default for Ground {
+    /// (T Table 7.2), robot model.
+    fn default() -> Self {
+        Self { coulomb: [0.2, 0.5], viscous: [0.1, 0.2] }
+    }
+}
+
+impl Ground {
+    /// # Errors
+    /// Names the coefficient that is negative or not finite.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        for (field, value) in [
+            ("friction[0]", self.coulomb[0]),
+            ("friction[1]", self.coulomb[1]),
+            ("viscous[0]", self.viscous[0]),
+            ("viscous[1]", self.viscous[1]),
+        ] {
+            non_negative(field, value)?;
+        }
+        Ok(())
+    }
+}
+
+/// One link and its two contact points F_i and R_i with the ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModelLink {
+    /// m_i \[kg\].
+    pub mass: f64,
+    /// Theta_psi,i \[kg m^2\].
+    pub inertia: f64,
+    /// L_i / 2 \[m\].
+    pub half_length: f64,
+    /// L_GS,i: F_i and R_i lie this far before and behind G_i (T 6.13) \[m\].
+    pub lever: f64,
+    /// Friction of one contact point, which carries half the link's weight.
+    pub friction: Friction,
+}
+
+/// The chain of chapter 6: constants only. The thesis's n is `degrees()`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    pub links: Vec<ModelLink>,
+}
+
+impl Model {
+    pub fn new(robot: &Robot, ground: &Ground) -> Self {
+        let links = robot.links.iter().map(|link| ModelLink {
+            mass: link.mass,
+            inertia: link.inertia,
+            half_length: 0.5 * link.length,
+            lever: link.contact_half_length,
+            friction: Friction::of_point(0.5 * link.mass * robot.gravity, ground),
+        });
+        Self { links: links.collect() }
+    }
+
+    pub fn link_count(&self) -> usize {
+        self.links.len()
+    }
+
+    pub fn joint_count(&self) -> usize {
+        self.links.len() - 1
+    }
+
+    /// n: two virtual prismatic joints, one virtual revolute joint and the real joints (T 6.3).
+    pub fn degrees(&self) -> usize {
+        self.links.len() + 2
+    }
+}
+
+/// Which law of Coulomb friction the plant obeys; the controller's model is always smooth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FrictionLaw {
+    /// The ellipse (T 6.24)-(T 6.25).
+    SetValued,
+    Smooth(SmoothLaw),
+}
+
+impl FrictionLaw {
+    /// # Errors
+    /// Names the law that is not known, or a smoothing that is not positive.
+    pub fn new(name: &str, smoothing: f64) -> Result<Self, ConfigError> {
+        positive("smoothing", smoothing)?;
+        match name {
+            "set-valued" => Ok(Self::SetValued),
+            "arctan" => Ok(Self::Smooth(SmoothLaw::Arctan { smoothing })),
+            "ellipse" => Ok(Self::Smooth(SmoothLaw::Ellipse { smoothing })),
+            other => {
+                let expected = "\"set-valued\", \"arctan\" or \"ellipse\"";
+                Err(ConfigError::new("friction_law", format!("{other:?}"), expected))
+            }
+        }
+    }
+}
