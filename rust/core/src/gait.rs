@@ -25,6 +25,11 @@ pub trait JointReference {
             *target = self.target(joint, time);
         }
     }
+
+    /// The first time after `time` at which the reference jumps \[s\]; infinite if it never does.
+    fn next_jump(&self, _time: f64) -> f64 {
+        f64::INFINITY
+    }
 }
 
 /// The travelling wave phi_i = A sin(omega t + (i - 1) beta) + gamma (T 2.14).
@@ -96,6 +101,10 @@ impl JointReference for SoftStart {
     fn target(&self, joint: usize, time: f64) -> JointTarget {
         if time < self.start[joint] { JointTarget::default() } else { self.wave.target(joint, time) }
     }
+
+    fn next_jump(&self, time: f64) -> f64 {
+        self.start.iter().copied().filter(|&start| start > time).fold(f64::INFINITY, f64::min)
+    }
 }
 
 /// First t >= 0 with |A sin(omega t + phase) + gamma| <= 3 degrees; infinite if there is none.
@@ -134,6 +143,13 @@ impl JointReference for Gait {
         match self {
             Gait::Wave(wave) => wave.target(joint, time),
             Gait::SoftStart(wave) => wave.target(joint, time),
+        }
+    }
+
+    fn next_jump(&self, time: f64) -> f64 {
+        match self {
+            Gait::Wave(wave) => wave.next_jump(time),
+            Gait::SoftStart(wave) => wave.next_jump(time),
         }
     }
 }

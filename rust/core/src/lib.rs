@@ -13,6 +13,7 @@ pub mod gait;
 pub mod laws;
 pub mod math;
 pub mod minimal;
+pub mod minimal_simulation;
 pub mod pegs;
 pub mod planar;
 pub mod robot;

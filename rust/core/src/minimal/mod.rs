@@ -11,21 +11,32 @@
 //!
 //! Links count from 0 here, from 3 in the thesis, whose links 1 and 2 are virtual.
 
+mod certificate;
 mod chain;
 mod control_plant;
+mod feedback;
 mod forward_dynamics;
 mod friction;
 mod inverse_dynamics;
 mod model;
 mod motion;
+mod newton;
+mod noise;
 mod process_plant;
+mod ray;
+mod stage;
 mod state;
 
+pub use certificate::{Certificate, certify};
 pub use control_plant::{ControlPlant, JointDynamics, velocity_transform};
+pub use feedback::{ControlLaw, Feedback, FeedbackConfig, Measurement, Treatment};
 pub use forward_dynamics::ForwardDynamics;
 pub use friction::{Friction, SmoothLaw};
 pub use inverse_dynamics::InverseDynamics;
 pub use model::{FrictionLaw, Ground, Model, ModelLink};
-pub use motion::{Base, Motion, Twist};
+pub use motion::{Base, LinkMotion, Motion, Twist};
+pub use newton::{Newton, Outcome};
+pub use noise::{Noise, NoiseConfig};
 pub use process_plant::{ProcessPlant, actuation};
+pub use stage::{Stage, StageJoint, StageLink, StageSolution};
 pub use state::MinimalState;

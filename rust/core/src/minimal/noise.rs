@@ -1,0 +1,91 @@
+//! Noise on the measurements used for feedback (T 7.9)-(T 7.14).
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use serde::{Deserialize, Serialize};
+
+use crate::error::{ConfigError, non_negative};
+
+use super::feedback::Measurement;
+
+/// Amplitudes of uniform noise (T Table 7.4).
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct NoiseConfig {
+    /// N_p of (T 7.9) \[m\]; no controller uses the position.
+    pub position: f64,
+    /// N_theta of (T 7.10) \[rad\].
+    pub heading: f64,
+    /// N_phi of (T 7.11) \[rad\].
+    pub joint_angle: f64,
+    /// N_v of (T 7.12) \[m/s\].
+    pub velocity: f64,
+    /// N_theta' of (T 7.13) \[rad/s\].
+    pub yaw_rate: f64,
+    /// N_phi' of (T 7.14) \[rad/s\].
+    pub joint_rate: f64,
+}
+
+impl NoiseConfig {
+    /// # Errors
+    /// Names the amplitude that is negative or not finite.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        non_negative("position", self.position)?;
+        non_negative("heading", self.heading)?;
+        non_negative("joint_angle", self.joint_angle)?;
+        non_negative("velocity", self.velocity)?;
+        non_negative("yaw_rate", self.yaw_rate)?;
+        non_negative("joint_rate", self.joint_rate)?;
+        Ok(())
+    }
+
+    fn is_silent(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// A seeded stream of noise.
+#[derive(Debug, Clone)]
+pub struct Noise {
+    config: NoiseConfig,
+    stream: ChaCha8Rng,
+}
+
+impl Noise {
+    pub fn new(config: NoiseConfig, seed: u64) -> Self {
+        Self { config, stream: ChaCha8Rng::seed_from_u64(seed) }
+    }
+
+    pub fn is_silent(&self) -> bool {
+        self.config.is_silent()
+    }
+
+    /// A fresh draw of the errors of all measurements.
+    pub fn draw(&mut self, error: &mut Measurement) {
+        let config = self.config;
+        // N_p, drawn so that the stream is that of all measurements.
+        let _ = [self.uniform(config.position), self.uniform(config.position)];
+        error.theta = self.uniform(config.heading);
+        error.phi.iter_mut().for_each(|x| *x = self.uniform(config.joint_angle));
+        error.velocity.iter_mut().for_each(|x| *x = self.uniform(config.velocity));
+        error.theta_rate = self.uniform(config.yaw_rate);
+        error.phi_rate.iter_mut().for_each(|x| *x = self.uniform(config.joint_rate));
+    }
+
+    /// N (2 rand - 1), uniform on [-N, N).
+    fn uniform(&mut self, amplitude: f64) -> f64 {
+        let unit = (self.stream.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
+        amplitude * (2.0 * unit - 1.0)
+    }
+}
+
+impl Measurement {
+    /// Adds the errors of a draw.
+    pub fn add(&mut self, error: &Measurement) {
+        self.theta += error.theta;
+        self.velocity += error.velocity;
+        self.theta_rate += error.theta_rate;
+        self.phi.iter_mut().zip(&error.phi).for_each(|(x, e)| *x += e);
+        self.phi_rate.iter_mut().zip(&error.phi_rate).for_each(|(x, e)| *x += e);
+    }
+}

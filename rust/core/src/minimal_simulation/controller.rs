@@ -1,0 +1,86 @@
+//! What the controller knows at each instant: measurements with noise, references, a held torque.
+
+use crate::gait::{JointReference, JointTarget};
+use crate::minimal::{Feedback, FeedbackConfig, Measurement, MinimalState, Model, Noise, Treatment};
+
+/// Controller of one robot with its clock.
+#[derive(Debug, Clone)]
+pub struct Controller {
+    pub feedback: Feedback,
+    pub noise: Noise,
+    /// Errors of the present measurement.
+    pub error: Measurement,
+    measured: Measurement,
+    pub targets: Vec<JointTarget>,
+    /// tau held since the last sampling instant \[N m\].
+    pub held: Vec<f64>,
+    /// Control periods that have begun.
+    periods: u64,
+    start: f64,
+}
+
+impl Controller {
+    pub fn new(config: FeedbackConfig, noise: Noise, links: usize) -> Self {
+        let joints = links - 1;
+        Self {
+            feedback: Feedback::new(config, links),
+            noise,
+            error: Measurement::new(joints),
+            measured: Measurement::new(joints),
+            targets: vec![JointTarget::default(); joints],
+            held: vec![0.0; joints],
+            periods: 0,
+            start: 0.0,
+        }
+    }
+
+    /// Forgets held torques; control periods count from `time`.
+    pub fn restart(&mut self, time: f64) {
+        self.held.fill(0.0);
+        (self.periods, self.start) = (0, time);
+    }
+
+    pub fn config(&self) -> &FeedbackConfig {
+        &self.feedback.config
+    }
+
+    /// When the next control period begins; infinite without periods \[s\].
+    pub fn next_period(&self) -> f64 {
+        match self.config().treatment {
+            Treatment::Period(period) => self.start + self.periods as f64 * period,
+            _ => f64::INFINITY,
+        }
+    }
+
+    /// Begins a control period if one is due.
+    pub fn tick(&mut self, model: &Model, state: &MinimalState, reference: &impl JointReference) {
+        if self.next_period() <= state.time + ROUND_OFF {
+            self.periods += 1;
+            self.noise.draw(&mut self.error);
+            self.sample(model, state, reference);
+        }
+    }
+
+    /// Holds the torque of the present state as measured.
+    pub fn sample(&mut self, model: &Model, state: &MinimalState, reference: &impl JointReference) {
+        self.measured.take(state);
+        self.measured.add(&self.error);
+        reference.targets(state.time, &mut self.targets);
+        self.feedback.torque(model, &self.measured, &self.targets, state.time, &mut self.held);
+    }
+
+    /// Begins a step: new measurement errors, and a new torque where it is held over a step.
+    pub fn begin_step(&mut self, model: &Model, state: &MinimalState, reference: &impl JointReference) {
+        match self.config().treatment {
+            Treatment::Implicit => self.noise.draw(&mut self.error),
+            Treatment::Step => {
+                self.noise.draw(&mut self.error);
+                self.sample(model, state, reference);
+            }
+            Treatment::Period(_) => {}
+        }
+    }
+}
+
+/// Times this close count as one \[s\].
+pub const ROUND_OFF: f64 = 1e-10;

@@ -1,0 +1,360 @@
+//! The set-valued plant by the stages of the project's default scheme (T 3.65 != D2), in minimal coordinates.
+//!
+//! Order 1 is implicit Euler; order 2 the L-stable SDIRK with gamma = 1 - 1/sqrt 2 applied to the inclusion itself:
+//! stage (q_A, u_A, gamma h) gives u_1; stage (q_A + (1 - gamma) h u_1, u_A + (1 - gamma)/gamma (u_1 - u_A), gamma h)
+//! gives u_E. There are no impacts here, so nothing needs to be retaken.
+
+use std::f64::consts::FRAC_1_SQRT_2;
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::gait::JointReference;
+use crate::minimal::{
+    Base, ControlLaw, InverseDynamics, MinimalState, Model, Motion, Newton, Outcome, SmoothLaw, Stage, StageJoint,
+    StageLink, StageSolution, Treatment, Twist, certify,
+};
+use crate::stepper::{IntegratorConfig, Tally};
+
+use super::controller::{Controller, ROUND_OFF};
+
+/// Workspace of the scheme.
+#[derive(Debug, Clone)]
+pub struct Implicit {
+    config: IntegratorConfig,
+    stage: Stage,
+    solution: StageSolution,
+    newton: Newton,
+    /// Positions and velocities at the start of the step, and at the predicted end of the stage.
+    start: Motion,
+    predicted: Motion,
+    reference: Vec<Twist>,
+    base: Vec<f64>,
+    guess: Vec<f64>,
+    predicted_q: Vec<f64>,
+    /// q' at the end of the last stage.
+    rate: Vec<f64>,
+    /// q'' of the last step, for predictions.
+    acceleration: Vec<f64>,
+    first_rate: Vec<f64>,
+    /// Coulomb friction of the last stage \[N\].
+    friction: Vec<[Vector2<f64>; 2]>,
+    control: ControlModel,
+}
+
+/// The controller's model inside a stage.
+#[derive(Debug, Clone)]
+struct ControlModel {
+    motion: Motion,
+    dynamics: InverseDynamics,
+    phi: Vec<f64>,
+    phi_rate: Vec<f64>,
+    u: Vec<f64>,
+    tau: Vec<f64>,
+    /// Inertia that each joint of the straight robot feels when all others are free \[kg m^2\].
+    own_inertia: Vec<f64>,
+}
+
+impl Implicit {
+    pub fn new(config: IntegratorConfig, model: &Model) -> Self {
+        let (links, degrees) = (model.link_count(), model.degrees());
+        let zero = vec![0.0; degrees];
+        Self {
+            config,
+            stage: Stage {
+                coefficient: 0.0,
+                links: Vec::with_capacity(links),
+                joints: Vec::with_capacity(links - 1),
+                following: 0.0,
+            },
+            solution: StageSolution::new(links),
+            newton: Newton::new(links),
+            start: Motion::new(links),
+            predicted: Motion::new(links),
+            reference: vec![Twist::zeros(); links],
+            base: zero.clone(),
+            guess: zero.clone(),
+            predicted_q: zero.clone(),
+            rate: zero.clone(),
+            acceleration: zero.clone(),
+            first_rate: zero,
+            friction: vec![[Vector2::zeros(); 2]; links],
+            control: ControlModel::new(model),
+        }
+    }
+
+    /// Forgets forces and predictions.
+    pub fn clear(&mut self) {
+        self.acceleration.fill(0.0);
+        self.friction.fill([Vector2::zeros(); 2]);
+    }
+
+    /// The references or the torques jump: what was predicted no longer holds.
+    pub fn meet_jump(&mut self) {
+        self.acceleration.fill(0.0);
+    }
+
+    /// One step of length `h`; references are those before a jump at its very end.
+    pub fn step(
+        &mut self,
+        model: &Model,
+        state: &mut MinimalState,
+        controller: &mut Controller,
+        reference: &impl JointReference,
+        h: f64,
+        tally: &mut Tally,
+    ) {
+        controller.begin_step(model, state, reference);
+        self.start.set(model, state.base(), state.phi(), state.phi_rate());
+        for (to, from) in self.reference.iter_mut().zip(&self.start.links) {
+            *to = from.twist;
+        }
+        self.base.copy_from_slice(&state.q);
+        let end = state.time + h;
+        if self.config.order == 1 {
+            self.guess_from(&state.rate, h);
+            self.run_stage(model, controller, reference, h, end, tally);
+        } else {
+            let c = GAMMA * h;
+            self.guess_from(&state.rate, c);
+            self.run_stage(model, controller, reference, c, state.time + c, tally);
+            self.begin_second_stage(state, h);
+            self.run_stage(model, controller, reference, c, end, tally);
+        }
+        for (k, acceleration) in self.acceleration.iter_mut().enumerate() {
+            *acceleration = (self.rate[k] - state.rate[k]) / h;
+        }
+        for (k, q) in state.q.iter_mut().enumerate() {
+            *q = self.base[k] + self.stage.coefficient * self.rate[k];
+        }
+        state.rate.copy_from_slice(&self.rate);
+        tally.steps += 1;
+    }
+
+    /// tau of each joint in the last stage \[N m\].
+    pub fn torque(&self) -> impl Iterator<Item = f64> + '_ {
+        self.solution.drive.iter().map(|drive| drive / self.stage.coefficient)
+    }
+
+    fn guess_from(&mut self, rate: &[f64], ahead: f64) {
+        for (k, guess) in self.guess.iter_mut().enumerate() {
+            *guess = rate[k] + ahead * self.acceleration[k];
+        }
+    }
+
+    fn begin_second_stage(&mut self, state: &MinimalState, h: f64) {
+        self.first_rate.copy_from_slice(&self.rate);
+        for (k, base) in self.base.iter_mut().enumerate() {
+            *base = state.q[k] + (1.0 - GAMMA) * h * self.first_rate[k];
+            self.guess[k] = state.rate[k] + (self.first_rate[k] - state.rate[k]) / GAMMA;
+        }
+        for (i, reference) in self.reference.iter_mut().enumerate() {
+            let start = self.start.links[i].twist;
+            *reference = start + (self.solution.twist[i] - start) * ((1.0 - GAMMA) / GAMMA);
+        }
+    }
+
+    /// Predicts, solves and judges a stage that ends at `time`; predicts anew where the end is far from the prediction.
+    fn run_stage(
+        &mut self,
+        model: &Model,
+        controller: &mut Controller,
+        reference: &impl JointReference,
+        c: f64,
+        time: f64,
+        tally: &mut Tally,
+    ) {
+        // Before a jump that falls on the end of the stage.
+        reference.targets(time - ROUND_OFF, &mut controller.targets);
+        for _ in 0..MAX_PREDICTIONS {
+            self.predict(model, c);
+            self.fill_joints(model, controller, c, time, false);
+            let mut outcome = self.solve();
+            let limit = controller.config().limit_at(time - ROUND_OFF) * c;
+            if self.stage.following > 0.0 && self.solution.drive.iter().any(|drive| drive.abs() > limit) {
+                self.load_guess();
+                self.fill_joints(model, controller, c, time, true);
+                outcome.iterations += self.solve().iterations;
+            }
+            self.keep(outcome, tally);
+            if self.deviation() <= MAX_DEVIATION {
+                break;
+            }
+            self.guess.copy_from_slice(&self.rate);
+        }
+    }
+
+    /// Positions and velocities at the end of the stage if it moved as guessed, and the links of the stage.
+    fn predict(&mut self, model: &Model, c: f64) {
+        for (k, q) in self.predicted_q.iter_mut().enumerate() {
+            *q = self.base[k] + c * self.guess[k];
+        }
+        let rate = Vector3::new(self.guess[0], self.guess[1], self.guess[2]);
+        let base = Base { theta: self.predicted_q[2], rate };
+        self.predicted.set(model, base, &self.predicted_q[3..], &self.guess[3..]);
+        self.stage.coefficient = c;
+        self.stage.links.clear();
+        for ((link, at), reference) in model.links.iter().zip(&self.predicted.links).zip(&self.reference) {
+            self.stage.links.push(StageLink {
+                axial: at.axial,
+                arm: at.arm,
+                reference: *reference,
+                mass: link.mass,
+                inertia: link.inertia,
+                half_length: link.half_length,
+                lever: link.lever,
+                coulomb: link.friction.coulomb * c,
+                viscous: link.friction.viscous * c,
+            });
+        }
+        self.load_guess();
+    }
+
+    /// First guess of the solution: predicted velocities, the friction forces of the last stage.
+    fn load_guess(&mut self) {
+        let c = self.stage.coefficient;
+        for (i, at) in self.predicted.links.iter().enumerate() {
+            self.solution.twist[i] = at.twist;
+            self.solution.friction[i] = self.friction[i].map(|force| force * c);
+        }
+    }
+
+    /// The drives of the stage, from held torques or linear in the velocities at its end.
+    fn fill_joints(&mut self, model: &Model, controller: &Controller, c: f64, time: f64, saturated: bool) {
+        let Self { stage, control, predicted, base, reference, .. } = self;
+        let config = controller.config();
+        let limit = config.limit_at(time - ROUND_OFF);
+        stage.joints.clear();
+        stage.following = 0.0;
+        if config.treatment != Treatment::Implicit {
+            let held = controller.held.iter();
+            stage.joints.extend(held.map(|tau| StageJoint { drive: c * tau, stiffness: 0.0, limit: f64::INFINITY }));
+            return;
+        }
+        let stiffness = c * (config.kd + c * config.kp);
+        for (j, target) in controller.targets.iter().enumerate() {
+            let angle = target.angle - base[3 + j] - controller.error.phi[j];
+            control.u[j] = config.proportional(angle, target.rate - controller.error.phi_rate[j]);
+            if config.law == ControlLaw::Io {
+                control.u[j] += target.acceleration;
+                if saturated {
+                    // Rate at the end of the stage, were the model exact and the torque unlimited.
+                    let before = reference[j + 1].z - reference[j].z;
+                    let followed = (before + c * control.u[j]) / (1.0 + stiffness);
+                    control.u[j] = (followed - before) / c;
+                    control.phi_rate[j] = followed;
+                }
+            } else {
+                stage.joints.push(StageJoint { drive: c * control.u[j], stiffness, limit: c * limit });
+            }
+        }
+        if config.law == ControlLaw::Pd {
+            return;
+        }
+        let followed = saturated.then(|| control.phi_rate.clone());
+        control.inverse_dynamics(model, predicted, controller);
+        for (j, tau) in control.tau.iter().enumerate() {
+            stage.joints.push(match &followed {
+                None => StageJoint { drive: c * tau, stiffness: 0.0, limit: f64::INFINITY },
+                Some(rate) => {
+                    let stiffness = stiffness * control.own_inertia[j];
+                    StageJoint { drive: c * tau + stiffness * rate[j], stiffness, limit: c * limit }
+                }
+            });
+        }
+        stage.following = if saturated { 0.0 } else { stiffness };
+    }
+
+    fn solve(&mut self) -> Outcome {
+        self.newton.solve(&self.stage, &mut self.solution, self.config.tolerance(), self.config.max_iterations())
+    }
+
+    /// Takes velocities and forces over, and judges them.
+    fn keep(&mut self, outcome: Outcome, tally: &mut Tally) {
+        let c = self.stage.coefficient;
+        let twist = &self.solution.twist;
+        let base = twist[0].xy() - self.stage.links[0].swing() * twist[0].z;
+        (self.rate[0], self.rate[1], self.rate[2]) = (base.x, base.y, twist[0].z);
+        for (j, pair) in twist.windows(2).enumerate() {
+            self.rate[3 + j] = pair[1].z - pair[0].z;
+        }
+        for (force, impulse) in self.friction.iter_mut().zip(&self.solution.friction) {
+            *force = impulse.map(|impulse| impulse / c);
+        }
+        let certificate = certify(&self.stage, &self.solution);
+        tally.add_solve(outcome.iterations, !outcome.converged, certificate.residual(), 0.0);
+    }
+
+    /// How far the stage ended from its prediction, for any point of the robot \[m\].
+    fn deviation(&self) -> f64 {
+        let mut fastest: f64 = 0.0;
+        for ((u, at), link) in self.solution.twist.iter().zip(&self.predicted.links).zip(&self.stage.links) {
+            let change = u - at.twist;
+            fastest = fastest.max(change.xy().norm() + link.half_length * change.z.abs());
+        }
+        fastest * self.stage.coefficient
+    }
+}
+
+impl ControlModel {
+    fn new(model: &Model) -> Self {
+        let joints = model.joint_count();
+        let zero = vec![0.0; joints];
+        Self {
+            motion: Motion::new(model.link_count()),
+            dynamics: InverseDynamics::new(model.link_count()),
+            phi: zero.clone(),
+            phi_rate: zero.clone(),
+            u: zero.clone(),
+            own_inertia: own_inertia(model),
+            tau: zero,
+        }
+    }
+
+    /// tau (T 6.58) for the joint accelerations `u` at the predicted end of the stage, as measured.
+    fn inverse_dynamics(&mut self, model: &Model, predicted: &Motion, controller: &Controller) {
+        let law = Some(SmoothLaw::PRINTED);
+        if controller.noise.is_silent() {
+            self.dynamics.torques(model, predicted, law, &self.u, &mut self.tau);
+            return;
+        }
+        let error = &controller.error;
+        let first = &predicted.links[0];
+        for (j, pair) in predicted.links.windows(2).enumerate() {
+            let (sin, cos) = (
+                pair[0].axial.x * pair[1].axial.y - pair[0].axial.y * pair[1].axial.x,
+                pair[0].axial.dot(&pair[1].axial),
+            );
+            self.phi[j] = sin.atan2(cos) + error.phi[j];
+            self.phi_rate[j] = pair[1].twist.z - pair[0].twist.z + error.phi_rate[j];
+        }
+        let swing = Vector2::new(-first.axial.y, first.axial.x) * (model.links[0].half_length * first.twist.z);
+        let velocity = first.twist.xy() - swing + error.velocity;
+        let theta = first.axial.y.atan2(first.axial.x) + error.theta;
+        let base = Base { theta, rate: velocity.push(first.twist.z + error.theta_rate) };
+        self.motion.set(model, base, &self.phi, &self.phi_rate);
+        self.dynamics.torques(model, &self.motion, law, &self.u, &mut self.tau);
+    }
+}
+
+/// 1 / (M_22_bar^-1)_jj of the straight robot: column by column of M_22_bar, which is computed once.
+fn own_inertia(model: &Model) -> Vec<f64> {
+    let joints = model.joint_count();
+    let mut motion = Motion::new(model.link_count());
+    let still = vec![0.0; joints];
+    motion.set(model, Base { theta: 0.0, rate: Vector3::zeros() }, &still, &still);
+    let mut dynamics = InverseDynamics::new(model.link_count());
+    let mut mass = nalgebra::DMatrix::zeros(joints, joints);
+    for j in 0..joints {
+        let unit: Vec<f64> = (0..joints).map(|k| f64::from(u8::from(k == j))).collect();
+        dynamics.torques(model, &motion, None, &unit, mass.column_mut(j).as_mut_slice());
+    }
+    let mobility = mass.cholesky().map(|factor| factor.inverse());
+    (0..joints).map(|j| mobility.as_ref().map_or(0.0, |mobility| mobility[(j, j)].recip())).collect()
+}
+
+/// 1 - 1/sqrt 2: makes the two-stage SDIRK L-stable and of second order.
+const GAMMA: f64 = 1.0 - FRAC_1_SQRT_2;
+
+/// A stage that ends farther than this from its prediction is predicted anew \[m\].
+const MAX_DEVIATION: f64 = 2e-3;
+const MAX_PREDICTIONS: u32 = 4;

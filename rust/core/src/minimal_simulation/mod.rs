@@ -1,0 +1,194 @@
+//! One robot of the robot model (T ch. 6) that can be advanced: plant, controller, scheme and state together.
+
+mod controller;
+mod implicit;
+mod thesis;
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::error::ConfigError;
+use crate::gait::JointReference;
+use crate::minimal::{FeedbackConfig, FrictionLaw, Ground, MinimalState, Model, Motion, Noise, NoiseConfig};
+use crate::robot::{Robot, RobotConfig};
+use crate::stepper::{IntegratorConfig, Method, Tally};
+
+use controller::{Controller, ROUND_OFF};
+use implicit::Implicit;
+use thesis::Thesis;
+
+/// What a user may choose about a run of the robot model.
+#[derive(Debug, Clone)]
+pub struct MinimalConfig {
+    pub robot: RobotConfig,
+    pub ground: Ground,
+    pub friction_law: FrictionLaw,
+    pub controller: FeedbackConfig,
+    pub integrator: IntegratorConfig,
+    pub noise: NoiseConfig,
+    pub seed: u64,
+}
+
+/// The scheme chosen at construction.
+#[derive(Debug, Clone)]
+enum Scheme {
+    Implicit(Box<Implicit>),
+    Thesis(Box<Thesis>),
+}
+
+/// A robot on plane ground under a joint controller.
+#[derive(Debug, Clone)]
+pub struct MinimalSimulation {
+    model: Model,
+    state: MinimalState,
+    controller: Controller,
+    integrator: IntegratorConfig,
+    scheme: Scheme,
+    motion: Motion,
+    torque: Vec<f64>,
+    /// Time of the last jump of the reference or the drives.
+    last_jump: f64,
+    tally: Tally,
+    diverged: bool,
+}
+
+impl MinimalSimulation {
+    /// # Errors
+    /// Names the section, the field, the value and what is admissible.
+    pub fn new(config: &MinimalConfig) -> Result<Self, ConfigError> {
+        let robot = Robot::new(&config.robot).map_err(|e| e.inside("robot"))?;
+        config.ground.validate().map_err(|e| e.inside("scene"))?;
+        config.controller.validate().map_err(|e| e.inside("controller"))?;
+        config.integrator.validate().map_err(|e| e.inside("integrator"))?;
+        config.noise.validate().map_err(|e| e.inside("noise"))?;
+        let model = Model::new(&robot, &config.ground);
+        let links = model.link_count();
+        let scheme = match config.integrator.method {
+            Method::Thesis => Scheme::Thesis(Box::new(Thesis::new(config.integrator, &model))),
+            Method::Implicit => Scheme::Implicit(Box::new(Implicit::new(config.integrator, &model))),
+        };
+        Ok(Self {
+            state: MinimalState::zero(model.degrees()),
+            controller: Controller::new(config.controller, Noise::new(config.noise, config.seed), links),
+            integrator: config.integrator,
+            scheme,
+            motion: Motion::new(links),
+            torque: vec![0.0; links - 1],
+            last_jump: 0.0,
+            tally: Tally::new(0),
+            diverged: false,
+            model,
+        })
+    }
+
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    pub fn state(&self) -> &MinimalState {
+        &self.state
+    }
+
+    /// tau of each joint in the last step; positive drives phi up (T 7.8) \[N m\].
+    pub fn torque(&self) -> &[f64] {
+        &self.torque
+    }
+
+    /// What happened during the last `advance`.
+    pub fn tally(&self) -> &Tally {
+        &self.tally
+    }
+
+    /// Takes a state over and forgets the past.
+    pub fn place(&mut self, state: &MinimalState) {
+        self.state.copy_from(state);
+        self.torque.fill(0.0);
+        self.last_jump = state.time;
+        self.controller.restart(state.time);
+        match &mut self.scheme {
+            Scheme::Implicit(scheme) => scheme.clear(),
+            Scheme::Thesis(scheme) => scheme.clear(),
+        }
+    }
+
+    /// Integrates over `duration`; returns whether the state stayed sane.
+    ///
+    /// Steps end where the reference jumps, the actuators awake or a control period begins, and are short after that.
+    pub fn advance(&mut self, duration: f64, reference: &impl JointReference) -> bool {
+        self.tally.clear();
+        let end = self.state.time + duration;
+        while self.state.time < end - ROUND_OFF && !self.diverged {
+            self.controller.tick(&self.model, &self.state, reference);
+            let until = self.next_break(reference).min(end);
+            self.run_to(until, reference);
+            if until < end {
+                self.last_jump = until;
+                if let Scheme::Implicit(scheme) = &mut self.scheme {
+                    scheme.meet_jump();
+                }
+            }
+        }
+        !self.diverged
+    }
+
+    /// The next time at which something jumps.
+    fn next_break(&self, reference: &impl JointReference) -> f64 {
+        let now = self.state.time + ROUND_OFF;
+        let awake = self.controller.config().active_from;
+        let awake = if awake > now { awake } else { f64::INFINITY };
+        reference.next_jump(now).min(awake).min(self.controller.next_period())
+    }
+
+    fn run_to(&mut self, until: f64, reference: &impl JointReference) {
+        while self.state.time < until - ROUND_OFF && !self.diverged {
+            let left = until - self.state.time;
+            let h = left / f64::from(self.integrator.steps_in(left));
+            let h = h.min(self.largest_step());
+            let end = if h > left - ROUND_OFF { until } else { self.state.time + h };
+            let Self { model, state, controller, tally, .. } = self;
+            match &mut self.scheme {
+                Scheme::Implicit(scheme) => {
+                    scheme.step(model, state, controller, reference, end - state.time, tally);
+                    self.torque.iter_mut().zip(scheme.torque()).for_each(|(to, tau)| *to = tau);
+                }
+                Scheme::Thesis(scheme) => {
+                    scheme.step(model, state, controller, reference, end - state.time, tally);
+                    self.torque.copy_from_slice(&scheme.torque);
+                }
+            }
+            self.state.time = end;
+            self.diverged = !self.state.is_sane();
+        }
+    }
+
+    /// Steps grow from `RAMP` of the usual length after a jump; the thesis's scheme keeps its own.
+    fn largest_step(&self) -> f64 {
+        match self.scheme {
+            Scheme::Implicit(_) => (RAMP * self.integrator.step()).max(GROWTH * (self.state.time - self.last_jump)),
+            Scheme::Thesis(_) => f64::INFINITY,
+        }
+    }
+
+    /// Poses (x, y, theta) of the links' CGs.
+    pub fn poses(&mut self) -> Vec<Vector3<f64>> {
+        let Self { model, state, motion, .. } = self;
+        motion.set(model, state.base(), state.phi(), state.phi_rate());
+        let origin = Vector2::new(state.q[0], state.q[1]);
+        let mut theta = 0.0;
+        let links = motion.links.iter().enumerate();
+        links
+            .map(|(i, at)| {
+                theta += state.q[2 + i];
+                (origin + at.arm).push(theta)
+            })
+            .collect()
+    }
+
+    /// \[J\]
+    pub fn kinetic_energy(&mut self) -> f64 {
+        self.state.kinetic_energy(&self.model, &mut self.motion)
+    }
+}
+
+/// First step after a jump over the usual step, and growth of the steps from there.
+const RAMP: f64 = 1.0 / 64.0;
+const GROWTH: f64 = 0.5;
