@@ -2,18 +2,21 @@
 
 mod controller;
 mod implicit;
+mod smooth;
+mod smooth_plant;
 mod thesis;
 
 use nalgebra::{Vector2, Vector3};
 
 use crate::error::ConfigError;
 use crate::gait::JointReference;
-use crate::minimal::{FeedbackConfig, FrictionLaw, Ground, MinimalState, Model, Motion, Noise, NoiseConfig};
+use crate::minimal::{FeedbackConfig, FrictionLaw, Ground, MinimalState, Model, Motion, Noise, NoiseConfig, Treatment};
 use crate::robot::{Robot, RobotConfig};
 use crate::stepper::{IntegratorConfig, Method, Tally};
 
 use controller::{Controller, ROUND_OFF};
 use implicit::Implicit;
+use smooth::Smooth;
 use thesis::Thesis;
 
 /// What a user may choose about a run of the robot model.
@@ -33,6 +36,7 @@ pub struct MinimalConfig {
 enum Scheme {
     Implicit(Box<Implicit>),
     Thesis(Box<Thesis>),
+    Smooth(Box<Smooth>),
 }
 
 /// A robot on plane ground under a joint controller.
@@ -62,14 +66,23 @@ impl MinimalSimulation {
         config.noise.validate().map_err(|e| e.inside("noise"))?;
         let model = Model::new(&robot, &config.ground);
         let links = model.link_count();
-        let scheme = match config.integrator.method {
-            Method::Thesis => Scheme::Thesis(Box::new(Thesis::new(config.integrator, &model))),
-            Method::Implicit => Scheme::Implicit(Box::new(Implicit::new(config.integrator, &model))),
+        let controller = controller_of(config, links)?;
+        let integrator = config.integrator;
+        let scheme = match (config.friction_law, integrator.method) {
+            (FrictionLaw::SetValued, Method::Thesis) => Scheme::Thesis(Box::new(Thesis::new(integrator, &model))),
+            (FrictionLaw::SetValued, Method::Implicit) => Scheme::Implicit(Box::new(Implicit::new(integrator, &model))),
+            (FrictionLaw::Smooth(law), Method::Implicit) => {
+                Scheme::Smooth(Box::new(Smooth::new(&integrator, &model, law, &controller)))
+            }
+            (FrictionLaw::Smooth(_), Method::Thesis) => {
+                let expected = "\"implicit\" for a smooth friction law: time stepping is for set-valued laws";
+                return Err(ConfigError::new("integrator.method", "\"thesis\"", expected));
+            }
         };
         Ok(Self {
             state: MinimalState::zero(model.degrees()),
-            controller: Controller::new(config.controller, Noise::new(config.noise, config.seed), links),
-            integrator: config.integrator,
+            controller,
+            integrator,
             scheme,
             motion: Motion::new(links),
             torque: vec![0.0; links - 1],
@@ -107,6 +120,7 @@ impl MinimalSimulation {
         match &mut self.scheme {
             Scheme::Implicit(scheme) => scheme.clear(),
             Scheme::Thesis(scheme) => scheme.clear(),
+            Scheme::Smooth(scheme) => scheme.meet_jump(),
         }
     }
 
@@ -122,8 +136,10 @@ impl MinimalSimulation {
             self.run_to(until, reference);
             if until < end {
                 self.last_jump = until;
-                if let Scheme::Implicit(scheme) = &mut self.scheme {
-                    scheme.meet_jump();
+                match &mut self.scheme {
+                    Scheme::Implicit(scheme) => scheme.meet_jump(),
+                    Scheme::Smooth(scheme) => scheme.meet_jump(),
+                    Scheme::Thesis(_) => {}
                 }
             }
         }
@@ -140,10 +156,7 @@ impl MinimalSimulation {
 
     fn run_to(&mut self, until: f64, reference: &impl JointReference) {
         while self.state.time < until - ROUND_OFF && !self.diverged {
-            let left = until - self.state.time;
-            let h = left / f64::from(self.integrator.steps_in(left));
-            let h = h.min(self.largest_step());
-            let end = if h > left - ROUND_OFF { until } else { self.state.time + h };
+            let end = self.step_end(until);
             let Self { model, state, controller, tally, .. } = self;
             match &mut self.scheme {
                 Scheme::Implicit(scheme) => {
@@ -154,18 +167,30 @@ impl MinimalSimulation {
                     scheme.step(model, state, controller, reference, end - state.time, tally);
                     self.torque.copy_from_slice(&scheme.torque);
                 }
+                Scheme::Smooth(scheme) => {
+                    scheme.run_to(state, controller, reference, end, tally);
+                    scheme.write_torque(&mut self.torque);
+                }
             }
             self.state.time = end;
             self.diverged = !self.state.is_sane();
         }
     }
 
-    /// Steps grow from `RAMP` of the usual length after a jump; the thesis's scheme keeps its own.
-    fn largest_step(&self) -> f64 {
+    /// The end of the next step on the way to `until`. After a jump the steps of the default scheme grow from `RAMP`
+    /// of the usual length; the smooth plant's solver chooses its own.
+    fn step_end(&self, until: f64) -> f64 {
+        let left = until - self.state.time;
+        let mut h = left / f64::from(self.integrator.steps_in(left));
         match self.scheme {
-            Scheme::Implicit(_) => (RAMP * self.integrator.step()).max(GROWTH * (self.state.time - self.last_jump)),
-            Scheme::Thesis(_) => f64::INFINITY,
+            Scheme::Thesis(_) => {}
+            Scheme::Implicit(_) => {
+                let grown = GROWTH * (self.state.time - self.last_jump);
+                h = h.min(grown.max(RAMP * self.integrator.step()));
+            }
+            Scheme::Smooth(_) => h = left,
         }
+        if h > left - ROUND_OFF { until } else { self.state.time + h }
     }
 
     /// Poses (x, y, theta) of the links' CGs.
@@ -188,6 +213,25 @@ impl MinimalSimulation {
         self.state.kinetic_energy(&self.model, &mut self.motion)
     }
 }
+
+/// The controller; on a smooth plant "once a step" means once every step of the thesis.
+fn controller_of(config: &MinimalConfig, links: usize) -> Result<Controller, ConfigError> {
+    let mut feedback = config.controller;
+    let noise = Noise::new(config.noise, config.seed);
+    if matches!(config.friction_law, FrictionLaw::Smooth(_)) {
+        if feedback.treatment == Treatment::Step {
+            feedback.treatment = Treatment::Period(config.integrator.step.unwrap_or(THESIS_STEP));
+        }
+        if feedback.treatment == Treatment::Implicit && !noise.is_silent() {
+            let expected = "\"step\" or a control period: noise on a smooth plant needs sampling instants";
+            return Err(ConfigError::new("controller.treatment", "\"implicit\"", expected));
+        }
+    }
+    Ok(Controller::new(feedback, noise, links))
+}
+
+/// (T Table 7.2) \[s\].
+const THESIS_STEP: f64 = 2.5e-4;
 
 /// First step after a jump over the usual step, and growth of the steps from there.
 const RAMP: f64 = 1.0 / 64.0;
