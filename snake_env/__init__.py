@@ -5,8 +5,8 @@ Importing the package registers the environments SnakeCourse-v0, SnakeField-v0 a
 
 from __future__ import annotations
 
-from snake_env import _native
-from snake_env.config import PD, Gait, Integrator, Robot, Scene, Start
+from snake_env import _native, minimal
+from snake_env.config import PD, Gait, Integrator, IOLinearizing, Noise, Robot, Scene, Start
 from snake_env.env import SnakeEnv
 from snake_env.errors import ConfigError, DivergenceError
 from snake_env.registration import register
@@ -19,13 +19,16 @@ __all__ = [
     "ConfigError",
     "DivergenceError",
     "Gait",
+    "IOLinearizing",
     "Integrator",
+    "Noise",
     "Robot",
     "Scene",
     "SnakeEnv",
     "SnakeVectorEnv",
     "Start",
     "Trajectory",
+    "minimal",
     "simulate",
 ]
 

@@ -3,7 +3,19 @@ from typing import Any, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Batch", "__version__", "check", "courses", "defaults", "layout", "simulate"]
+__all__ = [
+    "Batch",
+    "__version__",
+    "check",
+    "control_plant",
+    "courses",
+    "defaults",
+    "gait_reference",
+    "layout",
+    "process_plant",
+    "simulate",
+    "simulate_minimal",
+]
 
 __version__: str
 
@@ -11,7 +23,11 @@ def check(section: str, config_json: str) -> None: ...
 def courses() -> dict[str, dict[str, Any]]: ...
 def defaults(section: str) -> str | None: ...
 def layout(config_json: str) -> dict[str, Any]: ...
+def control_plant(config_json: str) -> dict[str, Any]: ...
+def gait_reference(gait_json: str, joints: int, times: list[float]) -> dict[str, Any]: ...
+def process_plant(config_json: str) -> dict[str, Any]: ...
 def simulate(config_json: str) -> dict[str, Any]: ...
+def simulate_minimal(config_json: str) -> dict[str, Any]: ...
 
 _Sheet: TypeAlias = tuple[
     NDArray[np.float32],

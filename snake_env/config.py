@@ -11,6 +11,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 from snake_env import _checks, _native
 from snake_env._encode import encode
 from snake_env.errors import ConfigError
@@ -66,8 +69,10 @@ class Scene(_Section):
     Args:
         obstacles: pegs as triples (radius, x, y) [m]; radius > 0.
         friction: Coulomb coefficients along and across a link (mu_x, mu_y), >= 0.
-        viscous: viscous coefficients; the planar model has none, so (0, 0).
-        friction_law: "set-valued", the exact Coulomb law.
+        viscous: viscous coefficients along and across a link (mu_Vx, mu_Vy) [s/m], >= 0; the robot model alone.
+        friction_law: "set-valued", the exact Coulomb law; for the robot model also "arctan" (T 6.21), a box, and
+            "ellipse", -D^2 v / sqrt(v^T D^2 v + eps^2) with D = diag(friction) times a contact point's normal force.
+        smoothing: eps of the smooth laws, > 0: [m/s] for "arctan", [N m/s] for "ellipse".
         course: name of the preset that the scene was made from, for :meth:`Start.on_course`.
     """
 
@@ -77,17 +82,29 @@ class Scene(_Section):
     friction: tuple[float, float] = (0.2, 0.2)
     viscous: tuple[float, float] = (0.0, 0.0)
     friction_law: str = "set-valued"
+    smoothing: float = 1e-3
     course: str | None = None
 
     def __post_init__(self) -> None:
-        if not _is_zero_pair(self.viscous):
-            raise ConfigError("scene.viscous", repr(self.viscous), "(0.0, 0.0): this release has no viscous friction")
-        _checks.choice("scene.friction_law", self.friction_law, ["set-valued"])
         _checks.choice("scene.course", self.course, [None, *_native.courses()])
         super().__post_init__()
+        _native.check("ground", encode(self._ground(), self._section))
 
     def _for_core(self) -> dict[str, Any]:
         return {"obstacles": self.obstacles, "friction": self.friction}
+
+    def _for_planar(self) -> dict[str, Any]:
+        """The planar model's part; what it has not is refused."""
+        if any(self.viscous):
+            raise ConfigError("scene.viscous", repr(self.viscous), '(0.0, 0.0), or model="minimal": viscous friction')
+        if self.friction_law != "set-valued":
+            raise ConfigError("scene.friction_law", repr(self.friction_law), '"set-valued", or model="minimal"')
+        return self._for_core()
+
+    def _ground(self) -> dict[str, Any]:
+        """The ground of the robot model."""
+        names = ("friction", "viscous", "friction_law", "smoothing")
+        return {name: getattr(self, name) for name in names}
 
     @classmethod
     def preset(cls, name: str, friction: tuple[float, float] = (0.2, 0.2)) -> Scene:
@@ -112,13 +129,6 @@ class Scene(_Section):
         if not 1 <= j <= count:
             raise ConfigError("obstacle", j, f"an integer in [1, {count}]")
         return j - 1
-
-
-def _is_zero_pair(value: Any) -> bool:
-    try:
-        return len(value) == 2 and not any(value)
-    except (TypeError, ValueError):
-        return False
 
 
 def _course(name: str) -> dict[str, Any]:
@@ -176,6 +186,11 @@ class Gait(_Section):
         values.setdefault("vertical_amplitude", values["amplitude"])
         return cls._with_vertical(values)
 
+    def reference(self, time: ArrayLike, joints: int = 10) -> dict[str, NDArray[np.float64]]:
+        """The horizontal references at the given times: "angle", "rate" and "acceleration", (T, joints) each."""
+        times = np.atleast_1d(np.asarray(time, np.float64)).tolist()
+        return _native.gait_reference(encode(self._for_core(), self._section), joints, times)
+
     @classmethod
     def _with_vertical(cls, values: dict[str, Any]) -> Gait:
         values.setdefault("vertical_omega", values.get("omega", cls.omega))
@@ -186,13 +201,14 @@ class Gait(_Section):
 
 @dataclass(frozen=True)
 class PD(_Section):
-    """Joint controller tau = -k_P (phi_d - phi) - k_D (phi_d' - phi') (T 3.51).
+    """Joint controller tau = -k_P (phi_d - phi) - k_D (phi_d' - phi') (T 3.51), (T 7.8) with the other sign.
 
     Args:
         kp: k_P [N m/rad], >= 0.
         kd: k_D [N m s/rad], >= 0.
         torque_limit: largest torque of a joint [N m], > 0; None for none.
         active_from: the actuators are off before this time [s], >= 0.
+        treatment: as for :class:`IOLinearizing`; the planar model takes "implicit" alone.
     """
 
     _section = "controller"
@@ -201,6 +217,102 @@ class PD(_Section):
     kd: float = 2.0
     torque_limit: float | None = None
     active_from: float = 0.0
+    treatment: str | float = "implicit"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _native.check("feedback", encode(self._feedback(), self._section))
+
+    def _for_core(self) -> dict[str, Any]:
+        names = ("kp", "kd", "torque_limit", "active_from")
+        return {name: getattr(self, name) for name in names}
+
+    def _for_planar(self) -> dict[str, Any]:
+        """The planar model's part; what it has not is refused."""
+        if self.treatment != "implicit":
+            raise ConfigError("controller.treatment", repr(self.treatment), '"implicit", or model="minimal"')
+        return self._for_core()
+
+    def _feedback(self) -> dict[str, Any]:
+        """The controller of the robot model."""
+        return {"law": "pd", **self._for_core(), "treatment": self.treatment}
+
+
+@dataclass(frozen=True)
+class IOLinearizing(_Section):
+    """Input-output linearising joint controller (T 6.58), (T 6.60); the default gains are the thesis's (T Table 7.2).
+
+    tau = M22_bar u + h2_bar - g2_bar, u = phi_d'' - K_D (phi' - phi_d') - K_P (phi - phi_d), with the smooth friction
+    (T 6.21) as the controller's model, whatever the plant's law.
+
+    Args:
+        kp: K_P [1/s^2], >= 0.
+        kd: K_D [1/s], >= 0.
+        torque_limit: largest torque of a joint [N m], > 0; None for none.
+        active_from: the actuators are off before this time [s], >= 0.
+        treatment: "implicit" computes the torque continuously, in a time step from the state at its end, without
+            limit on the step; "step" from the state at the start of the step, held over it (on a smooth plant every
+            ``Integrator.step``, by default 2.5e-4 s); a number is a control period [s] over which torques are held.
+    """
+
+    _section = "controller"
+
+    kp: float = 4e5
+    kd: float = 2.4e3
+    torque_limit: float | None = None
+    active_from: float = 0.0
+    treatment: str | float = "implicit"
+
+    def __post_init__(self) -> None:
+        _native.check("feedback", encode(self._feedback(), self._section))
+
+    @classmethod
+    def for_period(cls, period: float, **changes: Any) -> IOLinearizing:
+        """Critically damped gains K_D = 0.5 / T, K_P = K_D^2 / 4 for torques held over a control period T [s].
+
+        Torques are held over the period unless ``treatment`` says otherwise.
+        """
+        if not (isinstance(period, float | int) and 0.0 < period < math.inf):
+            raise ConfigError("controller.period", repr(period), "a finite number > 0")
+        kd = 0.5 / period
+        return cls(**({"kp": 0.25 * kd * kd, "kd": kd, "treatment": period} | changes))
+
+    def _feedback(self) -> dict[str, Any]:
+        """The controller of the robot model."""
+        fields = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
+        return {"law": "io", **fields}
+
+
+@dataclass(frozen=True)
+class Noise(_Section):
+    """Amplitudes of the uniform noise on what a controller measures (T 7.9)-(T 7.14); each measurement draws anew.
+
+    Args:
+        position: N_p [m], >= 0; no controller uses the position.
+        heading: N_theta [rad], >= 0.
+        joint_angle: N_phi [rad], >= 0.
+        velocity: N_v of O_2 [m/s], >= 0.
+        yaw_rate: N_theta' [rad/s], >= 0.
+        joint_rate: N_phi' [rad/s], >= 0.
+    """
+
+    _section = "noise"
+
+    position: float = 0.0
+    heading: float = 0.0
+    joint_angle: float = 0.0
+    velocity: float = 0.0
+    yaw_rate: float = 0.0
+    joint_rate: float = 0.0
+
+    @classmethod
+    def table_7_4(cls, row: str) -> Noise:
+        """Row "b", "c" or "d" of (T Table 7.4): the noise of Fig. 7.11 (b), (c) and (d)."""
+        rows = {"b": (0.1, 0.1, 0.1), "c": (10.0, 10.0, 0.1), "d": (10.0, 10.0, 1.0)}
+        if row not in rows:
+            raise ConfigError("noise.table_7_4", repr(row), '"b", "c" or "d"')
+        base, turn, joint = rows[row]
+        return cls(base, turn * DEGREE, joint * DEGREE, base, turn * DEGREE, joint * DEGREE)
 
 
 @dataclass(frozen=True)
@@ -212,16 +324,18 @@ class Integrator(_Section):
             at a time; or "thesis", the time stepping and Modified Newton iteration as printed (T Algorithm 3.1).
         step: largest step [s], > 0; a sample interval is divided into equal steps no longer than this. "implicit":
             0.025, and shorter in the first 0.2 s after the robot was placed. "adaptive": 0.05, steps as needed below.
+            0.02 for the robot model, whose smooth plants have a solver that chooses its own.
         tolerance: > 0. "thesis": the iteration stops when the impulses change by less [N s] (T 3.81).
             "implicit": accuracy of the velocities in a stage [m/s]. "adaptive": error to expect of any link's position
             after a few seconds of motion [m], in [1e-7, 0.1], default 1e-4.
+            A smooth plant of the robot model: relative tolerance, default 1e-6.
         max_iterations: after which a solve is given up and counted as a miss, >= 1.
         order: 1 or 2. "implicit": implicit Euler, or the two-stage SDIRK scheme.
         event_substeps: "implicit", order 2: Euler steps that at most replace a step in which a peg's force changes
             abruptly.
         event_tolerance: "implicit", order 2: deviation of a stage from its prediction beyond which that is so [m],
             > 0; None: 0.32 m/s^2 times the squared step.
-        r_t: r_T of (T 3.79), > 0. "thesis" alone.
+        r_t: r_T of (T 3.79), > 0; None takes the thesis's, 1.3, or 0.2 for the robot model. "thesis" alone.
         r_h: r_H of (T 3.78), > 0. "thesis" alone.
     """
 
@@ -234,7 +348,7 @@ class Integrator(_Section):
     order: int = 2
     event_substeps: int = 4
     event_tolerance: float | None = None
-    r_t: float = 1.3
+    r_t: float | None = None
     r_h: float = 0.01
 
 
@@ -243,7 +357,7 @@ class Start:
     """Where the robot starts, at rest.
 
     Args:
-        position: CG of link 1 (x, y) [m].
+        position: CG of link 1 (x, y) [m]; of the first real link in the robot model.
         heading: absolute angle theta_1 of link 1 [rad]; with pi the body axes point to -x and the
             leading link faces +x.
         posture: "gait" (joint angles equal the reference at t = 0), "straight", or n - 1 joint angles [rad].

@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+import dataclasses
 import warnings
 from typing import Any
 
 from snake_env import _native
+from snake_env._checks import choice
 from snake_env._encode import encode
-from snake_env.config import PD, Gait, Integrator, Robot, Scene, Start
+from snake_env.config import PD, Gait, Integrator, IOLinearizing, Noise, Robot, Scene, Start
 from snake_env.errors import ConfigError
 from snake_env.trajectory import Trajectory
 
 VISIBLE_PENETRATION = 1e-3
 """Overlap of a link and a peg that no step of usual length leaves [m]."""
+
+ROBOT_MODEL_GROUND: dict[str, Any] = {"friction": (0.2, 0.5), "viscous": (0.1, 0.2)}
+"""Ground of the robot model in the thesis (T Table 7.2)."""
+
+ROBOT_MODEL_GAINS: dict[str, float] = {"kp": 200.0, "kd": 1.2}
+"""Gains of its PD controller (T Table 7.2)."""
 
 
 def simulate(
@@ -20,28 +28,33 @@ def simulate(
     robot: Robot | None = None,
     scene: Scene | None = None,
     gait: Gait | None = None,
-    controller: PD | None = None,
+    controller: PD | IOLinearizing | None = None,
     integrator: Integrator | None = None,
     start: Start | None = None,
     duration: float = 5.0,
     sample: float = 0.1,
-    noise: None = None,
+    noise: Noise | None = None,
     seed: int = 0,
+    friction_law: str | None = None,
+    viscous: tuple[float, float] | None = None,
 ) -> Trajectory:
     """Simulate one robot that follows a gait.
 
     Args:
-        model: "planar", the model of chapter 3.
+        model: "planar", the model of chapter 3; "minimal", the robot model of chapter 6.
         robot: default :class:`Robot`, Aiko.
-        scene: default :class:`Scene`, flat ground with isotropic friction.
+        scene: default :class:`Scene`, flat ground with isotropic friction; for "minimal" the ground of (T Table 7.2).
         gait: default lateral undulation.
-        controller: default :class:`PD`.
+        controller: default :class:`PD`, for "minimal" with the gains of (T Table 7.2); :class:`IOLinearizing` needs
+            "minimal".
         integrator: default :class:`Integrator`, that of the environments.
         start: default the start of a preset course, otherwise :class:`Start`.
         duration: simulated time [s], > 0.
         sample: interval between samples [s], > 0; the last sample is at the last multiple not after ``duration``.
-        noise: None; measurement noise needs the model of chapter 6.
+        noise: noise on the measurements of the controller, "minimal" alone; None for none.
         seed: seed of the noise.
+        friction_law: instead of the scene's.
+        viscous: instead of the scene's.
 
     Raises:
         ConfigError: names the field, the value and what is admissible.
@@ -49,29 +62,60 @@ def simulate(
     Warns:
         UserWarning: a link overlapped a peg by more than a millimetre, as when the robot starts inside one.
     """
-    if noise is not None:
-        raise ConfigError("noise", noise, "None: this release has no measurement noise")
+    choice("model", model, ("planar", "minimal"))
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
         raise ConfigError("seed", repr(seed), "an integer >= 0")
-    scene = _section("scene", scene, Scene)
+    scene = _scene(model, scene, friction_law, viscous)
     if start is None:
         start = Start() if scene.course is None else Start.on_course(scene)
     config: dict[str, Any] = {
-        "model": model,
         "robot": _section("robot", robot, Robot)._for_core(),
-        "scene": scene._for_core(),
         "gait": _section("gait", gait, Gait)._for_core(),
-        "controller": _section("controller", controller, PD)._for_core(),
         "integrator": _section("integrator", integrator, Integrator)._for_core(),
         "start": _section("start", start, Start),
         "duration": duration,
         "sample": sample,
     }
+    run = _planar if model == "planar" else _minimal
+    return run(config, scene, controller, noise, seed)
+
+
+def _planar(config: dict[str, Any], scene: Scene, controller: Any, noise: Any, seed: int) -> Trajectory:
+    if noise is not None:
+        raise ConfigError("noise", noise, 'None, or model="minimal"')
+    if isinstance(controller, IOLinearizing):
+        raise ConfigError("controller", repr(controller), 'a snake_env.PD, or model="minimal"')
+    config["model"] = "planar"
+    config["scene"] = scene._for_planar()
+    config["controller"] = _section("controller", controller, PD)._for_planar()
     trajectory = Trajectory(**_native.simulate(encode(config)))
     if trajectory.max_penetration > VISIBLE_PENETRATION:
         depth = f"{trajectory.max_penetration:.2g} m"
-        warnings.warn(f"a link and a peg overlapped by {depth}: does the robot start inside a peg?", stacklevel=2)
+        warnings.warn(f"a link and a peg overlapped by {depth}: does the robot start inside a peg?", stacklevel=3)
     return trajectory
+
+
+def _minimal(config: dict[str, Any], scene: Scene, controller: Any, noise: Any, seed: int) -> Trajectory:
+    if scene.obstacles:
+        raise ConfigError("scene.obstacles", f"{len(scene.obstacles)} pegs", 'none: the model "minimal" has no pegs')
+    if controller is None:
+        controller = PD(**ROBOT_MODEL_GAINS)
+    if not isinstance(controller, IOLinearizing):
+        controller = _section("controller", controller, PD)
+    config["scene"] = scene._ground()
+    config["controller"] = controller._feedback()
+    config["noise"] = _section("noise", noise, Noise)._for_core()
+    config["seed"] = seed
+    return Trajectory(**_native.simulate_minimal(encode(config)))
+
+
+def _scene(model: str, scene: Scene | None, friction_law: str | None, viscous: tuple[float, float] | None) -> Scene:
+    if scene is None and model == "minimal":
+        scene = Scene(**ROBOT_MODEL_GROUND)
+    scene = _section("scene", scene, Scene)
+    changes = {"friction_law": friction_law, "viscous": viscous}
+    changes = {name: value for name, value in changes.items() if value is not None}
+    return dataclasses.replace(scene, **changes)
 
 
 def _section(name: str, value: Any, kind: type) -> Any:

@@ -19,7 +19,8 @@ class Trajectory:
         position: (T, n, 2) CGs of the links [m].
         angle: (T, n) absolute link angles [rad].
         joint_angle: (T, n - 1) [rad].
-        joint_torque: (T, n - 1) actuator torques tau_C of the last step [N m].
+        joint_torque: (T, n - 1) actuator torques of the last step [N m]: planar tau_C of (T 3.51), which acts on the
+            link before the joint; robot model tau of (T 7.8), which drives the joint angle up.
         contact_force: (T, n, 2) obstacle force on each link, averaged over the sample interval (T 7.6) [N].
         residual: (T,) worst contact-solver residual since the last sample [m/s].
         iterations: (T,) solver iterations since the last sample.
@@ -28,6 +29,8 @@ class Trajectory:
         energy: (T,) kinetic energy [J].
         max_joint_gap: largest distance between the two ends that meet in a joint, at any step [m].
         max_penetration: deepest overlap of a link and a peg at any step [m].
+        passive_velocity: (T, 3) w of (T 6.41), velocity of O_2 in the first link's frame and yaw rate [m/s, rad/s];
+            the robot model alone.
     """
 
     time: Array
@@ -43,6 +46,7 @@ class Trajectory:
     energy: Array
     max_joint_gap: float
     max_penetration: float
+    passive_velocity: Array | None = None
 
     def __repr__(self) -> str:
         samples, links = self.angle.shape

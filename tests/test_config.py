@@ -38,7 +38,8 @@ SECTIONS = [
     (Integrator, "max_iterations", [0, -1, 2.5, "x"]),
     (Integrator, "order", [0, 3, 1.5, None]),
     (Integrator, "event_substeps", [0, -1, None]),
-    *[(Integrator, name, [0.0, -1.0, NAN, None]) for name in ("r_t", "r_h")],
+    (Integrator, "r_t", [0.0, -1.0, NAN]),
+    (Integrator, "r_h", [0.0, -1.0, NAN, None]),
 ]
 
 BAD_SECTIONS = [(kind, name, value) for kind, name, values in SECTIONS for value in values]

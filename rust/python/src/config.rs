@@ -5,12 +5,14 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 use snake_core::ConfigError;
 use snake_core::control::PdConfig;
+use snake_core::minimal::{FeedbackConfig, NoiseConfig};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Scene, SceneConfig};
 use snake_core::stepper::IntegratorConfig;
 
 use crate::gait::GaitConfig;
 use crate::gate::Fault;
+use crate::minimal::GroundConfig;
 
 /// Parses a configuration.
 ///
@@ -73,11 +75,19 @@ pub fn check(section: &str, config_json: &str) -> PyResult<()> {
         "robot" => decode::<RobotConfig>(config_json).and_then(|c| Robot::new(&c).map(drop)),
         "scene" => decode::<SceneConfig>(config_json).and_then(|c| Scene::new(&c).map(drop)),
         "controller" => decode::<PdConfig>(config_json).and_then(|c| c.validate()),
+        "ground" => decode::<GroundConfig>(config_json).and_then(|c| c.validate()),
+        "feedback" => decode::<FeedbackConfig>(config_json).and_then(|c| c.validate()),
+        "noise" => decode::<NoiseConfig>(config_json).and_then(|c| c.validate()),
         "integrator" => decode::<IntegratorConfig>(config_json).and_then(|c| c.validate()),
         "gait" => decode::<GaitConfig>(config_json).and_then(|c| c.validate()),
-        other => Err(ConfigError::new("section", other, "robot, scene, controller, integrator or gait")),
+        other => Err(ConfigError::new("section", other, "the name of a section")),
     };
-    outcome.map_err(|error| Fault::Config(error.inside(section)).into())
+    let written = match section {
+        "ground" => "scene",
+        "feedback" => "controller",
+        other => other,
+    };
+    outcome.map_err(|error| Fault::Config(error.inside(written)).into())
 }
 
 /// The defaults of a section as JSON text.

@@ -6,6 +6,7 @@ mod courses;
 mod gait;
 mod gate;
 mod layout;
+mod minimal;
 mod numbers;
 mod run;
 mod sheet;
@@ -23,6 +24,8 @@ mod _native {
     use super::courses::courses;
     #[pymodule_export]
     use super::layout::layout;
+    #[pymodule_export]
+    use super::minimal::{control_plant, gait_reference, process_plant, simulate_minimal};
     #[pymodule_export]
     use super::run::simulate;
 

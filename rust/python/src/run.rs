@@ -51,9 +51,9 @@ enum Model {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct StartConfig {
-    position: [f64; 2],
-    heading: f64,
+pub struct StartConfig {
+    pub position: [f64; 2],
+    pub heading: f64,
     posture: Posture,
 }
 
@@ -65,7 +65,8 @@ enum Posture {
 }
 
 impl StartConfig {
-    fn joint_angle(&self, joints: usize, gait: &Gait) -> Result<Vec<f64>, ConfigError> {
+    /// The joint angles of the posture.
+    pub fn joint_angle(&self, joints: usize, gait: &Gait) -> Result<Vec<f64>, ConfigError> {
         let expected = format!("\"gait\", \"straight\" or {joints} finite joint angles");
         match &self.posture {
             Posture::Named(name) if name == "gait" => Ok((0..joints).map(|j| gait.target(j, 0.0).angle).collect()),
@@ -101,20 +102,9 @@ impl Run {
         finite("start.position[1]", y)?;
         finite("start.heading", start.heading)?;
         simulation.place_chain(x, y, start.heading, &start.joint_angle(joints, &gait)?);
-        positive("duration", config.duration)?;
-        positive("sample", config.sample)?;
-        let samples = (config.duration / config.sample * (1.0 + ROUND_OFF)).floor();
+        let samples = count_samples(config.duration, config.sample)?;
         let steps = integrator.steps_in(config.sample);
-        require(samples <= MAX_SAMPLES, "duration", config.duration, "at most 1e7 sample intervals")?;
-        require(samples >= 1.0, "sample", config.sample, "no longer than the duration")?;
-        Ok(Self {
-            simulation,
-            gait,
-            sample: config.sample,
-            samples: samples as usize,
-            steps: steps as usize,
-            watch: SignalWatch::new(),
-        })
+        Ok(Self { simulation, gait, sample: config.sample, samples, steps: steps as usize, watch: SignalWatch::new() })
     }
 
     fn samples(mut self) -> Result<Samples, Fault> {
@@ -144,22 +134,32 @@ impl Run {
     }
 }
 
+/// Number of sample intervals in a run.
+pub fn count_samples(duration: f64, sample: f64) -> Result<usize, ConfigError> {
+    positive("duration", duration)?;
+    positive("sample", sample)?;
+    let samples = (duration / sample * (1.0 + ROUND_OFF)).floor();
+    require(samples <= MAX_SAMPLES, "duration", duration, "at most 1e7 sample intervals")?;
+    require(samples >= 1.0, "sample", sample, "no longer than the duration")?;
+    Ok(samples as usize)
+}
+
 /// A ratio of times this close to a whole number, relatively, counts as whole.
 const ROUND_OFF: f64 = 1e-9;
 
 const MAX_SAMPLES: f64 = 1e7;
 
 /// Lets Python's signal handlers run about every 50 ms.
-struct SignalWatch {
+pub struct SignalWatch {
     last: Instant,
 }
 
 impl SignalWatch {
-    fn new() -> Self {
+    pub fn new() -> Self {
         Self { last: Instant::now() }
     }
 
-    fn poll(&mut self) -> PyResult<()> {
+    pub fn poll(&mut self) -> PyResult<()> {
         if self.last.elapsed() < Duration::from_millis(50) {
             return Ok(());
         }

@@ -39,6 +39,8 @@ pub struct Implicit {
     /// Coulomb friction of the last stage \[N\].
     friction: Vec<[Vector2<f64>; 2]>,
     control: ControlModel,
+    /// Whether input-output linearisation wanted more than the torque limit during the last step.
+    pub saturated: bool,
 }
 
 /// The controller's model inside a stage.
@@ -79,6 +81,7 @@ impl Implicit {
             first_rate: zero,
             friction: vec![[Vector2::zeros(); 2]; links],
             control: ControlModel::new(model),
+            saturated: false,
         }
     }
 
@@ -104,6 +107,7 @@ impl Implicit {
         tally: &mut Tally,
     ) {
         controller.begin_step(model, state, reference);
+        self.saturated = false;
         self.start.set(model, state.base(), state.phi(), state.phi_rate());
         for (to, from) in self.reference.iter_mut().zip(&self.start.links) {
             *to = from.twist;
@@ -171,6 +175,7 @@ impl Implicit {
             let mut outcome = self.solve();
             let limit = controller.config().limit_at(time - ROUND_OFF) * c;
             if self.stage.following > 0.0 && self.solution.drive.iter().any(|drive| drive.abs() > limit) {
+                self.saturated = true;
                 self.load_guess();
                 self.fill_joints(model, controller, c, time, true);
                 outcome.iterations += self.solve().iterations;

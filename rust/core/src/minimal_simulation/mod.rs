@@ -49,7 +49,7 @@ pub struct MinimalSimulation {
     scheme: Scheme,
     motion: Motion,
     torque: Vec<f64>,
-    /// Time of the last jump of the reference or the drives.
+    /// Time of the last jump of the reference or the drives, or when a torque was last at its limit.
     last_jump: f64,
     tally: Tally,
     diverged: bool,
@@ -162,6 +162,9 @@ impl MinimalSimulation {
                 Scheme::Implicit(scheme) => {
                     scheme.step(model, state, controller, reference, end - state.time, tally);
                     self.torque.iter_mut().zip(scheme.torque()).for_each(|(to, tau)| *to = tau);
+                    if scheme.saturated {
+                        self.last_jump = end;
+                    }
                 }
                 Scheme::Thesis(scheme) => {
                     scheme.step(model, state, controller, reference, end - state.time, tally);
@@ -177,7 +180,7 @@ impl MinimalSimulation {
         }
     }
 
-    /// The end of the next step on the way to `until`. After a jump the steps of the default scheme grow from `RAMP`
+    /// The end of the next step on the way to `until`. After a jump, and while a torque is at its limit, the steps of the default scheme grow from `RAMP`
     /// of the usual length; the smooth plant's solver chooses its own.
     fn step_end(&self, until: f64) -> f64 {
         let left = until - self.state.time;

@@ -83,7 +83,8 @@ impl Thesis {
         tally: &mut Tally,
     ) -> DVector<f64> {
         let response = mass.solve(&slip.transpose());
-        let (epsilon, cap, r) = (self.config.tolerance(), self.config.max_iterations(), self.config.r_t);
+        let epsilon = self.config.tolerance.unwrap_or(EPSILON);
+        let (cap, r) = (self.config.max_iterations(), self.config.r_t.unwrap_or(R_T));
         let mut end = free + &response * &self.impulse;
         let (mut iterations, mut change) = (0, f64::INFINITY);
         while iterations < cap && change >= epsilon {
@@ -118,6 +119,12 @@ impl Thesis {
         worst
     }
 }
+
+/// r_T of (T Table 7.2), robot model: with two contact points a link the iteration diverges above 0.68.
+const R_T: f64 = 0.2;
+
+/// epsilon of (T Table 7.2), robot model \[N s\].
+const EPSILON: f64 = 1e-5;
 
 /// Link and first row of each contact point: F_i of all links, then R_i.
 fn points(model: &Model) -> impl Iterator<Item = (usize, usize)> {

@@ -35,7 +35,7 @@ pub struct IntegratorConfig {
     /// `implicit`, order 2: deviation of a stage from its prediction beyond which that is so \[m\].
     pub event_tolerance: Option<f64>,
     /// `thesis`: r_T of (T 3.79).
-    pub r_t: f64,
+    pub r_t: Option<f64>,
     /// `thesis`: r_H of (T 3.78).
     pub r_h: f64,
 }
@@ -50,7 +50,7 @@ impl Default for IntegratorConfig {
             order: 2,
             event_substeps: 4,
             event_tolerance: None,
-            r_t: 1.3,
+            r_t: None,
             r_h: 0.01,
         }
     }
@@ -67,7 +67,9 @@ impl IntegratorConfig {
         let substeps = self.event_substeps;
         require((1..=1000).contains(&substeps), "event_substeps", substeps, "an integer in [1, 1000]")?;
         positive("event_tolerance", self.event_tolerance())?;
-        positive("r_t", self.r_t)?;
+        if let Some(r_t) = self.r_t {
+            positive("r_t", r_t)?;
+        }
         positive("r_h", self.r_h)?;
         Ok(())
     }

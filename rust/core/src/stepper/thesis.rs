@@ -146,7 +146,7 @@ impl Thesis {
         let place = |pair: &NearPair| pair.peg * links + pair.link;
         self.solution.contact.clear();
         self.solution.contact.extend(self.closed.iter().map(|pair| self.last_impulse[place(pair)]));
-        let r = Penalties { friction: self.config.r_t, contact: self.config.r_h };
+        let r = Penalties { friction: self.config.r_t.unwrap_or(R_T), contact: self.config.r_h };
         let (epsilon, cap) = (self.config.tolerance(), self.config.max_iterations());
         let (iterations, converged) = self.iteration.solve(&self.stage, &mut self.solution, r, epsilon, cap);
         for (pair, impulse) in self.closed.iter().zip(&self.solution.contact) {
@@ -183,3 +183,6 @@ fn farthest(links: &[Link], from: &[Pose], to: &[Pose]) -> f64 {
     };
     links.iter().zip(from).zip(to).map(moved).fold(0.0, f64::max)
 }
+
+/// r_T of (T Table 7.2), planar model.
+const R_T: f64 = 1.3;
