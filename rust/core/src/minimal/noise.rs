@@ -62,6 +62,9 @@ impl Noise {
 
     /// A fresh draw of the errors of all measurements.
     pub fn draw(&mut self, error: &mut Measurement) {
+        if self.is_silent() {
+            return;
+        }
         let config = self.config;
         // N_p, drawn so that the stream is that of all measurements.
         let _ = [self.uniform(config.position), self.uniform(config.position)];

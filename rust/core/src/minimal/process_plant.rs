@@ -116,8 +116,8 @@ fn jacobian_rate(model: &Model, posture: &Posture, rate: &[f64]) -> DMatrix<f64>
         omega += rate[2 + i];
         rear_velocity.push(velocity);
         let swing = quarter_turn(axial(posture.angle[i])) * (model.links[i].half_length * omega);
-        for k in 0..=i {
-            let column = quarter_turn(velocity + swing - rear_velocity[k]);
+        for (k, rear) in rear_velocity.iter().enumerate() {
+            let column = quarter_turn(velocity + swing - rear);
             change.fixed_view_mut::<2, 1>(2 * i, 2 + k).copy_from(&column);
         }
         velocity += swing * 2.0;

@@ -51,6 +51,8 @@ struct ControlModel {
     phi: Vec<f64>,
     phi_rate: Vec<f64>,
     u: Vec<f64>,
+    /// Joint rates at the end of a saturated stage, were the model exact and the torque unlimited.
+    followed: Vec<f64>,
     tau: Vec<f64>,
     /// Inertia that each joint of the straight robot feels when all others are free \[kg m^2\].
     own_inertia: Vec<f64>,
@@ -242,11 +244,10 @@ impl Implicit {
             if config.law == ControlLaw::Io {
                 control.u[j] += target.acceleration;
                 if saturated {
-                    // Rate at the end of the stage, were the model exact and the torque unlimited.
                     let before = reference[j + 1].z - reference[j].z;
                     let followed = (before + c * control.u[j]) / (1.0 + stiffness);
                     control.u[j] = (followed - before) / c;
-                    control.phi_rate[j] = followed;
+                    control.followed[j] = followed;
                 }
             } else {
                 stage.joints.push(StageJoint { drive: c * control.u[j], stiffness, limit: c * limit });
@@ -255,15 +256,13 @@ impl Implicit {
         if config.law == ControlLaw::Pd {
             return;
         }
-        let followed = saturated.then(|| control.phi_rate.clone());
         control.inverse_dynamics(model, predicted, controller);
         for (j, tau) in control.tau.iter().enumerate() {
-            stage.joints.push(match &followed {
-                None => StageJoint { drive: c * tau, stiffness: 0.0, limit: f64::INFINITY },
-                Some(rate) => {
-                    let stiffness = stiffness * control.own_inertia[j];
-                    StageJoint { drive: c * tau + stiffness * rate[j], stiffness, limit: c * limit }
-                }
+            stage.joints.push(if saturated {
+                let stiffness = stiffness * control.own_inertia[j];
+                StageJoint { drive: c * tau + stiffness * control.followed[j], stiffness, limit: c * limit }
+            } else {
+                StageJoint { drive: c * tau, stiffness: 0.0, limit: f64::INFINITY }
             });
         }
         stage.following = if saturated { 0.0 } else { stiffness };
@@ -310,6 +309,7 @@ impl ControlModel {
             phi: zero.clone(),
             phi_rate: zero.clone(),
             u: zero.clone(),
+            followed: zero.clone(),
             own_inertia: own_inertia(model),
             tau: zero,
         }

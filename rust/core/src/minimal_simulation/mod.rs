@@ -67,7 +67,10 @@ impl MinimalSimulation {
         let model = Model::new(&robot, &config.ground);
         let links = model.link_count();
         let controller = controller_of(config, links)?;
-        let integrator = config.integrator;
+        let mut integrator = config.integrator;
+        if integrator.method == Method::Implicit {
+            integrator.step = integrator.step.or(Some(STEP));
+        }
         let scheme = match (config.friction_law, integrator.method) {
             (FrictionLaw::SetValued, Method::Thesis) => Scheme::Thesis(Box::new(Thesis::new(integrator, &model))),
             (FrictionLaw::SetValued, Method::Implicit) => Scheme::Implicit(Box::new(Implicit::new(integrator, &model))),
@@ -116,6 +119,7 @@ impl MinimalSimulation {
         self.state.copy_from(state);
         self.torque.fill(0.0);
         self.last_jump = state.time;
+        self.diverged = false;
         self.controller.restart(state.time);
         match &mut self.scheme {
             Scheme::Implicit(scheme) => scheme.clear(),
@@ -235,6 +239,9 @@ fn controller_of(config: &MinimalConfig, links: usize) -> Result<Controller, Con
 
 /// (T Table 7.2) \[s\].
 const THESIS_STEP: f64 = 2.5e-4;
+
+/// Default step: within 1e-4 rad and 0.2 mm over 20 s of lateral undulation \[s\].
+const STEP: f64 = 0.02;
 
 /// First step after a jump over the usual step, and growth of the steps from there.
 const RAMP: f64 = 1.0 / 64.0;

@@ -1,9 +1,13 @@
-//! Random robots and states of the robot model.
+//! What the tests of the robot model need: random robots and states, runs.
+#![allow(dead_code)]
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use snake_core::minimal::{Ground, Model};
+use snake_core::gait::{JointReference, SoftStart, Wave};
+use snake_core::minimal::{FeedbackConfig, FrictionLaw, Ground, MinimalState, Model, NoiseConfig};
+use snake_core::minimal_simulation::{MinimalConfig, MinimalSimulation};
 use snake_core::robot::{PerLink, Robot, RobotConfig};
+use snake_core::stepper::IntegratorConfig;
 
 /// Uniform numbers from a seed.
 pub struct Uniform(ChaCha8Rng);
@@ -39,4 +43,35 @@ pub fn uneven_model(links: usize, uniform: &mut Uniform) -> Model {
 /// Aiko on the ground of Table 7.2.
 pub fn aiko() -> Model {
     Model::new(&Robot::new(&RobotConfig::default()).expect("admissible"), &Ground::default())
+}
+
+/// Aiko under PD on the set-valued ground of Table 7.2, by the default scheme.
+pub fn default_config() -> MinimalConfig {
+    MinimalConfig {
+        robot: RobotConfig::default(),
+        ground: Ground::default(),
+        friction_law: FrictionLaw::SetValued,
+        controller: FeedbackConfig::pd(),
+        integrator: IntegratorConfig::default(),
+        noise: NoiseConfig::default(),
+        seed: 0,
+    }
+}
+
+/// Lateral undulation (7.3) with soft start.
+pub fn soft_start() -> SoftStart {
+    SoftStart::new(Wave::default(), 10)
+}
+
+/// The straight robot at rest, O_2 at the origin.
+pub fn straight(config: &MinimalConfig) -> MinimalSimulation {
+    let mut simulation = MinimalSimulation::new(config).expect("admissible");
+    let degrees = simulation.model().degrees();
+    simulation.place(&MinimalState::zero(degrees));
+    simulation
+}
+
+/// phi - phi_d of joint 5 \[rad\].
+pub fn error_of_joint_5(simulation: &MinimalSimulation, reference: &impl JointReference) -> f64 {
+    simulation.state().phi()[4] - reference.target(4, simulation.state().time).angle
 }
