@@ -88,7 +88,7 @@ def process_plant(q: ArrayLike, qdot: ArrayLike, robot: Robot | None = None, sce
     Raises:
         ConfigError: names the field, the value and what is admissible.
     """
-    return ProcessPlant(**_native.process_plant(_state(q, qdot, robot, scene)))
+    return ProcessPlant(**_native.process_plant(_state({"q": q, "qdot": qdot}, robot, scene)))
 
 
 def control_plant(phi: ArrayLike, nu: ArrayLike, robot: Robot | None = None, scene: Scene = GROUND) -> ControlPlant:
@@ -97,15 +97,9 @@ def control_plant(phi: ArrayLike, nu: ArrayLike, robot: Robot | None = None, sce
     Raises:
         ConfigError: names the field, the value and what is admissible.
     """
-    return ControlPlant(**_native.control_plant(_state(phi, nu, robot, scene)))
+    return ControlPlant(**_native.control_plant(_state({"phi": phi, "nu": nu}, robot, scene)))
 
 
-def _state(coordinates: ArrayLike, velocities: ArrayLike, robot: Robot | None, scene: Scene) -> str:
-    return encode(
-        {
-            "robot": (robot or Robot())._for_core(),
-            "scene": scene._ground(),
-            "coordinates": np.atleast_1d(np.asarray(coordinates, np.float64)),
-            "velocities": np.atleast_1d(np.asarray(velocities, np.float64)),
-        }
-    )
+def _state(vectors: dict[str, ArrayLike], robot: Robot | None, scene: Scene) -> str:
+    arrays = {name: np.atleast_1d(np.asarray(vector, np.float64)) for name, vector in vectors.items()}
+    return encode({"robot": (robot or Robot())._for_core(), "scene": scene._ground(), **arrays})

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import snake_env
-from snake_env import PD, ConfigError, Gait, Integrator, Robot, Scene, Start, _native
+from snake_env import PD, ConfigError, Gait, Integrator, IOLinearizing, Noise, Robot, Scene, Start, _native
 
 NAN, INF = float("nan"), float("inf")
 
@@ -24,15 +24,22 @@ SECTIONS = [
         [3, "x", [(0.1, 0.2)], [(0.0, 1, 1)], [(-1, 1, 1)], [(0.1, NAN, 1)], [(0.1, 1, "y")]],
     ),
     (Scene, "friction", [0.2, (0.2,), (0.2, 0.2, 0.2), (-0.1, 0.2), (0.2, NAN), "x"]),
-    (Scene, "viscous", [(0.1, 0.0)]),
-    (Scene, "friction_law", ["arctan", "ellipse", None]),
+    (Scene, "viscous", [(-0.1, 0.0), (0.1,), (0.1, NAN), "x"]),
+    (Scene, "friction_law", ["sticky", None]),
+    (Scene, "smoothing", [0.0, -1.0, NAN, "x"]),
     *[
         (Gait, name, [NAN, INF, "x", None, [1.0]])
         for name in ("amplitude", "omega", "beta", "gamma", "vertical_amplitude", "vertical_phase")
     ],
     (Gait, "soft_start", [1, "yes", None]),
     *[(PD, name, [-1.0, NAN, INF, "x", None]) for name in ("kp", "kd", "active_from")],
-    (PD, "torque_limit", [0.0, -1.0, NAN, "x"]),
+    *[(IOLinearizing, name, [-1.0, NAN, INF, "x", None]) for name in ("kp", "kd", "active_from")],
+    *[(kind, "torque_limit", [0.0, -1.0, NAN, "x"]) for kind in (PD, IOLinearizing)],
+    *[(kind, "treatment", [0.0, -1.0, NAN, "explicit", None]) for kind in (PD, IOLinearizing)],
+    *[
+        (Noise, name, [-1.0, NAN, "x", None])
+        for name in ("position", "heading", "joint_angle", "velocity", "yaw_rate", "joint_rate")
+    ],
     (Integrator, "method", ["rk4", "Thesis", 1, None]),
     *[(Integrator, name, [0.0, -1.0, NAN, INF, "x"]) for name in ("step", "tolerance")],
     (Integrator, "max_iterations", [0, -1, 2.5, "x"]),
@@ -84,6 +91,25 @@ def test_the_tolerance_of_adaptive_runs_has_a_range(tolerance):
         ({"sample": 0.0}, "sample"),
         ({"sample": 6.0}, "sample"),
         ({"noise": 0.1}, "noise"),
+        ({"noise": Noise()}, "noise"),
+        ({"controller": IOLinearizing()}, "controller"),
+        ({"controller": PD(treatment="step")}, "controller.treatment"),
+        ({"viscous": (0.1, 0.1)}, "scene.viscous"),
+        ({"scene": Scene(viscous=(0.1, 0.1))}, "scene.viscous"),
+        ({"friction_law": "arctan"}, "scene.friction_law"),
+        ({"model": "minimal", "noise": 0.1}, "noise"),
+        ({"model": "minimal", "scene": Scene.preset("table-7.5")}, "scene.obstacles"),
+        ({"model": "minimal", "controller": Gait()}, "controller"),
+        (
+            {"model": "minimal", "friction_law": "arctan", "integrator": Integrator(method="thesis")},
+            "integrator.method",
+        ),
+        ({"model": "minimal", "start": Start(posture=[0.0] * 3)}, "start.posture"),
+        ({"model": "minimal", "gait": Gait.sidewinding()}, "gait.vertical_amplitude"),
+        (
+            {"model": "minimal", "friction_law": "arctan", "noise": Noise(velocity=0.1), "controller": IOLinearizing()},
+            "controller.treatment",
+        ),
         ({"seed": -1}, "seed"),
         ({"seed": 1.5}, "seed"),
     ],

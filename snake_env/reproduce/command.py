@@ -1,7 +1,7 @@
-"""Reproduce the planar findings of the thesis: pictures and one table.
+"""Reproduce the findings of the thesis: pictures and one table.
 
-Sections 7.3.4 (Fig. 7.6 to 7.9), 7.5.2 (Fig. 7.14) and 7.5.3 (Fig. 7.16). Writes PNG files, findings.md and
-findings.json; ends with status 1 if a finding is not reproduced.
+Sections 7.3.4 (Fig. 7.6 to 7.9), 7.3.5 (Fig. 7.10 and 7.11), 7.5.2 (Fig. 7.14) and 7.5.3
+(Fig. 7.16). Writes PNG files, findings.md and findings.json; ends with status 1 if a finding is not reproduced.
 """
 
 from __future__ import annotations
@@ -10,11 +10,11 @@ import argparse
 from pathlib import Path
 
 from snake_env.config import Integrator
-from snake_env.reproduce import checks_7_3, checks_7_5, report
+from snake_env.reproduce import checks_7_3, checks_7_3_5, checks_7_5, report
 from snake_env.reproduce.experiments import Runs
 from snake_env.reproduce.findings import SECTIONS, Finding
 
-CHECKS = [*checks_7_3.CHECKS, *checks_7_5.CHECKS]
+CHECKS = [*checks_7_3.CHECKS, *checks_7_3_5.CHECKS, *checks_7_5.CHECKS]
 
 
 def findings(runs: Runs, sections: tuple[str, ...] = SECTIONS) -> list[Finding]:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
-from snake_env.config import Gait, Integrator, Robot, Scene, Start
+from snake_env.config import PD, Gait, Integrator, IOLinearizing, Noise, Robot, Scene, Start
 from snake_env.reproduce import placement
 from snake_env.reproduce.serpenoid import NaturalPath
 from snake_env.simulation import simulate
@@ -30,12 +32,20 @@ class Experiment:
         duration: [s].
         gait: joint references.
         start: None: that of the scene's preset.
+        model: of the thesis.
+        controller: None: the model's PD controller.
+        integrator: None: that of all runs.
+        noise: on the measurements.
     """
 
     scene: Scene
     duration: float
     gait: Gait = field(default_factory=Gait)
     start: Start | None = None
+    model: str = "planar"
+    controller: PD | IOLinearizing | None = None
+    integrator: Integrator | None = None
+    noise: Noise | None = None
 
 
 def _preset(name: str, duration: float, friction: tuple[float, float] = (0.2, 0.2)) -> Experiment:
@@ -59,6 +69,44 @@ EXPERIMENTS: dict[str, Callable[[], Experiment]] = {
     "beta -50": lambda: _placed(-50.0),
     "beta -70": lambda: _placed(-70.0),
 }
+
+
+GROUND = Scene(friction=(0.2, 0.5), viscous=(0.1, 0.2))
+"""Ground of the robot model (T Table 7.2)."""
+STRAIGHT = Start(position=(0.061, 0.0), heading=0.0, posture="straight")
+"""O_2 at the origin, along +x."""
+FEEDBACK: dict[str, PD | IOLinearizing] = {
+    "IO": IOLinearizing(),
+    "PD": PD(kp=200.0, kd=1.2),
+    "IO 10 N m": IOLinearizing(torque_limit=10.0),
+    "PD 10 N m": PD(kp=200.0, kd=1.2, torque_limit=10.0),
+    "PD high": PD(kp=2e4, kd=120.0),
+}
+"""Joint controllers of section 7.3.5 by name."""
+
+
+def _controlled(controller: str, law: str) -> Experiment:
+    """Section 7.3.5 without noise: straight and at rest, lateral undulation with soft start."""
+    scene = dataclasses.replace(GROUND, friction_law=law)
+    integrator = None if law == "set-valued" else Integrator()
+    gait = Gait(soft_start=True)
+    return Experiment(scene, 20.0, gait, STRAIGHT, "minimal", FEEDBACK[controller], integrator)
+
+
+def _noisy(controller: str, row: str) -> Experiment:
+    """The same with a row of Table 7.4: the thesis measures once a step of 2.5e-4 s."""
+    held = dataclasses.replace(FEEDBACK[controller], treatment="step")
+    plain = _controlled(controller, "set-valued")
+    noise = Noise.table_7_4(row)
+    return dataclasses.replace(plain, controller=held, integrator=Integrator(step=2.5e-4), noise=noise)
+
+
+for _law in ("set-valued", "arctan", "ellipse"):
+    for _name in FEEDBACK:
+        EXPERIMENTS[f"{_name}, {_law}"] = partial(_controlled, _name, _law)
+for _row in "bcd":
+    for _name in ("IO", "PD"):
+        EXPERIMENTS[f"{_name}, noise {_row}"] = partial(_noisy, _name, _row)
 
 
 class Runs:
@@ -94,9 +142,12 @@ class Runs:
                 experiment,
                 simulate(
                     robot=self.robot,
+                    model=experiment.model,
                     scene=experiment.scene,
                     gait=experiment.gait,
-                    integrator=self._integrator,
+                    controller=experiment.controller,
+                    integrator=experiment.integrator or self._integrator,
+                    noise=experiment.noise,
                     start=experiment.start,
                     duration=experiment.duration,
                     sample=self._sample,

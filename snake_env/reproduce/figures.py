@@ -7,7 +7,7 @@ from pathlib import Path
 
 from matplotlib.axes import Axes
 
-from snake_env.reproduce import drawing
+from snake_env.reproduce import drawing, figures_7_3_5
 from snake_env.reproduce.experiments import Runs
 from snake_env.reproduce.measures import MIDDLE, at, between, mean_force
 
@@ -102,6 +102,7 @@ FIGURES: dict[str, tuple[str, Callable[[Runs, Path], Path]]] = {
     "figure-7.7.png": ("7.3.4", figure_7_7),
     "figure-7.8.png": ("7.3.4", figure_7_8),
     "figure-7.9.png": ("7.3.4", figure_7_9),
+    **figures_7_3_5.FIGURES,
     "figure-7.14.png": ("7.5.2", figure_7_14),
     "figure-7.16.png": ("7.5.3", figure_7_16),
 }

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from snake_env.reproduce.experiments import Runs
 
-SECTIONS = ("7.3.4", "7.5.2", "7.5.3")
-"""Sections of the thesis with planar results."""
+SECTIONS = ("7.3.4", "7.3.5", "7.5.2", "7.5.3")
+"""Sections of the thesis with results of the planar model and of the robot model."""
 
 
 @dataclass(frozen=True)

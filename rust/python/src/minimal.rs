@@ -206,7 +206,9 @@ impl Samples {
 struct StateConfig {
     robot: RobotConfig,
     scene: GroundConfig,
+    #[serde(alias = "q", alias = "phi")]
     coordinates: Vec<f64>,
+    #[serde(alias = "qdot", alias = "nu")]
     velocities: Vec<f64>,
 }
 
