@@ -139,6 +139,7 @@ struct Interval {
     residual: f64,
     iterations: f64,
     misses: f64,
+    fallbacks: f64,
 }
 
 impl Interval {
@@ -146,6 +147,7 @@ impl Interval {
         self.residual = self.residual.max(tally.residual);
         self.iterations += f64::from(tally.iterations);
         self.misses += f64::from(tally.misses);
+        self.fallbacks += f64::from(tally.fallbacks);
     }
 }
 
@@ -162,6 +164,7 @@ struct Samples {
     residual: Vec<f64>,
     iterations: Vec<f64>,
     misses: Vec<f64>,
+    fallbacks: Vec<f64>,
     energy: Vec<f64>,
 }
 
@@ -178,6 +181,7 @@ impl Samples {
         self.residual.push(interval.residual);
         self.iterations.push(interval.iterations);
         self.misses.push(interval.misses);
+        self.fallbacks.push(interval.fallbacks);
         self.energy.push(simulation.kinetic_energy());
     }
 
@@ -194,6 +198,7 @@ impl Samples {
         set_array(&dict, "residual", self.residual, &[rows])?;
         set_array(&dict, "iterations", self.iterations, &[rows])?;
         set_array(&dict, "misses", self.misses, &[rows])?;
+        set_array(&dict, "fallbacks", self.fallbacks, &[rows])?;
         set_array(&dict, "energy", self.energy, &[rows])?;
         dict.set_item("max_joint_gap", 0.0)?;
         dict.set_item("max_penetration", 0.0)?;
