@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from gymnasium.spaces import Box
 
-from snake_env import _native
+from snake_env import _checks, _native
 from snake_env._encode import encode
+from snake_env.config import PD, IOLinearizing
 from snake_env.errors import ConfigError
 from snake_env.options import TaskOptions
 
@@ -34,12 +35,24 @@ class Task:
     def __init__(self, options: Mapping[str, Any], max_episode_steps: int | None) -> None:
         _require_known(options)
         limit = NO_STEP_LIMIT if max_episode_steps is None else max_episode_steps
-        self.config = encode({**options, "max_episode_steps": limit})
+        self.config = encode({**options, **_controller(options), "max_episode_steps": limit})
         self.layout: dict[str, Any] = _native.layout(self.config)
         self.control_period: float = self.layout["control_period"]
         low, high = _bounds(self.layout["observation"])
         self.observation_space = Box(low, high, dtype=np.float32)
         self.action_space = Box(-1.0, 1.0, (len(self.layout["action"]),), dtype=np.float32)
+
+
+CONTROLLERS: dict[str, PD | IOLinearizing] = {"pd": PD(torque_limit=10.0), "io": IOLinearizing(torque_limit=10.0)}
+"""Joint controllers by name."""
+
+
+def _controller(options: Mapping[str, Any]) -> dict[str, Any]:
+    """The option "controller" as the core has it, if it is given by name or as a dataclass."""
+    value = options.get("controller")
+    if isinstance(value, str):
+        value = CONTROLLERS[_checks.choice("controller", value, list(CONTROLLERS))]
+    return {"controller": value._for_planar()} if isinstance(value, PD | IOLinearizing) else {}
 
 
 def _require_known(options: Mapping[str, Any]) -> None:

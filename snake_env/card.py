@@ -37,7 +37,8 @@ ARGUMENTS = {
     "field": 'generator of the random field: "mixed", "track", "lattice" or "poisson"',
     "friction": "Coulomb coefficients along and across a link, 0 to 10; null: the task's own, (0.2, 0.5) for "
     '"free" and (0.2, 0.2) otherwise',
-    "controller": "joint controller: the fields of `snake_env.PD`",
+    "controller": 'joint controller: "pd", "io" (input-output linearising, torque limit 10 N m), or the fields of '
+    "`snake_env.PD` or `snake_env.IOLinearizing` with their `law`",
     "integrator": "time stepping: the fields of `snake_env.Integrator`",
     "robot": "the robot: the fields of `snake_env.Robot`",
     "reward_weights": "weights of the reward's terms",
@@ -124,7 +125,7 @@ def _actions(config: dict[str, Any]) -> str:
     parts = ["### Actions\n"]
     parts.append(
         "An action in [-1, 1] maps linearly to the interval [min, max]; values beyond are clipped. The references of "
-        "the joints follow it smoothly and no faster than the slew limit, and a PD controller with a torque limit "
+        "the joints follow it smoothly and no faster than the slew limit, and a joint controller with a torque limit "
         "follows the references.\n"
     )
     for mode in ("gait", "joints", "residual"):

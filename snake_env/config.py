@@ -224,18 +224,15 @@ class PD(_Section):
         _native.check("feedback", encode(self._feedback(), self._section))
 
     def _for_core(self) -> dict[str, Any]:
-        names = ("kp", "kd", "torque_limit", "active_from")
-        return {name: getattr(self, name) for name in names}
+        return _controller("pd", self)
 
     def _for_planar(self) -> dict[str, Any]:
         """The planar model's part; what it has not is refused."""
-        if self.treatment != "implicit":
-            raise ConfigError("controller.treatment", repr(self.treatment), '"implicit", or model="minimal"')
-        return self._for_core()
+        return _planar_controller("pd", self)
 
     def _feedback(self) -> dict[str, Any]:
         """The controller of the robot model."""
-        return {"law": "pd", **self._for_core(), "treatment": self.treatment}
+        return {**_controller("pd", self), "treatment": self.treatment}
 
 
 @dataclass(frozen=True)
@@ -243,7 +240,7 @@ class IOLinearizing(_Section):
     """Input-output linearising joint controller (T 6.58), (T 6.60); the default gains are the thesis's (T Table 7.2).
 
     tau = M22_bar u + h2_bar - g2_bar, u = phi_d'' - K_D (phi' - phi_d') - K_P (phi - phi_d), with the smooth friction
-    (T 6.21) as the controller's model, whatever the plant's law.
+    (T 6.21) at two points a link as the controller's model, whatever the plant's law; so it is in the planar model too.
 
     Args:
         kp: K_P [1/s^2], >= 0.
@@ -277,10 +274,24 @@ class IOLinearizing(_Section):
         kd = 0.5 / period
         return cls(**({"kp": 0.25 * kd * kd, "kd": kd, "treatment": period} | changes))
 
+    def _for_planar(self) -> dict[str, Any]:
+        """The planar model's part; what it has not is refused."""
+        return _planar_controller("io", self)
+
     def _feedback(self) -> dict[str, Any]:
         """The controller of the robot model."""
-        fields = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
-        return {"law": "io", **fields}
+        return {**_controller("io", self), "treatment": self.treatment}
+
+
+def _controller(law: str, controller: PD | IOLinearizing) -> dict[str, Any]:
+    names = ("kp", "kd", "torque_limit", "active_from")
+    return {"law": law, **{name: getattr(controller, name) for name in names}}
+
+
+def _planar_controller(law: str, controller: PD | IOLinearizing) -> dict[str, Any]:
+    if controller.treatment != "implicit":
+        raise ConfigError("controller.treatment", repr(controller.treatment), '"implicit", or model="minimal"')
+    return _controller(law, controller)
 
 
 @dataclass(frozen=True)

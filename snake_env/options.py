@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import TypedDict
 
-from snake_env.config import PD, Integrator, PerLink, Robot
+from snake_env.config import PD, Integrator, IOLinearizing, PerLink, Robot
 
 RewardFn: TypeAlias = Callable[[dict[str, NDArray[Any]], NDArray[np.float32], NDArray[np.float32]], NDArray[np.float64]]
 """``reward_fn(signals, action, previous_action)`` for m robots at once -> (m,) rewards.
@@ -35,7 +35,7 @@ class TaskOptions(TypedDict, total=False):
     difficulty: float
     field: str
     friction: tuple[float, float] | None
-    controller: PD | Mapping[str, float | None]
+    controller: PD | IOLinearizing | str | Mapping[str, Any]
     integrator: Integrator | Mapping[str, Any]
     robot: Robot | Mapping[str, int | PerLink]
     reward_weights: Mapping[str, float]

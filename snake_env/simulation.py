@@ -45,8 +45,7 @@ def simulate(
         robot: default :class:`Robot`, Aiko.
         scene: default :class:`Scene`, flat ground with isotropic friction; for "minimal" the ground of (T Table 7.2).
         gait: default lateral undulation.
-        controller: default :class:`PD`, for "minimal" with the gains of (T Table 7.2); :class:`IOLinearizing` needs
-            "minimal".
+        controller: default :class:`PD`, for "minimal" with the gains of (T Table 7.2).
         integrator: default :class:`Integrator`, that of the environments.
         start: default the start of a preset course, otherwise :class:`Start`.
         duration: simulated time [s], > 0.
@@ -83,11 +82,11 @@ def simulate(
 def _planar(config: dict[str, Any], scene: Scene, controller: Any, noise: Any, seed: int) -> Trajectory:
     if noise is not None:
         raise ConfigError("noise", noise, 'None, or model="minimal"')
-    if isinstance(controller, IOLinearizing):
-        raise ConfigError("controller", repr(controller), 'a snake_env.PD, or model="minimal"')
+    if not isinstance(controller, IOLinearizing):
+        controller = _section("controller", controller, PD)
     config["model"] = "planar"
     config["scene"] = scene._for_planar()
-    config["controller"] = _section("controller", controller, PD)._for_planar()
+    config["controller"] = controller._for_planar()
     trajectory = Trajectory(**_native.simulate(encode(config)))
     if trajectory.max_penetration > VISIBLE_PENETRATION:
         depth = f"{trajectory.max_penetration:.2g} m"

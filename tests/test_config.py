@@ -92,7 +92,7 @@ def test_the_tolerance_of_adaptive_runs_has_a_range(tolerance):
         ({"sample": 6.0}, "sample"),
         ({"noise": 0.1}, "noise"),
         ({"noise": Noise()}, "noise"),
-        ({"controller": IOLinearizing()}, "controller"),
+        ({"controller": IOLinearizing(treatment=0.01)}, "controller.treatment"),
         ({"controller": PD(treatment="step")}, "controller.treatment"),
         ({"viscous": (0.1, 0.1)}, "scene.viscous"),
         ({"scene": Scene(viscous=(0.1, 0.1))}, "scene.viscous"),

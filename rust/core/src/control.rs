@@ -1,16 +1,28 @@
-//! The joint controller: PD with optional torque limit (T 3.51).
+//! The joint controller: PD (T 3.51) or input-output linearising (T 6.58), with optional torque limit.
 
 use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, non_negative, positive};
 
-/// Gains and limit of the PD controller; the default gains are (T Table 7.2), planar model.
+/// Which control law.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ControlLaw {
+    /// tau = k_D (phi_d' - phi') + k_P (phi_d - phi) (T 3.51), (T 7.8).
+    #[default]
+    Pd,
+    /// tau = M_22_bar u + h_2_bar - g_2_bar (T 6.58), u = phi_d'' + K_D (phi_d' - phi') + K_P (phi_d - phi) (T 6.60).
+    Io,
+}
+
+/// Law, gains and limit of the joint controller; the default is PD with the gains of (T Table 7.2), planar model.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct PdConfig {
-    /// k_P \[N m/rad\].
+pub struct ControllerConfig {
+    pub law: ControlLaw,
+    /// k_P \[N m/rad\], or K_P \[1/s^2\] for `Io`.
     pub kp: f64,
-    /// k_D \[N m s/rad\].
+    /// k_D \[N m s/rad\], or K_D \[1/s\] for `Io`.
     pub kd: f64,
     /// Largest torque of a joint \[N m\]; `None` for none.
     pub torque_limit: Option<f64>,
@@ -18,13 +30,13 @@ pub struct PdConfig {
     pub active_from: f64,
 }
 
-impl Default for PdConfig {
+impl Default for ControllerConfig {
     fn default() -> Self {
-        Self { kp: 800.0, kd: 2.0, torque_limit: None, active_from: 0.0 }
+        Self { law: ControlLaw::Pd, kp: 800.0, kd: 2.0, torque_limit: None, active_from: 0.0 }
     }
 }
 
-impl PdConfig {
+impl ControllerConfig {
     /// # Errors
     /// Names the gain or limit that is not admissible.
     pub fn validate(&self) -> Result<(), ConfigError> {
@@ -37,13 +49,8 @@ impl PdConfig {
         Ok(())
     }
 
-    /// The largest torque, infinite when there is no limit \[N m\].
-    pub fn limit(&self) -> f64 {
-        self.torque_limit.unwrap_or(f64::INFINITY)
-    }
-
-    /// The same controller in mathematical form: gains are zero before `active_from`.
-    pub fn gains_at(&self, time: f64) -> (f64, f64) {
-        if time < self.active_from { (0.0, 0.0) } else { (self.kp, self.kd) }
+    /// The largest torque at a time: infinite when there is no limit, 0 before `active_from` \[N m\].
+    pub fn limit_at(&self, time: f64) -> f64 {
+        if time < self.active_from { 0.0 } else { self.torque_limit.unwrap_or(f64::INFINITY) }
     }
 }

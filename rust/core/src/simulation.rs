@@ -4,7 +4,7 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::gap;
-use crate::control::PdConfig;
+use crate::control::ControllerConfig;
 use crate::error::ConfigError;
 use crate::gait::{JointReference, JointTarget};
 use crate::pegs::PegGrid;
@@ -98,7 +98,7 @@ impl PlanarSimulation {
     pub fn new(
         robot: &RobotConfig,
         scene: &SceneConfig,
-        controller: &PdConfig,
+        controller: &ControllerConfig,
         integrator: &IntegratorConfig,
     ) -> Result<Self, ConfigError> {
         let robot = Robot::new(robot).map_err(|e| e.inside("robot"))?;
@@ -108,7 +108,7 @@ impl PlanarSimulation {
         let joints = robot.joint_count();
         let plant = Plant::new(robot, scene.friction, *controller).map_err(|e| e.inside("controller"))?;
         let scheme = match integrator.method {
-            Method::Thesis => Scheme::Thesis(Box::new(Thesis::new(*integrator, joints + 1))),
+            Method::Thesis => Scheme::Thesis(Box::new(Thesis::new(*integrator, &plant))),
             Method::Implicit => Scheme::Implicit(Box::new(Fleet::new(*integrator, &plant, 1))),
             Method::Adaptive => Scheme::Adaptive(Box::new(Adaptive::new(*integrator, &plant))),
         };

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{Hold, build, ground, implicit, links, schemes};
-use snake_core::control::PdConfig;
+use snake_core::control::ControllerConfig;
 use snake_core::gait::{JointReference, SoftStart, Wave};
 use snake_core::scene::START_7_5;
 
@@ -11,7 +11,7 @@ use snake_core::scene::START_7_5;
 /// positive tau_C acts on link i, so driving phi = theta_2 - theta_1 up takes a negative one.
 #[test]
 fn the_drive_turns_the_joint_towards_its_reference() {
-    let pd = PdConfig { kp: 5.0, kd: 0.05, ..PdConfig::default() };
+    let pd = ControllerConfig { kp: 5.0, kd: 0.05, ..ControllerConfig::default() };
     for (name, integrator) in schemes(1e-3) {
         for target in [0.3, -0.3] {
             let mut simulation = build(&links(2), &ground([0.0, 0.0]), &pd, &integrator);
@@ -40,7 +40,7 @@ fn torque_never_exceeds_its_limit() {
     for step in [1e-3, 1e-2, 5e-2] {
         for order in [1, 2] {
             let limit = 1.5;
-            let pd = PdConfig { torque_limit: Some(limit), ..PdConfig::default() };
+            let pd = ControllerConfig { torque_limit: Some(limit), ..ControllerConfig::default() };
             let integrator = implicit(step, order);
             let mut simulation = build(&links(6), &ground([0.2, 0.5]), &pd, &integrator);
             let mut saturated = 0;
@@ -61,7 +61,7 @@ fn torque_never_exceeds_its_limit() {
 /// Before `active_from` nothing moves; after it the drive acts. Both schemes.
 #[test]
 fn actuators_are_off_before_they_are_switched_on() {
-    let pd = PdConfig { active_from: 0.1, ..PdConfig::default() };
+    let pd = ControllerConfig { active_from: 0.1, ..ControllerConfig::default() };
     for (name, integrator) in schemes(2.5e-4) {
         let mut simulation = build(&links(4), &ground([0.0, 0.0]), &pd, &integrator);
         let report = simulation.advance(0.0995, &Wave::default());
@@ -79,7 +79,7 @@ fn actuators_are_off_before_they_are_switched_on() {
 fn soft_start_holds_the_joints_until_their_wave_comes_by() {
     let wave = Wave::default();
     let soft = SoftStart::new(wave, 10);
-    let mut simulation = build(&links(11), &ground([0.2, 0.2]), &PdConfig::default(), &implicit(5e-3, 2));
+    let mut simulation = build(&links(11), &ground([0.2, 0.2]), &ControllerConfig::default(), &implicit(5e-3, 2));
     for k in 1..=400 {
         simulation.advance(5e-3, &soft);
         let time = f64::from(k) * 5e-3;

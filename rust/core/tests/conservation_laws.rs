@@ -4,7 +4,7 @@ mod common;
 
 use common::{Hold, LIMP, Random, build, ground, implicit, links, momentum, moving_chain, schemes, thesis};
 use nalgebra::Vector2;
-use snake_core::control::PdConfig;
+use snake_core::control::ControllerConfig;
 use snake_core::gait::Wave;
 use snake_core::planar::{PlanarState, Pose, Twist};
 use snake_core::robot::{PerLink, RobotConfig};
@@ -17,7 +17,7 @@ fn tumbling(
     links: usize,
     friction: [f64; 2],
     integrator: &IntegratorConfig,
-    pd: &PdConfig,
+    pd: &ControllerConfig,
     lively: f64,
 ) -> PlanarSimulation {
     let each = |base: f64, step: f64| PerLink::Each((0..links).map(|i| base * (1.0 + step * i as f64)).collect());
@@ -42,7 +42,7 @@ fn tumbling(
 /// one point only up to the movement within a step. The observed order is printed and asserted.
 #[test]
 fn momentum_is_conserved_without_ground_and_pegs_with_motors_on() {
-    let pd = PdConfig { kp: 20.0, kd: 0.2, ..PdConfig::default() };
+    let pd = ControllerConfig { kp: 20.0, kd: 0.2, ..ControllerConfig::default() };
     for which in 0..3 {
         let mut errors = [0.0; 2];
         for (k, step) in [2e-3, 1e-3].into_iter().enumerate() {
@@ -171,7 +171,7 @@ fn joints_stay_closed_over_a_million_steps() {
         ("thesis", IntegratorConfig { tolerance: Some(1e-7), ..thesis(2.5e-4, 1e-7) }, 1_000_000),
         ("implicit 2", implicit(1e-2, 2), 200_000),
     ] {
-        let pd = PdConfig { kp: 20.0, kd: 0.2, ..PdConfig::default() };
+        let pd = ControllerConfig { kp: 20.0, kd: 0.2, ..ControllerConfig::default() };
         let mut simulation = build(&links(3), &ground([0.2, 0.5]), &pd, &integrator);
         simulation.place_chain(0.0, 0.0, 0.0, &[0.2, -0.3]);
         let duration = f64::from(steps) * integrator.step();
@@ -187,7 +187,7 @@ fn joints_stay_closed_over_a_million_steps() {
 fn chains_of_any_length_are_solved() {
     let mut random = Random::new(21);
     for n in [2, 3, 40, 200] {
-        let mut simulation = build(&links(n), &ground([0.1, 0.4]), &PdConfig::default(), &implicit(1e-2, 2));
+        let mut simulation = build(&links(n), &ground([0.1, 0.4]), &ControllerConfig::default(), &implicit(1e-2, 2));
         let joints: Vec<f64> = (0..n - 1).map(|_| random.between(-0.2, 0.2)).collect();
         simulation.place_chain(0.0, 0.0, 0.0, &joints);
         let report = simulation.advance(0.5, &Wave { amplitude: 0.3, ..Wave::default() });

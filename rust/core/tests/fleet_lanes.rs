@@ -1,6 +1,6 @@
 //! A robot moves the same, bit for bit, alone and in the lanes of a register among others.
 
-use snake_core::control::PdConfig;
+use snake_core::control::{ControlLaw, ControllerConfig};
 use snake_core::gait::{JointReference, JointTarget, Wave};
 use snake_core::pegs::PegGrid;
 use snake_core::planar::{PlanarState, Pose, assemble_chain};
@@ -28,7 +28,10 @@ impl Driven for Undulator {
 }
 
 fn plant(friction: [f64; 2]) -> Plant {
-    let controller = PdConfig { torque_limit: Some(10.0), ..PdConfig::default() };
+    plant_under(ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() }, friction)
+}
+
+fn plant_under(controller: ControllerConfig, friction: [f64; 2]) -> Plant {
     Plant::new(Robot::new(&RobotConfig::default()).unwrap(), friction, controller).unwrap()
 }
 
@@ -66,6 +69,23 @@ fn the_width_of_the_registers_and_the_neighbours_do_not_matter() {
         for width in [1, 2, 13] {
             assert_eq!(run(&plant, config, &mut robots(&plant, 13), width), alone, "fleet made for {width} robots");
         }
+    }
+}
+
+#[test]
+fn so_it_is_under_input_output_linearisation() {
+    let io = ControllerConfig {
+        law: ControlLaw::Io,
+        kp: 4e5,
+        kd: 2.4e3,
+        torque_limit: Some(10.0),
+        ..ControllerConfig::default()
+    };
+    let (plant, config) = (plant_under(io, [0.2, 0.2]), IntegratorConfig::default());
+    let alone: Vec<PlanarState> =
+        (0..9).map(|k| run(&plant, config, std::slice::from_mut(&mut robots(&plant, 9)[k]), 1).remove(0)).collect();
+    for width in [2, 9] {
+        assert_eq!(run(&plant, config, &mut robots(&plant, 9), width), alone, "fleet made for {width} robots");
     }
 }
 

@@ -5,7 +5,7 @@ mod common;
 use std::f64::consts::FRAC_PI_2;
 
 use common::{Hold, LIMP, build, ground, links, moving_chain, schemes};
-use snake_core::control::PdConfig;
+use snake_core::control::ControllerConfig;
 use snake_core::planar::Twist;
 use snake_core::robot::RobotConfig;
 use snake_core::simulation::PlanarSimulation;
@@ -77,7 +77,7 @@ const THRESHOLD: f64 = 0.2 * (7.5 / 11.0) * G * 0.5 * 0.122 * std::f64::consts::
 
 /// The drive saturates at its limit, so the torque is constant whatever the joint does.
 fn bent_pair(torque: f64, integrator: &IntegratorConfig) -> PlanarSimulation {
-    let pd = PdConfig { kp: 10.0, kd: 0.0, torque_limit: Some(torque), active_from: 0.0 };
+    let pd = ControllerConfig { kp: 10.0, kd: 0.0, torque_limit: Some(torque), ..ControllerConfig::default() };
     let mut simulation = build(&links(2), &ground([0.2, 0.2]), &pd, integrator);
     simulation.place_chain(0.3, -0.2, 0.7, &[FRAC_PI_2]);
     simulation

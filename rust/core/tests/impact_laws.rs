@@ -5,7 +5,7 @@ mod common;
 use common::dense::{joint_directions, stacked, unstacked};
 use common::{Hold, LIMP, Random, build, ground, implicit, links, moving_chain, schemes};
 use nalgebra::{DMatrix, DVector, Vector3};
-use snake_core::control::PdConfig;
+use snake_core::control::ControllerConfig;
 use snake_core::gait::Wave;
 use snake_core::planar::{Heading, PlanarState, Pose, Stage, StageLink, Twist};
 use snake_core::robot::{Robot, RobotConfig};
@@ -240,7 +240,7 @@ fn a_thrown_robot_does_not_enter_the_pegs() {
 fn a_drive_that_snaps_from_rest_does_not_push_a_link_through_a_peg() {
     for step in [0.01, 0.05] {
         for order in [1, 2] {
-            let pd = PdConfig { torque_limit: Some(10.0), ..PdConfig::default() };
+            let pd = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() };
             // 1 cm beside the far end of link 3, on the side towards which it swings.
             let peg = Peg { radius: 0.03, x: 0.27, y: 0.0525 + 0.03 + 0.01 };
             let scene = SceneConfig { obstacles: vec![peg], ..ground([0.2, 0.2]) };

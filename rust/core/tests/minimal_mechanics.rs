@@ -252,7 +252,7 @@ fn the_input_output_linearising_torque_without_matrices_is_that_with_matrices() 
     for case in cases() {
         let u = Uniform::new(7).vector(case.model.joint_count(), 50.0);
         let mut tau = DVector::zeros(u.len());
-        let mut sweep = InverseDynamics::new(case.model.link_count());
+        let mut sweep = InverseDynamics::new(&case.model);
         let law = SmoothLaw::PRINTED;
         sweep.torques(&case.model, &case.motion(), Some(law), &u, tau.as_mut_slice());
         let plant = ControlPlant::new(&case.model, law, &case.q[3..], &case.nu());
@@ -266,7 +266,7 @@ fn inverse_dynamics_undoes_forward_dynamics() {
     for case in cases() {
         let acceleration = from_the_sweep(&case, SmoothLaw::PRINTED);
         let mut tau = DVector::zeros(case.tau.len());
-        let base = InverseDynamics::new(case.model.link_count()).torques(
+        let base = InverseDynamics::new(&case.model).torques(
             &case.model,
             &case.motion(),
             Some(SmoothLaw::PRINTED),

@@ -1,7 +1,7 @@
 //! Laws of the environment: what agents may rely on.
 
 use proptest::prelude::*;
-use snake_core::control::PdConfig;
+use snake_core::control::ControllerConfig;
 use snake_core::robot::{PerLink, RobotConfig};
 use snake_core::stepper::IntegratorConfig;
 use snake_core::task::random::Stream;
@@ -300,7 +300,7 @@ fn robots_of_other_sizes_have_environments_too() {
 fn every_field_of_the_configuration_is_checked_by_name() {
     let good = EnvConfig::default();
     let weights = |progress: f64| RewardWeights { progress, ..RewardWeights::default() };
-    let controller = |kp: f64| PdConfig { kp, ..PdConfig::default() };
+    let controller = |kp: f64| ControllerConfig { kp, ..ControllerConfig::default() };
     let robot = |radius: f64| RobotConfig { radius: PerLink::Same(radius), ..RobotConfig::default() };
     let integrator = |order: u32| IntegratorConfig { order, ..IntegratorConfig::default() };
     let bad = [

@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use snake_core::ConfigError;
-use snake_core::control::PdConfig;
+use snake_core::control::ControllerConfig;
 use snake_core::minimal::{FeedbackConfig, NoiseConfig};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Scene, SceneConfig};
@@ -74,7 +74,7 @@ pub fn check(section: &str, config_json: &str) -> PyResult<()> {
     let outcome = match section {
         "robot" => decode::<RobotConfig>(config_json).and_then(|c| Robot::new(&c).map(drop)),
         "scene" => decode::<SceneConfig>(config_json).and_then(|c| Scene::new(&c).map(drop)),
-        "controller" => decode::<PdConfig>(config_json).and_then(|c| c.validate()),
+        "controller" => decode::<ControllerConfig>(config_json).and_then(|c| c.validate()),
         "ground" => decode::<GroundConfig>(config_json).and_then(|c| c.validate()),
         "feedback" => decode::<FeedbackConfig>(config_json).and_then(|c| c.validate()),
         "noise" => decode::<NoiseConfig>(config_json).and_then(|c| c.validate()),
@@ -96,7 +96,7 @@ pub fn defaults(section: &str) -> Option<String> {
     match section {
         "robot" => serde_json::to_string(&RobotConfig::default()),
         "scene" => serde_json::to_string(&SceneConfig::default()),
-        "controller" => serde_json::to_string(&PdConfig::default()),
+        "controller" => serde_json::to_string(&ControllerConfig::default()),
         "integrator" => serde_json::to_string(&IntegratorConfig::default()),
         "gait" => serde_json::to_string(&GaitConfig::default()),
         _ => return None,

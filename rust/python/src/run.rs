@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::Deserialize;
 use snake_core::ConfigError;
-use snake_core::control::PdConfig;
+use snake_core::control::ControllerConfig;
 use snake_core::error::{finite, positive, require};
 use snake_core::gait::{Gait, JointReference};
 use snake_core::robot::RobotConfig;
@@ -36,7 +36,7 @@ struct RunConfig {
     robot: RobotConfig,
     scene: SceneConfig,
     gait: GaitConfig,
-    controller: PdConfig,
+    controller: ControllerConfig,
     integrator: IntegratorConfig,
     start: StartConfig,
     duration: f64,

@@ -1,6 +1,6 @@
 //! One robot in one scene, run for a while and watched.
 
-use snake_core::control::PdConfig;
+use snake_core::control::ControllerConfig;
 use snake_core::gait::{JointReference, JointTarget, Wave};
 use snake_core::planar::{PlanarState, Problem, Twist};
 use snake_core::robot::{PerLink, RobotConfig};
@@ -42,7 +42,7 @@ pub struct Case {
     pub name: String,
     pub robot: RobotConfig,
     pub scene: SceneConfig,
-    pub controller: PdConfig,
+    pub controller: ControllerConfig,
     pub integrator: IntegratorConfig,
     pub motion: Motion,
     /// CG and angle of link 1.
@@ -61,7 +61,7 @@ impl Case {
             name: name.into(),
             robot: RobotConfig::default(),
             scene: SceneConfig { obstacles: pegs(&TABLE_7_5), ..SceneConfig::default() },
-            controller: PdConfig::default(),
+            controller: ControllerConfig::default(),
             integrator: IntegratorConfig { step: Some(step), ..IntegratorConfig::default() },
             motion: Motion::Wave(Wave::default()),
             place: START_7_5,

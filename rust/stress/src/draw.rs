@@ -1,6 +1,6 @@
 //! Whole scenes as a handful of numbers: drawn at random here, by a property test elsewhere.
 
-use snake_core::control::PdConfig;
+use snake_core::control::ControllerConfig;
 use snake_core::gait::Wave;
 use snake_core::planar::{Pose, assemble_chain};
 use snake_core::robot::{Robot, RobotConfig};
@@ -73,7 +73,12 @@ impl Draw {
             name: name.into(),
             scene: SceneConfig { obstacles: self.clear_pegs(&robot, &posture), friction: self.friction },
             robot,
-            controller: PdConfig { kp: self.kp, kd: self.kd, torque_limit: self.torque_limit, active_from: 0.0 },
+            controller: ControllerConfig {
+                kp: self.kp,
+                kd: self.kd,
+                torque_limit: self.torque_limit,
+                ..ControllerConfig::default()
+            },
             integrator: IntegratorConfig {
                 step: Some(self.step),
                 order: self.order,

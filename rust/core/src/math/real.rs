@@ -58,6 +58,12 @@ pub trait Real:
     fn sin_cos(self) -> (Self, Self) {
         super::trig::sin_cos(self)
     }
+
+    /// arctan x to about two units in the last place.
+    #[inline(always)]
+    fn arctangent(self) -> Self {
+        super::trig::atan(self)
+    }
 }
 
 /// One truth value a lane.

@@ -33,10 +33,27 @@ fn polynomials<T: Real>(r: T) -> (T, T) {
     (sine, cosine)
 }
 
+/// Arctangent: |x| > 1 by its inverse, then |w| <= tan(pi / 8) by one addition theorem, then the fdlibm polynomial.
 #[inline(always)]
-fn horner<T: Real>(z: T, coefficients: &[f64; 6]) -> T {
-    let mut sum = T::splat(coefficients[5]);
-    for k in (0..5).rev() {
+pub fn atan<T: Real>(x: T) -> T {
+    let one = T::splat(1.0);
+    let size = x.abs();
+    let large = one.lt(size);
+    let y = T::select(large, one / size, size);
+    let middle = T::splat(TAN_EIGHTH).lt(y);
+    let w = T::select(middle, (y - one) / (y + one), y);
+    let z = w * w;
+    let series = w - w * z * horner(z, &ARCTANGENT);
+    let quarter = T::splat(std::f64::consts::FRAC_PI_4);
+    let angle = T::select(middle, quarter + series, series);
+    let angle = T::select(large, T::splat(std::f64::consts::FRAC_PI_2) - angle, angle);
+    T::select(x.lt(T::zero()), -angle, angle)
+}
+
+#[inline(always)]
+fn horner<T: Real, const N: usize>(z: T, coefficients: &[f64; N]) -> T {
+    let mut sum = T::splat(coefficients[N - 1]);
+    for k in (0..N - 1).rev() {
         sum = sum * z + T::splat(coefficients[k]);
     }
     sum
@@ -64,6 +81,23 @@ const COSINE: [f64; 6] = [
     -1.135_964_755_778_819_5e-11,
 ];
 
+/// tan(pi / 8).
+const TAN_EIGHTH: f64 = std::f64::consts::SQRT_2 - 1.0;
+
+const ARCTANGENT: [f64; 11] = [
+    3.333_333_333_333_293_2e-1,
+    -1.999_999_999_987_648_3e-1,
+    1.428_571_427_250_346_6e-1,
+    -1.111_111_040_546_235_6e-1,
+    9.090_887_133_436_507e-2,
+    -7.691_876_205_044_83e-2,
+    6.661_073_137_387_531e-2,
+    -5.833_570_133_790_573_5e-2,
+    4.976_877_994_615_932e-2,
+    -3.653_157_274_421_691_6e-2,
+    1.628_582_011_536_578_2e-2,
+];
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -77,5 +111,15 @@ mod tests {
         }
         assert_eq!(sin_cos(0.0), (0.0, 1.0));
         assert!(sin_cos(f64::NAN).0.is_nan());
+    }
+
+    #[test]
+    fn arctangent_agrees_with_the_library_to_two_units_in_the_last_place() {
+        for k in -40_000..40_000 {
+            let x = (f64::from(k) * 1e-3).sinh();
+            assert!((atan(x) - x.atan()).abs() <= 4.5e-16, "at {x}: {}", atan(x));
+        }
+        assert_eq!(atan(0.0), 0.0);
+        assert_eq!(atan(f64::INFINITY), std::f64::consts::FRAC_PI_2);
     }
 }

@@ -3,22 +3,13 @@
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-use crate::error::{ConfigError, non_negative, positive};
+use crate::control::{ControlLaw, ControllerConfig};
+use crate::error::{ConfigError, positive};
 use crate::gait::JointTarget;
 
 use super::friction::SmoothLaw;
 use super::motion::{Base, Motion};
 use super::{InverseDynamics, MinimalState, Model};
-
-/// Which control law.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum ControlLaw {
-    /// tau = k_D (phi_d' - phi') + k_P (phi_d - phi) (T 7.8).
-    Pd,
-    /// tau = M_22_bar u + h_2_bar - g_2_bar (T 6.58), u = phi_d'' + K_D (phi_d' - phi') + K_P (phi_d - phi) (T 6.60).
-    Io,
-}
 
 /// When the torque is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -57,6 +48,12 @@ impl FeedbackConfig {
         Self { law: ControlLaw::Pd, kp: 200.0, kd: 1.2, torque_limit: None, active_from: 0.0, treatment }
     }
 
+    /// Torques of `controller`, held over a step.
+    pub fn of(controller: ControllerConfig) -> Self {
+        let ControllerConfig { law, kp, kd, torque_limit, active_from } = controller;
+        Self { law, kp, kd, torque_limit, active_from, treatment: Treatment::Step }
+    }
+
     /// Input-output linearisation with the gains of (T Table 7.2).
     pub fn io() -> Self {
         Self { law: ControlLaw::Io, kp: 4e5, kd: 2.4e3, ..Self::pd() }
@@ -72,21 +69,22 @@ impl FeedbackConfig {
     /// # Errors
     /// Names the gain, limit or period that is not admissible.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        non_negative("kp", self.kp)?;
-        non_negative("kd", self.kd)?;
-        non_negative("active_from", self.active_from)?;
-        if let Some(limit) = self.torque_limit {
-            positive("torque_limit", limit)?;
-        }
+        self.controller().validate()?;
         if let Treatment::Period(period) = self.treatment {
             positive("treatment", period)?;
         }
         Ok(())
     }
 
-    /// The largest torque at a time, infinite when there is no limit, 0 before `active_from` \[N m\].
+    /// Without the treatment.
+    pub fn controller(&self) -> ControllerConfig {
+        let Self { law, kp, kd, torque_limit, active_from, .. } = *self;
+        ControllerConfig { law, kp, kd, torque_limit, active_from }
+    }
+
+    /// The largest torque at a time: infinite when there is no limit, 0 before `active_from` \[N m\].
     pub fn limit_at(&self, time: f64) -> f64 {
-        if time < self.active_from { 0.0 } else { self.torque_limit.unwrap_or(f64::INFINITY) }
+        self.controller().limit_at(time)
     }
 
     /// The law's own output from errors of angle and rate: a torque, or u of (T 6.60) without phi_d''.
@@ -136,8 +134,9 @@ pub struct Feedback {
 }
 
 impl Feedback {
-    pub fn new(config: FeedbackConfig, links: usize) -> Self {
-        Self { config, motion: Motion::new(links), dynamics: InverseDynamics::new(links), u: vec![0.0; links - 1] }
+    pub fn new(config: FeedbackConfig, model: &Model) -> Self {
+        let links = model.link_count();
+        Self { config, motion: Motion::new(links), dynamics: InverseDynamics::new(model), u: vec![0.0; links - 1] }
     }
 
     /// tau from what is measured at `time`, within the limit.

@@ -29,10 +29,10 @@ mod state;
 
 pub use certificate::{Certificate, certify};
 pub use control_plant::{ControlPlant, JointDynamics, velocity_transform};
-pub use feedback::{ControlLaw, Feedback, FeedbackConfig, Measurement, Treatment};
+pub use feedback::{Feedback, FeedbackConfig, Measurement, Treatment};
 pub use forward_dynamics::ForwardDynamics;
 pub use friction::{Friction, SmoothLaw};
-pub use inverse_dynamics::InverseDynamics;
+pub use inverse_dynamics::{InverseDynamics, LinkInertia};
 pub use model::{FrictionLaw, Ground, Model, ModelLink};
 pub use motion::{Base, LinkMotion, Motion, Twist};
 pub use newton::{Newton, Outcome};

@@ -1,7 +1,11 @@
+use nalgebra::{DMatrix, Vector3};
+
 use crate::error::{ConfigError, non_negative, positive};
 use crate::robot::Robot;
 
 use super::friction::{Friction, SmoothLaw};
+use super::inverse_dynamics::{InverseDynamics, LinkInertia};
+use super::motion::{Base, Motion};
 
 /// The ground under the robot model.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,6 +54,12 @@ pub struct ModelLink {
     pub friction: Friction,
 }
 
+impl ModelLink {
+    pub fn inertia(&self) -> LinkInertia {
+        LinkInertia { mass: self.mass, inertia: self.inertia, half_length: self.half_length }
+    }
+}
+
 /// The chain of chapter 6: constants only. The thesis's n is `degrees()`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
@@ -74,6 +84,23 @@ impl Model {
 
     pub fn joint_count(&self) -> usize {
         self.links.len() - 1
+    }
+
+    /// 1 / (M_22_bar^-1)_jj of the straight robot: the inertia each joint feels when all others are free
+    /// \[kg m^2\].
+    pub fn own_inertia(&self) -> Vec<f64> {
+        let joints = self.joint_count();
+        let still = vec![0.0; joints];
+        let mut motion = Motion::new(self.link_count());
+        motion.set(self, Base { theta: 0.0, rate: Vector3::zeros() }, &still, &still);
+        let mut dynamics = InverseDynamics::new(self);
+        let mut mass = DMatrix::zeros(joints, joints);
+        for j in 0..joints {
+            let unit: Vec<f64> = (0..joints).map(|k| f64::from(u8::from(k == j))).collect();
+            dynamics.torques(self, &motion, None, &unit, mass.column_mut(j).as_mut_slice());
+        }
+        let mobility = mass.cholesky().map(|factor| factor.inverse());
+        (0..joints).map(|j| mobility.as_ref().map_or(0.0, |mobility| mobility[(j, j)].recip())).collect()
     }
 
     /// n: two virtual prismatic joints, one virtual revolute joint and the real joints (T 6.3).

@@ -2,6 +2,8 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use crate::math::Real;
+
 use super::friction::SmoothLaw;
 use super::{Model, ModelLink};
 
@@ -10,13 +12,13 @@ pub type Twist = Vector3<f64>;
 
 /// Where a link is and how it moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LinkMotion {
+pub struct LinkMotion<T = f64> {
     /// e_x^Bi.
-    pub axial: Vector2<f64>,
+    pub axial: Vector2<T>,
     /// r_Gi - r_O2 (T 6.2) \[m\].
-    pub arm: Vector2<f64>,
+    pub arm: Vector2<T>,
     /// Velocity of G_i and omega_i (T 6.4), (T 6.7).
-    pub twist: Twist,
+    pub twist: Vector3<T>,
 }
 
 /// All links of a chain.
@@ -88,31 +90,37 @@ impl LinkMotion {
 
 /// Mass, centre and moment of inertia of the chain as one rigid body.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Composite {
-    pub mass: f64,
+pub struct Composite<T = f64> {
+    pub mass: T,
     /// Centre of mass seen from O_2 \[m\].
-    pub centre: Vector2<f64>,
+    pub centre: Vector2<T>,
     /// About the centre of mass \[kg m^2\].
-    pub inertia: f64,
+    pub inertia: T,
 }
 
-impl Composite {
+impl<T: Real> Composite<T> {
     /// Of links at the given places: `(mass, inertia, arm)`.
-    pub fn of(links: impl Iterator<Item = (f64, f64, Vector2<f64>)>) -> Self {
-        let (mut mass, mut first, mut second) = (0.0, Vector2::zeros(), 0.0);
+    #[inline(always)]
+    pub fn of(links: impl Iterator<Item = (T, T, Vector2<T>)>) -> Self {
+        let zero = T::zero();
+        let (mut mass, mut x, mut y, mut second) = (zero, zero, zero, zero);
         for (m, inertia, arm) in links {
             mass += m;
-            first += arm * m;
-            second += m * arm.norm_squared() + inertia;
+            x += m * arm.x;
+            y += m * arm.y;
+            second += m * (arm.x * arm.x + arm.y * arm.y) + inertia;
         }
-        let centre = first / mass;
-        Self { mass, centre, inertia: second - mass * centre.norm_squared() }
+        let centre = Vector2::new(x / mass, y / mass);
+        let inertia = second - (x * centre.x + y * centre.y);
+        Self { mass, centre, inertia }
     }
 
     /// The rigid rate (of O_2, and of rotation) whose momentum is `(p, moment about O_2)`: M_11^-1 of (T 6.53).
-    pub fn rate_of(&self, momentum: Vector3<f64>) -> Vector3<f64> {
-        let linear = momentum.xy() / self.mass;
-        let angular = (momentum.z - cross(self.centre, momentum.xy())) / self.inertia;
-        (linear - quarter_turn(self.centre) * angular).push(angular)
+    #[inline(always)]
+    pub fn rate_of(&self, momentum: Vector3<T>) -> Vector3<T> {
+        let (x, y) = (momentum.x / self.mass, momentum.y / self.mass);
+        let moment = momentum.z - (self.centre.x * momentum.y - self.centre.y * momentum.x);
+        let angular = moment / self.inertia;
+        Vector3::new(x + self.centre.y * angular, y - self.centre.x * angular, angular)
     }
 }

@@ -20,10 +20,10 @@ pub struct Controller {
 }
 
 impl Controller {
-    pub fn new(config: FeedbackConfig, noise: Noise, links: usize) -> Self {
-        let joints = links - 1;
+    pub fn new(config: FeedbackConfig, noise: Noise, model: &Model) -> Self {
+        let joints = model.joint_count();
         Self {
-            feedback: Feedback::new(config, links),
+            feedback: Feedback::new(config, model),
             noise,
             error: Measurement::new(joints),
             measured: Measurement::new(joints),

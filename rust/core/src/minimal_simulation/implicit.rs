@@ -8,10 +8,11 @@ use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::{Vector2, Vector3};
 
+use crate::control::ControlLaw;
 use crate::gait::JointReference;
 use crate::minimal::{
-    Base, ControlLaw, InverseDynamics, MinimalState, Model, Motion, Newton, Outcome, SmoothLaw, Stage, StageJoint,
-    StageLink, StageSolution, Treatment, Twist, certify,
+    Base, InverseDynamics, MinimalState, Model, Motion, Newton, Outcome, SmoothLaw, Stage, StageJoint, StageLink,
+    StageSolution, Treatment, Twist, certify,
 };
 use crate::stepper::{IntegratorConfig, Tally};
 
@@ -305,12 +306,12 @@ impl ControlModel {
         let zero = vec![0.0; joints];
         Self {
             motion: Motion::new(model.link_count()),
-            dynamics: InverseDynamics::new(model.link_count()),
+            dynamics: InverseDynamics::new(model),
             phi: zero.clone(),
             phi_rate: zero.clone(),
             u: zero.clone(),
             followed: zero.clone(),
-            own_inertia: own_inertia(model),
+            own_inertia: model.own_inertia(),
             tau: zero,
         }
     }
@@ -339,22 +340,6 @@ impl ControlModel {
         self.motion.set(model, base, &self.phi, &self.phi_rate);
         self.dynamics.torques(model, &self.motion, law, &self.u, &mut self.tau);
     }
-}
-
-/// 1 / (M_22_bar^-1)_jj of the straight robot: column by column of M_22_bar, which is computed once.
-fn own_inertia(model: &Model) -> Vec<f64> {
-    let joints = model.joint_count();
-    let mut motion = Motion::new(model.link_count());
-    let still = vec![0.0; joints];
-    motion.set(model, Base { theta: 0.0, rate: Vector3::zeros() }, &still, &still);
-    let mut dynamics = InverseDynamics::new(model.link_count());
-    let mut mass = nalgebra::DMatrix::zeros(joints, joints);
-    for j in 0..joints {
-        let unit: Vec<f64> = (0..joints).map(|k| f64::from(u8::from(k == j))).collect();
-        dynamics.torques(model, &motion, None, &unit, mass.column_mut(j).as_mut_slice());
-    }
-    let mobility = mass.cholesky().map(|factor| factor.inverse());
-    (0..joints).map(|j| mobility.as_ref().map_or(0.0, |mobility| mobility[(j, j)].recip())).collect()
 }
 
 /// 1 - 1/sqrt 2: makes the two-stage SDIRK L-stable and of second order.

@@ -66,7 +66,7 @@ impl MinimalSimulation {
         config.noise.validate().map_err(|e| e.inside("noise"))?;
         let model = Model::new(&robot, &config.ground);
         let links = model.link_count();
-        let controller = controller_of(config, links)?;
+        let controller = controller_of(config, &model)?;
         let mut integrator = config.integrator;
         if integrator.method == Method::Implicit {
             integrator.step = integrator.step.or(Some(STEP));
@@ -222,7 +222,7 @@ impl MinimalSimulation {
 }
 
 /// The controller; on a smooth plant "once a step" means once every step of the thesis.
-fn controller_of(config: &MinimalConfig, links: usize) -> Result<Controller, ConfigError> {
+fn controller_of(config: &MinimalConfig, model: &Model) -> Result<Controller, ConfigError> {
     let mut feedback = config.controller;
     let noise = Noise::new(config.noise, config.seed);
     if matches!(config.friction_law, FrictionLaw::Smooth(_)) {
@@ -234,7 +234,7 @@ fn controller_of(config: &MinimalConfig, links: usize) -> Result<Controller, Con
             return Err(ConfigError::new("controller.treatment", "\"implicit\"", expected));
         }
     }
-    Ok(Controller::new(feedback, noise, links))
+    Ok(Controller::new(feedback, noise, model))
 }
 
 /// (T Table 7.2) \[s\].

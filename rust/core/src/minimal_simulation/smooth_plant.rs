@@ -1,9 +1,8 @@
 //! The smooth plant as an ordinary differential equation y' = f(t, y), y = (q, q') (T 6.14).
 
+use crate::control::ControlLaw;
 use crate::gait::{JointReference, JointTarget};
-use crate::minimal::{
-    Base, ControlLaw, FeedbackConfig, ForwardDynamics, InverseDynamics, Model, Motion, SmoothLaw, Treatment,
-};
+use crate::minimal::{Base, FeedbackConfig, ForwardDynamics, InverseDynamics, Model, Motion, SmoothLaw, Treatment};
 
 /// Right-hand side with its workspace.
 #[derive(Debug, Clone)]
@@ -29,7 +28,7 @@ impl SmoothPlant {
             config,
             motion: Motion::new(links),
             forward: ForwardDynamics::new(links),
-            inverse: InverseDynamics::new(links),
+            inverse: InverseDynamics::new(model),
             targets: vec![JointTarget::default(); joints],
             u: vec![0.0; joints],
             torque: vec![0.0; joints],

@@ -18,6 +18,7 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use nalgebra::{Vector2, Vector3};
 
 use crate::contact::{NearPair, PAIRS_PER_LINK, link_peg_contact};
+use crate::control::ControlLaw;
 use crate::gait::JointTarget;
 use crate::math::{Mask, Real};
 use crate::pegs::PegGrid;
@@ -25,6 +26,7 @@ use crate::planar::{Heading, Newton, SLACK, Stage, StageSolution};
 
 use super::contacts::{Prediction, Slot, add_contacts};
 use super::hardest::Hardest;
+use super::io_drive::IoDrive;
 use super::lanes::{Lanes, NO_LANES, active, lanes_of, read_lane, read_vector, set_vector};
 use super::rescue::Rescue;
 use super::stage_kernels::{Extrapolate, LinkConstants, Solve, StageKernels, StageWork, Works};
@@ -80,9 +82,10 @@ impl<T: StageKernels> Group<T> {
             guess: rest.clone(),
             predicted: rest.clone(),
             heading: vec![heading; links],
-            target: vec![[zero; 2]; links - 1],
-            gains: [zero; 2],
-            torque_limit: T::splat(plant.controller.limit()),
+            target: vec![[zero; 3]; links - 1],
+            gains: [plant.controller.kp, plant.controller.kd].map(T::splat),
+            torque_limit: T::splat(f64::INFINITY),
+            io: (plant.controller.law == ControlLaw::Io).then(|| IoDrive::new(&plant.robot, plant.friction())),
             in_field: false,
             friction_force: vec![Vector2::new(zero, zero); links],
             deviation: zero,
@@ -333,10 +336,9 @@ impl<T: StageKernels> Group<T> {
             for (lanes, target) in self.work.target.iter_mut().zip(&self.targets) {
                 lanes[0].set_lane(lane, target.angle);
                 lanes[1].set_lane(lane, target.rate);
+                lanes[2].set_lane(lane, target.acceleration);
             }
-            let (kp, kd) = plant.controller.gains_at(time);
-            self.work.gains[0].set_lane(lane, kp);
-            self.work.gains[1].set_lane(lane, kd);
+            self.work.torque_limit.set_lane(lane, plant.controller.limit_at(time));
         }
     }
 

@@ -6,6 +6,7 @@ mod contacts;
 mod fleet;
 mod group;
 mod hardest;
+mod io_drive;
 mod lanes;
 mod pace;
 mod plant;

@@ -1,6 +1,6 @@
 use nalgebra::Vector2;
 
-use crate::control::PdConfig;
+use crate::control::ControllerConfig;
 use crate::error::ConfigError;
 use crate::robot::{Link, Robot};
 
@@ -8,7 +8,7 @@ use crate::robot::{Link, Robot};
 #[derive(Debug, Clone)]
 pub struct Plant {
     pub robot: Robot,
-    pub controller: PdConfig,
+    pub controller: ControllerConfig,
     /// mu_Tx, mu_Ty.
     friction: Vector2<f64>,
     smallest_radius: f64,
@@ -17,7 +17,7 @@ pub struct Plant {
 impl Plant {
     /// # Errors
     /// Names the gain that is not admissible.
-    pub fn new(robot: Robot, friction: [f64; 2], controller: PdConfig) -> Result<Self, ConfigError> {
+    pub fn new(robot: Robot, friction: [f64; 2], controller: ControllerConfig) -> Result<Self, ConfigError> {
         controller.validate()?;
         let smallest_radius = robot.links.iter().map(|link| link.radius).fold(f64::INFINITY, f64::min);
         Ok(Self { robot, controller, friction: Vector2::from(friction), smallest_radius })
@@ -26,6 +26,11 @@ impl Plant {
     /// Radius of the thinnest link \[m\].
     pub fn smallest_radius(&self) -> f64 {
         self.smallest_radius
+    }
+
+    /// mu_Tx, mu_Ty.
+    pub fn friction(&self) -> Vector2<f64> {
+        self.friction
     }
 
     /// Friction bound of a link along and across it, mu m g \[N\].

@@ -9,6 +9,8 @@ use crate::planar::{
     Certificate, Heading, Newton, Outcome, Stage, StageJoint, StageLink, StageSolution, certify, is_sane, travel,
 };
 
+use super::io_drive::{IoDrive, Situation};
+
 /// Data of the stage at hand, for as many robots as `T` has lanes.
 #[derive(Debug, Clone)]
 pub struct StageWork<T: Real> {
@@ -22,12 +24,14 @@ pub struct StageWork<T: Real> {
     /// Expected end configuration.
     pub predicted: Vec<Vector3<T>>,
     pub heading: Vec<Heading<T>>,
-    /// Joint references at the end of the stage, and gains there.
-    pub target: Vec<[T; 2]>,
+    /// Joint references at the end of the stage (angle, rate, acceleration), and gains k_P, k_D.
+    pub target: Vec<[T; 3]>,
     pub gains: [T; 2],
     pub torque_limit: T,
     /// Whether any robot is among pegs; without them nobody asks how far a robot moves.
     pub in_field: bool,
+    /// Input-output linearisation instead of PD.
+    pub io: Option<IoDrive<T>>,
     /// Forces of the last stage.
     pub friction_force: Vec<Vector2<T>>,
     pub contact_force: Vec<T>,
@@ -294,14 +298,30 @@ impl<T: Real> StageWork<T> {
         }
     }
 
+    #[inline(always)]
+    fn fill_joints(&mut self) {
+        let Some(io) = &mut self.io else { return self.fill_pd() };
+        let situation = Situation {
+            heading: &self.heading,
+            base: &self.base,
+            reference: &self.reference,
+            guess: &self.guess,
+            target: &self.target,
+            gains: self.gains,
+            torque_limit: self.torque_limit,
+            coefficient: T::splat(self.stage.coefficient),
+        };
+        io.fill(&situation, &mut self.stage.joints);
+    }
+
     /// The PD torque (T 3.51 != D3) at the end of the stage, where phi = phi_base + c omega_J, is linear in
     /// omega_J.
     #[inline(always)]
-    fn fill_joints(&mut self) {
+    fn fill_pd(&mut self) {
         let c = T::splat(self.stage.coefficient);
         let [kp, kd] = self.gains;
         self.stage.joints.clear();
-        for (j, [angle, rate]) in self.target.iter().enumerate() {
+        for (j, [angle, rate, _]) in self.target.iter().enumerate() {
             let error = *angle - (self.base[j + 1].z - self.base[j].z);
             self.stage.joints.push(StageJoint {
                 drive: c * (kp * error + kd * *rate),

@@ -3,6 +3,7 @@
 use nalgebra::Vector2;
 
 use crate::contact::{NearPair, NearPegs, gap, link_peg_contact};
+use crate::control::{ControlLaw, ControllerConfig};
 use crate::gait::JointTarget;
 use crate::pegs::PegGrid;
 use crate::planar::{
@@ -11,6 +12,7 @@ use crate::planar::{
 };
 use crate::robot::Link;
 
+use super::io_drive::ExplicitIo;
 use super::stage_kernels::Works;
 use super::{Body, Driven, IntegratorConfig, Plant, Tally};
 
@@ -21,6 +23,8 @@ pub struct Thesis {
     stage: Stage,
     solution: StageSolution,
     iteration: ModifiedNewton,
+    /// Input-output linearisation instead of PD.
+    io: Option<ExplicitIo>,
     midpoint: Vec<Pose>,
     targets: Vec<JointTarget>,
     near: NearPegs,
@@ -30,12 +34,14 @@ pub struct Thesis {
 }
 
 impl Thesis {
-    pub fn new(config: IntegratorConfig, links: usize) -> Self {
+    pub fn new(config: IntegratorConfig, plant: &Plant) -> Self {
+        let links = plant.robot.link_count();
         Self {
             config,
             stage: Stage::with_capacity(links),
             solution: StageSolution::new(links),
             iteration: ModifiedNewton::new(links),
+            io: (plant.controller.law == ControlLaw::Io).then(|| ExplicitIo::new(plant)),
             midpoint: vec![Pose::zeros(); links],
             targets: vec![JointTarget::default(); links - 1],
             near: NearPegs::with_capacity(links),
@@ -125,11 +131,18 @@ impl Thesis {
                 friction: plant.friction_force(link) * h,
             }
         }));
-        let (kp, kd) = plant.controller.gains_at(state.time);
+        let ControllerConfig { kp, kd, .. } = plant.controller;
+        let limit = h * plant.controller.limit_at(state.time);
+        if let Some(io) = &mut self.io {
+            io.update(state, &self.targets);
+        }
         stage.joints.clear();
         stage.joints.extend(self.targets.iter().enumerate().map(|(j, target)| {
-            let torque = kp * (target.angle - state.joint_angle(j)) + kd * (target.rate - state.joint_rate(j));
-            StageJoint { drive: h * torque, stiffness: 0.0, limit: h * plant.controller.limit() }
+            let torque = match &self.io {
+                Some(io) => io.tau[j],
+                None => kp * (target.angle - state.joint_angle(j)) + kd * (target.rate - state.joint_rate(j)),
+            };
+            StageJoint { drive: h * torque, stiffness: 0.0, limit }
         }));
         stage.contacts.clear();
         for pair in &self.closed {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::control::PdConfig;
+use crate::control::ControllerConfig;
 use crate::error::{ConfigError, finite, require, within};
 use crate::robot::{PerLink, RobotConfig};
 use crate::stepper::IntegratorConfig;
@@ -97,7 +97,7 @@ pub struct EnvConfig {
     pub field: FieldKind,
     /// Friction coefficients along and across a link; `None`: the task's own.
     pub friction: Option<[f64; 2]>,
-    pub controller: PdConfig,
+    pub controller: ControllerConfig,
     pub integrator: IntegratorConfig,
     pub robot: RobotConfig,
     pub reward_weights: RewardWeights,
@@ -119,7 +119,7 @@ impl Default for EnvConfig {
             difficulty: 0.5,
             field: FieldKind::Mixed,
             friction: None,
-            controller: PdConfig { torque_limit: Some(10.0), ..PdConfig::default() },
+            controller: ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() },
             integrator: IntegratorConfig::default(),
             robot: RobotConfig::default(),
             reward_weights: RewardWeights::default(),

@@ -6,7 +6,7 @@ pub mod dense;
 use std::f64::consts::PI;
 
 use nalgebra::Vector2;
-use snake_core::control::PdConfig;
+use snake_core::control::{ControlLaw, ControllerConfig};
 use snake_core::gait::{JointReference, JointTarget, Wave};
 use snake_core::planar::{PlanarState, Pose, Twist};
 use snake_core::robot::{Robot, RobotConfig};
@@ -18,7 +18,8 @@ use snake_core::stepper::{IntegratorConfig, Method};
 pub const START_FREE: [f64; 3] = [0.507175344325, -0.011634455967, 3.755516615855];
 
 /// No actuation.
-pub const LIMP: PdConfig = PdConfig { kp: 0.0, kd: 0.0, torque_limit: None, active_from: 0.0 };
+pub const LIMP: ControllerConfig =
+    ControllerConfig { law: ControlLaw::Pd, kp: 0.0, kd: 0.0, torque_limit: None, active_from: 0.0 };
 
 /// A reference that never changes, one angle for all joints.
 pub struct Hold(pub f64);
@@ -79,7 +80,7 @@ pub fn table_7_5() -> SceneConfig {
 pub fn build(
     robot: &RobotConfig,
     scene: &SceneConfig,
-    pd: &PdConfig,
+    pd: &ControllerConfig,
     integrator: &IntegratorConfig,
 ) -> PlanarSimulation {
     PlanarSimulation::new(robot, scene, pd, integrator).expect("a valid configuration")
@@ -92,7 +93,7 @@ pub fn posture(reference: &impl JointReference, joints: usize) -> Vec<f64> {
 
 /// Aiko with the gait (T 7.3), at rest in the gait's posture.
 pub fn aiko(scene: &SceneConfig, start: [f64; 3], integrator: &IntegratorConfig) -> PlanarSimulation {
-    let mut simulation = build(&RobotConfig::default(), scene, &PdConfig::default(), integrator);
+    let mut simulation = build(&RobotConfig::default(), scene, &ControllerConfig::default(), integrator);
     simulation.place_chain(start[0], start[1], start[2], &posture(&Wave::default(), 10));
     simulation
 }

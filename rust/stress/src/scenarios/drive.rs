@@ -1,6 +1,6 @@
 //! Steps, gains and torque limits.
 
-use snake_core::control::PdConfig;
+use snake_core::control::ControllerConfig;
 use snake_core::gait::Wave;
 
 use crate::case::{Case, Motion};
@@ -29,7 +29,7 @@ pub fn gains(duration: f64) -> Vec<Case> {
         for kd in [0.0, 2.0, 1e3] {
             for step in [1e-2, 5e-2] {
                 let mut case = Case::course(format!("k_P {kp:e}, k_D {kd:e}, h {step} s"), step, duration);
-                case.controller = PdConfig { kp, kd, ..PdConfig::default() };
+                case.controller = ControllerConfig { kp, kd, ..ControllerConfig::default() };
                 cases.push(case);
             }
         }
@@ -50,7 +50,7 @@ pub fn torque_limit(duration: f64) -> Vec<Case> {
                 let mut case = Case::course(format!("{name}, {limit} N m, k_P {kp:e}, h {step} s"), step, duration);
                 case.posture =
                     Some((0..10).map(|joint| Wave::default().amplitude * (joint as f64 * -0.87).sin()).collect());
-                case.controller = PdConfig { kp, torque_limit: Some(limit), ..PdConfig::default() };
+                case.controller = ControllerConfig { kp, torque_limit: Some(limit), ..ControllerConfig::default() };
                 case.motion = motion;
                 cases.push(case);
             }

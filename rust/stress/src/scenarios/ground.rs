@@ -1,6 +1,6 @@
 //! Friction, and rest under load.
 
-use snake_core::control::PdConfig;
+use snake_core::control::ControllerConfig;
 
 use crate::case::{Case, Motion};
 use crate::figures::Figures;
@@ -32,10 +32,10 @@ pub fn friction(duration: f64) -> Vec<Case> {
 /// Robots whose joints push against friction and pegs too weakly to move anything.
 pub fn rest() -> Vec<Case> {
     let mut free = Case::straight("free", 1e-2, 0.0);
-    free.controller = PdConfig { kp: 0.5, kd: 0.05, ..PdConfig::default() };
+    free.controller = ControllerConfig { kp: 0.5, kd: 0.05, ..ControllerConfig::default() };
     free.motion = Motion::Hold(0.2);
     let mut limited = pressed("on the course, torques at their limit", 1e-2);
-    limited.controller = PdConfig { kp: 800.0, torque_limit: Some(0.3), ..PdConfig::default() };
+    limited.controller = ControllerConfig { kp: 800.0, torque_limit: Some(0.3), ..ControllerConfig::default() };
     limited.motion = Motion::Hold(0.0);
     vec![free, limited]
 }
@@ -51,7 +51,7 @@ pub fn brink() -> Vec<Case> {
 fn pressed(name: &str, step: f64) -> Case {
     let mut case = Case::course(name, step, 0.0);
     case.posture = Some((0..10).map(|joint| 0.7 * (joint as f64 * -0.87).sin()).collect());
-    case.controller = PdConfig { kp: 20.0, kd: 2.0, ..PdConfig::default() };
+    case.controller = ControllerConfig { kp: 20.0, kd: 2.0, ..ControllerConfig::default() };
     case.motion = Motion::Hold(0.3);
     case.integrator.tolerance = Some(1e-8);
     case

@@ -1,6 +1,6 @@
 //! Pegs where they hurt.
 
-use snake_core::control::PdConfig;
+use snake_core::control::ControllerConfig;
 use snake_core::gait::Wave;
 use snake_core::scene::Peg;
 
@@ -14,7 +14,7 @@ pub fn wedge(duration: f64) -> Vec<Case> {
             let mut case = Case::straight(format!("half angle {angle}, {slow} m/s, h {step} s"), step, duration);
             case.scene.obstacles = funnel(angle);
             case.velocity = [-slow, 0.0];
-            case.controller = PdConfig { torque_limit: Some(10.0), ..PdConfig::default() };
+            case.controller = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() };
             cases.push(case.clone());
             case.name = format!("half angle {angle}, undulating, h {step} s");
             case.velocity = [-0.2, 0.0];
@@ -50,7 +50,7 @@ pub fn crack(duration: f64) -> Vec<Case> {
                 let mut case = Case::straight(format!("{name}, peg of {radius} m, h {step} s"), step, duration);
                 case.scene.obstacles = (1..11).step_by(2).map(|joint| notch_peg(joint, radius)).collect();
                 case.motion = motion;
-                case.controller = PdConfig { torque_limit: Some(10.0), ..PdConfig::default() };
+                case.controller = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() };
                 cases.push(case);
             }
         }
@@ -86,7 +86,7 @@ pub fn deep(duration: f64) -> Vec<Case> {
         for step in [1e-2, 5e-2] {
             let mut case = Case::straight(format!("{name}, h {step} s"), step, duration);
             case.scene.obstacles = pegs.clone();
-            case.controller = PdConfig { torque_limit: Some(10.0), ..PdConfig::default() };
+            case.controller = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() };
             cases.push(case);
         }
     }
@@ -125,7 +125,7 @@ pub fn limp(duration: f64) -> Vec<Case> {
                     .map(|k| Peg { radius: 0.05, x: 0.4 * f64::from(k % 12) - 2.0, y: 0.5 + 0.4 * f64::from(k / 12) })
                     .collect();
                 case.scene.friction = [0.0, 0.0];
-                case.controller = PdConfig { kp: 0.0, kd: 0.0, ..PdConfig::default() };
+                case.controller = ControllerConfig { kp: 0.0, kd: 0.0, ..ControllerConfig::default() };
                 case.integrator.order = order;
                 case.velocity = [-0.3 * speed, speed];
                 cases.push(case);
