@@ -43,16 +43,27 @@ class Task:
         self.action_space = Box(-1.0, 1.0, (len(self.layout["action"]),), dtype=np.float32)
 
 
-CONTROLLERS: dict[str, PD | IOLinearizing] = {"pd": PD(torque_limit=10.0), "io": IOLinearizing(torque_limit=10.0)}
-"""Joint controllers by name."""
+TORQUE_LIMIT = 10.0
+"""Of controllers given by name [N m]."""
+RATES_PER_PERIOD = 10
+""""io" takes its gains from this part of the control period: critically damped, and soft enough for pegs."""
 
 
 def _controller(options: Mapping[str, Any]) -> dict[str, Any]:
     """The option "controller" as the core has it, if it is given by name or as a dataclass."""
     value = options.get("controller")
     if isinstance(value, str):
-        value = CONTROLLERS[_checks.choice("controller", value, list(CONTROLLERS))]
+        _checks.choice("controller", value, ["pd", "io"])
+        value = PD(torque_limit=TORQUE_LIMIT) if value == "pd" else _io(options.get("control_period", 0.05))
     return {"controller": value._for_planar()} if isinstance(value, PD | IOLinearizing) else {}
+
+
+def _io(control_period: Any) -> IOLinearizing:
+    try:
+        period = float(control_period) / RATES_PER_PERIOD
+    except (TypeError, ValueError):
+        raise ConfigError("control_period", repr(control_period), "a finite number") from None
+    return IOLinearizing.for_period(period, torque_limit=TORQUE_LIMIT, treatment="implicit")
 
 
 def _require_known(options: Mapping[str, Any]) -> None:

@@ -37,7 +37,8 @@ ARGUMENTS = {
     "field": 'generator of the random field: "mixed", "track", "lattice" or "poisson"',
     "friction": "Coulomb coefficients along and across a link, 0 to 10; null: the task's own, (0.2, 0.5) for "
     '"free" and (0.2, 0.2) otherwise',
-    "controller": 'joint controller: "pd", "io" (input-output linearising, torque limit 10 N m), or the fields of '
+    "controller": 'joint controller: "pd", "io" (input-output linearising, critically damped with K_D = 0.5 / T for T '
+    "a tenth of the control period; both with a limit of 10 N m), or the fields of "
     "`snake_env.PD` or `snake_env.IOLinearizing` with their `law`",
     "integrator": "time stepping: the fields of `snake_env.Integrator`",
     "robot": "the robot: the fields of `snake_env.Robot`",

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from snake_env.config import Gait, IOLinearizing
+import statistics
+import time
+
+from snake_env.config import Gait, Integrator, IOLinearizing
 from snake_env.reproduce import stability, theorem, tracking
-from snake_env.reproduce.experiments import FEEDBACK, Runs
+from snake_env.reproduce.experiments import EXPERIMENTS, FEEDBACK, Runs
 from snake_env.reproduce.findings import Check
 
 Result = tuple[str, bool]
@@ -112,6 +115,21 @@ def _any_period(_: Runs) -> Result:
     return "1 to 50 ms", all(held.recovers(IOLinearizing.for_period(period), period) for period in periods)
 
 
+def _speed(_: Runs) -> Result:
+    """Median of five runs each; the long step is within 0.4 mm and 2e-4 rad of the limit (tests/minimal_reference.rs)."""
+    rates = []
+    for experiment, integrator in (("IO, set-valued", Integrator(step=0.05)), ("IO, arctan", Integrator(tolerance=1e-6))):
+        walls = [_wall_time(experiment, integrator) for _ in range(5)]
+        rates.append(20.0 / statistics.median(walls))
+    return "{:.0f} s set-valued, {:.0f} s smooth in a second".format(*rates), min(rates) > 1.0
+
+
+def _wall_time(name: str, integrator: Integrator) -> float:
+    start = time.perf_counter()
+    EXPERIMENTS[name]().simulate(integrator, 0.1)
+    return time.perf_counter() - start
+
+
 CHECKS = [
     Check("7.3.5", "Fig. 7.10 (b): IO, smooth friction", '"asymptotically stable error dynamics"', _io_smooth),
     Check("7.3.5", "Fig. 7.10 (b): PD, smooth friction", '"a periodic tracking error"', _pd_smooth),
@@ -130,6 +148,7 @@ CHECKS = [
         _short_but_larger,
     ),
     Check("7.3.5", "PD with high gains", '"aborted [...] did not complete within 48 hours"', _high_gains),
+    Check("7.3.5", "speed of simulation under IO", '"20 and 50 minutes [for] a single second"', _speed),
     Check("7.3.5", "Theorem 6.1: w stays bounded", '"the velocity vector w(t) remains bounded"', _bounded),
     Check(
         "7.3.5",

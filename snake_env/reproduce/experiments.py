@@ -47,6 +47,21 @@ class Experiment:
     integrator: Integrator | None = None
     noise: Noise | None = None
 
+    def simulate(self, integrator: Integrator | None, sample: float, robot: Robot | None = None) -> Trajectory:
+        """The run, by an integrator of its own or not, sampled every ``sample`` seconds."""
+        return simulate(
+            model=self.model,
+            robot=robot,
+            scene=self.scene,
+            gait=self.gait,
+            controller=self.controller,
+            integrator=integrator,
+            start=self.start,
+            duration=self.duration,
+            sample=sample,
+            noise=self.noise,
+        )
+
 
 def _preset(name: str, duration: float, friction: tuple[float, float] = (0.2, 0.2)) -> Experiment:
     return Experiment(Scene.preset(name, friction), duration)
@@ -138,19 +153,6 @@ class Runs:
     def _run(self, name: str) -> tuple[Experiment, Trajectory]:
         if name not in self._done:
             experiment = EXPERIMENTS[name]()
-            self._done[name] = (
-                experiment,
-                simulate(
-                    robot=self.robot,
-                    model=experiment.model,
-                    scene=experiment.scene,
-                    gait=experiment.gait,
-                    controller=experiment.controller,
-                    integrator=experiment.integrator or self._integrator,
-                    noise=experiment.noise,
-                    start=experiment.start,
-                    duration=experiment.duration,
-                    sample=self._sample,
-                ),
-            )
+            integrator = experiment.integrator or self._integrator
+            self._done[name] = (experiment, experiment.simulate(integrator, self._sample, self.robot))
         return self._done[name]

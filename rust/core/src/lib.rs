@@ -1,9 +1,9 @@
 //! Physics of wheel-less snake robots with set-valued Coulomb friction and obstacle contact.
 //!
-//! The model is chapter 3 of A. A. Transeth, *Modelling and Control of Snake Robots* (NTNU 2007);
-//! equations are tagged `(T 3.66)` with the thesis's numbers. SI units and radians everywhere.
+//! The models are chapters 3 (planar) and 6 (robot model, `minimal`) of A. A. Transeth, *Modelling and Control of
+//! Snake Robots* (NTNU 2007); equations are tagged `(T 3.66)` with the thesis's numbers. SI units and radians everywhere.
 //! Modules import each other in one direction only:
-//! `math <- laws <- contact <- planar <- stepper <- simulation <- task <- batch`.
+//! `math <- laws <- contact <- {planar, minimal} <- stepper <- {simulation, minimal_simulation} <- task <- batch`.
 
 pub mod batch;
 pub mod contact;
