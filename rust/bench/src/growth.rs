@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use snake_core::ConfigError;
-use snake_core::control::PdConfig;
+use snake_core::control::ControllerConfig;
 use snake_core::gait::{JointReference, Wave};
 use snake_core::planar::Pose;
 use snake_core::robot::RobotConfig;
@@ -127,7 +127,7 @@ fn long_track(links: usize) -> Result<Scenario, ConfigError> {
         field: FieldKind::Track,
         difficulty: 0.0,
         robot: RobotConfig { links, ..RobotConfig::default() },
-        controller: PdConfig::default(),
+        controller: ControllerConfig::default(),
         ..EnvConfig::default()
     };
     scenes::of_environment("track", "regular track of pegs", &config, 0)

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use snake_core::ConfigError;
-use snake_core::control::PdConfig;
+use snake_core::control::ControllerConfig;
 use snake_core::gait::{JointReference, Wave};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, START_7_3, START_7_5, START_FREE, SceneConfig, TABLE_7_3, TABLE_7_5};
@@ -20,7 +20,7 @@ pub struct Scenario {
     pub title: &'static str,
     pub robot: RobotConfig,
     pub scene: SceneConfig,
-    pub controller: PdConfig,
+    pub controller: ControllerConfig,
     /// CG of link 1 \[m\] and its absolute angle \[rad\].
     pub start: [f64; 3],
     pub joint_angle: Vec<f64>,
@@ -75,7 +75,7 @@ pub fn aiko(
         title,
         robot: RobotConfig::default(),
         scene: SceneConfig { obstacles, friction },
-        controller: PdConfig::default(),
+        controller: ControllerConfig::default(),
         start,
         joint_angle: (0..10).map(|joint| Wave::default().target(joint, 0.0).angle).collect(),
         duration: DURATION,
@@ -114,7 +114,7 @@ fn dense_field() -> Scenario {
         task: Task::Field,
         field: FieldKind::Poisson,
         difficulty: 0.2,
-        controller: PdConfig::default(),
+        controller: ControllerConfig::default(),
         ..EnvConfig::default()
     };
     of_environment("field", "dense random field", &config, FIELD_SEED).expect("a valid configuration")
@@ -131,7 +131,7 @@ fn jam() -> Scenario {
     let wall = (0..6).map(|k| [0.05, 1.45, -0.2 + 0.13 * f64::from(k)]);
     let pegs: Vec<[f64; 3]> = behind.chain(wall).collect();
     Scenario {
-        controller: PdConfig { torque_limit: Some(10.0), ..PdConfig::default() },
+        controller: ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() },
         duration: 3.0,
         ..aiko("jam", "jam against a wall of pegs", &pegs, [0.2, 0.2], START_7_5)
     }

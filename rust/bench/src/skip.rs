@@ -7,7 +7,7 @@
 
 use serde::Serialize;
 use snake_core::ConfigError;
-use snake_core::control::PdConfig;
+use snake_core::control::ControllerConfig;
 use snake_core::scene::{Peg, START_7_5, START_FREE, TABLE_7_5};
 use snake_core::stepper::{Fleet, IntegratorConfig, Plant};
 use snake_core::task::{EnvConfig, Perception, Task};
@@ -57,7 +57,7 @@ fn physics(rounds: usize) -> Result<(), ConfigError> {
     };
     let with_friction = |friction| aiko("free", "", &[], friction, START_FREE);
     let with_limit = |scenario: Scenario, limit| Scenario {
-        controller: PdConfig { torque_limit: Some(limit), ..PdConfig::default() },
+        controller: ControllerConfig { torque_limit: Some(limit), ..ControllerConfig::default() },
         ..scenario
     };
     let course = || aiko("course", "", &TABLE_7_5, [0.2, 0.2], START_7_5);

@@ -12,7 +12,7 @@ use common::dense::{Kind, random_stage};
 use common::{Random, START_FREE, aiko, ground, posture, table_7_5, thesis};
 use criterion::measurement::WallTime;
 use criterion::{BatchSize, BenchmarkGroup, Criterion, criterion_group, criterion_main};
-use snake_core::control::PdConfig;
+use snake_core::control::ControllerConfig;
 use snake_core::gait::{JointReference, JointTarget, Wave};
 use snake_core::pegs::PegGrid;
 use snake_core::planar::{Newton, Pose, Stage, StageSolution, assemble_chain, certify};
@@ -114,7 +114,7 @@ fn period_of_eight_robots(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("eight robots");
     for (name, scene, start) in [("free", ground([0.2, 0.2]), START_FREE), ("course", table_7_5(), START_7_5)] {
         let robot = Robot::new(&RobotConfig::default()).expect("a valid robot");
-        let plant = Plant::new(robot, scene.friction, PdConfig::default()).expect("a valid controller");
+        let plant = Plant::new(robot, scene.friction, ControllerConfig::default()).expect("a valid controller");
         let mut fleet = Fleet::new(IntegratorConfig::default(), &plant, 8);
         let robots = staggered(&plant, &scene, start, &mut fleet);
         group.bench_function(name, |bencher| {

@@ -81,6 +81,10 @@ impl MinimalSimulation {
                 let expected = "\"implicit\" for a smooth friction law: time stepping is for set-valued laws";
                 return Err(ConfigError::new("integrator.method", "\"thesis\"", expected));
             }
+            (_, Method::Adaptive) => {
+                let expected = "\"implicit\" or \"thesis\" for the robot model";
+                return Err(ConfigError::new("integrator.method", "\"adaptive\"", expected));
+            }
         };
         Ok(Self {
             state: MinimalState::zero(model.degrees()),
