@@ -80,11 +80,11 @@ impl Solvers {
         if before <= 1.0 || !before.is_finite() {
             return (0, before <= 1.0);
         }
-        solution.copy_lane(0, &mut self.polished);
+        solution.copy_lane(&stage.contacts, 0, &mut self.polished);
         let outcome = self.newton.solve(stage, &mut self.polished, POLISH * tolerance, MAX_POLISH, true);
         let after = self.badness(stage, &self.polished, tolerance);
         if after < before {
-            self.polished.copy_lane(0, solution);
+            self.polished.copy_lane(&stage.contacts, 0, solution);
         }
         (outcome.iterations as u32, before.min(after) <= 1.0)
     }

@@ -7,7 +7,7 @@ use crate::math::Real;
 use super::{Heading, Stage, StageContact, StageJoint, StageLink, StageSolution};
 
 impl<T: Real> Stage<T> {
-    /// Copies the stage of `lane` into `one`; contacts that the lane does not have stay in, open.
+    /// Copies the stage of `lane` into `one`, with the contacts that the lane has.
     pub fn copy_lane(&self, lane: usize, one: &mut Stage) {
         let vector = |v: &Vector3<T>| Vector3::new(v.x.lane(lane), v.y.lane(lane), v.z.lane(lane));
         one.coefficient = self.coefficient;
@@ -27,7 +27,7 @@ impl<T: Real> Stage<T> {
             limit: joint.limit.lane(lane),
         }));
         one.contacts.clear();
-        one.contacts.extend(self.contacts.iter().map(|contact| StageContact {
+        one.contacts.extend(self.contacts.iter().filter(|contact| contact.is_in(lane)).map(|contact| StageContact {
             link: contact.link,
             direction: vector(&contact.direction),
             offset: contact.offset.lane(lane),
@@ -35,9 +35,17 @@ impl<T: Real> Stage<T> {
     }
 }
 
+impl<T: Real> StageContact<T> {
+    /// Whether the lane has this contact: a force has a direction.
+    pub fn is_in(&self, lane: usize) -> bool {
+        let w = &self.direction;
+        w.x.lane(lane) != 0.0 || w.y.lane(lane) != 0.0 || w.z.lane(lane) != 0.0
+    }
+}
+
 impl<T: Real> StageSolution<T> {
-    /// Copies the solution of `lane` into `one`.
-    pub fn copy_lane(&self, lane: usize, one: &mut StageSolution) {
+    /// Copies the solution of `lane` into `one`, with the impulses of the `contacts` that the lane has.
+    pub fn copy_lane(&self, contacts: &[StageContact<T>], lane: usize, one: &mut StageSolution) {
         let vector = |v: &Vector3<T>| Vector3::new(v.x.lane(lane), v.y.lane(lane), v.z.lane(lane));
         one.twist.clear();
         one.twist.extend(self.twist.iter().map(vector));
@@ -46,11 +54,12 @@ impl<T: Real> StageSolution<T> {
         one.drive.clear();
         one.drive.extend(self.drive.iter().map(|drive| drive.lane(lane)));
         one.contact.clear();
-        one.contact.extend(self.contact.iter().map(|impulse| impulse.lane(lane)));
+        let impulses = self.contact.iter().zip(contacts).filter(|(_, contact)| contact.is_in(lane));
+        one.contact.extend(impulses.map(|(impulse, _)| impulse.lane(lane)));
     }
 
-    /// Takes the solution of `lane` over from `one`; both are of the same stage.
-    pub fn set_lane(&mut self, lane: usize, one: &StageSolution) {
+    /// Takes the solution of `lane` over from `one`; both are of the same stage, which has these `contacts`.
+    pub fn set_lane(&mut self, contacts: &[StageContact<T>], lane: usize, one: &StageSolution) {
         for (many, one) in self.twist.iter_mut().zip(&one.twist) {
             many.x.set_lane(lane, one.x);
             many.y.set_lane(lane, one.y);
@@ -63,7 +72,8 @@ impl<T: Real> StageSolution<T> {
         for (many, one) in self.drive.iter_mut().zip(&one.drive) {
             many.set_lane(lane, *one);
         }
-        for (many, one) in self.contact.iter_mut().zip(&one.contact) {
+        let impulses = self.contact.iter_mut().zip(contacts).filter(|(_, contact)| contact.is_in(lane));
+        for ((many, _), one) in impulses.zip(&one.contact) {
             many.set_lane(lane, *one);
         }
     }
@@ -136,10 +146,10 @@ mod tests {
                 lonely.contact.resize(one.contacts.len(), 0.0);
                 let alone = f64::run(Solve(&one, &mut lonely));
                 let mut copy = StageSolution::new(2);
-                solution.copy_lane(lane, &mut copy);
+                solution.copy_lane(&stage.contacts, lane, &mut copy);
                 assert_eq!(copy, lonely, "{} lane {lane}", path.display());
                 assert_eq!(iterations.lane(lane), alone);
-                solution.set_lane(lane, &lonely);
+                solution.set_lane(&stage.contacts, lane, &lonely);
             }
         }
     }

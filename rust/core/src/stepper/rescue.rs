@@ -36,9 +36,9 @@ impl Rescue {
         if !self.stage.energy().is_finite() {
             return None;
         }
-        work.solution.copy_lane(lane, &mut self.solution);
+        work.solution.copy_lane(&work.stage.contacts, lane, &mut self.solution);
         let (solves, closing) = self.fallback.solve_hard(&self.stage, &mut self.solution, tolerance);
-        work.solution.set_lane(lane, &self.solution);
+        work.solution.set_lane(&work.stage.contacts, lane, &self.solution);
         self.set_forces(work, lane);
         work.works.set_lane(lane, &Works::of(&self.stage, &self.solution));
         work.deviation.set_lane(lane, self.deviation(work, lane));
@@ -51,7 +51,9 @@ impl Rescue {
             force.x.set_lane(lane, impulse.x * per_second);
             force.y.set_lane(lane, impulse.y * per_second);
         }
-        for (force, impulse) in work.contact_force.iter_mut().zip(&self.solution.contact) {
+        let StageWork { contact_force, stage, .. } = work;
+        let forces = contact_force.iter_mut().zip(&stage.contacts).filter(|(_, contact)| contact.is_in(lane));
+        for ((force, _), impulse) in forces.zip(&self.solution.contact) {
             force.set_lane(lane, impulse * per_second);
         }
     }
