@@ -104,6 +104,7 @@ fn add_contacts(stage: &mut Stage, random: &mut Stream) {
         };
         stage.contacts.push(StageContact { link, direction: Vector3::new(normal.x, normal.y, arm), offset });
     }
+    stage.contacts.sort_by_key(|contact| contact.link);
     if !penetrating {
         return;
     }

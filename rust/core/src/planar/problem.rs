@@ -126,6 +126,8 @@ impl Problem {
         for (k, contact) in self.contacts.iter().enumerate() {
             let field = |name: &str| format!("contacts[{k}].{name}");
             require(contact.link < n, &field("link"), contact.link, &format!("an integer in [0, {}]", n - 1))?;
+            let first = k.checked_sub(1).map_or(0, |before| self.contacts[before].link);
+            require(contact.link >= first, &field("link"), contact.link, "contacts sorted by link")?;
             finite(&field("offset"), contact.offset)?;
             contact.direction.iter().try_for_each(|&w| finite(&field("direction"), w).map(drop))?;
         }
