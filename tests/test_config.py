@@ -45,6 +45,7 @@ SECTIONS = [
     (Integrator, "max_iterations", [0, -1, 2.5, "x"]),
     (Integrator, "order", [0, 3, 1.5, None]),
     (Integrator, "event_substeps", [0, -1, None]),
+    (Integrator, "event_tolerance", [0.0, -1.0, NAN, "x"]),
     (Integrator, "r_t", [0.0, -1.0, NAN]),
     (Integrator, "r_h", [0.0, -1.0, NAN, None]),
 ]
