@@ -42,7 +42,7 @@ pub struct Newton<T = f64> {
     head: Vector2<T>,
     /// Mass of the lightest link.
     lightest: T,
-    /// Share of the first penalties that is left.
+    /// How much the penalties have been raised during this solve.
     stiffening: T,
 }
 
@@ -123,11 +123,8 @@ impl<T: Real> Newton<T> {
             let stubborn = T::splat(PATIENCE).lt(outcome.iterations);
             let accuracy = T::select(stubborn, T::splat(STRICT_ACCURACY), T::splat(INNER_ACCURACY));
             let settled = active & length.le(tolerance.max(accuracy * error));
-            let at_limit = active & !stubborn & T::splat(PATIENCE).le(outcome.iterations);
-            if (settled | at_limit).any() {
-                self.scale_penalties(at_limit, SOFTENING);
-                let slow = settled & stubborn & (T::splat(SLOW_GAIN) * last_error).lt(error);
-                self.scale_penalties(slow & self.stiffening.lt(T::splat(STIFFEST)), STIFFENING);
+            if settled.any() {
+                self.stiffen(settled & stubborn & (T::splat(SLOW_GAIN) * last_error).lt(error));
                 last_error = T::select(settled, error, last_error);
                 self.recentre(settled);
                 here = self.assemble();
@@ -235,9 +232,11 @@ impl<T: Real> Newton<T> {
         }
     }
 
+    /// Raises the penalties tenfold, as far as round-off allows.
     #[inline(always)]
-    fn scale_penalties(&mut self, lanes: T::Mask, factor: f64) {
-        let factor = T::select(lanes, T::splat(factor), T::splat(1.0));
+    fn stiffen(&mut self, lanes: T::Mask) {
+        let lanes = lanes & self.stiffening.lt(T::splat(MAX_STIFFENING));
+        let factor = T::select(lanes, T::splat(10.0), T::splat(1.0));
         self.stiffening = self.stiffening * factor;
         self.links.iter_mut().for_each(|link| link.friction.stiffen(factor));
         self.contacts.iter_mut().for_each(|contact| contact.stiffen(factor));
@@ -311,23 +310,21 @@ fn select_into<T: Real>(target: &mut Vector3<T>, lanes: T::Mask, value: &Vector3
 }
 
 /// Stick stiffness over link mass: large enough that an outer step gains five to six digits and one is mostly
-/// enough. More would show the round-off of velocities in the impulses.
+/// enough.
 const PENALTY: f64 = 1e6;
 
 /// An inner solve ends when its last step is no longer than this times the multipliers' error: the
 /// step after a short Newton step is quadratically shorter.
 const INNER_ACCURACY: f64 = 10.0;
 
-/// Linear solves after which a stage counts as hard: the penalties fall, so that the kinks of the inner problem
-/// become easier to cross; from there on the inner problems are solved well before the centre moves, and penalties
-/// rise again while the outer steps gain little.
+/// Linear solves after which a stage counts as hard: from there on the inner problems are solved well
+/// before the centre moves, and penalties rise while the outer steps gain little.
 const PATIENCE: f64 = 20.0;
 const STRICT_ACCURACY: f64 = 0.1;
 const SLOW_GAIN: f64 = 0.25;
-const SOFTENING: f64 = 0.01;
-const STIFFENING: f64 = 10.0;
-/// Share of the first penalty up to which they rise.
-const STIFFEST: f64 = 0.5;
+
+/// Beyond a stick stiffness of 1e8 masses round-off in the velocities shows in the impulses.
+const MAX_STIFFENING: f64 = 50.0;
 
 /// A step is damped if the slope at its end exceeds this times the descent at its start.
 const OVERSHOOT: f64 = 0.1;
