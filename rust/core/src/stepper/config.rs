@@ -97,7 +97,7 @@ impl IntegratorConfig {
 
     /// By default what a change of acceleration by [`JUMP`] does within a step.
     pub(super) fn event_tolerance(&self) -> f64 {
-        self.event_tolerance.unwrap_or(JUMP * self.step() * self.step())
+        self.event_tolerance.unwrap_or((JUMP * self.step() * self.step()).max(f64::MIN_POSITIVE))
     }
 
     /// How often a step in which a contact closes is halved before it is taken as Euler steps.
