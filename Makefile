@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 RUST_SOURCES := Cargo.toml Cargo.lock $(shell find rust -name '*.rs' -o -name Cargo.toml)
 
-.PHONY: build train test test-rust test-python bench stress reproduce docs lint format venv constraints clean
+.PHONY: build train test test-rust test-python fuzz bench stress reproduce docs lint format venv constraints clean
 
 build: .venv/.native
 
@@ -17,6 +17,10 @@ test-rust:
 
 test-python: build
 	$(BIN)/python -m pytest $(PYTEST)
+
+# What the suite asks of fixed inputs, asked of fresh random ones.
+fuzz: build
+	SNAKE_ENV_FUZZ=search $(BIN)/python -m pytest tests/test_fuzz.py tests/test_native.py tests/test_sheets.py $(PYTEST)
 
 bench: build .venv/.peers
 	$(BIN)/python -m training.bench $(BENCH)

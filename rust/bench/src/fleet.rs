@@ -1,10 +1,9 @@
 //! Robots side by side, none of which does what its neighbour does.
 
 use snake_core::ConfigError;
-use snake_core::gait::{JointReference, JointTarget, Wave};
+use snake_core::gait::Wave;
 use snake_core::pegs::PegGrid;
-use snake_core::planar::{Pose, assemble_chain};
-use snake_core::stepper::{Body, Driven, Fleet, IntegratorConfig, Plant, Tally};
+use snake_core::stepper::{Fleet, IntegratorConfig, Plant, Scripted, Tally};
 
 use crate::clock::{Spent, spent};
 use crate::scenes::Scenario;
@@ -17,34 +16,12 @@ pub const ROBOTS: usize = 64;
 const STAGGER: f64 = 0.07;
 
 /// A robot that follows the gait (T 7.3).
-#[derive(Debug, Clone)]
-pub struct Undulator {
-    body: Body,
-}
+pub type Undulator = Scripted<Wave>;
 
-impl Driven for Undulator {
-    fn body(&self) -> &Body {
-        &self.body
-    }
-
-    fn body_mut(&mut self) -> &mut Body {
-        &mut self.body
-    }
-
-    fn targets(&self, time: f64, targets: &mut [JointTarget]) {
-        Wave::default().targets(time, targets);
-    }
-}
-
-impl Undulator {
-    /// The robot of a scenario at its start.
-    pub fn new(scenario: &Scenario, plant: &Plant) -> Self {
-        let mut body = Body::new(&plant.robot, PegGrid::new(&scenario.scene.obstacles));
-        let [x, y, heading] = scenario.start;
-        assemble_chain(&plant.robot, Pose::new(x, y, heading), &scenario.joint_angle, &mut body.state.pose);
-        body.forget();
-        Self { body }
-    }
+/// The robot of a scenario at its start.
+pub fn at_start(scenario: &Scenario, plant: &Plant) -> Undulator {
+    let pegs = PegGrid::new(&scenario.scene.obstacles);
+    Scripted::new(&plant.robot, pegs, scenario.start, &scenario.joint_angle, Wave::default())
 }
 
 /// `count` robots of one scenario, robot k by k * 0.07 s ahead.
@@ -52,7 +29,7 @@ impl Undulator {
 /// # Errors
 /// The scenario is not admissible.
 pub fn staggered(scenario: &Scenario, plant: &Plant, count: usize) -> Result<Vec<Undulator>, ConfigError> {
-    let mut robots = vec![Undulator::new(scenario, plant); count];
+    let mut robots = vec![at_start(scenario, plant); count];
     let mut fleet = Fleet::new(IntegratorConfig::default(), plant, count);
     for k in 1..count {
         // Robot k takes part in the first k of all moves.
@@ -68,7 +45,7 @@ pub struct Window {
     pub steps: f64,
     /// Linear solves.
     pub iterations: f64,
-    /// Steps retaken because a peg contact closed.
+    /// Steps, and parts of steps, retaken because a peg's force changed abruptly.
     pub events: f64,
 }
 

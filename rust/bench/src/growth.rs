@@ -46,7 +46,7 @@ struct FleetPoint<'a> {
     /// CPU time of one step of one robot \[us\], median of the repetitions.
     us_per_step: f64,
     us_per_link: f64,
-    /// Why a step costs what it costs: linear solves, and the share of steps retaken at a closing contact.
+    /// Why a step costs what it costs: linear solves, and the parts of steps retaken, over steps.
     iterations_per_step: f64,
     events_per_step: f64,
     /// CPU time in which the leading link looks once for its nearest pegs \[us\]; only where pegs are counted.
@@ -266,6 +266,7 @@ impl Crowd {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fleet::at_start;
     use snake_core::stepper::Driven;
 
     #[test]
@@ -278,7 +279,7 @@ mod tests {
             many.scene.obstacles = pegs;
             let ends = [&few, &many].map(|scenario| {
                 let plant = scenario.plant().unwrap();
-                let mut robots = vec![Undulator::new(scenario, &plant)];
+                let mut robots = vec![at_start(scenario, &plant)];
                 Fleet::new(IntegratorConfig::default(), &plant, 1).advance(&plant, &mut robots, 10.0, |_| true);
                 robots[0].body().state.pose.clone()
             });

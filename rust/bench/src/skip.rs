@@ -181,6 +181,7 @@ impl<'a> Comparison<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fleet::at_start;
     use snake_core::stepper::Driven;
 
     #[test]
@@ -191,7 +192,7 @@ mod tests {
         let elliptic = aiko("free", "", &[], NEARLY_EQUAL, START_FREE);
         let [alone, far, nearly] = [free, among_far_pegs, elliptic].map(|scenario| {
             let plant = scenario.plant().unwrap();
-            let mut robots = vec![Undulator::new(&scenario, &plant)];
+            let mut robots = vec![at_start(&scenario, &plant)];
             Fleet::new(IntegratorConfig::default(), &plant, 1).advance(&plant, &mut robots, 5.0, |_| true);
             robots[0].body().state.clone()
         });

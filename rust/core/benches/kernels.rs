@@ -13,12 +13,12 @@ use common::{Random, START_FREE, aiko, ground, posture, table_7_5, thesis};
 use criterion::measurement::WallTime;
 use criterion::{BatchSize, BenchmarkGroup, Criterion, criterion_group, criterion_main};
 use snake_core::control::ControllerConfig;
-use snake_core::gait::{JointReference, JointTarget, Wave};
+use snake_core::gait::Wave;
 use snake_core::pegs::PegGrid;
-use snake_core::planar::{Newton, Pose, Stage, StageSolution, assemble_chain, certify};
+use snake_core::planar::{Newton, Stage, StageSolution, certify};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_7_5, SceneConfig};
-use snake_core::stepper::{Body, Driven, Fleet, IntegratorConfig, Plant};
+use snake_core::stepper::{Fleet, IntegratorConfig, Plant, Scripted};
 
 const LINKS: usize = 11;
 
@@ -92,22 +92,7 @@ fn bench_robot(
     });
 }
 
-#[derive(Clone)]
-struct Undulator(Body);
-
-impl Driven for Undulator {
-    fn body(&self) -> &Body {
-        &self.0
-    }
-
-    fn body_mut(&mut self) -> &mut Body {
-        &mut self.0
-    }
-
-    fn targets(&self, time: f64, targets: &mut [JointTarget]) {
-        Wave::default().targets(time, targets);
-    }
-}
+type Undulator = Scripted<Wave>;
 
 /// Eight robots 0.1 s apart, one control period of 50 ms: the widest registers of the machine.
 fn period_of_eight_robots(criterion: &mut Criterion) {
@@ -125,12 +110,9 @@ fn period_of_eight_robots(criterion: &mut Criterion) {
     group.finish();
 }
 
-fn staggered(plant: &Plant, scene: &SceneConfig, [x, y, heading]: [f64; 3], fleet: &mut Fleet) -> Vec<Undulator> {
-    let mut body = Body::new(&plant.robot, PegGrid::new(&scene.obstacles));
-    let angles = posture(&Wave::default(), LINKS - 1);
-    assemble_chain(&plant.robot, Pose::new(x, y, heading), &angles, &mut body.state.pose);
-    body.forget();
-    let mut robots = vec![Undulator(body); 8];
+fn staggered(plant: &Plant, scene: &SceneConfig, start: [f64; 3], fleet: &mut Fleet) -> Vec<Undulator> {
+    let (pegs, angles) = (PegGrid::new(&scene.obstacles), posture(&Wave::default(), LINKS - 1));
+    let mut robots = vec![Scripted::new(&plant.robot, pegs, start, &angles, Wave::default()); 8];
     for k in 0..8 {
         fleet.advance(plant, &mut robots, 0.1, |robot| robot >= k);
     }

@@ -50,7 +50,7 @@ impl SimulationState {
 pub struct StepReport {
     pub steps: u32,
     pub iterations: u32,
-    /// Steps retaken because a peg contact closed.
+    /// Steps, and parts of steps, retaken because a peg's force changed abruptly.
     pub events: u32,
     /// Stages that ended before their tolerance was met.
     pub misses: u32,

@@ -2,39 +2,14 @@
 
 mod common;
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
+#[path = "common/requests.rs"]
+mod requests;
 
 use common::{START_FREE, adaptive, aiko, ground, implicit, table_7_5, thesis};
 use snake_core::gait::Wave;
 use snake_core::scene::START_7_5;
 
-struct Counting;
-
-// The count of each thread: the test harness has threads of its own.
-thread_local! {
-    static REQUESTS: Cell<usize> = const { Cell::new(0) };
-}
-
-// SAFETY: every call is handed to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        REQUESTS.with(|count| count.set(count.get() + 1));
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        unsafe { System.dealloc(pointer, layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        REQUESTS.with(|count| count.set(count.get() + 1));
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
+use requests::REQUESTS;
 
 /// One warm-up sizes what depends on the pegs; after it, neither stepping with its events, nor placing
 /// the robot again, nor changing to a field of no more pegs asks for memory.

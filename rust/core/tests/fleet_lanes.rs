@@ -1,31 +1,14 @@
 //! A robot moves the same, bit for bit, alone and in the lanes of a register among others.
 
 use snake_core::control::{ControlLaw, ControllerConfig};
-use snake_core::gait::{JointReference, JointTarget, Wave};
+use snake_core::gait::{JointReference, Wave};
 use snake_core::pegs::PegGrid;
-use snake_core::planar::{PlanarState, Pose, assemble_chain};
+use snake_core::planar::PlanarState;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, START_7_5, TABLE_7_5};
-use snake_core::stepper::{Body, Driven, Fleet, IntegratorConfig, Plant};
+use snake_core::stepper::{Fleet, IntegratorConfig, Plant, Scripted};
 
-struct Undulator {
-    body: Body,
-    wave: Wave,
-}
-
-impl Driven for Undulator {
-    fn body(&self) -> &Body {
-        &self.body
-    }
-
-    fn body_mut(&mut self) -> &mut Body {
-        &mut self.body
-    }
-
-    fn targets(&self, time: f64, targets: &mut [JointTarget]) {
-        self.wave.targets(time, targets);
-    }
-}
+type Undulator = Scripted<Wave>;
 
 fn plant(friction: [f64; 2]) -> Plant {
     plant_under(ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() }, friction)
@@ -41,11 +24,7 @@ fn robots(plant: &Plant, count: usize) -> Vec<Undulator> {
         let pegs: Vec<Peg> = TABLE_7_5.iter().take(k % 8).map(|&peg| peg.into()).collect();
         let wave = Wave { omega: 1.0 + 0.2 * k as f64, ..Wave::default() };
         let angles: Vec<f64> = (0..10).map(|joint| wave.target(joint, 0.0).angle).collect();
-        let mut body = Body::new(&plant.robot, PegGrid::new(&pegs));
-        let [x, y, theta] = START_7_5;
-        assemble_chain(&plant.robot, Pose::new(x, y, theta), &angles, &mut body.state.pose);
-        body.forget();
-        Undulator { body, wave }
+        Scripted::new(&plant.robot, PegGrid::new(&pegs), START_7_5, &angles, wave)
     };
     (0..count).map(undulator).collect()
 }

@@ -3,39 +3,14 @@
 #[path = "common/minimal.rs"]
 mod common;
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
+#[path = "common/requests.rs"]
+mod requests;
 
 use common::{default_config, soft_start, straight};
 use snake_core::minimal::{FeedbackConfig, NoiseConfig, Treatment};
 use snake_core::minimal_simulation::MinimalConfig;
 
-struct Counting;
-
-// The count of each thread: the test harness has threads of its own.
-thread_local! {
-    static REQUESTS: Cell<usize> = const { Cell::new(0) };
-}
-
-// SAFETY: every call is handed to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        REQUESTS.with(|count| count.set(count.get() + 1));
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        unsafe { System.dealloc(pointer, layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        REQUESTS.with(|count| count.set(count.get() + 1));
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
+use requests::REQUESTS;
 
 #[test]
 fn an_implicit_step_asks_for_no_memory() {

@@ -1,35 +1,11 @@
 //! A step allocates nothing.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
+#[path = "common/requests.rs"]
+mod requests;
 
 use snake_core::task::{ActionMode, EnvConfig, Environment, Task};
 
-struct Counting;
-
-thread_local! {
-    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
-}
-
-// SAFETY: every call goes to the system allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.with(|count| count.set(count.get() + 1));
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        unsafe { System.dealloc(pointer, layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        ALLOCATIONS.with(|count| count.set(count.get() + 1));
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
+use requests::REQUESTS;
 
 #[test]
 fn stepping_an_environment_does_not_allocate() {
@@ -44,11 +20,11 @@ fn stepping_an_environment_does_not_allocate() {
             for _ in 0..20 {
                 environment.step(&action, &mut observation);
             }
-            let before = ALLOCATIONS.get();
+            let before = REQUESTS.get();
             for _ in 0..100 {
                 environment.step(&action, &mut observation);
             }
-            assert_eq!(ALLOCATIONS.get() - before, 0, "{task:?}, {action_mode:?}");
+            assert_eq!(REQUESTS.get() - before, 0, "{task:?}, {action_mode:?}");
         }
     }
 }

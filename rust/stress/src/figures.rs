@@ -20,7 +20,7 @@ pub struct Figures {
     /// Stages that the fallback solved, and those of them whose contacts contradicted each other.
     pub fallbacks: u64,
     pub eased: u64,
-    /// Steps in which a peg contact closed.
+    /// Steps, and parts of steps, retaken because a peg's force changed abruptly.
     pub events: u64,
     /// States that were not finite or absurd.
     pub broken: u64,

@@ -29,30 +29,14 @@ pub fn gap(pose: &Vector3<f64>, link: &Link, peg: &Peg) -> f64 {
 /// distance only to second order, g' = n . (v_G + omega s e_y^B).
 pub fn link_peg_contact(pose: &Vector3<f64>, cos: f64, sin: f64, link: &Link, peg: &Peg) -> LinkPegContact {
     let (offset, s) = separation(pose, cos, sin, link, peg);
-    contact_at(offset, s, cos, sin, peg.radius + link.radius)
-}
-
-/// The same, if the gap is below `margin`; pairs farther apart cost no root.
-pub fn link_peg_contact_within(
-    pose: &Vector3<f64>,
-    cos: f64,
-    sin: f64,
-    link: &Link,
-    peg: &Peg,
-    margin: f64,
-) -> Option<LinkPegContact> {
-    let (offset, s) = separation(pose, cos, sin, link, peg);
-    let touching = peg.radius + link.radius;
-    let reach = touching + margin;
-    (offset.norm_squared() < reach * reach).then(|| contact_at(offset, s, cos, sin, touching))
-}
-
-fn contact_at(offset: Vector2<f64>, s: f64, cos: f64, sin: f64, touching: f64) -> LinkPegContact {
     let distance = offset.norm();
     let lateral = Vector2::new(-sin, cos);
     // A peg centred exactly on the link's centre line leaves the side open: take e_y^B.
     let normal = if distance > 0.0 { offset / distance } else { lateral };
-    LinkPegContact { gap: distance - touching, direction: Vector3::new(normal.x, normal.y, s * normal.dot(&lateral)) }
+    LinkPegContact {
+        gap: distance - (peg.radius + link.radius),
+        direction: Vector3::new(normal.x, normal.y, s * normal.dot(&lateral)),
+    }
 }
 
 /// Vector from the peg's centre to the nearest point of the link's centre line, and that point's

@@ -3,5 +3,5 @@
 mod gap;
 mod near;
 
-pub use gap::{LinkPegContact, gap, link_peg_contact, link_peg_contact_within};
+pub use gap::{LinkPegContact, gap, link_peg_contact};
 pub use near::{NearPair, NearPegs, PAIRS_PER_LINK};

@@ -7,7 +7,7 @@ use crate::math::Real;
 use crate::pegs::PegGrid;
 use crate::robot::Link;
 
-use super::link_peg_contact_within;
+use super::link_peg_contact;
 
 /// A link-peg pair near contact and what the last stage found there.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -16,8 +16,7 @@ pub struct NearPair {
     pub peg: usize,
     /// The gap stays above this less what the robot has travelled since the list was made \[m\].
     clearance: f64,
-    /// Penetration left at the end of the last accepted step, if the contact then carried force; at least
-    /// zero \[m\].
+    /// Penetration left at the end of the last accepted step, at least zero \[m\].
     pub depth: f64,
     /// Contact force of the last stage \[N\]: the warm start of the next one.
     pub force: f64,
@@ -35,7 +34,7 @@ impl NearPair {
 }
 
 /// All pairs whose gap may be below a margin; made anew only after the robot moved far enough.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NearPegs {
     pairs: Vec<NearPair>,
     #[serde(skip)]
@@ -99,6 +98,18 @@ impl NearPegs {
         self.travelled += distance;
     }
 
+    /// Ends a step: remembers which contacts carry force, and what penetration is left; `gap` finds the gap of a
+    /// pair, and is asked for those that may touch.
+    pub fn end_step(&mut self, mut gap: impl FnMut(&NearPair) -> f64) {
+        for pair in &mut self.pairs {
+            let may_touch = pair.clearance < self.travelled;
+            pair.depth = if may_touch { (-gap(pair)).max(0.0) } else { 0.0 };
+            let touches = pair.force > 0.0;
+            pair.closed = touches && pair.touches;
+            pair.touches = touches;
+        }
+    }
+
     /// Lists all pairs with a gap below `margin` at poses no point of which is more than [`SKIN`] from
     /// `poses`; these lead by up to `lead` \[m\]. What is known of a pair is kept.
     pub fn rebuild(
@@ -115,8 +126,10 @@ impl NearPegs {
         for (i, (pose, link)) in poses.zip(links).enumerate() {
             let (sin, cos) = Real::sin_cos(pose.z);
             pegs.visit_near(pose.x, pose.y, link.reach() + margin + SKIN, |peg| {
-                let contact = link_peg_contact_within(&pose, cos, sin, link, &pegs.pegs()[peg], margin + SKIN);
-                self.pairs.extend(contact.map(|contact| NearPair::open(i, peg, contact.gap - lead)));
+                let gap = link_peg_contact(&pose, cos, sin, link, &pegs.pegs()[peg]).gap;
+                if gap < margin + SKIN {
+                    self.pairs.push(NearPair::open(i, peg, gap - lead));
+                }
             });
         }
         for pair in &mut self.pairs {

@@ -18,7 +18,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use crate::contact::PAIRS_PER_LINK;
-use crate::math::{Mask, Real};
+use crate::math::{Mask, Real, add_scaled, select_into};
 
 use super::proximal::{ContactTerm, DriveTerm, FrictionTerm};
 use super::sweep::{Quadratic, Segment};
@@ -294,19 +294,6 @@ fn in_frame<T: Real>(heading: &Heading<T>, twist: &Vector3<T>) -> Vector3<T> {
 fn free_end<T: Real>(link: &StageLink<T>, twist: &Vector3<T>) -> Vector2<T> {
     let u = in_frame(&link.heading, twist);
     Vector2::new(u.x, u.y - link.half_length * u.z)
-}
-
-#[inline(always)]
-fn add_scaled<T: Real>(u: &Vector3<T>, du: &Vector3<T>, factor: T) -> Vector3<T> {
-    Vector3::new(u.x + du.x * factor, u.y + du.y * factor, u.z + du.z * factor)
-}
-
-/// Takes `value` over in the given lanes.
-#[inline(always)]
-fn select_into<T: Real>(target: &mut Vector3<T>, lanes: T::Mask, value: &Vector3<T>) {
-    target.x = T::select(lanes, value.x, target.x);
-    target.y = T::select(lanes, value.y, target.y);
-    target.z = T::select(lanes, value.z, target.z);
 }
 
 /// Stick stiffness over link mass: large enough that an outer step gains five to six digits and one is mostly

@@ -5,7 +5,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::math::Real;
+use crate::math::{Real, dot};
 
 use super::sweep::Quadratic;
 use super::{StageContact, StageJoint, StageLink};
@@ -240,11 +240,6 @@ impl<T: Real> DriveTerm<T> {
 #[inline(always)]
 fn clamp<T: Real>(x: T, limit: T) -> T {
     x.min(limit).max(-limit)
-}
-
-#[inline(always)]
-fn dot<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> T {
-    a.x * b.x + a.y * b.y + a.z * b.z
 }
 
 /// p / a, or 0 along a zero axis.

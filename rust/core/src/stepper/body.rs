@@ -2,9 +2,9 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::NearPegs;
-use crate::gait::JointTarget;
+use crate::gait::{JointReference, JointTarget};
 use crate::pegs::PegGrid;
-use crate::planar::{PlanarState, Twist};
+use crate::planar::{PlanarState, Pose, Twist, assemble_chain};
 use crate::robot::Robot;
 
 use super::{Pace, Tally};
@@ -117,4 +117,35 @@ pub trait Driven {
     fn body_mut(&mut self) -> &mut Body;
     /// The reference of all joints at `time` \[s\].
     fn targets(&self, time: f64, targets: &mut [JointTarget]);
+}
+
+/// A body that follows a reference of its own.
+#[derive(Debug, Clone)]
+pub struct Scripted<R> {
+    pub body: Body,
+    pub reference: R,
+}
+
+impl<R: JointReference> Scripted<R> {
+    /// A robot at rest among `pegs`: `start` is CG and absolute angle of link 1, `joint_angle` its posture.
+    pub fn new(robot: &Robot, pegs: PegGrid, start: [f64; 3], joint_angle: &[f64], reference: R) -> Self {
+        let mut body = Body::new(robot, pegs);
+        assemble_chain(robot, Pose::from(start), joint_angle, &mut body.state.pose);
+        body.forget();
+        Self { body, reference }
+    }
+}
+
+impl<R: JointReference> Driven for Scripted<R> {
+    fn body(&self) -> &Body {
+        &self.body
+    }
+
+    fn body_mut(&mut self) -> &mut Body {
+        &mut self.body
+    }
+
+    fn targets(&self, time: f64, targets: &mut [JointTarget]) {
+        self.reference.targets(time, targets);
+    }
 }

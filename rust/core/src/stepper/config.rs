@@ -66,9 +66,8 @@ impl IntegratorConfig {
         require((1..=2).contains(&self.order), "order", self.order, "1 or 2")?;
         let substeps = self.event_substeps;
         require((1..=1000).contains(&substeps), "event_substeps", substeps, "an integer in [1, 1000]")?;
-        positive("event_tolerance", self.event_tolerance())?;
-        if let Some(r_t) = self.r_t {
-            positive("r_t", r_t)?;
+        for (name, value) in [("event_tolerance", self.event_tolerance), ("r_t", self.r_t)] {
+            value.map_or(Ok(0.0), |value| positive(name, value))?;
         }
         positive("r_h", self.r_h)?;
         Ok(())
@@ -95,12 +94,12 @@ impl IntegratorConfig {
         (duration / self.step() - STEP_SLACK).ceil().max(1.0) as u32
     }
 
-    /// By default what a change of acceleration by [`JUMP`] does within a step.
-    pub(super) fn event_tolerance(&self) -> f64 {
-        self.event_tolerance.unwrap_or((JUMP * self.step() * self.step()).max(f64::MIN_POSITIVE))
+    /// By default what a change of acceleration by [`JUMP`] does within a full step of length `h`.
+    pub(super) fn event_tolerance(&self, h: f64) -> f64 {
+        self.event_tolerance.unwrap_or(JUMP * h * h)
     }
 
-    /// How often a step in which a contact closes is halved before it is taken as Euler steps.
+    /// How often a step in which a peg's force changes abruptly is halved before it is taken as Euler steps.
     pub(super) fn event_halvings(&self) -> usize {
         (self.event_substeps.max(2).ilog2() - 1) as usize
     }

@@ -93,9 +93,7 @@ impl Width {
         }
         Width::One(Box::new(Group::new(config, plant)))
     }
-}
 
-impl Width {
     fn hardest(&mut self) -> &mut Option<Box<Hardest>> {
         match self {
             Width::One(group) => &mut group.hardest,
@@ -120,6 +118,7 @@ impl<D: Driven> Run<'_, D> {
     fn advance<T: StageKernels>(&mut self, group: &mut Group<T>, duration: f64) {
         let steps = self.config.steps_in(duration);
         let h = duration / f64::from(steps);
+        group.event_tolerance = self.config.event_tolerance(h);
         for k in 1..=steps {
             let members = std::mem::take(self.members);
             if self.config.order == 2 {
@@ -134,7 +133,7 @@ impl<D: Driven> Run<'_, D> {
 
     /// One step of second order for `members`, divided where that does not do.
     ///
-    /// A step in which a peg contact closes is halved and halved again, and at last taken as Euler steps. A
+    /// A step in which a peg's force changes abruptly is halved and halved again, and at last taken as Euler steps. A
     /// robot that starts from rest meets a reference in motion, so its first step is halved towards the start
     /// until it resolves the boundary layer of a stiff controller, and following steps grow slowly.
     fn step<T: StageKernels>(&mut self, group: &mut Group<T>, members: &[usize], h: f64, level: usize) {
@@ -244,6 +243,6 @@ fn levels(config: &IntegratorConfig) -> usize {
 /// Length of the first step after a robot was placed, in steps.
 const START: f64 = 0.02;
 
-/// Time over which steps then grow to their full length \[s\]: links that were set in motion by their joints come to
-/// rest on the ground within about mu g / v.
+/// Time over which steps then grow to their full length \[s\]: links that their joints set in motion at v come to rest
+/// on the ground after about v / (mu g).
 const START_LASTS: f64 = 0.2;

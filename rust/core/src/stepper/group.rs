@@ -12,27 +12,29 @@
 //!   is left undone, to be retaken in parts and at last as Euler steps (T 3.58 != D6).
 
 mod adaptive;
+mod touch;
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::contact::{NearPair, PAIRS_PER_LINK, link_peg_contact};
+use crate::contact::PAIRS_PER_LINK;
 use crate::control::ControlLaw;
 use crate::gait::JointTarget;
 use crate::math::{Mask, Real};
-use crate::pegs::PegGrid;
 use crate::planar::{Heading, Newton, SLACK, Stage, StageSolution};
 
-use super::contacts::{Prediction, Slot, add_contacts};
+use super::contacts::Slot;
 use super::hardest::Hardest;
 use super::io_drive::IoDrive;
-use super::lanes::{Lanes, NO_LANES, active, lanes_of, read_lane, read_vector, set_vector};
+use super::lanes::{Lanes, NO_LANES, active, lanes_of, read_lane, set_vector};
 use super::rescue::Rescue;
-use super::stage_kernels::{Extrapolate, LinkConstants, Solve, StageKernels, StageWork, Works};
+use super::stage_kernels::{Extrapolate, LinkConstants, Solve, StageKernels, StageWork};
+use super::works::Works;
 use super::{Body, Driven, IntegratorConfig, Plant};
 
 pub use adaptive::Adaptive;
+use touch::{Impulse, add_impulses, end_gap};
 
 /// Workspace for up to `T::LANES` robots of one plant.
 #[derive(Debug, Clone)]
@@ -53,14 +55,13 @@ pub struct Group<T: Real> {
     impulses: Vec<Impulse>,
     /// How far the last stage ended from its first prediction \[m\].
     deviation: T,
+    /// Beyond which deviation a step is not smooth \[m\].
+    pub event_tolerance: f64,
     /// Lanes in which a contact has closed during the step that was open after the last accepted one.
     closing: Lanes,
     /// References of one robot.
     targets: Vec<JointTarget>,
 }
-
-/// Impulse of a peg: lane, link, and impulse in the world frame \[N s\].
-type Impulse = (usize, usize, Vector2<f64>);
 
 impl<T: StageKernels> Group<T> {
     pub fn new(config: IntegratorConfig, plant: &Plant) -> Self {
@@ -111,6 +112,7 @@ impl<T: StageKernels> Group<T> {
             first_impulses: Vec::with_capacity(PAIRS_PER_LINK * links * T::LANES),
             impulses: Vec::with_capacity(PAIRS_PER_LINK * links * T::LANES),
             deviation: zero,
+            event_tolerance: config.event_tolerance(config.step()),
             closing: NO_LANES,
             targets: vec![JointTarget::default(); links - 1],
         }
@@ -152,7 +154,7 @@ impl<T: StageKernels> Group<T> {
     /// The lanes in which the forces of the first stage foretold the end of the second. Without pegs they all count:
     /// friction is bounded and the schemes keep their stability.
     fn smooth<D: Driven>(&self, fleet: &[D], members: &[usize], mut lanes: Lanes) -> Lanes {
-        let bound = self.config.event_tolerance();
+        let bound = self.event_tolerance;
         for (lane, member) in active(members, lanes) {
             let bound = if self.closing[lane] { CLOSING * bound } else { bound };
             let in_field = !fleet[member].body().pegs.pegs().is_empty();
@@ -263,71 +265,6 @@ impl<T: StageKernels> Group<T> {
         }
     }
 
-    /// Lanes whose stage ended so far from its prediction that gaps linearised there may be wrong, or
-    /// contacts missed.
-    fn surprised<D: Driven>(&self, fleet: &[D], members: &[usize], lanes: Lanes) -> Lanes {
-        let mut surprised = NO_LANES;
-        for (lane, member) in active(members, lanes) {
-            let has_pegs = !fleet[member].body().pegs.pegs().is_empty();
-            surprised[lane] = has_pegs && self.work.deviation.lane(lane) > MARGIN;
-        }
-        surprised
-    }
-
-    fn find_contacts<D: Driven>(
-        &mut self,
-        plant: &Plant,
-        fleet: &mut [D],
-        members: &[usize],
-        lanes: Lanes,
-        elapsed: f64,
-    ) {
-        let c = self.work.stage.coefficient;
-        let outlook = T::predict(&mut self.work, &self.start_pose);
-        self.work.stage.contacts.clear();
-        self.slots.clear();
-        self.work.contact_force.clear();
-        if !self.work.in_field {
-            return;
-        }
-        for (lane, member) in active(members, lanes) {
-            let Body { pegs, warm_start, .. } = fleet[member].body_mut();
-            if pegs.pegs().is_empty() {
-                continue;
-            }
-            let lead = outlook.lead.lane(lane);
-            let mut margin = MARGIN.max(2.0 * c * outlook.fastest.lane(lane));
-            if lead > plant.smallest_radius() {
-                // Fast enough to pass a peg within the step.
-                margin = margin.max(lead);
-            }
-            let StageWork { stage, base, predicted, heading, guess, .. } = &mut self.work;
-            if !warm_start.near.covers(lead, margin) {
-                let poses = predicted.iter().map(|pose| read_vector(pose, lane));
-                warm_start.near.rebuild(poses, &plant.robot.links, pegs, margin, lead);
-            }
-            let robot = &plant.robot;
-            let (start, end, twist) = (&self.start_pose, predicted, guess);
-            let prediction = Prediction { robot, pegs, lane, base, start, end, heading, twist, elapsed, lead, margin };
-            add_contacts(stage, &mut self.slots, &mut warm_start.near, &prediction);
-        }
-        self.load_contact_forces(fleet, members, lanes);
-    }
-
-    fn load_contact_forces<D: Driven>(&mut self, fleet: &mut [D], members: &[usize], lanes: Lanes) {
-        self.work.contact_force.resize(self.slots.len(), T::zero());
-        for (lane, member) in active(members, lanes) {
-            let pairs = fleet[member].body_mut().warm_start.near.pairs_mut();
-            for (slot, force) in self.slots.iter().zip(&mut self.work.contact_force) {
-                if let Some(pair) = slot.pair(lane) {
-                    force.set_lane(lane, pairs[pair].force);
-                }
-            }
-            // A pair that takes no part has no force.
-            pairs.iter_mut().for_each(|pair| pair.force = 0.0);
-        }
-    }
-
     fn read_references<D: Driven>(&mut self, plant: &Plant, fleet: &[D], members: &[usize], end: f64) {
         for lane in 0..T::LANES {
             let driven = &fleet[*members.get(lane).unwrap_or(&members[0])];
@@ -339,28 +276,6 @@ impl<T: StageKernels> Group<T> {
                 lanes[2].set_lane(lane, target.acceleration);
             }
             self.work.torque_limit.set_lane(lane, plant.controller.limit_at(time));
-        }
-    }
-
-    /// Keeps the forces of the `solved` lanes as the next first guess, and notes which contacts close.
-    fn save_forces<D: Driven>(&mut self, fleet: &mut [D], members: &[usize], solved: Lanes) {
-        for (lane, member) in active(members, solved) {
-            let warm_start = &mut fleet[member].body_mut().warm_start;
-            for (force, all) in warm_start.friction.iter_mut().zip(&self.work.friction_force) {
-                *force = Vector2::new(all.x.lane(lane), all.y.lane(lane));
-            }
-            let pairs = warm_start.near.pairs_mut();
-            let contacts =
-                self.work.stage.contacts.iter().zip(&self.work.solution.contact).zip(&self.work.contact_force);
-            for (slot, ((contact, impulse), force)) in self.slots.iter().zip(contacts) {
-                if let Some(pair) = slot.pair(lane) {
-                    let pair = &mut pairs[pair];
-                    pair.force = force.lane(lane);
-                    self.closing[lane] |= !pair.closed && pair.force > 0.0;
-                    let direction = Vector2::new(contact.direction.x.lane(lane), contact.direction.y.lane(lane));
-                    self.impulses.push((lane, contact.link, direction * impulse.lane(lane)));
-                }
-            }
         }
     }
 
@@ -390,33 +305,13 @@ impl<T: StageKernels> Group<T> {
             body.sane = arrival.sane.lane(lane);
             body.warm_start.elapsed += h;
             body.warm_start.near.advance(arrival.travelled.lane(lane));
-            for pair in body.warm_start.near.pairs_mut() {
-                let touches = pair.force > 0.0;
-                pair.depth = depth(&self.work, lane, pair, plant, &body.pegs);
-                pair.closed = touches && pair.touches;
-                pair.touches = touches;
-            }
+            body.warm_start.near.end_step(|pair| end_gap(&self.work, lane, pair, plant, &body.pegs));
             body.tally.add_works(&self.work.kept_works, lane, 1.0);
             for (torque, drive) in body.joint_torque.iter_mut().zip(&self.work.kept_drive) {
                 *torque = -drive.lane(lane) / self.work.stage.coefficient;
             }
         }
         add_impulses(&self.impulses, fleet, members, lanes, 1.0);
-    }
-}
-
-/// Penetration of a pair at the end of the step \[m\].
-fn depth<T: Real>(work: &StageWork<T>, lane: usize, pair: &NearPair, plant: &Plant, pegs: &PegGrid) -> f64 {
-    let (end, heading) = (read_vector(&work.end[pair.link], lane), &work.heading[pair.link]);
-    let (cos, sin) = (heading.cos.lane(lane), heading.sin.lane(lane));
-    let contact = link_peg_contact(&end, cos, sin, &plant.robot.links[pair.link], &pegs.pegs()[pair.peg]);
-    (-contact.gap).max(0.0)
-}
-
-/// Adds contact impulses `(lane, link, impulse)`, taken `weight` times, to the robots' tallies.
-fn add_impulses<D: Driven>(impulses: &[Impulse], fleet: &mut [D], members: &[usize], lanes: Lanes, weight: f64) {
-    for &(lane, link, impulse) in impulses.iter().filter(|(lane, ..)| lanes[*lane]) {
-        fleet[members[lane]].body_mut().tally.contact_impulse[link] += impulse * weight;
     }
 }
 
@@ -429,9 +324,6 @@ const EXTRAPOLATION: f64 = (1.0 - GAMMA) / GAMMA;
 /// What remains of the tolerance for a deviation if a contact closes: an impact's impulse is extrapolated with the
 /// forces'.
 const CLOSING: f64 = 0.5;
-
-/// Gap below which a pair becomes a contact of the stage \[m\]; faster robots look farther.
-const MARGIN: f64 = 0.002;
 
 /// How often a stage may be predicted: the second prediction starts from a solution of the stage.
 const MAX_PREDICTIONS: u32 = 4;

@@ -14,8 +14,9 @@ mod rescue;
 mod stage_kernels;
 mod tally;
 mod thesis;
+mod works;
 
-pub use body::{Body, Driven, WarmStart};
+pub use body::{Body, Driven, Scripted, WarmStart};
 pub use config::{IntegratorConfig, Method};
 pub use fleet::Fleet;
 pub use group::Adaptive;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::math::{Kernel, Real};
+use crate::math::{Kernel, Real, add_scaled, select_into};
 #[cfg(target_arch = "x86_64")]
 use crate::math::{Wide4, Wide8};
 use crate::planar::{
@@ -10,6 +10,8 @@ use crate::planar::{
 };
 
 use super::io_drive::{IoDrive, Situation};
+
+use super::works::Works;
 
 /// Data of the stage at hand, for as many robots as `T` has lanes.
 #[derive(Debug, Clone)]
@@ -57,14 +59,6 @@ pub struct LinkConstants<T> {
     pub reach: T,
     /// mu m g \[N\].
     pub friction: Vector2<T>,
-}
-
-/// Work of friction and of the actuators over a stage \[J\].
-#[derive(Debug, Clone, Copy)]
-pub struct Works<T> {
-    pub friction: T,
-    pub actuator: T,
-    pub positive_actuator: T,
 }
 
 /// The kernels below for one width of register, compiled once, here.
@@ -186,8 +180,8 @@ impl<T: Real> Kernel for Keep<'_, T> {
     fn run(self) {
         let Self { work, solved, again } = self;
         for (i, u) in work.solution.twist.iter().enumerate() {
-            select_vector(&mut work.kept_twist[i], solved, u);
-            select_vector(&mut work.guess[i], again, u);
+            select_into(&mut work.kept_twist[i], solved, u);
+            select_into(&mut work.guess[i], again, u);
         }
         for (kept, drive) in work.kept_drive.iter_mut().zip(&work.solution.drive) {
             *kept = T::select(solved, *drive, *kept);
@@ -197,14 +191,6 @@ impl<T: Real> Kernel for Keep<'_, T> {
         kept.actuator = T::select(solved, works.actuator, kept.actuator);
         kept.positive_actuator = T::select(solved, works.positive_actuator, kept.positive_actuator);
     }
-}
-
-/// Takes `value` over where `mask` is true.
-#[inline(always)]
-fn select_vector<T: Real>(target: &mut Vector3<T>, mask: T::Mask, value: &Vector3<T>) {
-    target.x = T::select(mask, value.x, target.x);
-    target.y = T::select(mask, value.y, target.y);
-    target.z = T::select(mask, value.z, target.z);
 }
 
 /// End configuration q_B + c u of the solved stage.
@@ -272,8 +258,8 @@ impl<T: Real> Kernel for Extrapolate<'_, T> {
         for (i, u) in self.start_twist.iter().enumerate() {
             let end = &work.kept_twist[i];
             let change = Vector3::new(end.x - u.x, end.y - u.y, end.z - u.z);
-            work.reference[i] = plus(u, &change, to_reference);
-            work.guess[i] = plus(u, &change, to_guess);
+            work.reference[i] = add_scaled(u, &change, to_reference);
+            work.guess[i] = add_scaled(u, &change, to_guess);
         }
         let elapsed = T::splat(self.elapsed);
         let StageWork { half_length, kept_twist, base, heading, .. } = work;
@@ -363,39 +349,4 @@ impl<T: Real> StageWork<T> {
             *force = *impulse * per_second;
         }
     }
-}
-
-impl<T: Real> Works<T> {
-    /// Takes the works of `lane` over from one robot's.
-    pub fn set_lane(&mut self, lane: usize, one: &Works<f64>) {
-        self.friction.set_lane(lane, one.friction);
-        self.actuator.set_lane(lane, one.actuator);
-        self.positive_actuator.set_lane(lane, one.positive_actuator);
-    }
-
-    pub fn none() -> Self {
-        Self { friction: T::zero(), actuator: T::zero(), positive_actuator: T::zero() }
-    }
-
-    #[inline(always)]
-    pub fn of(stage: &Stage<T>, solution: &StageSolution<T>) -> Self {
-        let mut works = Self::none();
-        let StageSolution { twist, friction, drive, .. } = solution;
-        for ((link, u), impulse) in stage.links.iter().zip(twist).zip(friction) {
-            let slip = link.heading.to_link(u.xy());
-            works.friction += impulse.x * slip.x + impulse.y * slip.y;
-        }
-        for (j, drive) in drive.iter().enumerate() {
-            let work = *drive * (twist[j + 1].z - twist[j].z);
-            works.actuator += work;
-            works.positive_actuator += work.max(T::zero());
-        }
-        works
-    }
-}
-
-/// u + weight change.
-#[inline(always)]
-fn plus<T: Real>(u: &Vector3<T>, change: &Vector3<T>, weight: T) -> Vector3<T> {
-    Vector3::new(u.x + change.x * weight, u.y + change.y * weight, u.z + change.z * weight)
 }

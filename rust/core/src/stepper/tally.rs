@@ -4,7 +4,7 @@ use crate::math::Real;
 use crate::planar::Closing;
 
 use super::rescue::Rescued;
-use super::stage_kernels::Works;
+use super::works::Works;
 
 /// What happened over some interval of time.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -12,7 +12,7 @@ pub struct Tally {
     pub steps: u32,
     /// Linear solves (`implicit`) or sweeps of Algorithm 3.1 (`thesis`).
     pub iterations: u32,
-    /// Steps retaken because a peg contact closed.
+    /// Steps, and parts of steps, retaken because a peg's force changed abruptly.
     pub events: u32,
     /// Stages that no solver brought to their tolerance.
     pub misses: u32,

@@ -13,7 +13,7 @@ use crate::planar::{
 use crate::robot::Link;
 
 use super::io_drive::ExplicitIo;
-use super::stage_kernels::Works;
+use super::works::Works;
 use super::{Body, Driven, IntegratorConfig, Plant, Tally};
 
 /// Workspace of the scheme, for one robot.

@@ -1,34 +1,17 @@
 //! One sick robot in a fleet.
 
-use snake_core::gait::{JointReference, JointTarget, Wave};
+use snake_core::gait::{JointReference, Wave};
 use snake_core::pegs::PegGrid;
-use snake_core::planar::{PlanarState, Pose, assemble_chain, is_sane};
+use snake_core::planar::{PlanarState, is_sane};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_7_5, TABLE_7_5};
 use snake_core::simulation::StepReport;
-use snake_core::stepper::{Body, Driven, Fleet, IntegratorConfig, Plant};
+use snake_core::stepper::{Fleet, IntegratorConfig, Plant, Scripted};
 
 use crate::case::pegs;
 use crate::figures::Figures;
 
-struct Undulator {
-    body: Body,
-    wave: Wave,
-}
-
-impl Driven for Undulator {
-    fn body(&self) -> &Body {
-        &self.body
-    }
-
-    fn body_mut(&mut self) -> &mut Body {
-        &mut self.body
-    }
-
-    fn targets(&self, time: f64, targets: &mut [JointTarget]) {
-        self.wave.targets(time, targets);
-    }
-}
+type Undulator = Scripted<Wave>;
 
 /// Puts NaN or infinity into one robot of `ROBOTS` after a while, goes on for `periods` control periods, and
 /// compares the others bit for bit with a healthy fleet; `broken` counts what differs, and a sick robot unnoticed.
@@ -66,11 +49,7 @@ fn robots(plant: &Plant) -> Vec<Undulator> {
     let undulator = |k: usize| {
         let wave = Wave { omega: 1.0 + 0.2 * k as f64, ..Wave::default() };
         let angles: Vec<f64> = (0..10).map(|joint| wave.target(joint, 0.0).angle).collect();
-        let mut body = Body::new(&plant.robot, PegGrid::new(&pegs(&TABLE_7_5[..k % 8])));
-        let [x, y, theta] = START_7_5;
-        assemble_chain(&plant.robot, Pose::new(x, y, theta), &angles, &mut body.state.pose);
-        body.forget();
-        Undulator { body, wave }
+        Scripted::new(&plant.robot, PegGrid::new(&pegs(&TABLE_7_5[..k % 8])), START_7_5, &angles, wave)
     };
     (0..ROBOTS).map(undulator).collect()
 }
