@@ -22,21 +22,41 @@ DESCRIPTIONS = {
     "The robot never starts inside a peg.",
     "SnakeFree-v0": "No pegs; the ground resists sliding across a link more than along it, which is what moves a snake "
     "forward on open ground.",
+    "SnakePerturbed-v0": "The courses of Tables 7.3 and 7.5 with pegs out of place, as in Figure 7.8 of the thesis. "
+    "With the probability `difficulty` a peg is missing, and two more are shifted by up to `difficulty` times one link "
+    'diameter. The headline case is `perturbation={"course": "table-7.3", "without": [3], "removed": 0, "shifted": 0}`, '
+    "where the thesis's gait fails.",
+    "SnakeMaze-v0": "A lattice of 5 x 6 posts after Liu, Onal and Fu (2021) on the way to a goal point, up to "
+    "`difficulty` times 90 degrees off the robot's direction. As there the posts have a radius of 2 cm, the goal lies 2 m "
+    "away, the gaps jitter, and the robot can move without posts: the ground resists sideways sliding more, as in "
+    "`SnakeFree-v0`. Scaled to Aiko: the posts stand half a wave of its gait apart, 0.367 m, so that a body length "
+    "meets three columns and passages are three body widths wide.",
+    "SnakeCorridor-v0": "A corridor whose walls are rows of pegs: straight where the robot starts, then bent along an arc "
+    "by up to `difficulty` times 90 degrees, with the goal point at its end. `difficulty` also widens the corridor beyond "
+    "the width that fits the gait and moves pegs along the walls.",
 }
 
 ARGUMENTS = {
-    "task": 'scene and goal: "course", "field" or "free"; set by the id',
+    "task": 'scene and goal: "course", "field", "free", "perturbed", "maze" or "corridor"; set by the id',
     "action_mode": 'what an action prescribes: "gait", "joints" or "residual"',
     "perception": '"pegs": the robot locates the nearest pegs; "blind": it feels contact forces only',
     "nearest_pegs": "number of pegs located at a time, 1 to 64",
     "control_period": "time between two actions [s], 0.001 to 1",
     "max_episode_steps": "control periods after which an episode is truncated, >= 1",
-    "goal_distance": "distance of the goal line from the start of the CG [m], 0.1 to 20",
-    "corridor_half_width": "distance of the corridor's walls from its centre line [m], 0.1 to 5",
-    "difficulty": "irregularity of a random field, 0 to 1",
+    "goal_distance": "way from the start of the CG to the goal line or the goal point [m], 0.1 to 20",
+    "corridor_half_width": "distance from the centre line at which the corridor ends; with a goal point: by how much the "
+    "robot may be farther from it than at the start [m], 0.1 to 5",
+    "goal_radius": 'radius of the goal of "maze" and "corridor" [m], 0.01 to 0.9 `goal_distance`',
+    "turn": 'largest angle between the start and the goal of "maze", largest bend of "corridor", at difficulty 1 [rad], '
+    "0 to pi/2",
+    "difficulty": "irregularity of a random scene, 0 to 1",
     "field": 'generator of the random field: "mixed", "track", "lattice" or "poisson"',
+    "perturbation": 'pegs of "perturbed" that are out of place: `course` ("table-7.3", "table-7.5" or "mixed"), numbers '
+    "of pegs `removed`, each with the probability `difficulty`, and `shifted` in an episode, drawn from peg 3 on; the "
+    "longest `shift` at difficulty 1 [m], 0 to 0.5; pegs always absent, `without` = [j, ...], and always elsewhere, "
+    "`moved` = [[j, dx, dy], ...], j from 1 as in the thesis",
     "friction": "Coulomb coefficients along and across a link, 0 to 10; null: the task's own, (0.2, 0.5) for "
-    '"free" and (0.2, 0.2) otherwise',
+    '"free" and "maze" and (0.2, 0.2) otherwise',
     "controller": 'joint controller: "pd", "io" (input-output linearising, critically damped with K_D = 0.5 / T for T '
     "a tenth of the control period; both with a limit of 10 N m), or the fields of "
     "`snake_env.PD` or `snake_env.IOLinearizing` with their `law`",
@@ -169,7 +189,7 @@ def _rewards(config: dict[str, Any]) -> str:
         (
             "progress",
             weights["progress"],
-            "displacement of the CG of the whole body along the goal direction [m]",
+            "distance of the CG of the whole body towards the goal, gained in this step [m]",
         ),
         ("energy", weights["energy"], "minus the positive work of the actuators [J]"),
         ("smoothness", weights["smoothness"], "minus the mean squared change of the action"),

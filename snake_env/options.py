@@ -32,8 +32,11 @@ class TaskOptions(TypedDict, total=False):
     control_period: float
     goal_distance: float
     corridor_half_width: float
+    goal_radius: float
+    turn: float
     difficulty: float
     field: str
+    perturbation: Mapping[str, Any]
     friction: tuple[float, float] | None
     controller: PD | IOLinearizing | str | Mapping[str, Any]
     integrator: Integrator | Mapping[str, Any]

@@ -6,7 +6,14 @@ import gymnasium as gym
 
 MAX_EPISODE_STEPS = 600
 
-TASKS = {"SnakeCourse-v0": "course", "SnakeField-v0": "field", "SnakeFree-v0": "free"}
+TASKS = {
+    "SnakeCourse-v0": "course",
+    "SnakeField-v0": "field",
+    "SnakeFree-v0": "free",
+    "SnakePerturbed-v0": "perturbed",
+    "SnakeMaze-v0": "maze",
+    "SnakeCorridor-v0": "corridor",
+}
 
 
 def register() -> None:

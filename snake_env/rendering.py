@@ -121,7 +121,12 @@ class TopView:
             pygame.draw.line(self._surface, GRID, (0, py), (CANVAS[0], py), OVERSAMPLING)
 
     def _draw_goal(self, snapshot: dict[str, Any]) -> None:
-        """The goal line across the corridor, and the corridor's walls."""
+        """The goal disc, or the goal line across the corridor and the corridor's bounds."""
+        if "goal_disc" in snapshot:
+            x, y, radius = snapshot["goal_disc"]
+            self._disc((x, y), radius, GOAL)
+            self._disc((x, y), radius - 0.02, GROUND)
+            return
         goal, half_width = snapshot["goal_line"], snapshot["corridor_half_width"]
         right, left = snapshot["centre_line"] - half_width, snapshot["centre_line"] + half_width
         self._line((goal, right), (goal, left), GOAL, 4)

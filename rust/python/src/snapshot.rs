@@ -3,6 +3,7 @@
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use snake_core::task::Environment;
+use snake_core::task::goal::{Goal, Target};
 use snake_core::task::motion::Motion;
 
 use crate::numbers::set_array;
@@ -23,11 +24,21 @@ pub fn of<'py>(py: Python<'py>, environment: &Environment) -> PyResult<Bound<'py
     set_array(&dict, "pegs", pegs, &[environment.pegs().len(), 3])?;
     set_array(&dict, "contact_force", force, &[links, 2])?;
     dict.set_item("centre", (centre.x, centre.y))?;
-    dict.set_item("goal_line", environment.goal_line())?;
-    dict.set_item("centre_line", rules.centre_line)?;
-    dict.set_item("corridor_half_width", rules.corridor_half_width)?;
+    set_goal(&dict, environment.goal(), rules.corridor_half_width)?;
     dict.set_item("time", environment.summary().time)?;
     dict.set_item("distance", environment.summary().distance)?;
     dict.set_item("speed", environment.summary().speed)?;
     Ok(dict)
+}
+
+/// "goal_line", "centre_line" and "corridor_half_width" \[m\], or "goal_disc" (x, y, radius).
+fn set_goal(dict: &Bound<'_, PyDict>, goal: &Goal, half_width: f64) -> PyResult<()> {
+    match goal.target {
+        Target::Disc { centre, radius } => dict.set_item("goal_disc", (centre.x, centre.y, radius)),
+        Target::Line { distance, centre_line } => {
+            dict.set_item("goal_line", goal.origin.x + distance)?;
+            dict.set_item("centre_line", centre_line)?;
+            dict.set_item("corridor_half_width", half_width)
+        }
+    }
 }

@@ -1,13 +1,18 @@
 //! The arena: lays out pegs and places the robot at the start of an episode.
 
+use nalgebra::Vector2;
+
 use crate::contact::gap;
+use crate::error::{ConfigError, require};
 use crate::planar::{Pose, assemble_chain};
 use crate::robot::Robot;
 use crate::scene::Peg;
 use crate::simulation::PlanarSimulation;
 
 use super::config::{EnvConfig, FieldKind, Task};
-use super::field::{Site, course, keep_clear, random_field};
+use super::field::{Route, Site, continued, corridor, keep_clear, maze, random_field};
+use super::goal::Target;
+use super::perturbation::{Course, Perturbation, Shift};
 use super::random::Stream;
 use super::start::{Start, StartJitter, StartLine};
 
@@ -16,90 +21,218 @@ use super::start::{Start, StartJitter, StartLine};
 pub struct Arena {
     task: Task,
     field: FieldKind,
+    perturbation: Perturbation,
     difficulty: f64,
     jitter: f64,
-    line: StartLine,
-    site: Site,
+    goal_distance: f64,
+    goal_radius: f64,
+    turn: f64,
+    grounds: Vec<Ground>,
     robot: Robot,
     pegs: Vec<Peg>,
+    table: Vec<Option<Peg>>,
+    shifts: Vec<Shift>,
     joint_angle: Vec<f64>,
     pose: Vec<Pose>,
 }
 
+/// A nominal start, the ground around it, and pegs that always stand there: those of a table, if they have not
+/// been taken away, and those that continue it.
+#[derive(Debug, Clone)]
+struct Ground {
+    line: StartLine,
+    site: Site,
+    table: Vec<Option<Peg>>,
+    more: Vec<Peg>,
+}
+
+/// What was drawn for an episode, beside the pegs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EpisodeStart {
+    pub start: Start,
+    pub target: Target,
+}
+
 impl Arena {
-    pub fn new(config: &EnvConfig, robot: &Robot) -> Self {
-        let line = StartLine::new(config.task, robot);
-        let site = site(config, robot, &line);
+    /// # Errors
+    /// A peg that is moved would touch the robot at the start.
+    pub fn new(config: &EnvConfig, robot: &Robot) -> Result<Self, ConfigError> {
+        let grounds: Vec<Ground> = match config.task {
+            Task::Course => vec![Ground::on_course(Course::Table75, config, robot, &Perturbation::default())],
+            Task::Perturbed => {
+                let courses = config.perturbation.course.choices().iter();
+                courses.map(|&course| Ground::on_course(course, config, robot, &config.perturbation)).collect()
+            }
+            Task::Free | Task::Field | Task::Maze | Task::Corridor => vec![Ground::open(config, robot)],
+        };
         let mut arena = Self {
             task: config.task,
             field: config.field,
+            perturbation: config.perturbation.clone(),
             difficulty: config.difficulty,
             jitter: config.start_jitter,
-            line,
-            site,
+            goal_distance: config.goal_distance,
+            goal_radius: config.goal_radius,
+            turn: config.turn,
+            grounds,
             robot: robot.clone(),
             pegs: Vec::new(),
+            table: Vec::new(),
+            shifts: Vec::new(),
             joint_angle: vec![0.0; robot.joint_count()],
             pose: vec![Pose::zeros(); robot.link_count()],
         };
-        if arena.task == Task::Course {
-            course(arena.site.x[1], &mut arena.pegs);
-        }
-        arena
+        arena.require_room()?;
+        Ok(arena)
     }
 
-    /// The nominal start.
-    pub fn line(&self) -> &StartLine {
-        &self.line
+    /// What a robot at its nominal start has to reach; episodes may draw another goal.
+    pub fn nominal_target(&self) -> Target {
+        self.goal_line(0)
     }
 
-    /// Draws start and pegs from the episode's stream and sets the simulation up; returns the start.
-    pub fn prepare(&mut self, stream: &mut Stream, simulation: &mut PlanarSimulation) -> Start {
+    /// Draws start, pegs and goal from the episode's stream and sets the simulation up.
+    pub fn prepare(&mut self, stream: &mut Stream, simulation: &mut PlanarSimulation) -> EpisodeStart {
         let jitter = StartJitter::draw(stream, self.jitter);
-        let start = match self.task {
-            Task::Free => self.line.deviated(&jitter),
-            Task::Course => self.free_start(&jitter),
-            Task::Field => {
-                let start = self.line.deviated(&jitter);
-                random_field(self.field, self.difficulty, &self.site, stream, &mut self.pegs);
-                self.assemble(&start);
-                keep_clear(&self.site, &self.robot, &self.pose, &mut self.pegs);
-                start
+        let ground = if self.grounds.len() > 1 { stream.index(self.grounds.len()) } else { 0 };
+        let scene = match self.task {
+            Task::Free => self.on_open_ground(&jitter, |_, _| None),
+            Task::Field => self.on_open_ground(&jitter, |arena, site| {
+                random_field(arena.field, arena.difficulty, site, stream, &mut arena.pegs);
+                None
+            }),
+            Task::Maze => self.on_open_ground(&jitter, |arena, site| {
+                let route = arena.route();
+                Some(maze(arena.difficulty, &route, site, stream, &mut arena.pegs))
+            }),
+            Task::Corridor => self.on_open_ground(&jitter, |arena, site| {
+                let route = arena.route();
+                Some(corridor(arena.difficulty, &route, site, stream, &mut arena.pegs))
+            }),
+            Task::Course => self.on_course(ground, &jitter),
+            Task::Perturbed => {
+                self.perturb(ground, stream);
+                self.among_pegs(ground, &jitter)
             }
         };
-        self.assemble(&start);
+        self.assemble(ground, &scene.start);
         simulation.set_scene_pegs(&self.pegs);
-        simulation.place_chain(start.position.x, start.position.y, start.angle, &self.joint_angle);
-        start
+        simulation.place_chain(scene.start.position.x, scene.start.position.y, scene.start.angle, &self.joint_angle);
+        scene
+    }
+
+    /// The robot where it wants to be, the pegs out of its way; `lay_out` draws them and tells the goal point, if
+    /// there is any.
+    fn on_open_ground(
+        &mut self,
+        jitter: &StartJitter,
+        mut lay_out: impl FnMut(&mut Self, &Site) -> Option<Vector2<f64>>,
+    ) -> EpisodeStart {
+        let site = self.grounds[0].site;
+        let start = self.grounds[0].line.deviated(jitter);
+        let centre = lay_out(self, &site);
+        self.assemble(0, &start);
+        keep_clear(&site, &self.robot, &self.pose, &mut self.pegs);
+        let radius = self.goal_radius;
+        let target = centre.map_or_else(|| self.goal_line(0), |centre| Target::Disc { centre, radius });
+        EpisodeStart { start, target }
+    }
+
+    /// The pegs that always stand there, the robot as near to where it wants to be as they allow.
+    fn on_course(&mut self, ground: usize, jitter: &StartJitter) -> EpisodeStart {
+        let Ground { table, more, .. } = &self.grounds[ground];
+        self.pegs.clear();
+        self.pegs.extend(table.iter().flatten().chain(more));
+        self.among_pegs(ground, jitter)
+    }
+
+    fn among_pegs(&mut self, ground: usize, jitter: &StartJitter) -> EpisodeStart {
+        EpisodeStart { start: self.free_start(ground, jitter), target: self.goal_line(ground) }
+    }
+
+    fn goal_line(&self, ground: usize) -> Target {
+        Target::Line { distance: self.goal_distance, centre_line: self.grounds[ground].line.centre_line }
+    }
+
+    fn route(&self) -> Route {
+        Route { start: self.grounds[0].line.gravity_centre, length: self.goal_distance, turn: self.turn }
+    }
+
+    /// Draws the pegs of a perturbed course. A peg that would touch the robot at its nominal start is shifted by
+    /// halves of its shift until it does not.
+    fn perturb(&mut self, ground: usize, stream: &mut Stream) {
+        self.assemble(ground, &self.grounds[ground].line.nominal.clone());
+        self.table.clone_from(&self.grounds[ground].table);
+        self.perturbation.draw(self.difficulty, stream, &mut self.table, &mut self.shifts);
+        for Shift { peg, by } in &self.shifts {
+            let Some(peg) = &mut self.table[*peg] else { continue };
+            let mut factors = (0..MAX_HALVINGS).map(|k| 0.5f64.powi(k));
+            let shifted = |factor: f64| Peg { x: peg.x + factor * by.x, y: peg.y + factor * by.y, ..*peg };
+            let clears = |peg: &Peg| smallest_gap(&self.robot, &self.pose, std::slice::from_ref(peg)) > COURSE_CLEARANCE;
+            *peg = factors.find_map(|factor| Some(shifted(factor)).filter(&clears)).unwrap_or(*peg);
+        }
+        self.pegs.clear();
+        self.pegs.extend(self.table.iter().flatten().chain(&self.grounds[ground].more));
     }
 
     /// The start nearest to the full deviation, in halvings, that clears the pegs; the nominal one does.
-    fn free_start(&mut self, jitter: &StartJitter) -> Start {
+    fn free_start(&mut self, ground: usize, jitter: &StartJitter) -> Start {
         let mut factor = 1.0;
         while factor > SMALLEST_JITTER {
-            let start = self.line.deviated(&jitter.scaled(factor));
-            self.assemble(&start);
-            if self.smallest_gap() > COURSE_CLEARANCE {
+            let start = self.grounds[ground].line.deviated(&jitter.scaled(factor));
+            self.assemble(ground, &start);
+            if smallest_gap(&self.robot, &self.pose, &self.pegs) > COURSE_CLEARANCE {
                 return start;
             }
             factor *= 0.5;
         }
-        self.line.nominal
+        self.grounds[ground].line.nominal
     }
 
     /// Joint angles and poses of the robot at `start`.
-    fn assemble(&mut self, start: &Start) {
-        let angle = self.line.joint_angles(start.phase);
+    fn assemble(&mut self, ground: usize, start: &Start) {
+        let angle = self.grounds[ground].line.joint_angles(start.phase);
         self.joint_angle.iter_mut().enumerate().for_each(|(joint, value)| *value = angle(joint));
         let first = Pose::new(start.position.x, start.position.y, start.angle);
         assemble_chain(&self.robot, first, &self.joint_angle, &mut self.pose);
     }
 
-    fn smallest_gap(&self) -> f64 {
-        let links = || self.robot.links.iter().zip(&self.pose);
-        let gaps = self.pegs.iter().flat_map(|peg| links().map(move |(link, q)| gap(q, link, peg)));
-        gaps.fold(f64::INFINITY, f64::min)
+    /// Pegs that always stand elsewhere leave room for the robot.
+    fn require_room(&mut self) -> Result<(), ConfigError> {
+        for ground in 0..self.grounds.len() {
+            let start = self.grounds[ground].line.nominal;
+            self.assemble(ground, &start);
+            for (k, &(j, ..)) in self.perturbation.moved.iter().enumerate() {
+                let Some(peg) = self.grounds[ground].table.get(j - 1).copied().flatten() else { continue };
+                let gap = smallest_gap(&self.robot, &self.pose, &[peg]);
+                let expected = "a place that leaves the robot room at its start";
+                let value = format!("{:?}, {gap:.4} m from the robot", [peg.x, peg.y]);
+                require(gap > 0.0, &format!("perturbation.moved[{k}]"), value, expected)?;
+            }
+        }
+        Ok(())
     }
+}
+
+impl Ground {
+    fn open(config: &EnvConfig, robot: &Robot) -> Self {
+        let line = StartLine::at_origin(robot);
+        Self { site: site(config, robot, &line), line, table: Vec::new(), more: Vec::new() }
+    }
+
+    /// The thesis's start among a course's pegs; Table 7.5 is continued to the goal.
+    fn on_course(course: Course, config: &EnvConfig, robot: &Robot, perturbation: &Perturbation) -> Self {
+        let line = StartLine::on_course(course.start(), robot);
+        let site = site(config, robot, &line);
+        let more = if course == Course::Table75 { continued(site.x[1]) } else { Vec::new() };
+        Self { line, site, table: perturbation.fixed_pegs(course), more }
+    }
+}
+
+fn smallest_gap(robot: &Robot, pose: &[Pose], pegs: &[Peg]) -> f64 {
+    let links = || robot.links.iter().zip(pose);
+    let gaps = pegs.iter().flat_map(|peg| links().map(move |(link, q)| gap(q, link, peg)));
+    gaps.fold(f64::INFINITY, f64::min)
 }
 
 /// Gap that a jittered start keeps to the pegs of the course \[m\].
@@ -107,6 +240,9 @@ const COURSE_CLEARANCE: f64 = 5e-4;
 
 /// Share of the drawn jitter below which the nominal start is taken.
 const SMALLEST_JITTER: f64 = 0.01;
+
+/// Halvings of a peg's shift before the peg stays where it is.
+const MAX_HALVINGS: i32 = 7;
 
 /// The ground to cover: from behind the tail to beyond the head at the goal, half a wave more, and a
 /// fifth of the robot's length beside the corridor.

@@ -1,11 +1,15 @@
 //! What a user may choose about an environment; read by constructors alone.
 
+use std::f64::consts::FRAC_PI_2;
+
 use serde::{Deserialize, Serialize};
 
 use crate::control::ControllerConfig;
 use crate::error::{ConfigError, finite, require, within};
 use crate::robot::{PerLink, RobotConfig};
 use crate::stepper::IntegratorConfig;
+
+use super::perturbation::Perturbation;
 
 /// Which scene the robot moves in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -17,6 +21,12 @@ pub enum Task {
     Field,
     /// No pegs; the ground resists sideways sliding more than lengthways sliding.
     Free,
+    /// A course of the thesis with pegs shifted or taken away (T Fig. 7.8).
+    Perturbed,
+    /// A lattice of posts on the way to a goal point; the ground is that of `Free`.
+    Maze,
+    /// Walls of pegs, straight at first, then bent, with the goal point at their end.
+    Corridor,
 }
 
 /// What an action prescribes.
@@ -91,10 +101,16 @@ pub struct EnvConfig {
     pub goal_distance: f64,
     /// Distance of the corridor's walls from its centre line \[m\]; an episode ends where the CG leaves it.
     pub corridor_half_width: f64,
+    /// Radius of the goal, where it is a point \[m\].
+    pub goal_radius: f64,
+    /// Largest turn of the way to a goal point at difficulty one \[rad\].
+    pub turn: f64,
     /// Irregularity of a random field in \[0, 1\].
     pub difficulty: f64,
     /// Kind of random field.
     pub field: FieldKind,
+    /// What happens to the pegs of a perturbed course.
+    pub perturbation: Perturbation,
     /// Friction coefficients along and across a link; `None`: the task's own.
     pub friction: Option<[f64; 2]>,
     pub controller: ControllerConfig,
@@ -116,8 +132,11 @@ impl Default for EnvConfig {
             max_episode_steps: 600,
             goal_distance: 2.0,
             corridor_half_width: 0.8,
+            goal_radius: 0.25,
+            turn: FRAC_PI_2,
             difficulty: 0.5,
             field: FieldKind::Mixed,
+            perturbation: Perturbation::default(),
             friction: None,
             controller: ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() },
             integrator: IntegratorConfig::default(),
@@ -141,6 +160,9 @@ impl EnvConfig {
         require(steps >= 1, "max_episode_steps", steps, "an integer >= 1")?;
         within("goal_distance", self.goal_distance, 0.1, 20.0)?;
         within("corridor_half_width", self.corridor_half_width, 0.1, 5.0)?;
+        within("goal_radius", self.goal_radius, 0.01, 0.9 * self.goal_distance)?;
+        within("turn", self.turn, 0.0, FRAC_PI_2)?;
+        self.perturbation.validate().map_err(|e| e.inside("perturbation"))?;
         within("difficulty", self.difficulty, 0.0, 1.0)?;
         within("start_jitter", self.start_jitter, 0.0, 1.0)?;
         self.validate_friction()?;
@@ -150,7 +172,8 @@ impl EnvConfig {
 
     /// Friction coefficients along and across a link.
     pub fn friction(&self) -> [f64; 2] {
-        let of_task = if self.task == Task::Free { [0.2, 0.5] } else { [0.2, 0.2] };
+        let is_orthotropic = matches!(self.task, Task::Free | Task::Maze);
+        let of_task = if is_orthotropic { [0.2, 0.5] } else { [0.2, 0.2] };
         self.friction.unwrap_or(of_task)
     }
 
@@ -178,9 +201,10 @@ impl EnvConfig {
             ("robot.contact_half_length", &self.robot.contact_half_length, &aiko.contact_half_length),
             ("robot.radius", &self.robot.radius, &aiko.radius),
         ];
+        let is_course = matches!(self.task, Task::Course | Task::Perturbed);
         for (field, value, of_aiko) in shape {
-            let fits = self.task != Task::Course || same_everywhere(value, of_aiko);
-            let expected = format!("{} for task = course, whose pegs fit Aiko's links", describe(of_aiko));
+            let fits = !is_course || same_everywhere(value, of_aiko);
+            let expected = format!("{} for a course of the thesis, whose pegs fit Aiko's links", describe(of_aiko));
             require(fits, field, describe(value), &expected)?;
         }
         Ok(())

@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, require};
-use crate::gait::{JointReference, JointTarget};
+use crate::gait::{JointReference, JointTarget, Wave};
 use crate::planar::{Heading, PlanarState};
 use crate::robot::Robot;
 use crate::scene::{Peg, SceneConfig};
@@ -17,6 +17,7 @@ use super::action::ActionEntry;
 use super::arena::Arena;
 use super::config::EnvConfig;
 use super::episode::{Episode, Rules};
+use super::goal::Goal;
 use super::motion::Motion;
 use super::observation::{ObservationBlock, ObservationLayout, View};
 use super::perception::PegSensor;
@@ -86,11 +87,11 @@ impl Environment {
         let simulation = PlanarSimulation::new(&config.robot, &scene, &config.controller, &config.integrator)?;
         let robot = simulation.robot().clone();
         let (links, joints) = (robot.link_count(), robot.joint_count());
-        let arena = Arena::new(config, &robot);
-        let rules = Rules::new(config, arena.line().centre_line, robot.total_mass() * robot.gravity);
+        let arena = Arena::new(config, &robot)?;
+        let rules = Rules::new(config, robot.total_mass() * robot.gravity);
         let reference = ReferenceGenerator::new(config.action_mode, joints, config.control_period);
         let sensor = PegSensor::new(config.nearest_pegs, robot.total_length());
-        let episode = Episode::begin(&rules, Motion::of(&robot, simulation.state()));
+        let episode = Episode::begin(arena.nominal_target(), Motion::of(&robot, simulation.state()));
         let layout = ObservationLayout::new(config, links, &sensor, reference.entries());
         let mut environment = Self {
             values: vec![0.0; layout.size()],
@@ -161,8 +162,9 @@ impl Environment {
         let view = View {
             state,
             motion: &self.episode.motion,
+            bearing: self.episode.bearing(),
             lateral_offset: self.episode.summary.lateral_offset,
-            remaining: 1.0 - self.episode.distance() / self.rules.goal_distance,
+            remaining: self.episode.remaining(),
             contact_force: &self.contact_force,
             reference: &self.reference,
             previous_action: &self.action,
@@ -236,9 +238,9 @@ impl Environment {
         self.simulation.contact_impulse().iter().map(|impulse| impulse / self.rules.period)
     }
 
-    /// x of the goal line \[m\].
-    pub fn goal_line(&self) -> f64 {
-        self.episode.origin.x + self.rules.goal_distance
+    /// Where the robot has to go.
+    pub fn goal(&self) -> &Goal {
+        &self.episode.goal
     }
 
     /// Everything that changes.
@@ -283,9 +285,9 @@ impl Environment {
     }
 
     fn begin(&mut self, seed: u64, episode: u64) {
-        let start = self.arena.prepare(&mut Stream::new(seed, episode), &mut self.simulation);
-        self.reference.rest_in_posture(&self.arena.line().wave, start.phase);
-        self.episode = Episode::begin(&self.rules, self.motion());
+        let scene = self.arena.prepare(&mut Stream::new(seed, episode), &mut self.simulation);
+        self.reference.rest_in_posture(&Wave::default(), scene.start.phase);
+        self.episode = Episode::begin(scene.target, self.motion());
         self.action.fill(0.0);
         self.contact_force.fill(0.0);
     }

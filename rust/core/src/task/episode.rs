@@ -1,12 +1,12 @@
 //! Bookkeeping of one episode: where it started, what it has cost, whether the robot is stuck.
 
-use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
 use crate::simulation::StepReport;
 
 use super::config::{EnvConfig, RewardWeights};
-use super::motion::Motion;
+use super::goal::{Goal, Target};
+use super::motion::{Motion, wrap_angle};
 use super::reward::{RewardTerms, Transition};
 use super::signal::Summary;
 
@@ -15,23 +15,18 @@ use super::signal::Summary;
 pub struct Rules {
     pub period: f64,
     pub max_steps: u32,
-    pub goal_distance: f64,
     pub corridor_half_width: f64,
-    /// y of the corridor's centre line \[m\].
-    pub centre_line: f64,
     /// Weight m g of the robot \[N\].
     pub robot_weight: f64,
     pub weights: RewardWeights,
 }
 
 impl Rules {
-    pub fn new(config: &EnvConfig, centre_line: f64, robot_weight: f64) -> Self {
+    pub fn new(config: &EnvConfig, robot_weight: f64) -> Self {
         Self {
             period: config.control_period,
             max_steps: config.max_episode_steps,
-            goal_distance: config.goal_distance,
             corridor_half_width: config.corridor_half_width,
-            centre_line,
             robot_weight,
             weights: config.reward_weights,
         }
@@ -42,8 +37,7 @@ impl Rules {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Episode {
     pub steps: u32,
-    /// CG at the start \[m\].
-    pub origin: Vector2<f64>,
+    pub goal: Goal,
     /// Motion at the last control instant.
     pub motion: Motion,
     /// Positive actuator work so far \[J\].
@@ -56,14 +50,14 @@ pub struct Episode {
 
 impl Episode {
     /// An episode that begins with the robot's motion as given.
-    pub fn begin(rules: &Rules, motion: Motion) -> Self {
+    pub fn begin(target: Target, motion: Motion) -> Self {
+        let goal = Goal { target, origin: motion.position };
         let summary = Summary {
-            lateral_offset: motion.position.y - rules.centre_line,
-            heading_error: motion.heading,
+            lateral_offset: goal.lateral_offset(motion.position),
+            heading_error: wrap_angle(motion.heading - goal.bearing(motion.position)),
             ..Summary::default()
         };
-        let origin = motion.position;
-        Self { steps: 0, origin, motion, energy: 0.0, slow_steps: 0, jammed_steps: 0, summary }
+        Self { steps: 0, goal, motion, energy: 0.0, slow_steps: 0, jammed_steps: 0, summary }
     }
 
     /// Takes note of one control period. After a divergence `motion` is the last good one and the
@@ -71,15 +65,16 @@ impl Episode {
     pub fn record(&mut self, rules: &Rules, motion: Motion, report: &StepReport, action_change: f64, contacts: u32) {
         self.steps += 1;
         let moved = motion.position - self.motion.position;
+        let progress = self.goal.progress(self.motion.position, motion.position);
         let work = if report.diverged { 0.0 } else { report.positive_actuator_work };
         self.energy += work;
         self.note_speed(rules, moved.norm() / rules.period);
         self.motion = motion;
-        let success = !report.diverged && self.distance() >= rules.goal_distance;
-        let transition = Transition { progress: moved.x, positive_work: work, action_change, success };
+        let success = !report.diverged && self.distance() >= self.goal.span();
+        let transition = Transition { progress, positive_work: work, action_change, success };
         self.summary = Summary {
             reward: RewardTerms::new(&rules.weights, &transition),
-            progress: moved.x,
+            progress,
             positive_work: work,
             is_success: success,
             contacts,
@@ -92,9 +87,19 @@ impl Episode {
         };
     }
 
-    /// Displacement of the CG along the goal direction since the start \[m\].
+    /// Distance towards the goal covered since the start \[m\].
     pub fn distance(&self) -> f64 {
-        self.motion.position.x - self.origin.x
+        self.goal.covered(self.motion.position)
+    }
+
+    /// Share of the way to the goal that is left.
+    pub fn remaining(&self) -> f64 {
+        1.0 - self.distance() / self.goal.span()
+    }
+
+    /// Angle from +x to the goal direction \[rad\].
+    pub fn bearing(&self) -> f64 {
+        self.goal.bearing(self.motion.position)
     }
 
     /// The goal is reached, the corridor left, or the computation broken.
@@ -120,17 +125,17 @@ impl Episode {
     fn so_far(&self, rules: &Rules) -> Summary {
         let time = f64::from(self.steps) * rules.period;
         let distance = self.distance();
-        let lateral_offset = self.motion.position.y - rules.centre_line;
+        let position = self.motion.position;
         Summary {
             distance,
-            lateral_offset,
-            heading_error: self.motion.heading,
+            lateral_offset: self.goal.lateral_offset(position),
+            heading_error: wrap_angle(self.motion.heading - self.bearing()),
             speed: distance / time,
             energy: self.energy,
             cost_of_transport: self.energy / (rules.robot_weight * distance.abs().max(SHORTEST_DISTANCE)),
             jam: self.is_jammed(rules),
             jam_ratio: f64::from(self.jammed_steps) / f64::from(self.steps),
-            left_corridor: lateral_offset.abs() > rules.corridor_half_width,
+            left_corridor: self.goal.is_left(position, rules.corridor_half_width),
             time,
             ..Summary::default()
         }
@@ -147,9 +152,12 @@ const SHORTEST_DISTANCE: f64 = 0.01;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Vector2;
+
+    const LINE: Target = Target::Line { distance: 2.0, centre_line: 0.1 };
 
     fn rules() -> Rules {
-        Rules::new(&EnvConfig::default(), 0.1, 73.6)
+        Rules::new(&EnvConfig::default(), 73.6)
     }
 
     fn at(x: f64, y: f64) -> Motion {
@@ -163,7 +171,7 @@ mod tests {
     #[test]
     fn a_robot_is_jammed_after_more_than_three_tenths_of_a_second_below_two_centimetres_a_second() {
         let rules = rules();
-        let mut episode = Episode::begin(&rules, at(0.0, 0.1));
+        let mut episode = Episode::begin(LINE, at(0.0, 0.1));
         // 0.05 s a step: six slow steps are 0.3 s, the seventh exceeds them.
         for step in 1..=8 {
             episode.record(&rules, at(0.0009 * f64::from(step), 0.1), &report(0.0), 0.0, 0);
@@ -177,7 +185,7 @@ mod tests {
     #[test]
     fn success_needs_the_goal_distance_and_pays_once() {
         let rules = rules();
-        let mut episode = Episode::begin(&rules, at(0.5, 0.1));
+        let mut episode = Episode::begin(LINE, at(0.5, 0.1));
         episode.record(&rules, at(2.4999, 0.1), &report(1.0), 0.0, 0);
         assert!(!episode.summary.is_success && !episode.is_terminated());
         episode.record(&rules, at(2.5, 0.1), &report(1.0), 0.0, 0);
@@ -189,7 +197,7 @@ mod tests {
     #[test]
     fn the_rewards_of_progress_add_up_to_the_distance() {
         let rules = rules();
-        let mut episode = Episode::begin(&rules, at(0.0, 0.1));
+        let mut episode = Episode::begin(LINE, at(0.0, 0.1));
         let mut sum = 0.0;
         for x in [0.1, -0.2, 0.4, 0.7] {
             episode.record(&rules, at(x, 0.1), &report(0.0), 0.0, 0);
@@ -202,7 +210,7 @@ mod tests {
     fn the_corridor_is_left_to_either_side_of_its_centre_line() {
         let rules = rules();
         for (y, outside) in [(0.89, false), (0.91, true), (-0.69, false), (-0.71, true)] {
-            let mut episode = Episode::begin(&rules, at(0.0, 0.1));
+            let mut episode = Episode::begin(LINE, at(0.0, 0.1));
             episode.record(&rules, at(0.0, y), &report(0.0), 0.0, 0);
             assert_eq!(episode.summary.left_corridor, outside, "y = {y}");
         }
@@ -211,7 +219,7 @@ mod tests {
     #[test]
     fn nothing_is_infinite_before_the_robot_has_moved() {
         let rules = rules();
-        let mut episode = Episode::begin(&rules, at(0.0, 0.1));
+        let mut episode = Episode::begin(LINE, at(0.0, 0.1));
         assert!(episode.summary.signals().iter().all(|value| value.is_finite()));
         episode.record(&rules, at(0.0, 0.1), &report(3.0), 0.5, 0);
         assert!(episode.summary.signals().iter().all(|value| value.is_finite()));
@@ -220,7 +228,7 @@ mod tests {
     #[test]
     fn a_divergence_terminates_and_costs_nothing() {
         let rules = rules();
-        let mut episode = Episode::begin(&rules, at(0.0, 0.1));
+        let mut episode = Episode::begin(LINE, at(0.0, 0.1));
         let broken = StepReport { positive_actuator_work: f64::NAN, diverged: true, ..StepReport::default() };
         episode.record(&rules, at(0.0, 0.1), &broken, 0.0, 0);
         assert!(episode.is_terminated() && episode.summary.diverged);

@@ -12,10 +12,12 @@ pub mod config;
 pub mod environment;
 pub mod episode;
 pub mod field;
+pub mod goal;
 pub mod motion;
 pub mod observation;
 pub mod path;
 pub mod perception;
+pub mod perturbation;
 pub mod random;
 pub mod reference;
 pub mod reward;
@@ -23,4 +25,5 @@ pub mod signal;
 pub mod start;
 
 pub use config::{ActionMode, EnvConfig, FieldKind, Perception, RewardWeights, Task};
+pub use perturbation::{Course, Perturbation};
 pub use environment::{Environment, EnvironmentState, Outcome};

@@ -18,7 +18,9 @@ use super::reference::ReferenceGenerator;
 pub struct View<'a> {
     pub state: &'a PlanarState,
     pub motion: &'a Motion,
-    /// y of the CG relative to the corridor's centre line \[m\].
+    /// Angle from +x to the goal direction \[rad\].
+    pub bearing: f64,
+    /// Position of the CG to the left of the corridor's centre line, or of the way to the goal point \[m\].
     pub lateral_offset: f64,
     /// Share of the way to the goal that is left.
     pub remaining: f64,
@@ -78,9 +80,10 @@ impl ObservationLayout {
             block("yaw_rate", named(&["yaw_rate"]), "rad/s", 1.0, 4.0, yaw_rate)
                 .says("mean angular velocity of the links"),
             block("lateral_offset", named(&["y"]), "m", config.corridor_half_width, 1.5, lateral_offset)
-                .says("position of the centre of gravity to the left of the corridor's centre line"),
+                .says("position of the centre of gravity to the left of the corridor's centre line, or of the straight way from \
+                     the start to the goal point"),
             block("goal", named(&["remaining"]), "1", 1.0, 1.5, goal)
-                .says("distance left to the goal line, relative to the goal distance"),
+                .says("distance left to the goal line or the rim of the goal disc, relative to that at the start"),
         ];
         if config.task != Task::Free {
             blocks.push(
@@ -184,11 +187,13 @@ fn joint_rate(view: &View, values: &mut [f64]) {
 }
 
 fn heading(view: &View, values: &mut [f64]) {
-    values.copy_from_slice(&<[f64; 2]>::from(view.motion.heading.sin_cos()));
+    values.copy_from_slice(&<[f64; 2]>::from((view.motion.heading - view.bearing).sin_cos()));
 }
 
 fn velocity(view: &View, values: &mut [f64]) {
-    values.copy_from_slice(view.motion.velocity.as_slice());
+    let (sin, cos) = view.bearing.sin_cos();
+    let velocity = &view.motion.velocity;
+    values.copy_from_slice(&[velocity.x * cos + velocity.y * sin, velocity.y * cos - velocity.x * sin]);
 }
 
 fn yaw_rate(view: &View, values: &mut [f64]) {

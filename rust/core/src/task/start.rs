@@ -7,9 +7,7 @@ use nalgebra::{Rotation2, Vector2};
 use crate::gait::{JointReference, Wave};
 use crate::planar::{Pose, assemble_chain};
 use crate::robot::Robot;
-use crate::scene::START_7_5;
 
-use super::config::Task;
 use super::path::NaturalPath;
 use super::random::Stream;
 
@@ -50,7 +48,7 @@ impl StartJitter {
     }
 }
 
-/// The nominal start of a task and the natural path that leads on from it.
+/// The nominal start and the natural path that leads on from it.
 #[derive(Debug, Clone)]
 pub struct StartLine {
     pub wave: Wave,
@@ -64,24 +62,27 @@ pub struct StartLine {
 }
 
 impl StartLine {
-    /// The start of `task`: on the course that of the thesis's finding, elsewhere the CG at x = 0 and the
-    /// centre line at y = 0.
-    pub fn new(task: Task, robot: &Robot) -> Self {
-        let wave = Wave::default();
-        let path = NaturalPath::new(&wave, robot.total_length() / robot.link_count() as f64);
-        let mut nominal = Start { position: Vector2::zeros(), angle: PI + path.direction(0.0), phase: 0.0 };
-        if task == Task::Course {
-            let [x, y, angle] = START_7_5;
-            nominal = Start { position: Vector2::new(x, y), angle, phase: 0.0 };
-        }
-        let to_centre_line = path.displacement(0.0, path.crossing()).y;
-        let mut gravity_centre = gravity_centre(robot, &wave, &nominal);
-        if task != Task::Course {
-            let origin = Vector2::new(gravity_centre.x, nominal.position.y + to_centre_line);
-            nominal.position -= origin;
-            gravity_centre -= origin;
-        }
-        Self { wave, path, nominal, gravity_centre, centre_line: nominal.position.y + to_centre_line }
+    /// The start on open ground: the CG at x = 0 and the centre line at y = 0.
+    pub fn at_origin(robot: &Robot) -> Self {
+        let path = natural_path(robot);
+        let start = Start { position: Vector2::zeros(), angle: PI + path.direction(0.0), phase: 0.0 };
+        let mut line = Self::from_start(start, robot);
+        let origin = Vector2::new(line.gravity_centre.x, line.centre_line);
+        line.nominal.position -= origin;
+        line.gravity_centre -= origin;
+        line.centre_line = 0.0;
+        line
+    }
+
+    /// The start on a course: CG and absolute angle of link 1, `(x, y, theta)` \[m, m, rad\].
+    pub fn on_course([x, y, angle]: [f64; 3], robot: &Robot) -> Self {
+        Self::from_start(Start { position: Vector2::new(x, y), angle, phase: 0.0 }, robot)
+    }
+
+    fn from_start(nominal: Start, robot: &Robot) -> Self {
+        let (wave, path) = (Wave::default(), natural_path(robot));
+        let centre_line = nominal.position.y + path.displacement(0.0, path.crossing()).y;
+        Self { wave, path, nominal, gravity_centre: gravity_centre(robot, &wave, &nominal), centre_line }
     }
 
     /// The start after a deviation.
@@ -105,6 +106,10 @@ impl StartLine {
     }
 }
 
+fn natural_path(robot: &Robot) -> NaturalPath {
+    NaturalPath::new(&Wave::default(), robot.total_length() / robot.link_count() as f64)
+}
+
 fn gravity_centre(robot: &Robot, wave: &Wave, start: &Start) -> Vector2<f64> {
     let joint_angle: Vec<f64> = (0..robot.joint_count()).map(|joint| wave.target(joint, 0.0).angle).collect();
     let mut pose = vec![Pose::zeros(); robot.link_count()];
@@ -117,15 +122,16 @@ fn gravity_centre(robot: &Robot, wave: &Wave, start: &Start) -> Vector2<f64> {
 mod tests {
     use super::*;
     use crate::robot::RobotConfig;
+    use crate::scene::START_7_5;
 
     #[test]
     fn fields_start_at_the_origin_and_the_course_where_the_thesis_passes() {
         let robot = Robot::new(&RobotConfig::default()).unwrap();
-        let field = StartLine::new(Task::Field, &robot);
+        let field = StartLine::at_origin(&robot);
         assert!(field.gravity_centre.x.abs() < 1e-12 && field.centre_line.abs() < 1e-12);
         // The CG of one and a half waves lies near the middle of the path.
         assert!(field.gravity_centre.y.abs() < 0.03, "{}", field.gravity_centre.y);
-        let course = StartLine::new(Task::Course, &robot);
+        let course = StartLine::on_course(START_7_5, &robot);
         assert_eq!(course.nominal.position.x, START_7_5[0]);
         assert!((course.centre_line - 0.09).abs() < 0.01, "between the rows of pegs: {}", course.centre_line);
     }
@@ -133,7 +139,7 @@ mod tests {
     #[test]
     fn sliding_by_one_link_moves_every_link_onto_the_one_before() {
         let robot = Robot::new(&RobotConfig::default()).unwrap();
-        let line = StartLine::new(Task::Field, &robot);
+        let line = StartLine::at_origin(&robot);
         let chain = |jitter: &StartJitter| {
             let start = line.deviated(jitter);
             let angles: Vec<f64> = (0..10).map(line.joint_angles(start.phase)).collect();
@@ -154,8 +160,7 @@ mod tests {
     #[test]
     fn no_jitter_is_the_nominal_start() {
         let robot = Robot::new(&RobotConfig::default()).unwrap();
-        for task in [Task::Course, Task::Field] {
-            let line = StartLine::new(task, &robot);
+        for line in [StartLine::on_course(START_7_5, &robot), StartLine::at_origin(&robot)] {
             let start = line.deviated(&StartJitter::draw(&mut Stream::new(0, 0), 0.0));
             assert!((start.position - line.nominal.position).norm() < 1e-15);
             assert!((start.angle - line.nominal.angle).abs() < 1e-15);

@@ -2,21 +2,14 @@
 
 use crate::scene::{Peg, TABLE_7_5};
 
-/// Fills `pegs` with the seven pegs of (T Table 7.5) and, up to `x_end`, more of the same: two metres
-/// of travel bring the head beyond the thesis's last peg, and without pegs the robot would stop there.
-/// The added pegs keep the mean spacing and the mean y of the two rows of the table.
-pub fn course(x_end: f64, pegs: &mut Vec<Peg>) {
-    pegs.clear();
-    pegs.extend(TABLE_7_5.map(Peg::from));
+/// More pegs like those of (T Table 7.5), from its last one up to `x_end`: two metres of travel bring the head
+/// beyond the thesis's last peg, and without pegs the robot would stop there.
+/// They keep the mean spacing and the mean y of the two rows of the table.
+pub fn continued(x_end: f64) -> Vec<Peg> {
     let [radius, last_x, _] = TABLE_7_5[6];
     let spacing = (last_x - TABLE_7_5[0][1]) / 6.0;
-    for k in 1.. {
-        let x = last_x + f64::from(k) * spacing;
-        if x > x_end {
-            break;
-        }
-        pegs.push(Peg { radius, x, y: row_mean(k as usize) });
-    }
+    let places = (1..).map(|k| (k, last_x + f64::from(k) * spacing));
+    places.take_while(|(_, x)| *x <= x_end).map(|(k, x)| Peg { radius, x, y: row_mean(k as usize) }).collect()
 }
 
 /// Mean y of the table's row to which the peg `k` places after its last one belongs.
@@ -30,12 +23,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn begins_with_the_table_and_alternates_on() {
-        let mut pegs = Vec::new();
-        course(3.4, &mut pegs);
-        assert_eq!(&pegs[..7], TABLE_7_5.map(Peg::from));
-        assert_eq!(pegs.len(), 10);
-        assert!((pegs[7].x - 2.627).abs() < 1e-9 && (pegs[7].y - 0.0026667).abs() < 1e-6);
-        assert!((pegs[8].y - 0.1785).abs() < 1e-9);
+    fn alternates_on_from_the_table() {
+        let pegs = continued(3.4);
+        assert_eq!(pegs.len(), 3);
+        assert!((pegs[0].x - 2.627).abs() < 1e-9 && (pegs[0].y - 0.0026667).abs() < 1e-6);
+        assert!((pegs[1].y - 0.1785).abs() < 1e-9);
     }
 }

@@ -4,10 +4,14 @@
 //! where the gait of the thesis needs them; with it grow the spread of radii, the jitter of positions,
 //! the share of missing pegs and (Poisson disc) the distance between pegs.
 
+mod corridor;
 mod course;
 mod lattice;
+mod maze;
 mod poisson;
 mod track;
+
+use nalgebra::Vector2;
 
 use crate::contact::gap;
 use crate::planar::Pose;
@@ -18,7 +22,9 @@ use super::config::FieldKind;
 use super::path::NaturalPath;
 use super::random::Stream;
 
-pub use course::course;
+pub use corridor::corridor;
+pub use course::continued;
+pub use maze::maze;
 
 /// The ground that a field has to cover and the robot it is made for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,6 +56,17 @@ impl Site {
     pub fn clearance(&self) -> f64 {
         0.002 * self.scale()
     }
+}
+
+/// The way to a goal point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Route {
+    /// CG of the robot at its start; it moves to +x there \[m\].
+    pub start: Vector2<f64>,
+    /// Length of the way \[m\].
+    pub length: f64,
+    /// Largest turn of the way, at difficulty one \[rad\].
+    pub turn: f64,
 }
 
 /// Link radius of Aiko \[m\] (T Table 7.1), for which the lengths below are meant.
@@ -86,13 +103,12 @@ mod tests {
     use super::*;
     use crate::planar::assemble_chain;
     use crate::robot::RobotConfig;
-    use crate::task::config::Task;
     use crate::task::start::{StartJitter, StartLine};
     use proptest::prelude::*;
 
     /// The site of the default environment.
     pub fn aiko_site() -> Site {
-        let line = StartLine::new(Task::Field, &Robot::new(&RobotConfig::default()).unwrap());
+        let line = StartLine::at_origin(&Robot::new(&RobotConfig::default()).unwrap());
         Site {
             x: [-0.9, 3.0],
             centre_line: line.centre_line,
@@ -103,6 +119,11 @@ mod tests {
         }
     }
 
+    /// The way of the default environment.
+    pub fn aiko_route() -> Route {
+        Route { start: Vector2::zeros(), length: 2.0, turn: std::f64::consts::FRAC_PI_2 }
+    }
+
     const KINDS: [FieldKind; 4] = [FieldKind::Mixed, FieldKind::Track, FieldKind::Lattice, FieldKind::Poisson];
 
     proptest! {
@@ -111,7 +132,7 @@ mod tests {
             seed in 0..1000u64, kind in 0..4usize, difficulty in 0.0..=1.0f64, scale in 0.0..=1.0f64,
         ) {
             let robot = Robot::new(&RobotConfig::default()).unwrap();
-            let (site, line) = (aiko_site(), StartLine::new(Task::Field, &robot));
+            let (site, line) = (aiko_site(), StartLine::at_origin(&robot));
             let mut stream = Stream::new(seed, 0);
             let start = line.deviated(&StartJitter::draw(&mut stream, scale));
             let angles: Vec<f64> = (0..10).map(line.joint_angles(start.phase)).collect();

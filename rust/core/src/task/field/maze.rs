@@ -1,0 +1,65 @@
+//! A lattice maze after Liu, Onal and Fu (2021), scaled to Aiko: 5 x 6 posts between start and goal.
+//!
+//! Kept from there: the number of posts, their radius of 2 cm, jitter of the gaps, a goal 2 m away at an angle
+//! of 0 to 90 degrees to the robot. Scaled: Aiko is thicker and longer, so posts stand half a wave of its gait
+//! apart, which leaves passages of three body widths and lets a body length meet three columns.
+
+use nalgebra::Vector2;
+
+use crate::scene::Peg;
+
+use super::{Route, SMALLEST_PEG, Site};
+use crate::task::random::Stream;
+
+const COLUMNS: u32 = 6;
+const ROWS: u32 = 5;
+
+/// Jitter of a post along and across at difficulty one, as a share of the distance between posts.
+const JITTER: f64 = 0.2;
+
+/// Stands the posts around the middle of the way from the start to the goal; returns the goal.
+pub fn maze(difficulty: f64, route: &Route, site: &Site, stream: &mut Stream, pegs: &mut Vec<Peg>) -> Vector2<f64> {
+    let (sin, cos) = (difficulty * stream.around_zero(route.turn)).sin_cos();
+    let (ahead, left) = (Vector2::new(cos, sin), Vector2::new(-sin, cos));
+    let pitch = site.path.half_wave();
+    let middle = route.start + 0.5 * route.length * ahead;
+    let from_middle = |index: u32, count: u32| f64::from(index) - 0.5 * f64::from(count - 1);
+    pegs.clear();
+    for column in 0..COLUMNS {
+        for row in 0..ROWS {
+            let [along, across] = [from_middle(column, COLUMNS), from_middle(row, ROWS)]
+                .map(|place| pitch * (place + stream.around_zero(difficulty * JITTER)));
+            let post = middle + along * ahead + across * left;
+            pegs.push(Peg { radius: site.scale() * SMALLEST_PEG, x: post.x, y: post.y });
+        }
+    }
+    route.start + route.length * ahead
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::task::field::tests::{aiko_route, aiko_site};
+
+    #[test]
+    fn thirty_posts_lie_around_the_way_and_leave_passages_wider_than_the_body() {
+        let (site, route, mut pegs) = (aiko_site(), aiko_route(), Vec::new());
+        for seed in 0..50 {
+            let goal = maze(1.0, &route, &site, &mut Stream::new(seed, 0), &mut pegs);
+            assert_eq!(pegs.len(), 30);
+            assert!((goal - route.start).norm() - 2.0 < 1e-12 && goal.x > -1e-12, "ahead or beside: {goal}");
+            for (i, a) in pegs.iter().enumerate() {
+                for b in &pegs[..i] {
+                    assert!((a.x - b.x).hypot(a.y - b.y) - 0.04 > 0.105, "seed {seed}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn at_difficulty_zero_the_goal_lies_straight_ahead() {
+        let (route, mut pegs) = (aiko_route(), Vec::new());
+        let goal = maze(0.0, &route, &aiko_site(), &mut Stream::new(4, 0), &mut pegs);
+        assert!((goal - route.start - Vector2::new(2.0, 0.0)).norm() < 1e-12);
+    }
+}
