@@ -237,7 +237,9 @@ def test_configurations_name_what_is_wrong():
         config.Config(seed=-1)
 
 
-@pytest.mark.parametrize("path", sorted(config.CONFIGS.glob("*.yaml")), ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path", sorted([*config.CONFIGS.glob("*.yaml"), *config.CONFIGS.glob("field*.json")]), ids=lambda path: path.stem
+)
 def test_shipped_configurations_survive_a_round_trip(path, tmp_path):
     config.save(config.load(path), tmp_path / "copy.yaml")
     assert config.load(tmp_path / "copy.yaml") == config.load(path)

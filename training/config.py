@@ -1,13 +1,12 @@
-"""What a training run is made from: a YAML file over defaults."""
+"""What a training run is made from: a YAML or JSON file over defaults."""
 
 from __future__ import annotations
 
 import dataclasses
+import json
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-
-import yaml
 
 from training import seeds
 
@@ -65,6 +64,7 @@ class Config:
     """A training run.
 
     Args:
+        about: what it is for; changes nothing.
         env_id: environment.
         env: keywords of the environment.
         num_envs: robots in the batch.
@@ -78,6 +78,7 @@ class Config:
         ppo: learner.
     """
 
+    about: str = ""
     env_id: str = "SnakeField-v0"
     env: dict[str, Any] = field(default_factory=dict)
     num_envs: int = 64
@@ -118,15 +119,22 @@ class Config:
 
 
 def load(path: Path) -> Config:
-    """Reads a YAML file; a bare name is one of ``training/configs``."""
-    bare = CONFIGS / f"{path}.yaml"
-    text = (bare if bare.exists() else path).read_text()
-    return Config.from_mapping(yaml.safe_load(text) or {})
+    """Reads a YAML or JSON file; a bare name is one of ``training/configs``. JSON needs no further package."""
+    bare = [CONFIGS / f"{path}{suffix}" for suffix in (".yaml", ".json")]
+    found = next((one for one in bare if one.exists()), path)
+    text = found.read_text()
+    return Config.from_mapping(json.loads(text) if found.suffix == ".json" else _from_yaml(text))
+
+
+def _from_yaml(text: str) -> dict[str, Any]:
+    import yaml
+
+    return yaml.safe_load(text) or {}
 
 
 def save(config: Config, path: Path) -> None:
-    """Writes a file that :func:`load` reads."""
-    path.write_text(yaml.safe_dump(config.to_mapping(), sort_keys=False))
+    """Writes a JSON file that :func:`load` reads."""
+    path.write_text(json.dumps(config.to_mapping(), indent=2) + "\n")
 
 
 def _section(kind: type, name: str, values: dict[str, Any]) -> Any:

@@ -1,6 +1,7 @@
 """Judge policies and scripted gaits on held-out fields.
 
-    python -m training.evaluate --model runs/mine/model.zip
+    python -m training.evaluate --policy runs/mine/model.zip
+    python -m training.evaluate --policy runs/lean/policy.safetensors
     python -m training.evaluate --gait thesis --video
 
 Every policy meets the same fields, none of which training has seen. Prints success, progress, speed, time to the
@@ -17,7 +18,7 @@ from typing import Any
 
 from training import scores, seeds, video
 from training.cli import gait_from_text, help_format, json_mapping
-from training.policies import GaitParameters, Model, Policy, scripted
+from training.policies import GaitParameters, Model, Network, Policy, scripted
 from training.rollout import Episodes, make_env, run_episodes
 from training.run_folder import RunFolder, versions, write_json
 
@@ -28,7 +29,15 @@ FIELDS = 200
 def parser() -> argparse.ArgumentParser:
     """The command line."""
     cli = argparse.ArgumentParser("training.evaluate", description=__doc__, formatter_class=help_format)
-    cli.add_argument("--model", type=Path, action="append", default=[], help="model.zip of a run; may be repeated")
+    cli.add_argument(
+        "--policy",
+        "--model",
+        dest="policy",
+        type=Path,
+        action="append",
+        default=[],
+        help="policy.safetensors or model.zip of a run; may be repeated",
+    )
     cli.add_argument(
         "--gait",
         type=gait_from_text,
@@ -49,7 +58,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Runs the command."""
     args = parser().parse_args(arguments)
     policies: list[Policy] = [gait_policy(gait, args.env) for gait in args.gait or [GaitParameters()]]
-    policies += [load_model(path) for path in args.model]
+    policies += [load_model(path) for path in args.policy]
     rows, played = {}, {}
     for policy in policies:
         played[policy.name] = run_episodes(
@@ -73,6 +82,8 @@ def gait_policy(gait: GaitParameters, env_id: str) -> Policy:
 
 def load_model(path: Path, name: str | None = None) -> Policy:
     """A trained policy, with the environment keywords of its run; named after its folder."""
+    if path.suffix == ".safetensors":
+        return Network(path, name)
     folder = RunFolder(path.parent)
     options = folder.config().env if folder.exists else {}
     return Model(path, name or path.parent.name, options)

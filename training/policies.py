@@ -10,23 +10,43 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from training import policy_file
+
 DEGREE = math.pi / 180.0
 
 
 class Policy(Protocol):
-    """Actions for a batch of robots."""
+    """Actions for a batch of robots, from observations alone: scripted policies sense what learned ones do."""
 
     name: str
     env_options: dict[str, Any]
     """Keywords of the environment that the policy needs, such as its action mode."""
+
+    def begin(self, layout: dict[str, Any], num_envs: int) -> None:
+        """Prepares for a batch of new episodes; ``layout`` is the environment's."""
+        ...
+
+    def reset(self, rows: NDArray[np.bool_]) -> None:
+        """Forgets what it remembers of the robots in ``rows`` (n,), whose next observation begins an episode."""
+        ...
 
     def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
         """Actions (n, a) in [-1, 1] for observations (n, o)."""
         ...
 
 
+class Stateless:
+    """A policy that remembers nothing."""
+
+    def begin(self, layout: dict[str, Any], num_envs: int) -> None:
+        """Has nothing to prepare."""
+
+    def reset(self, rows: NDArray[np.bool_]) -> None:
+        """Has nothing to forget."""
+
+
 @dataclass
-class ConstantAction:
+class ConstantAction(Stateless):
     """The same action at all times: one for all robots (a,), or one each (n, a)."""
 
     action: NDArray[np.float32]
@@ -78,7 +98,7 @@ def scripted(gait: GaitParameters, entries: list[dict[str, Any]], name: str) -> 
     return ConstantAction(gait.action(entries), name, {"action_mode": "gait"})
 
 
-class Model:
+class Model(Stateless):
     """A trained Stable-Baselines3 policy, without exploration noise."""
 
     def __init__(self, path: Path, name: str = "policy", env_options: dict[str, Any] | None = None) -> None:
@@ -91,3 +111,28 @@ class Model:
     def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
         """The mean actions (n, a)."""
         return self._model.predict(observation, deterministic=True)[0]
+
+
+class Network(Stateless):
+    """The actor of a file, without exploration noise: layers ``actor.<k>.weight`` and ``.bias`` with tanh between.
+
+    Args:
+        path: what ``python -m training.ppo`` leaves as ``policy.safetensors``.
+        name: shown in tables; by default that of the folder.
+    """
+
+    def __init__(self, path: Path, name: str | None = None) -> None:
+        arrays, self.config = policy_file.read(path)
+        self.name = name or path.parent.name
+        self.env_options: dict[str, Any] = dict(self.config.get("env", {}))
+        layers = sorted({int(key.split(".")[1]) for key in arrays if key.startswith("actor.")})
+        if not layers:
+            raise ValueError(f"{path}: expected arrays actor.<k>.weight, found {', '.join(arrays)}")
+        self._layers = [(arrays[f"actor.{k}.weight"].T.copy(), arrays[f"actor.{k}.bias"]) for k in layers]
+
+    def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
+        """The mean actions (n, a)."""
+        *hidden, (weight, bias) = self._layers
+        for inner, shift in hidden:
+            observation = np.tanh(observation @ inner + shift)
+        return observation @ weight + bias

@@ -37,6 +37,7 @@ def run_episodes(
     """
     env = make_env(env_id, len(seeds), num_threads, **(options | policy.env_options))
     observation, _ = env.reset(seed=seeds)
+    policy.begin(env.unwrapped.layout, len(seeds))
     running = np.ones(len(seeds), np.bool_)
     last: Episodes = {"return": np.zeros(len(seeds))}
     while running.any():

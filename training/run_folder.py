@@ -1,11 +1,11 @@
 """A run's folder: configuration, versions, checkpoints, learning curve.
 
-config.yaml              what was asked for
+config.json              what was asked for
 versions.json            what it ran on
-checkpoints/000123456.zip   policy and optimiser after that many environment steps
+checkpoints/000123456.*  policy and optimiser after that many environment steps
 progress.json            wall seconds of training at each checkpoint
 curve.jsonl              one line an update: steps, seconds, means over the last episodes
-model.zip                the policy at the end
+model.zip                the policy at the end (policy.safetensors of the lean learner)
 finished.json            present when the budget has been used up
 """
 
@@ -25,16 +25,23 @@ PACKAGES = ("snake_env", "gymnasium", "stable_baselines3", "torch", "numpy")
 
 
 class RunFolder:
-    """Reads and writes the files of one run."""
+    """Reads and writes the files of one run.
 
-    def __init__(self, path: Path) -> None:
+    Args:
+        path: the folder.
+        model: name of the file with the policy at the end.
+        checkpoint: suffix of checkpoints.
+    """
+
+    def __init__(self, path: Path, model: str = "model.zip", checkpoint: str = ".zip") -> None:
         self.path = path
         self.checkpoints = path / "checkpoints"
-        self.model = path / "model.zip"
+        self.model = path / model
+        self._suffix = checkpoint
         self.curve = path / "curve.jsonl"
         self._progress = path / "progress.json"
         self._finished = path / "finished.json"
-        self._config = path / "config.yaml"
+        self._config = path / "config.json"
 
     def create(self, config: configs.Config) -> None:
         """Makes the folder and notes what the run is made from."""
@@ -58,14 +65,14 @@ class RunFolder:
 
     def latest(self) -> Path | None:
         """The checkpoint after the most steps."""
-        return max(self.checkpoints.glob("[0-9]*.zip"), key=lambda path: int(path.stem), default=None)
+        return max(self.checkpoints.glob(f"[0-9]*{self._suffix}"), key=lambda path: int(path.stem), default=None)
 
     def save_checkpoint(self, save: Callable[[Path], None], steps: int, seconds: float) -> Path:
         """Saves a checkpoint: whole or not at all; the two before it are kept."""
-        path = self.checkpoints / f"{steps:09d}.zip"
+        path = self.checkpoints / f"{steps:09d}{self._suffix}"
         replace(path, save)
         replace(self._progress, lambda part: write_json(part, self._seconds() | {path.stem: seconds}))
-        for old in sorted(self.checkpoints.glob("[0-9]*.zip"))[:-3]:
+        for old in sorted(self.checkpoints.glob(f"[0-9]*{self._suffix}"))[:-3]:
             old.unlink()
         return path
 

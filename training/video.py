@@ -41,6 +41,7 @@ def play(policy: Policy, env_id: str, seed: int, film: bool = False, **options: 
     mode = "rgb_array" if film else None
     env = make_env(env_id, 1, 1, render_mode=mode, **(options | policy.env_options))
     observation, _ = env.reset(seed=[seed])
+    policy.begin(env.unwrapped.layout, 1)
     pegs = np.array(_snapshot(env)["pegs"])
     walk, frames, ended = [], [], False
     success = False

@@ -1,0 +1,317 @@
+"""Proximal policy optimisation in one file, over the native batch: torch, NumPy and this package, nothing else.
+
+    python -m training.ppo --out runs/field --config field-hard --seed 0 --seconds 1500
+
+After Schulman et al. 2017 in the manner of CleanRL: read it from top to bottom. It takes the configurations of
+``training.train`` and leaves the same folder, with ``policy.safetensors`` in the place of ``model.zip``. A run whose
+budget is steps alone repeats itself bit for bit; a budget of wall time ends where the machine's speed has it end.
+``--resume`` goes on from the latest checkpoint, on fresh fields. Ctrl-C saves and stops.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+import snake_env  # noqa: F401
+from training import policy_file, run_command, seeds
+from training.budget import Budget, StopRequest
+from training.config import Config, Ppo
+from training.learning_curve import SIGNALS, LearningCurve, text
+from training.run_folder import RunFolder
+
+LOG_SQRT_TAU = 0.5 * float(np.log(2.0 * np.pi))
+POLICY = "policy.safetensors"
+
+
+class Agent(nn.Module):
+    """Actor and critic: two networks with tanh, and a Gaussian whose spread does not depend on the observation.
+
+    Args:
+        observations: elements of an observation.
+        actions: elements of an action.
+        hidden: units of each hidden layer.
+        log_std: logarithm of the standard deviation at the start.
+    """
+
+    def __init__(self, observations: int, actions: int, hidden: tuple[int, ...], log_std: float) -> None:
+        super().__init__()
+        self.actor = network(observations, hidden, actions, last_gain=0.01)
+        self.critic = network(observations, hidden, 1, last_gain=1.0)
+        self.log_std = nn.Parameter(torch.full((actions,), log_std))
+
+    def value(self, observation: Tensor) -> Tensor:
+        """Expected discounted return (n,)."""
+        return self.critic(observation).squeeze(-1)
+
+    def act(self, observation: Tensor, noise: torch.Generator) -> tuple[Tensor, Tensor]:
+        """Random actions (n, a) and the logarithm of their density (n,)."""
+        mean = self.actor(observation)
+        deviation = torch.empty_like(mean).normal_(generator=noise)
+        return mean + deviation * self.log_std.exp(), self._log_density(deviation)
+
+    def log_density(self, observation: Tensor, action: Tensor) -> Tensor:
+        """Logarithm of the density of given actions (n,)."""
+        return self._log_density((action - self.actor(observation)) * (-self.log_std).exp())
+
+    def _log_density(self, deviation: Tensor) -> Tensor:
+        """Of a deviation from the mean in standard deviations."""
+        return -(0.5 * deviation.square() + self.log_std + LOG_SQRT_TAU).sum(-1)
+
+    def entropy(self) -> Tensor:
+        """Of the Gaussian."""
+        return (self.log_std + 0.5 + LOG_SQRT_TAU).sum()
+
+    def arrays(self) -> policy_file.Arrays:
+        """What playing needs: the actor's layers, numbered without the tanh between them."""
+        layers = [layer for layer in self.actor if isinstance(layer, nn.Linear)]
+        named = {
+            f"actor.{k}.{name}": value for k, layer in enumerate(layers) for name, value in layer.named_parameters()
+        }
+        return {name: value.detach().numpy() for name, value in named.items()}
+
+
+def network(inputs: int, hidden: tuple[int, ...], outputs: int, last_gain: float) -> nn.Sequential:
+    """Layers with orthogonal weights and zero biases."""
+    sizes = [inputs, *hidden, outputs]
+    layers: list[nn.Module] = []
+    for k, (wide, high) in enumerate(pairwise(sizes)):
+        linear = nn.Linear(wide, high)
+        nn.init.orthogonal_(linear.weight, last_gain if k == len(hidden) else 2.0**0.5)
+        nn.init.zeros_(linear.bias)
+        layers += [linear, nn.Tanh()]
+    return nn.Sequential(*layers[:-1])
+
+
+class Rollout:
+    """What n robots have lived through in T steps; every array begins with (T, n).
+
+    Args:
+        steps: T.
+        num_envs: n.
+        observations: elements of an observation.
+        actions: elements of an action.
+    """
+
+    def __init__(self, steps: int, num_envs: int, observations: int, actions: int) -> None:
+        shape = (steps, num_envs)
+        self.observation = torch.zeros(*shape, observations)
+        self.action = torch.zeros(*shape, actions)
+        self.log_density = torch.zeros(shape)
+        self.value = torch.zeros(shape)
+        self.reward = np.zeros(shape, np.float32)
+        self.done = np.zeros(shape, np.bool_)
+
+    def advantages(self, last_value: Tensor, ppo: Ppo) -> tuple[Tensor, Tensor]:
+        """Generalised advantages (Schulman et al. 2016) and the returns they imply, (T n,) each."""
+        value = self.value.numpy()
+        advantage = np.zeros_like(value)
+        following, next_value = np.zeros_like(value[0]), last_value.numpy()
+        for t in reversed(range(len(value))):
+            goes_on = 1.0 - self.done[t]
+            error = self.reward[t] + ppo.gamma * goes_on * next_value - value[t]
+            following = error + ppo.gamma * ppo.gae_lambda * goes_on * following
+            advantage[t], next_value = following, value[t]
+        return torch.from_numpy(advantage).flatten(), torch.from_numpy(advantage + value).flatten()
+
+
+class Collector:
+    """Robots that act by the agent, start anew by themselves, and report their finished episodes."""
+
+    def __init__(self, config: Config, seed: int, curve: LearningCurve) -> None:
+        self._env: Any = gym.make_vec(
+            config.env_id,
+            num_envs=config.num_envs,
+            num_threads=config.num_threads,
+            autoreset_mode="SameStep",
+            **config.env,
+        )
+        self.observations = int(np.prod(self._env.single_observation_space.shape))
+        self.actions = int(np.prod(self._env.single_action_space.shape))
+        self.rollout = Rollout(config.ppo.n_steps, config.num_envs, self.observations, self.actions)
+        self._curve = curve
+        self._returns = np.zeros(config.num_envs)
+        self.observation = torch.from_numpy(self._env.reset(seed=seed)[0])
+
+    @torch.no_grad()
+    def collect(self, agent: Agent, noise: torch.Generator, gamma: float) -> Rollout:
+        """Fills the rollout with fresh steps."""
+        rollout = self.rollout
+        for t in range(len(rollout.reward)):
+            rollout.observation[t] = self.observation
+            rollout.action[t], rollout.log_density[t] = agent.act(self.observation, noise)
+            observation, reward, terminated, truncated, infos = self._env.step(rollout.action[t].numpy())
+            self._returns += reward
+            rollout.reward[t], rollout.done[t] = reward, terminated | truncated
+            if "final_obs" in infos:
+                self._note_ends(infos)
+                cut = np.flatnonzero(truncated & ~terminated)
+                if len(cut):  # time was up: what would have come counts as the critic sees it
+                    last = torch.from_numpy(np.stack(infos["final_obs"][cut]))
+                    rollout.reward[t, cut] += gamma * agent.value(last).numpy()
+            self.observation = torch.from_numpy(observation)
+        rollout.value[:] = agent.value(rollout.observation)
+        return rollout
+
+    def _note_ends(self, infos: dict[str, Any]) -> None:
+        for i in np.flatnonzero(infos["_final_obs"]):
+            self._curve.note(self._returns[i], {name: infos["final_info"][name][i] for name in SIGNALS})
+            self._returns[i] = 0.0
+
+    def close(self) -> None:
+        """Closes the batch."""
+        self._env.close()
+
+
+def update(
+    agent: Agent,
+    optimiser: torch.optim.Optimizer,
+    rollout: Rollout,
+    last_value: Tensor,
+    ppo: Ppo,
+    rng: np.random.Generator,
+) -> None:
+    """Some epochs of gradient steps on clipped changes of probability."""
+    advantage, target = rollout.advantages(last_value, ppo)
+    observation, action = rollout.observation.flatten(0, 1), rollout.action.flatten(0, 1)
+    log_density = rollout.log_density.flatten()
+    for _ in range(ppo.n_epochs):
+        for part in batches(rng.permutation(len(target)), ppo.batch_size):
+            change = agent.log_density(observation[part], action[part]) - log_density[part]
+            if ppo.target_kl is not None and kl(change) > 1.5 * ppo.target_kl:
+                return
+            scaled = advantage[part]
+            scaled = (scaled - scaled.mean()) / (scaled.std() + 1e-8)
+            ratio = change.exp()
+            clipped = ratio.clamp(1.0 - ppo.clip_range, 1.0 + ppo.clip_range)
+            gain = torch.minimum(scaled * ratio, scaled * clipped).mean()
+            miss = (agent.value(observation[part]) - target[part]).square().mean()
+            loss = ppo.vf_coef * miss - gain - ppo.ent_coef * agent.entropy()
+            optimiser.zero_grad()
+            loss.backward()
+            nn.utils.clip_grad_norm_(agent.parameters(), ppo.max_grad_norm)
+            optimiser.step()
+
+
+def batches(order: NDArray[np.int64], size: int) -> list[Tensor]:
+    """The order of samples cut into parts of ``size``."""
+    return list(torch.from_numpy(order).split(size))
+
+
+def kl(change: Tensor) -> float:
+    """How far the policy has moved, from changes of log densities: an estimate that is never negative."""
+    with torch.no_grad():
+        return float((change.exp() - 1.0 - change).mean())
+
+
+class Learner:
+    """An agent in training: networks, optimiser and the noise that explores.
+
+    Args:
+        config: of the run.
+        steps: environment steps taken before; a resumed run draws other fields and noise.
+        curve: takes note of finished episodes.
+    """
+
+    def __init__(self, config: Config, steps: int, curve: LearningCurve) -> None:
+        self.config, self.steps = config, steps
+        torch.manual_seed(config.seed)
+        self.noise = torch.Generator().manual_seed(config.seed + steps)
+        self.rng = np.random.default_rng([config.seed, steps])
+        self.collector = Collector(config, seeds.training(config.seed, steps, config.num_envs), curve)
+        policy = config.policy
+        self.agent = Agent(self.collector.observations, self.collector.actions, policy.hidden, policy.log_std)
+        self.optimiser = torch.optim.Adam(self.agent.parameters(), eps=1e-5, fused=True)
+
+    def collect(self) -> None:
+        """Takes ``n_steps`` of each robot."""
+        rollout = self.collector.collect(self.agent, self.noise, self.config.ppo.gamma)
+        self.steps += rollout.reward.size
+
+    def learn(self, used: float) -> None:
+        """Learns from what was collected; ``used`` is the share of the budget that is used up."""
+        ppo = self.config.ppo
+        for group in self.optimiser.param_groups:
+            group["lr"] = ppo.learning_rate * (1.0 - (1.0 - ppo.final_learning_rate) * used)
+        with torch.no_grad():
+            last_value = self.agent.value(self.collector.observation)
+        update(self.agent, self.optimiser, self.collector.rollout, last_value, ppo, self.rng)
+
+    def save(self, path: Path) -> None:
+        """Writes a checkpoint."""
+        torch.save({"agent": self.agent.state_dict(), "optimiser": self.optimiser.state_dict()}, path)
+
+    def restore(self, path: Path) -> None:
+        """Takes over networks and optimiser of a checkpoint."""
+        content = torch.load(path, weights_only=True)
+        self.agent.load_state_dict(content["agent"])
+        self.optimiser.load_state_dict(content["optimiser"])
+
+
+def train(folder: RunFolder, config: Config, show: bool = True) -> int:
+    """Trains from the folder's latest checkpoint, or from the start; 130 when it was stopped."""
+    torch.set_num_threads(config.torch_threads)
+    checkpoint = folder.latest()
+    steps = 0 if checkpoint is None else int(checkpoint.stem)
+    budget = Budget(config.total_steps, config.max_minutes, 0.0 if checkpoint is None else folder.seconds(checkpoint))
+    budget.note(steps)
+    curve = LearningCurve(budget, steps)
+    learner = Learner(config, steps, curve)
+    if checkpoint is not None:
+        learner.restore(checkpoint)
+    with StopRequest() as stop:
+        work(learner, folder, budget, curve, stop, show)
+    folder.save_checkpoint(learner.save, learner.steps, budget.seconds)
+    policy_file.write(folder.model, learner.agent.arrays(), config.to_mapping() | {"steps": learner.steps})
+    learner.collector.close()
+    if stop.received:
+        print(f"saved after {learner.steps} steps; go on with --resume --out {folder.path}")
+        return 130
+    folder.finish({"steps": learner.steps, "seconds": round(budget.seconds, 1)})
+    return 0
+
+
+def work(
+    learner: Learner, folder: RunFolder, budget: Budget, curve: LearningCurve, stop: StopRequest, show: bool
+) -> None:
+    """Collects and learns in turn until the budget is used up."""
+    saved = shown = budget.seconds
+    while budget.used < 1.0 and not stop.received:
+        learner.collect()
+        budget.note(learner.steps)
+        row = curve.row(learner.steps)
+        folder.append_curve(row)
+        learner.learn(budget.used)
+        if budget.seconds - saved >= learner.config.checkpoint_seconds:
+            folder.save_checkpoint(learner.save, learner.steps, budget.seconds)
+            saved = budget.seconds
+        if show and budget.seconds - shown >= SHOW_SECONDS:
+            print(f"{100.0 * budget.used:3.0f} %  {text(row)}", flush=True)
+            shown = budget.seconds
+
+
+SHOW_SECONDS = 5.0
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line."""
+    return run_command.parser("training.ppo", __doc__)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Runs the command; 0 when the budget has been used up, 130 when it was stopped."""
+    args = parser().parse_args(arguments)
+    return run_command.run(args, RunFolder(args.out, POLICY, ".pt"), train)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
