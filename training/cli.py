@@ -46,3 +46,8 @@ def numbers(text: str) -> list[float]:
         return [float(part) for part in text.split(",")]
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r}: expected numbers separated by commas") from None
+
+
+def names(text: str) -> list[str]:
+    """Words separated by commas."""
+    return [part.strip() for part in text.split(",")]

@@ -14,7 +14,7 @@ import argparse
 import sys
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import gymnasium as gym
 import numpy as np
@@ -135,8 +135,9 @@ class Collector:
             autoreset_mode="SameStep",
             **config.env,
         )
-        self.observations = int(np.prod(self._env.single_observation_space.shape))
-        self.actions = int(np.prod(self._env.single_action_space.shape))
+        layout = cast(Any, self._env.unwrapped).layout
+        self.observations = sum(block["size"] for block in layout["observation"])
+        self.actions = len(layout["action"])
         self.rollout = Rollout(config.ppo.n_steps, config.num_envs, self.observations, self.actions)
         self._curve = curve
         self._returns = np.zeros(config.num_envs)

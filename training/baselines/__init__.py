@@ -1,0 +1,4 @@
+"""Scripted controllers to beat: each a policy with a few numbers that ``python -m training.tune`` chooses.
+
+One direction of imports: ``senses <- controller <- gaits <- jam, reflex <- catalogue``.
+"""

@@ -1,0 +1,39 @@
+"""The scripted controllers by name, and the numbers that tuning has chosen for each task."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from training.baselines.controller import Controller
+from training.baselines.gaits import HeadingGait, TaperedGait
+from training.baselines.jam import JamResolving
+from training.baselines.reflex import ContactReflex
+
+CONTROLLERS: dict[str, type[Controller]] = {
+    kind.title: kind for kind in (TaperedGait, HeadingGait, JamResolving, ContactReflex)
+}
+
+TUNED = Path(__file__).parent / "tuned.json"
+"""By task and controller: the parameters, and on how many fields they were chosen. Written by ``training.tune``."""
+
+
+def read(path: Path = TUNED) -> dict[str, Any]:
+    """What has been tuned so far."""
+    return json.loads(path.read_text()) if path.exists() else {}
+
+
+def tuned(title: str, task: str, path: Path = TUNED) -> Controller:
+    """A controller with the numbers chosen for a task.
+
+    Raises:
+        ValueError: the controller does not exist, or has not been tuned for the task.
+    """
+    if title not in CONTROLLERS:
+        raise ValueError(f"policy = {title}: expected one of {', '.join(CONTROLLERS)}")
+    try:
+        values = read(path)[task][title]["values"]
+    except KeyError:
+        raise ValueError(f"{title}: not tuned for {task}; run python -m training.tune --tasks {task}") from None
+    return CONTROLLERS[title](values)
