@@ -104,7 +104,8 @@ Choose the threads of torch too: `torch.set_num_threads(1)` and the rest for the
 
 ## Version history
 
-- v0: first release.
+- v0: first release of all ids. `SnakePerturbed-v0`, `SnakeMaze-v0` and `SnakeCorridor-v0` came later; the others did not
+  change by it.
 """
 
 
@@ -202,13 +203,20 @@ def _rewards(config: dict[str, Any]) -> str:
 def _episode(config: dict[str, Any]) -> str:
     goal, half_width = _number(config["goal_distance"]), _number(config["corridor_half_width"])
     steps, period = config["max_episode_steps"], config["control_period"]
+    if config["task"] in ("maze", "corridor"):
+        radius = _number(config["goal_radius"])
+        success = f"the CG is within {radius} m of the goal point, {goal} m of way from its start"
+        failure = f"it is {half_width} m farther from the goal point than it was at the start"
+    else:
+        success = f"the CG has moved {goal} m along x"
+        failure = f"it is more than {half_width} m from the corridor's centre line"
     return (
         "### Start, termination, truncation\n\n"
         "The robot starts at rest in the posture of the gait, ready to move to +x, at a random phase and with a small "
         "random displacement, both scaled by `start_jitter`.\n\n"
-        f"The episode terminates when the CG has moved {goal} m along x (`is_success`), when it is more than "
-        f"{half_width} m from the corridor's centre line (`left_corridor`), and when the computation of this robot "
-        f"diverged (`diverged`). It is truncated after {steps} steps, {_number(steps * period)} s.\n"
+        f"The episode terminates when {success} (`is_success`), when {failure} (`left_corridor`), and when the "
+        f"computation of this robot diverged (`diverged`). It is truncated after {steps} steps, "
+        f"{_number(steps * period)} s.\n"
     )
 
 

@@ -20,13 +20,14 @@ import pytest
 from hypothesis import settings
 
 import snake_env  # noqa: F401, registers the environments
+from snake_env.registration import TASKS
 
 # The same examples in every run of the suite; `make fuzz` looks for new ones.
 settings.register_profile("repeatable", derandomize=True)
 settings.register_profile("search")
 settings.load_profile(os.environ.get("SNAKE_ENV_FUZZ", "repeatable"))
 
-ENV_IDS = ("SnakeCourse-v0", "SnakeField-v0", "SnakeFree-v0")
+ENV_IDS = tuple(TASKS)
 MODES = ("NextStep", "SameStep", "Disabled")
 
 

@@ -8,9 +8,10 @@ from gymnasium.utils.env_checker import check_env
 import snake_env
 import snake_env.sb3
 from snake_env import IOLinearizing, SnakeVectorEnv
+from snake_env.registration import TASKS
 from snake_env.testing import check_vector_env
 
-IDS = ["SnakeCourse-v0", "SnakeField-v0", "SnakeFree-v0"]
+IDS = list(TASKS)
 
 
 @pytest.mark.parametrize("name", IDS)

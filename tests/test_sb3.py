@@ -25,6 +25,7 @@ from stable_baselines3.common.vec_env import (
 
 import snake_env.sb3
 from snake_env import ConfigError
+from snake_env.registration import TASKS
 from snake_env.testing import assert_identical
 
 torch.set_num_threads(1)
@@ -220,7 +221,7 @@ def test_zoo_hyperparameters_fit_their_algorithm(module, algorithm):
     import inspect
 
     hyperparams = importlib.import_module(f"snake_env.{module}").hyperparams
-    assert set(hyperparams) == {"SnakeCourse-v0", "SnakeField-v0", "SnakeFree-v0"}
+    assert set(hyperparams) == set(TASKS)
     of_the_zoo = {"n_envs", "n_timesteps", "policy", "vec_env_wrapper"}
     for values in hyperparams.values():
         assert set(values) - of_the_zoo <= set(inspect.signature(algorithm).parameters)

@@ -12,6 +12,9 @@ pub fn of_id(task: Task) -> (&'static str, EnvConfig) {
         Task::Course => "SnakeCourse-v0",
         Task::Field => "SnakeField-v0",
         Task::Free => "SnakeFree-v0",
+        Task::Perturbed => "SnakePerturbed-v0",
+        Task::Maze => "SnakeMaze-v0",
+        Task::Corridor => "SnakeCorridor-v0",
     };
     (name, EnvConfig { task, ..EnvConfig::default() })
 }

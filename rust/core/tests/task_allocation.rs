@@ -9,7 +9,7 @@ use requests::REQUESTS;
 
 #[test]
 fn stepping_an_environment_does_not_allocate() {
-    for task in [Task::Course, Task::Field, Task::Free] {
+    for task in Task::ALL {
         for action_mode in [ActionMode::Gait, ActionMode::Joints, ActionMode::Residual] {
             let config = EnvConfig { task, action_mode, ..EnvConfig::default() };
             let mut environment = Environment::new(&config).unwrap();

@@ -8,7 +8,7 @@ use snake_core::task::random::Stream;
 use snake_core::task::signal::SIGNALS;
 use snake_core::task::*;
 
-const TASKS: [Task; 3] = [Task::Course, Task::Field, Task::Free];
+const TASKS: [Task; 6] = Task::ALL;
 const MODES: [ActionMode; 3] = [ActionMode::Gait, ActionMode::Joints, ActionMode::Residual];
 
 fn config(task: Task) -> EnvConfig {
@@ -303,12 +303,20 @@ fn every_field_of_the_configuration_is_checked_by_name() {
     let controller = |kp: f64| ControllerConfig { kp, ..ControllerConfig::default() };
     let robot = |radius: f64| RobotConfig { radius: PerLink::Same(radius), ..RobotConfig::default() };
     let integrator = |order: u32| IntegratorConfig { order, ..IntegratorConfig::default() };
+    let perturbation = |removed, moved| Perturbation { removed, moved: vec![moved], ..Perturbation::default() };
     let bad = [
         ("nearest_pegs", EnvConfig { nearest_pegs: 0, ..good.clone() }),
         ("control_period", EnvConfig { control_period: f64::NAN, ..good.clone() }),
         ("max_episode_steps", EnvConfig { max_episode_steps: 0, ..good.clone() }),
         ("goal_distance", EnvConfig { goal_distance: -1.0, ..good.clone() }),
         ("corridor_half_width", EnvConfig { corridor_half_width: f64::INFINITY, ..good.clone() }),
+        ("goal_radius", EnvConfig { goal_radius: 2.0, task: Task::Maze, ..good.clone() }),
+        ("turn", EnvConfig { turn: 1.6, ..good.clone() }),
+        ("perturbation.removed", EnvConfig { perturbation: perturbation(9, (3, 0.0, 0.0)), ..good.clone() }),
+        (
+            "perturbation.moved[0]",
+            EnvConfig { perturbation: perturbation(0, (3, 0.179, 0.056)), task: Task::Perturbed, ..good.clone() },
+        ),
         ("difficulty", EnvConfig { difficulty: 1.1, ..good.clone() }),
         ("start_jitter", EnvConfig { start_jitter: -0.1, ..good.clone() }),
         ("friction[1]", EnvConfig { friction: Some([0.2, -0.2]), ..good.clone() }),

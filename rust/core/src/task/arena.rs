@@ -168,7 +168,8 @@ impl Arena {
             let Some(peg) = &mut self.table[*peg] else { continue };
             let mut factors = (0..MAX_HALVINGS).map(|k| 0.5f64.powi(k));
             let shifted = |factor: f64| Peg { x: peg.x + factor * by.x, y: peg.y + factor * by.y, ..*peg };
-            let clears = |peg: &Peg| smallest_gap(&self.robot, &self.pose, std::slice::from_ref(peg)) > COURSE_CLEARANCE;
+            let clears =
+                |peg: &Peg| smallest_gap(&self.robot, &self.pose, std::slice::from_ref(peg)) > COURSE_CLEARANCE;
             *peg = factors.find_map(|factor| Some(shifted(factor)).filter(&clears)).unwrap_or(*peg);
         }
         self.pegs.clear();

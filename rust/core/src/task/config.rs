@@ -29,6 +29,10 @@ pub enum Task {
     Corridor,
 }
 
+impl Task {
+    pub const ALL: [Task; 6] = [Task::Course, Task::Field, Task::Free, Task::Perturbed, Task::Maze, Task::Corridor];
+}
+
 /// What an action prescribes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -160,7 +164,7 @@ impl EnvConfig {
         require(steps >= 1, "max_episode_steps", steps, "an integer >= 1")?;
         within("goal_distance", self.goal_distance, 0.1, 20.0)?;
         within("corridor_half_width", self.corridor_half_width, 0.1, 5.0)?;
-        within("goal_radius", self.goal_radius, 0.01, 0.9 * self.goal_distance)?;
+        self.validate_goal_radius()?;
         within("turn", self.turn, 0.0, FRAC_PI_2)?;
         self.perturbation.validate().map_err(|e| e.inside("perturbation"))?;
         within("difficulty", self.difficulty, 0.0, 1.0)?;
@@ -175,6 +179,14 @@ impl EnvConfig {
         let is_orthotropic = matches!(self.task, Task::Free | Task::Maze);
         let of_task = if is_orthotropic { [0.2, 0.5] } else { [0.2, 0.2] };
         self.friction.unwrap_or(of_task)
+    }
+
+    /// A robot does not start inside the disc it has to reach.
+    fn validate_goal_radius(&self) -> Result<(), ConfigError> {
+        let has_disc = matches!(self.task, Task::Maze | Task::Corridor);
+        let largest = if has_disc { 0.9 * self.goal_distance } else { LARGEST_GOAL };
+        within("goal_radius", self.goal_radius, 0.01, largest)?;
+        Ok(())
     }
 
     fn validate_friction(&self) -> Result<(), ConfigError> {
@@ -210,6 +222,9 @@ impl EnvConfig {
         Ok(())
     }
 }
+
+/// \[m\]
+const LARGEST_GOAL: f64 = 18.0;
 
 /// Most pegs that a robot locates at a time.
 const MAX_NEAREST_PEGS: usize = 64;

@@ -25,5 +25,5 @@ pub mod signal;
 pub mod start;
 
 pub use config::{ActionMode, EnvConfig, FieldKind, Perception, RewardWeights, Task};
-pub use perturbation::{Course, Perturbation};
 pub use environment::{Environment, EnvironmentState, Outcome};
+pub use perturbation::{Course, Perturbation};

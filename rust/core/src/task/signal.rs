@@ -75,7 +75,9 @@ pub const SIGNALS: [Signal; 23] = [
     float("progress", "m", "distance of the CG towards the goal, gained in this step", |s| s.progress),
     float("positive_work", "J", "positive actuator work of this step", |s| s.positive_work),
     float("distance", "m", "distance of the CG towards the goal, gained since the start", |s| s.distance),
-    float("lateral_offset", "m", "CG to the left of the centre line, or of the way to the goal point", |s| s.lateral_offset),
+    float("lateral_offset", "m", "CG to the left of the centre line, or of the way to the goal point", |s| {
+        s.lateral_offset
+    }),
     float("heading_error", "rad", "angle from the goal direction to the body direction", |s| s.heading_error),
     float("speed", "m/s", "distance over time since the start", |s| s.speed),
     float("energy", "J", "positive actuator work since the start", |s| s.energy),
@@ -83,7 +85,9 @@ pub const SIGNALS: [Signal; 23] = [
     boolean("jam", "CG slower than 0.02 m/s for more than 0.3 s", |s| s.jam.into()),
     float("jam_ratio", "1", "share of the episode's steps that were jammed", |s| s.jam_ratio),
     boolean("is_success", "the goal has been reached", |s| s.is_success.into()),
-    boolean("left_corridor", "the CG has left the corridor, or strayed from the goal point", |s| s.left_corridor.into()),
+    boolean("left_corridor", "the CG has left the corridor, or strayed from the goal point", |s| {
+        s.left_corridor.into()
+    }),
     integer("contacts", "links pushed by a peg in this step", |s| s.contacts.into()),
     float("residual", "m/s", "worst certified residual of the contact solver in this step", |s| s.residual),
     integer("iterations", "iterations of the contact solver in this step", |s| s.iterations.into()),

@@ -3,6 +3,8 @@
 //! Pegs stand in pairs, one in each wall, where the body of the gait crosses the centre line: there both
 //! push it forward (T 5.5). Between the pegs of a wall the body does not fit.
 
+use std::f64::consts::PI;
+
 use nalgebra::Vector2;
 
 use crate::scene::Peg;
@@ -10,30 +12,34 @@ use crate::scene::Peg;
 use super::{Route, Site};
 use crate::task::random::Stream;
 
-/// Gap between body and pegs at a crossing, at difficulty zero and one \[m\].
-const SLACK: [f64; 2] = [0.006, 0.03];
+/// Gap between the body of the gait and the pegs: at difficulty zero, and the widest at difficulty one \[m\].
+/// Beyond 3.5 cm the gait no longer pushes; a wave of larger amplitude does.
+const SLACK: [f64; 2] = [0.006, 0.07];
 
 /// Share of the body's width that is open between neighbouring pegs of a wall.
 const OPENING: f64 = 0.9;
 
 /// Jitter of a peg along the corridor at difficulty one, as a share of the distance between pegs.
-const JITTER: f64 = 0.1;
+const JITTER: f64 = 0.2;
 
 /// Builds the walls; returns the goal, on the centre line `route.length` from the start.
 pub fn corridor(difficulty: f64, route: &Route, site: &Site, stream: &mut Stream, pegs: &mut Vec<Peg>) -> Vector2<f64> {
     let turn = difficulty * stream.around_zero(route.turn);
     let centre_line = CentreLine::new(route, site, turn);
     let pitch = site.path.half_wave();
-    let slack = SLACK[0] + difficulty * (SLACK[1] - SLACK[0]);
+    let slack = site.scale() * stream.uniform(SLACK[0], SLACK[0] + difficulty * (SLACK[1] - SLACK[0]));
+    let fit = Fit::new(site, slack);
+    let curved = [-1.0, 1.0].map(|side| fit.wall(side * centre_line.curvature));
+    let straight = fit.wall(0.0);
     let first_crossing = site.head[0] + site.path.displacement(0.0, site.path.crossing()).x - route.start.x;
     let first = ((site.x[0] - route.start.x - first_crossing) / pitch).ceil() as i32;
     let last = ((site.x[1] - route.start.x - first_crossing) / pitch).floor() as i32;
     pegs.clear();
     for station in first..=last {
-        for side in [-1.0, 1.0] {
+        for (side, curved) in [-1.0, 1.0].into_iter().zip(curved) {
             let jitter = stream.around_zero(difficulty * JITTER);
             let along = first_crossing + (f64::from(station) + jitter) * pitch;
-            let wall = centre_line.wall(along, side, pitch, slack * site.scale(), site);
+            let wall = if centre_line.is_curved(along) { curved } else { straight };
             let centre = centre_line.at(along) + side * wall.offset * centre_line.left(along);
             pegs.push(Peg { radius: wall.radius, x: centre.x, y: centre.y });
         }
@@ -51,6 +57,7 @@ struct CentreLine {
 }
 
 /// One wall where a peg stands: distance of its pegs from the centre line, and their radius \[m\].
+#[derive(Debug, Clone, Copy)]
 struct Wall {
     offset: f64,
     radius: f64,
@@ -87,21 +94,59 @@ impl CentreLine {
             + beyond * Vector2::new(end_cos, end_sin)
     }
 
-    /// The wall to the left (`side` = 1) or right (-1). A body that crosses the centre line at the gait's
-    /// largest angle K clears both pegs of a pair by `slack`, and the opening to the next peg is [`OPENING`].
-    ///
-    /// With o the offset, r the radius, c the curvature and p the pitch: o cos K = r + body + slack, and
-    /// 2 r + opening = p (1 - side c o).
-    fn wall(&self, along: f64, side: f64, pitch: f64, slack: f64, site: &Site) -> Wall {
-        let bent = (self.arc[0]..self.arc[1]).contains(&along);
-        let curvature = if bent { side * self.curvature } else { 0.0 };
-        let cos = site.path.direction(site.path.crossing()).cos();
-        let opening = OPENING * 2.0 * site.body_radius;
-        let offset =
-            (0.5 * (pitch - opening) + site.body_radius + slack) / (cos + 0.5 * pitch * curvature);
-        Wall { offset, radius: offset * cos - site.body_radius - slack }
+    fn is_curved(&self, along: f64) -> bool {
+        (self.arc[0]..self.arc[1]).contains(&along)
     }
 }
+
+/// Fits walls to the body of the gait.
+struct Fit {
+    /// The natural path up to a wave away from a crossing of the centre line, which is the origin \[m\].
+    path: Vec<Vector2<f64>>,
+    pitch: f64,
+    opening: f64,
+    /// Distance of the path to the rim of a peg \[m\].
+    clearance: f64,
+}
+
+impl Fit {
+    fn new(site: &Site, slack: f64) -> Self {
+        let crossing = site.path.crossing();
+        let phases = (-STEPS..=STEPS).map(|step| crossing + PI * f64::from(step) / f64::from(STEPS));
+        Self {
+            path: phases.map(|phase| site.path.displacement(crossing, phase)).collect(),
+            pitch: site.path.half_wave(),
+            opening: OPENING * 2.0 * site.body_radius,
+            clearance: site.body_radius + slack,
+        }
+    }
+
+    /// Distance of the path to a peg's centre beside the crossing \[m\].
+    fn distance(&self, offset: f64) -> f64 {
+        let centre = Vector2::new(0.0, offset);
+        self.path.iter().map(|point| (point - centre).norm()).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The wall on the side to which the centre line bends with `curvature` \[1/m\] (negative: away from it).
+    /// The body clears its pegs by the slack, and the rest of the distance between two pegs, which is
+    /// `pitch (1 - curvature offset)`, is the opening.
+    fn wall(&self, curvature: f64) -> Wall {
+        let radius = |offset: f64| 0.5 * (self.pitch * (1.0 - curvature * offset) - self.opening);
+        let (mut low, mut high) = (0.0, 2.0 * self.pitch);
+        for _ in 0..BISECTIONS {
+            let offset = 0.5 * (low + high);
+            let fits = self.distance(offset) > radius(offset) + self.clearance;
+            (low, high) = if fits { (low, offset) } else { (offset, high) };
+        }
+        Wall { offset: high, radius: radius(high) }
+    }
+}
+
+/// Points of the path to either side of the crossing.
+const STEPS: i32 = 64;
+
+/// They find an offset to a nanometre.
+const BISECTIONS: u32 = 30;
 
 #[cfg(test)]
 mod tests {
@@ -113,9 +158,10 @@ mod tests {
         let (site, route) = (aiko_site(), aiko_route());
         for turn in [-1.5, 0.0, 1.0] {
             let line = CentreLine::new(&route, &site, turn);
+            let fit = Fit::new(&site, 0.01);
             for side in [-1.0, 1.0] {
                 for along in [0.0, 1.0, 1.5] {
-                    let wall = line.wall(along, side, 0.3673, 0.01, &site);
+                    let wall = fit.wall(if line.is_curved(along) { side * line.curvature } else { 0.0 });
                     let pegs = [along, along + 0.3673].map(|s| line.at(s) + side * wall.offset * line.left(s));
                     let opening = (pegs[1] - pegs[0]).norm() - 2.0 * wall.radius;
                     // A chord is shorter than its arc, by 2 % at most here.

@@ -1,0 +1,74 @@
+//! Laws of the tasks with goals and courses of their own.
+
+use snake_core::task::*;
+
+/// Action zero, the thesis's gait, until the episode ends.
+fn scripted(config: EnvConfig, seed: u64) -> snake_core::task::signal::Summary {
+    let mut environment = Environment::new(&config).unwrap();
+    let mut observation = vec![0.0; environment.observation_size()];
+    environment.reset(Some(seed), &mut observation);
+    loop {
+        let outcome = environment.step(&[0.0; 4], &mut observation);
+        if outcome.terminated || outcome.truncated {
+            return *environment.summary();
+        }
+    }
+}
+
+fn table_7_3(without: Vec<usize>, moved: Vec<(usize, f64, f64)>) -> EnvConfig {
+    let course = Course::Table73;
+    let perturbation = Perturbation { course, removed: 0, shifted: 0, without, moved, ..Perturbation::default() };
+    EnvConfig { task: Task::Perturbed, perturbation, ..EnvConfig::default() }
+}
+
+#[test]
+fn peg_3_may_be_moved_by_a_link_diameter_but_not_removed() {
+    // (T 7.3.4): the gait completes the course of Table 7.3, also with peg 3 moved up, and fails without peg 3.
+    for seed in 0..3 {
+        assert!(scripted(table_7_3(vec![], vec![]), seed).is_success);
+        assert!(scripted(table_7_3(vec![], vec![(3, 0.0, 0.105)]), seed).is_success);
+        let without = scripted(table_7_3(vec![3], vec![]), seed);
+        assert!(!without.is_success && without.distance < 0.5, "{} m", without.distance);
+    }
+}
+
+#[test]
+fn a_perturbed_course_at_difficulty_zero_is_the_course() {
+    let perturbation = Perturbation { course: Course::Table75, ..Perturbation::default() };
+    let config = EnvConfig { task: Task::Perturbed, difficulty: 0.0, perturbation, ..EnvConfig::default() };
+    let perturbed = Environment::new(&config).unwrap();
+    let course = Environment::new(&EnvConfig { task: Task::Course, ..EnvConfig::default() }).unwrap();
+    assert_eq!(perturbed.pegs(), course.pegs());
+    assert_eq!(perturbed.goal(), course.goal());
+}
+
+#[test]
+fn a_corridor_that_fits_the_gait_leads_it_to_the_goal() {
+    for seed in 0..3 {
+        let config = EnvConfig { task: Task::Corridor, difficulty: 0.0, ..EnvConfig::default() };
+        let summary = scripted(config, seed);
+        assert!(summary.is_success && summary.speed > 0.14, "{} m/s", summary.speed);
+    }
+}
+
+#[test]
+fn towards_a_goal_point_all_quantities_are_those_of_its_direction() {
+    let config = EnvConfig { task: Task::Maze, difficulty: 1.0, start_jitter: 0.0, ..EnvConfig::default() };
+    let mut environment = Environment::new(&config).unwrap();
+    let mut observation = vec![0.0; environment.observation_size()];
+    for seed in 0..5 {
+        environment.reset(Some(seed), &mut observation);
+        let block = environment.observation_blocks().iter().find(|block| block.name == "heading").unwrap().start;
+        let to_goal = environment.goal().bearing(environment.goal().origin);
+        let heading = f64::from(observation[block]).atan2(f64::from(observation[block + 1]));
+        // The mean direction of its one and a half waves of links is 0.14 rad to the left of the way it goes.
+        assert!((heading + to_goal - 0.14).abs() < 0.01, "{heading} {to_goal}");
+        assert!((environment.summary().heading_error - heading).abs() < 1e-6);
+        let mut sum = 0.0;
+        for _ in 0..40 {
+            environment.step(&[0.3, 0.8, 0.0, -0.4], &mut observation);
+            sum += environment.summary().progress;
+        }
+        assert!((sum - environment.summary().distance).abs() < 1e-12);
+    }
+}
