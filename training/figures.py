@@ -38,6 +38,28 @@ def learning_curve(curve: list[dict[str, Any]], gaits: dict[str, Row], path: Pat
         return drawing.save(drawn, path)
 
 
+def learning_curves(curves: list[list[dict[str, Any]]], path: Path) -> Path:
+    """Success, progress and speed over environment steps: median and range over the seeds' curves."""
+    panels = (("is_success", "success rate"), ("distance", "progress [m]"), ("speed", "speed [m/s]"))
+    end = min(curve[-1]["steps"] for curve in curves)
+    steps = np.linspace(0.0, end, 200)
+    with drawing.style():
+        drawn, axes = drawing.figure(1, len(panels), 9.0, 2.6)
+        for one, (key, label) in zip(axes[0], panels, strict=True):
+            values = np.array([_on_grid(curve, key, steps) for curve in curves])
+            one.fill_between(steps / 1e6, values.min(axis=0), values.max(axis=0), color=COLOURS[-1], alpha=0.25)
+            one.plot(steps / 1e6, np.median(values, axis=0), color=COLOURS[-1])
+            one.set(xlabel="environment steps [million]", ylabel=label, ylim=(0.0, None))
+        axes[0, 0].set_title(f"median and range of {len(curves)} seeds", fontsize=7)
+        return drawing.save(drawn, path)
+
+
+def _on_grid(curve: list[dict[str, Any]], key: str, steps: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A curve at given steps; before its first finished episode it is at its first value."""
+    rows = [row for row in curve if key in row] or [{"steps": 0, key: 0.0}]
+    return np.interp(steps, [row["steps"] for row in rows], [row[key] for row in rows])
+
+
 def comparison(rows: dict[str, Row], path: Path) -> Path:
     """Bars with confidence intervals, one panel a score."""
     panels = (
