@@ -84,6 +84,26 @@ def _bars(axes: Axes, estimates: list[Any]) -> None:
             axes.bar(k, value, color=COLOURS[k % len(COLOURS)], yerr=spread, capsize=3, width=0.65)
 
 
+def benchmark(rows: dict[str, Row], path: Path) -> Path:
+    """Horizontal bars with confidence intervals: a line a policy, a panel a score."""
+    panels = (
+        ("success", "success rate"),
+        ("speed", "speed [m/s]"),
+        ("jam_ratio", "jam ratio"),
+        ("cost_of_transport", "cost of transport"),
+    )
+    with drawing.style():
+        drawn, axes = drawing.figure(1, len(panels), 9.0, 0.8 + 0.28 * len(rows))
+        for one, (key, label) in zip(axes[0], panels, strict=True):
+            for k, (value, low, high) in enumerate(row[key] for row in rows.values()):
+                if np.isfinite(value):
+                    spread = np.array([[value - low], [high - value if np.isfinite(high) else 0.0]])
+                    one.barh(k, value, xerr=spread, capsize=2, height=0.65, color=COLOURS[-1])
+            one.set(xlabel=label, ylim=(len(rows) - 0.5, -0.5))
+            one.set_yticks(range(len(rows)), list(rows) if one is axes[0, 0] else [""] * len(rows), fontsize=7)
+        return drawing.save(drawn, path)
+
+
 def heat_map(result: Search, path: Path) -> Path:
     """Mean progress over the grid: one panel an omega, amplitude by beta; a circle marks the best gait."""
     omegas = sorted({gait.omega for gait in result.gaits})

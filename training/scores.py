@@ -71,7 +71,7 @@ def against(episodes: Episodes, reference: Episodes) -> Row:
 def table(rows: dict[str, Row]) -> str:
     """Policies by line, scores by column: value [low, high]."""
     heads = ["", *(f"{one.name} [{one.unit}]" if one.unit != "1" else one.name for one in SCORES)]
-    lines = [[name, *(_cell(row[one.name], one.decimals) for one in SCORES)] for name, row in rows.items()]
+    lines = [[name, *(cell(row[one.name], one.decimals) for one in SCORES)] for name, row in rows.items()]
     widths = [max(len(line[k]) for line in (heads, *lines)) for k in range(len(heads))]
     return "\n".join(
         "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip()
@@ -88,7 +88,8 @@ def difference_text(name: str, other: str, difference: Row) -> str:
     return f"{name} against {other}, field by field: " + ", ".join(parts)
 
 
-def _cell(estimate: Estimate, decimals: int) -> str:
+def cell(estimate: Estimate, decimals: int) -> str:
+    """Value [low, high], or a dash where there is none."""
     value, low, high = (f"{number:.{decimals}f}" for number in estimate)
     return f"{value} [{low}, {high}]" if np.isfinite(estimate.value) else "-"
 

@@ -19,6 +19,17 @@ def held_out(count: int) -> list[int]:
     return list(HELD_OUT[:count])
 
 
+def require_held_out(fields: list[int]) -> None:
+    """Raises unless nothing can have been trained or chosen on any of these seeds.
+
+    Raises:
+        ValueError: names the first seed that is not held out.
+    """
+    for seed in fields:
+        if seed not in HELD_OUT or seed in TRAINING or seed in SELECTION:
+            raise ValueError(f"seed = {seed}: expected a held-out one, in [{HELD_OUT.start}, {HELD_OUT.stop})")
+
+
 def selection(count: int, skip: int = 0) -> list[int]:
     """``count`` seeds for choosing, after the first ``skip``."""
     return list(SELECTION[skip : skip + count])

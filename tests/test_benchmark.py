@@ -1,0 +1,133 @@
+"""The benchmark is fair, repeats itself, goes on after a stop, and knows what cannot be beaten."""
+
+import itertools
+import json
+
+import numpy as np
+import pytest
+
+from training import benchmark, benchmark_cells, benchmark_page, bounds, policies, rollout, seeds, tasks
+from training.policies import DEGREE, GaitParameters
+
+FREE = tasks.BenchmarkTask("free", "SnakeFree-v0", {"max_episode_steps": 40}, "open ground, for tests")
+FIELD = tasks.BenchmarkTask("field", "SnakeField-v0", {"max_episode_steps": 40}, "short fields, for tests")
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """Two short tasks and no trained policy."""
+    monkeypatch.setattr(tasks, "chosen", lambda names: [FREE, FIELD])
+    tuned = {"amplitude": 45 * DEGREE, "omega": 110 * DEGREE, "beta": -50 * DEGREE, "steering": 0.3, "look_ahead": 1.0}
+    table = {name: {"heading control": {"values": tuned}} for name in ("free", "field")}
+    monkeypatch.setattr(benchmark_cells.catalogue, "read", lambda path=None: table)
+    return ["--policies", "thesis gait,heading control", "--episodes", "6", "--num-threads", "1"]
+
+
+def test_two_runs_are_equal_bit_for_bit(small, tmp_path):
+    for name in ("first", "second"):
+        assert benchmark.main([*small, "--out", str(tmp_path / name)]) == 0
+    written = sorted(path.relative_to(tmp_path / "first") for path in (tmp_path / "first").rglob("*.*"))
+    assert len(written) == 2 + 2 + 4, "JSON and Markdown, a picture a task, a cell a policy and task"
+    for path in written:
+        assert (tmp_path / "first" / path).read_bytes() == (tmp_path / "second" / path).read_bytes(), path
+
+
+def test_finished_cells_are_not_played_again(small, tmp_path, monkeypatch, capsys):
+    played = []
+    play = benchmark_cells.play
+
+    def interrupted(task, entry, *rest):
+        if len(played) == 2:
+            raise KeyboardInterrupt
+        played.append((task.name, entry.name))
+        return play(task, entry, *rest)
+
+    monkeypatch.setattr(benchmark_cells, "play", interrupted)
+    assert benchmark.main([*small, "--out", str(tmp_path)]) == 130
+    assert "the same command goes on" in capsys.readouterr().out
+    played.clear()
+    assert benchmark.main([*small, "--out", str(tmp_path)]) == 0
+    assert played == [("field", "thesis gait"), ("field", "heading control")]
+
+
+def test_a_cell_belongs_to_its_task_and_fields(tmp_path):
+    entry = benchmark_cells.scripted("thesis gait")
+    harder = tasks.BenchmarkTask("field", "SnakeField-v0", {"difficulty": 1.0}, "")
+    fields = seeds.held_out(4)
+    places = {
+        benchmark_cells.path(tmp_path, FIELD, entry, fields),
+        benchmark_cells.path(tmp_path, harder, entry, fields),
+        benchmark_cells.path(tmp_path, FIELD, entry, fields[:3]),
+    }
+    assert len(places) == 3
+    assert benchmark_cells.path(tmp_path, FIELD, entry, fields) in places
+
+
+def test_fields_are_held_out():
+    assert seeds.require_held_out(seeds.held_out(500)) is None
+    for other in (seeds.TRAINING.start, seeds.SELECTION.start, seeds.TRAINING.stop):
+        with pytest.raises(ValueError, match=f"seed = {other}: expected a held-out one"):
+            benchmark.Benchmark(None, [*seeds.held_out(2), other])
+
+
+def test_a_policy_chooses_its_interface_and_not_the_task(monkeypatch, tmp_path):
+    """A policy trained on easy fields is judged on the task's."""
+    policy = policies.ConstantAction(np.zeros(4, np.float32), "easy", {"difficulty": 0.0, "perception": "blind"})
+    monkeypatch.setattr(benchmark_cells, "load_model", lambda path, name: policy)
+    made = benchmark_cells.trained("easy", tmp_path / "policy.safetensors", None).make(FIELD)
+    assert made.env_options == {"perception": "blind"}
+
+
+def test_unknown_policies_are_named():
+    with pytest.raises(ValueError, match="policy = nobody: expected one of thesis gait, best gait"):
+        benchmark_cells.entries(benchmark_cells.CONFIG, ["nobody"], [])
+
+
+def test_configured_policies_exist_and_name_known_tasks():
+    content = json.loads(benchmark_cells.CONFIG.read_text())
+    for one in content["trained"]:
+        assert (benchmark_cells.ROOT / one["path"]).exists()
+        assert set(one["tasks"]) <= set(tasks.load())
+
+
+def test_the_page_quotes_the_bounds(small, tmp_path):
+    benchmark.main([*small, "--out", str(tmp_path)])
+    text = (tmp_path / "benchmark.md").read_text()
+    assert "cost of transport 0.200" in text
+    assert "0.239 for a body" in text
+    assert "0.163 m/s for the thesis's gait" in text
+    assert "| heading control |" in text
+
+
+def test_docs_get_the_same_page_with_their_own_names(small, tmp_path, monkeypatch):
+    monkeypatch.setattr(benchmark_page, "DOCS", tmp_path / "docs")
+    assert benchmark.main([*small, "--out", str(tmp_path / "out"), "--write-docs"]) == 0
+    text = (tmp_path / "docs" / "learning-benchmark.md").read_text()
+    assert "(images/learning-field.png)" in text
+    assert (tmp_path / "docs" / "images" / "learning-field.png").exists()
+
+
+def test_the_no_slip_speed_of_the_thesis_gait_is_that_of_the_errata():
+    assert bounds.no_slip_speed(GaitParameters()) == pytest.approx(0.1633, abs=5e-5)
+    assert bounds.follow_the_leader_cost(0.2) == pytest.approx(0.239, abs=5e-4)
+
+
+def test_no_commanded_wave_is_faster_than_the_fastest():
+    fastest = bounds.no_slip_speed(bounds.FASTEST_WAVE)
+    for a, omega, beta in itertools.product((15, 30, 65), (80, 200), (-25, -40, -75)):
+        assert bounds.no_slip_speed(GaitParameters(a * DEGREE, omega * DEGREE, beta * DEGREE)) <= fastest
+
+
+def test_among_pegs_the_thesis_gait_keeps_below_its_bounds():
+    """On the course of Table 7.5, made for it: nearly the speed without slip, and no cost below mu."""
+    gait = benchmark_cells.scripted("thesis gait").make(tasks.load()["course"])
+    played = rollout.run_episodes(gait, "SnakeCourse-v0", seeds.selection(2), 1)
+    assert (
+        0.9 * bounds.no_slip_speed(GaitParameters()) < played["speed"].mean() < bounds.no_slip_speed(GaitParameters())
+    )
+    assert played["cost_of_transport"].min() > bounds.follow_the_leader_cost(0.2)
+
+
+def test_paths_may_have_names():
+    assert benchmark.named_path("mine=a/b.zip")[0] == "mine"
+    assert benchmark.named_path("runs/field/policy.safetensors")[0] == "field"

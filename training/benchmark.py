@@ -1,0 +1,111 @@
+"""The benchmark: every task, every policy, on fields that nothing was trained or tuned on.
+
+    python -m training.benchmark
+    python -m training.benchmark --tasks field-hard --policies "thesis gait,heading control" --episodes 100
+    python -m training.benchmark --policy mine=runs/field/policy.safetensors --tasks field-hard
+
+Tasks are those of ``training/configs/tasks.json``; policies, scripted and trained, those of
+``training/configs/benchmark.json`` and of ``--policy``. Episode k of every policy is on field k. Writes
+``benchmark.json``, ``benchmark.md`` and pictures; the same command gives the same files, bit for bit. Each cell of the
+table is kept under ``cells/`` and is not played again as long as task, policy and simulator are the same: after Ctrl-C
+the same command goes on.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from training import benchmark_cells, benchmark_page, seeds, tasks
+from training.benchmark_cells import Entry
+from training.cli import help_format, names
+from training.rollout import Episodes
+from training.tasks import BenchmarkTask
+
+EPISODES = 500
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line."""
+    cli = argparse.ArgumentParser("training.benchmark", description=__doc__, formatter_class=help_format)
+    cli.add_argument("--tasks", type=names, help="comma separated; all if absent")
+    cli.add_argument("--policies", type=names, help="of the configuration, comma separated; all if absent")
+    cli.add_argument(
+        "--policy",
+        type=named_path,
+        action="append",
+        default=[],
+        help="one more: a policy.safetensors or model.zip, as NAME=PATH or PATH; may be repeated",
+    )
+    cli.add_argument("--episodes", type=int, default=EPISODES, help="of each policy in each task")
+    cli.add_argument("--config", type=Path, default=benchmark_cells.CONFIG, help="JSON file with the policies")
+    cli.add_argument("--num-threads", type=int, help="threads of the simulator")
+    cli.add_argument("--out", type=Path, default=Path("runs/benchmark"), help="folder for everything")
+    cli.add_argument("--write-docs", action="store_true", help="also write docs/learning-benchmark.* and its pictures")
+    return cli
+
+
+def named_path(text: str) -> tuple[str, Path]:
+    """NAME=PATH, or PATH, which is named after its folder."""
+    name, equals, path = text.rpartition("=")
+    return (name, Path(path)) if equals else (Path(text).parent.name, Path(text))
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Runs the command; 130 when it was stopped."""
+    args = parser().parse_args(arguments)
+    chosen = tasks.chosen(args.tasks)
+    entries = benchmark_cells.entries(args.config, args.policies, args.policy)
+    bench = Benchmark(args.out, seeds.held_out(args.episodes), args.num_threads)
+    try:
+        bench.play(chosen, entries)
+    except KeyboardInterrupt:
+        print("\nstopped; finished cells stay, the same command goes on")
+        return 130
+    pages = benchmark_page.write(bench.played, chosen, args.episodes, args.out)
+    if args.write_docs:
+        benchmark_page.write(bench.played, chosen, args.episodes, benchmark_page.DOCS, "learning-benchmark", "images")
+    print(pages.read_text())
+    return 0
+
+
+@dataclass
+class Benchmark:
+    """Plays cells, or takes them from the folder.
+
+    Args:
+        out: folder.
+        fields: seeds, one an episode; all of them held out.
+        num_threads: threads of the simulator.
+    """
+
+    out: Path
+    fields: list[int]
+    num_threads: int | None = None
+    played: dict[str, dict[str, Episodes]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        seeds.require_held_out(self.fields)
+
+    def play(self, chosen: list[BenchmarkTask], entries: list[Entry]) -> None:
+        """Fills ``played``: episodes by task and policy."""
+        pairs = [(task, entry) for task in chosen for entry in entries if entry.plays(task)]
+        for number, (task, entry) in enumerate(pairs, 1):
+            start = time.monotonic()
+            print(f"[{number}/{len(pairs)}] {task.name}, {entry.name}: ", end="", flush=True)
+            episodes = self._cell(task, entry)
+            self.played.setdefault(task.name, {})[entry.name] = episodes
+            print(f"success {episodes['is_success'].mean():.3f} ({time.monotonic() - start:.1f} s)", flush=True)
+
+    def _cell(self, task: BenchmarkTask, entry: Entry) -> Episodes:
+        path = benchmark_cells.path(self.out, task, entry, self.fields)
+        if not path.exists():
+            benchmark_cells.write(path, benchmark_cells.play(task, entry, self.fields, self.num_threads))
+        return benchmark_cells.read(path)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,136 @@
+"""Cells of the benchmark: one policy in one task, played once and kept."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from snake_env import _native
+from training import rollout
+from training.baselines import catalogue
+from training.evaluate import gait_policy, load_model
+from training.policies import GaitParameters, Policy
+from training.rollout import Episodes
+from training.run_folder import replace
+from training.tasks import BenchmarkTask
+
+CONFIG = Path(__file__).parent / "configs" / "benchmark.json"
+ROOT = Path(__file__).parents[1]
+
+KEPT = ("is_success", "distance", "speed", "time", "jam_ratio", "cost_of_transport", "left_corridor", "diverged")
+"""Signals of an episode's last step that a cell holds."""
+
+INTERFACE = ("action_mode", "perception", "nearest_pegs", "control_period")
+"""Keywords of the environment that a policy may choose; all others are the task's."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A row of the tables.
+
+    Args:
+        name: in tables.
+        make: the policy for a task.
+        tasks: names of the tasks it plays; None: all.
+        source: what it is made from: its bytes tell one policy from another.
+    """
+
+    name: str
+    make: Callable[[BenchmarkTask], Policy]
+    tasks: tuple[str, ...] | None
+    source: Callable[[BenchmarkTask], bytes]
+
+    def plays(self, task: BenchmarkTask) -> bool:
+        """It has a cell in the task's table."""
+        return self.tasks is None or task.name in self.tasks
+
+
+def entries(config: Path, chosen: list[str] | None, more: list[tuple[str, Path]]) -> list[Entry]:
+    """The configuration's scripted and trained policies, those in ``chosen`` alone if given, and ``more`` files.
+
+    Raises:
+        ValueError: a chosen name that the configuration does not have.
+    """
+    content = json.loads(config.read_text())
+    found = [scripted(name) for name in content["scripted"]]
+    found += [trained(one["name"], ROOT / one["path"], tuple(one["tasks"])) for one in content["trained"]]
+    known = [one.name for one in found]
+    for name in chosen or []:
+        if name not in known:
+            raise ValueError(f"policy = {name}: expected one of {', '.join(known)}")
+    kept = [one for one in found if chosen is None or one.name in chosen]
+    return kept + [trained(name, path, None) for name, path in more]
+
+
+def scripted(name: str) -> Entry:
+    """The thesis's gait, or a controller as tuned for the task."""
+    if name == "thesis gait":
+        return Entry(name, lambda task: gait_policy(GaitParameters(), task.env_id), None, lambda task: b"")
+    return Entry(
+        name,
+        lambda task: catalogue.tuned(name, task.name),
+        None,
+        lambda task: json.dumps(catalogue.read().get(task.name, {}).get(name)).encode(),
+    )
+
+
+def trained(name: str, path: Path, of_tasks: tuple[str, ...] | None) -> Entry:
+    """A policy from a file, with the interface it was trained with and the task's difficulty."""
+
+    def make(task: BenchmarkTask) -> Policy:
+        policy = load_model(path, name)
+        policy.env_options = {key: value for key, value in policy.env_options.items() if key in INTERFACE}
+        return policy
+
+    return Entry(name, make, of_tasks, lambda task: path.read_bytes())
+
+
+def play(task: BenchmarkTask, entry: Entry, fields: list[int], num_threads: int | None) -> Episodes:
+    """The first episode of each field."""
+    episodes = rollout.run_episodes(entry.make(task), task.env_id, fields, num_threads, **task.options)
+    return {name: episodes[name] for name in KEPT}
+
+
+def path(out: Path, task: BenchmarkTask, entry: Entry, fields: list[int]) -> Path:
+    """Where a cell is kept; its name changes with task, policy, fields, simulator and the code of the policies."""
+    parts = [repr((task.env_id, sorted(task.options.items()), fields[0], len(fields))).encode(), entry.source(task)]
+    parts += [Path(str(_native.__file__)).read_bytes(), *(file.read_bytes() for file in _sources())]
+    digest = hashlib.sha256(b"".join(hashlib.sha256(part).digest() for part in parts)).hexdigest()[:16]
+    return out / "cells" / task.name / f"{slug(entry.name)}-{digest}.npz"
+
+
+def _sources() -> list[Path]:
+    """The code that acts for scripted policies."""
+    folder = Path(__file__).parent
+    return [folder / "policies.py", folder / "rollout.py", *sorted((folder / "baselines").glob("*.py"))]
+
+
+def slug(name: str) -> str:
+    """A name for files."""
+    return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
+
+
+def write(path: Path, episodes: Episodes) -> None:
+    """Keeps a cell: whole or not at all."""
+
+    arrays: dict[str, Any] = dict(episodes)
+
+    def save(part: Path) -> None:
+        with part.open("wb") as file:
+            np.savez(file, **arrays)
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    replace(path, save)
+
+
+def read(path: Path) -> Episodes:
+    """A cell that was kept."""
+    with np.load(path) as content:
+        return {name: content[name] for name in content.files}

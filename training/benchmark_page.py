@@ -1,0 +1,94 @@
+"""The benchmark's results as JSON, Markdown and pictures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from training import bounds, figures, scores, seeds
+from training.policies import GaitParameters
+from training.rollout import Episodes
+from training.run_folder import versions, write_json
+from training.scores import SCORES, Row
+from training.tasks import BenchmarkTask
+
+DOCS = Path(__file__).parents[1] / "docs"
+
+SHOWN = ("success", "speed", "time_to_goal", "jam_ratio", "cost_of_transport")
+MU = 0.2
+"""Friction coefficient of the tasks with pegs."""
+
+HEAD = """# Benchmark of learning and control
+
+Printed by `python -m training.benchmark`. {episodes} episodes of each policy in each task, on fields that nothing was
+trained or tuned on, the same fields for all policies, under the same torque limit; brackets are 95 % bootstrap
+intervals over fields.
+
+Bounds: cost of transport {least:.3f} for any steady planar motion at mu = {mu}, and {leader:.3f} for a body that
+follows the curve of the thesis's gait without slip. Speed without slip: {thesis:.3f} m/s for the thesis's gait,
+{fastest:.3f} m/s for the fastest wave that actions can command.
+"""
+
+
+def write(
+    played: dict[str, dict[str, Episodes]],
+    chosen: list[BenchmarkTask],
+    episodes: int,
+    out: Path,
+    stem: str = "benchmark",
+    pictures: str = ".",
+) -> Path:
+    """Writes ``<stem>.json``, ``<stem>.md`` and a picture a task; returns the Markdown page."""
+    (out / pictures).mkdir(parents=True, exist_ok=True)
+    text = HEAD.format(
+        episodes=episodes,
+        mu=MU,
+        least=bounds.least_cost(MU),
+        leader=bounds.follow_the_leader_cost(MU),
+        thesis=bounds.no_slip_speed(GaitParameters()),
+        fastest=bounds.no_slip_speed(bounds.FASTEST_WAVE),
+    )
+    content: dict[str, Any] = {}
+    for task in chosen:
+        rows = {name: scores.score(cell) for name, cell in played[task.name].items()}
+        picture = Path(pictures) / f"learning-{task.name}.png"
+        figures.benchmark(rows, out / picture)
+        text += section(task, rows, played[task.name], picture)
+        content[task.name] = {
+            "env": task.env_id,
+            "options": task.options,
+            "scores": {name: scores.plain(row) for name, row in rows.items()},
+        }
+    page = out / f"{stem}.md"
+    page.write_text(text)
+    held_out = f"{seeds.HELD_OUT.start} to {seeds.HELD_OUT.start + episodes - 1}, one a field"
+    write_json(
+        out / f"{stem}.json", {"episodes": episodes, "seeds": held_out, "versions": versions(), "tasks": content}
+    )
+    return page
+
+
+def section(task: BenchmarkTask, rows: dict[str, Row], played: dict[str, Episodes], picture: Path) -> str:
+    """A task's table and picture."""
+    shown = [one for one in SCORES if one.name in SHOWN]
+    heads = ["policy", *(f"{one.name.replace('_', ' ')}{f' [{one.unit}]' if one.unit != '1' else ''}" for one in shown)]
+    lines = ["| " + " | ".join(heads) + " |", "| " + " | ".join(["---"] * len(heads)) + " |"]
+    for name, row in rows.items():
+        cells = [scores.cell(row[one.name], one.decimals) for one in shown]
+        lines.append("| " + " | ".join([name, *cells]) + " |")
+    text = f"\n## {task.name}\n\n`{task.env_id}`, {task.about}.\n\n" + "\n".join(lines) + "\n"
+    return text + _notes(rows, played) + f"\n![{task.name}]({picture.as_posix()})\n"
+
+
+def _notes(rows: dict[str, Row], played: dict[str, Episodes]) -> str:
+    """The best row against the thesis's gait, field by field; diverged episodes, if there are any."""
+    best = max(rows, key=lambda name: rows[name]["success"].value)
+    reference = next(iter(rows))
+    parts = []
+    if best != reference:
+        difference = scores.against(played[best], played[reference])
+        parts.append(scores.difference_text(best, reference, difference) + ".")
+    diverged = sum(int(cell["diverged"].sum()) for cell in played.values())
+    if diverged:
+        parts.append(f"Diverged episodes: {diverged}.")
+    return "\n" + "\n".join(parts) + "\n" if parts else ""
