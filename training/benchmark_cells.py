@@ -119,7 +119,6 @@ def slug(name: str) -> str:
 
 def write(path: Path, episodes: Episodes) -> None:
     """Keeps a cell: whole or not at all."""
-
     arrays: dict[str, Any] = dict(episodes)
 
     def save(part: Path) -> None:
