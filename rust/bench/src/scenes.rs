@@ -74,7 +74,7 @@ pub fn aiko(
         name,
         title,
         robot: RobotConfig::default(),
-        scene: SceneConfig { obstacles, friction },
+        scene: SceneConfig { obstacles, friction, ..SceneConfig::default() },
         controller: ControllerConfig::default(),
         start,
         joint_angle: (0..10).map(|joint| Wave::default().target(joint, 0.0).angle).collect(),
@@ -100,7 +100,11 @@ pub fn of_environment(
         name,
         title,
         robot: config.robot.clone(),
-        scene: SceneConfig { obstacles: environment.pegs().to_vec(), friction: config.friction() },
+        scene: SceneConfig {
+            obstacles: environment.pegs().to_vec(),
+            friction: config.friction(),
+            ..SceneConfig::default()
+        },
         controller: config.controller,
         start: [state.pose[0].x, state.pose[0].y, state.pose[0].z],
         joint_angle: (0..environment.robot().joint_count()).map(|joint| state.joint_angle(joint)).collect(),

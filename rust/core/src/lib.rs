@@ -1,9 +1,10 @@
 //! Physics of wheel-less snake robots with set-valued Coulomb friction and obstacle contact.
 //!
-//! The models are chapters 3 (planar) and 6 (robot model, `minimal`) of A. A. Transeth, *Modelling and Control of
-//! Snake Robots* (NTNU 2007); equations are tagged `(T 3.66)` with the thesis's numbers. SI units and radians everywhere.
+//! The models are chapters 3 (planar), 4 (spatial) and 6 (robot model, `minimal`) of A. A. Transeth, *Modelling and
+//! Control of Snake Robots* (NTNU 2007); equations are tagged `(T 3.66)` with the thesis's numbers. SI units and radians
+//! everywhere.
 //! Modules import each other in one direction only:
-//! `math <- laws <- contact <- {planar, minimal} <- stepper <- {simulation, minimal_simulation} <- task <- batch`.
+//! `math <- laws <- contact <- {planar, spatial, minimal} <- stepper <- {simulation, minimal_simulation} <- task <- batch`.
 
 pub mod batch;
 pub mod contact;
@@ -19,6 +20,7 @@ pub mod planar;
 pub mod robot;
 pub mod scene;
 pub mod simulation;
+pub mod spatial;
 pub mod stepper;
 pub mod task;
 

@@ -47,9 +47,11 @@ pub struct RobotConfig {
     pub radius: PerLink,
     /// Link mass m_i \[kg\].
     pub mass: PerLink,
-    /// Moment of inertia about the vertical axis through the CG \[kg m^2\].
+    /// Moment of inertia about an axis across the link through the CG, Theta_psi,i \[kg m^2\].
     pub inertia: PerLink,
-    /// Acceleration of gravity \[m/s^2\]; it enters through the friction bounds.
+    /// Moment of inertia about the link's centre line, Theta_rho,i \[kg m^2\]; the spatial model alone.
+    pub roll_inertia: PerLink,
+    /// Acceleration of gravity \[m/s^2\]; in the plane it enters through the friction bounds.
     pub gravity: f64,
 }
 
@@ -62,6 +64,7 @@ impl Default for RobotConfig {
             radius: PerLink::Same(0.0525),
             mass: PerLink::Same(7.5 / 11.0),
             inertia: PerLink::Same(1.32e-3),
+            roll_inertia: PerLink::Same(9.40e-4),
             gravity: 9.81,
         }
     }
@@ -75,6 +78,7 @@ pub struct Link {
     pub radius: f64,
     pub mass: f64,
     pub inertia: f64,
+    pub roll_inertia: f64,
 }
 
 impl Link {
@@ -102,6 +106,7 @@ impl Robot {
         let radius = config.radius.expand("radius", n, positive)?;
         let mass = config.mass.expand("mass", n, positive)?;
         let inertia = config.inertia.expand("inertia", n, positive)?;
+        let roll_inertia = config.roll_inertia.expand("roll_inertia", n, positive)?;
         let links = (0..n)
             .map(|i| Link {
                 length: length[i],
@@ -109,6 +114,7 @@ impl Robot {
                 radius: radius[i],
                 mass: mass[i],
                 inertia: inertia[i],
+                roll_inertia: roll_inertia[i],
             })
             .collect();
         Ok(Self { links, gravity: positive("gravity", config.gravity)? })

@@ -34,11 +34,13 @@ pub struct SceneConfig {
     pub obstacles: Vec<Peg>,
     /// Coulomb friction coefficients along and across a link, (mu_Tx, mu_Ty).
     pub friction: [f64; 2],
+    /// Rolling friction coefficient mu_V (T 4.87); the spatial model alone.
+    pub rolling_friction: f64,
 }
 
 impl Default for SceneConfig {
     fn default() -> Self {
-        Self { obstacles: Vec::new(), friction: [0.2, 0.2] }
+        Self { obstacles: Vec::new(), friction: [0.2, 0.2], rolling_friction: 0.02 }
     }
 }
 
@@ -47,6 +49,7 @@ impl Default for SceneConfig {
 pub struct Scene {
     pub pegs: Vec<Peg>,
     pub friction: [f64; 2],
+    pub rolling_friction: f64,
 }
 
 impl Scene {
@@ -60,7 +63,8 @@ impl Scene {
         }
         non_negative("friction[0]", config.friction[0])?;
         non_negative("friction[1]", config.friction[1])?;
-        Ok(Self { pegs: config.obstacles.clone(), friction: config.friction })
+        let rolling_friction = non_negative("rolling_friction", config.rolling_friction)?;
+        Ok(Self { pegs: config.obstacles.clone(), friction: config.friction, rolling_friction })
     }
 }
 

@@ -17,6 +17,7 @@ fn random_link(random: &mut Random) -> Link {
         radius: random.between(0.01, 0.1),
         mass: 1.0,
         inertia: 1.0,
+        roll_inertia: 1.0,
     }
 }
 
@@ -118,7 +119,8 @@ fn force_direction_is_the_gradient_of_the_gap_on_sides_caps_and_between() {
 /// A peg centred on the centre line leaves the direction open; the answer must still be a unit normal.
 #[test]
 fn a_peg_on_the_centre_line_gives_a_finite_unit_direction() {
-    let link = Link { length: 0.1, contact_half_length: 0.04, radius: 0.05, mass: 1.0, inertia: 1.0 };
+    let link =
+        Link { length: 0.1, contact_half_length: 0.04, radius: 0.05, mass: 1.0, inertia: 1.0, roll_inertia: 1.0 };
     let pose = Pose::new(0.0, 0.0, 0.0);
     for x in [-0.04, 0.0, 0.02, 0.04] {
         let contact = link_peg_contact(&pose, 1.0, 0.0, &link, &Peg { radius: 0.02, x, y: 0.0 });

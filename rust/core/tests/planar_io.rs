@@ -2,10 +2,10 @@
 
 mod common;
 
-use common::{START_FREE, ground};
+use common::{START_FREE, ground, table_7_5};
 use snake_core::control::{ControlLaw, ControllerConfig};
 use snake_core::gait::{JointReference, Wave};
-use snake_core::scene::{START_7_5, SceneConfig, TABLE_7_5};
+use snake_core::scene::{START_7_5, SceneConfig};
 use snake_core::simulation::PlanarSimulation;
 use snake_core::stepper::{IntegratorConfig, Method};
 
@@ -87,7 +87,7 @@ fn it_tracks_at_any_step_far_better_than_pd() {
 
 #[test]
 fn among_pegs_it_makes_way_within_its_torque_limit() {
-    let scene = SceneConfig { obstacles: TABLE_7_5.iter().map(|&peg| peg.into()).collect(), friction: [0.2, 0.2] };
+    let scene = table_7_5();
     let mut simulation = undulating(&scene, START_7_5, io(Some(10.0)), IntegratorConfig::default());
     let start = simulation.state().pose[5].x;
     let mut largest = 0.0_f64;

@@ -71,7 +71,11 @@ impl Draw {
         let posture: Vec<f64> = (0..self.links - 1).map(|i| self.bends[i % self.bends.len()]).collect();
         Case {
             name: name.into(),
-            scene: SceneConfig { obstacles: self.clear_pegs(&robot, &posture), friction: self.friction },
+            scene: SceneConfig {
+                obstacles: self.clear_pegs(&robot, &posture),
+                friction: self.friction,
+                ..SceneConfig::default()
+            },
             robot,
             controller: ControllerConfig {
                 kp: self.kp,

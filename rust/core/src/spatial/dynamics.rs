@@ -1,0 +1,29 @@
+//! Inertia, gravity and gyroscopic moment of a link (T 4.4.1).
+
+use nalgebra::{Vector3, Vector6};
+
+use crate::robot::Link;
+
+use super::{Pose, Twist, turning, twist_of};
+
+/// Moments of inertia about the axes of frame B, (Theta_psi, Theta_psi, Theta_rho) \[kg m^2\].
+pub fn inertia(link: &Link) -> Vector3<f64> {
+    Vector3::new(link.inertia, link.inertia, link.roll_inertia)
+}
+
+/// The diagonal of M_i (T 4.70) \[kg, kg m^2\].
+pub fn mass_diagonal(link: &Link) -> Vector6<f64> {
+    twist_of(Vector3::repeat(link.mass), inertia(link))
+}
+
+/// h_i = (0, 0, -m g; -omega x Theta omega) (T 4.72) \[N, N m\].
+pub fn smooth_force(link: &Link, gravity: f64, u: &Twist) -> Vector6<f64> {
+    let omega = turning(u);
+    let momentum = inertia(link).component_mul(&omega);
+    twist_of(Vector3::new(0.0, 0.0, -link.mass * gravity), -omega.cross(&momentum))
+}
+
+/// m g z \[J\].
+pub fn potential_energy(link: &Link, gravity: f64, pose: &Pose) -> f64 {
+    link.mass * gravity * pose.position.z
+}

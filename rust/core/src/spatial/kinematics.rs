@@ -1,0 +1,88 @@
+//! Kinematics of the chain: how poses move, and how joints tie them together (T 4.2).
+
+use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector2, Vector3};
+
+use crate::robot::Robot;
+
+use super::{End, Pose, Twist, ground_gap, joint_gap, turning};
+
+/// The pose after moving with `u` for `duration`: q + duration F(q) u, with the quaternion back on the unit sphere
+/// (T 4.103)-(T 4.105), (T 4.123).
+///
+/// F(q) turns the angular velocity into p' = 1/2 p (0, omega). Scaling p scales p' alike, so it does not matter whether
+/// the quaternion is normalised after each half step or once at the end.
+pub fn travel(pose: &Pose, u: &Twist, duration: f64) -> Pose {
+    let p = pose.orientation.into_inner();
+    let rate = p * Quaternion::from_imag(turning(u) * 0.5);
+    Pose {
+        position: pose.position + u.fixed_rows::<3>(0) * duration,
+        orientation: UnitQuaternion::new_normalize(p + rate * duration),
+    }
+}
+
+/// Orientation of a link whose centre line points along (cos yaw cos pitch, sin yaw cos pitch, sin pitch), turned by
+/// `roll` about it; with roll 0 its e_x^B is horizontal and e_y^B points up \[rad\].
+pub fn orientation_of(yaw: f64, pitch: f64, roll: f64) -> UnitQuaternion<f64> {
+    let flat = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[
+        Vector3::y(),
+        Vector3::z(),
+        Vector3::x(),
+    ])));
+    let about = UnitQuaternion::from_axis_angle;
+    about(&Vector3::z_axis(), yaw) * flat * about(&Vector3::x_axis(), -pitch) * about(&Vector3::z_axis(), roll)
+}
+
+/// Poses of a chain from the pose of link 1 and the joint angles (yaw, pitch) (T 4.92).
+pub fn assemble_chain(robot: &Robot, head: Pose, joint_angle: &[Vector2<f64>], pose: &mut [Pose]) {
+    pose[0] = head;
+    for (i, angle) in joint_angle.iter().enumerate() {
+        let yaw = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), angle.x);
+        let pitch = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), angle.y);
+        pose[i + 1].orientation = pose[i].orientation * yaw * pitch;
+    }
+    close_positions(robot, pose);
+}
+
+/// Turns links 2..n about their centre lines and shifts them so that every joint closes; link 1 and all centre lines'
+/// directions are kept (Algorithm 4.3, steps 2 and 3) (T 4.6.3).
+pub fn close_joints(robot: &Robot, pose: &mut [Pose]) {
+    for i in 1..pose.len() {
+        let previous_y = pose[i - 1].orientation * Vector3::y();
+        pose[i].orientation = unrolled(&pose[i], &previous_y);
+    }
+    close_positions(robot, pose);
+}
+
+/// The orientation with the centre line of `pose` and e_x^B perpendicular to the previous link's e_y^B (T 4.124)-(T 4.127).
+fn unrolled(pose: &Pose, previous_y: &Vector3<f64>) -> UnitQuaternion<f64> {
+    let z = pose.axis();
+    let Some(x) = previous_y.cross(&z).try_normalize(0.0) else { return pose.orientation };
+    let y = z.cross(&x).normalize();
+    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, y, z])))
+}
+
+/// Shifts links 2..n so that the ends meet in every joint (T 4.18).
+fn close_positions(robot: &Robot, pose: &mut [Pose]) {
+    let mut joint: Option<Vector3<f64>> = None;
+    for (link, pose) in robot.links.iter().zip(pose) {
+        let half = pose.axis() * (0.5 * link.length);
+        if let Some(joint) = joint {
+            pose.position = joint + half;
+        }
+        joint = Some(pose.position + half);
+    }
+}
+
+/// Largest distance between the two ends that meet in a joint \[m\].
+pub fn largest_joint_gap(robot: &Robot, pose: &[Pose]) -> f64 {
+    let pairs = robot.links.windows(2).zip(pose.windows(2));
+    let width = |(link, q): (&[_], &[Pose])| joint_gap(&link[0], &q[0], &link[1], &q[1]).fixed_rows::<3>(0).norm();
+    pairs.map(width).fold(0.0, f64::max)
+}
+
+/// Lifts or lowers the whole chain until its lowest end sphere touches the ground.
+pub fn rest_on_ground(robot: &Robot, pose: &mut [Pose]) {
+    let gaps = robot.links.iter().zip(&*pose).flat_map(|(link, pose)| End::BOTH.map(|end| ground_gap(link, pose, end)));
+    let lowest = gaps.fold(f64::INFINITY, f64::min);
+    pose.iter_mut().for_each(|pose| pose.position.z -= lowest);
+}

@@ -1,0 +1,93 @@
+use nalgebra::{Matrix3, UnitQuaternion, Vector3, Vector6};
+use serde::{Deserialize, Serialize};
+
+use crate::robot::Robot;
+
+use super::{mass_diagonal, potential_energy};
+
+/// q_i: position of a link's CG in frame I \[m\] and its orientation R_B^I as a unit quaternion (T 4.1).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Pose {
+    pub position: Vector3<f64>,
+    pub orientation: UnitQuaternion<f64>,
+}
+
+impl Pose {
+    /// At the origin, frame B parallel to frame I.
+    pub fn identity() -> Self {
+        Self { position: Vector3::zeros(), orientation: UnitQuaternion::identity() }
+    }
+
+    /// R_B^I, whose columns are e_x^B, e_y^B and e_z^B in frame I (T 4.3).
+    pub fn rotation(&self) -> Matrix3<f64> {
+        self.orientation.to_rotation_matrix().into_inner()
+    }
+
+    /// e_z^B, the direction of the link's centre line towards the next link, in frame I.
+    pub fn axis(&self) -> Vector3<f64> {
+        self.orientation * Vector3::z()
+    }
+}
+
+/// u_i: velocity of a link's CG in frame I \[m/s\], then its angular velocity in frame B \[rad/s\] (T 4.2).
+pub type Twist = Vector6<f64>;
+
+/// A twist, or a force and moment, from its two parts.
+pub fn twist_of(linear: Vector3<f64>, angular: Vector3<f64>) -> Vector6<f64> {
+    Vector6::new(linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
+}
+
+/// The angular part of a twist, or the moment of a force: frame B.
+pub fn turning(twist: &Vector6<f64>) -> Vector3<f64> {
+    twist.fixed_rows::<3>(3).into_owned()
+}
+
+/// State of one robot: plain data (T 4.7).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SpatialState {
+    /// \[s\]
+    pub time: f64,
+    pub pose: Vec<Pose>,
+    pub twist: Vec<Twist>,
+}
+
+impl SpatialState {
+    /// A robot of `links` links at the origin, at rest.
+    pub fn zero(links: usize) -> Self {
+        Self { time: 0.0, pose: vec![Pose::identity(); links], twist: vec![Twist::zeros(); links] }
+    }
+
+    /// Copies without allocating; both states have the same number of links.
+    pub fn copy_from(&mut self, other: &SpatialState) {
+        self.time = other.time;
+        self.pose.copy_from_slice(&other.pose);
+        self.twist.copy_from_slice(&other.twist);
+    }
+
+    /// Kinetic energy of all links \[J\].
+    pub fn kinetic_energy(&self, robot: &Robot) -> f64 {
+        let energy = |(link, u): (_, &Twist)| 0.5 * u.dot(&mass_diagonal(link).component_mul(u));
+        robot.links.iter().zip(&self.twist).map(energy).sum()
+    }
+
+    /// Potential energy of all links, zero with every CG in the ground plane \[J\].
+    pub fn potential_energy(&self, robot: &Robot) -> f64 {
+        let energy = |(link, pose): (_, &Pose)| potential_energy(link, robot.gravity, pose);
+        robot.links.iter().zip(&self.pose).map(energy).sum()
+    }
+}
+
+/// Whether states are finite, and slow enough to be robots rather than diverged computations.
+pub fn is_sane(pose: &[Pose], twist: &[Twist]) -> bool {
+    let placed = |pose: &Pose| pose.position.iter().chain(pose.orientation.coords.iter()).all(|x| x.is_finite());
+    let slow = |u: &Twist| {
+        u.iter().take(3).all(|v| v.abs() < MAX_SPEED) && u.iter().skip(3).all(|omega| omega.abs() < MAX_RATE)
+    };
+    pose.iter().all(placed) && twist.iter().all(slow)
+}
+
+/// \[m/s\]
+const MAX_SPEED: f64 = 1e4;
+
+/// \[rad/s\]
+const MAX_RATE: f64 = 1e6;
