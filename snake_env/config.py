@@ -248,8 +248,9 @@ class IOLinearizing(_Section):
         torque_limit: largest torque of a joint [N m], > 0; None for none.
         active_from: the actuators are off before this time [s], >= 0.
         treatment: "implicit" computes the torque continuously, in a time step from the state at its end, without
-            limit on the step; "step" from the state at the start of the step, held over it (on a smooth plant every
-            ``Integrator.step``, by default 2.5e-4 s); a number is a control period [s] over which torques are held.
+            limit on the step (under noise from a measurement every 2.5e-4 s); "step" from the state at the start of
+            the step, held over it (``Integrator.step``, here by default 2.5e-4 s); a number is a control period [s]
+            over which torques are held.
     """
 
     _section = "controller"
@@ -298,6 +299,9 @@ def _planar_controller(law: str, controller: PD | IOLinearizing) -> dict[str, An
 class Noise(_Section):
     """Amplitudes of the uniform noise on what a controller measures (T 7.9)-(T 7.14); each measurement draws anew.
 
+    Measurements are taken when the controller's ``treatment`` computes torques, for "implicit" every 2.5e-4 s as in the
+    thesis.
+
     Args:
         position: N_p [m], >= 0; no controller uses the position.
         heading: N_theta [rad], >= 0.
@@ -335,7 +339,8 @@ class Integrator(_Section):
             at a time; or "thesis", the time stepping and Modified Newton iteration as printed (T Algorithm 3.1).
         step: largest step [s], > 0; a sample interval is divided into equal steps no longer than this. "implicit":
             0.025, and shorter in the first 0.2 s after the robot was placed. "adaptive": 0.05, steps as needed below.
-            0.02 for the robot model, whose smooth plants have a solver that chooses its own.
+            0.02 for the robot model, 2.5e-4 if torques are held over steps; its smooth plants have a solver that
+            chooses its own.
         tolerance: > 0. "thesis": the iteration stops when the impulses change by less [N s] (T 3.81).
             "implicit": accuracy of the velocities in a stage [m/s]. "adaptive": error to expect of any link's position
             after a few seconds of motion [m], in [1e-7, 0.1], default 1e-4.

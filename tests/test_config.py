@@ -107,10 +107,6 @@ def test_the_tolerance_of_adaptive_runs_has_a_range(tolerance):
         ),
         ({"model": "minimal", "start": Start(posture=[0.0] * 3)}, "start.posture"),
         ({"model": "minimal", "gait": Gait.sidewinding()}, "gait.vertical_amplitude"),
-        (
-            {"model": "minimal", "friction_law": "arctan", "noise": Noise(velocity=0.1), "controller": IOLinearizing()},
-            "controller.treatment",
-        ),
         ({"seed": -1}, "seed"),
         ({"seed": 1.5}, "seed"),
     ],

@@ -16,8 +16,9 @@ use requests::REQUESTS;
 fn an_implicit_step_asks_for_no_memory() {
     let limited = FeedbackConfig { torque_limit: Some(10.0), ..FeedbackConfig::io() };
     let held = FeedbackConfig { treatment: Treatment::Step, ..FeedbackConfig::io_for_period(0.02) };
-    for controller in [FeedbackConfig::pd(), FeedbackConfig::io(), limited, held] {
-        let noise = NoiseConfig { joint_angle: 1e-5, ..NoiseConfig::default() };
+    let cases = [(FeedbackConfig::pd(), 0.0), (FeedbackConfig::io(), 0.0), (limited, 0.0), (held, 1e-5)];
+    for (controller, joint_angle) in cases {
+        let noise = NoiseConfig { joint_angle, ..NoiseConfig::default() };
         let mut simulation = straight(&MinimalConfig { controller, noise, ..default_config() });
         let reference = soft_start();
         assert!(simulation.advance(0.05, &reference));

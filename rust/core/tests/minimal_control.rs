@@ -176,6 +176,55 @@ fn actuators_sleep_until_they_awake() {
     assert!(simulation.torque().iter().any(|&tau| tau != 0.0));
 }
 
+/// Actuators that awake at the end of an interval do so there, however the clock has been rounded: a solver that took
+/// the jump for a part of its past would give up.
+#[test]
+fn a_jump_at_the_end_of_an_interval_is_met() {
+    let controller = FeedbackConfig { active_from: 1.0, ..FeedbackConfig::pd() };
+    let smooth = on(MinimalConfig { controller, ..default_config() }, SmoothLaw::PRINTED, 1e-8);
+    let angles = |interval: f64, count: u32| {
+        let mut simulation = straight(&smooth);
+        assert!((0..count).all(|_| simulation.advance(interval, &soft_start())), "intervals of {interval} s");
+        simulation.state().phi().to_vec()
+    };
+    // Ten times 0.1 is just below 1.
+    for (a, b) in angles(0.1, 15).iter().zip(angles(1.5, 1)) {
+        assert!((a - b).abs() < 1e-6, "{a} {b}");
+    }
+}
+
+#[test]
+fn sleeping_actuators_and_held_torques_need_no_short_steps() {
+    let asleep = FeedbackConfig { active_from: 2.0, ..FeedbackConfig::io() };
+    let held = FeedbackConfig::io_for_period(0.02);
+    let still = Wave { amplitude: 0.0, ..Wave::default() };
+    for controller in [asleep, FeedbackConfig { treatment: Treatment::Period(0.02), ..held }] {
+        let mut simulation = straight(&MinimalConfig { controller, ..default_config() });
+        assert!(simulation.advance(0.1, &still), "short steps at the start");
+        assert!(simulation.advance(0.2, &still));
+        assert_eq!(simulation.tally().steps, 10, "{controller:?}");
+    }
+}
+
+/// 3 degrees and 0.972 rad/s at once, asked of the inertia that joint 6 then feels.
+#[test]
+fn the_jumps_of_the_soft_start_take_1326_newton_metres_of_the_printed_gains_and_10_3_of_pd() {
+    for (law, expected) in [(FeedbackConfig::io(), 1326.5), (FeedbackConfig::pd(), 10.28)] {
+        for (method, treatment) in [(Method::Thesis, Treatment::Implicit), (Method::Implicit, Treatment::Step)] {
+            let controller = FeedbackConfig { treatment, ..law };
+            let integrator = IntegratorConfig { method, step: Some(2.5e-4), ..IntegratorConfig::default() };
+            let (mut simulation, gait) =
+                (straight(&MinimalConfig { controller, integrator, ..default_config() }), soft_start());
+            let mut largest = 0.0_f64;
+            for _ in 0..4000 {
+                assert!(simulation.advance(2.5e-4, &gait));
+                largest = simulation.torque().iter().fold(largest, |a, tau| a.max(tau.abs()));
+            }
+            assert!((largest / expected - 1.0).abs() < 2e-3, "{law:?}, {method:?}: {largest}");
+        }
+    }
+}
+
 fn noisy(seed: u64, method: Method, treatment: Treatment) -> Vec<f64> {
     let degree = std::f64::consts::PI / 180.0;
     let noise = NoiseConfig {
@@ -191,6 +240,13 @@ fn noisy(seed: u64, method: Method, treatment: Treatment) -> Vec<f64> {
     let mut simulation = straight(&MinimalConfig { controller, integrator, noise, seed, ..default_config() });
     assert!(simulation.advance(0.2, &soft_start()));
     simulation.state().q.clone()
+}
+
+/// As in the thesis; noise has no meaning between measurements.
+#[test]
+fn noise_is_measured_every_quarter_of_a_millisecond_unless_told_otherwise() {
+    let sampled = Treatment::Period(2.5e-4);
+    assert_eq!(noisy(1, Method::Implicit, Treatment::Implicit), noisy(1, Method::Implicit, sampled));
 }
 
 #[test]

@@ -87,9 +87,13 @@ impl FeedbackConfig {
         self.controller().limit_at(time)
     }
 
-    /// The law's own output from errors of angle and rate: a torque, or u of (T 6.60) without phi_d''.
-    pub fn proportional(&self, angle_error: f64, rate_error: f64) -> f64 {
-        self.kp * angle_error + self.kd * rate_error
+    /// The law's own output for a joint at `angle` and `rate`: a torque (T 7.8), or u (T 6.60).
+    pub fn output(&self, target: &JointTarget, angle: f64, rate: f64) -> f64 {
+        let feedback = self.kp * (target.angle - angle) + self.kd * (target.rate - rate);
+        match self.law {
+            ControlLaw::Pd => feedback,
+            ControlLaw::Io => feedback + target.acceleration,
+        }
     }
 }
 
@@ -151,10 +155,7 @@ impl Feedback {
         let config = self.config;
         let limit = config.limit_at(time);
         for (j, (output, target)) in self.u.iter_mut().zip(targets).enumerate() {
-            *output = config.proportional(target.angle - measured.phi[j], target.rate - measured.phi_rate[j]);
-            if config.law == ControlLaw::Io {
-                *output += target.acceleration;
-            }
+            *output = config.output(target, measured.phi[j], measured.phi_rate[j]);
         }
         match config.law {
             ControlLaw::Pd => tau.copy_from_slice(&self.u),

@@ -39,7 +39,8 @@ impl NoiseConfig {
         Ok(())
     }
 
-    fn is_silent(&self) -> bool {
+    /// Whether there is no noise at all.
+    pub fn is_silent(&self) -> bool {
         *self == Self::default()
     }
 }
@@ -56,13 +57,9 @@ impl Noise {
         Self { config, stream: ChaCha8Rng::seed_from_u64(seed) }
     }
 
-    pub fn is_silent(&self) -> bool {
-        self.config.is_silent()
-    }
-
     /// A fresh draw of the errors of all measurements.
     pub fn draw(&mut self, error: &mut Measurement) {
-        if self.is_silent() {
+        if self.config.is_silent() {
             return;
         }
         let config = self.config;

@@ -6,10 +6,10 @@ use crate::minimal::{Feedback, FeedbackConfig, Measurement, MinimalState, Model,
 /// Controller of one robot with its clock.
 #[derive(Debug, Clone)]
 pub struct Controller {
-    pub feedback: Feedback,
-    pub noise: Noise,
+    feedback: Feedback,
+    noise: Noise,
     /// Errors of the present measurement.
-    pub error: Measurement,
+    error: Measurement,
     measured: Measurement,
     pub targets: Vec<JointTarget>,
     /// tau held since the last sampling instant \[N m\].
@@ -56,29 +56,24 @@ impl Controller {
     pub fn tick(&mut self, model: &Model, state: &MinimalState, reference: &impl JointReference) {
         if self.next_period() <= state.time + ROUND_OFF {
             self.periods += 1;
-            self.noise.draw(&mut self.error);
             self.sample(model, state, reference);
         }
     }
 
-    /// Holds the torque of the present state as measured.
-    pub fn sample(&mut self, model: &Model, state: &MinimalState, reference: &impl JointReference) {
+    /// Begins a step: a new torque where it is held over one.
+    pub fn begin_step(&mut self, model: &Model, state: &MinimalState, reference: &impl JointReference) {
+        if self.config().treatment == Treatment::Step {
+            self.sample(model, state, reference);
+        }
+    }
+
+    /// Holds the torque of the present state as measured, with new errors.
+    fn sample(&mut self, model: &Model, state: &MinimalState, reference: &impl JointReference) {
+        self.noise.draw(&mut self.error);
         self.measured.take(state);
         self.measured.add(&self.error);
         reference.targets(state.time, &mut self.targets);
         self.feedback.torque(model, &self.measured, &self.targets, state.time, &mut self.held);
-    }
-
-    /// Begins a step: new measurement errors, and a new torque where it is held over a step.
-    pub fn begin_step(&mut self, model: &Model, state: &MinimalState, reference: &impl JointReference) {
-        match self.config().treatment {
-            Treatment::Implicit => self.noise.draw(&mut self.error),
-            Treatment::Step => {
-                self.noise.draw(&mut self.error);
-                self.sample(model, state, reference);
-            }
-            Treatment::Period(_) => {}
-        }
     }
 }
 

@@ -47,10 +47,7 @@ pub struct Implicit {
 /// The controller's model inside a stage.
 #[derive(Debug, Clone)]
 struct ControlModel {
-    motion: Motion,
     dynamics: InverseDynamics,
-    phi: Vec<f64>,
-    phi_rate: Vec<f64>,
     u: Vec<f64>,
     /// Joint rates at the end of a saturated stage, were the model exact and the torque unlimited.
     followed: Vec<f64>,
@@ -172,15 +169,15 @@ impl Implicit {
     ) {
         // Before a jump that falls on the end of the stage.
         reference.targets(time - ROUND_OFF, &mut controller.targets);
+        let limit = controller.config().limit_at(time - ROUND_OFF);
         for _ in 0..MAX_PREDICTIONS {
             self.predict(model, c);
-            self.fill_joints(model, controller, c, time, false);
+            self.fill_joints(model, controller, limit);
             let mut outcome = self.solve();
-            let limit = controller.config().limit_at(time - ROUND_OFF) * c;
-            if self.stage.following > 0.0 && self.solution.drive.iter().any(|drive| drive.abs() > limit) {
+            if self.solution.drive.iter().any(|drive| drive.abs() > c * limit) {
                 self.saturated = true;
                 self.load_guess();
-                self.fill_joints(model, controller, c, time, true);
+                self.limit_torques(model, limit);
                 outcome.iterations += self.solve().iterations;
             }
             self.keep(outcome, tally);
@@ -226,47 +223,51 @@ impl Implicit {
         }
     }
 
-    /// The drives of the stage, from held torques or linear in the velocities at its end.
-    fn fill_joints(&mut self, model: &Model, controller: &Controller, c: f64, time: f64, saturated: bool) {
-        let Self { stage, control, predicted, base, reference, .. } = self;
-        let config = controller.config();
-        let limit = config.limit_at(time - ROUND_OFF);
+    /// The drives of the stage: torques held over it, or linear in the velocities at its end.
+    fn fill_joints(&mut self, model: &Model, controller: &Controller, limit: f64) {
+        let Self { stage, control, predicted, base, .. } = self;
+        let (config, c) = (controller.config(), stage.coefficient);
         stage.joints.clear();
         stage.following = 0.0;
-        if config.treatment != Treatment::Implicit {
-            let held = controller.held.iter();
-            stage.joints.extend(held.map(|tau| StageJoint { drive: c * tau, stiffness: 0.0, limit: f64::INFINITY }));
+        if config.treatment != Treatment::Implicit || limit == 0.0 {
+            // An implicit controller holds nothing: asleep, it exerts no torque.
+            stage.joints.extend(controller.held.iter().map(|tau| constant_drive(c * tau)));
             return;
+        }
+        for ((u, target), angle) in control.u.iter_mut().zip(&controller.targets).zip(&base[3..]) {
+            *u = config.output(target, *angle, 0.0);
         }
         let stiffness = c * (config.kd + c * config.kp);
-        for (j, target) in controller.targets.iter().enumerate() {
-            let angle = target.angle - base[3 + j] - controller.error.phi[j];
-            control.u[j] = config.proportional(angle, target.rate - controller.error.phi_rate[j]);
-            if config.law == ControlLaw::Io {
-                control.u[j] += target.acceleration;
-                if saturated {
-                    let before = reference[j + 1].z - reference[j].z;
-                    let followed = (before + c * control.u[j]) / (1.0 + stiffness);
-                    control.u[j] = (followed - before) / c;
-                    control.followed[j] = followed;
-                }
-            } else {
-                stage.joints.push(StageJoint { drive: c * control.u[j], stiffness, limit: c * limit });
+        match config.law {
+            ControlLaw::Pd => {
+                let drives = control.u.iter().map(|u| StageJoint { drive: c * u, stiffness, limit: c * limit });
+                stage.joints.extend(drives);
+            }
+            ControlLaw::Io => {
+                control.find_torques(model, predicted);
+                stage.joints.extend(control.tau.iter().map(|tau| constant_drive(c * tau)));
+                stage.following = stiffness;
             }
         }
-        if config.law == ControlLaw::Pd {
-            return;
+    }
+
+    /// Input-output linearisation within the torque limit: the error dynamics are followed joint by joint.
+    fn limit_torques(&mut self, model: &Model, limit: f64) {
+        let Self { stage, control, predicted, reference, .. } = self;
+        let (c, f) = (stage.coefficient, stage.following);
+        stage.following = 0.0;
+        for (j, u) in control.u.iter_mut().enumerate() {
+            let before = reference[j + 1].z - reference[j].z;
+            let followed = (before + c * *u) / (1.0 + f);
+            control.followed[j] = followed;
+            *u = (followed - before) / c;
         }
-        control.inverse_dynamics(model, predicted, controller);
-        for (j, tau) in control.tau.iter().enumerate() {
-            stage.joints.push(if saturated {
-                let stiffness = stiffness * control.own_inertia[j];
-                StageJoint { drive: c * tau + stiffness * control.followed[j], stiffness, limit: c * limit }
-            } else {
-                StageJoint { drive: c * tau, stiffness: 0.0, limit: f64::INFINITY }
-            });
+        control.find_torques(model, predicted);
+        for (j, joint) in stage.joints.iter_mut().enumerate() {
+            let stiffness = f * control.own_inertia[j];
+            let drive = c * control.tau[j] + stiffness * control.followed[j];
+            *joint = StageJoint { drive, stiffness, limit: c * limit };
         }
-        stage.following = if saturated { 0.0 } else { stiffness };
     }
 
     fn solve(&mut self) -> Outcome {
@@ -302,44 +303,25 @@ impl Implicit {
 
 impl ControlModel {
     fn new(model: &Model) -> Self {
-        let joints = model.joint_count();
-        let zero = vec![0.0; joints];
+        let zero = vec![0.0; model.joint_count()];
         Self {
-            motion: Motion::new(model.link_count()),
             dynamics: InverseDynamics::new(model),
-            phi: zero.clone(),
-            phi_rate: zero.clone(),
             u: zero.clone(),
             followed: zero.clone(),
-            own_inertia: model.own_inertia(),
             tau: zero,
+            own_inertia: model.own_inertia(),
         }
     }
 
-    /// tau (T 6.58) for the joint accelerations `u` at the predicted end of the stage, as measured.
-    fn inverse_dynamics(&mut self, model: &Model, predicted: &Motion, controller: &Controller) {
-        let law = Some(SmoothLaw::PRINTED);
-        if controller.noise.is_silent() {
-            self.dynamics.torques(model, predicted, law, &self.u, &mut self.tau);
-            return;
-        }
-        let error = &controller.error;
-        let first = &predicted.links[0];
-        for (j, pair) in predicted.links.windows(2).enumerate() {
-            let (sin, cos) = (
-                pair[0].axial.x * pair[1].axial.y - pair[0].axial.y * pair[1].axial.x,
-                pair[0].axial.dot(&pair[1].axial),
-            );
-            self.phi[j] = sin.atan2(cos) + error.phi[j];
-            self.phi_rate[j] = pair[1].twist.z - pair[0].twist.z + error.phi_rate[j];
-        }
-        let swing = Vector2::new(-first.axial.y, first.axial.x) * (model.links[0].half_length * first.twist.z);
-        let velocity = first.twist.xy() - swing + error.velocity;
-        let theta = first.axial.y.atan2(first.axial.x) + error.theta;
-        let base = Base { theta, rate: velocity.push(first.twist.z + error.theta_rate) };
-        self.motion.set(model, base, &self.phi, &self.phi_rate);
-        self.dynamics.torques(model, &self.motion, law, &self.u, &mut self.tau);
+    /// tau (T 6.58) for the joint accelerations `u` at the predicted end of the stage.
+    fn find_torques(&mut self, model: &Model, predicted: &Motion) {
+        self.dynamics.torques(model, predicted, Some(SmoothLaw::PRINTED), &self.u, &mut self.tau);
     }
+}
+
+/// A torque impulse that does not depend on the velocities.
+fn constant_drive(drive: f64) -> StageJoint {
+    StageJoint { drive, stiffness: 0.0, limit: f64::INFINITY }
 }
 
 /// 1 - 1/sqrt 2: makes the two-stage SDIRK L-stable and of second order.

@@ -66,10 +66,12 @@ impl MinimalSimulation {
         config.noise.validate().map_err(|e| e.inside("noise"))?;
         let model = Model::new(&robot, &config.ground);
         let links = model.link_count();
-        let controller = controller_of(config, &model)?;
+        let feedback = FeedbackConfig { treatment: treatment_of(config), ..config.controller };
+        let controller = Controller::new(feedback, Noise::new(config.noise, config.seed), &model);
         let mut integrator = config.integrator;
         if integrator.method == Method::Implicit {
-            integrator.step = integrator.step.or(Some(STEP));
+            let held = feedback.treatment == Treatment::Step;
+            integrator.step = integrator.step.or(Some(if held { THESIS_STEP } else { STEP }));
         }
         let scheme = match (config.friction_law, integrator.method) {
             (FrictionLaw::SetValued, Method::Thesis) => Scheme::Thesis(Box::new(Thesis::new(integrator, &model))),
@@ -134,24 +136,30 @@ impl MinimalSimulation {
 
     /// Integrates over `duration`; returns whether the state stayed sane.
     ///
-    /// Steps end where the reference jumps, the actuators awake or a control period begins, and are short after that.
+    /// Steps end where the reference jumps, the actuators awake or a control period begins.
     pub fn advance(&mut self, duration: f64, reference: &impl JointReference) -> bool {
         self.tally.clear();
         let end = self.state.time + duration;
         while self.state.time < end - ROUND_OFF && !self.diverged {
             self.controller.tick(&self.model, &self.state, reference);
-            let until = self.next_break(reference).min(end);
-            self.run_to(until, reference);
-            if until < end {
-                self.last_jump = until;
-                match &mut self.scheme {
-                    Scheme::Implicit(scheme) => scheme.meet_jump(),
-                    Scheme::Smooth(scheme) => scheme.meet_jump(),
-                    Scheme::Thesis(_) => {}
-                }
+            let jump = self.next_break(reference);
+            // A jump just behind the end belongs to this interval: the next one starts after it.
+            let jumps = jump <= end + ROUND_OFF;
+            self.run_to(if jumps { jump } else { end }, reference);
+            if jumps {
+                self.meet_jump();
             }
         }
         !self.diverged
+    }
+
+    fn meet_jump(&mut self) {
+        self.last_jump = self.state.time;
+        match &mut self.scheme {
+            Scheme::Implicit(scheme) => scheme.meet_jump(),
+            Scheme::Smooth(scheme) => scheme.meet_jump(),
+            Scheme::Thesis(_) => {}
+        }
     }
 
     /// The next time at which something jumps.
@@ -188,19 +196,21 @@ impl MinimalSimulation {
         }
     }
 
-    /// The end of the next step on the way to `until`. After a jump, and while a torque is at its limit, the steps of the default scheme grow from `RAMP`
-    /// of the usual length; the smooth plant's solver chooses its own.
+    /// The end of the next step on the way to `until`; the smooth plant's solver chooses its own steps.
+    ///
+    /// Feedback is stiff: after a jump, and while a torque is at its limit, steps grow from `RAMP` of the usual length.
+    /// Torques that are held over steps are not.
     fn step_end(&self, until: f64) -> f64 {
         let left = until - self.state.time;
-        let mut h = left / f64::from(self.integrator.steps_in(left));
-        match self.scheme {
-            Scheme::Thesis(_) => {}
-            Scheme::Implicit(_) => {
+        let equal = left / f64::from(self.integrator.steps_in(left));
+        let h = match self.scheme {
+            Scheme::Smooth(_) => left,
+            Scheme::Implicit(_) if self.controller.config().treatment == Treatment::Implicit => {
                 let grown = GROWTH * (self.state.time - self.last_jump);
-                h = h.min(grown.max(RAMP * self.integrator.step()));
+                equal.min(grown.max(RAMP * self.integrator.step()))
             }
-            Scheme::Smooth(_) => h = left,
-        }
+            Scheme::Implicit(_) | Scheme::Thesis(_) => equal,
+        };
         if h > left - ROUND_OFF { until } else { self.state.time + h }
     }
 
@@ -225,20 +235,16 @@ impl MinimalSimulation {
     }
 }
 
-/// The controller; on a smooth plant "once a step" means once every step of the thesis.
-fn controller_of(config: &MinimalConfig, model: &Model) -> Result<Controller, ConfigError> {
-    let mut feedback = config.controller;
-    let noise = Noise::new(config.noise, config.seed);
-    if matches!(config.friction_law, FrictionLaw::Smooth(_)) {
-        if feedback.treatment == Treatment::Step {
-            feedback.treatment = Treatment::Period(config.integrator.step.unwrap_or(THESIS_STEP));
-        }
-        if feedback.treatment == Treatment::Implicit && !noise.is_silent() {
-            let expected = "\"step\" or a control period: noise on a smooth plant needs sampling instants";
-            return Err(ConfigError::new("controller.treatment", "\"implicit\"", expected));
-        }
+/// When torques are computed. Without steps of the scheme's own to hold them over, on a smooth plant, and without
+/// measurements to add noise to, that is at the steps of the thesis; its scheme is explicit.
+fn treatment_of(config: &MinimalConfig) -> Treatment {
+    let smooth = matches!(config.friction_law, FrictionLaw::Smooth(_));
+    match config.controller.treatment {
+        Treatment::Implicit if config.integrator.method == Method::Thesis => Treatment::Step,
+        Treatment::Implicit if !config.noise.is_silent() => Treatment::Period(THESIS_STEP),
+        Treatment::Step if smooth => Treatment::Period(config.integrator.step.unwrap_or(THESIS_STEP)),
+        chosen => chosen,
     }
-    Ok(Controller::new(feedback, noise, model))
 }
 
 /// (T Table 7.2) \[s\].

@@ -63,10 +63,7 @@ impl SmoothPlant {
         let Self { model, law, config, motion, forward, inverse, targets, u, torque } = self;
         reference.targets(t, targets);
         for (j, (u, target)) in u.iter_mut().zip(targets.iter()).enumerate() {
-            *u = config.proportional(target.angle - q[3 + j], target.rate - rate[3 + j]);
-            if config.law == ControlLaw::Io {
-                *u += target.acceleration;
-            }
+            *u = config.output(target, q[3 + j], rate[3 + j]);
         }
         let limit = config.limit_at(t);
         if config.law == ControlLaw::Pd {

@@ -7,7 +7,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Rotation2, Vector2};
 
 use crate::gait::JointReference;
 use crate::laws::{ConvexSet, Ellipse};
-use crate::minimal::{MinimalState, Model, ProcessPlant, SmoothLaw, Treatment, actuation};
+use crate::minimal::{MinimalState, Model, ProcessPlant, SmoothLaw, actuation};
 use crate::stepper::{IntegratorConfig, Tally};
 
 use super::controller::Controller;
@@ -48,9 +48,6 @@ impl Thesis {
         tally: &mut Tally,
     ) {
         controller.begin_step(model, state, reference);
-        if controller.config().treatment == Treatment::Implicit {
-            controller.sample(model, state, reference);
-        }
         self.torque.copy_from_slice(&controller.held);
         let rate = DVector::from_row_slice(&state.rate);
         let midpoint: Vec<f64> = state.q.iter().zip(&state.rate).map(|(q, v)| q + 0.5 * h * v).collect();
