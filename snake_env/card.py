@@ -24,16 +24,16 @@ DESCRIPTIONS = {
     "forward on open ground.",
     "SnakePerturbed-v0": "The courses of Tables 7.3 and 7.5 with pegs out of place, as in Figure 7.8 of the thesis. "
     "With the probability `difficulty` a peg is missing, and two more are shifted by up to `difficulty` times one link "
-    'diameter. The headline case is `perturbation={"course": "table-7.3", "without": [3], "removed": 0, "shifted": 0}`, '
-    "where the thesis's gait fails.",
+    'diameter. The headline case is `perturbation={"course": "table-7.3", "without": [3], "removed": 0, "shifted": '
+    "0}`, where the thesis's gait fails.",
     "SnakeMaze-v0": "A lattice of 5 x 6 posts after Liu, Onal and Fu (2021) on the way to a goal point, up to "
-    "`difficulty` times 90 degrees off the robot's direction. As there the posts have a radius of 2 cm, the goal lies 2 m "
-    "away, the gaps jitter, and the robot can move without posts: the ground resists sideways sliding more, as in "
+    "`difficulty` times 90 degrees off the robot's direction. As there the posts have a radius of 2 cm, the goal lies "
+    "2 m away, the gaps jitter, and the robot can move without posts: the ground resists sideways sliding more, as in "
     "`SnakeFree-v0`. Scaled to Aiko: the posts stand half a wave of its gait apart, 0.367 m, so that a body length "
     "meets three columns and passages are three body widths wide.",
-    "SnakeCorridor-v0": "A corridor whose walls are rows of pegs: straight where the robot starts, then bent along an arc "
-    "by up to `difficulty` times 90 degrees, with the goal point at its end. `difficulty` also widens the corridor beyond "
-    "the width that fits the gait and moves pegs along the walls.",
+    "SnakeCorridor-v0": "A corridor whose walls are rows of pegs: straight where the robot starts, then bent along an "
+    "arc by up to `difficulty` times 90 degrees, with the goal point at its end. `difficulty` also widens the corridor "
+    "beyond the width that fits the gait and moves pegs along the walls.",
 }
 
 ARGUMENTS = {
@@ -44,17 +44,17 @@ ARGUMENTS = {
     "control_period": "time between two actions [s], 0.001 to 1",
     "max_episode_steps": "control periods after which an episode is truncated, >= 1",
     "goal_distance": "way from the start of the CG to the goal line or the goal point [m], 0.1 to 20",
-    "corridor_half_width": "distance from the centre line at which the corridor ends; with a goal point: by how much the "
-    "robot may be farther from it than at the start [m], 0.1 to 5",
+    "corridor_half_width": "distance from the centre line at which the corridor ends; with a goal point: by how much "
+    "the robot may be farther from it than at the start [m], 0.1 to 5",
     "goal_radius": 'radius of the goal of "maze" and "corridor" [m], 0.01 to 0.9 `goal_distance`',
-    "turn": 'largest angle between the start and the goal of "maze", largest bend of "corridor", at difficulty 1 [rad], '
-    "0 to pi/2",
+    "turn": 'largest angle between the start and the goal of "maze", largest bend of "corridor", at difficulty 1 '
+    "[rad], 0 to pi/2",
     "difficulty": "irregularity of a random scene, 0 to 1",
     "field": 'generator of the random field: "mixed", "track", "lattice" or "poisson"',
-    "perturbation": 'pegs of "perturbed" that are out of place: `course` ("table-7.3", "table-7.5" or "mixed"), numbers '
-    "of pegs `removed`, each with the probability `difficulty`, and `shifted` in an episode, drawn from peg 3 on; the "
-    "longest `shift` at difficulty 1 [m], 0 to 0.5; pegs always absent, `without` = [j, ...], and always elsewhere, "
-    "`moved` = [[j, dx, dy], ...], j from 1 as in the thesis",
+    "perturbation": 'pegs of "perturbed" that are out of place: `course` ("table-7.3", "table-7.5" or "mixed"), '
+    "numbers of pegs `removed`, each with the probability `difficulty`, and `shifted` in an episode, drawn from peg 3 "
+    "on; the longest `shift` at difficulty 1 [m], 0 to 0.5; pegs always absent, `without` = [j, ...], and always "
+    "elsewhere, `moved` = [[j, dx, dy], ...], j from 1 as in the thesis",
     "friction": "Coulomb coefficients along and across a link, 0 to 10; null: the task's own, (0.2, 0.5) for "
     '"free" and "maze" and (0.2, 0.2) otherwise',
     "controller": 'joint controller: "pd", "io" (input-output linearising, critically damped with K_D = 0.5 / T for T '
@@ -104,8 +104,8 @@ Choose the threads of torch too: `torch.set_num_threads(1)` and the rest for the
 
 ## Version history
 
-- v0: first release of all ids. `SnakePerturbed-v0`, `SnakeMaze-v0` and `SnakeCorridor-v0` came later; the others did not
-  change by it.
+- v0: first release of all ids. `SnakePerturbed-v0`, `SnakeMaze-v0` and `SnakeCorridor-v0` came later; the others did
+  not change by it.
 """
 
 

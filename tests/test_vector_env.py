@@ -31,7 +31,7 @@ def test_the_checker_finds_nothing(env_id, action_mode):
 @pytest.mark.parametrize("mode", MODES)
 def test_equals_sync_by_gymnasiums_own_measure(env_id, mode):
     """As gymnasium's test_vector_env_equal, with the native batch on one side; terminations included."""
-    keywords = {"max_episode_steps": 30, "goal_distance": 0.1}
+    keywords = {"max_episode_steps": 30, "goal_distance": 0.1, "goal_radius": 0.05}
     native = gym.make_vec(env_id, num_envs=3, autoreset_mode=mode, **keywords)
     sync = SyncVectorEnv([lambda: gym.make(env_id, **keywords)] * 3, autoreset_mode=mode)
     assert data_equivalence(native.reset(seed=123), sync.reset(seed=123))
@@ -52,7 +52,7 @@ def test_equals_sync_by_gymnasiums_own_measure(env_id, mode):
 
 
 def test_a_goal_reached_in_the_last_step_is_terminated_and_truncated_as_gymnasium_has_it():
-    keywords = {"goal_distance": 0.1, "start_jitter": 0.0}
+    keywords = {"goal_distance": 0.1, "goal_radius": 0.05, "start_jitter": 0.0}
     env = gym.make_vec("SnakeCourse-v0", num_envs=1, **keywords)
     env.reset(seed=0)
     steps = 0
@@ -239,7 +239,7 @@ def test_actions_beyond_the_box_are_clipped(make):
         ({"render_mode": "bogus"}, "render_mode"),
         ({"max_episode_steps": 0}, "max_episode_steps"),
         ({"max_episode_steps": -5}, "max_episode_steps"),
-        ({"task": "maze"}, "task"),
+        ({"task": "labyrinth"}, "task"),
         ({"action_mode": "torque"}, "action_mode"),
         ({"perception": "lidar"}, "perception"),
         ({"nearest_pegs": 0}, "nearest_pegs"),
@@ -248,6 +248,12 @@ def test_actions_beyond_the_box_are_clipped(make):
         ({"control_period": float("nan")}, "control_period"),
         ({"goal_distance": -1.0}, "goal_distance"),
         ({"corridor_half_width": float("inf")}, "corridor_half_width"),
+        ({"goal_radius": 0.0}, "goal_radius"),
+        ({"goal_radius": 1.9, "task": "maze"}, "goal_radius"),
+        ({"turn": 2.0}, "turn"),
+        ({"perturbation": {"course": "table-7.4"}}, r"perturbation\.course"),
+        ({"perturbation": {"without": [8]}}, r"perturbation\.without\[0\]"),
+        ({"perturbation": {"removed": 1.5}}, r"perturbation\.removed"),
         ({"difficulty": 1.01}, "difficulty"),
         ({"field": "forest"}, "field"),
         ({"friction": (0.2, -0.1)}, r"friction\[1\]"),
@@ -315,7 +321,7 @@ def test_the_mode_may_be_a_member_or_its_name(make):
 
 
 def test_reward_terms_add_up_to_the_reward(env_id):
-    env = gym.make_vec(env_id, num_envs=3, goal_distance=0.1)
+    env = gym.make_vec(env_id, num_envs=3, goal_distance=0.1, goal_radius=0.05)
     _, infos = env.reset(seed=0)
     terms = [name for name in infos if name.startswith("reward_")]
     assert len(terms) == 4
