@@ -3,9 +3,10 @@
     python -m training.sweep --configs field-hard,field-hard-blind --seeds 5 --jobs 8 --seconds 1500 --out runs/sweep
 
 One process a run, one thread each. Each run has a folder ``<out>/<config>/seed-<k>`` and a log in it. Run the same
-command again to go on: finished runs stay, others resume from their checkpoints. Ctrl-C stops all runs, which save. At
-the end each configuration has ``best.safetensors``, the policy of the highest success rate plus speed [m/s] on fields
-for choosing, ``seeds.json`` with all of them, and, with matplotlib, ``learning-curves.png`` with the spread over seeds.
+command again to go on: finished runs stay, others resume from their checkpoints. Ctrl-C or a termination signal, as
+that of ``timeout 540 python -m training.sweep ...``, stops all runs, which save. At the end each configuration has
+``best.safetensors``, the policy of the highest success rate plus speed [m/s] on fields for choosing, ``seeds.json``
+with all of them, and, with matplotlib, ``learning-curves.png`` with the spread over seeds.
 """
 
 from __future__ import annotations
@@ -54,6 +55,8 @@ def main(arguments: list[str] | None = None) -> int:
         f"--{name.replace('_', '-')}={value}" for name in ("seconds", "total_steps") if (value := getattr(args, name))
     ]
     runs = [Run(name, seed, args.out, limits) for seed in range(args.seeds) for name in args.configs]
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.default_int_handler)
     try:
         work([run for run in runs if not run.folder.finished], args.jobs)
     except KeyboardInterrupt:
