@@ -1,4 +1,4 @@
-//! Joint references: the travelling wave (T 2.14), (T 7.1) and its soft start (T 7.2.2).
+//! Joint references: the travelling wave (T 2.14), (T 7.1), a pair of waves for cardan joints, and soft start (T 7.2.2).
 
 use std::f64::consts::PI;
 
@@ -32,7 +32,7 @@ pub trait JointReference {
     }
 }
 
-/// The travelling wave phi_i = A sin(omega t + (i - 1) beta) + gamma (T 2.14).
+/// The travelling wave phi_i = A sin(omega t + (i - 1) beta + beta_0) + gamma (T 2.14), (T 2.15).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Wave {
@@ -44,13 +44,15 @@ pub struct Wave {
     pub beta: f64,
     /// gamma_h, common offset that steers \[rad\].
     pub gamma: f64,
+    /// beta_0, phase of the first joint at t = 0 \[rad\].
+    pub phase: f64,
 }
 
 impl Default for Wave {
     /// Lateral undulation (T 7.3).
     fn default() -> Self {
         let degree = PI / 180.0;
-        Self { amplitude: 40.0 * degree, omega: 80.0 * degree, beta: -50.0 * degree, gamma: 0.0 }
+        Self { amplitude: 40.0 * degree, omega: 80.0 * degree, beta: -50.0 * degree, gamma: 0.0, phase: 0.0 }
     }
 }
 
@@ -62,18 +64,24 @@ impl Wave {
         finite("omega", self.omega)?;
         finite("beta", self.beta)?;
         finite("gamma", self.gamma)?;
+        finite("phase", self.phase)?;
         Ok(())
     }
 
-    /// Phase of `joint` at `time`, omega t + (i - 1) beta.
-    fn phase(&self, joint: usize, time: f64) -> f64 {
-        self.omega * time + joint as f64 * self.beta
+    /// A wave that holds all joints at zero.
+    pub fn still() -> Self {
+        Self { amplitude: 0.0, omega: 0.0, beta: 0.0, gamma: 0.0, phase: 0.0 }
+    }
+
+    /// Phase of `joint` at `time`, omega t + (i - 1) beta + beta_0.
+    fn phase_at(&self, joint: usize, time: f64) -> f64 {
+        self.omega * time + joint as f64 * self.beta + self.phase
     }
 }
 
 impl JointReference for Wave {
     fn target(&self, joint: usize, time: f64) -> JointTarget {
-        let (sin, cos) = self.phase(joint, time).sin_cos();
+        let (sin, cos) = self.phase_at(joint, time).sin_cos();
         let (a, w) = (self.amplitude, self.omega);
         JointTarget { angle: a * sin + self.gamma, rate: a * w * cos, acceleration: -a * w * w * sin }
     }
@@ -124,7 +132,7 @@ fn first_time_near_zero(wave: &Wave, joint: usize) -> f64 {
             continue;
         }
         for x in [sine.asin(), PI - sine.asin()] {
-            let time = (x - wave.phase(joint, 0.0)) / omega;
+            let time = (x - wave.phase_at(joint, 0.0)) / omega;
             first = first.min(time.rem_euclid(2.0 * PI / omega.abs()));
         }
     }
@@ -154,13 +162,57 @@ impl JointReference for Gait {
     }
 }
 
+/// References of one cardan joint.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct CardanTarget {
+    /// phi_h: sideways.
+    pub yaw: JointTarget,
+    /// phi_v: up and down.
+    pub pitch: JointTarget,
+}
+
+/// Anything that prescribes the angles of cardan joints over time; joint 0 lies between links 0 and 1.
+pub trait CardanReference {
+    /// The reference of `joint` at `time` \[s\].
+    fn target(&self, joint: usize, time: f64) -> CardanTarget;
+
+    /// The references of all joints at `time` \[s\].
+    fn targets(&self, time: f64, targets: &mut [CardanTarget]) {
+        for (joint, target) in targets.iter_mut().enumerate() {
+            *target = self.target(joint, time);
+        }
+    }
+
+    /// The first time after `time` at which a reference jumps \[s\]; infinite if none does.
+    fn next_jump(&self, _time: f64) -> f64 {
+        f64::INFINITY
+    }
+}
+
+/// Two waves, one for the yaw and one for the pitch of each joint (T 7.1), (T 7.2).
+#[derive(Debug, Clone, PartialEq)]
+pub struct CardanGait {
+    pub yaw: Gait,
+    pub pitch: Gait,
+}
+
+impl CardanReference for CardanGait {
+    fn target(&self, joint: usize, time: f64) -> CardanTarget {
+        CardanTarget { yaw: self.yaw.target(joint, time), pitch: self.pitch.target(joint, time) }
+    }
+
+    fn next_jump(&self, time: f64) -> f64 {
+        self.yaw.next_jump(time).min(self.pitch.next_jump(time))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn rate_and_acceleration_are_the_derivatives_of_the_angle() {
-        let wave = Wave { gamma: 0.1, ..Wave::default() };
+        let wave = Wave { gamma: 0.1, phase: 0.4, ..Wave::default() };
         let h = 1e-5;
         for joint in 0..10 {
             let at = |t: f64| wave.target(joint, t);
@@ -174,7 +226,7 @@ mod tests {
 
     #[test]
     fn soft_start_joins_the_wave_at_the_first_time_within_three_degrees() {
-        let wave = Wave { gamma: 0.05, ..Wave::default() };
+        let wave = Wave { gamma: 0.05, phase: 1.3, ..Wave::default() };
         let soft = SoftStart::new(wave, 10);
         for joint in 0..10 {
             let near_zero = |&t: &f64| wave.target(joint, t).angle.abs() <= SOFT_START_THRESHOLD;

@@ -4,7 +4,8 @@
 //! Control of Snake Robots* (NTNU 2007); equations are tagged `(T 3.66)` with the thesis's numbers. SI units and radians
 //! everywhere.
 //! Modules import each other in one direction only:
-//! `math <- laws <- contact <- {planar, spatial, minimal} <- stepper <- {simulation, minimal_simulation} <- task <- batch`.
+//! `math <- laws <- contact <- {planar, spatial, minimal} <- stepper <- simulations <- task <- batch`; the simulations are
+//! `simulation`, `spatial_simulation` and `minimal_simulation`.
 
 pub mod batch;
 pub mod contact;
@@ -21,6 +22,7 @@ pub mod robot;
 pub mod scene;
 pub mod simulation;
 pub mod spatial;
+pub mod spatial_simulation;
 pub mod stepper;
 pub mod task;
 

@@ -11,7 +11,9 @@ use crate::pegs::PegGrid;
 use crate::planar::{PlanarState, Pose, Twist, assemble_chain, largest_joint_gap};
 use crate::robot::{Robot, RobotConfig};
 use crate::scene::{Peg, Scene, SceneConfig};
-use crate::stepper::{Adaptive, Body, Driven, Fleet, Hardest, IntegratorConfig, Method, Plant, Thesis, WarmStart};
+use crate::stepper::{
+    Adaptive, Body, Driven, Fleet, Hardest, IntegratorConfig, Method, Plant, Tally, Thesis, WarmStart,
+};
 
 /// The scheme chosen at construction.
 #[derive(Debug, Clone)]
@@ -246,7 +248,10 @@ impl PlanarSimulation {
 impl StepReport {
     /// What happened to a body during its last interval.
     pub fn of(body: &Body) -> Self {
-        let tally = &body.tally;
+        Self::new(&body.tally, body.diverged)
+    }
+
+    pub fn new(tally: &Tally, diverged: bool) -> Self {
         Self {
             steps: tally.steps,
             iterations: tally.iterations,
@@ -259,7 +264,7 @@ impl StepReport {
             friction_work: tally.friction_work,
             actuator_work: tally.actuator_work,
             positive_actuator_work: tally.positive_actuator_work,
-            diverged: body.diverged,
+            diverged,
         }
     }
 }

@@ -55,6 +55,7 @@ impl Draw {
                 omega: magnitude(random, 0.1, 20.0),
                 beta: random.around_zero(1.5),
                 gamma: random.around_zero(0.2),
+                phase: 0.0,
             },
             bends: (0..links).map(|_| random.around_zero(0.6)).collect(),
             velocity: [random.around_zero(speed), random.around_zero(speed)],

@@ -19,7 +19,7 @@ fn zero_or(numbers: impl Strategy<Value = f64> + 'static) -> impl Strategy<Value
 
 fn waves() -> impl Strategy<Value = Wave> {
     let numbers = (0.0..1.0, decades(0.1, 20.0), -1.5..1.5, -0.2..0.2);
-    numbers.prop_map(|(amplitude, omega, beta, gamma)| Wave { amplitude, omega, beta, gamma })
+    numbers.prop_map(|(amplitude, omega, beta, gamma)| Wave { amplitude, omega, beta, gamma, phase: 0.0 })
 }
 
 prop_compose! {

@@ -18,8 +18,11 @@ mod dynamics;
 mod ground;
 mod joint;
 mod kinematics;
+mod modified_newton;
 mod peg;
 mod state;
+mod step;
+mod step_residual;
 
 pub use dynamics::{inertia, mass_diagonal, potential_energy, smooth_force};
 pub use ground::{End, GroundContact, ground_contact, ground_frame, ground_gap};
@@ -28,8 +31,11 @@ pub use joint::{
     printed_joint_rate,
 };
 pub use kinematics::{assemble_chain, close_joints, largest_joint_gap, orientation_of, rest_on_ground, travel};
+pub use modified_newton::{ContactPenalties, ModifiedNewton};
 pub use peg::{PegContact, peg_contact, peg_gap};
 pub use state::{Pose, SpatialState, Twist, is_sane, turning, twist_of};
+pub use step::{GroundImpulse, Step, StepGround, StepLink, StepPeg, StepSolution};
+pub use step_residual::step_residual;
 
 use nalgebra::{Matrix3, Vector3, Vector6};
 

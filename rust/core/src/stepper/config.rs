@@ -34,10 +34,14 @@ pub struct IntegratorConfig {
     pub event_substeps: u32,
     /// `implicit`, order 2: deviation of a stage from its prediction beyond which that is so \[m\].
     pub event_tolerance: Option<f64>,
-    /// `thesis`: r_T of (T 3.79).
+    /// `thesis`: r_T of (T 3.79), (T 4.114).
     pub r_t: Option<f64>,
-    /// `thesis`: r_H of (T 3.78).
+    /// `thesis`: r_H of (T 3.78), (T 4.116).
     pub r_h: f64,
+    /// `thesis`, spatial model: r_N of (T 4.113).
+    pub r_n: f64,
+    /// `thesis`, spatial model: r_V of (T 4.115).
+    pub r_v: f64,
 }
 
 impl Default for IntegratorConfig {
@@ -52,6 +56,8 @@ impl Default for IntegratorConfig {
             event_tolerance: None,
             r_t: None,
             r_h: 0.01,
+            r_n: 0.1,
+            r_v: 0.05,
         }
     }
 }
@@ -69,7 +75,9 @@ impl IntegratorConfig {
         for (name, value) in [("event_tolerance", self.event_tolerance), ("r_t", self.r_t)] {
             value.map_or(Ok(0.0), |value| positive(name, value))?;
         }
-        positive("r_h", self.r_h)?;
+        for (name, value) in [("r_h", self.r_h), ("r_n", self.r_n), ("r_v", self.r_v)] {
+            positive(name, value)?;
+        }
         Ok(())
     }
 

@@ -107,7 +107,7 @@ mod tests {
     #[test]
     fn action_zero_is_the_gait_of_the_thesis() {
         let [amplitude, frequency, phase_shift, offset] = wave_entries().map(|entry| entry.value(0.0));
-        let wave = Wave { amplitude, omega: frequency, beta: phase_shift, gamma: offset };
+        let wave = Wave { amplitude, omega: frequency, beta: phase_shift, gamma: offset, phase: 0.0 };
         assert_eq!(wave, Wave::default());
     }
 

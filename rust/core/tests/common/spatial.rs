@@ -1,4 +1,5 @@
 //! What the tests of the spatial model need: random links, poses, twists, and matrices as the thesis prints them.
+#![allow(dead_code)]
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector2, Vector3};
 use snake_core::robot::Link;

@@ -1,0 +1,46 @@
+use nalgebra::Vector2;
+
+use crate::control::{ControlLaw, ControllerConfig};
+use crate::error::{ConfigError, require};
+use crate::gait::CardanTarget;
+use crate::robot::Robot;
+use crate::scene::Scene;
+
+/// Robot, ground and controller: what no step changes.
+#[derive(Debug, Clone)]
+pub struct SpatialPlant {
+    pub robot: Robot,
+    pub controller: ControllerConfig,
+    /// mu_Tx, mu_Ty.
+    pub friction: Vector2<f64>,
+    /// mu_V.
+    pub rolling_friction: f64,
+}
+
+impl SpatialPlant {
+    /// # Errors
+    /// Names the gain that is not admissible, or a control law other than PD.
+    pub fn new(robot: Robot, scene: &Scene, controller: ControllerConfig) -> Result<Self, ConfigError> {
+        controller.validate()?;
+        let expected = "\"pd\": the spatial model has no input-output linearisation";
+        require(controller.law == ControlLaw::Pd, "law", "io", expected)?;
+        let Scene { friction, rolling_friction, .. } = scene;
+        Ok(Self { robot, controller, friction: Vector2::from(*friction), rolling_friction: *rolling_friction })
+    }
+
+    /// tau_C = (yaw, pitch) of a joint from its angles and rates (T 4.101), (T 4.102), within the limit at `time` \[N m\].
+    pub fn joint_torque(
+        &self,
+        target: &CardanTarget,
+        angle: Vector2<f64>,
+        rate: Vector2<f64>,
+        time: f64,
+    ) -> Vector2<f64> {
+        let ControllerConfig { kp, kd, .. } = self.controller;
+        let limit = self.controller.limit_at(time);
+        let wanted_angle = Vector2::new(target.yaw.angle, target.pitch.angle);
+        let wanted_rate = Vector2::new(target.yaw.rate, target.pitch.rate);
+        let torque = -(wanted_angle - angle) * kp - (wanted_rate - rate) * kd;
+        torque.map(|torque| torque.clamp(-limit, limit))
+    }
+}
