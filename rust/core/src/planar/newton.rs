@@ -9,8 +9,12 @@
 //! converges whether or not the impulses are unique.
 //!
 //! Every link's velocities are kept in its own frame, where friction is diagonal and the arm to a joint is
-//! along e_y; one pass from tail to head moves to the trial velocities, asks all laws there for force and
-//! stiffness, and eliminates the chain.
+//! along e_y. A pass from head to tail takes the Newton step and asks all laws at its end for force and
+//! stiffness; a pass from tail to head eliminates the chain.
+//!
+//! At the end of a full step the linearised laws balance exactly, so what is out of balance there is the laws' own
+//! [remainder](Response::remainder). The inner function bends at least like the kinetic energy: the
+//! remainder's norm in M^-1 bounds the distance to its minimum, link by link, and no further solve is needed to know it.
 //!
 //! Several robots are solved side by side: a lane that has converged keeps its velocities and impulses
 //! while the others go on, so that each takes exactly the steps it would take alone.
@@ -40,8 +44,8 @@ pub struct Newton<T = f64> {
     pub(super) contacts: Vec<ContactTerm<T>>,
     /// Step of the velocity of link 1's free end, in the frame of link 1.
     head: Vector2<T>,
-    /// Mass of the lightest link.
-    lightest: T,
+    /// Inverse of the least mass and of the least inertia of a link.
+    mobility: [T; 2],
     /// How much the penalties have been raised during this solve.
     stiffening: T,
 }
@@ -56,6 +60,9 @@ pub(super) struct LinkTerm<T> {
     pub friction: FrictionTerm<T>,
     /// The joint to the link before; none for the first.
     pub drive: DriveTerm<T>,
+    /// Inertia and laws but for drives, seen from the present twist, and the drive's stiffness.
+    model: Quadratic<T>,
+    drive_stiffness: T,
     /// Velocities before the present Newton step, the step, and where it leads.
     pub start: Vector3<T>,
     pub step: Vector3<T>,
@@ -64,16 +71,13 @@ pub(super) struct LinkTerm<T> {
     pub kink: T,
 }
 
-/// What a pass over the chain finds at the trial velocities.
+/// What the laws answer to the velocities at the end of a step.
 #[derive(Debug, Clone, Copy)]
-struct Assembly<T> {
-    /// Derivative of the inner function along the last step \[J\].
+struct Response<T> {
+    /// Derivative of the inner function along the step \[J\].
     slope: T,
-    /// How much steeper the inner function descends along the next step: g H^-1 g \[J\].
-    descent: T,
-    /// How far the velocities are from obeying the laws because the centres are not yet the impulses
-    /// \[m/s\].
-    multiplier_error: T,
+    /// Square of the difference to the laws' linearisations at the start of the step, in the norm of M^-1 \[J\].
+    remainder: T,
 }
 
 impl<T: Real> Newton<T> {
@@ -82,7 +86,7 @@ impl<T: Real> Newton<T> {
             links: Vec::with_capacity(links),
             contacts: Vec::with_capacity(PAIRS_PER_LINK * links),
             head: Vector2::new(T::zero(), T::zero()),
-            lightest: T::zero(),
+            mobility: [T::zero(); 2],
             stiffening: T::splat(1.0),
         }
     }
@@ -106,28 +110,34 @@ impl<T: Real> Newton<T> {
         let mut outcome = Outcome { iterations: T::zero(), converged: T::Mask::of(|_| false) };
         let mut active = lanes;
         let mut last_error = T::splat(f64::INFINITY);
-        let mut here = self.assemble();
+        self.respond();
         for _ in 0..max_iterations {
             outcome.iterations += T::select(active, T::splat(1.0), T::zero());
-            let descent = here.descent;
-            here = self.descend(descent, active);
+            let descent = self.eliminate();
+            let here = self.descend(descent, active);
             // The length of the step as a velocity; `max` would swallow NaN.
-            let length = (descent.abs() / self.lightest).sqrt();
-            let error = here.multiplier_error;
-            outcome.converged = outcome.converged | (active & length.le(tolerance) & error.le(tolerance));
+            let length = (descent.abs() * self.mobility[0]).sqrt();
+            let distance = (here.remainder * self.mobility[0]).sqrt().min(length);
             // A step that is not finite ends its lane: it is below no bound.
-            active = active & !outcome.converged & length.lt(T::splat(f64::INFINITY));
+            active = active & length.lt(T::splat(f64::INFINITY));
+            let close = active & distance.le(T::splat(CLOSE) * tolerance);
+            if close.any() {
+                let error = self.multiplier_error();
+                let converged = close & distance.le(tolerance) & error.le(tolerance);
+                outcome.converged = outcome.converged | converged;
+                active = active & !converged;
+                let stubborn = T::splat(PATIENCE).lt(outcome.iterations);
+                let accuracy = T::select(stubborn, T::splat(STRICT_ACCURACY), T::splat(INNER_ACCURACY));
+                let settled = active & close & distance.le(tolerance.max(accuracy * error));
+                if settled.any() {
+                    self.stiffen(settled & stubborn & (T::splat(SLOW_GAIN) * last_error).lt(error));
+                    last_error = T::select(settled, error, last_error);
+                    self.recentre(settled);
+                    self.respond();
+                }
+            }
             if !active.any() {
                 break;
-            }
-            let stubborn = T::splat(PATIENCE).lt(outcome.iterations);
-            let accuracy = T::select(stubborn, T::splat(STRICT_ACCURACY), T::splat(INNER_ACCURACY));
-            let settled = active & length.le(tolerance.max(accuracy * error));
-            if settled.any() {
-                self.stiffen(settled & stubborn & (T::splat(SLOW_GAIN) * last_error).lt(error));
-                last_error = T::select(settled, error, last_error);
-                self.recentre(settled);
-                here = self.assemble();
             }
         }
         self.write(stage, solution);
@@ -138,12 +148,12 @@ impl<T: Real> Newton<T> {
     #[inline(always)]
     fn warm_up(&mut self, stage: &Stage<T>, solution: &StageSolution<T>) {
         self.stiffening = T::splat(1.0);
-        self.lightest = stage.links[0].mass;
+        let (mut mass, mut inertia) = (stage.links[0].mass, stage.links[0].inertia);
         self.links.clear();
         let mut before = stage.links[0].heading;
         let mut end = Vector2::new(T::zero(), T::zero());
         for (i, link) in stage.links.iter().enumerate() {
-            self.lightest = self.lightest.min(link.mass);
+            (mass, inertia) = (mass.min(link.mass), inertia.min(link.inertia));
             let segment = Segment::new(&link.heading, &before, link.half_length);
             if i == 0 {
                 end = free_end(link, &solution.twist[0]);
@@ -156,6 +166,8 @@ impl<T: Real> Newton<T> {
                 reference: in_frame(&link.heading, &link.reference),
                 friction: FrictionTerm::new(link, &solution.friction[i], T::splat(PENALTY) * link.mass),
                 drive: if i > 0 { DriveTerm::new(&stage.joints[i - 1]) } else { DriveTerm::none() },
+                model: Quadratic::zero(),
+                drive_stiffness: T::zero(),
                 start: twist,
                 step: Vector3::new(T::zero(), T::zero(), T::zero()),
                 twist,
@@ -163,6 +175,7 @@ impl<T: Real> Newton<T> {
             });
             before = link.heading;
         }
+        self.mobility = [mass, inertia].map(|least| T::splat(1.0) / least);
         self.contacts.clear();
         for (contact, &impulse) in stage.contacts.iter().zip(&solution.contact) {
             let link = &stage.links[contact.link];
@@ -172,9 +185,9 @@ impl<T: Real> Newton<T> {
 
     /// One damped Newton step in the given lanes; the slope falls by `descent` at its start.
     #[inline(always)]
-    fn descend(&mut self, descent: T, active: T::Mask) -> Assembly<T> {
+    fn descend(&mut self, descent: T, active: T::Mask) -> Response<T> {
         self.substitute(active);
-        let full = self.assemble();
+        let full = self.respond();
         let overshoots = active & (T::splat(OVERSHOOT) * descent).lt(full.slope);
         if !overshoots.any() {
             return full;
@@ -184,40 +197,69 @@ impl<T: Real> Newton<T> {
             let shortened = add_scaled(&link.start, &link.step, fraction);
             select_into(&mut link.twist, overshoots, &shortened);
         }
-        self.assemble()
+        let damped = self.respond();
+        let remainder = T::select(overshoots, T::splat(f64::INFINITY), full.remainder);
+        Response { remainder, ..damped }
     }
 
-    /// From tail to head: forces and stiffnesses of all laws at the present twists, and the elimination
-    /// of the chain.
+    /// Forces and stiffnesses of all laws at the present twists.
     #[inline(always)]
-    fn assemble(&mut self) -> Assembly<T> {
+    fn respond(&mut self) -> Response<T> {
         let zero = T::zero();
-        let (mut slope, mut descent, mut squared_error) = (zero, zero, zero);
-        let mut contacts = self.contacts.iter_mut().rev().peekable();
-        let mut behind = Quadratic::zero();
-        let mut drive_behind = zero;
-        for i in (0..self.links.len()).rev() {
-            let omega_before = if i > 0 { self.links[i - 1].twist.z } else { zero };
-            let link = &mut self.links[i];
-            let u = link.twist;
-            let mut own = link.inertia_model();
-            link.friction.respond(&u, &mut own);
-            squared_error = squared_error.max(link.friction.squared_error(&u, link.mass));
+        let (mut slope, mut forces, mut moments) = (zero, zero, zero);
+        let mut contacts = self.contacts.iter_mut().peekable();
+        let (mut omega, mut change) = (zero, zero);
+        for (i, link) in self.links.iter_mut().enumerate() {
+            let mut model = link.inertia_model();
+            link.friction.respond(&link.twist, &mut model);
             while let Some(contact) = contacts.next_if(|contact| contact.link == i) {
-                contact.respond(&u, &mut own);
-                squared_error = squared_error.max(contact.squared_error());
+                contact.respond(&link.twist, &mut model);
             }
-            let stiffness = link.drive.respond(u.z - omega_before);
+            let expected = link.model.gradient_after(&link.step);
+            let (x, y, moment) = (model.gx - expected.x, model.gy - expected.y, model.gw - expected.z);
+            link.model = model;
+            let (joint_rate, joint_step) = (link.twist.z - omega, link.step.z - change);
+            (omega, change) = (link.twist.z, link.step.z);
+            let expected = link.drive.value - link.drive_stiffness * joint_step;
+            link.drive_stiffness = link.drive.respond(joint_rate);
+            let torque = link.drive.value - expected;
+            slope += model.slope_along(&link.step) - link.drive.value * joint_step;
+            forces += x * x + y * y;
+            moments += moment * moment + torque * torque;
+        }
+        Response { slope, remainder: forces * self.mobility[0] + moments * self.mobility[1] }
+    }
+
+    /// How far the velocities are from obeying the laws because the centres are not yet the impulses \[m/s\].
+    #[inline(always)]
+    fn multiplier_error(&self) -> T {
+        let mut squared = T::zero();
+        for link in &self.links {
+            squared = squared.max(link.friction.squared_error(&link.twist, link.mass));
+        }
+        for contact in &self.contacts {
+            squared = squared.max(contact.squared_error());
+        }
+        squared.sqrt()
+    }
+
+    /// From tail to head: eliminates the chain. Returns how much steeper the inner function descends along the next
+    /// step, g H^-1 g \[J\].
+    #[inline(always)]
+    fn eliminate(&mut self) -> T {
+        let mut behind = Quadratic::zero();
+        let (mut drive_behind, mut descent) = (T::zero(), T::zero());
+        for link in self.links.iter_mut().rev() {
+            let mut own = link.model;
             own.gw += drive_behind - link.drive.value;
             drive_behind = link.drive.value;
-            slope += own.gx * link.step.x + own.gy * link.step.y + own.gw * link.step.z;
-            let (before, decrease) = link.segment.eliminate(behind, own, stiffness);
+            let (before, decrease) = link.segment.eliminate(behind, own, link.drive_stiffness);
             behind = before;
             descent += decrease;
         }
         let (head, decrease) = behind.minimiser();
         self.head = head;
-        Assembly { slope, descent: descent + decrease, multiplier_error: squared_error.sqrt() }
+        descent + decrease
     }
 
     /// From head to tail: the Newton step, taken in full in the given lanes.
@@ -303,6 +345,9 @@ const PENALTY: f64 = 1e6;
 /// An inner solve ends when its last step is no longer than this times the multipliers' error: the
 /// step after a short Newton step is quadratically shorter.
 const INNER_ACCURACY: f64 = 10.0;
+
+/// Distance from the inner minimum, in tolerances, within which the multipliers are looked at.
+const CLOSE: f64 = 1e3;
 
 /// Linear solves after which a stage counts as hard: from there on the inner problems are solved well
 /// before the centre moves, and penalties rise while the outer steps gain little.

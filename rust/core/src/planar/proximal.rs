@@ -16,8 +16,6 @@ use super::{StageContact, StageJoint, StageLink};
 pub(super) struct FrictionTerm<T> {
     axes: Vector2<T>,
     penalty: T,
-    /// Square of the velocity \[m/s\] that belongs to a change of p by 1 at this penalty.
-    squared_velocity: T,
     centre: Vector2<T>,
     value: Vector2<T>,
 }
@@ -29,7 +27,6 @@ pub(super) struct ContactTerm<T> {
     direction: Vector3<T>,
     offset: T,
     penalty: T,
-    squared_velocity: T,
     centre: T,
     value: T,
 }
@@ -48,9 +45,8 @@ impl<T: Real> FrictionTerm<T> {
         let a = link.friction;
         let largest = a.x.max(a.y);
         let penalty = ratio(penalty, largest * largest);
-        let velocity = ratio(T::splat(1.0), penalty * largest);
         let centre = Vector2::new(ratio(impulse.x, a.x), ratio(impulse.y, a.y));
-        Self { axes: a, penalty, squared_velocity: velocity * velocity, centre, value: centre }
+        Self { axes: a, penalty, centre, value: centre }
     }
 
     /// P_T \[N s\].
@@ -117,9 +113,10 @@ impl<T: Real> FrictionTerm<T> {
     pub fn squared_error(&self, u: &Vector3<T>, mass: T) -> T {
         let (zero, one) = (T::zero(), T::splat(1.0));
         let (x, y) = (self.value.x - self.centre.x, self.value.y - self.centre.y);
-        let violation = (x * x + y * y) * self.squared_velocity;
-        let slides = T::splat(1.0 - 1e-9).lt(self.value.x * self.value.x + self.value.y * self.value.y);
         let largest = self.axes.x.max(self.axes.y);
+        let velocity = ratio(T::splat(1.0), self.penalty * largest);
+        let violation = (x * x + y * y) * (velocity * velocity);
+        let slides = T::splat(1.0 - 1e-9).lt(self.value.x * self.value.x + self.value.y * self.value.y);
         let squared_speed = u.x * u.x + u.y * u.y;
         let amplification = T::select(slides, (largest * largest / (mass * mass * squared_speed)).max(one), one);
         let bound = T::select(slides, squared_speed, T::splat(f64::INFINITY));
@@ -130,7 +127,6 @@ impl<T: Real> FrictionTerm<T> {
     #[inline(always)]
     pub fn stiffen(&mut self, factor: T) {
         self.penalty = self.penalty * factor;
-        self.squared_velocity = self.squared_velocity / (factor * factor);
     }
 
     #[inline(always)]
@@ -144,14 +140,12 @@ impl<T: Real> ContactTerm<T> {
     /// `penalty` is the stiffness of the closed contact \[kg\].
     #[inline(always)]
     pub fn new(contact: &StageContact<T>, link: &StageLink<T>, impulse: T, penalty: T) -> Self {
-        let velocity = T::splat(1.0) / penalty;
         let in_plane = link.heading.to_link(contact.direction.xy());
         Self {
             link: contact.link,
             direction: Vector3::new(in_plane.x, in_plane.y, contact.direction.z),
             offset: contact.offset,
             penalty,
-            squared_velocity: velocity * velocity,
             centre: impulse,
             value: impulse,
         }
@@ -184,14 +178,13 @@ impl<T: Real> ContactTerm<T> {
     /// Square of the violation |P - P_centre| / r.
     #[inline(always)]
     pub fn squared_error(&self) -> T {
-        let change = self.value - self.centre;
-        change * change * self.squared_velocity
+        let violation = (self.value - self.centre) / self.penalty;
+        violation * violation
     }
 
     #[inline(always)]
     pub fn stiffen(&mut self, factor: T) {
         self.penalty = self.penalty * factor;
-        self.squared_velocity = self.squared_velocity / (factor * factor);
     }
 
     #[inline(always)]

@@ -86,6 +86,22 @@ impl<T: Real> Quadratic<T> {
         self.gw += force * w.z;
     }
 
+    /// Derivative along `step`.
+    #[inline(always)]
+    pub fn slope_along(&self, step: &Vector3<T>) -> T {
+        self.gx * step.x + self.gy * step.y + self.gw * step.z
+    }
+
+    /// g + H step.
+    #[inline(always)]
+    pub fn gradient_after(&self, step: &Vector3<T>) -> Vector3<T> {
+        Vector3::new(
+            self.gx + self.xx * step.x + self.xy * step.y + self.xw * step.z,
+            self.gy + self.xy * step.x + self.yy * step.y + self.yw * step.z,
+            self.gw + self.xw * step.x + self.yw * step.y + self.ww * step.z,
+        )
+    }
+
     /// The same seen from a point nearer by `arm` along the link: v = v_new + omega arm e_y.
     #[inline(always)]
     fn seen_from_before(self, arm: T) -> Self {
