@@ -99,6 +99,13 @@ def test_evaluation_plays_lean_policies(trained, tmp_path, capsys):
     assert trained.path.name in capsys.readouterr().out
 
 
+def test_a_policy_is_judged_where_it_was_trained_unless_asked_otherwise(trained):
+    assert evaluate.task(None, {}, [trained.model]) == ("SnakeField-v0", {"max_episode_steps": 40})
+    assert evaluate.task(None, {"difficulty": 1.0}, [trained.model])[1] == {"max_episode_steps": 40, "difficulty": 1.0}
+    assert evaluate.task("SnakeFree-v0", {}, [trained.model]) == ("SnakeFree-v0", {})
+    assert evaluate.task(None, {}, []) == ("SnakeField-v0", {})
+
+
 def test_advantages_are_discounted_sums_of_errors():
     """Two robots, three steps, one end: compared with the sums written out."""
     settings = dataclasses.replace(config.Ppo(), gamma=0.9, gae_lambda=0.5)

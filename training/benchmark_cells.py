@@ -27,9 +27,6 @@ ROOT = Path(__file__).parents[1]
 KEPT = ("is_success", "distance", "speed", "time", "jam_ratio", "cost_of_transport", "left_corridor", "diverged")
 """Signals of an episode's last step that a cell holds."""
 
-INTERFACE = ("action_mode", "perception", "nearest_pegs", "control_period")
-"""Keywords of the environment that a policy may choose; all others are the task's."""
-
 
 @dataclass(frozen=True)
 class Entry:
@@ -83,13 +80,7 @@ def scripted(name: str) -> Entry:
 
 def trained(name: str, path: Path, of_tasks: tuple[str, ...] | None) -> Entry:
     """A policy from a file, with the interface it was trained with and the task's difficulty."""
-
-    def make(task: BenchmarkTask) -> Policy:
-        policy = load_model(path, name)
-        policy.env_options = {key: value for key, value in policy.env_options.items() if key in INTERFACE}
-        return policy
-
-    return Entry(name, make, of_tasks, lambda task: path.read_bytes())
+    return Entry(name, lambda task: load_model(path, name), of_tasks, lambda task: path.read_bytes())
 
 
 def play(task: BenchmarkTask, entry: Entry, fields: list[int], num_threads: int | None) -> Episodes:

@@ -4,7 +4,8 @@
     python -m training.evaluate --policy runs/lean/policy.safetensors
     python -m training.evaluate --gait thesis --video
 
-Every policy meets the same fields, none of which training has seen. Prints success, progress, speed, time to the
+Without ``--env`` the task is the one that the first policy was trained in. Every policy meets the same fields, none of
+which training has seen. Prints success, progress, speed, time to the
 goal, share of jammed time and cost of transport, each with its 95 % bootstrap interval over fields, and writes
 them as JSON.
 """
@@ -18,7 +19,8 @@ from typing import Any
 
 from training import scores, seeds, video
 from training.cli import gait_from_text, help_format, json_mapping
-from training.policies import GaitParameters, Model, Network, Policy, scripted
+from training.config import Config
+from training.policies import INTERFACE, GaitParameters, Model, Network, Policy, scripted
 from training.rollout import Episodes, make_env, run_episodes
 from training.run_folder import RunFolder, versions, write_json
 
@@ -45,7 +47,7 @@ def parser() -> argparse.ArgumentParser:
         default=[],
         help="'thesis' (used if none is given), or A,omega,beta in degrees and degrees per second; may be repeated",
     )
-    cli.add_argument("--env", default="SnakeField-v0", help="environment id")
+    cli.add_argument("--env", help="environment id; by default that of the first policy, or SnakeField-v0")
     cli.add_argument("--options", type=json_mapping, default={}, help="keywords of the environment, as JSON")
     cli.add_argument("--fields", type=int, default=FIELDS, help="number of held-out fields")
     cli.add_argument("--num-threads", type=int, help="threads of the simulator")
@@ -57,6 +59,7 @@ def parser() -> argparse.ArgumentParser:
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command."""
     args = parser().parse_args(arguments)
+    args.env, args.options = task(args.env, args.options, args.policy)
     policies: list[Policy] = [gait_policy(gait, args.env) for gait in args.gait or [GaitParameters()]]
     policies += [load_model(path) for path in args.policy]
     rows, played = {}, {}
@@ -71,6 +74,25 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
+def task(env_id: str | None, options: dict[str, Any], paths: list[Path]) -> tuple[str, dict[str, Any]]:
+    """Environment and keywords: those asked for, over those that the first policy was trained with."""
+    if env_id is not None or not paths:
+        return env_id or "SnakeField-v0", options
+    env_id, trained_with = _origin(paths[0])
+    of_task = {name: value for name, value in trained_with.items() if name not in INTERFACE}
+    return env_id, of_task | options
+
+
+def _origin(path: Path) -> tuple[str, dict[str, Any]]:
+    """Environment and keywords of the run that a policy comes from."""
+    if path.suffix == ".safetensors":
+        found = Network(path).config
+        return found["env_id"], found["env"]
+    folder = RunFolder(path.parent)
+    config = folder.config() if folder.exists else Config()
+    return config.env_id, config.env
+
+
 def gait_policy(gait: GaitParameters, env_id: str) -> Policy:
     """A gait as a policy, named after its parameters."""
     env = make_env(env_id, 1, action_mode="gait")
@@ -81,12 +103,10 @@ def gait_policy(gait: GaitParameters, env_id: str) -> Policy:
 
 
 def load_model(path: Path, name: str | None = None) -> Policy:
-    """A trained policy, with the environment keywords of its run; named after its folder."""
+    """A trained policy, with those keywords of its run that belong to it; named after its folder."""
     if path.suffix == ".safetensors":
         return Network(path, name)
-    folder = RunFolder(path.parent)
-    options = folder.config().env if folder.exists else {}
-    return Model(path, name or path.parent.name, options)
+    return Model(path, name or path.parent.name, _origin(path)[1])
 
 
 def report(rows: dict[str, scores.Row], played: dict[str, Episodes], out: Path, what: dict[str, Any]) -> None:

@@ -14,6 +14,9 @@ from training import policy_file
 
 DEGREE = math.pi / 180.0
 
+INTERFACE = ("action_mode", "perception", "nearest_pegs", "control_period")
+"""Keywords of the environment that belong to a policy; all others belong to the task it is judged in."""
+
 
 class Policy(Protocol):
     """Actions for a batch of robots, from observations alone: scripted policies sense what learned ones do."""
@@ -98,6 +101,11 @@ def scripted(gait: GaitParameters, entries: list[dict[str, Any]], name: str) -> 
     return ConstantAction(gait.action(entries), name, {"action_mode": "gait"})
 
 
+def interface(options: dict[str, Any]) -> dict[str, Any]:
+    """Those of an environment's keywords that belong to a policy."""
+    return {name: value for name, value in options.items() if name in INTERFACE}
+
+
 class Model(Stateless):
     """A trained Stable-Baselines3 policy, without exploration noise."""
 
@@ -105,7 +113,7 @@ class Model(Stateless):
         from stable_baselines3 import PPO
 
         self.name = name
-        self.env_options = dict(env_options or {})
+        self.env_options = interface(env_options or {})
         self._model = PPO.load(path, device="cpu")
 
     def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -124,7 +132,7 @@ class Network(Stateless):
     def __init__(self, path: Path, name: str | None = None) -> None:
         arrays, self.config = policy_file.read(path)
         self.name = name or path.parent.name
-        self.env_options: dict[str, Any] = dict(self.config.get("env", {}))
+        self.env_options = interface(self.config.get("env", {}))
         layers = sorted({int(key.split(".")[1]) for key in arrays if key.startswith("actor.")})
         if not layers:
             raise ValueError(f"{path}: expected arrays actor.<k>.weight, found {', '.join(arrays)}")
