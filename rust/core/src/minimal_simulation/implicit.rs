@@ -49,8 +49,6 @@ pub struct Implicit {
 struct ControlModel {
     dynamics: InverseDynamics,
     u: Vec<f64>,
-    /// Joint rates at the end of a saturated stage, were the model exact and the torque unlimited.
-    followed: Vec<f64>,
     tau: Vec<f64>,
     /// Inertia that each joint of the straight robot feels when all others are free \[kg m^2\].
     own_inertia: Vec<f64>,
@@ -177,7 +175,7 @@ impl Implicit {
             if self.solution.drive.iter().any(|drive| drive.abs() > c * limit) {
                 self.saturated = true;
                 self.load_guess();
-                self.limit_torques(model, limit);
+                self.limit_torques(model, controller, limit);
                 outcome.iterations += self.solve().iterations;
             }
             self.keep(outcome, tally);
@@ -251,22 +249,19 @@ impl Implicit {
         }
     }
 
-    /// Input-output linearisation within the torque limit: the error dynamics are followed joint by joint.
-    fn limit_torques(&mut self, model: &Model, limit: f64) {
-        let Self { stage, control, predicted, reference, .. } = self;
-        let (c, f) = (stage.coefficient, stage.following);
+    /// Input-output linearisation within the torque limit (T 6.58 != D21): linear in each joint's own rate about the
+    /// guess, which is good in the short steps taken at the limit. M_22_bar within the clamps has no potential.
+    fn limit_torques(&mut self, model: &Model, controller: &Controller, limit: f64) {
+        let Self { stage, control, predicted, predicted_q, guess, .. } = self;
+        let (config, c, f) = (controller.config(), stage.coefficient, stage.following);
         stage.following = 0.0;
-        for (j, u) in control.u.iter_mut().enumerate() {
-            let before = reference[j + 1].z - reference[j].z;
-            let followed = (before + c * *u) / (1.0 + f);
-            control.followed[j] = followed;
-            *u = (followed - before) / c;
+        for (j, (u, target)) in control.u.iter_mut().zip(&controller.targets).enumerate() {
+            *u = config.output(target, predicted_q[3 + j], guess[3 + j]);
         }
         control.find_torques(model, predicted);
         for (j, joint) in stage.joints.iter_mut().enumerate() {
             let stiffness = f * control.own_inertia[j];
-            let drive = c * control.tau[j] + stiffness * control.followed[j];
-            *joint = StageJoint { drive, stiffness, limit: c * limit };
+            *joint = StageJoint { drive: c * control.tau[j] + stiffness * guess[3 + j], stiffness, limit: c * limit };
         }
     }
 
@@ -304,13 +299,7 @@ impl Implicit {
 impl ControlModel {
     fn new(model: &Model) -> Self {
         let zero = vec![0.0; model.joint_count()];
-        Self {
-            dynamics: InverseDynamics::new(model),
-            u: zero.clone(),
-            followed: zero.clone(),
-            tau: zero,
-            own_inertia: model.own_inertia(),
-        }
+        Self { dynamics: InverseDynamics::new(model), u: zero.clone(), tau: zero, own_inertia: model.own_inertia() }
     }
 
     /// tau (T 6.58) for the joint accelerations `u` at the predicted end of the stage.

@@ -207,7 +207,7 @@ impl MinimalSimulation {
             Scheme::Smooth(_) => left,
             Scheme::Implicit(_) if self.controller.config().treatment == Treatment::Implicit => {
                 let grown = GROWTH * (self.state.time - self.last_jump);
-                equal.min(grown.max(RAMP * self.integrator.step()))
+                equal.min(grown.max(LONGEST_START.min(RAMP * self.integrator.step())))
             }
             Scheme::Implicit(_) | Scheme::Thesis(_) => equal,
         };
@@ -253,6 +253,7 @@ const THESIS_STEP: f64 = 2.5e-4;
 /// Default step: within 1e-4 rad and 0.2 mm over 20 s of lateral undulation \[s\].
 const STEP: f64 = 0.02;
 
-/// First step after a jump over the usual step, and growth of the steps from there.
+/// First step after a jump over the usual step, its bound \[s\], and growth of the steps from there.
 const RAMP: f64 = 1.0 / 64.0;
+const LONGEST_START: f64 = 1e-3;
 const GROWTH: f64 = 0.5;
