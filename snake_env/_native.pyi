@@ -15,6 +15,7 @@ __all__ = [
     "process_plant",
     "simulate",
     "simulate_minimal",
+    "simulate_spatial",
 ]
 
 __version__: str
@@ -28,6 +29,7 @@ def gait_reference(gait_json: str, joints: int, times: list[float]) -> dict[str,
 def process_plant(config_json: str) -> dict[str, Any]: ...
 def simulate(config_json: str) -> dict[str, Any]: ...
 def simulate_minimal(config_json: str) -> dict[str, Any]: ...
+def simulate_spatial(config_json: str) -> dict[str, Any]: ...
 
 _Sheet: TypeAlias = tuple[
     NDArray[np.float32],

@@ -47,7 +47,8 @@ class Robot(_Section):
         contact_half_length: half length of the straight sides of a link's outline L_GS,i [m], >= 0.
         radius: half width of a link and radius of its round ends L_SC,i [m], > 0.
         mass: m_i [kg], > 0.
-        inertia: moment of inertia about the vertical axis through the CG [kg m^2], > 0.
+        inertia: moment of inertia about an axis across the link through the CG, Theta_psi [kg m^2], > 0.
+        roll_inertia: moment of inertia about the link's centre line, Theta_rho [kg m^2], > 0; the spatial model alone.
         gravity: acceleration of gravity [m/s^2], > 0.
     """
 
@@ -59,6 +60,7 @@ class Robot(_Section):
     radius: PerLink = 0.0525
     mass: PerLink = 7.5 / 11.0
     inertia: PerLink = 1.32e-3
+    roll_inertia: PerLink = 9.40e-4
     gravity: float = 9.81
 
 
@@ -69,6 +71,7 @@ class Scene(_Section):
     Args:
         obstacles: pegs as triples (radius, x, y) [m]; radius > 0.
         friction: Coulomb coefficients along and across a link (mu_x, mu_y), >= 0.
+        rolling_friction: coefficient mu_V of the friction that resists rolling (T 4.87), >= 0; the spatial model alone.
         viscous: viscous coefficients along and across a link (mu_Vx, mu_Vy) [s/m], >= 0; the robot model alone.
         friction_law: "set-valued", the exact Coulomb law; for the robot model also "arctan" (T 6.21), a box, and
             "ellipse", -D^2 v / sqrt(v^T D^2 v + eps^2) with D = diag(friction) times a contact point's normal force.
@@ -80,6 +83,7 @@ class Scene(_Section):
 
     obstacles: Sequence[tuple[float, float, float]] = ()
     friction: tuple[float, float] = (0.2, 0.2)
+    rolling_friction: float = 0.02
     viscous: tuple[float, float] = (0.0, 0.0)
     friction_law: str = "set-valued"
     smoothing: float = 1e-3
@@ -91,10 +95,11 @@ class Scene(_Section):
         _native.check("ground", encode(self._ground(), self._section))
 
     def _for_core(self) -> dict[str, Any]:
-        return {"obstacles": self.obstacles, "friction": self.friction}
+        names = ("obstacles", "friction", "rolling_friction")
+        return {name: getattr(self, name) for name in names}
 
     def _for_planar(self) -> dict[str, Any]:
-        """The planar model's part; what it has not is refused."""
+        """The part of the planar and the spatial model; what they have not is refused."""
         if any(self.viscous):
             raise ConfigError("scene.viscous", repr(self.viscous), '(0.0, 0.0), or model="minimal": viscous friction')
         if self.friction_law != "set-valued":
@@ -142,7 +147,8 @@ def _course(name: str) -> dict[str, Any]:
 class Gait(_Section):
     """Joint references: travelling waves, phi_i = A sin(omega t + (i - 1) beta) + gamma (T 2.14), (T 7.1).
 
-    The planar model takes the horizontal wave alone: its ``vertical_amplitude`` must be zero.
+    The spatial model has a vertical wave beside it, A_v sin(omega_v t + (i - 1) beta_v + beta_0) (T 2.15), (T 7.2). The
+    others take the horizontal wave alone: their ``vertical_amplitude`` must be zero.
 
     Args:
         amplitude: A_h [rad].
@@ -184,6 +190,21 @@ class Gait(_Section):
         """U-shaped lateral rolling (T 7.4): both waves alike, a quarter period apart."""
         values = {"amplitude": 10 * DEGREE, "beta": 0.0} | changes
         values.setdefault("vertical_amplitude", values["amplitude"])
+        return cls._with_vertical(values)
+
+    @classmethod
+    def sinus_lifting(cls, **changes: Any) -> Gait:
+        """Lateral undulation that lifts the robot at each crest of its curve: twice the rate and the phase shift."""
+        values = {"vertical_amplitude": 4 * DEGREE} | changes
+        values.setdefault("vertical_omega", 2 * values.get("omega", cls.omega))
+        values.setdefault("vertical_beta", 2 * values.get("beta", cls.beta))
+        values.setdefault("vertical_phase", 90 * DEGREE)
+        return cls(**values)
+
+    @classmethod
+    def caterpillar(cls, **changes: Any) -> Gait:
+        """A vertical wave that travels along a robot that keeps straight seen from above."""
+        values = {"amplitude": 0.0, "vertical_amplitude": 20 * DEGREE, "vertical_phase": 0.0} | changes
         return cls._with_vertical(values)
 
     def reference(self, time: ArrayLike, joints: int = 10) -> dict[str, NDArray[np.float64]]:
@@ -351,8 +372,11 @@ class Integrator(_Section):
             abruptly.
         event_tolerance: "implicit", order 2: deviation of a stage from its prediction beyond which that is so [m],
             > 0; None: 0.32 m/s^2 times the squared step.
-        r_t: r_T of (T 3.79), > 0; None takes the thesis's, 1.3, or 0.2 for the robot model. "thesis" alone.
+        r_t: r_T of (T 3.79), > 0; None takes the thesis's, 1.3, or 0.2 for the robot model, or 0.01 for the spatial one.
+            "thesis" alone.
         r_h: r_H of (T 3.78), > 0. "thesis" alone.
+        r_n: r_N of (T 4.113), > 0. "thesis", the spatial model alone.
+        r_v: r_V of (T 4.115), > 0. "thesis", the spatial model alone.
     """
 
     _section = "integrator"
@@ -366,6 +390,8 @@ class Integrator(_Section):
     event_tolerance: float | None = None
     r_t: float | None = None
     r_h: float = 0.01
+    r_n: float = 0.1
+    r_v: float = 0.05
 
 
 @dataclass(frozen=True)
@@ -373,20 +399,40 @@ class Start:
     """Where the robot starts, at rest.
 
     Args:
-        position: CG of link 1 (x, y) [m]; of the first real link in the robot model.
+        position: CG of link 1 (x, y) [m]; of the first real link in the robot model. In the spatial model also
+            (x, y, z); without z the robot rests on the ground.
         heading: absolute angle theta_1 of link 1 [rad]; with pi the body axes point to -x and the
-            leading link faces +x.
-        posture: "gait" (joint angles equal the reference at t = 0), "straight", or n - 1 joint angles [rad].
+            leading link faces +x. In the spatial model the yaw of its centre line.
+        posture: "gait" (joint angles equal the reference at t = 0), "straight", or n - 1 joint angles [rad]; in the
+            spatial model also n - 1 pairs (yaw, pitch).
+        pitch: lifts the chain about link 1 [rad], in [-pi/2, pi/2]; the spatial model alone.
+        roll: turns the chain about the centre line of link 1 [rad]; the spatial model alone. None is 0, but pi/2, on
+            its side, for a gait that also yaws and whose posture bends up and down alone, as lateral rolling's.
     """
 
-    position: tuple[float, float] = (0.0, 0.0)
+    position: tuple[float, float] | tuple[float, float, float] = (0.0, 0.0)
     heading: float = math.pi
-    posture: str | Sequence[float] = "gait"
+    posture: str | Sequence[float] | Sequence[tuple[float, float]] = "gait"
+    pitch: float = 0.0
+    roll: float | None = None
+
+    def _for_plane(self) -> dict[str, Any]:
+        """The part of the models in the plane; what they have not is refused."""
+        for name in ("pitch", "roll"):
+            if getattr(self, name):
+                raise ConfigError(f"start.{name}", repr(getattr(self, name)), '0, or model="spatial"')
+        return {name: getattr(self, name) for name in ("position", "heading", "posture")}
 
     @classmethod
-    def on_course(cls, scene: Scene) -> Start:
-        """The start from which the robot in the posture of the gait threads a preset course, ready to move to +x."""
+    def on_course(cls, scene: Scene, model: str = "planar") -> Start:
+        """The start from which the robot in the posture of the gait threads a preset course, ready to move to +x.
+
+        Args:
+            scene: made by :meth:`Scene.preset`.
+            model: "planar" or "spatial"; friction acts elsewhere in the latter, so its starts differ by centimetres.
+        """
+        _checks.choice("model", model, ("planar", "spatial"))
         if scene.course is None:
             raise ConfigError("scene.course", None, "a scene made by Scene.preset")
-        x, y, heading = _course(scene.course)["start"]
+        x, y, heading = _course(scene.course)["start" if model == "planar" else "spatial_start"]
         return cls(position=(x, y), heading=heading)

@@ -14,7 +14,7 @@ from snake_env.errors import ConfigError
 from snake_env.trajectory import Trajectory
 
 VISIBLE_PENETRATION = 1e-3
-"""Overlap of a link and a peg that no step of usual length leaves [m]."""
+"""Overlap of a link and a peg or the ground that no step of usual length leaves [m]."""
 
 ROBOT_MODEL_GROUND: dict[str, Any] = {"friction": (0.2, 0.5), "viscous": (0.1, 0.2)}
 """Ground of the robot model in the thesis (T Table 7.2)."""
@@ -41,7 +41,8 @@ def simulate(
     """Simulate one robot that follows a gait.
 
     Args:
-        model: "planar", the model of chapter 3; "minimal", the robot model of chapter 6.
+        model: "planar", the model of chapter 3; "spatial", the 3D model of chapter 4; "minimal", the robot model of
+            chapter 6.
         robot: default :class:`Robot`, Aiko.
         scene: default :class:`Scene`, flat ground with isotropic friction; for "minimal" the ground of (T Table 7.2).
         gait: default lateral undulation.
@@ -59,14 +60,16 @@ def simulate(
         ConfigError: names the field, the value and what is admissible.
 
     Warns:
-        UserWarning: a link overlapped a peg by more than a millimetre, as when the robot starts inside one.
+        UserWarning: a link overlapped a peg, or in the spatial model the ground, by more than a millimetre, as when the
+            robot starts inside one.
     """
-    choice("model", model, ("planar", "minimal"))
+    choice("model", model, ("planar", "spatial", "minimal"))
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
         raise ConfigError("seed", repr(seed), "an integer >= 0")
     scene = _scene(model, scene, friction_law, viscous)
     if start is None:
-        start = Start() if scene.course is None else Start.on_course(scene)
+        on_course = "spatial" if model == "spatial" else "planar"
+        start = Start() if scene.course is None else Start.on_course(scene, on_course)
     config: dict[str, Any] = {
         "robot": _section("robot", robot, Robot)._for_core(),
         "gait": _section("gait", gait, Gait)._for_core(),
@@ -75,7 +78,7 @@ def simulate(
         "duration": duration,
         "sample": sample,
     }
-    run = _planar if model == "planar" else _minimal
+    run = {"planar": _planar, "spatial": _spatial, "minimal": _minimal}[model]
     return run(config, scene, controller, noise, seed)
 
 
@@ -85,12 +88,25 @@ def _planar(config: dict[str, Any], scene: Scene, controller: Any, noise: Any, s
     if not isinstance(controller, IOLinearizing):
         controller = _section("controller", controller, PD)
     config["model"] = "planar"
+    config["start"] = config["start"]._for_plane()
     config["scene"] = scene._for_planar()
     config["controller"] = controller._for_planar()
-    trajectory = Trajectory(**_native.simulate(encode(config)))
+    return _seen(Trajectory(**_native.simulate(encode(config))), "a peg")
+
+
+def _spatial(config: dict[str, Any], scene: Scene, controller: Any, noise: Any, seed: int) -> Trajectory:
+    if noise is not None:
+        raise ConfigError("noise", noise, 'None, or model="minimal"')
+    config["scene"] = scene._for_planar()
+    config["controller"] = _section("controller", controller, PD)._for_planar()
+    return _seen(Trajectory(**_native.simulate_spatial(encode(config))), "a peg or the ground")
+
+
+def _seen(trajectory: Trajectory, where: str) -> Trajectory:
+    """Warns of a penetration that no step of usual length leaves."""
     if trajectory.max_penetration > VISIBLE_PENETRATION:
         depth = f"{trajectory.max_penetration:.2g} m"
-        warnings.warn(f"a link and a peg overlapped by {depth}: does the robot start inside a peg?", stacklevel=3)
+        warnings.warn(f"a link and {where} overlapped by {depth}: does the robot start inside {where}?", stacklevel=4)
     return trajectory
 
 
@@ -101,6 +117,7 @@ def _minimal(config: dict[str, Any], scene: Scene, controller: Any, noise: Any, 
         controller = PD(**ROBOT_MODEL_GAINS)
     if not isinstance(controller, IOLinearizing):
         controller = _section("controller", controller, PD)
+    config["start"] = config["start"]._for_plane()
     config["scene"] = scene._ground()
     config["controller"] = controller._feedback()
     config["noise"] = _section("noise", noise, Noise)._for_core()

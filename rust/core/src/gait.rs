@@ -146,6 +146,15 @@ pub enum Gait {
     SoftStart(SoftStart),
 }
 
+impl Gait {
+    /// Largest deflection from the wave's offset \[rad\].
+    pub fn amplitude(&self) -> f64 {
+        match self {
+            Gait::Wave(wave) | Gait::SoftStart(SoftStart { wave, .. }) => wave.amplitude,
+        }
+    }
+}
+
 impl JointReference for Gait {
     fn target(&self, joint: usize, time: f64) -> JointTarget {
         match self {

@@ -101,3 +101,7 @@ pub const START_7_5: [f64; 3] = [1.023858752053, 0.129063935158, 3.895142956015]
 
 /// Free ground: the posture of the gait (T 7.3) whose body axis lies along x.
 pub const START_FREE: [f64; 3] = [0.507175344325, -0.011634455967, 3.755516615855];
+
+/// The same for the spatial model, in which friction acts at both ends of a link: CG of link 1, (x, y), and its yaw.
+pub const START_SPATIAL_7_3: [f64; 3] = [1.0577, 0.1491, 3.9193288215709865];
+pub const START_SPATIAL_7_5: [f64; 3] = [1.0247, 0.1416, 3.90285291343216];

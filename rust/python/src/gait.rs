@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use snake_core::ConfigError;
 use snake_core::error::finite;
-use snake_core::gait::{Gait, SoftStart, Wave};
+use snake_core::gait::{CardanGait, Gait, SoftStart, Wave};
 
 /// Horizontal and vertical travelling waves (T 2.14), (T 7.1), (T 7.2).
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
@@ -22,7 +22,7 @@ pub struct GaitConfig {
 
 impl Default for GaitConfig {
     fn default() -> Self {
-        let Wave { amplitude, omega, beta, gamma } = Wave::default();
+        let Wave { amplitude, omega, beta, gamma, .. } = Wave::default();
         Self {
             amplitude,
             omega,
@@ -59,11 +59,36 @@ impl GaitConfig {
             let expected = "0: the planar model takes gaits without a vertical wave";
             return Err(ConfigError::new("vertical_amplitude", self.vertical_amplitude, expected));
         }
-        let wave = self.wave();
-        Ok(if self.soft_start { Gait::SoftStart(SoftStart::new(wave, joints)) } else { Gait::Wave(wave) })
+        Ok(self.started(self.wave(), joints))
+    }
+
+    /// The reference of a spatial robot.
+    ///
+    /// # Errors
+    /// Names the parameter that is not finite.
+    pub fn spatial(&self, joints: usize) -> Result<CardanGait, ConfigError> {
+        self.validate()?;
+        let pitch = self.started(self.vertical_wave(), joints);
+        Ok(CardanGait { yaw: self.started(self.wave(), joints), pitch })
     }
 
     fn wave(&self) -> Wave {
-        Wave { amplitude: self.amplitude, omega: self.omega, beta: self.beta, gamma: self.gamma }
+        let Self { amplitude, omega, beta, gamma, .. } = *self;
+        Wave { amplitude, omega, beta, gamma, phase: 0.0 }
+    }
+
+    fn vertical_wave(&self) -> Wave {
+        Wave {
+            amplitude: self.vertical_amplitude,
+            omega: self.vertical_omega,
+            beta: self.vertical_beta,
+            gamma: 0.0,
+            phase: self.vertical_phase,
+        }
+    }
+
+    /// The wave, with soft start if so chosen.
+    fn started(&self, wave: Wave, joints: usize) -> Gait {
+        if self.soft_start { Gait::SoftStart(SoftStart::new(wave, joints)) } else { Gait::Wave(wave) }
     }
 }

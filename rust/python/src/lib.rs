@@ -11,6 +11,7 @@ mod numbers;
 mod run;
 mod sheet;
 mod snapshot;
+mod spatial;
 
 use pyo3::prelude::*;
 
@@ -28,6 +29,8 @@ mod _native {
     use super::minimal::{control_plant, gait_reference, process_plant, simulate_minimal};
     #[pymodule_export]
     use super::run::simulate;
+    #[pymodule_export]
+    use super::spatial::simulate_spatial;
 
     #[pymodule_export]
     #[expect(non_upper_case_globals, reason = "Python's name for it")]

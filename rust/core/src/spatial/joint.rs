@@ -54,11 +54,13 @@ pub fn joint_axes(near: &Pose, far: &Pose) -> JointAxes {
     JointAxes { yaw: near.orientation * Vector3::y(), pitch: far.orientation * Vector3::x() }
 }
 
-/// (phi_h, phi_v) of a joint (T 4.96), (T 4.97) \[rad\]; phi_h in (-pi/2, pi/2).
+/// (phi_h, phi_v) of a joint, each in (-pi, pi] (T 4.96 != D33), (T 4.97 != D33) \[rad\].
+///
+/// In a closed joint the relative rotation (T 4.92) has the first column (cos phi_h, 0, -sin phi_h) and the second row
+/// (0, cos phi_v, -sin phi_v).
 pub fn joint_angle(near: &Pose, far: &Pose) -> Vector2<f64> {
-    // The last row of R_{B_{i+1}}^{B_i}: e_z^{B_i} in the axes of the next link (T 4.95).
-    let row = far.orientation.inverse_transform_vector(&near.axis());
-    Vector2::new(-row.x.clamp(-1.0, 1.0).asin(), row.y.atan2(row.z))
+    let turn = (near.orientation.inverse() * far.orientation).to_rotation_matrix();
+    Vector2::new((-turn[(2, 0)]).atan2(turn[(0, 0)]), (-turn[(1, 2)]).atan2(turn[(1, 1)]))
 }
 
 /// (phi_h', phi_v') of a closed joint: the relative angular velocity along its axes \[rad/s\] (T 4.98 != D30).

@@ -54,9 +54,13 @@ pub fn close_joints(robot: &Robot, pose: &mut [Pose]) {
 }
 
 /// The orientation with the centre line of `pose` and e_x^B perpendicular to the previous link's e_y^B (T 4.124)-(T 4.127).
+///
+/// Of the two such orientations it is the one nearer to that of `pose`; in a joint pitched beyond a right angle it is not
+/// the printed one (T 4.125 != D33).
 fn unrolled(pose: &Pose, previous_y: &Vector3<f64>) -> UnitQuaternion<f64> {
     let z = pose.axis();
     let Some(x) = previous_y.cross(&z).try_normalize(0.0) else { return pose.orientation };
+    let x = x * x.dot(&(pose.orientation * Vector3::x())).signum();
     let y = z.cross(&x).normalize();
     UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, y, z])))
 }
