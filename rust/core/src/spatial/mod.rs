@@ -14,17 +14,29 @@
 //! Frame I has its z axis up. Of frame B_i, e_z points along the link to the next one; e_y points up while the link lies
 //! flat and unrolled. A positive yaw turns the next link anticlockwise seen from above, a positive pitch lowers it.
 
+mod certificate;
 mod dynamics;
+mod fallback;
 mod ground;
 mod joint;
 mod kinematics;
+mod link_term;
 mod modified_newton;
+mod newton;
 mod peg;
+mod posture;
+mod proximal;
+mod ray;
+mod screw;
+mod stage;
 mod state;
 mod step;
 mod step_residual;
+mod sweep;
 
+pub use certificate::{Certificate, certify};
 pub use dynamics::{inertia, mass_diagonal, potential_energy, smooth_force};
+pub use fallback::{Closing, Fallback, SLACK};
 pub use ground::{End, GroundContact, ground_contact, ground_frame, ground_gap};
 pub use joint::{
     JointAxes, JointRows, actuator_torque, joint_angle, joint_axes, joint_gap, joint_rate, joint_rows,
@@ -32,7 +44,11 @@ pub use joint::{
 };
 pub use kinematics::{assemble_chain, close_joints, largest_joint_gap, orientation_of, rest_on_ground, travel};
 pub use modified_newton::{ContactPenalties, ModifiedNewton};
-pub use peg::{PegContact, peg_contact, peg_gap};
+pub use newton::{Newton, Outcome};
+pub use peg::{PegContact, nearest_point, peg_contact, peg_gap};
+pub use posture::{Frame, Posture, Speed};
+pub use screw::Screw;
+pub use stage::{Stage, StageDrive, StageFriction, StageLink, StagePeg, StageSolution};
 pub use state::{Pose, SpatialState, Twist, is_sane, turning, twist_of};
 pub use step::{GroundImpulse, Step, StepGround, StepLink, StepPeg, StepSolution};
 pub use step_residual::step_residual;

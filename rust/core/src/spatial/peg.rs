@@ -22,7 +22,7 @@ pub struct PegContact {
 
 /// g_H of one pair \[m\].
 pub fn peg_gap(link: &Link, pose: &Pose, peg: &Peg) -> f64 {
-    separation(link, pose, peg).0.norm() - (peg.radius + link.radius)
+    nearest_point(link, &pose.position, &pose.axis(), peg).0.norm() - (peg.radius + link.radius)
 }
 
 /// Gap and force direction.
@@ -35,7 +35,7 @@ pub fn peg_gap(link: &Link, pose: &Pose, peg: &Peg) -> f64 {
 /// g' = n . (v_G + omega x s e_z^B).
 pub fn peg_contact(link: &Link, pose: &Pose, peg: &Peg) -> PegContact {
     let rotation = pose.rotation();
-    let (offset, along) = separation(link, pose, peg);
+    let (offset, along) = nearest_point(link, &pose.position, &pose.axis(), peg);
     let distance = offset.norm();
     // A peg centred exactly on the link's centre line leaves the side open.
     let normal = offset.try_normalize(0.0).unwrap_or_else(|| across(pose));
@@ -48,10 +48,11 @@ pub fn peg_contact(link: &Link, pose: &Pose, peg: &Peg) -> PegContact {
     }
 }
 
-/// Horizontal vector from the peg's axis to the nearest point of the link's centre line, and that point's coordinate.
-fn separation(link: &Link, pose: &Pose, peg: &Peg) -> (Vector2<f64>, f64) {
-    let shadow = pose.axis().xy();
-    let from_peg = pose.position.xy() - Vector2::new(peg.x, peg.y);
+/// Horizontal vector from the peg's axis to the nearest point of the centre line of a link at `position` along `axis`, and
+/// that point's coordinate \[m\].
+pub fn nearest_point(link: &Link, position: &Vector3<f64>, axis: &Vector3<f64>, peg: &Peg) -> (Vector2<f64>, f64) {
+    let shadow = axis.xy();
+    let from_peg = position.xy() - Vector2::new(peg.x, peg.y);
     let length = shadow.norm_squared();
     // Along an upright link all points are equally near: take the middle one.
     let along = if length > UPRIGHT { -from_peg.dot(&shadow) / length } else { 0.0 };

@@ -1,10 +1,12 @@
 //! One robot of the spatial model that can be advanced: model, scheme, state and counters together (T 4.6).
 
 mod body;
+mod implicit;
 mod plant;
 mod thesis;
 
 pub use body::SpatialBody;
+pub use implicit::SpatialImplicit;
 pub use plant::SpatialPlant;
 pub use thesis::SpatialThesis;
 
@@ -26,6 +28,7 @@ use crate::stepper::{IntegratorConfig, Method};
 #[derive(Debug, Clone)]
 enum Scheme {
     Thesis(Box<SpatialThesis>),
+    Implicit(Box<SpatialImplicit>),
 }
 
 /// A robot in a scene under a joint controller.
@@ -104,6 +107,7 @@ impl SpatialSimulation {
         let Self { plant, body, scheme } = self;
         match scheme {
             Scheme::Thesis(scheme) => scheme.advance(plant, body, reference, duration),
+            Scheme::Implicit(scheme) => scheme.advance(plant, body, reference, duration),
         }
         StepReport::new(&body.tally, body.diverged)
     }
@@ -148,6 +152,7 @@ impl SpatialSimulation {
         self.body.forget();
         match &mut self.scheme {
             Scheme::Thesis(scheme) => scheme.clear(),
+            Scheme::Implicit(scheme) => scheme.clear(),
         }
     }
 }
@@ -156,9 +161,10 @@ impl Scheme {
     fn new(config: &IntegratorConfig, plant: &SpatialPlant) -> Result<Self, ConfigError> {
         match config.method {
             Method::Thesis => Ok(Scheme::Thesis(Box::new(SpatialThesis::new(*config, plant)))),
-            Method::Implicit | Method::Adaptive => {
-                let name = format!("{:?}", config.method).to_lowercase();
-                Err(ConfigError::new("method", format!("{name:?}"), "\"thesis\" for the spatial model"))
+            Method::Implicit => Ok(Scheme::Implicit(Box::new(SpatialImplicit::new(*config, plant)))),
+            Method::Adaptive => {
+                let expected = "\"implicit\" or \"thesis\" for the spatial model";
+                Err(ConfigError::new("method", "\"adaptive\"", expected))
             }
         }
     }

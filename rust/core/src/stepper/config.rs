@@ -103,17 +103,17 @@ impl IntegratorConfig {
     }
 
     /// By default what a change of acceleration by [`JUMP`] does within a full step of length `h`.
-    pub(super) fn event_tolerance(&self, h: f64) -> f64 {
+    pub(crate) fn event_tolerance(&self, h: f64) -> f64 {
         self.event_tolerance.unwrap_or(JUMP * h * h)
     }
 
     /// How often a step in which a peg's force changes abruptly is halved before it is taken as Euler steps.
-    pub(super) fn event_halvings(&self) -> usize {
+    pub(crate) fn event_halvings(&self) -> usize {
         (self.event_substeps.max(2).ilog2() - 1) as usize
     }
 
     /// Euler steps at the end of the halvings.
-    pub(super) fn event_steps(&self) -> u32 {
+    pub(crate) fn event_steps(&self) -> u32 {
         self.event_substeps.div_ceil(1 << self.event_halvings())
     }
 

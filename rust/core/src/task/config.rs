@@ -21,7 +21,7 @@ pub enum Task {
     Field,
     /// No pegs; the ground resists sideways sliding more than lengthways sliding.
     Free,
-    /// A course of the thesis with pegs shifted or taken away (T Fig. 7.8).
+    /// A course of the thesis with pegs shifted or taken away (Fig. 7.8 of the thesis).
     Perturbed,
     /// A lattice of posts on the way to a goal point; the ground is that of `Free`.
     Maze,

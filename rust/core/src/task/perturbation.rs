@@ -1,4 +1,4 @@
-//! The thesis's courses with pegs out of place (T 7.3.4, T Fig. 7.8).
+//! The thesis's courses with pegs out of place (section 7.3.4, Fig. 7.8 of the thesis).
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -61,7 +61,7 @@ pub struct Perturbation {
 }
 
 impl Default for Perturbation {
-    /// The longest shift is that of (T Fig. 7.8 a), one link diameter.
+    /// The longest shift is that of Fig. 7.8 (a), one link diameter.
     fn default() -> Self {
         Self { course: Course::Mixed, removed: 1, shifted: 2, shift: 0.105, without: Vec::new(), moved: Vec::new() }
     }

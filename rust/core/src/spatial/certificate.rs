@@ -1,0 +1,241 @@
+//! The judge of a stage's solution; no solver uses this code.
+//!
+//! Impulses and velocities solve a stage exactly when the equations of motion balance, the joints hold, and every law
+//! holds with the normal impulse at hand as the radius of friction. Each violation is reported as a velocity.
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::math::Real;
+
+use super::{Screw, Stage, StageLink, StageSolution};
+
+/// Violations of a stage's equations; zero for the exact solution.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Certificate<T = f64> {
+    /// Worst imbalance of the equations of motion \[m/s\].
+    pub balance: T,
+    /// Worst velocity with which a joint opens or twists \[m/s\].
+    pub joint: T,
+    /// Worst violation of Signorini's law, ground and pegs: |P - max(P - m gamma, 0)| / m \[m/s\].
+    pub normal: T,
+    /// Worst violation of maximal dissipation, sliding and rolling: |P - prox_C(P - m gamma)| / m \[m/s\].
+    pub friction: T,
+    /// Worst violation of a drive's law \[m/s\].
+    pub drive: T,
+}
+
+impl<T: Real> Certificate<T> {
+    /// The worst of all violations \[m/s\].
+    #[inline(always)]
+    pub fn residual(&self) -> T {
+        let contact = worse(self.normal, self.friction);
+        worse(worse(self.balance, self.joint), worse(contact, self.drive))
+    }
+}
+
+/// Judges `solution` as a solution of `stage`.
+#[inline(always)]
+pub fn certify<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Certificate<T> {
+    let zero = T::zero();
+    let mut certificate = Certificate { balance: zero, joint: zero, normal: zero, friction: zero, drive: zero };
+    for i in 0..stage.links.len() {
+        judge_ground(stage, solution, i, &mut certificate);
+    }
+    for (peg, &impulse) in stage.pegs.iter().zip(&solution.peg) {
+        let opening = power(&peg.direction, &solution.twist[peg.link]) + peg.offset;
+        judge_opening(opening, impulse, stage.links[peg.link].mass, &mut certificate);
+    }
+    for j in 0..stage.joints.len() {
+        judge_joint(stage, solution, j, &mut certificate);
+    }
+    judge_balance(stage, solution, &mut certificate);
+    certificate
+}
+
+#[inline(always)]
+fn judge_ground<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: usize, certificate: &mut Certificate<T>) {
+    let (link, u, mu) = (&stage.links[i], &solution.twist[i], &stage.friction);
+    let tangent = &link.tangent;
+    for end in 0..2 {
+        let velocity = point_velocity(u, &lowest_point(link, end));
+        let normal = solution.normal[i][end];
+        judge_opening(velocity.z + link.ground[end], normal, link.mass, certificate);
+        let slip = Vector2::new(
+            tangent.x * velocity.x + tangent.y * velocity.y,
+            tangent.x * velocity.y - tangent.y * velocity.x,
+        );
+        let bound = Vector2::new(mu.sliding.x * normal, mu.sliding.y * normal);
+        judge_disc(&bound, &slip, &solution.friction[i][end], link.mass, certificate);
+    }
+    let rolling = Vector2::new(-(link.radius * u.angular.y), link.radius * u.angular.x);
+    let radius = mu.rolling * (solution.normal[i][0] + solution.normal[i][1]);
+    judge_disc(&Vector2::new(radius, radius), &rolling, &solution.rolling[i], link.mass, certificate);
+}
+
+#[inline(always)]
+fn judge_opening<T: Real>(opening: T, impulse: T, mass: T, certificate: &mut Certificate<T>) {
+    let nearest = (impulse - mass * opening).max(T::zero());
+    certificate.normal = worse(certificate.normal, (impulse - nearest).abs() / mass);
+}
+
+/// The projection is taken in coordinates in which the ellipse is the unit disc: P = A p, gamma^ = A gamma; along a
+/// zero axis any impulse is a violation.
+#[inline(always)]
+fn judge_disc<T: Real>(
+    a: &Vector2<T>,
+    slip: &Vector2<T>,
+    impulse: &Vector2<T>,
+    mass: T,
+    certificate: &mut Certificate<T>,
+) {
+    let (zero, one) = (T::zero(), T::splat(1.0));
+    let p = Vector2::new(ratio(impulse.x, a.x), ratio(impulse.y, a.y));
+    let largest = a.x.max(a.y);
+    let rate = T::select(zero.lt(largest), mass / (largest * largest), zero);
+    let x = Vector2::new(p.x - rate * a.x * slip.x, p.y - rate * a.y * slip.y);
+    let shrink = one / norm(x.x, x.y).max(one);
+    let violation = norm(p.x - x.x * shrink, p.y - x.y * shrink) * largest;
+    let outside = norm(impulse.x - p.x * a.x, impulse.y - p.y * a.y);
+    certificate.friction = worse(certificate.friction, (violation + outside) / mass);
+}
+
+/// The two links' joint points move alike, they do not turn against each other about the third axis, and the drives
+/// obey their law at the rates of the two free ones.
+#[inline(always)]
+fn judge_joint<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, j: usize, certificate: &mut Certificate<T>) {
+    let (near, far) = (&stage.links[j], &stage.links[j + 1]);
+    let (u, w) = (&solution.twist[j], &solution.twist[j + 1]);
+    let gap = point_velocity(u, &joint_point(near, 1.0)) - point_velocity(w, &joint_point(far, -1.0));
+    certificate.joint = worse(certificate.joint, scalar(&gap, &gap).sqrt());
+    let relative = w.angular - u.angular;
+    let axes = [near.axes[1], far.axes[0]];
+    let twisting = scalar(&vector(&axes[0], &axes[1]), &relative).abs();
+    certificate.joint = worse(certificate.joint, twisting * near.half_length);
+    for (axis, drive) in stage.joints[j].iter().enumerate() {
+        let rate = scalar(&axes[axis], &relative);
+        let law = (drive.drive - drive.stiffness * rate).min(drive.limit).max(-drive.limit);
+        let violation = (solution.drive[j][axis] - law).abs() / (near.mass * near.half_length);
+        certificate.drive = worse(certificate.drive, violation);
+    }
+}
+
+/// The momentum that links 1..i lack is what the joint behind them gives. Its force is free, and so is its moment about
+/// the axis that cannot turn; about the other two it must be the drives'. Behind the last link nothing gives.
+#[inline(always)]
+fn judge_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certificate: &mut Certificate<T>) {
+    let zero = T::zero();
+    let none = Vector3::new(zero, zero, zero);
+    let (mut force, mut moment) = (none, none);
+    let last = stage.links.len() - 1;
+    for (i, link) in stage.links.iter().enumerate() {
+        if i > 0 {
+            moment -= vector(&joint_point(link, 1.0), &force);
+        }
+        let (own, about_centre) = missing(stage, solution, i);
+        force += own;
+        moment += about_centre;
+        if i == last {
+            let worst = scalar(&force, &force).sqrt() / link.mass;
+            certificate.balance = worse(certificate.balance, worst);
+            let turning = scalar(&moment, &moment).sqrt() * link.half_length / link.inertia;
+            certificate.balance = worse(certificate.balance, turning);
+            break;
+        }
+        // About the joint behind the link.
+        moment -= vector(&joint_point(link, 1.0), &force);
+        let axes = [link.axes[1], stage.links[i + 1].axes[0]];
+        for (axis, drive) in axes.iter().zip(&solution.drive[i]) {
+            let left = scalar(axis, &moment) + *drive;
+            certificate.balance = worse(certificate.balance, left.abs() * link.half_length / link.inertia);
+        }
+    }
+}
+
+/// M x - p - contact impulses of link `i`: what its joints must give, as a force and a moment about the CG.
+#[inline(always)]
+fn missing<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: usize) -> (Vector3<T>, Vector3<T>) {
+    let (link, u, t) = (&stage.links[i], &solution.twist[i], &stage.links[i].tangent);
+    let spin = (link.roll_inertia - link.inertia) * scalar(&link.axes[2], &u.angular);
+    let mut force = times(&u.linear, link.mass) - link.momentum.linear;
+    let mut moment = times(&u.angular, link.inertia) + times(&link.axes[2], spin) - link.momentum.angular;
+    for end in 0..2 {
+        let p = &solution.friction[i][end];
+        let impulse = Vector3::new(t.x * p.x - t.y * p.y, t.y * p.x + t.x * p.y, solution.normal[i][end]);
+        force -= impulse;
+        moment -= vector(&lowest_point(link, end), &impulse);
+    }
+    let rolling = &solution.rolling[i];
+    moment -= Vector3::new(link.radius * rolling.y, -(link.radius * rolling.x), T::zero());
+    for (peg, &impulse) in stage.pegs.iter().zip(&solution.peg) {
+        if peg.link == i {
+            force -= times(&peg.direction.linear, impulse);
+            moment -= times(&peg.direction.angular, impulse);
+        }
+    }
+    (force, moment)
+}
+
+/// From the CG to the lowest point of the front (0) or rear (1) sphere.
+#[inline(always)]
+fn lowest_point<T: Real>(link: &StageLink<T>, end: usize) -> Vector3<T> {
+    let reach = if end == 0 { link.sphere } else { -link.sphere };
+    times(&link.axes[2], reach) - Vector3::new(T::zero(), T::zero(), link.radius)
+}
+
+/// From the CG to the joint in front (`side` 1) or behind (-1).
+#[inline(always)]
+fn joint_point<T: Real>(link: &StageLink<T>, side: f64) -> Vector3<T> {
+    times(&link.axes[2], T::splat(side) * link.half_length)
+}
+
+#[inline(always)]
+fn point_velocity<T: Real>(u: &Screw<T>, arm: &Vector3<T>) -> Vector3<T> {
+    u.linear + vector(&u.angular, arm)
+}
+
+#[inline(always)]
+fn power<T: Real>(w: &Screw<T>, u: &Screw<T>) -> T {
+    scalar(&w.linear, &u.linear) + scalar(&w.angular, &u.angular)
+}
+
+#[inline(always)]
+fn scalar<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> T {
+    a.x * b.x + a.y * b.y + a.z * b.z
+}
+
+#[inline(always)]
+fn vector<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
+    Vector3::new(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
+}
+
+#[inline(always)]
+fn times<T: Real>(a: &Vector3<T>, factor: T) -> Vector3<T> {
+    Vector3::new(a.x * factor, a.y * factor, a.z * factor)
+}
+
+/// The larger of two violations, NaN if either is: no broken solution passes.
+#[inline(always)]
+fn worse<T: Real>(a: T, b: T) -> T {
+    T::select(b.le(a), a, T::select(a.lt(b), b, a + b))
+}
+
+/// p / a, or 0 along a zero axis.
+#[inline(always)]
+fn ratio<T: Real>(p: T, a: T) -> T {
+    T::select(T::zero().lt(a), p / a, T::zero())
+}
+
+#[inline(always)]
+fn norm<T: Real>(x: T, y: T) -> T {
+    (x * x + y * y).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_judge_shares_no_code_with_the_solvers() {
+        let (code, _) = include_str!("certificate.rs").split_once("#[cfg(test)]").expect("this module");
+        let solvers = ["newton", "sweep", "ray", "proximal", "link_term", "fallback", "screw"];
+        assert!(solvers.iter().all(|solver| !code.contains(&format!("super::{solver}"))));
+    }
+}

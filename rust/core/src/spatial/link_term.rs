@@ -1,0 +1,216 @@
+//! One link as the solver sees it: inertia, the laws that act on it, and its motion during a Newton step.
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::math::Real;
+
+use super::proximal::{ContactTerm, DriveTerm, FrictionTerm, Stiffness, horizontal, select};
+use super::screw::{Screw, scaled};
+use super::sweep::{Quadratic, Segment, Symmetric};
+use super::{StageFriction, StageLink};
+
+/// Contact of one end sphere with the ground.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct GroundTerm<T: Real> {
+    /// From the CG to the contact point.
+    arm: Vector3<T>,
+    pub normal: ContactTerm<T>,
+    pub friction: FrictionTerm<T>,
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LinkTerm<T: Real> {
+    pub segment: Segment<T>,
+    pub link: StageLink<T>,
+    pub ends: [GroundTerm<T>; 2],
+    pub rolling: FrictionTerm<T>,
+    /// The joint to the link before; none for the first.
+    pub drives: [DriveTerm<T>; 2],
+    /// Twist and rates before the present Newton step, the step, and where it leads.
+    pub start: Screw<T>,
+    pub step: Screw<T>,
+    pub twist: Screw<T>,
+    pub start_rates: [T; 2],
+    pub step_rates: [T; 2],
+    pub rates: [T; 2],
+    /// Fractions of the step at which the ends slip least.
+    pub kinks: [T; 2],
+}
+
+impl<T: Real> GroundTerm<T> {
+    pub fn new(link: &StageLink<T>, end: usize, mu: &StageFriction<T>, impulse: T, penalty: T) -> Self {
+        Self {
+            arm: link.ground_arm(end),
+            normal: ContactTerm::new(link.ground[end], penalty, impulse),
+            friction: FrictionTerm::new(bounds(mu, impulse), penalty),
+        }
+    }
+
+    /// Slip in frame Pi and vertical velocity of the contact point (T 4.24), (T 4.39).
+    #[inline(always)]
+    pub fn velocity(&self, x: &Screw<T>, tangent: &Vector2<T>) -> (Vector2<T>, T) {
+        let v = x.velocity_at(&self.arm);
+        (into_frame(tangent, &horizontal(&v)), v.z)
+    }
+
+    /// Adds gradient and Hessian of both laws at the velocities they were last asked at.
+    #[inline(always)]
+    fn add_to(&self, model: &mut Quadratic<T>, tangent: &Vector2<T>, normal: T, stick: &Stiffness<T>) {
+        let force = out_of_frame(tangent, &self.friction.value);
+        let (fx, fy, fz) = (force.x, force.y, self.normal.value);
+        let r = &self.arm;
+        let gradient = &mut model.gradient;
+        gradient.linear -= Vector3::new(fx, fy, fz);
+        gradient.angular -= Vector3::new(r.y * fz - r.z * fy, r.z * fx - r.x * fz, r.x * fy - r.y * fx);
+        let k = turned(stick, tangent);
+        model.linear.xx += k.xx;
+        model.linear.xy += k.xy;
+        model.linear.yy += k.yy;
+        model.linear.zz += normal;
+        // -K [r], and with it -[r]^T ... = [r] (-K [r]): the stiffness seen from the CG.
+        let x = Vector3::new(-(k.xy * r.z), k.xx * r.z, k.xy * r.x - k.xx * r.y);
+        let y = Vector3::new(-(k.yy * r.z), k.xy * r.z, k.yy * r.x - k.xy * r.y);
+        let z = Vector3::new(normal * r.y, -(normal * r.x), T::zero());
+        let c = &mut model.angular;
+        c.xx += r.y * z.x - r.z * y.x;
+        c.xy += r.y * z.y - r.z * y.y;
+        c.xz -= r.z * y.z;
+        c.yy += r.z * x.y - r.x * z.y;
+        c.yz += r.z * x.z;
+        c.zz += r.x * y.z - r.y * x.z;
+        model.mixed[0] += x;
+        model.mixed[1] += y;
+        model.mixed[2] += z;
+    }
+}
+
+impl<T: Real> LinkTerm<T> {
+    /// |x - M^-1 p|_M^2 / 2 at the present twist.
+    #[inline(always)]
+    pub fn inertia_model(&self) -> Quadratic<T> {
+        let link = &self.link;
+        let mut model = Quadratic::zero();
+        model.linear = Symmetric::diagonal(link.mass);
+        model.angular = Symmetric::diagonal(link.inertia);
+        let axis = &link.axes[2];
+        model.angular.add_outer(axis, &scaled(axis, link.roll_inertia - link.inertia));
+        model.gradient = link.momentum_of(&self.twist).plus_scaled(&link.momentum, -T::splat(1.0));
+        model
+    }
+
+    /// Moves all ground laws to the present twist and adds gradient and Hessian to `model`. In the lanes `coupled` the
+    /// friction laws first take the radii that belong to the normal impulses. Returns how far the radii are from those,
+    /// as a velocity.
+    #[inline(always)]
+    pub fn respond_to_ground(&mut self, model: &mut Quadratic<T>, mu: &StageFriction<T>, coupled: T::Mask) -> T {
+        let (twist, tangent) = (self.twist, self.link.tangent);
+        let mut error = T::zero();
+        let mut load = T::zero();
+        for end in &mut self.ends {
+            let (slip, closing) = end.velocity(&twist, &tangent);
+            let normal = end.normal.respond(closing);
+            let wanted = bounds(mu, end.normal.value);
+            error = error.max(distance(&wanted, &end.friction.axes));
+            end.friction.resize(select(coupled, &wanted, &end.friction.axes));
+            let stick = end.friction.respond(&slip);
+            end.add_to(model, &tangent, normal, &stick);
+            load += end.normal.value;
+        }
+        let radius = mu.rolling * load;
+        error = error.max((radius - self.rolling.axes.x).abs());
+        let radius = T::select(coupled, radius, self.rolling.axes.x);
+        self.rolling.resize(Vector2::new(radius, radius));
+        self.respond_to_rolling(model);
+        error / self.link.mass
+    }
+
+    /// How far the velocity is from obeying the link's laws because the centres are not yet the impulses \[m/s\].
+    #[inline(always)]
+    pub fn multiplier_error(&self) -> T {
+        let [front, rear] = &self.ends;
+        let normal = front.normal.error().max(rear.normal.error());
+        normal.max(front.friction.error().max(rear.friction.error())).max(self.rolling.error())
+    }
+
+    /// Largest radius of the ends' friction, over the mass \[m/s\].
+    #[inline(always)]
+    pub fn largest_radius(&self) -> T {
+        let [front, rear] = self.ends.map(|end| end.friction.axes);
+        front.x.max(front.y).max(rear.x.max(rear.y)) / self.link.mass
+    }
+
+    /// Friction radii that belong to the normal impulses at hand.
+    #[inline(always)]
+    pub fn take_radii(&mut self, mu: &StageFriction<T>) {
+        for end in &mut self.ends {
+            end.friction.resize(bounds(mu, end.normal.value));
+        }
+        let radius = mu.rolling * (self.ends[0].normal.value + self.ends[1].normal.value);
+        self.rolling.resize(Vector2::new(radius, radius));
+    }
+
+    /// Rolling friction of both ends (T 4.86), as a function of L_SC (omega_x, omega_y): a disc may be turned.
+    #[inline(always)]
+    fn respond_to_rolling(&mut self, model: &mut Quadratic<T>) {
+        let arm = self.link.radius;
+        let stiffness = self.rolling.respond(&rolling_velocity(&self.link, &self.twist));
+        let squared = arm * arm;
+        model.angular.xx += squared * stiffness.xx;
+        model.angular.xy += squared * stiffness.xy;
+        model.angular.yy += squared * stiffness.yy;
+        let gradient = &mut model.gradient.angular;
+        gradient.x -= arm * self.rolling.value.x;
+        gradient.y -= arm * self.rolling.value.y;
+    }
+
+    /// The step shortened to a fraction, in the given lanes.
+    #[inline(always)]
+    pub fn shorten(&mut self, fraction: T, lanes: T::Mask) {
+        self.twist.select_into(lanes, &self.start.plus_scaled(&self.step, fraction));
+        for axis in 0..2 {
+            let shortened = self.start_rates[axis] + fraction * self.step_rates[axis];
+            self.rates[axis] = T::select(lanes, shortened, self.rates[axis]);
+        }
+    }
+}
+
+/// L_SC (omega_x, omega_y): gamma_V of (T 4.43) turned by a right angle.
+#[inline(always)]
+pub(super) fn rolling_velocity<T: Real>(link: &StageLink<T>, x: &Screw<T>) -> Vector2<T> {
+    Vector2::new(link.radius * x.angular.x, link.radius * x.angular.y)
+}
+
+/// Semi-axes of the friction ellipse under a normal impulse (T 4.84).
+#[inline(always)]
+fn bounds<T: Real>(mu: &StageFriction<T>, normal: T) -> Vector2<T> {
+    Vector2::new(mu.sliding.x * normal, mu.sliding.y * normal)
+}
+
+#[inline(always)]
+fn distance<T: Real>(a: &Vector2<T>, b: &Vector2<T>) -> T {
+    (a.x - b.x).abs().max((a.y - b.y).abs())
+}
+
+/// Components along and across `tangent`.
+#[inline(always)]
+fn into_frame<T: Real>(tangent: &Vector2<T>, v: &Vector2<T>) -> Vector2<T> {
+    Vector2::new(tangent.x * v.x + tangent.y * v.y, tangent.x * v.y - tangent.y * v.x)
+}
+
+#[inline(always)]
+fn out_of_frame<T: Real>(tangent: &Vector2<T>, v: &Vector2<T>) -> Vector2<T> {
+    Vector2::new(tangent.x * v.x - tangent.y * v.y, tangent.y * v.x + tangent.x * v.y)
+}
+
+/// A stiffness along and across `tangent`, in frame I.
+#[inline(always)]
+fn turned<T: Real>(k: &Stiffness<T>, tangent: &Vector2<T>) -> Stiffness<T> {
+    let (c, s) = (tangent.x, tangent.y);
+    let (cc, cs, ss) = (c * c, c * s, s * s);
+    let cross = (cs + cs) * k.xy;
+    Stiffness {
+        xx: cc * k.xx - cross + ss * k.yy,
+        xy: cs * (k.xx - k.yy) + (cc - ss) * k.xy,
+        yy: ss * k.xx + cross + cc * k.yy,
+    }
+}

@@ -1,0 +1,380 @@
+//! Solver of a stage: semismooth Newton on a convex problem whose friction radii follow the normal impulses.
+//!
+//! Every set-valued law is replaced by its [proximal form](super::proximal) with a compliance 1/r that is negligible
+//! beside every other figure. For given friction radii the velocities then minimise a strongly convex, piecewise smooth
+//! function: Newton's method on it, one O(n) [`sweep`](super::sweep) a step and a [search along the ray](super::ray)
+//! that brackets the zero of the slope, converges from anywhere. Coulomb's law asks for radii mu P_N of the normal
+//! impulses found: each assembly takes them from the normal impulses at hand, so that forces are those of the coupled
+//! problem, and only the tangent neglects that the radii vary. A step that overshoots is searched with the radii it began
+//! with. Where that does not converge, radii are held until the convex problem is solved, and move half way then.
+//!
+//! Several robots are solved side by side: a lane that has converged keeps its velocities and impulses
+//! while the others go on, so that each takes exactly the steps it would take alone.
+
+use nalgebra::Vector2;
+
+use crate::math::{Mask, Real};
+
+use super::link_term::{GroundTerm, LinkTerm};
+use super::proximal::{DriveTerm, FrictionTerm, PegTerm};
+use super::screw::{Screw, inner};
+use super::sweep::{Quadratic, Segment};
+use super::{Stage, StageFriction, StageSolution};
+
+/// How a solve ended, lane by lane.
+#[derive(Debug, Clone, Copy)]
+pub struct Outcome<T: Real = f64> {
+    /// Linear solves, a whole number.
+    pub iterations: T,
+    /// Whether the solver's own stopping rule was met; the certificate judges independently.
+    pub converged: T::Mask,
+}
+
+/// Workspace of the solver, re-used from stage to stage.
+#[derive(Debug, Clone)]
+pub struct Newton<T: Real = f64> {
+    pub(super) links: Vec<LinkTerm<T>>,
+    pub(super) pegs: Vec<PegTerm<T>>,
+    friction: StageFriction<T>,
+    /// Step of link 1's twist.
+    head: Screw<T>,
+    /// Mass of the lightest link.
+    lightest: T,
+}
+
+/// What a pass over the chain finds at the trial velocities.
+#[derive(Debug, Clone, Copy)]
+struct Assembly<T> {
+    /// Derivative of the convex function along the last step \[J\].
+    slope: T,
+    /// How much steeper it descends along the next step: g H^-1 g \[J\].
+    descent: T,
+    /// By how much the friction radii had to move, as a velocity \[m/s\].
+    radius_error: T,
+    /// The largest friction radius, over the mass \[m/s\].
+    largest_radius: T,
+    /// How far the velocities are from obeying the laws because the centres are not yet the impulses \[m/s\].
+    multiplier_error: T,
+}
+
+impl<T: Real> Newton<T> {
+    pub fn new(links: usize) -> Self {
+        let zero = T::zero();
+        Self {
+            links: Vec::with_capacity(links),
+            pegs: Vec::with_capacity(4 * links),
+            friction: StageFriction { sliding: Vector2::new(zero, zero), rolling: zero },
+            head: Screw::zero(),
+            lightest: zero,
+        }
+    }
+
+    /// Solves `stage`, starting from the twists and normal impulses in `solution`, to velocities within
+    /// about `tolerance` \[m/s\], in at most `max_iterations` linear solves.
+    ///
+    /// The starting twists need not satisfy the joints: the first link's twist and all joint rates are kept and the rest
+    /// follows. Lanes not in `lanes` are left as they are.
+    #[inline(always)]
+    pub fn solve(
+        &mut self,
+        stage: &Stage<T>,
+        solution: &mut StageSolution<T>,
+        tolerance: f64,
+        max_iterations: u32,
+        lanes: T::Mask,
+    ) -> Outcome<T> {
+        self.descend_from(stage, solution, [tolerance, PATIENCE], max_iterations, lanes)
+    }
+
+    /// The same with every convex problem solved before the friction radii move.
+    pub fn solve_strictly(
+        &mut self,
+        stage: &Stage<T>,
+        solution: &mut StageSolution<T>,
+        tolerance: f64,
+        max_iterations: u32,
+        lanes: T::Mask,
+    ) -> Outcome<T> {
+        self.descend_from(stage, solution, [tolerance, -1.0], max_iterations, lanes)
+    }
+
+    #[inline(always)]
+    fn descend_from(
+        &mut self,
+        stage: &Stage<T>,
+        solution: &mut StageSolution<T>,
+        [tolerance, patience]: [f64; 2],
+        max_iterations: u32,
+        lanes: T::Mask,
+    ) -> Outcome<T> {
+        self.warm_up(stage, solution);
+        let tolerance = T::splat(tolerance);
+        let none = T::Mask::of(|_| false);
+        let mut outcome = Outcome { iterations: T::zero(), converged: none };
+        let mut active = lanes;
+        let mut here = self.assemble(none);
+        self.release();
+        let mut coupled = if patience > 0.0 { lanes } else { none };
+        for _ in 0..max_iterations {
+            outcome.iterations += T::select(active, T::splat(1.0), T::zero());
+            let stubborn = T::splat(patience).lt(outcome.iterations);
+            here = self.descend(&here, tolerance, active, coupled & active);
+            // The length of the next step as a velocity; `max` would swallow NaN.
+            let mut next = (here.descent.abs() / self.lightest).sqrt();
+            // A step this short leaves the normal impulses within a fraction of their error.
+            let trusted = next.le(T::splat(TRUST) * here.radius_error);
+            coupled = !stubborn & (trusted | here.radius_error.le(T::splat(PLAUSIBLE) * here.largest_radius));
+            let settled = active & stubborn & next.le(tolerance) & tolerance.lt(here.radius_error);
+            if settled.any() {
+                self.move_radii(settled);
+                here = self.assemble(none);
+                next = (here.descent.abs() / self.lightest).sqrt();
+            }
+            let solved = active & next.le(T::splat(ACCURACY) * tolerance) & here.radius_error.le(tolerance);
+            let exact = here.multiplier_error.le(T::splat(EXACT) * tolerance);
+            outcome.converged = outcome.converged | (solved & exact);
+            let recentred = solved & !exact;
+            if recentred.any() {
+                self.recentre(recentred);
+                here = self.assemble(none);
+            }
+            // A step that is not finite ends its lane: it is below no bound.
+            active = active & !outcome.converged & next.lt(T::splat(f64::INFINITY));
+            if !active.any() {
+                break;
+            }
+        }
+        self.write(solution);
+        outcome
+    }
+
+    /// From now on contacts are open or closed as their velocities say.
+    #[inline(always)]
+    fn release(&mut self) {
+        for link in &mut self.links {
+            link.ends[0].normal.release();
+            link.ends[1].normal.release();
+        }
+        self.pegs.iter_mut().for_each(|peg| peg.contact.release());
+    }
+
+    /// Laws with the friction radii of the warm start, and twists that satisfy the joints.
+    #[inline(always)]
+    fn warm_up(&mut self, stage: &Stage<T>, solution: &StageSolution<T>) {
+        self.friction = stage.friction;
+        self.lightest = stage.links[0].mass;
+        self.links.clear();
+        let mut total = T::zero();
+        for link in &stage.links {
+            self.lightest = self.lightest.min(link.mass);
+            total += link.mass;
+        }
+        let penalty = T::splat(PENALTY / stage.links.len() as f64) * total;
+        for i in 0..stage.links.len() {
+            let term = self.link_term(stage, solution, i, penalty);
+            self.links.push(term);
+        }
+        self.pegs.clear();
+        let pegs = stage.pegs.iter().zip(&solution.peg);
+        self.pegs.extend(pegs.map(|(peg, &impulse)| PegTerm::new(peg, penalty, impulse)));
+    }
+
+    #[inline(always)]
+    fn link_term(&self, stage: &Stage<T>, solution: &StageSolution<T>, i: usize, penalty: T) -> LinkTerm<T> {
+        let (zero, link) = (T::zero(), &stage.links[i]);
+        let before = if i > 0 { &stage.links[i - 1] } else { link };
+        let hinge = [link.hinge(&before.axes[1]), link.hinge(&link.axes[0])];
+        let segment = Segment::new(before.joint_arm() + link.joint_arm(), hinge);
+        let (twist, rates, drives) = match self.links.last() {
+            Some(previous) => {
+                let relative = solution.twist[i].angular - solution.twist[i - 1].angular;
+                let rates = [inner(&before.axes[1], &relative), inner(&link.axes[0], &relative)];
+                (
+                    segment.follow(&previous.twist, &rates),
+                    rates,
+                    stage.joints[i - 1].map(|drive| DriveTerm::new(&drive)),
+                )
+            }
+            None => (solution.twist[0], [zero; 2], [DriveTerm::none(); 2]),
+        };
+        let mu = &stage.friction;
+        let [front, rear] = solution.normal[i];
+        let radius = mu.rolling * (front + rear);
+        LinkTerm {
+            segment,
+            link: *link,
+            ends: [GroundTerm::new(link, 0, mu, front, penalty), GroundTerm::new(link, 1, mu, rear, penalty)],
+            rolling: FrictionTerm::new(Vector2::new(radius, radius), penalty),
+            drives,
+            start: twist,
+            step: Screw::zero(),
+            twist,
+            start_rates: rates,
+            step_rates: [zero; 2],
+            rates,
+            kinks: [zero; 2],
+        }
+    }
+
+    /// One damped Newton step from `here` in the given lanes. In the lanes `coupled` the friction radii follow the normal
+    /// impulses, unless the step overshoots or the impulses are beyond belief: those of contacts that close during
+    /// the step are as large as their penalties make them.
+    #[inline(always)]
+    fn descend(&mut self, here: &Assembly<T>, tolerance: T, active: T::Mask, coupled: T::Mask) -> Assembly<T> {
+        self.substitute(active);
+        self.remember_radii();
+        let full = self.assemble(coupled);
+        let negligible = T::splat(NEGLIGIBLE) * self.lightest * tolerance * tolerance;
+        let accuracy = (T::splat(OVERSHOOT) * here.descent).max(negligible);
+        let overshoots = active & accuracy.lt(full.slope);
+        let trusted = (here.descent / self.lightest).sqrt().le(T::splat(TRUST) * full.radius_error);
+        let absurd = coupled & !trusted & (T::splat(PLAUSIBLE) * here.largest_radius + tolerance).lt(full.radius_error);
+        if !(overshoots | absurd).any() {
+            return full;
+        }
+        self.restore_radii(overshoots | absurd);
+        if overshoots.any() {
+            let fraction = self.zero_of_slope(accuracy, overshoots);
+            for link in &mut self.links {
+                link.shorten(fraction, overshoots);
+            }
+        }
+        self.assemble(coupled & !(overshoots | absurd))
+    }
+
+    /// From tail to head: forces and stiffnesses of all laws at the present twists, and the elimination
+    /// of the chain.
+    #[inline(always)]
+    fn assemble(&mut self, coupled: T::Mask) -> Assembly<T> {
+        let zero = T::zero();
+        let (mut slope, mut descent, mut radius_error, mut multiplier_error) = (zero, zero, zero, zero);
+        let mut largest_radius = zero;
+        let mut pegs = self.pegs.iter_mut().rev().peekable();
+        let mut behind = Quadratic::zero();
+        for (i, link) in self.links.iter_mut().enumerate().rev() {
+            let mut own = link.inertia_model();
+            radius_error = radius_error.max(link.respond_to_ground(&mut own, &self.friction, coupled));
+            multiplier_error = multiplier_error.max(link.multiplier_error());
+            largest_radius = largest_radius.max(link.largest_radius());
+            while let Some(peg) = pegs.next_if(|peg| peg.link == i) {
+                let penalty = peg.contact.respond(peg.direction.dot(&link.twist));
+                own.add_rank_one(&peg.direction, penalty, -peg.contact.value);
+                multiplier_error = multiplier_error.max(peg.contact.error());
+            }
+            slope += own.gradient.dot(&link.step);
+            let total = behind.plus(&own);
+            if i == 0 {
+                behind = total;
+                break;
+            }
+            let drives = [link.drives[0].respond(link.rates[0]), link.drives[1].respond(link.rates[1])];
+            slope -= drives[0].value * link.step_rates[0] + drives[1].value * link.step_rates[1];
+            let (before, decrease) = link.segment.eliminate(total, &drives);
+            behind = before;
+            descent += decrease;
+        }
+        let (head, decrease) = behind.minimiser();
+        self.head = head;
+        Assembly { slope, descent: descent + decrease, radius_error, largest_radius, multiplier_error }
+    }
+
+    /// From head to tail: the Newton step, taken in full in the given lanes.
+    #[inline(always)]
+    fn substitute(&mut self, lanes: T::Mask) {
+        let mut before = self.head;
+        for (i, link) in self.links.iter_mut().enumerate() {
+            if i > 0 {
+                (link.step_rates, before) = link.segment.substitute(&before);
+            }
+            link.step = before;
+            link.start = link.twist;
+            link.start_rates = link.rates;
+            link.shorten(T::splat(1.0), lanes);
+        }
+    }
+
+    #[inline(always)]
+    fn remember_radii(&mut self) {
+        self.for_each_friction(|friction| friction.remember());
+    }
+
+    #[inline(always)]
+    fn restore_radii(&mut self, lanes: T::Mask) {
+        self.for_each_friction(|friction| friction.restore(lanes));
+    }
+
+    /// Radii half way to those of the normal impulses at hand, in the given lanes.
+    #[inline(always)]
+    fn move_radii(&mut self, lanes: T::Mask) {
+        self.remember_radii();
+        let friction = self.friction;
+        for link in &mut self.links {
+            link.take_radii(&friction);
+        }
+        self.for_each_friction(|friction| friction.settle_half_way(lanes));
+    }
+
+    #[inline(always)]
+    fn recentre(&mut self, lanes: T::Mask) {
+        self.for_each_friction(|friction| friction.recentre(lanes));
+        for link in &mut self.links {
+            link.ends[0].normal.recentre(lanes);
+            link.ends[1].normal.recentre(lanes);
+        }
+        self.pegs.iter_mut().for_each(|peg| peg.contact.recentre(lanes));
+    }
+
+    #[inline(always)]
+    fn for_each_friction(&mut self, mut act: impl FnMut(&mut FrictionTerm<T>)) {
+        for link in &mut self.links {
+            act(&mut link.ends[0].friction);
+            act(&mut link.ends[1].friction);
+            act(&mut link.rolling);
+        }
+    }
+
+    #[inline(always)]
+    fn write(&self, solution: &mut StageSolution<T>) {
+        for (i, link) in self.links.iter().enumerate() {
+            solution.twist[i] = link.twist;
+            solution.normal[i] = [link.ends[0].normal.value, link.ends[1].normal.value];
+            solution.friction[i] = [link.ends[0].friction.value, link.ends[1].friction.value];
+            // The law was asked for (omega_x, omega_y), the rolling velocity is (-omega_y, omega_x).
+            solution.rolling[i] = Vector2::new(-link.rolling.value.y, link.rolling.value.x);
+            if i > 0 {
+                solution.rate[i - 1] = link.rates;
+                solution.drive[i - 1] = [link.drives[0].value, link.drives[1].value];
+            }
+        }
+        for (impulse, peg) in solution.peg.iter_mut().zip(&self.pegs) {
+            *impulse = peg.contact.value;
+        }
+    }
+}
+
+/// Stiffness r of a contact over the mean mass of a link. The compliance lets a contact that bears a link's weight give
+/// way by g c / r, some 1e-10 m/s: far below every tolerance, and far above what round-off does to the sum of impulses.
+const PENALTY: f64 = 1e6;
+
+/// Violation of the laws that is left to the compliance, in tolerances.
+const EXACT: f64 = 1.0;
+
+/// Linear solves after which a stage counts as hard: from there on convex problems are solved before radii move.
+const PATIENCE: f64 = 30.0;
+
+/// Length of the next step over the tolerance below which none is needed. Imbalances of closed contacts are longer than
+/// it by the square root of the penalty.
+const ACCURACY: f64 = 0.1;
+
+/// Length of a step over the error of the friction radii below which the normal impulses are trusted: forces of closed
+/// contacts show in it diminished by the square root of the penalty.
+const TRUST: f64 = 1e-2;
+
+/// Change of a friction radius over the largest radius that is believed of a step whose end is not yet trusted.
+const PLAUSIBLE: f64 = 1.0;
+
+/// Decrease below which nothing is searched for, in squared tolerances.
+const NEGLIGIBLE: f64 = 1e-3;
+
+/// A step is damped if the slope at its end exceeds this times the descent at its start.
+const OVERSHOOT: f64 = 0.1;

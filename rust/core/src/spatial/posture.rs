@@ -1,0 +1,202 @@
+//! The chain in coordinates in which joints cannot open: pose of link 1 and joint angles.
+
+use nalgebra::Vector3;
+
+use crate::math::Real;
+
+use super::StageLink;
+use super::screw::{Screw, along, cross, scaled};
+
+/// Configuration: every value of it is one that the joints allow.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Posture<T = f64> {
+    /// CG of link 1, frame I \[m\].
+    pub position: Vector3<T>,
+    /// Unit quaternion of link 1, R_B^I: w, x, y, z.
+    pub orientation: [T; 4],
+    /// (phi_h, phi_v) of each joint \[rad\].
+    pub angle: Vec<[T; 2]>,
+}
+
+/// Velocity: the twist of link 1, frame I, and the joint rates.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Speed<T = f64> {
+    pub head: Screw<T>,
+    /// (phi_h', phi_v') of each joint \[rad/s\].
+    pub rate: Vec<[T; 2]>,
+}
+
+/// Where a link is, frame I.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame<T = f64> {
+    /// CG \[m\].
+    pub position: Vector3<T>,
+    /// e_x^B, e_y^B, e_z^B.
+    pub axes: [Vector3<T>; 3],
+}
+
+impl<T: Real> Posture<T> {
+    /// Link 1 at the origin, frame B parallel to frame I, all joints straight.
+    pub fn straight(links: usize) -> Self {
+        let (zero, one) = (T::zero(), T::splat(1.0));
+        Self {
+            position: Vector3::new(zero, zero, zero),
+            orientation: [one, zero, zero, zero],
+            angle: vec![[zero; 2]; links - 1],
+        }
+    }
+
+    pub fn copy_from(&mut self, other: &Self) {
+        self.position = other.position;
+        self.orientation = other.orientation;
+        self.angle.copy_from_slice(&other.angle);
+    }
+
+    /// Takes the configuration that `base` reaches with the constant velocity `speed` within `duration`.
+    ///
+    /// Link 1 turns by the exponential of the angular velocity; the quaternion is put back on the unit sphere, so that
+    /// round-off does not add up.
+    #[inline(always)]
+    pub fn travel(&mut self, base: &Self, speed: &Speed<T>, duration: T) {
+        self.position = along(&base.position, &speed.head.linear, duration);
+        let turn = scaled(&speed.head.angular, duration);
+        self.orientation = normalised(&product(&exponential(&turn), &base.orientation));
+        for (angle, (base, rate)) in self.angle.iter_mut().zip(base.angle.iter().zip(&speed.rate)) {
+            *angle = [base[0] + duration * rate[0], base[1] + duration * rate[1]];
+        }
+    }
+
+    /// Where all links are; `half_length` is L_i / 2 \[m\]. Each joint turns about the near link's e_y, then about the far
+    /// link's e_x (T 4.92)-(T 4.94).
+    #[inline(always)]
+    pub fn place_links(&self, half_length: &[T], frames: &mut [Frame<T>]) {
+        let mut frame = Frame { position: self.position, axes: rotation(&self.orientation) };
+        frames[0] = frame;
+        for (i, [yaw, pitch]) in self.angle.iter().enumerate() {
+            let joint = along(&frame.position, &frame.axes[2], half_length[i]);
+            let [x, y, z] = frame.axes;
+            let ((sin, cos), (sin_pitch, cos_pitch)) = (yaw.sin_cos(), pitch.sin_cos());
+            let (x, z) = (along(&scaled(&x, cos), &z, -sin), along(&scaled(&z, cos), &x, sin));
+            let (y, z) = (along(&scaled(&y, cos_pitch), &z, sin_pitch), along(&scaled(&z, cos_pitch), &y, -sin_pitch));
+            frame = Frame { position: along(&joint, &z, half_length[i + 1]), axes: [x, y, z] };
+            frames[i + 1] = frame;
+        }
+    }
+}
+
+impl<T: Real> Speed<T> {
+    pub fn rest(links: usize) -> Self {
+        Self { head: Screw::zero(), rate: vec![[T::zero(); 2]; links - 1] }
+    }
+
+    pub fn copy_from(&mut self, other: &Self) {
+        self.head = other.head;
+        self.rate.copy_from_slice(&other.rate);
+    }
+
+    /// Takes u + factor (v - u).
+    #[inline(always)]
+    pub fn blend(&mut self, u: &Self, v: &Self, factor: T) {
+        let minus = T::splat(1.0) - factor;
+        let mixed = |u: T, v: T| minus * u + factor * v;
+        let mix = |u: &Vector3<T>, v: &Vector3<T>| Vector3::new(mixed(u.x, v.x), mixed(u.y, v.y), mixed(u.z, v.z));
+        self.head.linear = mix(&u.head.linear, &v.head.linear);
+        self.head.angular = mix(&u.head.angular, &v.head.angular);
+        for (rate, (u, v)) in self.rate.iter_mut().zip(u.rate.iter().zip(&v.rate)) {
+            *rate = [mixed(u[0], v[0]), mixed(u[1], v[1])];
+        }
+    }
+
+    /// Twists of all links placed at `frames`.
+    #[inline(always)]
+    pub fn twists(&self, frames: &[Frame<T>], half_length: &[T], twist: &mut [Screw<T>]) {
+        twist[0] = self.head;
+        for (i, rate) in self.rate.iter().enumerate() {
+            let (near, far) = (&frames[i], &frames[i + 1]);
+            let before = twist[i];
+            let joint = before.velocity_at(&scaled(&near.axes[2], half_length[i]));
+            let angular = along(&along(&before.angular, &near.axes[1], rate[0]), &far.axes[0], rate[1]);
+            let linear = joint + cross(&angular, &scaled(&far.axes[2], half_length[i + 1]));
+            twist[i + 1] = Screw { linear, angular };
+        }
+    }
+}
+
+impl Speed {
+    /// Whether the velocity is finite, and that of a robot rather than of a diverged computation.
+    pub fn is_sane(&self) -> bool {
+        let Screw { linear, angular } = &self.head;
+        let turns = self.rate.iter().flatten().chain(angular.iter());
+        linear.iter().all(|v| v.abs() < MAX_SPEED) && turns.into_iter().all(|omega| omega.abs() < MAX_RATE)
+    }
+}
+
+impl<T: Real> Frame<T> {
+    pub fn origin() -> Self {
+        let (zero, one) = (T::zero(), T::splat(1.0));
+        Self {
+            position: Vector3::new(zero, zero, zero),
+            axes: [Vector3::new(one, zero, zero), Vector3::new(zero, one, zero), Vector3::new(zero, zero, one)],
+        }
+    }
+
+    /// Height of the front (0) or rear (1) sphere's lowest point \[m\] (T 4.8).
+    #[inline(always)]
+    pub fn ground_gap(&self, link: &StageLink<T>, end: usize) -> T {
+        let reach = if end == 0 { link.sphere } else { -link.sphere };
+        self.position.z + reach * self.axes[2].z - link.radius
+    }
+}
+
+/// Columns of the rotation matrix of a unit quaternion.
+#[inline(always)]
+pub fn rotation<T: Real>(q: &[T; 4]) -> [Vector3<T>; 3] {
+    let [w, x, y, z] = *q;
+    let (one, two) = (T::splat(1.0), T::splat(2.0));
+    let (xx, yy, zz) = (x * x, y * y, z * z);
+    [
+        Vector3::new(one - two * (yy + zz), two * (x * y + w * z), two * (x * z - w * y)),
+        Vector3::new(two * (x * y - w * z), one - two * (xx + zz), two * (y * z + w * x)),
+        Vector3::new(two * (x * z + w * y), two * (y * z - w * x), one - two * (xx + yy)),
+    ]
+}
+
+/// Quaternion of the rotation about and by the vector `turn` \[rad\].
+#[inline(always)]
+fn exponential<T: Real>(turn: &Vector3<T>) -> [T; 4] {
+    let half = T::splat(0.5);
+    let squared = turn.x * turn.x + turn.y * turn.y + turn.z * turn.z;
+    let angle = squared.sqrt();
+    let (sin, cos) = (half * angle).sin_cos();
+    let series = half - squared / T::splat(48.0);
+    let factor = T::select(squared.lt(T::splat(SMALL)), series, sin / angle);
+    [cos, factor * turn.x, factor * turn.y, factor * turn.z]
+}
+
+#[inline(always)]
+fn product<T: Real>(p: &[T; 4], q: &[T; 4]) -> [T; 4] {
+    let [a, b, c, d] = *p;
+    let [w, x, y, z] = *q;
+    [
+        a * w - b * x - c * y - d * z,
+        a * x + b * w + c * z - d * y,
+        a * y - b * z + c * w + d * x,
+        a * z + b * y - c * x + d * w,
+    ]
+}
+
+#[inline(always)]
+fn normalised<T: Real>(q: &[T; 4]) -> [T; 4] {
+    let [w, x, y, z] = *q;
+    let inverse = T::splat(1.0) / (w * w + x * x + y * y + z * z).sqrt();
+    q.map(|component| component * inverse)
+}
+
+/// Squared angle below which the series is exact to round-off.
+const SMALL: f64 = 1e-6;
+
+/// \[m/s\]
+const MAX_SPEED: f64 = 1e4;
+
+/// \[rad/s\]
+const MAX_RATE: f64 = 1e6;

@@ -1,0 +1,71 @@
+//! Vectors of a link in frame I: a linear and an angular part.
+
+use nalgebra::Vector3;
+
+use crate::math::Real;
+
+/// A velocity of a link's CG with its angular velocity, or an impulse with its moment about the CG: frame I.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Screw<T = f64> {
+    pub linear: Vector3<T>,
+    pub angular: Vector3<T>,
+}
+
+impl<T: Real> Screw<T> {
+    #[inline(always)]
+    pub fn zero() -> Self {
+        Self { linear: zero_vector(), angular: zero_vector() }
+    }
+
+    #[inline(always)]
+    pub fn dot(&self, other: &Self) -> T {
+        inner(&self.linear, &other.linear) + inner(&self.angular, &other.angular)
+    }
+
+    /// self + factor other.
+    #[inline(always)]
+    pub fn plus_scaled(&self, other: &Self, factor: T) -> Self {
+        Self {
+            linear: along(&self.linear, &other.linear, factor),
+            angular: along(&self.angular, &other.angular, factor),
+        }
+    }
+
+    /// Velocity of the body-fixed point at `arm` from the CG.
+    #[inline(always)]
+    pub fn velocity_at(&self, arm: &Vector3<T>) -> Vector3<T> {
+        self.linear + cross(&self.angular, arm)
+    }
+
+    /// Takes `value` over in the given lanes.
+    #[inline(always)]
+    pub fn select_into(&mut self, lanes: T::Mask, value: &Self) {
+        crate::math::select_into(&mut self.linear, lanes, &value.linear);
+        crate::math::select_into(&mut self.angular, lanes, &value.angular);
+    }
+}
+
+#[inline(always)]
+pub(super) fn zero_vector<T: Real>() -> Vector3<T> {
+    Vector3::new(T::zero(), T::zero(), T::zero())
+}
+
+#[inline(always)]
+pub(super) fn inner<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> T {
+    a.x * b.x + a.y * b.y + a.z * b.z
+}
+
+#[inline(always)]
+pub(super) fn cross<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
+    Vector3::new(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
+}
+
+#[inline(always)]
+pub(super) fn scaled<T: Real>(a: &Vector3<T>, factor: T) -> Vector3<T> {
+    Vector3::new(a.x * factor, a.y * factor, a.z * factor)
+}
+
+#[inline(always)]
+pub(super) fn along<T: Real>(a: &Vector3<T>, b: &Vector3<T>, factor: T) -> Vector3<T> {
+    Vector3::new(a.x + b.x * factor, a.y + b.y * factor, a.z + b.z * factor)
+}

@@ -1,0 +1,178 @@
+//! The problem of one stage of the spatial model: data, without any algorithm.
+//!
+//! A stage looks for the twists x = (v, omega) of all links, frame I, and the joint rates, with
+//!
+//! `M x - p = W_N P_N + W_T P_T + W_V P_V + W_H P_H + W_J P_J + W_tau D`, `W_J^T x = 0` (T 4.69), (T 4.112 != D41),
+//! `0 <= P_N  _|_  W_N^T x + offset >= 0` (T 4.78), the same for pegs (T 4.79),
+//! `-W_T^T x in N_{C_T}(P_T)` with the ellipse of semi-axes mu P_N (T 4.82)-(T 4.84),
+//! `-W_V^T x in N_{C_V}(P_V)` with the disc of radius mu_V P_N (T 4.86)-(T 4.87),
+//! `D = clamp(b - k phi')` (T 4.101)-(T 4.102).
+//!
+//! Directions W and inertias are those of the predicted end configuration; p is the momentum each link would have
+//! without contacts, joints and drives. Angular momenta about the CG, in frame I, are what the gyroscopic term of (T 4.72)
+//! leaves constant, so it needs no approximation: a free link keeps its momentum exactly.
+//!
+//! Both end spheres of a link have the same rolling velocity, L_SC (e_z x omega), so their rolling frictions add up
+//! to one law with the sum of their radii.
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::math::Real;
+
+use super::screw::{Screw, cross, scaled};
+
+/// One link in a stage.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StageLink<T = f64> {
+    /// e_x^B, e_y^B, e_z^B at the predicted end configuration.
+    pub axes: [Vector3<T>; 3],
+    /// p: linear momentum, and angular momentum about the CG \[kg m/s\], \[kg m^2/s\].
+    pub momentum: Screw<T>,
+    pub mass: T,
+    /// Theta_psi, about axes across the link \[kg m^2\].
+    pub inertia: T,
+    /// Theta_rho, about e_z^B \[kg m^2\].
+    pub roll_inertia: T,
+    /// L_i / 2 \[m\].
+    pub half_length: T,
+    /// L_GS: from the CG to the centres of the end spheres \[m\].
+    pub sphere: T,
+    /// L_SC \[m\].
+    pub radius: T,
+    /// e_x^Pi, along which friction has mu_x \[-\] (T 4.36).
+    pub tangent: Vector2<T>,
+    /// Front and rear: the contact closes when the sphere's vertical velocity plus this reaches zero \[m/s\].
+    pub ground: [T; 2],
+}
+
+/// One axis of a joint: the impulse that drives phi upwards is `clamp(drive - stiffness phi')`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StageDrive<T = f64> {
+    /// b = c (k_P (phi_d - phi_base) + k_D phi_d') \[N m s\].
+    pub drive: T,
+    /// k = c (c k_P + k_D) \[N m s^2\].
+    pub stiffness: T,
+    /// c times the torque limit \[N m s\].
+    pub limit: T,
+}
+
+/// One link-peg contact in a stage. A lane without this contact has direction 0 and offset 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StagePeg<T = f64> {
+    pub link: usize,
+    /// w_H with its angular part in frame I.
+    pub direction: Screw<T>,
+    /// Gap over coefficient: the contact closes when `w_H . x + offset` reaches zero \[m/s\].
+    pub offset: T,
+}
+
+/// Coefficients of ground friction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StageFriction<T = f64> {
+    /// (mu_Tx, mu_Ty).
+    pub sliding: Vector2<T>,
+    /// mu_V.
+    pub rolling: T,
+}
+
+/// Data of one stage, of one robot or of several side by side.
+#[derive(Debug, Clone)]
+pub struct Stage<T = f64> {
+    /// c: the part of the step this stage covers \[s\].
+    pub coefficient: f64,
+    pub friction: StageFriction<T>,
+    pub links: Vec<StageLink<T>>,
+    /// Yaw and pitch of each joint.
+    pub joints: Vec<[StageDrive<T>; 2]>,
+    /// Sorted by link.
+    pub pegs: Vec<StagePeg<T>>,
+}
+
+impl<T: Real> Stage<T> {
+    pub fn with_capacity(links: usize) -> Self {
+        let zero = T::zero();
+        Self {
+            coefficient: 0.0,
+            friction: StageFriction { sliding: Vector2::new(zero, zero), rolling: zero },
+            links: Vec::with_capacity(links),
+            joints: Vec::with_capacity(links - 1),
+            pegs: Vec::with_capacity(PEGS_PER_LINK * links),
+        }
+    }
+}
+
+impl<T: Real> StageLink<T> {
+    /// From the CG to the lowest point of the front (0) or rear (1) sphere (T 4.23).
+    #[inline(always)]
+    pub fn ground_arm(&self, end: usize) -> Vector3<T> {
+        let reach = if end == 0 { self.sphere } else { -self.sphere };
+        let mut arm = scaled(&self.axes[2], reach);
+        arm.z -= self.radius;
+        arm
+    }
+
+    /// From the CG to the front joint.
+    #[inline(always)]
+    pub fn joint_arm(&self) -> Vector3<T> {
+        scaled(&self.axes[2], self.half_length)
+    }
+
+    /// What the link's twist gains from the rate of a joint at its rear end about `axis`.
+    #[inline(always)]
+    pub fn hinge(&self, axis: &Vector3<T>) -> Screw<T> {
+        Screw { linear: cross(axis, &self.joint_arm()), angular: *axis }
+    }
+
+    /// M x.
+    #[inline(always)]
+    pub fn momentum_of(&self, twist: &Screw<T>) -> Screw<T> {
+        self.momentum_along(&self.axes[2], twist)
+    }
+
+    /// M x with the link's centre line along `z`.
+    #[inline(always)]
+    pub fn momentum_along(&self, z: &Vector3<T>, twist: &Screw<T>) -> Screw<T> {
+        let w = &twist.angular;
+        let excess = (self.roll_inertia - self.inertia) * (z.x * w.x + z.y * w.y + z.z * w.z);
+        let across = scaled(w, self.inertia);
+        Screw { linear: scaled(&twist.linear, self.mass), angular: across + scaled(z, excess) }
+    }
+}
+
+/// What a solver returns, and what the certificate judges.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StageSolution<T = f64> {
+    /// x of each link, frame I.
+    pub twist: Vec<Screw<T>>,
+    /// (phi_h', phi_v') of each joint \[rad/s\].
+    pub rate: Vec<[T; 2]>,
+    /// P_N at the front and the rear sphere of each link \[N s\].
+    pub normal: Vec<[T; 2]>,
+    /// P_T at the same, in frame Pi \[N s\].
+    pub friction: Vec<[Vector2<T>; 2]>,
+    /// P_V of both spheres together, along the axes of frame I \[N s\].
+    pub rolling: Vec<Vector2<T>>,
+    /// D of each joint: yaw, pitch, positive driving phi upwards \[N m s\].
+    pub drive: Vec<[T; 2]>,
+    /// P_H of each entry of [`Stage::pegs`] \[N s\].
+    pub peg: Vec<T>,
+}
+
+impl<T: Real> StageSolution<T> {
+    pub fn new(links: usize) -> Self {
+        let zero = T::zero();
+        let none = Vector2::new(zero, zero);
+        Self {
+            twist: vec![Screw::zero(); links],
+            rate: vec![[zero; 2]; links - 1],
+            normal: vec![[zero; 2]; links],
+            friction: vec![[none; 2]; links],
+            rolling: vec![none; links],
+            drive: vec![[zero; 2]; links - 1],
+            peg: Vec::with_capacity(PEGS_PER_LINK * links),
+        }
+    }
+}
+
+/// Room for pegs near a link; more are possible.
+const PEGS_PER_LINK: usize = 4;

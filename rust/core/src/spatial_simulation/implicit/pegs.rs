@@ -1,0 +1,114 @@
+//! The peg contacts of a stage: which pairs take part, and how the gap enters.
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::pegs::PegGrid;
+use crate::robot::Link;
+use crate::scene::Peg;
+use crate::spatial::{Frame, Screw, StagePeg, nearest_point};
+
+/// A pair that took part in the last stage, and its force \[N\].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pair {
+    pub link: usize,
+    pub peg: usize,
+    pub force: f64,
+}
+
+/// Where one link is during a stage.
+pub struct Situation<'a> {
+    pub link: &'a Link,
+    /// At the start of the step, at the base of the stage, and at its predicted end.
+    pub start: &'a Frame,
+    pub base: &'a Frame,
+    pub end: &'a Frame,
+    /// Twist with which the end is predicted.
+    pub expected: &'a Screw,
+    /// c \[s\].
+    pub coefficient: f64,
+    /// Time from the start of the step to the end of the stage \[s\].
+    pub elapsed: f64,
+}
+
+/// Plane that separates a link from a peg: normal, point of the centre line, and gap.
+struct Plane {
+    normal: Vector3<f64>,
+    /// From the CG to the point.
+    arm: Vector3<f64>,
+    gap: f64,
+}
+
+impl Situation<'_> {
+    /// Calls `add` with every peg that may matter and its contact.
+    pub fn visit(&self, index: usize, pegs: &PegGrid, mut add: impl FnMut(usize, StagePeg)) {
+        let lead = (self.end.position - self.start.position).norm();
+        let reach = self.link.reach() + lead + MARGIN;
+        let near = &self.end.position;
+        pegs.visit_near(near.x, near.y, reach, |peg| {
+            let contact = self.contact(&pegs.pegs()[peg], lead);
+            if contact.offset * self.coefficient < MARGIN {
+                add(peg, StagePeg { link: index, ..contact });
+            }
+        });
+    }
+
+    /// Direction and offset of a pair.
+    ///
+    /// The end-of-stage gap is linearised at the predicted end configuration, so that a sustained contact is exact to
+    /// second order. Where the prediction runs deep into a peg, or past it, the side is uncertain, and the gap is
+    /// linearised at the start of the step.
+    fn contact(&self, peg: &Peg, lead: f64) -> StagePeg {
+        let touching = peg.radius + self.link.radius;
+        let at_start = self.plane(self.start, peg);
+        let mut plane = self.plane(self.end, peg);
+        let c = self.coefficient;
+        let mut travelled = c * plane.normal.dot(&self.expected.velocity_at(&plane.arm));
+        let deep = plane.gap < -DEEP * touching;
+        if deep || (lead > touching && at_start.normal.dot(&plane.normal) < SAME_SIDE) {
+            // Where the point of the start lies at the base of the stage.
+            let along = at_start.arm.dot(&self.start.axes[2]);
+            let moved = self.base.position + self.base.axes[2] * along - (self.start.position + at_start.arm);
+            plane = at_start;
+            travelled = -plane.normal.dot(&moved);
+        }
+        let depth = (-self.plane(self.start, peg).gap).max(0.0);
+        let haste = 1.0 + depth / SLIGHT_DEPTH;
+        let floor = -depth * (1.0 - haste * self.elapsed / RECOVERY_TIME).max(0.0);
+        StagePeg {
+            link: 0,
+            direction: Screw { linear: plane.normal, angular: plane.arm.cross(&plane.normal) },
+            offset: ((plane.gap - floor - travelled) / c).max(-RECOVERY_SPEED),
+        }
+    }
+
+    fn plane(&self, frame: &Frame, peg: &Peg) -> Plane {
+        let (offset, along) = nearest_point(self.link, &frame.position, &frame.axes[2], peg);
+        let distance = offset.norm();
+        let across = Vector2::new(-frame.axes[2].y, frame.axes[2].x);
+        let normal = offset.try_normalize(0.0).or(across.try_normalize(0.0)).unwrap_or_else(Vector2::x);
+        Plane {
+            normal: Vector3::new(normal.x, normal.y, 0.0),
+            arm: frame.axes[2] * along,
+            gap: distance - (peg.radius + self.link.radius),
+        }
+    }
+}
+
+/// Predicted gap up to which a pair takes part \[m\].
+const MARGIN: f64 = 0.02;
+
+/// Predicted penetration, relative to the sum of the radii, beyond which the side is uncertain.
+const DEEP: f64 = 0.1;
+
+/// Cosine between the normals at the start and at the predicted end of a step down to which the link is
+/// certainly still on the same side of the peg.
+const SAME_SIDE: f64 = 0.5;
+
+/// Fastest separation asked of a penetrating contact \[m/s\].
+const RECOVERY_SPEED: f64 = 0.2;
+
+/// Time within which a slight penetration fades \[s\]; deeper ones fade faster.
+const RECOVERY_TIME: f64 = 0.05;
+
+/// Penetration above which haste prevails \[m\].
+const SLIGHT_DEPTH: f64 = 5e-4;
