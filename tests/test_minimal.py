@@ -135,6 +135,13 @@ def test_noise_is_seeded_and_needs_torque():
     assert one.joint_torque[1:].std() > 10.0
 
 
+@pytest.mark.parametrize("law", ["set-valued", "arctan"])
+def test_noise_is_measured_every_quarter_of_a_millisecond_unless_told_otherwise(law):
+    keywords = {"duration": 0.2, "noise": Noise.table_7_4("b"), "friction_law": law}
+    plain, sampled = (run(controller=IOLinearizing(**more), **keywords) for more in ({}, {"treatment": 2.5e-4}))
+    np.testing.assert_array_equal(plain.position, sampled.position)
+
+
 def test_table_7_4():
     degree = np.pi / 180
     assert Noise.table_7_4("b") == Noise(0.1, 0.1 * degree, 0.1 * degree, 0.1, 0.1 * degree, 0.1 * degree)
