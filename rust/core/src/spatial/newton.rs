@@ -357,7 +357,7 @@ impl<T: Real> Newton<T> {
 const PENALTY: f64 = 1e6;
 
 /// Violation of the laws that is left to the compliance, in tolerances.
-const EXACT: f64 = 1.0;
+const EXACT: f64 = 1e-3;
 
 /// Linear solves after which a stage counts as hard: from there on convex problems are solved before radii move.
 const PATIENCE: f64 = 30.0;

@@ -207,11 +207,12 @@ impl<T: Real> Quadratic<T> {
         let gradient = [v.x, v.y, v.z, w.x, w.y, w.z];
         let mut x = gradient.map(|g| -g);
         for k in 0..6 {
-            let inverse = T::splat(1.0) / rows[k][k];
+            let column = rows.map(|row| row[k]);
+            let inverse = T::splat(1.0) / column[k];
             for i in k + 1..6 {
-                let factor = rows[i][k] * inverse;
-                for j in k + 1..=i {
-                    rows[i][j] -= factor * rows[j][k];
+                let factor = column[i] * inverse;
+                for (entry, above) in rows[i][k + 1..=i].iter_mut().zip(&column[k + 1..=i]) {
+                    *entry -= factor * *above;
                 }
                 x[i] -= factor * x[k];
             }

@@ -16,8 +16,10 @@ mod stage_work;
 mod stepping;
 mod works;
 
+use nalgebra::Vector3;
+
 use crate::gait::{CardanReference, CardanTarget};
-use crate::spatial::{Posture, Screw, Speed, joint_angle, joint_rate, turning, twist_of};
+use crate::spatial::{Screw, SpatialState, Twist, inertia, joint_angle, joint_rate, turning, twist_of};
 use crate::stepper::IntegratorConfig;
 
 use super::{SpatialBody, SpatialPlant};
@@ -62,7 +64,7 @@ impl SpatialImplicit {
         if duration <= 0.0 {
             return;
         }
-        self.read(body);
+        self.read(plant, body);
         self.settle(body, reference);
         let steps = self.config.steps_in(duration);
         let h = duration / f64::from(steps);
@@ -81,7 +83,7 @@ impl SpatialImplicit {
                 return;
             }
         }
-        self.write(body);
+        self.write(plant, body);
     }
 
     /// One step of second order, divided where that does not do: a step in which forces change abruptly is halved and
@@ -126,26 +128,31 @@ impl SpatialImplicit {
         }
     }
 
-    /// Pose of link 1, joint angles and their rates from the poses and twists of all links.
-    fn read(&mut self, body: &SpatialBody) {
+    /// Pose of link 1, joint angles, their rates and all momenta from the poses and twists of all links.
+    fn read(&mut self, plant: &SpatialPlant, body: &SpatialBody) {
         let (pose, twist) = (&body.state.pose, &body.state.twist);
-        let Posture { position, orientation, angle } = &mut self.stepping.posture;
+        let Stepping { posture, speed, momentum, .. } = &mut self.stepping;
         let q = pose[0].orientation.quaternion();
-        (*position, *orientation) = (pose[0].position, [q.w, q.i, q.j, q.k]);
-        let Speed { head, rate } = &mut self.stepping.speed;
-        *head = Screw { linear: twist[0].fixed_rows::<3>(0).into(), angular: pose[0].orientation * turning(&twist[0]) };
-        for (j, (angle, rate)) in angle.iter_mut().zip(rate).enumerate() {
+        (posture.position, posture.orientation) = (pose[0].position, [q.w, q.i, q.j, q.k]);
+        speed.head = Screw { linear: linear(&twist[0]), angular: pose[0].orientation * turning(&twist[0]) };
+        for (j, (angle, rate)) in posture.angle.iter_mut().zip(&mut speed.rate).enumerate() {
             *angle = joint_angle(&pose[j], &pose[j + 1]).into();
             *rate = joint_rate(&pose[j], &twist[j], &pose[j + 1], &twist[j + 1]).into();
+        }
+        for (i, link) in plant.robot.links.iter().enumerate() {
+            let spin = turning(&twist[i]).component_mul(&inertia(link));
+            momentum[i] = Screw { linear: linear(&twist[i]) * link.mass, angular: pose[i].orientation * spin };
         }
     }
 
     /// Poses and twists of all links.
-    fn write(&mut self, body: &mut SpatialBody) {
-        self.stepping.place_links(&mut body.state.pose);
-        let twists = self.stepping.twists();
-        for ((twist, pose), x) in body.state.twist.iter_mut().zip(&body.state.pose).zip(twists) {
-            *twist = twist_of(x.linear, pose.orientation.inverse_transform_vector(&x.angular));
+    fn write(&mut self, plant: &SpatialPlant, body: &mut SpatialBody) {
+        let SpatialState { pose, twist, .. } = &mut body.state;
+        self.stepping.place_links(pose);
+        for (i, link) in plant.robot.links.iter().enumerate() {
+            let Screw { linear, angular } = &self.stepping.momentum[i];
+            let spin = pose[i].orientation.inverse_transform_vector(angular);
+            twist[i] = twist_of(linear / link.mass, spin.component_div(&inertia(link)));
         }
     }
 
@@ -166,6 +173,10 @@ impl SpatialImplicit {
             self.elapsed = START_LASTS;
         }
     }
+}
+
+fn linear(twist: &Twist) -> Vector3<f64> {
+    twist.fixed_rows::<3>(0).into()
 }
 
 /// Deviations from the reference that make no start \[rad\], \[rad/s\].

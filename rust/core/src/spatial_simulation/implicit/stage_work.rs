@@ -130,16 +130,22 @@ impl<T: Real> StageWork<T> {
         }
     }
 
-    /// Reference momenta and gaps of a step that starts at `posture` with `speed`; also the first stage's base and guess.
-    pub fn begin_step(&mut self, posture: &Posture<T>, speed: &Speed<T>) {
+    /// Gaps of a step that starts at `posture` with `speed`; also the first stage's base, guess and reference momenta.
+    pub fn begin_step(&mut self, posture: &Posture<T>, speed: &Speed<T>, momentum: &[Screw<T>]) {
         self.base.copy_from(posture);
         self.guess.copy_from(speed);
+        self.momentum.copy_from_slice(momentum);
         self.base.place_links(&self.half_length, &mut self.frames);
-        self.guess.twists(&self.frames, &self.half_length, &mut self.expected);
         for (i, frame) in self.frames.iter().enumerate() {
             let link = &self.stage.links[i];
-            self.momentum[i] = link.momentum_along(&frame.axes[2], &self.expected[i]);
             self.start_gap[i] = [frame.ground_gap(link, 0), frame.ground_gap(link, 1)];
+        }
+    }
+
+    /// Momenta at the end of the solved stage.
+    pub fn end_momenta(&self, momentum: &mut [Screw<T>]) {
+        for (momentum, (link, x)) in momentum.iter_mut().zip(self.stage.links.iter().zip(&self.solution.twist)) {
+            *momentum = link.momentum_of(x);
         }
     }
 

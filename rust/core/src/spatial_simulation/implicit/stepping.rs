@@ -19,6 +19,8 @@ pub struct Stepping {
     config: IntegratorConfig,
     pub posture: Posture,
     pub speed: Speed,
+    /// Momentum of each link, and angular momentum about its CG, frame I: what joints exchange and nothing loses.
+    pub momentum: Vec<Screw>,
     work: StageWork,
     fallback: Fallback,
     /// Links at the start of the step, and at the base of the stage.
@@ -45,6 +47,7 @@ impl Stepping {
             config,
             posture: Posture::straight(links),
             speed: Speed::rest(links),
+            momentum: vec![Screw::zero(); links],
             work: StageWork::new(plant),
             fallback: Fallback::new(links),
             start_frames: vec![Frame::origin(); links],
@@ -119,15 +122,9 @@ impl Stepping {
         }
     }
 
-    /// Twists of all links as placed last.
-    pub fn twists(&mut self) -> &[Screw] {
-        self.speed.twists(&self.start_frames, &self.work.half_length, &mut self.work.expected);
-        &self.work.expected
-    }
-
     /// Base, reference momenta and guess of a stage that starts with the step.
     fn begin(&mut self) {
-        self.work.begin_step(&self.posture, &self.speed);
+        self.work.begin_step(&self.posture, &self.speed, &self.momentum);
         self.start_frames.copy_from_slice(&self.work.frames);
         self.base_frames.copy_from_slice(&self.work.frames);
     }
@@ -243,6 +240,7 @@ impl Stepping {
         let work = &self.work;
         self.posture.travel(&work.base, &work.end, work.stage.coefficient);
         self.speed.copy_from(&work.end);
+        work.end_momenta(&mut self.momentum);
         body.state.time += h;
         Works::of(&work.stage, &work.solution).add_to(&mut body.tally, 1.0);
         for (peg, impulse) in work.stage.pegs.iter().zip(&work.solution.peg) {

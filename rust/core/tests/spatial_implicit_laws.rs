@@ -1,0 +1,253 @@
+//! Laws of mechanics that the implicit scheme of the spatial model keeps: friction, rolling, impacts, rest, free flight.
+
+mod common;
+
+#[path = "common/spatial_runs.rs"]
+mod runs;
+
+use std::f64::consts::PI;
+
+use common::ground;
+use nalgebra::{UnitQuaternion, Vector2, Vector3};
+use runs::{DEGREE, implicit, straight, undulation};
+use snake_core::control::ControllerConfig;
+use snake_core::gait::{CardanGait, CardanReference, CardanTarget, Gait, JointTarget, Wave};
+use snake_core::robot::RobotConfig;
+use snake_core::scene::SceneConfig;
+use snake_core::spatial::{Pose, SpatialState, orientation_of, turning, twist_of};
+use snake_core::spatial_simulation::SpatialSimulation;
+
+const GRAVITY: f64 = 9.81;
+const RADIUS: f64 = 0.0525;
+
+/// All joints straight, for ever.
+fn still() -> CardanGait {
+    CardanGait { yaw: Gait::Wave(Wave::still()), pitch: Gait::Wave(Wave::still()) }
+}
+
+fn robot(scene: &SceneConfig, pd: &ControllerConfig, step: f64, order: u32) -> SpatialSimulation {
+    SpatialSimulation::new(&RobotConfig::default(), scene, pd, &implicit(step, order)).expect("admissible")
+}
+
+/// Sets all links in motion with the same velocity and angular velocity, frame I; the chain is straight.
+fn push(simulation: &mut SpatialSimulation, velocity: Vector3<f64>, spin: Vector3<f64>) {
+    let mut state = simulation.state().clone();
+    let centre = state.pose[5].position;
+    for (pose, twist) in state.pose.iter().zip(&mut state.twist) {
+        let v = velocity + spin.cross(&(pose.position - centre));
+        *twist = twist_of(v, pose.orientation.inverse_transform_vector(&spin));
+    }
+    simulation.place(&state);
+}
+
+/// Advances and asserts that every stage was solved to its tolerance.
+fn run(simulation: &mut SpatialSimulation, gait: &impl CardanReference, duration: f64) {
+    let report = simulation.advance(duration, gait);
+    assert!(!report.diverged && report.misses == 0, "{report:?}");
+}
+
+#[test]
+fn a_sliding_robot_stops_after_v_squared_over_2_mu_g() {
+    for (friction, step) in [([0.2, 0.2], 0.01), ([0.4, 0.1], 0.005), ([0.2, 0.2], 0.001)] {
+        let mut simulation = robot(&ground(friction), &ControllerConfig::default(), step, 2);
+        let head = Pose { position: Vector3::zeros(), orientation: orientation_of(0.3, 0.0, 0.0) };
+        simulation.place_chain(head, &[Vector2::zeros(); 10]);
+        simulation.rest_on_ground();
+        let (speed, start) = (0.5, simulation.state().pose[5].position);
+        push(&mut simulation, Vector3::new(0.3_f64.cos(), 0.3_f64.sin(), 0.0) * speed, Vector3::zeros());
+        run(&mut simulation, &still(), 1.0);
+        let expected = speed * speed / (2.0 * friction[0] * GRAVITY);
+        let distance = (simulation.state().pose[5].position - start).norm();
+        assert!((distance - expected).abs() < 2e-4 * step / 0.001 * expected, "{distance} instead of {expected}");
+        let speed = simulation.state().twist.iter().map(|u| u.norm()).fold(0.0, f64::max);
+        assert!(speed < 1e-6, "{speed} m/s left");
+    }
+}
+
+/// A rolling cylinder loses the energy m v^2 / 2 + Theta omega^2 / 2 to the work mu_V N per way.
+#[test]
+fn a_rolling_robot_stops_after_the_way_that_rolling_friction_gives() {
+    let mut simulation = straight(&implicit(0.005, 2));
+    let link = simulation.robot().links[0];
+    let (speed, start) = (0.2, simulation.state().pose[5].position);
+    // The centre line points to -x; v = omega x R e_z.
+    push(&mut simulation, Vector3::new(0.0, speed, 0.0), Vector3::new(-speed / RADIUS, 0.0, 0.0));
+    run(&mut simulation, &still(), 3.0);
+    let expected = speed * speed * (1.0 + link.roll_inertia / (link.mass * RADIUS * RADIUS)) / (2.0 * 0.02 * GRAVITY);
+    let way = simulation.state().pose[5].position - start;
+    assert!((way.y - expected).abs() < 1e-3 * expected && way.x.abs() < 1e-6, "{way:?} instead of {expected}");
+    let turned = (simulation.state().pose[5].orientation * Vector3::y()).z.acos();
+    assert!((turned - (way.y / RADIUS).rem_euclid(2.0 * PI)).abs() < 1e-3, "rolls without slip: {turned}");
+}
+
+/// Joints that push less than friction holds move nothing.
+#[test]
+fn stuck_links_do_not_creep() {
+    struct Bent;
+    impl CardanReference for Bent {
+        fn target(&self, joint: usize, _: f64) -> CardanTarget {
+            let angle = if joint.is_multiple_of(2) { 0.03 } else { -0.02 };
+            CardanTarget { yaw: JointTarget { angle, ..JointTarget::default() }, ..CardanTarget::default() }
+        }
+    }
+    let pd = ControllerConfig { kp: 1.0, kd: 0.1, ..ControllerConfig::default() };
+    let mut simulation = robot(&ground([0.2, 0.2]), &pd, 0.01, 2);
+    simulation.place_chain(
+        Pose { position: Vector3::zeros(), orientation: orientation_of(0.0, 0.0, 0.0) },
+        &[Vector2::zeros(); 10],
+    );
+    simulation.rest_on_ground();
+    run(&mut simulation, &Bent, 0.5);
+    let before = simulation.state().clone();
+    run(&mut simulation, &Bent, 10.0);
+    let moved = largest_way(&before, simulation.state());
+    assert!(moved < 2e-8, "crept {moved} m in 10 s");
+}
+
+fn largest_way(a: &SpatialState, b: &SpatialState) -> f64 {
+    a.pose.iter().zip(&b.pose).map(|(a, b)| (a.position - b.position).norm()).fold(0.0, f64::max)
+}
+
+/// Aiko let go at an angle over the ground, its actuators off (T 7.3.1).
+fn dropped(tilt: f64, roll: f64, step: f64, order: u32) -> SpatialSimulation {
+    let pd = ControllerConfig { active_from: 1e9, ..ControllerConfig::default() };
+    let mut simulation = robot(&ground([0.2, 0.5]), &pd, step, order);
+    let head = Pose { position: Vector3::new(0.0, 0.0, 0.3525), orientation: orientation_of(PI, tilt, roll) };
+    simulation.place_chain(head, &[Vector2::zeros(); 10]);
+    simulation
+}
+
+/// Whatever the step, the robot comes to lie on the ground, energy never rises, and no penetration stays.
+#[test]
+fn a_dropped_robot_comes_to_lie_on_the_ground() {
+    for step in [2.5e-4, 1e-3, 4e-3, 1e-2] {
+        let mut simulation = dropped(30.0 * DEGREE, 0.0, step, 2);
+        let mut energy = simulation.energy();
+        for _ in 0..50 {
+            run(&mut simulation, &still(), 0.04);
+            let now = simulation.energy();
+            assert!(now < energy + 1e-3 * energy, "step {step}: energy rises from {energy} to {now}");
+            energy = now;
+        }
+        for pose in &simulation.state().pose {
+            assert!((pose.position.z - RADIUS).abs() < 2e-5, "step {step}: height {}", pose.position.z);
+        }
+        assert!(simulation.min_gap() > -2e-5, "step {step}: penetration {}", -simulation.min_gap());
+        assert!(simulation.joint_gap() < 1e-13);
+    }
+}
+
+/// An inelastic impact of the whole chain at once: the normal impulses take exactly the momentum of the fall.
+#[test]
+fn a_flat_drop_takes_the_momentum_of_the_fall() {
+    for step in [1e-3, 1e-2] {
+        let mut simulation = dropped(0.0, 0.0, step, 2);
+        run(&mut simulation, &still(), 1.0);
+        let state = simulation.state();
+        let speed = state.twist.iter().map(|u| u.norm()).fold(0.0, f64::max);
+        assert!(speed < 1e-9, "at rest at once: {speed}");
+        assert!(state.pose.iter().all(|pose| (pose.position.z - RADIUS).abs() < 1e-6));
+        let fallen = 11.0 * 7.5 / 11.0 * GRAVITY * 0.3;
+        let lost = simulation.robot().total_mass() * GRAVITY * 0.3525 - simulation.energy();
+        assert!((lost - fallen).abs() < 1e-5 * fallen, "{lost} J lost instead of {fallen}");
+    }
+}
+
+/// 22 contacts carry 12 freedoms: the pose at rest stays where it is.
+#[test]
+fn a_robot_at_rest_does_not_drift() {
+    let mut simulation = straight(&implicit(0.01, 2));
+    run(&mut simulation, &still(), 1.0);
+    let before = simulation.state().clone();
+    for _ in 0..10 {
+        run(&mut simulation, &still(), 20.0);
+    }
+    let moved = largest_way(&before, simulation.state());
+    assert!(moved < 1e-10, "drifted {moved} m in 200 s");
+}
+
+/// Without ground and with free joints nothing but gravity acts: momentum, angular momentum and energy stay.
+#[test]
+fn free_flight_keeps_momentum_angular_momentum_and_energy() {
+    let drift = |step: f64| {
+        let pd = ControllerConfig { active_from: 1e9, ..ControllerConfig::default() };
+        let mut simulation = robot(&ground([0.2, 0.2]), &pd, step, 2);
+        let head = Pose { position: Vector3::new(0.0, 0.0, 100.0), orientation: orientation_of(0.4, 0.3, 0.2) };
+        simulation.place_chain(head, &[Vector2::zeros(); 10]);
+        push(&mut simulation, Vector3::new(1.0, -2.0, 3.0), Vector3::new(1.5, 2.0, -1.0));
+        let before = (momenta(&simulation), simulation.energy());
+        run(&mut simulation, &still(), 1.0);
+        let after = (momenta(&simulation), simulation.energy());
+        let impulse = Vector3::new(0.0, 0.0, -simulation.robot().total_mass() * GRAVITY);
+        assert!((after.0.0 - before.0.0 - impulse).norm() < 1e-9, "linear momentum");
+        ((after.0.1 - before.0.1).norm(), (after.1 - before.1).abs())
+    };
+    let (coarse, fine) = (drift(0.01), drift(0.005));
+    println!("angular momentum and energy drift by {coarse:?}, in half the step {fine:?}");
+    assert!(coarse.0 < 1e-3 && coarse.1 < 2e-2 && fine.0 < 0.4 * coarse.0 && fine.1 < 0.4 * coarse.1);
+}
+
+/// Linear momentum, and angular momentum about the centre of mass.
+fn momenta(simulation: &SpatialSimulation) -> (Vector3<f64>, Vector3<f64>) {
+    let (state, robot) = (simulation.state(), simulation.robot());
+    let centre = state.pose.iter().map(|pose| pose.position).sum::<Vector3<f64>>() / state.pose.len() as f64;
+    let (mut linear, mut angular) = (Vector3::zeros(), Vector3::zeros());
+    for ((link, pose), u) in robot.links.iter().zip(&state.pose).zip(&state.twist) {
+        let v: Vector3<f64> = u.fixed_rows::<3>(0).into();
+        let spin = turning(u).component_mul(&Vector3::new(link.inertia, link.inertia, link.roll_inertia));
+        linear += v * link.mass;
+        angular += (pose.position - centre).cross(&v) * link.mass + pose.orientation * spin;
+    }
+    (linear, angular)
+}
+
+/// Nothing depends on where the robot lies and which way it points; nor, for isotropic friction, on which side is up,
+/// with the references turned accordingly.
+#[test]
+fn motion_does_not_depend_on_place_heading_or_side() {
+    let advance = |yaw: f64, roll: f64, place: Vector3<f64>, sign: f64| {
+        let gait = CardanGait {
+            yaw: Gait::Wave(Wave { amplitude: 0.5 * sign, ..Wave::default() }),
+            pitch: Gait::Wave(Wave { amplitude: 0.1 * sign, phase: 0.5 * PI, ..Wave::default() }),
+        };
+        let mut simulation = robot(&ground([0.2, 0.2]), &ControllerConfig::default(), 0.01, 2);
+        let head = Pose { position: place, orientation: orientation_of(yaw, 0.0, roll) };
+        simulation.place_chain(head, &[Vector2::zeros(); 10]);
+        simulation.rest_on_ground();
+        run(&mut simulation, &gait, 1.0);
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -yaw);
+        let flat = Vector3::new(place.x, place.y, 0.0);
+        simulation.state().pose.iter().map(|pose| turn * (pose.position - flat)).collect::<Vec<_>>()
+    };
+    let upright = advance(0.0, 0.0, Vector3::zeros(), 1.0);
+    for (other, what) in [
+        (advance(2.0, 0.0, Vector3::new(3.0, -1.0, 0.0), 1.0), "turned and moved"),
+        (advance(0.0, PI, Vector3::zeros(), -1.0), "upside down"),
+    ] {
+        let apart = upright.iter().zip(&other).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        assert!(apart < 1e-5, "{what}: {apart} m apart");
+    }
+}
+
+/// Started on its side, upside down, standing on its tail or tangled in pegs, the robot moves on.
+#[test]
+fn odd_starts_are_survived() {
+    let pegs = [[0.05, 0.061, 0.1026], [0.05, -0.2, -0.1026], [0.02, -0.4, 0.0726]];
+    for (pitch, roll) in [(0.0, 0.5 * PI), (0.0, PI), (0.5 * PI, 0.0), (-0.5 * PI, 0.3), (0.3, 1.0)] {
+        for obstacles in [vec![], pegs.iter().map(|&peg| peg.into()).collect()] {
+            let scene = SceneConfig { obstacles, ..ground([0.2, 0.2]) };
+            let mut simulation = robot(&scene, &ControllerConfig::default(), 0.01, 2);
+            let head = Pose { position: Vector3::zeros(), orientation: orientation_of(PI, pitch, roll) };
+            simulation.place_chain(head, &[Vector2::zeros(); 10]);
+            simulation.rest_on_ground();
+            for _ in 0..10 {
+                let report = simulation.advance(0.3, &undulation());
+                assert!(!report.diverged, "pitch {pitch}, roll {roll}: {report:?}");
+                assert!(report.misses == 0, "pitch {pitch}, roll {roll}: {report:?}");
+            }
+            assert!(simulation.min_gap() > -1e-3, "pitch {pitch}, roll {roll}: {}", simulation.min_gap());
+            let unit = |pose: &Pose| (pose.orientation.quaternion().norm() - 1.0).abs();
+            assert!(simulation.state().pose.iter().map(unit).fold(0.0, f64::max) < 1e-14);
+        }
+    }
+}
