@@ -372,7 +372,7 @@ class Integrator(_Section):
             abruptly.
         event_tolerance: "implicit", order 2: deviation of a stage from its prediction beyond which that is so [m],
             > 0; None: 0.32 m/s^2 times the squared step.
-        r_t: r_T of (T 3.79), > 0; None takes the thesis's, 1.3, or 0.2 for the robot model, or 0.01 for the spatial one.
+        r_t: r_T of (T 3.79), > 0; None takes the thesis's, 1.3, 0.2 for the robot model, 0.01 for the spatial model.
             "thesis" alone.
         r_h: r_H of (T 3.78), > 0. "thesis" alone.
         r_n: r_N of (T 4.113), > 0. "thesis", the spatial model alone.
@@ -406,7 +406,7 @@ class Start:
         posture: "gait" (joint angles equal the reference at t = 0), "straight", or n - 1 joint angles [rad]; in the
             spatial model also n - 1 pairs (yaw, pitch).
         pitch: lifts the chain about link 1 [rad], in [-pi/2, pi/2]; the spatial model alone.
-        roll: turns the chain about the centre line of link 1 [rad]; the spatial model alone. None is 0, but pi/2, on
+        roll: turns the chain about the centre line of link 1 [rad]; the spatial model alone. None is 0, but -pi/2, on
             its side, for a gait that also yaws and whose posture bends up and down alone, as lateral rolling's.
     """
 

@@ -15,7 +15,10 @@ NAN, INF = float("nan"), float("inf")
 
 SECTIONS = [
     (Robot, "links", [1, 0, -3, 2.5, NAN, "eleven", None, True, 10**30]),
-    *[(Robot, name, [0, -1.0, NAN, INF, "x", [1.0] * 10, None]) for name in ("length", "radius", "mass", "inertia")],
+    *[
+        (Robot, name, [0, -1.0, NAN, INF, "x", [1.0] * 10, None])
+        for name in ("length", "radius", "mass", "inertia", "roll_inertia")
+    ],
     (Robot, "contact_half_length", [-1e-9, NAN, [0.1] * 12, "x"]),
     (Robot, "gravity", [0.0, -9.81, NAN, INF, "x", [9.81] * 11]),
     (
@@ -24,12 +27,22 @@ SECTIONS = [
         [3, "x", [(0.1, 0.2)], [(0.0, 1, 1)], [(-1, 1, 1)], [(0.1, NAN, 1)], [(0.1, 1, "y")]],
     ),
     (Scene, "friction", [0.2, (0.2,), (0.2, 0.2, 0.2), (-0.1, 0.2), (0.2, NAN), "x"]),
+    (Scene, "rolling_friction", [-0.1, NAN, INF, "x", None, (0.02, 0.02)]),
     (Scene, "viscous", [(-0.1, 0.0), (0.1,), (0.1, NAN), "x"]),
     (Scene, "friction_law", ["sticky", None]),
     (Scene, "smoothing", [0.0, -1.0, NAN, "x"]),
     *[
         (Gait, name, [NAN, INF, "x", None, [1.0]])
-        for name in ("amplitude", "omega", "beta", "gamma", "vertical_amplitude", "vertical_phase")
+        for name in (
+            "amplitude",
+            "omega",
+            "beta",
+            "gamma",
+            "vertical_amplitude",
+            "vertical_omega",
+            "vertical_beta",
+            "vertical_phase",
+        )
     ],
     (Gait, "soft_start", [1, "yes", None]),
     *[(PD, name, [-1.0, NAN, INF, "x", None]) for name in ("kp", "kd", "active_from")],
@@ -47,7 +60,7 @@ SECTIONS = [
     (Integrator, "event_substeps", [0, -1, None]),
     (Integrator, "event_tolerance", [0.0, -1.0, NAN, "x"]),
     (Integrator, "r_t", [0.0, -1.0, NAN]),
-    (Integrator, "r_h", [0.0, -1.0, NAN, None]),
+    *[(Integrator, name, [0.0, -1.0, NAN, None]) for name in ("r_h", "r_n", "r_v")],
 ]
 
 BAD_SECTIONS = [(kind, name, value) for kind, name, values in SECTIONS for value in values]
@@ -70,10 +83,32 @@ def test_the_tolerance_of_adaptive_runs_has_a_range(tolerance):
         Integrator(method="adaptive", tolerance=tolerance)
 
 
+THESIS = Integrator(method="thesis")
+
+BAD_SPATIAL = [
+    ({"integrator": Integrator(method="adaptive")}, "integrator.method"),
+    ({"noise": Noise()}, "noise"),
+    ({"controller": IOLinearizing()}, "controller"),
+    ({"scene": Scene(viscous=(0.1, 0.1))}, "scene.viscous"),
+    ({"scene": Scene(friction_law="arctan")}, "scene.friction_law"),
+    ({"gait": Gait(amplitude=1.5, gamma=0.1)}, "gait.amplitude"),
+    ({"gait": Gait(vertical_amplitude=-1.6)}, "gait.vertical_amplitude"),
+    ({"start": Start(position=(1.0,))}, "start.position"),
+    ({"start": Start(position=(0.0, 0.0, NAN))}, "start.position[2]"),
+    ({"start": Start(pitch=1.6)}, "start.pitch"),
+    ({"start": Start(pitch=NAN)}, "start.pitch"),
+    ({"start": Start(roll=INF)}, "start.roll"),
+    ({"start": Start(posture=[(0.0, 0.0)] * 3)}, "start.posture"),
+    ({"start": Start(posture=[(0.0, NAN)] * 10)}, "start.posture"),
+    ({"start": Start(posture=[(0.0, 0.0, 0.0)] * 10)}, "start.posture"),
+    ({"start": Start(posture=[(0.0, 1.6)] * 10)}, "start.posture"),
+]
+
+
 @pytest.mark.parametrize(
     ("keywords", "field"),
     [
-        ({"model": "spatial"}, "model"),
+        ({"model": "cubic"}, "model"),
         ({"model": None}, "model"),
         ({"robot": {"links": 7}}, "robot"),
         ({"gait": Gait.sidewinding()}, "gait.vertical_amplitude"),
@@ -82,6 +117,10 @@ def test_the_tolerance_of_adaptive_runs_has_a_range(tolerance):
         ({"start": Start(position=(1.0,))}, "start.position"),
         ({"start": Start(position=(NAN, 0.0))}, "start.position[0]"),
         ({"start": Start(heading=INF)}, "start.heading"),
+        ({"start": Start(position=(0.0, 0.0, 0.1))}, "start.position"),
+        ({"start": Start(pitch=0.1)}, "start.pitch"),
+        ({"start": Start(roll=0.1)}, "start.roll"),
+        ({"model": "minimal", "start": Start(pitch=0.1)}, "start.pitch"),
         ({"start": Start(posture="curled")}, "start.posture"),
         ({"start": Start(posture=[0.0] * 3)}, "start.posture"),
         ({"start": Start(posture=[NAN] * 10)}, "start.posture"),
@@ -107,6 +146,7 @@ def test_the_tolerance_of_adaptive_runs_has_a_range(tolerance):
         ),
         ({"model": "minimal", "start": Start(posture=[0.0] * 3)}, "start.posture"),
         ({"model": "minimal", "gait": Gait.sidewinding()}, "gait.vertical_amplitude"),
+        *[({"model": "spatial", "integrator": THESIS} | keywords, field) for keywords, field in BAD_SPATIAL],
         ({"seed": -1}, "seed"),
         ({"seed": 1.5}, "seed"),
     ],
@@ -168,11 +208,23 @@ def test_a_start_on_a_course_needs_a_course():
         Start.on_course(Scene())
 
 
+def test_a_course_has_a_start_for_each_model():
+    scene = Scene.preset("table-7.5")
+    planar, spatial = Start.on_course(scene), Start.on_course(scene, "spatial")
+    assert 1e-3 < abs(planar.position[1] - spatial.position[1]) < 0.02
+    with pytest.raises(ConfigError, match="model"):
+        Start.on_course(scene, "minimal")
+
+
 def test_gaits_take_keywords_over_the_thesis_values():
     degree = np.pi / 180
     gait = Gait.lateral_undulation(beta=-70 * degree, soft_start=True)
     assert (gait.amplitude, gait.beta, gait.soft_start) == (40 * degree, -70 * degree, True)
     winding = Gait.sidewinding(omega=1.0)
     assert (winding.omega, winding.vertical_omega, winding.vertical_beta) == (1.0, 1.0, winding.beta)
+    lifting = Gait.sinus_lifting(omega=1.0)
+    assert (lifting.omega, lifting.vertical_omega, lifting.vertical_beta) == (1.0, 2.0, 2 * lifting.beta)
+    crawling = Gait.caterpillar(omega=1.0)
+    assert (crawling.amplitude, crawling.vertical_omega, crawling.vertical_phase) == (0.0, 1.0, 0.0)
     rolling = Gait.lateral_rolling(amplitude=0.2)
     assert (rolling.vertical_amplitude, rolling.vertical_phase, rolling.beta) == (0.2, 90 * degree, 0.0)

@@ -1,8 +1,10 @@
 //! The gait of a scripted run as the user writes it.
 
+use std::f64::consts::FRAC_PI_2;
+
 use serde::{Deserialize, Serialize};
 use snake_core::ConfigError;
-use snake_core::error::finite;
+use snake_core::error::{finite, require};
 use snake_core::gait::{CardanGait, Gait, SoftStart, Wave};
 
 /// Horizontal and vertical travelling waves (T 2.14), (T 7.1), (T 7.2).
@@ -65,9 +67,14 @@ impl GaitConfig {
     /// The reference of a spatial robot.
     ///
     /// # Errors
-    /// Names the parameter that is not finite.
+    /// Names the parameter that is not finite, or the amplitude that takes a joint beyond a right angle (T 4.5).
     pub fn spatial(&self, joints: usize) -> Result<CardanGait, ConfigError> {
         self.validate()?;
+        let room = FRAC_PI_2 - self.gamma.abs();
+        let expected = "less than pi/2 with the offset: joints bend by less than a right angle";
+        require(self.amplitude.abs() < room, "amplitude", self.amplitude, expected)?;
+        let vertical = self.vertical_amplitude;
+        require(vertical.abs() < FRAC_PI_2, "vertical_amplitude", vertical, "an angle in (-pi/2, pi/2)")?;
         let pitch = self.started(self.vertical_wave(), joints);
         Ok(CardanGait { yaw: self.started(self.wave(), joints), pitch })
     }

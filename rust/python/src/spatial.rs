@@ -1,5 +1,7 @@
 //! `simulate_spatial`: one scripted robot of the spatial model, sampled.
 
+use std::f64::consts::FRAC_PI_2;
+
 use nalgebra::{Vector2, Vector3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -70,7 +72,7 @@ impl StartConfig {
             finite(&format!("start.position[{k}]"), coordinate)?;
         }
         finite("start.heading", self.heading)?;
-        within("start.pitch", self.pitch, -std::f64::consts::FRAC_PI_2, std::f64::consts::FRAC_PI_2)?;
+        within("start.pitch", self.pitch, -FRAC_PI_2, FRAC_PI_2)?;
         let posture = self.joint_angle(simulation.robot().joint_count(), gait)?;
         let roll = finite("start.roll", self.roll.unwrap_or_else(|| self.natural_roll(&posture, gait)))?;
         let height = self.position.get(2).copied();
@@ -94,8 +96,9 @@ impl StartConfig {
             Posture::Angles(angles) => angles.iter().map(|&angle| angle.into()).collect(),
             Posture::Yaws(angles) => angles.iter().map(|&yaw| Vector2::new(yaw, 0.0)).collect(),
         };
-        let admissible = angles.len() == joints && angles.iter().flatten().all(|angle| angle.is_finite());
-        require(admissible, "start.posture", format!("{} joints", angles.len()), &expected)?;
+        let admissible = angles.len() == joints && angles.iter().flatten().all(|angle| angle.abs() < FRAC_PI_2);
+        let shown: Vec<_> = angles.iter().map(|angle| (angle.x, angle.y)).collect();
+        require(admissible, "start.posture", format!("{shown:?}"), &expected)?;
         Ok(angles)
     }
 
@@ -104,7 +107,7 @@ impl StartConfig {
         let bent = |axis: usize| posture.iter().any(|angle| angle[axis].abs() > FLAT);
         let yaws = gait.yaw.amplitude() != 0.0;
         let named = matches!(&self.posture, Posture::Named(name) if name == "gait");
-        if named && yaws && !bent(0) && bent(1) { std::f64::consts::FRAC_PI_2 } else { 0.0 }
+        if named && yaws && !bent(0) && bent(1) { -FRAC_PI_2 } else { 0.0 }
     }
 }
 

@@ -1,0 +1,135 @@
+"""Scripted runs of the spatial model."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import snake_env
+from snake_env import PD, Gait, Integrator, Robot, Scene, Start
+
+THESIS = Integrator(method="thesis")
+RADIUS = 0.0525
+
+
+def run(**keywords):
+    return snake_env.simulate(model="spatial", **({"integrator": THESIS} | keywords))
+
+
+def axes(quaternion):
+    """e_x^B, e_y^B and e_z^B of unit quaternions, w first."""
+    w, x, y, z = np.moveaxis(quaternion, -1, 0)
+    e_x = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)], -1)
+    e_y = np.stack([2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)], -1)
+    e_z = np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], -1)
+    return e_x, e_y, e_z
+
+
+def test_arrays_have_the_promised_shapes_and_layout():
+    links, rows = 7, 4
+    trajectory = run(robot=Robot(links=links), duration=0.3, sample=0.1)
+    shapes = {
+        "time": (rows,),
+        "position": (rows, links, 3),
+        "angle": (rows, links),
+        "quaternion": (rows, links, 4),
+        "joint_angle": (rows, links - 1, 2),
+        "joint_torque": (rows, links - 1, 2),
+        "contact_force": (rows, links, 3),
+        "residual": (rows,),
+        "iterations": (rows,),
+        "misses": (rows,),
+        "fallbacks": (rows,),
+        "energy": (rows,),
+    }
+    for name, shape in shapes.items():
+        array = getattr(trajectory, name)
+        assert (array.shape, array.dtype) == (shape, np.float64), name
+        assert array.flags.c_contiguous, name
+    np.testing.assert_allclose(np.linalg.norm(trajectory.quaternion, axis=-1), 1.0, atol=1e-15)
+    assert trajectory.max_joint_gap < 1e-14
+    assert trajectory.passive_velocity is None
+
+
+def test_joints_join_the_links_and_turn_as_said():
+    trajectory = run(gait=Gait.sidewinding(), duration=0.2, start=Start(posture="straight"))
+    e_x, e_y, e_z = axes(trajectory.quaternion)
+    front, rear = trajectory.position + 0.061 * e_z, trajectory.position - 0.061 * e_z
+    np.testing.assert_allclose(front[:, :-1], rear[:, 1:], atol=1e-14)
+    np.testing.assert_allclose(np.arctan2(e_z[..., 1], e_z[..., 0]), trajectory.angle, atol=1e-14)
+    # The next link's centre line in this link's axes: (sin yaw cos pitch, -sin pitch, cos yaw cos pitch).
+    yaw, pitch = trajectory.joint_angle[..., 0], trajectory.joint_angle[..., 1]
+    along = np.stack([np.sum(e[:, :-1] * e_z[:, 1:], -1) for e in (e_x, e_y, e_z)], -1)
+    expected = np.stack([np.sin(yaw) * np.cos(pitch), -np.sin(pitch), np.cos(yaw) * np.cos(pitch)], -1)
+    np.testing.assert_allclose(along, expected, atol=1e-12)
+    assert np.abs(pitch).max() > 0.05
+
+
+def test_row_zero_is_the_start():
+    start = Start(position=(0.3, -0.2, 0.4), heading=1.0, pitch=0.5, posture=[(0.1, -0.2)] * 10)
+    trajectory = run(start=start, duration=0.01, sample=0.01)
+    np.testing.assert_array_equal(trajectory.position[0, 0], [0.3, -0.2, 0.4])
+    np.testing.assert_allclose(trajectory.joint_angle[0], np.tile([0.1, -0.2], (10, 1)), atol=1e-14)
+    _, _, e_z = axes(trajectory.quaternion[0, 0])
+    along = [np.cos(1.0) * np.cos(0.5), np.sin(1.0) * np.cos(0.5), np.sin(0.5)]
+    np.testing.assert_allclose(e_z, along, atol=1e-15)
+    weight = 7.5 / 11 * 9.81
+    np.testing.assert_allclose(trajectory.energy[0], weight * trajectory.position[0, :, 2].sum(), rtol=1e-12)
+
+
+def test_without_a_height_the_robot_rests_on_the_ground():
+    flat = run(start=Start(posture="straight"), duration=0.01, sample=0.01)
+    np.testing.assert_allclose(flat.position[0, :, 2], RADIUS, atol=1e-15)
+    lifted = run(start=Start(posture="straight", pitch=0.3), duration=0.01, sample=0.01)
+    ends = lifted.position[0, 0, 2] - 0.0393 * np.sin(0.3)
+    np.testing.assert_allclose(ends, RADIUS, atol=1e-15)
+    yaws = run(start=Start(posture=[0.2] * 10), duration=0.01, sample=0.01)
+    np.testing.assert_allclose(yaws.joint_angle[0, :, 0], 0.2, atol=1e-14)
+
+
+def test_u_shaped_rolling_starts_on_its_side_and_rolls_sideways_towards_the_edge_of_the_u():
+    trajectory = run(gait=Gait.lateral_rolling(), duration=4.5, sample=0.5)
+    np.testing.assert_allclose(trajectory.position[0, :, 2], RADIUS, atol=1e-12)
+    np.testing.assert_allclose(trajectory.joint_angle[0, :, 1], np.radians(10), atol=1e-12)
+    centre = trajectory.position.mean(axis=1)[:, :2]
+    chord = trajectory.position[0, -1, :2] - trajectory.position[0, 0, :2]
+    edge = trajectory.position[0, 5, :2] - 0.5 * (trajectory.position[0, 0, :2] + trajectory.position[0, -1, :2])
+    moved = centre[-1] - centre[0]
+    assert moved @ edge > 0.99 * np.linalg.norm(moved) * np.linalg.norm(edge)
+    assert abs(moved @ chord) < 0.05 * np.linalg.norm(moved) * np.linalg.norm(chord)
+    assert 0.06 < np.linalg.norm(moved) / 4.5 < 0.08
+
+
+def test_pegs_push_horizontally_and_drive_the_robot_forward():
+    trajectory = run(scene=Scene.preset("table-7.5"), duration=4.0, sample=0.5)
+    assert np.all(trajectory.contact_force[..., 2] == 0.0)
+    assert trajectory.contact_force[2:, :, 0].sum(axis=1).mean() > 5.0
+    speed = (trajectory.position[-1, 5, 0] - trajectory.position[2, 5, 0]) / 3.0
+    assert 0.14 < speed < 0.19
+    assert trajectory.max_penetration < 1e-4
+
+
+def test_the_drop_of_section_7_3_1_ends_at_rest_with_actuators_off():
+    trajectory = run(
+        scene=Scene(friction=(0.2, 0.5)),
+        gait=Gait.lateral_undulation(soft_start=True),
+        controller=PD(active_from=1.0),
+        integrator=Integrator(method="thesis", r_n=0.01),
+        start=Start(position=(0.0, 0.0, 0.3525), pitch=np.radians(30), posture="straight"),
+        duration=1.0,
+        sample=0.05,
+    )
+    assert not trajectory.joint_torque.any()
+    assert np.all(np.diff(trajectory.energy) < 0.05), "inelastic: no energy comes from nothing"
+    np.testing.assert_allclose(trajectory.position[-1, :, 2], RADIUS, atol=1e-3)
+    assert trajectory.max_penetration < 1e-3
+
+
+@pytest.mark.parametrize("rolling_friction", [0.0, 0.05])
+def test_rolling_friction_slows_rolling_only(rolling_friction):
+    scene = Scene(rolling_friction=rolling_friction)
+    trajectory = run(scene=scene, gait=Gait.lateral_rolling(), duration=0.5, sample=0.5)
+    planar = [snake_env.simulate(scene=Scene(rolling_friction=mu), duration=0.1) for mu in (0.0, rolling_friction)]
+    np.testing.assert_array_equal(planar[0].position, planar[1].position)
+    other = run(gait=Gait.lateral_rolling(), duration=0.5, sample=0.5)
+    assert np.abs(trajectory.position - other.position).max() > 1e-7
