@@ -1,64 +1,16 @@
-//! The spatial model against trajectories of an independent implementation (`tests/data`): links 1, 6 and 11, every 0.1 s.
+//! The thesis's scheme of the spatial model against trajectories of an independent implementation (`tests/data`): links
+//! 1, 6 and 11, every 0.1 s.
 
 mod common;
 
-use std::f64::consts::PI;
+#[path = "common/spatial_runs.rs"]
+mod runs;
 
-use common::{ground, table_7_5, thesis};
-use nalgebra::{Vector2, Vector3};
-use snake_core::control::ControllerConfig;
-use snake_core::gait::{CardanGait, CardanReference, Gait, SoftStart, Wave};
-use snake_core::robot::RobotConfig;
-use snake_core::scene::SceneConfig;
-use snake_core::spatial::{Pose, orientation_of};
+use common::thesis;
+use nalgebra::Vector3;
+use runs::{on_course, rows, sidewinding, straight, undulation};
+use snake_core::gait::CardanGait;
 use snake_core::spatial_simulation::SpatialSimulation;
-use snake_core::stepper::IntegratorConfig;
-
-const DEGREE: f64 = PI / 180.0;
-
-/// Rows of t, then x, y, z of links 6, 1 and 11.
-fn rows(name: &str) -> Vec<Vec<f64>> {
-    let path = format!("{}/tests/data/spatial-{name}-converged.csv", env!("CARGO_MANIFEST_DIR"));
-    let text = std::fs::read_to_string(path).expect("the reference data");
-    text.lines().skip(1).map(|line| line.split(',').map(|x| x.parse().expect("a number")).collect()).collect()
-}
-
-/// Lateral undulation (T 7.3), no lifting.
-fn undulation() -> CardanGait {
-    CardanGait { yaw: Gait::Wave(Wave::default()), pitch: Gait::Wave(Wave::still()) }
-}
-
-/// Sidewinding (T 7.5) with soft start.
-fn sidewinding() -> CardanGait {
-    let yaw = Wave { amplitude: 30.0 * DEGREE, ..Wave::default() };
-    let pitch = Wave { amplitude: 10.0 * DEGREE, phase: 90.0 * DEGREE, ..Wave::default() };
-    let soft = |wave| Gait::SoftStart(SoftStart::new(wave, 10));
-    CardanGait { yaw: soft(yaw), pitch: soft(pitch) }
-}
-
-/// Aiko lying flat: x and y of link 1 and the yaw of its centre line.
-fn lying(
-    scene: &SceneConfig,
-    [x, y, yaw]: [f64; 3],
-    posture: &[Vector2<f64>],
-    integrator: &IntegratorConfig,
-) -> SpatialSimulation {
-    let pd = ControllerConfig::default();
-    let mut simulation = SpatialSimulation::new(&RobotConfig::default(), scene, &pd, integrator).expect("admissible");
-    let head = Pose { position: Vector3::new(x, y, 0.0), orientation: orientation_of(yaw, 0.0, 0.0) };
-    simulation.place_chain(head, posture);
-    simulation.rest_on_ground();
-    simulation
-}
-
-fn on_course(integrator: &IntegratorConfig) -> SpatialSimulation {
-    let posture: Vec<_> = (0..10).map(|j| Vector2::new(undulation().target(j, 0.0).yaw.angle, 0.0)).collect();
-    lying(&table_7_5(), [1.0247, 0.1416, 223.617 * DEGREE], &posture, integrator)
-}
-
-fn straight(integrator: &IntegratorConfig) -> SpatialSimulation {
-    lying(&ground([0.2, 0.2]), [0.0, 0.0, PI], &[Vector2::zeros(); 10], integrator)
-}
 
 /// Worst distances of the CGs of links 6, 1 and 11 from the reference, up to `duration`.
 fn worst_distance(name: &str, mut simulation: SpatialSimulation, gait: &CardanGait, duration: f64) -> [f64; 3] {
