@@ -6,7 +6,7 @@ Importing the package registers the environments SnakeCourse-v0, SnakeField-v0 a
 from __future__ import annotations
 
 from snake_env import _native, minimal
-from snake_env.config import PD, Gait, Integrator, IOLinearizing, Noise, Robot, Scene, Start
+from snake_env.config import PD, Gait, Integrator, IOLinearizing, Noise, Randomization, Robot, Scene, Start
 from snake_env.env import SnakeEnv
 from snake_env.errors import ConfigError, DivergenceError
 from snake_env.registration import register
@@ -22,6 +22,7 @@ __all__ = [
     "IOLinearizing",
     "Integrator",
     "Noise",
+    "Randomization",
     "Robot",
     "Scene",
     "SnakeEnv",

@@ -97,6 +97,15 @@ class Robots:
         sheet.arrays.reward[active] = reward
         self._previous_action[active] = action[active]
 
+    def set_difficulty(self, difficulty: ArrayLike, indices: Sequence[int]) -> None:
+        """Sets the difficulty of the episodes that the robots begin from now on: one for all, or one each."""
+        try:
+            values = np.broadcast_to(np.asarray(difficulty, np.float64), (len(indices),))
+        except (TypeError, ValueError):
+            raise ConfigError("difficulty", repr(difficulty), f"a number, or {len(indices)} of them") from None
+        for i, value in zip(indices, values.tolist(), strict=True):
+            self.native.set_difficulty(i, value)
+
     def observation(self) -> NDArray[np.float32]:
         """The present observations of all robots."""
         observation = self.new_sheet().arrays.observation

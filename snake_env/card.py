@@ -55,6 +55,8 @@ ARGUMENTS = {
     "numbers of pegs `removed`, each with the probability `difficulty`, and `shifted` in an episode, drawn from peg 3 "
     "on; the longest `shift` at difficulty 1 [m], 0 to 0.5; pegs always absent, `without` = [j, ...], and always "
     "elsewhere, `moved` = [[j, dx, dy], ...], j from 1 as in the thesis",
+    "randomization": "what differs from episode to episode beside the scene: the fields of "
+    "`snake_env.Randomization`, with ranges and units at the end of this page",
     "friction": "Coulomb coefficients along and across a link, 0 to 10; null: the task's own, (0.2, 0.5) for "
     '"free" and "maze" and (0.2, 0.2) otherwise',
     "controller": 'joint controller: "pd", "io" (input-output linearising, critically damped with K_D = 0.5 / T for T '
@@ -101,6 +103,29 @@ goes on to the next episode of each stream. `reset_mask`, a bool array, is the o
 (with the method "implicit"; "thesis" starts its iteration from zero impulses).
 
 Choose the threads of torch too: `torch.set_num_threads(1)` and the rest for the simulation is a good start.
+
+## Curriculum and randomisation
+
+`set_difficulty(d)` of the single environment and `set_difficulty(d, mask)` of the batch set the difficulty of the
+episodes that begin from then on, robot by robot; a callback of Stable-Baselines3 calls
+`env.env_method("set_difficulty", d)`.
+
+`randomization` draws anew for each robot and episode what the thesis lists as discrepancies (T 7.5.4). All is off by
+default; `snake_env.Randomization.thesis()` is a choice of everything at once.
+
+| field | off | range | unit | meaning |
+| --- | --- | --- | --- | --- |
+| `friction` | (1, 1) | 0 to 10 | 1 | factor on both friction coefficients |
+| `anisotropy` | (1, 1) | 0 to 10 | 1 | further factor on the coefficient across a link |
+| `mass` | (1, 1) | 0.1 to 10 | 1 | factor on mass and inertia of all links |
+| `torque_limit` | (1, 1) | 0.01 to 10 | 1 | factor on the largest torque of a joint |
+| `reference_rate` | null | 0.1 to 1 / `control_period` | Hz | how often the joint references take over a new action |
+| `reference_delay` | (0, 0) | 0 to 10, at most 100 periods | s | time from an action to its effect, in whole periods |
+| `noise` | zeros | >= 0 | | amplitudes of uniform noise on the observation, drawn each step (Table 7.4) |
+| `peg_error` | 0 | 0 to 1 | m | largest error of a located peg's position, the same for an episode |
+
+The start pose is randomised by `start_jitter`. Free play of the joints and the Stribeck effect are not modelled. Factors
+on the robot need the integrator's method "implicit" or "adaptive".
 
 ## Version history
 

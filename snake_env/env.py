@@ -92,6 +92,14 @@ class SnakeEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         observation, reward, terminated, truncated, *_ = sheet.arrays
         return observation[0], float(reward[0]), bool(terminated[0]), bool(truncated[0]), sheet.numbers()
 
+    def set_difficulty(self, difficulty: float) -> None:
+        """Sets the difficulty in [0, 1] of the episodes that begin from now on; for a curriculum.
+
+        Raises:
+            ConfigError: it is not in [0, 1].
+        """
+        self._robots.set_difficulty(difficulty, [0])
+
     def get_state(self) -> RobotState:
         """All that a run changes about the robot."""
         self._require_open()

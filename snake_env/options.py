@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import TypedDict
 
-from snake_env.config import PD, Integrator, IOLinearizing, PerLink, Robot
+from snake_env.config import PD, Integrator, IOLinearizing, PerLink, Randomization, Robot
 
 RewardFn: TypeAlias = Callable[[dict[str, NDArray[Any]], NDArray[np.float32], NDArray[np.float32]], NDArray[np.float64]]
 """``reward_fn(signals, action, previous_action)`` for m robots at once -> (m,) rewards.
@@ -37,6 +37,7 @@ class TaskOptions(TypedDict, total=False):
     difficulty: float
     field: str
     perturbation: Mapping[str, Any]
+    randomization: Randomization | Mapping[str, Any]
     friction: tuple[float, float] | None
     controller: PD | IOLinearizing | str | Mapping[str, Any]
     integrator: Integrator | Mapping[str, Any]

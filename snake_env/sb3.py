@@ -136,7 +136,7 @@ class SnakeVecEnv(VecEnv):
     def env_method(
         self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any
     ) -> list[Any]:
-        """Calls ``render``, ``get_state`` or ``set_state`` robot by robot, other methods of the batch as they are."""
+        """Calls ``render``, ``set_difficulty``, ``get_state`` and ``set_state`` robot by robot, others of the batch as is."""
         return [getattr(robot, method_name)(*method_args, **method_kwargs) for robot in self._chosen(indices)]
 
     def env_is_wrapped(self, wrapper_class: type[gym.Wrapper], indices: VecEnvIndices = None) -> list[bool]:
@@ -174,6 +174,9 @@ class _Robot:
     def render(self) -> Any:
         images = self._env.render()
         return None if images is None else images[self._index]
+
+    def set_difficulty(self, difficulty: float) -> None:
+        self._env.set_difficulty(difficulty, self._mask)
 
     def get_state(self) -> RobotState:
         return self._env.get_state(self._mask)[0]

@@ -185,6 +185,20 @@ class SnakeVectorEnv(VectorEnv):
         self._finished = finished
         self._any_finished = bool(finished.any())
 
+    def set_difficulty(self, difficulty: ArrayLike, mask: Mask | None = None) -> None:
+        """Sets the difficulty in [0, 1] of the episodes that begin from now on; for a curriculum.
+
+        Episodes that run keep theirs: the change takes effect robot by robot, at the next reset of each.
+
+        Args:
+            difficulty: one for all robots in ``mask``, or one each, in order.
+            mask: bool (n,); None: all robots.
+
+        Raises:
+            ConfigError: a number is not in [0, 1], or there are not as many as robots.
+        """
+        self._robots.set_difficulty(difficulty, self._indices(mask))
+
     def get_state(self, mask: Mask | None = None) -> list[RobotState]:
         """The states of the robots in ``mask`` (None: all), in order."""
         self._require_open()

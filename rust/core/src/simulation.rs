@@ -189,7 +189,7 @@ impl PlanarSimulation {
 
     /// \[J\]
     pub fn kinetic_energy(&self) -> f64 {
-        self.body.state.kinetic_energy(&self.plant.robot)
+        self.body.variation.mass * self.body.state.kinetic_energy(&self.plant.robot)
     }
 
     /// Smallest link-peg gap now \[m\]; infinite without pegs nearby.

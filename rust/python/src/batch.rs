@@ -97,6 +97,12 @@ impl Batch {
         })
     }
 
+    /// The difficulty of the episodes that a row begins from now on.
+    fn set_difficulty(&mut self, row: usize, difficulty: f64) -> PyResult<()> {
+        self.require_row(row)?;
+        Ok(self.core.set_difficulty(row, difficulty).map_err(Fault::from)?)
+    }
+
     /// Everything that changes in a row.
     fn get_state<'py>(&self, py: Python<'py>, row: usize) -> PyResult<Bound<'py, PyBytes>> {
         self.require_row(row)?;

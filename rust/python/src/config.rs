@@ -9,6 +9,7 @@ use snake_core::minimal::{FeedbackConfig, NoiseConfig};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Scene, SceneConfig};
 use snake_core::stepper::IntegratorConfig;
+use snake_core::task::Randomization;
 
 use crate::gait::GaitConfig;
 use crate::gate::Fault;
@@ -78,6 +79,7 @@ pub fn check(section: &str, config_json: &str) -> PyResult<()> {
         "ground" => decode::<GroundConfig>(config_json).and_then(|c| c.validate()),
         "feedback" => decode::<FeedbackConfig>(config_json).and_then(|c| c.validate()),
         "noise" => decode::<NoiseConfig>(config_json).and_then(|c| c.validate()),
+        "randomization" => decode::<Randomization>(config_json).and_then(|c| c.validate()),
         "integrator" => decode::<IntegratorConfig>(config_json).and_then(|c| c.validate()),
         "gait" => decode::<GaitConfig>(config_json).and_then(|c| c.validate()),
         other => Err(ConfigError::new("section", other, "the name of a section")),

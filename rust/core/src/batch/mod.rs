@@ -114,6 +114,14 @@ impl Batch {
         });
     }
 
+    /// The difficulty of a row's episodes to come.
+    ///
+    /// # Errors
+    /// It is not in \[0, 1\].
+    pub fn set_difficulty(&mut self, row: usize, difficulty: f64) -> Result<(), ConfigError> {
+        self.row_mut(row).environment.set_difficulty(difficulty)
+    }
+
     /// Writes the current observation of a row.
     pub fn observe(&mut self, row: usize, observation: &mut [f32]) {
         self.row_mut(row).environment.observe(observation);

@@ -7,7 +7,7 @@ use crate::pegs::PegGrid;
 use crate::planar::{PlanarState, Pose, Twist, assemble_chain};
 use crate::robot::Robot;
 
-use super::{Pace, Tally};
+use super::{Pace, Tally, Variation};
 
 /// What one stage hands to the next: forces as a first guess, and which contacts were closed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -45,6 +45,7 @@ pub struct Body {
     pub state: PlanarState,
     pub pegs: PegGrid,
     pub warm_start: WarmStart,
+    pub variation: Variation,
     pub tally: Tally,
     /// tau_C of each joint at the end of the last step, thesis sign (T 3.51) \[N m\].
     pub joint_torque: Vec<f64>,
@@ -65,6 +66,7 @@ impl Body {
             state: PlanarState::zero(links),
             pegs,
             warm_start: WarmStart::new(links),
+            variation: Variation::default(),
             tally: Tally::new(links),
             joint_torque: vec![0.0; links - 1],
             diverged: false,

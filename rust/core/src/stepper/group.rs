@@ -31,7 +31,7 @@ use super::lanes::{Lanes, NO_LANES, active, lanes_of, read_lane, set_vector};
 use super::rescue::Rescue;
 use super::stage_kernels::{Extrapolate, LinkConstants, Solve, StageKernels, StageWork};
 use super::works::Works;
-use super::{Body, Driven, IntegratorConfig, Plant};
+use super::{Body, Driven, IntegratorConfig, Plant, Variation};
 
 pub use adaptive::Adaptive;
 use touch::{Impulse, add_impulses, end_gap};
@@ -59,6 +59,8 @@ pub struct Group<T: Real> {
     pub event_tolerance: f64,
     /// Lanes in which a contact has closed during the step that was open after the last accepted one.
     closing: Lanes,
+    /// Whether the lanes' robots differ from the plant.
+    varied: bool,
     /// References of one robot.
     targets: Vec<JointTarget>,
 }
@@ -114,6 +116,7 @@ impl<T: StageKernels> Group<T> {
             deviation: zero,
             event_tolerance: config.event_tolerance(config.step()),
             closing: NO_LANES,
+            varied: false,
             targets: vec![JointTarget::default(); links - 1],
         }
     }
@@ -121,7 +124,7 @@ impl<T: StageKernels> Group<T> {
     /// One Euler step of length `h` for the robots `members` of `fleet`.
     pub fn euler_step<D: Driven>(&mut self, plant: &Plant, fleet: &mut [D], members: &[usize], h: f64) {
         let lanes = lanes_of(members);
-        self.load(fleet, members);
+        self.load(plant, fleet, members);
         self.begin_first_stage();
         self.run_stage(plant, fleet, members, lanes, h, h);
         self.accept(plant, fleet, members, lanes, h);
@@ -139,7 +142,7 @@ impl<T: StageKernels> Group<T> {
     ) {
         let c = GAMMA * h;
         let lanes = lanes_of(members);
-        self.load(fleet, members);
+        self.load(plant, fleet, members);
         self.begin_first_stage();
         self.run_stage(plant, fleet, members, lanes, c, c);
         self.keep_first_stage();
@@ -164,13 +167,33 @@ impl<T: StageKernels> Group<T> {
     }
 
     /// Gathers states; lanes without a robot repeat the first one.
-    fn load<D: Driven>(&mut self, fleet: &[D], members: &[usize]) {
+    fn load<D: Driven>(&mut self, plant: &Plant, fleet: &[D], members: &[usize]) {
+        self.load_variations(plant, fleet, members);
         self.work.in_field = members.iter().any(|&member| !fleet[member].body().pegs.pegs().is_empty());
         for lane in 0..T::LANES {
             let body = fleet[*members.get(lane).unwrap_or(&members[0])].body();
             for (i, (q, u)) in body.state.pose.iter().zip(&body.state.twist).enumerate() {
                 set_vector(&mut self.start_pose[i], lane, q);
                 set_vector(&mut self.start_twist[i], lane, u);
+            }
+        }
+    }
+
+    /// Constants of the lanes' own robots; nothing to do where all are as the plant.
+    fn load_variations<D: Driven>(&mut self, plant: &Plant, fleet: &[D], members: &[usize]) {
+        let was_varied = self.varied;
+        self.varied = members.iter().any(|&member| fleet[member].body().variation != Variation::default());
+        if !self.varied && !was_varied {
+            return;
+        }
+        for lane in 0..T::LANES {
+            let Variation { mass, friction, .. } = fleet[*members.get(lane).unwrap_or(&members[0])].body().variation;
+            for (constants, link) in self.work.constants.iter_mut().zip(&plant.robot.links) {
+                let bound = plant.friction_force(link).component_mul(&friction) * mass;
+                constants.mass.set_lane(lane, link.mass * mass);
+                constants.inertia.set_lane(lane, link.inertia * mass);
+                constants.friction.x.set_lane(lane, bound.x);
+                constants.friction.y.set_lane(lane, bound.y);
             }
         }
     }
@@ -275,7 +298,8 @@ impl<T: StageKernels> Group<T> {
                 lanes[1].set_lane(lane, target.rate);
                 lanes[2].set_lane(lane, target.acceleration);
             }
-            self.work.torque_limit.set_lane(lane, plant.controller.limit_at(time));
+            let share = driven.body().variation.torque_limit;
+            self.work.torque_limit.set_lane(lane, share * plant.controller.limit_at(time));
         }
     }
 

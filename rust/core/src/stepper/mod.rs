@@ -14,6 +14,7 @@ mod rescue;
 mod stage_kernels;
 mod tally;
 mod thesis;
+mod variation;
 mod works;
 
 pub use body::{Body, Driven, Scripted, WarmStart};
@@ -25,3 +26,4 @@ pub use pace::Pace;
 pub use plant::Plant;
 pub use tally::Tally;
 pub use thesis::Thesis;
+pub use variation::Variation;

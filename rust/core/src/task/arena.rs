@@ -86,6 +86,15 @@ impl Arena {
         Ok(arena)
     }
 
+    pub fn difficulty(&self) -> f64 {
+        self.difficulty
+    }
+
+    /// The difficulty of the episodes to come, in \[0, 1\].
+    pub fn set_difficulty(&mut self, difficulty: f64) {
+        self.difficulty = difficulty;
+    }
+
     /// What a robot at its nominal start has to reach; episodes may draw another goal.
     pub fn nominal_target(&self) -> Target {
         self.goal_line(0)

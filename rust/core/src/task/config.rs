@@ -10,6 +10,7 @@ use crate::robot::{PerLink, RobotConfig};
 use crate::stepper::IntegratorConfig;
 
 use super::perturbation::Perturbation;
+use super::randomization::Randomization;
 
 /// Which scene the robot moves in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -115,6 +116,8 @@ pub struct EnvConfig {
     pub field: FieldKind,
     /// What happens to the pegs of a perturbed course.
     pub perturbation: Perturbation,
+    /// What differs from episode to episode beside the scene.
+    pub randomization: Randomization,
     /// Friction coefficients along and across a link; `None`: the task's own.
     pub friction: Option<[f64; 2]>,
     pub controller: ControllerConfig,
@@ -141,6 +144,7 @@ impl Default for EnvConfig {
             difficulty: 0.5,
             field: FieldKind::Mixed,
             perturbation: Perturbation::default(),
+            randomization: Randomization::default(),
             friction: None,
             controller: ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() },
             integrator: IntegratorConfig::default(),
@@ -167,6 +171,8 @@ impl EnvConfig {
         self.validate_goal_radius()?;
         within("turn", self.turn, 0.0, FRAC_PI_2)?;
         self.perturbation.validate().map_err(|e| e.inside("perturbation"))?;
+        let method = self.integrator.method;
+        self.randomization.validate_for(self.control_period, method).map_err(|e| e.inside("randomization"))?;
         within("difficulty", self.difficulty, 0.0, 1.0)?;
         within("start_jitter", self.start_jitter, 0.0, 1.0)?;
         self.validate_friction()?;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-use crate::error::{ConfigError, require};
+use crate::error::{ConfigError, require, within};
 use crate::gait::{JointReference, JointTarget, Wave};
 use crate::planar::{Heading, PlanarState};
 use crate::robot::Robot;
@@ -18,11 +18,14 @@ use super::arena::Arena;
 use super::config::EnvConfig;
 use super::episode::{Episode, Rules};
 use super::goal::Goal;
+use super::latency::Latency;
 use super::motion::Motion;
 use super::observation::{ObservationBlock, ObservationLayout, View};
 use super::perception::PegSensor;
 use super::random::Stream;
+use super::randomization::{Drawn, Randomization};
 use super::reference::{ReferenceGenerator, ReferenceState};
+use super::senses::Senses;
 use super::signal::{SignalRow, Summary};
 
 /// A robot with a task, stepped by actions.
@@ -36,8 +39,12 @@ pub struct Environment {
     values: Vec<f64>,
     simulation: PlanarSimulation,
     reference: ReferenceGenerator,
+    randomization: Randomization,
+    latency: Latency,
+    senses: Senses,
     sensor: PegSensor,
     source: Source,
+    drawn: Drawn,
     episode: Episode,
     action: Vec<f64>,
     /// Mean squared change of the action in the present step.
@@ -51,6 +58,8 @@ pub struct Environment {
 struct Source {
     seed: u64,
     next_episode: u64,
+    /// Episode that is running.
+    episode: u64,
 }
 
 /// What a reset or a step returns beside the observation.
@@ -68,6 +77,9 @@ pub struct Outcome {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EnvironmentState {
     source: Source,
+    difficulty: f64,
+    drawn: Drawn,
+    latency: Latency,
     episode: Episode,
     simulation: SimulationState,
     reference: ReferenceState,
@@ -91,15 +103,21 @@ impl Environment {
         let rules = Rules::new(config, robot.total_mass() * robot.gravity);
         let reference = ReferenceGenerator::new(config.action_mode, joints, config.control_period);
         let sensor = PegSensor::new(config.nearest_pegs, robot.total_length());
-        let episode = Episode::begin(arena.nominal_target(), Motion::of(&robot, simulation.state()));
+        let motion = Motion::of(&robot, simulation.state());
+        let episode = Episode::begin(arena.nominal_target(), motion, 1.0);
+        let size = reference.entries().len();
         let layout = ObservationLayout::new(config, links, &sensor, reference.entries());
         let mut environment = Self {
             values: vec![0.0; layout.size()],
             layout: Arc::new(layout),
-            action: vec![0.0; reference.entries().len()],
+            action: vec![0.0; size],
             action_change: 0.0,
             contact_force: vec![0.0; links],
-            source: Source { seed: 0, next_episode: 0 },
+            source: Source { seed: 0, next_episode: 0, episode: 0 },
+            drawn: Drawn::default(),
+            randomization: config.randomization,
+            latency: latency(config, size),
+            senses: Senses::new(config.randomization, joints, motion),
             rules,
             arena,
             simulation,
@@ -111,13 +129,28 @@ impl Environment {
         Ok(environment)
     }
 
+    /// The difficulty of the episodes to come; the one that runs stays as it is.
+    ///
+    /// # Errors
+    /// It is not in \[0, 1\].
+    pub fn set_difficulty(&mut self, difficulty: f64) -> Result<(), ConfigError> {
+        within("difficulty", difficulty, 0.0, 1.0)?;
+        self.arena.set_difficulty(difficulty);
+        Ok(())
+    }
+
+    /// What the episode has drawn beside the scene.
+    pub fn drawn(&self) -> &Drawn {
+        &self.drawn
+    }
+
     /// Starts an episode: with a seed its episode 0, without one the next episode of the last seed.
     /// Writes the observation (`observation_size` elements).
     pub fn reset(&mut self, seed: Option<u64>, observation: &mut [f32]) -> Outcome {
         if let Some(seed) = seed {
-            self.source = Source { seed, next_episode: 0 };
+            self.source = Source { seed, next_episode: 0, episode: 0 };
         }
-        let Source { seed, next_episode } = self.source;
+        let Source { seed, next_episode, .. } = self.source;
         self.begin(seed, next_episode);
         self.source.next_episode = next_episode.wrapping_add(1);
         self.observe(observation);
@@ -134,7 +167,11 @@ impl Environment {
     /// First part of a step: turns the action into joint references.
     pub fn begin_step(&mut self, action: &[f64]) {
         self.action_change = self.take_action(action);
-        self.reference.command(&self.action, self.simulation.state().time);
+        let time = self.simulation.state().time;
+        match self.latency.pass(&self.action) {
+            Some(action) => self.reference.command(action, time),
+            None => self.reference.coast(time),
+        }
     }
 
     /// Middle part of a step: advances the robot by a control period. With the implicit method a
@@ -158,13 +195,13 @@ impl Environment {
     /// Writes the current observation.
     pub fn observe(&mut self, observation: &mut [f32]) {
         let state = self.simulation.state();
-        self.sensor.scan(&state.pose[0], self.simulation.pegs());
+        let Source { seed, episode, .. } = self.source;
+        let steps = self.episode.steps;
+        self.senses.measure(state, &self.episode, || Stream::of_step(seed, episode, steps));
+        self.sensor.scan(&state.pose[0], self.senses.pegs(self.simulation.pegs()));
         let view = View {
-            state,
-            motion: &self.episode.motion,
+            senses: &self.senses,
             bearing: self.episode.bearing(),
-            lateral_offset: self.episode.summary.lateral_offset,
-            remaining: self.episode.remaining(),
             contact_force: &self.contact_force,
             reference: &self.reference,
             previous_action: &self.action,
@@ -247,6 +284,9 @@ impl Environment {
     pub fn save(&self) -> EnvironmentState {
         EnvironmentState {
             source: self.source,
+            difficulty: self.arena.difficulty(),
+            drawn: self.drawn,
+            latency: self.latency.clone(),
             episode: self.episode,
             simulation: self.simulation.snapshot(),
             reference: self.reference.state().clone(),
@@ -264,13 +304,16 @@ impl Environment {
         let fits = state.action.len() == self.action.len()
             && state.contact_force.len() == self.contact_force.len()
             && state.simulation.fits(self.contact_force.len(), state.pegs.len())
+            && self.latency.restore(&state.latency)
             && self.reference.restore(&state.reference);
         let size = format!("{} links, {} action elements", state.contact_force.len(), state.action.len());
         let expected = format!("{} links, {} action elements", self.contact_force.len(), self.action.len());
         require(fits, "state", size, &expected)?;
         self.source = state.source;
+        self.arena.set_difficulty(state.difficulty);
         self.episode = state.episode;
         self.simulation.set_scene_pegs(&state.pegs);
+        self.take_drawn(state.drawn);
         self.simulation.restore(&state.simulation);
         self.action.copy_from_slice(&state.action);
         self.contact_force.copy_from_slice(&state.contact_force);
@@ -279,17 +322,30 @@ impl Environment {
 
     /// Becomes a fresh environment after a panic, but goes on with the episodes of its own seed.
     pub fn recover(&mut self, prototype: &Environment) {
-        let source = self.source;
+        let (source, difficulty) = (self.source, self.arena.difficulty());
         self.clone_from(prototype);
         self.source = source;
+        self.arena.set_difficulty(difficulty);
     }
 
     fn begin(&mut self, seed: u64, episode: u64) {
-        let scene = self.arena.prepare(&mut Stream::new(seed, episode), &mut self.simulation);
+        let mut stream = Stream::new(seed, episode);
+        let scene = self.arena.prepare(&mut stream, &mut self.simulation);
+        self.source.episode = episode;
+        self.take_drawn(self.randomization.draw(&mut stream));
+        self.latency.begin((self.drawn.delay / self.rules.period).round() as u32);
         self.reference.rest_in_posture(&Wave::default(), scene.start.phase);
-        self.episode = Episode::begin(scene.target, self.motion());
+        self.episode = Episode::begin(scene.target, self.motion(), self.drawn.variation.mass);
         self.action.fill(0.0);
         self.contact_force.fill(0.0);
+    }
+
+    /// Makes the robot the one that was drawn; its sensors err about the pegs as they stand.
+    fn take_drawn(&mut self, drawn: Drawn) {
+        self.drawn = drawn;
+        self.simulation.body_mut().variation = drawn.variation;
+        let mut stream = Stream::of_step(self.source.seed, self.source.episode, u32::MAX);
+        self.senses.begin(self.simulation.pegs(), &mut stream);
     }
 
     fn motion(&self) -> Motion {
@@ -320,6 +376,13 @@ impl Environment {
         }
         contacts
     }
+}
+
+/// The link between policy and references that a configuration asks for.
+fn latency(config: &EnvConfig, action_size: usize) -> Latency {
+    let periods = |time: f64| (time / config.control_period).round() as u32;
+    let every = config.randomization.reference_rate.map_or(1, |rate| periods(1.0 / rate));
+    Latency::new(action_size, every, periods(config.randomization.reference_delay[1]))
 }
 
 /// An environment is a robot with its reference: a fleet can advance many between `begin_step` and

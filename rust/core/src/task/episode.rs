@@ -38,6 +38,8 @@ impl Rules {
 pub struct Episode {
     pub steps: u32,
     pub goal: Goal,
+    /// Mass of the robot relative to the nominal one.
+    mass: f64,
     /// Motion at the last control instant.
     pub motion: Motion,
     /// Positive actuator work so far \[J\].
@@ -49,15 +51,15 @@ pub struct Episode {
 }
 
 impl Episode {
-    /// An episode that begins with the robot's motion as given.
-    pub fn begin(target: Target, motion: Motion) -> Self {
+    /// An episode that begins with the robot's motion as given; `mass` is relative to the nominal one.
+    pub fn begin(target: Target, motion: Motion, mass: f64) -> Self {
         let goal = Goal { target, origin: motion.position };
         let summary = Summary {
             lateral_offset: goal.lateral_offset(motion.position),
             heading_error: wrap_angle(motion.heading - goal.bearing(motion.position)),
             ..Summary::default()
         };
-        Self { steps: 0, goal, motion, energy: 0.0, slow_steps: 0, jammed_steps: 0, summary }
+        Self { steps: 0, goal, mass, motion, energy: 0.0, slow_steps: 0, jammed_steps: 0, summary }
     }
 
     /// Takes note of one control period. After a divergence `motion` is the last good one and the
@@ -125,6 +127,7 @@ impl Episode {
     fn so_far(&self, rules: &Rules) -> Summary {
         let time = f64::from(self.steps) * rules.period;
         let distance = self.distance();
+        let weight = self.mass * rules.robot_weight;
         let position = self.motion.position;
         Summary {
             distance,
@@ -132,7 +135,7 @@ impl Episode {
             heading_error: wrap_angle(self.motion.heading - self.bearing()),
             speed: distance / time,
             energy: self.energy,
-            cost_of_transport: self.energy / (rules.robot_weight * distance.abs().max(SHORTEST_DISTANCE)),
+            cost_of_transport: self.energy / (weight * distance.abs().max(SHORTEST_DISTANCE)),
             jam: self.is_jammed(rules),
             jam_ratio: f64::from(self.jammed_steps) / f64::from(self.steps),
             left_corridor: self.goal.is_left(position, rules.corridor_half_width),
@@ -171,7 +174,7 @@ mod tests {
     #[test]
     fn a_robot_is_jammed_after_more_than_three_tenths_of_a_second_below_two_centimetres_a_second() {
         let rules = rules();
-        let mut episode = Episode::begin(LINE, at(0.0, 0.1));
+        let mut episode = Episode::begin(LINE, at(0.0, 0.1), 1.0);
         // 0.05 s a step: six slow steps are 0.3 s, the seventh exceeds them.
         for step in 1..=8 {
             episode.record(&rules, at(0.0009 * f64::from(step), 0.1), &report(0.0), 0.0, 0);
@@ -185,7 +188,7 @@ mod tests {
     #[test]
     fn success_needs_the_goal_distance_and_pays_once() {
         let rules = rules();
-        let mut episode = Episode::begin(LINE, at(0.5, 0.1));
+        let mut episode = Episode::begin(LINE, at(0.5, 0.1), 1.0);
         episode.record(&rules, at(2.4999, 0.1), &report(1.0), 0.0, 0);
         assert!(!episode.summary.is_success && !episode.is_terminated());
         episode.record(&rules, at(2.5, 0.1), &report(1.0), 0.0, 0);
@@ -197,7 +200,7 @@ mod tests {
     #[test]
     fn the_rewards_of_progress_add_up_to_the_distance() {
         let rules = rules();
-        let mut episode = Episode::begin(LINE, at(0.0, 0.1));
+        let mut episode = Episode::begin(LINE, at(0.0, 0.1), 1.0);
         let mut sum = 0.0;
         for x in [0.1, -0.2, 0.4, 0.7] {
             episode.record(&rules, at(x, 0.1), &report(0.0), 0.0, 0);
@@ -210,7 +213,7 @@ mod tests {
     fn the_corridor_is_left_to_either_side_of_its_centre_line() {
         let rules = rules();
         for (y, outside) in [(0.89, false), (0.91, true), (-0.69, false), (-0.71, true)] {
-            let mut episode = Episode::begin(LINE, at(0.0, 0.1));
+            let mut episode = Episode::begin(LINE, at(0.0, 0.1), 1.0);
             episode.record(&rules, at(0.0, y), &report(0.0), 0.0, 0);
             assert_eq!(episode.summary.left_corridor, outside, "y = {y}");
         }
@@ -219,7 +222,7 @@ mod tests {
     #[test]
     fn nothing_is_infinite_before_the_robot_has_moved() {
         let rules = rules();
-        let mut episode = Episode::begin(LINE, at(0.0, 0.1));
+        let mut episode = Episode::begin(LINE, at(0.0, 0.1), 1.0);
         assert!(episode.summary.signals().iter().all(|value| value.is_finite()));
         episode.record(&rules, at(0.0, 0.1), &report(3.0), 0.5, 0);
         assert!(episode.summary.signals().iter().all(|value| value.is_finite()));
@@ -228,7 +231,7 @@ mod tests {
     #[test]
     fn a_divergence_terminates_and_costs_nothing() {
         let rules = rules();
-        let mut episode = Episode::begin(LINE, at(0.0, 0.1));
+        let mut episode = Episode::begin(LINE, at(0.0, 0.1), 1.0);
         let broken = StepReport { positive_actuator_work: f64::NAN, diverged: true, ..StepReport::default() };
         episode.record(&rules, at(0.0, 0.1), &broken, 0.0, 0);
         assert!(episode.is_terminated() && episode.summary.diverged);

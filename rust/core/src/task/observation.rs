@@ -6,24 +6,17 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use crate::planar::PlanarState;
-
 use super::action::ActionEntry;
 use super::config::{ActionMode, EnvConfig, Perception, Task};
-use super::motion::Motion;
 use super::perception::PegSensor;
 use super::reference::ReferenceGenerator;
+use super::senses::Senses;
 
 /// Everything that may be sensed at a control instant.
 pub struct View<'a> {
-    pub state: &'a PlanarState,
-    pub motion: &'a Motion,
+    pub senses: &'a Senses,
     /// Angle from +x to the goal direction \[rad\].
     pub bearing: f64,
-    /// Position of the CG to the left of the corridor's centre line, or of the way to the goal point \[m\].
-    pub lateral_offset: f64,
-    /// Share of the way to the goal that is left.
-    pub remaining: f64,
     /// Mean obstacle force on each link over the last control period, to the link's left \[N\].
     pub contact_force: &'a [f64],
     pub reference: &'a ReferenceGenerator,
@@ -179,33 +172,33 @@ fn peg_elements(count: usize) -> Vec<String> {
 }
 
 fn joint_angle(view: &View, values: &mut [f64]) {
-    values.iter_mut().enumerate().for_each(|(joint, value)| *value = view.state.joint_angle(joint));
+    values.copy_from_slice(&view.senses.joint_angle);
 }
 
 fn joint_rate(view: &View, values: &mut [f64]) {
-    values.iter_mut().enumerate().for_each(|(joint, value)| *value = view.state.joint_rate(joint));
+    values.copy_from_slice(&view.senses.joint_rate);
 }
 
 fn heading(view: &View, values: &mut [f64]) {
-    values.copy_from_slice(&<[f64; 2]>::from((view.motion.heading - view.bearing).sin_cos()));
+    values.copy_from_slice(&<[f64; 2]>::from((view.senses.motion.heading - view.bearing).sin_cos()));
 }
 
 fn velocity(view: &View, values: &mut [f64]) {
     let (sin, cos) = view.bearing.sin_cos();
-    let velocity = &view.motion.velocity;
+    let velocity = &view.senses.motion.velocity;
     values.copy_from_slice(&[velocity.x * cos + velocity.y * sin, velocity.y * cos - velocity.x * sin]);
 }
 
 fn yaw_rate(view: &View, values: &mut [f64]) {
-    values[0] = view.motion.yaw_rate;
+    values[0] = view.senses.motion.yaw_rate;
 }
 
 fn lateral_offset(view: &View, values: &mut [f64]) {
-    values[0] = view.lateral_offset;
+    values[0] = view.senses.lateral_offset;
 }
 
 fn goal(view: &View, values: &mut [f64]) {
-    values[0] = view.remaining;
+    values[0] = view.senses.remaining;
 }
 
 fn contact_force(view: &View, values: &mut [f64]) {

@@ -14,6 +14,14 @@ impl Stream {
         Self(rng)
     }
 
+    /// Random numbers of one control period of an episode, apart from those of the episode itself.
+    pub fn of_step(seed: u64, episode: u64, step: u32) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed ^ OF_STEPS);
+        rng.set_stream(episode);
+        rng.set_word_pos(u128::from(step) << WORDS_PER_STEP);
+        Self(rng)
+    }
+
     /// Uniform in `[0, 1)`, all 53 bits random.
     pub fn unit(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
@@ -39,6 +47,12 @@ impl Stream {
         ((self.unit() * count as f64) as usize).min(count - 1)
     }
 }
+
+/// Sets the seeds of steps apart from those of episodes.
+const OF_STEPS: u64 = 0x9E37_79B9_7F4A_7C15;
+
+/// Binary logarithm of the words that a step may draw before the next one's begin.
+const WORDS_PER_STEP: u32 = 16;
 
 #[cfg(test)]
 mod tests {

@@ -114,6 +114,11 @@ impl ReferenceGenerator {
         }
     }
 
+    /// Keeps the targets of the channels; the new period begins at `time` \[s\].
+    pub fn coast(&mut self, time: f64) {
+        self.state.instant = time;
+    }
+
     /// Moves on to the end of the control period.
     pub fn elapse(&mut self) {
         let (filter, state) = (&self.filter, &mut self.state);

@@ -77,7 +77,7 @@ impl Adaptive {
     fn sdirk_step<D: Driven>(&mut self, plant: &Plant, robot: &mut D, h: f64) -> Option<f64> {
         let (group, fleet) = (&mut self.group, std::slice::from_mut(robot));
         let (lanes, c) = (lanes_of(&ALONE), GAMMA * h);
-        group.load(fleet, &ALONE);
+        group.load(plant, fleet, &ALONE);
         // How far stages end from their predictions is wanted without pegs, too.
         group.work.in_field = true;
         group.begin_first_stage();

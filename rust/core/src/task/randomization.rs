@@ -1,0 +1,190 @@
+//! Domain randomisation over the thesis's own list of discrepancies (T 7.5.4).
+//!
+//! Every quantity has a range of its own; a range of one value, `[1, 1]` for a factor and zero for an
+//! error, switches it off, and so do the defaults. Draws belong to an episode, those of a sensor to a step.
+
+use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
+
+use crate::error::{ConfigError, require, within};
+use crate::minimal::NoiseConfig;
+use crate::scene::Peg;
+use crate::stepper::{Method, Variation};
+
+use super::random::Stream;
+
+/// Ranges `[low, high]` of uniform draws.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Randomization {
+    /// Factor on both friction coefficients.
+    pub friction: [f64; 2],
+    /// Further factor on the coefficient across a link.
+    pub anisotropy: [f64; 2],
+    /// Factor on mass and inertia of all links.
+    pub mass: [f64; 2],
+    /// Factor on the largest torque of a joint.
+    pub torque_limit: [f64; 2],
+    /// How often the joint references take over a new action \[Hz\]; `None`: in every control period.
+    pub reference_rate: Option<f64>,
+    /// Time from an action to its effect on the references \[s\], in whole control periods.
+    pub reference_delay: [f64; 2],
+    /// Amplitudes of uniform noise on what is observed (T Table 7.4).
+    pub noise: NoiseConfig,
+    /// Largest error of a located peg's position, which stays the same for an episode \[m\].
+    pub peg_error: f64,
+}
+
+impl Default for Randomization {
+    fn default() -> Self {
+        let same = [1.0, 1.0];
+        Self {
+            friction: same,
+            anisotropy: same,
+            mass: same,
+            torque_limit: same,
+            reference_rate: None,
+            reference_delay: [0.0, 0.0],
+            noise: NoiseConfig::default(),
+            peg_error: 0.0,
+        }
+    }
+}
+
+/// What an episode has drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Drawn {
+    pub variation: Variation,
+    /// \[s\]
+    pub delay: f64,
+}
+
+impl Randomization {
+    /// # Errors
+    /// Names the field, its value and the admissible range.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        range("friction", self.friction, [0.0, 10.0])?;
+        range("anisotropy", self.anisotropy, [0.0, 10.0])?;
+        range("mass", self.mass, [0.1, 10.0])?;
+        range("torque_limit", self.torque_limit, [0.01, 10.0])?;
+        range("reference_delay", self.reference_delay, [0.0, LONGEST_DELAY])?;
+        if let Some(rate) = self.reference_rate {
+            within("reference_rate", rate, SLOWEST_RATE, FASTEST_RATE)?;
+        }
+        self.noise.validate().map_err(|e| e.inside("noise"))?;
+        within("peg_error", self.peg_error, 0.0, 1.0)?;
+        Ok(())
+    }
+
+    /// Checks what depends on the environment.
+    ///
+    /// # Errors
+    /// Names the field, its value and the admissible range.
+    pub fn validate_for(&self, control_period: f64, method: Method) -> Result<(), ConfigError> {
+        self.validate()?;
+        range("reference_delay", self.reference_delay, [0.0, LONGEST_DELAY.min(MOST_PERIODS * control_period)])?;
+        if let Some(rate) = self.reference_rate {
+            within("reference_rate", rate, SLOWEST_RATE, (1.0 + 1e-9) / control_period)?;
+        }
+        let same = Self::default();
+        let keeps_plant = self.friction == same.friction
+            && self.anisotropy == same.anisotropy
+            && self.mass == same.mass
+            && self.torque_limit == same.torque_limit;
+        let expected = "[1, 1] for all factors with the method thesis, which knows one robot only";
+        require(keeps_plant || method != Method::Thesis, "mass", format!("{:?}", self.mass), expected)
+    }
+
+    /// Draws an episode's robot; as many numbers whatever the ranges.
+    pub fn draw(&self, stream: &mut Stream) -> Drawn {
+        let mut factor = |[low, high]: [f64; 2]| stream.uniform(low, high);
+        let friction = factor(self.friction);
+        Drawn {
+            variation: Variation {
+                friction: Vector2::new(friction, friction * factor(self.anisotropy)),
+                mass: factor(self.mass),
+                torque_limit: factor(self.torque_limit),
+            },
+            delay: factor(self.reference_delay),
+        }
+    }
+
+    /// The pegs as the robot takes them to be, each off by a vector uniform in a disc.
+    pub fn misplace(&self, stream: &mut Stream, pegs: &mut [Peg]) {
+        for peg in pegs {
+            let reach = self.peg_error * stream.unit().sqrt();
+            let (sin, cos) = stream.around_zero(std::f64::consts::PI).sin_cos();
+            (peg.x, peg.y) = (peg.x + reach * cos, peg.y + reach * sin);
+        }
+    }
+}
+
+fn range(field: &str, [low, high]: [f64; 2], [least, most]: [f64; 2]) -> Result<(), ConfigError> {
+    let ok = least <= low && low <= high && high <= most;
+    let expected = format!("[low, high] with {least} <= low <= high <= {most}");
+    require(ok, field, format!("[{low}, {high}]"), &expected)
+}
+
+/// \[s\], and in control periods.
+const LONGEST_DELAY: f64 = 10.0;
+const MOST_PERIODS: f64 = 100.0;
+
+/// \[Hz\]
+const SLOWEST_RATE: f64 = 0.1;
+const FASTEST_RATE: f64 = 1000.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_drawn_off_by_default() {
+        assert_eq!(Randomization::default().draw(&mut Stream::new(3, 4)), Drawn::default());
+    }
+
+    #[test]
+    fn draws_fill_their_ranges() {
+        let ranges = Randomization {
+            friction: [0.5, 1.5],
+            anisotropy: [1.0, 2.0],
+            mass: [0.9, 1.1],
+            torque_limit: [0.5, 1.0],
+            reference_delay: [0.05, 0.15],
+            ..Randomization::default()
+        };
+        let draws: Vec<Drawn> = (0..400).map(|seed| ranges.draw(&mut Stream::new(seed, 0))).collect();
+        let spans = |read: fn(&Drawn) -> f64, [low, high]: [f64; 2]| {
+            let values = || draws.iter().map(read);
+            let (least, most) = (values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max));
+            // Of 400 draws the nearest to an end is farther than a twentieth of the range once in 10^8 times.
+            let near = 0.05 * (high - low);
+            assert!(low <= least && least < low + near && high - near < most && most <= high, "{least} {most}");
+        };
+        spans(|drawn| drawn.variation.friction.x, ranges.friction);
+        spans(|drawn| drawn.variation.friction.y / drawn.variation.friction.x, ranges.anisotropy);
+        spans(|drawn| drawn.variation.mass, ranges.mass);
+        spans(|drawn| drawn.variation.torque_limit, ranges.torque_limit);
+        spans(|drawn| drawn.delay, ranges.reference_delay);
+    }
+
+    #[test]
+    fn ranges_that_are_not_admissible_are_named() {
+        let good = Randomization::default();
+        let cases = [
+            ("friction", Randomization { friction: [-0.1, 1.0], ..good }),
+            ("anisotropy", Randomization { anisotropy: [1.0, f64::NAN], ..good }),
+            ("mass", Randomization { mass: [1.2, 0.8], ..good }),
+            ("torque_limit", Randomization { torque_limit: [0.0, 1.0], ..good }),
+            ("reference_delay", Randomization { reference_delay: [0.0, 6.0], ..good }),
+            ("reference_rate", Randomization { reference_rate: Some(21.0), ..good }),
+            ("peg_error", Randomization { peg_error: -0.1, ..good }),
+        ];
+        for (field, randomization) in cases {
+            assert_eq!(randomization.validate_for(0.05, Method::Implicit).unwrap_err().field, field);
+        }
+        let heavy = Randomization { mass: [1.0, 1.1], ..good };
+        assert!(
+            heavy.validate_for(0.05, Method::Implicit).is_ok() && heavy.validate_for(0.05, Method::Thesis).is_err()
+        );
+    }
+}

@@ -1,0 +1,71 @@
+//! What the robot takes its motion and the pegs to be: the truth, with the noise of its sensors.
+
+use crate::minimal::NoiseConfig;
+use crate::planar::PlanarState;
+use crate::scene::Peg;
+
+use super::episode::Episode;
+use super::motion::Motion;
+use super::random::Stream;
+use super::randomization::Randomization;
+
+/// Measurements at a control instant.
+#[derive(Debug, Clone)]
+pub struct Senses {
+    randomization: Randomization,
+    pub joint_angle: Vec<f64>,
+    pub joint_rate: Vec<f64>,
+    pub motion: Motion,
+    /// Position of the CG to the left of the centre line \[m\].
+    pub lateral_offset: f64,
+    /// Share of the way to the goal that is left.
+    pub remaining: f64,
+    /// The pegs where the robot takes them to be; empty where it is right.
+    pegs: Vec<Peg>,
+}
+
+impl Senses {
+    pub fn new(randomization: Randomization, joints: usize, motion: Motion) -> Self {
+        let (joint_angle, joint_rate) = (vec![0.0; joints], vec![0.0; joints]);
+        Self { randomization, joint_angle, joint_rate, motion, lateral_offset: 0.0, remaining: 1.0, pegs: Vec::new() }
+    }
+
+    /// Begins an episode among `pegs`.
+    pub fn begin(&mut self, pegs: &[Peg], stream: &mut Stream) {
+        self.pegs.clear();
+        if self.randomization.peg_error > 0.0 {
+            self.pegs.extend_from_slice(pegs);
+            self.randomization.misplace(stream, &mut self.pegs);
+        }
+    }
+
+    /// The pegs as the robot believes them to be.
+    pub fn pegs<'a>(&'a self, pegs: &'a [Peg]) -> &'a [Peg] {
+        if self.pegs.is_empty() { pegs } else { &self.pegs }
+    }
+
+    /// Measures; noise is drawn from `stream` if there is any.
+    pub fn measure(&mut self, state: &PlanarState, episode: &Episode, stream: impl FnOnce() -> Stream) {
+        self.joint_angle.iter_mut().enumerate().for_each(|(joint, value)| *value = state.joint_angle(joint));
+        self.joint_rate.iter_mut().enumerate().for_each(|(joint, value)| *value = state.joint_rate(joint));
+        self.motion = episode.motion;
+        self.lateral_offset = episode.summary.lateral_offset;
+        self.remaining = episode.remaining();
+        if self.randomization.noise != NoiseConfig::default() {
+            self.disturb(episode.goal.span(), &mut stream());
+        }
+    }
+
+    /// (T 7.9)-(T 7.14); the position counts along the goal direction and across it.
+    fn disturb(&mut self, span: f64, stream: &mut Stream) {
+        let noise = &self.randomization.noise;
+        self.remaining += stream.around_zero(noise.position) / span;
+        self.lateral_offset += stream.around_zero(noise.position);
+        self.motion.heading += stream.around_zero(noise.heading);
+        self.motion.velocity.x += stream.around_zero(noise.velocity);
+        self.motion.velocity.y += stream.around_zero(noise.velocity);
+        self.motion.yaw_rate += stream.around_zero(noise.yaw_rate);
+        self.joint_angle.iter_mut().for_each(|angle| *angle += stream.around_zero(noise.joint_angle));
+        self.joint_rate.iter_mut().for_each(|rate| *rate += stream.around_zero(noise.joint_rate));
+    }
+}
