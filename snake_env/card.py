@@ -51,6 +51,8 @@ ARGUMENTS = {
     "[rad], 0 to pi/2",
     "difficulty": "irregularity of a random scene, 0 to 1",
     "field": 'generator of the random field: "mixed", "track", "lattice" or "poisson"',
+    "push_points": 'scenes of "field" and "maze" are drawn anew, up to 100 times, until every body length of the way '
+    "to the goal has so many pegs that can serve as push-points, 0 to 4; 0: as they come. The rule is in docs/tasks.md",
     "perturbation": 'pegs of "perturbed" that are out of place: `course` ("table-7.3", "table-7.5" or "mixed"), '
     "numbers of pegs `removed`, each with the probability `difficulty`, and `shifted` in an episode, drawn from peg 3 "
     "on; the longest `shift` at difficulty 1 [m], 0 to 0.5; pegs always absent, `without` = [j, ...], and always "
@@ -124,8 +126,8 @@ default; `snake_env.Randomization.thesis()` is a choice of everything at once.
 | `noise` | zeros | >= 0 | | amplitudes of uniform noise on the observation, drawn each step (Table 7.4) |
 | `peg_error` | 0 | 0 to 1 | m | largest error of a located peg's position, the same for an episode |
 
-The start pose is randomised by `start_jitter`. Free play of the joints and the Stribeck effect are not modelled. Factors
-on the robot need the integrator's method "implicit" or "adaptive".
+The start pose is randomised by `start_jitter`. Free play of the joints and the Stribeck effect are not modelled.
+Factors on the robot need the integrator's method "implicit" or "adaptive".
 
 ## Version history
 

@@ -36,6 +36,7 @@ class TaskOptions(TypedDict, total=False):
     turn: float
     difficulty: float
     field: str
+    push_points: int
     perturbation: Mapping[str, Any]
     randomization: Randomization | Mapping[str, Any]
     friction: tuple[float, float] | None

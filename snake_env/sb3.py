@@ -136,7 +136,7 @@ class SnakeVecEnv(VecEnv):
     def env_method(
         self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any
     ) -> list[Any]:
-        """Calls ``render``, ``set_difficulty``, ``get_state`` and ``set_state`` robot by robot, others of the batch as is."""
+        """Calls ``render``, ``set_difficulty``, ``get_state``, ``set_state`` robot by robot, others of the batch."""
         return [getattr(robot, method_name)(*method_args, **method_kwargs) for robot in self._chosen(indices)]
 
     def env_is_wrapped(self, wrapper_class: type[gym.Wrapper], indices: VecEnvIndices = None) -> list[bool]:

@@ -311,6 +311,7 @@ fn every_field_of_the_configuration_is_checked_by_name() {
         ("goal_distance", EnvConfig { goal_distance: -1.0, ..good.clone() }),
         ("corridor_half_width", EnvConfig { corridor_half_width: f64::INFINITY, ..good.clone() }),
         ("goal_radius", EnvConfig { goal_radius: 2.0, task: Task::Maze, ..good.clone() }),
+        ("push_points", EnvConfig { push_points: 5, ..good.clone() }),
         ("turn", EnvConfig { turn: 1.6, ..good.clone() }),
         ("perturbation.removed", EnvConfig { perturbation: perturbation(9, (3, 0.0, 0.0)), ..good.clone() }),
         (

@@ -33,6 +33,26 @@ fn peg_3_may_be_moved_by_a_link_diameter_but_not_removed() {
 }
 
 #[test]
+fn a_field_drawn_for_push_points_has_them() {
+    for task in [Task::Field, Task::Maze] {
+        let config = EnvConfig { task, difficulty: 1.0, push_points: 2, ..EnvConfig::default() };
+        let mut asked = Environment::new(&config).unwrap();
+        let mut plain = Environment::new(&EnvConfig { push_points: 0, ..config }).unwrap();
+        let mut observation = vec![0.0; asked.observation_size()];
+        let mut poor = 0;
+        for seed in 0..30 {
+            asked.reset(Some(seed), &mut observation);
+            plain.reset(Some(seed), &mut observation);
+            assert!(asked.push_points() >= 2, "{task:?}, seed {seed}");
+            // A field that has them already is left as it is.
+            assert_eq!(asked.pegs() == plain.pegs(), plain.push_points() >= 2, "{task:?}, seed {seed}");
+            poor += u32::from(plain.push_points() < 2);
+        }
+        assert!(poor > 5, "{task:?}: {poor} of 30 fields were poor");
+    }
+}
+
+#[test]
 fn a_perturbed_course_at_difficulty_zero_is_the_course() {
     let perturbation = Perturbation { course: Course::Table75, ..Perturbation::default() };
     let config = EnvConfig { task: Task::Perturbed, difficulty: 0.0, perturbation, ..EnvConfig::default() };

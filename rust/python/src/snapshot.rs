@@ -25,6 +25,7 @@ pub fn of<'py>(py: Python<'py>, environment: &Environment) -> PyResult<Bound<'py
     set_array(&dict, "contact_force", force, &[links, 2])?;
     dict.set_item("centre", (centre.x, centre.y))?;
     set_goal(&dict, environment.goal(), rules.corridor_half_width)?;
+    dict.set_item("push_points", environment.push_points())?;
     dict.set_item("time", environment.summary().time)?;
     dict.set_item("distance", environment.summary().distance)?;
     dict.set_item("speed", environment.summary().speed)?;

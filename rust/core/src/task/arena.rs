@@ -10,8 +10,8 @@ use crate::scene::Peg;
 use crate::simulation::PlanarSimulation;
 
 use super::config::{EnvConfig, FieldKind, Task};
-use super::field::{Route, Site, continued, corridor, keep_clear, maze, random_field};
-use super::goal::Target;
+use super::field::{Reach, Route, Site, continued, corridor, keep_clear, maze, random_field};
+use super::goal::{Goal, Target};
 use super::perturbation::{Course, Perturbation, Shift};
 use super::random::Stream;
 use super::start::{Start, StartJitter, StartLine};
@@ -27,6 +27,8 @@ pub struct Arena {
     goal_distance: f64,
     goal_radius: f64,
     turn: f64,
+    push_points: usize,
+    reach: Reach,
     grounds: Vec<Ground>,
     robot: Robot,
     pegs: Vec<Peg>,
@@ -74,6 +76,8 @@ impl Arena {
             goal_distance: config.goal_distance,
             goal_radius: config.goal_radius,
             turn: config.turn,
+            push_points: config.push_points,
+            reach: Reach::new(robot.total_length(), robot.link_count(), grounds[0].site.body_radius),
             grounds,
             robot: robot.clone(),
             pegs: Vec::new(),
@@ -139,12 +143,22 @@ impl Arena {
     ) -> EpisodeStart {
         let site = self.grounds[0].site;
         let start = self.grounds[0].line.deviated(jitter);
-        let centre = lay_out(self, &site);
         self.assemble(0, &start);
-        keep_clear(&site, &self.robot, &self.pose, &mut self.pegs);
-        let radius = self.goal_radius;
-        let target = centre.map_or_else(|| self.goal_line(0), |centre| Target::Disc { centre, radius });
+        let (radius, origin) = (self.goal_radius, self.gravity_centre());
+        let mut target = self.goal_line(0);
+        for _ in 0..MAX_DRAWS {
+            target = lay_out(self, &site).map_or(target, |centre| Target::Disc { centre, radius });
+            keep_clear(&site, &self.robot, &self.pose, &mut self.pegs);
+            if self.push_points == 0 || self.push_points(&Goal { target, origin }, &self.pegs) >= self.push_points {
+                break;
+            }
+        }
         EpisodeStart { start, target }
+    }
+
+    /// The smallest number of push-points in any body length on the way to `goal` among `pegs`.
+    pub fn push_points(&self, goal: &Goal, pegs: &[Peg]) -> usize {
+        self.reach.push_points(goal, pegs)
     }
 
     /// The pegs that always stand there, the robot as near to where it wants to be as they allow.
@@ -199,6 +213,12 @@ impl Arena {
         self.grounds[ground].line.nominal
     }
 
+    /// CG of the assembled robot \[m\].
+    fn gravity_centre(&self) -> Vector2<f64> {
+        let links = self.robot.links.iter().zip(&self.pose);
+        links.map(|(link, q)| q.xy() * link.mass).sum::<Vector2<f64>>() / self.robot.total_mass()
+    }
+
     /// Joint angles and poses of the robot at `start`.
     fn assemble(&mut self, ground: usize, start: &Start) {
         let angle = self.grounds[ground].line.joint_angles(start.phase);
@@ -250,6 +270,9 @@ const COURSE_CLEARANCE: f64 = 5e-4;
 
 /// Share of the drawn jitter below which the nominal start is taken.
 const SMALLEST_JITTER: f64 = 0.01;
+
+/// Fields drawn at most until one has as many push-points as are asked for; the last one stands.
+const MAX_DRAWS: u32 = 100;
 
 /// Halvings of a peg's shift before the peg stays where it is.
 const MAX_HALVINGS: i32 = 7;

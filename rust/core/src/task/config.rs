@@ -114,6 +114,8 @@ pub struct EnvConfig {
     pub difficulty: f64,
     /// Kind of random field.
     pub field: FieldKind,
+    /// Random fields and mazes are drawn anew until every body length of the way has so many push-points; 0: as they come.
+    pub push_points: usize,
     /// What happens to the pegs of a perturbed course.
     pub perturbation: Perturbation,
     /// What differs from episode to episode beside the scene.
@@ -143,6 +145,7 @@ impl Default for EnvConfig {
             turn: FRAC_PI_2,
             difficulty: 0.5,
             field: FieldKind::Mixed,
+            push_points: 0,
             perturbation: Perturbation::default(),
             randomization: Randomization::default(),
             friction: None,
@@ -171,6 +174,8 @@ impl EnvConfig {
         self.validate_goal_radius()?;
         within("turn", self.turn, 0.0, FRAC_PI_2)?;
         self.perturbation.validate().map_err(|e| e.inside("perturbation"))?;
+        let points = self.push_points;
+        require(points <= MOST_PUSH_POINTS, "push_points", points, "an integer in [0, 4]")?;
         let method = self.integrator.method;
         self.randomization.validate_for(self.control_period, method).map_err(|e| e.inside("randomization"))?;
         within("difficulty", self.difficulty, 0.0, 1.0)?;
@@ -228,6 +233,9 @@ impl EnvConfig {
         Ok(())
     }
 }
+
+/// A body length is that of seven quarter waves; few fields have more.
+const MOST_PUSH_POINTS: usize = 4;
 
 /// \[m\]
 const LARGEST_GOAL: f64 = 18.0;

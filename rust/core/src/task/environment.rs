@@ -280,6 +280,11 @@ impl Environment {
         &self.episode.goal
     }
 
+    /// The smallest number of push-points in any body length on the way to the goal, see [`super::field::Reach`].
+    pub fn push_points(&self) -> usize {
+        self.arena.push_points(&self.episode.goal, self.simulation.pegs())
+    }
+
     /// Everything that changes.
     pub fn save(&self) -> EnvironmentState {
         EnvironmentState {

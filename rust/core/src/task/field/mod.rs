@@ -9,6 +9,7 @@ mod course;
 mod lattice;
 mod maze;
 mod poisson;
+mod push_points;
 mod track;
 
 use nalgebra::Vector2;
@@ -25,6 +26,7 @@ use super::random::Stream;
 pub use corridor::corridor;
 pub use course::continued;
 pub use maze::maze;
+pub use push_points::Reach;
 
 /// The ground that a field has to cover and the robot it is made for.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,0 +1,157 @@
+//! Can a robot get through? A geometric rule after (T 5.5): obstacle-aided locomotion needs three push-points.
+//!
+//! The rule counts, in every stretch of the way from start to goal that is as long as the robot, the pegs that
+//! can serve as push-points, and takes the smallest of these numbers. A peg can serve if
+//! 1. the robot reaches it: its rim is no farther from the way than the body of the largest wave that an action
+//!    can command extends;
+//! 2. the robot passes it: on one side at least no other peg stands nearer than a body's width;
+//! 3. it is a push-point of its own: at least a quarter of a wave after the one before.
+//!
+//! It tells the thesis's cases apart (T 7.3.4): three on the courses of (T Tables 7.3, 7.5), also with peg 3 moved,
+//! two with peg 3 removed. It is a rule, neither sufficient nor necessary: it knows no forces.
+
+use nalgebra::Vector2;
+
+use crate::gait::Wave;
+use crate::scene::Peg;
+use crate::task::action::wave_entries;
+use crate::task::goal::{Goal, Target};
+use crate::task::path::NaturalPath;
+
+/// What the rule has to know about a robot \[m\].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reach {
+    /// Length of the stretched robot.
+    length: f64,
+    /// Half width of the robot.
+    body: f64,
+    /// How far the robot's rim gets from its way.
+    across: f64,
+    quarter_wave: f64,
+}
+
+/// A straight way.
+struct Way {
+    start: Vector2<f64>,
+    ahead: Vector2<f64>,
+    length: f64,
+}
+
+impl Reach {
+    /// For a robot of `links` equal links, `length` long when it is stretched.
+    pub fn new(length: f64, links: usize, body: f64) -> Self {
+        let link = length / links as f64;
+        let wave = Wave::default();
+        let largest = Wave { amplitude: wave_entries()[0].high(), ..wave };
+        let across = NaturalPath::new(&largest, link).height() + body;
+        Self { length, body, across, quarter_wave: 0.5 * NaturalPath::new(&wave, link).half_wave() }
+    }
+
+    /// The smallest number of push-points in any body length on the straight way from `goal.origin` to the goal.
+    pub fn push_points(&self, goal: &Goal, pegs: &[Peg]) -> usize {
+        let way = Way::to(goal);
+        let mut places: Vec<f64> =
+            pegs.iter().filter(|peg| self.serves(&way, peg, pegs)).map(|p| way.along(p)).collect();
+        places.sort_unstable_by(f64::total_cmp);
+        let steps = (way.length / (self.length * WINDOW_STEP)).ceil() as u32;
+        let middles = (0..=steps).map(|step| way.length * f64::from(step) / f64::from(steps));
+        middles.map(|middle| self.count(&places, middle)).min().unwrap_or(0)
+    }
+
+    /// Push-points among `places`, in order, of a robot whose middle is at `middle`.
+    fn count(&self, places: &[f64], middle: f64) -> usize {
+        let mut last = f64::NEG_INFINITY;
+        let near = places.iter().filter(|place| (*place - middle).abs() <= 0.5 * self.length);
+        near.filter(|place| {
+            let counts = **place >= last + self.quarter_wave;
+            last = if counts { **place } else { last };
+            counts
+        })
+        .count()
+    }
+
+    fn serves(&self, way: &Way, peg: &Peg, pegs: &[Peg]) -> bool {
+        let is_reached = way.across(peg).abs() - peg.radius <= self.across;
+        is_reached && [-1.0, 1.0].iter().any(|side| pegs.iter().all(|other| self.leaves_room(way, peg, other, *side)))
+    }
+
+    /// Whether the robot fits between two pegs, or need not, because `other` is not beside `peg` on that side.
+    fn leaves_room(&self, way: &Way, peg: &Peg, other: &Peg, side: f64) -> bool {
+        let distance = (other.x - peg.x).hypot(other.y - peg.y);
+        let is_beside = side * (way.across(other) - way.across(peg)) > BESIDE * distance;
+        !is_beside || distance - peg.radius - other.radius >= 2.0 * self.body
+    }
+}
+
+impl Way {
+    fn to(goal: &Goal) -> Self {
+        let (ahead, length) = match goal.target {
+            Target::Line { distance, .. } => (Vector2::new(1.0, 0.0), distance),
+            Target::Disc { centre, .. } => ((centre - goal.origin).normalize(), (centre - goal.origin).norm()),
+        };
+        let start = match goal.target {
+            Target::Line { centre_line, .. } => Vector2::new(goal.origin.x, centre_line),
+            Target::Disc { .. } => goal.origin,
+        };
+        Self { start, ahead, length }
+    }
+
+    fn along(&self, peg: &Peg) -> f64 {
+        self.ahead.dot(&(Vector2::new(peg.x, peg.y) - self.start))
+    }
+
+    fn across(&self, peg: &Peg) -> f64 {
+        self.ahead.perp(&(Vector2::new(peg.x, peg.y) - self.start))
+    }
+}
+
+/// Step from one stretch of the way to the next, in robot lengths.
+const WINDOW_STEP: f64 = 0.02;
+
+/// Sine of the angle to the way from which on one peg is beside another.
+const BESIDE: f64 = 0.5;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{TABLE_7_3, TABLE_7_5};
+    use crate::task::field::continued;
+
+    fn aiko() -> Reach {
+        Reach::new(11.0 * 0.122, 11, 0.0525)
+    }
+
+    fn push_points(pegs: &[Peg], x: f64, centre_line: f64) -> usize {
+        let target = Target::Line { distance: 2.0, centre_line };
+        aiko().push_points(&Goal { target, origin: Vector2::new(x, centre_line) }, pegs)
+    }
+
+    #[test]
+    fn the_thesiss_courses_have_three_and_table_7_3_without_peg_3_has_two() {
+        let small = TABLE_7_3.map(Peg::from);
+        assert_eq!(push_points(&small, 0.56, 0.113), 3);
+        let mut moved = small;
+        moved[2].y += 0.105;
+        assert_eq!(push_points(&moved, 0.56, 0.113), 3);
+        let without: Vec<Peg> = small.iter().copied().enumerate().filter(|(k, _)| *k != 2).map(|(_, p)| p).collect();
+        assert_eq!(push_points(&without, 0.56, 0.113), 2);
+        let large: Vec<Peg> = TABLE_7_5.map(Peg::from).into_iter().chain(continued(3.5)).collect();
+        assert_eq!(push_points(&large, 0.52, 0.085), 3);
+    }
+
+    #[test]
+    fn pegs_out_of_reach_blocked_or_one_behind_the_other_do_not_count() {
+        let row = |y: f64| -> Vec<Peg> { (-3..9).map(|k| Peg { radius: 0.03, x: 0.4 * f64::from(k), y }).collect() };
+        assert_eq!(push_points(&row(0.0), 0.0, 0.0), 3);
+        assert_eq!(push_points(&row(0.5), 0.0, 0.0), 0, "out of reach");
+        let blocked: Vec<Peg> = [row(0.0), row(0.15), row(-0.15)].concat();
+        // Nobody passes the pegs in the middle; those beside them can be passed on their outer sides.
+        assert!(!aiko().serves(&Way::to(&goal()), &blocked[0], &blocked));
+        let dense: Vec<Peg> = (-30..90).map(|k| Peg { radius: 0.01, x: 0.04 * f64::from(k), y: 0.0 }).collect();
+        assert!(push_points(&dense, 0.0, 0.0) <= 7, "a push-point a quarter wave at most");
+    }
+
+    fn goal() -> Goal {
+        Goal { target: Target::Line { distance: 2.0, centre_line: 0.0 }, origin: Vector2::zeros() }
+    }
+}
