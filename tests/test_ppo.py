@@ -12,7 +12,9 @@ pytest.importorskip("torch")
 
 import torch
 
+import snake_env
 from training import budget, config, evaluate, learning_curve, policies, policy_file, ppo, rollout, run_folder, seeds
+from training import train as sb3
 
 SMOKE = ["--config", "smoke", "--no-bar"]
 
@@ -104,6 +106,30 @@ def test_a_policy_is_judged_where_it_was_trained_unless_asked_otherwise(trained)
     assert evaluate.task(None, {"difficulty": 1.0}, [trained.model])[1] == {"max_episode_steps": 40, "difficulty": 1.0}
     assert evaluate.task("SnakeFree-v0", {}, [trained.model]) == ("SnakeFree-v0", {})
     assert evaluate.task(None, {}, []) == ("SnakeField-v0", {})
+
+
+def test_the_difficulty_grows_with_the_budget_that_is_used():
+    settings = config.Config(curriculum=0.5)
+    assert [settings.difficulty(used, 0.8) for used in (0.0, 0.25, 0.5, 1.0)] == [0.0, 0.4, 0.8, 0.8]
+    assert config.Config().difficulty(0.0, 0.8) == 0.8
+    with pytest.raises(ValueError, match=r"curriculum = 2\.0: expected a number in \[0, 1\]"):
+        config.Config(curriculum=2.0)
+
+
+@pytest.mark.parametrize("learner", ["lean", "SB3"])
+def test_a_curriculum_reaches_the_environment(learner, tmp_path, monkeypatch):
+    given = []
+    monkeypatch.setattr(
+        snake_env.SnakeVectorEnv, "set_difficulty", lambda env, difficulty, mask=None: given.append(difficulty)
+    )
+    settings = dataclasses.replace(config.load("smoke"), curriculum=0.5, total_steps=1024, env={"difficulty": 1.0})
+    train, model, suffix = (ppo.train, ppo.POLICY, ".pt") if learner == "lean" else (sb3.train, "model.zip", ".zip")
+    run = run_folder.RunFolder(tmp_path, model, suffix)
+    run.create(settings)
+    assert train(run, settings, False) == 0
+    assert given[0] == 0.0
+    assert given[-1] == 1.0
+    assert given == sorted(given)
 
 
 def test_advantages_are_discounted_sums_of_errors():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 from stable_baselines3.common.callbacks import BaseCallback
 from tqdm import tqdm
 
@@ -19,12 +21,20 @@ class Keeper(BaseCallback):
         self._folder = folder
         self._budget = budget
         self._stop = stop
+        self._config = config
         self._interval = config.checkpoint_seconds
         self._last_save = budget.seconds
         self._bar = tqdm(total=100.0, unit="%", disable=not bar, bar_format=BAR_FORMAT)
 
     def _on_training_start(self) -> None:
         self._curve = LearningCurve(self._budget, self.num_timesteps)
+
+    def _on_rollout_start(self) -> None:
+        """Sets the difficulty of the episodes that begin from now on."""
+        if self._config.curriculum:
+            layout = self.training_env.get_attr("layout", [0])[0]
+            hardest = float(json.loads(layout["config"])["difficulty"])
+            self.training_env.env_method("set_difficulty", self._config.difficulty(self._budget.used, hardest))
 
     def _on_step(self) -> bool:
         for done, info in zip(self.locals["dones"], self.locals["infos"], strict=True):

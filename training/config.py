@@ -74,6 +74,8 @@ class Config:
         total_steps: environment steps to take, summed over the robots.
         max_minutes: wall time of training after which it ends all the same; None: no limit.
         checkpoint_seconds: wall time between checkpoints.
+        curriculum: share of the budget over which the difficulty grows from zero to that of ``env``, in [0, 1];
+            zero: no curriculum.
         policy: networks.
         ppo: learner.
     """
@@ -88,6 +90,7 @@ class Config:
     total_steps: int = 10_000_000
     max_minutes: float | None = None
     checkpoint_seconds: float = 30.0
+    curriculum: float = 0.0
     policy: Policy = Policy()
     ppo: Ppo = Ppo()
 
@@ -96,7 +99,17 @@ class Config:
             _require(getattr(self, name) >= 1, name, getattr(self, name), "an integer >= 1")
         limit = self.max_minutes
         _require(limit is None or limit > 0.0, "max_minutes", limit, "a number > 0, or none")
+        _require(0.0 <= self.curriculum <= 1.0, "curriculum", self.curriculum, "a number in [0, 1]")
         _require(self.seed in seeds.TRAINING, "seed", self.seed, f"an integer in [0, {seeds.TRAINING.stop})")
+
+    def difficulty(self, used: float, hardest: float) -> float:
+        """Difficulty of the episodes that begin when the share ``used`` of the budget is used up.
+
+        Args:
+            used: in [0, 1].
+            hardest: the environment's difficulty.
+        """
+        return hardest * min(1.0, used / self.curriculum) if self.curriculum else hardest
 
     @classmethod
     def from_mapping(cls, values: dict[str, Any]) -> Config:

@@ -11,6 +11,7 @@ budget is steps alone repeats itself bit for bit; a budget of wall time ends whe
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from itertools import pairwise
 from pathlib import Path
@@ -127,21 +128,24 @@ class Rollout:
 class Collector:
     """Robots that act by the agent, start anew by themselves, and report their finished episodes."""
 
-    def __init__(self, config: Config, seed: int, curve: LearningCurve) -> None:
-        self._env: Any = gym.make_vec(
-            config.env_id,
-            num_envs=config.num_envs,
-            num_threads=config.num_threads,
-            autoreset_mode="SameStep",
-            **config.env,
-        )
-        layout = cast(Any, self._env.unwrapped).layout
+    def __init__(self, config: Config, seed: int, used: float, curve: LearningCurve) -> None:
+        options = {"num_threads": config.num_threads, "autoreset_mode": "SameStep", **config.env}
+        self._env = cast(Any, gym.make_vec(config.env_id, num_envs=config.num_envs, **options))
+        layout = self._env.layout
         self.observations = sum(block["size"] for block in layout["observation"])
         self.actions = len(layout["action"])
+        self._hardest = float(json.loads(layout["config"])["difficulty"])
         self.rollout = Rollout(config.ppo.n_steps, config.num_envs, self.observations, self.actions)
         self._curve = curve
         self._returns = np.zeros(config.num_envs)
+        self._config = config
+        self.advance(used)
         self.observation = torch.from_numpy(self._env.reset(seed=seed)[0])
+
+    def advance(self, used: float) -> None:
+        """Sets the difficulty of the episodes that begin from now on; ``used`` is the share of the budget used up."""
+        if self._config.curriculum:
+            self._env.set_difficulty(self._config.difficulty(used, self._hardest))
 
     @torch.no_grad()
     def collect(self, agent: Agent, noise: torch.Generator, gamma: float) -> Rollout:
@@ -221,14 +225,15 @@ class Learner:
         config: of the run.
         steps: environment steps taken before; a resumed run draws other fields and noise.
         curve: takes note of finished episodes.
+        used: share of the budget used up before.
     """
 
-    def __init__(self, config: Config, steps: int, curve: LearningCurve) -> None:
+    def __init__(self, config: Config, steps: int, curve: LearningCurve, used: float = 0.0) -> None:
         self.config, self.steps = config, steps
         torch.manual_seed(config.seed)
         self.noise = torch.Generator().manual_seed(config.seed + steps)
         self.rng = np.random.default_rng([config.seed, steps])
-        self.collector = Collector(config, seeds.training(config.seed, steps, config.num_envs), curve)
+        self.collector = Collector(config, seeds.training(config.seed, steps, config.num_envs), used, curve)
         policy = config.policy
         self.agent = Agent(self.collector.observations, self.collector.actions, policy.hidden, policy.log_std)
         self.optimiser = torch.optim.Adam(self.agent.parameters(), eps=1e-5, fused=True)
@@ -266,7 +271,7 @@ def train(folder: RunFolder, config: Config, show: bool = True) -> int:
     budget = Budget(config.total_steps, config.max_minutes, 0.0 if checkpoint is None else folder.seconds(checkpoint))
     budget.note(steps)
     curve = LearningCurve(budget, steps)
-    learner = Learner(config, steps, curve)
+    learner = Learner(config, steps, curve, budget.used)
     if checkpoint is not None:
         learner.restore(checkpoint)
     with StopRequest() as stop:
@@ -292,6 +297,7 @@ def work(
         row = curve.row(learner.steps)
         folder.append_curve(row)
         learner.learn(budget.used)
+        learner.collector.advance(budget.used)
         if budget.seconds - saved >= learner.config.checkpoint_seconds:
             folder.save_checkpoint(learner.save, learner.steps, budget.seconds)
             saved = budget.seconds
