@@ -27,7 +27,10 @@ from training.config import Config
 from training.policies import Model, Network, Policy
 from training.run_folder import RunFolder, versions, write_json
 
-LEARNERS = {"SB3": (sb3.train, "model.zip", ".zip", Model), "lean": (ppo.train, ppo.POLICY, ".pt", Network)}
+LEARNERS: dict[str, tuple[Any, str, str, Any]] = {
+    "SB3": (sb3.train, "model.zip", ".zip", Model),
+    "lean": (ppo.train, ppo.POLICY, ".pt", Network),
+}
 
 FIELDS = 100
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from collections.abc import Callable, Mapping
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, cast
@@ -125,10 +126,21 @@ class Rollout:
         return torch.from_numpy(advantage).flatten(), torch.from_numpy(advantage + value).flatten()
 
 
-class Collector:
-    """Robots that act by the agent, start anew by themselves, and report their finished episodes."""
+Note = Callable[[float, Mapping[str, Any]], None]
+"""Takes note of a finished episode: the sum of its rewards, the signals of its last step."""
 
-    def __init__(self, config: Config, seed: int, used: float, curve: LearningCurve) -> None:
+
+class Collector:
+    """Robots that act by the agent, start anew by themselves, and report their finished episodes.
+
+    Args:
+        config: of the run.
+        seed: of the first robot's fields; the others take the seeds after it.
+        used: share of the training budget used up before.
+        note: is told of finished episodes.
+    """
+
+    def __init__(self, config: Config, seed: int, used: float, note: Note) -> None:
         options = {"num_threads": config.num_threads, "autoreset_mode": "SameStep", **config.env}
         self._env = cast(Any, gym.make_vec(config.env_id, num_envs=config.num_envs, **options))
         layout = self._env.layout
@@ -136,7 +148,7 @@ class Collector:
         self.actions = len(layout["action"])
         self._hardest = float(json.loads(layout["config"])["difficulty"])
         self.rollout = Rollout(config.ppo.n_steps, config.num_envs, self.observations, self.actions)
-        self._curve = curve
+        self._note = note
         self._returns = np.zeros(config.num_envs)
         self._config = config
         self.advance(used)
@@ -148,8 +160,8 @@ class Collector:
             self._env.set_difficulty(self._config.difficulty(used, self._hardest))
 
     @torch.no_grad()
-    def collect(self, agent: Agent, noise: torch.Generator, gamma: float) -> Rollout:
-        """Fills the rollout with fresh steps."""
+    def collect(self, agent: Agent, noise: torch.Generator, gamma: float) -> tuple[Rollout, Tensor]:
+        """Fills the rollout with fresh steps; also returns the value of what comes after them (n,)."""
         rollout = self.rollout
         for t in range(len(rollout.reward)):
             rollout.observation[t] = self.observation
@@ -165,11 +177,11 @@ class Collector:
                     rollout.reward[t, cut] += gamma * agent.value(last).numpy()
             self.observation = torch.from_numpy(observation)
         rollout.value[:] = agent.value(rollout.observation)
-        return rollout
+        return rollout, agent.value(self.observation)
 
     def _note_ends(self, infos: dict[str, Any]) -> None:
         for i in np.flatnonzero(infos["_final_obs"]):
-            self._curve.note(self._returns[i], {name: infos["final_info"][name][i] for name in SIGNALS})
+            self._note(self._returns[i], {name: infos["final_info"][name][i] for name in SIGNALS})
             self._returns[i] = 0.0
 
     def close(self) -> None:
@@ -218,39 +230,45 @@ def kl(change: Tensor) -> float:
         return float((change.exp() - 1.0 - change).mean())
 
 
+MakeCollector = Callable[[Config, int, float, Note], Any]
+"""Makes a :class:`Collector`, or what stands for one on other machines."""
+
+
 class Learner:
     """An agent in training: networks, optimiser and the noise that explores.
 
     Args:
         config: of the run.
         steps: environment steps taken before; a resumed run draws other fields and noise.
-        curve: takes note of finished episodes.
+        note: is told of finished episodes.
         used: share of the budget used up before.
+        make: makes the collector.
     """
 
-    def __init__(self, config: Config, steps: int, curve: LearningCurve, used: float = 0.0) -> None:
+    def __init__(
+        self, config: Config, steps: int, note: Note, used: float = 0.0, make: MakeCollector = Collector
+    ) -> None:
         self.config, self.steps = config, steps
         torch.manual_seed(config.seed)
         self.noise = torch.Generator().manual_seed(config.seed + steps)
         self.rng = np.random.default_rng([config.seed, steps])
-        self.collector = Collector(config, seeds.training(config.seed, steps, config.num_envs), used, curve)
+        self.collector = make(config, seeds.training(config.seed, steps, config.num_envs), used, note)
         policy = config.policy
         self.agent = Agent(self.collector.observations, self.collector.actions, policy.hidden, policy.log_std)
         self.optimiser = torch.optim.Adam(self.agent.parameters(), eps=1e-5, fused=True)
 
     def collect(self) -> None:
         """Takes ``n_steps`` of each robot."""
-        rollout = self.collector.collect(self.agent, self.noise, self.config.ppo.gamma)
-        self.steps += rollout.reward.size
+        self._rollout, self._last_value = self.collector.collect(self.agent, self.noise, self.config.ppo.gamma)
+        self.steps += self._rollout.reward.size
 
     def learn(self, used: float) -> None:
         """Learns from what was collected; ``used`` is the share of the budget that is used up."""
         ppo = self.config.ppo
         for group in self.optimiser.param_groups:
             group["lr"] = ppo.learning_rate * (1.0 - (1.0 - ppo.final_learning_rate) * used)
-        with torch.no_grad():
-            last_value = self.agent.value(self.collector.observation)
-        update(self.agent, self.optimiser, self.collector.rollout, last_value, ppo, self.rng)
+        update(self.agent, self.optimiser, self._rollout, self._last_value, ppo, self.rng)
+        self.collector.advance(used)
 
     def save(self, path: Path) -> None:
         """Writes a checkpoint."""
@@ -263,7 +281,7 @@ class Learner:
         self.optimiser.load_state_dict(content["optimiser"])
 
 
-def train(folder: RunFolder, config: Config, show: bool = True) -> int:
+def train(folder: RunFolder, config: Config, show: bool = True, make: MakeCollector = Collector) -> int:
     """Trains from the folder's latest checkpoint, or from the start; 130 when it was stopped."""
     torch.set_num_threads(config.torch_threads)
     checkpoint = folder.latest()
@@ -271,7 +289,7 @@ def train(folder: RunFolder, config: Config, show: bool = True) -> int:
     budget = Budget(config.total_steps, config.max_minutes, 0.0 if checkpoint is None else folder.seconds(checkpoint))
     budget.note(steps)
     curve = LearningCurve(budget, steps)
-    learner = Learner(config, steps, curve, budget.used)
+    learner = Learner(config, steps, curve.note, budget.used, make)
     if checkpoint is not None:
         learner.restore(checkpoint)
     with StopRequest() as stop:
@@ -297,7 +315,6 @@ def work(
         row = curve.row(learner.steps)
         folder.append_curve(row)
         learner.learn(budget.used)
-        learner.collector.advance(budget.used)
         if budget.seconds - saved >= learner.config.checkpoint_seconds:
             folder.save_checkpoint(learner.save, learner.steps, budget.seconds)
             saved = budget.seconds
