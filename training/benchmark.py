@@ -5,10 +5,10 @@
     python -m training.benchmark --policy mine=runs/field/policy.safetensors --tasks field-hard
 
 Tasks are those of ``training/configs/tasks.json``; policies, scripted and trained, those of
-``training/configs/benchmark.json`` and of ``--policy``. Episode k of every policy is on field k. Writes
-``benchmark.json``, ``benchmark.md`` and pictures; the same command gives the same files, bit for bit. Each cell of the
-table is kept under ``cells/`` and is not played again as long as task, policy and simulator are the same: after Ctrl-C
-the same command goes on.
+``training/configs/benchmark.json`` and of ``--policy``; scripted controllers play where they have been tuned. Episode k
+of every policy is on field k. Writes ``benchmark.json``, ``benchmark.md`` and pictures; the same command gives the same
+files, bit for bit. Each cell of the table is kept under ``cells/`` and is not played again as long as task, policy and
+simulator are the same: after Ctrl-C the same command goes on.
 """
 
 from __future__ import annotations
@@ -55,10 +55,14 @@ def named_path(text: str) -> tuple[str, Path]:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Runs the command; 130 when it was stopped."""
+    """Runs the command; 130 when it was stopped, 2 when a task or policy does not exist."""
     args = parser().parse_args(arguments)
-    chosen = tasks.chosen(args.tasks)
-    entries = benchmark_cells.entries(args.config, args.policies, args.policy)
+    try:
+        chosen = tasks.chosen(args.tasks)
+        entries = benchmark_cells.entries(args.config, args.policies, args.policy)
+    except ValueError as error:
+        print(error, file=sys.stderr)
+        return 2
     bench = Benchmark(args.out, seeds.held_out(args.episodes), args.num_threads)
     try:
         bench.play(chosen, entries)

@@ -35,18 +35,14 @@ class Entry:
     Args:
         name: in tables.
         make: the policy for a task.
-        tasks: names of the tasks it plays; None: all.
+        plays: whether it has a cell in a task's table.
         source: what it is made from: its bytes tell one policy from another.
     """
 
     name: str
     make: Callable[[BenchmarkTask], Policy]
-    tasks: tuple[str, ...] | None
+    plays: Callable[[BenchmarkTask], bool]
     source: Callable[[BenchmarkTask], bytes]
-
-    def plays(self, task: BenchmarkTask) -> bool:
-        """It has a cell in the task's table."""
-        return self.tasks is None or task.name in self.tasks
 
 
 def entries(config: Path, chosen: list[str] | None, more: list[tuple[str, Path]]) -> list[Entry]:
@@ -69,18 +65,23 @@ def entries(config: Path, chosen: list[str] | None, more: list[tuple[str, Path]]
 def scripted(name: str) -> Entry:
     """The thesis's gait, or a controller as tuned for the task."""
     if name == "thesis gait":
-        return Entry(name, lambda task: gait_policy(GaitParameters(), task.env_id), None, lambda task: b"")
+        return Entry(name, lambda task: gait_policy(GaitParameters(), task.env_id), lambda task: True, lambda task: b"")
     return Entry(
         name,
         lambda task: catalogue.tuned(name, task.name),
-        None,
+        lambda task: name in catalogue.read().get(task.name, {}),
         lambda task: json.dumps(catalogue.read().get(task.name, {}).get(name)).encode(),
     )
 
 
 def trained(name: str, path: Path, of_tasks: tuple[str, ...] | None) -> Entry:
     """A policy from a file, with the interface it was trained with and the task's difficulty."""
-    return Entry(name, lambda task: load_model(path, name), of_tasks, lambda task: path.read_bytes())
+    return Entry(
+        name,
+        lambda task: load_model(path, name),
+        lambda task: of_tasks is None or task.name in of_tasks,
+        lambda task: path.read_bytes(),
+    )
 
 
 def play(task: BenchmarkTask, entry: Entry, fields: list[int], num_threads: int | None) -> Episodes:

@@ -73,7 +73,8 @@ def search(env_id: str, options: dict[str, Any], seed: int, rounds: int, hold: f
         scripts = np.clip(np.concatenate([elite, drawn]), -1.0, 1.0)
         trial = play(env, scripts, seed, hold)
         order = np.argsort(-trial.score())
-        best = Trial(*(values[order[:1]] for values in trial))
+        first = order[:1]
+        best = Trial(trial.covered[first], trial.success[first], trial.time[first])
         if best.success[0]:
             break
         elite = scripts[order[:ELITE]]
