@@ -210,7 +210,7 @@ fn motion_does_not_depend_on_place_heading_or_side() {
             yaw: Gait::Wave(Wave { amplitude: 0.5 * sign, ..Wave::default() }),
             pitch: Gait::Wave(Wave { amplitude: 0.1 * sign, phase: 0.5 * PI, ..Wave::default() }),
         };
-        let mut simulation = robot(&ground([0.2, 0.2]), &ControllerConfig::default(), 0.01, 2);
+        let mut simulation = robot(&ground([0.2, 0.2]), &ControllerConfig::default(), 0.005, 1);
         let head = Pose { position: place, orientation: orientation_of(yaw, 0.0, roll) };
         simulation.place_chain(head, &[Vector2::zeros(); 10]);
         simulation.rest_on_ground();

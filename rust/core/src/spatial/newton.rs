@@ -1,12 +1,17 @@
 //! Solver of a stage: semismooth Newton on a convex problem whose friction radii follow the normal impulses.
 //!
-//! Every set-valued law is replaced by its [proximal form](super::proximal) with a compliance 1/r that is negligible
-//! beside every other figure. For given friction radii the velocities then minimise a strongly convex, piecewise smooth
-//! function: Newton's method on it, one O(n) [`sweep`](super::sweep) a step and a [search along the ray](super::ray)
-//! that brackets the zero of the slope, converges from anywhere. Coulomb's law asks for radii mu P_N of the normal
-//! impulses found: each assembly takes them from the normal impulses at hand, so that forces are those of the coupled
-//! problem, and only the tangent neglects that the radii vary. A step that overshoots is searched with the radii it began
-//! with. Where that does not converge, radii are held until the convex problem is solved, and move half way then.
+//! Every set-valued law is replaced by its [proximal form](super::proximal) around the multiplier zero, P = prox_C(-r gamma):
+//! contacts with a vanishing compliance 1/r, the same for all of them, which selects the shortest of all impulses that move
+//! the robot alike. For given friction radii the velocities then minimise a strongly convex, piecewise smooth function:
+//! Newton's method on it, one O(n) [`sweep`](super::sweep) a step and a [search along the ray](super::ray) that brackets the
+//! zero of the slope, converges from anywhere. At the end the multipliers move to the impulses, once, which undoes the
+//! compliance to round-off where it would show.
+//!
+//! Coulomb's law asks for radii mu P_N of the normal impulses found. Each assembly takes them from the normal impulses at
+//! hand, so that forces are those of the coupled problem, and only the tangent neglects that the radii vary: errors shrink
+//! some twentyfold a step. Normal impulses in the middle of a search may be absurd, as penalties make them; then the radii
+//! of before are kept until the convex problem is all but solved. Where all this does not converge in `PATIENCE` steps,
+//! radii are held until it is solved entirely, and move then, half way if that gains little.
 //!
 //! Several robots are solved side by side: a lane that has converged keeps its velocities and impulses
 //! while the others go on, so that each takes exactly the steps it would take alone.
@@ -53,6 +58,8 @@ struct Assembly<T> {
     radius_error: T,
     /// The largest friction radius, over the mass \[m/s\].
     largest_radius: T,
+    /// Speed of the fastest link's CG \[m/s\].
+    fastest: T,
     /// How far the velocities are from obeying the laws because the centres are not yet the impulses \[m/s\].
     multiplier_error: T,
 }
@@ -112,26 +119,35 @@ impl<T: Real> Newton<T> {
         let none = T::Mask::of(|_| false);
         let mut outcome = Outcome { iterations: T::zero(), converged: none };
         let mut active = lanes;
+        let mut last_error = T::splat(f64::INFINITY);
         let mut here = self.assemble(none);
         self.release();
         let mut coupled = if patience > 0.0 { lanes } else { none };
         for _ in 0..max_iterations {
             outcome.iterations += T::select(active, T::splat(1.0), T::zero());
             let stubborn = T::splat(patience).lt(outcome.iterations);
-            here = self.descend(&here, tolerance, active, coupled & active);
+            let kept;
+            (here, kept) = self.descend(&here, tolerance, active, coupled & active);
             // The length of the next step as a velocity; `max` would swallow NaN.
             let mut next = (here.descent.abs() / self.lightest).sqrt();
             // A step this short leaves the normal impulses within a fraction of their error.
-            let trusted = next.le(T::splat(TRUST) * here.radius_error);
-            coupled = !stubborn & (trusted | here.radius_error.le(T::splat(PLAUSIBLE) * here.largest_radius));
+            let trusted = active & !stubborn & !kept & next.le(T::splat(TRUST) * here.radius_error);
+            let trusted = trusted & tolerance.lt(here.radius_error);
+            if trusted.any() {
+                here = self.assemble(trusted);
+                next = (here.descent.abs() / self.lightest).sqrt();
+            }
+            coupled = !stubborn & here.radius_error.le(T::splat(PLAUSIBLE) * here.largest_radius);
             let settled = active & stubborn & next.le(tolerance) & tolerance.lt(here.radius_error);
             if settled.any() {
-                self.move_radii(settled);
+                let slow = (T::splat(SLOW_GAIN) * last_error).lt(here.radius_error);
+                last_error = T::select(settled, here.radius_error, last_error);
+                self.move_radii(settled, slow);
                 here = self.assemble(none);
                 next = (here.descent.abs() / self.lightest).sqrt();
             }
             let solved = active & next.le(T::splat(ACCURACY) * tolerance) & here.radius_error.le(tolerance);
-            let exact = here.multiplier_error.le(T::splat(EXACT) * tolerance);
+            let exact = here.multiplier_error.le(T::splat(EXACT) * (T::splat(1e3) * tolerance + here.fastest));
             outcome.converged = outcome.converged | (solved & exact);
             let recentred = solved & !exact;
             if recentred.any() {
@@ -220,17 +236,22 @@ impl<T: Real> Newton<T> {
     /// impulses, unless the step overshoots or the impulses are beyond belief: those of contacts that close during
     /// the step are as large as their penalties make them.
     #[inline(always)]
-    fn descend(&mut self, here: &Assembly<T>, tolerance: T, active: T::Mask, coupled: T::Mask) -> Assembly<T> {
+    fn descend(
+        &mut self,
+        here: &Assembly<T>,
+        tolerance: T,
+        active: T::Mask,
+        coupled: T::Mask,
+    ) -> (Assembly<T>, T::Mask) {
         self.substitute(active);
         self.remember_radii();
         let full = self.assemble(coupled);
         let negligible = T::splat(NEGLIGIBLE) * self.lightest * tolerance * tolerance;
         let accuracy = (T::splat(OVERSHOOT) * here.descent).max(negligible);
         let overshoots = active & accuracy.lt(full.slope);
-        let trusted = (here.descent / self.lightest).sqrt().le(T::splat(TRUST) * full.radius_error);
-        let absurd = coupled & !trusted & (T::splat(PLAUSIBLE) * here.largest_radius + tolerance).lt(full.radius_error);
+        let absurd = coupled & (T::splat(PLAUSIBLE) * here.largest_radius + tolerance).lt(full.radius_error);
         if !(overshoots | absurd).any() {
-            return full;
+            return (full, coupled);
         }
         self.restore_radii(overshoots | absurd);
         if overshoots.any() {
@@ -239,7 +260,8 @@ impl<T: Real> Newton<T> {
                 link.shorten(fraction, overshoots);
             }
         }
-        self.assemble(coupled & !(overshoots | absurd))
+        let kept = coupled & !(overshoots | absurd);
+        (self.assemble(kept), kept)
     }
 
     /// From tail to head: forces and stiffnesses of all laws at the present twists, and the elimination
@@ -248,7 +270,7 @@ impl<T: Real> Newton<T> {
     fn assemble(&mut self, coupled: T::Mask) -> Assembly<T> {
         let zero = T::zero();
         let (mut slope, mut descent, mut radius_error, mut multiplier_error) = (zero, zero, zero, zero);
-        let mut largest_radius = zero;
+        let (mut largest_radius, mut squared_speed) = (zero, zero);
         let mut pegs = self.pegs.iter_mut().rev().peekable();
         let mut behind = Quadratic::zero();
         for (i, link) in self.links.iter_mut().enumerate().rev() {
@@ -256,6 +278,7 @@ impl<T: Real> Newton<T> {
             radius_error = radius_error.max(link.respond_to_ground(&mut own, &self.friction, coupled));
             multiplier_error = multiplier_error.max(link.multiplier_error());
             largest_radius = largest_radius.max(link.largest_radius());
+            squared_speed = squared_speed.max(inner(&link.twist.linear, &link.twist.linear));
             while let Some(peg) = pegs.next_if(|peg| peg.link == i) {
                 let penalty = peg.contact.respond(peg.direction.dot(&link.twist));
                 own.add_rank_one(&peg.direction, penalty, -peg.contact.value);
@@ -275,7 +298,14 @@ impl<T: Real> Newton<T> {
         }
         let (head, decrease) = behind.minimiser();
         self.head = head;
-        Assembly { slope, descent: descent + decrease, radius_error, largest_radius, multiplier_error }
+        Assembly {
+            slope,
+            descent: descent + decrease,
+            radius_error,
+            largest_radius,
+            fastest: squared_speed.sqrt(),
+            multiplier_error,
+        }
     }
 
     /// From head to tail: the Newton step, taken in full in the given lanes.
@@ -303,15 +333,16 @@ impl<T: Real> Newton<T> {
         self.for_each_friction(|friction| friction.restore(lanes));
     }
 
-    /// Radii half way to those of the normal impulses at hand, in the given lanes.
+    /// Takes the radii of the normal impulses at hand in the given lanes, half way where that gains little.
     #[inline(always)]
-    fn move_radii(&mut self, lanes: T::Mask) {
+    fn move_radii(&mut self, lanes: T::Mask, slow: T::Mask) {
         self.remember_radii();
         let friction = self.friction;
         for link in &mut self.links {
             link.take_radii(&friction);
         }
-        self.for_each_friction(|friction| friction.settle_half_way(lanes));
+        let fraction = T::select(slow, T::splat(0.5), T::splat(1.0));
+        self.for_each_friction(|friction| friction.move_part_way(fraction, lanes));
     }
 
     #[inline(always)]
@@ -356,11 +387,15 @@ impl<T: Real> Newton<T> {
 /// way by g c / r, some 1e-10 m/s: far below every tolerance, and far above what round-off does to the sum of impulses.
 const PENALTY: f64 = 1e6;
 
-/// Violation of the laws that is left to the compliance, in tolerances.
-const EXACT: f64 = 1e-3;
+/// Violation of the laws that is left to the compliance, over the speed of the robot: what creeps is slower than what moves by
+/// so much, and at rest it is slower than a thousandth of the tolerance.
+const EXACT: f64 = 1e-6;
 
 /// Linear solves after which a stage counts as hard: from there on convex problems are solved before radii move.
-const PATIENCE: f64 = 30.0;
+const PATIENCE: f64 = 20.0;
+
+/// Gain of an outer step below which the next one goes half way.
+const SLOW_GAIN: f64 = 0.5;
 
 /// Length of the next step over the tolerance below which none is needed. Imbalances of closed contacts are longer than
 /// it by the square root of the penalty.

@@ -1,7 +1,8 @@
 //! The set-valued laws of a stage in proximal form, around given multipliers.
 //!
 //! P = prox_C(P_centre - r gamma) is the gradient of a smooth convex function of the velocity gamma; its
-//! derivative is a generalised Hessian of rank one or two.
+//! derivative is a generalised Hessian of rank one or two. Around the multiplier zero it is the law with a compliance 1/r; the
+//! same r for all contacts selects (T 4.78 != D43) the shortest of all impulses that move the robot alike.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -132,13 +133,13 @@ impl<T: Real> FrictionTerm<T> {
         self.resize(select(lanes, &self.remembered, &self.axes));
     }
 
-    /// Half way from the remembered semi-axes to the present ones in the given lanes, in others the remembered ones.
+    /// A fraction of the way from the remembered semi-axes to the present ones in the given lanes, in others the
+    /// remembered ones.
     #[inline(always)]
-    pub fn settle_half_way(&mut self, lanes: T::Mask) {
-        let half = T::splat(0.5);
+    pub fn move_part_way(&mut self, fraction: T, lanes: T::Mask) {
         let (old, new) = (self.remembered, self.axes);
-        let middle = Vector2::new(half * (old.x + new.x), half * (old.y + new.y));
-        self.resize(select(lanes, &middle, &old));
+        let there = Vector2::new(old.x + fraction * (new.x - old.x), old.y + fraction * (new.y - old.y));
+        self.resize(select(lanes, &there, &old));
     }
 
     /// Moves to the slip velocity gamma; returns the stiffness r A D A with D = I when sticking,

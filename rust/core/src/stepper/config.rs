@@ -103,7 +103,7 @@ impl IntegratorConfig {
     }
 
     /// By default what a change of acceleration by [`JUMP`] does within a full step of length `h`.
-    pub(crate) fn event_tolerance(&self, h: f64) -> f64 {
+    pub(super) fn event_tolerance(&self, h: f64) -> f64 {
         self.event_tolerance.unwrap_or(JUMP * h * h)
     }
 

@@ -217,7 +217,8 @@ fn tangent<T: Real>(frame: &Frame<T>) -> Vector2<T> {
     Vector2::new(shadow.x * inverse, shadow.y * inverse)
 }
 
-/// Offset of a ground contact: the gap at the end of the stage, over c, if the sphere did not move vertically.
+/// Offset of a ground contact (T 4.106 != D42): the gap at the end of the stage, over c, if the sphere did not move
+/// vertically.
 ///
 /// `still` is that gap, linearised at the predicted end. A contact that neither gapes nor penetrates counts as
 /// touching exactly: gaps of round-off would otherwise decide which of many contacts bears a load. A penetration from

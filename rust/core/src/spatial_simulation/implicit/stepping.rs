@@ -60,7 +60,7 @@ impl Stepping {
             first_works: Works::default(),
             targets: vec![CardanTarget::default(); links - 1],
             deviation: 0.0,
-            event_tolerance: config.event_tolerance(config.step()),
+            event_tolerance: f64::INFINITY,
         }
     }
 

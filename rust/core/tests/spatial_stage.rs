@@ -1,0 +1,351 @@
+//! Stages of the spatial model: the solver against a slow one on matrices, the choice among indeterminate impulses, and the
+//! judge against both.
+
+mod common;
+
+use common::Random;
+use nalgebra::{DMatrix, DVector, Vector2, Vector3};
+use snake_core::robot::Robot;
+use snake_core::spatial::{
+    Fallback, Frame, Newton, Posture, Screw, Speed, Stage, StageDrive, StageFriction, StageLink, StagePeg,
+    StageSolution, certify,
+};
+
+const C: f64 = 3e-3;
+const GRAVITY: f64 = 9.81;
+
+/// A chain in a random posture near the ground, without momentum, pegs or drives.
+fn chain(random: &mut Random, links: usize, bend: f64, tilt: f64) -> Stage {
+    let robot = Robot::new(&common::links(links)).expect("admissible");
+    let mut posture = Posture::straight(links);
+    let q = nalgebra::UnitQuaternion::from_scaled_axis(Vector3::from_fn(|_, _| random.between(-tilt, tilt)));
+    let flat = snake_core::spatial::orientation_of(random.between(-3.0, 3.0), 0.0, 0.0);
+    let q = (q * flat).into_inner();
+    posture.orientation = [q.w, q.i, q.j, q.k];
+    for angle in &mut posture.angle {
+        *angle = [random.between(-bend, bend), random.between(-tilt, tilt)];
+    }
+    let half_length: Vec<f64> = robot.links.iter().map(|link| 0.5 * link.length).collect();
+    let mut frames = vec![Frame::origin(); links];
+    posture.place_links(&half_length, &mut frames);
+    let mut stage = Stage::with_capacity(links);
+    stage.coefficient = C;
+    stage.friction = StageFriction { sliding: Vector2::new(0.2, 0.3), rolling: 0.02 };
+    stage.links.extend(robot.links.iter().zip(&frames).map(|(link, frame)| {
+        let shadow = frame.axes[2].xy().normalize();
+        StageLink {
+            axes: frame.axes,
+            momentum: Screw { linear: Vector3::z() * (-link.mass * GRAVITY * C), angular: Vector3::zeros() },
+            mass: link.mass,
+            inertia: link.inertia,
+            roll_inertia: link.roll_inertia,
+            half_length: 0.5 * link.length,
+            sphere: link.contact_half_length,
+            radius: link.radius,
+            tangent: shadow,
+            ground: [0.0; 2],
+        }
+    }));
+    stage.joints = vec![[StageDrive { drive: 0.0, stiffness: C * 2.0, limit: f64::INFINITY }; 2]; links - 1];
+    stage
+}
+
+/// The same in motion, with gaps, pegs and drives.
+fn moving(random: &mut Random, links: usize) -> Stage {
+    let mut stage = chain(random, links, 0.5, 0.1);
+    for link in &mut stage.links {
+        link.momentum.linear += Vector3::from_fn(|_, _| random.between(-0.1, 0.1)) * link.mass;
+        link.momentum.angular += Vector3::from_fn(|_, _| random.between(-1e-3, 1e-3));
+        link.ground = [random.between(-0.02, 0.05), random.between(-0.02, 0.05)];
+    }
+    for drive in stage.joints.iter_mut().flatten() {
+        *drive = StageDrive { drive: random.between(-3e-3, 3e-3), stiffness: C * (C * 800.0 + 2.0), ..*drive };
+    }
+    for link in 0..links {
+        if random.between(0.0, 1.0) < 0.3 {
+            let angle = random.between(-3.0, 3.0_f64);
+            let normal = Vector3::new(angle.cos(), angle.sin(), 0.0);
+            let arm = stage.links[link].axes[2] * random.between(-0.04, 0.04);
+            let direction = Screw { linear: normal, angular: arm.cross(&normal) };
+            stage.pegs.push(StagePeg { link, direction, offset: random.between(-0.02, 0.05) });
+        }
+    }
+    stage
+}
+
+fn blank(stage: &Stage) -> StageSolution {
+    let mut solution = StageSolution::new(stage.links.len());
+    solution.peg.resize(stage.pegs.len(), 0.0);
+    solution
+}
+
+fn solve(stage: &Stage, start: &StageSolution, tolerance: f64) -> StageSolution {
+    let mut solution = start.clone();
+    let outcome = Newton::new(stage.links.len()).solve(stage, &mut solution, tolerance, 300, true);
+    assert!(outcome.converged, "{:?}", certify(stage, &solution));
+    solution
+}
+
+/// The stage on matrices: unknowns are the twist of link 1 and the joint rates.
+struct Dense {
+    /// Twists of all links per unknown.
+    jacobian: DMatrix<f64>,
+    /// Velocity without contacts.
+    free: DVector<f64>,
+    /// Inverse of the inertia with the drives' stiffness.
+    inverse: DMatrix<f64>,
+    /// Rows of all contact velocities: per link two times (normal, along, across), then rolling x and y; then pegs.
+    contact: DMatrix<f64>,
+}
+
+impl Dense {
+    fn new(stage: &Stage) -> Self {
+        let n = stage.links.len();
+        let size = 6 + 2 * (n - 1);
+        let half_length: Vec<f64> = stage.links.iter().map(|link| link.half_length).collect();
+        let frames = frames_of(stage);
+        let mut jacobian = DMatrix::zeros(6 * n, size);
+        for k in 0..size {
+            let mut speed = Speed::rest(n);
+            match k {
+                0..3 => speed.head.linear[k] = 1.0,
+                3..6 => speed.head.angular[k - 3] = 1.0,
+                _ => speed.rate[(k - 6) / 2][k % 2] = 1.0,
+            }
+            let mut twist = vec![Screw::zero(); n];
+            speed.twists(&frames, &half_length, &mut twist);
+            for (i, x) in twist.iter().enumerate() {
+                jacobian.view_mut((6 * i, k), (3, 1)).copy_from(&x.linear);
+                jacobian.view_mut((6 * i + 3, k), (3, 1)).copy_from(&x.angular);
+            }
+        }
+        let mut mass = DMatrix::zeros(6 * n, 6 * n);
+        let mut momentum = DVector::zeros(6 * n);
+        for (i, link) in stage.links.iter().enumerate() {
+            for k in 0..6 {
+                let mut unit = Screw::zero();
+                if k < 3 {
+                    unit.linear[k] = 1.0
+                } else {
+                    unit.angular[k - 3] = 1.0
+                }
+                let p = link.momentum_of(&unit);
+                mass.view_mut((6 * i, 6 * i + k), (3, 1)).copy_from(&p.linear);
+                mass.view_mut((6 * i + 3, 6 * i + k), (3, 1)).copy_from(&p.angular);
+            }
+            momentum.rows_mut(6 * i, 3).copy_from(&link.momentum.linear);
+            momentum.rows_mut(6 * i + 3, 3).copy_from(&link.momentum.angular);
+        }
+        let mut inertia = jacobian.transpose() * mass * &jacobian;
+        let mut load = jacobian.transpose() * momentum;
+        for (k, drive) in stage.joints.iter().flatten().enumerate() {
+            inertia[(6 + k, 6 + k)] += drive.stiffness;
+            load[6 + k] += drive.drive;
+        }
+        let inverse = inertia.try_inverse().expect("regular");
+        let contact = contact_rows(stage) * &jacobian;
+        Self { free: &inverse * load, jacobian, inverse, contact }
+    }
+}
+
+fn frames_of(stage: &Stage) -> Vec<Frame> {
+    let mut frames: Vec<Frame> = Vec::new();
+    for link in &stage.links {
+        let rear = frames.last().map_or(Vector3::zeros(), |before| {
+            before.position + before.axes[2] * stage.links[frames.len() - 1].half_length
+        });
+        frames.push(Frame { position: rear + link.axes[2] * link.half_length, axes: link.axes });
+    }
+    frames
+}
+
+fn contact_rows(stage: &Stage) -> DMatrix<f64> {
+    let n = stage.links.len();
+    let mut rows = DMatrix::zeros(8 * n + stage.pegs.len(), 6 * n);
+    let mut set = |row: usize, link: usize, force: Vector3<f64>, moment: Vector3<f64>| {
+        rows.view_mut((row, 6 * link), (1, 3)).copy_from(&force.transpose());
+        rows.view_mut((row, 6 * link + 3), (1, 3)).copy_from(&moment.transpose());
+    };
+    for (i, link) in stage.links.iter().enumerate() {
+        let along = link.tangent.push(0.0);
+        for end in 0..2 {
+            let arm = link.ground_arm(end);
+            for (k, axis) in [Vector3::z(), along, Vector3::z().cross(&along)].iter().enumerate() {
+                set(8 * i + 3 * end + k, i, *axis, arm.cross(axis));
+            }
+        }
+        set(8 * i + 6, i, Vector3::zeros(), Vector3::new(0.0, -link.radius, 0.0));
+        set(8 * i + 7, i, Vector3::zeros(), Vector3::new(link.radius, 0.0, 0.0));
+    }
+    for (k, peg) in stage.pegs.iter().enumerate() {
+        set(8 * n + k, peg.link, peg.direction.linear, peg.direction.angular);
+    }
+    rows
+}
+
+/// Projection onto the ellipse with semi-axes `a`, in the metric of the scaled step: enough for a fixed point.
+fn into_ellipse(p: Vector2<f64>, a: Vector2<f64>) -> Vector2<f64> {
+    if a.min() <= 0.0 {
+        return Vector2::zeros();
+    }
+    let scaled = p.component_div(&a);
+    scaled.component_mul(&a) / scaled.norm().max(1.0)
+}
+
+/// Projected Gauss-Seidel on the contacts, sweep after sweep, until velocities stand still.
+fn slow_solution(stage: &Stage, dense: &Dense) -> DVector<f64> {
+    let n = stage.links.len();
+    let columns = &dense.inverse * dense.contact.transpose();
+    let delassus = &dense.contact * &columns;
+    let mut velocity = dense.free.clone();
+    let mut impulse: DVector<f64> = DVector::zeros(dense.contact.nrows());
+    for _ in 0..200_000 {
+        let before = velocity.clone();
+        let change = |row: usize, to: f64, impulse: &mut DVector<f64>, velocity: &mut DVector<f64>| {
+            *velocity += columns.column(row) * (to - impulse[row]);
+            impulse[row] = to;
+        };
+        let at = |row: usize, velocity: &DVector<f64>| dense.contact.row(row).transpose().dot(velocity);
+        let openings = (0..2 * n).map(|k| (8 * (k / 2) + 3 * (k % 2), stage.links[k / 2].ground[k % 2]));
+        let pegs = stage.pegs.iter().enumerate().map(|(k, peg)| (8 * n + k, peg.offset));
+        for (row, offset) in openings.chain(pegs) {
+            let wanted = impulse[row] - (at(row, &velocity) + offset) / delassus[(row, row)];
+            change(row, wanted.max(0.0), &mut impulse, &mut velocity);
+        }
+        for k in 0..3 * n {
+            let (link, part) = (k / 3, k % 3);
+            let row = if part < 2 { 8 * link + 3 * part + 1 } else { 8 * link + 6 };
+            let normal = |end: usize| impulse[8 * link + 3 * end];
+            let radius = if part < 2 {
+                stage.friction.sliding * normal(part)
+            } else {
+                Vector2::repeat(stage.friction.rolling * (normal(0) + normal(1)))
+            };
+            let rate = 0.9 / (delassus[(row, row)] + delassus[(row + 1, row + 1)]);
+            let slip = Vector2::new(at(row, &velocity), at(row + 1, &velocity));
+            // In the coordinates in which the ellipse is a disc.
+            let metric = radius.component_mul(&radius) / radius.max().powi(2).max(1e-300);
+            let wanted = Vector2::new(impulse[row], impulse[row + 1]) - slip.component_mul(&metric) * rate;
+            let to = into_ellipse(wanted, radius);
+            change(row, to.x, &mut impulse, &mut velocity);
+            change(row + 1, to.y, &mut impulse, &mut velocity);
+        }
+        if (&velocity - before).amax() < 1e-13 {
+            break;
+        }
+    }
+    velocity
+}
+
+fn twists(solution: &StageSolution) -> DVector<f64> {
+    DVector::from_iterator(
+        6 * solution.twist.len(),
+        solution.twist.iter().flat_map(|x| x.linear.iter().chain(x.angular.iter()).copied().collect::<Vec<_>>()),
+    )
+}
+
+#[test]
+fn newton_and_dense_gauss_seidel_find_the_same_velocities() {
+    let mut random = Random::new(5);
+    for trial in 0..40 {
+        let stage = moving(&mut random, 2 + trial % 4);
+        let dense = Dense::new(&stage);
+        let slow = &dense.jacobian * slow_solution(&stage, &dense);
+        let fast = solve(&stage, &blank(&stage), 1e-9);
+        let apart = (twists(&fast) - slow).amax();
+        assert!(apart < 2e-6, "trial {trial}: {apart}, {:?}", certify(&stage, &fast));
+    }
+}
+
+#[test]
+fn every_random_stage_is_solved_and_certified() {
+    let mut random = Random::new(11);
+    let mut solves = 0;
+    for trial in 0..300 {
+        let stage = moving(&mut random, 11);
+        let mut solution = blank(&stage);
+        let outcome = Newton::new(11).solve(&stage, &mut solution, 1e-8, 300, true);
+        let certificate = certify(&stage, &solution);
+        assert!(outcome.converged && certificate.residual() < 1e-5, "trial {trial}: {certificate:?}");
+        solves += outcome.iterations as u32;
+    }
+    println!("{:.1} solves a stage", f64::from(solves) / 300.0);
+}
+
+/// Lying flat, 22 normal impulses act on 12 freedoms. Whatever the solver starts from, and whichever way it goes, it
+/// finds the same, and among all that carry the robot alike the shortest.
+#[test]
+fn indeterminate_impulses_are_the_shortest_whatever_the_start() {
+    let mut random = Random::new(3);
+    for _ in 0..10 {
+        let stage = chain(&mut random, 11, 0.6, 0.0);
+        let from_nothing = solve(&stage, &blank(&stage), 1e-9);
+        let mut elsewhere = blank(&stage);
+        for i in 0..11 {
+            elsewhere.normal[i] = [random.between(0.0, 0.1), random.between(0.0, 0.1)];
+            elsewhere.twist[i].angular = Vector3::from_fn(|_, _| random.between(-1.0, 1.0));
+        }
+        let from_elsewhere = solve(&stage, &elsewhere, 1e-9);
+        let mut strictly = elsewhere.clone();
+        assert!(Newton::new(11).solve_strictly(&stage, &mut strictly, 1e-9, 2000, true).converged);
+        let load = stage.links[0].mass * GRAVITY * C;
+        for other in [&from_elsewhere, &strictly] {
+            let pairs = from_nothing.normal.iter().flatten().zip(other.normal.iter().flatten());
+            let apart = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(apart < 1e-4 * load, "{apart} N s apart, of {load}");
+        }
+        let impulses = all_impulses(&from_nothing);
+        let dense = Dense::new(&stage);
+        let svd = dense.contact.svd(true, true);
+        let rank = svd.singular_values.iter().filter(|&&value| value > 1e-9).count();
+        let range = svd.u.expect("asked for").columns(0, rank).into_owned();
+        let redundant = (&impulses - &range * (range.transpose() * &impulses)).norm();
+        assert!(redundant < 1e-4 * impulses.norm(), "{redundant} of {} moves nothing", impulses.norm());
+    }
+}
+
+fn all_impulses(solution: &StageSolution) -> DVector<f64> {
+    let rows = (0..solution.normal.len()).flat_map(|i| {
+        let end = |k: usize| [solution.normal[i][k], solution.friction[i][k].x, solution.friction[i][k].y];
+        [end(0).to_vec(), end(1).to_vec(), vec![solution.rolling[i].x, solution.rolling[i].y]].concat()
+    });
+    DVector::from_vec(rows.collect())
+}
+
+/// A contact that cannot open as fast as another asks closes neither; the fallback leaves penetrations where they are.
+#[test]
+fn contradicting_pegs_are_eased() {
+    let mut random = Random::new(2);
+    let mut stage = chain(&mut random, 3, 0.1, 0.0);
+    for sign in [1.0, -1.0] {
+        let direction = Screw { linear: Vector3::x() * sign, angular: Vector3::zeros() };
+        stage.pegs.push(StagePeg { link: 1, direction, offset: -0.1 });
+    }
+    let mut solution = blank(&stage);
+    let (_, closing) = Fallback::new(3).solve_hard(&stage, &mut solution, 1e-6);
+    assert_eq!(closing, snake_core::spatial::Closing::Eased);
+    assert!(solution.twist.iter().all(|x| x.linear.norm() < 1e-3));
+}
+
+#[test]
+fn the_judge_sees_every_law_broken() {
+    let mut random = Random::new(7);
+    let stage = moving(&mut random, 5);
+    let good = solve(&stage, &blank(&stage), 1e-9);
+    assert!(certify(&stage, &good).residual() < 1e-6);
+    let breakages: [fn(&mut StageSolution); 7] = [
+        |s| s.twist[1].linear.x += 1e-2,
+        |s| s.twist[2].angular.y += 1e-1,
+        |s| s.normal[0][1] += 1e-2,
+        |s| s.friction[3][0].x += 1e-2,
+        |s| s.rolling[2].y += 1e-2,
+        |s| s.drive[1][0] += 1e-2,
+        |s| s.normal.iter_mut().flatten().for_each(|p| *p = f64::NAN),
+    ];
+    for (k, breaks) in breakages.iter().enumerate() {
+        let mut bad = good.clone();
+        breaks(&mut bad);
+        let residual = certify(&stage, &bad).residual();
+        assert!(residual.is_nan() || residual > 1e-3, "breakage {k}: {residual}");
+    }
+}
