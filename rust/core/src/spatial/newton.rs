@@ -10,7 +10,7 @@
 //! Coulomb's law asks for radii mu P_N of the normal impulses found. Each assembly takes them from the normal impulses at
 //! hand, so that forces are those of the coupled problem, and only the tangent neglects that the radii vary: errors shrink
 //! some twentyfold a step. Normal impulses in the middle of a search may be absurd, as penalties make them; then the radii
-//! of before are kept until the convex problem is all but solved. Where all this does not converge in `PATIENCE` steps,
+//! of before are kept until the convex problem is all but solved. Where all this does not converge soon,
 //! radii are held until it is solved entirely, and move then, half way if that gains little.
 //!
 //! Several robots are solved side by side: a lane that has converged keeps its velocities and impulses
@@ -21,19 +21,11 @@ use nalgebra::Vector2;
 use crate::math::{Mask, Real};
 
 use super::link_term::{GroundTerm, LinkTerm};
+use super::progress::{Assembly, Corrections, Progress};
 use super::proximal::{DriveTerm, FrictionTerm, PegTerm};
 use super::screw::{Screw, inner};
 use super::sweep::{Quadratic, Segment};
-use super::{Stage, StageFriction, StageSolution};
-
-/// How a solve ended, lane by lane.
-#[derive(Debug, Clone, Copy)]
-pub struct Outcome<T: Real = f64> {
-    /// Linear solves, a whole number.
-    pub iterations: T,
-    /// Whether the solver's own stopping rule was met; the certificate judges independently.
-    pub converged: T::Mask,
-}
+use super::{Outcome, Stage, StageFriction, StageSolution};
 
 /// Workspace of the solver, re-used from stage to stage.
 #[derive(Debug, Clone)]
@@ -45,23 +37,6 @@ pub struct Newton<T: Real = f64> {
     head: Screw<T>,
     /// Mass of the lightest link.
     lightest: T,
-}
-
-/// What a pass over the chain finds at the trial velocities.
-#[derive(Debug, Clone, Copy)]
-struct Assembly<T> {
-    /// Derivative of the convex function along the last step \[J\].
-    slope: T,
-    /// How much steeper it descends along the next step: g H^-1 g \[J\].
-    descent: T,
-    /// By how much the friction radii had to move, as a velocity \[m/s\].
-    radius_error: T,
-    /// The largest friction radius, over the mass \[m/s\].
-    largest_radius: T,
-    /// Speed of the fastest link's CG \[m/s\].
-    fastest: T,
-    /// How far the velocities are from obeying the laws because the centres are not yet the impulses \[m/s\].
-    multiplier_error: T,
 }
 
 impl<T: Real> Newton<T> {
@@ -90,7 +65,9 @@ impl<T: Real> Newton<T> {
         max_iterations: u32,
         lanes: T::Mask,
     ) -> Outcome<T> {
-        self.descend_from(stage, solution, [tolerance, PATIENCE], max_iterations, lanes)
+        self.warm_up(stage, solution);
+        let progress = Progress::new(T::splat(tolerance), true, self.lightest, lanes);
+        self.descend_from(progress, solution, max_iterations)
     }
 
     /// The same with every convex problem solved before the friction radii move.
@@ -102,66 +79,37 @@ impl<T: Real> Newton<T> {
         max_iterations: u32,
         lanes: T::Mask,
     ) -> Outcome<T> {
-        self.descend_from(stage, solution, [tolerance, -1.0], max_iterations, lanes)
+        self.warm_up(stage, solution);
+        let progress = Progress::new(T::splat(tolerance), false, self.lightest, lanes);
+        self.descend_from(progress, solution, max_iterations)
     }
 
     #[inline(always)]
     fn descend_from(
         &mut self,
-        stage: &Stage<T>,
+        mut progress: Progress<T>,
         solution: &mut StageSolution<T>,
-        [tolerance, patience]: [f64; 2],
         max_iterations: u32,
-        lanes: T::Mask,
     ) -> Outcome<T> {
-        self.warm_up(stage, solution);
-        let tolerance = T::splat(tolerance);
-        let none = T::Mask::of(|_| false);
-        let mut outcome = Outcome { iterations: T::zero(), converged: none };
-        let mut active = lanes;
-        let mut last_error = T::splat(f64::INFINITY);
-        let mut here = self.assemble(none);
+        let mut here = self.assemble(T::Mask::of(|_| false));
         self.release();
-        let mut coupled = if patience > 0.0 { lanes } else { none };
         for _ in 0..max_iterations {
-            outcome.iterations += T::select(active, T::splat(1.0), T::zero());
-            let stubborn = T::splat(patience).lt(outcome.iterations);
+            progress.count();
             let kept;
-            (here, kept) = self.descend(&here, tolerance, active, coupled & active);
-            // The length of the next step as a velocity; `max` would swallow NaN.
-            let mut next = (here.descent.abs() / self.lightest).sqrt();
-            // A step this short leaves the normal impulses within a fraction of their error.
-            let trusted = active & !stubborn & !kept & next.le(T::splat(TRUST) * here.radius_error);
-            let trusted = trusted & tolerance.lt(here.radius_error);
-            if trusted.any() {
-                here = self.assemble(trusted);
-                next = (here.descent.abs() / self.lightest).sqrt();
+            (here, kept) = self.descend(&here, &progress);
+            let corrections = progress.judge(&here, kept);
+            if corrections.lanes().any() {
+                self.correct(&corrections);
+                let corrected = self.assemble(corrections.couple);
+                here.select_into(corrections.lanes(), &corrected);
             }
-            coupled = !stubborn & here.radius_error.le(T::splat(PLAUSIBLE) * here.largest_radius);
-            let settled = active & stubborn & next.le(tolerance) & tolerance.lt(here.radius_error);
-            if settled.any() {
-                let slow = (T::splat(SLOW_GAIN) * last_error).lt(here.radius_error);
-                last_error = T::select(settled, here.radius_error, last_error);
-                self.move_radii(settled, slow);
-                here = self.assemble(none);
-                next = (here.descent.abs() / self.lightest).sqrt();
-            }
-            let solved = active & next.le(T::splat(ACCURACY) * tolerance) & here.radius_error.le(tolerance);
-            let exact = here.multiplier_error.le(T::splat(EXACT) * (T::splat(1e3) * tolerance + here.fastest));
-            outcome.converged = outcome.converged | (solved & exact);
-            let recentred = solved & !exact;
-            if recentred.any() {
-                self.recentre(recentred);
-                here = self.assemble(none);
-            }
-            // A step that is not finite ends its lane: it is below no bound.
-            active = active & !outcome.converged & next.lt(T::splat(f64::INFINITY));
-            if !active.any() {
+            if !progress.active.any() {
                 break;
             }
+            progress.prepare(&here);
         }
         self.write(solution);
-        outcome
+        progress.outcome
     }
 
     /// From now on contacts are open or closed as their velocities say.
@@ -232,35 +180,27 @@ impl<T: Real> Newton<T> {
         }
     }
 
-    /// One damped Newton step from `here` in the given lanes. In the lanes `coupled` the friction radii follow the normal
-    /// impulses, unless the step overshoots or the impulses are beyond belief: those of contacts that close during
-    /// the step are as large as their penalties make them.
+    /// One damped Newton step from `here`. In coupled lanes the friction radii follow the normal impulses, unless the
+    /// step overshoots or the impulses are beyond belief: those of contacts that close during the step are as large as
+    /// their penalties make them. Also returns the lanes in which they followed.
     #[inline(always)]
-    fn descend(
-        &mut self,
-        here: &Assembly<T>,
-        tolerance: T,
-        active: T::Mask,
-        coupled: T::Mask,
-    ) -> (Assembly<T>, T::Mask) {
+    fn descend(&mut self, here: &Assembly<T>, progress: &Progress<T>) -> (Assembly<T>, T::Mask) {
+        let (active, coupled) = (progress.active, progress.coupled);
         self.substitute(active);
-        self.remember_radii();
+        self.for_each_friction(|friction| friction.remember());
         let full = self.assemble(coupled);
-        let negligible = T::splat(NEGLIGIBLE) * self.lightest * tolerance * tolerance;
-        let accuracy = (T::splat(OVERSHOOT) * here.descent).max(negligible);
+        let accuracy = (T::splat(OVERSHOOT) * here.descent).max(progress.negligible());
         let overshoots = active & accuracy.lt(full.slope);
-        let absurd = coupled & (T::splat(PLAUSIBLE) * here.largest_radius + tolerance).lt(full.radius_error);
-        if !(overshoots | absurd).any() {
+        let undone = overshoots | (coupled & !full.is_plausible(here.largest_radius));
+        if !undone.any() {
             return (full, coupled);
         }
-        self.restore_radii(overshoots | absurd);
+        self.for_each_friction(|friction| friction.restore(undone));
         if overshoots.any() {
             let fraction = self.zero_of_slope(accuracy, overshoots);
-            for link in &mut self.links {
-                link.shorten(fraction, overshoots);
-            }
+            self.links.iter_mut().for_each(|link| link.shorten(fraction, overshoots));
         }
-        let kept = coupled & !(overshoots | absurd);
+        let kept = coupled & !undone;
         (self.assemble(kept), kept)
     }
 
@@ -323,24 +263,23 @@ impl<T: Real> Newton<T> {
         }
     }
 
+    /// Moves friction radii and multipliers, but for those that the next assembly couples.
     #[inline(always)]
-    fn remember_radii(&mut self) {
-        self.for_each_friction(|friction| friction.remember());
-    }
-
-    #[inline(always)]
-    fn restore_radii(&mut self, lanes: T::Mask) {
-        self.for_each_friction(|friction| friction.restore(lanes));
+    fn correct(&mut self, corrections: &Corrections<T>) {
+        if corrections.settle.any() {
+            self.move_radii(corrections.settle, corrections.slow);
+        }
+        if corrections.recentre.any() {
+            self.recentre(corrections.recentre);
+        }
     }
 
     /// Takes the radii of the normal impulses at hand in the given lanes, half way where that gains little.
     #[inline(always)]
     fn move_radii(&mut self, lanes: T::Mask, slow: T::Mask) {
-        self.remember_radii();
         let friction = self.friction;
-        for link in &mut self.links {
-            link.take_radii(&friction);
-        }
+        self.for_each_friction(|friction| friction.remember());
+        self.links.iter_mut().for_each(|link| link.take_radii(&friction));
         let fraction = T::select(slow, T::splat(0.5), T::splat(1.0));
         self.for_each_friction(|friction| friction.move_part_way(fraction, lanes));
     }
@@ -386,30 +325,6 @@ impl<T: Real> Newton<T> {
 /// Stiffness r of a contact over the mean mass of a link. The compliance lets a contact that bears a link's weight give
 /// way by g c / r, some 1e-10 m/s: far below every tolerance, and far above what round-off does to the sum of impulses.
 const PENALTY: f64 = 1e6;
-
-/// Violation of the laws that is left to the compliance, over the speed of the robot: what creeps is slower than what moves by
-/// so much, and at rest it is slower than a thousandth of the tolerance.
-const EXACT: f64 = 1e-6;
-
-/// Linear solves after which a stage counts as hard: from there on convex problems are solved before radii move.
-const PATIENCE: f64 = 20.0;
-
-/// Gain of an outer step below which the next one goes half way.
-const SLOW_GAIN: f64 = 0.5;
-
-/// Length of the next step over the tolerance below which none is needed. Imbalances of closed contacts are longer than
-/// it by the square root of the penalty.
-const ACCURACY: f64 = 0.1;
-
-/// Length of a step over the error of the friction radii below which the normal impulses are trusted: forces of closed
-/// contacts show in it diminished by the square root of the penalty.
-const TRUST: f64 = 1e-2;
-
-/// Change of a friction radius over the largest radius that is believed of a step whose end is not yet trusted.
-const PLAUSIBLE: f64 = 1.0;
-
-/// Decrease below which nothing is searched for, in squared tolerances.
-const NEGLIGIBLE: f64 = 1e-3;
 
 /// A step is damped if the slope at its end exceeds this times the descent at its start.
 const OVERSHOOT: f64 = 0.1;
