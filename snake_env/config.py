@@ -194,17 +194,24 @@ class Gait(_Section):
 
     @classmethod
     def sinus_lifting(cls, **changes: Any) -> Gait:
-        """Lateral undulation that lifts the robot at each crest of its curve: twice the rate and the phase shift."""
-        values = {"vertical_amplitude": 4 * DEGREE} | changes
+        """Lateral undulation that lifts the crests of its curve, where a link would slide sideways: faster on ground
+        with more friction across the links than along them.
+
+        The vertical wave has twice the rate and phase shift of the horizontal one and stands highest where that bends
+        most; half a degree suffices, since the joints are stiff.
+        """
+        values = {"vertical_amplitude": 0.5 * DEGREE} | changes
         values.setdefault("vertical_omega", 2 * values.get("omega", cls.omega))
         values.setdefault("vertical_beta", 2 * values.get("beta", cls.beta))
-        values.setdefault("vertical_phase", 90 * DEGREE)
+        values.setdefault("vertical_phase", -90 * DEGREE)
         return cls(**values)
 
     @classmethod
     def caterpillar(cls, **changes: Any) -> Gait:
-        """A vertical wave that travels along a robot that keeps straight seen from above."""
-        values = {"amplitude": 0.0, "vertical_amplitude": 20 * DEGREE, "vertical_phase": 0.0} | changes
+        """A vertical wave that travels along a robot straight seen from above, which follows it; above an amplitude of
+        about 13 degrees the robot falls on its side.
+        """
+        values = {"amplitude": 0.0, "vertical_amplitude": 10 * DEGREE, "vertical_phase": 0.0} | changes
         return cls._with_vertical(values)
 
     def reference(self, time: ArrayLike, joints: int = 10) -> dict[str, NDArray[np.float64]]:

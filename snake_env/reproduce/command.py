@@ -1,7 +1,8 @@
 """Reproduce the findings of the thesis: pictures and one table.
 
-Sections 7.3.4 (Fig. 7.6 to 7.9), 7.3.5 (Fig. 7.10 and 7.11), 7.5.2 (Fig. 7.14) and 7.5.3
-(Fig. 7.16). Writes PNG files, findings.md and findings.json; ends with status 1 if a finding is not reproduced.
+Sections 7.3.1 (Fig. 7.3), 7.3.2 (Fig. 7.4), 7.3.3 (Fig. 7.5), 7.3.4 (Fig. 7.6 to 7.9), 7.3.5 (Fig. 7.10 and 7.11),
+7.5.1 (Fig. 7.12), 7.5.2 (Fig. 7.14) and 7.5.3 (Fig. 7.15 and 7.16). Writes PNG files, findings.md and findings.json;
+ends with status 1 if a finding is not reproduced.
 """
 
 from __future__ import annotations
@@ -10,11 +11,11 @@ import argparse
 from pathlib import Path
 
 from snake_env.config import Integrator
-from snake_env.reproduce import checks_7_3, checks_7_3_5, checks_7_5, report
+from snake_env.reproduce import checks_7_3, checks_7_3_5, checks_7_5, checks_spatial, report
 from snake_env.reproduce.experiments import Runs
 from snake_env.reproduce.findings import SECTIONS, Finding
 
-CHECKS = [*checks_7_3.CHECKS, *checks_7_3_5.CHECKS, *checks_7_5.CHECKS]
+CHECKS = [*checks_spatial.CHECKS, *checks_7_3.CHECKS, *checks_7_3_5.CHECKS, *checks_7_5.CHECKS]
 
 
 def findings(runs: Runs, sections: tuple[str, ...] = SECTIONS) -> list[Finding]:
@@ -38,7 +39,7 @@ def main(arguments: list[str]) -> int:
         "--method",
         choices=["implicit", "thesis"],
         default="implicit",
-        help="time stepping: the environments' (default), or Algorithm 3.1 as printed",
+        help="time stepping: the environments' (default), or Algorithms 3.1 and 4.1 as printed",
     )
     cli.add_argument("--quick", action="store_true", help="the table alone, no pictures")
     return _reproduce(cli.parse_args(arguments))

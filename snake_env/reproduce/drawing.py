@@ -48,11 +48,13 @@ def style() -> AbstractContextManager[None]:
     return mpl.rc_context(STYLE)  # type: ignore[arg-type]
 
 
-def figure(rows: int, columns: int, width: float, height: float) -> tuple[Figure, Array]:
-    """A figure of width x height inches and its axes (rows, columns)."""
+def figure(
+    rows: int, columns: int, width: float, height: float, heights: tuple[float, ...] | None = None
+) -> tuple[Figure, Array]:
+    """A figure of width x height inches and its axes (rows, columns), rows in the ratio of ``heights``."""
     drawn = Figure(figsize=(width, height))
     FigureCanvasAgg(drawn)
-    return drawn, drawn.subplots(rows, columns, squeeze=False)
+    return drawn, drawn.subplots(rows, columns, squeeze=False, height_ratios=heights)
 
 
 def save(drawn: Figure, path: Path) -> Path:
@@ -84,10 +86,14 @@ def body(axes: Axes, robot: Robot, position: Array, angle: Array, numbered: tupl
     """The links' outlines at one time: CGs (n, 2) [m] and absolute angles (n,) [rad]."""
     shapes = np.broadcast_to(np.stack([robot.contact_half_length, robot.radius], axis=-1), (robot.links, 2))
     for i in range(robot.links):
-        outline = stadium(position[i], float(angle[i]), *shapes[i])
-        axes.add_patch(Polygon(outline, closed=True, facecolor=BODY, edgecolor=OUTLINE, linewidth=0.8))
+        outline(axes, stadium(position[i], float(angle[i]), *shapes[i]))
         if i + 1 in numbered:
             axes.annotate(str(i + 1), position[i], ha="center", va="center", fontsize=7)
+
+
+def outline(axes: Axes, corners: Array) -> None:
+    """One link from the corners (m, 2) of its outline [m]."""
+    axes.add_patch(Polygon(corners, closed=True, facecolor=BODY, edgecolor=OUTLINE, linewidth=0.8))
 
 
 def stadium(centre: Array, theta: float, half_length: float, radius: float, points: int = 16) -> Array:

@@ -86,6 +86,43 @@ EXPERIMENTS: dict[str, Callable[[], Experiment]] = {
 }
 
 
+FRICTION_PAIRS = ((0.2, 0.2), (0.2, 0.5), (0.01, 1.0))
+"""(mu_x, mu_y) of sections 7.3.2 and 7.3.3."""
+TABLE_7_2 = Integrator(method="thesis")
+"""The thesis's scheme with its own step and tolerance."""
+
+
+def _drop() -> Experiment:
+    """Section 7.3.1: inclined by 30 degrees, link 1 lowest, 0.3 m above the ground; actuators on from 1 s."""
+    start = Start(position=(0.0, 0.0, 0.3525), pitch=30 * DEGREE, posture="straight")
+    scene, gait = Scene(friction=(0.2, 0.5)), Gait(soft_start=True)
+    return Experiment(scene, 10.0, gait, start, "spatial", PD(active_from=1.0))
+
+
+def _rolling(friction: tuple[float, float], integrator: Integrator | None = None) -> Experiment:
+    return Experiment(Scene(friction=friction), 15.0, Gait.lateral_rolling(), None, "spatial", integrator=integrator)
+
+
+def _sidewinding(friction: tuple[float, float]) -> Experiment:
+    start = Start(posture="straight")
+    return Experiment(Scene(friction=friction), 15.0, Gait.sidewinding(soft_start=True), start, "spatial")
+
+
+def _in_space(planar: str) -> Experiment:
+    """An experiment of the planar model with the spatial one, from that model's own start."""
+    experiment = EXPERIMENTS[planar]()
+    start = Start.on_course(experiment.scene, "spatial")
+    return dataclasses.replace(experiment, start=start, model="spatial")
+
+
+EXPERIMENTS["drop"] = _drop
+EXPERIMENTS["rolling (0.01, 1.0), Table 7.2"] = partial(_rolling, (0.01, 1.0), TABLE_7_2)
+for _pair in FRICTION_PAIRS:
+    EXPERIMENTS[f"rolling {_pair}"] = partial(_rolling, _pair)
+    EXPERIMENTS[f"sidewinding {_pair}"] = partial(_sidewinding, _pair)
+for _name in ("free", "table 7.5", "table 7.3", "peg 3 moved", "peg 3 removed"):
+    EXPERIMENTS[f"{_name}, 3D"] = partial(_in_space, _name)
+
 GROUND = Scene(friction=(0.2, 0.5), viscous=(0.1, 0.2))
 """Ground of the robot model (T Table 7.2)."""
 STRAIGHT = Start(position=(0.061, 0.0), heading=0.0, posture="straight")

@@ -1,4 +1,4 @@
-"""The planar pictures of chapter 7, named as in the thesis."""
+"""The pictures of chapter 7, named as in the thesis: here those of the planar model."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 from matplotlib.axes import Axes
 
-from snake_env.reproduce import drawing, figures_7_3_5
+from snake_env.reproduce import drawing, figures_7_3_5, figures_spatial
 from snake_env.reproduce.experiments import Runs
 from snake_env.reproduce.measures import MIDDLE, at, between, mean_force
 
@@ -98,6 +98,7 @@ def figure_7_16(runs: Runs, path: Path) -> Path:
 
 
 FIGURES: dict[str, tuple[str, Callable[[Runs, Path], Path]]] = {
+    **figures_spatial.FIGURES,
     "figure-7.6.png": ("7.3.4", figure_7_6),
     "figure-7.7.png": ("7.3.4", figure_7_7),
     "figure-7.8.png": ("7.3.4", figure_7_8),
