@@ -117,7 +117,9 @@ impl<T: Real> Newton<T> {
             let here = self.descend(descent, active);
             // The length of the step as a velocity; `max` would swallow NaN.
             let length = (descent.abs() * self.mobility[0]).sqrt();
-            let distance = (here.remainder * self.mobility[0]).sqrt().min(length);
+            let bound = T::splat(CHAIN) * (here.remainder * self.mobility[0]).sqrt();
+            let stubborn = T::splat(PATIENCE).lt(outcome.iterations);
+            let distance = T::select(stubborn, bound.min(length), bound);
             // A step that is not finite ends its lane: it is below no bound.
             active = active & length.lt(T::splat(f64::INFINITY));
             let close = active & distance.le(T::splat(CLOSE) * tolerance);
@@ -126,7 +128,6 @@ impl<T: Real> Newton<T> {
                 let converged = close & distance.le(tolerance) & error.le(tolerance);
                 outcome.converged = outcome.converged | converged;
                 active = active & !converged;
-                let stubborn = T::splat(PATIENCE).lt(outcome.iterations);
                 let accuracy = T::select(stubborn, T::splat(STRICT_ACCURACY), T::splat(INNER_ACCURACY));
                 let settled = active & close & distance.le(tolerance.max(accuracy * error));
                 if settled.any() {
@@ -345,6 +346,10 @@ const PENALTY: f64 = 1e6;
 /// An inner solve ends when its last step is no longer than this times the multipliers' error: the
 /// step after a short Newton step is quadratically shorter.
 const INNER_ACCURACY: f64 = 10.0;
+
+/// How much larger the judge's residual may be than the norm of the remainder: joints add up what is out of balance
+/// along the chain.
+const CHAIN: f64 = 20.0;
 
 /// Distance from the inner minimum, in tolerances, within which the multipliers are looked at.
 const CLOSE: f64 = 1e3;
