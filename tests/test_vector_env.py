@@ -251,6 +251,7 @@ def test_actions_beyond_the_box_are_clipped(make):
         ({"goal_radius": 0.0}, "goal_radius"),
         ({"goal_radius": 1.9, "task": "maze"}, "goal_radius"),
         ({"turn": 2.0}, "turn"),
+        ({"push_points": 5}, "push_points"),
         ({"perturbation": {"course": "table-7.4"}}, r"perturbation\.course"),
         ({"perturbation": {"without": [8]}}, r"perturbation\.without\[0\]"),
         ({"perturbation": {"removed": 1.5}}, r"perturbation\.removed"),
