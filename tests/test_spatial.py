@@ -133,3 +133,38 @@ def test_rolling_friction_slows_rolling_only(rolling_friction):
     np.testing.assert_array_equal(planar[0].position, planar[1].position)
     other = run(gait=Gait.lateral_rolling(), duration=0.5, sample=0.5)
     assert np.abs(trajectory.position - other.position).max() > 1e-7
+
+
+def forward_speed(gait, friction):
+    """Of the gravity centre over the second period, along the way from link 11 to link 1 [m/s]."""
+    trajectory = run(gait=gait, scene=Scene(friction=friction), integrator=None, duration=9.0, sample=4.5)
+    first, second = trajectory.position[1:].mean(axis=1)
+    ahead = trajectory.position[-1, 0] - trajectory.position[-1, -1]
+    return float((second - first) @ ahead / np.linalg.norm(ahead)) / 4.5
+
+
+@pytest.mark.parametrize("friction", [(0.2, 0.5), (0.02, 1.0)])
+def test_sinus_lifting_is_faster_than_lateral_undulation(friction):
+    plain, lifting = (forward_speed(gait, friction) for gait in (Gait(), Gait.sinus_lifting()))
+    assert lifting > 1.05 * plain > 0.0
+
+
+def test_the_caterpillar_stays_upright_and_follows_its_wave():
+    gait = Gait.caterpillar(soft_start=True)
+    trajectory = run(gait=gait, integrator=None, start=Start(posture="straight"), duration=9.0, sample=0.5)
+    _, e_y, _ = axes(trajectory.quaternion)
+    assert e_y[..., 2].min() > 0.8
+    way = trajectory.position[-1].mean(axis=0) - trajectory.position[-10].mean(axis=0)
+    assert way[0] < -0.05, "the wave runs from link 1 to link 11, that is to -x"
+    assert abs(way[1]) < 1e-3
+
+
+def test_lying_flat_among_pegs_the_spatial_model_is_the_planar_one():
+    """Friction acts at both ends of a link instead of its middle, which pegs hardly let show (section 7.3.4)."""
+    scene = Scene.preset("table-7.5")
+    planar = snake_env.simulate(scene=scene, duration=9.0, sample=4.5)
+    spatial = run(scene=scene, integrator=None, duration=9.0, sample=4.5)
+    ways = [(trajectory.position[2] - trajectory.position[1])[:, 0] for trajectory in (planar, spatial)]
+    np.testing.assert_allclose(ways[0], ways[1], rtol=5e-3)
+    np.testing.assert_allclose(spatial.position[..., 2], RADIUS, atol=1e-5)
+    np.testing.assert_allclose(planar.position[2], spatial.position[2, :, :2], atol=5e-3)

@@ -117,6 +117,7 @@ def _in_space(planar: str) -> Experiment:
 
 EXPERIMENTS["drop"] = _drop
 EXPERIMENTS["rolling (0.01, 1.0), Table 7.2"] = partial(_rolling, (0.01, 1.0), TABLE_7_2)
+EXPERIMENTS["rolling (0.01, 1.0), solved"] = partial(_rolling, (0.01, 1.0), Integrator())
 for _pair in FRICTION_PAIRS:
     EXPERIMENTS[f"rolling {_pair}"] = partial(_rolling, _pair)
     EXPERIMENTS[f"sidewinding {_pair}"] = partial(_sidewinding, _pair)
