@@ -208,16 +208,14 @@ class Gait(_Section):
 
     @classmethod
     def caterpillar(cls, **changes: Any) -> Gait:
-        """A vertical wave that travels along a robot straight seen from above, which follows it; above an amplitude of
-        about 13 degrees the robot falls on its side.
-        """
+        """A vertical wave that travels along a robot straight seen from above, and takes it along."""
         values = {"amplitude": 0.0, "vertical_amplitude": 10 * DEGREE, "vertical_phase": 0.0} | changes
         return cls._with_vertical(values)
 
-    def reference(self, time: ArrayLike, joints: int = 10) -> dict[str, NDArray[np.float64]]:
-        """The horizontal references at the given times: "angle", "rate" and "acceleration", (T, joints) each."""
+    def reference(self, time: ArrayLike, joints: int = 10, vertical: bool = False) -> dict[str, NDArray[np.float64]]:
+        """The horizontal or vertical references at given times: "angle", "rate", "acceleration", (T, joints) each."""
         times = np.atleast_1d(np.asarray(time, np.float64)).tolist()
-        return _native.gait_reference(encode(self._for_core(), self._section), joints, times)
+        return _native.gait_reference(encode(self._for_core(), self._section), joints, times, vertical)
 
     @classmethod
     def _with_vertical(cls, values: dict[str, Any]) -> Gait:

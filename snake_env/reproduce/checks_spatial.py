@@ -156,7 +156,38 @@ def _pegs_in_space(runs: Runs) -> Result:
     return f"{100 * speed:.1f} cm/s, {speed / bound:.1%} of the no-slip bound", 0.95 < speed / bound < 1.0
 
 
+def _lifting_is_faster(runs: Runs) -> Result:
+    plain, lifting = (_speed_ahead(runs, name) for name in ("undulation, 3D", "sinus-lifting"))
+    return f"{100 * lifting:.1f} against {100 * plain:.1f} cm/s", lifting > 1.05 * plain > 0.0
+
+
+def _caterpillar_follows_its_wave(runs: Runs) -> Result:
+    speed = _speed_ahead(runs, "caterpillar")
+    return f"{100 * speed:.1f} cm/s; the wave runs from link 1 to link 11", -0.03 < speed < -0.005
+
+
+def _speed_ahead(runs: Runs, name: str) -> float:
+    """Of the gravity centre over the second period, along the way from link 11 to link 1 [m/s]."""
+    position = runs[name].position
+    half = at(runs[name], PERIOD)
+    way = position[-1].mean(axis=0) - position[half].mean(axis=0)
+    ahead = position[-1, 0] - position[-1, -1]
+    return float(way @ ahead / np.linalg.norm(ahead)) / PERIOD
+
+
 CHECKS = [
+    Check(
+        "2.4.2",
+        "sinus-lifting, (0.2, 0.5), against undulation",
+        '"the snake robot moves forward faster by sinus-lifting than by lateral undulation"',
+        _lifting_is_faster,
+    ),
+    Check(
+        "2.4.2",
+        "caterpillar",
+        '"moving the same way as the travelling wave" (Fig. 2.5 b)',
+        _caterpillar_follows_its_wave,
+    ),
     Check("7.3.1", "drop: link 1 hits the ground", '"velocity jumps occur" (Fig. 7.3 b)', _velocity_jumps),
     Check(
         "7.3.1",

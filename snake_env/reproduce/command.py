@@ -1,8 +1,8 @@
 """Reproduce the findings of the thesis: pictures and one table.
 
-Sections 7.3.1 (Fig. 7.3), 7.3.2 (Fig. 7.4), 7.3.3 (Fig. 7.5), 7.3.4 (Fig. 7.6 to 7.9), 7.3.5 (Fig. 7.10 and 7.11),
-7.5.1 (Fig. 7.12), 7.5.2 (Fig. 7.14) and 7.5.3 (Fig. 7.15 and 7.16). Writes PNG files, findings.md and findings.json;
-ends with status 1 if a finding is not reproduced.
+Sections 2.4.2 (gaits), 7.3.1 (Fig. 7.3), 7.3.2 (Fig. 7.4), 7.3.3 (Fig. 7.5), 7.3.4 (Fig. 7.6 to 7.9), 7.3.5 (Fig. 7.10
+and 7.11), 7.5.1 (Fig. 7.12), 7.5.2 (Fig. 7.14) and 7.5.3 (Fig. 7.15 and 7.16). Writes PNG files, findings.md and
+findings.json; ends with status 1 if a finding is not reproduced.
 """
 
 from __future__ import annotations

@@ -115,7 +115,16 @@ def _in_space(planar: str) -> Experiment:
     return dataclasses.replace(experiment, start=start, model="spatial")
 
 
+def _lifting(gait: Gait, friction: tuple[float, float]) -> Experiment:
+    """Gaits of section 2.4.2 that the thesis describes and does not simulate."""
+    start = Start(posture="straight" if gait.soft_start else "gait")
+    return Experiment(Scene(friction=friction), 2 * PERIOD, gait, start, "spatial")
+
+
 EXPERIMENTS["drop"] = _drop
+EXPERIMENTS["undulation, 3D"] = lambda: _lifting(Gait(), (0.2, 0.5))
+EXPERIMENTS["sinus-lifting"] = lambda: _lifting(Gait.sinus_lifting(), (0.2, 0.5))
+EXPERIMENTS["caterpillar"] = lambda: _lifting(Gait.caterpillar(soft_start=True), (0.2, 0.2))
 EXPERIMENTS["rolling (0.01, 1.0), Table 7.2"] = partial(_rolling, (0.01, 1.0), TABLE_7_2)
 EXPERIMENTS["rolling (0.01, 1.0), solved"] = partial(_rolling, (0.01, 1.0), Integrator())
 for _pair in FRICTION_PAIRS:

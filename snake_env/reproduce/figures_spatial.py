@@ -9,13 +9,41 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from snake_env.reproduce import drawing
-from snake_env.reproduce.experiments import FRICTION_PAIRS, Runs
+from snake_env.reproduce.experiments import FRICTION_PAIRS, PERIOD, Runs
 from snake_env.reproduce.measures import MIDDLE, at
 from snake_env.reproduce.measures_spatial import axes as link_axes
 from snake_env.reproduce.measures_spatial import vertical_velocity
 
 COLOURS = (drawing.PATH, drawing.FORCE, drawing.LINKS[10])
 """One for each pair of friction coefficients."""
+
+
+GAITS = {
+    "lateral undulation": "undulation, 3D",
+    "sinus-lifting": "sinus-lifting",
+    "sidewinding": f"sidewinding {FRICTION_PAIRS[0]}",
+    "U-shaped rolling": f"rolling {FRICTION_PAIRS[0]}",
+    "caterpillar": "caterpillar",
+}
+"""Experiment that shows a gait."""
+
+
+def gaits(runs: Runs, path: Path) -> Path:
+    """Each gait after one and two periods from above, and the heights of its links after two."""
+    drawn, axes = drawing.figure(len(GAITS), 2, 8.0, 11.0)
+    for row, (title, name) in zip(axes, GAITS.items(), strict=True):
+        run = runs[name]
+        for time in (PERIOD, 2 * PERIOD):
+            _links(row[0], runs, name, time, (0, 1))
+        row[0].plot(*run.position[run.time <= 2 * PERIOD, MIDDLE, :2].T, color=drawing.PATH)
+        drawing.ground(row[0], f"{title}: from above, way of link 6", (-1.5, 0.7), (-0.6, 0.9))
+        shown = run.position[at(run, 2 * PERIOD)]
+        along = np.linalg.norm(shown[:, :2] - shown[0, :2], axis=1)
+        height = 1e3 * (shown[:, 2] - np.asarray(runs.robot.radius))
+        row[1].plot(along, height, "o-", color=drawing.PATH, markersize=3)
+        row[1].set(title="height of the links", xlabel="from link 1 [m]", ylabel="z - radius [mm]")
+        row[1].set(ylim=(-0.1, max(1.0, 1.1 * height.max())))
+    return drawing.save(drawn, path)
 
 
 def figure_7_3(runs: Runs, path: Path) -> Path:
@@ -69,6 +97,7 @@ def figure_7_15(runs: Runs, path: Path) -> Path:
 
 
 FIGURES: dict[str, tuple[str, Callable[[Runs, Path], Path]]] = {
+    "gaits.png": ("2.4.2", gaits),
     "figure-7.3.png": ("7.3.1", figure_7_3),
     "figure-7.4.png": ("7.3.2", figure_7_4),
     "figure-7.5.png": ("7.3.3", figure_7_5),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from snake_env.reproduce.experiments import Runs
 
-SECTIONS = ("7.3.1", "7.3.2", "7.3.3", "7.3.4", "7.3.5", "7.5.1", "7.5.2", "7.5.3")
+SECTIONS = ("2.4.2", "7.3.1", "7.3.2", "7.3.3", "7.3.4", "7.3.5", "7.5.1", "7.5.2", "7.5.3")
 """Sections of the thesis with results of its three models."""
 
 

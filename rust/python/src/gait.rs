@@ -61,7 +61,7 @@ impl GaitConfig {
             let expected = "0: the planar model takes gaits without a vertical wave";
             return Err(ConfigError::new("vertical_amplitude", self.vertical_amplitude, expected));
         }
-        Ok(self.started(self.wave(), joints))
+        Ok(self.yaw(joints))
     }
 
     /// The reference of a spatial robot.
@@ -75,8 +75,17 @@ impl GaitConfig {
         require(self.amplitude.abs() < room, "amplitude", self.amplitude, expected)?;
         let vertical = self.vertical_amplitude;
         require(vertical.abs() < FRAC_PI_2, "vertical_amplitude", vertical, "an angle in (-pi/2, pi/2)")?;
-        let pitch = self.started(self.vertical_wave(), joints);
-        Ok(CardanGait { yaw: self.started(self.wave(), joints), pitch })
+        Ok(CardanGait { yaw: self.yaw(joints), pitch: self.pitch(joints) })
+    }
+
+    /// The horizontal reference.
+    pub fn yaw(&self, joints: usize) -> Gait {
+        self.started(self.wave(), joints)
+    }
+
+    /// The vertical reference.
+    pub fn pitch(&self, joints: usize) -> Gait {
+        self.started(self.vertical_wave(), joints)
     }
 
     fn wave(&self) -> Wave {

@@ -313,7 +313,8 @@ fn set_vector(dict: &Bound<'_, PyDict>, name: &str, vector: &DVector<f64>) -> Py
     set_array(dict, name, vector.as_slice().to_vec(), &[vector.len()])
 }
 
-/// Joint references at given times: angle, rate and acceleration of (T, joints) each.
+/// References of the yaw angles, or with `vertical` of the pitch angles, at given times: angle, rate and acceleration of
+/// (T, joints) each.
 ///
 /// # Errors
 /// ConfigError names what is not admissible.
@@ -323,10 +324,12 @@ pub fn gait_reference<'py>(
     gait_json: &str,
     joints: usize,
     times: Vec<f64>,
+    vertical: bool,
 ) -> PyResult<Bound<'py, PyDict>> {
     let gait = detached(py, || {
         let config: GaitConfig = decode(gait_json)?;
-        Ok(config.planar(joints).map_err(|e| e.inside("gait"))?)
+        config.validate().map_err(|e| e.inside("gait"))?;
+        Ok(if vertical { config.pitch(joints) } else { config.yaw(joints) })
     })?;
     let targets = times.iter().flat_map(|&time| (0..joints).map(move |joint| (joint, time)));
     let targets: Vec<_> = targets.map(|(joint, time)| gait.target(joint, time)).collect();
