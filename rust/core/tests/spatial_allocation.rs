@@ -16,7 +16,7 @@ use requests::REQUESTS;
 /// One warm-up sizes what depends on the pegs; after it neither stepping nor placing the robot asks for memory.
 #[test]
 fn a_step_asks_for_no_memory() {
-    for integrator in [thesis(2.5e-4, 2e-5), implicit(0.01, 1)] {
+    for integrator in [thesis(2.5e-4, 2e-5), implicit(0.01, 1), implicit(0.01, 2)] {
         for (mut simulation, gait) in [(on_course(&integrator), undulation()), (straight(&integrator), sidewinding())] {
             let start = simulation.state().clone();
             simulation.advance(0.05, &gait);

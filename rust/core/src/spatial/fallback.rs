@@ -17,35 +17,40 @@ pub enum Closing {
 /// Workspace of the fallback, for one robot.
 #[derive(Debug, Clone)]
 pub struct Fallback {
+    attempt: Attempt,
+    eased: Stage,
+}
+
+#[derive(Debug, Clone)]
+struct Attempt {
     newton: Newton,
     trial: StageSolution,
-    eased: Stage,
 }
 
 impl Fallback {
     pub fn new(links: usize) -> Self {
-        Self { newton: Newton::new(links), trial: StageSolution::new(links), eased: Stage::with_capacity(links) }
+        let attempt = Attempt { newton: Newton::new(links), trial: StageSolution::new(links) };
+        Self { attempt, eased: Stage::with_capacity(links) }
     }
 
     /// Solves `stage` for velocities within about `tolerance` \[m/s\]. `solution` has the size of the stage and may hold
     /// what another solver left, or nothing of use, not even numbers. Returns the linear solves it took, too.
     pub fn solve_hard(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, Closing) {
-        let (mut solves, badness) = self.start_again(stage, solution, tolerance);
+        let (solves, badness) = self.attempt.start_again(stage, solution, tolerance);
         let can_ease = stage.pegs.iter().any(|peg| peg.offset < 0.0);
         if badness <= 1.0 || !can_ease {
             return (solves, if badness <= 1.0 { Closing::Closed } else { Closing::Open });
         }
-        self.eased.clone_from(stage);
+        self.eased.copy_from(stage);
         self.eased.pegs.iter_mut().for_each(|peg| peg.offset = peg.offset.max(0.0));
-        let eased = std::mem::replace(&mut self.eased, Stage::with_capacity(1));
-        let (more, badness) = self.start_again(&eased, solution, tolerance);
-        self.eased = eased;
-        solves += more;
-        (solves, if badness <= 1.0 { Closing::Eased } else { Closing::Open })
+        let (more, badness) = self.attempt.start_again(&self.eased, solution, tolerance);
+        (solves + more, if badness <= 1.0 { Closing::Eased } else { Closing::Open })
     }
+}
 
-    /// Solves strictly from free motion, first as asked for, then with ever looser patience for a single convex problem;
-    /// keeps the best solution in `solution`. Returns the solves and the residual in admissible ones.
+impl Attempt {
+    /// Solves strictly from free motion, to the tolerance and then to a hundredth of it; keeps the best solution in
+    /// `solution`. Returns the solves and the residual in admissible ones.
     fn start_again(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, f64) {
         let mut best = badness(stage, solution, tolerance);
         let mut solves = 0;
@@ -53,7 +58,7 @@ impl Fallback {
             if best <= 1.0 {
                 break;
             }
-            self.trial.clone_from(solution);
+            self.trial.copy_from(solution);
             for (i, link) in stage.links.iter().enumerate() {
                 self.trial.twist[i] = free_twist(link);
                 self.trial.normal[i] = [0.0; 2];
@@ -64,7 +69,7 @@ impl Fallback {
             let reached = badness(stage, &self.trial, tolerance);
             if reached < best {
                 best = reached;
-                solution.clone_from(&self.trial);
+                solution.copy_from(&self.trial);
             }
         }
         (solves, best)

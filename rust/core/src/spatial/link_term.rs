@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::math::Real;
+use crate::math::{Mask, Real};
 
 use super::proximal::{ContactTerm, DriveTerm, FrictionTerm, Stiffness, horizontal, select};
 use super::screw::{Screw, scaled};
@@ -110,8 +110,15 @@ impl<T: Real> LinkTerm<T> {
             let (slip, closing) = end.velocity(&twist, &tangent);
             let normal = end.normal.respond(closing);
             let wanted = bounds(mu, end.normal.value);
-            error = error.max(distance(&wanted, &end.friction.axes));
-            end.friction.resize(select(coupled, &wanted, &end.friction.axes));
+            let held = end.friction.axes;
+            let touches = T::zero().lt(normal) | T::zero().lt(held.x.max(held.y));
+            if !touches.any() {
+                // A sphere in the air: its laws have nothing to say.
+                end.friction.value = Vector2::new(T::zero(), T::zero());
+                continue;
+            }
+            error = error.max(distance(&wanted, &held));
+            end.friction.resize(select(coupled, &wanted, &held));
             let stick = end.friction.respond(&slip);
             end.add_to(model, &tangent, normal, &stick);
             load += end.normal.value;

@@ -101,6 +101,16 @@ impl<T: Real> Stage<T> {
     }
 }
 
+impl<T: Real> Stage<T> {
+    /// Copies without giving memory back.
+    pub fn copy_from(&mut self, other: &Self) {
+        (self.coefficient, self.friction) = (other.coefficient, other.friction);
+        self.links.clone_from(&other.links);
+        self.joints.clone_from(&other.joints);
+        self.pegs.clone_from(&other.pegs);
+    }
+}
+
 impl<T: Real> StageLink<T> {
     /// From the CG to the lowest point of the front (0) or rear (1) sphere (T 4.23).
     #[inline(always)]
@@ -171,6 +181,19 @@ impl<T: Real> StageSolution<T> {
             drive: vec![[zero; 2]; links - 1],
             peg: Vec::with_capacity(PEGS_PER_LINK * links),
         }
+    }
+}
+
+impl<T: Real> StageSolution<T> {
+    /// Copies without giving memory back.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.twist.clone_from(&other.twist);
+        self.rate.clone_from(&other.rate);
+        self.normal.clone_from(&other.normal);
+        self.friction.clone_from(&other.friction);
+        self.rolling.clone_from(&other.rolling);
+        self.drive.clone_from(&other.drive);
+        self.peg.clone_from(&other.peg);
     }
 }
 
