@@ -93,7 +93,7 @@ fn free_twist(link: &StageLink) -> Screw {
 }
 
 /// Newton steps of one attempt.
-const MAX_ITERATIONS: u32 = 500;
+const MAX_ITERATIONS: u32 = 1000;
 
 /// Largest residual of a closed stage, in tolerances: the solvers bound velocities in the norm of the energy, the
 /// judge looks at every link by itself.

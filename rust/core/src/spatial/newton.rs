@@ -11,7 +11,7 @@
 //! hand, so that forces are those of the coupled problem, and only the tangent neglects that the radii vary: errors shrink
 //! some twentyfold a step. Normal impulses in the middle of a search may be absurd, as penalties make them; then the radii
 //! of before are kept until the convex problem is all but solved. Where all this does not converge soon,
-//! radii are held until it is solved entirely, and move then, half way if that gains little.
+//! radii are held until it is solved entirely, and move then, by shorter ways while that gains little.
 //!
 //! Several robots are solved side by side: a lane that has converged keeps its velocities and impulses
 //! while the others go on, so that each takes exactly the steps it would take alone.
@@ -267,20 +267,19 @@ impl<T: Real> Newton<T> {
     #[inline(always)]
     fn correct(&mut self, corrections: &Corrections<T>) {
         if corrections.settle.any() {
-            self.move_radii(corrections.settle, corrections.slow);
+            self.move_radii(corrections.settle, corrections.fraction);
         }
         if corrections.recentre.any() {
             self.recentre(corrections.recentre);
         }
     }
 
-    /// Takes the radii of the normal impulses at hand in the given lanes, half way where that gains little.
+    /// Moves the radii towards those of the normal impulses at hand in the given lanes.
     #[inline(always)]
-    fn move_radii(&mut self, lanes: T::Mask, slow: T::Mask) {
+    fn move_radii(&mut self, lanes: T::Mask, fraction: T) {
         let friction = self.friction;
         self.for_each_friction(|friction| friction.remember());
         self.links.iter_mut().for_each(|link| link.take_radii(&friction));
-        let fraction = T::select(slow, T::splat(0.5), T::splat(1.0));
         self.for_each_friction(|friction| friction.move_part_way(fraction, lanes));
     }
 

@@ -33,9 +33,9 @@ pub(super) struct Assembly<T> {
 pub(super) struct Corrections<T: Real> {
     /// Friction radii take the normal impulses, as trustworthy as they are by now.
     pub couple: T::Mask,
-    /// The convex problem is solved: radii move, half way in the lanes `slow`.
+    /// The convex problem is solved: radii move by this fraction of the way.
     pub settle: T::Mask,
-    pub slow: T::Mask,
+    pub fraction: T,
     /// All is solved but for the compliance: multipliers move to the impulses.
     pub recentre: T::Mask,
 }
@@ -50,8 +50,9 @@ pub(super) struct Progress<T: Real> {
     pub active: T::Mask,
     /// Lanes whose friction radii follow the normal impulses during the next step.
     pub coupled: T::Mask,
-    /// Error of the friction radii when they last moved for a solved convex problem.
+    /// Error of the friction radii when they last moved for a solved convex problem, and how far they move.
     last_error: T,
+    fraction: T,
     pub outcome: Outcome<T>,
 }
 
@@ -93,6 +94,7 @@ impl<T: Real> Progress<T> {
             active: lanes,
             coupled: if patient { lanes } else { none },
             last_error: T::splat(f64::INFINITY),
+            fraction: T::splat(1.0),
             outcome: Outcome { iterations: T::zero(), converged: none },
         }
     }
@@ -113,14 +115,25 @@ impl<T: Real> Progress<T> {
         let mistaken = self.active & tolerance.lt(here.radius_error);
         let couple = mistaken & !stubborn & !kept & next.le(T::splat(TRUST) * here.radius_error);
         let settle = mistaken & stubborn & next.le(tolerance);
-        let slow = (T::splat(SLOW_GAIN) * self.last_error).lt(here.radius_error);
-        self.last_error = T::select(settle, here.radius_error, self.last_error);
+        self.pace(settle, here.radius_error);
         let solved = self.active & !mistaken & next.le(T::splat(ACCURACY) * tolerance);
         let exact = here.multiplier_error.le(T::splat(EXACT) * here.fastest + T::splat(EXACT_AT_REST) * tolerance);
         self.outcome.converged = self.outcome.converged | (solved & exact);
         // A step that is not finite ends its lane: it is below no bound.
         self.active = self.active & !self.outcome.converged & next.lt(T::splat(f64::INFINITY));
-        Corrections { couple, settle, slow, recentre: solved & !exact }
+        Corrections { couple, settle, fraction: self.fraction, recentre: solved & !exact }
+    }
+
+    /// Moves of the radii become shorter while they gain little, and longer again when they gain much.
+    #[inline(always)]
+    fn pace(&mut self, lanes: T::Mask, error: T) {
+        let slow = (T::splat(SLOW_GAIN) * self.last_error).lt(error);
+        let fast = error.lt(T::splat(FAST_GAIN) * self.last_error);
+        let shorter = (T::splat(0.5) * self.fraction).max(T::splat(SHORTEST_MOVE));
+        let longer = (T::splat(1.5) * self.fraction).min(T::splat(1.0));
+        let fraction = T::select(slow, shorter, T::select(fast, longer, self.fraction));
+        self.fraction = T::select(lanes, fraction, self.fraction);
+        self.last_error = T::select(lanes, error, self.last_error);
     }
 
     /// Decrease below which nothing is searched for \[J\].
@@ -144,8 +157,10 @@ impl<T: Real> Progress<T> {
 /// Linear solves after which a stage counts as hard: from there on convex problems are solved before radii move.
 const PATIENCE: f64 = 20.0;
 
-/// Gain of such a move below which the next one goes half way.
-const SLOW_GAIN: f64 = 0.5;
+/// Gains of such a move below which the next one is shorter, and above which it is longer.
+const SLOW_GAIN: f64 = 0.7;
+const FAST_GAIN: f64 = 0.2;
+const SHORTEST_MOVE: f64 = 0.1;
 
 /// Length of a step over the error of the friction radii below which the normal impulses are trusted: forces of closed
 /// contacts show in it diminished by the square root of the penalty.
