@@ -417,8 +417,8 @@ class Integrator(_Section):
             at a time; or "thesis", the time stepping and Modified Newton iteration as printed (T Algorithm 3.1).
         step: largest step [s], > 0; a sample interval is divided into equal steps no longer than this. "implicit":
             0.025, and shorter in the first 0.2 s after the robot was placed. "adaptive": 0.05, steps as needed below.
-            0.02 for the robot model, 2.5e-4 if torques are held over steps; its smooth plants have a solver that
-            chooses its own.
+            0.01 for the spatial model. 0.02 for the robot model, 2.5e-4 if torques are held over steps; its smooth
+            plants have a solver that chooses its own.
         tolerance: > 0. "thesis": the iteration stops when the impulses change by less [N s] (T 3.81).
             "implicit": accuracy of the velocities in a stage [m/s]. "adaptive": error to expect of any link's position
             after a few seconds of motion [m], in [1e-7, 0.1], default 1e-4.
