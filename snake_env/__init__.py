@@ -1,6 +1,6 @@
 """Batched planar snake robots with exact Coulomb friction and obstacle contact.
 
-Importing the package registers the environments SnakeCourse-v0, SnakeField-v0 and SnakeFree-v0 with Gymnasium.
+Importing the package registers the environments with Gymnasium, SnakeField-v0 among them; see docs/environments.md.
 """
 
 from __future__ import annotations

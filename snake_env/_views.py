@@ -19,18 +19,18 @@ def frame_rate(control_period: float) -> int:
 
 
 class Views:
-    """One top view a robot, made when it is first drawn."""
+    """One view a robot, made when it is first drawn: from above, and in space from the side too."""
 
     def __init__(self) -> None:
         self._views: dict[int, TopView] = {}
 
     def image(self, i: int, snapshot: dict[str, Any]) -> NDArray[np.uint8]:
         """Picture of robot ``i`` (height, width, 3)."""
-        return self._view(i).image(snapshot)
+        return self._view(i, snapshot).image(snapshot)
 
     def show(self, snapshot: dict[str, Any], frames_per_second: int) -> None:
         """Shows robot 0 in a window, in real time."""
-        self._view(0).show(snapshot, frames_per_second)
+        self._view(0, snapshot).show(snapshot, frames_per_second)
 
     def close(self) -> None:
         """Closes the window, if there is one."""
@@ -42,9 +42,17 @@ class Views:
         """Pictures are not part of what is pickled or copied."""
         return {"_views": {}}
 
-    def _view(self, i: int) -> TopView:
+    def _view(self, i: int, snapshot: dict[str, Any]) -> TopView:
         if i not in self._views:
-            from snake_env.rendering import TopView
-
-            self._views[i] = TopView()
+            self._views[i] = _new_view("axis" in snapshot)
         return self._views[i]
+
+
+def _new_view(in_space: bool) -> TopView:
+    if in_space:
+        from snake_env.side_view import TwoViews
+
+        return TwoViews()
+    from snake_env.rendering import TopView
+
+    return TopView()

@@ -34,9 +34,16 @@ DESCRIPTIONS = {
     "SnakeCorridor-v0": "A corridor whose walls are rows of pegs: straight where the robot starts, then bent along an "
     "arc by up to `difficulty` times 90 degrees, with the goal point at its end. `difficulty` also widens the corridor "
     "beyond the width that fits the gait and moves pegs along the walls.",
+    "SnakeSpatial-v0": "The robot in space (chapter 4 of the thesis): joints that bend sideways and up and down, "
+    "links that lift, roll and press on the ground with forces of their own. No pegs and isotropic ground, on which a "
+    "snake that lies flat does not get ahead. It lies across the way to its goal, and action zero is the sidewinding "
+    "of section 7.5.2; phase shift zero with a small amplitude rolls it (7.3.2). With `task` it goes where the planar "
+    'robot goes: `gymnasium.make("SnakeSpatial-v0", task="field")` is the field of pegs in space, where action zero is '
+    "the flat gait (7.3). A picture shows it from above and, in a strip below, from the side.",
 }
 
 ARGUMENTS = {
+    "model": 'robot in the plane, "planar", or in space, "spatial"; set by the id',
     "task": 'scene and goal: "course", "field", "free", "perturbed", "maze" or "corridor"; set by the id',
     "action_mode": 'what an action prescribes: "gait", "joints" or "residual"',
     "perception": '"pegs": the robot locates the nearest pegs; "blind": it feels contact forces only',
@@ -60,9 +67,9 @@ ARGUMENTS = {
     "randomization": "what differs from episode to episode beside the scene: the fields of "
     "`snake_env.Randomization`, with ranges and units at the end of this page",
     "friction": "Coulomb coefficients along and across a link, 0 to 10; null: the task's own, (0.2, 0.5) for "
-    '"free" and "maze" and (0.2, 0.2) otherwise',
-    "controller": 'joint controller: "pd", "io" (input-output linearising, critically damped with K_D = 0.5 / T for T '
-    "a tenth of the control period; both with a limit of 10 N m), or the fields of "
+    '"maze" and for the planar robot on "free", and (0.2, 0.2) otherwise',
+    "controller": 'joint controller: "pd", or in the plane "io" (input-output linearising, critically damped with K_D '
+    "= 0.5 / T for T a tenth of the control period; both with a limit of 10 N m), or the fields of "
     "`snake_env.PD` or `snake_env.IOLinearizing` with their `law`",
     "integrator": "time stepping: the fields of `snake_env.Integrator`",
     "robot": "the robot: the fields of `snake_env.Robot`",
@@ -78,7 +85,8 @@ Each id has two forms: `gymnasium.make(id)` is a single environment, `gymnasium.
 batch `snake_env.SnakeVectorEnv`, which is identical to n single environments, bit for bit, and steps them in Rust on
 `num_threads` threads. `snake_env.sb3.make(id, num_envs=n)` is the batch as a Stable-Baselines3 `VecEnv`.
 
-A planar snake robot of 11 links (Aiko, Table 7.1 of the thesis) lies on a horizontal plane with Coulomb friction. It
+A snake robot of 11 links (Aiko, Table 7.1 of the thesis) lies on a horizontal plane with Coulomb friction; it is planar
+but in `SnakeSpatial-v0`. It
 has no wheels: it makes way by pushing its body against pegs, or by sliding more easily along its links than across
 them. Link 1 leads. Units are SI and radians.
 """
@@ -131,18 +139,18 @@ Factors on the robot need the integrator's method "implicit" or "adaptive".
 
 ## Version history
 
-- v0: first release of all ids. `SnakePerturbed-v0`, `SnakeMaze-v0` and `SnakeCorridor-v0` came later; the others did
-  not change by it.
+- v0: first release of all ids. `SnakePerturbed-v0`, `SnakeMaze-v0`, `SnakeCorridor-v0` and `SnakeSpatial-v0` came
+  later; the others did not change by it.
 """
 
 
 def page() -> str:
     """The page as Markdown."""
-    return "\n".join([HEADER, *(_environment(env_id, task) for env_id, task in TASKS.items()), FOOTER])
+    return "\n".join([HEADER, *(_environment(env_id, options) for env_id, options in TASKS.items()), FOOTER])
 
 
-def _environment(env_id: str, task: str) -> str:
-    layout = Task({"task": task}, MAX_EPISODE_STEPS).layout
+def _environment(env_id: str, options: dict[str, str]) -> str:
+    layout = Task(options, MAX_EPISODE_STEPS).layout
     config = json.loads(layout["config"])
     return "\n".join(
         [
@@ -178,7 +186,7 @@ def _actions(config: dict[str, Any]) -> str:
         "follows the references.\n"
     )
     for mode in ("gait", "joints", "residual"):
-        layout = Task({"task": config["task"], "action_mode": mode}, None).layout
+        layout = Task({"model": config["model"], "task": config["task"], "action_mode": mode}, None).layout
         default = " (default)" if mode == config["action_mode"] else ""
         rows: list[tuple[Any, ...]] = [
             (k, e["name"], _number(e["low"]), _number(e["high"]), _number(e["slew"]), e["unit"], e["meaning"])

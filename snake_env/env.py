@@ -18,7 +18,7 @@ from snake_env.options import RewardFn, TaskOptions
 
 
 class SnakeEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
-    """One planar snake robot; equal to robot 0 of a :class:`snake_env.SnakeVectorEnv` of any size.
+    """One snake robot; equal to robot 0 of a :class:`snake_env.SnakeVectorEnv` of any size.
 
     Args:
         max_episode_steps: control periods after which an episode is truncated, >= 1; None: never

@@ -25,6 +25,7 @@ class TaskOptions(TypedDict, total=False):
     Nested sections may be given as mappings, which keeps the environment's spec serialisable as JSON.
     """
 
+    model: str
     task: str
     action_mode: str
     perception: str

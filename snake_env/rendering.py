@@ -69,12 +69,13 @@ class TopView:
 
     def show(self, snapshot: dict[str, Any], frames_per_second: int) -> None:
         """Shows the picture in a window and waits for the time of the next one."""
+        picture = self._draw(snapshot)
         if self._window is None:
             pygame.display.init()
             pygame.display.set_caption("snake_env")
-            self._window = pygame.display.set_mode(SIZE)
+            self._window = pygame.display.set_mode(picture.get_size())
             self._clock = pygame.time.Clock()
-        self._window.blit(self._draw(snapshot), (0, 0))
+        self._window.blit(picture, (0, 0))
         pygame.event.pump()
         pygame.display.flip()
         self._clock.tick(frames_per_second)

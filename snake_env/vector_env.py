@@ -25,7 +25,7 @@ StepResult = tuple[NDArray[np.float32], NDArray[np.float64], Mask, Mask, dict[st
 
 
 class SnakeVectorEnv(VectorEnv):
-    """n planar snake robots, each in a scene of its own.
+    """n snake robots, each in a scene of its own.
 
     Identical, byte for byte, to ``gymnasium.vector.SyncVectorEnv`` over n single environments with the same seeds,
     whatever ``num_envs`` and ``num_threads`` are. One environment object belongs to one thread at a time.

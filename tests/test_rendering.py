@@ -30,6 +30,25 @@ def test_a_picture_shows_robot_pegs_and_contact_forces():
     assert {HEAD, *BODY, PEG, FORCE} <= colours(image)
 
 
+def test_a_robot_in_space_is_seen_from_above_and_from_the_side():
+    env = gym.make("SnakeSpatial-v0", render_mode="rgb_array", goal_distance=0.4)
+    env.reset(seed=0)
+    flat = env.render()
+    for _ in range(40):
+        env.step(np.zeros(6))
+    image = env.render()
+    above, side = image[: SIZE[1]], image[SIZE[1] :]
+    assert {HEAD, *BODY, GOAL} <= colours(above)
+    assert {HEAD, *BODY, FORCE} <= colours(side)
+    # Sidewinding lifts: the links reach higher than those of the robot that rests.
+    assert top_row(side) < top_row(flat[SIZE[1] :]) - 5
+
+
+def top_row(image):
+    """The highest row with a pixel of the body."""
+    return int(np.flatnonzero((image == BODY[0]).all(axis=2).any(axis=1))[0])
+
+
 def test_the_goal_comes_into_view():
     env = SnakeEnv(task="free", render_mode="rgb_array", goal_distance=0.5)
     env.reset(seed=0)

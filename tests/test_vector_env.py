@@ -77,7 +77,7 @@ def test_row_zero_is_the_single_environment(env_id):
     for k in range(20):
         np.testing.assert_array_equal(row, rows[0])
         assert info == {name: infos[name][0] for name in info}
-        actions = np.full((5, 4), np.sin(k), np.float32)
+        actions = np.full(batch.action_space.shape, np.sin(k), np.float32)
         rows, rewards, _, _, infos = batch.step(actions)
         row, reward, _, _, info = single.step(actions[0])
         assert reward == rewards[0]

@@ -1,10 +1,9 @@
 //! Laws of the batch: rows are alone in the world.
 
-use snake_core::batch::{Batch, Outputs};
+use snake_core::batch::{Batch, Formed, Outputs};
 use snake_core::stepper::{IntegratorConfig, Method};
 use snake_core::task::random::Stream;
-use snake_core::task::signal::COUNT;
-use snake_core::task::{EnvConfig, Environment, Task};
+use snake_core::task::{EnvConfig, Environment, Model, PlanarMachine, SpatialMachine, Task};
 
 /// Arrays that a batch writes to.
 #[derive(Clone, PartialEq, Debug)]
@@ -17,14 +16,14 @@ struct Arrays {
 }
 
 impl Arrays {
-    fn of(batch: &Batch) -> Self {
+    fn of<M: Formed>(batch: &Batch<M>) -> Self {
         let n = batch.num_envs();
         Self {
             observation: vec![7.0; n * batch.observation_size()],
             reward: vec![7.0; n],
             terminated: vec![true; n],
             truncated: vec![true; n],
-            signals: vec![7.0; n * COUNT],
+            signals: vec![7.0; n * batch.signal_kinds().count()],
         }
     }
 
@@ -65,7 +64,7 @@ fn action(seed: usize, step: u64, size: usize) -> impl Iterator<Item = f64> {
 
 /// Rows `first..first + n` of one large imagined batch over 40 steps, resetting rows that end.
 fn trajectory(first: usize, n: usize, threads: usize) -> Vec<Arrays> {
-    let mut batch = Batch::new(&short_field(), n, threads).unwrap();
+    let mut batch = Batch::<PlanarMachine>::new(&short_field(), n, threads).unwrap();
     let mut arrays = Arrays::of(&batch);
     let seeds: Vec<_> = (first..first + n).map(|seed| Some(seed as u64)).collect();
     batch.reset(&vec![true; n], &seeds, arrays.outputs());
@@ -99,7 +98,7 @@ fn results_do_not_depend_on_threads_or_batch_size() {
 #[test]
 fn rows_that_are_not_active_stay_untouched() {
     for threads in [1, 2] {
-        let mut batch = Batch::new(&short_field(), 6, threads).unwrap();
+        let mut batch = Batch::<PlanarMachine>::new(&short_field(), 6, threads).unwrap();
         let mut arrays = Arrays::of(&batch);
         batch.reset(&[true; 6], &[Some(1); 6], arrays.outputs());
         let before = arrays.clone();
@@ -115,22 +114,29 @@ fn rows_that_are_not_active_stay_untouched() {
 
 #[test]
 fn a_row_that_diverges_leaves_its_neighbours_alone() {
+    let config = EnvConfig { task: Task::Course, ..EnvConfig::default() };
+    diverge_in_row_three::<PlanarMachine>(&config);
+    diverge_in_row_three::<SpatialMachine>(&EnvConfig { model: Model::Spatial, ..config });
+}
+
+fn diverge_in_row_three<M: Formed>(config: &EnvConfig) {
+    let mut divergences = 0;
     for threads in [1, 2] {
-        let config = EnvConfig { task: Task::Course, ..EnvConfig::default() };
-        let (mut sick, mut sound) =
-            (Batch::new(&config, 5, threads).unwrap(), Batch::new(&config, 5, threads).unwrap());
+        let batch = || Batch::<M>::new(config, 5, threads).unwrap();
+        let (mut sick, mut sound) = (batch(), batch());
         let (mut a, mut b) = (Arrays::of(&sick), Arrays::of(&sound));
         let seeds = [0, 1, 2, 3, 4].map(Some);
         sick.reset(&[true; 5], &seeds, a.outputs());
         sound.reset(&[true; 5], &seeds, b.outputs());
         let mut state = serde_json::to_value(sick.save(3)).unwrap();
-        state["simulation"]["state"]["twist"][0][2] = serde_json::json!(1e200);
+        state["machine"]["simulation"]["state"]["twist"][0][2] = serde_json::json!(1e200);
         sick.restore(3, &serde_json::from_value(state).unwrap()).unwrap();
         for _ in 0..5 {
             let actions = vec![0.1; 5 * sick.action_size()];
             sick.step(&actions, &[true; 5], a.outputs());
             sound.step(&actions, &[true; 5], b.outputs());
             if a.terminated[3] {
+                divergences += 1;
                 sick.reset(&[false, false, false, true, false], &[None; 5], a.outputs());
             }
             for row in [0, 1, 2, 4] {
@@ -139,16 +145,17 @@ fn a_row_that_diverges_leaves_its_neighbours_alone() {
         }
         assert!(a.observation.iter().all(|value| value.is_finite()));
     }
+    assert_eq!(divergences, 2, "one for each number of threads");
 }
 
 #[test]
 fn a_batch_of_the_thesis_method_steps_like_its_environments() {
     let integrator = IntegratorConfig { method: Method::Thesis, ..IntegratorConfig::default() };
     let config = EnvConfig { task: Task::Course, integrator, ..EnvConfig::default() };
-    let mut batch = Batch::new(&config, 2, 1).unwrap();
+    let mut batch = Batch::<PlanarMachine>::new(&config, 2, 1).unwrap();
     let mut arrays = Arrays::of(&batch);
     batch.reset(&[true; 2], &[Some(3), Some(4)], arrays.outputs());
-    let mut alone = Environment::new(&config).unwrap();
+    let mut alone = Environment::<PlanarMachine>::new(&config).unwrap();
     let size = alone.observation_size();
     let mut observation = vec![0.0; size];
     alone.reset(Some(4), &mut observation);
@@ -161,8 +168,8 @@ fn a_batch_of_the_thesis_method_steps_like_its_environments() {
 
 #[test]
 fn sizes_are_checked_by_name() {
-    let error = |n, threads| Batch::new(&short_field(), n, threads).unwrap_err().field;
+    let error = |n, threads| Batch::<PlanarMachine>::new(&short_field(), n, threads).unwrap_err().field;
     assert_eq!(error(0, 1), "num_envs");
     assert_eq!(error(1, 5000), "num_threads");
-    assert!(Batch::new(&short_field(), 1, 0).unwrap().num_threads() >= 1);
+    assert!(Batch::<PlanarMachine>::new(&short_field(), 1, 0).unwrap().num_threads() >= 1);
 }

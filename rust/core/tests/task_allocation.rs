@@ -3,7 +3,7 @@
 #[path = "common/requests.rs"]
 mod requests;
 
-use snake_core::task::{ActionMode, EnvConfig, Environment, Task};
+use snake_core::task::{ActionMode, EnvConfig, Environment, Machine, Model, PlanarMachine, SpatialMachine, Task};
 
 use requests::REQUESTS;
 
@@ -12,19 +12,24 @@ fn stepping_an_environment_does_not_allocate() {
     for task in Task::ALL {
         for action_mode in [ActionMode::Gait, ActionMode::Joints, ActionMode::Residual] {
             let config = EnvConfig { task, action_mode, ..EnvConfig::default() };
-            let mut environment = Environment::new(&config).unwrap();
-            let mut observation = vec![0.0; environment.observation_size()];
-            let action = vec![0.2; environment.action_size()];
-            environment.reset(Some(1), &mut observation);
-            // The first steps may reserve workspace that the rest re-uses.
-            for _ in 0..20 {
-                environment.step(&action, &mut observation);
-            }
-            let before = REQUESTS.get();
-            for _ in 0..100 {
-                environment.step(&action, &mut observation);
-            }
-            assert_eq!(REQUESTS.get() - before, 0, "{task:?}, {action_mode:?}");
+            step_without_allocating::<PlanarMachine>(&config);
+            step_without_allocating::<SpatialMachine>(&EnvConfig { model: Model::Spatial, ..config });
         }
     }
+}
+
+fn step_without_allocating<M: Machine>(config: &EnvConfig) {
+    let mut environment = Environment::<M>::new(config).unwrap();
+    let mut observation = vec![0.0; environment.observation_size()];
+    let action = vec![0.2; environment.action_size()];
+    environment.reset(Some(1), &mut observation);
+    // The first steps may reserve workspace that the rest re-uses.
+    for _ in 0..20 {
+        environment.step(&action, &mut observation);
+    }
+    let before = REQUESTS.get();
+    for _ in 0..100 {
+        environment.step(&action, &mut observation);
+    }
+    assert_eq!(REQUESTS.get() - before, 0, "{:?}, {:?}, {:?}", M::MODEL, config.task, config.action_mode);
 }

@@ -23,7 +23,7 @@ struct Run {
 
 impl Run {
     fn new(config: &EnvConfig, seed: u64) -> Self {
-        let mut environment = Environment::new(config).unwrap();
+        let mut environment = Environment::<PlanarMachine>::new(config).unwrap();
         let mut observation = vec![0.0; environment.observation_size()];
         environment.reset(Some(seed), &mut observation);
         Self { environment, observation }
@@ -268,7 +268,7 @@ fn a_diverging_robot_is_flagged_and_its_observation_finite() {
     let mut run = Run::new(&config(Task::Course), 0);
     run.hold(&[0.0; 4], 5);
     let mut state = serde_json::to_value(run.environment.save()).unwrap();
-    state["simulation"]["state"]["twist"][3][0] = serde_json::json!(1e300);
+    state["machine"]["simulation"]["state"]["twist"][3][0] = serde_json::json!(1e300);
     run.environment.restore(&serde_json::from_value(state).unwrap()).unwrap();
     let outcome = run.step(&[0.0; 4]);
     assert!(outcome.terminated && !outcome.truncated && run.environment.summary().diverged);
@@ -328,7 +328,7 @@ fn every_field_of_the_configuration_is_checked_by_name() {
         ("robot.radius", EnvConfig { robot: robot(0.06), task: Task::Course, ..good.clone() }),
     ];
     for (field, config) in bad {
-        let error = Environment::new(&config).unwrap_err();
+        let error = Environment::<PlanarMachine>::new(&config).unwrap_err();
         assert_eq!(error.field, field);
         assert!(!error.value.is_empty() && !error.expected.is_empty());
     }

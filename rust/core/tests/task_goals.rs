@@ -4,7 +4,7 @@ use snake_core::task::*;
 
 /// Action zero, the thesis's gait, until the episode ends.
 fn scripted(config: EnvConfig, seed: u64) -> snake_core::task::signal::Summary {
-    let mut environment = Environment::new(&config).unwrap();
+    let mut environment = Environment::<PlanarMachine>::new(&config).unwrap();
     let mut observation = vec![0.0; environment.observation_size()];
     environment.reset(Some(seed), &mut observation);
     loop {
@@ -36,7 +36,7 @@ fn peg_3_may_be_moved_by_a_link_diameter_but_not_removed() {
 fn a_field_drawn_for_push_points_has_them() {
     for task in [Task::Field, Task::Maze] {
         let config = EnvConfig { task, difficulty: 1.0, push_points: 2, ..EnvConfig::default() };
-        let mut asked = Environment::new(&config).unwrap();
+        let mut asked = <Environment>::new(&config).unwrap();
         let mut plain = Environment::new(&EnvConfig { push_points: 0, ..config }).unwrap();
         let mut observation = vec![0.0; asked.observation_size()];
         let mut poor = 0;
@@ -56,8 +56,8 @@ fn a_field_drawn_for_push_points_has_them() {
 fn a_perturbed_course_at_difficulty_zero_is_the_course() {
     let perturbation = Perturbation { course: Course::Table75, ..Perturbation::default() };
     let config = EnvConfig { task: Task::Perturbed, difficulty: 0.0, perturbation, ..EnvConfig::default() };
-    let perturbed = Environment::new(&config).unwrap();
-    let course = Environment::new(&EnvConfig { task: Task::Course, ..EnvConfig::default() }).unwrap();
+    let perturbed = Environment::<PlanarMachine>::new(&config).unwrap();
+    let course = Environment::<PlanarMachine>::new(&EnvConfig { task: Task::Course, ..EnvConfig::default() }).unwrap();
     assert_eq!(perturbed.pegs(), course.pegs());
     assert_eq!(perturbed.goal(), course.goal());
 }
@@ -74,7 +74,7 @@ fn a_corridor_that_fits_the_gait_leads_it_to_the_goal() {
 #[test]
 fn towards_a_goal_point_all_quantities_are_those_of_its_direction() {
     let config = EnvConfig { task: Task::Maze, difficulty: 1.0, start_jitter: 0.0, ..EnvConfig::default() };
-    let mut environment = Environment::new(&config).unwrap();
+    let mut environment = Environment::<PlanarMachine>::new(&config).unwrap();
     let mut observation = vec![0.0; environment.observation_size()];
     for seed in 0..5 {
         environment.reset(Some(seed), &mut observation);

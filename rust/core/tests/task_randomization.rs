@@ -27,7 +27,7 @@ fn everything() -> Randomization {
 
 /// Steps robot `seed` under its own actions; returns its poses.
 fn poses(config: &EnvConfig, steps: usize) -> Vec<f64> {
-    let mut environment = Environment::new(config).unwrap();
+    let mut environment = <Environment>::new(config).unwrap();
     let mut observation = vec![0.0; environment.observation_size()];
     environment.reset(Some(3), &mut observation);
     let mut stream = Stream::new(1, 1);
@@ -77,7 +77,7 @@ fn a_factor_on_the_torque_limit_is_a_weaker_motor() {
 fn a_delay_shifts_the_joint_references_in_time() {
     let references = |randomization: Randomization| {
         let config = EnvConfig { task: Task::Free, start_jitter: 0.0, randomization, ..EnvConfig::default() };
-        let mut environment = Environment::new(&config).unwrap();
+        let mut environment = <Environment>::new(&config).unwrap();
         let mut observation = vec![0.0; environment.observation_size()];
         environment.reset(Some(0), &mut observation);
         let mut step = |_| {
@@ -100,7 +100,7 @@ fn noise_is_seen_and_not_felt() {
     let noisy = Randomization { noise, peg_error: 0.05, ..Randomization::default() };
     assert_eq!(poses(&field(noisy), 40), poses(&field(Randomization::default()), 40));
 
-    let mut environments = [noisy, Randomization::default()].map(|one| Environment::new(&field(one)).unwrap());
+    let mut environments = [noisy, Randomization::default()].map(|one| <Environment>::new(&field(one)).unwrap());
     let mut seen = environments.each_ref().map(|environment| vec![0.0; environment.observation_size()]);
     let mut largest = 0.0f64;
     for seed in 0..50 {
@@ -119,7 +119,7 @@ fn noise_is_seen_and_not_felt() {
 fn randomised_robots_do_not_depend_on_their_neighbours() {
     let config = EnvConfig { max_episode_steps: 20, ..field(everything()) };
     let run = |rows: usize| {
-        let mut batch = Batch::new(&config, rows, 1).unwrap();
+        let mut batch = <Batch>::new(&config, rows, 1).unwrap();
         let mut observation = vec![0.0; rows * batch.observation_size()];
         let (mut reward, mut signals) = (vec![0.0; rows], vec![0.0; COUNT * rows]);
         let (mut terminated, mut truncated) = (vec![false; rows], vec![false; rows]);
@@ -152,7 +152,7 @@ fn randomised_robots_do_not_depend_on_their_neighbours() {
 #[test]
 fn a_saved_state_of_a_randomised_robot_continues_bit_for_bit() {
     let config = field(everything());
-    let mut environments = [0, 1].map(|_| Environment::new(&config).unwrap());
+    let mut environments = [0, 1].map(|_| <Environment>::new(&config).unwrap());
     let [first, second] = &mut environments;
     let mut observations = [vec![0.0; first.observation_size()], vec![0.0; first.observation_size()]];
     let [one, other] = &mut observations;
@@ -175,7 +175,7 @@ fn a_saved_state_of_a_randomised_robot_continues_bit_for_bit() {
 
 #[test]
 fn a_new_difficulty_counts_from_the_next_episode_on() {
-    let mut environment = Environment::new(&field(Randomization::default())).unwrap();
+    let mut environment = <Environment>::new(&field(Randomization::default())).unwrap();
     let mut observation = vec![0.0; environment.observation_size()];
     environment.reset(Some(4), &mut observation);
     let before = environment.pegs().to_vec();
@@ -183,7 +183,7 @@ fn a_new_difficulty_counts_from_the_next_episode_on() {
     assert_eq!(before, environment.pegs());
     environment.reset(Some(4), &mut observation);
     let hard = EnvConfig { difficulty: 1.0, ..EnvConfig::default() };
-    let mut other = Environment::new(&hard).unwrap();
+    let mut other = <Environment>::new(&hard).unwrap();
     other.reset(Some(4), &mut observation);
     assert_eq!(environment.pegs(), other.pegs());
     for bad in [-0.1, 1.1, f64::NAN] {

@@ -4,10 +4,10 @@ use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use snake_core::ConfigError;
-use snake_core::batch;
 use snake_core::error::require;
 
 use crate::config::decode;
+use crate::core::{Core, of_model};
 use crate::gate::{Fault, detached};
 use crate::sheet::{Sheet, shape};
 use crate::snapshot;
@@ -20,7 +20,7 @@ use crate::snapshot;
 #[pyclass(module = "snake_env._native")]
 pub struct Batch {
     config: String,
-    core: batch::Batch,
+    core: Core,
     /// Actions of the step at hand.
     actions: Vec<f64>,
 }
@@ -29,7 +29,7 @@ pub struct Batch {
 impl Batch {
     #[new]
     fn new(py: Python<'_>, config_json: String, num_envs: usize, num_threads: usize) -> PyResult<Self> {
-        let core = detached(py, || Ok(batch::Batch::new(&decode(&config_json)?, num_envs, num_threads)?))?;
+        let core = detached(py, || Ok(Core::new(&decode(&config_json)?, num_envs, num_threads)?))?;
         Ok(Self { actions: vec![0.0; num_envs * core.action_size()], config: config_json, core })
     }
 
@@ -48,10 +48,10 @@ impl Batch {
         sheet.check(&self.core)?;
         let (core, mask, out) = (&mut self.core, mask.as_slice()?, sheet.outputs()?);
         detached(py, || {
-            core.reset(mask, &seeds, out);
+            of_model!(core, core => core.reset(mask, &seeds, out));
             Ok(())
         })?;
-        sheet.copy_typed()
+        sheet.copy_typed(&self.core)
     }
 
     /// One control period in the active rows under `actions`, float32 (n, a); returns how many of their
@@ -71,10 +71,10 @@ impl Batch {
         self.take_actions(actions.as_slice()?, active)?;
         let (core, actions, out) = (&mut self.core, &self.actions, sheet.outputs()?);
         detached(py, || {
-            core.step(actions, active, out);
+            of_model!(core, core => core.step(actions, active, out));
             Ok(())
         })?;
-        sheet.copy_typed()?;
+        sheet.copy_typed(&self.core)?;
         sheet.ended(active)
     }
 
@@ -91,7 +91,7 @@ impl Batch {
         let (core, mask, rows) = (&mut self.core, mask.as_slice()?, observation.as_slice_mut()?);
         detached(py, || {
             for (i, row) in rows.chunks_exact_mut(size).enumerate().filter(|(i, _)| mask[*i]) {
-                core.observe(i, row);
+                of_model!(core, core => core.observe(i, row));
             }
             Ok(())
         })
@@ -100,13 +100,17 @@ impl Batch {
     /// The difficulty of the episodes that a row begins from now on.
     fn set_difficulty(&mut self, row: usize, difficulty: f64) -> PyResult<()> {
         self.require_row(row)?;
-        Ok(self.core.set_difficulty(row, difficulty).map_err(Fault::from)?)
+        let core = &mut self.core;
+        Ok(of_model!(core, batch => batch.set_difficulty(row, difficulty)).map_err(Fault::from)?)
     }
 
     /// Everything that changes in a row.
     fn get_state<'py>(&self, py: Python<'py>, row: usize) -> PyResult<Bound<'py, PyBytes>> {
         self.require_row(row)?;
-        let bytes = detached(py, || postcard::to_stdvec(&self.core.save(row)).map_err(|e| bad_state(&e)))?;
+        let core = &self.core;
+        let bytes = of_model!(core, core => {
+            detached(py, || postcard::to_stdvec(&core.save(row)).map_err(|e| bad_state(&e)))?
+        });
         Ok(PyBytes::new(py, &bytes))
     }
 
@@ -114,16 +118,19 @@ impl Batch {
     fn set_state(&mut self, py: Python<'_>, row: usize, state: &[u8]) -> PyResult<()> {
         self.require_row(row)?;
         let core = &mut self.core;
-        detached(py, || {
+        of_model!(core, core => detached(py, || {
             let state = postcard::from_bytes(state).map_err(|e| bad_state(&e))?;
             Ok(core.restore(row, &state)?)
-        })
+        }))
     }
 
     /// What a picture of a row shows.
     fn snapshot<'py>(&self, py: Python<'py>, row: usize) -> PyResult<Bound<'py, PyDict>> {
         self.require_row(row)?;
-        snapshot::of(py, self.core.environment(row))
+        match &self.core {
+            Core::Planar(core) => snapshot::planar(py, core.environment(row)),
+            Core::Spatial(core) => snapshot::spatial(py, core.environment(row)),
+        }
     }
 
     fn __getnewargs__(&self) -> (&str, usize, usize) {

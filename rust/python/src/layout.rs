@@ -5,7 +5,7 @@ use pyo3::types::{PyDict, PyList};
 use snake_core::task::action::ActionEntry;
 use snake_core::task::observation::ObservationBlock;
 use snake_core::task::signal::{SIGNALS, Signal};
-use snake_core::task::{EnvConfig, Environment};
+use snake_core::task::{EnvConfig, Environment, Machine, Model, PlanarMachine, SpatialMachine};
 
 use crate::config::decode;
 use crate::gate::detached;
@@ -14,17 +14,23 @@ use crate::gate::detached;
 /// "control_period" \[s\], and "config", the JSON text of the whole configuration with its defaults.
 #[pyfunction]
 pub fn layout<'py>(py: Python<'py>, config_json: &str) -> PyResult<Bound<'py, PyDict>> {
-    let (config, environment) = detached(py, || {
-        let config: EnvConfig = decode(config_json)?;
-        let environment = Environment::new(&config)?;
-        Ok((config, environment))
-    })?;
+    let config: EnvConfig = detached(py, || Ok(decode(config_json)?))?;
+    match config.model {
+        Model::Planar => describe::<PlanarMachine>(py, &config),
+        Model::Spatial => describe::<SpatialMachine>(py, &config),
+    }
+}
+
+fn describe<'py, M: Machine>(py: Python<'py>, config: &EnvConfig) -> PyResult<Bound<'py, PyDict>> {
+    let environment = detached(py, || Ok(Environment::<M>::new(config)?))?;
     let dict = PyDict::new(py);
     dict.set_item("observation", list(py, environment.observation_blocks(), describe_block)?)?;
     dict.set_item("action", list(py, environment.action_entries(), describe_action)?)?;
-    dict.set_item("signals", list(py, &SIGNALS, describe_signal)?)?;
+    let signals = list(py, &SIGNALS, describe_signal)?;
+    M::SIGNALS.iter().try_for_each(|signal| append(&signals, signal, describe_signal))?;
+    dict.set_item("signals", signals)?;
     dict.set_item("control_period", config.control_period)?;
-    dict.set_item("config", serde_json::to_string(&config).unwrap_or_default())?;
+    dict.set_item("config", serde_json::to_string(config).unwrap_or_default())?;
     Ok(dict)
 }
 
@@ -34,15 +40,21 @@ fn list<'py, T>(
     describe: fn(&Bound<'py, PyDict>, &T) -> PyResult<()>,
 ) -> PyResult<Bound<'py, PyList>> {
     let list = PyList::empty(py);
-    for item in items {
-        let dict = PyDict::new(py);
-        describe(&dict, item)?;
-        list.append(dict)?;
-    }
+    items.iter().try_for_each(|item| append(&list, item, describe))?;
     Ok(list)
 }
 
-fn describe_block(dict: &Bound<'_, PyDict>, block: &ObservationBlock) -> PyResult<()> {
+fn append<'py, T>(
+    list: &Bound<'py, PyList>,
+    item: &T,
+    describe: fn(&Bound<'py, PyDict>, &T) -> PyResult<()>,
+) -> PyResult<()> {
+    let dict = PyDict::new(list.py());
+    describe(&dict, item)?;
+    list.append(dict)
+}
+
+fn describe_block<M>(dict: &Bound<'_, PyDict>, block: &ObservationBlock<M>) -> PyResult<()> {
     dict.set_item("name", block.name)?;
     dict.set_item("start", block.start)?;
     dict.set_item("size", block.size())?;
@@ -63,7 +75,7 @@ fn describe_action(dict: &Bound<'_, PyDict>, entry: &ActionEntry) -> PyResult<()
     dict.set_item("meaning", entry.meaning)
 }
 
-fn describe_signal(dict: &Bound<'_, PyDict>, signal: &Signal) -> PyResult<()> {
+fn describe_signal<T>(dict: &Bound<'_, PyDict>, signal: &Signal<T>) -> PyResult<()> {
     dict.set_item("name", signal.name)?;
     dict.set_item("kind", signal.kind.name())?;
     dict.set_item("unit", signal.unit)?;

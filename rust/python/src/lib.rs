@@ -2,6 +2,7 @@
 
 mod batch;
 mod config;
+mod core;
 mod courses;
 mod gait;
 mod gate;

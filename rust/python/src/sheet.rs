@@ -3,9 +3,10 @@
 use numpy::{PyArray, PyReadwriteArray1, PyReadwriteArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use snake_core::ConfigError;
-use snake_core::batch::{self, Outputs};
-use snake_core::task::signal::{COUNT, SIGNALS, SignalKind};
+use snake_core::batch::Outputs;
+use snake_core::task::signal::SignalKind;
 
+use crate::core::Core;
 use crate::gate::Fault;
 
 /// (observation, reward, terminated, truncated, signals, flags, counts); n columns or rows each, C-contiguous.
@@ -24,15 +25,15 @@ pub struct Sheet<'py>(
 impl Sheet<'_> {
     /// # Errors
     /// Names the array of the wrong shape.
-    pub fn check(&self, batch: &batch::Batch) -> Result<(), Fault> {
+    pub fn check(&self, batch: &Core) -> Result<(), Fault> {
         let n = batch.num_envs();
         shape("observation", &self.0, &[n, batch.observation_size()])?;
         shape("reward", &self.1, &[n])?;
         shape("terminated", &self.2, &[n])?;
         shape("truncated", &self.3, &[n])?;
-        shape("signals", &self.4, &[COUNT, n])?;
-        shape("flags", &self.5, &[rows_of(SignalKind::Bool).count(), n])?;
-        shape("counts", &self.6, &[rows_of(SignalKind::Int).count(), n])
+        shape("signals", &self.4, &[batch.signal_count(), n])?;
+        shape("flags", &self.5, &[batch.rows_of(SignalKind::Bool).len(), n])?;
+        shape("counts", &self.6, &[batch.rows_of(SignalKind::Int).len(), n])
     }
 
     /// Where the core writes.
@@ -47,14 +48,14 @@ impl Sheet<'_> {
     }
 
     /// Fills `flags` and `counts`.
-    pub fn copy_typed(&mut self) -> PyResult<()> {
+    pub fn copy_typed(&mut self, batch: &Core) -> PyResult<()> {
         let signals = self.4.as_slice()?;
         let n = self.1.len();
         let (flags, counts) = (self.5.as_slice_mut()?, self.6.as_slice_mut()?);
-        for (typed, row) in flags.chunks_exact_mut(n).zip(rows_of(SignalKind::Bool)) {
+        for (typed, row) in flags.chunks_exact_mut(n).zip(batch.rows_of(SignalKind::Bool)) {
             typed.iter_mut().zip(&signals[row * n..]).for_each(|(typed, value)| *typed = *value != 0.0);
         }
-        for (typed, row) in counts.chunks_exact_mut(n).zip(rows_of(SignalKind::Int)) {
+        for (typed, row) in counts.chunks_exact_mut(n).zip(batch.rows_of(SignalKind::Int)) {
             typed.iter_mut().zip(&signals[row * n..]).for_each(|(typed, value)| *typed = *value as i64);
         }
         Ok(())
@@ -65,11 +66,6 @@ impl Sheet<'_> {
         let flags = self.2.as_slice()?.iter().zip(self.3.as_slice()?).zip(active);
         Ok(flags.map(|((terminated, truncated), active)| usize::from(*active & (*terminated | *truncated))).sum())
     }
-}
-
-/// Rows of the signals of a kind, in order.
-fn rows_of(kind: SignalKind) -> impl Iterator<Item = usize> {
-    SIGNALS.iter().enumerate().filter(move |(_, signal)| signal.kind == kind).map(|(row, _)| row)
 }
 
 /// # Errors

@@ -3,47 +3,33 @@
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use crate::gait::JointTarget;
-use crate::stepper::{Body, Driven, Fleet};
 use crate::task::signal::Summary;
-use crate::task::{Environment, Outcome};
+use crate::task::{Environment, Machine, Outcome};
+
+use super::formation::Formed;
 
 /// Neighbouring rows of a batch.
 #[derive(Debug)]
-pub struct Chunk {
+pub struct Chunk<M: Formed> {
     first: usize,
-    pub rows: Vec<Row>,
+    pub rows: Vec<Row<M>>,
     /// Rows that take part in the step at hand.
     active: Vec<bool>,
     /// Advances the robots side by side; `None`: each environment advances its own.
-    fleet: Option<Fleet>,
+    formation: Option<M::Formation>,
 }
 
 /// One environment and what its last step or reset returned.
 #[derive(Debug, Clone)]
-pub struct Row {
-    pub environment: Environment,
+pub struct Row<M> {
+    pub environment: Environment<M>,
     pub outcome: Outcome,
 }
 
-impl Driven for Row {
-    fn body(&self) -> &Body {
-        self.environment.body()
-    }
-
-    fn body_mut(&mut self) -> &mut Body {
-        self.environment.body_mut()
-    }
-
-    fn targets(&self, time: f64, targets: &mut [JointTarget]) {
-        self.environment.targets(time, targets);
-    }
-}
-
-impl Chunk {
+impl<M: Formed> Chunk<M> {
     /// The rows from `first` on.
-    pub fn new(first: usize, rows: Vec<Row>, fleet: Option<Fleet>) -> Self {
-        Self { first, active: vec![false; rows.len()], rows, fleet }
+    pub fn new(first: usize, rows: Vec<Row<M>>, formation: Option<M::Formation>) -> Self {
+        Self { first, active: vec![false; rows.len()], rows, formation }
     }
 
     /// Indices of the rows in the batch.
@@ -52,7 +38,13 @@ impl Chunk {
     }
 
     /// Starts an episode in the active rows.
-    pub fn reset(&mut self, prototype: &Environment, seeds: &[Option<u64>], active: &[bool], observation: &mut [f32]) {
+    pub fn reset(
+        &mut self,
+        prototype: &Environment<M>,
+        seeds: &[Option<u64>],
+        active: &[bool],
+        observation: &mut [f32],
+    ) {
         self.active.copy_from_slice(active);
         self.for_active(prototype, observation, |index, row, observation| {
             row.outcome = row.environment.reset(seeds[index], observation);
@@ -60,7 +52,7 @@ impl Chunk {
     }
 
     /// One control period in the active rows.
-    pub fn step(&mut self, prototype: &Environment, actions: &[f64], active: &[bool], observation: &mut [f32]) {
+    pub fn step(&mut self, prototype: &Environment<M>, actions: &[f64], active: &[bool], observation: &mut [f32]) {
         let size = prototype.action_size();
         self.active.copy_from_slice(active);
         self.for_active(prototype, observation, |index, row, _| {
@@ -73,13 +65,12 @@ impl Chunk {
     }
 
     /// Advances the robots of the active rows, all together or one by one.
-    fn advance(&mut self, prototype: &Environment, observation: &mut [f32]) {
-        let Self { rows, active, fleet, .. } = self;
-        let Some(fleet) = fleet else {
+    fn advance(&mut self, prototype: &Environment<M>, observation: &mut [f32]) {
+        let Self { rows, active, formation, .. } = self;
+        let Some(formation) = formation else {
             return self.for_active(prototype, observation, |_, row, _| row.environment.advance());
         };
-        let (plant, period) = (prototype.plant(), prototype.rules().period);
-        let result = catch_unwind(AssertUnwindSafe(|| fleet.advance(plant, rows, period, |row| active[row])));
+        let result = catch_unwind(AssertUnwindSafe(|| M::advance_together(formation, prototype, rows, active)));
         if result.is_err() {
             let observations = observation.chunks_exact_mut(prototype.observation_size());
             let rows = rows.iter_mut().zip(active).zip(observations).filter(|((_, active), _)| **active);
@@ -93,9 +84,9 @@ impl Chunk {
     /// Runs `part` of a step in the active rows. A row in which it panics is given up.
     fn for_active(
         &mut self,
-        prototype: &Environment,
+        prototype: &Environment<M>,
         observation: &mut [f32],
-        part: impl Fn(usize, &mut Row, &mut [f32]),
+        part: impl Fn(usize, &mut Row<M>, &mut [f32]),
     ) {
         let observations = observation.chunks_exact_mut(prototype.observation_size());
         let rows = self.rows.iter_mut().zip(&mut self.active).zip(observations);
@@ -109,13 +100,13 @@ impl Chunk {
     }
 }
 
-impl Row {
-    pub fn new(prototype: &Environment) -> Self {
+impl<M: Machine> Row<M> {
+    pub fn new(prototype: &Environment<M>) -> Self {
         Self { environment: prototype.clone(), outcome: prototype.outcome() }
     }
 
     /// Replaces the environment; the row ends, flagged as diverged.
-    fn give_up(&mut self, prototype: &Environment, observation: &mut [f32]) {
+    fn give_up(&mut self, prototype: &Environment<M>, observation: &mut [f32]) {
         self.environment.recover(prototype);
         self.outcome = broken();
         observation.fill(0.0);
@@ -131,12 +122,12 @@ fn broken() -> Outcome {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::task::EnvConfig;
+    use crate::task::{EnvConfig, PlanarMachine};
 
     /// Three rows after a reset with seeds 0, 1, 2, and their observations.
-    fn three_rows(prototype: &Environment) -> (Chunk, Vec<f32>) {
-        let fleet = Fleet::new(EnvConfig::default().integrator, prototype.plant(), 3);
-        let mut chunk = Chunk::new(0, vec![Row::new(prototype); 3], Some(fleet));
+    fn three_rows(prototype: &Environment) -> (Chunk<PlanarMachine>, Vec<f32>) {
+        let formation = PlanarMachine::formation(prototype, &EnvConfig::default().integrator, 3);
+        let mut chunk = Chunk::new(0, vec![Row::new(prototype); 3], formation);
         let mut observation = vec![0.5; 3 * prototype.observation_size()];
         chunk.reset(prototype, &[0, 1, 2].map(Some), &[true; 3], &mut observation);
         (chunk, observation)

@@ -7,26 +7,28 @@
 //! and a panic while robots are advanced ends at their chunk.
 
 mod chunk;
+mod formation;
 mod workers;
 
 use rayon::prelude::*;
 
 use crate::error::{ConfigError, require};
 use crate::math::MAX_LANES;
-use crate::stepper::{Fleet, Method};
-use crate::task::signal::COUNT;
-use crate::task::{EnvConfig, Environment, EnvironmentState};
+use crate::task::signal::{COUNT, SIGNALS, SignalKind};
+use crate::task::{EnvConfig, Environment, EnvironmentState, PlanarMachine};
+
+pub use formation::Formed;
 
 use chunk::{Chunk, Row};
 use workers::Workers;
 
 /// Environments of one configuration.
 #[derive(Debug)]
-pub struct Batch {
+pub struct Batch<M: Formed = PlanarMachine> {
     /// A fresh environment, to replace one that panicked.
-    prototype: Environment,
+    prototype: Environment<M>,
     /// All of `rows_per_chunk` rows but the last.
-    chunks: Vec<Chunk>,
+    chunks: Vec<Chunk<M>>,
     rows_per_chunk: usize,
     rows: usize,
     workers: Workers,
@@ -46,7 +48,7 @@ pub struct Outputs<'a> {
     pub signals: &'a mut [f64],
 }
 
-impl Batch {
+impl<M: Formed> Batch<M> {
     /// `num_envs` environments at the start of episode 0 of seed 0. With `num_threads` = 1 no thread is
     /// ever started; 0 takes as many as the machine has cores.
     ///
@@ -58,11 +60,10 @@ impl Batch {
         let prototype = Environment::new(config)?;
         let workers = Workers::new(num_threads);
         let rows_per_chunk = rows_per_chunk(num_envs, workers.count());
-        let laned = config.integrator.method == Method::Implicit;
         let chunk = |first| {
             let rows = rows_per_chunk.min(num_envs - first);
-            let fleet = laned.then(|| Fleet::new(config.integrator, prototype.plant(), rows));
-            Chunk::new(first, vec![Row::new(&prototype); rows], fleet)
+            let formation = M::formation(&prototype, &config.integrator, rows);
+            Chunk::new(first, vec![Row::new(&prototype); rows], formation)
         };
         let chunks = (0..num_envs).step_by(rows_per_chunk).map(chunk).collect();
         Ok(Self { prototype, chunks, rows_per_chunk, rows: num_envs, workers })
@@ -85,8 +86,14 @@ impl Batch {
         self.prototype.action_size()
     }
 
+    /// The types of all signals, in order: those of every environment, then the machine's own.
+    pub fn signal_kinds(&self) -> impl Iterator<Item = SignalKind> {
+        let own = M::SIGNALS.iter().map(|signal| signal.kind);
+        SIGNALS.iter().map(|signal| signal.kind).chain(own)
+    }
+
     /// The environment of a row, for rendering; its layout is that of all rows.
-    pub fn environment(&self, row: usize) -> &Environment {
+    pub fn environment(&self, row: usize) -> &Environment<M> {
         &self.row(row).environment
     }
 
@@ -128,7 +135,7 @@ impl Batch {
     }
 
     /// Everything that changes in a row.
-    pub fn save(&self, row: usize) -> EnvironmentState {
+    pub fn save(&self, row: usize) -> EnvironmentState<M::State> {
         self.row(row).environment.save()
     }
 
@@ -136,31 +143,31 @@ impl Batch {
     ///
     /// # Errors
     /// The state is of an environment of another configuration.
-    pub fn restore(&mut self, row: usize, state: &EnvironmentState) -> Result<(), ConfigError> {
+    pub fn restore(&mut self, row: usize, state: &EnvironmentState<M::State>) -> Result<(), ConfigError> {
         let row = self.row_mut(row);
         row.environment.restore(state)?;
         row.outcome = row.environment.outcome();
         Ok(())
     }
 
-    fn row(&self, row: usize) -> &Row {
+    fn row(&self, row: usize) -> &Row<M> {
         &self.chunks[row / self.rows_per_chunk].rows[row % self.rows_per_chunk]
     }
 
-    fn row_mut(&mut self, row: usize) -> &mut Row {
+    fn row_mut(&mut self, row: usize) -> &mut Row<M> {
         &mut self.chunks[row / self.rows_per_chunk].rows[row % self.rows_per_chunk]
     }
 
     /// Visits every chunk with its part of `active` and of the observations, then writes the outcomes.
     fn for_chunks<F>(&mut self, active: &[bool], out: Outputs, visit: F)
     where
-        F: Fn(&mut Chunk, &Environment, &[bool], &mut [f32]) + Sync,
+        F: Fn(&mut Chunk<M>, &Environment<M>, &[bool], &mut [f32]) + Sync,
     {
         let (n, size) = (self.rows, self.observation_size());
         assert_eq!(active.len(), n, "one flag a row");
         assert_eq!(out.observation.len(), n * size, "one observation a row");
         assert!(out.reward.len() == n && out.terminated.len() == n && out.truncated.len() == n, "one value a row");
-        assert_eq!(out.signals.len(), COUNT * n, "one value a row and signal");
+        assert_eq!(out.signals.len(), self.signal_kinds().count() * n, "one value a row and signal");
         let busy = self.chunks.iter().filter(|chunk| active[chunk.range()].contains(&true)).count();
         let (prototype, per_chunk) = (&self.prototype, self.rows_per_chunk);
         match self.workers.pool(busy) {
@@ -191,6 +198,9 @@ impl Batch {
             out.truncated[index] = outcome.truncated;
             for (signal, value) in outcome.signals.iter().enumerate() {
                 out.signals[signal * n + index] = *value;
+            }
+            for (signal, own) in M::SIGNALS.iter().enumerate() {
+                out.signals[(COUNT + signal) * n + index] = own.value(row.environment.machine());
             }
         }
     }

@@ -12,6 +12,8 @@ pub struct SpatialBody {
     pub pegs: PegGrid,
     /// What happened since [`Self::begin`]; forces of pegs are horizontal, so x and y tell all of them.
     pub tally: Tally,
+    /// Impulse of the ground's normal forces on each link since [`Self::begin`] \[N s\].
+    pub ground_impulse: Vec<f64>,
     /// tau_C = (yaw, pitch) of each joint in the last step \[N m\] (T 4.89).
     pub joint_torque: Vec<Vector2<f64>>,
     /// The state became absurd during the present interval; it is the last good one.
@@ -27,6 +29,7 @@ impl SpatialBody {
             state: SpatialState::zero(links),
             pegs,
             tally: Tally::new(links),
+            ground_impulse: vec![0.0; links],
             joint_torque: vec![Vector2::zeros(); links - 1],
             diverged: false,
             last_good: SpatialState::zero(links),
@@ -43,6 +46,7 @@ impl SpatialBody {
     pub fn begin(&mut self) {
         self.last_good.copy_from(&self.state);
         self.tally.clear();
+        self.ground_impulse.fill(0.0);
         self.diverged = false;
     }
 
@@ -56,6 +60,7 @@ impl SpatialBody {
         self.state.copy_from(&self.last_good);
         self.state.twist.fill(Twist::zeros());
         self.tally.clear_works();
+        self.ground_impulse.fill(0.0);
         self.joint_torque.fill(Vector2::zeros());
         self.diverged = true;
     }

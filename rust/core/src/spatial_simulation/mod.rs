@@ -3,11 +3,13 @@
 mod body;
 mod implicit;
 mod plant;
+mod snapshot;
 mod thesis;
 
 pub use body::SpatialBody;
-pub use implicit::SpatialImplicit;
+pub use implicit::{SpatialImplicit, SpatialWarmStart};
 pub use plant::SpatialPlant;
+pub use snapshot::SpatialSnapshot;
 pub use thesis::SpatialThesis;
 
 use nalgebra::Vector2;
@@ -81,6 +83,12 @@ impl SpatialSimulation {
         &self.body.state
     }
 
+    /// Replaces the pegs; the caller has validated them.
+    pub fn set_scene_pegs(&mut self, pegs: &[Peg]) {
+        self.body.pegs.rebuild(pegs);
+        self.forget();
+    }
+
     /// Takes poses and twists over and forgets the past.
     pub fn place(&mut self, state: &SpatialState) {
         self.body.state.copy_from(state);
@@ -115,6 +123,11 @@ impl SpatialSimulation {
     /// Impulse of the pegs on each link during the last `advance`, x and y in frame I \[N s\]; it has no z part.
     pub fn contact_impulse(&self) -> &[Vector2<f64>] {
         &self.body.tally.contact_impulse
+    }
+
+    /// Impulse of the ground's normal forces on each link during the last `advance` \[N s\].
+    pub fn ground_impulse(&self) -> &[f64] {
+        &self.body.ground_impulse
     }
 
     /// tau_C = (yaw, pitch) of each joint in the last step (T 4.89) \[N m\].

@@ -82,7 +82,7 @@ impl SpatialThesis {
 
     /// Algorithm 4.1 with step length `h`.
     fn step(&mut self, plant: &SpatialPlant, body: &mut SpatialBody, reference: &impl CardanReference, h: f64) {
-        let SpatialBody { state, pegs, tally, joint_torque, .. } = body;
+        let SpatialBody { state, pegs, tally, joint_torque, ground_impulse, .. } = body;
         reference.targets(state.time, &mut self.targets);
         self.move_to_midpoint(state, h);
         self.command(plant, state, joint_torque);
@@ -91,7 +91,7 @@ impl SpatialThesis {
         self.find_closed_contacts(&plant.robot.links, pegs);
         self.recall_impulses(plant.robot.link_count(), pegs);
         let (iterations, converged) = self.solve();
-        self.keep_impulses();
+        self.keep_impulses(ground_impulse);
         self.record(iterations, !converged, joint_torque, h, tally);
         self.move_to_end(plant, state, h);
     }
@@ -171,9 +171,11 @@ impl SpatialThesis {
         solution.peg.extend(pairs.iter().map(|&pair| last_peg[pair]));
     }
 
-    fn keep_impulses(&mut self) {
+    /// Keeps the impulses for the next step and adds the ground's normal ones to the sums of their links.
+    fn keep_impulses(&mut self, ground_impulse: &mut [f64]) {
         for (&(link, end), impulse) in self.ground.iter().zip(&self.solution.ground) {
             self.last_ground[link][end] = *impulse;
+            ground_impulse[link] += impulse.normal;
         }
         for (&pair, impulse) in self.pegs.iter().zip(&self.solution.peg) {
             self.last_peg[pair] = *impulse;

@@ -77,7 +77,7 @@ pub fn wave_entries() -> [ActionEntry; WAVE_PARAMETERS] {
     ]
 }
 
-fn joint_entries(
+pub(super) fn joint_entries(
     joints: usize,
     name: &'static str,
     half_range: f64,
@@ -88,7 +88,7 @@ fn joint_entries(
 }
 
 /// An entry with its half range \[deg, deg/s\] and slew limit \[the same per second\] in degrees.
-fn entry(
+pub(super) fn entry(
     name: impl Into<String>,
     centre: f64,
     half_range: f64,

@@ -7,11 +7,11 @@ use crate::error::{ConfigError, require};
 use crate::planar::{Pose, assemble_chain};
 use crate::robot::Robot;
 use crate::scene::Peg;
-use crate::simulation::PlanarSimulation;
 
 use super::config::{EnvConfig, FieldKind, Task};
 use super::field::{Reach, Route, Site, continued, corridor, keep_clear, maze, random_field};
 use super::goal::{Goal, Target};
+use super::nominal::Nominal;
 use super::perturbation::{Course, Perturbation, Shift};
 use super::random::Stream;
 use super::start::{Start, StartJitter, StartLine};
@@ -104,8 +104,18 @@ impl Arena {
         self.goal_line(0)
     }
 
-    /// Draws start, pegs and goal from the episode's stream and sets the simulation up.
-    pub fn prepare(&mut self, stream: &mut Stream, simulation: &mut PlanarSimulation) -> EpisodeStart {
+    /// The pegs of the episode prepared last.
+    pub fn pegs(&self) -> &[Peg] {
+        &self.pegs
+    }
+
+    /// The robot's joint angles at its start \[rad\].
+    pub fn joint_angle(&self) -> &[f64] {
+        &self.joint_angle
+    }
+
+    /// Draws start, pegs and goal from the episode's stream.
+    pub fn prepare(&mut self, stream: &mut Stream) -> EpisodeStart {
         let jitter = StartJitter::draw(stream, self.jitter);
         let ground = if self.grounds.len() > 1 { stream.index(self.grounds.len()) } else { 0 };
         let scene = match self.task {
@@ -129,8 +139,6 @@ impl Arena {
             }
         };
         self.assemble(ground, &scene.start);
-        simulation.set_scene_pegs(&self.pegs);
-        simulation.place_chain(scene.start.position.x, scene.start.position.y, scene.start.angle, &self.joint_angle);
         scene
     }
 
@@ -246,13 +254,14 @@ impl Arena {
 
 impl Ground {
     fn open(config: &EnvConfig, robot: &Robot) -> Self {
-        let line = StartLine::at_origin(robot);
+        let Nominal { yaw, travel, .. } = Nominal::of(config);
+        let line = StartLine::at_origin(yaw, robot).turned(-travel);
         Self { site: site(config, robot, &line), line, table: Vec::new(), more: Vec::new() }
     }
 
     /// The thesis's start among a course's pegs; Table 7.5 is continued to the goal.
     fn on_course(course: Course, config: &EnvConfig, robot: &Robot, perturbation: &Perturbation) -> Self {
-        let line = StartLine::on_course(course.start(), robot);
+        let line = StartLine::on_course(course.start(config.model), robot);
         let site = site(config, robot, &line);
         let more = if course == Course::Table75 { continued(site.x[1]) } else { Vec::new() };
         Self { line, site, table: perturbation.fixed_pegs(course), more }

@@ -12,6 +12,16 @@ use crate::stepper::IntegratorConfig;
 use super::perturbation::Perturbation;
 use super::randomization::Randomization;
 
+/// Which model of the robot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Model {
+    /// Links that slide in the plane (T ch. 3).
+    Planar,
+    /// Links in space on cardan joints, which lift and roll (T ch. 4).
+    Spatial,
+}
+
 /// Which scene the robot moves in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -20,7 +30,7 @@ pub enum Task {
     Course,
     /// A new random field of pegs each episode.
     Field,
-    /// No pegs; the ground resists sideways sliding more than lengthways sliding.
+    /// No pegs; the planar robot has ground that resists sideways sliding more than lengthways sliding.
     Free,
     /// A course of the thesis with pegs shifted or taken away (Fig. 7.8 of the thesis).
     Perturbed,
@@ -93,6 +103,7 @@ impl Default for RewardWeights {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct EnvConfig {
+    pub model: Model,
     pub task: Task,
     pub action_mode: ActionMode,
     pub perception: Perception,
@@ -133,6 +144,7 @@ pub struct EnvConfig {
 impl Default for EnvConfig {
     fn default() -> Self {
         Self {
+            model: Model::Planar,
             task: Task::Field,
             action_mode: ActionMode::Gait,
             perception: Perception::Pegs,
@@ -176,8 +188,8 @@ impl EnvConfig {
         self.perturbation.validate().map_err(|e| e.inside("perturbation"))?;
         let points = self.push_points;
         require(points <= MOST_PUSH_POINTS, "push_points", points, "an integer in [0, 4]")?;
-        let method = self.integrator.method;
-        self.randomization.validate_for(self.control_period, method).map_err(|e| e.inside("randomization"))?;
+        let (period, method) = (self.control_period, self.integrator.method);
+        self.randomization.validate_for(period, method, self.model).map_err(|e| e.inside("randomization"))?;
         within("difficulty", self.difficulty, 0.0, 1.0)?;
         within("start_jitter", self.start_jitter, 0.0, 1.0)?;
         self.validate_friction()?;
@@ -187,7 +199,10 @@ impl EnvConfig {
 
     /// Friction coefficients along and across a link.
     pub fn friction(&self) -> [f64; 2] {
-        let is_orthotropic = matches!(self.task, Task::Free | Task::Maze);
+        let is_orthotropic = match self.model {
+            Model::Planar => matches!(self.task, Task::Free | Task::Maze),
+            Model::Spatial => self.task == Task::Maze,
+        };
         let of_task = if is_orthotropic { [0.2, 0.5] } else { [0.2, 0.2] };
         self.friction.unwrap_or(of_task)
     }

@@ -4,8 +4,9 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, finite, require, within};
-use crate::scene::{Peg, START_7_3, START_7_5, TABLE_7_3, TABLE_7_5};
+use crate::scene::{Peg, START_7_3, START_7_5, START_SPATIAL_7_3, START_SPATIAL_7_5, TABLE_7_3, TABLE_7_5};
 
+use super::config::Model;
 use super::random::Stream;
 
 /// Which course.
@@ -38,8 +39,13 @@ impl Course {
     }
 
     /// CG and absolute angle of link 1 at the start.
-    pub fn start(self) -> [f64; 3] {
-        if self == Course::Table73 { START_7_3 } else { START_7_5 }
+    pub fn start(self, model: Model) -> [f64; 3] {
+        match (self, model) {
+            (Course::Table73, Model::Planar) => START_7_3,
+            (Course::Table73, Model::Spatial) => START_SPATIAL_7_3,
+            (_, Model::Planar) => START_7_5,
+            (_, Model::Spatial) => START_SPATIAL_7_5,
+        }
     }
 }
 

@@ -11,6 +11,7 @@ use crate::minimal::NoiseConfig;
 use crate::scene::Peg;
 use crate::stepper::{Method, Variation};
 
+use super::config::Model;
 use super::random::Stream;
 
 /// Ranges `[low, high]` of uniform draws.
@@ -80,7 +81,7 @@ impl Randomization {
     ///
     /// # Errors
     /// Names the field, its value and the admissible range.
-    pub fn validate_for(&self, control_period: f64, method: Method) -> Result<(), ConfigError> {
+    pub fn validate_for(&self, control_period: f64, method: Method, model: Model) -> Result<(), ConfigError> {
         self.validate()?;
         range("reference_delay", self.reference_delay, [0.0, LONGEST_DELAY.min(MOST_PERIODS * control_period)])?;
         if let Some(rate) = self.reference_rate {
@@ -91,8 +92,10 @@ impl Randomization {
             && self.anisotropy == same.anisotropy
             && self.mass == same.mass
             && self.torque_limit == same.torque_limit;
-        let expected = "[1, 1] for all factors with the method thesis, which knows one robot only";
-        require(keeps_plant || method != Method::Thesis, "mass", format!("{:?}", self.mass), expected)
+        let knows_many = method != Method::Thesis && model == Model::Planar;
+        let expected =
+            "[1, 1] for all factors with the method thesis and in the spatial model, which know one robot only";
+        require(keeps_plant || knows_many, "mass", format!("{:?}", self.mass), expected)
     }
 
     /// Draws an episode's robot; as many numbers whatever the ranges.
@@ -180,11 +183,11 @@ mod tests {
             ("peg_error", Randomization { peg_error: -0.1, ..good }),
         ];
         for (field, randomization) in cases {
-            assert_eq!(randomization.validate_for(0.05, Method::Implicit).unwrap_err().field, field);
+            assert_eq!(randomization.validate_for(0.05, Method::Implicit, Model::Planar).unwrap_err().field, field);
         }
         let heavy = Randomization { mass: [1.0, 1.1], ..good };
-        assert!(
-            heavy.validate_for(0.05, Method::Implicit).is_ok() && heavy.validate_for(0.05, Method::Thesis).is_err()
-        );
+        assert!(heavy.validate_for(0.05, Method::Implicit, Model::Planar).is_ok());
+        assert!(heavy.validate_for(0.05, Method::Thesis, Model::Planar).is_err());
+        assert!(heavy.validate_for(0.05, Method::Implicit, Model::Spatial).is_err());
     }
 }

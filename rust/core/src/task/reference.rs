@@ -44,7 +44,12 @@ pub struct ReferenceState {
 
 impl ReferenceGenerator {
     pub fn new(mode: ActionMode, joints: usize, period: f64) -> Self {
-        let entries: Arc<[ActionEntry]> = entries(mode, joints).into();
+        Self::with_entries(entries(mode, joints), mode, joints, period)
+    }
+
+    /// A generator with ranges of its own; `entries` are those of the mode, in the same order.
+    pub fn with_entries(entries: Vec<ActionEntry>, mode: ActionMode, joints: usize, period: f64) -> Self {
+        let entries: Arc<[ActionEntry]> = entries.into();
         let limits = entries.iter().map(ActionEntry::limits).collect();
         let channels = if mode == ActionMode::Gait { 0 } else { joints };
         let state = ReferenceState {
@@ -62,6 +67,11 @@ impl ReferenceGenerator {
     /// The entries of an action.
     pub fn entries(&self) -> &[ActionEntry] {
         &self.entries
+    }
+
+    /// Time of the last control instant \[s\].
+    pub fn instant(&self) -> f64 {
+        self.state.instant
     }
 
     pub fn filter(&self) -> &Filter {
@@ -135,6 +145,14 @@ impl ReferenceGenerator {
         self.state.phase
     }
 
+    /// Sine and cosine of the phase, then the wave's parameters at the control instant as actions that would hold them.
+    pub fn describe_wave(&self, values: &mut [f64]) {
+        (values[0], values[1]) = self.phase().sin_cos();
+        for ((value, entry), parameter) in values[2..].iter_mut().zip(self.entries()).zip(self.wave()) {
+            *value = entry.normalised(parameter);
+        }
+    }
+
     /// Reference angle of a joint at the control instant \[rad\].
     pub fn angle(&self, joint: usize) -> f64 {
         self.target(joint, self.state.instant).angle
@@ -150,7 +168,7 @@ impl ReferenceGenerator {
 
 impl ReferenceGenerator {
     /// The wave at `time`, and the filter's decay since the control instant.
-    fn wave_at(&self, time: f64) -> (WaveJets, f64) {
+    pub(super) fn wave_at(&self, time: f64) -> (WaveJets, f64) {
         let (filter, state) = (&self.filter, &self.state);
         let elapsed = time - state.instant;
         let decay = filter.decay(elapsed);
@@ -165,7 +183,7 @@ impl ReferenceGenerator {
     }
 
     /// The joint's own offset.
-    fn own(&self, joint: usize, time: f64, decay: f64) -> Jet {
+    pub(super) fn own(&self, joint: usize, time: f64, decay: f64) -> Jet {
         let elapsed = time - self.state.instant;
         self.state.joints.get(joint).map_or(Jet::default(), |channel| channel.jet(elapsed, decay, &self.filter))
     }
@@ -174,32 +192,43 @@ impl ReferenceGenerator {
 impl JointReference for ReferenceGenerator {
     fn target(&self, joint: usize, time: f64) -> JointTarget {
         let (wave, decay) = self.wave_at(time);
-        let (sin, cos) = (wave.phase + joint as f64 * wave.phase_shift.value).sin_cos();
-        wave.joint(joint, sin, cos, self.own(joint, time, decay))
+        wave.at(joint, self.own(joint, time, decay))
     }
-    /// All joints with two evaluations of sine and cosine: the phase is turned from joint to joint.
+
     fn targets(&self, time: f64, targets: &mut [JointTarget]) {
         let (wave, decay) = self.wave_at(time);
-        let (mut sin, mut cos) = wave.phase.sin_cos();
-        let (sin_shift, cos_shift) = wave.phase_shift.value.sin_cos();
-        for (joint, target) in targets.iter_mut().enumerate() {
-            let own = self.own(joint, time, decay);
-            *target = wave.joint(joint, sin, cos, own);
-            (sin, cos) = (sin * cos_shift + cos * sin_shift, cos * cos_shift - sin * sin_shift);
-        }
+        wave.joints(targets.iter_mut(), |joint| self.own(joint, time, decay));
     }
 }
 
 /// The wave at one instant.
-struct WaveJets {
-    phase: f64,
-    amplitude: Jet,
-    frequency: Jet,
-    phase_shift: Jet,
-    offset: Jet,
+#[derive(Debug, Clone, Copy)]
+pub(super) struct WaveJets {
+    pub phase: f64,
+    pub amplitude: Jet,
+    pub frequency: Jet,
+    pub phase_shift: Jet,
+    pub offset: Jet,
 }
 
 impl WaveJets {
+    /// One joint.
+    pub fn at(&self, joint: usize, own: Jet) -> JointTarget {
+        let (sin, cos) = (self.phase + joint as f64 * self.phase_shift.value).sin_cos();
+        self.joint(joint, sin, cos, own)
+    }
+
+    /// All joints with two evaluations of sine and cosine: the phase is turned from joint to joint. `own` is what a
+    /// joint adds to the wave.
+    pub fn joints<'a>(&self, targets: impl Iterator<Item = &'a mut JointTarget>, own: impl Fn(usize) -> Jet) {
+        let (mut sin, mut cos) = self.phase.sin_cos();
+        let (sin_shift, cos_shift) = self.phase_shift.value.sin_cos();
+        for (joint, target) in targets.enumerate() {
+            *target = self.joint(joint, sin, cos, own(joint));
+            (sin, cos) = (sin * cos_shift + cos * sin_shift, cos * cos_shift - sin * sin_shift);
+        }
+    }
+
     /// A sin(psi + i beta) + gamma + own, all parameters varying; `sin` and `cos` are those of psi + i beta.
     fn joint(&self, joint: usize, sin: f64, cos: f64, own: Jet) -> JointTarget {
         let i = joint as f64;

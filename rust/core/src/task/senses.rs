@@ -1,10 +1,10 @@
 //! What the robot takes its motion and the pegs to be: the truth, with the noise of its sensors.
 
 use crate::minimal::NoiseConfig;
-use crate::planar::PlanarState;
 use crate::scene::Peg;
 
 use super::episode::Episode;
+use super::machine::Machine;
 use super::motion::Motion;
 use super::random::Stream;
 use super::randomization::Randomization;
@@ -25,8 +25,8 @@ pub struct Senses {
 }
 
 impl Senses {
-    pub fn new(randomization: Randomization, joints: usize, motion: Motion) -> Self {
-        let (joint_angle, joint_rate) = (vec![0.0; joints], vec![0.0; joints]);
+    pub fn new(randomization: Randomization, joint_coordinates: usize, motion: Motion) -> Self {
+        let (joint_angle, joint_rate) = (vec![0.0; joint_coordinates], vec![0.0; joint_coordinates]);
         Self { randomization, joint_angle, joint_rate, motion, lateral_offset: 0.0, remaining: 1.0, pegs: Vec::new() }
     }
 
@@ -45,9 +45,8 @@ impl Senses {
     }
 
     /// Measures; noise is drawn from `stream` if there is any.
-    pub fn measure(&mut self, state: &PlanarState, episode: &Episode, stream: impl FnOnce() -> Stream) {
-        self.joint_angle.iter_mut().enumerate().for_each(|(joint, value)| *value = state.joint_angle(joint));
-        self.joint_rate.iter_mut().enumerate().for_each(|(joint, value)| *value = state.joint_rate(joint));
+    pub fn measure(&mut self, machine: &impl Machine, episode: &Episode, stream: impl FnOnce() -> Stream) {
+        machine.read_joints(&mut self.joint_angle, &mut self.joint_rate);
         self.motion = episode.motion;
         self.lateral_offset = episode.summary.lateral_offset;
         self.remaining = episode.remaining();

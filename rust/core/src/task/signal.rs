@@ -50,24 +50,30 @@ pub struct Summary {
     pub time: f64,
 }
 
-/// Name, kind and meaning of a signal.
-#[derive(Debug, Clone, Copy)]
-pub struct Signal {
+/// Name, kind and meaning of a signal that is read from a `T`.
+#[derive(Debug)]
+pub struct Signal<T> {
     pub name: &'static str,
     pub kind: SignalKind,
     pub unit: &'static str,
     pub description: &'static str,
-    read: fn(&Summary) -> f64,
+    pub(super) read: fn(&T) -> f64,
 }
 
-/// Number of signals.
+impl<T> Signal<T> {
+    pub fn value(&self, of: &T) -> f64 {
+        (self.read)(of)
+    }
+}
+
+/// Number of signals that every environment has.
 pub const COUNT: usize = SIGNALS.len();
 
-/// One value for each signal.
+/// One value for each of them.
 pub type SignalRow = [f64; COUNT];
 
-/// All signals, in order.
-pub const SIGNALS: [Signal; 23] = [
+/// The signals of every environment, in order.
+pub const SIGNALS: [Signal<Summary>; 23] = [
     float("reward_progress", "1", "weighted reward term: progress", |s| s.reward.progress),
     float("reward_energy", "1", "weighted reward term: positive actuator work", |s| s.reward.energy),
     float("reward_smoothness", "1", "weighted reward term: change of the action", |s| s.reward.smoothness),
@@ -104,15 +110,20 @@ impl Summary {
     }
 }
 
-const fn float(name: &'static str, unit: &'static str, description: &'static str, read: fn(&Summary) -> f64) -> Signal {
+const fn float(
+    name: &'static str,
+    unit: &'static str,
+    description: &'static str,
+    read: fn(&Summary) -> f64,
+) -> Signal<Summary> {
     Signal { name, kind: SignalKind::Float, unit, description, read }
 }
 
-const fn boolean(name: &'static str, description: &'static str, read: fn(&Summary) -> f64) -> Signal {
+const fn boolean(name: &'static str, description: &'static str, read: fn(&Summary) -> f64) -> Signal<Summary> {
     Signal { name, kind: SignalKind::Bool, unit: "1", description, read }
 }
 
-const fn integer(name: &'static str, description: &'static str, read: fn(&Summary) -> f64) -> Signal {
+const fn integer(name: &'static str, description: &'static str, read: fn(&Summary) -> f64) -> Signal<Summary> {
     Signal { name, kind: SignalKind::Int, unit: "1", description, read }
 }
 

@@ -63,10 +63,10 @@ pub struct StartLine {
 
 impl StartLine {
     /// The start on open ground: the CG at x = 0 and the centre line at y = 0.
-    pub fn at_origin(robot: &Robot) -> Self {
-        let path = natural_path(robot);
+    pub fn at_origin(wave: Wave, robot: &Robot) -> Self {
+        let path = natural_path(&wave, robot);
         let start = Start { position: Vector2::zeros(), angle: PI + path.direction(0.0), phase: 0.0 };
-        let mut line = Self::from_start(start, robot);
+        let mut line = Self::from_start(start, wave, robot);
         let origin = Vector2::new(line.gravity_centre.x, line.centre_line);
         line.nominal.position -= origin;
         line.gravity_centre -= origin;
@@ -74,13 +74,22 @@ impl StartLine {
         line
     }
 
-    /// The start on a course: CG and absolute angle of link 1, `(x, y, theta)` \[m, m, rad\].
-    pub fn on_course([x, y, angle]: [f64; 3], robot: &Robot) -> Self {
-        Self::from_start(Start { position: Vector2::new(x, y), angle, phase: 0.0 }, robot)
+    /// The robot turned by `angle` about its CG, which comes to lie on the centre line \[rad\].
+    pub fn turned(mut self, angle: f64) -> Self {
+        let arm = Rotation2::new(angle) * (self.nominal.position - self.gravity_centre);
+        self.gravity_centre = Vector2::new(self.gravity_centre.x, self.centre_line);
+        self.nominal.position = self.gravity_centre + arm;
+        self.nominal.angle += angle;
+        self
     }
 
-    fn from_start(nominal: Start, robot: &Robot) -> Self {
-        let (wave, path) = (Wave::default(), natural_path(robot));
+    /// The start on a course: CG and absolute angle of link 1, `(x, y, theta)` \[m, m, rad\].
+    pub fn on_course([x, y, angle]: [f64; 3], robot: &Robot) -> Self {
+        Self::from_start(Start { position: Vector2::new(x, y), angle, phase: 0.0 }, Wave::default(), robot)
+    }
+
+    fn from_start(nominal: Start, wave: Wave, robot: &Robot) -> Self {
+        let path = natural_path(&wave, robot);
         let centre_line = nominal.position.y + path.displacement(0.0, path.crossing()).y;
         Self { wave, path, nominal, gravity_centre: gravity_centre(robot, &wave, &nominal), centre_line }
     }
@@ -106,8 +115,8 @@ impl StartLine {
     }
 }
 
-fn natural_path(robot: &Robot) -> NaturalPath {
-    NaturalPath::new(&Wave::default(), robot.total_length() / robot.link_count() as f64)
+fn natural_path(wave: &Wave, robot: &Robot) -> NaturalPath {
+    NaturalPath::new(wave, robot.total_length() / robot.link_count() as f64)
 }
 
 fn gravity_centre(robot: &Robot, wave: &Wave, start: &Start) -> Vector2<f64> {
@@ -127,7 +136,7 @@ mod tests {
     #[test]
     fn fields_start_at_the_origin_and_the_course_where_the_thesis_passes() {
         let robot = Robot::new(&RobotConfig::default()).unwrap();
-        let field = StartLine::at_origin(&robot);
+        let field = StartLine::at_origin(Wave::default(), &robot);
         assert!(field.gravity_centre.x.abs() < 1e-12 && field.centre_line.abs() < 1e-12);
         // The CG of one and a half waves lies near the middle of the path.
         assert!(field.gravity_centre.y.abs() < 0.03, "{}", field.gravity_centre.y);
@@ -139,7 +148,7 @@ mod tests {
     #[test]
     fn sliding_by_one_link_moves_every_link_onto_the_one_before() {
         let robot = Robot::new(&RobotConfig::default()).unwrap();
-        let line = StartLine::at_origin(&robot);
+        let line = StartLine::at_origin(Wave::default(), &robot);
         let chain = |jitter: &StartJitter| {
             let start = line.deviated(jitter);
             let angles: Vec<f64> = (0..10).map(line.joint_angles(start.phase)).collect();
@@ -160,7 +169,7 @@ mod tests {
     #[test]
     fn no_jitter_is_the_nominal_start() {
         let robot = Robot::new(&RobotConfig::default()).unwrap();
-        for line in [StartLine::on_course(START_7_5, &robot), StartLine::at_origin(&robot)] {
+        for line in [StartLine::on_course(START_7_5, &robot), StartLine::at_origin(Wave::default(), &robot)] {
             let start = line.deviated(&StartJitter::draw(&mut Stream::new(0, 0), 0.0));
             assert!((start.position - line.nominal.position).norm() < 1e-15);
             assert!((start.angle - line.nominal.angle).abs() < 1e-15);

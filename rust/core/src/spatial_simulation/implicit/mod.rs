@@ -14,7 +14,10 @@
 mod pegs;
 mod stage_work;
 mod stepping;
+mod warm_start;
 mod works;
+
+pub use warm_start::SpatialWarmStart;
 
 use nalgebra::Vector3;
 

@@ -1,6 +1,7 @@
 //! The peg contacts of a stage: which pairs take part, and how the gap enters.
 
 use nalgebra::{Vector2, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::pegs::PegGrid;
 use crate::robot::Link;
@@ -8,7 +9,7 @@ use crate::scene::Peg;
 use crate::spatial::{Frame, Screw, StagePeg, nearest_point};
 
 /// A pair that took part in the last stage, and its force \[N\].
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Pair {
     pub link: usize,
     pub peg: usize,

@@ -33,6 +33,8 @@ pub struct Stepping {
     first: Speed,
     force_before: Vec<[f64; 2]>,
     first_impulse: Vec<Vector3<f64>>,
+    /// Normal impulses of the ground in the first stage, both ends of a link together.
+    first_ground: Vec<f64>,
     first_works: Works,
     targets: Vec<CardanTarget>,
     /// How far the last stage ended from its first prediction \[m\], and beyond which deviation a step is not smooth.
@@ -57,6 +59,7 @@ impl Stepping {
             first: Speed::rest(links),
             force_before: vec![[0.0; 2]; links],
             first_impulse: vec![Vector3::zeros(); links],
+            first_ground: vec![0.0; links],
             first_works: Works::default(),
             targets: vec![CardanTarget::default(); links - 1],
             deviation: 0.0,
@@ -68,6 +71,18 @@ impl Stepping {
     pub fn forget(&mut self) {
         self.work.normal_force.fill([0.0; 2]);
         self.pairs.clear();
+    }
+
+    /// Forces of the last stage, from which the next one starts.
+    pub fn forces(&self) -> (&[[f64; 2]], &[Pair]) {
+        (&self.work.normal_force, &self.pairs)
+    }
+
+    /// Takes saved forces over.
+    pub fn recall(&mut self, normal: &[[f64; 2]], pairs: &[Pair]) {
+        self.work.normal_force.copy_from_slice(normal);
+        self.pairs.clear();
+        self.pairs.extend_from_slice(pairs);
     }
 
     /// One Euler step of length `h`.
@@ -102,7 +117,7 @@ impl Stepping {
             self.work.normal_force.copy_from_slice(&self.force_before);
             return false;
         }
-        self.add_first_stage(&mut body.tally);
+        self.add_first_stage(body);
         self.accept(body, h);
         true
     }
@@ -136,6 +151,9 @@ impl Stepping {
         for (peg, impulse) in self.work.stage.pegs.iter().zip(&self.work.solution.peg) {
             self.first_impulse[peg.link] += peg.direction.linear * *impulse;
         }
+        for (sum, ends) in self.first_ground.iter_mut().zip(&self.work.solution.normal) {
+            *sum = ends[0] + ends[1];
+        }
     }
 
     /// Base, reference momenta and guess of the second stage of a step of length `h`.
@@ -147,10 +165,14 @@ impl Stepping {
     }
 
     /// Adds the first stage's share, `EXTRAPOLATION` times its impulses.
-    fn add_first_stage(&self, tally: &mut Tally) {
+    fn add_first_stage(&self, body: &mut SpatialBody) {
+        let SpatialBody { tally, ground_impulse, .. } = body;
         self.first_works.add_to(tally, EXTRAPOLATION);
         for (sum, impulse) in tally.contact_impulse.iter_mut().zip(&self.first_impulse) {
             *sum += impulse.xy() * EXTRAPOLATION;
+        }
+        for (sum, impulse) in ground_impulse.iter_mut().zip(&self.first_ground) {
+            *sum += impulse * EXTRAPOLATION;
         }
     }
 
@@ -245,6 +267,9 @@ impl Stepping {
         Works::of(&work.stage, &work.solution).add_to(&mut body.tally, 1.0);
         for (peg, impulse) in work.stage.pegs.iter().zip(&work.solution.peg) {
             body.tally.contact_impulse[peg.link] += peg.direction.linear.xy() * *impulse;
+        }
+        for (sum, ends) in body.ground_impulse.iter_mut().zip(&work.solution.normal) {
+            *sum += ends[0] + ends[1];
         }
         for (torque, [yaw, pitch]) in body.joint_torque.iter_mut().zip(&work.solution.drive) {
             *torque = -nalgebra::Vector2::new(*yaw, *pitch) / work.stage.coefficient;

@@ -103,6 +103,7 @@ pub fn keep_clear(site: &Site, robot: &Robot, pose: &[Pose], pegs: &mut Vec<Peg>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gait::Wave;
     use crate::planar::assemble_chain;
     use crate::robot::RobotConfig;
     use crate::task::start::{StartJitter, StartLine};
@@ -110,7 +111,7 @@ mod tests {
 
     /// The site of the default environment.
     pub fn aiko_site() -> Site {
-        let line = StartLine::at_origin(&Robot::new(&RobotConfig::default()).unwrap());
+        let line = StartLine::at_origin(Wave::default(), &Robot::new(&RobotConfig::default()).unwrap());
         Site {
             x: [-0.9, 3.0],
             centre_line: line.centre_line,
@@ -134,7 +135,7 @@ mod tests {
             seed in 0..1000u64, kind in 0..4usize, difficulty in 0.0..=1.0f64, scale in 0.0..=1.0f64,
         ) {
             let robot = Robot::new(&RobotConfig::default()).unwrap();
-            let (site, line) = (aiko_site(), StartLine::at_origin(&robot));
+            let (site, line) = (aiko_site(), StartLine::at_origin(Wave::default(), &robot));
             let mut stream = Stream::new(seed, 0);
             let start = line.deviated(&StartJitter::draw(&mut stream, scale));
             let angles: Vec<f64> = (0..10).map(line.joint_angles(start.phase)).collect();

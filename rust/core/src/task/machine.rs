@@ -1,0 +1,88 @@
+//! What an environment needs of a robot model; all else in this module is the same for every model.
+
+use std::fmt::Debug;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::error::ConfigError;
+use crate::planar::Pose;
+use crate::robot::Robot;
+use crate::scene::Peg;
+use crate::simulation::StepReport;
+use crate::stepper::Variation;
+
+use super::action::ActionEntry;
+use super::config::{EnvConfig, Model};
+use super::motion::Motion;
+use super::observation::ObservationBlock;
+use super::signal::Signal;
+use super::start::Start;
+
+/// A simulated robot together with the generator of its joint references.
+///
+/// One control period is `command`, `advance`, `elapse`; everything else reads.
+pub trait Machine: Clone + Debug + Send + Sync + 'static {
+    /// The choice in [`EnvConfig::model`] that this is.
+    const MODEL: Model;
+
+    /// What it reports beside the signals of every environment.
+    const SIGNALS: &'static [Signal<Self>];
+
+    /// All that a run changes.
+    type State: Clone + Debug + PartialEq + Serialize + DeserializeOwned + Send + Sync;
+
+    /// # Errors
+    /// Names the section, the field, the value and what is admissible.
+    fn new(config: &EnvConfig) -> Result<Self, ConfigError>;
+
+    fn robot(&self) -> &Robot;
+
+    fn pegs(&self) -> &[Peg];
+
+    /// The entries of an action.
+    fn action_entries(&self) -> &[ActionEntry];
+
+    /// What it senses, before and after the blocks that every environment has.
+    fn observation_blocks(&self, config: &EnvConfig) -> [Vec<ObservationBlock<Self>>; 2];
+
+    /// Puts the robot to rest among `pegs`, lying on the ground in the posture of the gait.
+    fn place(&mut self, start: &Start, joint_angle: &[f64], pegs: &[Peg]);
+
+    /// Turns an action in [-1, 1] into joint references.
+    fn command(&mut self, action: &[f64]);
+
+    /// Lets the joint references go where they were last commanded to.
+    fn coast(&mut self);
+
+    /// Makes the robot one that differs from the configured one.
+    fn vary(&mut self, variation: Variation);
+
+    /// Advances the robot by a control period \[s\].
+    fn advance(&mut self, period: f64);
+
+    /// Takes note that the robot was advanced by a control period \[s\]; returns the number of links that pegs pushed.
+    fn elapse(&mut self, period: f64) -> u32;
+
+    /// What happened while it was advanced.
+    fn report(&self) -> StepReport;
+
+    fn motion(&self) -> Motion;
+
+    /// Number of joint angles.
+    fn joint_coordinates(&self) -> usize;
+
+    /// Joint angles \[rad\] and their rates \[rad/s\], `joint_coordinates` each.
+    fn read_joints(&self, angle: &mut [f64], rate: &mut [f64]);
+
+    /// Link 1 seen from above.
+    fn head(&self) -> Pose;
+
+    fn save(&self) -> Self::State;
+
+    /// Continues from a saved state; false if it is of another robot or action mode.
+    fn restore(&mut self, state: &Self::State) -> bool;
+
+    /// Number of links of the robot that a state was saved of.
+    fn links_of(state: &Self::State) -> usize;
+}

@@ -1,0 +1,208 @@
+//! The robot of the planar model with its joint references.
+
+use std::f64::consts::FRAC_PI_2;
+
+use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
+
+use crate::error::ConfigError;
+use crate::gait::{JointReference, JointTarget, Wave};
+use crate::planar::{Heading, Pose};
+use crate::robot::Robot;
+use crate::scene::{Peg, SceneConfig};
+use crate::simulation::{PlanarSimulation, SimulationState, StepReport};
+use crate::stepper::{Body, Driven, Variation};
+
+use super::action::ActionEntry;
+use super::config::{ActionMode, EnvConfig, Model, Task};
+use super::machine::Machine;
+use super::motion::Motion;
+use super::observation::{ObservationBlock, View, block, joint_angle, joint_rate, named, numbered};
+use super::reference::{ReferenceGenerator, ReferenceState};
+use super::signal::Signal;
+use super::start::Start;
+
+/// Simulation and references of a planar robot.
+#[derive(Debug, Clone)]
+pub struct PlanarMachine {
+    pub simulation: PlanarSimulation,
+    pub reference: ReferenceGenerator,
+    /// Mean obstacle force on each link over the last control period, to its left \[N\].
+    contact_force: Vec<f64>,
+}
+
+/// All that a run changes about a planar robot.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PlanarMachineState {
+    simulation: SimulationState,
+    reference: ReferenceState,
+    pegs: Vec<Peg>,
+    contact_force: Vec<f64>,
+}
+
+impl Machine for PlanarMachine {
+    const MODEL: Model = Model::Planar;
+    const SIGNALS: &'static [Signal<Self>] = &[];
+    type State = PlanarMachineState;
+
+    fn new(config: &EnvConfig) -> Result<Self, ConfigError> {
+        let scene = SceneConfig { friction: config.friction(), ..SceneConfig::default() };
+        let simulation = PlanarSimulation::new(&config.robot, &scene, &config.controller, &config.integrator)?;
+        let robot = simulation.robot();
+        let reference = ReferenceGenerator::new(config.action_mode, robot.joint_count(), config.control_period);
+        Ok(Self { contact_force: vec![0.0; robot.link_count()], simulation, reference })
+    }
+
+    fn robot(&self) -> &Robot {
+        self.simulation.robot()
+    }
+
+    fn pegs(&self) -> &[Peg] {
+        self.simulation.pegs()
+    }
+
+    fn action_entries(&self) -> &[ActionEntry] {
+        self.reference.entries()
+    }
+
+    fn observation_blocks(&self, config: &EnvConfig) -> [Vec<ObservationBlock<Self>>; 2] {
+        let (links, joints) = (self.robot().link_count(), self.robot().joint_count());
+        let posture = vec![
+            block("joint_angle", numbered("joint", joints), "rad", FRAC_PI_2, 2.0, joint_angle)
+                .says("angle of each joint; positive bends the body to the right, going forward"),
+            block("joint_rate", numbered("joint", joints), "rad/s", 2.5, 4.0, joint_rate)
+                .says("angular velocity of each joint"),
+        ];
+        let contact = block("contact_force", numbered("link", links), "N", 20.0, 4.0, contact_force)
+            .says("force of the pegs to the left of each link, averaged over the control period");
+        let command = if config.action_mode == ActionMode::Joints {
+            block("reference", numbered("joint", joints), "rad", FRAC_PI_2, 1.0, reference)
+                .says("smoothed reference angle of each joint")
+        } else {
+            let names = ["sin_phase", "cos_phase", "amplitude", "frequency", "phase_shift", "offset"];
+            block("wave", named(&names), "1", 1.0, 1.0, wave)
+                .says("phase of the wave, and its smoothed parameters as actions that would hold them")
+        };
+        let has_pegs = config.task != Task::Free;
+        [posture, has_pegs.then_some(contact).into_iter().chain([command]).collect()]
+    }
+
+    fn place(&mut self, start: &Start, joint_angle: &[f64], pegs: &[Peg]) {
+        let Start { position, angle, phase } = start;
+        self.simulation.set_scene_pegs(pegs);
+        self.simulation.place_chain(position.x, position.y, *angle, joint_angle);
+        self.reference.rest_in_posture(&Wave::default(), *phase);
+        self.contact_force.fill(0.0);
+    }
+
+    fn command(&mut self, action: &[f64]) {
+        self.reference.command(action, self.simulation.state().time);
+    }
+
+    fn coast(&mut self) {
+        self.reference.coast(self.simulation.state().time);
+    }
+
+    fn vary(&mut self, variation: Variation) {
+        self.simulation.body_mut().variation = variation;
+    }
+
+    fn advance(&mut self, period: f64) {
+        self.simulation.advance(period, &self.reference);
+    }
+
+    fn elapse(&mut self, period: f64) -> u32 {
+        self.reference.elapse();
+        self.read_contact_force(period)
+    }
+
+    fn report(&self) -> StepReport {
+        StepReport::of(self.simulation.body())
+    }
+
+    fn motion(&self) -> Motion {
+        Motion::of(self.simulation.robot(), self.simulation.state())
+    }
+
+    fn joint_coordinates(&self) -> usize {
+        self.robot().joint_count()
+    }
+
+    fn read_joints(&self, angle: &mut [f64], rate: &mut [f64]) {
+        let state = self.simulation.state();
+        angle.iter_mut().enumerate().for_each(|(joint, value)| *value = state.joint_angle(joint));
+        rate.iter_mut().enumerate().for_each(|(joint, value)| *value = state.joint_rate(joint));
+    }
+
+    fn head(&self) -> Pose {
+        self.simulation.state().pose[0]
+    }
+
+    fn save(&self) -> PlanarMachineState {
+        PlanarMachineState {
+            simulation: self.simulation.snapshot(),
+            reference: self.reference.state().clone(),
+            pegs: self.pegs().to_vec(),
+            contact_force: self.contact_force.clone(),
+        }
+    }
+
+    fn restore(&mut self, state: &PlanarMachineState) -> bool {
+        let links = self.contact_force.len();
+        let fits = state.contact_force.len() == links
+            && state.simulation.fits(links, state.pegs.len())
+            && self.reference.restore(&state.reference);
+        if fits {
+            self.simulation.set_scene_pegs(&state.pegs);
+            self.simulation.restore(&state.simulation);
+            self.contact_force.copy_from_slice(&state.contact_force);
+        }
+        fits
+    }
+
+    fn links_of(state: &PlanarMachineState) -> usize {
+        state.contact_force.len()
+    }
+}
+
+impl PlanarMachine {
+    /// Mean lateral contact forces of the last period; returns the number of links that were pushed.
+    fn read_contact_force(&mut self, period: f64) -> u32 {
+        let mut contacts = 0;
+        let links = self.simulation.contact_impulse().iter().zip(&self.simulation.state().pose);
+        for (force, (impulse, pose)) in self.contact_force.iter_mut().zip(links) {
+            let pushed = *impulse != Vector2::zeros();
+            // The left of a link that moves along -e_x^B is -e_y^B.
+            let to_left = |impulse: &Vector2<f64>| -impulse.dot(&Heading::of(pose.z).lateral());
+            *force = if pushed { to_left(impulse) / period } else { 0.0 };
+            contacts += u32::from(pushed);
+        }
+        contacts
+    }
+}
+
+impl Driven for PlanarMachine {
+    fn body(&self) -> &Body {
+        self.simulation.body()
+    }
+
+    fn body_mut(&mut self) -> &mut Body {
+        self.simulation.body_mut()
+    }
+
+    fn targets(&self, time: f64, targets: &mut [JointTarget]) {
+        self.reference.targets(time, targets);
+    }
+}
+
+fn contact_force(view: &View<PlanarMachine>, values: &mut [f64]) {
+    values.copy_from_slice(&view.machine.contact_force);
+}
+
+fn reference(view: &View<PlanarMachine>, values: &mut [f64]) {
+    values.iter_mut().enumerate().for_each(|(joint, value)| *value = view.machine.reference.angle(joint));
+}
+
+fn wave(view: &View<PlanarMachine>, values: &mut [f64]) {
+    view.machine.reference.describe_wave(values);
+}

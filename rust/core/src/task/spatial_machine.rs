@@ -1,0 +1,273 @@
+//! The robot of the spatial model with its joint references.
+
+use nalgebra::{Vector2, Vector3};
+use serde::{Deserialize, Serialize};
+
+use crate::error::ConfigError;
+use crate::planar;
+use crate::robot::Robot;
+use crate::scene::{Peg, SceneConfig};
+use crate::simulation::StepReport;
+use crate::spatial::{Pose, SpatialState, joint_angle, joint_rate, orientation_of, turning};
+use crate::spatial_simulation::{SpatialSimulation, SpatialSnapshot};
+use crate::stepper::Variation;
+
+use super::action::ActionEntry;
+use super::cardan_reference::{CardanGenerator, CardanReferenceState};
+use super::config::{EnvConfig, Model};
+use super::machine::Machine;
+use super::motion::Motion;
+use super::nominal::Nominal;
+use super::observation::ObservationBlock;
+use super::signal::{Signal, SignalKind};
+use super::spatial_senses;
+use super::start::Start;
+
+/// Simulation and references of a robot in space.
+#[derive(Debug, Clone)]
+pub struct SpatialMachine {
+    pub simulation: SpatialSimulation,
+    pub reference: CardanGenerator,
+    /// (yaw, pitch) of the joints at the start \[rad\].
+    posture: Vec<Vector2<f64>>,
+    forces: Forces,
+}
+
+/// Mean forces of the last control period.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Forces {
+    /// Of the pegs on each link, x and y in frame I \[N\].
+    peg: Vec<Vector2<f64>>,
+    /// Normal force of the ground on each link \[N\].
+    ground: Vec<f64>,
+}
+
+/// All that a run changes about a robot in space.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SpatialMachineState {
+    simulation: SpatialSnapshot,
+    reference: CardanReferenceState,
+    pegs: Vec<Peg>,
+    forces: Forces,
+}
+
+/// How the body as a whole lies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Attitude {
+    /// Mean of the links' turns about their own axes, positive: the left side comes up; in \[-pi, pi\] \[rad\].
+    pub roll: f64,
+    /// Angle by which the mean direction of the body points up \[rad\].
+    pub pitch: f64,
+}
+
+impl Machine for SpatialMachine {
+    const MODEL: Model = Model::Spatial;
+    type State = SpatialMachineState;
+
+    const SIGNALS: &'static [Signal<Self>] = &[
+        Signal {
+            name: "height",
+            kind: SignalKind::Float,
+            unit: "m",
+            description: "height of the CG above the ground",
+            read: SpatialMachine::height,
+        },
+        Signal {
+            name: "roll",
+            kind: SignalKind::Float,
+            unit: "rad",
+            description: "mean turn of the links about their axes; positive: the left side comes up",
+            read: |machine| machine.attitude().roll,
+        },
+        Signal {
+            name: "pitch",
+            kind: SignalKind::Float,
+            unit: "rad",
+            description: "angle by which the body direction points up",
+            read: |machine| machine.attitude().pitch,
+        },
+        Signal {
+            name: "grounded",
+            kind: SignalKind::Int,
+            unit: "1",
+            description: "links that the ground carried in this step",
+            read: |machine| machine.forces.ground.iter().filter(|force| **force > 0.0).count() as f64,
+        },
+    ];
+
+    fn new(config: &EnvConfig) -> Result<Self, ConfigError> {
+        let scene = SceneConfig { friction: config.friction(), ..SceneConfig::default() };
+        let simulation = SpatialSimulation::new(&config.robot, &scene, &config.controller, &config.integrator)?;
+        let (links, joints) = (simulation.robot().link_count(), simulation.robot().joint_count());
+        let (nominal, period) = (Nominal::of(config), config.control_period);
+        Ok(Self {
+            reference: CardanGenerator::new(config.action_mode, &nominal, joints, period),
+            posture: vec![Vector2::zeros(); joints],
+            forces: Forces { peg: vec![Vector2::zeros(); links], ground: vec![0.0; links] },
+            simulation,
+        })
+    }
+
+    fn robot(&self) -> &Robot {
+        self.simulation.robot()
+    }
+
+    fn pegs(&self) -> &[Peg] {
+        self.simulation.pegs()
+    }
+
+    fn action_entries(&self) -> &[ActionEntry] {
+        self.reference.entries()
+    }
+
+    fn observation_blocks(&self, config: &EnvConfig) -> [Vec<ObservationBlock<Self>>; 2] {
+        spatial_senses::blocks(config, self.robot())
+    }
+
+    fn place(&mut self, start: &Start, joint_angle: &[f64], pegs: &[Peg]) {
+        let Start { position, angle, phase } = start;
+        self.simulation.set_scene_pegs(pegs);
+        for (posture, yaw) in self.posture.iter_mut().zip(joint_angle) {
+            *posture = Vector2::new(*yaw, 0.0);
+        }
+        let head = Pose { position: position.push(0.0), orientation: orientation_of(*angle, 0.0, 0.0) };
+        self.simulation.place_chain(head, &self.posture);
+        self.simulation.rest_on_ground();
+        self.reference.rest_in_posture(*phase);
+        self.forces.peg.fill(Vector2::zeros());
+        self.forces.ground.fill(0.0);
+    }
+
+    fn command(&mut self, action: &[f64]) {
+        self.reference.command(action, self.simulation.state().time);
+    }
+
+    fn coast(&mut self) {
+        self.reference.coast(self.simulation.state().time);
+    }
+
+    /// The configuration refuses other robots than its own.
+    fn vary(&mut self, variation: Variation) {
+        debug_assert_eq!(variation, Variation::default());
+    }
+
+    fn advance(&mut self, period: f64) {
+        self.simulation.advance(period, &self.reference);
+    }
+
+    fn elapse(&mut self, period: f64) -> u32 {
+        self.reference.elapse();
+        for (force, impulse) in self.forces.ground.iter_mut().zip(self.simulation.ground_impulse()) {
+            *force = impulse / period;
+        }
+        for (force, impulse) in self.forces.peg.iter_mut().zip(self.simulation.contact_impulse()) {
+            *force = impulse / period;
+        }
+        self.forces.peg.iter().map(|force| u32::from(*force != Vector2::zeros())).sum()
+    }
+
+    fn report(&self) -> StepReport {
+        let body = self.simulation.body();
+        StepReport::new(&body.tally, body.diverged)
+    }
+
+    fn motion(&self) -> Motion {
+        let (robot, state) = (self.robot(), self.simulation.state());
+        let (mut position, mut velocity) = (Vector2::zeros(), Vector2::zeros());
+        let mut yaw_rate = 0.0;
+        for ((link, pose), u) in robot.links.iter().zip(&state.pose).zip(&state.twist) {
+            position += link.mass * pose.position.xy();
+            velocity += link.mass * Vector2::new(u.x, u.y);
+            yaw_rate += (pose.orientation * turning(u)).z;
+        }
+        let mass = robot.total_mass();
+        let ahead = ahead(state);
+        Motion {
+            position: position / mass,
+            velocity: velocity / mass,
+            heading: ahead.y.atan2(ahead.x),
+            yaw_rate: yaw_rate / robot.link_count() as f64,
+        }
+    }
+
+    fn joint_coordinates(&self) -> usize {
+        2 * self.robot().joint_count()
+    }
+
+    fn read_joints(&self, angle: &mut [f64], rate: &mut [f64]) {
+        let SpatialState { pose, twist, .. } = self.simulation.state();
+        let values = angle.chunks_exact_mut(2).zip(rate.chunks_exact_mut(2));
+        for ((angle, rate), (pose, twist)) in values.zip(pose.windows(2).zip(twist.windows(2))) {
+            angle.copy_from_slice(joint_angle(&pose[0], &pose[1]).as_slice());
+            rate.copy_from_slice(joint_rate(&pose[0], &twist[0], &pose[1], &twist[1]).as_slice());
+        }
+    }
+
+    fn head(&self) -> planar::Pose {
+        let pose = &self.simulation.state().pose[0];
+        let axis = pose.axis();
+        planar::Pose::new(pose.position.x, pose.position.y, axis.y.atan2(axis.x))
+    }
+
+    fn save(&self) -> SpatialMachineState {
+        SpatialMachineState {
+            simulation: self.simulation.snapshot(),
+            reference: self.reference.state(),
+            pegs: self.pegs().to_vec(),
+            forces: self.forces.clone(),
+        }
+    }
+
+    fn restore(&mut self, state: &SpatialMachineState) -> bool {
+        let links = self.forces.ground.len();
+        let fits = state.forces.ground.len() == links
+            && state.forces.peg.len() == links
+            && state.simulation.fits(links, state.pegs.len())
+            && self.reference.restore(&state.reference);
+        if fits {
+            self.simulation.set_scene_pegs(&state.pegs);
+            self.simulation.restore(&state.simulation);
+            self.forces.clone_from(&state.forces);
+        }
+        fits
+    }
+
+    fn links_of(state: &SpatialMachineState) -> usize {
+        state.forces.ground.len()
+    }
+}
+
+impl SpatialMachine {
+    /// Mean force of the pegs on each link over the last control period, x and y in frame I \[N\].
+    pub fn peg_force(&self) -> &[Vector2<f64>] {
+        &self.forces.peg
+    }
+
+    /// Mean normal force of the ground on each link over the last control period \[N\].
+    pub fn normal_force(&self) -> &[f64] {
+        &self.forces.ground
+    }
+
+    /// Height of the CG above the ground \[m\].
+    pub fn height(&self) -> f64 {
+        let robot = self.robot();
+        let links = robot.links.iter().zip(&self.simulation.state().pose);
+        links.map(|(link, pose)| link.mass * pose.position.z).sum::<f64>() / robot.total_mass()
+    }
+
+    pub fn attitude(&self) -> Attitude {
+        let state = self.simulation.state();
+        // Heights of e_x^B, the right side going forward, and e_y^B: (0, 1) for a link that lies flat and unrolled.
+        let up = state.pose.iter().fold(Vector2::zeros(), |sum, pose| {
+            let seen = pose.orientation.inverse_transform_vector(&Vector3::z());
+            sum + seen.xy()
+        });
+        let ahead = ahead(state);
+        Attitude { roll: (-up.x).atan2(up.y), pitch: ahead.z.atan2(ahead.xy().norm()) }
+    }
+}
+
+/// Sum of the links' forward directions; link 1 leads, so they are -e_z^B.
+fn ahead(state: &SpatialState) -> Vector3<f64> {
+    state.pose.iter().fold(Vector3::zeros(), |sum, pose| sum - pose.axis())
+}
