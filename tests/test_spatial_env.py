@@ -64,6 +64,7 @@ def test_infos_tell_how_the_robot_lies():
         info = env.step(np.zeros(6))[4]
     assert info["height"] > 0.055
     assert 1 <= info["grounded"] < 11
+    assert info["overbent"] == 0
 
 
 @pytest.mark.parametrize("task", ["free", "course", "field", "perturbed", "maze", "corridor"])

@@ -37,7 +37,7 @@ fn a_field_drawn_for_push_points_has_them() {
     for task in [Task::Field, Task::Maze] {
         let config = EnvConfig { task, difficulty: 1.0, push_points: 2, ..EnvConfig::default() };
         let mut asked = <Environment>::new(&config).unwrap();
-        let mut plain = Environment::new(&EnvConfig { push_points: 0, ..config }).unwrap();
+        let mut plain = <Environment>::new(&EnvConfig { push_points: 0, ..config }).unwrap();
         let mut observation = vec![0.0; asked.observation_size()];
         let mut poor = 0;
         for seed in 0..30 {

@@ -1,5 +1,7 @@
 //! The robot of the spatial model with its joint references.
 
+use std::f64::consts::FRAC_PI_2;
+
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -92,6 +94,13 @@ impl Machine for SpatialMachine {
             unit: "1",
             description: "links that the ground carried in this step",
             read: |machine| machine.forces.ground.iter().filter(|force| **force > 0.0).count() as f64,
+        },
+        Signal {
+            name: "overbent",
+            kind: SignalKind::Int,
+            unit: "1",
+            description: "joints bent beyond a right angle, which loads beyond the torque limit can do",
+            read: |machine| machine.overbent() as f64,
         },
     ];
 
@@ -253,6 +262,12 @@ impl SpatialMachine {
         let robot = self.robot();
         let links = robot.links.iter().zip(&self.simulation.state().pose);
         links.map(|(link, pose)| link.mass * pose.position.z).sum::<f64>() / robot.total_mass()
+    }
+
+    /// Number of joints whose yaw or pitch is beyond a right angle; references never are.
+    pub fn overbent(&self) -> usize {
+        let joints = self.simulation.state().pose.windows(2);
+        joints.filter(|pose| joint_angle(&pose[0], &pose[1]).amax() > FRAC_PI_2).count()
     }
 
     pub fn attitude(&self) -> Attitude {
