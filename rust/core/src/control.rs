@@ -53,4 +53,12 @@ impl ControllerConfig {
     pub fn limit_at(&self, time: f64) -> f64 {
         if time < self.active_from { 0.0 } else { self.torque_limit.unwrap_or(f64::INFINITY) }
     }
+
+    /// The largest torque in a stage that ends at `end`: actuators that are switched on then have not acted yet \[N m\].
+    pub fn limit_until(&self, end: f64) -> f64 {
+        self.limit_at(end - ROUND_OFF)
+    }
 }
+
+/// Times this close count as one \[s\].
+const ROUND_OFF: f64 = 1e-10;

@@ -155,6 +155,22 @@ fn a_flat_drop_takes_the_momentum_of_the_fall() {
 
 /// 22 contacts carry 12 freedoms: the pose at rest stays where it is.
 #[test]
+fn actuators_do_not_act_in_a_step_that_ends_when_they_are_switched_on() {
+    let pd = ControllerConfig { active_from: 0.1, ..ControllerConfig::default() };
+    for (step, order) in [(0.05, 1), (0.025, 1), (0.025, 2), (0.01, 2)] {
+        let mut simulation = robot(&ground([0.0, 0.0]), &pd, step, order);
+        for _ in 0..2 {
+            run(&mut simulation, &undulation(), 0.05);
+            let off = simulation.joint_torque().iter().all(|torque| torque.norm() == 0.0);
+            assert!(off, "step {step}, order {order}");
+        }
+        run(&mut simulation, &undulation(), 0.01);
+        let on = simulation.joint_torque().iter().any(|torque| torque.norm() > 1.0);
+        assert!(on, "step {step}, order {order}");
+    }
+}
+
+#[test]
 fn a_robot_at_rest_does_not_drift() {
     let mut simulation = straight(&implicit(0.01, 2));
     run(&mut simulation, &still(), 1.0);

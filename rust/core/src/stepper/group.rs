@@ -301,7 +301,7 @@ impl<T: StageKernels> Group<T> {
                 lanes[2].set_lane(lane, target.acceleration);
             }
             let share = driven.body().variation.torque_limit;
-            self.work.torque_limit.set_lane(lane, share * plant.controller.limit_at(time));
+            self.work.torque_limit.set_lane(lane, share * plant.controller.limit_until(time));
         }
     }
 

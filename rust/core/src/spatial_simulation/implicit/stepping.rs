@@ -188,7 +188,7 @@ impl Stepping {
     ) {
         let time = body.state.time + end;
         reference.targets(time, &mut self.targets);
-        self.work.take_references(&self.targets, plant.controller.limit_at(time));
+        self.work.take_references(&self.targets, plant.controller.limit_until(time));
         for repetition in 1..=MAX_PREDICTIONS {
             self.work.predict(c);
             self.work.fill(end);
