@@ -1,4 +1,4 @@
-"""Batched planar snake robots with exact Coulomb friction and obstacle contact.
+"""Wheel-less snake robots, batched, with exact Coulomb friction and obstacle contact.
 
 Importing the package registers the environments with Gymnasium, SnakeField-v0 among them; see docs/environments.md.
 """

@@ -8,7 +8,7 @@ from importlib import import_module
 
 COMMANDS = {
     "card": ("snake_env.card", "print or write the environments' reference page"),
-    "reproduce": ("snake_env.reproduce.command", "pictures and table of the thesis's planar findings"),
+    "reproduce": ("snake_env.reproduce.command", "pictures and table of the thesis's findings"),
 }
 """Name -> module with ``main(arguments) -> status``, and what it does."""
 

@@ -116,8 +116,8 @@ Choose the threads of torch too: `torch.set_num_threads(1)` and the rest for the
 
 ## Curriculum and randomisation
 
-`set_difficulty(d)` of the single environment and `set_difficulty(d, mask)` of the batch set the difficulty of the
-episodes that begin from then on, robot by robot; a callback of Stable-Baselines3 calls
+`set_difficulty(d)` of the single environment (`env.unwrapped`) and `set_difficulty(d, mask)` of the batch set the
+difficulty of the episodes that begin from then on, robot by robot; a callback of Stable-Baselines3 calls
 `env.env_method("set_difficulty", d)`.
 
 `randomization` draws anew for each robot and episode what the thesis lists as discrepancies (T 7.5.4). All is off by

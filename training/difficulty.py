@@ -54,7 +54,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 def measure(options: dict[str, Any], difficulties: list[float], fields: int, num_threads: int | None) -> Curve:
     """Success rate of the thesis's gait, difficulty by difficulty."""
-    env_id = next(env_id for env_id, task in TASKS.items() if task == options["task"])
+    env_id = next(env_id for env_id, made_by in TASKS.items() if made_by == {"task": options["task"]})
     policy = gait_policy(GaitParameters(), env_id)
     curve = []
     for difficulty in difficulties:

@@ -17,6 +17,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import gymnasium as gym
+
+from snake_env import ConfigError
 from training import scores, seeds, video
 from training.cli import gait_from_text, help_format, json_mapping
 from training.config import Config
@@ -57,8 +60,17 @@ def parser() -> argparse.ArgumentParser:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Runs the command."""
-    args = parser().parse_args(arguments)
+    """Runs the command; input that does not do ends it with one line."""
+    cli = parser()
+    args = cli.parse_args(arguments)
+    try:
+        return evaluate(args)
+    except (FileNotFoundError, ConfigError, gym.error.Error) as error:
+        cli.error(str(error))
+
+
+def evaluate(args: argparse.Namespace) -> int:
+    """Plays all policies, prints and writes what came out."""
     args.env, args.options = task(args.env, args.options, args.policy)
     policies: list[Policy] = [gait_policy(gait, args.env) for gait in args.gait or [GaitParameters()]]
     policies += [load_model(path) for path in args.policy]

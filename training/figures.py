@@ -39,7 +39,7 @@ def learning_curve(curve: list[dict[str, Any]], gaits: dict[str, Row], path: Pat
 
 
 def learning_curves(curves: list[list[dict[str, Any]]], path: Path) -> Path:
-    """Success, progress and speed over environment steps: median and range over the seeds' curves."""
+    """Success, progress and speed over environment steps: median and range over the seeds' curves, none empty."""
     panels = (("is_success", "success rate"), ("distance", "progress [m]"), ("speed", "speed [m/s]"))
     end = min(curve[-1]["steps"] for curve in curves)
     steps = np.linspace(0.0, end, 200)

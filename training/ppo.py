@@ -301,6 +301,8 @@ def train(folder: RunFolder, config: Config, show: bool = True, make: MakeCollec
         print(f"saved after {learner.steps} steps; go on with --resume --out {folder.path}")
         return 130
     folder.finish({"steps": learner.steps, "seconds": round(budget.seconds, 1)})
+    if show:
+        print(f"{learner.steps} steps in {budget.seconds:.0f} s: {folder.model}")
     return 0
 
 

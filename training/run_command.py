@@ -28,7 +28,7 @@ def parser(prog: str, text: str | None) -> argparse.ArgumentParser:
     )
     cli.add_argument("--resume", action="store_true", help="go on from the folder's latest checkpoint")
     cli.add_argument("--max-minutes", type=float, help="wall time after which training ends, over the config's")
-    cli.add_argument("--seconds", type=float, help="the same in seconds")
+    cli.add_argument("--seconds", type=float, help="the same in seconds; a resumed run counts what it used before")
     cli.add_argument("--total-steps", type=int, help="environment steps after which training ends, over the config's")
     cli.add_argument("--num-envs", type=int, help="robots in the batch, over the config's")
     cli.add_argument("--num-threads", type=int, help="threads of the simulator, over the config's")
@@ -49,6 +49,8 @@ def run(args: argparse.Namespace, folder: RunFolder, train: Train) -> int:
         print(f"{args.out} holds a run: choose another --out, or --resume", file=sys.stderr)
         return 2
     else:
+        if args.resume:
+            print(f"{args.out} holds no run yet: begins one", flush=True)
         config = _overridden(configs.load(args.config), args, OVERRIDES)
         if args.action_mode is not None:
             config = dataclasses.replace(config, env={**config.env, "action_mode": args.action_mode})

@@ -50,7 +50,13 @@ def parser() -> argparse.ArgumentParser:
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command; 130 when it was stopped, 1 when a run failed."""
-    args = parser().parse_args(arguments)
+    cli = parser()
+    args = cli.parse_args(arguments)
+    for name in args.configs:
+        try:
+            configs.load(Path(name))
+        except (OSError, ValueError) as error:
+            cli.error(f"--configs {name}: {error}")
     limits = [
         f"--{name.replace('_', '-')}={value}" for name in ("seconds", "total_steps") if (value := getattr(args, name))
     ]
@@ -161,12 +167,14 @@ def choose(out: Path, folders: list[RunFolder], fields: int) -> str:
     best = max(rows, key=lambda row: row["is_success"] + row["speed"])
     shutil.copyfile(out / best["run"] / ppo.POLICY, out / "best.safetensors")
     write_json(out / "seeds.json", {"best": best["run"], "fields": fields, "seeds": rows})
-    draw([folder.read_curve() for folder in folders], out)
+    draw([curve for folder in folders if (curve := folder.read_curve())], out)
     return f"{out}: best is {best['run']}, success {best['is_success']:.3f}, speed {best['speed']:.3f} m/s"
 
 
 def draw(curves: list[list[dict[str, Any]]], out: Path) -> None:
-    """Draws the curves where matplotlib is installed."""
+    """Draws the curves where matplotlib is installed; a budget too short for one update leaves none."""
+    if not curves:
+        return
     try:
         from training import figures
     except ImportError:

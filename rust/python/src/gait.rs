@@ -58,7 +58,7 @@ impl GaitConfig {
     pub fn planar(&self, joints: usize) -> Result<Gait, ConfigError> {
         self.validate()?;
         if self.vertical_amplitude != 0.0 {
-            let expected = "0: the planar model takes gaits without a vertical wave";
+            let expected = "0: the planar and the minimal model take gaits without a vertical wave";
             return Err(ConfigError::new("vertical_amplitude", self.vertical_amplitude, expected));
         }
         Ok(self.yaw(joints))
