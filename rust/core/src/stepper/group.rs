@@ -247,9 +247,7 @@ impl<T: StageKernels> Group<T> {
         self.impulses.clear();
         let mut pending = lanes;
         for repetition in 1..=MAX_PREDICTIONS {
-            // What surprised once may do so again, and the last prediction is not asked.
-            let foresight = if repetition == 1 { 0.0 } else { 2.0 * c };
-            self.find_contacts(plant, fleet, members, pending, end, foresight);
+            self.find_contacts(plant, fleet, members, pending, end);
             self.solve(fleet, members, pending);
             if repetition == 1 {
                 self.deviation = self.work.deviation;

@@ -27,8 +27,6 @@ impl<T: StageKernels> Group<T> {
         surprised
     }
 
-    /// Contacts of the stage that ends `elapsed` after the start of the step \[s\]: pairs whose predicted gap is below
-    /// the margin, or below what the robot's speed covers within `foresight` \[s\].
     pub(super) fn find_contacts<D: Driven>(
         &mut self,
         plant: &Plant,
@@ -36,8 +34,8 @@ impl<T: StageKernels> Group<T> {
         members: &[usize],
         lanes: Lanes,
         elapsed: f64,
-        foresight: f64,
     ) {
+        let c = self.work.stage.coefficient;
         let outlook = T::predict(&mut self.work, &self.start_pose);
         self.work.stage.contacts.clear();
         self.slots.clear();
@@ -51,7 +49,7 @@ impl<T: StageKernels> Group<T> {
                 continue;
             }
             let lead = outlook.lead.lane(lane);
-            let mut margin = MARGIN.max(foresight * outlook.fastest.lane(lane));
+            let mut margin = MARGIN.max(2.0 * c * outlook.fastest.lane(lane));
             if lead > plant.smallest_radius() {
                 // Fast enough to pass a peg within the step.
                 margin = margin.max(lead);
@@ -132,6 +130,5 @@ pub(super) fn add_impulses<D: Driven>(
     }
 }
 
-/// Gap below which a pair becomes a contact of the stage \[m\]: a stage that ends farther from its prediction is
-/// predicted anew.
+/// Gap below which a pair becomes a contact of the stage \[m\]; faster robots look farther.
 const MARGIN: f64 = 0.002;
