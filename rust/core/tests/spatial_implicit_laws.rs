@@ -137,6 +137,24 @@ fn a_dropped_robot_comes_to_lie_on_the_ground() {
     }
 }
 
+/// Links of a limp chain whip down at tens of radians a second and turn on visibly within a step: the ground holds them
+/// all the same.
+#[test]
+fn links_that_whip_down_do_not_sink() {
+    let bends: Vec<_> =
+        (0..10).map(|j| 0.6 * Vector2::new((2.3 * f64::from(j)).sin(), (1.7 * f64::from(j)).cos())).collect();
+    for step in [0.025, 0.01] {
+        let limp = ControllerConfig { kp: 0.0, kd: 0.0, ..ControllerConfig::default() };
+        let mut simulation = robot(&ground([0.2, 0.2]), &limp, step, 2);
+        let head = Pose { position: Vector3::new(0.0, 0.0, 1.2), orientation: orientation_of(PI, -0.5, 0.0) };
+        simulation.place_chain(head, &bends);
+        for _ in 0..50 {
+            run(&mut simulation, &still(), step);
+            assert!(simulation.min_gap() > -5e-4, "step {step}: penetration {}", -simulation.min_gap());
+        }
+    }
+}
+
 /// An inelastic impact of the whole chain at once: the normal impulses take exactly the momentum of the fall.
 #[test]
 fn a_flat_drop_takes_the_momentum_of_the_fall() {

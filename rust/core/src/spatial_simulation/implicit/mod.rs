@@ -127,9 +127,25 @@ impl SpatialImplicit {
     ) {
         let part = h / f64::from(count);
         for _ in 0..count {
-            self.stepping.euler_step(plant, body, reference, part);
-            self.elapsed += part;
+            self.euler_step(plant, body, reference, part, 0);
         }
+    }
+
+    /// An Euler step, halved and halved again while links sink.
+    fn euler_step(
+        &mut self,
+        plant: &SpatialPlant,
+        body: &mut SpatialBody,
+        reference: &impl CardanReference,
+        h: f64,
+        level: usize,
+    ) {
+        if self.stepping.euler_step(plant, body, reference, h, level < MAX_HALVINGS) {
+            self.elapsed += h;
+            return;
+        }
+        self.euler_step(plant, body, reference, 0.5 * h, level + 1);
+        self.euler_step(plant, body, reference, 0.5 * h, level + 1);
     }
 
     /// Pose of link 1, joint angles, their rates and all momenta from the poses and twists of all links.
@@ -200,3 +216,6 @@ const START: f64 = 0.02;
 /// Time over which steps then grow to their full length \[s\]: links that their joints set in motion at v come to rest
 /// on the ground after about v / (mu g).
 const START_LASTS: f64 = 0.2;
+
+/// How often an Euler step in which links sink is halved.
+const MAX_HALVINGS: usize = 4;

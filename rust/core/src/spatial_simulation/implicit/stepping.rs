@@ -36,6 +36,8 @@ pub struct Stepping {
     /// Normal impulses of the ground in the first stage, both ends of a link together.
     first_ground: Vec<f64>,
     first_works: Works,
+    trial: Posture,
+    trial_frames: Vec<Frame>,
     targets: Vec<CardanTarget>,
     /// How far the last stage ended from its first prediction \[m\], and beyond which deviation a step is not smooth.
     deviation: f64,
@@ -61,6 +63,8 @@ impl Stepping {
             first_impulse: vec![Vector3::zeros(); links],
             first_ground: vec![0.0; links],
             first_works: Works::default(),
+            trial: Posture::straight(links),
+            trial_frames: vec![Frame::origin(); links],
             targets: vec![CardanTarget::default(); links - 1],
             deviation: 0.0,
             event_tolerance: f64::INFINITY,
@@ -85,20 +89,27 @@ impl Stepping {
         self.pairs.extend_from_slice(pairs);
     }
 
-    /// One Euler step of length `h`.
+    /// One Euler step of length `h`. If a link sank and `may_fail`, it is left undone: false.
     pub fn euler_step(
         &mut self,
         plant: &SpatialPlant,
         body: &mut SpatialBody,
         reference: &impl CardanReference,
         h: f64,
-    ) {
+        may_fail: bool,
+    ) -> bool {
         self.begin();
+        self.force_before.copy_from_slice(&self.work.normal_force);
         self.run_stage(plant, body, reference, h, h);
+        if may_fail && self.sinks() {
+            self.work.normal_force.copy_from_slice(&self.force_before);
+            return false;
+        }
         self.accept(body, h);
+        true
     }
 
-    /// One step of second order of length `h`. If forces changed abruptly it is left undone: false.
+    /// One step of second order of length `h`. If forces changed abruptly or a link sank it is left undone: false.
     pub fn sdirk_step(
         &mut self,
         plant: &SpatialPlant,
@@ -113,7 +124,7 @@ impl Stepping {
         self.keep_first_stage();
         self.begin_second_stage(h);
         self.run_stage(plant, body, reference, c, h);
-        if self.deviation > self.event_tolerance {
+        if self.deviation > self.event_tolerance || self.sinks() {
             self.work.normal_force.copy_from_slice(&self.force_before);
             return false;
         }
@@ -257,6 +268,21 @@ impl Stepping {
         }
     }
 
+    /// Whether the solved stage takes a sphere deeper into the ground than it was at the start of the step: a link that
+    /// turns fast leaves the linearised gap.
+    fn sinks(&mut self) -> bool {
+        let work = &mut self.work;
+        self.trial.travel(&work.base, &work.end, work.stage.coefficient);
+        self.trial.place_links(&work.half_length, &mut self.trial_frames);
+        self.trial_frames.iter().enumerate().any(|(i, frame)| {
+            let link = &work.stage.links[i];
+            (0..2).any(|end| {
+                let gap = frame.ground_gap(link, end);
+                gap < -SUNK && gap < work.start_gap[i][end] - SINKING
+            })
+        })
+    }
+
     /// The stage's end becomes the robot's state after a step of length `h`; its works and impulses count once.
     fn accept(&mut self, body: &mut SpatialBody, h: f64) {
         let work = &self.work;
@@ -282,6 +308,10 @@ const GAMMA: f64 = 1.0 - FRAC_1_SQRT_2;
 
 /// (1 - gamma) / gamma: weight of the first stage's impulses in the whole step.
 const EXTRAPOLATION: f64 = (1.0 - GAMMA) / GAMMA;
+
+/// A step that takes a sphere deeper than `SUNK`, by more than `SINKING`, is divided \[m\].
+const SUNK: f64 = 2e-4;
+const SINKING: f64 = 2e-5;
 
 /// How often a stage may be predicted: the second prediction starts from a solution of the stage.
 const MAX_PREDICTIONS: u32 = 4;
