@@ -1,7 +1,7 @@
 //! What the tests of the spatial model need: random links, poses, twists, and matrices as the thesis prints them.
 #![allow(dead_code)]
 
-use nalgebra::{Matrix3, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector2, Vector3, Vector6};
 use snake_core::robot::Link;
 use snake_core::scene::Peg;
 use snake_core::spatial::{Pose, Twist, peg_gap};
@@ -67,4 +67,16 @@ pub fn turned(pose: &Pose, by: Vector3<f64>) -> Pose {
 pub fn nudged(pose: &Pose, by: &Twist) -> Pose {
     let shifted = Pose { position: pose.position + by.fixed_rows::<3>(0), ..*pose };
     turned(&shifted, by.fixed_rows::<3>(3).into_owned())
+}
+
+/// Step of central differences: they err by its square times a third derivative, and by round-off over the step.
+pub const D: f64 = 1e-6;
+
+/// Derivative of `f` along each of the six directions of a twist.
+pub fn gradient(pose: &Pose, f: impl Fn(&Pose) -> f64) -> Vector6<f64> {
+    Vector6::from_fn(|k, _| {
+        let mut step = Twist::zeros();
+        step[k] = D;
+        (f(&nudged(pose, &step)) - f(&nudged(pose, &-step))) / (2.0 * D)
+    })
 }
