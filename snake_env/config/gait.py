@@ -1,0 +1,95 @@
+"""Joint references."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from snake_env import _native
+from snake_env._encode import encode
+from snake_env.config.section import DEGREE, Section
+
+
+@dataclass(frozen=True)
+class Gait(Section):
+    """Joint references: travelling waves, phi_i = A sin(omega t + (i - 1) beta) + gamma (T 2.14), (T 7.1).
+
+    The spatial model has a vertical wave beside it, A_v sin(omega_v t + (i - 1) beta_v + beta_0) (T 2.15), (T 7.2). The
+    others take the horizontal wave alone: their ``vertical_amplitude`` must be zero.
+
+    Args:
+        amplitude: A_h [rad].
+        omega: omega_h [rad/s].
+        beta: beta_h, phase shift between adjacent joints [rad].
+        gamma: gamma_h, common offset that steers [rad].
+        vertical_amplitude: A_v [rad] (T 7.2).
+        vertical_omega: omega_v [rad/s].
+        vertical_beta: beta_v [rad].
+        vertical_phase: beta_0, phase of the vertical against the horizontal wave [rad].
+        soft_start: each joint waits at zero until its reference first comes within 3 degrees (T 7.2.2).
+    """
+
+    _section = "gait"
+
+    amplitude: float = 40 * DEGREE
+    omega: float = 80 * DEGREE
+    beta: float = -50 * DEGREE
+    gamma: float = 0.0
+    vertical_amplitude: float = 0.0
+    vertical_omega: float = 0.0
+    vertical_beta: float = 0.0
+    vertical_phase: float = 0.0
+    soft_start: bool = False
+
+    @classmethod
+    def lateral_undulation(cls, **changes: Any) -> Gait:
+        """Lateral undulation (T 7.3); keywords replace the thesis's values."""
+        return cls(**changes)
+
+    @classmethod
+    def sidewinding(cls, **changes: Any) -> Gait:
+        """Sidewinding (T 7.5): the vertical wave has the rate and phase shift of the horizontal one."""
+        values = {"amplitude": 30 * DEGREE, "vertical_amplitude": 10 * DEGREE} | changes
+        return cls._with_vertical(values)
+
+    @classmethod
+    def lateral_rolling(cls, **changes: Any) -> Gait:
+        """U-shaped lateral rolling (T 7.4): both waves alike, a quarter period apart."""
+        values = {"amplitude": 10 * DEGREE, "beta": 0.0} | changes
+        values.setdefault("vertical_amplitude", values["amplitude"])
+        return cls._with_vertical(values)
+
+    @classmethod
+    def sinus_lifting(cls, **changes: Any) -> Gait:
+        """Lateral undulation that lifts the crests of its curve, where a link would slide sideways: faster on ground
+        with more friction across the links than along them.
+
+        The vertical wave has twice the rate and phase shift of the horizontal one and stands highest where that bends
+        most; half a degree suffices, since the joints are stiff.
+        """
+        values = {"vertical_amplitude": 0.5 * DEGREE} | changes
+        values.setdefault("vertical_omega", 2 * values.get("omega", cls.omega))
+        values.setdefault("vertical_beta", 2 * values.get("beta", cls.beta))
+        values.setdefault("vertical_phase", -90 * DEGREE)
+        return cls(**values)
+
+    @classmethod
+    def caterpillar(cls, **changes: Any) -> Gait:
+        """A vertical wave that travels along a robot straight seen from above, and takes it along."""
+        values = {"amplitude": 0.0, "vertical_amplitude": 10 * DEGREE, "vertical_phase": 0.0} | changes
+        return cls._with_vertical(values)
+
+    def reference(self, time: ArrayLike, joints: int = 10, vertical: bool = False) -> dict[str, NDArray[np.float64]]:
+        """The horizontal or vertical references at given times: "angle", "rate", "acceleration", (T, joints) each."""
+        times = np.atleast_1d(np.asarray(time, np.float64)).tolist()
+        return _native.gait_reference(encode(self._for_core(), self._section), joints, times, vertical)
+
+    @classmethod
+    def _with_vertical(cls, values: dict[str, Any]) -> Gait:
+        values.setdefault("vertical_omega", values.get("omega", cls.omega))
+        values.setdefault("vertical_beta", values.get("beta", cls.beta))
+        values.setdefault("vertical_phase", 90 * DEGREE)
+        return cls(**values)

@@ -1,0 +1,61 @@
+"""What differs from episode to episode."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from snake_env.config.noise import Noise
+from snake_env.config.section import DEGREE, Section
+
+Range = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Randomization(Section):
+    """What differs from episode to episode, after the discrepancies that the thesis lists (T 7.5.4).
+
+    Each range ``(low, high)`` is drawn from uniformly, anew in each episode and for each robot. The defaults switch
+    everything off.
+
+    Args:
+        friction: factor on both friction coefficients, 0 to 10.
+        anisotropy: further factor on the coefficient across a link, 0 to 10.
+        mass: factor on mass and inertia of all links, 0.1 to 10.
+        torque_limit: factor on the largest torque of a joint, 0.01 to 10.
+        reference_rate: how often the joint references take over a new action [Hz], 0.1 to once a control period;
+            None: in every one.
+        reference_delay: time from an action to its effect on the references [s], rounded to control periods,
+            0 to 10 and at most 100 periods.
+        noise: amplitudes of uniform noise on what is observed, drawn anew in each step; see :meth:`Noise.table_7_4`.
+        peg_error: largest error of the position of a located peg [m], the same for an episode, 0 to 1.
+    """
+
+    _section = "randomization"
+
+    friction: Range = (1.0, 1.0)
+    anisotropy: Range = (1.0, 1.0)
+    mass: Range = (1.0, 1.0)
+    torque_limit: Range = (1.0, 1.0)
+    reference_rate: float | None = None
+    reference_delay: Range = (0.0, 0.0)
+    noise: Noise | Mapping[str, float] = dataclasses.field(default_factory=Noise)
+    peg_error: float = 0.0
+
+    @classmethod
+    def thesis(cls) -> Randomization:
+        """Everything at once: worn varnish, motors that saturate, references at 10 Hz that come 50 to 150 ms late, a
+        tenth of the mass, sensors of (T Table 7.4 b) without its error of 10 cm in position, pegs 1 cm off.
+        """
+        turn = 0.1 * DEGREE
+        return cls(
+            friction=(0.75, 1.25),
+            anisotropy=(0.8, 1.25),
+            mass=(0.9, 1.1),
+            torque_limit=(0.6, 1.0),
+            reference_rate=10.0,
+            reference_delay=(0.05, 0.15),
+            noise=Noise(heading=turn, joint_angle=turn, velocity=0.1, yaw_rate=turn, joint_rate=turn),
+            peg_error=0.01,
+        )

@@ -1,0 +1,93 @@
+"""Pegs and ground."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from snake_env import _checks, _native
+from snake_env._encode import encode
+from snake_env.config.section import Section
+from snake_env.errors import ConfigError
+
+
+@dataclass(frozen=True)
+class Scene(Section):
+    """Circular pegs fixed to the ground, and the ground's friction.
+
+    Args:
+        obstacles: pegs as triples (radius, x, y) [m]; radius > 0.
+        friction: Coulomb coefficients along and across a link (mu_x, mu_y), >= 0.
+        rolling_friction: coefficient mu_V of the friction that resists rolling (T 4.87), >= 0; the spatial model alone.
+        viscous: viscous coefficients along and across a link (mu_Vx, mu_Vy) [s/m], >= 0; the robot model alone.
+        friction_law: "set-valued", the exact Coulomb law; for the robot model also "arctan" (T 6.21), a box, and
+            "ellipse", -D^2 v / sqrt(v^T D^2 v + eps^2) with D = diag(friction) times a contact point's normal force.
+        smoothing: eps of the smooth laws, > 0: [m/s] for "arctan", [N m/s] for "ellipse".
+        course: name of the preset that the scene was made from, for :meth:`Start.on_course`.
+    """
+
+    _section = "scene"
+
+    obstacles: Sequence[tuple[float, float, float]] = ()
+    friction: tuple[float, float] = (0.2, 0.2)
+    rolling_friction: float = 0.02
+    viscous: tuple[float, float] = (0.0, 0.0)
+    friction_law: str = "set-valued"
+    smoothing: float = 1e-3
+    course: str | None = None
+
+    def __post_init__(self) -> None:
+        _checks.choice("scene.course", self.course, [None, *_native.courses()])
+        super().__post_init__()
+        _native.check("ground", encode(self._ground(), self._section))
+
+    def _for_core(self) -> dict[str, Any]:
+        names = ("obstacles", "friction", "rolling_friction")
+        return {name: getattr(self, name) for name in names}
+
+    def _for_planar(self) -> dict[str, Any]:
+        """The part of the planar and the spatial model; what they have not is refused."""
+        if any(self.viscous):
+            raise ConfigError("scene.viscous", repr(self.viscous), '(0.0, 0.0), or model="minimal": viscous friction')
+        if self.friction_law != "set-valued":
+            raise ConfigError("scene.friction_law", repr(self.friction_law), '"set-valued", or model="minimal"')
+        return self._for_core()
+
+    def _ground(self) -> dict[str, Any]:
+        """The ground of the robot model."""
+        names = ("friction", "viscous", "friction_law", "smoothing")
+        return {name: getattr(self, name) for name in names}
+
+    @classmethod
+    def preset(cls, name: str, friction: tuple[float, float] = (0.2, 0.2)) -> Scene:
+        """A course of the thesis: "table-7.3", "table-7.5" or "free" (no obstacles)."""
+        pegs = [tuple(peg) for peg in course(name)["obstacles"]]
+        return cls(obstacles=pegs, friction=friction, course=name)
+
+    def without(self, j: int) -> Scene:
+        """The scene without obstacle ``j`` (1-based, as in the thesis)."""
+        k = self._index(j)
+        return dataclasses.replace(self, obstacles=[*self.obstacles[:k], *self.obstacles[k + 1 :]])
+
+    def moved(self, j: int, dx: float, dy: float) -> Scene:
+        """The scene with obstacle ``j`` (1-based) shifted by (dx, dy) [m]."""
+        k = self._index(j)
+        radius, x, y = self.obstacles[k]
+        shifted = (radius, x + dx, y + dy)
+        return dataclasses.replace(self, obstacles=[*self.obstacles[:k], shifted, *self.obstacles[k + 1 :]])
+
+    def _index(self, j: int) -> int:
+        count = len(self.obstacles)
+        if not 1 <= j <= count:
+            raise ConfigError("obstacle", j, f"an integer in [1, {count}]")
+        return j - 1
+
+
+def course(name: str) -> dict[str, Any]:
+    """Obstacles and starts of a course of the thesis."""
+    courses = _native.courses()
+    if not isinstance(name, str) or name not in courses:
+        raise ConfigError("preset", repr(name), "one of " + ", ".join(f'"{key}"' for key in courses))
+    return courses[name]

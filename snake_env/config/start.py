@@ -1,0 +1,56 @@
+"""Where a robot starts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from snake_env import _checks
+from snake_env.config.scene import Scene, course
+from snake_env.errors import ConfigError
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where the robot starts, at rest.
+
+    Args:
+        position: CG of link 1 (x, y) [m]; of the first real link in the robot model. In the spatial model also
+            (x, y, z); without z the robot rests on the ground.
+        heading: absolute angle theta_1 of link 1 [rad]; with pi the body axes point to -x and the
+            leading link faces +x. In the spatial model the yaw of its centre line.
+        posture: "gait" (joint angles equal the reference at t = 0), "straight", or n - 1 joint angles [rad]; in the
+            spatial model also n - 1 pairs (yaw, pitch).
+        pitch: lifts the chain about link 1 [rad], in [-pi/2, pi/2]; the spatial model alone.
+        roll: turns the chain about the centre line of link 1 [rad]; the spatial model alone. None is 0, but -pi/2, on
+            its side, for a gait that also yaws and whose posture bends up and down alone, as lateral rolling's.
+    """
+
+    position: tuple[float, float] | tuple[float, float, float] = (0.0, 0.0)
+    heading: float = math.pi
+    posture: str | Sequence[float] | Sequence[tuple[float, float]] = "gait"
+    pitch: float = 0.0
+    roll: float | None = None
+
+    def _for_plane(self) -> dict[str, Any]:
+        """The part of the models in the plane; what they have not is refused."""
+        for name in ("pitch", "roll"):
+            if getattr(self, name):
+                raise ConfigError(f"start.{name}", repr(getattr(self, name)), '0, or model="spatial"')
+        return {name: getattr(self, name) for name in ("position", "heading", "posture")}
+
+    @classmethod
+    def on_course(cls, scene: Scene, model: str = "planar") -> Start:
+        """The start from which the robot in the posture of the gait threads a preset course, ready to move to +x.
+
+        Args:
+            scene: made by :meth:`Scene.preset`.
+            model: "planar" or "spatial"; friction acts elsewhere in the latter, so its starts differ by centimetres.
+        """
+        _checks.choice("model", model, ("planar", "spatial"))
+        if scene.course is None:
+            raise ConfigError("scene.course", None, "a scene made by Scene.preset")
+        x, y, heading = course(scene.course)["start" if model == "planar" else "spatial_start"]
+        return cls(position=(x, y), heading=heading)
