@@ -83,27 +83,26 @@ def simulate(
 
 
 def _planar(config: dict[str, Any], scene: Scene, controller: Any, noise: Any, seed: int) -> Trajectory:
-    if noise is not None:
-        raise ConfigError("noise", noise, 'None, or model="minimal"')
     if not isinstance(controller, IOLinearizing):
         controller = _section("controller", controller, PD)
-    config["model"] = "planar"
     config["start"] = config["start"]._for_plane()
-    config["scene"] = scene._for_planar()
-    config["controller"] = controller._for_planar()
-    return _seen(Trajectory(**_native.simulate(encode(config))), "a peg")
+    return _seen(_native.simulate(_among_pegs(config, scene, controller, noise)), "a peg")
 
 
 def _spatial(config: dict[str, Any], scene: Scene, controller: Any, noise: Any, seed: int) -> Trajectory:
+    controller = _section("controller", controller, PD)
+    return _seen(_native.simulate_spatial(_among_pegs(config, scene, controller, noise)), "a peg or the ground")
+
+
+def _among_pegs(config: dict[str, Any], scene: Scene, controller: PD | IOLinearizing, noise: Any) -> str:
     if noise is not None:
         raise ConfigError("noise", noise, 'None, or model="minimal"')
-    config["scene"] = scene._for_planar()
-    config["controller"] = _section("controller", controller, PD)._for_planar()
-    return _seen(Trajectory(**_native.simulate_spatial(encode(config))), "a peg or the ground")
+    return encode({**config, "scene": scene._for_planar(), "controller": controller._for_planar()})
 
 
-def _seen(trajectory: Trajectory, where: str) -> Trajectory:
-    """Warns of a penetration that no step of usual length leaves."""
+def _seen(columns: dict[str, Any], where: str) -> Trajectory:
+    """The trajectory; warns of a penetration that no step of usual length leaves."""
+    trajectory = Trajectory(**columns)
     if trajectory.max_penetration > VISIBLE_PENETRATION:
         depth = f"{trajectory.max_penetration:.2g} m"
         warnings.warn(f"a link and {where} overlapped by {depth}: does the robot start inside {where}?", stacklevel=4)

@@ -16,6 +16,7 @@ use snake_core::robot::RobotConfig;
 use snake_core::scene::SceneConfig;
 use snake_core::spatial::{Pose, SpatialState, orientation_of, turning, twist_of};
 use snake_core::spatial_simulation::SpatialSimulation;
+use snake_core::stepper::IntegratorConfig;
 
 const GRAVITY: f64 = 9.81;
 const RADIUS: f64 = 0.0525;
@@ -44,6 +45,18 @@ fn push(simulation: &mut SpatialSimulation, velocity: Vector3<f64>, spin: Vector
 fn run(simulation: &mut SpatialSimulation, gait: &impl CardanReference, duration: f64) {
     let report = simulation.advance(duration, gait);
     assert!(!report.diverged && report.misses == 0, "{report:?}");
+}
+
+#[test]
+fn the_default_step_is_ten_milliseconds_however_a_run_is_divided() {
+    for duration in [0.1, 0.05, 0.01] {
+        let default = IntegratorConfig::default();
+        let (robot, scene, pd) = (RobotConfig::default(), ground([0.2, 0.2]), ControllerConfig::default());
+        let mut simulation = SpatialSimulation::new(&robot, &scene, &pd, &default).expect("admissible");
+        let parts = simulation.integrator().steps_in(duration);
+        let taken: u32 = (0..parts).map(|_| simulation.advance(duration / f64::from(parts), &still()).steps).sum();
+        assert_eq!([parts, taken], [(duration / 0.01) as u32; 2], "in {duration} s");
+    }
 }
 
 #[test]

@@ -13,7 +13,7 @@ use snake_core::task::Randomization;
 
 use crate::gait::GaitConfig;
 use crate::gate::Fault;
-use crate::minimal::GroundConfig;
+use crate::ground::GroundConfig;
 
 /// Parses a configuration.
 ///

@@ -2,10 +2,16 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use serde::{Deserialize, Serialize};
 use snake_core::ConfigError;
 use snake_core::error::{finite, require};
-use snake_core::gait::{CardanGait, Gait, SoftStart, Wave};
+use snake_core::gait::{CardanGait, Gait, JointReference, SoftStart, Wave};
+
+use crate::config::decode;
+use crate::gate::detached;
+use crate::numbers::set_array;
 
 /// Horizontal and vertical travelling waves (T 2.14), (T 7.1), (T 7.2).
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
@@ -107,4 +113,32 @@ impl GaitConfig {
     fn started(&self, wave: Wave, joints: usize) -> Gait {
         if self.soft_start { Gait::SoftStart(SoftStart::new(wave, joints)) } else { Gait::Wave(wave) }
     }
+}
+
+/// References of the yaw angles, or with `vertical` of the pitch angles, at given times: angle, rate and acceleration of
+/// (T, joints) each.
+///
+/// # Errors
+/// ConfigError names what is not admissible.
+#[pyfunction]
+pub fn gait_reference<'py>(
+    py: Python<'py>,
+    gait_json: &str,
+    joints: usize,
+    times: Vec<f64>,
+    vertical: bool,
+) -> PyResult<Bound<'py, PyDict>> {
+    let gait = detached(py, || {
+        let config: GaitConfig = decode(gait_json)?;
+        config.validate().map_err(|e| e.inside("gait"))?;
+        Ok(if vertical { config.pitch(joints) } else { config.yaw(joints) })
+    })?;
+    let targets = times.iter().flat_map(|&time| (0..joints).map(move |joint| (joint, time)));
+    let targets: Vec<_> = targets.map(|(joint, time)| gait.target(joint, time)).collect();
+    let dict = PyDict::new(py);
+    let shape = [times.len(), joints];
+    set_array(&dict, "angle", targets.iter().map(|target| target.angle).collect(), &shape)?;
+    set_array(&dict, "rate", targets.iter().map(|target| target.rate).collect(), &shape)?;
+    set_array(&dict, "acceleration", targets.iter().map(|target| target.acceleration).collect(), &shape)?;
+    Ok(dict)
 }

@@ -6,13 +6,18 @@ mod core;
 mod courses;
 mod gait;
 mod gate;
+mod ground;
 mod layout;
 mod minimal;
 mod numbers;
+mod planar;
+mod plants;
 mod run;
+mod samples;
 mod sheet;
 mod snapshot;
 mod spatial;
+mod start;
 
 use pyo3::prelude::*;
 
@@ -25,11 +30,15 @@ mod _native {
     #[pymodule_export]
     use super::courses::courses;
     #[pymodule_export]
+    use super::gait::gait_reference;
+    #[pymodule_export]
     use super::layout::layout;
     #[pymodule_export]
-    use super::minimal::{control_plant, gait_reference, process_plant, simulate_minimal};
+    use super::minimal::simulate_minimal;
     #[pymodule_export]
-    use super::run::simulate;
+    use super::planar::simulate;
+    #[pymodule_export]
+    use super::plants::{control_plant, process_plant};
     #[pymodule_export]
     use super::spatial::simulate_spatial;
 

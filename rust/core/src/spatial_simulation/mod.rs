@@ -71,6 +71,14 @@ impl SpatialSimulation {
         &self.body
     }
 
+    /// The configuration with its default step, which is not that of the planar model.
+    pub fn integrator(&self) -> &IntegratorConfig {
+        match &self.scheme {
+            Scheme::Thesis(scheme) => scheme.config(),
+            Scheme::Implicit(scheme) => scheme.config(),
+        }
+    }
+
     pub fn robot(&self) -> &Robot {
         &self.plant.robot
     }

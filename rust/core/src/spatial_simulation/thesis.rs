@@ -49,6 +49,10 @@ impl SpatialThesis {
         }
     }
 
+    pub fn config(&self) -> &IntegratorConfig {
+        &self.config
+    }
+
     /// Forgets all impulses.
     pub fn clear(&mut self) {
         self.last_ground.fill(Default::default());

@@ -50,6 +50,11 @@ impl SpatialImplicit {
         }
     }
 
+    /// The configuration with this scheme's default step.
+    pub fn config(&self) -> &IntegratorConfig {
+        &self.config
+    }
+
     /// Forgets all impulses: the robot was placed.
     pub fn clear(&mut self) {
         self.elapsed = 0.0;

@@ -1,0 +1,48 @@
+//! The columns of a `Trajectory`.
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::numbers::set_array;
+
+/// Columns by name, all of one length.
+#[derive(Default)]
+pub struct Samples {
+    columns: Vec<Column>,
+    /// \[m\]
+    pub max_joint_gap: f64,
+    /// \[m\]
+    pub max_penetration: f64,
+}
+
+struct Column {
+    name: &'static str,
+    /// Of one row.
+    shape: Vec<usize>,
+    /// Row by row.
+    values: Vec<f64>,
+}
+
+impl Samples {
+    /// Adds a row, of the given shape, to a column; the first one makes it.
+    pub fn put(&mut self, name: &'static str, shape: &[usize], row: impl IntoIterator<Item = f64>) {
+        let known = self.columns.iter().position(|column| column.name == name);
+        let k = known.unwrap_or_else(|| {
+            self.columns.push(Column { name, shape: shape.to_vec(), values: Vec::new() });
+            self.columns.len() - 1
+        });
+        self.columns[k].values.extend(row);
+    }
+
+    /// The fields of `Trajectory`.
+    pub fn into_dict(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+        let dict = PyDict::new(py);
+        for Column { name, shape, values } in self.columns {
+            let rows = values.len() / shape.iter().product::<usize>();
+            set_array(&dict, name, values, &[&[rows], &shape[..]].concat())?;
+        }
+        dict.set_item("max_joint_gap", self.max_joint_gap)?;
+        dict.set_item("max_penetration", self.max_penetration)?;
+        Ok(dict)
+    }
+}
