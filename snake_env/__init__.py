@@ -5,7 +5,12 @@ Importing the package registers the environments with Gymnasium, SnakeField-v0 a
 
 from __future__ import annotations
 
-from snake_env import _native, minimal
+try:
+    from snake_env import _native
+except ImportError as error:
+    raise ImportError("snake_env's compiled core cannot be loaded: run `make build` in the repository") from error
+
+from snake_env import minimal
 from snake_env.config import PD, Gait, Integrator, IOLinearizing, Noise, Randomization, Robot, Scene, Start
 from snake_env.env import SnakeEnv
 from snake_env.errors import ConfigError, DivergenceError

@@ -11,7 +11,7 @@ from gymnasium.spaces import Box
 
 from snake_env import _checks, _native
 from snake_env._encode import encode
-from snake_env.config import PD, IOLinearizing
+from snake_env.config import PD, Integrator, IOLinearizing, Randomization, Robot
 from snake_env.errors import ConfigError
 from snake_env.options import TaskOptions
 
@@ -34,6 +34,7 @@ class Task:
 
     def __init__(self, options: Mapping[str, Any], max_episode_steps: int | None) -> None:
         _require_known(options)
+        _require_sections(options)
         limit = NO_STEP_LIMIT if max_episode_steps is None else max_episode_steps
         self.config = encode({**options, **_controller(options), "max_episode_steps": limit})
         self.layout: dict[str, Any] = _native.layout(self.config)
@@ -74,6 +75,27 @@ def _require_known(options: Mapping[str, Any]) -> None:
             near = get_close_matches(name, known, 1, 0.5)
             nearest = f", perhaps {near[0]}" if near else ""
             raise ConfigError(name, value, f"a known keyword{nearest}; known are {', '.join(known)}")
+
+
+SECTIONS: dict[str, tuple[type, ...]] = {
+    "controller": (PD, IOLinearizing),
+    "integrator": (Integrator,),
+    "perturbation": (),
+    "randomization": (Randomization,),
+    "reward_weights": (),
+    "robot": (Robot,),
+}
+"""Options that are mappings, and the classes that may stand for them."""
+
+
+def _require_sections(options: Mapping[str, Any]) -> None:
+    for name in SECTIONS.keys() & options.keys():
+        value, kinds = options[name], SECTIONS[name]
+        by_name = name == "controller" and isinstance(value, str)
+        if not (by_name or isinstance(value, (Mapping, *kinds))):
+            classes = " or ".join(f"a snake_env.{kind.__name__}" for kind in kinds)
+            expected = ", or ".join(filter(None, [classes, "a mapping of field names to values"]))
+            raise ConfigError(name, repr(value), expected)
 
 
 def _bounds(blocks: list[dict[str, Any]]) -> tuple[np.ndarray, np.ndarray]:

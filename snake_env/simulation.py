@@ -6,6 +6,8 @@ import dataclasses
 import warnings
 from typing import Any
 
+import numpy as np
+
 from snake_env import _native
 from snake_env._checks import choice
 from snake_env._encode import encode
@@ -61,7 +63,7 @@ def simulate(
 
     Warns:
         UserWarning: a link overlapped a peg, or in the spatial model the ground, by more than a millimetre, as when the
-            robot starts inside one.
+            robot starts inside one; or solves gave up before their tolerance.
     """
     choice("model", model, ("planar", "spatial", "minimal"))
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
@@ -79,34 +81,28 @@ def simulate(
         "sample": sample,
     }
     run = {"planar": _planar, "spatial": _spatial, "minimal": _minimal}[model]
-    return run(config, scene, controller, noise, seed)
+    trajectory = run(config, scene, controller, noise, seed)
+    _warn_of_penetration(trajectory, "a peg or the ground" if model == "spatial" else "a peg")
+    _warn_of_misses(trajectory)
+    return trajectory
 
 
 def _planar(config: dict[str, Any], scene: Scene, controller: Any, noise: Any, seed: int) -> Trajectory:
     if not isinstance(controller, IOLinearizing):
         controller = _section("controller", controller, PD)
     config["start"] = config["start"]._for_plane()
-    return _seen(_native.simulate(_among_pegs(config, scene, controller, noise)), "a peg")
+    return Trajectory(**_native.simulate(_among_pegs(config, scene, controller, noise)))
 
 
 def _spatial(config: dict[str, Any], scene: Scene, controller: Any, noise: Any, seed: int) -> Trajectory:
     controller = _section("controller", controller, PD)
-    return _seen(_native.simulate_spatial(_among_pegs(config, scene, controller, noise)), "a peg or the ground")
+    return Trajectory(**_native.simulate_spatial(_among_pegs(config, scene, controller, noise)))
 
 
 def _among_pegs(config: dict[str, Any], scene: Scene, controller: PD | IOLinearizing, noise: Any) -> str:
     if noise is not None:
         raise ConfigError("noise", noise, 'None, or model="minimal"')
     return encode({**config, "scene": scene._for_planar(), "controller": controller._for_planar()})
-
-
-def _seen(columns: dict[str, Any], where: str) -> Trajectory:
-    """The trajectory; warns of a penetration that no step of usual length leaves."""
-    trajectory = Trajectory(**columns)
-    if trajectory.max_penetration > VISIBLE_PENETRATION:
-        depth = f"{trajectory.max_penetration:.2g} m"
-        warnings.warn(f"a link and {where} overlapped by {depth}: does the robot start inside {where}?", stacklevel=4)
-    return trajectory
 
 
 def _minimal(config: dict[str, Any], scene: Scene, controller: Any, noise: Any, seed: int) -> Trajectory:
@@ -122,6 +118,26 @@ def _minimal(config: dict[str, Any], scene: Scene, controller: Any, noise: Any, 
     config["noise"] = _section("noise", noise, Noise)._for_core()
     config["seed"] = seed
     return Trajectory(**_native.simulate_minimal(encode(config)))
+
+
+def _warn_of_penetration(trajectory: Trajectory, where: str) -> None:
+    """One that no step of usual length leaves."""
+    if trajectory.max_penetration > VISIBLE_PENETRATION:
+        depth = f"{trajectory.max_penetration:.2g} m"
+        warnings.warn(f"a link and {where} overlapped by {depth}: does the robot start inside {where}?", stacklevel=3)
+
+
+def _warn_of_misses(trajectory: Trajectory) -> None:
+    """Solves without a certificate."""
+    misses = trajectory.misses.sum()
+    if misses:
+        first = trajectory.time[np.argmax(trajectory.misses > 0)]
+        warnings.warn(
+            f"{misses:.0f} solves gave up before their tolerance, the first by t = {first:g} s, with residuals up to "
+            f"{trajectory.residual.max():.1g} m/s (Trajectory.misses, Trajectory.residual): take a smaller "
+            "Integrator.step or a larger Integrator.max_iterations",
+            stacklevel=3,
+        )
 
 
 def _scene(model: str, scene: Scene | None, friction_law: str | None, viscous: tuple[float, float] | None) -> Scene:

@@ -13,6 +13,7 @@ import torch
 from ray.cluster_utils import Cluster
 
 from training import config, policy_file, ppo, ppo_ray
+from training.ray_collector import RayCollector
 
 SMOKE = dataclasses.replace(config.load("smoke"), total_steps=512)
 
@@ -29,7 +30,7 @@ def cluster():
 
 
 def test_actors_begin_with_the_robots_of_one_process(cluster):
-    shared = ppo_ray.RayCollector(SMOKE, 5, 0.0, lambda *episode: None, workers=2)
+    shared = RayCollector(SMOKE, 5, 0.0, lambda *episode: None, workers=2)
     alone = ppo.Collector(SMOKE, 5, 0.0, lambda *episode: None)
     agent = ppo.Agent(alone.observations, alone.actions, SMOKE.policy.hidden, -1.0)
     noise = torch.Generator().manual_seed(0)
@@ -52,4 +53,4 @@ def test_training_on_two_nodes_repeats_itself(cluster, tmp_path):
 
 def test_robots_are_shared_evenly(cluster):
     with pytest.raises(ValueError, match="workers = 3: expected a divisor of num_envs = 8"):
-        ppo_ray.RayCollector(SMOKE, 0, 0.0, lambda *episode: None, workers=3)
+        RayCollector(SMOKE, 0, 0.0, lambda *episode: None, workers=3)

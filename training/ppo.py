@@ -291,7 +291,8 @@ def train(folder: RunFolder, config: Config, show: bool = True, make: MakeCollec
     curve = LearningCurve(budget, steps)
     learner = Learner(config, steps, curve.note, budget.used, make)
     if checkpoint is not None:
-        learner.restore(checkpoint)
+        with folder.resumed():
+            learner.restore(checkpoint)
     with StopRequest() as stop:
         work(learner, folder, budget, curve, stop, show)
     folder.save_checkpoint(learner.save, learner.steps, budget.seconds)

@@ -11,7 +11,7 @@ from pathlib import Path
 from training import config as configs
 from training.cli import help_format
 from training.config import Config
-from training.run_folder import RunFolder
+from training.run_folder import RunFolder, StaleRun
 
 Train = Callable[[RunFolder, Config, bool], int]
 """Trains the run of a folder from its latest checkpoint on; the flag asks for a progress display."""
@@ -40,11 +40,23 @@ def parser(prog: str, text: str | None) -> argparse.ArgumentParser:
 
 
 def run(args: argparse.Namespace, folder: RunFolder, train: Train) -> int:
-    """Begins or resumes a run; 0 when its budget is used up, 130 when it was stopped, 2 when the folder is taken."""
+    """Begins or resumes a run; 0 when its budget is used up, 130 when it was stopped, 2 when the folder is taken
+    or its run does not fit this version.
+    """
     if args.seconds is not None:
         args.max_minutes = args.seconds / 60.0
+    try:
+        return _run(args, folder, train)
+    except StaleRun as stale:
+        print(stale, file=sys.stderr)
+        return 2
+
+
+def _run(args: argparse.Namespace, folder: RunFolder, train: Train) -> int:
     if args.resume and folder.exists:
-        config = _overridden(folder.config(), args, ("max_minutes", "total_steps", "num_threads", "torch_threads"))
+        with folder.resumed():
+            begun = folder.config()
+        config = _overridden(begun, args, ("max_minutes", "total_steps", "num_threads", "torch_threads"))
     elif folder.exists:
         print(f"{args.out} holds a run: choose another --out, or --resume", file=sys.stderr)
         return 2

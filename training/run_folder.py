@@ -14,7 +14,8 @@ from __future__ import annotations
 import json
 import os
 import platform
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,10 @@ from typing import Any
 from training import config as configs
 
 PACKAGES = ("snake_env", "gymnasium", "stable_baselines3", "torch", "numpy")
+
+
+class StaleRun(ValueError):
+    """A run that this version cannot go on with; says what it was begun with."""
 
 
 class RunFolder:
@@ -42,16 +47,38 @@ class RunFolder:
         self._progress = path / "progress.json"
         self._finished = path / "finished.json"
         self._config = path / "config.json"
+        self._versions = path / "versions.json"
+        self._begun_with = json.loads(self._versions.read_text()) if self._versions.exists() else {}
 
     def create(self, config: configs.Config) -> None:
         """Makes the folder and notes what the run is made from."""
         self.checkpoints.mkdir(parents=True, exist_ok=True)
         configs.save(config, self._config)
-        write_json(self.path / "versions.json", versions())
+        write_json(self._versions, versions())
 
     def config(self) -> configs.Config:
         """The configuration the run was begun with."""
         return configs.load(self._config)
+
+    @contextmanager
+    def resumed(self) -> Iterator[None]:
+        """For reading what an earlier part of the run wrote.
+
+        Raises:
+            StaleRun: it does not fit: other options, other environments or other networks.
+        """
+        try:
+            yield
+        except (KeyError, RuntimeError, TypeError, ValueError) as error:
+            raise StaleRun(
+                f"{self.path} does not resume: {error}\n{self._provenance()}; choose another --out"
+            ) from error
+
+    def _provenance(self) -> str:
+        """What has changed since the run was begun."""
+        then, now = self._begun_with, versions()
+        changed = [f"{name} {then.get(name)}, now {now[name]}" for name in PACKAGES if then.get(name) != now[name]]
+        return "It was begun with " + (", ".join(changed) or f"other sources of snake_env {now['snake_env']}")
 
     @property
     def exists(self) -> bool:

@@ -46,7 +46,11 @@ def train(folder: RunFolder, config: Config, bar: bool = True) -> int:
     steps_taken = 0 if checkpoint is None else int(checkpoint.stem)
     env = snake_env.sb3.make(config.env_id, config.num_envs, num_threads=config.num_threads, **config.env)
     env.seed(seeds.training(config.seed, steps_taken, config.num_envs))
-    model = _new_model(config, env, budget) if checkpoint is None else _resumed_model(checkpoint, config, env, budget)
+    if checkpoint is None:
+        model = _new_model(config, env, budget)
+    else:
+        with folder.resumed():
+            model = _resumed_model(checkpoint, config, env, budget)
     model.set_logger(configure(str(folder.path / "tensorboard"), ["tensorboard"]))
     with StopRequest() as stop:
         keeper = Keeper(folder, config, budget, stop, bar)

@@ -6,7 +6,7 @@ use crate::error::{ConfigError, non_negative, positive, require};
 
 /// A quantity given once for all links or link by link.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "a number, or a list of numbers")]
 pub enum PerLink {
     Same(f64),
     Each(Vec<f64>),

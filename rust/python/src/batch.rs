@@ -6,8 +6,8 @@ use pyo3::types::{PyBytes, PyDict};
 use snake_core::ConfigError;
 use snake_core::error::require;
 
-use crate::config::decode;
 use crate::core::{Core, of_model};
+use crate::decode::decode;
 use crate::gate::{Fault, detached};
 use crate::sheet::{Sheet, shape};
 use crate::snapshot;

@@ -9,7 +9,7 @@ use snake_core::ConfigError;
 use snake_core::error::{finite, require};
 use snake_core::gait::{CardanGait, Gait, JointReference, SoftStart, Wave};
 
-use crate::config::decode;
+use crate::decode::decode;
 use crate::gate::detached;
 use crate::numbers::set_array;
 

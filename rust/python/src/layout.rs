@@ -7,7 +7,7 @@ use snake_core::task::observation::ObservationBlock;
 use snake_core::task::signal::{SIGNALS, Signal};
 use snake_core::task::{EnvConfig, Environment, Machine, Model, PlanarMachine, SpatialMachine};
 
-use crate::config::decode;
+use crate::decode::decode;
 use crate::gate::detached;
 
 /// Describes the environment of a configuration: "observation", "action" and "signals" entry by entry,

@@ -4,6 +4,7 @@ mod batch;
 mod config;
 mod core;
 mod courses;
+mod decode;
 mod gait;
 mod gate;
 mod ground;

@@ -11,7 +11,7 @@ use snake_core::robot::RobotConfig;
 use snake_core::simulation::StepReport;
 use snake_core::stepper::IntegratorConfig;
 
-use crate::config::decode;
+use crate::decode::decode;
 use crate::gait::GaitConfig;
 use crate::gate::detached;
 use crate::ground::GroundConfig;

@@ -7,7 +7,7 @@ use snake_core::gait::Gait;
 use snake_core::simulation::{PlanarSimulation, StepReport};
 use snake_core::stepper::IntegratorConfig;
 
-use crate::config::decode;
+use crate::decode::decode;
 use crate::gate::detached;
 use crate::run::{RunConfig, Scripted, sampled};
 use crate::samples::Samples;

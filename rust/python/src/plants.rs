@@ -9,7 +9,7 @@ use snake_core::error::require;
 use snake_core::minimal::{ControlPlant, FrictionLaw, Model, ProcessPlant, SmoothLaw};
 use snake_core::robot::{Robot, RobotConfig};
 
-use crate::config::decode;
+use crate::decode::decode;
 use crate::gate::detached;
 use crate::ground::GroundConfig;
 use crate::numbers::set_array;

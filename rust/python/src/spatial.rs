@@ -8,7 +8,7 @@ use snake_core::simulation::StepReport;
 use snake_core::spatial::joint_angle;
 use snake_core::spatial_simulation::SpatialSimulation;
 
-use crate::config::decode;
+use crate::decode::decode;
 use crate::gate::detached;
 use crate::run::{RunConfig, Scripted, sampled};
 use crate::samples::Samples;

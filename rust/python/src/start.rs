@@ -20,7 +20,7 @@ pub struct PlaneStart {
 }
 
 #[derive(Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "\"gait\", \"straight\" or a joint angle for each joint")]
 enum PlanePosture {
     Named(String),
     Angles(Vec<f64>),
@@ -60,7 +60,7 @@ pub struct SpatialStart {
 }
 
 #[derive(Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "\"gait\", \"straight\", or a yaw angle or a pair (yaw, pitch) for each joint")]
 enum SpatialPosture {
     Named(String),
     Angles(Vec<[f64; 2]>),

@@ -13,7 +13,7 @@ use super::{InverseDynamics, MinimalState, Model};
 
 /// When the torque is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "lowercase", expecting = "\"implicit\", \"step\" or a period in seconds")]
 pub enum Treatment {
     /// Continuously; in a time step linearly implicit, from the state at its end.
     #[default]

@@ -1,0 +1,109 @@
+"""What users read when something is not as it should be: names, counts, and what to do."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+
+import pytest
+from conftest import run_python
+
+import snake_env
+from snake_env import ConfigError, Integrator, SnakeVectorEnv, Start
+
+ROOT = Path(__file__).parent.parent
+
+
+@pytest.mark.parametrize("value", [5, "x", [1, 2], None])
+@pytest.mark.parametrize(
+    ("section", "words"),
+    [
+        ("integrator", "a snake_env.Integrator, or a mapping"),
+        ("robot", "a snake_env.Robot, or a mapping"),
+        ("randomization", "a snake_env.Randomization, or a mapping"),
+        ("reward_weights", "a mapping"),
+        ("perturbation", "a mapping"),
+    ],
+)
+def test_a_section_of_the_wrong_kind_is_told_its_class(section, words, value):
+    with pytest.raises(ConfigError, match=f"^{section} = .*: expected {words} of field names to values$"):
+        SnakeVectorEnv(1, **{section: value})
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: SnakeVectorEnv(1, task=3), "task = 3: expected one of `course`, `field`,"),
+        (lambda: SnakeVectorEnv(1, randomization={"noise": 3}), "randomization.noise = 3: expected a snake_env.Noise"),
+        (lambda: SnakeVectorEnv(1, friction=0.2), "friction = 0.2: expected 2 numbers"),
+        (lambda: snake_env.simulate(start=Start(position=(1, 2, 3))), "start.position = .*: expected fewer elements"),
+        (
+            lambda: snake_env.simulate(start=Start(posture=3)),
+            'start.posture = 3: expected "gait", "straight" or a joint',
+        ),
+        (lambda: snake_env.PD(treatment=[1]), 'controller.treatment = .*: expected "implicit", "step" or a period'),
+        (lambda: snake_env.Robot(mass="x"), 'robot.mass = "x": expected a number, or a list of numbers'),
+    ],
+)
+def test_a_value_of_the_wrong_kind_is_told_what_to_write(call, message):
+    with pytest.raises(ConfigError, match=message):
+        call()
+
+
+def test_without_the_compiled_core_the_import_says_how_to_get_it(tmp_path):
+    shutil.copytree(ROOT / "snake_env", tmp_path / "snake_env", ignore=shutil.ignore_patterns("*.so", "*.pyd"))
+    command = [sys.executable, "-c", "import snake_env"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert "run `make build`" in done.stderr.splitlines()[-1]
+
+
+def test_missed_solves_are_reported_once_with_their_number_and_a_remedy():
+    few = Integrator(method="thesis", max_iterations=2)
+    with pytest.warns(UserWarning, match="take a smaller Integrator.step") as caught:
+        run = snake_env.simulate(scene=snake_env.Scene.preset("table-7.5"), integrator=few, duration=0.5)
+    assert len(caught) == 1
+    assert f"{run.misses.sum():.0f} solves gave up" in str(caught[0].message)
+    assert caught[0].filename == __file__
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert snake_env.simulate(duration=0.5).misses.sum() == 0
+
+
+def test_the_help_of_the_ray_learner_needs_no_ray():
+    pytest.importorskip("torch")
+    code = """
+        import sys
+        sys.modules["ray"] = None
+        from training import ppo_ray
+        print(ppo_ray.parser().format_help(), ppo_ray.main([]))
+    """
+    told = run_python(code)
+    assert "--workers" in told
+    assert told.endswith(" 2")
+
+
+@pytest.mark.parametrize("what", ["option", "networks"])
+def test_a_run_that_does_not_fit_says_what_it_was_begun_with(tmp_path, capsys, what):
+    pytest.importorskip("torch")
+    from training import ppo
+
+    folder = tmp_path / "run"
+    arguments = ["--out", str(folder), "--config", "smoke", "--no-bar", "--total-steps", "512"]
+    assert ppo.main(arguments) == 0
+    config = json.loads((folder / "config.json").read_text())
+    config["policy"] |= {"hidden": [7]} if what == "networks" else {"layers": 3}
+    (folder / "config.json").write_text(json.dumps(config))
+    versions = json.loads((folder / "versions.json").read_text()) | {"snake_env": "0.0.1"}
+    (folder / "versions.json").write_text(json.dumps(versions))
+    assert ppo.main([*arguments[:2], "--resume", "--total-steps", "1024", "--no-bar"]) == 2
+    told = capsys.readouterr().err
+    assert f"{folder} does not resume: " in told
+    assert ("size mismatch" if what == "networks" else "policy.layers = 3: expected one of hidden, log_std") in told
+    assert f"snake_env 0.0.1, now {snake_env.__version__}" in told
+    assert os.linesep + "It was begun with" in told
