@@ -60,6 +60,25 @@ class Ppo:
 
 
 @dataclass(frozen=True)
+class Clone:
+    """A scripted controller to begin with.
+
+    Args:
+        controller: its name.
+        task: task of the benchmark whose tuned numbers it has.
+        rounds: rollouts on which the actor learns its actions.
+        critic_rounds: rollouts on which the critic alone learns, after that.
+        epochs: passes over the samples in each round.
+    """
+
+    controller: str
+    task: str
+    rounds: int = 12
+    critic_rounds: int = 12
+    epochs: int = 4
+
+
+@dataclass(frozen=True)
 class Config:
     """A training run.
 
@@ -76,6 +95,7 @@ class Config:
         checkpoint_seconds: wall time between checkpoints.
         curriculum: share of the budget over which the difficulty grows from zero to that of ``env``, in [0, 1];
             zero: no curriculum.
+        clone: the controller whose clone the policy begins as; None: it begins with random weights.
         policy: networks.
         ppo: learner.
     """
@@ -91,6 +111,7 @@ class Config:
     max_minutes: float | None = None
     checkpoint_seconds: float = 30.0
     curriculum: float = 0.0
+    clone: Clone | None = None
     policy: Policy = Policy()
     ppo: Ppo = Ppo()
 
@@ -120,6 +141,8 @@ class Config:
             if "hidden" in policy:
                 policy["hidden"] = tuple(policy["hidden"])
             values["policy"] = _section(Policy, "policy", policy)
+        if values.get("clone") is not None:
+            values["clone"] = _section(Clone, "clone", values["clone"])
         if "ppo" in values:
             values["ppo"] = _section(Ppo, "ppo", values["ppo"])
         return _section(cls, "config", values)

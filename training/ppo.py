@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 import snake_env  # noqa: F401
-from training import policy_file, run_command, seeds
+from training import clone, policy_file, run_command, seeds
 from training.budget import Budget, StopRequest
 from training.config import Config, Ppo
 from training.learning_curve import SIGNALS, LearningCurve, text
@@ -193,12 +193,12 @@ def update(
     agent: Agent,
     optimiser: torch.optim.Optimizer,
     rollout: Rollout,
-    last_value: Tensor,
+    targets: tuple[Tensor, Tensor],
     ppo: Ppo,
     rng: np.random.Generator,
 ) -> None:
-    """Some epochs of gradient steps on clipped changes of probability."""
-    advantage, target = rollout.advantages(last_value, ppo)
+    """Some epochs of gradient steps on clipped changes of probability, towards advantages and returns (T n,) each."""
+    advantage, target = targets
     observation, action = rollout.observation.flatten(0, 1), rollout.action.flatten(0, 1)
     log_density = rollout.log_density.flatten()
     for _ in range(ppo.n_epochs):
@@ -259,15 +259,19 @@ class Learner:
 
     def collect(self) -> None:
         """Takes ``n_steps`` of each robot."""
-        self._rollout, self._last_value = self.collector.collect(self.agent, self.noise, self.config.ppo.gamma)
-        self.steps += self._rollout.reward.size
+        self.rollout, self._last_value = self.collector.collect(self.agent, self.noise, self.config.ppo.gamma)
+        self.steps += self.rollout.reward.size
+
+    def targets(self) -> tuple[Tensor, Tensor]:
+        """Advantages and returns of what was collected (T n,) each."""
+        return self.rollout.advantages(self._last_value, self.config.ppo)
 
     def learn(self, used: float) -> None:
         """Learns from what was collected; ``used`` is the share of the budget that is used up."""
         ppo = self.config.ppo
         for group in self.optimiser.param_groups:
             group["lr"] = ppo.learning_rate * (1.0 - (1.0 - ppo.final_learning_rate) * used)
-        update(self.agent, self.optimiser, self._rollout, self._last_value, ppo, self.rng)
+        update(self.agent, self.optimiser, self.rollout, self.targets(), ppo, self.rng)
         self.collector.advance(used)
 
     def save(self, path: Path) -> None:
@@ -293,6 +297,8 @@ def train(folder: RunFolder, config: Config, show: bool = True, make: MakeCollec
     if checkpoint is not None:
         with folder.resumed():
             learner.restore(checkpoint)
+    elif config.clone is not None:
+        clone.begin(learner, config.clone)
     with StopRequest() as stop:
         work(learner, folder, budget, curve, stop, show)
     folder.save_checkpoint(learner.save, learner.steps, budget.seconds)

@@ -1,0 +1,106 @@
+"""Begin with what a scripted controller knows: clone its actions, then teach the critic what they are worth.
+
+A configuration with a section ``clone`` begins like this, before the first update of ``training.ppo``. The agent acts,
+the controller says what it would have done, and the actor learns that by least squares; the samples of all rounds are
+kept (DAgger; Ross, Gordon and Bagnell 2011), so that the actor knows the right action where its own mistakes lead to.
+Labels are exact, since the controller sees the same observations. Then the actor rests while the critic learns the
+returns of its policy: an untrained critic would undo in a few updates what was cloned.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+from training.baselines import catalogue
+from training.config import Clone
+from training.rollout import make_env
+
+WAVE_ACTIONS = 4
+"""Actions of mode ``gait``; mode ``residual`` has them first, and the offsets of joints after them."""
+
+LEARNING_RATE = 1e-3
+BATCH = 1024
+
+
+class Expert:
+    """A scripted controller, tuned for a task, that tells actions of the learner's action mode.
+
+    Args:
+        clone: which controller.
+        layout: of the learner's environment.
+        num_envs: robots.
+
+    Raises:
+        ValueError: the controller acts in a mode whose actions the learner does not have.
+    """
+
+    def __init__(self, clone: Clone, layout: dict[str, Any], num_envs: int) -> None:
+        self._controller = catalogue.tuned(clone.controller, clone.task)
+        modes = {"gait": ("gait", "residual"), "residual": ("residual",), "joints": ("joints",)}
+        mode = _action_mode(layout)
+        if mode not in modes[self._controller.mode]:
+            raise ValueError(f"clone.controller = {clone.controller}: expected one that acts by {mode} or by gait")
+        self._actions = len(layout["action"])
+        known = WAVE_ACTIONS if self._controller.mode == "gait" else self._actions
+        self._controller.begin({**layout, "action": layout["action"][:known]}, num_envs)
+
+    def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Actions (n, a); zero where the controller knows of none."""
+        action = self._controller(observation)
+        return np.pad(action, ((0, 0), (0, self._actions - action.shape[1])))
+
+    def forget(self, rows: NDArray[np.bool_]) -> None:
+        """The robots in ``rows`` begin an episode."""
+        self._controller.reset(rows)
+
+
+def _action_mode(layout: dict[str, Any]) -> str:
+    """By the number of actions: the wave alone, joints alone, or both."""
+    joints = next(block["size"] for block in layout["observation"] if block["name"] == "joint_angle")
+    return {WAVE_ACTIONS: "gait", joints: "joints"}.get(len(layout["action"]), "residual")
+
+
+def begin(learner: Any, clone: Clone) -> None:
+    """Clones the controller into the agent of a :class:`training.ppo.Learner`, then warms its critic up."""
+    config, agent = learner.config, learner.agent
+    env = make_env(config.env_id, 1, 1, **config.env)
+    expert = Expert(clone, env.unwrapped.layout, config.num_envs)
+    env.close()
+    seen, told = [], []
+    for _ in range(clone.rounds):
+        learner.collect()
+        seen.append(learner.rollout.observation.flatten(0, 1).clone())
+        told.append(labels(expert, learner.rollout.observation, learner.rollout.done))
+        fit(agent.actor, torch.cat(seen), torch.cat(told), clone.epochs, learner.rng)
+    for _ in range(clone.critic_rounds):
+        learner.collect()
+        _, target = learner.targets()
+        fit(agent.critic, learner.rollout.observation.flatten(0, 1), target[:, None], clone.epochs, learner.rng)
+
+
+def labels(expert: Expert, observation: Tensor, done: NDArray[np.bool_]) -> Tensor:
+    """What the expert would have done (T n, a) along rollouts (T, n, o), from one to the next."""
+    told = []
+    for seen, ended in zip(observation.numpy(), done, strict=True):
+        told.append(torch.from_numpy(expert(seen)))
+        expert.forget(ended)
+    return torch.cat(told)
+
+
+def fit(network: nn.Module, inputs: Tensor, outputs: Tensor, epochs: int, rng: np.random.Generator) -> float:
+    """Least squares by Adam; returns the mean squared error of the last epoch."""
+    optimiser = torch.optim.Adam(network.parameters(), LEARNING_RATE)
+    for _ in range(epochs):
+        errors = []
+        for part in torch.from_numpy(rng.permutation(len(inputs))).split(BATCH):
+            loss = (network(inputs[part]) - outputs[part]).square().mean()
+            optimiser.zero_grad()
+            loss.backward()
+            optimiser.step()
+            errors.append(loss.item())
+    return float(np.mean(errors))
