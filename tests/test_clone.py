@@ -9,7 +9,7 @@ pytest.importorskip("torch")
 
 import torch
 
-from training import clone, config, policies, ppo, rollout, run_folder, seeds
+from training import clone, config, policies, policy_file, ppo, rollout, run_folder, seeds
 from training.baselines import catalogue
 from training.config import Clone
 
@@ -101,3 +101,20 @@ def test_a_run_that_begins_as_a_clone_leaves_a_policy_that_moves(tmp_path):
     expert = catalogue.tuned("heading control", "field-hard")
     told = rollout.run_episodes(expert, "SnakeField-v0", seeds.selection(12), 1, difficulty=1.0, max_episode_steps=60)
     assert cloned["distance"].mean() > 0.7 * told["distance"].mean() > 0.2
+
+
+def test_a_policy_trained_before_is_taken_over(tmp_path):
+    donor = ppo.Agent(63, 4, (8,), 0.0)
+    policy_file.write(tmp_path / "donor.safetensors", donor.arrays(), {})
+    heir = ppo.Agent(63, 4, (8,), 0.0)
+    clone.take_over(heir, tmp_path / "donor.safetensors")
+    observation = torch.rand(5, 63)
+    assert torch.equal(heir.actor(observation), donor.actor(observation))
+    with pytest.raises(ValueError, match=r"clone\.policy = .*donor\.safetensors: expected layers"):
+        clone.take_over(ppo.Agent(63, 4, (9,), 0.0), tmp_path / "donor.safetensors")
+
+
+def test_a_beginning_is_a_controller_of_a_task_or_a_policy():
+    for values in ({}, {"controller": "heading control"}, {"policy": "a", "task": "b"}):
+        with pytest.raises(ValueError, match=r"clone = .*: expected controller and task, or a policy"):
+            config.Config.from_mapping({"clone": values})

@@ -1,14 +1,16 @@
-"""Begin with what a scripted controller knows: clone its actions, then teach the critic what they are worth.
+"""Begin with what a scripted controller or another policy knows, and with a critic that knows what that is worth.
 
 A configuration with a section ``clone`` begins like this, before the first update of ``training.ppo``. The agent acts,
 the controller says what it would have done, and the actor learns that by least squares; the samples of all rounds are
 kept (DAgger; Ross, Gordon and Bagnell 2011), so that the actor knows the right action where its own mistakes lead to.
-Labels are exact, since the controller sees the same observations. Then the actor rests while the critic learns the
-returns of its policy: an untrained critic would undo in a few updates what was cloned.
+Labels are exact, since the controller sees the same observations. Of a policy trained before the weights are taken.
+Then the actor rests while the critic learns the returns: an untrained critic would undo in a few updates what was
+cloned.
 """
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +18,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from training import policy_file
 from training.baselines import catalogue
 from training.config import Clone
 from training.rollout import make_env
@@ -40,7 +43,7 @@ class Expert:
     """
 
     def __init__(self, clone: Clone, layout: dict[str, Any], num_envs: int) -> None:
-        self._controller = catalogue.tuned(clone.controller, clone.task)
+        self._controller = catalogue.tuned(str(clone.controller), str(clone.task))
         modes = {"gait": ("gait", "residual"), "residual": ("residual",), "joints": ("joints",)}
         mode = _action_mode(layout)
         if mode not in modes[self._controller.mode]:
@@ -66,8 +69,36 @@ def _action_mode(layout: dict[str, Any]) -> str:
 
 
 def begin(learner: Any, clone: Clone) -> None:
-    """Clones the controller into the agent of a :class:`training.ppo.Learner`, then warms its critic up."""
-    config, agent = learner.config, learner.agent
+    """Makes the agent of a :class:`training.ppo.Learner` what ``clone`` says, then warms its critic up."""
+    if clone.policy is not None:
+        take_over(learner.agent, Path(clone.policy))
+    else:
+        imitate(learner, clone)
+    for _ in range(clone.critic_rounds):
+        learner.collect()
+        _, target = learner.targets()
+        observation = learner.rollout.observation.flatten(0, 1)
+        fit(learner.agent.critic, observation, target[:, None], clone.epochs, learner.rng)
+
+
+def take_over(agent: Any, path: Path) -> None:
+    """Gives the actor the weights of a policy file.
+
+    Raises:
+        ValueError: its layers or their sizes are not the agent's.
+    """
+    arrays, _ = policy_file.read(path)
+    own = agent.arrays()
+    sizes, expected = ({name: array.shape for name, array in those.items()} for those in (arrays, own))
+    if sizes != expected:
+        raise ValueError(f"clone.policy = {path}: expected layers {expected}, found {sizes}")
+    for name, weights in own.items():
+        weights[...] = arrays[name]  # the agent's arrays share their memory with its parameters
+
+
+def imitate(learner: Any, clone: Clone) -> None:
+    """Teaches the actor a controller's actions along its own way."""
+    config = learner.config
     env = make_env(config.env_id, 1, 1, **config.env)
     expert = Expert(clone, env.unwrapped.layout, config.num_envs)
     env.close()
@@ -76,11 +107,7 @@ def begin(learner: Any, clone: Clone) -> None:
         learner.collect()
         seen.append(learner.rollout.observation.flatten(0, 1).clone())
         told.append(labels(expert, learner.rollout.observation, learner.rollout.done))
-        fit(agent.actor, torch.cat(seen), torch.cat(told), clone.epochs, learner.rng)
-    for _ in range(clone.critic_rounds):
-        learner.collect()
-        _, target = learner.targets()
-        fit(agent.critic, learner.rollout.observation.flatten(0, 1), target[:, None], clone.epochs, learner.rng)
+        fit(learner.agent.actor, torch.cat(seen), torch.cat(told), clone.epochs, learner.rng)
 
 
 def labels(expert: Expert, observation: Tensor, done: NDArray[np.bool_]) -> Tensor:

@@ -61,21 +61,32 @@ class Ppo:
 
 @dataclass(frozen=True)
 class Clone:
-    """A scripted controller to begin with.
+    """What to begin as: a scripted controller, or a policy trained before.
 
     Args:
-        controller: its name.
+        controller: name of a scripted controller.
         task: task of the benchmark whose tuned numbers it has.
-        rounds: rollouts on which the actor learns its actions.
+        policy: in their place, a file with a policy of the same observations, actions and layers.
+        rounds: rollouts on which the actor learns the controller's actions.
         critic_rounds: rollouts on which the critic alone learns, after that.
         epochs: passes over the samples in each round.
     """
 
-    controller: str
-    task: str
+    controller: str | None = None
+    task: str | None = None
+    policy: str | None = None
     rounds: int = 12
     critic_rounds: int = 12
     epochs: int = 4
+
+    def __post_init__(self) -> None:
+        given = (self.controller, self.task, self.policy)
+        _require(
+            [value is None for value in given] in ([False, False, True], [True, True, False]),
+            "clone",
+            given,
+            "controller and task, or a policy",
+        )
 
 
 @dataclass(frozen=True)
@@ -95,7 +106,7 @@ class Config:
         checkpoint_seconds: wall time between checkpoints.
         curriculum: share of the budget over which the difficulty grows from zero to that of ``env``, in [0, 1];
             zero: no curriculum.
-        clone: the controller whose clone the policy begins as; None: it begins with random weights.
+        clone: what the policy begins as; None: random weights.
         policy: networks.
         ppo: learner.
     """
