@@ -75,6 +75,16 @@ def test_numpy_plays_what_torch_has_learnt(trained):
     np.testing.assert_allclose(policies.Network(trained.model)(observation), mean, rtol=1e-5, atol=1e-6)
 
 
+def test_an_episode_does_not_depend_on_the_size_of_its_batch(trained):
+    """A film plays one robot of the many that were scored."""
+    policy = policies.Network(trained.model)
+    options = {"difficulty": 1.0, "max_episode_steps": 200}
+    together = rollout.run_episodes(policy, "SnakeField-v0", seeds.selection(40), 1, **options)
+    for k in (0, 17):
+        alone = rollout.run_episodes(policy, "SnakeField-v0", [seeds.selection(40)[k]], 1, **options)
+        assert alone["distance"][0] == together["distance"][k]
+
+
 def test_a_policy_file_is_one_that_others_read(trained):
     """Header, alignment and metadata as safetensors has them; the configuration comes back."""
     arrays, found = policy_file.read(trained.model)

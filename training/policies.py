@@ -124,6 +124,9 @@ class Model(Stateless):
 class Network(Stateless):
     """The actor of a file, without exploration noise: layers ``actor.<k>.weight`` and ``.bias`` with tanh between.
 
+    It computes in double precision: sums of single precision come out differently in batches of different size, and
+    a robot among pegs soon tells the difference, so that a film would show another episode than the one scored.
+
     Args:
         path: what ``python -m training.ppo`` leaves as ``policy.safetensors``.
         name: shown in tables; by default that of the folder.
@@ -136,11 +139,13 @@ class Network(Stateless):
         layers = sorted({int(key.split(".")[1]) for key in arrays if key.startswith("actor.")})
         if not layers:
             raise ValueError(f"{path}: expected arrays actor.<k>.weight, found {', '.join(arrays)}")
-        self._layers = [(arrays[f"actor.{k}.weight"].T.copy(), arrays[f"actor.{k}.bias"]) for k in layers]
+        double = {name: array.astype(np.float64) for name, array in arrays.items()}
+        self._layers = [(double[f"actor.{k}.weight"].T.copy(), double[f"actor.{k}.bias"]) for k in layers]
 
     def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
         """The mean actions (n, a)."""
         *hidden, (weight, bias) = self._layers
+        seen = observation.astype(np.float64)
         for inner, shift in hidden:
-            observation = np.tanh(observation @ inner + shift)
-        return observation @ weight + bias
+            seen = np.tanh(seen @ inner + shift)
+        return (seen @ weight + bias).astype(np.float32)

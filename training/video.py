@@ -20,12 +20,16 @@ class Episode(NamedTuple):
         pegs: (p, 3) radius, x, y [m].
         frames: pictures, empty unless asked for.
         success: the goal was reached.
+        snapshots: what the renderer draws, at each control instant.
+        observations: (T, o) what the policy saw.
     """
 
     walk: NDArray[np.float64]
     pegs: NDArray[np.float64]
     frames: list[NDArray[np.uint8]]
     success: bool
+    snapshots: list[dict[str, Any]]
+    observations: NDArray[np.float32]
 
 
 def play(policy: Policy, env_id: str, seed: int, film: bool = False, **options: Any) -> Episode:
@@ -42,17 +46,18 @@ def play(policy: Policy, env_id: str, seed: int, film: bool = False, **options: 
     env = make_env(env_id, 1, 1, render_mode=mode, **(options | policy.env_options))
     observation, _ = env.reset(seed=[seed])
     policy.begin(env.unwrapped.layout, 1)
-    pegs = np.array(_snapshot(env)["pegs"])
-    walk, frames, ended = [], [], False
+    snapshots, observations, frames, ended = [], [], [], False
     success = False
     while not ended:
-        walk.append(_snapshot(env)["centre"])
+        snapshots.append(_snapshot(env))
+        observations.append(observation[0].copy())
         if film:
             frames.append(env.render()[0])
         observation, _, terminated, truncated, infos = env.step(policy(observation))
         ended, success = bool(terminated[0] or truncated[0]), bool(infos["is_success"][0])
     env.close()
-    return Episode(np.array(walk), pegs, frames, success)
+    walk = np.array([one["centre"] for one in snapshots])
+    return Episode(walk, np.array(snapshots[0]["pegs"]), frames, success, snapshots, np.array(observations))
 
 
 def _snapshot(env: Any) -> dict[str, Any]:
@@ -75,3 +80,13 @@ def write(frames: list[NDArray[np.uint8]], path: Path, frames_per_second: int = 
         half = [frame[::2, ::2] for frame in frames[::2]]
         imageio.mimsave(path.with_suffix(".gif"), list(half), duration=2000 / frames_per_second, loop=0)
         return path.with_suffix(".gif")
+
+
+def write_small_gif(frames: list[NDArray[np.uint8]], path: Path, width: int = 400, colours: int = 32) -> Path:
+    """Writes every third frame, some hundreds of kilobytes for an episode."""
+    from PIL import Image
+
+    height = round(width * frames[0].shape[0] / frames[0].shape[1])
+    small = [Image.fromarray(frame).resize((width, height)).quantize(colours) for frame in frames[::3]]
+    small[0].save(path, save_all=True, append_images=small[1:], duration=150, loop=0, optimize=True)
+    return path

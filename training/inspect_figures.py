@@ -1,0 +1,103 @@
+"""Pictures of what a policy does."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Circle
+
+from snake_env.config import Robot
+from snake_env.reproduce import drawing
+from training.baselines.senses import Array, Senses
+from training.figures import COLOURS
+from training.video import Episode
+from training.watch import push_ahead
+
+HALF_VIEW = (0.95, 0.55)
+"""Half of the ground that a frame shows along and across [m]."""
+
+
+def frames(episode: Episode, title: str, count: int, path: Path) -> Path:
+    """The robot, the pegs and their forces at equidistant times, the last at the end."""
+    chosen = np.linspace(0, len(episode.snapshots) - 1, count + 1).round().astype(int)[1:]
+    with drawing.style():
+        drawn, axes = drawing.figure(1, count, 3.0 * count, 2.3)
+        for one, k in zip(axes[0], chosen, strict=True):
+            _frame(one, episode.snapshots[k])
+        drawn.suptitle(title, fontsize=9)
+        return drawing.save(drawn, path)
+
+
+def _frame(axes: Axes, snapshot: dict[str, Any]) -> None:
+    """One time: links, pegs, an arrow for the pegs' force on each link, and a black one for their sum."""
+    (x, y), (along, across) = snapshot["centre"], HALF_VIEW
+    for radius, *centre in snapshot["pegs"]:
+        axes.add_patch(Circle(centre, radius, facecolor=drawing.PEG, edgecolor="#50555c", linewidth=0.6))
+    pose = np.array(snapshot["pose"])
+    drawing.body(axes, Robot(links=len(pose)), pose[:, :2], pose[:, 2], (1,))
+    drawing.forces(axes, pose[:, :2], np.array(snapshot["contact_force"]))
+    if "goal_line" in snapshot:
+        axes.axvline(snapshot["goal_line"], color="#3c64b4", linewidth=1.0, linestyle="--")
+    drawing.ground(axes, f"t = {snapshot['time']:.1f} s", (x - along, x + along), (y - across, y + across))
+
+
+def timeline(episode: Episode, layout: dict[str, Any], title: str, path: Path) -> Path:
+    """Over time: the force ahead on each link, the gait that the policy commands, and the speed."""
+    senses = Senses(layout)
+    senses.see(episode.observations)
+    time = np.arange(len(episode.observations)) * layout["control_period"]
+    with drawing.style():
+        drawn, axes = drawing.figure(3, 1, 7.0, 5.4, (1.3, 1.0, 0.8))
+        pushes, gait, speed = axes[:, 0]
+        _pushes(pushes, push_ahead(senses), time)
+        for name, values in _gait(senses, layout).items():
+            gait.plot(time, values, label=name)
+        gait.set(ylabel="gait [deg], [deg/s]")
+        gait.legend(fontsize=7, ncols=4)
+        speed.plot(time, senses["velocity"][:, 0], color=COLOURS[-1])
+        speed.set(ylabel="speed to goal [m/s]", xlabel="time [s]")
+        drawn.suptitle(title, fontsize=9)
+        return drawing.save(drawn, path)
+
+
+def _pushes(axes: Axes, force: Array, time: Array) -> None:
+    """A map of force over time and link."""
+    largest = float(np.abs(force).max()) or 1.0
+    extent = (0.0, float(time[-1]), force.shape[1] + 0.5, 0.5)
+    image = axes.imshow(force.T, aspect="auto", cmap="RdBu_r", vmin=-largest, vmax=largest, extent=extent)
+    axes.grid(visible=False)
+    axes.set(ylabel="link, 1 leads")
+    axes.figure.colorbar(image, ax=axes, label="force ahead [N]")
+
+
+def _gait(senses: Senses, layout: dict[str, Any]) -> dict[str, Array]:
+    """The smoothed parameters of the wave in degrees and degrees per second; none where joints are commanded."""
+    if not senses.has("wave"):
+        return {}
+    entries = layout["action"][:4]
+    values = [
+        entry["low"] + 0.5 * (column + 1.0) * (entry["high"] - entry["low"])
+        for entry, column in zip(entries, senses["wave"][:, 2:].T, strict=True)
+    ]
+    names = ("amplitude", "frequency", "phase shift", "offset")
+    return {name: np.degrees(value) for name, value in zip(names, values, strict=True)}
+
+
+def links(forces: dict[str, tuple[Array, Array]], path: Path) -> Path:
+    """Mean pushing and braking force on each link (links,) [N], policy by policy."""
+    width = 0.8 / len(forces)
+    with drawing.style():
+        drawn, axes = drawing.figure(1, 1, 7.0, 2.6)
+        one = axes[0, 0]
+        for k, (name, (ahead, back)) in enumerate(forces.items()):
+            place = np.arange(1, len(ahead) + 1) + (k - 0.5 * (len(forces) - 1)) * width
+            one.bar(place, ahead, width, color=COLOURS[-1 - k], label=name)
+            one.bar(place, back, width, color=COLOURS[-1 - k], alpha=0.5)
+        one.axhline(0.0, color="black", linewidth=0.6)
+        one.set(xlabel="link, 1 leads", ylabel="mean force of pegs [N]", xticks=range(1, len(ahead) + 1))
+        one.set_title("ahead (full) and back (pale)")
+        one.legend(fontsize=7)
+        return drawing.save(drawn, path)

@@ -1,0 +1,98 @@
+"""What has a policy learned? How it ends, which links push and when, its gait over time, and films of both ends.
+
+    python -m training.inspect_policy --policy pretrained/field-hard.safetensors --out runs/inspect
+
+Plays the policy and the scripted controllers of ``--beside`` on held-out fields of the policy's own task, prints how
+episodes ended and the mean force of the pegs on each link, writes both as JSON, and draws: ``links.png``; and of one
+success and one failure of each kind ``<kind>-frames.png`` with the forces, ``<kind>-timeline.png`` and ``<kind>.gif``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from training import inspect_figures, rollout, seeds, tasks, video
+from training.baselines import catalogue
+from training.baselines.senses import Array
+from training.cli import help_format, names
+from training.evaluate import load_model, task
+from training.policies import Policy
+from training.run_folder import write_json
+from training.tune import GOAL
+from training.watch import KINDS, Watch
+
+FRAMES = 4
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line."""
+    cli = argparse.ArgumentParser("training.inspect_policy", description=__doc__, formatter_class=help_format)
+    cli.add_argument("--policy", type=Path, required=True, help="policy.safetensors or model.zip of a run")
+    cli.add_argument("--beside", type=names, default=["heading control"], help="scripted controllers, comma separated")
+    cli.add_argument("--task", default="field-hard", help="task whose tuned numbers the controllers have")
+    cli.add_argument("--fields", type=int, default=200, help="number of held-out fields")
+    cli.add_argument("--num-threads", type=int, help="threads of the simulator")
+    cli.add_argument("--out", type=Path, default=Path("runs/inspect"), help="folder for everything")
+    return cli
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Runs the command."""
+    cli = parser()
+    args = cli.parse_args(arguments)
+    try:
+        tasks.chosen([args.task])
+        policy = load_model(args.policy, args.policy.stem)
+        others: list[Policy] = [catalogue.tuned(title, args.task) for title in args.beside]
+    except (OSError, ValueError) as error:
+        cli.error(str(error))
+    env_id, options = task(None, {}, [args.policy])
+    args.out.mkdir(parents=True, exist_ok=True)
+    fields = seeds.held_out(args.fields)
+    found = {one.name: watch(one, env_id, fields, args.num_threads, options) for one in (policy, *others)}
+    inspect_figures.links({name: (one["ahead"], one["back"]) for name, one in found.items()}, args.out / "links.png")
+    for name, one in found.items():
+        print(f"{name}: " + ", ".join(f"{kind} {count}" for kind, count in one["ends"].items()))
+    write_json(args.out / "inspection.json", {name: _plain(one) for name, one in found.items()})
+    for k, kind in enumerate(KINDS):
+        of_kind = np.flatnonzero(found[policy.name]["kind"] == k)
+        if len(of_kind):
+            show(policy, kind, env_id, fields[of_kind[0]], args.out, options)
+    return 0
+
+
+def watch(
+    policy: Policy, env_id: str, fields: list[int], num_threads: int | None, options: dict[str, Any]
+) -> dict[str, Any]:
+    """How the episodes of a policy ended, and the mean forces on its links ahead and back (links,) [N]."""
+    watched = Watch(policy)
+    episodes = rollout.run_episodes(watched, env_id, fields, num_threads, **options)
+    kind = watched.kinds(episodes, float(options.get("goal_distance", GOAL)))
+    force: Array = np.array(watched.force)[watched.during(episodes)]
+    ends = {name: int((kind == k).sum()) for k, name in enumerate(KINDS)}
+    return {"ends": ends, "kind": kind, "ahead": np.maximum(force, 0).mean(0), "back": np.minimum(force, 0).mean(0)}
+
+
+def _plain(found: dict[str, Any]) -> dict[str, Any]:
+    """For JSON."""
+    return {"ends": found["ends"], **{key: [round(float(f), 3) for f in found[key]] for key in ("ahead", "back")}}
+
+
+def show(policy: Policy, kind: str, env_id: str, seed: int, out: Path, options: dict[str, Any]) -> None:
+    """Frames, timeline and film of one episode."""
+    episode = video.play(policy, env_id, seed, film=True, **options)
+    env = rollout.make_env(env_id, 1, 1, **(options | policy.env_options))
+    stem, title = kind.replace(",", "").replace(" ", "-"), f"{policy.name}, held-out field {seed}: {kind}"
+    inspect_figures.frames(episode, title, FRAMES, out / f"{stem}-frames.png")
+    inspect_figures.timeline(episode, env.unwrapped.layout, title, out / f"{stem}-timeline.png")
+    env.close()
+    print(video.write_small_gif(episode.frames, out / f"{stem}.gif"))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
