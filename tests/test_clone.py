@@ -104,14 +104,14 @@ def test_a_run_that_begins_as_a_clone_leaves_a_policy_that_moves(tmp_path):
 
 
 def test_a_policy_trained_before_is_taken_over(tmp_path):
-    donor = ppo.Agent(63, 4, (8,), 0.0)
+    donor = ppo.Agent(63, 4, (8,), 0.0, None)
     policy_file.write(tmp_path / "donor.safetensors", donor.arrays(), {})
-    heir = ppo.Agent(63, 4, (8,), 0.0)
+    heir = ppo.Agent(63, 4, (8,), 0.0, None)
     clone.take_over(heir, tmp_path / "donor.safetensors")
     observation = torch.rand(5, 63)
     assert torch.equal(heir.actor(observation), donor.actor(observation))
     with pytest.raises(ValueError, match=r"clone\.policy = .*donor\.safetensors: expected layers"):
-        clone.take_over(ppo.Agent(63, 4, (9,), 0.0), tmp_path / "donor.safetensors")
+        clone.take_over(ppo.Agent(63, 4, (9,), 0.0, None), tmp_path / "donor.safetensors")
 
 
 def test_a_beginning_is_a_controller_of_a_task_or_a_policy():

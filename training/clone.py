@@ -88,8 +88,9 @@ def take_over(agent: Any, path: Path) -> None:
         ValueError: its layers or their sizes are not the agent's.
     """
     arrays, _ = policy_file.read(path)
-    own = agent.arrays()
-    sizes, expected = ({name: array.shape for name, array in those.items()} for those in (arrays, own))
+    own = {name: array for name, array in agent.arrays().items() if name.startswith("actor.")}
+    sizes = {name: array.shape for name, array in arrays.items() if name.startswith("actor.")}
+    expected = {name: array.shape for name, array in own.items()}
     if sizes != expected:
         raise ValueError(f"clone.policy = {path}: expected layers {expected}, found {sizes}")
     for name, weights in own.items():

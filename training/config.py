@@ -20,10 +20,12 @@ class Policy:
     Args:
         hidden: units of each hidden layer.
         log_std: logarithm of the standard deviation of the action noise at the start.
+        mirror: the networks treat left and right alike; the lean learner only.
     """
 
     hidden: tuple[int, ...] = (64, 64)
     log_std: float = -1.0
+    mirror: bool = False
 
 
 @dataclass(frozen=True)

@@ -124,6 +124,9 @@ class Model(Stateless):
 class Network(Stateless):
     """The actor of a file, without exploration noise: layers ``actor.<k>.weight`` and ``.bias`` with tanh between.
 
+    With signs ``mirror.observation`` and ``mirror.action`` it is the mean of what they say and of what they say in the
+    mirror, mirrored back.
+
     It computes in double precision: sums of single precision come out differently in batches of different size, and
     a robot among pegs soon tells the difference, so that a film would show another episode than the one scored.
 
@@ -140,12 +143,21 @@ class Network(Stateless):
         if not layers:
             raise ValueError(f"{path}: expected arrays actor.<k>.weight, found {', '.join(arrays)}")
         double = {name: array.astype(np.float64) for name, array in arrays.items()}
+        self._signs = (double["mirror.observation"], double["mirror.action"]) if "mirror.action" in double else None
         self._layers = [(double[f"actor.{k}.weight"].T.copy(), double[f"actor.{k}.bias"]) for k in layers]
 
     def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
         """The mean actions (n, a)."""
-        *hidden, (weight, bias) = self._layers
         seen = observation.astype(np.float64)
+        action = self._mean(seen)
+        if self._signs is not None:
+            of_observation, of_action = self._signs
+            action = 0.5 * (action + of_action * self._mean(of_observation * seen))
+        return action.astype(np.float32)
+
+    def _mean(self, seen: NDArray[np.float64]) -> NDArray[np.float64]:
+        """What the layers say."""
+        *hidden, (weight, bias) = self._layers
         for inner, shift in hidden:
             seen = np.tanh(seen @ inner + shift)
-        return (seen @ weight + bias).astype(np.float32)
+        return seen @ weight + bias

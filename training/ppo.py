@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 import snake_env  # noqa: F401
-from training import clone, policy_file, run_command, seeds
+from training import clone, mirror, policy_file, run_command, seeds
 from training.budget import Budget, StopRequest
 from training.config import Config, Ppo
 from training.learning_curve import SIGNALS, LearningCurve, text
@@ -43,12 +43,19 @@ class Agent(nn.Module):
         actions: elements of an action.
         hidden: units of each hidden layer.
         log_std: logarithm of the standard deviation at the start.
+        sides: makes both networks treat left and right alike.
     """
 
-    def __init__(self, observations: int, actions: int, hidden: tuple[int, ...], log_std: float) -> None:
+    def __init__(
+        self, observations: int, actions: int, hidden: tuple[int, ...], log_std: float, sides: mirror.Mirror | None
+    ) -> None:
         super().__init__()
-        self.actor = network(observations, hidden, actions, last_gain=0.01)
-        self.critic = network(observations, hidden, 1, last_gain=1.0)
+        self.actor: nn.Module = network(observations, hidden, actions, last_gain=0.01)
+        self.critic: nn.Module = network(observations, hidden, 1, last_gain=1.0)
+        if sides is not None:
+            self.actor = mirror.Mirrored(self.actor, sides.observation, sides.action)
+            self.critic = mirror.Mirrored(self.critic, sides.observation, np.ones(1, np.float32))
+        self._sides = sides
         self.log_std = nn.Parameter(torch.full((actions,), log_std))
 
     def value(self, observation: Tensor) -> Tensor:
@@ -74,12 +81,18 @@ class Agent(nn.Module):
         return (self.log_std + 0.5 + LOG_SQRT_TAU).sum()
 
     def arrays(self) -> policy_file.Arrays:
-        """What playing needs: the actor's layers, numbered without the tanh between them."""
-        layers = [layer for layer in self.actor if isinstance(layer, nn.Linear)]
+        """What playing needs: the actor's layers, numbered without the tanh between them, and the mirror's signs."""
+        layers = [layer for layer in self.actor.modules() if isinstance(layer, nn.Linear)]
         named = {
             f"actor.{k}.{name}": value for k, layer in enumerate(layers) for name, value in layer.named_parameters()
         }
-        return {name: value.detach().numpy() for name, value in named.items()}
+        signs = {} if self._sides is None else {f"mirror.{name}": of for name, of in self._sides._asdict().items()}
+        return {name: value.detach().numpy() for name, value in named.items()} | signs
+
+
+def make_agent(config: Config, observations: int, actions: int) -> Agent:
+    """The agent of a run before it has learned anything."""
+    return Agent(observations, actions, config.policy.hidden, config.policy.log_std, mirror.of_run(config))
 
 
 def network(inputs: int, hidden: tuple[int, ...], outputs: int, last_gain: float) -> nn.Sequential:
@@ -253,8 +266,7 @@ class Learner:
         self.noise = torch.Generator().manual_seed(config.seed + steps)
         self.rng = np.random.default_rng([config.seed, steps])
         self.collector = make(config, seeds.training(config.seed, steps, config.num_envs), used, note)
-        policy = config.policy
-        self.agent = Agent(self.collector.observations, self.collector.actions, policy.hidden, policy.log_std)
+        self.agent = make_agent(config, self.collector.observations, self.collector.actions)
         self.optimiser = torch.optim.Adam(self.agent.parameters(), eps=1e-5, fused=True)
 
     def collect(self) -> None:

@@ -11,7 +11,7 @@ from torch import Tensor
 
 from training import ppo
 from training.config import Config
-from training.ppo import Agent, Note, Rollout
+from training.ppo import Agent, Note, Rollout, make_agent
 
 ARRAYS = ("observation", "action", "log_density", "value", "reward", "done")
 
@@ -30,7 +30,7 @@ class Worker:
         torch.set_num_threads(1)
         self._ended: list[tuple[float, dict[str, float]]] = []
         self._collector = ppo.Collector(config, seed, used, lambda *episode: self._ended.append(episode))
-        self._agent = Agent(*self.sizes(), config.policy.hidden, config.policy.log_std)
+        self._agent = make_agent(config, *self.sizes())
         self._noise = torch.Generator().manual_seed(seed)
 
     def sizes(self) -> tuple[int, int]:

@@ -1,0 +1,97 @@
+"""Left and right are alike: to the simulator, to the signs, to the networks and to the files that play them."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+pytest.importorskip("torch")
+
+import torch
+
+from training import config, mirror, policies, policy_file, ppo, rollout, seeds
+
+MODES = ("gait", "residual", "joints")
+
+
+def layout(mode):
+    env = rollout.make_env("SnakeField-v0", 1, 1, action_mode=mode)
+    found = env.unwrapped.layout
+    env.close()
+    return found
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_mirroring_twice_changes_nothing(mode):
+    found = mirror.Mirror.of(layout(mode))
+    assert len(found.observation) == sum(block["size"] for block in layout(mode)["observation"])
+    assert np.array_equal(np.abs(found.observation), np.ones_like(found.observation))
+    assert np.array_equal(np.abs(found.action), np.ones_like(found.action))
+
+
+def test_half_a_period_of_a_steady_wave_is_a_reflection():
+    """Lateral undulation half a period later is its own mirror image: the simulator and the signs agree on it."""
+    env = rollout.make_env("SnakeFree-v0", 1, 1, start_jitter=0.0, perception="blind")
+    half = 36
+    gait = policies.GaitParameters(omega=np.pi / (half * env.unwrapped.control_period))
+    env.reset(seed=[0])
+    seen = [env.step(gait.action(env.unwrapped.layout["action"])[None])[0][0] for _ in range(160)]
+    blocks = {block["name"]: np.arange(block["size"]) + block["start"] for block in env.unwrapped.layout["observation"]}
+    steady = np.concatenate([blocks[name] for name in ("joint_angle", "joint_rate", "velocity", "yaw_rate", "wave")])
+    signs = mirror.Mirror.of(env.unwrapped.layout).observation[steady]
+    assert np.abs(seen[-1][steady] - seen[-1 - half][steady]).max() > 0.5
+    np.testing.assert_allclose(seen[-1][steady], seen[-1 - half][steady] * signs, atol=0.03)
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_an_agent_with_a_mirror_treats_left_and_right_alike(mode):
+    settings = config.Config(env={"action_mode": mode}, policy=config.Policy(hidden=(16,), mirror=True))
+    signs = mirror.of_run(settings)
+    agent = ppo.make_agent(settings, len(signs.observation), len(signs.action))
+    torch.nn.init.normal_(agent.actor.network[-1].bias)
+    seen = torch.rand(7, len(signs.observation)) - 0.5
+    turned = seen * torch.from_numpy(signs.observation)
+    torch.testing.assert_close(agent.actor(turned), agent.actor(seen) * torch.from_numpy(signs.action))
+    torch.testing.assert_close(agent.value(turned), agent.value(seen))
+    plain = ppo.make_agent(dataclasses.replace(settings, policy=config.Policy((16,))), seen.shape[1], len(signs.action))
+    torch.nn.init.normal_(plain.actor[-1].bias)
+    assert not torch.allclose(plain.actor(turned), plain.actor(seen) * torch.from_numpy(signs.action), atol=0.1)
+
+
+def test_files_carry_the_mirror_along(tmp_path):
+    settings = config.Config(policy=config.Policy(hidden=(16,), mirror=True))
+    agent = ppo.make_agent(settings, 63, 4)
+    torch.nn.init.normal_(agent.actor.network[-1].bias)
+    policy_file.write(tmp_path / "policy.safetensors", agent.arrays(), {})
+    seen = torch.rand(5, 63)
+    with torch.no_grad():
+        expected = agent.actor(seen).numpy()
+    played = policies.Network(tmp_path / "policy.safetensors")(seen.numpy())
+    np.testing.assert_allclose(played, expected, rtol=1e-5, atol=1e-6)
+
+
+def test_left_and_right_policies_do_equally_well():
+    """Mirrored heading control, field by field another robot, makes the same way on the whole: the fields have no side.
+
+    A wrong sign anywhere would break its steering.
+    """
+    from training.baselines import catalogue
+
+    class InTheMirror:
+        name = "mirrored"
+
+        def __init__(self, policy):
+            self._policy, self.env_options = policy, policy.env_options
+
+        def begin(self, layout, num_envs):
+            self._signs = mirror.Mirror.of(layout)
+            self._policy.begin(layout, num_envs)
+
+        def __call__(self, observation):
+            return self._signs.action * self._policy(observation * self._signs.observation)
+
+    def way(policy):
+        return rollout.run_episodes(policy, "SnakeMaze-v0", seeds.selection(24), 1, difficulty=0.0)["distance"].mean()
+
+    plain = catalogue.tuned("heading control", "maze")
+    assert way(InTheMirror(plain)) == pytest.approx(way(plain), rel=0.1)

@@ -1,0 +1,81 @@
+"""Left and right are alike: what a mirror does to observations and actions, and networks that know it.
+
+Seen in a mirror along the goal direction, a robot in a field is a robot in a mirrored field, drawn as often as the
+first. A policy f loses nothing by treating both alike, f(S o) = S f(o), and learns from each step for both. S changes
+signs alone: of angles, of what points to the left, and of the wave's phase, which lies half a turn further.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+from training.config import Config
+from training.rollout import make_env
+
+Signs = NDArray[np.float32]
+
+UNCHANGED = {
+    "heading": ("cos",),
+    "velocity": ("x",),
+    "goal": ("remaining",),
+    "wave": ("amplitude", "frequency", "phase_shift"),
+    "previous_action": ("amplitude", "frequency", "phase_shift"),
+}
+"""By block of the observation: elements that look the same in the mirror. All others change sign, but of ``pegs``."""
+
+UNCHANGED_ACTIONS = ("amplitude", "frequency", "phase_shift")
+
+
+class Mirror(NamedTuple):
+    """Signs, 1 or -1, of the elements of an observation (o,) and an action (a,)."""
+
+    observation: Signs
+    action: Signs
+
+    @classmethod
+    def of(cls, layout: dict[str, Any]) -> Mirror:
+        """For an environment's ``layout``."""
+        seen = [_sign(block["name"], element) for block in layout["observation"] for element in block["elements"]]
+        done = [1 if entry["name"] in UNCHANGED_ACTIONS else -1 for entry in layout["action"]]
+        return cls(np.array(seen, np.float32), np.array(done, np.float32))
+
+
+def _sign(block: str, element: str) -> int:
+    if block == "pegs":
+        return -1 if element.endswith("_left") else 1
+    return 1 if element in UNCHANGED.get(block, ()) else -1
+
+
+def of_run(config: Config) -> Mirror | None:
+    """The mirror of a run's environment; None where the run does without."""
+    if not config.policy.mirror:
+        return None
+    env = make_env(config.env_id, 1, 1, **config.env)
+    found = Mirror.of(env.unwrapped.layout)
+    env.close()
+    return found
+
+
+class Mirrored(nn.Module):
+    """The mean of what a network says and of what it says in the mirror, mirrored back.
+
+    Args:
+        network: from observations (n, o) to outputs (n, k).
+        seen: signs of the observation (o,).
+        said: signs of the outputs (k,).
+    """
+
+    def __init__(self, network: nn.Module, seen: Signs, said: Signs) -> None:
+        super().__init__()
+        self.network = network
+        self._seen, self._said = torch.from_numpy(seen), torch.from_numpy(said)
+
+    def forward(self, observation: Tensor) -> Tensor:
+        """Outputs (n, k)."""
+        plain, mirrored = self.network(torch.cat([observation, observation * self._seen])).chunk(2)
+        return 0.5 * (plain + mirrored * self._said)
