@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import threading
 import time
 from types import FrameType
 from typing import Any
@@ -44,14 +45,18 @@ class Budget:
 
 
 class StopRequest:
-    """Ctrl-C or a termination signal asks the run to save and stop; a second one interrupts at once."""
+    """Ctrl-C or a termination signal asks the run to save and stop; a second one interrupts at once.
+
+    Signals reach the main thread alone; in another one nothing is asked for.
+    """
 
     def __init__(self) -> None:
         self.received = False
         self._before: dict[int, Any] = {}
 
     def __enter__(self) -> StopRequest:
-        for number in (signal.SIGINT, signal.SIGTERM):
+        heard = (signal.SIGINT, signal.SIGTERM) if threading.current_thread() is threading.main_thread() else ()
+        for number in heard:
             self._before[number] = signal.signal(number, self._receive)
         return self
 
