@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 RUST_SOURCES := Cargo.toml Cargo.lock $(shell find rust -name '*.rs' -o -name Cargo.toml)
 
-.PHONY: build train test test-rust test-python fuzz bench stress reproduce docs lint format venv constraints clean
+.PHONY: build train test test-rust test-python test-ray fuzz bench stress reproduce docs lint format venv constraints clean
 
 build: .venv/.native
 
@@ -17,6 +17,11 @@ test-rust:
 
 test-python: build
 	$(BIN)/python -m pytest $(PYTEST)
+
+# Ray in an environment of its own: RLlib pins an earlier Gymnasium, with which the interface is tested too.
+test-ray: build .venv-ray/.packages
+	PYTHONPATH=$(CURDIR) .venv-ray/bin/python -m pytest tests/test_ppo_ray.py tests/test_rllib.py tests/test_ray_tune.py \
+		tests/test_checker.py tests/test_vector_env.py tests/test_single_env.py tests/test_wrappers.py $(PYTEST)
 
 # What the suite asks of fixed inputs, asked of fresh random ones.
 fuzz: build
@@ -62,6 +67,13 @@ venv: .venv/.packages
 		--requirement pyproject.toml --extra bench
 	touch $@
 
+.venv-ray/.packages: pyproject.toml constraints.txt .venv/.packages
+	test -x .venv-ray/bin/python || $(PYTHON) -m venv .venv-ray
+	grep -v '^gymnasium==' constraints.txt > .venv-ray/constraints.txt
+	$(BIN)/uv pip install --quiet --python .venv-ray/bin/python --constraint .venv-ray/constraints.txt \
+		--requirement pyproject.toml --extra test --extra rllib
+	touch $@
+
 # The extension is compiled in release mode into snake_env/; Python sources are used where they are.
 .venv/.native: .venv/.packages $(RUST_SOURCES)
 	PATH="$(CURDIR)/$(BIN):$$PATH" VIRTUAL_ENV="$(CURDIR)/.venv" $(BIN)/maturin develop --release --uv --quiet
@@ -69,9 +81,9 @@ venv: .venv/.packages
 
 # Pin the whole tree anew; torch pins its own CUDA libraries.
 constraints: venv
-	printf 'maturin\nuv\n' | $(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.10 --all-extras \
-		--no-annotate --no-header pyproject.toml - | grep -vE '^(nvidia-|cuda-|triton)' > constraints.new
+	printf 'maturin\nuv\n' | $(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.10 \
+		--extra test --extra bench --extra ray --no-annotate --no-header pyproject.toml - | grep -vE '^(nvidia-|cuda-|triton)' > constraints.new
 	mv constraints.new constraints.txt
 
 clean:
-	rm -rf .venv target snake_env/_native*.so .pytest_cache .ruff_cache .mypy_cache
+	rm -rf .venv .venv-ray target snake_env/_native*.so .pytest_cache .ruff_cache .mypy_cache

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from dataclasses import dataclass, field
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -144,6 +145,20 @@ class Config:
             hardest: the environment's difficulty.
         """
         return hardest * min(1.0, used / self.curriculum) if self.curriculum else hardest
+
+    def refuse(self, learner: str, *names: str) -> None:
+        """Refuses what a learner does not have.
+
+        Args:
+            learner: its name.
+            names: options it has not, dotted as in ``policy.mirror``.
+
+        Raises:
+            ValueError: one of them is not at its default.
+        """
+        for name in names:
+            value, default = attrgetter(name)(self), attrgetter(name)(type(self)())
+            _require(value == default, name, value, f"{default}, {learner} has nothing else")
 
     @classmethod
     def from_mapping(cls, values: dict[str, Any]) -> Config:

@@ -33,6 +33,8 @@ from training.run_folder import RunFolder
 
 LOG_SQRT_TAU = 0.5 * float(np.log(2.0 * np.pi))
 POLICY = "policy.safetensors"
+ROLLOUT = ("observation", "action", "log_density", "value", "reward", "done")
+"""Arrays of a :class:`Rollout`."""
 
 
 class Agent(nn.Module):

@@ -11,9 +11,7 @@ from torch import Tensor
 
 from training import ppo
 from training.config import Config
-from training.ppo import Agent, Note, Rollout, make_agent
-
-ARRAYS = ("observation", "action", "log_density", "value", "reward", "done")
+from training.ppo import ROLLOUT, Agent, Note, Rollout, make_agent
 
 
 @ray.remote
@@ -42,7 +40,7 @@ class Worker:
         self._agent.load_state_dict(weights)
         rollout, last_value = self._collector.collect(self._agent, self._noise, gamma)
         ended, self._ended = self._ended, []
-        arrays = {name: getattr(rollout, name) for name in ARRAYS}
+        arrays = {name: getattr(rollout, name) for name in ROLLOUT}
         return arrays, last_value, ended
 
     def advance(self, used: float) -> None:

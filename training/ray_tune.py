@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -107,8 +108,11 @@ def parser() -> argparse.ArgumentParser:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Runs the command."""
+    """Runs the command; 2 without Ray."""
     args = parser().parse_args(arguments)
+    if find_spec("ray") is None:
+        print("Ray is not installed: pip install 'snake_env[ray]'", file=sys.stderr)
+        return 2
     import ray
 
     config = dataclasses.replace(configs.load(args.config), num_threads=1, torch_threads=1)

@@ -12,9 +12,9 @@ cluster, and the faster of the two). Needs the extra ``rllib``.
 from __future__ import annotations
 
 import argparse
-import math
 import sys
 from functools import partial
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -50,11 +50,8 @@ def settings(config: Config, runners: int) -> Any:
 
     if runners < 1 or config.num_envs % runners:
         raise ValueError(f"runners = {runners}: expected a divisor of num_envs = {config.num_envs}")
-    if config.curriculum:
-        raise ValueError(f"curriculum = {config.curriculum}: expected 0, RLlib's runners keep one difficulty")
+    config.refuse("RLlib's PPO", "curriculum", "clone", "policy.mirror", "ppo.target_kl")
     ppo = config.ppo
-    if ppo.target_kl is not None:
-        raise ValueError(f"ppo.target_kl = {ppo.target_kl}: expected none, RLlib's PPO has no early stop")
     rates = [[0, ppo.learning_rate], [config.total_steps, ppo.learning_rate * ppo.final_learning_rate]]
     return (
         PPOConfig()
@@ -121,10 +118,10 @@ def train(folder: RunFolder, config: Config, show: bool, runners: int) -> int:
     algorithm = settings(config, runners).build_algo()
     saved = folder.path / "algorithm"
     seconds = 0.0
-    rows = folder.read_curve()
     if saved.exists():
-        algorithm.restore_from_path(str(saved.resolve()))
-        seconds = rows[-1]["seconds"] if rows else 0.0
+        with folder.resumed():
+            algorithm.restore_from_path(str(saved.resolve()))
+        seconds = folder.read_curve()[-1]["seconds"]
     budget = Budget(config.total_steps, config.max_minutes, seconds)
     saved_at = budget.seconds
     with StopRequest() as stop:
@@ -158,8 +155,9 @@ def curve_row(result: dict[str, Any], budget: Budget) -> dict[str, float]:
         "seconds": round(budget.seconds, 2),
         "steps_per_second": round(found["num_env_steps_sampled"] / result["time_this_iter_s"]),
     }
-    means = {"return": found.get("episode_return_mean", math.nan), **{name: found.get(name, math.nan) for name in SIGNALS}}
-    return row | {name: round(float(mean), 4) for name, mean in means.items() if math.isfinite(mean)}
+    means = {"return": found.get("episode_return_mean"), **{name: found.get(name) for name in SIGNALS}}
+    # No episode may have ended.
+    return row | {name: round(float(mean), 4) for name, mean in means.items() if mean is not None and mean == mean}
 
 
 def parser() -> argparse.ArgumentParser:
@@ -172,8 +170,11 @@ def parser() -> argparse.ArgumentParser:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Runs the command; 0 when the budget has been used up, 130 when it was stopped."""
+    """Runs the command; 0 when the budget has been used up, 130 when it was stopped, 2 without RLlib."""
     args = parser().parse_args(arguments)
+    if find_spec("ray") is None or find_spec("ray.rllib") is None:
+        print("RLlib is not installed: pip install 'snake_env[rllib]'", file=sys.stderr)
+        return 2
     args.num_threads = args.runner_threads or args.num_threads
     import ray
 
