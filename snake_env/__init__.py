@@ -11,7 +11,7 @@ except ImportError as error:
     raise ImportError("snake_env's compiled core cannot be loaded: run `make build` in the repository") from error
 
 from snake_env import minimal
-from snake_env.config import PD, Gait, Integrator, IOLinearizing, Noise, Randomization, Robot, Scene, Start
+from snake_env.config import PD, Gait, Integrator, IOLinearizing, Noise, Randomization, Robot, Scene, Start, Stribeck
 from snake_env.env import SnakeEnv
 from snake_env.errors import ConfigError, DivergenceError
 from snake_env.registration import register
@@ -33,6 +33,7 @@ __all__ = [
     "SnakeEnv",
     "SnakeVectorEnv",
     "Start",
+    "Stribeck",
     "Trajectory",
     "minimal",
     "simulate",

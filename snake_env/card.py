@@ -68,6 +68,8 @@ ARGUMENTS = {
     "`snake_env.Randomization`, with ranges and units at the end of this page",
     "friction": "Coulomb coefficients along and across a link, 0 to 10; null: the task's own, (0.2, 0.5) for "
     '"maze" and for the planar robot on "free", and (0.2, 0.2) otherwise',
+    "stribeck": "how friction falls in sliding: `drop`, the share that is lost, 0 to 1, and `speed`, at which half of "
+    "that is lost [m/s]; the planar model alone",
     "controller": 'joint controller: "pd", or in the plane "io" (input-output linearising, critically damped with K_D '
     "= 0.5 / T for T a tenth of the control period; both with a limit of 10 N m), or the fields of "
     "`snake_env.PD` or `snake_env.IOLinearizing` with their `law`",
@@ -133,9 +135,12 @@ default; `snake_env.Randomization.thesis()` is a choice of everything at once.
 | `reference_delay` | (0, 0) | 0 to 10, at most 100 periods | s | time from an action to its effect, in whole periods |
 | `noise` | zeros | >= 0 | | amplitudes of uniform noise on the observation, drawn each step (Table 7.4) |
 | `peg_error` | 0 | 0 to 1 | m | largest error of a located peg's position, the same for an episode |
+| `free_play` | (0, 0) | 0 to pi/2 | rad | free play of the joints, beyond the robot's own |
+| `stribeck` | (0, 0) | 0 to 1 | 1 | share of friction that is lost in sliding, beyond the ground's own |
 
-The start pose is randomised by `start_jitter`. Free play of the joints and the Stribeck effect are not modelled.
-Factors on the robot need the integrator's method "implicit" or "adaptive".
+The start pose is randomised by `start_jitter`.
+Factors on the robot, free play and the Stribeck effect need the planar model and the integrator's method "implicit" or
+"adaptive", free play also a PD controller. `joint_angle` is the joint's, not the motor's.
 
 ## Version history
 

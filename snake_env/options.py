@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import TypedDict
 
-from snake_env.config import PD, Integrator, IOLinearizing, PerLink, Randomization, Robot
+from snake_env.config import PD, Integrator, IOLinearizing, PerLink, Randomization, Robot, Stribeck
 
 RewardFn: TypeAlias = Callable[[dict[str, NDArray[Any]], NDArray[np.float32], NDArray[np.float32]], NDArray[np.float64]]
 """``reward_fn(signals, action, previous_action)`` for m robots at once -> (m,) rewards.
@@ -41,6 +41,7 @@ class TaskOptions(TypedDict, total=False):
     perturbation: Mapping[str, Any]
     randomization: Randomization | Mapping[str, Any]
     friction: tuple[float, float] | None
+    stribeck: Stribeck | Mapping[str, float]
     controller: PD | IOLinearizing | str | Mapping[str, Any]
     integrator: Integrator | Mapping[str, Any]
     robot: Robot | Mapping[str, int | PerLink]

@@ -108,6 +108,8 @@ def _among_pegs(config: dict[str, Any], scene: Scene, controller: PD | IOLineari
 def _minimal(config: dict[str, Any], scene: Scene, controller: Any, noise: Any, seed: int) -> Trajectory:
     if scene.obstacles:
         raise ConfigError("scene.obstacles", f"{len(scene.obstacles)} pegs", 'none: the model "minimal" has no pegs')
+    if scene.stribeck.drop:
+        raise ConfigError("scene.stribeck.drop", scene.stribeck.drop, '0, or model="planar"')
     if controller is None:
         controller = PD(**ROBOT_MODEL_GAINS)
     if not isinstance(controller, IOLinearizing):

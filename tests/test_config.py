@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import snake_env
-from snake_env import PD, ConfigError, Gait, Integrator, IOLinearizing, Noise, Robot, Scene, Start, _native
+from snake_env import PD, ConfigError, Gait, Integrator, IOLinearizing, Noise, Robot, Scene, Start, Stribeck, _native
 
 NAN, INF = float("nan"), float("inf")
 
@@ -20,6 +20,10 @@ SECTIONS = [
         for name in ("length", "radius", "mass", "inertia", "roll_inertia")
     ],
     (Robot, "contact_half_length", [-1e-9, NAN, [0.1] * 12, "x"]),
+    (Robot, "free_play", [-0.1, 2.0, NAN, "x", None, [0.0] * 10]),
+    (Stribeck, "drop", [-0.1, 1.1, NAN, "x", None]),
+    (Stribeck, "speed", [0.0, -1.0, NAN, INF, "x", None]),
+    (Scene, "stribeck", [0.3, None, "x", {"drop": 0.3}]),
     (Robot, "gravity", [0.0, -9.81, NAN, INF, "x", [9.81] * 11]),
     (
         Scene,
@@ -91,6 +95,8 @@ BAD_SPATIAL = [
     ({"controller": IOLinearizing()}, "controller"),
     ({"scene": Scene(viscous=(0.1, 0.1))}, "scene.viscous"),
     ({"scene": Scene(friction_law="arctan")}, "scene.friction_law"),
+    ({"scene": Scene(stribeck=Stribeck(drop=0.1))}, "scene.stribeck.drop"),
+    ({"robot": Robot(free_play=0.1)}, "robot.free_play"),
     ({"gait": Gait(amplitude=1.5, gamma=0.1)}, "gait.amplitude"),
     ({"gait": Gait(vertical_amplitude=-1.6)}, "gait.vertical_amplitude"),
     ({"start": Start(position=(1.0,))}, "start.position"),
@@ -140,6 +146,10 @@ BAD_SPATIAL = [
         ({"model": "minimal", "noise": 0.1}, "noise"),
         ({"model": "minimal", "scene": Scene.preset("table-7.5")}, "scene.obstacles"),
         ({"model": "minimal", "controller": Gait()}, "controller"),
+        ({"model": "minimal", "scene": Scene(stribeck=Stribeck(drop=0.1))}, "scene.stribeck.drop"),
+        ({"model": "minimal", "robot": Robot(free_play=0.1)}, "robot.free_play"),
+        ({"integrator": THESIS, "robot": Robot(free_play=0.1)}, "robot.free_play"),
+        ({"controller": IOLinearizing(), "robot": Robot(free_play=0.1)}, "robot.free_play"),
         (
             {"model": "minimal", "friction_law": "arctan", "integrator": Integrator(method="thesis")},
             "integrator.method",

@@ -11,7 +11,7 @@ from snake_env.config.integrator import Integrator
 from snake_env.config.noise import Noise
 from snake_env.config.randomization import Randomization
 from snake_env.config.robot import PerLink, Robot
-from snake_env.config.scene import Scene
+from snake_env.config.scene import Scene, Stribeck
 from snake_env.config.start import Start
 
 __all__ = [
@@ -25,4 +25,5 @@ __all__ = [
     "Robot",
     "Scene",
     "Start",
+    "Stribeck",
 ]

@@ -30,6 +30,8 @@ class Randomization(Section):
             0 to 10 and at most 100 periods.
         noise: amplitudes of uniform noise on what is observed, drawn anew in each step; see :meth:`Noise.table_7_4`.
         peg_error: largest error of the position of a located peg [m], the same for an episode, 0 to 1.
+        free_play: free play of all joints beyond the robot's own [rad], 0 to pi/2 with it; see :class:`Robot`.
+        stribeck: drop of friction in sliding beyond the ground's own, 0 to 1 with it; see :class:`Stribeck`.
     """
 
     _section = "randomization"
@@ -42,11 +44,14 @@ class Randomization(Section):
     reference_delay: Range = (0.0, 0.0)
     noise: Noise | Mapping[str, float] = dataclasses.field(default_factory=Noise)
     peg_error: float = 0.0
+    free_play: Range = (0.0, 0.0)
+    stribeck: Range = (0.0, 0.0)
 
     @classmethod
     def thesis(cls) -> Randomization:
         """Everything at once: worn varnish, motors that saturate, references at 10 Hz that come 50 to 150 ms late, a
-        tenth of the mass, sensors of (T Table 7.4 b) without its error of 10 cm in position, pegs 1 cm off.
+        tenth of the mass, sensors of (T Table 7.4 b) without its error of 10 cm in position, pegs 1 cm off, joints with
+        3 to 5 degrees of free play, friction that falls by up to 30 % in sliding.
         """
         turn = 0.1 * DEGREE
         return cls(
@@ -58,4 +63,6 @@ class Randomization(Section):
             reference_delay=(0.05, 0.15),
             noise=Noise(heading=turn, joint_angle=turn, velocity=0.1, yaw_rate=turn, joint_rate=turn),
             peg_error=0.01,
+            free_play=(3 * DEGREE, 5 * DEGREE),
+            stribeck=(0.0, 0.3),
         )

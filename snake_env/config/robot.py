@@ -14,7 +14,7 @@ PerLink = float | Sequence[float]
 class Robot(Section):
     """A chain of rigid links; the default is Aiko (T Table 7.1).
 
-    Every quantity but ``links`` and ``gravity`` is one number for all links or a sequence of one a link.
+    Every quantity but ``links``, ``gravity`` and ``free_play`` is one number for all links or a sequence of one a link.
 
     Args:
         links: number of links n >= 2.
@@ -25,6 +25,8 @@ class Robot(Section):
         inertia: moment of inertia about an axis across the link through the CG, Theta_psi [kg m^2], > 0.
         roll_inertia: moment of inertia about the link's centre line, Theta_rho [kg m^2], > 0; the spatial model alone.
         gravity: acceleration of gravity [m/s^2], > 0.
+        free_play: angle by which a joint can turn while its motor stands still (T 7.5.4) [rad], 0 to pi/2; Aiko has 3
+            to 5 degrees. The planar model alone, not with the method "thesis" nor with :class:`IOLinearizing`.
     """
 
     _section = "robot"
@@ -37,3 +39,4 @@ class Robot(Section):
     inertia: PerLink = 1.32e-3
     roll_inertia: PerLink = 9.40e-4
     gravity: float = 9.81
+    free_play: float = 0.0

@@ -14,6 +14,23 @@ from snake_env.errors import ConfigError
 
 
 @dataclass(frozen=True)
+class Stribeck(Section):
+    """The Stribeck effect (T 7.5.4): friction that falls once a link slides, mu (1 - drop v^2 / (v^2 + speed^2)).
+
+    The coefficients of friction are those of a link at rest.
+
+    Args:
+        drop: share of the friction that is lost in fast sliding, 0 to 1; zero switches the effect off.
+        speed: sliding speed at which half of that is lost [m/s], > 0.
+    """
+
+    _section = "stribeck"
+
+    drop: float = 0.0
+    speed: float = 0.02
+
+
+@dataclass(frozen=True)
 class Scene(Section):
     """Circular pegs fixed to the ground, and the ground's friction.
 
@@ -21,6 +38,7 @@ class Scene(Section):
         obstacles: pegs as triples (radius, x, y) [m]; radius > 0.
         friction: Coulomb coefficients along and across a link (mu_x, mu_y), >= 0.
         rolling_friction: coefficient mu_V of the friction that resists rolling (T 4.87), >= 0; the spatial model alone.
+        stribeck: how friction falls in sliding; the planar model alone.
         viscous: viscous coefficients along and across a link (mu_Vx, mu_Vy) [s/m], >= 0; the robot model alone.
         friction_law: "set-valued", the exact Coulomb law; for the robot model also "arctan" (T 6.21), a box, and
             "ellipse", -D^2 v / sqrt(v^T D^2 v + eps^2) with D = diag(friction) times a contact point's normal force.
@@ -33,6 +51,7 @@ class Scene(Section):
     obstacles: Sequence[tuple[float, float, float]] = ()
     friction: tuple[float, float] = (0.2, 0.2)
     rolling_friction: float = 0.02
+    stribeck: Stribeck = Stribeck()
     viscous: tuple[float, float] = (0.0, 0.0)
     friction_law: str = "set-valued"
     smoothing: float = 1e-3
@@ -40,11 +59,13 @@ class Scene(Section):
 
     def __post_init__(self) -> None:
         _checks.choice("scene.course", self.course, [None, *_native.courses()])
+        if not isinstance(self.stribeck, Stribeck):
+            raise ConfigError("scene.stribeck", repr(self.stribeck), "a snake_env.Stribeck")
         super().__post_init__()
         _native.check("ground", encode(self._ground(), self._section))
 
     def _for_core(self) -> dict[str, Any]:
-        names = ("obstacles", "friction", "rolling_friction")
+        names = ("obstacles", "friction", "rolling_friction", "stribeck")
         return {name: getattr(self, name) for name in names}
 
     def _for_planar(self) -> dict[str, Any]:

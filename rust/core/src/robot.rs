@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{ConfigError, non_negative, positive, require};
+use crate::error::{ConfigError, non_negative, positive, require, within};
 
 /// A quantity given once for all links or link by link.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -53,6 +53,8 @@ pub struct RobotConfig {
     pub roll_inertia: PerLink,
     /// Acceleration of gravity \[m/s^2\]; in the plane it enters through the friction bounds.
     pub gravity: f64,
+    /// Free play of a joint, from end to end (T 7.5.4) \[rad\]; the planar model alone.
+    pub free_play: f64,
 }
 
 impl Default for RobotConfig {
@@ -66,6 +68,7 @@ impl Default for RobotConfig {
             inertia: PerLink::Same(1.32e-3),
             roll_inertia: PerLink::Same(9.40e-4),
             gravity: 9.81,
+            free_play: 0.0,
         }
     }
 }
@@ -93,6 +96,7 @@ impl Link {
 pub struct Robot {
     pub links: Vec<Link>,
     pub gravity: f64,
+    pub free_play: f64,
 }
 
 impl Robot {
@@ -117,7 +121,16 @@ impl Robot {
                 roll_inertia: roll_inertia[i],
             })
             .collect();
-        Ok(Self { links, gravity: positive("gravity", config.gravity)? })
+        let gravity = positive("gravity", config.gravity)?;
+        let free_play = within("free_play", config.free_play, 0.0, MOST_PLAY)?;
+        Ok(Self { links, gravity, free_play })
+    }
+
+    /// # Errors
+    /// The joints have free play, which a model does not know.
+    pub fn require_tight_joints(&self, model: &str) -> Result<(), ConfigError> {
+        let expected = format!("0: free play is not offered in the {model} model");
+        require(self.free_play == 0.0, "free_play", self.free_play, &expected)
     }
 
     pub fn link_count(&self) -> usize {
@@ -141,3 +154,6 @@ impl Robot {
 
 /// Upper bound on the number of links: a guard against typing errors, not a limit of the method.
 pub const MAX_LINKS: usize = 10_000;
+
+/// Largest free play, a quarter turn \[rad\].
+pub const MOST_PLAY: f64 = std::f64::consts::FRAC_PI_2;

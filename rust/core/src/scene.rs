@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{ConfigError, finite, non_negative, positive};
+use crate::error::{ConfigError, finite, non_negative, positive, require};
+use crate::laws::Stribeck;
 
 /// A fixed circular obstacle; configured as the triple `[radius, x, y]` of the thesis's tables.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -36,11 +37,13 @@ pub struct SceneConfig {
     pub friction: [f64; 2],
     /// Rolling friction coefficient mu_V (T 4.87); the spatial model alone.
     pub rolling_friction: f64,
+    /// How friction falls in sliding (T 7.5.4); the planar model alone.
+    pub stribeck: Stribeck,
 }
 
 impl Default for SceneConfig {
     fn default() -> Self {
-        Self { obstacles: Vec::new(), friction: [0.2, 0.2], rolling_friction: 0.02 }
+        Self { obstacles: Vec::new(), friction: [0.2, 0.2], rolling_friction: 0.02, stribeck: Stribeck::default() }
     }
 }
 
@@ -50,6 +53,7 @@ pub struct Scene {
     pub pegs: Vec<Peg>,
     pub friction: [f64; 2],
     pub rolling_friction: f64,
+    pub stribeck: Stribeck,
 }
 
 impl Scene {
@@ -64,7 +68,16 @@ impl Scene {
         non_negative("friction[0]", config.friction[0])?;
         non_negative("friction[1]", config.friction[1])?;
         let rolling_friction = non_negative("rolling_friction", config.rolling_friction)?;
-        Ok(Self { pegs: config.obstacles.clone(), friction: config.friction, rolling_friction })
+        let (friction, stribeck) = (config.friction, config.stribeck);
+        stribeck.validate().map_err(|e| e.inside("stribeck"))?;
+        Ok(Self { pegs: config.obstacles.clone(), friction, rolling_friction, stribeck })
+    }
+
+    /// # Errors
+    /// The ground has a Stribeck effect, which a model does not know.
+    pub fn require_constant_friction(&self, model: &str) -> Result<(), ConfigError> {
+        let expected = format!("0: the Stribeck effect is not offered in the {model} model");
+        require(self.stribeck.drop == 0.0, "stribeck.drop", self.stribeck.drop, &expected)
     }
 }
 

@@ -4,8 +4,8 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::gap;
-use crate::control::ControllerConfig;
-use crate::error::ConfigError;
+use crate::control::{ControlLaw, ControllerConfig};
+use crate::error::{ConfigError, require};
 use crate::gait::{JointReference, JointTarget};
 use crate::pegs::PegGrid;
 use crate::planar::{PlanarState, Pose, Twist, assemble_chain, largest_joint_gap};
@@ -42,7 +42,7 @@ impl SimulationState {
     /// Whether this can be a state of a robot of `links` links among `pegs` pegs.
     pub fn fits(&self, links: usize, pegs: usize) -> bool {
         let Self { state, warm_start } = self;
-        let lengths = [state.pose.len(), state.twist.len(), warm_start.friction.len()];
+        let lengths = [state.pose.len(), state.twist.len(), warm_start.friction.len(), warm_start.play.len() + 1];
         lengths.iter().all(|&length| length == links) && warm_start.near.fits(links, pegs)
     }
 }
@@ -108,7 +108,9 @@ impl PlanarSimulation {
         integrator.validate().map_err(|e| e.inside("integrator"))?;
         let body = Body::new(&robot, PegGrid::new(&scene.pegs));
         let joints = robot.joint_count();
+        require_tight(&robot, controller.law, integrator.method).map_err(|e| e.inside("robot"))?;
         let plant = Plant::new(robot, scene.friction, *controller).map_err(|e| e.inside("controller"))?;
+        let plant = plant.on_ground_with(scene.stribeck);
         let scheme = match integrator.method {
             Method::Thesis => Scheme::Thesis(Box::new(Thesis::new(*integrator, &plant))),
             Method::Implicit => Scheme::Implicit(Box::new(Fleet::new(*integrator, &plant, 1))),
@@ -243,6 +245,13 @@ impl PlanarSimulation {
             scheme.clear();
         }
     }
+}
+
+/// Free play takes implicit stages, and a motor that follows a PD law.
+fn require_tight(robot: &Robot, law: ControlLaw, method: Method) -> Result<(), ConfigError> {
+    let can_have_play = method != Method::Thesis && law == ControlLaw::Pd;
+    let expected = "0 with the method \"thesis\" and with an input-output linearising controller";
+    require(can_have_play || robot.free_play == 0.0, "free_play", robot.free_play, expected)
 }
 
 impl StepReport {

@@ -1,9 +1,10 @@
 //! Laws of what differs from robot to robot and from episode to episode.
 
 use snake_core::batch::{Batch, Outputs};
-use snake_core::control::ControllerConfig;
+use snake_core::control::{ControlLaw, ControllerConfig};
 use snake_core::minimal::NoiseConfig;
 use snake_core::robot::{PerLink, RobotConfig};
+use snake_core::stepper::Method;
 use snake_core::task::random::Stream;
 use snake_core::task::signal::COUNT;
 use snake_core::task::*;
@@ -22,6 +23,8 @@ fn everything() -> Randomization {
         reference_delay: [0.05, 0.15],
         noise: NoiseConfig { joint_angle: 0.01, velocity: 0.05, heading: 0.01, ..NoiseConfig::default() },
         peg_error: 0.02,
+        free_play: [0.0, 0.08],
+        stribeck: [0.0, 0.3],
     }
 }
 
@@ -72,6 +75,54 @@ fn a_factor_on_the_torque_limit_is_a_weaker_motor() {
     };
     assert_same_motion(Randomization { torque_limit: [0.2; 2], ..Randomization::default() }, weak);
 }
+
+#[test]
+fn free_play_drawn_is_a_looser_robot() {
+    let loose = |config: &mut EnvConfig| config.robot.free_play = 0.08;
+    assert_same_motion(Randomization { free_play: [0.08; 2], ..Randomization::default() }, loose);
+}
+
+#[test]
+fn a_drop_of_friction_drawn_is_another_ground() {
+    let slippery = |config: &mut EnvConfig| config.stribeck.drop = 0.3;
+    assert_same_motion(Randomization { stribeck: [0.3; 2], ..Randomization::default() }, slippery);
+}
+
+/// What is drawn comes on top, within what there can be, and where the plant can have it.
+#[test]
+fn play_and_drops_that_no_plant_can_have_are_refused_by_name() {
+    let play = Randomization { free_play: [0.0, 0.1], ..Randomization::default() };
+    let drop = Randomization { stribeck: [0.0, 0.5], ..Randomization::default() };
+    let refused = |randomization, change: fn(&mut EnvConfig)| {
+        let mut config = field(randomization);
+        change(&mut config);
+        <Environment>::new(&config).map(drop_result).unwrap_err().field
+    };
+    for change in [
+        (|config| config.controller.law = ControlLaw::Io) as fn(&mut EnvConfig),
+        |config| config.integrator.method = Method::Thesis,
+        |config| config.robot.free_play = 1.5,
+    ] {
+        assert_eq!(refused(play, change), "randomization.free_play");
+    }
+    for change in [(|config| config.stribeck.drop = 0.6) as fn(&mut EnvConfig), |config| {
+        config.integrator.method = Method::Thesis;
+    }] {
+        assert_eq!(refused(drop, change), "randomization.stribeck");
+    }
+    for (change, field) in [
+        ((|config| config.stribeck.drop = 0.1) as fn(&mut EnvConfig), "stribeck.drop"),
+        (|config| config.robot.free_play = 0.1, "robot.free_play"),
+        (|config| config.randomization.free_play = [0.0, 0.1], "randomization.free_play"),
+        (|config| config.randomization.stribeck = [0.0, 0.1], "randomization.stribeck"),
+    ] {
+        let mut config = EnvConfig { model: Model::Spatial, task: Task::Course, ..EnvConfig::default() };
+        change(&mut config);
+        assert_eq!(Environment::<SpatialMachine>::new(&config).map(drop_result).unwrap_err().field, field);
+    }
+}
+
+fn drop_result<M: Machine>(_: Environment<M>) {}
 
 #[test]
 fn a_delay_shifts_the_joint_references_in_time() {

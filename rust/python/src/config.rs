@@ -3,6 +3,7 @@
 use pyo3::prelude::*;
 use snake_core::ConfigError;
 use snake_core::control::ControllerConfig;
+use snake_core::laws::Stribeck;
 use snake_core::minimal::{FeedbackConfig, NoiseConfig};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Scene, SceneConfig};
@@ -27,6 +28,7 @@ pub fn check(section: &str, config_json: &str) -> PyResult<()> {
         "ground" => decode::<GroundConfig>(config_json).and_then(|c| c.validate()),
         "feedback" => decode::<FeedbackConfig>(config_json).and_then(|c| c.validate()),
         "noise" => decode::<NoiseConfig>(config_json).and_then(|c| c.validate()),
+        "stribeck" => decode::<Stribeck>(config_json).and_then(|c| c.validate()),
         "randomization" => decode::<Randomization>(config_json).and_then(|c| c.validate()),
         "integrator" => decode::<IntegratorConfig>(config_json).and_then(|c| c.validate()),
         "gait" => decode::<GaitConfig>(config_json).and_then(|c| c.validate()),

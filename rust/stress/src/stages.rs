@@ -70,7 +70,7 @@ fn add_joints(stage: &mut Stage, random: &mut Stream) {
     let rate = if random.chance(0.5) { 0.0 } else { magnitude(random, 1e-3, 10.0) };
     for _ in 1..stage.links.len() {
         let torque = kp * random.around_zero(error) + kd * random.around_zero(rate);
-        stage.joints.push(StageJoint { drive: c * torque, stiffness: c * (c * kp + kd), limit: c * limit });
+        stage.joints.push(StageJoint { drive: c * torque, stiffness: c * (c * kp + kd), limit: c * limit, slack: 0.0 });
     }
 }
 

@@ -7,11 +7,13 @@ mod disc;
 mod ellipse;
 mod interval;
 mod non_negative;
+mod stribeck;
 
 pub use disc::Disc;
 pub use ellipse::Ellipse;
 pub use interval::Interval;
 pub use non_negative::NonNegative;
+pub use stribeck::{Stribeck, remaining};
 
 /// A closed convex set that contains the origin.
 pub trait ConvexSet {

@@ -60,6 +60,7 @@ impl MinimalSimulation {
     /// Names the section, the field, the value and what is admissible.
     pub fn new(config: &MinimalConfig) -> Result<Self, ConfigError> {
         let robot = Robot::new(&config.robot).map_err(|e| e.inside("robot"))?;
+        robot.require_tight_joints("minimal").map_err(|e| e.inside("robot"))?;
         config.ground.validate().map_err(|e| e.inside("scene"))?;
         config.controller.validate().map_err(|e| e.inside("controller"))?;
         config.integrator.validate().map_err(|e| e.inside("integrator"))?;

@@ -104,7 +104,10 @@ fn judge_drive<T: Real>(
     drive: T,
     certificate: &mut Certificate<T>,
 ) {
-    let law = (joint.drive - joint.stiffness * rate).min(joint.limit).max(-joint.limit);
+    let tight = joint.drive - joint.stiffness * rate;
+    let zero = T::zero();
+    let loose = (tight - joint.slack).max(zero) + (tight + joint.slack).min(zero);
+    let law = loose.min(joint.limit).max(-joint.limit);
     certificate.law = worse(certificate.law, (drive - law).abs() / (link.mass * link.half_length));
 }
 

@@ -25,6 +25,7 @@ impl<T: Real> Stage<T> {
             drive: joint.drive.lane(lane),
             stiffness: joint.stiffness.lane(lane),
             limit: joint.limit.lane(lane),
+            slack: joint.slack.lane(lane),
         }));
         one.contacts.clear();
         one.contacts.extend(self.contacts.iter().filter(|contact| contact.is_in(lane)).map(|contact| StageContact {
@@ -118,6 +119,7 @@ mod tests {
             drive: many(joint.drive),
             stiffness: many(joint.stiffness),
             limit: many(joint.limit),
+            slack: many(joint.slack),
         }));
         stage.contacts.extend(one.contacts.iter().map(|contact| StageContact {
             link: contact.link,

@@ -40,6 +40,9 @@ pub struct JointRow {
     pub drive: f64,
     pub stiffness: f64,
     pub limit: Option<f64>,
+    /// Not written where there is no play.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub slack: f64,
 }
 
 /// [`StageContact`] as a row.
@@ -76,6 +79,7 @@ impl Problem {
             drive: joint.drive,
             stiffness: joint.stiffness,
             limit: joint.limit.is_finite().then_some(joint.limit),
+            slack: joint.slack,
         };
         let contact = |c: &StageContact| ContactRow { link: c.link, direction: c.direction, offset: c.offset };
         let real = stage.contacts.iter().filter(|contact| contact.direction != Twist::zeros());
@@ -122,6 +126,7 @@ impl Problem {
             finite(&field("drive"), joint.drive)?;
             non_negative(&field("stiffness"), joint.stiffness)?;
             joint.limit.map_or(Ok(0.0), |limit| positive(&field("limit"), limit))?;
+            non_negative(&field("slack"), joint.slack)?;
         }
         for (k, contact) in self.contacts.iter().enumerate() {
             let field = |name: &str| format!("contacts[{k}].{name}");
@@ -133,6 +138,10 @@ impl Problem {
         }
         Ok(())
     }
+}
+
+fn is_zero(slack: &f64) -> bool {
+    *slack == 0.0
 }
 
 impl From<&LinkRow> for StageLink {
@@ -150,7 +159,8 @@ impl From<&LinkRow> for StageLink {
 
 impl From<&JointRow> for StageJoint {
     fn from(row: &JointRow) -> Self {
-        Self { drive: row.drive, stiffness: row.stiffness, limit: row.limit.unwrap_or(f64::INFINITY) }
+        let limit = row.limit.unwrap_or(f64::INFINITY);
+        Self { drive: row.drive, stiffness: row.stiffness, limit, slack: row.slack }
     }
 }
 

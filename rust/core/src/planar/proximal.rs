@@ -31,7 +31,8 @@ pub(super) struct ContactTerm<T> {
     value: T,
 }
 
-/// The actuator of one joint, D = clamp(drive - stiffness omega_J), which needs no multiplier.
+/// The actuator of one joint, D = clamp(y - prox_S(y)) with y = drive - stiffness omega_J and S = [-slack, slack], which
+/// needs no multiplier.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct DriveTerm<T> {
     joint: StageJoint<T>,
@@ -203,7 +204,7 @@ impl<T: Real> DriveTerm<T> {
     #[inline(always)]
     pub fn none() -> Self {
         let zero = T::zero();
-        Self::new(&StageJoint { drive: zero, stiffness: zero, limit: zero })
+        Self::new(&StageJoint { drive: zero, stiffness: zero, limit: zero, slack: zero })
     }
 
     /// Moves to the joint rate omega_J; returns the drive's present stiffness.
@@ -222,11 +223,12 @@ impl<T: Real> DriveTerm<T> {
         (-clamp(wanted, self.joint.limit) * change, stiffness * change * change)
     }
 
-    /// The drive without limit, and whether the limit allows it.
+    /// The drive without limit, and whether play and limit let it answer to the rate.
     #[inline(always)]
     fn wanted(&self, rate: T) -> (T, T::Mask) {
-        let wanted = self.joint.drive - self.joint.stiffness * rate;
-        (wanted, wanted.abs().le(self.joint.limit))
+        let tight = self.joint.drive - self.joint.stiffness * rate;
+        let wanted = tight - clamp(tight, self.joint.slack);
+        (wanted, wanted.abs().le(self.joint.limit) & self.joint.slack.le(tight.abs()))
     }
 }
 

@@ -3,7 +3,7 @@
 //! A stage looks for the end velocity u of the inclusion
 //!
 //! `M (u - u_ref) = W_T P_T + W_H P_H + W_J P_J + W_tau D`, `W_J^T u = 0`,
-//! `-W_T^T u in N_{C_T}(P_T)`, `0 <= P_H  _|_  W_H^T u + offset >= 0`, `D = clamp(b - k W_tau^T u)`
+//! `-W_T^T u in N_{C_T}(P_T)`, `0 <= P_H  _|_  W_H^T u + offset >= 0`, `D = clamp(shrink(b - k W_tau^T u))`
 //!
 //! with directions W fixed at the predicted end configuration. It is (T 3.66)-(T 3.72) with the PD
 //! torque taken at the end of the stage, and the optimality condition of a strongly convex problem:
@@ -33,7 +33,8 @@ pub struct StageLink<T = f64> {
     pub friction: Vector2<T>,
 }
 
-/// One joint in a stage: the impulse that drives phi upwards is `clamp(drive - stiffness omega_J)`.
+/// One joint in a stage: the impulse that drives phi upwards is `clamp(shrink(drive - stiffness omega_J))`, where `shrink`
+/// takes up to `slack` off its argument's magnitude.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StageJoint<T = f64> {
     /// b = c (k_P (phi_d - phi_base) + k_D phi_d') \[N m s\].
@@ -42,6 +43,8 @@ pub struct StageJoint<T = f64> {
     pub stiffness: T,
     /// c times the torque limit \[N m s\].
     pub limit: T,
+    /// What free play swallows, `stiffness` times half the play over c; zero without play \[N m s\].
+    pub slack: T,
 }
 
 /// One link-peg contact in a stage. A lane without this contact has direction 0 and offset 1.

@@ -53,6 +53,8 @@ impl SpatialSimulation {
         let robot = Robot::new(robot).map_err(|e| e.inside("robot"))?;
         let scene = Scene::new(scene).map_err(|e| e.inside("scene"))?;
         integrator.validate().map_err(|e| e.inside("integrator"))?;
+        robot.require_tight_joints("spatial").map_err(|e| e.inside("robot"))?;
+        scene.require_constant_friction("spatial").map_err(|e| e.inside("scene"))?;
         let body = SpatialBody::new(&robot, PegGrid::new(&scene.pegs));
         let joints = robot.joint_count();
         let plant = SpatialPlant::new(robot, &scene, *controller).map_err(|e| e.inside("controller"))?;

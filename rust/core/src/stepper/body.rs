@@ -7,7 +7,7 @@ use crate::pegs::PegGrid;
 use crate::planar::{PlanarState, Pose, Twist, assemble_chain};
 use crate::robot::Robot;
 
-use super::{Pace, Tally, Variation};
+use super::{Pace, Plant, Tally, Variation};
 
 /// What one stage hands to the next: forces as a first guess, and which contacts were closed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -15,6 +15,8 @@ pub struct WarmStart {
     /// Friction force on each link in its own frame \[N\].
     pub friction: Vec<Vector2<f64>>,
     pub near: NearPegs,
+    /// Where each joint stands in its free play, phi less the motor's angle \[rad\].
+    pub play: Vec<f64>,
     /// Time since the robot was placed \[s\].
     pub elapsed: f64,
     /// Step control of the adaptive scheme.
@@ -26,6 +28,7 @@ impl WarmStart {
         Self {
             friction: vec![Vector2::zeros(); links],
             near: NearPegs::with_capacity(links),
+            play: vec![0.0; links - 1],
             elapsed: 0.0,
             pace: Pace::default(),
         }
@@ -34,6 +37,7 @@ impl WarmStart {
     pub fn clear(&mut self) {
         self.friction.fill(Vector2::zeros());
         self.near.clear();
+        self.play.fill(0.0);
         self.elapsed = 0.0;
         self.pace = Pace::default();
     }
@@ -83,6 +87,11 @@ impl Body {
         self.tally.clear();
         self.joint_torque.fill(0.0);
         self.diverged = false;
+    }
+
+    /// Free play of the robot's joints \[rad\].
+    pub fn free_play(&self, plant: &Plant) -> f64 {
+        plant.robot.free_play + self.variation.free_play
     }
 
     /// Begins an interval of integration.

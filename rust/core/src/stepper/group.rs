@@ -25,11 +25,13 @@ use crate::math::{Mask, Real};
 use crate::planar::{Heading, Newton, SLACK, Stage, StageSolution};
 
 use super::contacts::Slot;
+use super::free_play::FreePlay;
 use super::hardest::Hardest;
 use super::io_drive::IoDrive;
 use super::lanes::{Lanes, NO_LANES, active, lanes_of, read_lane, set_vector};
 use super::rescue::Rescue;
 use super::stage_kernels::{Extrapolate, LinkConstants, Solve, StageKernels, StageWork};
+use super::weakening::Weakening;
 use super::works::Works;
 use super::{Body, Driven, IntegratorConfig, Plant, Variation};
 
@@ -89,6 +91,8 @@ impl<T: StageKernels> Group<T> {
             gains: [plant.controller.kp, plant.controller.kd].map(T::splat),
             torque_limit: T::splat(f64::INFINITY),
             io: (plant.controller.law == ControlLaw::Io).then(|| IoDrive::new(&plant.robot, plant.friction())),
+            free_play: FreePlay::new(links - 1),
+            weakening: Weakening::new(links, plant.stribeck().speed),
             in_field: false,
             friction_force: vec![Vector2::new(zero, zero); links],
             deviation: zero,
@@ -169,6 +173,8 @@ impl<T: StageKernels> Group<T> {
     /// Gathers states; lanes without a robot repeat the first one.
     fn load<D: Driven>(&mut self, plant: &Plant, fleet: &[D], members: &[usize]) {
         self.load_variations(plant, fleet, members);
+        self.work.free_play.load(plant, fleet, members);
+        self.work.weakening.load(plant, fleet, members);
         self.work.in_field = members.iter().any(|&member| !fleet[member].body().pegs.pegs().is_empty());
         for lane in 0..T::LANES {
             let body = fleet[*members.get(lane).unwrap_or(&members[0])].body();
@@ -213,6 +219,8 @@ impl<T: StageKernels> Group<T> {
         self.work.base.copy_from_slice(&self.start_pose);
         self.work.reference.copy_from_slice(&self.start_twist);
         self.work.guess.copy_from_slice(&self.start_twist);
+        self.work.free_play.begin_step();
+        self.work.weakening.begin_step(&self.start_twist);
         self.closing = NO_LANES;
     }
 
@@ -225,6 +233,7 @@ impl<T: StageKernels> Group<T> {
             elapsed: h - GAMMA * h,
             reference: EXTRAPOLATION,
             guess: 1.0 / GAMMA,
+            slip: 0.5 / (GAMMA * GAMMA),
         });
     }
 
@@ -325,6 +334,7 @@ impl<T: StageKernels> Group<T> {
             let body = fleet[member].body_mut();
             read_lane(&self.work.end, lane, &mut body.state.pose);
             read_lane(&self.work.kept_twist, lane, &mut body.state.twist);
+            self.work.free_play.save(lane, &mut body.warm_start.play);
             body.state.time += h;
             body.sane = arrival.sane.lane(lane);
             body.warm_start.elapsed += h;

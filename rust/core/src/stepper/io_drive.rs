@@ -94,7 +94,7 @@ impl<T: Real> IoDrive<T> {
         for (j, tau) in self.tau.iter().enumerate() {
             let stiffness = k * self.own_inertia[j];
             let drive = c * *tau + stiffness * self.followed[j];
-            joints.push(StageJoint { drive, stiffness, limit: c * at.torque_limit });
+            joints.push(StageJoint { drive, stiffness, limit: c * at.torque_limit, slack: T::zero() });
         }
     }
 

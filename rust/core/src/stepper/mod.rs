@@ -4,6 +4,7 @@ mod body;
 mod config;
 mod contacts;
 mod fleet;
+mod free_play;
 mod group;
 mod hardest;
 mod io_drive;
@@ -15,6 +16,7 @@ mod stage_kernels;
 mod tally;
 mod thesis;
 mod variation;
+mod weakening;
 mod works;
 
 pub use body::{Body, Driven, Scripted, WarmStart};

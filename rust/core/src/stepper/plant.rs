@@ -2,6 +2,7 @@ use nalgebra::Vector2;
 
 use crate::control::ControllerConfig;
 use crate::error::ConfigError;
+use crate::laws::Stribeck;
 use crate::robot::{Link, Robot};
 
 /// Robot, ground and controller: what all robots of a fleet share and no step changes.
@@ -11,6 +12,7 @@ pub struct Plant {
     pub controller: ControllerConfig,
     /// mu_Tx, mu_Ty.
     friction: Vector2<f64>,
+    stribeck: Stribeck,
     smallest_radius: f64,
 }
 
@@ -20,7 +22,18 @@ impl Plant {
     pub fn new(robot: Robot, friction: [f64; 2], controller: ControllerConfig) -> Result<Self, ConfigError> {
         controller.validate()?;
         let smallest_radius = robot.links.iter().map(|link| link.radius).fold(f64::INFINITY, f64::min);
-        Ok(Self { robot, controller, friction: Vector2::from(friction), smallest_radius })
+        let (friction, stribeck) = (Vector2::from(friction), Stribeck::default());
+        Ok(Self { robot, controller, friction, stribeck, smallest_radius })
+    }
+
+    /// The same on ground with this Stribeck effect.
+    #[must_use]
+    pub fn on_ground_with(self, stribeck: Stribeck) -> Self {
+        Self { stribeck, ..self }
+    }
+
+    pub fn stribeck(&self) -> Stribeck {
+        self.stribeck
     }
 
     /// Radius of the thinnest link \[m\].

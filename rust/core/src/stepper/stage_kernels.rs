@@ -9,8 +9,9 @@ use crate::planar::{
     Certificate, Heading, Newton, Outcome, Stage, StageJoint, StageLink, StageSolution, certify, is_sane, travel,
 };
 
+use super::free_play::FreePlay;
 use super::io_drive::{IoDrive, Situation};
-
+use super::weakening::Weakening;
 use super::works::Works;
 
 /// Data of the stage at hand, for as many robots as `T` has lanes.
@@ -34,6 +35,8 @@ pub struct StageWork<T: Real> {
     pub in_field: bool,
     /// Input-output linearisation instead of PD.
     pub io: Option<IoDrive<T>>,
+    pub free_play: FreePlay<T>,
+    pub weakening: Weakening<T>,
     /// Forces of the last stage.
     pub friction_force: Vec<Vector2<T>>,
     pub contact_force: Vec<T>,
@@ -190,6 +193,9 @@ impl<T: Real> Kernel for Keep<'_, T> {
         kept.friction = T::select(solved, works.friction, kept.friction);
         kept.actuator = T::select(solved, works.actuator, kept.actuator);
         kept.positive_actuator = T::select(solved, works.positive_actuator, kept.positive_actuator);
+        if work.free_play.is_any {
+            work.free_play.end_stage(T::splat(work.stage.coefficient), &work.stage.joints, &work.kept_twist);
+        }
     }
 }
 
@@ -246,6 +252,8 @@ pub struct Extrapolate<'a, T: Real> {
     /// Weights of the first stage's change of velocity in the reference and in the guess.
     pub reference: f64,
     pub guess: f64,
+    /// The same in the slip from which friction bounds follow.
+    pub slip: f64,
 }
 
 impl<T: Real> Kernel for Extrapolate<'_, T> {
@@ -260,6 +268,12 @@ impl<T: Real> Kernel for Extrapolate<'_, T> {
             let change = Vector3::new(end.x - u.x, end.y - u.y, end.z - u.z);
             work.reference[i] = add_scaled(u, &change, to_reference);
             work.guess[i] = add_scaled(u, &change, to_guess);
+        }
+        if work.free_play.is_any {
+            work.free_play.extrapolate(to_reference);
+        }
+        if work.weakening.is_any {
+            work.weakening.extrapolate(self.start_twist, &work.kept_twist, T::splat(self.slip));
         }
         let elapsed = T::splat(self.elapsed);
         let StageWork { half_length, kept_twist, base, heading, .. } = work;
@@ -281,6 +295,9 @@ impl<T: Real> StageWork<T> {
                 half_length: self.half_length[i],
                 friction: Vector2::new(link.friction.x * c, link.friction.y * c),
             });
+        }
+        if self.weakening.is_any {
+            self.weakening.weaken(&mut self.stage.links);
         }
     }
 
@@ -313,7 +330,11 @@ impl<T: Real> StageWork<T> {
                 drive: c * (kp * error + kd * *rate),
                 stiffness: c * (c * kp + kd),
                 limit: c * self.torque_limit,
+                slack: T::zero(),
             });
+        }
+        if self.free_play.is_any {
+            self.free_play.loosen(c, kd, &mut self.stage.joints);
         }
     }
 

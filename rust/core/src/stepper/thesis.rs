@@ -128,7 +128,7 @@ impl Thesis {
                 mass: link.mass,
                 inertia: link.inertia,
                 half_length: 0.5 * link.length,
-                friction: plant.friction_force(link) * h,
+                friction: plant.friction_force(link) * h * plant.stribeck().share(u.xy().norm_squared()),
             }
         }));
         let ControllerConfig { kp, kd, .. } = plant.controller;
@@ -142,7 +142,7 @@ impl Thesis {
                 Some(io) => io.tau[j],
                 None => kp * (target.angle - state.joint_angle(j)) + kd * (target.rate - state.joint_rate(j)),
             };
-            StageJoint { drive: h * torque, stiffness: 0.0, limit }
+            StageJoint { drive: h * torque, stiffness: 0.0, limit, slack: 0.0 }
         }));
         stage.contacts.clear();
         for pair in &self.closed {

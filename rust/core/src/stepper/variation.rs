@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-/// Factors on quantities of the plant; one leaves them as they are.
+/// Factors on quantities of the plant, which one leaves as they are, and what comes on top of others.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Variation {
     /// Mass and inertia of all links, and with them the friction bounds.
@@ -12,10 +12,15 @@ pub struct Variation {
     pub friction: Vector2<f64>,
     /// Largest torque of a joint.
     pub torque_limit: f64,
+    /// Free play of the joints beyond the plant's \[rad\].
+    pub free_play: f64,
+    /// Drop of friction in sliding beyond the plant's, see [`crate::laws::Stribeck`].
+    pub stribeck: f64,
 }
 
 impl Default for Variation {
     fn default() -> Self {
-        Self { mass: 1.0, friction: Vector2::new(1.0, 1.0), torque_limit: 1.0 }
+        let friction = Vector2::new(1.0, 1.0);
+        Self { mass: 1.0, friction, torque_limit: 1.0, free_play: 0.0, stribeck: 0.0 }
     }
 }

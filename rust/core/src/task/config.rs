@@ -4,10 +4,11 @@ use std::f64::consts::FRAC_PI_2;
 
 use serde::{Deserialize, Serialize};
 
-use crate::control::ControllerConfig;
+use crate::control::{ControlLaw, ControllerConfig};
 use crate::error::{ConfigError, finite, require, within};
+use crate::laws::Stribeck;
 use crate::robot::{PerLink, RobotConfig};
-use crate::stepper::IntegratorConfig;
+use crate::stepper::{IntegratorConfig, Method};
 
 use super::perturbation::Perturbation;
 use super::randomization::Randomization;
@@ -133,6 +134,8 @@ pub struct EnvConfig {
     pub randomization: Randomization,
     /// Friction coefficients along and across a link; `None`: the task's own.
     pub friction: Option<[f64; 2]>,
+    /// How friction falls in sliding; the planar model alone.
+    pub stribeck: Stribeck,
     pub controller: ControllerConfig,
     pub integrator: IntegratorConfig,
     pub robot: RobotConfig,
@@ -161,6 +164,7 @@ impl Default for EnvConfig {
             perturbation: Perturbation::default(),
             randomization: Randomization::default(),
             friction: None,
+            stribeck: Stribeck::default(),
             controller: ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() },
             integrator: IntegratorConfig::default(),
             robot: RobotConfig::default(),
@@ -193,6 +197,7 @@ impl EnvConfig {
         within("difficulty", self.difficulty, 0.0, 1.0)?;
         within("start_jitter", self.start_jitter, 0.0, 1.0)?;
         self.validate_friction()?;
+        self.validate_discrepancies()?;
         self.validate_weights()?;
         self.validate_course()
     }
@@ -220,6 +225,18 @@ impl EnvConfig {
             within(&format!("friction[{axis}]"), value, 0.0, 10.0)?;
         }
         Ok(())
+    }
+
+    /// Free play and the Stribeck effect, of the configured robot and on top of it.
+    fn validate_discrepancies(&self) -> Result<(), ConfigError> {
+        let is_planar = self.model == Model::Planar;
+        self.stribeck.validate().map_err(|e| e.inside("stribeck"))?;
+        let drop = self.stribeck.drop;
+        require(is_planar || drop == 0.0, "stribeck.drop", drop, "0: not offered in the spatial model")?;
+        // The method "thesis" knows the configured plant alone.
+        let can_vary = is_planar && self.integrator.method != Method::Thesis;
+        let motors = (self.robot.free_play, can_vary && self.controller.law == ControlLaw::Pd);
+        self.randomization.validate_beyond(motors, (drop, can_vary)).map_err(|e| e.inside("randomization"))
     }
 
     fn validate_weights(&self) -> Result<(), ConfigError> {

@@ -46,7 +46,7 @@ impl Machine for PlanarMachine {
     type State = PlanarMachineState;
 
     fn new(config: &EnvConfig) -> Result<Self, ConfigError> {
-        let scene = SceneConfig { friction: config.friction(), ..SceneConfig::default() };
+        let scene = SceneConfig { friction: config.friction(), stribeck: config.stribeck, ..SceneConfig::default() };
         let simulation = PlanarSimulation::new(&config.robot, &scene, &config.controller, &config.integrator)?;
         let robot = simulation.robot();
         let reference = ReferenceGenerator::new(config.action_mode, robot.joint_count(), config.control_period);

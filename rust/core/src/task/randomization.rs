@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, require, within};
 use crate::minimal::NoiseConfig;
+use crate::robot::MOST_PLAY;
 use crate::scene::Peg;
 use crate::stepper::{Method, Variation};
 
@@ -34,6 +35,10 @@ pub struct Randomization {
     pub noise: NoiseConfig,
     /// Largest error of a located peg's position, which stays the same for an episode \[m\].
     pub peg_error: f64,
+    /// Free play of the joints beyond the robot's own \[rad\].
+    pub free_play: [f64; 2],
+    /// Drop of friction in sliding beyond the ground's own, see [`crate::laws::Stribeck`].
+    pub stribeck: [f64; 2],
 }
 
 impl Default for Randomization {
@@ -48,6 +53,8 @@ impl Default for Randomization {
             reference_delay: [0.0, 0.0],
             noise: NoiseConfig::default(),
             peg_error: 0.0,
+            free_play: [0.0, 0.0],
+            stribeck: [0.0, 0.0],
         }
     }
 }
@@ -74,7 +81,8 @@ impl Randomization {
         }
         self.noise.validate().map_err(|e| e.inside("noise"))?;
         within("peg_error", self.peg_error, 0.0, 1.0)?;
-        Ok(())
+        range("free_play", self.free_play, [0.0, MOST_PLAY])?;
+        range("stribeck", self.stribeck, [0.0, 1.0])
     }
 
     /// Checks what depends on the environment.
@@ -98,18 +106,34 @@ impl Randomization {
         require(keeps_plant || knows_many, "mass", format!("{:?}", self.mass), expected)
     }
 
+    /// Checks what comes on top of a plant: free play beyond `play` \[rad\] and a drop of friction beyond `drop`, for a
+    /// plant that can have both if `knows_motors` and `knows_ground`.
+    ///
+    /// # Errors
+    /// Names the field, its value and the admissible range.
+    pub fn validate_beyond(
+        &self,
+        (play, knows_motors): (f64, bool),
+        (drop, knows_ground): (f64, bool),
+    ) -> Result<(), ConfigError> {
+        let planar = "[0, 0] but for the planar model with the method implicit or adaptive";
+        let none = |range: [f64; 2]| range == [0.0, 0.0];
+        let expected = format!("{planar}, and a PD controller");
+        require(knows_motors || none(self.free_play), "free_play", format!("{:?}", self.free_play), &expected)?;
+        require(knows_ground || none(self.stribeck), "stribeck", format!("{:?}", self.stribeck), planar)?;
+        range("free_play", self.free_play, [0.0, MOST_PLAY - play])?;
+        range("stribeck", self.stribeck, [0.0, 1.0 - drop])
+    }
+
     /// Draws an episode's robot; as many numbers whatever the ranges.
     pub fn draw(&self, stream: &mut Stream) -> Drawn {
         let mut factor = |[low, high]: [f64; 2]| stream.uniform(low, high);
         let friction = factor(self.friction);
-        Drawn {
-            variation: Variation {
-                friction: Vector2::new(friction, friction * factor(self.anisotropy)),
-                mass: factor(self.mass),
-                torque_limit: factor(self.torque_limit),
-            },
-            delay: factor(self.reference_delay),
-        }
+        let friction = Vector2::new(friction, friction * factor(self.anisotropy));
+        let (mass, torque_limit) = (factor(self.mass), factor(self.torque_limit));
+        let delay = factor(self.reference_delay);
+        let (free_play, stribeck) = (factor(self.free_play), factor(self.stribeck));
+        Drawn { variation: Variation { friction, mass, torque_limit, free_play, stribeck }, delay }
     }
 
     /// The pegs as the robot takes them to be, each off by a vector uniform in a disc.
@@ -153,6 +177,8 @@ mod tests {
             mass: [0.9, 1.1],
             torque_limit: [0.5, 1.0],
             reference_delay: [0.05, 0.15],
+            free_play: [0.02, 0.1],
+            stribeck: [0.1, 0.4],
             ..Randomization::default()
         };
         let draws: Vec<Drawn> = (0..400).map(|seed| ranges.draw(&mut Stream::new(seed, 0))).collect();
@@ -168,6 +194,8 @@ mod tests {
         spans(|drawn| drawn.variation.mass, ranges.mass);
         spans(|drawn| drawn.variation.torque_limit, ranges.torque_limit);
         spans(|drawn| drawn.delay, ranges.reference_delay);
+        spans(|drawn| drawn.variation.free_play, ranges.free_play);
+        spans(|drawn| drawn.variation.stribeck, ranges.stribeck);
     }
 
     #[test]
@@ -181,6 +209,8 @@ mod tests {
             ("reference_delay", Randomization { reference_delay: [0.0, 6.0], ..good }),
             ("reference_rate", Randomization { reference_rate: Some(21.0), ..good }),
             ("peg_error", Randomization { peg_error: -0.1, ..good }),
+            ("free_play", Randomization { free_play: [0.1, 2.0], ..good }),
+            ("stribeck", Randomization { stribeck: [-0.1, 0.5], ..good }),
         ];
         for (field, randomization) in cases {
             assert_eq!(randomization.validate_for(0.05, Method::Implicit, Model::Planar).unwrap_err().field, field);

@@ -80,7 +80,7 @@ pub fn unstacked(u: &DVector<f64>) -> Vec<Twist> {
 enum Law {
     Friction(Ellipse),
     Contact,
-    Drive { limit: f64 },
+    Drive { limit: f64, swallowed: f64 },
 }
 
 /// The velocity of a stage by block Gauss-Seidel on impulses, to about `accuracy` \[m/s\]; `None` if
@@ -119,8 +119,10 @@ pub fn solve(stage: &Stage, accuracy: f64) -> Option<Vec<Twist>> {
             given += w * joint.drive.clamp(-joint.limit, joint.limit);
             continue;
         }
-        // D = clamp(b - k omega) is omega + (D - b) / k in -N(D): a compliant law in an interval.
-        laws.push((Law::Drive { limit: joint.limit }, columns.len(), 1));
+        // D = clamp(shrink(b - k omega)) is omega + (D - b) / k in -N(D) - (slack / k) sign(D): a compliant law in an
+        // interval, whose force has to grow beyond what play swallows.
+        let swallowed = joint.slack / joint.stiffness;
+        laws.push((Law::Drive { limit: joint.limit, swallowed }, columns.len(), 1));
         columns.push(w);
         offset.push(-joint.drive / joint.stiffness);
         compliance.push(1.0 / joint.stiffness);
@@ -156,7 +158,9 @@ fn gauss_seidel(
                     DVector::from_vec(vec![q.x, q.y])
                 }
                 Law::Contact => wanted.map(|x| x.max(0.0)),
-                Law::Drive { limit } => wanted.map(|x| x.clamp(-limit, *limit)),
+                Law::Drive { limit, swallowed } => {
+                    wanted.map(|x| (x.signum() * (x.abs() - r * swallowed).max(0.0)).clamp(-limit, *limit))
+                }
             };
             let step = &after - &before;
             change = change.max(step.norm() / r);
@@ -215,6 +219,7 @@ pub fn random_stage(kind: Kind, random: &mut Random) -> Stage {
             drive: c * torque,
             stiffness: if kind.stiff { c * (c * gain + 2.0) } else { 0.0 },
             limit: if kind.limited { c * random.between(0.1, 2.0) * lively } else { f64::INFINITY },
+            slack: 0.0,
         });
     }
     for _ in 0..kind.contacts {
@@ -228,4 +233,11 @@ pub fn random_stage(kind: Kind, random: &mut Random) -> Stage {
     }
     stage.contacts.sort_by_key(|contact| contact.link);
     stage
+}
+
+/// Gives the joints free play: what it swallows is up to twice what the drive asks for at rest.
+pub fn loosen(stage: &mut Stage, random: &mut Random) {
+    for joint in stage.joints.iter_mut().filter(|joint| joint.stiffness > 0.0) {
+        joint.slack = random.between(0.0, 2.0) * joint.drive.abs();
+    }
 }

@@ -8,12 +8,14 @@
 //! Stiffnesses are kept in series with a small softness (proximal method of multipliers), so that jammed
 //! stages, whose impulses are not unique or not bounded, leave the linear systems solvable.
 
+mod bend;
 mod disc;
 mod drive;
 mod pair;
 
 use nalgebra::Vector3;
 
+use self::bend::{Bend, is_bent, list_bends};
 use self::disc::Disc;
 use self::drive::Drive;
 use self::pair::Pair;
@@ -55,7 +57,7 @@ pub struct Descent {
 pub struct InteriorPoint {
     friction: Vec<Disc>,
     contact: Vec<Contact>,
-    drive: Vec<Drive>,
+    bends: Vec<Bend>,
     segments: Vec<Segment<f64>>,
     models: Vec<Quadratic<f64>>,
     /// Stiffness of the joint before each link.
@@ -70,7 +72,7 @@ impl InteriorPoint {
         Self {
             friction: vec![Disc::new(); links],
             contact: Vec::with_capacity(crate::contact::PAIRS_PER_LINK * links),
-            drive: vec![Drive::default(); links - 1],
+            bends: Vec::with_capacity(2 * (links - 1)),
             segments: Vec::with_capacity(links),
             models: vec![Quadratic::zero(); links],
             stiffness: vec![0.0; links],
@@ -83,7 +85,7 @@ impl InteriorPoint {
     /// `tolerance` \[m/s\], or no longer falls.
     pub fn solve(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> Descent {
         let energy = stage.energy();
-        self.begin(stage, solution);
+        self.begin(stage, solution, energy);
         let mut descent = Descent { solves: 0, yielding: f64::INFINITY };
         for _ in 0..MAX_CENTRES {
             self.spread(stage, solution, SPREAD * energy + f64::MIN_POSITIVE);
@@ -123,8 +125,9 @@ impl InteriorPoint {
         solves
     }
 
-    fn begin(&mut self, stage: &Stage, solution: &mut StageSolution) {
+    fn begin(&mut self, stage: &Stage, solution: &mut StageSolution, energy: f64) {
         stage.follow_joints(&mut solution.twist);
+        list_bends(stage, energy, &mut self.bends);
         self.segments.clear();
         let mut before = &stage.links[0].heading;
         for link in &stage.links {
@@ -145,10 +148,8 @@ impl InteriorPoint {
         for ((disc, link), u) in self.friction.iter_mut().zip(&stage.links).zip(twist) {
             disc.begin(link, u, mu);
         }
-        for (j, (drive, joint)) in self.drive.iter_mut().zip(&stage.joints).enumerate() {
-            if is_bounded(joint) {
-                *drive = Drive::begin(joint, twist[j + 1].z - twist[j].z, mu);
-            }
+        for Bend { joint, law, drive } in &mut self.bends {
+            *drive = Drive::begin(law, twist[*joint + 1].z - twist[*joint].z, mu);
         }
         for (soft, contact) in self.contact.iter_mut().zip(&stage.contacts) {
             let opening = contact.direction.dot(&twist[contact.link]) + contact.offset;
@@ -161,18 +162,18 @@ impl InteriorPoint {
     /// zero where round-off leaves no direction.
     fn iterate(&mut self, stage: &Stage, solution: &mut StageSolution, mu: f64) -> f64 {
         self.friction.iter_mut().for_each(Disc::aim_affine);
-        self.pairs(stage, Pair::aim_affine);
+        self.pairs(Pair::aim_affine);
         self.find_direction(stage, &solution.twist);
         let affine = self.longest_step(stage).min(1.0);
         let left = self.gap_after(stage, affine) / self.cones(stage) / mu;
         let centering = left.clamp(0.0, 1.0).powi(3).max(1e-6);
         self.friction.iter_mut().for_each(|disc| disc.aim_central(centering * mu));
-        self.pairs(stage, |pair| pair.aim_central(centering * mu));
+        self.pairs(|pair| pair.aim_central(centering * mu));
         self.find_direction(stage, &solution.twist);
         let mut step = self.longest_step(stage);
         if step < SHORT {
             self.friction.iter_mut().for_each(|disc| disc.aim_centre(mu));
-            self.pairs(stage, |pair| pair.aim_centre(mu));
+            self.pairs(|pair| pair.aim_centre(mu));
             self.find_direction(stage, &solution.twist);
             step = self.longest_step(stage);
         }
@@ -196,17 +197,16 @@ impl InteriorPoint {
             }
             self.models[i] = model;
         }
-        for (j, joint) in stage.joints.iter().enumerate() {
+        self.stiffness.fill(0.0);
+        for (j, joint) in stage.joints.iter().enumerate().filter(|(_, joint)| !is_bent(joint)) {
             let rate = twist[j + 1].z - twist[j].z;
-            let (impulse, stiffness) = if is_bounded(joint) {
-                let (change, stiffness) = self.drive[j].linearised(joint, rate);
-                (self.drive[j].impulse(joint) + change, stiffness)
-            } else {
-                ((joint.drive - joint.stiffness * rate).clamp(-joint.limit, joint.limit), joint.stiffness)
-            };
-            self.models[j].gw += impulse;
-            self.models[j + 1].gw -= impulse;
-            self.stiffness[j + 1] = stiffness;
+            let impulse = (joint.drive - joint.stiffness * rate).clamp(-joint.limit, joint.limit);
+            self.add_drive(j, impulse, joint.stiffness);
+        }
+        for k in 0..self.bends.len() {
+            let j = self.bends[k].joint;
+            let (impulse, stiffness) = self.bends[k].linearised(twist[j + 1].z - twist[j].z);
+            self.add_drive(j, impulse, stiffness);
         }
         for (contact, soft) in stage.contacts.iter().zip(&self.contact) {
             let Contact { pair, softness, .. } = soft;
@@ -219,6 +219,12 @@ impl InteriorPoint {
         }
         self.solve_linear_system(stage);
         self.follow(stage, twist);
+    }
+
+    fn add_drive(&mut self, joint: usize, impulse: f64, stiffness: f64) {
+        self.models[joint].gw += impulse;
+        self.models[joint + 1].gw -= impulse;
+        self.stiffness[joint + 1] += stiffness;
     }
 
     fn solve_linear_system(&mut self, stage: &Stage) {
@@ -241,9 +247,9 @@ impl InteriorPoint {
                 disc.follow(link, friction_softness(link), du);
             }
         }
-        for (j, joint) in stage.joints.iter().enumerate().filter(|(_, joint)| is_bounded(joint)) {
-            let (change, stiffness) = self.drive[j].linearised(joint, twist[j + 1].z - twist[j].z);
-            self.drive[j].follow(change - stiffness * (direction[j + 1].z - direction[j].z));
+        for bend in &mut self.bends {
+            let j = bend.joint;
+            bend.follow(twist[j + 1].z - twist[j].z, direction[j + 1].z - direction[j].z);
         }
         for (contact, soft) in stage.contacts.iter().zip(&mut self.contact) {
             let mismatch = soft.mismatch(contact, &twist[contact.link]);
@@ -264,13 +270,13 @@ impl InteriorPoint {
                 disc.advance(link, alpha, u);
             }
         }
-        self.pairs(stage, |pair| pair.advance(alpha));
+        self.pairs(|pair| pair.advance(alpha));
     }
 
     /// Visits the pairs of contacts and bounded drives.
-    fn pairs(&mut self, stage: &Stage, mut visit: impl FnMut(&mut Pair)) {
+    fn pairs(&mut self, mut visit: impl FnMut(&mut Pair)) {
         self.contact.iter_mut().for_each(|contact| visit(&mut contact.pair));
-        for (drive, _) in self.drive.iter_mut().zip(&stage.joints).filter(|(_, joint)| is_bounded(joint)) {
+        for Bend { drive, .. } in &mut self.bends {
             visit(&mut drive.upper);
             visit(&mut drive.lower);
         }
@@ -286,16 +292,15 @@ impl InteriorPoint {
         with: impl Fn(f64, f64) -> f64,
     ) -> f64 {
         let discs = self.friction.iter().zip(&stage.links).filter(|(_, link)| has_friction(link));
-        let drives = self.drive.iter().zip(&stage.joints).filter(|(_, joint)| is_bounded(joint));
+        let drives = self.bends.iter().map(|bend| &bend.drive);
         let figures =
             discs.map(|(disc, _)| of_disc(disc)).chain(self.contact.iter().map(|contact| of_pair(&contact.pair)));
-        figures.chain(drives.flat_map(|(drive, _)| [of_pair(&drive.upper), of_pair(&drive.lower)])).fold(start, with)
+        figures.chain(drives.flat_map(|drive| [of_pair(&drive.upper), of_pair(&drive.lower)])).fold(start, with)
     }
 
     fn cones(&self, stage: &Stage) -> f64 {
         let discs = stage.links.iter().filter(|link| has_friction(link)).count();
-        let drives = stage.joints.iter().filter(|joint| is_bounded(joint)).count();
-        (discs + stage.contacts.len() + 2 * drives).max(1) as f64
+        (discs + stage.contacts.len() + 2 * self.bends.len()).max(1) as f64
     }
 
     fn gap(&self, stage: &Stage) -> f64 {
@@ -327,7 +332,9 @@ impl InteriorPoint {
         }
         for (j, joint) in stage.joints.iter().enumerate() {
             let rate = solution.twist[j + 1].z - solution.twist[j].z;
-            solution.drive[j] = (joint.drive - joint.stiffness * rate).clamp(-joint.limit, joint.limit);
+            let tight = joint.drive - joint.stiffness * rate;
+            let loose = tight - tight.clamp(-joint.slack, joint.slack);
+            solution.drive[j] = loose.clamp(-joint.limit, joint.limit);
         }
         for (impulse, (soft, contact)) in solution.contact.iter_mut().zip(self.contact.iter().zip(&stage.contacts)) {
             // An open contact's impulse is only nearly zero on the central path.
@@ -339,10 +346,6 @@ impl InteriorPoint {
 
 fn has_friction(link: &super::StageLink) -> bool {
     link.friction.x.max(link.friction.y) > 0.0
-}
-
-fn is_bounded(joint: &super::StageJoint) -> bool {
-    joint.stiffness > 0.0 && joint.limit.is_finite()
 }
 
 /// Softness that bounds the stick stiffness by `STIFFEST` masses.
