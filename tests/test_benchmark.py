@@ -3,8 +3,10 @@
 import itertools
 import json
 
+import numpy as np
 import pytest
 
+from snake_env import Scene
 from training import benchmark, benchmark_cells, benchmark_page, bounds, policies, rollout, seeds, tasks
 from training.policies import DEGREE, GaitParameters
 
@@ -100,6 +102,7 @@ def test_the_page_quotes_the_bounds(small, tmp_path):
     benchmark.main([*small, "--out", str(tmp_path)])
     text = (tmp_path / "benchmark.md").read_text()
     assert "cost of transport 0.200" in text
+    assert "0.227 for any that passes" in text
     assert "0.239 for a body" in text
     assert "0.163 m/s for the thesis's gait" in text
     assert "| heading control |" in text
@@ -116,6 +119,26 @@ def test_docs_get_the_same_page_with_their_own_names(small, tmp_path, monkeypatc
 def test_the_no_slip_speed_of_the_thesis_gait_is_that_of_the_errata():
     assert bounds.no_slip_speed(GaitParameters()) == pytest.approx(0.1633, abs=5e-5)
     assert bounds.follow_the_leader_cost(0.2) == pytest.approx(0.239, abs=5e-4)
+
+
+def test_weaving_is_the_length_of_a_taut_string():
+    """Against a string drawn tight numerically between the inflated pegs of a regular course."""
+    along, across, radius, half_width = 0.37, 0.17, 0.12, 0.05
+    pegs = [(radius, along * k, across * (k % 2)) for k in range(3)]
+    rho, x = radius + half_width, np.linspace(0.0, 2 * along, 401)
+    low, high = np.full(401, -9.0), np.full(401, 9.0)
+    for k, (_, centre, y) in enumerate(pegs):
+        near = np.abs(x - centre) < rho
+        rise = np.sqrt(rho**2 - (x[near] - centre) ** 2)
+        (high if k % 2 else low)[near] = y - rise if k % 2 else y + rise
+    string = np.clip(np.zeros(401), low, high)
+    string[[0, 200, 400]] = low[0], high[200], low[400]
+    for _ in range(20_000):
+        string[1:-1] = np.clip(0.5 * (string[:-2] + string[2:]), low[1:-1], high[1:-1])
+        string[200] = high[200]
+    expected = np.hypot(np.diff(string), np.diff(x)).sum() / (2 * along)
+    assert bounds.weaving(Scene(obstacles=pegs), half_width) == pytest.approx(expected, rel=1e-3)
+    assert 1.1 < bounds.weaving() < 1.0 / bounds.straightness(GaitParameters())
 
 
 def test_no_commanded_wave_is_faster_than_the_fastest():

@@ -24,9 +24,10 @@ Printed by `python -m training.benchmark`. {episodes} episodes of each policy in
 trained or tuned on, the same fields for all policies, under the same torque limit; brackets are 95 % bootstrap
 intervals over fields.
 
-Bounds: cost of transport {least:.3f} for any steady planar motion at mu = {mu}, and {leader:.3f} for a body that
-follows the curve of the thesis's gait without slip. Speed without slip: {thesis:.3f} m/s for the thesis's gait,
-{fastest:.3f} m/s for the fastest wave that actions can command.
+Bounds: cost of transport {least:.3f} for any steady planar motion at mu = {mu}, {weaving:.3f} for any that passes the
+pegs of the thesis's course on alternating sides, and {leader:.3f} for a body that follows the curve of the thesis's
+gait without slip. Speed without slip: {thesis:.3f} m/s for the thesis's gait, {fastest:.3f} m/s for the fastest wave
+that actions can command.
 """
 
 
@@ -44,6 +45,7 @@ def write(
         episodes=episodes,
         mu=MU,
         least=bounds.least_cost(MU),
+        weaving=bounds.weaving_cost(MU),
         leader=bounds.follow_the_leader_cost(MU),
         thesis=bounds.no_slip_speed(GaitParameters()),
         fastest=bounds.no_slip_speed(bounds.FASTEST_WAVE),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from snake_env import Robot, Scene
 from training.policies import DEGREE, GaitParameters
 
 LINK_LENGTH = 0.122
@@ -41,6 +42,33 @@ def least_cost(mu: float) -> float:
 def follow_the_leader_cost(mu: float, gait: GaitParameters | None = None) -> float:
     """Cost of transport of a body that follows the curve of a wave without slip: mu times path over way made."""
     return mu / straightness(gait or GaitParameters())
+
+
+def weaving(scene: Scene | None = None, half_width: float | None = None) -> float:
+    """Least length of path over way made of anything that passes successive pegs on alternating sides.
+
+    Between two pegs whose centres are D apart and alpha off the way, a taut string at the distance rho from both runs
+    straight for sqrt(D^2 - 4 rho^2) and along each for rho theta, theta = asin(2 rho / D) - alpha.
+
+    Args:
+        scene: pegs of one radius in the order in which they are passed; None: the course of Table 7.5.
+        half_width: of the robot [m]; None: Aiko's.
+    """
+    radius, x, y = np.array((scene or Scene.preset("table-7.5")).obstacles).T
+    rho = radius[0] + float(np.max(Robot().radius if half_width is None else half_width))
+    along, across = np.diff(x), np.abs(np.diff(y))
+    apart = np.hypot(along, across)
+    theta = np.arcsin(2.0 * rho / apart) - np.arctan2(across, along)
+    return float((np.sqrt(apart**2 - 4.0 * rho**2) + 2.0 * rho * theta).sum() / along.sum())
+
+
+def weaving_cost(mu: float) -> float:
+    """Least cost of transport on the course of Table 7.5 for a robot whose links weave through its pegs.
+
+    As :func:`least_cost`, but the CG of each link, at least half a body's width from every peg, goes a longer way than
+    the robot makes.
+    """
+    return mu * weaving()
 
 
 FASTEST_WAVE = GaitParameters(amplitude=15 * DEGREE, omega=200 * DEGREE, beta=-25 * DEGREE)
