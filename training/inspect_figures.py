@@ -16,7 +16,7 @@ from training.figures import COLOURS
 from training.video import Episode
 from training.watch import push_ahead
 
-HALF_VIEW = (0.95, 0.55)
+HALF_VIEW = (0.95, 0.75)
 """Half of the ground that a frame shows along and across [m]."""
 
 
@@ -24,7 +24,7 @@ def frames(episode: Episode, title: str, count: int, path: Path) -> Path:
     """The robot, the pegs and their forces at equidistant times, the last at the end."""
     chosen = np.linspace(0, len(episode.snapshots) - 1, count + 1).round().astype(int)[1:]
     with drawing.style():
-        drawn, axes = drawing.figure(1, count, 3.0 * count, 2.3)
+        drawn, axes = drawing.figure(1, count, 2.6 * count, 2.5)
         for one, k in zip(axes[0], chosen, strict=True):
             _frame(one, episode.snapshots[k])
         drawn.suptitle(title, fontsize=9)
