@@ -30,7 +30,7 @@ fuzz: build
 bench: build .venv/.peers
 	$(BIN)/python -m training.bench $(BENCH)
 
-# Every scenario at length, about a quarter of an hour; STRESS=--quick takes a minute.
+# Every scenario at length, about twenty minutes on two cores; STRESS=--quick takes a minute.
 stress:
 	cargo run --quiet --release -p snake-stress -- $(STRESS)
 

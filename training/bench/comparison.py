@@ -21,9 +21,21 @@ def render(results: Results, images: str) -> str:
     for scene in scenes:
         name = scene["scene"]
         parts.append(f"### {scene['title'].capitalize()}\n\n![{scene['title']}]({images}/bench-{name}.png)")
-        parts.append(_ratio_table(results, name))
+        parts += [_own_reference(results, name), _ratio_table(results, name)]
         parts.append(_frontier_table(results, name))
-    return "\n\n".join(parts)
+    return "\n\n".join(part for part in parts if part)
+
+
+def _own_reference(results: Results, scene: str) -> str:
+    """What a peer was judged by, if not by our reference."""
+    record = next((r for r in results.of("peer", scene=scene) if "against" in r), None)
+    if record is None:
+        return ""
+    apart, check = (f"{1e3 * record[name]['link6']:.2g}" for name in ("apart", "uncertainty"))
+    return (
+        f"{record['curve']} is judged by {record['against']}, which two fine runs know within {check} mm; link 6 ends "
+        f"{apart} mm from ours."
+    )
 
 
 def _reference_table(scenes: list[Record]) -> str:

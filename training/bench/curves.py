@@ -37,12 +37,13 @@ def points(results: Results, scene: str, whose: str, speed: str = "best", error:
         speed: "speed_alone", "speed_fleet", or "best" of the two.
         error: "link6" or "worst".
     """
-    floor = TRUST * uncertainty(results, scene, error)
+    ours = uncertainty(results, scene, error)
     records = [*results.of("point", scene=scene), *results.of("peer", scene=scene)]
     found = []
     for record in records:
         party = record.get("peer") or record["curve"]
         value = _speed(record, speed)
+        floor = TRUST * (record["uncertainty"][error] if "uncertainty" in record else ours)
         if party.startswith(whose) and record["error"] and record["error"][error] < LOST and value:
             found.append(Point(max(record["error"][error], floor), value, record))
     return found

@@ -13,7 +13,9 @@ from mujoco import rollout
 from mujoco.batch import Batch
 from numpy.typing import NDArray
 
+from training.bench import mujoco_spatial
 from training.bench.mujoco_model import Setup, build, placed
+from training.bench.mujoco_spatial import SpatialSetup
 from training.policies import GaitParameters
 
 Record = dict[str, Any]
@@ -39,9 +41,45 @@ def points(scene: Record, quick: bool, progress: Callable[[str], None]) -> Itera
     """Work-precision of all set-ups on a scene record of ``snake-bench``."""
     scenario = scene["scenario"]
     reference = np.array(scene["reference"]["links"])
+    if in_space(scenario):
+        yield from _points_in_space(scene["scene"], scenario, reference, quick, progress)
+        return
     for setup in setups(bool(scenario["scene"]["obstacles"]), quick):
-        progress(f"{scene['scene']}: MuJoCo, {1e3 * setup.step:g} ms, tolerance {setup.tolerance:g}")
+        progress(_text(scene["scene"], setup))
         yield point(scene["scene"], scenario, reference, setup)
+
+
+def in_space(scenario: Record) -> bool:
+    """Whether a scenario is one of the spatial model: it has a vertical wave."""
+    return "pitch" in scenario
+
+
+def _points_in_space(
+    name: str, scenario: Record, ours: NDArray[np.float64], quick: bool, progress: Callable[[str], None]
+) -> Iterator[Record]:
+    """The same in space, where soft contacts converge to a motion of their own: MuJoCo is judged by that one."""
+    coarse, fine = (_reference(name, scenario, setup, progress) for setup in mujoco_spatial.reference_setups(quick))
+    own = {
+        "uncertainty": _errors(fine, coarse),
+        "apart": _errors(fine, ours),
+        "against": "its own converged run",
+    }
+    for setup in mujoco_spatial.setups(quick):
+        progress(_text(name, setup))
+        yield point(name, scenario, fine, setup) | own
+
+
+def _reference(
+    name: str, scenario: Record, setup: SpatialSetup, progress: Callable[[str], None]
+) -> NDArray[np.float64]:
+    progress(_text(name, setup))
+    run = Run(scenario, setup)
+    run.seconds()
+    return run.positions()
+
+
+def _text(name: str, setup: Setup | SpatialSetup) -> str:
+    return f"{name}: MuJoCo, {1e3 * setup.step:g} ms, tolerance {setup.tolerance:g}"
 
 
 def setups(pegs: bool, quick: bool) -> list[Setup]:
@@ -53,35 +91,44 @@ def setups(pegs: bool, quick: bool) -> list[Setup]:
     return [Setup(step, tol, peg_time, solver) for tol, solver in solvers for peg_time in times for step in STEPS]
 
 
-def point(name: str, scenario: Record, reference: NDArray[np.float64], setup: Setup) -> Record:
+def point(name: str, scenario: Record, reference: NDArray[np.float64], setup: Setup | SpatialSetup) -> Record:
     """Error and speed of one set-up; the speed is the median of the repetitions."""
-    model = build(scenario, setup)
-    run = Run(model, scenario, setup.step)
+    run = Run(scenario, setup)
     seconds = [run.seconds()]
     while len(seconds) < 5 and seconds[0] < SHORT_RUN:
         seconds.append(run.seconds())
-    distance = np.linalg.norm(run.positions() - reference, axis=1)
-    finite = bool(np.isfinite(distance).all())
     return {
         "kind": "peer",
         "peer": "MuJoCo",
         "scene": name,
         "curve": f"MuJoCo {mujoco.__version__}",
         "setup": vars(setup),
-        "error": {"worst": float(distance.max()), "link6": float(distance[MIDDLE])} if finite else None,
+        "error": _errors(run.positions(), reference),
         "speed_alone": scenario["duration"] / statistics.median(seconds),
         "repetitions": len(seconds),
     }
 
 
-class Run:
-    """One run under the gait (T 7.3), inside MuJoCo's own loop: no Python between steps."""
+def _errors(positions: NDArray[np.float64], reference: NDArray[np.float64]) -> dict[str, float] | None:
+    """Distances of the worst link and of link 6 [m]; None of a run that left the finite numbers."""
+    distance = np.linalg.norm(positions - reference, axis=1)
+    finite = bool(np.isfinite(distance).all())
+    return {"worst": float(distance.max()), "link6": float(distance[MIDDLE])} if finite else None
 
-    def __init__(self, model: mujoco.MjModel, scenario: Record, step: float) -> None:
-        self._model = model
-        self._data = placed(model, scenario)
-        self._start = state_of(model, self._data)
-        self._control = servo_targets(step, round(scenario["duration"] / step), model.nu)
+
+class Run:
+    """One run under the scenario's gait, inside MuJoCo's own loop: no Python between steps."""
+
+    def __init__(self, scenario: Record, setup: Setup | SpatialSetup) -> None:
+        if isinstance(setup, SpatialSetup):
+            self._model, self._coordinates = mujoco_spatial.build(scenario, setup), 3
+            self._data = mujoco_spatial.placed(self._model, scenario)
+            self._control = mujoco_spatial.servo_targets(scenario, setup.step)
+        else:
+            self._model, self._coordinates = build(scenario, setup), 2
+            self._data = placed(self._model, scenario)
+            self._control = servo_targets(setup.step, round(scenario["duration"] / setup.step), self._model.nu)
+        self._start = state_of(self._model, self._data)
         self._end = self._start
 
     def seconds(self) -> float:
@@ -93,10 +140,10 @@ class Run:
         return spent
 
     def positions(self) -> NDArray[np.float64]:
-        """CGs of the links (n, 2) at the end of the last run [m]."""
+        """CGs of the links (n, 2), in space (n, 3), at the end of the last run [m]."""
         mujoco.mj_setState(self._model, self._data, self._end, STATE)
         mujoco.mj_kinematics(self._model, self._data)
-        return self._data.xipos[1:, :2].copy()
+        return self._data.xipos[1:, : self._coordinates].copy()
 
 
 def state_of(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
