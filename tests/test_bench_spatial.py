@@ -56,7 +56,7 @@ def test_two_hinges_are_our_cardan_joint():
     mujoco.mj_kinematics(model, data)
     start = Start(position=(0.0, 0.0, 1.0), posture=[tuple(pair) for pair in posture], roll=0.0)
     run = snake_env.simulate("spatial", start=start, duration=1e-4, sample=1e-4)
-    np.testing.assert_allclose(data.xipos[1:] + [0.0, 0.0, 1.0 - 0.0525], run.position[0], atol=1e-12)
+    np.testing.assert_allclose(np.add(data.xipos[1:], [0.0, 0.0, 1.0 - 0.0525]), run.position[0], atol=1e-12)
     np.testing.assert_allclose(data.qvel, 0.0)
     np.testing.assert_allclose(model.body_mass[1:], 7.5 / 11)
 

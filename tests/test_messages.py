@@ -8,10 +8,10 @@ import shutil
 import subprocess
 import sys
 import warnings
+from importlib import import_module
 from pathlib import Path
 
 import pytest
-from conftest import run_python
 
 import snake_env
 from snake_env import ConfigError, Integrator, SnakeVectorEnv, Start
@@ -75,17 +75,16 @@ def test_missed_solves_are_reported_once_with_their_number_and_a_remedy():
         assert snake_env.simulate(duration=0.5).misses.sum() == 0
 
 
-def test_the_help_of_the_ray_learner_needs_no_ray():
+def test_the_ray_learner_explains_itself_without_ray(monkeypatch, capsys):
     pytest.importorskip("torch")
-    code = """
-        import sys
-        sys.modules["ray"] = None
-        from training import ppo_ray
-        print(ppo_ray.parser().format_help(), ppo_ray.main([]))
-    """
-    told = run_python(code)
-    assert "--workers" in told
-    assert told.endswith(" 2")
+    monkeypatch.setitem(sys.modules, "ray", None)
+    monkeypatch.delitem(sys.modules, "training.ppo_ray", raising=False)
+    ppo_ray = import_module("training.ppo_ray")
+    with pytest.raises(SystemExit, match="0"):
+        ppo_ray.main(["--help"])
+    assert "--workers" in capsys.readouterr().out
+    assert ppo_ray.main([]) == 2
+    assert "pip install 'snake_env[ray]'" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("what", ["option", "networks"])
