@@ -42,8 +42,11 @@ impl SimulationState {
     /// Whether this can be a state of a robot of `links` links among `pegs` pegs.
     pub fn fits(&self, links: usize, pegs: usize) -> bool {
         let Self { state, warm_start } = self;
-        let lengths = [state.pose.len(), state.twist.len(), warm_start.friction.len(), warm_start.play.len() + 1];
-        lengths.iter().all(|&length| length == links) && warm_start.near.fits(links, pegs)
+        let of_links = [state.pose.len(), state.twist.len(), warm_start.friction.len()];
+        let of_joints = [warm_start.joint_torque.len(), warm_start.play.len()];
+        of_links.iter().all(|&length| length == links)
+            && of_joints.iter().all(|&length| length == links - 1)
+            && warm_start.near.fits(links, pegs)
     }
 }
 
@@ -186,7 +189,7 @@ impl PlanarSimulation {
 
     /// tau_C of each joint in the last step, thesis sign (T 3.51) \[N m\].
     pub fn joint_torque(&self) -> &[f64] {
-        &self.body.joint_torque
+        &self.body.warm_start.joint_torque
     }
 
     /// \[J\]

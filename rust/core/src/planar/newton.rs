@@ -12,6 +12,10 @@
 //! along e_y. A pass from head to tail takes the Newton step and asks all laws at its end for force and
 //! stiffness; a pass from tail to head eliminates the chain.
 //!
+//! Impulses foretell better than velocities which contacts stay closed and which drives stay at their limit, so the
+//! first step asks each law on the [piece](Piece) that its last impulse lay on, and is taken in full wherever it leads:
+//! any start will do for the steps that follow.
+//!
 //! At the end of a full step the linearised laws balance exactly, so what is out of balance there is the laws' own
 //! [remainder](Response::remainder). The inner function bends at least like the kinetic energy: the
 //! remainder's norm in M^-1 bounds the distance to its minimum, link by link, and no further solve is needed to know it.
@@ -24,7 +28,7 @@ use nalgebra::{Vector2, Vector3};
 use crate::contact::PAIRS_PER_LINK;
 use crate::math::{Mask, Real, add_scaled, select_into};
 
-use super::proximal::{ContactTerm, DriveTerm, FrictionTerm};
+use super::proximal::{ContactTerm, DriveTerm, FrictionTerm, Piece};
 use super::sweep::{Quadratic, Segment};
 use super::{Heading, Stage, StageLink, StageSolution};
 
@@ -110,11 +114,11 @@ impl<T: Real> Newton<T> {
         let mut outcome = Outcome { iterations: T::zero(), converged: T::Mask::of(|_| false) };
         let mut active = lanes;
         let mut last_error = T::splat(f64::INFINITY);
-        self.respond();
-        for _ in 0..max_iterations {
+        self.respond(Piece::Last);
+        for iteration in 0..max_iterations {
             outcome.iterations += T::select(active, T::splat(1.0), T::zero());
             let descent = self.eliminate();
-            let here = self.descend(descent, active);
+            let here = self.descend(descent, active, iteration > 0);
             // The length of the step as a velocity; `max` would swallow NaN.
             let length = (descent.abs() * self.mobility[0]).sqrt();
             let bound = T::splat(CHAIN) * (here.remainder * self.mobility[0]).sqrt();
@@ -134,7 +138,7 @@ impl<T: Real> Newton<T> {
                     self.stiffen(settled & stubborn & (T::splat(SLOW_GAIN) * last_error).lt(error));
                     last_error = T::select(settled, error, last_error);
                     self.recentre(settled);
-                    self.respond();
+                    self.respond(Piece::Present);
                 }
             }
             if !active.any() {
@@ -166,7 +170,11 @@ impl<T: Real> Newton<T> {
                 inertia: link.inertia,
                 reference: in_frame(&link.heading, &link.reference),
                 friction: FrictionTerm::new(link, &solution.friction[i], T::splat(PENALTY) * link.mass),
-                drive: if i > 0 { DriveTerm::new(&stage.joints[i - 1]) } else { DriveTerm::none() },
+                drive: if i > 0 {
+                    DriveTerm::new(&stage.joints[i - 1], solution.drive[i - 1])
+                } else {
+                    DriveTerm::none()
+                },
                 model: Quadratic::zero(),
                 drive_stiffness: T::zero(),
                 start: twist,
@@ -184,13 +192,13 @@ impl<T: Real> Newton<T> {
         }
     }
 
-    /// One damped Newton step in the given lanes; the slope falls by `descent` at its start.
+    /// One Newton step in the given lanes, `damped` where it overshoots; the slope falls by `descent` at its start.
     #[inline(always)]
-    fn descend(&mut self, descent: T, active: T::Mask) -> Response<T> {
+    fn descend(&mut self, descent: T, active: T::Mask, damped: bool) -> Response<T> {
         self.substitute(active);
-        let full = self.respond();
+        let full = self.respond(Piece::Present);
         let overshoots = active & (T::splat(OVERSHOOT) * descent).lt(full.slope);
-        if !overshoots.any() {
+        if !damped || !overshoots.any() {
             return full;
         }
         let fraction = self.zero_of_slope(T::splat(OVERSHOOT) * descent, overshoots);
@@ -198,14 +206,14 @@ impl<T: Real> Newton<T> {
             let shortened = add_scaled(&link.start, &link.step, fraction);
             select_into(&mut link.twist, overshoots, &shortened);
         }
-        let damped = self.respond();
+        let shortened = self.respond(Piece::Present);
         let remainder = T::select(overshoots, T::splat(f64::INFINITY), full.remainder);
-        Response { remainder, ..damped }
+        Response { remainder, ..shortened }
     }
 
     /// Forces and stiffnesses of all laws at the present twists.
     #[inline(always)]
-    fn respond(&mut self) -> Response<T> {
+    fn respond(&mut self, piece: Piece) -> Response<T> {
         let zero = T::zero();
         let (mut slope, mut forces, mut moments) = (zero, zero, zero);
         let mut contacts = self.contacts.iter_mut().peekable();
@@ -214,7 +222,7 @@ impl<T: Real> Newton<T> {
             let mut model = link.inertia_model();
             link.friction.respond(&link.twist, &mut model);
             while let Some(contact) = contacts.next_if(|contact| contact.link == i) {
-                contact.respond(&link.twist, &mut model);
+                contact.respond(piece, &link.twist, &mut model);
             }
             let expected = link.model.gradient_after(&link.step);
             let (x, y, moment) = (model.gx - expected.x, model.gy - expected.y, model.gw - expected.z);
@@ -222,7 +230,7 @@ impl<T: Real> Newton<T> {
             let (joint_rate, joint_step) = (link.twist.z - omega, link.step.z - change);
             (omega, change) = (link.twist.z, link.step.z);
             let expected = link.drive.value - link.drive_stiffness * joint_step;
-            link.drive_stiffness = link.drive.respond(joint_rate);
+            link.drive_stiffness = link.drive.respond(piece, joint_rate);
             let torque = link.drive.value - expected;
             slope += model.slope_along(&link.step) - link.drive.value * joint_step;
             forces += x * x + y * y;

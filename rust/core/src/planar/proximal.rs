@@ -10,6 +10,13 @@ use crate::math::{Real, dot};
 use super::sweep::Quadratic;
 use super::{StageContact, StageJoint, StageLink};
 
+/// Which smooth piece of a law answers: the one that the last impulses lay on, or the one at the present velocity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Piece {
+    Last,
+    Present,
+}
+
 /// Friction of one link in coordinates in which its ellipse is the unit disc: gamma^ = A gamma with
 /// A = diag(a_x, a_y), the impulse is A p, and p = prox_disc(centre - r gamma^). A zero axis is harmless.
 #[derive(Debug, Clone, Copy)]
@@ -160,10 +167,11 @@ impl<T: Real> ContactTerm<T> {
 
     /// Moves to the twist u and adds gradient and Hessian to `model`.
     #[inline(always)]
-    pub fn respond(&mut self, u: &Vector3<T>, model: &mut Quadratic<T>) {
+    pub fn respond(&mut self, piece: Piece, u: &Vector3<T>, model: &mut Quadratic<T>) {
         let wanted = self.centre - self.penalty * (dot(&self.direction, u) + self.offset);
-        self.value = wanted.max(T::zero());
-        let penalty = T::select(T::zero().lt(wanted), self.penalty, T::zero());
+        let closed = T::zero().lt(if piece == Piece::Last { self.centre } else { wanted });
+        self.value = T::select(closed, wanted, T::zero());
+        let penalty = T::select(closed, self.penalty, T::zero());
         model.add_rank_one(&self.direction, penalty, -self.value);
     }
 
@@ -196,39 +204,44 @@ impl<T: Real> ContactTerm<T> {
 
 impl<T: Real> DriveTerm<T> {
     #[inline(always)]
-    pub fn new(joint: &StageJoint<T>) -> Self {
-        Self { joint: *joint, value: T::zero() }
+    pub fn new(joint: &StageJoint<T>, impulse: T) -> Self {
+        Self { joint: *joint, value: impulse }
     }
 
     /// No actuator at all.
     #[inline(always)]
     pub fn none() -> Self {
         let zero = T::zero();
-        Self::new(&StageJoint { drive: zero, stiffness: zero, limit: zero, slack: zero })
+        Self::new(&StageJoint { drive: zero, stiffness: zero, limit: zero, slack: zero }, zero)
     }
 
     /// Moves to the joint rate omega_J; returns the drive's present stiffness.
     #[inline(always)]
-    pub fn respond(&mut self, rate: T) -> T {
-        let (wanted, free) = self.wanted(rate);
-        self.value = clamp(wanted, self.joint.limit);
-        T::select(free, self.joint.stiffness, T::zero())
+    pub fn respond(&mut self, piece: Piece, rate: T) -> T {
+        let (wanted, answers) = self.wanted(rate);
+        let (asked, within) = match piece {
+            Piece::Last => (self.value, self.value.abs().lt(T::splat(BELOW_LIMIT) * self.joint.limit)),
+            Piece::Present => (wanted, wanted.abs().le(self.joint.limit)),
+        };
+        self.value = T::select(within, wanted, clamp(asked, self.joint.limit));
+        T::select(within & answers, self.joint.stiffness, T::zero())
     }
 
     /// First and second derivative of the law's function at omega_J + alpha change by alpha.
     #[inline(always)]
     pub fn along(&self, rate: T, change: T, alpha: T) -> (T, T) {
-        let (wanted, free) = self.wanted(rate + alpha * change);
+        let (wanted, answers) = self.wanted(rate + alpha * change);
+        let free = answers & wanted.abs().le(self.joint.limit);
         let stiffness = T::select(free, self.joint.stiffness, T::zero());
         (-clamp(wanted, self.joint.limit) * change, stiffness * change * change)
     }
 
-    /// The drive without limit, and whether play and limit let it answer to the rate.
+    /// The drive without limit, and whether the play lets it answer to the rate.
     #[inline(always)]
     fn wanted(&self, rate: T) -> (T, T::Mask) {
         let tight = self.joint.drive - self.joint.stiffness * rate;
         let wanted = tight - clamp(tight, self.joint.slack);
-        (wanted, wanted.abs().le(self.joint.limit) & self.joint.slack.le(tight.abs()))
+        (wanted, self.joint.slack.le(tight.abs()))
     }
 }
 
@@ -242,3 +255,6 @@ fn clamp<T: Real>(x: T, limit: T) -> T {
 fn ratio<T: Real>(p: T, a: T) -> T {
     T::select(T::zero().lt(a), p / a, T::zero())
 }
+
+/// Share of the torque limit up to which the last drive was within it: forces carry round-off from stage to stage.
+const BELOW_LIMIT: f64 = 1.0 - 1e-9;

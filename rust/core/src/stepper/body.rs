@@ -14,6 +14,8 @@ use super::{Pace, Plant, Tally, Variation};
 pub struct WarmStart {
     /// Friction force on each link in its own frame \[N\].
     pub friction: Vec<Vector2<f64>>,
+    /// tau_C of each joint at the end of the last step, thesis sign (T 3.51) \[N m\].
+    pub joint_torque: Vec<f64>,
     pub near: NearPegs,
     /// Where each joint stands in its free play, phi less the motor's angle \[rad\].
     pub play: Vec<f64>,
@@ -27,6 +29,7 @@ impl WarmStart {
     pub fn new(links: usize) -> Self {
         Self {
             friction: vec![Vector2::zeros(); links],
+            joint_torque: vec![0.0; links - 1],
             near: NearPegs::with_capacity(links),
             play: vec![0.0; links - 1],
             elapsed: 0.0,
@@ -36,6 +39,7 @@ impl WarmStart {
 
     pub fn clear(&mut self) {
         self.friction.fill(Vector2::zeros());
+        self.joint_torque.fill(0.0);
         self.near.clear();
         self.play.fill(0.0);
         self.elapsed = 0.0;
@@ -51,8 +55,6 @@ pub struct Body {
     pub warm_start: WarmStart,
     pub variation: Variation,
     pub tally: Tally,
-    /// tau_C of each joint at the end of the last step, thesis sign (T 3.51) \[N m\].
-    pub joint_torque: Vec<f64>,
     /// The state became absurd during the present interval; it is the last good one.
     pub diverged: bool,
     /// Linear solves of the last stage.
@@ -72,7 +74,6 @@ impl Body {
             warm_start: WarmStart::new(links),
             variation: Variation::default(),
             tally: Tally::new(links),
-            joint_torque: vec![0.0; links - 1],
             diverged: false,
             effort: 0,
             sane: true,
@@ -85,7 +86,6 @@ impl Body {
         self.last_good.copy_from(&self.state);
         self.warm_start.clear();
         self.tally.clear();
-        self.joint_torque.fill(0.0);
         self.diverged = false;
     }
 
@@ -115,7 +115,6 @@ impl Body {
             self.last_good.copy_from(&self.state);
             self.warm_start.clear();
             self.tally.clear_works();
-            self.joint_torque.fill(0.0);
             self.sane = true;
             self.diverged = true;
         }

@@ -99,6 +99,7 @@ impl<T: StageKernels> Group<T> {
             kept_twist: rest.clone(),
             kept_drive: vec![zero; links - 1],
             kept_works: Works::none(),
+            drive_torque: vec![zero; links - 1],
             contact_force: Vec::with_capacity(PAIRS_PER_LINK * links),
             stage: Stage::with_capacity(links),
             solution: StageSolution::new(links),
@@ -178,6 +179,9 @@ impl<T: StageKernels> Group<T> {
         self.work.in_field = members.iter().any(|&member| !fleet[member].body().pegs.pegs().is_empty());
         for lane in 0..T::LANES {
             let body = fleet[*members.get(lane).unwrap_or(&members[0])].body();
+            for (lanes, torque) in self.work.drive_torque.iter_mut().zip(&body.warm_start.joint_torque) {
+                lanes.set_lane(lane, -torque);
+            }
             for (i, (q, u)) in body.state.pose.iter().zip(&body.state.twist).enumerate() {
                 set_vector(&mut self.start_pose[i], lane, q);
                 set_vector(&mut self.start_twist[i], lane, u);
@@ -341,7 +345,7 @@ impl<T: StageKernels> Group<T> {
             body.warm_start.near.advance(arrival.travelled.lane(lane));
             body.warm_start.near.end_step(|pair| end_gap(&self.work, lane, pair, plant, &body.pegs));
             body.tally.add_works(&self.work.kept_works, lane, 1.0);
-            for (torque, drive) in body.joint_torque.iter_mut().zip(&self.work.kept_drive) {
+            for (torque, drive) in body.warm_start.joint_torque.iter_mut().zip(&self.work.kept_drive) {
                 *torque = -drive.lane(lane) / self.work.stage.coefficient;
             }
         }

@@ -40,6 +40,7 @@ pub struct StageWork<T: Real> {
     /// Forces of the last stage.
     pub friction_force: Vec<Vector2<T>>,
     pub contact_force: Vec<T>,
+    pub drive_torque: Vec<T>,
     pub stage: Stage<T>,
     pub solution: StageSolution<T>,
     pub newton: Newton<T>,
@@ -241,7 +242,7 @@ impl<T: Real> LinkConstants<T> {
     }
 }
 
-/// Prepares the second stage of the SDIRK from the first: base, reference velocity and guess.
+/// Prepares the second stage of the SDIRK from the first: base, reference velocity, guess and torques.
 pub struct Extrapolate<'a, T: Real> {
     pub work: &'a mut StageWork<T>,
     /// q_A, u_A.
@@ -274,6 +275,10 @@ impl<T: Real> Kernel for Extrapolate<'_, T> {
         }
         if work.weakening.is_any {
             work.weakening.extrapolate(self.start_twist, &work.kept_twist, T::splat(self.slip));
+        }
+        let per_second = T::splat(1.0 / work.stage.coefficient);
+        for (torque, impulse) in work.drive_torque.iter_mut().zip(&work.kept_drive) {
+            *torque = *impulse * per_second;
         }
         let elapsed = T::splat(self.elapsed);
         let StageWork { half_length, kept_twist, base, heading, .. } = work;
@@ -344,6 +349,9 @@ impl<T: Real> StageWork<T> {
         self.solution.twist.copy_from_slice(&self.guess);
         for (impulse, force) in self.solution.friction.iter_mut().zip(&self.friction_force) {
             *impulse = Vector2::new(force.x * c, force.y * c);
+        }
+        for (impulse, torque) in self.solution.drive.iter_mut().zip(&self.drive_torque) {
+            *impulse = *torque * c;
         }
         self.solution.contact.clear();
         for force in &self.contact_force {

@@ -81,14 +81,14 @@ impl Thesis {
     /// One step of length `h`: q_M, active set and directions there, impulsions, q_E, projection.
     fn step<D: Driven>(&mut self, plant: &Plant, robot: &mut D, h: f64) {
         robot.targets(robot.body().state.time, &mut self.targets);
-        let Body { state, pegs, tally, joint_torque, .. } = robot.body_mut();
+        let Body { state, pegs, tally, warm_start, .. } = robot.body_mut();
         self.move_to_midpoint(state, h);
         self.find_closed_contacts(plant, state, pegs);
         self.build_stage(plant, state, pegs, h);
         self.solve(pegs, tally);
         self.move_to_end(plant, state, h);
         self.near.advance(farthest(&plant.robot.links, &self.midpoint, &state.pose));
-        for (torque, drive) in joint_torque.iter_mut().zip(&self.solution.drive) {
+        for (torque, drive) in warm_start.joint_torque.iter_mut().zip(&self.solution.drive) {
             *torque = -drive / h;
         }
     }
