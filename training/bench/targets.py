@@ -64,7 +64,8 @@ def describe(record: Record) -> str:
     """A point's method in few words."""
     if "setup" in record:
         setup = record["setup"]
-        return f"{setup['solver']}, {1e3 * setup['step']:g} ms, tolerance {setup['tolerance']:g}"
+        soft = f", contacts of {1e3 * setup['contact_time']:g} ms" if "contact_time" in setup else ""
+        return f"{setup['solver']}, {1e3 * setup['step']:g} ms, tolerance {setup['tolerance']:g}{soft}"
     return f"{record['curve']}, {1e3 * record['integrator']['step']:g} ms"
 
 
