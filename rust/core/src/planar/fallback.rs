@@ -76,28 +76,30 @@ impl Solvers {
 
     /// Newton's method from near a solution that is not good enough, to a stricter tolerance; keeps the better of both.
     fn polish(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, bool) {
-        let before = self.badness(stage, solution, tolerance);
-        if before <= 1.0 || !before.is_finite() {
+        let (before, residual) = self.badness(stage, solution, tolerance);
+        if before.max(residual) <= 1.0 || !before.is_finite() {
             return (0, before <= 1.0);
         }
         solution.copy_lane(&stage.contacts, 0, &mut self.polished);
         let outcome = self.newton.solve(stage, &mut self.polished, POLISH * tolerance, MAX_POLISH, true);
-        let after = self.badness(stage, &self.polished, tolerance);
-        if after < before {
+        let (after, polished_residual) = self.badness(stage, &self.polished, tolerance);
+        if (after.max(1.0), polished_residual) < (before.max(1.0), residual) {
             self.polished.copy_lane(&stage.contacts, 0, solution);
         }
         (outcome.iterations as u32, before.min(after) <= 1.0)
     }
 
-    /// At most 1 for a solution that is good enough: each law obeyed nearly, and all together by the duality gap.
-    fn badness(&self, stage: &Stage, solution: &StageSolution, tolerance: f64) -> f64 {
+    /// At most 1 for a solution that is good enough: each law obeyed nearly, and all together by the duality gap. And
+    /// the residual in tolerances.
+    fn badness(&self, stage: &Stage, solution: &StageSolution, tolerance: f64) -> (f64, f64) {
         let certificate = certify(stage, solution);
         let lightest = stage.links.iter().map(|link| link.mass).fold(f64::INFINITY, f64::min);
         let enough = (0.5 * lightest * tolerance * tolerance).max(RELATIVE_GAP * self.energy);
         let residual = certificate.residual() / tolerance;
         // Impulses of a jam may be so large that even a small residual leaves more than the gap asked for.
         let badness = (certificate.gap / enough).min(10.0 * residual).max(residual / SLACK);
-        if certificate.gap.is_nan() || residual.is_nan() { f64::INFINITY } else { badness }
+        let is_number = !certificate.gap.is_nan() && !residual.is_nan();
+        (if is_number { badness } else { f64::INFINITY }, residual)
     }
 }
 

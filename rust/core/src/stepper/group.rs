@@ -22,7 +22,7 @@ use crate::contact::PAIRS_PER_LINK;
 use crate::control::ControlLaw;
 use crate::gait::JointTarget;
 use crate::math::{Mask, Real};
-use crate::planar::{Heading, Newton, SLACK, Stage, StageSolution};
+use crate::planar::{Heading, Newton, Stage, StageSolution};
 
 use super::contacts::Slot;
 use super::free_play::FreePlay;
@@ -293,7 +293,7 @@ impl<T: StageKernels> Group<T> {
             }
             let tolerance = self.config.tolerance();
             // The judge has the last word on what the solver takes for solved.
-            let missed = !outcome.converged.lane(lane) || residual.lane(lane) > SLACK * tolerance;
+            let missed = !outcome.converged.lane(lane) || residual.lane(lane) > tolerance;
             match missed.then(|| self.rescue.solve_lane(&mut self.work, lane, tolerance)).flatten() {
                 Some(rescued) => tally.add_rescue(iterations, &rescued),
                 None => tally.add_solve(iterations, missed, residual.lane(lane), certificate.gap.lane(lane)),
