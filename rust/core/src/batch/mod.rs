@@ -206,14 +206,20 @@ impl<M: Formed> Batch<M> {
     }
 }
 
-/// Rows to a chunk: whole registers of eight, enough chunks for all threads to balance their load, and
-/// not more than a cache holds.
+/// Rows to a chunk: whole registers of eight, the same number of chunks for each thread, enough of them to balance the
+/// load where that leaves enough robots to fill the lanes, and not more rows than a cache holds.
 fn rows_per_chunk(rows: usize, threads: usize) -> usize {
-    (rows / (CHUNKS_PER_THREAD * threads)).next_multiple_of(MAX_LANES).clamp(MAX_LANES, LARGEST_CHUNK)
+    let share = rows.div_ceil(threads);
+    let balancing = (share / SMALLEST_SPLIT).min(CHUNKS_PER_THREAD);
+    let chunks = share.div_ceil(LARGEST_CHUNK).max(balancing);
+    share.div_ceil(chunks).next_multiple_of(MAX_LANES)
 }
 
-const CHUNKS_PER_THREAD: usize = 3;
-const LARGEST_CHUNK: usize = 128;
+const CHUNKS_PER_THREAD: usize = 4;
+const LARGEST_CHUNK: usize = 64;
+
+/// Fewer rows than this leave lanes empty where steps are divided.
+const SMALLEST_SPLIT: usize = 32;
 
 /// Guards against typing errors.
 const MAX_ENVS: usize = 1_000_000;
