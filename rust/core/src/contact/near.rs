@@ -33,7 +33,7 @@ impl NearPair {
     }
 }
 
-/// All pairs whose gap may be below a margin; made anew only after the robot moved far enough.
+/// All pairs whose gap may be below a margin, sorted by link; made anew only after the robot moved far enough.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NearPegs {
     pairs: Vec<NearPair>,
@@ -76,9 +76,10 @@ impl NearPegs {
         &mut self.pairs
     }
 
-    /// Whether all pairs are of a robot of `links` links among `pegs` pegs.
+    /// Whether all pairs are of a robot of `links` links among `pegs` pegs, in order.
     pub fn fits(&self, links: usize, pegs: usize) -> bool {
         self.pairs.iter().all(|pair| pair.link < links && pair.peg < pegs)
+            && self.pairs.is_sorted_by_key(|pair| pair.link)
     }
 
     /// Forgets pairs and warm starts.
@@ -132,8 +133,11 @@ impl NearPegs {
                 }
             });
         }
+        let mut known = self.previous.as_slice();
         for pair in &mut self.pairs {
-            if let Some(old) = self.previous.iter().find(|old| old.link == pair.link && old.peg == pair.peg) {
+            known = &known[known.iter().take_while(|old| old.link < pair.link).count()..];
+            let mut of_link = known.iter().take_while(|old| old.link == pair.link);
+            if let Some(old) = of_link.find(|old| old.peg == pair.peg) {
                 *pair = NearPair { clearance: pair.clearance, ..*old };
             }
         }

@@ -126,9 +126,14 @@ fn judge_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certifi
     let half = T::splat(0.5);
     let mut from_before = Vector2::new(zero, zero);
     let last = stage.links.len() - 1;
+    let mut contacts = stage.contacts.iter().zip(&solution.contact).peekable();
     for (i, link) in stage.links.iter().enumerate() {
         let (u, reference) = (&solution.twist[i], &link.reference);
-        let applied = applied_impulse(stage, solution, i);
+        let mut applied = applied_impulse(stage, solution, i);
+        while let Some((contact, &impulse)) = contacts.next_if(|(contact, _)| contact.link == i) {
+            let w = &contact.direction;
+            applied = Vector3::new(applied.x + w.x * impulse, applied.y + w.y * impulse, applied.z + w.z * impulse);
+        }
         let left = Vector2::new(
             applied.x + from_before.x - link.mass * (u.x - reference.x),
             applied.y + from_before.y - link.mass * (u.y - reference.y),
@@ -147,7 +152,7 @@ fn judge_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certifi
     }
 }
 
-/// Friction, contact and actuator impulses on link `i` as (x, y, moment about the CG).
+/// Friction and actuator impulses on link `i` as (x, y, moment about the CG).
 #[inline(always)]
 fn applied_impulse<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: usize) -> Vector3<T> {
     let friction = stage.links[i].heading.to_world(solution.friction[i]);
@@ -158,14 +163,7 @@ fn applied_impulse<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: us
     if i < solution.drive.len() {
         moment -= solution.drive[i];
     }
-    let mut applied = Vector3::new(friction.x, friction.y, moment);
-    for (contact, &impulse) in stage.contacts.iter().zip(&solution.contact) {
-        if contact.link == i {
-            let w = &contact.direction;
-            applied = Vector3::new(applied.x + w.x * impulse, applied.y + w.y * impulse, applied.z + w.z * impulse);
-        }
-    }
-    applied
+    Vector3::new(friction.x, friction.y, moment)
 }
 
 /// The larger of two violations, NaN if either is: no broken solution passes.

@@ -55,11 +55,13 @@ pub fn add_contacts<T: Real>(
     prediction: &Prediction<T>,
 ) {
     let lane = prediction.lane;
+    let mut unused = 0;
     near.visit_within(prediction.lead, prediction.margin, |index, pair| {
         let at_end = prediction.contact(pair);
         if at_end.gap < prediction.margin {
             let (direction, offset) = prediction.plane(pair, &at_end, stage.coefficient);
-            let slot = free_slot(stage, slots, lane, pair.link);
+            let slot = free_slot(stage, slots, unused, lane, pair.link);
+            unused = slot + 1;
             slots[slot].pair[lane] = index as u32;
             let contact = &mut stage.contacts[slot];
             set_vector(&mut contact.direction, lane, &direction);
@@ -108,10 +110,10 @@ impl<T: Real> Prediction<'_, T> {
     }
 }
 
-/// The first slot of link `link` that `lane` has not used yet; slots are sorted by link, so that every
-/// robot's contacts come in the same order alone and among others.
-fn free_slot<T: Real>(stage: &mut Stage<T>, slots: &mut Vec<Slot>, lane: usize, link: usize) -> usize {
-    let mut position = 0;
+/// The first slot of link `link` that `lane` has not used yet, none of which lies before `first`; slots are sorted by
+/// link as pairs are, so that every robot's contacts come in the same order alone and among others.
+fn free_slot<T: Real>(stage: &mut Stage<T>, slots: &mut Vec<Slot>, first: usize, lane: usize, link: usize) -> usize {
+    let mut position = first;
     while position < slots.len() && stage.contacts[position].link <= link {
         if stage.contacts[position].link == link && slots[position].pair(lane).is_none() {
             return position;
