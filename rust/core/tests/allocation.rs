@@ -5,9 +5,12 @@ mod common;
 #[path = "common/requests.rs"]
 mod requests;
 
-use common::{START_FREE, adaptive, aiko, ground, implicit, table_7_5, thesis};
+use common::{START_FREE, adaptive, aiko, build, ground, implicit, posture, table_7_5, thesis};
+use snake_core::control::ControllerConfig;
 use snake_core::gait::Wave;
-use snake_core::scene::START_7_5;
+use snake_core::laws::Stribeck;
+use snake_core::robot::RobotConfig;
+use snake_core::scene::{START_7_5, SceneConfig};
 
 use requests::REQUESTS;
 
@@ -37,5 +40,21 @@ fn a_step_asks_for_no_memory() {
             println!("{name} {place}: {requests} requests in {} steps and {} events", report.steps, report.events);
             assert_eq!(requests, 0, "{name} {place}");
         }
+    }
+}
+
+/// Neither do free play and falling friction.
+#[test]
+fn nor_does_a_step_of_a_loose_robot() {
+    let wave = Wave::default();
+    let robot = RobotConfig { free_play: 0.07, ..RobotConfig::default() };
+    let scene = SceneConfig { stribeck: Stribeck { drop: 0.3, speed: 0.02 }, ..table_7_5() };
+    for integrator in [implicit(1e-2, 1), implicit(1e-2, 2), adaptive(1e-4)] {
+        let mut simulation = build(&robot, &scene, &ControllerConfig::default(), &integrator);
+        simulation.place_chain(START_7_5[0], START_7_5[1], START_7_5[2], &posture(&wave, 10));
+        simulation.advance(0.05, &wave);
+        let before = REQUESTS.get();
+        simulation.advance(1.0, &wave);
+        assert_eq!(REQUESTS.get() - before, 0, "{integrator:?}");
     }
 }

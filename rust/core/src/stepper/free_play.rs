@@ -71,7 +71,7 @@ impl<T: Real> FreePlay<T> {
     pub fn loosen(&self, c: T, kd: T, joints: &mut [StageJoint<T>]) {
         let rate = self.half / c;
         for (joint, e) in joints.iter_mut().zip(&self.base) {
-            joint.drive = joint.drive - kd * *e;
+            joint.drive -= kd * *e;
             joint.slack = joint.stiffness * rate;
         }
     }
