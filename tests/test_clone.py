@@ -103,15 +103,36 @@ def test_a_run_that_begins_as_a_clone_leaves_a_policy_that_moves(tmp_path):
     assert cloned["distance"].mean() > 0.7 * told["distance"].mean() > 0.2
 
 
+def donor(path, mode, observations, actions, hidden=(8, 8)):
+    """A policy with random weights and biases, and its file."""
+    agent = ppo.Agent(observations, actions, hidden, 0.0, None)
+    torch.nn.init.normal_(agent.actor[-1].bias)
+    env = {"action_mode": mode}
+    policy_file.write(path, agent.arrays(), {"env_id": "SnakeField-v0", "env": env})
+    return agent
+
+
 def test_a_policy_trained_before_is_taken_over(tmp_path):
-    donor = ppo.Agent(63, 4, (8,), 0.0, None)
-    policy_file.write(tmp_path / "donor.safetensors", donor.arrays(), {})
-    heir = ppo.Agent(63, 4, (8,), 0.0, None)
-    clone.take_over(heir, tmp_path / "donor.safetensors")
-    observation = torch.rand(5, 63)
-    assert torch.equal(heir.actor(observation), donor.actor(observation))
-    with pytest.raises(ValueError, match=r"clone\.policy = .*donor\.safetensors: expected layers"):
-        clone.take_over(ppo.Agent(63, 4, (9,), 0.0, None), tmp_path / "donor.safetensors")
+    giver = donor(tmp_path / "giver.safetensors", "gait", 63, 4)
+    heir = ppo.Agent(63, 4, (8, 8), 0.0, None)
+    clone.take_over(heir, observations("gait")[1], tmp_path / "giver.safetensors")
+    seen = torch.rand(5, 63)
+    assert torch.equal(heir.actor(seen), giver.actor(seen))
+    with pytest.raises(ValueError, match=r"clone\.policy = .*giver\.safetensors: expected hidden layers \[9, 8\]"):
+        clone.take_over(ppo.Agent(63, 4, (9, 8), 0.0, None), observations("gait")[1], tmp_path / "giver.safetensors")
+
+
+def test_a_policy_of_another_interface_is_taken_over_by_name(tmp_path):
+    """From the wave alone to the wave with offsets: the wave is steered as before, offsets are zero."""
+    giver = donor(tmp_path / "giver.safetensors", "gait", 63, 4)
+    seen, layout = observations("residual")
+    heir = ppo.Agent(seen.shape[1], 14, (8, 8), 0.0, None)
+    clone.take_over(heir, layout, tmp_path / "giver.safetensors")
+    known = clone.observed(observations("gait")[1])
+    places = [clone.observed(layout).index(name) for name in known]
+    acted = heir.actor(torch.from_numpy(seen))
+    torch.testing.assert_close(acted[:, :4], giver.actor(torch.from_numpy(seen[:, places])))
+    assert not acted[:, 4:].any()
 
 
 def test_a_beginning_is_a_controller_of_a_task_or_a_policy():

@@ -70,10 +70,11 @@ def _action_mode(layout: dict[str, Any]) -> str:
 
 def begin(learner: Any, clone: Clone) -> None:
     """Makes the agent of a :class:`training.ppo.Learner` what ``clone`` says, then warms its critic up."""
+    layout = _layout(learner.config.env_id, learner.config.env)
     if clone.policy is not None:
-        take_over(learner.agent, Path(clone.policy))
+        take_over(learner.agent, layout, Path(clone.policy))
     else:
-        imitate(learner, clone)
+        imitate(learner, Expert(clone, layout, learner.config.num_envs), clone)
     for _ in range(clone.critic_rounds):
         learner.collect()
         _, target = learner.targets()
@@ -81,28 +82,66 @@ def begin(learner: Any, clone: Clone) -> None:
         fit(learner.agent.critic, observation, target[:, None], clone.epochs, learner.rng)
 
 
-def take_over(agent: Any, path: Path) -> None:
-    """Gives the actor the weights of a policy file.
+def take_over(agent: Any, layout: dict[str, Any], path: Path) -> None:
+    """Gives the actor the weights of a policy file, input by input and output by output of the same name.
+
+    The file's policy may have sensed and done other things: what only it knows is left out, and what only the agent
+    knows has no weight yet, and as an action the value zero.
+
+    Args:
+        agent: a :class:`training.ppo.Agent`.
+        layout: of its environment.
+        path: the file.
 
     Raises:
-        ValueError: its layers or their sizes are not the agent's.
+        ValueError: its hidden layers are not the agent's.
     """
-    arrays, _ = policy_file.read(path)
+    arrays, run = policy_file.read(path)
     own = {name: array for name, array in agent.arrays().items() if name.startswith("actor.")}
-    sizes = {name: array.shape for name, array in arrays.items() if name.startswith("actor.")}
-    expected = {name: array.shape for name, array in own.items()}
-    if sizes != expected:
-        raise ValueError(f"clone.policy = {path}: expected layers {expected}, found {sizes}")
-    for name, weights in own.items():
-        weights[...] = arrays[name]  # the agent's arrays share their memory with its parameters
+    hidden, expected = (
+        [len(those[name]) for name in sorted(own) if name.endswith("bias")][:-1]
+        for those in ({name: arrays.get(name, np.zeros(0)) for name in own}, own)
+    )
+    if hidden != expected or f"actor.{len(expected) + 1}.bias" in arrays:
+        raise ValueError(f"clone.policy = {path}: expected hidden layers {expected}, found {hidden}")
+    theirs = _layout(run["env_id"], run["env"])
+    inputs, outputs = (_matches(names(layout), names(theirs)) for names in (observed, done))
+    last = len(expected)
+    for name, weights in own.items():  # they share their memory with the agent's parameters
+        given = arrays[name]
+        given = _taken(given.T, inputs).T if name == "actor.0.weight" else given
+        weights[...] = _taken(given, outputs) if name.startswith(f"actor.{last}.") else given
 
 
-def imitate(learner: Any, clone: Clone) -> None:
-    """Teaches the actor a controller's actions along its own way."""
-    config = learner.config
-    env = make_env(config.env_id, 1, 1, **config.env)
-    expert = Expert(clone, env.unwrapped.layout, config.num_envs)
+def observed(layout: dict[str, Any]) -> list[str]:
+    """Names of the elements of an observation."""
+    return [f"{block['name']}: {element}" for block in layout["observation"] for element in block["elements"]]
+
+
+def done(layout: dict[str, Any]) -> list[str]:
+    """Names of the elements of an action."""
+    return [entry["name"] for entry in layout["action"]]
+
+
+def _matches(own: list[str], theirs: list[str]) -> list[int]:
+    """For each name of ours its place in theirs, or -1."""
+    return [theirs.index(name) if name in theirs else -1 for name in own]
+
+
+def _taken(rows: NDArray[np.float32], places: list[int]) -> NDArray[np.float32]:
+    """The rows at these places; zero at -1."""
+    return np.stack([rows[k] if k >= 0 else np.zeros_like(rows[0]) for k in places])
+
+
+def _layout(env_id: str, options: dict[str, Any]) -> dict[str, Any]:
+    env = make_env(env_id, 1, 1, **options)
+    found: dict[str, Any] = env.unwrapped.layout
     env.close()
+    return found
+
+
+def imitate(learner: Any, expert: Expert, clone: Clone) -> None:
+    """Teaches the actor a controller's actions along its own way."""
     seen, told = [], []
     for _ in range(clone.rounds):
         learner.collect()

@@ -69,7 +69,7 @@ class Clone:
     Args:
         controller: name of a scripted controller.
         task: task of the benchmark whose tuned numbers it has.
-        policy: in their place, a file with a policy of the same observations, actions and layers.
+        policy: in their place, a file with a policy of the same hidden layers.
         rounds: rollouts on which the actor learns the controller's actions.
         critic_rounds: rollouts on which the critic alone learns, after that.
         epochs: passes over the samples in each round.
