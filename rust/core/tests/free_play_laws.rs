@@ -40,7 +40,8 @@ fn swinging_pair(robot: &RobotConfig, pd: &ControllerConfig, rate: f64, scheme: 
     simulation
 }
 
-/// Inside the play no torque passes: the motion is that of a robot without motors, bit for bit, until the end is reached.
+/// Inside the play no torque passes: the motion is that of a robot without motors, bit for bit, until the end is
+/// reached.
 #[test]
 fn within_its_play_a_joint_swings_as_if_there_were_no_motor() {
     let rate = 1.0;
@@ -59,10 +60,10 @@ fn within_its_play_a_joint_swings_as_if_there_were_no_motor() {
     }
 }
 
-/// At the end of its play a joint of inertia I = Theta / 2 meets spring and damper of its motor: I x'' = -k_P x - k_D x'
-/// until the torque, which can only push, vanishes. With the roots l_1, l_2 that is at t = 2 ln(l_2 / l_1) / (l_1 - l_2),
-/// and the joint leaves with (l_1 e^(l_1 t) - l_2 e^(l_2 t)) / (l_1 - l_2) of its rate: thrown back at 8.6 % for the thesis's
-/// gains.
+/// At the end of its play a joint of inertia I = Theta / 2 meets spring and damper of its motor: I x'' = -k_P x - k_D
+/// x' until the torque, which can only push, vanishes. With the roots l_1, l_2 that is at t = 2 ln(l_2 / l_1) / (l_1 -
+/// l_2), and the joint leaves with (l_1 e^(l_1 t) - l_2 e^(l_2 t)) / (l_1 - l_2) of its rate: thrown back at 8.6 % for
+/// the thesis's gains.
 #[test]
 fn the_end_of_the_play_throws_a_joint_back_as_its_motor_does() {
     let inertia = 0.5 * 1.32e-3;
@@ -82,8 +83,8 @@ fn the_end_of_the_play_throws_a_joint_back_as_its_motor_does() {
     }
 }
 
-/// With a motor at rest the kinetic energy and that of its spring, k_P phi_m^2 / 2, never grow, however long the steps: the
-/// end of the play is inelastic.
+/// With a motor at rest the kinetic energy and that of its spring, k_P phi_m^2 / 2, never grow, however long the steps:
+/// the end of the play is inelastic.
 #[test]
 fn play_never_creates_energy() {
     for kd in [0.0, 0.02, 2.0] {
@@ -106,8 +107,8 @@ fn play_never_creates_energy() {
     }
 }
 
-/// The two-stage scheme extrapolates over the ends of the play, so a step may create energy of order h^2 that the next one
-/// takes; over a run it is lost all the same.
+/// The two-stage scheme extrapolates over the ends of the play, so a step may create energy of order h^2 that the next
+/// one takes; over a run it is lost all the same.
 #[test]
 fn a_rattling_joint_comes_to_rest_in_the_two_stage_scheme_too() {
     for step in [2e-4, 5e-3, 5e-2] {
@@ -282,8 +283,8 @@ fn a_restored_robot_goes_on_bit_for_bit() {
     assert_eq!(first.state(), second.state());
 }
 
-/// Five degrees of play and friction that loses three tenths at 2 cm/s: steps of 25 ms follow those of 1 ms. Kinks at the
-/// ends of the play and where links come to rest leave more than smooth motion does.
+/// Five degrees of play and friction that loses three tenths at 2 cm/s: steps of 25 ms follow those of 1 ms. Kinks at
+/// the ends of the play and where links come to rest leave more than smooth motion does.
 #[test]
 fn long_steps_follow_short_ones() {
     let stribeck = Stribeck { drop: 0.3, speed: 0.02 };

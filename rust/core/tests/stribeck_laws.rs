@@ -47,9 +47,9 @@ fn the_stopping_distance_lies_between_those_of_both_coefficients() {
     assert!((fast - 1.0 / (1.0 - EFFECT.drop)).abs() < 0.05 && (slow - 1.0).abs() < 0.05, "{fast} {slow}");
 }
 
-/// A sliding body stops where the integral says, along and across its links. Bounds follow from a slip that is known before
-/// the stage; the two-stage scheme keeps its order until the body comes to rest, implicit Euler and the printed scheme
-/// take the speed of a step earlier.
+/// A sliding body stops where the integral says, along and across its links. Bounds follow from a slip that is known
+/// before the stage; the two-stage scheme keeps its order until the body comes to rest, implicit Euler and the printed
+/// scheme take the speed of a step earlier.
 #[test]
 fn a_sliding_robot_stops_where_the_integral_of_the_falling_friction_says() {
     let (v, mu, h) = (0.4, 0.2, 2e-3);

@@ -38,8 +38,8 @@ pub(super) struct ContactTerm<T> {
     value: T,
 }
 
-/// The actuator of one joint, D = clamp(y - prox_S(y)) with y = drive - stiffness omega_J and S = [-slack, slack], which
-/// needs no multiplier.
+/// The actuator of one joint, D = clamp(y - prox_S(y)) with y = drive - stiffness omega_J and S = [-slack, slack],
+/// which needs no multiplier.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct DriveTerm<T> {
     joint: StageJoint<T>,

@@ -33,8 +33,8 @@ pub struct StageLink<T = f64> {
     pub friction: Vector2<T>,
 }
 
-/// One joint in a stage: the impulse that drives phi upwards is `clamp(shrink(drive - stiffness omega_J))`, where `shrink`
-/// takes up to `slack` off its argument's magnitude.
+/// One joint in a stage: the impulse that drives phi upwards is `clamp(shrink(drive - stiffness omega_J))`, where
+/// `shrink` takes up to `slack` off its argument's magnitude.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StageJoint<T = f64> {
     /// b = c (k_P (phi_d - phi_base) + k_D phi_d') \[N m s\].

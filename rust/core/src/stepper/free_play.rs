@@ -1,14 +1,15 @@
 //! Free play between the motors and the joints of a stage's robots (T 7.5.4).
 //!
-//! Behind its gear a motor stands at phi_m, a joint at phi; e = phi - phi_m lies within half the play, `|e| <= d / 2`. Inside
-//! the play no torque passes, at its ends a unilateral one: the torque D on the joint obeys `-D in N_C(e)`, C = \[-d/2, d/2\]. The
-//! motor has no inertia, so D is also what its PD law (T 3.51), at phi_m and within its limit, gives. Over a stage
-//! with e = e_B + c (omega_J - omega_m) both together are one monotone, single-valued law of the joint's rate,
+//! Behind its gear a motor stands at phi_m, a joint at phi; e = phi - phi_m lies within half the play, `|e| <= d / 2`.
+//! Inside the play no torque passes, at its ends a unilateral one: the torque D on the joint obeys `-D in N_C(e)`, C =
+//! \[-d/2, d/2\]. The motor has no inertia, so D is also what its PD law (T 3.51), at phi_m and within its limit,
+//! gives. Over a stage with e = e_B + c (omega_J - omega_m) both together are one monotone, single-valued law of the
+//! joint's rate,
 //!
 //! `D = clamp(y - prox_S(y))`, `y = b - k_D e_B - k omega_J`, `S = [-s, s]`, `s = k d / (2 c)`,
 //!
-//! with b, k and the limit of the tight joint: the play swallows prox_S(y), and at the end `e = -(c / k) prox_S(y)`. Where
-//! D = 0 the motor follows its reference alone. e is all that a robot carries from step to step.
+//! with b, k and the limit of the tight joint: the play swallows prox_S(y), and at the end `e = -(c / k) prox_S(y)`.
+//! Where D = 0 the motor follows its reference alone. e is all that a robot carries from step to step.
 
 use nalgebra::Vector3;
 

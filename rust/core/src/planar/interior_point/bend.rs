@@ -4,8 +4,8 @@ use super::drive::Drive;
 
 /// A joint's law, or one of its two halves, as a bounded drive.
 ///
-/// With free play, `clamp(shrink(y, slack), limit) = clamp(y - slack, 0, limit) + clamp(y + slack, -limit, 0)`: one half for
-/// either end of the play. Each becomes symmetric by half its limit, which the other half takes back.
+/// With free play, `clamp(shrink(y, slack), limit) = clamp(y - slack, 0, limit) + clamp(y + slack, -limit, 0)`: one
+/// half for either end of the play. Each becomes symmetric by half its limit, which the other half takes back.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bend {
     pub joint: usize,
