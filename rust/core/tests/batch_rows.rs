@@ -63,8 +63,8 @@ fn action(seed: usize, step: u64, size: usize) -> impl Iterator<Item = f64> {
 }
 
 /// Rows `first..first + n` of one large imagined batch over 40 steps, resetting rows that end.
-fn trajectory(first: usize, n: usize, threads: usize) -> Vec<Arrays> {
-    let mut batch = Batch::<PlanarMachine>::new(&short_field(), n, threads).unwrap();
+fn trajectory<M: Formed>(config: &EnvConfig, first: usize, n: usize, threads: usize) -> Vec<Arrays> {
+    let mut batch = Batch::<M>::new(config, n, threads).unwrap();
     let mut arrays = Arrays::of(&batch);
     let seeds: Vec<_> = (first..first + n).map(|seed| Some(seed as u64)).collect();
     batch.reset(&vec![true; n], &seeds, arrays.outputs());
@@ -79,20 +79,30 @@ fn trajectory(first: usize, n: usize, threads: usize) -> Vec<Arrays> {
     history
 }
 
-#[test]
-fn results_do_not_depend_on_threads_or_batch_size() {
-    let whole = trajectory(0, 12, 1);
+fn rows_are_alone<M: Formed>(config: &EnvConfig) {
+    let whole = trajectory::<M>(config, 0, 12, 1);
     for threads in [2, 3, 8] {
-        assert!(whole == trajectory(0, 12, threads), "{threads} threads");
+        assert!(whole == trajectory::<M>(config, 0, 12, threads), "{threads} threads");
     }
     for (first, n, threads) in [(0, 1, 1), (5, 1, 1), (3, 7, 2)] {
-        let part = trajectory(first, n, threads);
+        let part = trajectory::<M>(config, first, n, threads);
         for (whole, part) in whole.iter().zip(&part) {
             for row in 0..n {
                 assert!(whole.row(first + row) == part.row(row), "rows {first}..{}, {threads} threads", first + n);
             }
         }
     }
+}
+
+#[test]
+fn results_do_not_depend_on_threads_or_batch_size() {
+    rows_are_alone::<PlanarMachine>(&short_field());
+}
+
+#[test]
+fn spatial_rows_do_not_depend_on_threads_or_batch_size() {
+    let integrator = IntegratorConfig { step: Some(0.025), ..IntegratorConfig::default() };
+    rows_are_alone::<SpatialMachine>(&EnvConfig { model: Model::Spatial, integrator, ..short_field() });
 }
 
 #[test]

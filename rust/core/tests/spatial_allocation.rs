@@ -8,8 +8,10 @@ mod requests;
 #[path = "common/spatial_runs.rs"]
 mod runs;
 
-use common::thesis;
+use common::{table_7_5, thesis};
 use runs::{implicit, on_course, sidewinding, straight, undulation};
+use snake_core::pegs::PegGrid;
+use snake_core::spatial_simulation::{SpatialFleet, SpatialScripted};
 
 use requests::REQUESTS;
 
@@ -27,4 +29,32 @@ fn a_step_asks_for_no_memory() {
             assert_eq!(REQUESTS.get() - before, 0, "{integrator:?}");
         }
     }
+}
+
+/// Robots side by side, of which all but one are among pegs; some steps are divided.
+#[test]
+fn a_step_of_a_fleet_asks_for_no_memory() {
+    let config = implicit(0.025, 2);
+    let start = on_course(&config);
+    let plant = start.plant();
+    let mut robots: Vec<_> = (0..9)
+        .map(|k| {
+            let pegs = PegGrid::new(&table_7_5().obstacles[..k.min(7)]);
+            let mut robot = SpatialScripted::new(
+                &plant.robot,
+                pegs,
+                start.state().pose[0],
+                &[nalgebra::Vector2::zeros(); 10],
+                undulation(),
+            );
+            robot.body.state.copy_from(start.state());
+            robot
+        })
+        .collect();
+    let mut fleet = SpatialFleet::new(config, plant, robots.len());
+    fleet.advance(plant, &mut robots, 0.1, |_| true);
+    let before = REQUESTS.get();
+    fleet.advance(plant, &mut robots, 1.0, |_| true);
+    assert_eq!(REQUESTS.get() - before, 0);
+    assert!(robots.iter().any(|robot| robot.body.tally.events > 0), "no step was divided");
 }

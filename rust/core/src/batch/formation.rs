@@ -1,9 +1,9 @@
 //! How the robots of a chunk are advanced by a control period: side by side where the model can, else one by one.
 
-use std::convert::Infallible;
 use std::fmt::Debug;
 
-use crate::gait::JointTarget;
+use crate::gait::{CardanReference, CardanTarget, JointTarget};
+use crate::spatial_simulation::{SpatialBody, SpatialDriven, SpatialFleet};
 use crate::stepper::{Body, Driven, Fleet, IntegratorConfig, Method};
 use crate::task::{Environment, Machine, PlanarMachine, SpatialMachine};
 
@@ -53,15 +53,35 @@ impl Driven for Row<PlanarMachine> {
     }
 }
 
-/// Each robot advances on its own.
 impl Formed for SpatialMachine {
-    type Formation = Infallible;
+    type Formation = SpatialFleet;
 
-    fn formation(_: &Environment<Self>, _: &IntegratorConfig, _: usize) -> Option<Infallible> {
-        None
+    fn formation(prototype: &Environment<Self>, integrator: &IntegratorConfig, rows: usize) -> Option<SpatialFleet> {
+        let laned = integrator.method == Method::Implicit;
+        laned.then(|| SpatialFleet::new(*integrator, prototype.machine().simulation.plant(), rows))
     }
 
-    fn advance_together(never: &mut Infallible, _: &Environment<Self>, _: &mut [Row<Self>], _: &[bool]) {
-        match *never {}
+    fn advance_together(
+        fleet: &mut SpatialFleet,
+        prototype: &Environment<Self>,
+        rows: &mut [Row<Self>],
+        active: &[bool],
+    ) {
+        let plant = prototype.machine().simulation.plant();
+        fleet.advance(plant, rows, prototype.rules().period, |row| active[row]);
+    }
+}
+
+impl SpatialDriven for Row<SpatialMachine> {
+    fn body(&self) -> &SpatialBody {
+        self.environment.machine().simulation.body()
+    }
+
+    fn body_mut(&mut self) -> &mut SpatialBody {
+        self.environment.machine_mut().simulation.body_mut()
+    }
+
+    fn targets(&self, time: f64, targets: &mut [CardanTarget]) {
+        self.environment.machine().reference.targets(time, targets);
     }
 }

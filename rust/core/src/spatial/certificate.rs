@@ -105,9 +105,9 @@ fn judge_disc<T: Real>(
 fn judge_joint<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, j: usize, certificate: &mut Certificate<T>) {
     let (near, far) = (&stage.links[j], &stage.links[j + 1]);
     let (u, w) = (&solution.twist[j], &solution.twist[j + 1]);
-    let gap = point_velocity(u, &joint_point(near, 1.0)) - point_velocity(w, &joint_point(far, -1.0));
+    let gap = minus(&point_velocity(u, &joint_point(near, 1.0)), &point_velocity(w, &joint_point(far, -1.0)));
     certificate.joint = worse(certificate.joint, scalar(&gap, &gap).sqrt());
-    let relative = w.angular - u.angular;
+    let relative = minus(&w.angular, &u.angular);
     let axes = [near.axes[1], far.axes[0]];
     let twisting = scalar(&vector(&axes[0], &axes[1]), &relative).abs();
     certificate.joint = worse(certificate.joint, twisting * near.half_length);
@@ -129,11 +129,11 @@ fn judge_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certifi
     let last = stage.links.len() - 1;
     for (i, link) in stage.links.iter().enumerate() {
         if i > 0 {
-            moment -= vector(&joint_point(link, 1.0), &force);
+            moment = minus(&moment, &vector(&joint_point(link, 1.0), &force));
         }
         let (own, about_centre) = missing(stage, solution, i);
-        force += own;
-        moment += about_centre;
+        force = plus(&force, &own);
+        moment = plus(&moment, &about_centre);
         if i == last {
             let worst = scalar(&force, &force).sqrt() / link.mass;
             certificate.balance = worse(certificate.balance, worst);
@@ -142,7 +142,7 @@ fn judge_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certifi
             break;
         }
         // About the joint behind the link.
-        moment -= vector(&joint_point(link, 1.0), &force);
+        moment = minus(&moment, &vector(&joint_point(link, 1.0), &force));
         let axes = [link.axes[1], stage.links[i + 1].axes[0]];
         for (axis, drive) in axes.iter().zip(&solution.drive[i]) {
             let left = scalar(axis, &moment) + *drive;
@@ -156,20 +156,21 @@ fn judge_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certifi
 fn missing<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: usize) -> (Vector3<T>, Vector3<T>) {
     let (link, u, t) = (&stage.links[i], &solution.twist[i], &stage.links[i].tangent);
     let spin = (link.roll_inertia - link.inertia) * scalar(&link.axes[2], &u.angular);
-    let mut force = times(&u.linear, link.mass) - link.momentum.linear;
-    let mut moment = times(&u.angular, link.inertia) + times(&link.axes[2], spin) - link.momentum.angular;
+    let mut force = minus(&times(&u.linear, link.mass), &link.momentum.linear);
+    let turning = plus(&times(&u.angular, link.inertia), &times(&link.axes[2], spin));
+    let mut moment = minus(&turning, &link.momentum.angular);
     for end in 0..2 {
         let p = &solution.friction[i][end];
         let impulse = Vector3::new(t.x * p.x - t.y * p.y, t.y * p.x + t.x * p.y, solution.normal[i][end]);
-        force -= impulse;
-        moment -= vector(&lowest_point(link, end), &impulse);
+        force = minus(&force, &impulse);
+        moment = minus(&moment, &vector(&lowest_point(link, end), &impulse));
     }
     let rolling = &solution.rolling[i];
-    moment -= Vector3::new(link.radius * rolling.y, -(link.radius * rolling.x), T::zero());
+    moment = minus(&moment, &Vector3::new(link.radius * rolling.y, -(link.radius * rolling.x), T::zero()));
     for (peg, &impulse) in stage.pegs.iter().zip(&solution.peg) {
         if peg.link == i {
-            force -= times(&peg.direction.linear, impulse);
-            moment -= times(&peg.direction.angular, impulse);
+            force = minus(&force, &times(&peg.direction.linear, impulse));
+            moment = minus(&moment, &times(&peg.direction.angular, impulse));
         }
     }
     (force, moment)
@@ -179,7 +180,9 @@ fn missing<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: usize) -> 
 #[inline(always)]
 fn lowest_point<T: Real>(link: &StageLink<T>, end: usize) -> Vector3<T> {
     let reach = if end == 0 { link.sphere } else { -link.sphere };
-    times(&link.axes[2], reach) - Vector3::new(T::zero(), T::zero(), link.radius)
+    let mut arm = times(&link.axes[2], reach);
+    arm.z -= link.radius;
+    arm
 }
 
 /// From the CG to the joint in front (`side` 1) or behind (-1).
@@ -190,7 +193,7 @@ fn joint_point<T: Real>(link: &StageLink<T>, side: f64) -> Vector3<T> {
 
 #[inline(always)]
 fn point_velocity<T: Real>(u: &Screw<T>, arm: &Vector3<T>) -> Vector3<T> {
-    u.linear + vector(&u.angular, arm)
+    plus(&u.linear, &vector(&u.angular, arm))
 }
 
 #[inline(always)]
@@ -211,6 +214,16 @@ fn vector<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
 #[inline(always)]
 fn times<T: Real>(a: &Vector3<T>, factor: T) -> Vector3<T> {
     Vector3::new(a.x * factor, a.y * factor, a.z * factor)
+}
+
+#[inline(always)]
+fn plus<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
+    Vector3::new(a.x + b.x, a.y + b.y, a.z + b.z)
+}
+
+#[inline(always)]
+fn minus<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
+    Vector3::new(a.x - b.x, a.y - b.y, a.z - b.z)
 }
 
 /// The larger of two violations, NaN if either is: no broken solution passes.

@@ -5,9 +5,9 @@ use nalgebra::{Vector2, Vector3};
 use crate::math::{Mask, Real};
 
 use super::proximal::{ContactTerm, DriveTerm, FrictionTerm, Stiffness, horizontal, select};
-use super::screw::{Screw, scaled};
+use super::screw::{Screw, cross, difference, scaled, sum};
 use super::sweep::{Quadratic, Segment, Symmetric};
-use super::{StageFriction, StageLink};
+use super::{Stage, StageFriction, StageLink, StageSolution};
 
 /// Contact of one end sphere with the ground.
 #[derive(Debug, Clone, Copy)]
@@ -22,6 +22,7 @@ pub(super) struct GroundTerm<T: Real> {
 pub(super) struct LinkTerm<T: Real> {
     pub segment: Segment<T>,
     pub link: StageLink<T>,
+    pub inverse_mass: T,
     pub ends: [GroundTerm<T>; 2],
     pub rolling: FrictionTerm<T>,
     /// The joint to the link before; none for the first.
@@ -33,16 +34,47 @@ pub(super) struct LinkTerm<T: Real> {
     pub start_rates: [T; 2],
     pub step_rates: [T; 2],
     pub rates: [T; 2],
-    /// Fractions of the step at which the ends slip least.
-    pub kinks: [T; 2],
+    pub ray: Ray<T>,
+}
+
+/// Velocities at the laws before a Newton step, and their change by it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ray<T> {
+    /// Slip and vertical velocity at both ends.
+    pub slip: [Vector2<T>; 2],
+    pub slip_change: [Vector2<T>; 2],
+    pub closing: [T; 2],
+    pub closing_change: [T; 2],
+    pub rolling: Vector2<T>,
+    pub rolling_change: Vector2<T>,
+}
+
+impl<T: Real> Ray<T> {
+    #[inline(always)]
+    pub fn none() -> Self {
+        let zero = T::zero();
+        let none = Vector2::new(zero, zero);
+        Self {
+            slip: [none; 2],
+            slip_change: [none; 2],
+            closing: [zero; 2],
+            closing_change: [zero; 2],
+            rolling: none,
+            rolling_change: none,
+        }
+    }
 }
 
 impl<T: Real> GroundTerm<T> {
-    pub fn new(link: &StageLink<T>, end: usize, mu: &StageFriction<T>, impulse: T, penalty: T) -> Self {
+    /// The laws at end `end` of link `i` with the friction radius of the starting impulses in `solution`.
+    #[inline(always)]
+    pub fn new(stage: &Stage<T>, solution: &StageSolution<T>, i: usize, end: usize, penalty: T) -> Self {
+        let (link, impulse) = (&stage.links[i], solution.normal[i][end]);
+        let radii = bounds(&stage.friction, impulse);
         Self {
             arm: link.ground_arm(end),
             normal: ContactTerm::new(link.ground[end], penalty, impulse),
-            friction: FrictionTerm::new(bounds(mu, impulse), penalty),
+            friction: FrictionTerm::new(radii, penalty, &solution.friction[i][end]),
         }
     }
 
@@ -60,8 +92,9 @@ impl<T: Real> GroundTerm<T> {
         let (fx, fy, fz) = (force.x, force.y, self.normal.value);
         let r = &self.arm;
         let gradient = &mut model.gradient;
-        gradient.linear -= Vector3::new(fx, fy, fz);
-        gradient.angular -= Vector3::new(r.y * fz - r.z * fy, r.z * fx - r.x * fz, r.x * fy - r.y * fx);
+        let force = Vector3::new(fx, fy, fz);
+        gradient.linear = difference(&gradient.linear, &force);
+        gradient.angular = difference(&gradient.angular, &cross(r, &force));
         let k = turned(stick, tangent);
         model.linear.xx += k.xx;
         model.linear.xy += k.xy;
@@ -78,9 +111,8 @@ impl<T: Real> GroundTerm<T> {
         c.yy += r.z * x.y - r.x * z.y;
         c.yz += r.z * x.z;
         c.zz += r.x * y.z - r.y * x.z;
-        model.mixed[0] += x;
-        model.mixed[1] += y;
-        model.mixed[2] += z;
+        let mixed = &mut model.mixed;
+        *mixed = [sum(&mixed[0], &x), sum(&mixed[1], &y), sum(&mixed[2], &z)];
     }
 }
 
@@ -128,22 +160,30 @@ impl<T: Real> LinkTerm<T> {
         let radius = T::select(coupled, radius, self.rolling.axes.x);
         self.rolling.resize(Vector2::new(radius, radius));
         self.respond_to_rolling(model);
-        error / self.link.mass
+        error * self.inverse_mass
     }
 
-    /// How far the velocity is from obeying the link's laws because the centres are not yet the impulses \[m/s\].
+    /// How far the laws' centres are from the impulses at most, squared \[N^2 s^2\].
     #[inline(always)]
-    pub fn multiplier_error(&self) -> T {
+    pub fn squared_error(&self) -> T {
         let [front, rear] = &self.ends;
-        let normal = front.normal.error().max(rear.normal.error());
-        normal.max(front.friction.error().max(rear.friction.error())).max(self.rolling.error())
+        let normal = front.normal.squared_error().max(rear.normal.squared_error());
+        let friction = front.friction.squared_error().max(rear.friction.squared_error());
+        normal.max(friction).max(self.rolling.squared_error())
     }
 
     /// Largest radius of the ends' friction, over the mass \[m/s\].
     #[inline(always)]
     pub fn largest_radius(&self) -> T {
-        let [front, rear] = self.ends.map(|end| end.friction.axes);
-        front.x.max(front.y).max(rear.x.max(rear.y)) / self.link.mass
+        let (front, rear) = (self.ends[0].friction.axes, self.ends[1].friction.axes);
+        front.x.max(front.y).max(rear.x.max(rear.y)) * self.inverse_mass
+    }
+
+    /// All friction laws.
+    #[inline(always)]
+    pub fn frictions(&mut self) -> [&mut FrictionTerm<T>; 3] {
+        let [front, rear] = &mut self.ends;
+        [&mut front.friction, &mut rear.friction, &mut self.rolling]
     }
 
     /// Friction radii that belong to the normal impulses at hand.
@@ -170,9 +210,21 @@ impl<T: Real> LinkTerm<T> {
         gradient.y -= arm * self.rolling.value.y;
     }
 
-    /// The step shortened to a fraction, in the given lanes.
+    /// What the line search asks of the step at hand.
     #[inline(always)]
-    pub fn shorten(&mut self, fraction: T, lanes: T::Mask) {
+    pub fn look_along_step(&mut self) {
+        let tangent = &self.link.tangent;
+        for (i, end) in self.ends.iter().enumerate() {
+            (self.ray.slip[i], self.ray.closing[i]) = end.velocity(&self.start, tangent);
+            (self.ray.slip_change[i], self.ray.closing_change[i]) = end.velocity(&self.step, tangent);
+        }
+        self.ray.rolling = rolling_velocity(&self.link, &self.start);
+        self.ray.rolling_change = rolling_velocity(&self.link, &self.step);
+    }
+
+    /// A fraction of the step, in the given lanes.
+    #[inline(always)]
+    pub fn go(&mut self, fraction: T, lanes: T::Mask) {
         self.twist.select_into(lanes, &self.start.plus_scaled(&self.step, fraction));
         for axis in 0..2 {
             let shortened = self.start_rates[axis] + fraction * self.step_rates[axis];
@@ -183,7 +235,7 @@ impl<T: Real> LinkTerm<T> {
 
 /// L_SC (omega_x, omega_y): gamma_V of (T 4.43) turned by a right angle.
 #[inline(always)]
-pub(super) fn rolling_velocity<T: Real>(link: &StageLink<T>, x: &Screw<T>) -> Vector2<T> {
+fn rolling_velocity<T: Real>(link: &StageLink<T>, x: &Screw<T>) -> Vector2<T> {
     Vector2::new(link.radius * x.angular.x, link.radius * x.angular.y)
 }
 

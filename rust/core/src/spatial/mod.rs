@@ -20,6 +20,7 @@ mod fallback;
 mod ground;
 mod joint;
 mod kinematics;
+mod lanes;
 mod link_term;
 mod modified_newton;
 mod newton;
@@ -44,6 +45,7 @@ pub use joint::{
     printed_joint_rate,
 };
 pub use kinematics::{assemble_chain, close_joints, largest_joint_gap, orientation_of, rest_on_ground, travel};
+pub use lanes::{Laned, read_lane, write_lane};
 pub use modified_newton::{ContactPenalties, ModifiedNewton};
 pub use newton::Newton;
 pub use peg::{PegContact, nearest_point, peg_contact, peg_gap};

@@ -20,10 +20,10 @@ use nalgebra::Vector2;
 
 use crate::math::{Mask, Real};
 
-use super::link_term::{GroundTerm, LinkTerm};
+use super::link_term::{GroundTerm, LinkTerm, Ray};
 use super::progress::{Assembly, Corrections, Progress};
 use super::proximal::{DriveTerm, FrictionTerm, PegTerm};
-use super::screw::{Screw, inner};
+use super::screw::{Screw, difference, inner, sum};
 use super::sweep::{Quadratic, Segment};
 use super::{Outcome, Stage, StageFriction, StageSolution};
 
@@ -37,6 +37,8 @@ pub struct Newton<T: Real = f64> {
     head: Screw<T>,
     /// Mass of the lightest link.
     lightest: T,
+    /// Stiffness r of all contacts.
+    penalty: T,
 }
 
 impl<T: Real> Newton<T> {
@@ -48,10 +50,11 @@ impl<T: Real> Newton<T> {
             friction: StageFriction { sliding: Vector2::new(zero, zero), rolling: zero },
             head: Screw::zero(),
             lightest: zero,
+            penalty: zero,
         }
     }
 
-    /// Solves `stage`, starting from the twists and normal impulses in `solution`, to velocities within
+    /// Solves `stage`, starting from the twists and ground impulses in `solution`, to velocities within
     /// about `tolerance` \[m/s\], in at most `max_iterations` linear solves.
     ///
     /// The starting twists need not satisfy the joints: the first link's twist and all joint rates are kept and the rest
@@ -66,8 +69,8 @@ impl<T: Real> Newton<T> {
         lanes: T::Mask,
     ) -> Outcome<T> {
         self.warm_up(stage, solution);
-        let progress = Progress::new(T::splat(tolerance), true, self.lightest, lanes);
-        self.descend_from(progress, solution, max_iterations)
+        let progress = Progress::new(T::splat(tolerance), true, self.lightest, lanes, max_iterations);
+        self.descend_from(progress, solution)
     }
 
     /// The same with every convex problem solved before the friction radii move.
@@ -80,46 +83,38 @@ impl<T: Real> Newton<T> {
         lanes: T::Mask,
     ) -> Outcome<T> {
         self.warm_up(stage, solution);
-        let progress = Progress::new(T::splat(tolerance), false, self.lightest, lanes);
-        self.descend_from(progress, solution, max_iterations)
+        let progress = Progress::new(T::splat(tolerance), false, self.lightest, lanes, max_iterations);
+        self.descend_from(progress, solution)
     }
 
     #[inline(always)]
-    fn descend_from(
-        &mut self,
-        mut progress: Progress<T>,
-        solution: &mut StageSolution<T>,
-        max_iterations: u32,
-    ) -> Outcome<T> {
-        let mut here = self.assemble(T::Mask::of(|_| false));
-        self.release();
-        for _ in 0..max_iterations {
-            progress.count();
-            let kept;
-            (here, kept) = self.descend(&here, &progress);
-            let corrections = progress.judge(&here, kept);
-            if corrections.lanes().any() {
-                self.correct(&corrections);
-                let corrected = self.assemble(corrections.couple);
-                here.select_into(corrections.lanes(), &corrected);
-            }
-            if !progress.active.any() {
-                break;
-            }
+    fn descend_from(&mut self, mut progress: Progress<T>, solution: &mut StageSolution<T>) -> Outcome<T> {
+        // The first pass moves nobody.
+        let mut here = Assembly::nowhere();
+        while progress.active.any() {
+            here = self.descend(&here, &mut progress);
+            self.release();
+            let corrections = progress.judge(&here);
+            self.correct(&corrections);
             progress.prepare(&here);
         }
         self.write(solution);
         progress.outcome
     }
 
-    /// From now on contacts are open or closed as their velocities say.
+    /// From now on contacts are open or closed, and stick or slip, as their velocities say.
     #[inline(always)]
     fn release(&mut self) {
         for link in &mut self.links {
             link.ends[0].normal.release();
             link.ends[1].normal.release();
+            for friction in link.frictions() {
+                friction.release();
+            }
         }
-        self.pegs.iter_mut().for_each(|peg| peg.contact.release());
+        for peg in &mut self.pegs {
+            peg.contact.release();
+        }
     }
 
     /// Laws with the friction radii of the warm start, and twists that satisfy the joints.
@@ -134,13 +129,15 @@ impl<T: Real> Newton<T> {
             total += link.mass;
         }
         let penalty = T::splat(PENALTY / stage.links.len() as f64) * total;
+        self.penalty = penalty;
         for i in 0..stage.links.len() {
             let term = self.link_term(stage, solution, i, penalty);
             self.links.push(term);
         }
         self.pegs.clear();
-        let pegs = stage.pegs.iter().zip(&solution.peg);
-        self.pegs.extend(pegs.map(|(peg, &impulse)| PegTerm::new(peg, penalty, impulse)));
+        for (peg, impulse) in stage.pegs.iter().zip(&solution.peg) {
+            self.pegs.push(PegTerm::new(peg, penalty, *impulse));
+        }
     }
 
     #[inline(always)]
@@ -148,15 +145,15 @@ impl<T: Real> Newton<T> {
         let (zero, link) = (T::zero(), &stage.links[i]);
         let before = if i > 0 { &stage.links[i - 1] } else { link };
         let hinge = [link.hinge(&before.axes[1]), link.hinge(&link.axes[0])];
-        let segment = Segment::new(before.joint_arm() + link.joint_arm(), hinge);
+        let segment = Segment::new(sum(&before.joint_arm(), &link.joint_arm()), hinge);
         let (twist, rates, drives) = match self.links.last() {
             Some(previous) => {
-                let relative = solution.twist[i].angular - solution.twist[i - 1].angular;
+                let relative = difference(&solution.twist[i].angular, &solution.twist[i - 1].angular);
                 let rates = [inner(&before.axes[1], &relative), inner(&link.axes[0], &relative)];
                 (
                     segment.follow(&previous.twist, &rates),
                     rates,
-                    stage.joints[i - 1].map(|drive| DriveTerm::new(&drive)),
+                    [DriveTerm::new(&stage.joints[i - 1][0]), DriveTerm::new(&stage.joints[i - 1][1])],
                 )
             }
             None => (solution.twist[0], [zero; 2], [DriveTerm::none(); 2]),
@@ -167,8 +164,9 @@ impl<T: Real> Newton<T> {
         LinkTerm {
             segment,
             link: *link,
-            ends: [GroundTerm::new(link, 0, mu, front, penalty), GroundTerm::new(link, 1, mu, rear, penalty)],
-            rolling: FrictionTerm::new(Vector2::new(radius, radius), penalty),
+            inverse_mass: T::splat(1.0) / link.mass,
+            ends: [GroundTerm::new(stage, solution, i, 0, penalty), GroundTerm::new(stage, solution, i, 1, penalty)],
+            rolling: FrictionTerm::new(Vector2::new(radius, radius), penalty, &solution.rolling[i]),
             drives,
             start: twist,
             step: Screw::zero(),
@@ -176,62 +174,63 @@ impl<T: Real> Newton<T> {
             start_rates: rates,
             step_rates: [zero; 2],
             rates,
-            kinks: [zero; 2],
+            ray: Ray::none(),
         }
     }
 
-    /// One damped Newton step from `here`. In coupled lanes the friction radii follow the normal impulses, unless the
-    /// step overshoots or the impulses are beyond belief: those of contacts that close during the step are as large as
-    /// their penalties make them. Also returns the lanes in which they followed.
+    /// One damped Newton step from `here` in the lanes that move. In coupled lanes the friction radii follow the normal
+    /// impulses, unless the step overshoots or the impulses are beyond belief: those of contacts that close during the
+    /// step are as large as their penalties make them. Where they are, the next pass takes the radii of before.
     #[inline(always)]
-    fn descend(&mut self, here: &Assembly<T>, progress: &Progress<T>) -> (Assembly<T>, T::Mask) {
-        let (active, coupled) = (progress.active, progress.coupled);
-        self.substitute(active);
-        self.for_each_friction(|friction| friction.remember());
-        let full = self.assemble(coupled);
-        let accuracy = (T::splat(OVERSHOOT) * here.descent).max(progress.negligible());
-        let overshoots = active & accuracy.lt(full.slope);
-        let undone = overshoots | (coupled & !full.is_plausible(here.largest_radius));
-        if !undone.any() {
-            return (full, coupled);
+    fn descend(&mut self, here: &Assembly<T>, progress: &mut Progress<T>) -> Assembly<T> {
+        let moving = progress.moving();
+        let (mut fraction, mut overshoots) = (T::zero(), moving);
+        if moving.any() {
+            self.substitute();
+            let accuracy = (T::splat(OVERSHOOT) * here.descent).max(progress.negligible());
+            (fraction, overshoots) = self.step_length(accuracy, moving);
         }
-        self.for_each_friction(|friction| friction.restore(undone));
-        if overshoots.any() {
-            let fraction = self.zero_of_slope(accuracy, overshoots);
-            self.links.iter_mut().for_each(|link| link.shorten(fraction, overshoots));
+        let coupled = moving & progress.coupled & !overshoots;
+        let there = self.assemble(fraction, moving, coupled | progress.corrections.couple);
+        let undone = coupled & !there.is_plausible(here.largest_radius);
+        if undone.any() {
+            for link in &mut self.links {
+                for friction in link.frictions() {
+                    friction.restore(undone);
+                }
+            }
         }
-        let kept = coupled & !undone;
-        (self.assemble(kept), kept)
+        progress.note(moving, coupled & !undone, undone);
+        there
     }
 
-    /// From tail to head: forces and stiffnesses of all laws at the present twists, and the elimination
-    /// of the chain.
+    /// From tail to head: twists a fraction of the step on in the lanes `moving`, forces and stiffnesses of all laws
+    /// there, and the elimination of the chain.
     #[inline(always)]
-    fn assemble(&mut self, coupled: T::Mask) -> Assembly<T> {
+    fn assemble(&mut self, fraction: T, moving: T::Mask, coupled: T::Mask) -> Assembly<T> {
         let zero = T::zero();
-        let (mut slope, mut descent, mut radius_error, mut multiplier_error) = (zero, zero, zero, zero);
+        let (mut descent, mut radius_error, mut squared_error) = (zero, zero, zero);
         let (mut largest_radius, mut squared_speed) = (zero, zero);
         let mut pegs = self.pegs.iter_mut().rev().peekable();
         let mut behind = Quadratic::zero();
         for (i, link) in self.links.iter_mut().enumerate().rev() {
+            link.go(fraction, moving);
             let mut own = link.inertia_model();
             radius_error = radius_error.max(link.respond_to_ground(&mut own, &self.friction, coupled));
-            multiplier_error = multiplier_error.max(link.multiplier_error());
+            squared_error = squared_error.max(link.squared_error());
             largest_radius = largest_radius.max(link.largest_radius());
             squared_speed = squared_speed.max(inner(&link.twist.linear, &link.twist.linear));
             while let Some(peg) = pegs.next_if(|peg| peg.link == i) {
                 let penalty = peg.contact.respond(peg.direction.dot(&link.twist));
                 own.add_rank_one(&peg.direction, penalty, -peg.contact.value);
-                multiplier_error = multiplier_error.max(peg.contact.error());
+                squared_error = squared_error.max(peg.contact.squared_error());
             }
-            slope += own.gradient.dot(&link.step);
             let total = behind.plus(&own);
             if i == 0 {
                 behind = total;
                 break;
             }
             let drives = [link.drives[0].respond(link.rates[0]), link.drives[1].respond(link.rates[1])];
-            slope -= drives[0].value * link.step_rates[0] + drives[1].value * link.step_rates[1];
             let (before, decrease) = link.segment.eliminate(total, &drives);
             behind = before;
             descent += decrease;
@@ -239,18 +238,17 @@ impl<T: Real> Newton<T> {
         let (head, decrease) = behind.minimiser();
         self.head = head;
         Assembly {
-            slope,
             descent: descent + decrease,
             radius_error,
             largest_radius,
             fastest: squared_speed.sqrt(),
-            multiplier_error,
+            multiplier_error: squared_error.sqrt() / self.penalty,
         }
     }
 
-    /// From head to tail: the Newton step, taken in full in the given lanes.
+    /// From head to tail: the Newton step, and what the line search asks of it. Friction radii are remembered.
     #[inline(always)]
-    fn substitute(&mut self, lanes: T::Mask) {
+    fn substitute(&mut self) {
         let mut before = self.head;
         for (i, link) in self.links.iter_mut().enumerate() {
             if i > 0 {
@@ -259,7 +257,10 @@ impl<T: Real> Newton<T> {
             link.step = before;
             link.start = link.twist;
             link.start_rates = link.rates;
-            link.shorten(T::splat(1.0), lanes);
+            link.look_along_step();
+            for friction in link.frictions() {
+                friction.remember();
+            }
         }
     }
 
@@ -277,28 +278,28 @@ impl<T: Real> Newton<T> {
     /// Moves the radii towards those of the normal impulses at hand in the given lanes.
     #[inline(always)]
     fn move_radii(&mut self, lanes: T::Mask, fraction: T) {
-        let friction = self.friction;
-        self.for_each_friction(|friction| friction.remember());
-        self.links.iter_mut().for_each(|link| link.take_radii(&friction));
-        self.for_each_friction(|friction| friction.move_part_way(fraction, lanes));
+        for link in &mut self.links {
+            for friction in link.frictions() {
+                friction.remember();
+            }
+            link.take_radii(&self.friction);
+            for friction in link.frictions() {
+                friction.move_part_way(fraction, lanes);
+            }
+        }
     }
 
     #[inline(always)]
     fn recentre(&mut self, lanes: T::Mask) {
-        self.for_each_friction(|friction| friction.recentre(lanes));
         for link in &mut self.links {
             link.ends[0].normal.recentre(lanes);
             link.ends[1].normal.recentre(lanes);
+            for friction in link.frictions() {
+                friction.recentre(lanes);
+            }
         }
-        self.pegs.iter_mut().for_each(|peg| peg.contact.recentre(lanes));
-    }
-
-    #[inline(always)]
-    fn for_each_friction(&mut self, mut act: impl FnMut(&mut FrictionTerm<T>)) {
-        for link in &mut self.links {
-            act(&mut link.ends[0].friction);
-            act(&mut link.ends[1].friction);
-            act(&mut link.rolling);
+        for peg in &mut self.pegs {
+            peg.contact.recentre(lanes);
         }
     }
 
@@ -322,8 +323,9 @@ impl<T: Real> Newton<T> {
 }
 
 /// Stiffness r of a contact over the mean mass of a link. The compliance lets a contact that bears a link's weight give
-/// way by g c / r, some 1e-10 m/s: far below every tolerance, and far above what round-off does to the sum of impulses.
-const PENALTY: f64 = 1e6;
+/// way by g c / r, some 1e-6 m/s, which moving the multipliers undoes. A stiffer one takes more steps: where it sticks or
+/// slips is decided within a narrower range of velocities.
+const PENALTY: f64 = 1e5;
 
 /// A step is damped if the slope at its end exceeds this times the descent at its start.
 const OVERSHOOT: f64 = 0.1;

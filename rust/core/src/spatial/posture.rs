@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use crate::math::Real;
 
 use super::StageLink;
-use super::screw::{Screw, along, cross, scaled};
+use super::screw::{Screw, along, cross, scaled, sum};
 
 /// Configuration: every value of it is one that the joints allow.
 #[derive(Debug, Clone, PartialEq)]
@@ -97,13 +97,11 @@ impl<T: Real> Speed<T> {
     /// Takes u + factor (v - u).
     #[inline(always)]
     pub fn blend(&mut self, u: &Self, v: &Self, factor: T) {
-        let minus = T::splat(1.0) - factor;
-        let mixed = |u: T, v: T| minus * u + factor * v;
-        let mix = |u: &Vector3<T>, v: &Vector3<T>| Vector3::new(mixed(u.x, v.x), mixed(u.y, v.y), mixed(u.z, v.z));
-        self.head.linear = mix(&u.head.linear, &v.head.linear);
-        self.head.angular = mix(&u.head.angular, &v.head.angular);
+        let rest = T::splat(1.0) - factor;
+        let part = Screw { linear: scaled(&u.head.linear, rest), angular: scaled(&u.head.angular, rest) };
+        self.head = part.plus_scaled(&v.head, factor);
         for (rate, (u, v)) in self.rate.iter_mut().zip(u.rate.iter().zip(&v.rate)) {
-            *rate = [mixed(u[0], v[0]), mixed(u[1], v[1])];
+            *rate = [rest * u[0] + factor * v[0], rest * u[1] + factor * v[1]];
         }
     }
 
@@ -116,7 +114,7 @@ impl<T: Real> Speed<T> {
             let before = twist[i];
             let joint = before.velocity_at(&scaled(&near.axes[2], half_length[i]));
             let angular = along(&along(&before.angular, &near.axes[1], rate[0]), &far.axes[0], rate[1]);
-            let linear = joint + cross(&angular, &scaled(&far.axes[2], half_length[i + 1]));
+            let linear = sum(&joint, &cross(&angular, &scaled(&far.axes[2], half_length[i + 1])));
             twist[i + 1] = Screw { linear, angular };
         }
     }
@@ -189,7 +187,7 @@ fn product<T: Real>(p: &[T; 4], q: &[T; 4]) -> [T; 4] {
 fn normalised<T: Real>(q: &[T; 4]) -> [T; 4] {
     let [w, x, y, z] = *q;
     let inverse = T::splat(1.0) / (w * w + x * x + y * y + z * z).sqrt();
-    q.map(|component| component * inverse)
+    [w * inverse, x * inverse, y * inverse, z * inverse]
 }
 
 /// Squared angle below which the series is exact to round-off.

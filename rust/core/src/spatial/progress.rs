@@ -14,9 +14,7 @@ pub struct Outcome<T: Real = f64> {
 /// What a pass over the chain finds at the trial velocities.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Assembly<T> {
-    /// Derivative of the convex function along the last step \[J\].
-    pub slope: T,
-    /// How much steeper it descends along the next step: g H^-1 g \[J\].
+    /// How steeply the convex function descends along the next step: g H^-1 g \[J\].
     pub descent: T,
     /// By how much the friction radii had to move, as a velocity \[m/s\].
     pub radius_error: T,
@@ -28,7 +26,8 @@ pub(super) struct Assembly<T> {
     pub multiplier_error: T,
 }
 
-/// What is to be done before the next step; a lane needs at most one of these.
+/// What is to be done before the next step; a lane needs at most one of these. It stays where it is during the next pass
+/// over the chain, in which others take their steps.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Corrections<T: Real> {
     /// Friction radii take the normal impulses, as trustworthy as they are by now.
@@ -50,6 +49,17 @@ pub(super) struct Progress<T: Real> {
     pub active: T::Mask,
     /// Lanes whose friction radii follow the normal impulses during the next step.
     pub coupled: T::Mask,
+    /// What has been done since the last pass over the chain.
+    pub corrections: Corrections<T>,
+    /// Lanes whose laws the next pass asks where they are with the friction radii of before.
+    still: T::Mask,
+    /// Whether there has been a pass.
+    begun: bool,
+    /// Lanes at the end of a step, and those of them in which the friction radii followed.
+    arrived: T::Mask,
+    kept: T::Mask,
+    /// Linear solves after which a lane is given up.
+    most: T,
     /// Error of the friction radii when they last moved for a solved convex problem, and how far they move.
     last_error: T,
     fraction: T,
@@ -57,21 +67,17 @@ pub(super) struct Progress<T: Real> {
 }
 
 impl<T: Real> Assembly<T> {
+    /// Before the first pass.
+    #[inline(always)]
+    pub fn nowhere() -> Self {
+        let zero = T::zero();
+        Self { descent: zero, radius_error: zero, largest_radius: zero, fastest: zero, multiplier_error: zero }
+    }
+
     /// Whether the normal impulses found can be those of the solution.
     #[inline(always)]
     pub fn is_plausible(&self, largest_radius: T) -> T::Mask {
         self.radius_error.le(largest_radius)
-    }
-
-    /// Takes `other` over in the given lanes.
-    #[inline(always)]
-    pub fn select_into(&mut self, lanes: T::Mask, other: &Self) {
-        self.slope = T::select(lanes, other.slope, self.slope);
-        self.descent = T::select(lanes, other.descent, self.descent);
-        self.radius_error = T::select(lanes, other.radius_error, self.radius_error);
-        self.largest_radius = T::select(lanes, other.largest_radius, self.largest_radius);
-        self.fastest = T::select(lanes, other.fastest, self.fastest);
-        self.multiplier_error = T::select(lanes, other.multiplier_error, self.multiplier_error);
     }
 }
 
@@ -85,7 +91,7 @@ impl<T: Real> Corrections<T> {
 impl<T: Real> Progress<T> {
     /// With `patient` false, friction radii move only when the convex problem is solved.
     #[inline(always)]
-    pub fn new(tolerance: T, patient: bool, mass: T, lanes: T::Mask) -> Self {
+    pub fn new(tolerance: T, patient: bool, mass: T, lanes: T::Mask, max_iterations: u32) -> Self {
         let none = T::Mask::of(|_| false);
         Self {
             tolerance,
@@ -93,35 +99,55 @@ impl<T: Real> Progress<T> {
             mass,
             active: lanes,
             coupled: if patient { lanes } else { none },
+            corrections: Corrections { couple: none, settle: none, fraction: T::zero(), recentre: none },
+            still: none,
+            begun: false,
+            arrived: none,
+            kept: none,
+            most: T::splat(f64::from(max_iterations)),
             last_error: T::splat(f64::INFINITY),
             fraction: T::splat(1.0),
             outcome: Outcome { iterations: T::zero(), converged: none },
         }
     }
 
-    /// Counts one linear solve.
+    /// The lanes that take a step: others have converged, or have their laws asked anew where they are, as all have at
+    /// first.
     #[inline(always)]
-    pub fn count(&mut self) {
-        self.outcome.iterations += T::select(self.active, T::splat(1.0), T::zero());
+    pub fn moving(&self) -> T::Mask {
+        let begun = T::Mask::of(|_| self.begun);
+        begun & self.active & !self.corrections.lanes() & !self.still
     }
 
-    /// Learns from a step that ended `here`; in the lanes `kept` the friction radii followed.
+    /// Takes note of a pass in which some lanes moved, in some of them with `kept` friction radii, and in others left
+    /// `undone` for the next one.
     #[inline(always)]
-    pub fn judge(&mut self, here: &Assembly<T>, kept: T::Mask) -> Corrections<T> {
+    pub fn note(&mut self, moving: T::Mask, kept: T::Mask, undone: T::Mask) {
+        self.outcome.iterations += T::select(moving, T::splat(1.0), T::zero());
+        self.arrived = (moving & !undone) | self.still;
+        self.kept = kept;
+        self.still = undone;
+    }
+
+    /// Learns from the steps that ended `here`.
+    #[inline(always)]
+    pub fn judge(&mut self, here: &Assembly<T>) -> Corrections<T> {
         let tolerance = self.tolerance;
         // The length of the next step as a velocity; `max` would swallow NaN.
         let next = (here.descent.abs() / self.mass).sqrt();
         let stubborn = self.is_stubborn();
-        let mistaken = self.active & tolerance.lt(here.radius_error);
-        let couple = mistaken & !stubborn & !kept & next.le(T::splat(TRUST) * here.radius_error);
+        let mistaken = self.arrived & tolerance.lt(here.radius_error);
+        let couple = mistaken & !stubborn & !self.kept & next.le(T::splat(TRUST) * here.radius_error);
         let settle = mistaken & stubborn & next.le(tolerance);
         self.pace(settle, here.radius_error);
-        let solved = self.active & !mistaken & next.le(T::splat(ACCURACY) * tolerance);
+        let solved = self.arrived & !mistaken & next.le(T::splat(ACCURACY) * tolerance);
         let exact = here.multiplier_error.le(T::splat(EXACT) * here.fastest + T::splat(EXACT_AT_REST) * tolerance);
         self.outcome.converged = self.outcome.converged | (solved & exact);
-        // A step that is not finite ends its lane: it is below no bound.
-        self.active = self.active & !self.outcome.converged & next.lt(T::splat(f64::INFINITY));
-        Corrections { couple, settle, fraction: self.fraction, recentre: solved & !exact }
+        // A step that is not finite ends its lane: it is below no bound. One was taken, so that it shows in the velocities.
+        let goes_on = next.lt(T::splat(f64::INFINITY)) & self.outcome.iterations.lt(self.most);
+        self.active = self.active & !(self.arrived & (self.outcome.converged | !goes_on));
+        self.corrections = Corrections { couple, settle, fraction: self.fraction, recentre: solved & !exact };
+        self.corrections
     }
 
     /// Moves of the radii become shorter while they gain little, and longer again when they gain much.
@@ -145,7 +171,10 @@ impl<T: Real> Progress<T> {
     /// Decides on the next step from where it starts.
     #[inline(always)]
     pub fn prepare(&mut self, here: &Assembly<T>) {
-        self.coupled = self.active & !self.is_stubborn() & here.is_plausible(here.largest_radius);
+        if self.begun {
+            self.coupled = self.active & !self.is_stubborn() & here.is_plausible(here.largest_radius);
+        }
+        self.begun = true;
     }
 
     #[inline(always)]
@@ -173,7 +202,7 @@ const ACCURACY: f64 = 0.1;
 /// Violation of the laws that is left to the compliance, over the speed of the robot, and over the tolerance: what creeps is
 /// slower than what moves by so much, and at rest nothing creeps.
 const EXACT: f64 = 1e-6;
-const EXACT_AT_REST: f64 = 1e-3;
+const EXACT_AT_REST: f64 = 1e-7;
 
 /// Decrease below which nothing is searched for, in squared tolerances.
 const NEGLIGIBLE: f64 = 1e-3;

@@ -26,7 +26,7 @@ pub(super) struct ContactTerm<T: Real> {
 /// Friction in an ellipse, in coordinates in which it is the unit disc: gamma^ = A gamma, the impulse is A p, and
 /// p = prox_disc(centre - r gamma^ / max(a)^2). A zero axis is harmless.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct FrictionTerm<T> {
+pub(super) struct FrictionTerm<T: Real> {
     /// Semi-axes of the ellipse \[N s\].
     pub axes: Vector2<T>,
     penalty: T,
@@ -39,6 +39,8 @@ pub(super) struct FrictionTerm<T> {
     pub value: Vector2<T>,
     /// Semi-axes to return to.
     remembered: Vector2<T>,
+    /// Whether the contact counts as sticking whatever its velocity.
+    held: T::Mask,
 }
 
 /// Stiffness of a friction law against its two velocities.
@@ -83,10 +85,12 @@ impl<T: Real> ContactTerm<T> {
         (-wanted.max(T::zero()) * rate, penalty * rate * rate)
     }
 
-    /// The velocity by which the law is violated because the centre is not yet the impulse.
+    /// How far the centre is from the impulse, squared: over the squared penalty it is the velocity by which the law is
+    /// violated.
     #[inline(always)]
-    pub fn error(&self) -> T {
-        (self.value - self.centre).abs() / self.penalty
+    pub fn squared_error(&self) -> T {
+        let x = self.value - self.centre;
+        x * x
     }
 
     #[inline(always)]
@@ -96,9 +100,10 @@ impl<T: Real> ContactTerm<T> {
 }
 
 impl<T: Real> FrictionTerm<T> {
-    /// `penalty` is the stiffness of sticking along the stronger axis \[kg\].
+    /// `penalty` is the stiffness of sticking along the stronger axis \[kg\]. A contact whose friction was `impulse`,
+    /// within the ellipse, counts as sticking until it is released.
     #[inline(always)]
-    pub fn new(axes: Vector2<T>, penalty: T) -> Self {
+    pub fn new(axes: Vector2<T>, penalty: T, impulse: &Vector2<T>) -> Self {
         let none = Vector2::new(T::zero(), T::zero());
         let mut term = Self {
             axes,
@@ -108,18 +113,28 @@ impl<T: Real> FrictionTerm<T> {
             scaled_centre: none,
             value: none,
             remembered: axes,
+            held: T::Mask::of(|_| false),
         };
+        let inverse = inverses(&axes);
+        term.held = sticks(&Vector2::new(impulse.x * inverse.x, impulse.y * inverse.y));
         term.resize(axes);
         term
+    }
+
+    /// From now on the contact sticks or slips as its velocity says.
+    #[inline(always)]
+    pub fn release(&mut self) {
+        self.held = T::Mask::of(|_| false);
     }
 
     /// Takes new semi-axes.
     #[inline(always)]
     pub fn resize(&mut self, axes: Vector2<T>) {
-        let largest = axes.x.max(axes.y);
         self.axes = axes;
-        self.scaled_penalty = T::select(T::zero().lt(largest), self.penalty / (largest * largest), T::zero());
-        self.scaled_centre = Vector2::new(ratio(self.centre.x, axes.x), ratio(self.centre.y, axes.y));
+        let inverse = inverses(&axes);
+        let of_longer = T::select(axes.x.lt(axes.y), inverse.y, inverse.x);
+        self.scaled_penalty = self.penalty * (of_longer * of_longer);
+        self.scaled_centre = Vector2::new(self.centre.x * inverse.x, self.centre.y * inverse.y);
     }
 
     #[inline(always)]
@@ -151,10 +166,10 @@ impl<T: Real> FrictionTerm<T> {
         let (rax, ray) = (self.scaled_penalty * a.x, self.scaled_penalty * a.y);
         let (x, y) = (self.scaled_centre.x - rax * gamma.x, self.scaled_centre.y - ray * gamma.y);
         let squared = x * x + y * y;
-        let shrink = one / squared.max(one).sqrt();
+        let shrink = T::select(self.held, one, one / squared.max(one).sqrt());
         let (px, py) = (x * shrink, y * shrink);
         self.value = Vector2::new(a.x * px, a.y * py);
-        let sticks = squared.le(one);
+        let sticks = squared.le(one) | self.held;
         let slide_x = py * shrink;
         Stiffness {
             xx: rax * a.x * T::select(sticks, one, py * slide_x),
@@ -179,18 +194,20 @@ impl<T: Real> FrictionTerm<T> {
         (-along, r * shrink * (dx * dx + dy * dy - lost))
     }
 
-    /// The velocity by which the law is violated because the centre is not yet the impulse: when sliding it is the slip
-    /// times the angle by which friction is misdirected.
+    /// How far the centre is from the impulse, squared: over the squared penalty it is the velocity by which the law is
+    /// violated, when sliding the slip times the angle by which friction is misdirected.
     #[inline(always)]
-    pub fn error(&self) -> T {
+    pub fn squared_error(&self) -> T {
         let (x, y) = (self.value.x - self.centre.x, self.value.y - self.centre.y);
-        (x * x + y * y).sqrt() / self.penalty
+        x * x + y * y
     }
 
     #[inline(always)]
     pub fn recentre(&mut self, lanes: T::Mask) {
         self.centre = select(lanes, &self.value, &self.centre);
         self.resize(self.axes);
+        // The velocity still says what the multiplier does now: both together would make what sticks slip.
+        self.held = lanes & sticks(&self.scaled_centre);
     }
 
     /// The alpha at which the slip gamma + alpha rate is least; not a number if it does not change.
@@ -254,6 +271,15 @@ impl<T: Real> PegTerm<T> {
     }
 }
 
+/// Whether friction in the unit disc is certainly that of a contact that sticks: its radius may be that of another
+/// normal impulse.
+#[inline(always)]
+fn sticks<T: Real>(p: &Vector2<T>) -> T::Mask {
+    (p.x * p.x + p.y * p.y).lt(T::splat(STICKS))
+}
+
+const STICKS: f64 = 0.98;
+
 #[inline(always)]
 fn clamp<T: Real>(x: T, limit: T) -> T {
     x.min(limit).max(-limit)
@@ -265,11 +291,18 @@ pub(super) fn select<T: Real>(lanes: T::Mask, yes: &Vector2<T>, no: &Vector2<T>)
     Vector2::new(T::select(lanes, yes.x, no.x), T::select(lanes, yes.y, no.y))
 }
 
-/// p / a, or 0 along a zero axis.
+/// 1 / a for both semi-axes, or 0 for one that is none; divisions are dear.
 #[inline(always)]
-fn ratio<T: Real>(p: T, a: T) -> T {
-    T::select(T::zero().lt(a), p / a, T::zero())
+fn inverses<T: Real>(a: &Vector2<T>) -> Vector2<T> {
+    let (zero, one) = (T::zero(), T::splat(1.0));
+    let (has_x, has_y) = (T::splat(SHORTEST_AXIS).lt(a.x), T::splat(SHORTEST_AXIS).lt(a.y));
+    let (x, y) = (T::select(has_x, a.x, one), T::select(has_y, a.y, one));
+    let inverse = one / (x * y);
+    Vector2::new(T::select(has_x, y * inverse, zero), T::select(has_y, x * inverse, zero))
 }
+
+/// Semi-axis below which there is no friction \[N s\]: products of two that are longer are numbers.
+const SHORTEST_AXIS: f64 = 1e-100;
 
 /// (x, y) of a vector.
 #[inline(always)]

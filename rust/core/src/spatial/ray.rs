@@ -2,9 +2,7 @@
 
 use crate::math::{Mask, Real};
 
-use super::link_term::rolling_velocity;
 use super::newton::Newton;
-use super::screw::Screw;
 
 impl<T: Real> Newton<T> {
     /// First and generalised second derivative of the function by alpha, of a strongly convex,
@@ -12,27 +10,22 @@ impl<T: Real> Newton<T> {
     #[inline(always)]
     fn derivatives(&self, inertia: [T; 2], alpha: T) -> (T, T) {
         let (mut slope, mut curvature) = (inertia[0] + alpha * inertia[1], inertia[1]);
-        let mut add = |(first, second): (T, T)| {
-            slope += first;
-            curvature += second;
-        };
         for link in &self.links {
-            let tangent = &link.link.tangent;
-            for end in &link.ends {
-                let (slip, closing) = end.velocity(&link.start, tangent);
-                let (slip_rate, closing_rate) = end.velocity(&link.step, tangent);
-                add(end.normal.along(closing, closing_rate, alpha));
-                add(end.friction.along(&slip, &slip_rate, alpha));
+            let ray = &link.ray;
+            for (i, end) in link.ends.iter().enumerate() {
+                add(&mut slope, &mut curvature, end.normal.along(ray.closing[i], ray.closing_change[i], alpha));
+                add(&mut slope, &mut curvature, end.friction.along(&ray.slip[i], &ray.slip_change[i], alpha));
             }
-            let rolling = |x: &Screw<T>| rolling_velocity(&link.link, x);
-            add(link.rolling.along(&rolling(&link.start), &rolling(&link.step), alpha));
+            add(&mut slope, &mut curvature, link.rolling.along(&ray.rolling, &ray.rolling_change, alpha));
             for axis in 0..2 {
-                add(link.drives[axis].along(link.start_rates[axis], link.step_rates[axis], alpha));
+                let drive = link.drives[axis].along(link.start_rates[axis], link.step_rates[axis], alpha);
+                add(&mut slope, &mut curvature, drive);
             }
         }
         for peg in &self.pegs {
             let link = &self.links[peg.link];
-            add(peg.contact.along(peg.direction.dot(&link.start), peg.direction.dot(&link.step), alpha));
+            let contact = peg.contact.along(peg.direction.dot(&link.start), peg.direction.dot(&link.step), alpha);
+            add(&mut slope, &mut curvature, contact);
         }
         (slope, curvature)
     }
@@ -49,21 +42,21 @@ impl<T: Real> Newton<T> {
         [slope, rise]
     }
 
-    /// A zero of the slope on (0, 1), up to `accuracy` \[J\], in the given lanes. Where the slope at 1 is
-    /// not positive it is 1.
+    /// How much of the step to take in the given lanes, and in which of them less than all of it: where the slope at its
+    /// end exceeds `accuracy` \[J\], up to where it is zero within `accuracy`.
     ///
     /// Newton's method from the end, which crosses a stiff contact or a stuck link in one step, kept within
     /// a bracket. Where it leaves the bracket it is replaced by the kink nearest to the bracket's middle,
     /// since the zero often lies in one: where a contact comes to rest the slope all but jumps.
     #[inline(always)]
-    pub(super) fn zero_of_slope(&mut self, accuracy: T, lanes: T::Mask) -> T {
+    pub(super) fn step_length(&self, accuracy: T, lanes: T::Mask) -> (T, T::Mask) {
         let inertia = self.inertia_along();
-        self.find_kinks();
         let (mut low, mut high) = (T::zero(), T::splat(1.0));
-        let (mut alpha, mut searching) = (high, lanes);
-        for _ in 0..MAX_EVALUATIONS {
-            let (here, curvature) = self.derivatives(inertia, alpha);
-            searching = searching & accuracy.lt(here.abs());
+        let mut alpha = high;
+        let (mut here, mut curvature) = self.derivatives(inertia, alpha);
+        let overshoots = lanes & accuracy.lt(here);
+        let mut searching = overshoots;
+        for _ in 1..MAX_EVALUATIONS {
             let beyond = T::zero().lt(here);
             low = T::select(beyond, low, alpha);
             high = T::select(beyond, alpha, high);
@@ -73,22 +66,12 @@ impl<T: Real> Newton<T> {
             }
             let newton = alpha - here / curvature;
             let inside = low.lt(newton) & newton.lt(high);
-            let next = T::select(inside, newton, self.kink_between(low, high));
-            alpha = T::select(searching, next, alpha);
+            let next = if (searching & !inside).any() { self.kink_between(low, high) } else { newton };
+            alpha = T::select(searching, T::select(inside, newton, next), alpha);
+            (here, curvature) = self.derivatives(inertia, alpha);
+            searching = searching & accuracy.lt(here.abs());
         }
-        alpha
-    }
-
-    #[inline(always)]
-    fn find_kinks(&mut self) {
-        for link in &mut self.links {
-            let tangent = &link.link.tangent;
-            for (kink, end) in link.kinks.iter_mut().zip(&link.ends) {
-                let (slip, _) = end.velocity(&link.start, tangent);
-                let (rate, _) = end.velocity(&link.step, tangent);
-                *kink = end.friction.kink(&slip, &rate);
-            }
-        }
+        (alpha, overshoots)
     }
 
     /// The kink nearest to the middle of the bracket, or the middle if no kink lies inside.
@@ -99,7 +82,8 @@ impl<T: Real> Newton<T> {
         let margin = T::splat(1e-3) * distance;
         distance -= margin;
         for link in &self.links {
-            for kink in link.kinks {
+            for (i, end) in link.ends.iter().enumerate() {
+                let kink = end.friction.kink(&link.ray.slip[i], &link.ray.slip_change[i]);
                 let away = (kink - middle).abs();
                 let nearer = away.lt(distance);
                 nearest = T::select(nearer, kink, nearest);
@@ -108,6 +92,12 @@ impl<T: Real> Newton<T> {
         }
         nearest
     }
+}
+
+#[inline(always)]
+fn add<T: Real>(slope: &mut T, curvature: &mut T, (first, second): (T, T)) {
+    *slope += first;
+    *curvature += second;
 }
 
 /// A few evaluations suffice; the bound guards against NaN.

@@ -34,7 +34,7 @@ impl<T: Real> Screw<T> {
     /// Velocity of the body-fixed point at `arm` from the CG.
     #[inline(always)]
     pub fn velocity_at(&self, arm: &Vector3<T>) -> Vector3<T> {
-        self.linear + cross(&self.angular, arm)
+        sum(&self.linear, &cross(&self.angular, arm))
     }
 
     /// Takes `value` over in the given lanes.
@@ -53,6 +53,18 @@ pub(super) fn zero_vector<T: Real>() -> Vector3<T> {
 #[inline(always)]
 pub(super) fn inner<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> T {
     a.x * b.x + a.y * b.y + a.z * b.z
+}
+
+// nalgebra's own operators are not certain to be inlined, and so compiled for the registers that a kernel is run with.
+
+#[inline(always)]
+pub(super) fn sum<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
+    Vector3::new(a.x + b.x, a.y + b.y, a.z + b.z)
+}
+
+#[inline(always)]
+pub(super) fn difference<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
+    Vector3::new(a.x - b.x, a.y - b.y, a.z - b.z)
 }
 
 #[inline(always)]

@@ -19,7 +19,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::math::Real;
 
-use super::screw::{Screw, cross, scaled};
+use super::screw::{Screw, cross, scaled, sum};
 
 /// One link in a stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -145,7 +145,7 @@ impl<T: Real> StageLink<T> {
         let w = &twist.angular;
         let excess = (self.roll_inertia - self.inertia) * (z.x * w.x + z.y * w.y + z.z * w.z);
         let across = scaled(w, self.inertia);
-        Screw { linear: scaled(&twist.linear, self.mass), angular: across + scaled(z, excess) }
+        Screw { linear: scaled(&twist.linear, self.mass), angular: sum(&across, &scaled(z, excess)) }
     }
 }
 

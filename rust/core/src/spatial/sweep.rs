@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 
 use crate::math::Real;
 
-use super::screw::{Screw, cross, inner, scaled};
+use super::screw::{Screw, along, cross, difference, inner, scaled, sum};
 
 /// Symmetric 3 x 3 matrix.
 #[derive(Debug, Clone, Copy)]
@@ -115,13 +115,14 @@ impl<T: Real> Quadratic<T> {
 
     #[inline(always)]
     pub fn plus(&self, other: &Self) -> Self {
+        let ([a, b, c], [p, q, r]) = (&self.mixed, &other.mixed);
         Self {
             linear: self.linear.plus(&other.linear),
-            mixed: std::array::from_fn(|row| self.mixed[row] + other.mixed[row]),
+            mixed: [sum(a, p), sum(b, q), sum(c, r)],
             angular: self.angular.plus(&other.angular),
             gradient: Screw {
-                linear: self.gradient.linear + other.gradient.linear,
-                angular: self.gradient.angular + other.gradient.angular,
+                linear: sum(&self.gradient.linear, &other.gradient.linear),
+                angular: sum(&self.gradient.angular, &other.gradient.angular),
             },
         }
     }
@@ -137,7 +138,7 @@ impl<T: Real> Quadratic<T> {
             a.y * v.x + b.y * v.y + c.y * v.z,
             a.z * v.x + b.z * v.y + c.z * v.z,
         );
-        Screw { linear: self.linear.times(v) + coupled, angular: self.angular.times(w) + back }
+        Screw { linear: sum(&self.linear.times(v), &coupled), angular: sum(&self.angular.times(w), &back) }
     }
 
     /// Adds `force w . x + penalty (w . x)^2 / 2`.
@@ -145,9 +146,9 @@ impl<T: Real> Quadratic<T> {
     pub fn add_rank_one(&mut self, w: &Screw<T>, penalty: T, force: T) {
         let (linear, angular) = (scaled(&w.linear, penalty), scaled(&w.angular, penalty));
         self.linear.add_outer(&w.linear, &linear);
-        self.mixed[0] += scaled(&angular, w.linear.x);
-        self.mixed[1] += scaled(&angular, w.linear.y);
-        self.mixed[2] += scaled(&angular, w.linear.z);
+        self.mixed[0] = along(&self.mixed[0], &angular, w.linear.x);
+        self.mixed[1] = along(&self.mixed[1], &angular, w.linear.y);
+        self.mixed[2] = along(&self.mixed[2], &angular, w.linear.z);
         self.angular.add_outer(&w.angular, &angular);
         self.gradient = self.gradient.plus_scaled(w, force);
     }
@@ -171,8 +172,13 @@ impl<T: Real> Quadratic<T> {
     fn seen_from_before(&self, arm: &Vector3<T>) -> Self {
         // B' = B - A [d] , row by row a^T [d] = (a x d)^T with a the rows of A; C' = C + [d] B' - B^T [d].
         let rows = self.linear.rows();
-        let mixed: [Vector3<T>; 3] = std::array::from_fn(|row| self.mixed[row] - cross(&rows[row], arm));
-        let ([a, b, c], [p, q, r]) = (&self.mixed, &mixed);
+        let [a, b, c] = &self.mixed;
+        let mixed = [
+            difference(a, &cross(&rows[0], arm)),
+            difference(b, &cross(&rows[1], arm)),
+            difference(c, &cross(&rows[2], arm)),
+        ];
+        let [p, q, r] = &mixed;
         // Columns of B', and columns of B.
         let lifted = [
             cross(arm, &Vector3::new(p.x, q.x, r.x)),
@@ -195,24 +201,25 @@ impl<T: Real> Quadratic<T> {
                 yz: self.angular.yz + lifted[2].y - old[1].z,
                 zz: self.angular.zz + lifted[2].z - old[2].z,
             },
-            gradient: Screw { linear: g.linear, angular: g.angular + cross(arm, &g.linear) },
+            gradient: Screw { linear: g.linear, angular: sum(&g.angular, &cross(arm, &g.linear)) },
             ..*self
         }
     }
 
     /// The twist that minimises the function, and twice the decrease: an L D L^T factorisation.
+    #[inline(always)]
     pub fn minimiser(&self) -> (Screw<T>, T) {
         let mut rows = self.dense();
         let (v, w) = (&self.gradient.linear, &self.gradient.angular);
         let gradient = [v.x, v.y, v.z, w.x, w.y, w.z];
-        let mut x = gradient.map(|g| -g);
+        let mut x = [-v.x, -v.y, -v.z, -w.x, -w.y, -w.z];
         for k in 0..6 {
-            let column = rows.map(|row| row[k]);
-            let inverse = T::splat(1.0) / column[k];
+            let inverse = T::splat(1.0) / rows[k][k];
             for i in k + 1..6 {
-                let factor = column[i] * inverse;
-                for (entry, above) in rows[i][k + 1..=i].iter_mut().zip(&column[k + 1..=i]) {
-                    *entry -= factor * *above;
+                let factor = rows[i][k] * inverse;
+                for j in k + 1..=i {
+                    let above = rows[j][k];
+                    rows[i][j] -= factor * above;
                 }
                 x[i] -= factor * x[k];
             }
@@ -232,6 +239,7 @@ impl<T: Real> Quadratic<T> {
     }
 
     /// Lower half of H, angular variables last.
+    #[inline(always)]
     fn dense(&self) -> [[T; 6]; 6] {
         let zero = T::zero();
         let (a, c) = (self.linear.rows(), self.angular.rows());
@@ -249,6 +257,7 @@ impl<T: Real> Quadratic<T> {
 
 impl<T: Real> Segment<T> {
     /// A link that lies `shift` from the one before, whose rear joint moves it along `hinge`.
+    #[inline(always)]
     pub fn new(shift: Vector3<T>, hinge: [Screw<T>; 2]) -> Self {
         let none = Elimination { row: Screw::zero(), constant: T::zero() };
         Self { shift, hinge, elimination: [none; 2] }

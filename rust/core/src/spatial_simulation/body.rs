@@ -1,15 +1,20 @@
 use nalgebra::Vector2;
 
+use crate::gait::{CardanReference, CardanTarget};
 use crate::pegs::PegGrid;
 use crate::robot::Robot;
-use crate::spatial::{SpatialState, Twist};
+use crate::spatial::{Pose, SpatialState, Twist, assemble_chain, rest_on_ground};
 use crate::stepper::Tally;
+
+use super::implicit::Motion;
 
 /// One robot among its pegs, as the schemes see it.
 #[derive(Debug, Clone)]
 pub struct SpatialBody {
     pub state: SpatialState,
     pub pegs: PegGrid,
+    /// The robot as the implicit scheme carries it from step to step.
+    pub motion: Motion,
     /// What happened since [`Self::begin`]; forces of pegs are horizontal, so x and y tell all of them.
     pub tally: Tally,
     /// Impulse of the ground's normal forces on each link since [`Self::begin`] \[N s\].
@@ -28,6 +33,7 @@ impl SpatialBody {
         Self {
             state: SpatialState::zero(links),
             pegs,
+            motion: Motion::new(links),
             tally: Tally::new(links),
             ground_impulse: vec![0.0; links],
             joint_torque: vec![Vector2::zeros(); links - 1],
@@ -36,9 +42,10 @@ impl SpatialBody {
         }
     }
 
-    /// Forgets torques and counters; the present state counts as good.
+    /// Forgets forces, torques and counters; the present state counts as good.
     pub fn forget(&mut self) {
         self.begin();
+        self.motion.forget();
         self.joint_torque.fill(Vector2::zeros());
     }
 
@@ -59,9 +66,51 @@ impl SpatialBody {
     pub fn contain(&mut self) {
         self.state.copy_from(&self.last_good);
         self.state.twist.fill(Twist::zeros());
+        self.motion.forget();
         self.tally.clear_works();
         self.ground_impulse.fill(0.0);
         self.joint_torque.fill(Vector2::zeros());
         self.diverged = true;
+    }
+}
+
+/// A body with a reference for its joints: what a [`super::SpatialFleet`] advances.
+pub trait SpatialDriven {
+    fn body(&self) -> &SpatialBody;
+    fn body_mut(&mut self) -> &mut SpatialBody;
+    /// The reference of all joints at `time` \[s\].
+    fn targets(&self, time: f64, targets: &mut [CardanTarget]);
+}
+
+/// A body that follows a reference of its own.
+#[derive(Debug, Clone)]
+pub struct SpatialScripted<R> {
+    pub body: SpatialBody,
+    pub reference: R,
+}
+
+impl<R: CardanReference> SpatialScripted<R> {
+    /// A robot at rest on the ground among `pegs`: pose of link 1, which is lifted or lowered, and (yaw, pitch) of all
+    /// joints.
+    pub fn new(robot: &Robot, pegs: PegGrid, head: Pose, joint_angle: &[Vector2<f64>], reference: R) -> Self {
+        let mut body = SpatialBody::new(robot, pegs);
+        assemble_chain(robot, head, joint_angle, &mut body.state.pose);
+        rest_on_ground(robot, &mut body.state.pose);
+        body.forget();
+        Self { body, reference }
+    }
+}
+
+impl<R: CardanReference> SpatialDriven for SpatialScripted<R> {
+    fn body(&self) -> &SpatialBody {
+        &self.body
+    }
+
+    fn body_mut(&mut self) -> &mut SpatialBody {
+        &mut self.body
+    }
+
+    fn targets(&self, time: f64, targets: &mut [CardanTarget]) {
+        self.reference.targets(time, targets);
     }
 }

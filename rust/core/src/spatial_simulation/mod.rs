@@ -6,8 +6,8 @@ mod plant;
 mod snapshot;
 mod thesis;
 
-pub use body::SpatialBody;
-pub use implicit::{SpatialImplicit, SpatialWarmStart};
+pub use body::{SpatialBody, SpatialDriven, SpatialScripted};
+pub use implicit::{Motion, SpatialFleet, SpatialWarmStart};
 pub use plant::SpatialPlant;
 pub use snapshot::SpatialSnapshot;
 pub use thesis::SpatialThesis;
@@ -16,7 +16,7 @@ use nalgebra::Vector2;
 
 use crate::control::ControllerConfig;
 use crate::error::ConfigError;
-use crate::gait::CardanReference;
+use crate::gait::{CardanReference, CardanTarget};
 use crate::pegs::PegGrid;
 use crate::robot::{Robot, RobotConfig};
 use crate::scene::{Peg, Scene, SceneConfig};
@@ -30,7 +30,7 @@ use crate::stepper::{IntegratorConfig, Method};
 #[derive(Debug, Clone)]
 enum Scheme {
     Thesis(Box<SpatialThesis>),
-    Implicit(Box<SpatialImplicit>),
+    Implicit(Box<SpatialFleet>),
 }
 
 /// A robot in a scene under a joint controller.
@@ -77,8 +77,12 @@ impl SpatialSimulation {
     pub fn integrator(&self) -> &IntegratorConfig {
         match &self.scheme {
             Scheme::Thesis(scheme) => scheme.config(),
-            Scheme::Implicit(scheme) => scheme.config(),
+            Scheme::Implicit(fleet) => fleet.config(),
         }
+    }
+
+    pub(crate) fn body_mut(&mut self) -> &mut SpatialBody {
+        &mut self.body
     }
 
     pub fn robot(&self) -> &Robot {
@@ -125,7 +129,7 @@ impl SpatialSimulation {
         let Self { plant, body, scheme } = self;
         match scheme {
             Scheme::Thesis(scheme) => scheme.advance(plant, body, reference, duration),
-            Scheme::Implicit(scheme) => scheme.advance(plant, body, reference, duration),
+            Scheme::Implicit(fleet) => fleet.advance(plant, &mut [Driver { body, reference }], duration, |_| true),
         }
         StepReport::new(&body.tally, body.diverged)
     }
@@ -173,10 +177,29 @@ impl SpatialSimulation {
 
     fn forget(&mut self) {
         self.body.forget();
-        match &mut self.scheme {
-            Scheme::Thesis(scheme) => scheme.clear(),
-            Scheme::Implicit(scheme) => scheme.clear(),
+        if let Scheme::Thesis(scheme) = &mut self.scheme {
+            scheme.clear();
         }
+    }
+}
+
+/// A body with somebody else's reference.
+struct Driver<'a, R> {
+    body: &'a mut SpatialBody,
+    reference: &'a R,
+}
+
+impl<R: CardanReference> SpatialDriven for Driver<'_, R> {
+    fn body(&self) -> &SpatialBody {
+        self.body
+    }
+
+    fn body_mut(&mut self) -> &mut SpatialBody {
+        self.body
+    }
+
+    fn targets(&self, time: f64, targets: &mut [CardanTarget]) {
+        self.reference.targets(time, targets);
     }
 }
 
@@ -184,7 +207,7 @@ impl Scheme {
     fn new(config: &IntegratorConfig, plant: &SpatialPlant) -> Result<Self, ConfigError> {
         match config.method {
             Method::Thesis => Ok(Scheme::Thesis(Box::new(SpatialThesis::new(*config, plant)))),
-            Method::Implicit => Ok(Scheme::Implicit(Box::new(SpatialImplicit::new(*config, plant)))),
+            Method::Implicit => Ok(Scheme::Implicit(Box::new(SpatialFleet::new(*config, plant, 1)))),
             Method::Adaptive => {
                 let expected = "\"implicit\" or \"thesis\" for the spatial model";
                 Err(ConfigError::new("method", "\"adaptive\"", expected))

@@ -27,7 +27,7 @@ impl SpatialSimulation {
     pub fn snapshot(&self) -> SpatialSnapshot {
         let warm_start = match &self.scheme {
             Scheme::Thesis(_) => SpatialWarmStart::cold(self.robot().link_count()),
-            Scheme::Implicit(scheme) => scheme.warm_start(),
+            Scheme::Implicit(_) => self.body.motion.warm_start(),
         };
         SpatialSnapshot { state: self.body.state.clone(), warm_start }
     }
@@ -35,8 +35,6 @@ impl SpatialSimulation {
     /// Continues from a snapshot of a simulation of the same configuration among the same pegs.
     pub fn restore(&mut self, snapshot: &SpatialSnapshot) {
         self.place(&snapshot.state);
-        if let Scheme::Implicit(scheme) = &mut self.scheme {
-            scheme.resume(&snapshot.warm_start);
-        }
+        self.body.motion.resume(&snapshot.warm_start);
     }
 }

@@ -3,10 +3,13 @@
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
+use crate::math::Real;
 use crate::pegs::PegGrid;
 use crate::robot::Link;
 use crate::scene::Peg;
-use crate::spatial::{Frame, Screw, StagePeg, nearest_point};
+use crate::spatial::{Frame, Laned, Screw, StagePeg, nearest_point};
+
+use super::stage_work::StageWork;
 
 /// A pair that took part in the last stage, and its force \[N\].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -18,17 +21,17 @@ pub struct Pair {
 
 /// Where one link is during a stage.
 pub struct Situation<'a> {
-    pub link: &'a Link,
+    link: &'a Link,
     /// At the start of the step, at the base of the stage, and at its predicted end.
-    pub start: &'a Frame,
-    pub base: &'a Frame,
-    pub end: &'a Frame,
+    start: Frame,
+    base: Frame,
+    end: Frame,
     /// Twist with which the end is predicted.
-    pub expected: &'a Screw,
+    expected: Screw,
     /// c \[s\].
-    pub coefficient: f64,
+    coefficient: f64,
     /// Time from the start of the step to the end of the stage \[s\].
-    pub elapsed: f64,
+    elapsed: f64,
 }
 
 /// Plane that separates a link from a peg: normal, point of the centre line, and gap.
@@ -39,7 +42,20 @@ struct Plane {
     gap: f64,
 }
 
-impl Situation<'_> {
+impl<'a> Situation<'a> {
+    /// Link `index` of a lane's robot in the stage at hand.
+    pub fn of<T: Real>(work: &StageWork<T>, lane: usize, index: usize, link: &'a Link, elapsed: f64) -> Self {
+        Self {
+            link,
+            start: work.start_frames[index].lane(lane),
+            base: work.base_frames[index].lane(lane),
+            end: work.frames[index].lane(lane),
+            expected: work.expected[index].lane(lane),
+            coefficient: work.stage.coefficient,
+            elapsed,
+        }
+    }
+
     /// Calls `add` with every peg that may matter and its contact.
     pub fn visit(&self, index: usize, pegs: &PegGrid, mut add: impl FnMut(usize, StagePeg)) {
         let lead = (self.end.position - self.start.position).norm();
@@ -60,8 +76,8 @@ impl Situation<'_> {
     /// linearised at the start of the step.
     fn contact(&self, peg: &Peg, lead: f64) -> StagePeg {
         let touching = peg.radius + self.link.radius;
-        let at_start = self.plane(self.start, peg);
-        let mut plane = self.plane(self.end, peg);
+        let at_start = self.plane(&self.start, peg);
+        let mut plane = self.plane(&self.end, peg);
         let c = self.coefficient;
         let mut travelled = c * plane.normal.dot(&self.expected.velocity_at(&plane.arm));
         let deep = plane.gap < -DEEP * touching;
@@ -72,7 +88,7 @@ impl Situation<'_> {
             plane = at_start;
             travelled = -plane.normal.dot(&moved);
         }
-        let depth = (-self.plane(self.start, peg).gap).max(0.0);
+        let depth = (-self.plane(&self.start, peg).gap).max(0.0);
         let haste = 1.0 + depth / SLIGHT_DEPTH;
         let floor = -depth * (1.0 - haste * self.elapsed / RECOVERY_TIME).max(0.0);
         StagePeg {

@@ -1,8 +1,7 @@
-//! The arithmetic of a stage: what surrounds the solver.
+//! The arithmetic of a stage over lanes: what surrounds the solver.
 
 use nalgebra::Vector2;
 
-use crate::gait::CardanTarget;
 use crate::math::Real;
 use crate::spatial::{
     Certificate, Frame, Newton, Outcome, Posture, Screw, Speed, Stage, StageDrive, StageFriction, StageLink,
@@ -10,156 +9,179 @@ use crate::spatial::{
 };
 
 use super::super::SpatialPlant;
+use super::motion::GroundForces;
+use super::works::Works;
 
-/// Data of the stage at hand.
+/// Data of the stage at hand, for as many robots as `T` has lanes.
 #[derive(Debug, Clone)]
-pub struct StageWork<T: Real = f64> {
+pub struct StageWork<T: Real> {
     /// Farthest point of each link's surface from its CG \[m\].
-    pub reach: Vec<T>,
-    pub half_length: Vec<T>,
-    pub gravity: T,
+    reach: Vec<T>,
+    half_length: Vec<T>,
+    gravity: T,
     /// Gains k_P, k_D.
-    pub gains: [T; 2],
+    gains: [T; 2],
     pub torque_limit: T,
     /// Joint references at the end of the stage: yaw and pitch, angle and rate.
     pub target: Vec<[[T; 2]; 2]>,
+    /// Robots at the start of the step.
+    pub start: Posture<T>,
+    pub start_speed: Speed<T>,
+    pub start_momentum: Vec<Screw<T>>,
+    pub start_frames: Vec<Frame<T>>,
+    /// Heights of the spheres' lowest points there \[m\].
+    start_gap: Vec<[T; 2]>,
     /// q_B and the expected end velocity of the stage.
-    pub base: Posture<T>,
-    pub guess: Speed<T>,
+    base: Posture<T>,
+    pub base_frames: Vec<Frame<T>>,
+    guess: Speed<T>,
     /// Reference momenta p_R, without gravity.
-    pub momentum: Vec<Screw<T>>,
-    /// Expected end configuration.
-    pub predicted: Posture<T>,
+    momentum: Vec<Screw<T>>,
+    /// Expected end configuration, and the twists of the guess there.
+    predicted: Posture<T>,
     pub frames: Vec<Frame<T>>,
-    /// Twists of the guess.
     pub expected: Vec<Screw<T>>,
-    /// Heights of the spheres' lowest points at the start of the step \[m\].
-    pub start_gap: Vec<[T; 2]>,
-    /// Normal forces of the last stage \[N\].
-    pub normal_force: Vec<[T; 2]>,
+    /// Forces of the last stage.
+    pub forces: GroundForces<T>,
     pub stage: Stage<T>,
     pub solution: StageSolution<T>,
-    pub newton: Newton<T>,
-    /// The stage's end velocity.
-    pub end: Speed<T>,
+    newton: Newton<T>,
+    works: Works<T>,
+    /// How far the stage ended from its prediction, for any point of the robot \[m\].
+    pub deviation: T,
+    pub kept: Kept<T>,
+    /// Configuration at the end of the step.
+    pub arrival: Posture<T>,
+    /// How much deeper the step takes a sphere that has sunk, at most \[m\].
+    pub sinking: T,
 }
 
-impl StageWork {
-    pub fn new(plant: &SpatialPlant) -> Self {
-        let links = plant.robot.link_count();
-        let mut stage = Stage::with_capacity(links);
-        stage.friction = StageFriction { sliding: plant.friction, rolling: plant.rolling_friction };
-        stage.links.extend(plant.robot.links.iter().map(|link| StageLink {
-            axes: Frame::origin().axes,
-            momentum: Screw::zero(),
-            mass: link.mass,
-            inertia: link.inertia,
-            roll_inertia: link.roll_inertia,
-            half_length: 0.5 * link.length,
-            sphere: link.contact_half_length,
-            radius: link.radius,
-            tangent: Vector2::x(),
-            ground: [0.0; 2],
-        }));
-        Self {
-            reach: plant.robot.links.iter().map(|link| link.reach().max(0.5 * link.length)).collect(),
-            half_length: plant.robot.links.iter().map(|link| 0.5 * link.length).collect(),
-            gravity: plant.robot.gravity,
-            gains: [plant.controller.kp, plant.controller.kd],
-            torque_limit: f64::INFINITY,
-            target: vec![[[0.0; 2]; 2]; links - 1],
-            base: Posture::straight(links),
-            guess: Speed::rest(links),
-            momentum: vec![Screw::zero(); links],
-            predicted: Posture::straight(links),
-            frames: vec![Frame::origin(); links],
-            expected: vec![Screw::zero(); links],
-            start_gap: vec![[0.0; 2]; links],
-            normal_force: vec![[0.0; 2]; links],
-            stage,
-            solution: StageSolution::new(links),
-            newton: Newton::new(links),
-            end: Speed::rest(links),
-        }
-    }
-
-    /// Joint references and torque limit at the end of the stage.
-    pub fn take_references(&mut self, targets: &[CardanTarget], torque_limit: f64) {
-        for (mine, CardanTarget { yaw, pitch }) in self.target.iter_mut().zip(targets) {
-            *mine = [[yaw.angle, yaw.rate], [pitch.angle, pitch.rate]];
-        }
-        self.torque_limit = torque_limit;
-    }
+/// What is kept of a stage, lane by lane, once its solution stands: some lanes may need another prediction.
+#[derive(Debug, Clone)]
+pub struct Kept<T> {
+    /// The stage's end velocity and momenta.
+    pub end: Speed<T>,
+    pub momentum: Vec<Screw<T>>,
+    pub drive: Vec<[T; 2]>,
+    pub works: Works<T>,
 }
 
 impl<T: Real> StageWork<T> {
-    /// Predicts the end configuration of a stage of coefficient `c`.
-    pub fn predict(&mut self, c: f64) {
-        self.stage.coefficient = c;
-        self.predicted.travel(&self.base, &self.guess, T::splat(c));
-        self.predicted.place_links(&self.half_length, &mut self.frames);
-        self.guess.twists(&self.frames, &self.half_length, &mut self.expected);
-    }
-
-    /// Links and joints of the stage at its predicted end; `elapsed` is the time from the start of the step to there.
-    pub fn fill(&mut self, elapsed: f64) {
-        self.fill_links(elapsed);
-        self.fill_joints();
-    }
-
-    /// Solves the filled stage from the guess and the last normal forces, and judges the solution.
-    pub fn solve(&mut self, tolerance: f64, max_iterations: u32, lanes: T::Mask) -> (Outcome<T>, Certificate<T>) {
-        let c = T::splat(self.stage.coefficient);
-        self.solution.twist.copy_from_slice(&self.expected);
-        for (impulse, force) in self.solution.normal.iter_mut().zip(&self.normal_force) {
-            *impulse = [c * force[0], c * force[1]];
+    pub fn new(plant: &SpatialPlant) -> Self {
+        let links = plant.robot.link_count();
+        let zero = T::zero();
+        let none = || vec![Screw::zero(); links];
+        let frames = || vec![Frame::origin(); links];
+        Self {
+            reach: plant.robot.links.iter().map(|link| T::splat(link.reach().max(0.5 * link.length))).collect(),
+            half_length: plant.robot.links.iter().map(|link| T::splat(0.5 * link.length)).collect(),
+            gravity: T::splat(plant.robot.gravity),
+            gains: [plant.controller.kp, plant.controller.kd].map(T::splat),
+            torque_limit: T::splat(f64::INFINITY),
+            target: vec![[[zero; 2]; 2]; links - 1],
+            start: Posture::straight(links),
+            start_speed: Speed::rest(links),
+            start_momentum: none(),
+            start_frames: frames(),
+            start_gap: vec![[zero; 2]; links],
+            base: Posture::straight(links),
+            base_frames: frames(),
+            guess: Speed::rest(links),
+            momentum: none(),
+            predicted: Posture::straight(links),
+            frames: frames(),
+            expected: none(),
+            forces: GroundForces::none(links),
+            stage: empty_stage(plant),
+            solution: StageSolution::new(links),
+            newton: Newton::new(links),
+            works: Works::none(),
+            deviation: zero,
+            kept: Kept {
+                end: Speed::rest(links),
+                momentum: none(),
+                drive: vec![[zero; 2]; links - 1],
+                works: Works::none(),
+            },
+            arrival: Posture::straight(links),
+            sinking: zero,
         }
-        let outcome = self.newton.solve(&self.stage, &mut self.solution, tolerance, max_iterations, lanes);
-        let certificate = certify(&self.stage, &self.solution);
-        self.take_solution();
-        (outcome, certificate)
     }
 
-    /// End velocity and normal forces of the solved stage.
-    pub fn take_solution(&mut self) {
-        self.end.head = self.solution.twist[0];
-        self.end.rate.copy_from_slice(&self.solution.rate);
-        let per_second = T::splat(1.0) / T::splat(self.stage.coefficient);
-        for (force, impulse) in self.normal_force.iter_mut().zip(&self.solution.normal) {
-            *force = [impulse[0] * per_second, impulse[1] * per_second];
-        }
-    }
-
-    /// Gaps of a step that starts at `posture` with `speed`; also the first stage's base, guess and reference momenta.
-    pub fn begin_step(&mut self, posture: &Posture<T>, speed: &Speed<T>, momentum: &[Screw<T>]) {
-        self.base.copy_from(posture);
-        self.guess.copy_from(speed);
-        self.momentum.copy_from_slice(momentum);
-        self.base.place_links(&self.half_length, &mut self.frames);
-        for (i, frame) in self.frames.iter().enumerate() {
+    /// Base, guess and reference momenta of a stage that starts with the step.
+    #[inline(always)]
+    pub fn begin(&mut self) {
+        self.base.copy_from(&self.start);
+        self.guess.copy_from(&self.start_speed);
+        self.momentum.copy_from_slice(&self.start_momentum);
+        self.start.place_links(&self.half_length, &mut self.start_frames);
+        self.base_frames.copy_from_slice(&self.start_frames);
+        for (i, frame) in self.start_frames.iter().enumerate() {
             let link = &self.stage.links[i];
             self.start_gap[i] = [frame.ground_gap(link, 0), frame.ground_gap(link, 1)];
         }
     }
 
-    /// Momenta at the end of the solved stage.
-    pub fn end_momenta(&self, momentum: &mut [Screw<T>]) {
-        for (momentum, (link, x)) in momentum.iter_mut().zip(self.stage.links.iter().zip(&self.solution.twist)) {
-            *momentum = link.momentum_of(x);
+    /// Base, guess and reference momenta of the second stage: the robot moves on for `elapsed` with the velocity of the
+    /// first one, whose changes of momentum and velocity count `share` and `lead` times.
+    #[inline(always)]
+    pub fn extrapolate(&mut self, elapsed: f64, share: f64, lead: f64) {
+        let Kept { end, momentum, .. } = &self.kept;
+        self.base.travel(&self.start, end, T::splat(elapsed));
+        self.base.place_links(&self.half_length, &mut self.base_frames);
+        self.guess.blend(&self.start_speed, end, T::splat(lead));
+        for (reference, (start, end)) in self.momentum.iter_mut().zip(self.start_momentum.iter().zip(momentum)) {
+            let change = end.plus_scaled(start, -T::splat(1.0));
+            *reference = start.plus_scaled(&change, T::splat(share));
         }
     }
 
-    /// Reference momenta p + weight (p_1 - p), with p_1 those at the end of the solved stage.
-    pub fn extrapolate_momenta(&mut self, weight: f64) {
-        for (i, momentum) in self.momentum.iter_mut().enumerate() {
-            let end = self.stage.links[i].momentum_of(&self.solution.twist[i]);
-            let change = end.plus_scaled(momentum, -T::splat(1.0));
-            *momentum = momentum.plus_scaled(&change, T::splat(weight));
-        }
+    /// Predicts the end configuration of a stage of coefficient `c` and builds its links and joints there; `elapsed` is
+    /// the time from the start of the step to there.
+    #[inline(always)]
+    pub fn predict(&mut self, c: f64, elapsed: f64) {
+        self.stage.coefficient = c;
+        self.predicted.travel(&self.base, &self.guess, T::splat(c));
+        self.predicted.place_links(&self.half_length, &mut self.frames);
+        self.guess.twists(&self.frames, &self.half_length, &mut self.expected);
+        self.fill_links(elapsed);
+        self.fill_joints();
     }
 
-    /// How far the stage ended from its prediction, for any point of the robot \[m\].
-    pub fn deviation(&self) -> T {
+    /// Solves the stage from the guess and the last forces, and judges the solution.
+    #[inline(always)]
+    pub fn solve(&mut self, tolerance: f64, max_iterations: u32, lanes: T::Mask) -> (Outcome<T>, Certificate<T>) {
+        let c = T::splat(self.stage.coefficient);
+        self.solution.twist.copy_from_slice(&self.expected);
+        let StageSolution { normal, friction, rolling, .. } = &mut self.solution;
+        for (i, forces) in self.forces.normal.iter().enumerate() {
+            normal[i] = [c * forces[0], c * forces[1]];
+            let [front, rear] = &self.forces.friction[i];
+            friction[i] = [impulse(front, c), impulse(rear, c)];
+            rolling[i] = impulse(&self.forces.rolling[i], c);
+        }
+        let outcome = self.newton.solve(&self.stage, &mut self.solution, tolerance, max_iterations, lanes);
+        (outcome, certify(&self.stage, &self.solution))
+    }
+
+    /// What follows from the solution: forces, in the given lanes, works and deviation.
+    #[inline(always)]
+    pub fn evaluate(&mut self, lanes: T::Mask) {
+        let per_second = T::splat(1.0) / T::splat(self.stage.coefficient);
+        let GroundForces { normal, friction, rolling } = &mut self.forces;
+        for (i, impulse) in self.solution.normal.iter().enumerate() {
+            for end in 0..2 {
+                normal[i][end] = T::select(lanes, impulse[end] * per_second, normal[i][end]);
+                select_force(&mut friction[i][end], lanes, &self.solution.friction[i][end], per_second);
+            }
+            select_force(&mut rolling[i], lanes, &self.solution.rolling[i], per_second);
+        }
+        self.works = Works::of(&self.stage, &self.solution);
+        self.measure_deviation();
+    }
+
+    #[inline(always)]
+    fn measure_deviation(&mut self) {
         let mut fastest = T::zero();
         for (reach, (u, guess)) in self.reach.iter().zip(self.solution.twist.iter().zip(&self.expected)) {
             let change = u.plus_scaled(guess, -T::splat(1.0));
@@ -168,9 +190,45 @@ impl<T: Real> StageWork<T> {
             let angular = (w.x * w.x + w.y * w.y + w.z * w.z).sqrt();
             fastest = fastest.max(linear + *reach * angular);
         }
-        fastest * T::splat(self.stage.coefficient)
+        self.deviation = fastest * T::splat(self.stage.coefficient);
     }
 
+    /// Keeps the solution in the lanes where it stands; in others it becomes the next guess.
+    #[inline(always)]
+    pub fn keep(&mut self, solved: T::Mask, again: T::Mask) {
+        let StageSolution { twist, rate, drive, .. } = &self.solution;
+        let Kept { end, momentum, drive: kept_drive, works } = &mut self.kept;
+        end.head.select_into(solved, &twist[0]);
+        self.guess.head.select_into(again, &twist[0]);
+        for (j, rates) in rate.iter().enumerate() {
+            for axis in 0..2 {
+                end.rate[j][axis] = T::select(solved, rates[axis], end.rate[j][axis]);
+                self.guess.rate[j][axis] = T::select(again, rates[axis], self.guess.rate[j][axis]);
+                kept_drive[j][axis] = T::select(solved, drive[j][axis], kept_drive[j][axis]);
+            }
+        }
+        for (momentum, (link, x)) in momentum.iter_mut().zip(self.stage.links.iter().zip(twist)) {
+            momentum.select_into(solved, &link.momentum_of(x));
+        }
+        works.select_into(solved, &self.works);
+    }
+
+    /// Where the last stage ends, and whether spheres sink there: a link that turns fast leaves its linearised gap.
+    #[inline(always)]
+    pub fn arrive(&mut self) {
+        self.arrival.travel(&self.base, &self.kept.end, T::splat(self.stage.coefficient));
+        self.arrival.place_links(&self.half_length, &mut self.frames);
+        self.sinking = T::zero();
+        for (i, frame) in self.frames.iter().enumerate() {
+            for end in 0..2 {
+                let gap = frame.ground_gap(&self.stage.links[i], end);
+                let sunk = gap.lt(T::splat(-SUNK));
+                self.sinking = self.sinking.max(T::select(sunk, self.start_gap[i][end] - gap, T::zero()));
+            }
+        }
+    }
+
+    #[inline(always)]
     fn fill_links(&mut self, elapsed: f64) {
         let c = T::splat(self.stage.coefficient);
         for (i, frame) in self.frames.iter().enumerate() {
@@ -188,21 +246,53 @@ impl<T: Real> StageWork<T> {
     }
 
     /// The PD torque (T 4.101)-(T 4.102) at the end of the stage, where phi = phi_base + c phi', is linear in phi'.
+    #[inline(always)]
     fn fill_joints(&mut self) {
         let c = T::splat(self.stage.coefficient);
         let [kp, kd] = self.gains;
         self.stage.joints.clear();
         for (base, target) in self.base.angle.iter().zip(&self.target) {
-            self.stage.joints.push(std::array::from_fn(|axis| {
-                let [angle, rate] = target[axis];
-                StageDrive {
-                    drive: c * (kp * (angle - base[axis]) + kd * rate),
-                    stiffness: c * (c * kp + kd),
-                    limit: c * self.torque_limit,
-                }
-            }));
+            let [[yaw, yaw_rate], [pitch, pitch_rate]] = *target;
+            let (stiffness, limit) = (c * (c * kp + kd), c * self.torque_limit);
+            self.stage.joints.push([
+                StageDrive { drive: c * (kp * (yaw - base[0]) + kd * yaw_rate), stiffness, limit },
+                StageDrive { drive: c * (kp * (pitch - base[1]) + kd * pitch_rate), stiffness, limit },
+            ]);
         }
     }
+}
+
+/// A stage with the constants of the plant's robot.
+fn empty_stage<T: Real>(plant: &SpatialPlant) -> Stage<T> {
+    let mut stage = Stage::with_capacity(plant.robot.link_count());
+    let zero = T::zero();
+    let sliding = plant.friction.map(T::splat);
+    stage.friction = StageFriction { sliding, rolling: T::splat(plant.rolling_friction) };
+    stage.links.extend(plant.robot.links.iter().map(|link| StageLink {
+        axes: Frame::origin().axes,
+        momentum: Screw::zero(),
+        mass: T::splat(link.mass),
+        inertia: T::splat(link.inertia),
+        roll_inertia: T::splat(link.roll_inertia),
+        half_length: T::splat(0.5 * link.length),
+        sphere: T::splat(link.contact_half_length),
+        radius: T::splat(link.radius),
+        tangent: Vector2::new(T::splat(1.0), zero),
+        ground: [zero; 2],
+    }));
+    stage
+}
+
+#[inline(always)]
+fn impulse<T: Real>([x, y]: &[T; 2], c: T) -> Vector2<T> {
+    Vector2::new(c * *x, c * *y)
+}
+
+/// Takes the force of an impulse over in the given lanes.
+#[inline(always)]
+fn select_force<T: Real>(force: &mut [T; 2], lanes: T::Mask, impulse: &Vector2<T>, per_second: T) {
+    force[0] = T::select(lanes, impulse.x * per_second, force[0]);
+    force[1] = T::select(lanes, impulse.y * per_second, force[1]);
 }
 
 /// Direction along which friction has mu_x: the shadow of the centre line (T 4.36), of an upright link that of e_x^B.
@@ -241,6 +331,9 @@ const RECOVERY_TIME: f64 = 0.05;
 
 /// Fastest separation asked of a penetrating contact \[m/s\].
 const RECOVERY_SPEED: f64 = 0.2;
+
+/// Depth from which on a sphere must not go deeper \[m\].
+const SUNK: f64 = 2e-4;
 
 /// Squared length of the centre line's shadow below which a link is upright.
 const UPRIGHT: f64 = 1e-18;
