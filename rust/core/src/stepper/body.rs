@@ -19,6 +19,8 @@ pub struct WarmStart {
     pub near: NearPegs,
     /// Where each joint stands in its free play, phi less the motor's angle \[rad\].
     pub play: Vec<f64>,
+    /// Whether a part of the last step had to be retaken because a peg's force changed abruptly.
+    pub rough: bool,
     /// Time since the robot was placed \[s\].
     pub elapsed: f64,
     /// Step control of the adaptive scheme.
@@ -32,6 +34,7 @@ impl WarmStart {
             joint_torque: vec![0.0; links - 1],
             near: NearPegs::with_capacity(links),
             play: vec![0.0; links - 1],
+            rough: false,
             elapsed: 0.0,
             pace: Pace::default(),
         }
@@ -42,6 +45,7 @@ impl WarmStart {
         self.joint_torque.fill(0.0);
         self.near.clear();
         self.play.fill(0.0);
+        self.rough = false;
         self.elapsed = 0.0;
         self.pace = Pace::default();
     }

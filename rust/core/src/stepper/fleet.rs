@@ -133,28 +133,38 @@ impl<D: Driven> Run<'_, D> {
 
     /// One step of second order for `members`, divided where that does not do.
     ///
-    /// A step in which a peg's force changes abruptly is halved and halved again, and at last taken as Euler steps. A
-    /// robot that starts from rest meets a reference in motion, so its first step is halved towards the start
-    /// until it resolves the boundary layer of a stiff controller, and following steps grow slowly.
+    /// A step in which a peg's force changes abruptly is halved and halved again, and at last taken as Euler steps.
+    /// Such steps come in groups, so that the one after is halved without being tried. A robot that starts from rest
+    /// meets a reference in motion, so its first step is halved towards the start until it resolves the boundary layer
+    /// of a stiff controller, and following steps grow slowly.
     fn step<T: StageKernels>(&mut self, group: &mut Group<T>, members: &[usize], h: f64, level: usize) {
         let mut division = std::mem::take(&mut self.divisions[level]);
         let robots = &*self.robots;
         let longest =
             |member: usize| self.config.step() * (START + robots[member].body().warm_start.elapsed / START_LASTS);
-        division.sort(members, |member| h > longest(member));
-        let Division { tried, starting, rejected } = &mut division;
+        let may_halve = level == 0 && self.config.event_halvings() > 0;
+        let rough = |member: usize| may_halve && robots[member].body().warm_start.rough;
+        division.sort(members, |member| h > longest(member) || rough(member));
+        let Division { tried, untried, rejected } = &mut division;
         // A register waits for its slowest lane.
         tried.sort_unstable_by_key(|&member| (robots[member].body().effort, member));
         for members in tried.chunks(T::LANES) {
             group.sdirk_step(self.plant, self.robots, members, h, rejected);
         }
-        rejected.iter().for_each(|&member| self.robots[member].body_mut().tally.events += 1);
+        if level == 0 {
+            members.iter().for_each(|&member| self.robots[member].body_mut().warm_start.rough = false);
+        }
+        for &member in rejected.iter() {
+            let body = self.robots[member].body_mut();
+            body.tally.events += 1;
+            body.warm_start.rough = true;
+        }
         if level < self.config.event_halvings() {
-            rejected.append(starting);
+            rejected.append(untried);
             self.halve(group, rejected, h, level);
         } else {
             self.euler_steps(group, rejected, h, self.config.event_steps());
-            self.halve(group, starting, h, level);
+            self.halve(group, untried, h, level);
         }
         self.divisions[level] = division;
     }
@@ -192,8 +202,8 @@ impl<D: Driven> Run<'_, D> {
 #[derive(Debug, Clone, Default)]
 struct Division {
     tried: Vec<usize>,
-    /// Robots at their start, whose step is divided without trying.
-    starting: Vec<usize>,
+    /// Robots whose step is divided without trying: at their start, or after a step that had to be.
+    untried: Vec<usize>,
     /// Robots for which the step was tried and did not do.
     rejected: Vec<usize>,
 }
@@ -201,15 +211,15 @@ struct Division {
 impl Division {
     fn with_capacity(robots: usize) -> Self {
         let list = || Vec::with_capacity(robots);
-        Self { tried: list(), starting: list(), rejected: list() }
+        Self { tried: list(), untried: list(), rejected: list() }
     }
 
-    fn sort(&mut self, members: &[usize], starts: impl Fn(usize) -> bool) {
+    fn sort(&mut self, members: &[usize], divides: impl Fn(usize) -> bool) {
         self.tried.clear();
-        self.starting.clear();
+        self.untried.clear();
         self.rejected.clear();
         for &member in members {
-            if starts(member) { self.starting.push(member) } else { self.tried.push(member) }
+            if divides(member) { self.untried.push(member) } else { self.tried.push(member) }
         }
     }
 }
