@@ -2,7 +2,7 @@
 //!
 //!     snake-bench PART... [--quick] [--scenes NAME,...] [--cache FOLDER]
 //!
-//! Parts: `precision`, `growth`, `skip`, `certificate`.
+//! Parts: `precision`, `growth`, `skip`, `certificate`, `spatial`.
 
 mod certificate;
 mod clock;
@@ -15,6 +15,7 @@ mod reference;
 mod report;
 mod scenes;
 mod skip;
+mod spatial;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -22,7 +23,7 @@ use std::process::ExitCode;
 use scenes::Scenario;
 
 const USAGE: &str = "usage: snake-bench PART... [--quick] [--scenes NAME,...] [--cache FOLDER]
-parts: precision, growth, skip, certificate";
+parts: precision, growth, skip, certificate, spatial";
 
 fn main() -> ExitCode {
     match Options::parse(std::env::args().skip(1)).and_then(|options| options.run()) {
@@ -64,6 +65,7 @@ impl Options {
                 "precision" => precision::measure(&self.scenes, self.quick, self.cache.as_deref()),
                 "growth" => growth::measure(self.quick),
                 "skip" => skip::measure(self.quick),
+                "spatial" => spatial::measure(self.quick, self.cache.as_deref()),
                 "certificate" => certificate::measure(&self.scenes, self.quick),
                 _ => return Err(format!("{part}: no such part")),
             }

@@ -214,12 +214,15 @@ impl<T: Real> Quadratic<T> {
         let gradient = [v.x, v.y, v.z, w.x, w.y, w.z];
         let mut x = [-v.x, -v.y, -v.z, -w.x, -w.y, -w.z];
         for k in 0..6 {
-            let inverse = T::splat(1.0) / rows[k][k];
+            let mut column = [T::zero(); 6];
+            for (entry, row) in column.iter_mut().zip(&rows) {
+                *entry = row[k];
+            }
+            let inverse = T::splat(1.0) / column[k];
             for i in k + 1..6 {
-                let factor = rows[i][k] * inverse;
-                for j in k + 1..=i {
-                    let above = rows[j][k];
-                    rows[i][j] -= factor * above;
+                let factor = column[i] * inverse;
+                for (entry, above) in rows[i][k + 1..=i].iter_mut().zip(&column[k + 1..=i]) {
+                    *entry -= factor * *above;
                 }
                 x[i] -= factor * x[k];
             }

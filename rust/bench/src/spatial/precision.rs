@@ -1,0 +1,173 @@
+//! Error at the end of a run in space against simulated seconds per second of one thread.
+
+use std::path::Path;
+
+use serde::Serialize;
+use snake_core::ConfigError;
+use snake_core::simulation::StepReport;
+use snake_core::spatial_simulation::{SpatialFleet, SpatialPlant};
+use snake_core::stepper::IntegratorConfig;
+
+use crate::clock::{Spent, median, spent};
+use crate::fleet::{ROBOTS, WINDOW};
+use crate::methods::Choice;
+use crate::reference::Distance;
+use crate::report::{emit, progress};
+
+use super::reference::{SpatialReference, distance};
+use super::robots::{Robot, staggered, time_window};
+use super::scenes::{SpatialScenario, all, positions};
+
+/// What a scene's measurements are compared with.
+#[derive(Serialize)]
+struct SceneRecord<'a> {
+    scene: &'a str,
+    model: &'a str,
+    title: &'a str,
+    scenario: &'a SpatialScenario,
+    reference: &'a SpatialReference,
+}
+
+/// One point of a work-precision plot; of the shape of the planar ones.
+#[derive(Debug, Serialize)]
+struct Point<'a> {
+    scene: &'a str,
+    curve: &'a str,
+    integrator: IntegratorConfig,
+    /// It is the default of the spatial model.
+    default: bool,
+    /// Distance from the reference at the end \[m\]; none if the robot diverged.
+    error: Option<Distance>,
+    /// Simulated seconds per CPU second of one thread: one robot alone, and a fleet.
+    speed_alone: f64,
+    speed_fleet: f64,
+    /// The same by wall clock.
+    wall_alone: f64,
+    wall_fleet: f64,
+    /// Repetitions that the medians are of.
+    repetitions: [usize; 2],
+    simulated: f64,
+    steps: u32,
+    iterations: u32,
+    misses: u32,
+    fallbacks: u32,
+    events: u32,
+    diverged: bool,
+}
+
+/// Measures the spatial model on all its scenes and emits every point.
+///
+/// # Errors
+/// A scene is not admissible.
+pub fn measure(quick: bool, cache: Option<&Path>) -> Result<(), ConfigError> {
+    for scenario in all() {
+        let reference = SpatialReference::of(&scenario, cache)?;
+        let SpatialScenario { name, title, .. } = scenario;
+        emit(
+            "scene",
+            &SceneRecord { scene: name, model: "spatial", title, scenario: &scenario, reference: &reference },
+        );
+        let plant = scenario.plant()?;
+        let robots = staggered(&scenario, &plant)?;
+        for choice in choices(quick) {
+            progress(&format!("{name}: {} at {} s", choice.curve, choice.integrator.step()));
+            emit("point", &measure_choice(&scenario, &reference, &plant, &robots, &choice, rounds(quick))?);
+        }
+    }
+    Ok(())
+}
+
+fn rounds(quick: bool) -> usize {
+    if quick { 1 } else { 5 }
+}
+
+/// Steps and tolerances of the work-precision curves; steps divide 0.6 s and 1 s.
+fn choices(quick: bool) -> Vec<Choice> {
+    let steps: &[f64] =
+        if quick { &[0.05, 0.01] } else { &[0.1, 0.05, 0.025, 0.02, 0.0125, 0.01, 0.005, 0.0025, 0.001] };
+    let tolerances: &[f64] = if quick { &[1e-6] } else { &[1e-6, 1e-5, 1e-4, 1e-3] };
+    let mut choices = Vec::new();
+    for &tolerance in tolerances {
+        for &step in steps {
+            let curve = match tolerance {
+                1e-6 => "implicit order 2".to_owned(),
+                _ => format!("implicit order 2, tolerance {tolerance:e}"),
+            };
+            let integrator = IntegratorConfig {
+                step: Some(step),
+                tolerance: (tolerance != 1e-6).then_some(tolerance),
+                ..IntegratorConfig::default()
+            };
+            choices.push(Choice { curve, integrator });
+        }
+    }
+    choices
+}
+
+/// Whether a choice is what a user of the spatial model gets who asks for nothing.
+fn is_default(integrator: &IntegratorConfig) -> bool {
+    *integrator == IntegratorConfig { step: Some(DEFAULT_STEP), ..IntegratorConfig::default() }
+}
+
+/// The spatial model's own default step \[s\].
+const DEFAULT_STEP: f64 = 0.01;
+
+fn measure_choice<'a>(
+    scenario: &'a SpatialScenario,
+    reference: &SpatialReference,
+    plant: &SpatialPlant,
+    robots: &[Robot],
+    choice: &'a Choice,
+    rounds: usize,
+) -> Result<Point<'a>, ConfigError> {
+    let mut fleet = SpatialFleet::new(choice.integrator, plant, ROBOTS);
+    let (mut alone, mut together) = (Vec::new(), Vec::new());
+    let mut run = Run::of(scenario, &choice.integrator)?;
+    alone.push(run.spent);
+    for round in 0..rounds {
+        if round > 0 {
+            run = Run::of(scenario, &choice.integrator)?;
+            alone.push(run.spent);
+        }
+        together.push(time_window(plant, &mut fleet, robots));
+    }
+    let Run { report, ref links, .. } = run;
+    let speed = |simulated: f64, spent: &[Spent], time: fn(&Spent) -> f64| {
+        simulated / median(&spent.iter().map(time).collect::<Vec<_>>())
+    };
+    let simulated = scenario.duration;
+    Ok(Point {
+        scene: scenario.name,
+        curve: &choice.curve,
+        integrator: choice.integrator,
+        default: is_default(&choice.integrator),
+        error: (!report.diverged).then(|| distance(links, &reference.links)),
+        speed_alone: speed(simulated, &alone, |spent| spent.cpu),
+        speed_fleet: speed(ROBOTS as f64 * WINDOW, &together, |spent| spent.cpu),
+        wall_alone: speed(simulated, &alone, |spent| spent.wall),
+        wall_fleet: speed(ROBOTS as f64 * WINDOW, &together, |spent| spent.wall),
+        repetitions: [alone.len(), together.len()],
+        simulated,
+        steps: report.steps,
+        iterations: report.iterations,
+        misses: report.misses,
+        fallbacks: report.fallbacks,
+        events: report.events,
+        diverged: report.diverged,
+    })
+}
+
+/// One robot's run.
+struct Run {
+    links: Vec<[f64; 3]>,
+    spent: Spent,
+    report: StepReport,
+}
+
+impl Run {
+    fn of(scenario: &SpatialScenario, integrator: &IntegratorConfig) -> Result<Self, ConfigError> {
+        let (mut simulation, gait) = (scenario.simulation(integrator)?, scenario.gait());
+        let (report, spent) = spent(|| simulation.advance(scenario.duration, &gait));
+        Ok(Self { links: positions(&simulation), spent, report })
+    }
+}

@@ -1,0 +1,40 @@
+//! Robots in space side by side, none of which does what its neighbour does.
+
+use snake_core::ConfigError;
+use snake_core::gait::CardanGait;
+use snake_core::pegs::PegGrid;
+use snake_core::spatial_simulation::{SpatialFleet, SpatialPlant, SpatialScripted};
+use snake_core::stepper::IntegratorConfig;
+
+use crate::clock::{Spent, spent};
+use crate::fleet::{ROBOTS, WINDOW};
+
+use super::scenes::SpatialScenario;
+
+/// Time by which each robot is ahead of the one before \[s\].
+const STAGGER: f64 = 0.07;
+
+/// A robot that follows a gait.
+pub type Robot = SpatialScripted<CardanGait>;
+
+/// The robots of one scenario, robot k by k * 0.07 s ahead: they cover the five seconds that are judged.
+///
+/// # Errors
+/// The scenario is not admissible.
+pub fn staggered(scenario: &SpatialScenario, plant: &SpatialPlant) -> Result<Vec<Robot>, ConfigError> {
+    let pegs = PegGrid::new(&scenario.scene.obstacles);
+    let start = Robot::new(&plant.robot, pegs, scenario.head(), &scenario.posture(), scenario.gait());
+    let mut robots = vec![start; ROBOTS];
+    let mut fleet = SpatialFleet::new(IntegratorConfig::default(), plant, ROBOTS);
+    for k in 1..ROBOTS {
+        // Robot k takes part in the first k of all moves.
+        fleet.advance(plant, &mut robots, STAGGER, |robot| robot >= k);
+    }
+    Ok(robots)
+}
+
+/// Lets a fleet that starts from `robots` move for one window; returns its time on this thread.
+pub fn time_window(plant: &SpatialPlant, fleet: &mut SpatialFleet, robots: &[Robot]) -> Spent {
+    let mut moving = robots.to_vec();
+    spent(|| fleet.advance(plant, &mut moving, WINDOW, |_| true)).1
+}

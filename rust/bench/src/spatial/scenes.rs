@@ -1,0 +1,126 @@
+//! Robots in space to measure: scene, gait and start, by name.
+
+use std::f64::consts::PI;
+
+use nalgebra::{Vector2, Vector3};
+use serde::Serialize;
+use snake_core::ConfigError;
+use snake_core::control::ControllerConfig;
+use snake_core::gait::{CardanGait, CardanReference, Gait, SoftStart, Wave};
+use snake_core::robot::{Robot, RobotConfig};
+use snake_core::scene::{Peg, START_SPATIAL_7_5, Scene, SceneConfig, TABLE_7_5};
+use snake_core::spatial::{Pose, orientation_of};
+use snake_core::spatial_simulation::{SpatialPlant, SpatialSimulation};
+use snake_core::stepper::IntegratorConfig;
+
+/// A robot in space, flat on the ground and at rest, ready for its gait.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SpatialScenario {
+    pub name: &'static str,
+    pub title: &'static str,
+    pub robot: RobotConfig,
+    pub scene: SceneConfig,
+    pub controller: ControllerConfig,
+    pub yaw: Wave,
+    pub pitch: Wave,
+    /// Whether the gait begins softly, joint by joint ([`SoftStart`]).
+    pub soft_start: bool,
+    /// CG of link 1 \[m\] and the yaw of its centre line \[rad\].
+    pub start: [f64; 3],
+    /// Simulated time after which errors are judged \[s\], a whole number of seconds.
+    pub duration: f64,
+}
+
+/// All scenes of the spatial model.
+pub fn all() -> Vec<SpatialScenario> {
+    vec![course(), sidewinding()]
+}
+
+impl SpatialScenario {
+    pub fn gait(&self) -> CardanGait {
+        let gait = |wave| {
+            if self.soft_start { Gait::SoftStart(SoftStart::new(wave, self.robot.links - 1)) } else { Gait::Wave(wave) }
+        };
+        CardanGait { yaw: gait(self.yaw), pitch: gait(self.pitch) }
+    }
+
+    /// # Errors
+    /// Configuration or method are not admissible.
+    pub fn simulation(&self, integrator: &IntegratorConfig) -> Result<SpatialSimulation, ConfigError> {
+        let mut simulation = SpatialSimulation::new(&self.robot, &self.scene, &self.controller, integrator)?;
+        simulation.place_chain(self.head(), &self.posture());
+        simulation.rest_on_ground();
+        Ok(simulation)
+    }
+
+    /// # Errors
+    /// The robot, the scene or the controller is not admissible.
+    pub fn plant(&self) -> Result<SpatialPlant, ConfigError> {
+        SpatialPlant::new(Robot::new(&self.robot)?, &Scene::new(&self.scene)?, self.controller)
+    }
+
+    /// Pose of link 1 at the start; its height is that of a robot on the ground.
+    pub fn head(&self) -> Pose {
+        let [x, y, yaw] = self.start;
+        Pose { position: Vector3::new(x, y, 0.0), orientation: orientation_of(yaw, 0.0, 0.0) }
+    }
+
+    /// (yaw, pitch) of the joints at the start \[rad\].
+    pub fn posture(&self) -> Vec<Vector2<f64>> {
+        let gait = self.gait();
+        let targets = (0..self.robot.links - 1).map(|joint| gait.target(joint, 0.0));
+        targets.map(|target| Vector2::new(target.yaw.angle, target.pitch.angle)).collect()
+    }
+}
+
+/// Link CGs \[m\].
+pub fn positions(simulation: &SpatialSimulation) -> Vec<[f64; 3]> {
+    simulation.state().pose.iter().map(|pose| pose.position.into()).collect()
+}
+
+/// Lateral undulation (T 7.3) without lifting, among the pegs of Table 7.5.
+fn course() -> SpatialScenario {
+    SpatialScenario {
+        name: "spatial-course-7.5",
+        title: "in space: course of Table 7.5",
+        scene: SceneConfig {
+            obstacles: TABLE_7_5.iter().map(|&peg| Peg::from(peg)).collect(),
+            ..SceneConfig::default()
+        },
+        yaw: Wave::default(),
+        pitch: Wave::still(),
+        soft_start: false,
+        start: START_SPATIAL_7_5,
+        ..sidewinding()
+    }
+}
+
+/// Sidewinding (T 7.5) with soft start.
+fn sidewinding() -> SpatialScenario {
+    SpatialScenario {
+        name: "spatial-sidewinding",
+        title: "in space: sidewinding from rest, isotropic ground",
+        robot: RobotConfig::default(),
+        scene: SceneConfig::default(),
+        controller: ControllerConfig::default(),
+        yaw: Wave { amplitude: 30_f64.to_radians(), ..Wave::default() },
+        pitch: Wave { amplitude: 10_f64.to_radians(), phase: 90_f64.to_radians(), ..Wave::default() },
+        soft_start: true,
+        start: [0.0, 0.0, PI],
+        duration: 5.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_scene_starts_on_the_ground_and_free_of_pegs() {
+        for scenario in all() {
+            let simulation = scenario.simulation(&IntegratorConfig::default()).unwrap();
+            assert!(simulation.min_gap() > -1e-12 && simulation.joint_gap() < 1e-12, "{}", scenario.name);
+            assert!(scenario.plant().is_ok());
+        }
+    }
+}
