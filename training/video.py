@@ -82,11 +82,14 @@ def write(frames: list[NDArray[np.uint8]], path: Path, frames_per_second: int = 
         return path.with_suffix(".gif")
 
 
-def write_small_gif(frames: list[NDArray[np.uint8]], path: Path, width: int = 400, colours: int = 32) -> Path:
+def write_small_gif(frames: list[NDArray[np.uint8]], path: Path, width: int = 360, colours: int = 24) -> Path:
     """Writes every third frame, some hundreds of kilobytes for an episode."""
     from PIL import Image
 
     height = round(width * frames[0].shape[0] / frames[0].shape[1])
-    small = [Image.fromarray(frame).resize((width, height)).quantize(colours) for frame in frames[::3]]
+    small = [
+        Image.fromarray(frame).resize((width, height)).quantize(colours, Image.Quantize.MAXCOVERAGE)
+        for frame in frames[::3]
+    ]
     small[0].save(path, save_all=True, append_images=small[1:], duration=150, loop=0, optimize=True)
     return path
