@@ -144,6 +144,6 @@ DESCRIPTION = """Speed against error, growth, cost of features, certificates; pe
     python -m training.bench
     python -m training.bench --quick --parts precision,peer --scenes free,course-7.5
 
-Parts: precision (error against run time), growth (links, pegs, robots and threads), skip (what features cost),
-certificate (residuals, gaps, iterations), peer (MuJoCo, if the extra `bench` is installed), interface (Python's
-share of a step)."""
+Parts: precision (error against run time), spatial (the same in space), growth (links, pegs, robots and threads), skip
+(what features cost), certificate (residuals, gaps, iterations), peer (MuJoCo, if the extra `bench` is installed),
+interface (Python's share of a step)."""

@@ -11,7 +11,7 @@ from threading import Thread
 from typing import IO, Any
 
 ROOT = Path(__file__).resolve().parents[2]
-PARTS = ("precision", "growth", "skip", "certificate")
+PARTS = ("precision", "spatial", "growth", "skip", "certificate")
 
 Progress = Callable[[str], None]
 
