@@ -7,8 +7,8 @@ use snake_core::task::{EnvConfig, Model, PlanarMachine, SpatialMachine};
 
 /// A batch of either model.
 pub enum Core {
-    Planar(Batch<PlanarMachine>),
-    Spatial(Batch<SpatialMachine>),
+    Planar(Box<Batch<PlanarMachine>>),
+    Spatial(Box<Batch<SpatialMachine>>),
 }
 
 /// Evaluates an expression with the batch of a [`Core`], whichever it is.
@@ -25,8 +25,8 @@ pub(crate) use of_model;
 impl Core {
     pub fn new(config: &EnvConfig, num_envs: usize, num_threads: usize) -> Result<Self, ConfigError> {
         Ok(match config.model {
-            Model::Planar => Core::Planar(Batch::new(config, num_envs, num_threads)?),
-            Model::Spatial => Core::Spatial(Batch::new(config, num_envs, num_threads)?),
+            Model::Planar => Core::Planar(Box::new(Batch::new(config, num_envs, num_threads)?)),
+            Model::Spatial => Core::Spatial(Box::new(Batch::new(config, num_envs, num_threads)?)),
         })
     }
 
