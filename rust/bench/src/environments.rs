@@ -1,10 +1,9 @@
 //! Batches of environments in the middle of their episodes.
 
 use snake_core::ConfigError;
-use snake_core::batch::{Batch, Outputs};
+use snake_core::batch::{Batch, Formed, Outputs};
 use snake_core::task::random::Stream;
-use snake_core::task::signal::COUNT;
-use snake_core::task::{EnvConfig, EnvironmentState, Task};
+use snake_core::task::{EnvConfig, EnvironmentState, Model, PlanarMachine, Task};
 
 /// The configuration behind an environment id.
 pub fn of_id(task: Task) -> (&'static str, EnvConfig) {
@@ -17,6 +16,11 @@ pub fn of_id(task: Task) -> (&'static str, EnvConfig) {
         Task::Corridor => "SnakeCorridor-v0",
     };
     (name, EnvConfig { task, ..EnvConfig::default() })
+}
+
+/// The configuration behind `SnakeSpatial-v0`.
+pub fn in_space() -> (&'static str, EnvConfig) {
+    ("SnakeSpatial-v0", EnvConfig { task: Task::Free, model: Model::Spatial, ..EnvConfig::default() })
 }
 
 /// What the robots are told to do.
@@ -40,8 +44,8 @@ impl Actions {
 }
 
 /// A batch that starts ended rows anew by itself.
-pub struct Robots {
-    pub batch: Batch,
+pub struct Robots<M: Formed = PlanarMachine> {
+    pub batch: Batch<M>,
     actions: Actions,
     action: Vec<f64>,
     stream: Stream,
@@ -55,7 +59,7 @@ pub struct Robots {
     signals: Vec<f64>,
 }
 
-impl Robots {
+impl<M: Formed> Robots<M> {
     /// Row k at the start of episode 0 of seed k.
     ///
     /// # Errors
@@ -73,7 +77,7 @@ impl Robots {
             reward: vec![0.0; rows],
             terminated: vec![false; rows],
             truncated: vec![false; rows],
-            signals: vec![0.0; rows * COUNT],
+            signals: vec![0.0; rows * batch.signal_kinds().count()],
             batch,
         };
         let seeds: Vec<_> = (0..rows as u64).map(Some).collect();
@@ -90,7 +94,7 @@ impl Robots {
         rows: usize,
         threads: usize,
         actions: Actions,
-        pool: &[EnvironmentState],
+        pool: &[EnvironmentState<M::State>],
     ) -> Result<Self, ConfigError> {
         let mut robots = Self::new(config, rows, threads, actions)?;
         for row in 0..rows {
@@ -138,8 +142,8 @@ impl Robots {
 ///
 /// # Errors
 /// The configuration is not admissible.
-pub fn pool(config: &EnvConfig, actions: Actions) -> Result<Vec<EnvironmentState>, ConfigError> {
-    let mut robots = Robots::new(config, POOL, 0, actions)?;
+pub fn pool<M: Formed>(config: &EnvConfig, actions: Actions) -> Result<Vec<EnvironmentState<M::State>>, ConfigError> {
+    let mut robots = Robots::<M>::new(config, POOL, 0, actions)?;
     let mut states = Vec::with_capacity(POOL);
     for step in 0..POOL_STEPS {
         robots.step();
@@ -165,9 +169,9 @@ mod tests {
     #[test]
     fn a_pool_holds_robots_at_times_spread_over_their_episodes() {
         let (_, config) = of_id(Task::Course);
-        let pool = pool(&config, Actions::Gait).unwrap();
+        let pool = pool::<PlanarMachine>(&config, Actions::Gait).unwrap();
         assert_eq!(pool.len(), POOL);
-        let robots = Robots::in_motion(&config, 8, 1, Actions::Gait, &pool).unwrap();
+        let robots = Robots::<PlanarMachine>::in_motion(&config, 8, 1, Actions::Gait, &pool).unwrap();
         let times: Vec<f64> = (0..8).map(|row| robots.batch.environment(row).state().time).collect();
         for (k, a) in times.iter().enumerate() {
             assert!(times[..k].iter().all(|b| (a - b).abs() > 0.04), "{times:?}");

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 use snake_core::ConfigError;
+use snake_core::batch::Formed;
 use snake_core::control::ControllerConfig;
 use snake_core::gait::{JointReference, Wave};
 use snake_core::planar::Pose;
@@ -9,10 +10,10 @@ use snake_core::robot::RobotConfig;
 use snake_core::scene::{Peg, START_7_5, START_FREE, TABLE_7_5};
 use snake_core::stepper::{Fleet, IntegratorConfig, Plant};
 use snake_core::task::perception::PegSensor;
-use snake_core::task::{EnvConfig, FieldKind, Task};
+use snake_core::task::{EnvConfig, FieldKind, PlanarMachine, SpatialMachine, Task};
 
 use crate::clock::{Spent, median, spent, spent_by_all};
-use crate::environments::{Actions, Robots, of_id, pool};
+use crate::environments::{Actions, Robots, in_space, of_id, pool};
 use crate::fleet::{ROBOTS, Undulator, Window, staggered, time_window};
 use crate::report::{emit, progress};
 use crate::scenes::{self, Scenario};
@@ -20,6 +21,8 @@ use crate::scenes::{self, Scenario};
 const LINKS: [usize; 5] = [11, 25, 50, 100, 200];
 const PEGS: [usize; 4] = [10, 100, 1_000, 10_000];
 const BATCHES: [usize; 8] = [1, 8, 16, 64, 256, 1_024, 4_096, 16_384];
+/// Robots in space cost ten times as much; beyond this number a row costs what it costs at this number.
+const MOST_IN_SPACE: usize = 1_024;
 const QUICK_BATCHES: [usize; 3] = [1, 64, 1_024];
 const THREADS: [usize; 2] = [1, 2];
 
@@ -194,37 +197,44 @@ struct BatchPoint<'a> {
 
 fn with_batch(quick: bool) -> Result<(), ConfigError> {
     let batches = if quick { &QUICK_BATCHES[..] } else { &BATCHES[..] };
-    let (rounds, seconds) = if quick { (3, 0.1) } else { (5, 0.3) };
     for task in [Task::Course, Task::Field] {
         let (env, config) = of_id(task);
-        for actions in Actions::ALL {
-            let pool = pool(&config, actions)?;
-            for &rows in batches {
-                progress(&format!("growth: {env}, {}, {rows} robots", actions.name()));
-                let mut crowds = Vec::new();
-                for threads in THREADS {
-                    crowds.push(Crowd::new(Robots::in_motion(&config, rows, threads, actions, &pool)?));
-                }
-                for _ in 0..rounds {
-                    crowds.iter_mut().for_each(|crowd| crowd.repeat(seconds));
-                }
-                crowds.iter().for_each(|crowd| emit("growth", &crowd.point(env, actions)));
+        with_robots::<PlanarMachine>(env, &config, batches, quick)?;
+    }
+    let (env, config) = in_space();
+    let few = batches.partition_point(|&rows| rows <= MOST_IN_SPACE);
+    with_robots::<SpatialMachine>(env, &config, &batches[..few], quick)
+}
+
+fn with_robots<M: Formed>(env: &str, config: &EnvConfig, batches: &[usize], quick: bool) -> Result<(), ConfigError> {
+    let (rounds, seconds) = if quick { (3, 0.1) } else { (5, 0.3) };
+    for actions in Actions::ALL {
+        let pool = pool::<M>(config, actions)?;
+        for &rows in batches {
+            progress(&format!("growth: {env}, {}, {rows} robots", actions.name()));
+            let mut crowds = Vec::new();
+            for threads in THREADS {
+                crowds.push(Crowd::new(Robots::<M>::in_motion(config, rows, threads, actions, &pool)?));
             }
+            for _ in 0..rounds {
+                crowds.iter_mut().for_each(|crowd| crowd.repeat(seconds));
+            }
+            crowds.iter().for_each(|crowd| emit("growth", &crowd.point(env, actions)));
         }
     }
     Ok(())
 }
 
 /// A batch that is timed over and over.
-struct Crowd {
-    robots: Robots,
+struct Crowd<M: Formed> {
+    robots: Robots<M>,
     /// Steps of all rows together, and the time they took.
     repetitions: Vec<(f64, Spent)>,
 }
 
-impl Crowd {
+impl<M: Formed> Crowd<M> {
     /// The first step, which touches memory for the first time, is not measured.
-    fn new(mut robots: Robots) -> Self {
+    fn new(mut robots: Robots<M>) -> Self {
         robots.step();
         Self { robots, repetitions: Vec::new() }
     }

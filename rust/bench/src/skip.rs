@@ -10,7 +10,7 @@ use snake_core::ConfigError;
 use snake_core::control::ControllerConfig;
 use snake_core::scene::{Peg, START_7_5, START_FREE, TABLE_7_5};
 use snake_core::stepper::{Fleet, IntegratorConfig, Plant};
-use snake_core::task::{EnvConfig, Perception, Task};
+use snake_core::task::{EnvConfig, Perception, PlanarMachine, Task};
 
 use crate::clock::{median, spent};
 use crate::environments::{Actions, Robots, of_id, pool};
@@ -131,7 +131,7 @@ impl Crew {
 
 /// Environments in motion on one thread.
 fn company(config: &EnvConfig) -> Result<Robots, ConfigError> {
-    let pool = pool(config, Actions::Gait)?;
+    let pool = pool::<PlanarMachine>(config, Actions::Gait)?;
     Robots::in_motion(config, ROBOTS, 1, Actions::Gait, &pool)
 }
 
