@@ -1,5 +1,6 @@
 //! Numbers: one robot, or several side by side in the lanes of a vector register.
 
+pub(crate) mod judge;
 mod real;
 mod trig;
 mod vector;

@@ -6,6 +6,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use crate::laws::{ConvexSet, Disc};
+use crate::math::judge::{ratio, worse};
 
 use super::motion::cross;
 use super::stage::{Stage, StageLink, StageSolution};
@@ -46,7 +47,7 @@ pub fn certify(stage: &Stage, solution: &StageSolution) -> Certificate {
 fn friction_violation(link: &StageLink, slip: &Vector2<f64>, impulse: &Vector2<f64>) -> f64 {
     let a = link.coulomb;
     let largest = a.max();
-    let p = impulse.zip_map(&a, |p, a| if a > 0.0 { p / a } else { 0.0 });
+    let p = impulse.zip_map(&a, ratio);
     let outside = (impulse - p.component_mul(&a)).norm();
     if largest == 0.0 {
         return outside / link.mass;
@@ -113,15 +114,4 @@ fn applied_impulse(stage: &Stage, solution: &StageSolution, i: usize) -> Vector3
     let before = if i > 0 { solution.drive[i - 1] } else { 0.0 };
     let after = solution.drive.get(i).copied().unwrap_or(0.0);
     link.to_world(front + rear).push(link.lever * (front.y - rear.y) + before - after)
-}
-
-/// The larger of two violations, NaN if either is.
-fn worse(a: f64, b: f64) -> f64 {
-    if b <= a {
-        a
-    } else if a < b {
-        b
-    } else {
-        a + b
-    }
 }

@@ -10,6 +10,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use crate::math::Real;
+use crate::math::judge::{norm, ratio, worse};
 
 use super::{Stage, StageContact, StageJoint, StageLink, StageSolution};
 
@@ -164,23 +165,6 @@ fn applied_impulse<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: us
         moment -= solution.drive[i];
     }
     Vector3::new(friction.x, friction.y, moment)
-}
-
-/// The larger of two violations, NaN if either is: no broken solution passes.
-#[inline(always)]
-fn worse<T: Real>(a: T, b: T) -> T {
-    T::select(b.le(a), a, T::select(a.lt(b), b, a + b))
-}
-
-/// p / a, or 0 along a zero axis.
-#[inline(always)]
-fn ratio<T: Real>(p: T, a: T) -> T {
-    T::select(T::zero().lt(a), p / a, T::zero())
-}
-
-#[inline(always)]
-fn norm<T: Real>(x: T, y: T) -> T {
-    (x * x + y * y).sqrt()
 }
 
 #[cfg(test)]

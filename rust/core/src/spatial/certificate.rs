@@ -6,6 +6,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use crate::math::Real;
+use crate::math::judge::{norm, ratio, worse};
 
 use super::{Screw, Stage, StageLink, StageSolution};
 
@@ -224,23 +225,6 @@ fn plus<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
 #[inline(always)]
 fn minus<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
     Vector3::new(a.x - b.x, a.y - b.y, a.z - b.z)
-}
-
-/// The larger of two violations, NaN if either is: no broken solution passes.
-#[inline(always)]
-fn worse<T: Real>(a: T, b: T) -> T {
-    T::select(b.le(a), a, T::select(a.lt(b), b, a + b))
-}
-
-/// p / a, or 0 along a zero axis.
-#[inline(always)]
-fn ratio<T: Real>(p: T, a: T) -> T {
-    T::select(T::zero().lt(a), p / a, T::zero())
-}
-
-#[inline(always)]
-fn norm<T: Real>(x: T, y: T) -> T {
-    (x * x + y * y).sqrt()
 }
 
 #[cfg(test)]
