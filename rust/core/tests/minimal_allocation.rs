@@ -6,7 +6,7 @@ mod common;
 #[path = "common/requests.rs"]
 mod requests;
 
-use common::{default_config, soft_start, straight};
+use common::{default_config, io_for_period, soft_start, straight};
 use snake_core::minimal::{FeedbackConfig, NoiseConfig, Treatment};
 use snake_core::minimal_simulation::MinimalConfig;
 
@@ -15,7 +15,7 @@ use requests::REQUESTS;
 #[test]
 fn an_implicit_step_asks_for_no_memory() {
     let limited = FeedbackConfig { torque_limit: Some(10.0), ..FeedbackConfig::io() };
-    let held = FeedbackConfig { treatment: Treatment::Step, ..FeedbackConfig::io_for_period(0.02) };
+    let held = FeedbackConfig { treatment: Treatment::Step, ..io_for_period(0.02) };
     let cases = [(FeedbackConfig::pd(), 0.0), (FeedbackConfig::io(), 0.0), (limited, 0.0), (held, 1e-5)];
     for (controller, joint_angle) in cases {
         let noise = NoiseConfig { joint_angle, ..NoiseConfig::default() };

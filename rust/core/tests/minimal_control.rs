@@ -3,7 +3,7 @@
 #[path = "common/minimal.rs"]
 mod common;
 
-use common::{default_config, error_of_joint_5, soft_start, straight};
+use common::{default_config, error_of_joint_5, io_for_period, soft_start, straight};
 use snake_core::gait::{JointReference, Wave};
 use snake_core::minimal::{FeedbackConfig, FrictionLaw, MinimalState, NoiseConfig, SmoothLaw, Treatment};
 use snake_core::minimal_simulation::{MinimalConfig, MinimalSimulation};
@@ -139,7 +139,7 @@ fn held_input_output_linearisation_with_the_printed_gains_fails_beyond_0_83_ms()
 #[test]
 fn gains_from_the_control_period_are_stable_at_any_period() {
     for period in [1e-3, 1e-2, 5e-2] {
-        assert!(recovers(FeedbackConfig::io_for_period(period), period), "{period} s");
+        assert!(recovers(io_for_period(period), period), "{period} s");
     }
 }
 
@@ -218,7 +218,7 @@ fn a_jump_at_the_end_of_an_interval_is_met() {
 #[test]
 fn sleeping_actuators_and_held_torques_need_no_short_steps() {
     let asleep = FeedbackConfig { active_from: 2.0, ..FeedbackConfig::io() };
-    let held = FeedbackConfig::io_for_period(0.02);
+    let held = io_for_period(0.02);
     let still = Wave { amplitude: 0.0, ..Wave::default() };
     for controller in [asleep, FeedbackConfig { treatment: Treatment::Period(0.02), ..held }] {
         let mut simulation = straight(&MinimalConfig { controller, ..default_config() });

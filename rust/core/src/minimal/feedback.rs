@@ -59,13 +59,6 @@ impl FeedbackConfig {
         Self { law: ControlLaw::Io, kp: 4e5, kd: 2.4e3, ..Self::pd() }
     }
 
-    /// Critically damped gains for a control period `period` \[s\]: K_D = 0.5 / T, K_P = K_D^2 / 4. Both poles of
-    /// (T 6.63) then lie at 0.25 / T, slow enough to be held over a period.
-    pub fn io_for_period(period: f64) -> Self {
-        let kd = 0.5 / period;
-        Self { kp: 0.25 * kd * kd, kd, ..Self::io() }
-    }
-
     /// # Errors
     /// Names the gain, limit or period that is not admissible.
     pub fn validate(&self) -> Result<(), ConfigError> {

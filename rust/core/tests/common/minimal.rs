@@ -26,6 +26,13 @@ impl Uniform {
     }
 }
 
+/// Input-output linearisation with critically damped gains for a control period \[s\]: K_D = 0.5 / T, K_P = K_D^2 / 4.
+/// Both poles of (T 6.63) then lie at 0.25 / T, slow enough to be held over a period.
+pub fn io_for_period(period: f64) -> FeedbackConfig {
+    let kd = 0.5 / period;
+    FeedbackConfig { kp: 0.25 * kd * kd, kd, ..FeedbackConfig::io() }
+}
+
 /// A robot whose links all differ.
 pub fn uneven_model(links: usize, uniform: &mut Uniform) -> Model {
     let mut each = |low, high| PerLink::Each((0..links).map(|_| uniform.next(low, high)).collect());
