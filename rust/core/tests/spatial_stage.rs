@@ -287,7 +287,7 @@ fn indeterminate_impulses_are_the_shortest_whatever_the_start() {
         }
         let from_elsewhere = solve(&stage, &elsewhere, 1e-9);
         let mut strictly = elsewhere.clone();
-        assert!(Newton::new(11).solve_strictly(&stage, &mut strictly, 1e-9, 2000, true).converged);
+        assert!(Newton::strict(11).solve(&stage, &mut strictly, 1e-9, 2000, true).converged);
         let load = stage.links[0].mass * GRAVITY * C;
         for other in [&from_elsewhere, &strictly] {
             let pairs = from_nothing.normal.iter().flatten().zip(other.normal.iter().flatten());

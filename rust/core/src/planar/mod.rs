@@ -30,7 +30,7 @@ pub use heading::Heading;
 pub use interior_point::{Descent, InteriorPoint};
 pub use kinematics::{assemble_chain, close_joints, joint_gap, largest_joint_gap, travel};
 pub use modified_newton::{ModifiedNewton, Penalties};
-pub use newton::{Newton, Outcome};
+pub use newton::Newton;
 pub use problem::{Answer, ContactRow, JointRow, LinkRow, Problem};
 pub use stage::{Stage, StageContact, StageJoint, StageLink, StageSolution};
 pub use state::{PlanarState, Pose, Twist, is_sane};

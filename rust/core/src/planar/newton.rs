@@ -25,21 +25,12 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::contact::PAIRS_PER_LINK;
+use crate::contact::{Outcome, PAIRS_PER_LINK};
 use crate::math::{Mask, Real, add_scaled, select_into};
 
 use super::proximal::{ContactTerm, DriveTerm, FrictionTerm, Piece};
 use super::sweep::{Quadratic, Segment};
 use super::{Heading, Stage, StageLink, StageSolution};
-
-/// How a solve ended, lane by lane.
-#[derive(Debug, Clone, Copy)]
-pub struct Outcome<T: Real = f64> {
-    /// Linear solves, a whole number.
-    pub iterations: T,
-    /// Whether the solver's own stopping rule was met; the certificate judges independently.
-    pub converged: T::Mask,
-}
 
 /// Workspace of the solver, re-used from stage to stage.
 #[derive(Debug, Clone)]

@@ -29,7 +29,7 @@ struct Attempt {
 
 impl Fallback {
     pub fn new(links: usize) -> Self {
-        let attempt = Attempt { newton: Newton::new(links), trial: StageSolution::new(links) };
+        let attempt = Attempt { newton: Newton::strict(links), trial: StageSolution::new(links) };
         Self { attempt, eased: Stage::with_capacity(links) }
     }
 
@@ -63,8 +63,7 @@ impl Attempt {
                 self.trial.twist[i] = free_twist(link);
                 self.trial.normal[i] = [0.0; 2];
             }
-            let outcome =
-                self.newton.solve_strictly(stage, &mut self.trial, sharpness * tolerance, MAX_ITERATIONS, true);
+            let outcome = self.newton.solve(stage, &mut self.trial, sharpness * tolerance, MAX_ITERATIONS, true);
             solves += outcome.iterations as u32;
             let reached = badness(stage, &self.trial, tolerance);
             if reached < best {

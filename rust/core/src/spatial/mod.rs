@@ -50,7 +50,6 @@ pub use modified_newton::{ContactPenalties, ModifiedNewton};
 pub use newton::Newton;
 pub use peg::{PegContact, nearest_point, peg_contact, peg_gap};
 pub use posture::{Frame, Posture, Speed};
-pub use progress::Outcome;
 pub use screw::Screw;
 pub use stage::{Stage, StageDrive, StageFriction, StageLink, StagePeg, StageSolution};
 pub use state::{Pose, SpatialState, Twist, is_sane, turning, twist_of};

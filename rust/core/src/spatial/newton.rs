@@ -18,6 +18,7 @@
 
 use nalgebra::Vector2;
 
+use crate::contact::Outcome;
 use crate::math::{Mask, Real};
 
 use super::link_term::{GroundTerm, LinkTerm, Ray};
@@ -25,7 +26,7 @@ use super::progress::{Assembly, Corrections, Progress};
 use super::proximal::{DriveTerm, FrictionTerm, PegTerm};
 use super::screw::{Screw, difference, inner, sum};
 use super::sweep::{Quadratic, Segment};
-use super::{Outcome, Stage, StageFriction, StageSolution};
+use super::{Stage, StageFriction, StageSolution};
 
 /// Workspace of the solver, re-used from stage to stage.
 #[derive(Debug, Clone)]
@@ -39,10 +40,22 @@ pub struct Newton<T: Real = f64> {
     lightest: T,
     /// Stiffness r of all contacts.
     penalty: T,
+    /// Whether friction radii may follow the normal impulses before the convex problem is solved.
+    patient: bool,
 }
 
 impl<T: Real> Newton<T> {
+    /// Friction radii follow the normal impulses at every step while that converges soon.
     pub fn new(links: usize) -> Self {
+        Self::with_patience(links, true)
+    }
+
+    /// Every convex problem is solved before the friction radii move.
+    pub fn strict(links: usize) -> Self {
+        Self::with_patience(links, false)
+    }
+
+    fn with_patience(links: usize, patient: bool) -> Self {
         let zero = T::zero();
         Self {
             links: Vec::with_capacity(links),
@@ -51,6 +64,7 @@ impl<T: Real> Newton<T> {
             head: Screw::zero(),
             lightest: zero,
             penalty: zero,
+            patient,
         }
     }
 
@@ -69,26 +83,7 @@ impl<T: Real> Newton<T> {
         lanes: T::Mask,
     ) -> Outcome<T> {
         self.warm_up(stage, solution);
-        let progress = Progress::new(T::splat(tolerance), true, self.lightest, lanes, max_iterations);
-        self.descend_from(progress, solution)
-    }
-
-    /// The same with every convex problem solved before the friction radii move.
-    pub fn solve_strictly(
-        &mut self,
-        stage: &Stage<T>,
-        solution: &mut StageSolution<T>,
-        tolerance: f64,
-        max_iterations: u32,
-        lanes: T::Mask,
-    ) -> Outcome<T> {
-        self.warm_up(stage, solution);
-        let progress = Progress::new(T::splat(tolerance), false, self.lightest, lanes, max_iterations);
-        self.descend_from(progress, solution)
-    }
-
-    #[inline(always)]
-    fn descend_from(&mut self, mut progress: Progress<T>, solution: &mut StageSolution<T>) -> Outcome<T> {
+        let mut progress = Progress::new(T::splat(tolerance), self.patient, self.lightest, lanes, max_iterations);
         // The first pass moves nobody.
         let mut here = Assembly::nowhere();
         while progress.active.any() {

@@ -1,15 +1,7 @@
 //! How a solve goes on: which lanes have converged, which may couple friction to normal impulses, which need correction.
 
+use crate::contact::Outcome;
 use crate::math::{Mask, Real};
-
-/// How a solve ended, lane by lane.
-#[derive(Debug, Clone, Copy)]
-pub struct Outcome<T: Real = f64> {
-    /// Linear solves, a whole number.
-    pub iterations: T,
-    /// Whether the solver's own stopping rule was met; the certificate judges independently.
-    pub converged: T::Mask,
-}
 
 /// What a pass over the chain finds at the trial velocities.
 #[derive(Debug, Clone, Copy)]

@@ -2,11 +2,12 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use crate::contact::Outcome;
 use crate::math::{Kernel, Real, add_scaled, select_into};
 #[cfg(target_arch = "x86_64")]
 use crate::math::{Wide4, Wide8};
 use crate::planar::{
-    Certificate, Heading, Newton, Outcome, Stage, StageJoint, StageLink, StageSolution, certify, is_sane, travel,
+    Certificate, Heading, Newton, Stage, StageJoint, StageLink, StageSolution, certify, is_sane, travel,
 };
 
 use super::free_play::FreePlay;

@@ -2,10 +2,11 @@
 
 use nalgebra::Vector2;
 
+use crate::contact::Outcome;
 use crate::math::Real;
 use crate::spatial::{
-    Certificate, Frame, Newton, Outcome, Posture, Screw, Speed, Stage, StageDrive, StageFriction, StageLink,
-    StageSolution, certify,
+    Certificate, Frame, Newton, Posture, Screw, Speed, Stage, StageDrive, StageFriction, StageLink, StageSolution,
+    certify,
 };
 
 use super::super::SpatialPlant;
