@@ -21,7 +21,7 @@ from torch import Tensor, nn
 from training import policy_file
 from training.baselines import catalogue
 from training.config import Clone
-from training.rollout import make_env
+from training.rollout import layout_of
 
 WAVE_ACTIONS = 4
 """Actions of mode ``gait``; mode ``residual`` has them first, and the offsets of joints after them."""
@@ -70,7 +70,7 @@ def _action_mode(layout: dict[str, Any]) -> str:
 
 def begin(learner: Any, clone: Clone) -> None:
     """Makes the agent of a :class:`training.ppo.Learner` what ``clone`` says, then warms its critic up."""
-    layout = _layout(learner.config.env_id, learner.config.env)
+    layout = layout_of(learner.config.env_id, learner.config.env)
     if clone.policy is not None:
         take_over(learner.agent, layout, Path(clone.policy))
     else:
@@ -104,7 +104,7 @@ def take_over(agent: Any, layout: dict[str, Any], path: Path) -> None:
     )
     if hidden != expected or f"actor.{len(expected) + 1}.bias" in arrays:
         raise ValueError(f"clone.policy = {path}: expected hidden layers {expected}, found {hidden}")
-    theirs = _layout(run["env_id"], run["env"])
+    theirs = layout_of(run["env_id"], run["env"])
     inputs, outputs = (_matches(names(layout), names(theirs)) for names in (observed, done))
     last = len(expected)
     for name, weights in own.items():  # they share their memory with the agent's parameters
@@ -131,13 +131,6 @@ def _matches(own: list[str], theirs: list[str]) -> list[int]:
 def _taken(rows: NDArray[np.float32], places: list[int]) -> NDArray[np.float32]:
     """The rows at these places; zero at -1."""
     return np.stack([rows[k] if k >= 0 else np.zeros_like(rows[0]) for k in places])
-
-
-def _layout(env_id: str, options: dict[str, Any]) -> dict[str, Any]:
-    env = make_env(env_id, 1, 1, **options)
-    found: dict[str, Any] = env.unwrapped.layout
-    env.close()
-    return found
 
 
 def imitate(learner: Any, expert: Expert, clone: Clone) -> None:

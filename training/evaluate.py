@@ -24,7 +24,7 @@ from training import scores, seeds, video
 from training.cli import gait_from_text, help_format, json_mapping
 from training.config import Config
 from training.policies import INTERFACE, GaitParameters, Model, Network, Policy, scripted
-from training.rollout import Episodes, make_env, run_episodes
+from training.rollout import Episodes, layout_of, run_episodes
 from training.run_folder import RunFolder, versions, write_json
 
 FIELDS = 200
@@ -107,11 +107,8 @@ def _origin(path: Path) -> tuple[str, dict[str, Any]]:
 
 def gait_policy(gait: GaitParameters, env_id: str) -> Policy:
     """A gait as a policy, named after its parameters."""
-    env = make_env(env_id, 1, action_mode="gait")
     name = "thesis gait" if gait == GaitParameters() else str(gait)
-    policy = scripted(gait, env.unwrapped.layout["action"], name)
-    env.close()
-    return policy
+    return scripted(gait, layout_of(env_id, {"action_mode": "gait"})["action"], name)
 
 
 def load_model(path: Path, name: str | None = None) -> Policy:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from training import seeds
 from training.policies import DEGREE, ConstantAction, GaitParameters
-from training.rollout import make_env, run_episodes
+from training.rollout import layout_of, run_episodes
 
 AMPLITUDES = (20, 30, 40, 50, 60)
 OMEGAS = (80, 110, 140, 170, 200)
@@ -97,9 +97,8 @@ def _try(
     options: dict[str, Any],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Mean progress [m] and share of success of each gait on the same fields."""
-    env = make_env(env_id, 1, **(options | {"action_mode": "gait"}))
-    actions = np.array([gait.action(env.unwrapped.layout["action"]) for gait in gaits])
-    env.close()
+    entries = layout_of(env_id, options | {"action_mode": "gait"})["action"]
+    actions = np.array([gait.action(entries) for gait in gaits])
     policy = ConstantAction(np.repeat(actions, len(fields), axis=0), "gaits", {"action_mode": "gait"})
     episodes = run_episodes(policy, env_id, fields * len(gaits), num_threads, **options)
     shape = (len(gaits), len(fields))

@@ -86,11 +86,10 @@ def _plain(found: dict[str, Any]) -> dict[str, Any]:
 def show(policy: Policy, kind: str, env_id: str, seed: int, out: Path, options: dict[str, Any]) -> None:
     """Frames, timeline and film of one episode."""
     episode = video.play(policy, env_id, seed, film=True, **options)
-    env = rollout.make_env(env_id, 1, 1, **(options | policy.env_options))
+    layout = rollout.layout_of(env_id, options | policy.env_options)
     stem, title = kind.replace(",", "").replace(" ", "-"), f"{policy.name}, held-out field {seed}: {kind}"
     inspect_figures.frames(episode, title, FRAMES, out / f"{stem}-frames.png")
-    inspect_figures.timeline(episode, env.unwrapped.layout, title, out / f"{stem}-timeline.png")
-    env.close()
+    inspect_figures.timeline(episode, layout, title, out / f"{stem}-timeline.png")
     print(video.write_small_gif(episode.frames, out / f"{stem}.gif"))
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from training.config import Config
-from training.rollout import make_env
+from training.rollout import layout_of
 
 Signs = NDArray[np.float32]
 
@@ -55,10 +55,7 @@ def of_run(config: Config) -> Mirror | None:
     """The mirror of a run's environment; None where the run does without."""
     if not config.policy.mirror:
         return None
-    env = make_env(config.env_id, 1, 1, **config.env)
-    found = Mirror.of(env.unwrapped.layout)
-    env.close()
-    return found
+    return Mirror.of(layout_of(config.env_id, config.env))
 
 
 class Mirrored(nn.Module):

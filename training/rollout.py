@@ -23,6 +23,14 @@ def make_env(env_id: str, num_envs: int, num_threads: int | None = None, **optio
     return gym.make_vec(env_id, num_envs=num_envs, num_threads=num_threads, autoreset_mode="NextStep", **options)
 
 
+def layout_of(env_id: str, options: dict[str, Any]) -> dict[str, Any]:
+    """What the elements of an environment's observations and actions are; see ``SnakeVectorEnv.layout``."""
+    env = make_env(env_id, 1, 1, **options)
+    found: dict[str, Any] = env.unwrapped.layout
+    env.close()
+    return found
+
+
 def run_episodes(
     policy: Policy, env_id: str, seeds: list[int], num_threads: int | None = None, **options: Any
 ) -> Episodes:
