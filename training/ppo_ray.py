@@ -13,9 +13,8 @@ from __future__ import annotations
 import argparse
 import sys
 from functools import partial
-from importlib.util import find_spec
 
-from training import ppo, run_command
+from training import cluster, ppo, run_command
 from training.run_folder import RunFolder
 
 
@@ -24,23 +23,19 @@ def parser() -> argparse.ArgumentParser:
     cli = run_command.parser("training.ppo_ray", __doc__)
     cli.add_argument("--workers", type=int, default=2, help="actors, each with an equal share of the robots")
     cli.add_argument("--worker-threads", type=int, help="threads and CPUs of an actor, over the config's num_threads")
-    cli.add_argument("--address", help="of a running cluster, or 'auto'; without it Ray starts on this machine")
+    cluster.add_address(cli)
     return cli
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command; 0 when the budget has been used up, 130 when it was stopped, 2 without Ray."""
     args = parser().parse_args(arguments)
-    if find_spec("ray") is None:
-        print("Ray is not installed: pip install 'snake_env[ray]'", file=sys.stderr)
+    if not cluster.installed("ray"):
         return 2
-    import ray
-
     from training.ray_collector import RayCollector
 
     args.num_threads = args.worker_threads or args.num_threads
-    if not ray.is_initialized():
-        ray.init(address=args.address, include_dashboard=False)
+    cluster.join(args.address)
     make = partial(RayCollector, workers=args.workers)
     folder = RunFolder(args.out, ppo.POLICY, ".pt")
     return run_command.run(args, folder, lambda found, config, show: ppo.train(found, config, show, make))

@@ -14,10 +14,10 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import sys
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from training import cluster
 from training import config as configs
 from training.cli import help_format
 from training.config import Config
@@ -102,7 +102,7 @@ def parser() -> argparse.ArgumentParser:
     cli.add_argument("--config", type=Path, default=Path("field-hard"), help="file or name in training/configs")
     cli.add_argument("--trials", type=int, default=16, help="hyper-parameters to draw")
     cli.add_argument("--total-steps", type=int, help="environment steps of a full trial, over the config's")
-    cli.add_argument("--address", help="of a running cluster, or 'auto'; without it Ray starts on this machine")
+    cluster.add_address(cli)
     cli.add_argument("--out", type=Path, default=Path("runs/search"), help="folder of the search")
     return cli
 
@@ -110,16 +110,12 @@ def parser() -> argparse.ArgumentParser:
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command; 2 without Ray."""
     args = parser().parse_args(arguments)
-    if find_spec("ray") is None:
-        print("Ray is not installed: pip install 'snake_env[ray]'", file=sys.stderr)
+    if not cluster.installed("ray"):
         return 2
-    import ray
-
     config = dataclasses.replace(configs.load(args.config), num_threads=1, torch_threads=1)
     if args.total_steps is not None:
         config = dataclasses.replace(config, total_steps=args.total_steps)
-    if not ray.is_initialized():
-        ray.init(address=args.address, include_dashboard=False)
+    cluster.join(args.address)
     best = search(config, args.trials, args.out.resolve())
     configs.save(best, args.out / "best.json")
     print(f"best hyper-parameters: {best.ppo}\n{args.out / 'best.json'}: a configuration for every learner")

@@ -14,12 +14,11 @@ from __future__ import annotations
 import argparse
 import sys
 from functools import partial
-from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
 
-from training import policy_file, run_command, seeds
+from training import cluster, policy_file, run_command, seeds
 from training.budget import Budget, StopRequest
 from training.config import Config
 from training.learning_curve import EPISODES, SIGNALS, text
@@ -165,21 +164,17 @@ def parser() -> argparse.ArgumentParser:
     cli = run_command.parser("training.rllib", __doc__)
     cli.add_argument("--runners", type=int, default=2, help="environment runners, each with an equal share of robots")
     cli.add_argument("--runner-threads", type=int, help="threads and CPUs of a runner, over the config's num_threads")
-    cli.add_argument("--address", help="of a running cluster, or 'auto'; without it Ray starts on this machine")
+    cluster.add_address(cli)
     return cli
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command; 0 when the budget has been used up, 130 when it was stopped, 2 without RLlib."""
     args = parser().parse_args(arguments)
-    if find_spec("ray") is None or find_spec("ray.rllib") is None:
-        print("RLlib is not installed: pip install 'snake_env[rllib]'", file=sys.stderr)
+    if not cluster.installed("rllib"):
         return 2
     args.num_threads = args.runner_threads or args.num_threads
-    import ray
-
-    if not ray.is_initialized():
-        ray.init(address=args.address, include_dashboard=False)
+    cluster.join(args.address)
     return run_command.run(args, RunFolder(args.out, POLICY), partial(train, runners=args.runners))
 
 
