@@ -11,6 +11,8 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
+use crate::math::line_search::step_length;
+
 use super::chain::{ChainFactor, Curvature};
 use super::motion::{Composite, Twist, quarter_turn};
 use super::ray::Ray;
@@ -171,7 +173,7 @@ impl Newton {
         self.move_along(stage, solution, 1.0);
         if self.slope() > -OVERSHOOT * slope {
             self.ray.cast(stage, &self.composite, &self.start, &self.direction, &self.friction);
-            let fraction = self.ray.zero_of_slope(slope, OVERSHOOT);
+            let (fraction, _) = step_length(&self.ray, -OVERSHOOT * slope, true);
             self.move_along(stage, solution, fraction);
         }
         (-slope / self.lightest).sqrt()

@@ -2,6 +2,8 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use crate::math::line_search::Along;
+
 use super::motion::{Composite, Twist};
 use super::newton::Proximal;
 use super::stage::Stage;
@@ -86,8 +88,10 @@ impl Ray {
             });
         }
     }
+}
 
-    /// First and generalised second derivative of the inner function by alpha \[J\].
+impl Along<f64> for Ray {
+    #[inline(always)]
     fn derivatives(&self, alpha: f64) -> (f64, f64) {
         let (mut slope, mut curvature) = (self.quadratic[0] + alpha * self.quadratic[1], self.quadratic[1]);
         for ray in &self.friction {
@@ -109,28 +113,4 @@ impl Ray {
         }
         (slope, curvature)
     }
-
-    /// A zero of the slope on (0, 1) up to `accuracy` times the descent at 0; `slope` is the negative slope at 0.
-    ///
-    /// Newton's method from the end, which crosses a stuck point in one step, kept within the bracket by bisection.
-    pub fn zero_of_slope(&self, slope: f64, accuracy: f64) -> f64 {
-        let (mut low, mut high, mut alpha) = (0.0, 1.0, 1.0);
-        for _ in 0..MAX_EVALUATIONS {
-            let (here, curvature) = self.derivatives(alpha);
-            if here.abs() <= accuracy * -slope {
-                break;
-            }
-            if here > 0.0 {
-                high = alpha;
-            } else {
-                low = alpha;
-            }
-            let newton = alpha - here / curvature;
-            alpha = if low < newton && newton < high { newton } else { 0.5 * (low + high) };
-        }
-        alpha
-    }
 }
-
-/// A few evaluations suffice; the bound guards against NaN.
-const MAX_EVALUATIONS: u32 = 40;

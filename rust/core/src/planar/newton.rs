@@ -62,8 +62,6 @@ pub(super) struct LinkTerm<T> {
     pub start: Vector3<T>,
     pub step: Vector3<T>,
     pub twist: Vector3<T>,
-    /// Fraction of the step at which the link slips least.
-    pub kink: T,
 }
 
 /// What the laws answer to the velocities at the end of a step.
@@ -171,7 +169,6 @@ impl<T: Real> Newton<T> {
                 start: twist,
                 step: Vector3::new(T::zero(), T::zero(), T::zero()),
                 twist,
-                kink: T::zero(),
             });
             before = link.heading;
         }
@@ -192,7 +189,7 @@ impl<T: Real> Newton<T> {
         if !damped || !overshoots.any() {
             return full;
         }
-        let fraction = self.zero_of_slope(T::splat(OVERSHOOT) * descent, overshoots);
+        let (fraction, _) = self.step_length(T::splat(OVERSHOOT) * descent, overshoots);
         for link in &mut self.links {
             let shortened = add_scaled(&link.start, &link.step, fraction);
             select_into(&mut link.twist, overshoots, &shortened);

@@ -1,30 +1,22 @@
-//! The line search: a zero of the inner function's slope along start + alpha step.
+//! What the line search asks of the inner function along start + alpha step.
 
-use crate::math::{Mask, Real};
+use crate::math::Real;
+use crate::math::line_search::{Along, NearestKink, step_length};
 
 use super::newton::Newton;
 
+/// The inner function along the present step.
+struct Step<'a, T> {
+    newton: &'a Newton<T>,
+    /// The quadratic part: [`Newton::inertia_along`].
+    inertia: [T; 2],
+}
+
 impl<T: Real> Newton<T> {
-    /// First and generalised second derivative of the inner function by alpha, of a strongly convex,
-    /// piecewise smooth function \[J\]; `inertia` is the quadratic part, [`Newton::inertia_along`].
+    /// How much of the step to take in the given lanes, as [`step_length`].
     #[inline(always)]
-    fn derivatives(&self, inertia: [T; 2], alpha: T) -> (T, T) {
-        let (mut slope, mut curvature) = (inertia[0] + alpha * inertia[1], inertia[1]);
-        let mut add = |(first, second): (T, T)| {
-            slope += first;
-            curvature += second;
-        };
-        let (mut omega, mut change) = (T::zero(), T::zero());
-        for link in &self.links {
-            add(link.friction.along(&link.start, &link.step, alpha));
-            add(link.drive.along(link.start.z - omega, link.step.z - change, alpha));
-            (omega, change) = (link.start.z, link.step.z);
-        }
-        for contact in &self.contacts {
-            let link = &self.links[contact.link];
-            add(contact.along(&link.start, &link.step, alpha));
-        }
-        (slope, curvature)
+    pub(super) fn step_length(&self, accuracy: T, lanes: T::Mask) -> (T, T::Mask) {
+        step_length(&Step { newton: self, inertia: self.inertia_along() }, accuracy, lanes)
     }
 
     /// Slope of |u - u_ref|_M^2 / 2 at alpha = 0, and its constant rise.
@@ -39,60 +31,34 @@ impl<T: Real> Newton<T> {
         }
         [slope, rise]
     }
-
-    /// A zero of the slope on (0, 1), up to `accuracy` \[J\], in the given lanes. Where the slope at 1 is
-    /// not positive it is 1.
-    ///
-    /// Newton's method from the end, which crosses a stiff contact or a stuck link in one step, kept within
-    /// a bracket. Where it leaves the bracket it is replaced by the kink nearest to the bracket's middle,
-    /// since the zero often lies in one: where a link comes to rest the slope all but jumps.
-    #[inline(always)]
-    pub(super) fn zero_of_slope(&mut self, accuracy: T, lanes: T::Mask) -> T {
-        let inertia = self.inertia_along();
-        self.find_kinks();
-        let (mut low, mut high) = (T::zero(), T::splat(1.0));
-        let (mut alpha, mut searching) = (high, lanes);
-        for _ in 0..MAX_EVALUATIONS {
-            let (here, curvature) = self.derivatives(inertia, alpha);
-            searching = searching & accuracy.lt(here.abs());
-            let beyond = T::zero().lt(here);
-            low = T::select(beyond, low, alpha);
-            high = T::select(beyond, alpha, high);
-            searching = searching & low.lt(high);
-            if !searching.any() {
-                break;
-            }
-            let newton = alpha - here / curvature;
-            let inside = low.lt(newton) & newton.lt(high);
-            let next = T::select(inside, newton, self.kink_between(low, high));
-            alpha = T::select(searching, next, alpha);
-        }
-        alpha
-    }
-
-    #[inline(always)]
-    fn find_kinks(&mut self) {
-        for link in &mut self.links {
-            link.kink = link.friction.kink(&link.start, &link.step);
-        }
-    }
-
-    /// The kink nearest to the middle of the bracket, or the middle if no kink lies inside.
-    #[inline(always)]
-    fn kink_between(&self, low: T, high: T) -> T {
-        let middle = T::splat(0.5) * (low + high);
-        let (mut nearest, mut distance) = (middle, T::splat(0.5) * (high - low));
-        let margin = T::splat(1e-3) * distance;
-        distance -= margin;
-        for link in &self.links {
-            let away = (link.kink - middle).abs();
-            let nearer = away.lt(distance);
-            nearest = T::select(nearer, link.kink, nearest);
-            distance = T::select(nearer, away, distance);
-        }
-        nearest
-    }
 }
 
-/// A few evaluations suffice; the bound guards against NaN.
-const MAX_EVALUATIONS: u32 = 40;
+impl<T: Real> Along<T> for Step<'_, T> {
+    #[inline(always)]
+    fn derivatives(&self, alpha: T) -> (T, T) {
+        let Self { newton, inertia } = self;
+        let (mut slope, mut curvature) = (inertia[0] + alpha * inertia[1], inertia[1]);
+        let mut add = |(first, second): (T, T)| {
+            slope += first;
+            curvature += second;
+        };
+        let (mut omega, mut change) = (T::zero(), T::zero());
+        for link in &newton.links {
+            add(link.friction.along(&link.start, &link.step, alpha));
+            add(link.drive.along(link.start.z - omega, link.step.z - change, alpha));
+            (omega, change) = (link.start.z, link.step.z);
+        }
+        for contact in &newton.contacts {
+            let link = &newton.links[contact.link];
+            add(contact.along(&link.start, &link.step, alpha));
+        }
+        (slope, curvature)
+    }
+
+    #[inline(always)]
+    fn show_kinks(&self, nearest: &mut NearestKink<T>) {
+        for link in &self.newton.links {
+            nearest.see(link.friction.kink(&link.start, &link.step));
+        }
+    }
+}
