@@ -4,8 +4,6 @@
 //! stage (q_A, u_A, gamma h) gives u_1; stage (q_A + (1 - gamma) h u_1, u_A + (1 - gamma)/gamma (u_1 - u_A), gamma h)
 //! gives u_E. There are no impacts here, so nothing needs to be retaken.
 
-use std::f64::consts::FRAC_1_SQRT_2;
-
 use nalgebra::{Vector2, Vector3};
 
 use crate::control::ControlLaw;
@@ -14,6 +12,7 @@ use crate::minimal::{
     Base, InverseDynamics, MinimalState, Model, Motion, Newton, Outcome, SmoothLaw, Stage, StageJoint, StageLink,
     StageSolution, Treatment, Twist, certify,
 };
+use crate::stepper::sdirk::{EXTRAPOLATION, GAMMA};
 use crate::stepper::{IntegratorConfig, Tally};
 
 use super::controller::{Controller, ROUND_OFF};
@@ -151,7 +150,7 @@ impl Implicit {
         }
         for (i, reference) in self.reference.iter_mut().enumerate() {
             let start = self.start.links[i].twist;
-            *reference = start + (self.solution.twist[i] - start) * ((1.0 - GAMMA) / GAMMA);
+            *reference = start + (self.solution.twist[i] - start) * EXTRAPOLATION;
         }
     }
 
@@ -312,9 +311,6 @@ impl ControlModel {
 fn constant_drive(drive: f64) -> StageJoint {
     StageJoint { drive, stiffness: 0.0, limit: f64::INFINITY }
 }
-
-/// 1 - 1/sqrt 2: makes the two-stage SDIRK L-stable and of second order.
-const GAMMA: f64 = 1.0 - FRAC_1_SQRT_2;
 
 /// A stage that ends farther than this from its prediction is predicted anew \[m\].
 const MAX_DEVIATION: f64 = 2e-3;

@@ -16,6 +16,7 @@ use nalgebra::Vector3;
 use crate::math::Real;
 use crate::planar::StageJoint;
 
+use super::lanes::member_of;
 use super::{Driven, Plant};
 
 /// The play of the joints in the lanes of a register.
@@ -44,7 +45,7 @@ impl<T: Real> FreePlay<T> {
             return;
         }
         for lane in 0..T::LANES {
-            let body = fleet[*members.get(lane).unwrap_or(&members[0])].body();
+            let body = fleet[member_of(members, lane)].body();
             self.half.set_lane(lane, 0.5 * body.free_play(plant));
             for (lanes, &e) in self.start.iter_mut().zip(&body.warm_start.play) {
                 lanes.set_lane(lane, e);

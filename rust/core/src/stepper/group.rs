@@ -14,8 +14,6 @@
 mod adaptive;
 mod touch;
 
-use std::f64::consts::FRAC_1_SQRT_2;
-
 use nalgebra::{Vector2, Vector3};
 
 use crate::contact::PAIRS_PER_LINK;
@@ -28,8 +26,9 @@ use super::contacts::Slot;
 use super::free_play::FreePlay;
 use super::hardest::Hardest;
 use super::io_drive::IoDrive;
-use super::lanes::{Lanes, NO_LANES, active, lanes_of, read_lane, set_vector};
+use super::lanes::{Lanes, NO_LANES, active, lanes_of, mask, member_of, read_lane, set_vector};
 use super::rescue::Rescue;
+use super::sdirk::{EXTRAPOLATION, GAMMA};
 use super::stage_kernels::{Extrapolate, LinkConstants, Solve, StageKernels, StageWork};
 use super::weakening::Weakening;
 use super::works::Works;
@@ -178,7 +177,7 @@ impl<T: StageKernels> Group<T> {
         self.work.weakening.load(plant, fleet, members);
         self.work.in_field = members.iter().any(|&member| !fleet[member].body().pegs.pegs().is_empty());
         for lane in 0..T::LANES {
-            let body = fleet[*members.get(lane).unwrap_or(&members[0])].body();
+            let body = fleet[member_of(members, lane)].body();
             for (lanes, torque) in self.work.drive_torque.iter_mut().zip(&body.warm_start.joint_torque) {
                 lanes.set_lane(lane, -torque);
             }
@@ -197,7 +196,7 @@ impl<T: StageKernels> Group<T> {
             return;
         }
         for lane in 0..T::LANES {
-            let Variation { mass, friction, .. } = fleet[*members.get(lane).unwrap_or(&members[0])].body().variation;
+            let Variation { mass, friction, .. } = fleet[member_of(members, lane)].body().variation;
             for (constants, link) in self.work.constants.iter_mut().zip(&plant.robot.links) {
                 let bound = plant.friction_force(link).component_mul(&friction) * mass;
                 constants.mass.set_lane(lane, link.mass * mass);
@@ -210,7 +209,7 @@ impl<T: StageKernels> Group<T> {
 
     fn load_friction<D: Driven>(&mut self, fleet: &[D], members: &[usize]) {
         for lane in 0..T::LANES {
-            let warm_start = &fleet[*members.get(lane).unwrap_or(&members[0])].body().warm_start;
+            let warm_start = &fleet[member_of(members, lane)].body().warm_start;
             for (lanes, force) in self.work.friction_force.iter_mut().zip(&warm_start.friction) {
                 lanes.x.set_lane(lane, force.x);
                 lanes.y.set_lane(lane, force.y);
@@ -267,7 +266,7 @@ impl<T: StageKernels> Group<T> {
             }
             let again = if repetition < MAX_PREDICTIONS { self.surprised(fleet, members, pending) } else { NO_LANES };
             let solved = std::array::from_fn(|lane| pending[lane] && !again[lane]);
-            T::keep(&mut self.work, T::Mask::of(|lane| solved[lane]), T::Mask::of(|lane| again[lane]));
+            T::keep(&mut self.work, mask::<T>(solved), mask::<T>(again));
             self.save_forces(fleet, members, solved);
             pending = again;
             if pending == NO_LANES {
@@ -281,7 +280,7 @@ impl<T: StageKernels> Group<T> {
             work: &mut self.work,
             tolerance: self.config.tolerance(),
             max_iterations: self.config.max_iterations(),
-            lanes: T::Mask::of(|lane| lanes[lane]),
+            lanes: mask::<T>(lanes),
         });
         let residual = certificate.residual();
         for (lane, member) in active(members, lanes) {
@@ -303,7 +302,7 @@ impl<T: StageKernels> Group<T> {
 
     fn read_references<D: Driven>(&mut self, plant: &Plant, fleet: &[D], members: &[usize], end: f64) {
         for lane in 0..T::LANES {
-            let driven = &fleet[*members.get(lane).unwrap_or(&members[0])];
+            let driven = &fleet[member_of(members, lane)];
             let time = driven.body().state.time + end;
             driven.targets(time, &mut self.targets);
             for (lanes, target) in self.work.target.iter_mut().zip(&self.targets) {
@@ -352,12 +351,6 @@ impl<T: StageKernels> Group<T> {
         add_impulses(&self.impulses, fleet, members, lanes, 1.0);
     }
 }
-
-/// gamma = 1 - 1/sqrt 2, for which the two-stage SDIRK is of order 2 and L-stable.
-const GAMMA: f64 = 1.0 - FRAC_1_SQRT_2;
-
-/// (1 - gamma) / gamma: weight of the first stage's impulses in the whole step.
-const EXTRAPOLATION: f64 = (1.0 - GAMMA) / GAMMA;
 
 /// What remains of the tolerance for a deviation if a contact closes: an impact's impulse is extrapolated with the
 /// forces'.

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::math::{MAX_LANES, Real};
+use crate::math::{MAX_LANES, Mask, Real};
 
 /// Lanes still on their way through a step.
 pub type Lanes = [bool; MAX_LANES];
@@ -12,6 +12,15 @@ pub const NO_LANES: Lanes = [false; MAX_LANES];
 /// The lanes that have a robot.
 pub fn lanes_of(members: &[usize]) -> Lanes {
     std::array::from_fn(|lane| lane < members.len())
+}
+
+/// The robot of a lane, the first one where there is none: lanes without a robot repeat it.
+pub fn member_of(members: &[usize], lane: usize) -> usize {
+    *members.get(lane).unwrap_or(&members[0])
+}
+
+pub fn mask<T: Real>(lanes: Lanes) -> T::Mask {
+    T::Mask::of(|lane| lanes[lane])
 }
 
 /// Lane and robot of the lanes still in the step.

@@ -191,10 +191,7 @@ impl<T: Real> Kernel for Keep<'_, T> {
         for (kept, drive) in work.kept_drive.iter_mut().zip(&work.solution.drive) {
             *kept = T::select(solved, *drive, *kept);
         }
-        let (kept, works) = (&mut work.kept_works, &work.works);
-        kept.friction = T::select(solved, works.friction, kept.friction);
-        kept.actuator = T::select(solved, works.actuator, kept.actuator);
-        kept.positive_actuator = T::select(solved, works.positive_actuator, kept.positive_actuator);
+        work.kept_works.select_into(solved, &work.works);
         if work.free_play.is_any {
             work.free_play.end_stage(T::splat(work.stage.coefficient), &work.stage.joints, &work.kept_twist);
         }

@@ -53,7 +53,7 @@ impl Tally {
     }
 
     /// Adds the works of one lane of a stage, taken `weight` times.
-    pub(super) fn add_works<T: Real>(&mut self, works: &Works<T>, lane: usize, weight: f64) {
+    pub(crate) fn add_works<T: Real>(&mut self, works: &Works<T>, lane: usize, weight: f64) {
         self.friction_work += weight * works.friction.lane(lane);
         self.actuator_work += weight * works.actuator.lane(lane);
         self.positive_actuator_work += weight * works.positive_actuator.lane(lane);

@@ -13,6 +13,7 @@ use crate::laws::remaining;
 use crate::math::{Real, add_scaled};
 use crate::planar::StageLink;
 
+use super::lanes::member_of;
 use super::{Driven, Plant};
 
 /// What slip leaves of the friction of the links in the lanes of a register.
@@ -38,7 +39,7 @@ impl<T: Real> Weakening<T> {
         let drop = |member: usize| plant.stribeck().drop + fleet[member].body().variation.stribeck;
         self.is_any = members.iter().any(|&member| drop(member) > 0.0);
         for lane in 0..T::LANES {
-            self.drop.set_lane(lane, drop(*members.get(lane).unwrap_or(&members[0])));
+            self.drop.set_lane(lane, drop(member_of(members, lane)));
         }
     }
 

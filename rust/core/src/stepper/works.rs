@@ -6,8 +6,10 @@ use crate::planar::{Stage, StageSolution};
 /// Work of friction and of the actuators over a stage \[J\].
 #[derive(Debug, Clone, Copy)]
 pub struct Works<T> {
+    /// Never positive.
     pub friction: T,
     pub actuator: T,
+    /// Without what actuators absorb.
     pub positive_actuator: T,
 }
 
@@ -17,6 +19,14 @@ impl<T: Real> Works<T> {
         self.friction.set_lane(lane, one.friction);
         self.actuator.set_lane(lane, one.actuator);
         self.positive_actuator.set_lane(lane, one.positive_actuator);
+    }
+
+    /// Takes other works over in the given lanes.
+    #[inline(always)]
+    pub fn select_into(&mut self, lanes: T::Mask, other: &Self) {
+        self.friction = T::select(lanes, other.friction, self.friction);
+        self.actuator = T::select(lanes, other.actuator, self.actuator);
+        self.positive_actuator = T::select(lanes, other.positive_actuator, self.positive_actuator);
     }
 
     pub fn none() -> Self {

@@ -1,20 +1,20 @@
 //! Steps of as many robots at once as a register has lanes: Euler's, and the two stages of second order.
 
-use std::f64::consts::FRAC_1_SQRT_2;
-
 use nalgebra::Vector2;
 
 use crate::gait::CardanTarget;
 use crate::math::{MAX_LANES, Mask, Real};
 use crate::spatial::{Closing, SLACK, read_lane, write_lane};
 use crate::stepper::IntegratorConfig;
+use crate::stepper::lanes::{Lanes, NO_LANES, active, lanes_of, mask, member_of};
+use crate::stepper::sdirk::{EXTRAPOLATION, GAMMA};
+use crate::stepper::works::Works;
 
 use super::super::{SpatialBody, SpatialDriven, SpatialPlant};
 use super::kernels::{Part, Solve, SpatialKernels};
 use super::rescue::Rescue;
 use super::slots::{Push, Slots};
 use super::stage_work::StageWork;
-use super::works::Works;
 
 /// Workspace for up to `T::LANES` robots of one plant.
 #[derive(Debug, Clone)]
@@ -36,8 +36,6 @@ pub struct SpatialGroup<T: Real> {
     effort: [u32; MAX_LANES],
     targets: Vec<CardanTarget>,
 }
-
-pub type Lanes = [bool; MAX_LANES];
 
 impl<T: SpatialKernels> SpatialGroup<T> {
     pub fn new(config: IntegratorConfig, plant: &SpatialPlant) -> Self {
@@ -155,14 +153,14 @@ impl<T: SpatialKernels> SpatialGroup<T> {
             let solved = std::array::from_fn(|lane| pending[lane] && !again[lane]);
             self.keep(solved, again);
             pending = again;
-            if !pending.contains(&true) {
+            if pending == NO_LANES {
                 break;
             }
         }
     }
 
     fn keep(&mut self, solved: Lanes, again: Lanes) {
-        T::run_part(&mut self.work, Part::Keep { solved: mask::<T>(&solved), again: mask::<T>(&again) });
+        T::run_part(&mut self.work, Part::Keep { solved: mask::<T>(solved), again: mask::<T>(again) });
         for lane in (0..T::LANES).filter(|&lane| solved[lane]) {
             self.pushes.extend(self.slots.pushes(&self.work, lane));
         }
@@ -202,7 +200,7 @@ impl<T: SpatialKernels> SpatialGroup<T> {
 
     fn solve<D: SpatialDriven>(&mut self, fleet: &mut [D], members: &[usize], lanes: Lanes) {
         let (tolerance, max_iterations) = (self.config.tolerance(), self.config.max_iterations());
-        let solve = Solve { work: &mut self.work, tolerance, max_iterations, lanes: mask::<T>(&lanes) };
+        let solve = Solve { work: &mut self.work, tolerance, max_iterations, lanes: mask::<T>(lanes) };
         let (outcome, certificate) = T::solve(solve);
         let residual = certificate.residual();
         for (lane, member) in active(members, lanes) {
@@ -222,7 +220,7 @@ impl<T: SpatialKernels> SpatialGroup<T> {
             self.effort[lane] += iterations;
             self.slots.remember(&self.work, lane);
         }
-        T::run_part(&mut self.work, Part::Evaluate { lanes: mask::<T>(&lanes) });
+        T::run_part(&mut self.work, Part::Evaluate { lanes: mask::<T>(lanes) });
     }
 
     /// Remembers what the first stage adds to the tallies if the step is accepted.
@@ -239,7 +237,7 @@ impl<T: SpatialKernels> SpatialGroup<T> {
     fn add_first_stage<D: SpatialDriven>(&self, fleet: &mut [D], members: &[usize], lanes: Lanes) {
         for (lane, member) in active(members, lanes) {
             let SpatialBody { tally, ground_impulse, .. } = fleet[member].body_mut();
-            self.first_works.add_lane_to(lane, tally, EXTRAPOLATION);
+            tally.add_works(&self.first_works, lane, EXTRAPOLATION);
             for (sum, impulse) in ground_impulse.iter_mut().zip(&self.first_ground) {
                 *sum += impulse.lane(lane) * EXTRAPOLATION;
             }
@@ -264,7 +262,7 @@ impl<T: SpatialKernels> SpatialGroup<T> {
             motion.elapsed += h;
             motion.effort = self.effort[lane];
             state.time += h;
-            kept.works.add_lane_to(lane, tally, 1.0);
+            tally.add_works(&kept.works, lane, 1.0);
             for push in self.pushes.iter().filter(|push| push.lane == lane) {
                 tally.contact_impulse[push.link] += push.impulse;
             }
@@ -277,31 +275,6 @@ impl<T: SpatialKernels> SpatialGroup<T> {
         }
     }
 }
-
-/// The lanes that have a robot.
-fn lanes_of(members: &[usize]) -> Lanes {
-    std::array::from_fn(|lane| lane < members.len())
-}
-
-/// Lane and robot of the given lanes.
-fn active(members: &[usize], lanes: Lanes) -> impl Iterator<Item = (usize, usize)> + '_ {
-    members.iter().copied().enumerate().filter(move |(lane, _)| lanes[*lane])
-}
-
-/// The robot of a lane, the first one's where there is none.
-fn member_of(members: &[usize], lane: usize) -> usize {
-    *members.get(lane).unwrap_or(&members[0])
-}
-
-fn mask<T: Real>(lanes: &Lanes) -> T::Mask {
-    T::Mask::of(|lane| lanes[lane])
-}
-
-/// gamma = 1 - 1/sqrt 2, for which the two-stage SDIRK is of order 2 and L-stable.
-const GAMMA: f64 = 1.0 - FRAC_1_SQRT_2;
-
-/// (1 - gamma) / gamma: weight of the first stage's impulses in the whole step.
-const EXTRAPOLATION: f64 = (1.0 - GAMMA) / GAMMA;
 
 /// What remains of the tolerance for a deviation where a peg pushes: links that touch down or lift off gain little from
 /// shorter steps, a robot that meets a peg much.

@@ -8,10 +8,11 @@ use crate::spatial::{
     Certificate, Frame, Newton, Posture, Screw, Speed, Stage, StageDrive, StageFriction, StageLink, StageSolution,
     certify,
 };
+use crate::stepper::works::Works;
 
 use super::super::SpatialPlant;
 use super::motion::GroundForces;
-use super::works::Works;
+use super::works::works_of;
 
 /// Data of the stage at hand, for as many robots as `T` has lanes.
 #[derive(Debug, Clone)]
@@ -177,7 +178,7 @@ impl<T: Real> StageWork<T> {
             }
             select_force(&mut rolling[i], lanes, &self.solution.rolling[i], per_second);
         }
-        self.works = Works::of(&self.stage, &self.solution);
+        self.works = works_of(&self.stage, &self.solution);
         self.measure_deviation();
     }
 

@@ -11,9 +11,10 @@
 
 use crate::stepper::lanes::lanes_of;
 use crate::stepper::pace::Trial;
+use crate::stepper::sdirk::GAMMA;
 use crate::stepper::{Driven, IntegratorConfig, Method, Plant};
 
-use super::{GAMMA, Group};
+use super::Group;
 
 /// Workspace of the adaptive scheme, for one robot at a time.
 #[derive(Debug, Clone)]
