@@ -14,23 +14,19 @@
 mod adaptive;
 mod touch;
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector3;
 
 use crate::contact::PAIRS_PER_LINK;
-use crate::control::ControlLaw;
 use crate::gait::JointTarget;
 use crate::math::{Mask, Real};
-use crate::planar::{Heading, Newton, Stage, StageSolution};
 
 use super::contacts::Slot;
-use super::free_play::FreePlay;
 use super::hardest::Hardest;
-use super::io_drive::IoDrive;
 use super::lanes::{Lanes, NO_LANES, active, lanes_of, mask, member_of, read_lane, set_vector};
 use super::rescue::Rescue;
 use super::sdirk::{EXTRAPOLATION, GAMMA};
-use super::stage_kernels::{Extrapolate, LinkConstants, Solve, StageKernels, StageWork};
-use super::weakening::Weakening;
+use super::stage_kernels::{Extrapolate, Solve, StageKernels};
+use super::stage_work::StageWork;
 use super::works::Works;
 use super::{Body, Driven, IntegratorConfig, Plant, Variation};
 
@@ -71,44 +67,9 @@ impl<T: StageKernels> Group<T> {
         let links = plant.robot.link_count();
         let zero = T::zero();
         let rest = vec![Vector3::new(zero, zero, zero); links];
-        let heading = Heading { cos: T::splat(1.0), sin: zero };
-        let constants = plant.robot.links.iter().map(|link| LinkConstants {
-            mass: T::splat(link.mass),
-            inertia: T::splat(link.inertia),
-            reach: T::splat(link.reach()),
-            friction: plant.friction_force(link).map(T::splat),
-        });
-        let work = StageWork {
-            constants: constants.collect(),
-            half_length: plant.robot.links.iter().map(|link| T::splat(0.5 * link.length)).collect(),
-            base: rest.clone(),
-            reference: rest.clone(),
-            guess: rest.clone(),
-            predicted: rest.clone(),
-            heading: vec![heading; links],
-            target: vec![[zero; 3]; links - 1],
-            gains: [plant.controller.kp, plant.controller.kd].map(T::splat),
-            torque_limit: T::splat(f64::INFINITY),
-            io: (plant.controller.law == ControlLaw::Io).then(|| IoDrive::new(&plant.robot, plant.friction())),
-            free_play: FreePlay::new(links - 1),
-            weakening: Weakening::new(links, plant.stribeck().speed),
-            in_field: false,
-            friction_force: vec![Vector2::new(zero, zero); links],
-            deviation: zero,
-            kept_twist: rest.clone(),
-            kept_drive: vec![zero; links - 1],
-            kept_works: Works::none(),
-            drive_torque: vec![zero; links - 1],
-            contact_force: Vec::with_capacity(PAIRS_PER_LINK * links),
-            stage: Stage::with_capacity(links),
-            solution: StageSolution::new(links),
-            newton: Newton::new(links),
-            end: rest.clone(),
-            works: Works::none(),
-        };
         Self {
             config,
-            work,
+            work: StageWork::new(plant),
             slots: Vec::with_capacity(PAIRS_PER_LINK * links),
             rescue: Rescue::new(links),
             hardest: None,

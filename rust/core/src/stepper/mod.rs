@@ -14,6 +14,7 @@ mod plant;
 mod rescue;
 pub(crate) mod sdirk;
 mod stage_kernels;
+mod stage_work;
 mod tally;
 mod thesis;
 mod variation;

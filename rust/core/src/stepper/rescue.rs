@@ -5,7 +5,7 @@ use nalgebra::Vector2;
 use crate::math::Real;
 use crate::planar::{Certificate, Closing, Fallback, Stage, StageSolution, certify};
 
-use super::stage_kernels::StageWork;
+use super::stage_work::StageWork;
 use super::works::Works;
 
 /// Workspace for one robot at a time.

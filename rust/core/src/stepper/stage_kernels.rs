@@ -1,70 +1,15 @@
-//! The arithmetic of a stage over lanes: what surrounds the solver.
+//! The arithmetic of [`StageWork`], compiled once for every width of register.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector3;
 
 use crate::contact::Outcome;
 use crate::math::{Kernel, Real, add_scaled, select_into};
 #[cfg(target_arch = "x86_64")]
 use crate::math::{Wide4, Wide8};
-use crate::planar::{
-    Certificate, Heading, Newton, Stage, StageJoint, StageLink, StageSolution, certify, is_sane, travel,
-};
+use crate::planar::{Certificate, certify, is_sane, travel};
 
-use super::free_play::FreePlay;
-use super::io_drive::{IoDrive, Situation};
-use super::weakening::Weakening;
+use super::stage_work::StageWork;
 use super::works::Works;
-
-/// Data of the stage at hand, for as many robots as `T` has lanes.
-#[derive(Debug, Clone)]
-pub struct StageWork<T: Real> {
-    /// Constants of the links, in every lane.
-    pub constants: Vec<LinkConstants<T>>,
-    pub half_length: Vec<T>,
-    /// q_B, u_R and the expected end velocity of the stage.
-    pub base: Vec<Vector3<T>>,
-    pub reference: Vec<Vector3<T>>,
-    pub guess: Vec<Vector3<T>>,
-    /// Expected end configuration.
-    pub predicted: Vec<Vector3<T>>,
-    pub heading: Vec<Heading<T>>,
-    /// Joint references at the end of the stage (angle, rate, acceleration), and gains k_P, k_D.
-    pub target: Vec<[T; 3]>,
-    pub gains: [T; 2],
-    pub torque_limit: T,
-    /// Whether any robot is among pegs; without them nobody asks how far a robot moves.
-    pub in_field: bool,
-    /// Input-output linearisation instead of PD.
-    pub io: Option<IoDrive<T>>,
-    pub free_play: FreePlay<T>,
-    pub weakening: Weakening<T>,
-    /// Forces of the last stage.
-    pub friction_force: Vec<Vector2<T>>,
-    pub contact_force: Vec<T>,
-    pub drive_torque: Vec<T>,
-    pub stage: Stage<T>,
-    pub solution: StageSolution<T>,
-    pub newton: Newton<T>,
-    /// End configuration.
-    pub end: Vec<Vector3<T>>,
-    /// Works of the solved stage \[J\].
-    pub works: Works<T>,
-    /// How far the stage ended from its prediction, for any point of the robot \[m\].
-    pub deviation: T,
-    /// Solution lane by lane, once it stands: some lanes may need another prediction.
-    pub kept_twist: Vec<Vector3<T>>,
-    pub kept_drive: Vec<T>,
-    pub kept_works: Works<T>,
-}
-
-#[derive(Debug, Clone, Copy)]
-pub struct LinkConstants<T> {
-    pub mass: T,
-    pub inertia: T,
-    pub reach: T,
-    /// mu m g \[N\].
-    pub friction: Vector2<T>,
-}
 
 /// The kernels below for one width of register, compiled once, here.
 pub trait StageKernels: Real {
@@ -230,16 +175,6 @@ impl<T: Real> Kernel for Finish<'_, T> {
     }
 }
 
-impl<T: Real> LinkConstants<T> {
-    /// Bound on how far a point of the link moves between two poses, or on how much faster it is at one of
-    /// two twists.
-    #[inline(always)]
-    fn farthest(&self, to: &Vector3<T>, from: &Vector3<T>) -> T {
-        let (x, y) = (to.x - from.x, to.y - from.y);
-        (x * x + y * y).sqrt() + self.reach * (to.z - from.z).abs()
-    }
-}
-
 /// Prepares the second stage of the SDIRK from the first: base, reference velocity, guess and torques.
 pub struct Extrapolate<'a, T: Real> {
     pub work: &'a mut StageWork<T>,
@@ -281,99 +216,5 @@ impl<T: Real> Kernel for Extrapolate<'_, T> {
         let elapsed = T::splat(self.elapsed);
         let StageWork { half_length, kept_twist, base, heading, .. } = work;
         travel(half_length, self.start_pose, kept_twist, elapsed, base, heading);
-    }
-}
-
-impl<T: Real> StageWork<T> {
-    #[inline(always)]
-    fn fill_links(&mut self) {
-        let c = T::splat(self.stage.coefficient);
-        self.stage.links.clear();
-        for (i, link) in self.constants.iter().enumerate() {
-            self.stage.links.push(StageLink {
-                heading: self.heading[i],
-                reference: self.reference[i],
-                mass: link.mass,
-                inertia: link.inertia,
-                half_length: self.half_length[i],
-                friction: Vector2::new(link.friction.x * c, link.friction.y * c),
-            });
-        }
-        if self.weakening.is_any {
-            self.weakening.weaken(&mut self.stage.links);
-        }
-    }
-
-    #[inline(always)]
-    fn fill_joints(&mut self) {
-        let Some(io) = &mut self.io else { return self.fill_pd() };
-        let situation = Situation {
-            heading: &self.heading,
-            base: &self.base,
-            reference: &self.reference,
-            guess: &self.guess,
-            target: &self.target,
-            gains: self.gains,
-            torque_limit: self.torque_limit,
-            coefficient: T::splat(self.stage.coefficient),
-        };
-        io.fill(&situation, &mut self.stage.joints);
-    }
-
-    /// The PD torque (T 3.51 != D3) at the end of the stage, where phi = phi_base + c omega_J, is linear in
-    /// omega_J.
-    #[inline(always)]
-    fn fill_pd(&mut self) {
-        let c = T::splat(self.stage.coefficient);
-        let [kp, kd] = self.gains;
-        self.stage.joints.clear();
-        for (j, [angle, rate, _]) in self.target.iter().enumerate() {
-            let error = *angle - (self.base[j + 1].z - self.base[j].z);
-            self.stage.joints.push(StageJoint {
-                drive: c * (kp * error + kd * *rate),
-                stiffness: c * (c * kp + kd),
-                limit: c * self.torque_limit,
-                slack: T::zero(),
-            });
-        }
-        if self.free_play.is_any {
-            self.free_play.loosen(c, kd, &mut self.stage.joints);
-        }
-    }
-
-    #[inline(always)]
-    fn load_forces(&mut self) {
-        let c = T::splat(self.stage.coefficient);
-        self.solution.twist.copy_from_slice(&self.guess);
-        for (impulse, force) in self.solution.friction.iter_mut().zip(&self.friction_force) {
-            *impulse = Vector2::new(force.x * c, force.y * c);
-        }
-        for (impulse, torque) in self.solution.drive.iter_mut().zip(&self.drive_torque) {
-            *impulse = *torque * c;
-        }
-        self.solution.contact.clear();
-        for force in &self.contact_force {
-            self.solution.contact.push(*force * c);
-        }
-    }
-
-    #[inline(always)]
-    fn measure_deviation(&mut self) {
-        let mut fastest = T::zero();
-        for (link, (u, guess)) in self.constants.iter().zip(self.solution.twist.iter().zip(&self.guess)) {
-            fastest = fastest.max(link.farthest(u, guess));
-        }
-        self.deviation = fastest * T::splat(self.stage.coefficient);
-    }
-
-    #[inline(always)]
-    fn store_forces(&mut self) {
-        let per_second = T::splat(1.0) / T::splat(self.stage.coefficient);
-        for (force, impulse) in self.friction_force.iter_mut().zip(&self.solution.friction) {
-            *force = Vector2::new(impulse.x * per_second, impulse.y * per_second);
-        }
-        for (force, impulse) in self.contact_force.iter_mut().zip(&self.solution.contact) {
-            *force = *impulse * per_second;
-        }
     }
 }

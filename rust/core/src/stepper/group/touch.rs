@@ -7,7 +7,8 @@ use crate::math::Real;
 use crate::pegs::PegGrid;
 use crate::stepper::contacts::{Prediction, add_contacts};
 use crate::stepper::lanes::{Lanes, NO_LANES, active, read_vector};
-use crate::stepper::stage_kernels::{StageKernels, StageWork};
+use crate::stepper::stage_kernels::StageKernels;
+use crate::stepper::stage_work::StageWork;
 use crate::stepper::{Body, Driven, Plant};
 
 use super::Group;
