@@ -88,9 +88,8 @@ batch `snake_env.SnakeVectorEnv`, which is identical to n single environments, b
 `num_threads` threads. `snake_env.sb3.make(id, num_envs=n)` is the batch as a Stable-Baselines3 `VecEnv`.
 
 A snake robot of 11 links (Aiko, Table 7.1 of the thesis) lies on a horizontal plane with Coulomb friction; it is planar
-but in `SnakeSpatial-v0`. It
-has no wheels: it makes way by pushing its body against pegs, or by sliding more easily along its links than across
-them. Link 1 leads. Units are SI and radians.
+but in `SnakeSpatial-v0`. It has no wheels: it makes way by pushing its body against pegs, or by sliding more easily
+along its links than across them. Link 1 leads. Units are SI and radians.
 """
 
 FOOTER = """## Vector environments
