@@ -8,7 +8,7 @@ mod runs;
 use nalgebra::{Vector2, Vector3};
 use runs::{implicit, sidewinding, undulation};
 use snake_core::control::ControllerConfig;
-use snake_core::gait::{CardanGait, CardanReference};
+use snake_core::gait::{CardanGait, CardanReference, Gait, Wave};
 use snake_core::pegs::PegGrid;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, START_SPATIAL_7_5, Scene, SceneConfig, TABLE_7_5};
@@ -63,6 +63,42 @@ fn the_width_of_the_registers_and_the_neighbours_do_not_matter() {
             }
         }
     }
+}
+
+/// A stage that Newton's method gives up while neighbours go on is handed to the fallback as it would be alone.
+#[test]
+fn lanes_that_are_given_up_do_not_depend_on_neighbours_either() {
+    let plant = plant([2.0, 2.0]);
+    let advance = |robots: &mut [Winder]| {
+        let mut fleet = SpatialFleet::new(implicit(0.01, 2), &plant, robots.len());
+        fleet.advance(&plant, robots, 0.1, |_| true);
+        robots.iter().map(|robot| robot.body.tally.fallbacks).sum::<u32>()
+    };
+    let mut together = jolted(&plant);
+    assert!(advance(&mut together) > 20, "many stages must be given up");
+    for (k, together) in together.iter().enumerate() {
+        let mut alone = jolted(&plant);
+        advance(&mut alone[k..=k]);
+        assert_eq!(together.body.state, alone[k].body.state, "robot {k}");
+        assert_eq!(together.body.tally.residual, alone[k].body.tally.residual, "robot {k}");
+    }
+}
+
+/// Robots that lie in curves of their own, far from what their motors ask for.
+fn jolted(plant: &SpatialPlant) -> Vec<Winder> {
+    let jolted = |k: usize| {
+        let posture: Vec<_> = (0..10).map(|j| Vector2::new(0.5 * (1.0 + (7 * j + 13 * k) as f64).sin(), 0.0)).collect();
+        let head = Pose { position: Vector3::zeros(), orientation: orientation_of(0.3, 0.0, 0.0) };
+        let yaw = Gait::Wave(Wave { amplitude: 0.1 * k as f64, ..Wave::default() });
+        Winder::new(
+            &plant.robot,
+            PegGrid::new(&[]),
+            head,
+            &posture,
+            CardanGait { yaw, pitch: Gait::Wave(Wave::still()) },
+        )
+    };
+    (0..9).map(jolted).collect()
 }
 
 #[test]

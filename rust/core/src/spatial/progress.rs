@@ -138,7 +138,10 @@ impl<T: Real> Progress<T> {
         // A step that is not finite ends its lane: it is below no bound. One was taken, so that it shows in the velocities.
         let goes_on = next.lt(T::splat(f64::INFINITY)) & self.outcome.iterations.lt(self.most);
         self.active = self.active & !(self.arrived & (self.outcome.converged | !goes_on));
-        self.corrections = Corrections { couple, settle, fraction: self.fraction, recentre: solved & !exact };
+        // A lane that has ended keeps its impulses, however long others go on.
+        let recentre = solved & !exact & self.active;
+        let (couple, settle) = (couple & self.active, settle & self.active);
+        self.corrections = Corrections { couple, settle, fraction: self.fraction, recentre };
         self.corrections
     }
 
