@@ -7,7 +7,7 @@ mod runs;
 
 use std::f64::consts::PI;
 
-use common::ground;
+use common::{Random, ground};
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use runs::{DEGREE, implicit, straight, undulation};
 use snake_core::control::ControllerConfig;
@@ -211,6 +211,29 @@ fn a_robot_at_rest_does_not_drift() {
     }
     let moved = largest_way(&before, simulation.state());
     assert!(moved < 1e-10, "drifted {moved} m in 200 s");
+}
+
+/// Motors that straighten a bent robot leave contacts at rest that are all but slipping: stages stay easy all the same.
+#[test]
+fn a_robot_that_has_straightened_itself_rests_without_the_fallback() {
+    let mut numbers = Random::new(5);
+    for case in 0..8 {
+        let tilt = if case < 4 { 0.0 } else { 0.1 };
+        let mut bend =
+            || Vector2::new(numbers.between(-0.5, 0.5), if tilt > 0.0 { numbers.between(-tilt, tilt) } else { 0.0 });
+        let posture: Vec<_> = (0..10).map(|_| bend()).collect();
+        let mut simulation = robot(&ground([0.2, 0.2]), &ControllerConfig::default(), 0.01, 2);
+        let head = Pose { position: Vector3::zeros(), orientation: orientation_of(numbers.angle(), 0.0, 0.0) };
+        simulation.place_chain(head, &posture);
+        simulation.rest_on_ground();
+        run(&mut simulation, &still(), 2.0);
+        let before = simulation.state().clone();
+        let report = simulation.advance(1.0, &still());
+        let stages = 200;
+        assert!(report.fallbacks == 0 && report.iterations < 15 * stages, "case {case}: {report:?}");
+        let moved = largest_way(&before, simulation.state());
+        assert!(moved < 1e-10, "case {case}: drifted {moved} m in a second");
+    }
 }
 
 /// Without ground and with free joints nothing but gravity acts: momentum, angular momentum and energy stay.

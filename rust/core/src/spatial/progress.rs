@@ -133,7 +133,8 @@ impl<T: Real> Progress<T> {
         let settle = mistaken & stubborn & next.le(tolerance);
         self.pace(settle, here.radius_error);
         let solved = self.arrived & !mistaken & next.le(T::splat(ACCURACY) * tolerance);
-        let exact = here.multiplier_error.le(T::splat(EXACT) * here.fastest + T::splat(EXACT_AT_REST) * tolerance);
+        let at_rest = T::select(stubborn, T::splat(EXACT_AT_LAST), T::splat(EXACT_AT_REST));
+        let exact = here.multiplier_error.le(T::splat(EXACT) * here.fastest + at_rest * tolerance);
         self.outcome.converged = self.outcome.converged | (solved & exact);
         // A step that is not finite ends its lane: it is below no bound. One was taken, so that it shows in the velocities.
         let goes_on = next.lt(T::splat(f64::INFINITY)) & self.outcome.iterations.lt(self.most);
@@ -198,6 +199,10 @@ const ACCURACY: f64 = 0.1;
 /// slower than what moves by so much, and at rest nothing creeps.
 const EXACT: f64 = 1e-6;
 const EXACT_AT_REST: f64 = 1e-7;
+
+/// The same over the tolerance in a hard stage: where a contact at rest is all but slipping, multipliers may turn by
+/// ever so little a step for hundreds of steps.
+const EXACT_AT_LAST: f64 = 1e-3;
 
 /// Decrease below which nothing is searched for, in squared tolerances.
 const NEGLIGIBLE: f64 = 1e-3;
