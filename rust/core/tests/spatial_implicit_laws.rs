@@ -168,6 +168,40 @@ fn links_that_whip_down_do_not_sink() {
     }
 }
 
+/// Nor do those of chains that tumble down, crooked and spinning.
+#[test]
+fn chains_that_tumble_down_do_not_sink() {
+    for (seed, friction, kd) in [(9, 0.2, 0.05), (3, 0.0, 0.0)] {
+        let limp = ControllerConfig { kp: 0.0, kd, ..ControllerConfig::default() };
+        let mut simulation = robot(&ground([friction; 2]), &limp, 0.025, 2);
+        tumble(&mut simulation, seed);
+        for _ in 0..40 {
+            run(&mut simulation, &still(), 0.025);
+            assert!(simulation.min_gap() > -6e-4, "seed {seed}: penetration {}", -simulation.min_gap());
+        }
+    }
+}
+
+/// A chain bent at random in the air, in rigid motion.
+fn tumble(simulation: &mut SpatialSimulation, seed: u64) {
+    let mut numbers = Random::new(seed);
+    let bends: Vec<_> = (0..10).map(|_| Vector2::new(numbers.between(-1.0, 1.0), numbers.between(-1.0, 1.0))).collect();
+    let orientation = orientation_of(numbers.angle(), numbers.between(-1.0, 1.0), numbers.angle());
+    simulation.place_chain(Pose { position: Vector3::zeros(), orientation }, &bends);
+    simulation.rest_on_ground();
+    let lift = numbers.between(0.05, 1.0);
+    let mut vector = |low: f64, high: f64| Vector3::from_fn(|_, _| numbers.between(low, high));
+    let (spin, velocity) = (vector(-3.0, 3.0), vector(-1.0, 1.0));
+    let mut state = simulation.state().clone();
+    let centre = state.pose.iter().map(|pose| pose.position).sum::<Vector3<f64>>() / state.pose.len() as f64;
+    for (pose, twist) in state.pose.iter_mut().zip(&mut state.twist) {
+        let v = velocity + spin.cross(&(pose.position - centre));
+        *twist = twist_of(v, pose.orientation.inverse_transform_vector(&spin));
+        pose.position.z += lift;
+    }
+    simulation.place(&state);
+}
+
 /// An inelastic impact of the whole chain at once: the normal impulses take exactly the momentum of the fall.
 #[test]
 fn a_flat_drop_takes_the_momentum_of_the_fall() {

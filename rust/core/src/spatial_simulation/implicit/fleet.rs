@@ -244,7 +244,7 @@ fn levels(config: &IntegratorConfig) -> usize {
 const STEP: f64 = 0.01;
 
 /// How often an Euler step in which links sink is halved.
-const MAX_HALVINGS: usize = 4;
+const MAX_HALVINGS: usize = 6;
 
 /// Change of acceleration that counts as abrupt \[m/s^2\]. Gentler than in the plane: links touch down all the time.
 const JUMP: f64 = 4.0;
