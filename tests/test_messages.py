@@ -84,7 +84,7 @@ def test_the_ray_learner_explains_itself_without_ray(monkeypatch, capsys):
         ppo_ray.main(["--help"])
     assert "--workers" in capsys.readouterr().out
     assert ppo_ray.main([]) == 2
-    assert "pip install 'snake_env[ray]'" in capsys.readouterr().err
+    assert "make .venv-ray/.packages" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("what", ["option", "networks"])

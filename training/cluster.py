@@ -9,6 +9,8 @@ from importlib.util import find_spec
 MODULES = {"ray": ("Ray", "ray"), "rllib": ("RLlib", "ray.rllib")}
 """By extra of the package: what it installs."""
 
+REMEDY = "`make .venv-ray/.packages` makes an environment with it; then PYTHONPATH=. .venv-ray/bin/python -m ..."
+
 
 def add_address(cli: argparse.ArgumentParser) -> None:
     """Adds the option that says which cluster."""
@@ -20,7 +22,7 @@ def installed(extra: str) -> bool:
     name, module = MODULES[extra]
     found = find_spec("ray") is not None and find_spec(module) is not None
     if not found:
-        print(f"{name} is not installed: pip install 'snake_env[{extra}]'", file=sys.stderr)
+        print(f"{name} is not installed. {REMEDY}", file=sys.stderr)
     return found
 
 

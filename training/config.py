@@ -183,9 +183,14 @@ class Config:
 
 
 def load(path: Path) -> Config:
-    """Reads a YAML or JSON file; a bare name is one of ``training/configs``. JSON needs no further package."""
+    """Reads a YAML or JSON file; a bare name is one of ``training/configs``. JSON needs no further package.
+
+    Raises:
+        ValueError: there is no such file or name, or a value in it is not admissible.
+    """
     bare = [CONFIGS / f"{path}{suffix}" for suffix in (".yaml", ".json")]
     found = next((one for one in bare if one.exists()), path)
+    _require(found.is_file(), "config", path, "a YAML or JSON file, or a name in training/configs")
     text = found.read_text()
     return Config.from_mapping(json.loads(text) if found.suffix == ".json" else _from_yaml(text))
 

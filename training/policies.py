@@ -18,6 +18,10 @@ INTERFACE = ("action_mode", "perception", "nearest_pegs", "control_period")
 """Keywords of the environment that belong to a policy; all others belong to the task it is judged in."""
 
 
+RUN_FILES = ("policy.safetensors", "model.zip")
+"""Names that every run gives its policy: the folder says which run."""
+
+
 class Policy(Protocol):
     """Actions for a batch of robots, from observations alone: scripted policies sense what learned ones do."""
 
@@ -132,12 +136,12 @@ class Network(Stateless):
 
     Args:
         path: what ``python -m training.ppo`` leaves as ``policy.safetensors``.
-        name: shown in tables; by default that of the folder.
+        name: shown in tables; by default that of the file, or of the run's folder.
     """
 
     def __init__(self, path: Path, name: str | None = None) -> None:
         arrays, self.config = policy_file.read(path)
-        self.name = name or path.parent.name
+        self.name = name or (path.parent.name if path.name in RUN_FILES else path.stem)
         self.env_options = interface(self.config.get("env", {}))
         layers = sorted({int(key.split(".")[1]) for key in arrays if key.startswith("actor.")})
         if not layers:

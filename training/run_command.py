@@ -40,8 +40,8 @@ def parser(prog: str, text: str | None) -> argparse.ArgumentParser:
 
 
 def run(args: argparse.Namespace, folder: RunFolder, train: Train) -> int:
-    """Begins or resumes a run; 0 when its budget is used up, 130 when it was stopped, 2 when the folder is taken
-    or its run does not fit this version.
+    """Begins or resumes a run; 0 when its budget is used up, 130 when it was stopped, 2 when the folder is taken,
+    its run does not fit this version, or the configuration is not admissible.
     """
     if args.seconds is not None:
         args.max_minutes = args.seconds / 60.0
@@ -63,7 +63,11 @@ def _run(args: argparse.Namespace, folder: RunFolder, train: Train) -> int:
     else:
         if args.resume:
             print(f"{args.out} holds no run yet: begins one", flush=True)
-        config = _overridden(configs.load(args.config), args, OVERRIDES)
+        try:
+            config = _overridden(configs.load(args.config), args, OVERRIDES)
+        except ValueError as error:
+            print(error, file=sys.stderr)
+            return 2
         if args.action_mode is not None:
             config = dataclasses.replace(config, env={**config.env, "action_mode": args.action_mode})
     folder.create(config)

@@ -50,6 +50,8 @@ class Start:
             model: "planar" or "spatial"; friction acts elsewhere in the latter, so its starts differ by centimetres.
         """
         _checks.choice("model", model, ("planar", "spatial"))
+        if not isinstance(scene, Scene):
+            raise ConfigError("scene", repr(scene), "a snake_env.Scene made by Scene.preset")
         if scene.course is None:
             raise ConfigError("scene.course", None, "a scene made by Scene.preset")
         x, y, heading = course(scene.course)["start" if model == "planar" else "spatial_start"]

@@ -96,14 +96,17 @@ impl Randomization {
             within("reference_rate", rate, SLOWEST_RATE, (1.0 + 1e-9) / control_period)?;
         }
         let same = Self::default();
-        let keeps_plant = self.friction == same.friction
-            && self.anisotropy == same.anisotropy
-            && self.mass == same.mass
-            && self.torque_limit == same.torque_limit;
         let knows_many = method != Method::Thesis && model == Model::Planar;
-        let expected =
-            "[1, 1] for all factors with the method thesis and in the spatial model, which know one robot only";
-        require(keeps_plant || knows_many, "mass", format!("{:?}", self.mass), expected)
+        let expected = "[1, 1]; factors on the robot need the planar model and the method implicit or adaptive";
+        for (field, factor, one) in [
+            ("friction", self.friction, same.friction),
+            ("anisotropy", self.anisotropy, same.anisotropy),
+            ("mass", self.mass, same.mass),
+            ("torque_limit", self.torque_limit, same.torque_limit),
+        ] {
+            require(knows_many || factor == one, field, format!("{factor:?}"), expected)?;
+        }
+        Ok(())
     }
 
     /// Checks what comes on top of a plant: free play beyond `play` \[rad\] and a drop of friction beyond `drop`, for a
@@ -116,9 +119,9 @@ impl Randomization {
         (play, knows_motors): (f64, bool),
         (drop, knows_ground): (f64, bool),
     ) -> Result<(), ConfigError> {
-        let planar = "[0, 0] but for the planar model with the method implicit or adaptive";
+        let planar = "[0, 0], unless with the planar model, the method implicit or adaptive";
         let none = |range: [f64; 2]| range == [0.0, 0.0];
-        let expected = format!("{planar}, and a PD controller");
+        let expected = format!("{planar} and a PD controller");
         require(knows_motors || none(self.free_play), "free_play", format!("{:?}", self.free_play), &expected)?;
         require(knows_ground || none(self.stribeck), "stribeck", format!("{:?}", self.stribeck), planar)?;
         range("free_play", self.free_play, [0.0, MOST_PLAY - play])?;
