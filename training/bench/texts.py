@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from training.bench.curves import LOST, TRUST
-from training.bench.targets import AHEAD
+from training.bench.targets import AHEAD, AHEAD_IN_SPACE
 
 PRECISION = f"""## Error against run time
 
@@ -12,7 +12,8 @@ converged solution, which the bench computes itself with two fine runs; their di
 worth, and errors below {TRUST:g} times it are shown there. Speed is simulated seconds per CPU second of one thread, a
 median of repetitions taken in turn: of one robot alone, and of 64 robots in eight lanes, staggered over five seconds so
 that no lane does what its neighbour does. A curve is made of the points that no other setting of the same method beats
-in both; runs that end more than {1e3 * LOST:g} mm off are left out. The aim against each peer is {AHEAD:g}x. Tables
+in both; runs that end more than {1e3 * LOST:g} mm off are left out. The aim against each peer is {AHEAD:g}x, in
+space {AHEAD_IN_SPACE:g}x. Tables
 compare at equal error, interpolated between logarithms."""
 
 GROWTH = """A step is one of the default method, of one robot in a fleet of 64. *Solves* are eliminations of the chain;
