@@ -4,9 +4,11 @@ use crate::gait::JointTarget;
 #[cfg(target_arch = "x86_64")]
 use crate::math::{Wide4, Wide8};
 
+use super::division::Division;
 use super::group::Group;
 use super::hardest::Hardest;
 use super::stage_kernels::StageKernels;
+use super::start::{START_LASTS, follows, longest_step};
 use super::{Driven, IntegratorConfig, Plant};
 
 /// Advances robots in groups as wide as the machine's registers; one robot's motion does not depend on
@@ -37,7 +39,7 @@ impl Fleet {
             config,
             width: Width::choose(config, plant, robots),
             members: Vec::with_capacity(robots),
-            divisions: (0..levels(&config)).map(|_| Division::with_capacity(robots)).collect(),
+            divisions: Division::of_all_levels(&config, robots),
             targets: vec![JointTarget::default(); plant.robot.joint_count()],
         }
     }
@@ -140,8 +142,7 @@ impl<D: Driven> Run<'_, D> {
     fn step<T: StageKernels>(&mut self, group: &mut Group<T>, members: &[usize], h: f64, level: usize) {
         let mut division = std::mem::take(&mut self.divisions[level]);
         let robots = &*self.robots;
-        let longest =
-            |member: usize| self.config.step() * (START + robots[member].body().warm_start.elapsed / START_LASTS);
+        let longest = |member: usize| longest_step(self.config.step(), robots[member].body().warm_start.elapsed);
         let may_halve = level == 0 && self.config.event_halvings() > 0;
         let rough = |member: usize| may_halve && robots[member].body().warm_start.rough;
         division.sort(members, |member| h > longest(member) || rough(member));
@@ -198,32 +199,6 @@ impl<D: Driven> Run<'_, D> {
     }
 }
 
-/// How the robots of a step, or of a part of one, go on.
-#[derive(Debug, Clone, Default)]
-struct Division {
-    tried: Vec<usize>,
-    /// Robots whose step is divided without trying: at their start, or after a step that had to be.
-    untried: Vec<usize>,
-    /// Robots for which the step was tried and did not do.
-    rejected: Vec<usize>,
-}
-
-impl Division {
-    fn with_capacity(robots: usize) -> Self {
-        let list = || Vec::with_capacity(robots);
-        Self { tried: list(), untried: list(), rejected: list() }
-    }
-
-    fn sort(&mut self, members: &[usize], divides: impl Fn(usize) -> bool) {
-        self.tried.clear();
-        self.untried.clear();
-        self.rejected.clear();
-        for &member in members {
-            if divides(member) { self.untried.push(member) } else { self.tried.push(member) }
-        }
-    }
-}
-
 /// A robot that was placed in motion with its reference has no start to resolve.
 fn settle<D: Driven>(robot: &mut D, targets: &mut [JointTarget]) {
     if robot.body().warm_start.elapsed > 0.0 {
@@ -231,28 +206,8 @@ fn settle<D: Driven>(robot: &mut D, targets: &mut [JointTarget]) {
     }
     let state = &robot.body().state;
     robot.targets(state.time, targets);
-    let follows = |(joint, target): (usize, &JointTarget)| {
-        (target.angle - state.joint_angle(joint)).abs() < AT_REFERENCE
-            && (target.rate - state.joint_rate(joint)).abs() < WITH_REFERENCE
-    };
-    if targets.iter().enumerate().all(follows) {
+    let mut joints = targets.iter().enumerate();
+    if joints.all(|(joint, target)| follows(target, state.joint_angle(joint), state.joint_rate(joint))) {
         robot.body_mut().warm_start.elapsed = START_LASTS;
     }
 }
-
-/// Deviations from the reference that make no start \[rad\], \[rad/s\].
-const AT_REFERENCE: f64 = 1e-3;
-const WITH_REFERENCE: f64 = 1e-2;
-
-/// How often a step may be halved, plus one.
-fn levels(config: &IntegratorConfig) -> usize {
-    let to_start = (1.0 / START).log2().ceil() as usize;
-    to_start.max(config.event_halvings()) + 1
-}
-
-/// Length of the first step after a robot was placed, in steps.
-const START: f64 = 0.02;
-
-/// Time over which steps then grow to their full length \[s\]: links that their joints set in motion at v come to rest
-/// on the ground after about v / (mu g).
-const START_LASTS: f64 = 0.2;

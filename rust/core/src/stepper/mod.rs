@@ -3,6 +3,7 @@
 mod body;
 mod config;
 mod contacts;
+pub(crate) mod division;
 mod fleet;
 mod free_play;
 mod group;
@@ -15,6 +16,7 @@ mod rescue;
 pub(crate) mod sdirk;
 mod stage_kernels;
 mod stage_work;
+pub(crate) mod start;
 mod tally;
 mod thesis;
 mod variation;

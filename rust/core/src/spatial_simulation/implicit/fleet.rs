@@ -5,6 +5,8 @@ use crate::math::MAX_LANES;
 #[cfg(target_arch = "x86_64")]
 use crate::math::{Wide4, Wide8};
 use crate::stepper::IntegratorConfig;
+use crate::stepper::division::Division;
+use crate::stepper::start::{START_LASTS, longest_step};
 
 use super::super::{SpatialDriven, SpatialPlant};
 use super::group::SpatialGroup;
@@ -41,7 +43,7 @@ impl SpatialFleet {
             width: Width::choose(config, plant, robots),
             half_length: plant.robot.links.iter().map(|link| 0.5 * link.length).collect(),
             members: Vec::with_capacity(robots),
-            divisions: (0..levels(&config)).map(|_| Division::with_capacity(robots)).collect(),
+            divisions: Division::of_all_levels(&config, robots),
             targets: vec![CardanTarget::default(); plant.robot.joint_count()],
         }
     }
@@ -143,9 +145,9 @@ impl<D: SpatialDriven> Run<'_, D> {
     fn step<T: SpatialKernels>(&mut self, group: &mut SpatialGroup<T>, members: &[usize], h: f64, level: usize) {
         let mut division = std::mem::take(&mut self.divisions[level]);
         let robots = &*self.robots;
-        let longest = |member: usize| self.config.step() * (START + robots[member].body().motion.elapsed / START_LASTS);
+        let longest = |member: usize| longest_step(self.config.step(), robots[member].body().motion.elapsed);
         division.sort(members, |member| h > longest(member));
-        let Division { tried, starting, rejected } = &mut division;
+        let Division { tried, untried, rejected } = &mut division;
         // A register waits for its slowest lane.
         tried.sort_unstable_by_key(|&member| (robots[member].body().motion.effort, member));
         for members in tried.chunks(T::LANES) {
@@ -153,11 +155,11 @@ impl<D: SpatialDriven> Run<'_, D> {
         }
         rejected.iter().for_each(|&member| self.robots[member].body_mut().tally.events += 1);
         if level < self.config.event_halvings() {
-            rejected.append(starting);
+            rejected.append(untried);
             self.halve(group, rejected, h, level);
         } else {
             self.euler_steps(group, rejected, h, self.config.event_steps());
-            self.halve(group, starting, h, level);
+            self.halve(group, untried, h, level);
         }
         self.divisions[level] = division;
     }
@@ -207,38 +209,6 @@ impl<D: SpatialDriven> Run<'_, D> {
     }
 }
 
-/// How the robots of a step, or of a part of one, go on.
-#[derive(Debug, Clone, Default)]
-struct Division {
-    tried: Vec<usize>,
-    /// Robots at their start, whose step is divided without trying.
-    starting: Vec<usize>,
-    /// Robots for which the step was tried and did not do.
-    rejected: Vec<usize>,
-}
-
-impl Division {
-    fn with_capacity(robots: usize) -> Self {
-        let list = || Vec::with_capacity(robots);
-        Self { tried: list(), starting: list(), rejected: list() }
-    }
-
-    fn sort(&mut self, members: &[usize], starts: impl Fn(usize) -> bool) {
-        self.tried.clear();
-        self.starting.clear();
-        self.rejected.clear();
-        for &member in members {
-            if starts(member) { self.starting.push(member) } else { self.tried.push(member) }
-        }
-    }
-}
-
-/// How often a step may be halved, plus one.
-fn levels(config: &IntegratorConfig) -> usize {
-    let to_start = (1.0 / START).log2().ceil() as usize;
-    to_start.max(config.event_halvings()) + 1
-}
-
 /// Default step \[s\]: tenths of a millimetre in the peg course, some millimetres in sidewinding, where the
 /// indeterminate normal forces leave as much open.
 const STEP: f64 = 0.01;
@@ -248,10 +218,3 @@ const MAX_HALVINGS: usize = 6;
 
 /// Change of acceleration that counts as abrupt \[m/s^2\]. Gentler than in the plane: links touch down all the time.
 const JUMP: f64 = 4.0;
-
-/// Length of the first step after a robot was placed, in steps.
-const START: f64 = 0.02;
-
-/// Time over which steps then grow to their full length \[s\]: links that their joints set in motion at v come to rest
-/// on the ground after about v / (mu g).
-const START_LASTS: f64 = 0.2;

@@ -10,6 +10,7 @@ use crate::spatial::{
     Frame, Pose, Posture, Screw, SpatialState, Speed, Twist, inertia, joint_angle, joint_rate, read_lane, turning,
     twist_of, write_lane,
 };
+use crate::stepper::start::follows;
 
 use super::pegs::Pair;
 
@@ -143,20 +144,13 @@ impl Motion {
 
     /// A robot that was placed in motion with its reference has no start to resolve.
     pub fn follows(&self, targets: &[CardanTarget]) -> bool {
-        let follows = |(j, target): (usize, &CardanTarget)| {
-            [target.yaw, target.pitch].iter().enumerate().all(|(axis, target)| {
-                (target.angle - self.posture.angle[j][axis]).abs() < AT_REFERENCE
-                    && (target.rate - self.speed.rate[j][axis]).abs() < WITH_REFERENCE
-            })
-        };
-        targets.iter().enumerate().all(follows)
+        let mut joints = targets.iter().zip(self.posture.angle.iter().zip(&self.speed.rate));
+        joints.all(|(target, (angle, rate))| {
+            follows(&target.yaw, angle[0], rate[0]) && follows(&target.pitch, angle[1], rate[1])
+        })
     }
 }
 
 fn linear(twist: &Twist) -> Vector3<f64> {
     twist.fixed_rows::<3>(0).into()
 }
-
-/// Deviations from the reference that make no start \[rad\], \[rad/s\].
-const AT_REFERENCE: f64 = 1e-3;
-const WITH_REFERENCE: f64 = 1e-2;

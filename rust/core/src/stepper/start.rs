@@ -1,0 +1,29 @@
+//! The first steps after a robot was placed: short ones, until its links have come to rest on the ground.
+
+use crate::gait::JointTarget;
+
+/// Longest step of a robot that was placed `elapsed` \[s\] ago, where steps are `step` long \[s\].
+pub fn longest_step(step: f64, elapsed: f64) -> f64 {
+    step * (FIRST + elapsed / START_LASTS)
+}
+
+/// How often a step is halved at most to become the first one.
+pub fn halvings_to_start() -> usize {
+    (1.0 / FIRST).log2().ceil() as usize
+}
+
+/// Whether a joint moves with its reference: a robot placed in such motion has no start to resolve.
+pub fn follows(target: &JointTarget, angle: f64, rate: f64) -> bool {
+    (target.angle - angle).abs() < AT_REFERENCE && (target.rate - rate).abs() < WITH_REFERENCE
+}
+
+/// Length of the first step, in steps.
+const FIRST: f64 = 0.02;
+
+/// Time over which steps then grow to their full length \[s\]: links that their joints set in motion at v come to rest
+/// on the ground after about v / (mu g).
+pub const START_LASTS: f64 = 0.2;
+
+/// Deviations from the reference that make no start \[rad\], \[rad/s\].
+const AT_REFERENCE: f64 = 1e-3;
+const WITH_REFERENCE: f64 = 1e-2;
