@@ -2,26 +2,11 @@
 
 mod common;
 
-use std::f64::consts::FRAC_PI_2;
+#[path = "common/friction_scenes.rs"]
+mod scenes;
 
-use common::{Hold, LIMP, build, ground, links, moving_chain, schemes};
-use snake_core::control::ControllerConfig;
-use snake_core::planar::Twist;
-use snake_core::robot::RobotConfig;
-use snake_core::simulation::PlanarSimulation;
-use snake_core::stepper::IntegratorConfig;
-
-const G: f64 = 9.81;
-
-/// A straight limp robot along the x axis, all links moving with `v`.
-fn sliding(robot: &RobotConfig, friction: [f64; 2], v: [f64; 2], integrator: &IntegratorConfig) -> PlanarSimulation {
-    let mut simulation = build(robot, &ground(friction), &LIMP, integrator);
-    simulation.place_chain(0.0, 0.0, 0.0, &vec![0.0; robot.links - 1]);
-    let twist = Twist::new(v[0], v[1], 0.0);
-    let state = moving_chain(simulation.robot(), &simulation.state().pose.clone(), twist, &vec![0.0; robot.links - 1]);
-    simulation.place(&state);
-    simulation
-}
+use common::{Hold, LIMP, build, ground, links, schemes};
+use scenes::{G, THRESHOLD, bent_pair, slides_along_the_normal_of_the_ellipse, sliding};
 
 /// A body sliding at v stops after v^2 / (2 mu g). The midpoint scheme and the second-order stages
 /// integrate constant deceleration exactly and err only in the last step, by at most mu g h^2; implicit
@@ -36,7 +21,7 @@ fn a_sliding_robot_stops_after_v_squared_over_two_mu_g() {
             friction[axis] = mu;
             let mut velocity = [0.0; 2];
             velocity[axis] = v;
-            let mut simulation = sliding(&links(3), friction, velocity, &integrator);
+            let mut simulation = sliding(&links(3), &ground(friction), velocity, &integrator);
             let start = simulation.state().pose[1][axis];
             simulation.advance(0.4, &Hold(0.0));
             let distance = simulation.state().pose[1][axis] - start;
@@ -49,38 +34,13 @@ fn a_sliding_robot_stops_after_v_squared_over_two_mu_g() {
     }
 }
 
-/// On orthotropic ground a translating robot obeys v' = -g D^2 v / |D v|, so d ln v_y / d ln v_x is
-/// (mu_y / mu_x)^2 and v_y^(mu_x^2) / v_x^(mu_y^2) is constant. Judged until a tenth of the speed remains,
-/// where a step of 1 ms takes 5 % of it: the exponent is judged to 5 % of its change of about 2 mu_y^2.
 #[test]
 fn orthotropic_friction_turns_the_velocity_as_the_normal_of_the_ellipse_says() {
-    let (mu_x, mu_y) = (0.2, 0.3);
+    let friction = [0.2, 0.3];
     for (name, integrator) in schemes(1e-3) {
-        let mut simulation = sliding(&links(2), [mu_x, mu_y], [0.3, 0.3], &integrator);
-        let integral = |u: Twist| mu_x * mu_x * u.y.ln() - mu_y * mu_y * u.x.ln();
-        let start = integral(simulation.state().twist[0]);
-        let mut judged = 0;
-        while simulation.state().twist[0].norm() > 0.042 {
-            simulation.advance(1e-3, &Hold(0.0));
-            let drift = integral(simulation.state().twist[0]) - start;
-            assert!(drift.abs() < 0.05 * 2.0 * mu_y * mu_y, "{name}: {drift:e}");
-            judged += 1;
-        }
-        assert!(judged > 80, "{judged}");
+        let simulation = sliding(&links(2), &ground(friction), [0.3, 0.3], &integrator);
+        slides_along_the_normal_of_the_ellipse(name, simulation, friction);
     }
-}
-
-/// Two links at a right angle with a constant joint torque: the friction at the two CGs alone resists.
-/// The CGs lie d = L cos(phi/2) apart, and the power balance F d' = T phi' with d' = -L/2 sin(phi/2) phi'
-/// gives the threshold T* = mu m g (L/2) sin(phi/2).
-const THRESHOLD: f64 = 0.2 * (7.5 / 11.0) * G * 0.5 * 0.122 * std::f64::consts::FRAC_1_SQRT_2;
-
-/// The drive saturates at its limit, so the torque is constant whatever the joint does.
-fn bent_pair(torque: f64, integrator: &IntegratorConfig) -> PlanarSimulation {
-    let pd = ControllerConfig { kp: 10.0, kd: 0.0, torque_limit: Some(torque), ..ControllerConfig::default() };
-    let mut simulation = build(&links(2), &ground([0.2, 0.2]), &pd, integrator);
-    simulation.place_chain(0.3, -0.2, 0.7, &[FRAC_PI_2]);
-    simulation
 }
 
 #[test]
@@ -88,7 +48,7 @@ fn below_the_stiction_threshold_nothing_creeps_at_all() {
     for step in [1e-3, 1e-2] {
         for (name, integrator) in schemes(step) {
             for fraction in [0.5, 0.9, 0.999] {
-                let mut simulation = bent_pair(fraction * THRESHOLD, &integrator);
+                let mut simulation = bent_pair(fraction * THRESHOLD, &ground([0.2, 0.2]), &integrator);
                 let start = simulation.state().pose.clone();
                 let mut fastest: f64 = 0.0;
                 for _ in 0..200 {
@@ -114,7 +74,7 @@ fn above_the_stiction_threshold_the_joint_accelerates_as_the_reduced_equation_sa
     let inertia = m * length * length * 0.5 / 8.0 + 0.5 * theta;
     for (name, integrator) in schemes(1e-3) {
         for excess in [1.01, 1.1] {
-            let mut simulation = bent_pair(excess * THRESHOLD, &integrator);
+            let mut simulation = bent_pair(excess * THRESHOLD, &ground([0.2, 0.2]), &integrator);
             let duration = 0.02;
             simulation.advance(duration, &Hold(3.0));
             let expected = (excess - 1.0) * THRESHOLD / inertia * duration;

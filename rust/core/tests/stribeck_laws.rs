@@ -2,36 +2,23 @@
 
 mod common;
 
+#[path = "common/friction_scenes.rs"]
+mod scenes;
+
 use std::f64::consts::FRAC_PI_2;
 
-use common::{Hold, LIMP, adaptive, build, implicit, links, moving_chain, thesis};
-use snake_core::control::ControllerConfig;
+use common::{Hold, adaptive, implicit, links, thesis};
+use scenes::{G, THRESHOLD, bent_pair, slides_along_the_normal_of_the_ellipse, sliding};
 use snake_core::gait::Wave;
 use snake_core::laws::Stribeck;
-use snake_core::planar::Twist;
-use snake_core::robot::RobotConfig;
 use snake_core::scene::{START_7_5, SceneConfig};
-use snake_core::simulation::PlanarSimulation;
 use snake_core::stepper::IntegratorConfig;
-
-const G: f64 = 9.81;
 
 /// Two fifths of the friction are lost, half of that at 5 cm/s.
 const EFFECT: Stribeck = Stribeck { drop: 0.4, speed: 0.05 };
 
 fn ground(friction: [f64; 2], stribeck: Stribeck) -> SceneConfig {
     SceneConfig { friction, stribeck, ..SceneConfig::default() }
-}
-
-/// A straight limp robot along the x axis, all links moving with `v`.
-fn sliding(robot: &RobotConfig, scene: &SceneConfig, v: [f64; 2], integrator: &IntegratorConfig) -> PlanarSimulation {
-    let mut simulation = build(robot, scene, &LIMP, integrator);
-    let joints = vec![0.0; robot.links - 1];
-    simulation.place_chain(0.0, 0.0, 0.0, &joints);
-    let pose = simulation.state().pose.clone();
-    let state = moving_chain(simulation.robot(), &pose, Twist::new(v[0], v[1], 0.0), &joints);
-    simulation.place(&state);
-    simulation
 }
 
 /// v dv / (g mu(v)) integrates in closed form: with w = (v / v_s)^2, mu_d = mu (1 - drop) and D = mu drop,
@@ -115,30 +102,11 @@ fn lagged_bounds_cost_no_order_while_sliding() {
 /// under Coulomb friction (see friction_laws.rs), whatever the drop.
 #[test]
 fn the_drop_leaves_the_direction_of_sliding_as_it_is() {
-    let (mu_x, mu_y) = (0.2, 0.3);
+    let friction = [0.2, 0.3];
     for (name, integrator) in common::schemes(1e-3) {
-        let mut simulation = sliding(&links(2), &ground([mu_x, mu_y], EFFECT), [0.3, 0.3], &integrator);
-        let integral = |u: Twist| mu_x * mu_x * u.y.ln() - mu_y * mu_y * u.x.ln();
-        let start = integral(simulation.state().twist[0]);
-        let mut judged = 0;
-        while simulation.state().twist[0].norm() > 0.042 {
-            simulation.advance(1e-3, &Hold(0.0));
-            let drift = integral(simulation.state().twist[0]) - start;
-            assert!(drift.abs() < 0.05 * 2.0 * mu_y * mu_y, "{name}: {drift:e}");
-            judged += 1;
-        }
-        assert!(judged > 80, "{judged}");
+        let simulation = sliding(&links(2), &ground(friction, EFFECT), [0.3, 0.3], &integrator);
+        slides_along_the_normal_of_the_ellipse(name, simulation, friction);
     }
-}
-
-/// Torque at which a pair bent at a right angle breaks away at mu = 0.2 (see friction_laws.rs).
-const THRESHOLD: f64 = 0.2 * (7.5 / 11.0) * G * 0.5 * 0.122 * std::f64::consts::FRAC_1_SQRT_2;
-
-fn bent_pair(torque: f64, stribeck: Stribeck, integrator: &IntegratorConfig) -> PlanarSimulation {
-    let pd = ControllerConfig { kp: 10.0, kd: 0.0, torque_limit: Some(torque), ..ControllerConfig::default() };
-    let mut simulation = build(&links(2), &ground([0.2, 0.2], stribeck), &pd, integrator);
-    simulation.place_chain(0.3, -0.2, 0.7, &[FRAC_PI_2]);
-    simulation
 }
 
 /// What rests is held by the whole friction, however large the drop.
@@ -147,13 +115,13 @@ fn a_joint_breaks_away_at_the_static_coefficient() {
     let effect = Stribeck { drop: 0.9, speed: 1e-3 };
     for step in [1e-3, 1e-2] {
         for (name, integrator) in common::schemes(step) {
-            let mut held = bent_pair(0.999 * THRESHOLD, effect, &integrator);
+            let mut held = bent_pair(0.999 * THRESHOLD, &ground([0.2, 0.2], effect), &integrator);
             let start = held.state().pose.clone();
             held.advance(200.0 * step, &Hold(3.0));
             let moved = held.state().pose.iter().zip(&start).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
             assert!(moved < 200.0 * step * 1e-8, "{name}, step {step}: {moved:e}");
-            let mut loose = bent_pair(1.01 * THRESHOLD, effect, &integrator);
-            let mut coulomb = bent_pair(1.01 * THRESHOLD, Stribeck::default(), &integrator);
+            let mut loose = bent_pair(1.01 * THRESHOLD, &ground([0.2, 0.2], effect), &integrator);
+            let mut coulomb = bent_pair(1.01 * THRESHOLD, &ground([0.2, 0.2], Stribeck::default()), &integrator);
             loose.advance(0.1, &Hold(3.0));
             coulomb.advance(0.1, &Hold(3.0));
             let (loose, coulomb) = (loose.state().joint_angle(0), coulomb.state().joint_angle(0));
