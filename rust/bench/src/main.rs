@@ -10,6 +10,7 @@ mod environments;
 mod fleet;
 mod growth;
 mod methods;
+mod point;
 mod precision;
 mod reference;
 mod report;

@@ -6,11 +6,12 @@ use serde::Serialize;
 use snake_core::ConfigError;
 use snake_core::gait::Wave;
 use snake_core::simulation::{PlanarSimulation, StepReport};
-use snake_core::stepper::{Fleet, IntegratorConfig, Method, Plant};
+use snake_core::stepper::{Fleet, Method, Plant};
 
-use crate::clock::{Spent, median, spent};
+use crate::clock::{Spent, spent};
 use crate::fleet::{ROBOTS, Undulator, WINDOW, staggered, time_window};
 use crate::methods::{Choice, choices, is_default};
+use crate::point::{Point, speed};
 use crate::reference::{Distance, Positions, Reference};
 use crate::report::{emit, progress};
 use crate::scenes::Scenario;
@@ -22,32 +23,6 @@ struct SceneRecord<'a> {
     title: &'a str,
     scenario: &'a Scenario,
     reference: &'a Reference,
-}
-
-/// One point of a work-precision plot.
-#[derive(Debug, Serialize)]
-struct Point<'a> {
-    scene: &'a str,
-    curve: &'a str,
-    integrator: IntegratorConfig,
-    /// It is the default of `Integrator()` and the environments.
-    default: bool,
-    /// Distance from the reference at the end \[m\]; none if the run did not end in its time.
-    error: Option<Distance>,
-    /// Simulated seconds per CPU second of one thread: one robot alone, and a fleet.
-    speed_alone: f64,
-    speed_fleet: Option<f64>,
-    /// The same by wall clock.
-    wall_alone: f64,
-    wall_fleet: Option<f64>,
-    /// Repetitions that the medians are of.
-    repetitions: [usize; 2],
-    simulated: f64,
-    steps: u32,
-    iterations: u32,
-    misses: u32,
-    events: u32,
-    diverged: bool,
 }
 
 /// How long one may take \[s of CPU time\].
@@ -153,15 +128,11 @@ impl<'a> Case<'a> {
             steps: report.steps,
             iterations: report.iterations,
             misses: report.misses,
+            fallbacks: report.fallbacks,
             events: report.events,
             diverged: report.diverged,
         }
     }
-}
-
-/// Simulated seconds per second, by the median of the repetitions.
-fn speed(simulated: f64, repetitions: &[Spent], time: fn(&Spent) -> f64) -> f64 {
-    simulated / median(&repetitions.iter().map(time).collect::<Vec<_>>())
 }
 
 /// One robot's run.
@@ -203,6 +174,8 @@ const PIECE: f64 = 1.0;
 
 #[cfg(test)]
 mod tests {
+    use snake_core::stepper::IntegratorConfig;
+
     use super::*;
     use crate::scenes;
 

@@ -8,10 +8,10 @@ use snake_core::simulation::StepReport;
 use snake_core::spatial_simulation::{SpatialFleet, SpatialPlant};
 use snake_core::stepper::IntegratorConfig;
 
-use crate::clock::{Spent, median, spent};
+use crate::clock::{Spent, spent};
 use crate::fleet::{ROBOTS, WINDOW};
 use crate::methods::Choice;
-use crate::reference::Distance;
+use crate::point::{Point, speed};
 use crate::report::{emit, progress};
 
 use super::reference::{SpatialReference, distance};
@@ -26,33 +26,6 @@ struct SceneRecord<'a> {
     title: &'a str,
     scenario: &'a SpatialScenario,
     reference: &'a SpatialReference,
-}
-
-/// One point of a work-precision plot; of the shape of the planar ones.
-#[derive(Debug, Serialize)]
-struct Point<'a> {
-    scene: &'a str,
-    curve: &'a str,
-    integrator: IntegratorConfig,
-    /// It is the default of the spatial model.
-    default: bool,
-    /// Distance from the reference at the end \[m\]; none if the robot diverged.
-    error: Option<Distance>,
-    /// Simulated seconds per CPU second of one thread: one robot alone, and a fleet.
-    speed_alone: f64,
-    speed_fleet: f64,
-    /// The same by wall clock.
-    wall_alone: f64,
-    wall_fleet: f64,
-    /// Repetitions that the medians are of.
-    repetitions: [usize; 2],
-    simulated: f64,
-    steps: u32,
-    iterations: u32,
-    misses: u32,
-    fallbacks: u32,
-    events: u32,
-    diverged: bool,
 }
 
 /// Measures the spatial model on all its scenes and emits every point.
@@ -132,9 +105,6 @@ fn measure_choice<'a>(
         together.push(time_window(plant, &mut fleet, robots));
     }
     let Run { report, ref links, .. } = run;
-    let speed = |simulated: f64, spent: &[Spent], time: fn(&Spent) -> f64| {
-        simulated / median(&spent.iter().map(time).collect::<Vec<_>>())
-    };
     let simulated = scenario.duration;
     Ok(Point {
         scene: scenario.name,
@@ -143,9 +113,9 @@ fn measure_choice<'a>(
         default: is_default(&choice.integrator),
         error: (!report.diverged).then(|| distance(links, &reference.links)),
         speed_alone: speed(simulated, &alone, |spent| spent.cpu),
-        speed_fleet: speed(ROBOTS as f64 * WINDOW, &together, |spent| spent.cpu),
+        speed_fleet: Some(speed(ROBOTS as f64 * WINDOW, &together, |spent| spent.cpu)),
         wall_alone: speed(simulated, &alone, |spent| spent.wall),
-        wall_fleet: speed(ROBOTS as f64 * WINDOW, &together, |spent| spent.wall),
+        wall_fleet: Some(speed(ROBOTS as f64 * WINDOW, &together, |spent| spent.wall)),
         repetitions: [alone.len(), together.len()],
         simulated,
         steps: report.steps,
