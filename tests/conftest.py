@@ -13,6 +13,7 @@ import sys
 import textwrap
 from collections.abc import Callable
 from functools import partial
+from importlib import import_module
 from typing import Any
 
 import gymnasium as gym
@@ -29,6 +30,20 @@ settings.load_profile(os.environ.get("SNAKE_ENV_FUZZ", "repeatable"))
 
 ENV_IDS = tuple(TASKS)
 MODES = ("NextStep", "SameStep", "Disabled")
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    """A local Ray cluster of two nodes with one CPU each: two actors cannot be on one of them."""
+    ray = pytest.importorskip("ray")
+    nodes = import_module("ray.cluster_utils").Cluster(
+        initialize_head=True, head_node_args={"num_cpus": 1, "include_dashboard": False}
+    )
+    nodes.add_node(num_cpus=1)
+    ray.init(address=nodes.address, include_dashboard=False)
+    yield nodes
+    ray.shutdown()
+    nodes.shutdown()
 
 
 @pytest.fixture(params=ENV_IDS)

@@ -8,25 +8,12 @@ pytest.importorskip("ray")
 
 import dataclasses
 
-import ray
 import torch
-from ray.cluster_utils import Cluster
 
 from training import config, policy_file, ppo, ppo_ray
 from training.ray_collector import RayCollector
 
 SMOKE = dataclasses.replace(config.load("smoke"), total_steps=512)
-
-
-@pytest.fixture(scope="module")
-def cluster():
-    """A head and a second node of one CPU each: two actors cannot be on one of them."""
-    nodes = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, "include_dashboard": False})
-    nodes.add_node(num_cpus=1)
-    ray.init(address=nodes.address, include_dashboard=False)
-    yield nodes
-    ray.shutdown()
-    nodes.shutdown()
 
 
 def test_actors_begin_with_the_robots_of_one_process(cluster):

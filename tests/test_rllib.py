@@ -9,9 +9,7 @@ pytest.importorskip("ray.rllib")
 import dataclasses
 
 import gymnasium as gym
-import ray
 import torch
-from ray.cluster_utils import Cluster
 
 from training import config, policy_file, rllib
 from training.policies import Network
@@ -21,24 +19,13 @@ SMOKE = dataclasses.replace(config.load("smoke"), total_steps=1024)
 
 
 @pytest.fixture(scope="module")
-def cluster():
-    """A head and a second node of one CPU each: two runners cannot be on one of them."""
-    nodes = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, "include_dashboard": False})
-    nodes.add_node(num_cpus=1)
-    ray.init(address=nodes.address, include_dashboard=False)
-    yield nodes
-    ray.shutdown()
-    nodes.shutdown()
-
-
-@pytest.fixture(scope="module")
 def run(cluster, tmp_path_factory):
     """A finished run of 1,024 steps, gone on with up to 1,536."""
     out = tmp_path_factory.mktemp("rllib")
     arguments = ["--out", str(out / "run"), "--config", "smoke", "--no-bar", "--runners", "2"]
     assert rllib.main([*arguments, "--total-steps", "1024"]) == 0
     assert rllib.main([*arguments, "--total-steps", "1536", "--resume"]) == 0
-    return RunFolder(out / "run", rllib.POLICY)
+    return RunFolder(out / "run", policy_file.NAME)
 
 
 def test_a_run_goes_on_where_it_ended(run):
@@ -62,13 +49,13 @@ def test_no_step_of_an_episode_is_lost(trained):
 
 def test_numpy_plays_the_actor_that_rllib_trained(trained, tmp_path):
     module = trained[0].get_module()
-    policy_file.write(tmp_path / rllib.POLICY, rllib.actor(module.get_state()), SMOKE.to_mapping())
+    policy_file.write(tmp_path / policy_file.NAME, rllib.actor(module.get_state()), SMOKE.to_mapping())
     env = gym.make_vec(SMOKE.env_id, num_envs=16, **SMOKE.env)
     observation, _ = env.reset(seed=5)
     env.close()
     with torch.no_grad():
         mean = module.forward_inference({"obs": torch.from_numpy(observation)})["action_dist_inputs"][:, :4].numpy()
-    played = Network(tmp_path / rllib.POLICY)(observation)
+    played = Network(tmp_path / policy_file.NAME)(observation)
     np.testing.assert_allclose(played, np.clip(mean, -1.0, 1.0), rtol=1e-5, atol=1e-6)
     assert np.ptp(played, axis=0).min() > 0.0
 

@@ -23,7 +23,7 @@ from snake_env import ConfigError
 from training import scores, seeds, video
 from training.cli import gait_from_text, help_format, json_mapping
 from training.config import Config
-from training.policies import INTERFACE, RUN_FILES, GaitParameters, Model, Network, Policy, scripted
+from training.policies import INTERFACE, GaitParameters, Model, Network, Policy, scripted, title
 from training.rollout import Episodes, layout_of, run_episodes
 from training.run_folder import RunFolder, versions, write_json
 
@@ -112,10 +112,10 @@ def gait_policy(gait: GaitParameters, env_id: str) -> Policy:
 
 
 def load_model(path: Path, name: str | None = None) -> Policy:
-    """A trained policy, with those keywords of its run that belong to it; named after its file, or its run's folder."""
+    """A trained policy, with those keywords of its run that belong to it; named by :func:`training.policies.title`."""
     if path.suffix == ".safetensors":
         return Network(path, name)
-    return Model(path, name or (path.parent.name if path.name in RUN_FILES else path.stem), _origin(path)[1])
+    return Model(path, name or title(path), _origin(path)[1])
 
 
 def report(rows: dict[str, scores.Row], played: dict[str, Episodes], out: Path, what: dict[str, Any]) -> None:

@@ -18,8 +18,9 @@ INTERFACE = ("action_mode", "perception", "nearest_pegs", "control_period")
 """Keywords of the environment that belong to a policy; all others belong to the task it is judged in."""
 
 
-RUN_FILES = ("policy.safetensors", "model.zip")
-"""Names that every run gives its policy: the folder says which run."""
+def title(path: Path) -> str:
+    """Name of a trained policy in tables: that of its file or, where all runs call it the same, of its run."""
+    return path.parent.name if path.name in (policy_file.NAME, "model.zip") else path.stem
 
 
 class Policy(Protocol):
@@ -136,12 +137,12 @@ class Network(Stateless):
 
     Args:
         path: what ``python -m training.ppo`` leaves as ``policy.safetensors``.
-        name: shown in tables; by default that of the file, or of the run's folder.
+        name: shown in tables; by default the :func:`title`.
     """
 
     def __init__(self, path: Path, name: str | None = None) -> None:
         arrays, self.config = policy_file.read(path)
-        self.name = name or (path.parent.name if path.name in RUN_FILES else path.stem)
+        self.name = name or title(path)
         self.env_options = interface(self.config.get("env", {}))
         layers = sorted({int(key.split(".")[1]) for key in arrays if key.startswith("actor.")})
         if not layers:

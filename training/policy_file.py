@@ -16,6 +16,9 @@ from numpy.typing import NDArray
 
 Arrays = dict[str, NDArray[np.float32]]
 
+NAME = "policy.safetensors"
+"""In the folder of every run."""
+
 LONGEST_HEADER = 10**8
 """Bytes; what the format allows."""
 

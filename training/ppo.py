@@ -32,7 +32,7 @@ from training.learning_curve import SIGNALS, LearningCurve, text
 from training.run_folder import RunFolder
 
 LOG_SQRT_TAU = 0.5 * float(np.log(2.0 * np.pi))
-POLICY = "policy.safetensors"
+POLICY = policy_file.NAME
 ROLLOUT = ("observation", "action", "log_density", "value", "reward", "done")
 """Arrays of a :class:`Rollout`."""
 

@@ -24,8 +24,6 @@ from training.config import Config
 from training.learning_curve import EPISODES, SIGNALS, text
 from training.run_folder import RunFolder
 
-POLICY = "policy.safetensors"
-
 
 def settings(config: Config, runners: int) -> Any:
     """RLlib's configuration of a run.
@@ -175,7 +173,7 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     args.num_threads = args.runner_threads or args.num_threads
     cluster.join(args.address)
-    return run_command.run(args, RunFolder(args.out, POLICY), partial(train, runners=args.runners))
+    return run_command.run(args, RunFolder(args.out, policy_file.NAME), partial(train, runners=args.runners))
 
 
 if __name__ == "__main__":
