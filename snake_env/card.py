@@ -282,7 +282,7 @@ def _table(head: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
 
 
 def _number(value: float) -> str:
-    return f"{value:.4g}"
+    return f"{round(value, 12) + 0.0:.4g}"
 
 
 def main(argv: list[str]) -> int:

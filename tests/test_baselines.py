@@ -92,7 +92,7 @@ def test_unknown_parameters_and_controllers_are_named():
         HeadingGait({"amplitude": 1.0})
     with pytest.raises(ValueError, match="policy = none: expected one of best gait"):
         catalogue.tuned("none", "field")
-    with pytest.raises(ValueError, match="not tuned for nowhere"):
+    with pytest.raises(ValueError, match="expected one tuned for nowhere"):
         catalogue.tuned("best gait", "nowhere")
 
 

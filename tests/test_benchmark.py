@@ -77,13 +77,6 @@ def test_a_policy_chooses_its_interface_and_not_the_task():
     assert policies.interface(trained_with) == {"perception": "blind"}
 
 
-def test_unknown_policies_and_tasks_are_named(tmp_path, capsys):
-    assert benchmark.main(["--policies", "nobody", "--out", str(tmp_path)]) == 2
-    assert "policy = nobody: expected one of thesis gait, best gait" in capsys.readouterr().err
-    assert benchmark.main(["--tasks", "nowhere", "--out", str(tmp_path)]) == 2
-    assert "task = nowhere: expected one of course" in capsys.readouterr().err
-
-
 def test_scripted_controllers_play_where_they_are_tuned(monkeypatch):
     monkeypatch.setattr(benchmark_cells.catalogue, "read", lambda path=None: {"field": {"best gait": {}}})
     assert benchmark_cells.scripted("best gait").plays(FIELD)

@@ -117,6 +117,7 @@ BAD_SPATIAL = [
         ({"model": "cubic"}, "model"),
         ({"model": None}, "model"),
         ({"robot": {"links": 7}}, "robot"),
+        ({"gait": Gait(amplitude=40)}, "gait.amplitude"),
         ({"gait": Gait.sidewinding()}, "gait.vertical_amplitude"),
         ({"gait": Gait.lateral_rolling()}, "gait.vertical_amplitude"),
         ({"controller": Gait()}, "controller"),

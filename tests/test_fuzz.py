@@ -144,7 +144,7 @@ def admissible(draw):
         "scene": Scene(obstacles=pegs, friction=(draw(mu), draw(mu))),
         "controller": PD(kp=draw(gains), kd=draw(gains), torque_limit=limit),
         "gait": Gait(
-            amplitude=draw(st.floats(-10, 10)), omega=draw(st.floats(-100, 100)), beta=draw(st.floats(-10, 10))
+            amplitude=draw(st.floats(-3.1, 3.1)), omega=draw(st.floats(-100, 100)), beta=draw(st.floats(-10, 10))
         ),
         "integrator": Integrator(method=method, step=0.02, order=draw(st.sampled_from([1, 2])), max_iterations=200),
     }

@@ -41,7 +41,7 @@ def test_a_section_of_the_wrong_kind_is_told_its_class(section, words, value):
         (lambda: SnakeVectorEnv(1, task=3), "task = 3: expected one of `course`, `field`,"),
         (lambda: SnakeVectorEnv(1, randomization={"noise": 3}), "randomization.noise = 3: expected a snake_env.Noise"),
         (lambda: SnakeVectorEnv(1, friction=0.2), "friction = 0.2: expected 2 numbers"),
-        (lambda: snake_env.simulate(start=Start(position=(1, 2, 3))), "start.position = .*: expected fewer elements"),
+        (lambda: snake_env.simulate(start=Start(position=(1, 2, 3))), "start.position = .*: expected 2 numbers"),
         (
             lambda: snake_env.simulate(start=Start(posture=3)),
             'start.posture = 3: expected "gait", "straight" or a joint',
@@ -106,3 +106,25 @@ def test_a_run_that_does_not_fit_says_what_it_was_begun_with(tmp_path, capsys, w
     assert ("size mismatch" if what == "networks" else "policy.layers = 3: expected one of hidden, log_std") in told
     assert f"snake_env 0.0.1, now {snake_env.__version__}" in told
     assert os.linesep + "It was begun with" in told
+
+
+@pytest.mark.parametrize(
+    ("command", "told"),
+    [
+        ("benchmark --tasks nowhere", "task = nowhere: expected one of course, "),
+        ("benchmark --policies nobody", "policy = nobody: expected one of thesis gait, "),
+        ("compare_gaits --env Nowhere-v0", "Environment `Nowhere` doesn't exist"),
+        ("difficulty --tasks nowhere", "task = nowhere: expected one of field, "),
+        ("evaluate --policy nowhere.zip", "policy = nowhere.zip: expected the policy.safetensors or model.zip"),
+        ("inspect_policy --policy nowhere", "policy = nowhere: expected the policy.safetensors or model.zip"),
+        ("learners --config nowhere", "config = nowhere: expected a YAML or JSON file, or a name"),
+        ("pipeline --config nowhere", "config = nowhere: expected a YAML or JSON file, or a name"),
+        ("tune --controllers nobody", "policy = nobody: expected one of best gait, "),
+    ],
+)
+def test_a_name_that_does_not_exist_ends_a_command_with_one_line(capsys, command, told):
+    pytest.importorskip("torch")
+    module, *arguments = command.split()
+    with pytest.raises(SystemExit, match="2"):
+        import_module(f"training.{module}").main(arguments)
+    assert told in capsys.readouterr().err.splitlines()[-1]

@@ -21,7 +21,7 @@ from pathlib import Path
 
 from training import benchmark_cells, benchmark_page, seeds, tasks
 from training.benchmark_cells import Entry
-from training.cli import help_format, names
+from training.cli import answer, help_format, names
 from training.rollout import Episodes
 from training.tasks import BenchmarkTask
 
@@ -56,13 +56,13 @@ def named_path(text: str) -> tuple[str, Path]:
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command; 130 when it was stopped, 2 when a task or policy does not exist."""
-    args = parser().parse_args(arguments)
-    try:
-        chosen = tasks.chosen(args.tasks)
-        entries = benchmark_cells.entries(args.config, args.policies, args.policy)
-    except ValueError as error:
-        print(error, file=sys.stderr)
-        return 2
+    return answer(parser(), play, arguments)
+
+
+def play(args: argparse.Namespace) -> int:
+    """Plays the cells and writes the page; 130 when it was stopped."""
+    chosen = tasks.chosen(args.tasks)
+    entries = benchmark_cells.entries(args.config, args.policies, args.policy)
     bench = Benchmark(args.out, seeds.held_out(args.episodes), args.num_threads)
     try:
         bench.play(chosen, entries)

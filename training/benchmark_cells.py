@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from snake_env import _native
+from snake_env import ConfigError, _native
 from training import rollout
 from training.baselines import catalogue
 from training.evaluate import gait_policy, load_model
@@ -49,7 +49,7 @@ def entries(config: Path, chosen: list[str] | None, more: list[tuple[str, Path]]
     """The configuration's scripted and trained policies, those in ``chosen`` alone if given, and ``more`` files.
 
     Raises:
-        ValueError: a chosen name that the configuration does not have.
+        ConfigError: a chosen name that the configuration does not have.
     """
     content = json.loads(config.read_text())
     found = [scripted(name) for name in content["scripted"]]
@@ -57,7 +57,7 @@ def entries(config: Path, chosen: list[str] | None, more: list[tuple[str, Path]]
     known = [one.name for one in found]
     for name in chosen or []:
         if name not in known:
-            raise ValueError(f"policy = {name}: expected one of {', '.join(known)}")
+            raise ConfigError("policy", name, f"one of {', '.join(known)}")
     kept = [one for one in found if chosen is None or one.name in chosen]
     return kept + [trained(name, path, None) for name, path in more]
 

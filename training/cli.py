@@ -4,14 +4,33 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Callable
 from typing import Any
 
+import gymnasium as gym
+
+from snake_env import ConfigError
 from training.policies import DEGREE, GaitParameters
 
 
 def help_format(prog: str) -> argparse.HelpFormatter:
     """Keeps the line breaks of a module's text and shows defaults."""
     return _Format(prog, width=100)
+
+
+def answer(cli: argparse.ArgumentParser, work: Callable[[argparse.Namespace], int], given: list[str] | None) -> int:
+    """Does the work that a command line asks for; input that does not do ends it with one line and status 2.
+
+    Args:
+        cli: the command line.
+        work: what it asks for, with its exit status.
+        given: arguments; None: those of the process.
+    """
+    args = cli.parse_args(given)
+    try:
+        return work(args)
+    except (FileNotFoundError, ConfigError, gym.error.Error) as error:
+        cli.error(str(error))
 
 
 class _Format(argparse.RawDescriptionHelpFormatter, argparse.ArgumentDefaultsHelpFormatter):

@@ -14,7 +14,7 @@ import sys
 from pathlib import Path
 
 from training import figures, scores, seeds
-from training.cli import help_format, json_mapping, numbers
+from training.cli import answer, help_format, json_mapping, numbers
 from training.evaluate import FIELDS, gait_policy, report
 from training.grid import AMPLITUDES, BETAS, OMEGAS, ROUNDS, Round, Search, grid, search
 from training.policies import DEGREE, GaitParameters
@@ -44,7 +44,11 @@ def parser() -> argparse.ArgumentParser:
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command."""
-    args = parser().parse_args(arguments)
+    return answer(parser(), compare, arguments)
+
+
+def compare(args: argparse.Namespace) -> int:
+    """Searches the grid and judges the winner beside the thesis's gait."""
     gaits = grid(args.amplitudes, args.omegas, args.betas)
     rounds = [Round(max(1, part.fields // 10), part.keep) for part in ROUNDS] if args.quick else ROUNDS
     result = search(gaits, args.env, rounds, args.num_threads, **args.options)

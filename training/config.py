@@ -9,6 +9,7 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
+from snake_env import ConfigError
 from training import seeds
 
 CONFIGS = Path(__file__).parent / "configs"
@@ -154,7 +155,7 @@ class Config:
             names: options it has not, dotted as in ``policy.mirror``.
 
         Raises:
-            ValueError: one of them is not at its default.
+            ConfigError: one of them is not at its default.
         """
         for name in names:
             value, default = attrgetter(name)(self), attrgetter(name)(type(self)())
@@ -186,7 +187,7 @@ def load(path: Path) -> Config:
     """Reads a YAML or JSON file; a bare name is one of ``training/configs``. JSON needs no further package.
 
     Raises:
-        ValueError: there is no such file or name, or a value in it is not admissible.
+        ConfigError: there is no such file or name, or a value in it is not admissible.
     """
     bare = [CONFIGS / f"{path}{suffix}" for suffix in (".yaml", ".json")]
     found = next((one for one in bare if one.exists()), path)
@@ -215,4 +216,4 @@ def _section(kind: type, name: str, values: dict[str, Any]) -> Any:
 
 def _require(ok: bool, name: str, value: object, expected: str) -> None:
     if not ok:
-        raise ValueError(f"{name} = {value}: expected {expected}")
+        raise ConfigError(name, value, expected)

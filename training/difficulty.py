@@ -13,10 +13,11 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from snake_env import ConfigError
 from snake_env.registration import TASKS
 from snake_env.reproduce import drawing
 from training import seeds
-from training.cli import help_format, numbers
+from training.cli import answer, help_format, names, numbers
 from training.evaluate import gait_policy
 from training.policies import GaitParameters
 from training.rollout import run_episodes
@@ -38,14 +39,20 @@ Curve = list[Estimate]
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command."""
     cli = argparse.ArgumentParser("training.difficulty", description=__doc__, formatter_class=help_format)
-    cli.add_argument("--tasks", default=",".join(OPTIONS), help="names, comma separated")
+    cli.add_argument("--tasks", type=names, default=list(OPTIONS), help="comma separated")
     cli.add_argument("--difficulties", type=numbers, default=list(DIFFICULTIES))
     cli.add_argument("--fields", type=int, default=500, help="held-out episodes at each difficulty")
     cli.add_argument("--num-threads", type=int, help="threads of the simulator")
     cli.add_argument("--picture", type=Path, default=Path("runs/difficulty.png"))
-    args = cli.parse_args(arguments)
-    names = args.tasks.split(",")
-    curves = {name: measure(OPTIONS[name], args.difficulties, args.fields, args.num_threads) for name in names}
+    return answer(cli, compare, arguments)
+
+
+def compare(args: argparse.Namespace) -> int:
+    """Prints and draws the curves of the tasks."""
+    for name in args.tasks:
+        if name not in OPTIONS:
+            raise ConfigError("task", name, f"one of {', '.join(OPTIONS)}")
+    curves = {name: measure(OPTIONS[name], args.difficulties, args.fields, args.num_threads) for name in args.tasks}
     print(table(curves, args.difficulties))
     args.picture.parent.mkdir(parents=True, exist_ok=True)
     print(draw(curves, args.difficulties, args.picture))

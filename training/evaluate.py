@@ -17,11 +17,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import gymnasium as gym
-
 from snake_env import ConfigError
 from training import scores, seeds, video
-from training.cli import gait_from_text, help_format, json_mapping
+from training.cli import answer, gait_from_text, help_format, json_mapping
 from training.config import Config
 from training.policies import INTERFACE, GaitParameters, Model, Network, Policy, scripted, title
 from training.rollout import Episodes, layout_of, run_episodes
@@ -60,13 +58,8 @@ def parser() -> argparse.ArgumentParser:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Runs the command; input that does not do ends it with one line."""
-    cli = parser()
-    args = cli.parse_args(arguments)
-    try:
-        return evaluate(args)
-    except (FileNotFoundError, ConfigError, gym.error.Error) as error:
-        cli.error(str(error))
+    """Runs the command."""
+    return answer(parser(), evaluate, arguments)
 
 
 def evaluate(args: argparse.Namespace) -> int:
@@ -112,7 +105,13 @@ def gait_policy(gait: GaitParameters, env_id: str) -> Policy:
 
 
 def load_model(path: Path, name: str | None = None) -> Policy:
-    """A trained policy, with those keywords of its run that belong to it; named by :func:`training.policies.title`."""
+    """A trained policy, with those keywords of its run that belong to it; named by :func:`training.policies.title`.
+
+    Raises:
+        ConfigError: there is no such file.
+    """
+    if not path.is_file():
+        raise ConfigError("policy", path, "the policy.safetensors or model.zip of a run")
     if path.suffix == ".safetensors":
         return Network(path, name)
     return Model(path, name or title(path), _origin(path)[1])

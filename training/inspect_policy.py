@@ -19,7 +19,7 @@ import numpy as np
 from training import inspect_figures, rollout, seeds, tasks, video
 from training.baselines import catalogue
 from training.baselines.senses import Array
-from training.cli import help_format, names
+from training.cli import answer, help_format, names
 from training.evaluate import load_model, task
 from training.policies import Policy
 from training.run_folder import write_json
@@ -43,14 +43,14 @@ def parser() -> argparse.ArgumentParser:
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command."""
-    cli = parser()
-    args = cli.parse_args(arguments)
-    try:
-        tasks.chosen([args.task])
-        policy = load_model(args.policy, args.policy.stem)
-        others: list[Policy] = [catalogue.tuned(title, args.task) for title in args.beside]
-    except (OSError, ValueError) as error:
-        cli.error(str(error))
+    return answer(parser(), inspect, arguments)
+
+
+def inspect(args: argparse.Namespace) -> int:
+    """Watches the policy and the controllers, counts and draws."""
+    tasks.chosen([args.task])
+    policy = load_model(args.policy, args.policy.stem)
+    others: list[Policy] = [catalogue.tuned(title, args.task) for title in args.beside]
     env_id, options = task(None, {}, [args.policy])
     args.out.mkdir(parents=True, exist_ok=True)
     fields = seeds.held_out(args.fields)

@@ -22,7 +22,7 @@ from typing import Any
 from training import config as configs
 from training import ppo, rollout, seeds
 from training import train as sb3
-from training.cli import help_format
+from training.cli import answer, help_format
 from training.config import Config
 from training.policies import Model, Network, Policy
 from training.run_folder import RunFolder, versions, write_json
@@ -47,7 +47,11 @@ def parser() -> argparse.ArgumentParser:
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command."""
-    args = parser().parse_args(arguments)
+    return answer(parser(), compare, arguments)
+
+
+def compare(args: argparse.Namespace) -> int:
+    """Runs the learners in turn, prints and writes rates and scores."""
     config = dataclasses.replace(
         configs.load(args.config), num_threads=1, torch_threads=1, total_steps=args.steps, max_minutes=None
     )

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from training import seeds
-from training.cli import help_format, json_mapping
+from training.cli import answer, help_format, json_mapping
 from training.rollout import make_env
 
 ROBOTS = 384
@@ -50,7 +50,11 @@ def main(arguments: list[str] | None = None) -> int:
     cli.add_argument("--starts", type=int, default=10, help="episodes to solve, with seeds meant for choosing")
     cli.add_argument("--rounds", type=int, default=12, help="batches of scripts tried for each start")
     cli.add_argument("--hold", type=float, default=3.0, help="time for which an action is held [s]")
-    args = cli.parse_args(arguments)
+    return answer(cli, solve, arguments)
+
+
+def solve(args: argparse.Namespace) -> int:
+    """Searches a script for each start."""
     solved = 0
     for seed in seeds.selection(args.starts):
         best = search(args.env, args.options, seed, args.rounds, args.hold)

@@ -24,7 +24,7 @@ from typing import Any
 from training import compare_gaits, figures, scores, seeds, video
 from training import config as configs
 from training import train as training_stage
-from training.cli import help_format
+from training.cli import answer, help_format
 from training.config import Config
 from training.evaluate import FIELDS, film, gait_policy, load_model, report
 from training.grid import ROUNDS, grid, search
@@ -47,7 +47,11 @@ def parser() -> argparse.ArgumentParser:
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command; 130 when training was stopped."""
-    args = parser().parse_args(arguments)
+    return answer(parser(), run, arguments)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Searches the gait, trains, judges."""
     changes: dict[str, Any] = {
         name: getattr(args, name) for name in ("max_minutes", "seed") if getattr(args, name) is not None
     }

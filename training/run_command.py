@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+from snake_env import ConfigError
 from training import config as configs
 from training.cli import help_format
 from training.config import Config
@@ -65,7 +66,7 @@ def _run(args: argparse.Namespace, folder: RunFolder, train: Train) -> int:
             print(f"{args.out} holds no run yet: begins one", flush=True)
         try:
             config = _overridden(configs.load(args.config), args, OVERRIDES)
-        except ValueError as error:
+        except ConfigError as error:
             print(error, file=sys.stderr)
             return 2
         if args.action_mode is not None:

@@ -23,7 +23,7 @@ import torch
 
 from training import config as configs
 from training import ppo
-from training.cli import help_format
+from training.cli import answer, help_format
 from training.config import Config
 
 CORES = (1, 2, 16, 64, 256, 1000)
@@ -150,7 +150,11 @@ def parser() -> argparse.ArgumentParser:
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command."""
-    args = parser().parse_args(arguments)
+    return answer(parser(), write, arguments)
+
+
+def write(args: argparse.Namespace) -> int:
+    """Prints the section, and puts it in its page."""
     section = page(measure(configs.load(args.config)), args.config.stem)
     print(section)
     if args.write is not None:

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from snake_env import ConfigError
+
 TASKS = Path(__file__).parent / "configs" / "tasks.json"
 
 
@@ -40,10 +42,10 @@ def chosen(names: list[str] | None, path: Path = TASKS) -> list[BenchmarkTask]:
     """The tasks of these names; None: all.
 
     Raises:
-        ValueError: a name that the file does not have.
+        ConfigError: a name that the file does not have.
     """
     known = load(path)
     for name in names or []:
         if name not in known:
-            raise ValueError(f"task = {name}: expected one of {', '.join(known)}")
+            raise ConfigError("task", name, f"one of {', '.join(known)}")
     return [known[name] for name in names or known]

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 import snake_env.sb3
-from training.cli import help_format, numbers
+from training.cli import answer, help_format, numbers
 from training.rollout import make_env
 from training.run_folder import versions, write_json
 
@@ -41,7 +41,11 @@ def parser() -> argparse.ArgumentParser:
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command."""
-    args = parser().parse_args(arguments)
+    return answer(parser(), measure, arguments)
+
+
+def measure(args: argparse.Namespace) -> int:
+    """Measures, prints and writes the rates."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     cases = [Case(args.env, int(n), int(threads)) for n in args.batches for threads in args.threads]
     for _ in range(args.repetitions):

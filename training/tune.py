@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from training import rollout, seeds, tasks
 from training.baselines import catalogue
 from training.baselines.controller import Controller
-from training.cli import help_format, names
+from training.cli import answer, help_format, names
 from training.grid import Round
 from training.run_folder import replace, write_json
 from training.tasks import BenchmarkTask
@@ -49,12 +49,17 @@ def parser() -> argparse.ArgumentParser:
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command."""
-    args = parser().parse_args(arguments)
+    return answer(parser(), tune_all, arguments)
+
+
+def tune_all(args: argparse.Namespace) -> int:
+    """Tunes the controllers for the tasks, one after another."""
+    kinds = {title: catalogue.kind(title) for title in args.controllers}
     rounds = [Round(max(1, part.fields // 6), part.keep) for part in ROUNDS] if args.quick else ROUNDS
     for task in tasks.chosen(args.tasks):
-        for title in args.controllers:
+        for title, kind in kinds.items():
             start = time.monotonic()
-            found = tune(catalogue.CONTROLLERS[title], task, rounds, args.candidates, args.num_threads)
+            found = tune(kind, task, rounds, args.candidates, args.num_threads)
             note(args.out, task.name, title, found)
             print(f"[{time.monotonic() - start:4.0f} s] {task.name}, {title}: {found}", flush=True)
     return 0

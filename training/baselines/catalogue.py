@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from snake_env import ConfigError
 from training.baselines.controller import Controller
 from training.baselines.gaits import HeadingGait, TaperedGait
 from training.baselines.jam import JamResolving
@@ -28,12 +29,23 @@ def tuned(title: str, task: str, path: Path = TUNED) -> Controller:
     """A controller with the numbers chosen for a task.
 
     Raises:
-        ValueError: the controller does not exist, or has not been tuned for the task.
+        ConfigError: the controller does not exist, or has not been tuned for the task.
     """
-    if title not in CONTROLLERS:
-        raise ValueError(f"policy = {title}: expected one of {', '.join(CONTROLLERS)}")
+    controller = kind(title)
     try:
         values = read(path)[task][title]["values"]
     except KeyError:
-        raise ValueError(f"{title}: not tuned for {task}; run python -m training.tune --tasks {task}") from None
-    return CONTROLLERS[title](values)
+        expected = f"one tuned for {task}; run python -m training.tune --tasks {task}"
+        raise ConfigError("policy", title, expected) from None
+    return controller(values)
+
+
+def kind(title: str) -> type[Controller]:
+    """The controller of this name.
+
+    Raises:
+        ConfigError: it does not exist.
+    """
+    if title not in CONTROLLERS:
+        raise ConfigError("policy", title, f"one of {', '.join(CONTROLLERS)}")
+    return CONTROLLERS[title]

@@ -10,7 +10,8 @@ use snake_core::ConfigError;
 /// Names the field that is unknown or of the wrong type.
 pub fn decode<T: DeserializeOwned>(json: &str) -> Result<T, ConfigError> {
     parse(json).map_err(|(path, message)| {
-        let message = if message == NOT_TEXT { choices::<T>(json, &path).unwrap_or(message) } else { message };
+        let vague = [NOT_TEXT, TOO_LONG].contains(&message.as_str());
+        let message = if vague { wanted::<T>(json, &path).unwrap_or(message) } else { message };
         explain(json, &path, &message)
     })
 }
@@ -28,8 +29,11 @@ fn parse<T: DeserializeOwned>(json: &str) -> Result<T, (String, String)> {
 /// What serde_json says of anything else where one of several names is wanted.
 const NOT_TEXT: &str = "expected value";
 
-/// The message that names what may be chosen at `path`: that of a text that cannot be chosen.
-fn choices<T: DeserializeOwned>(json: &str, path: &str) -> Option<String> {
+/// What it says of more elements than an array has.
+const TOO_LONG: &str = "trailing characters";
+
+/// The message that names what is wanted at `path`: that of a text that cannot be it.
+fn wanted<T: DeserializeOwned>(json: &str, path: &str) -> Option<String> {
     let mut root: Value = serde_json::from_str(json).ok()?;
     *root.pointer_mut(&pointer(path))? = Value::String(String::new());
     parse::<T>(&root.to_string()).err().map(|(_, message)| message)
@@ -52,7 +56,6 @@ fn in_words(kind: &str) -> String {
     match kind {
         "f64" => "a finite number".to_owned(),
         "usize" | "u32" | "u64" => "an integer >= 0".to_owned(),
-        "trailing characters" => "fewer elements".to_owned(),
         NOT_TEXT => "text".to_owned(),
         _ => match kind.split_once(' ') {
             Some(("struct", "NoiseConfig")) => "a snake_env.Noise, or a mapping of field names to values".to_owned(),

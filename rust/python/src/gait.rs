@@ -1,6 +1,6 @@
 //! The gait of a scripted run as the user writes it.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -60,13 +60,15 @@ impl GaitConfig {
     /// The reference of a planar robot.
     ///
     /// # Errors
-    /// Names the parameter that is not finite, or a vertical wave.
+    /// Names the parameter that is not finite, an amplitude that folds the robot, or a vertical wave.
     pub fn planar(&self, joints: usize) -> Result<Gait, ConfigError> {
         self.validate()?;
         if self.vertical_amplitude != 0.0 {
             let expected = "0: the planar and the minimal model take gaits without a vertical wave";
             return Err(ConfigError::new("vertical_amplitude", self.vertical_amplitude, expected));
         }
+        let expected = "at most pi with the offset, in radians: beyond, a link folds through the one ahead";
+        require(self.amplitude.abs() + self.gamma.abs() <= PI, "amplitude", self.amplitude, expected)?;
         Ok(self.yaw(joints))
     }
 
