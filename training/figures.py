@@ -38,20 +38,31 @@ def learning_curve(curve: list[dict[str, Any]], gaits: dict[str, Row], path: Pat
         return drawing.save(drawn, path)
 
 
-def learning_curves(curves: list[list[dict[str, Any]]], path: Path) -> Path:
-    """Success, progress and speed over environment steps: median and range over the seeds' curves, none empty."""
+def learning_curves(runs: dict[str, list[list[dict[str, Any]]]], path: Path) -> Path:
+    """Success, progress and speed over environment steps: median and range over the seeds of each configuration.
+
+    Args:
+        runs: by configuration its seeds' curves, none empty.
+        path: of the picture.
+    """
     panels = (("is_success", "success rate"), ("distance", "progress [m]"), ("speed", "speed [m/s]"))
-    end = min(curve[-1]["steps"] for curve in curves)
-    steps = np.linspace(0.0, end, 200)
     with drawing.style():
         drawn, axes = drawing.figure(1, len(panels), 9.0, 2.6)
         for one, (key, label) in zip(axes[0], panels, strict=True):
-            values = np.array([_on_grid(curve, key, steps) for curve in curves])
-            one.fill_between(steps / 1e6, values.min(axis=0), values.max(axis=0), color=COLOURS[-1], alpha=0.25)
-            one.plot(steps / 1e6, np.median(values, axis=0), color=COLOURS[-1])
+            for (name, curves), colour in zip(runs.items(), reversed(COLOURS), strict=False):
+                _spread(one, curves, key, colour, f"{name}, {len(curves)} seeds")
             one.set(xlabel="environment steps [million]", ylabel=label, ylim=(0.0, None))
-        axes[0, 0].set_title(f"median and range of {len(curves)} seeds", fontsize=7)
+        axes[0, 0].set_title("median and range over seeds, while they explore", fontsize=7)
+        axes[0, -1].legend(loc="lower right", fontsize=6)
         return drawing.save(drawn, path)
+
+
+def _spread(axes: Axes, curves: list[list[dict[str, Any]]], key: str, colour: str, label: str) -> None:
+    """Median and range of one signal, as far as the shortest curve goes."""
+    steps = np.linspace(0.0, min(curve[-1]["steps"] for curve in curves), 200)
+    values = np.array([_on_grid(curve, key, steps) for curve in curves])
+    axes.fill_between(steps / 1e6, values.min(axis=0), values.max(axis=0), color=colour, alpha=0.25)
+    axes.plot(steps / 1e6, np.median(values, axis=0), color=colour, label=label)
 
 
 def _on_grid(curve: list[dict[str, Any]], key: str, steps: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -167,19 +167,21 @@ def choose(out: Path, folders: list[RunFolder], fields: int) -> str:
     best = max(rows, key=lambda row: row["is_success"] + row["speed"])
     shutil.copyfile(out / best["run"] / ppo.POLICY, out / "best.safetensors")
     write_json(out / "seeds.json", {"best": best["run"], "fields": fields, "seeds": rows})
-    draw([curve for folder in folders if (curve := folder.read_curve())], out)
+    draw({out.name: folders}, out)
     return f"{out}: best is {best['run']}, success {best['is_success']:.3f}, speed {best['speed']:.3f} m/s"
 
 
-def draw(curves: list[list[dict[str, Any]]], out: Path) -> None:
+def draw(runs: dict[str, list[RunFolder]], out: Path) -> None:
     """Draws the curves where matplotlib is installed; a budget too short for one update leaves none."""
-    if not curves:
+    curves = {name: [curve for folder in of if (curve := folder.read_curve())] for name, of in runs.items()}
+    drawn = {name: of for name, of in curves.items() if of}
+    if not drawn:
         return
     try:
         from training import figures
     except ImportError:
         return
-    figures.learning_curves(curves, out / "learning-curves.png")
+    figures.learning_curves(drawn, out / "learning-curves.png")
 
 
 if __name__ == "__main__":

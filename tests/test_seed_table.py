@@ -1,0 +1,64 @@
+"""What a sweep's seeds say together: means, spread and differences between equal seeds."""
+
+import json
+import shutil
+
+import pytest
+
+pytest.importorskip("torch")
+
+from training import config, ppo, run_folder, seed_table, sweep
+
+SMOKE = {
+    "env_id": "SnakeFree-v0",
+    "env": {"max_episode_steps": 40},
+    "num_envs": 8,
+    "total_steps": 1024,
+    "policy": {"hidden": [8]},
+    "ppo": {"n_steps": 32, "batch_size": 64, "n_epochs": 1},
+}
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory):
+    """Two seeds of two configurations that differ in name alone, and a run that has not been finished."""
+    folder = tmp_path_factory.mktemp("swept")
+    for name in ("one", "two"):
+        config.save(config.Config.from_mapping(SMOKE), folder / f"{name}.json")
+    names = f"{folder / 'one.json'},{folder / 'two.json'}"
+    arguments = ["--configs", names, "--seeds", "2", "--jobs", "2", "--fields", "2", "--out", str(folder / "sweep")]
+    assert sweep.main(arguments) == 0
+    run_folder.RunFolder(folder / "sweep" / "one" / "seed-10", ppo.POLICY, ".pt").create(config.Config())
+    return folder / "sweep"
+
+
+def test_equal_runs_do_not_differ_and_unfinished_ones_do_not_count(swept, tmp_path, capsys):
+    arguments = ["--sweep", str(swept), "--configs", "one,two", "--fields", "3", "--out", str(tmp_path)]
+    assert seed_table.main([*arguments, "--num-threads", "1"]) == 0
+    found = json.loads((tmp_path / "seed-table.json").read_text())
+    assert found["scores"]["one"] == found["scores"]["two"]
+    assert [len(values) for values in found["scores"]["one"].values()] == [2, 2]
+    printed = capsys.readouterr().out
+    assert "one against two, seed by seed: success +0.000 [+0.000, +0.000]" in printed
+    assert (tmp_path / "learning-curves.png").stat().st_size > 5000
+
+
+def test_a_score_is_that_of_the_seeds_own_policy(swept, tmp_path):
+    """A seed keeps its score when the other one is gone."""
+    both = seed_table.judge(seed_table.finished(swept / "two"), 3, 1)
+    shutil.copytree(swept / "two" / "seed-1", tmp_path / "seed-1")
+    alone = seed_table.judge(seed_table.finished(tmp_path), 3, 1)
+    assert both["speed [m/s]"][1:] == alone["speed [m/s]"]
+    assert both["speed [m/s]"][0] != both["speed [m/s]"][1]
+
+
+def test_the_interval_is_students_over_seeds():
+    """Differences 1, 2 and 3: mean 2, standard error 1 / sqrt 3, and 4.303 of these to either side."""
+    tables = {"success": [2.0, 4.0, 6.0]}, {"success": [1.0, 2.0, 3.0]}
+    assert seed_table.against(*tables, "a", "b") == "a against b, seed by seed: success +2.000 [-0.484, +4.484]."
+
+
+def test_a_configuration_without_finished_runs_is_named(tmp_path, capsys):
+    with pytest.raises(SystemExit):
+        seed_table.main(["--sweep", str(tmp_path), "--configs", "absent"])
+    assert "--configs absent: expected finished runs" in capsys.readouterr().err

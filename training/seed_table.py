@@ -1,0 +1,116 @@
+"""What configurations are worth over the seeds of a sweep: means, spread, differences seed by seed.
+
+    python -m training.sweep --configs field-hard-mirrored,field-hard-mirrored-blind --seeds 5 --out runs/sweep
+    python -m training.seed_table --sweep runs/sweep --configs field-hard-mirrored,field-hard-mirrored-blind
+
+Plays the policy that each finished seed left, on held-out fields of its own task, the same for all. Prints Markdown:
+mean and sample standard deviation over the seeds, and each seed's score; and of the first configuration against each
+other one the mean difference between equal seeds, with Student's 95 % interval over the seeds. Writes
+``seed-table.json`` and, with matplotlib, ``learning-curves.png``: median and range over the seeds.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from training import ppo, rollout, seeds, sweep
+from training.cli import help_format, names
+from training.policies import Network
+from training.run_folder import RunFolder, versions, write_json
+
+FIELDS = 500
+SCORES = {"is_success": "success", "speed": "speed [m/s]"}
+STUDENT = {2: 12.706, 3: 4.303, 4: 3.182, 5: 2.776, 6: 2.571, 7: 2.447, 8: 2.365, 9: 2.306, 10: 2.262}
+"""Half width of Student's two-sided 95 % interval by number of seeds, in standard errors of the mean."""
+
+Table = dict[str, list[float]]
+"""By score, one value a seed."""
+
+
+class Spread(NamedTuple):
+    """Mean and sample standard deviation over seeds; the latter is zero for one seed."""
+
+    mean: float
+    deviation: float
+
+    @classmethod
+    def of(cls, values: Sequence[float]) -> Spread:
+        """Of one value a seed."""
+        return cls(statistics.mean(values), statistics.stdev(values) if len(values) > 1 else 0.0)
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line."""
+    cli = argparse.ArgumentParser("training.seed_table", description=__doc__, formatter_class=help_format)
+    cli.add_argument("--sweep", type=Path, default=Path("runs/sweep"), help="folder of the sweep")
+    cli.add_argument("--configs", type=names, required=True, help="folders in it, comma separated")
+    cli.add_argument("--fields", type=int, default=FIELDS, help="number of held-out fields")
+    cli.add_argument("--num-threads", type=int, help="threads of the simulator")
+    cli.add_argument("--out", type=Path, default=Path("runs/seed-table"), help="folder for JSON and picture")
+    return cli
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Runs the command."""
+    cli = parser()
+    args = cli.parse_args(arguments)
+    folders = {name: finished(args.sweep / name) for name in args.configs}
+    for name, found in folders.items():
+        if not found:
+            cli.error(f"--configs {name}: expected finished runs in {args.sweep / name}/seed-<k>")
+    tables = {name: judge(found, args.fields, args.num_threads) for name, found in folders.items()}
+    print(text(tables))
+    args.out.mkdir(parents=True, exist_ok=True)
+    write_json(args.out / "seed-table.json", {"fields": args.fields, "versions": versions(), "scores": tables})
+    sweep.draw(folders, args.out)
+    return 0
+
+
+def finished(path: Path) -> list[RunFolder]:
+    """The finished runs of a configuration, by seed."""
+    paths = sorted(path.glob("seed-*"), key=lambda one: int(one.name.removeprefix("seed-")))
+    found = [RunFolder(one, ppo.POLICY, ".pt") for one in paths]
+    return [folder for folder in found if folder.finished]
+
+
+def judge(folders: list[RunFolder], fields: int, num_threads: int | None) -> Table:
+    """Plays each run's policy on held-out fields of the run's task."""
+    config = folders[0].config()
+    played = [
+        rollout.run_episodes(Network(folder.model), config.env_id, seeds.held_out(fields), num_threads, **config.env)
+        for folder in folders
+    ]
+    return {title: [float(episodes[name].mean()) for episodes in played] for name, title in SCORES.items()}
+
+
+def text(tables: dict[str, Table]) -> str:
+    """A Markdown table of the configurations, and a sentence for each but the first."""
+    heads = ["configuration", *(f"{title}: mean (sd)" for title in SCORES.values())]
+    heads += [f"{title}, seed by seed" for title in SCORES.values()]
+    lines = [heads, ["---"] * len(heads)]
+    for name, table in tables.items():
+        means = ["{:.3f} ({:.3f})".format(*Spread.of(values)) for values in table.values()]
+        lines.append([f"`{name}`", *means, *(", ".join(f"{one:.3f}" for one in values) for values in table.values())])
+    first, *others = tables
+    rows = ["| " + " | ".join(line) + " |" for line in lines]
+    return "\n".join([*rows, "", *(against(tables[first], tables[other], first, other) for other in others)])
+
+
+def against(table: Table, reference: Table, name: str, other: str) -> str:
+    """One sentence about the difference of two configurations between equal seeds."""
+    parts = []
+    for title, values in table.items():
+        differences = [one - two for one, two in zip(values, reference[title], strict=False)]
+        mean, deviation = Spread.of(differences)
+        half = STUDENT.get(len(differences), float("nan")) * deviation / len(differences) ** 0.5
+        parts.append(f"{title} {mean:+.3f} [{mean - half:+.3f}, {mean + half:+.3f}]")
+    return f"{name} against {other}, seed by seed: " + ", ".join(parts) + "."
+
+
+if __name__ == "__main__":
+    sys.exit(main())
