@@ -109,6 +109,20 @@ def test_docs_get_the_same_page_with_their_own_names(small, tmp_path, monkeypatc
     assert (tmp_path / "docs" / "images" / "learning-field.png").exists()
 
 
+def test_docs_keep_the_tasks_that_are_not_played(small, tmp_path, monkeypatch):
+    monkeypatch.setattr(benchmark_page, "DOCS", tmp_path / "docs")
+    arguments = [*small, "--out", str(tmp_path / "out"), "--write-docs"]
+    assert benchmark.main(arguments) == 0
+    page, data = (tmp_path / "docs" / f"learning-benchmark.{suffix}" for suffix in ("md", "json"))
+    before = page.read_text(), data.read_text()
+    monkeypatch.setattr(tasks, "chosen", lambda names: [FIELD])
+    assert benchmark.main(arguments) == 0
+    assert (page.read_text(), data.read_text()) == before
+    assert benchmark.main([*arguments, "--episodes", "5"]) == 0
+    assert list(json.loads(data.read_text())["tasks"]) == ["field"], "scores over other fields do not compare"
+    assert "## free" not in page.read_text()
+
+
 def test_the_no_slip_speed_of_the_thesis_gait_is_that_of_the_errata():
     assert bounds.no_slip_speed(GaitParameters()) == pytest.approx(0.1633, abs=5e-5)
     assert bounds.follow_the_leader_cost(0.2) == pytest.approx(0.239, abs=5e-4)

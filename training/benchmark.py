@@ -26,6 +26,7 @@ from training.rollout import Episodes
 from training.tasks import BenchmarkTask
 
 EPISODES = 500
+WRITE_DOCS = "also write docs/learning-benchmark.* and its pictures; tasks that are not chosen stay as they are there"
 
 
 def parser() -> argparse.ArgumentParser:
@@ -44,7 +45,7 @@ def parser() -> argparse.ArgumentParser:
     cli.add_argument("--config", type=Path, default=benchmark_cells.CONFIG, help="JSON file with the policies")
     cli.add_argument("--num-threads", type=int, help="threads of the simulator")
     cli.add_argument("--out", type=Path, default=Path("runs/benchmark"), help="folder for everything")
-    cli.add_argument("--write-docs", action="store_true", help="also write docs/learning-benchmark.* and its pictures")
+    cli.add_argument("--write-docs", action="store_true", help=WRITE_DOCS)
     return cli
 
 
@@ -71,7 +72,8 @@ def play(args: argparse.Namespace) -> int:
         return 130
     pages = benchmark_page.write(bench.played, chosen, args.episodes, args.out)
     if args.write_docs:
-        benchmark_page.write(bench.played, chosen, args.episodes, benchmark_page.DOCS, "learning-benchmark", "images")
+        docs = benchmark_page.DOCS
+        benchmark_page.write(bench.played, chosen, args.episodes, docs, "learning-benchmark", "images", keep=True)
     print(pages.read_text())
     return 0
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,9 @@ DOCS = Path(__file__).parents[1] / "docs"
 SHOWN = ("success", "speed", "time_to_goal", "jam_ratio", "cost_of_transport")
 MU = 0.2
 """Friction coefficient of the tasks with pegs."""
+
+HEADING = "\n## "
+"""Before the name of each task."""
 
 HEAD = """# Benchmark of learning and control
 
@@ -38,9 +42,15 @@ def write(
     out: Path,
     stem: str = "benchmark",
     pictures: str = ".",
+    keep: bool = False,
 ) -> Path:
-    """Writes ``<stem>.json``, ``<stem>.md`` and a picture a task; returns the Markdown page."""
+    """Writes ``<stem>.json``, ``<stem>.md`` and a picture a task; returns the Markdown page.
+
+    With ``keep`` tasks that were not played stay as these files have them, if with as many episodes.
+    """
     (out / pictures).mkdir(parents=True, exist_ok=True)
+    page, data = out / f"{stem}.md", out / f"{stem}.json"
+    sections, content = kept(page, data, episodes) if keep else ({}, {})
     text = HEAD.format(
         episodes=episodes,
         mu=MU,
@@ -50,24 +60,31 @@ def write(
         thesis=bounds.no_slip_speed(GaitParameters()),
         fastest=bounds.no_slip_speed(bounds.FASTEST_WAVE),
     )
-    content: dict[str, Any] = {}
     for task in chosen:
         rows = {name: scores.score(cell) for name, cell in played[task.name].items()}
         picture = Path(pictures) / f"learning-{task.name}.png"
         figures.benchmark(rows, out / picture)
-        text += section(task, rows, played[task.name], picture)
+        sections[task.name] = section(task, rows, played[task.name], picture)
         content[task.name] = {
             "env": task.env_id,
             "options": task.options,
             "scores": {name: scores.plain(row) for name, row in rows.items()},
         }
-    page = out / f"{stem}.md"
-    page.write_text(text)
+    page.write_text(text + "".join(sections.values()))
     held_out = f"{seeds.HELD_OUT.start} to {seeds.HELD_OUT.start + episodes - 1}, one a field"
-    write_json(
-        out / f"{stem}.json", {"episodes": episodes, "seeds": held_out, "versions": versions(), "tasks": content}
-    )
+    write_json(data, {"episodes": episodes, "seeds": held_out, "versions": versions(), "tasks": content})
     return page
+
+
+def kept(page: Path, data: Path, episodes: int) -> tuple[dict[str, str], dict[str, Any]]:
+    """Sections and scores by task of a page written before, if it tells of as many episodes."""
+    if not page.exists() or not data.exists():
+        return {}, {}
+    before = json.loads(data.read_text())
+    if before["episodes"] != episodes:
+        return {}, {}
+    sections = page.read_text().split(HEADING)[1:]
+    return {one.partition("\n")[0]: HEADING + one for one in sections}, before["tasks"]
 
 
 def section(task: BenchmarkTask, rows: dict[str, Row], played: dict[str, Episodes], picture: Path) -> str:
@@ -78,7 +95,7 @@ def section(task: BenchmarkTask, rows: dict[str, Row], played: dict[str, Episode
     for name, row in rows.items():
         cells = [scores.cell(row[one.name], one.decimals) for one in shown]
         lines.append("| " + " | ".join([name, *cells]) + " |")
-    text = f"\n## {task.name}\n\n`{task.env_id}`, {task.about}.\n\n" + "\n".join(lines) + "\n"
+    text = f"{HEADING}{task.name}\n\n`{task.env_id}`, {task.about}.\n\n" + "\n".join(lines) + "\n"
     return text + _notes(rows, played) + f"\n![{task.name}]({picture.as_posix()})\n"
 
 
