@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from snake_env import _native
 from snake_env._encode import encode
@@ -13,7 +13,38 @@ from snake_env.errors import ConfigError
 
 
 @dataclass(frozen=True)
-class PD(Section):
+class _JointController(Section):
+    """Gains, limit and treatment, and what each model takes of them."""
+
+    _section = "controller"
+    _law: ClassVar[str]
+
+    kp: float
+    kd: float
+    torque_limit: float | None = None
+    active_from: float = 0.0
+    treatment: str | float = "implicit"
+
+    def __post_init__(self) -> None:
+        _native.check("feedback", encode(self._feedback(), self._section))
+
+    def _for_core(self) -> dict[str, Any]:
+        names = ("kp", "kd", "torque_limit", "active_from")
+        return {"law": self._law, **{name: getattr(self, name) for name in names}}
+
+    def _for_planar(self) -> dict[str, Any]:
+        """The part of the planar and the spatial model; what they have not is refused."""
+        if self.treatment != "implicit":
+            raise ConfigError("controller.treatment", repr(self.treatment), '"implicit", or model="minimal"')
+        return self._for_core()
+
+    def _feedback(self) -> dict[str, Any]:
+        """The controller of the minimal model."""
+        return {**self._for_core(), "treatment": self.treatment}
+
+
+@dataclass(frozen=True)
+class PD(_JointController):
     """Joint controller tau = -k_P (phi_d - phi) - k_D (phi_d' - phi') (T 3.51), (T 7.8) with the other sign.
 
     Args:
@@ -21,35 +52,17 @@ class PD(Section):
         kd: k_D [N m s/rad], >= 0.
         torque_limit: largest torque of a joint [N m], > 0; None for none.
         active_from: the actuators are off before this time [s], >= 0.
-        treatment: as for :class:`IOLinearizing`; the planar model takes "implicit" alone.
+        treatment: as for :class:`IOLinearizing`; the planar and the spatial model take "implicit" alone.
     """
 
-    _section = "controller"
+    _law = "pd"
 
     kp: float = 800.0
     kd: float = 2.0
-    torque_limit: float | None = None
-    active_from: float = 0.0
-    treatment: str | float = "implicit"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        _native.check("feedback", encode(self._feedback(), self._section))
-
-    def _for_core(self) -> dict[str, Any]:
-        return _controller("pd", self)
-
-    def _for_planar(self) -> dict[str, Any]:
-        """The planar model's part; what it has not is refused."""
-        return _planar_controller("pd", self)
-
-    def _feedback(self) -> dict[str, Any]:
-        """The controller of the robot model."""
-        return {**_controller("pd", self), "treatment": self.treatment}
 
 
 @dataclass(frozen=True)
-class IOLinearizing(Section):
+class IOLinearizing(_JointController):
     """Input-output linearising joint controller (T 6.58), (T 6.60); the default gains are the thesis's (T Table 7.2).
 
     tau = M22_bar u + h2_bar - g2_bar, u = phi_d'' - K_D (phi' - phi_d') - K_P (phi - phi_d), with the smooth friction
@@ -66,16 +79,10 @@ class IOLinearizing(Section):
             over which torques are held.
     """
 
-    _section = "controller"
+    _law = "io"
 
     kp: float = 4e5
     kd: float = 2.4e3
-    torque_limit: float | None = None
-    active_from: float = 0.0
-    treatment: str | float = "implicit"
-
-    def __post_init__(self) -> None:
-        _native.check("feedback", encode(self._feedback(), self._section))
 
     @classmethod
     def for_period(cls, period: float, **changes: Any) -> IOLinearizing:
@@ -87,22 +94,3 @@ class IOLinearizing(Section):
             raise ConfigError("controller.period", repr(period), "a finite number > 0")
         kd = 0.5 / period
         return cls(**({"kp": 0.25 * kd * kd, "kd": kd, "treatment": period} | changes))
-
-    def _for_planar(self) -> dict[str, Any]:
-        """The planar model's part; what it has not is refused."""
-        return _planar_controller("io", self)
-
-    def _feedback(self) -> dict[str, Any]:
-        """The controller of the robot model."""
-        return {**_controller("io", self), "treatment": self.treatment}
-
-
-def _controller(law: str, controller: PD | IOLinearizing) -> dict[str, Any]:
-    names = ("kp", "kd", "torque_limit", "active_from")
-    return {"law": law, **{name: getattr(controller, name) for name in names}}
-
-
-def _planar_controller(law: str, controller: PD | IOLinearizing) -> dict[str, Any]:
-    if controller.treatment != "implicit":
-        raise ConfigError("controller.treatment", repr(controller.treatment), '"implicit", or model="minimal"')
-    return _controller(law, controller)
