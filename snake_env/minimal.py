@@ -1,4 +1,4 @@
-"""The robot model of chapter 6 in matrices, for people: named arrays at one state.
+"""The minimal model (T ch. 6, "robot model") in matrices, for people: named arrays at one state.
 
 The simulation itself needs none of these (``snake_env.simulate(model="minimal")``); they are what the thesis prints.
 n is the number of degrees of freedom, links + 2; link and joint numbers count from 0.
@@ -6,6 +6,7 @@ n is the number of degrees of freedom, links + 2; link and joint numbers count f
 
 from __future__ import annotations
 
+import dataclasses
 from typing import NamedTuple
 
 import numpy as np
@@ -13,12 +14,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from snake_env import _native
 from snake_env._encode import encode
-from snake_env.config import Robot, Scene
+from snake_env.config import PD, Robot, Scene
 
 Array = NDArray[np.float64]
 
-GROUND = Scene(friction=(0.2, 0.5), viscous=(0.1, 0.2), friction_law="arctan")
-"""The ground of (T Table 7.2) with the printed smooth friction (T 6.21)."""
+TABLE_7_2_GROUND = Scene(friction=(0.2, 0.5), viscous=(0.1, 0.2))
+"""The ground of (T Table 7.2), with set-valued friction."""
+
+TABLE_7_2_PD = PD(kp=200.0, kd=1.2)
+"""The PD controller of (T Table 7.2)."""
+
+GROUND = dataclasses.replace(TABLE_7_2_GROUND, friction_law="arctan")
+"""The same ground with the printed smooth friction (T 6.21)."""
 
 
 class ProcessPlant(NamedTuple):

@@ -13,16 +13,11 @@ from snake_env._checks import choice
 from snake_env._encode import encode
 from snake_env.config import PD, Gait, Integrator, IOLinearizing, Noise, Robot, Scene, Start
 from snake_env.errors import ConfigError
+from snake_env.minimal import TABLE_7_2_GROUND, TABLE_7_2_PD
 from snake_env.trajectory import Trajectory
 
 VISIBLE_PENETRATION = 1e-3
 """Overlap of a link and a peg or the ground that no step of usual length leaves [m]."""
-
-ROBOT_MODEL_GROUND: dict[str, Any] = {"friction": (0.2, 0.5), "viscous": (0.1, 0.2)}
-"""Ground of the robot model in the thesis (T Table 7.2)."""
-
-ROBOT_MODEL_GAINS: dict[str, float] = {"kp": 200.0, "kd": 1.2}
-"""Gains of its PD controller (T Table 7.2)."""
 
 
 def simulate(
@@ -43,8 +38,8 @@ def simulate(
     """Simulate one robot that follows a gait.
 
     Args:
-        model: "planar", the model of chapter 3; "spatial", the 3D model of chapter 4; "minimal", the robot model of
-            chapter 6.
+        model: "planar", the model of chapter 3; "spatial", the 3D model of chapter 4; "minimal", the robot
+            model of chapter 6 in minimal coordinates.
         robot: default :class:`Robot`, Aiko.
         scene: default :class:`Scene`, flat ground with isotropic friction; for "minimal" the ground of (T Table 7.2).
         gait: default lateral undulation.
@@ -111,7 +106,7 @@ def _minimal(config: dict[str, Any], scene: Scene, controller: Any, noise: Any, 
     if scene.stribeck.drop:
         raise ConfigError("scene.stribeck.drop", scene.stribeck.drop, '0, or model="planar"')
     if controller is None:
-        controller = PD(**ROBOT_MODEL_GAINS)
+        controller = TABLE_7_2_PD
     if not isinstance(controller, IOLinearizing):
         controller = _section("controller", controller, PD)
     config["start"] = config["start"]._for_plane()
@@ -144,7 +139,7 @@ def _warn_of_misses(trajectory: Trajectory) -> None:
 
 def _scene(model: str, scene: Scene | None, friction_law: str | None, viscous: tuple[float, float] | None) -> Scene:
     if scene is None and model == "minimal":
-        scene = Scene(**ROBOT_MODEL_GROUND)
+        scene = TABLE_7_2_GROUND
     scene = _section("scene", scene, Scene)
     changes = {"friction_law": friction_law, "viscous": viscous}
     changes = {name: value for name, value in changes.items() if value is not None}

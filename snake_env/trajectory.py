@@ -20,7 +20,7 @@ class Trajectory:
         angle: (T, n) absolute link angles [rad]; in the spatial model the yaw of each centre line, in (-pi, pi].
         joint_angle: (T, n - 1) [rad]; (T, n - 1, 2) in the spatial model, yaw and pitch.
         joint_torque: (T, n - 1) actuator torques of the last step [N m]: planar tau_C of (T 3.51), which acts on the
-            link before the joint; robot model tau of (T 7.8), which drives the joint angle up. Spatial model:
+            link before the joint; minimal model tau of (T 7.8), which drives the joint angle up. Spatial model:
             (T, n - 1, 2), tau_C of (T 4.89), yaw and pitch.
         contact_force: (T, n, 2) obstacle force on each link, averaged over the sample interval (T 7.6) [N]; (T, n, 3)
             in the spatial model.
@@ -32,7 +32,7 @@ class Trajectory:
         max_joint_gap: largest distance between the two ends that meet in a joint, at any step [m].
         max_penetration: deepest overlap of a link and a peg, in the spatial model also the ground, at any step [m].
         passive_velocity: (T, 3) w of (T 6.41), velocity of O_2 in the first link's frame and yaw rate [m/s, rad/s];
-            the robot model alone.
+            the minimal model alone.
         quaternion: (T, n, 4) orientations of the links, w first, from their own frame to the inertial one (T 4.1); the
             spatial model alone.
     """

@@ -1,4 +1,4 @@
-"""The robot model of chapter 6 from Python: its matrices, and runs under both controllers."""
+"""The minimal model (T ch. 6) from Python: its matrices, and runs under both controllers."""
 
 import dataclasses
 

@@ -39,8 +39,8 @@ class Scene(Section):
         friction: Coulomb coefficients along and across a link (mu_x, mu_y), >= 0.
         rolling_friction: coefficient mu_V of the friction that resists rolling (T 4.87), >= 0; the spatial model alone.
         stribeck: how friction falls in sliding; the planar model alone.
-        viscous: viscous coefficients along and across a link (mu_Vx, mu_Vy) [s/m], >= 0; the robot model alone.
-        friction_law: "set-valued", the exact Coulomb law; for the robot model also "arctan" (T 6.21), a box, and
+        viscous: viscous coefficients along and across a link (mu_Vx, mu_Vy) [s/m], >= 0; the minimal model alone.
+        friction_law: "set-valued", the exact Coulomb law; for the minimal model also "arctan" (T 6.21), a box, and
             "ellipse", -D^2 v / sqrt(v^T D^2 v + eps^2) with D = diag(friction) times a contact point's normal force.
         smoothing: eps of the smooth laws, > 0: [m/s] for "arctan", [N m/s] for "ellipse".
         course: name of the preset that the scene was made from, for :meth:`Start.on_course`.
@@ -77,7 +77,7 @@ class Scene(Section):
         return self._for_core()
 
     def _ground(self) -> dict[str, Any]:
-        """The ground of the robot model."""
+        """The ground of the minimal model."""
         names = ("friction", "viscous", "friction_law", "smoothing")
         return {name: getattr(self, name) for name in names}
 

@@ -17,8 +17,8 @@ class Start:
     """Where the robot starts, at rest.
 
     Args:
-        position: CG of link 1 (x, y) [m]; of the first real link in the robot model. In the spatial model also
-            (x, y, z); without z the robot rests on the ground.
+        position: CG of link 1 (x, y) [m]; of the first real link in the minimal model. In the spatial model
+            also (x, y, z); without z the robot rests on the ground.
         heading: absolute angle theta_1 of link 1 [rad]; with pi the body axes point to -x and the
             leading link faces +x. In the spatial model the yaw of its centre line.
         posture: "gait" (joint angles equal the reference at t = 0), "straight", or n - 1 joint angles [rad]; in the

@@ -1,4 +1,4 @@
-"""Findings of section 7.3.5: input-output linearisation against PD on the robot model (Fig. 7.10 and 7.11)."""
+"""Findings of section 7.3.5: input-output linearisation against PD on the minimal model (Fig. 7.10 and 7.11)."""
 
 from __future__ import annotations
 

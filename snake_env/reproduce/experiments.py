@@ -11,6 +11,7 @@ from functools import partial
 import numpy as np
 
 from snake_env.config import PD, Gait, Integrator, IOLinearizing, Noise, Robot, Scene, Start
+from snake_env.minimal import TABLE_7_2_GROUND, TABLE_7_2_PD
 from snake_env.reproduce import placement
 from snake_env.reproduce.serpenoid import NaturalPath
 from snake_env.simulation import simulate
@@ -133,15 +134,13 @@ for _pair in FRICTION_PAIRS:
 for _name in ("free", "table 7.5", "table 7.3", "peg 3 moved", "peg 3 removed"):
     EXPERIMENTS[f"{_name}, 3D"] = partial(_in_space, _name)
 
-GROUND = Scene(friction=(0.2, 0.5), viscous=(0.1, 0.2))
-"""Ground of the robot model (T Table 7.2)."""
 STRAIGHT = Start(position=(0.061, 0.0), heading=0.0, posture="straight")
 """O_2 at the origin, along +x."""
 FEEDBACK: dict[str, PD | IOLinearizing] = {
     "IO": IOLinearizing(),
-    "PD": PD(kp=200.0, kd=1.2),
+    "PD": TABLE_7_2_PD,
     "IO 10 N m": IOLinearizing(torque_limit=10.0),
-    "PD 10 N m": PD(kp=200.0, kd=1.2, torque_limit=10.0),
+    "PD 10 N m": dataclasses.replace(TABLE_7_2_PD, torque_limit=10.0),
     "PD high": PD(kp=2e4, kd=120.0),
 }
 """Joint controllers of section 7.3.5 by name."""
@@ -149,7 +148,7 @@ FEEDBACK: dict[str, PD | IOLinearizing] = {
 
 def _controlled(controller: str, law: str) -> Experiment:
     """Section 7.3.5 without noise: straight and at rest, lateral undulation with soft start."""
-    scene = dataclasses.replace(GROUND, friction_law=law)
+    scene = dataclasses.replace(TABLE_7_2_GROUND, friction_law=law)
     integrator = None if law == "set-valued" else Integrator()
     gait = Gait(soft_start=True)
     return Experiment(scene, 20.0, gait, STRAIGHT, "minimal", FEEDBACK[controller], integrator)

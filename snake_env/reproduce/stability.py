@@ -1,4 +1,4 @@
-"""Limits of sampled joint control: control period against gains (section "sampled IO limits" of docs/chapter-6.md)."""
+"""Limits of sampled joint control: control period against gains (section "Limits of sampling" of docs/chapter-6.md)."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from snake_env.config import PD, Gait, Integrator, IOLinearizing, Scene, Start
 from snake_env.errors import DivergenceError
+from snake_env.minimal import TABLE_7_2_PD
 from snake_env.simulation import simulate
 
 Controller = PD | IOLinearizing
@@ -70,12 +71,12 @@ def critically_damped(kd: float) -> IOLinearizing:
 
 def proportioned(kd: float) -> PD:
     """The ratio of the thesis's gains, k_P / k_D = 200 / 1.2 1/s."""
-    return PD(kp=kd * 200.0 / 1.2, kd=kd)
+    return PD(kp=kd * TABLE_7_2_PD.kp / TABLE_7_2_PD.kd, kd=kd)
 
 
 PRINTED: list[tuple[str, Controller, float]] = [
     ("IO (4e5, 2.4e3)", IOLinearizing(), 0.83e-3),
-    ("PD (200, 1.2)", PD(kp=200.0, kd=1.2), 0.576e-3),
+    ("PD (200, 1.2)", TABLE_7_2_PD, 0.576e-3),
     ("PD (800, 2)", PD(kp=800.0, kd=2.0), 0.346e-3),
 ]
 """The thesis's gains and their limits by theory: 2 / K_D, and min(2 / (mobility k_D), 2 k_D / k_P) [s]."""

@@ -57,7 +57,7 @@ def time_off(run: Trajectory, bound: float = 0.5) -> float:
 def fastest(run: Trajectory) -> Array:
     """Largest |v_O2| and |theta'| (2,) [m/s, rad/s]."""
     w = run.passive_velocity
-    assert w is not None, "a run of the robot model"
+    assert w is not None, "a run of the minimal model"
     return np.array([np.hypot(w[:, 0], w[:, 1]).max(), np.abs(w[:, 2]).max()])
 
 
