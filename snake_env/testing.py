@@ -1,4 +1,4 @@
-"""A checker for vector environments, for this package's and for others', and a measure of the interface's cost.
+"""A checker for vector environments, for this package's and for others'.
 
 Gymnasium's own ``check_env`` takes single environments only.
 """
@@ -8,7 +8,6 @@ from __future__ import annotations
 import copy
 import itertools
 import pickle
-import timeit
 from collections.abc import Callable
 from typing import Any
 
@@ -17,8 +16,6 @@ import numpy as np
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 from gymnasium.vector.utils import batch_space
-
-from snake_env.vector_env import SnakeVectorEnv
 
 MakeVector = Callable[..., VectorEnv]
 MakeSingle = Callable[[], gym.Env]
@@ -220,20 +217,6 @@ def check_same_as_sync(
             assert_identical(ours_reset, sync.reset(options={"reset_mask": finished}), f"{mode.name}, reset at {t}")
     native.close()
     sync.close()
-
-
-def interface_overhead(num_envs: int = 256, repeats: int = 50, steps: int = 200) -> float:
-    """Time that a step of :class:`snake_env.SnakeVectorEnv` spends outside the physics [s].
-
-    No robot moves: what remains are the checks, the call into the core, its walk over the rows, and the infos. The
-    least mean of ``repeats`` runs of ``steps`` steps, which disregards what else the machine does.
-    """
-    env = SnakeVectorEnv(num_envs, task="course", num_threads=1)
-    env.reset(seed=0)
-    env._robots.everyone = np.zeros(num_envs, np.bool_)
-    actions = np.zeros((num_envs, 4), np.float32)
-    runs = timeit.repeat(lambda: env.step(actions), number=steps, repeat=repeats)
-    return min(runs) / steps
 
 
 def assert_identical(a: Any, b: Any, what: str) -> None:

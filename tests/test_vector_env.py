@@ -15,7 +15,7 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 import snake_env
 from snake_env import ConfigError, SnakeVectorEnv
-from snake_env.testing import assert_identical, check_vector_env, interface_overhead
+from snake_env.testing import assert_identical, check_vector_env
 
 
 @pytest.mark.parametrize("action_mode", ["gait", "joints", "residual"])
@@ -97,7 +97,7 @@ def test_an_adaptive_robot_steps_by_itself_in_a_batch():
     keywords = {"max_episode_steps": 20, "integrator": {"method": "adaptive", "tolerance": 1e-3}}
     one, many = (gym.make_vec("SnakeCourse-v0", num_envs=n, **keywords) for n in (1, 3))
     np.testing.assert_array_equal(one.reset(seed=[7])[0][0], many.reset(seed=[6, 7, 8])[0][1])
-    actions = many.action_space.sample()
+    actions = np.linspace(-1, 1, 12).reshape(3, 4)
     for _ in range(5):
         np.testing.assert_array_equal(one.step(actions[1:2])[0][0], many.step(actions)[0][1])
 
@@ -324,6 +324,7 @@ def test_the_mode_may_be_a_member_or_its_name(make):
 def test_reward_terms_add_up_to_the_reward(env_id):
     env = gym.make_vec(env_id, num_envs=3, goal_distance=0.1, goal_radius=0.05)
     _, infos = env.reset(seed=0)
+    env.action_space.seed(0)
     terms = [name for name in infos if name.startswith("reward_")]
     assert len(terms) == 4
     for _ in range(40):
@@ -396,4 +397,16 @@ def test_the_interface_costs_little():
     About 20 units were measured, 5 to 10 us; results made anew each step would cost 100.
     """
     unit = min(timeit.repeat(lambda: np.zeros(256), number=200, repeat=50)) / 200
-    assert interface_overhead(256) < 50 * unit
+    assert interface_overhead() < 50 * unit
+
+
+def interface_overhead():
+    """Time of a step of 256 robots of which none moves [s]: checks, the call into the core, infos.
+
+    The least mean of many runs, which disregards what else the machine does.
+    """
+    env = SnakeVectorEnv(256, task="course", num_threads=1)
+    env.reset(seed=0)
+    env._robots.everyone = np.zeros(256, np.bool_)
+    actions = np.zeros((256, 4), np.float32)
+    return min(timeit.repeat(lambda: env.step(actions), number=200, repeat=50)) / 200
