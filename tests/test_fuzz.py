@@ -16,11 +16,24 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 import snake_env
-from snake_env import PD, ConfigError, Gait, Integrator, Robot, Scene, Start, _native
+from snake_env import (
+    PD,
+    ConfigError,
+    Gait,
+    Integrator,
+    IOLinearizing,
+    Noise,
+    Randomization,
+    Robot,
+    Scene,
+    Start,
+    Stribeck,
+    _native,
+)
 from snake_env.errors import DivergenceError
 from snake_env.options import TaskOptions
 
-SECTIONS = [Robot, Scene, Gait, PD, Integrator]
+SECTIONS = [Robot, Scene, Stribeck, Gait, PD, IOLinearizing, Integrator, Noise, Randomization]
 FEW = settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
 FEWER = settings(FEW, max_examples=40)
 
@@ -74,7 +87,7 @@ def test_a_section_is_made_or_names_its_field(kind):
     check()
 
 
-@pytest.mark.parametrize("section", [kind._section for kind in SECTIONS])
+@pytest.mark.parametrize("section", sorted({"ground", "feedback", *(kind._section for kind in SECTIONS)}))
 def test_the_core_takes_any_json(section):
     @FEW
     @given(json_values)
