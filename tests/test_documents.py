@@ -9,37 +9,47 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 README = "README.md"
-PAGES = [README, "docs/simulate.md", "docs/chapter-4.md", "docs/chapter-6.md"]
+PAGES = [README, "CHANGELOG.md", "CONTRIBUTING.md", *sorted(f"docs/{path.name}" for path in ROOT.glob("docs/*.md"))]
 SHORTER = {"learn(500_000)": "learn(4_096)"}
 """What would take minutes."""
 
 
+def text_of(page: str) -> str:
+    return (ROOT / page).read_text(encoding="utf-8")
+
+
 def snippets(page: str) -> list[str]:
-    text = (ROOT / page).read_text(encoding="utf-8")
-    return re.findall(r"^```python\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+    return re.findall(r"^```python\n(.*?)^```$", text_of(page), re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize("page", PAGES)
+@pytest.mark.parametrize("page", list(filter(snippets, PAGES)))
 def test_snippets_run_and_print_what_the_page_says(page, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     if page == README:
         pytest.importorskip("stable_baselines3")
     names = {"__name__": "__main__"}
-    blocks = snippets(page)
-    assert blocks
-    for block in blocks:
+    for block in snippets(page):
         for long, short in SHORTER.items():
             block = block.replace(long, short)
         exec(compile(block, page, "exec"), names)
     printed = capsys.readouterr().out.splitlines()
-    text = (ROOT / page).read_text(encoding="utf-8")
+    text = text_of(page)
     for line in printed[:1] if page == README else printed:
         assert line in text
 
 
-@pytest.mark.parametrize("page", [README, *sorted(str(path.relative_to(ROOT)) for path in ROOT.glob("docs/*.md"))])
+@pytest.mark.parametrize("page", PAGES)
 def test_links_between_pages_lead_somewhere(page):
-    text = (ROOT / page).read_text(encoding="utf-8")
-    for target in re.findall(r"\]\(([^)#]+)[^)]*\)", text):
-        if "://" not in target:
-            assert ((ROOT / page).parent / target).exists(), target
+    for target, section in re.findall(r"\]\(([^)#]*)#?([^)]*)\)", text_of(page)):
+        if "://" in target:
+            continue
+        path = (ROOT / page).parent / target if target else ROOT / page
+        assert path.exists(), target
+        if section:
+            assert section in sections(path.read_text(encoding="utf-8")), f"{target}#{section}"
+
+
+def sections(text: str) -> list[str]:
+    """Names by which the headings of a page are linked."""
+    headings = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
+    return [re.sub(r"[^\w -]", "", heading).strip().lower().replace(" ", "-") for heading in headings]

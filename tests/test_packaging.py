@@ -16,6 +16,8 @@ import snake_env
 from snake_env import _native, card
 
 ROOT = Path(__file__).parent.parent
+STUB = (ROOT / "snake_env/_native.pyi").read_text(encoding="utf-8")
+FUNCTIONS = sorted(name for name, value in vars(_native).items() if inspect.isbuiltin(value))
 
 
 def test_import_is_quick_and_light():
@@ -53,18 +55,15 @@ def test_the_command_line_answers(command):
 
 
 def test_the_stub_lists_what_the_extension_has():
-    stub = (ROOT / "snake_env/_native.pyi").read_text(encoding="utf-8")
-    functions = {name for name in vars(_native) if inspect.isbuiltin(getattr(_native, name))}
-    assert functions == set(re.findall(r"^def (\w+)", stub, re.MULTILINE))
+    assert sorted(re.findall(r"^def (\w+)", STUB, re.MULTILINE)) == FUNCTIONS
     methods = {name for name, value in vars(_native.Batch).items() if callable(value) and not name.startswith("__")}
-    assert methods == set(re.findall(r"^    def ([a-z]\w+)", stub, re.MULTILINE))
+    assert methods == set(re.findall(r"^    def ([a-z]\w+)", STUB, re.MULTILINE))
     assert (ROOT / "snake_env/py.typed").exists()
 
 
-@pytest.mark.parametrize("name", ["check", "defaults", "layout", "simulate", "courses"])
+@pytest.mark.parametrize("name", FUNCTIONS)
 def test_the_stub_has_the_extensions_parameters(name):
-    stub = (ROOT / "snake_env/_native.pyi").read_text(encoding="utf-8")
-    signature = re.search(rf"^def {name}\((.*?)\)", stub, re.MULTILINE)[1]
+    signature = re.search(rf"^def {name}\((.*?)\)", STUB, re.MULTILINE)[1]
     parameters = [part.split(":")[0].strip() for part in signature.split(",") if part]
     assert parameters == list(inspect.signature(getattr(_native, name)).parameters)
 
