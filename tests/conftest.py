@@ -17,10 +17,11 @@ from importlib import import_module
 from typing import Any
 
 import gymnasium as gym
+import numpy as np
 import pytest
 from hypothesis import settings
 
-import snake_env  # noqa: F401, registers the environments
+import snake_env
 from snake_env.registration import TASKS
 
 # The same examples in every run of the suite; `make fuzz` looks for new ones.
@@ -55,6 +56,16 @@ def env_id(request: pytest.FixtureRequest) -> str:
 def make() -> Callable[..., Any]:
     """Short episodes of the field, natively."""
     return partial(gym.make_vec, "SnakeField-v0", max_episode_steps=9)
+
+
+def check_arrays(trajectory: snake_env.Trajectory, **shapes: tuple[int, ...]) -> None:
+    """Those named have the shapes given, those of the solver one entry a sample; all are C-contiguous float64."""
+    rows = len(trajectory.time)
+    per_sample = ("time", "residual", "iterations", "misses", "fallbacks", "energy")
+    for name, shape in (shapes | dict.fromkeys(per_sample, ())).items():
+        array = getattr(trajectory, name)
+        assert (array.shape, array.dtype) == ((rows, *shape), np.float64), name
+        assert array.flags.c_contiguous, name
 
 
 def run_python(code: str, *, timeout: float = 60, **variables: str) -> str:

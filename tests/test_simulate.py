@@ -9,6 +9,7 @@ import time
 
 import numpy as np
 import pytest
+from conftest import check_arrays
 
 import snake_env
 from snake_env import PD, DivergenceError, Integrator, Robot, Scene, Start
@@ -17,23 +18,8 @@ from snake_env import PD, DivergenceError, Integrator, Robot, Scene, Start
 def test_arrays_have_the_promised_shapes_and_layout():
     links, rows = 7, 6
     run = snake_env.simulate(robot=Robot(links=links), duration=0.5, sample=0.1)
-    shapes = {
-        "time": (rows,),
-        "position": (rows, links, 2),
-        "angle": (rows, links),
-        "joint_angle": (rows, links - 1),
-        "joint_torque": (rows, links - 1),
-        "contact_force": (rows, links, 2),
-        "residual": (rows,),
-        "iterations": (rows,),
-        "misses": (rows,),
-        "fallbacks": (rows,),
-        "energy": (rows,),
-    }
-    for name, shape in shapes.items():
-        array = getattr(run, name)
-        assert (array.shape, array.dtype) == (shape, np.float64), name
-        assert array.flags.c_contiguous, name
+    joints, forces = (links - 1,), (links, 2)
+    check_arrays(run, position=forces, angle=(links,), joint_angle=joints, joint_torque=joints, contact_force=forces)
     np.testing.assert_allclose(run.time, np.arange(rows) * 0.1, rtol=1e-15)
     np.testing.assert_allclose(np.diff(run.angle, axis=1), run.joint_angle, atol=1e-15)
     assert isinstance(run.max_joint_gap, float)
