@@ -1,10 +1,10 @@
-//! The ground of the robot model as the user writes it.
+//! The ground of the minimal model as the user writes it.
 
 use serde::Deserialize;
 use snake_core::ConfigError;
 use snake_core::minimal::{FrictionLaw, Ground};
 
-/// The ground as the user writes it.
+/// Coefficients along and across a link, and the law.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GroundConfig {

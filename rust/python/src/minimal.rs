@@ -1,4 +1,4 @@
-//! `simulate_minimal`: one scripted robot of the robot model (T ch. 6), sampled.
+//! `simulate_minimal`: one scripted robot of the minimal model (T ch. 6), sampled.
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

@@ -1,4 +1,4 @@
-//! The matrices of the robot model (T ch. 6), for people.
+//! The matrices of the minimal model (T ch. 6), for people.
 
 use nalgebra::{DMatrix, DVector};
 use pyo3::prelude::*;

@@ -9,49 +9,63 @@ use snake_core::task::signal::SignalKind;
 use crate::core::Core;
 use crate::gate::Fault;
 
-/// (observation, reward, terminated, truncated, signals, flags, counts); n columns or rows each, C-contiguous.
-/// `flags` and `counts` repeat the bool and int rows of `signals` with their own types.
+/// A tuple of C-contiguous arrays for n rows; `flags` and `counts` repeat the bool and int rows of `signals` with their
+/// own types.
 #[derive(FromPyObject)]
-pub struct Sheet<'py>(
-    PyReadwriteArray2<'py, f32>,
-    PyReadwriteArray1<'py, f64>,
-    PyReadwriteArray1<'py, bool>,
-    PyReadwriteArray1<'py, bool>,
-    PyReadwriteArray2<'py, f64>,
-    PyReadwriteArray2<'py, bool>,
-    PyReadwriteArray2<'py, i64>,
-);
+pub struct Sheet<'py> {
+    /// (n, observation_size)
+    #[pyo3(item(0))]
+    observation: PyReadwriteArray2<'py, f32>,
+    /// (n)
+    #[pyo3(item(1))]
+    reward: PyReadwriteArray1<'py, f64>,
+    /// (n)
+    #[pyo3(item(2))]
+    terminated: PyReadwriteArray1<'py, bool>,
+    /// (n)
+    #[pyo3(item(3))]
+    truncated: PyReadwriteArray1<'py, bool>,
+    /// (signals, n)
+    #[pyo3(item(4))]
+    signals: PyReadwriteArray2<'py, f64>,
+    /// (bool signals, n)
+    #[pyo3(item(5))]
+    flags: PyReadwriteArray2<'py, bool>,
+    /// (int signals, n)
+    #[pyo3(item(6))]
+    counts: PyReadwriteArray2<'py, i64>,
+}
 
 impl Sheet<'_> {
     /// # Errors
     /// Names the array of the wrong shape.
     pub fn check(&self, batch: &Core) -> Result<(), Fault> {
         let n = batch.num_envs();
-        shape("observation", &self.0, &[n, batch.observation_size()])?;
-        shape("reward", &self.1, &[n])?;
-        shape("terminated", &self.2, &[n])?;
-        shape("truncated", &self.3, &[n])?;
-        shape("signals", &self.4, &[batch.signal_count(), n])?;
-        shape("flags", &self.5, &[batch.rows_of(SignalKind::Bool).len(), n])?;
-        shape("counts", &self.6, &[batch.rows_of(SignalKind::Int).len(), n])
+        shape("observation", &self.observation, &[n, batch.observation_size()])?;
+        shape("reward", &self.reward, &[n])?;
+        shape("terminated", &self.terminated, &[n])?;
+        shape("truncated", &self.truncated, &[n])?;
+        shape("signals", &self.signals, &[batch.signal_count(), n])?;
+        shape("flags", &self.flags, &[batch.rows_of(SignalKind::Bool).len(), n])?;
+        shape("counts", &self.counts, &[batch.rows_of(SignalKind::Int).len(), n])
     }
 
     /// Where the core writes.
     pub fn outputs(&mut self) -> PyResult<Outputs<'_>> {
         Ok(Outputs {
-            observation: self.0.as_slice_mut()?,
-            reward: self.1.as_slice_mut()?,
-            terminated: self.2.as_slice_mut()?,
-            truncated: self.3.as_slice_mut()?,
-            signals: self.4.as_slice_mut()?,
+            observation: self.observation.as_slice_mut()?,
+            reward: self.reward.as_slice_mut()?,
+            terminated: self.terminated.as_slice_mut()?,
+            truncated: self.truncated.as_slice_mut()?,
+            signals: self.signals.as_slice_mut()?,
         })
     }
 
     /// Fills `flags` and `counts`.
     pub fn copy_typed(&mut self, batch: &Core) -> PyResult<()> {
-        let signals = self.4.as_slice()?;
-        let n = self.1.len();
-        let (flags, counts) = (self.5.as_slice_mut()?, self.6.as_slice_mut()?);
+        let signals = self.signals.as_slice()?;
+        let n = self.reward.len();
+        let (flags, counts) = (self.flags.as_slice_mut()?, self.counts.as_slice_mut()?);
         for (typed, row) in flags.chunks_exact_mut(n).zip(batch.rows_of(SignalKind::Bool)) {
             typed.iter_mut().zip(&signals[row * n..]).for_each(|(typed, value)| *typed = *value != 0.0);
         }
@@ -63,7 +77,7 @@ impl Sheet<'_> {
 
     /// How many episodes of the rows in `active` have ended.
     pub fn ended(&self, active: &[bool]) -> PyResult<usize> {
-        let flags = self.2.as_slice()?.iter().zip(self.3.as_slice()?).zip(active);
+        let flags = self.terminated.as_slice()?.iter().zip(self.truncated.as_slice()?).zip(active);
         Ok(flags.map(|((terminated, truncated), active)| usize::from(*active & (*terminated | *truncated))).sum())
     }
 }

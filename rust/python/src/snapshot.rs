@@ -47,7 +47,6 @@ fn of<'py, M: Machine>(py: Python<'py>, environment: &Environment<M>) -> PyResul
     set_array(&dict, "pegs", pegs, &[environment.pegs().len(), 3])?;
     dict.set_item("centre", (centre.x, centre.y))?;
     set_goal(&dict, environment.goal(), rules.corridor_half_width)?;
-    dict.set_item("push_points", environment.push_points())?;
     dict.set_item("time", environment.summary().time)?;
     dict.set_item("distance", environment.summary().distance)?;
     dict.set_item("speed", environment.summary().speed)?;
