@@ -14,20 +14,20 @@ class Integrator(Section):
     Args:
         method: "implicit", the fast default; "adaptive", steps as long as an accuracy of positions allows, one robot
             at a time; or "thesis", the time stepping and Modified Newton iteration as printed (T Algorithm 3.1).
-        step: largest step [s], > 0; a sample interval is divided into equal steps no longer than this. "implicit":
-            0.025, and shorter in the first 0.2 s after the robot was placed. "adaptive": 0.05, steps as needed below.
-            0.01 for the spatial model. 0.02 for the minimal model, 2.5e-4 if torques are held over steps; its smooth
-            plants have a solver that chooses its own.
-        tolerance: > 0. "thesis": the iteration stops when the impulses change by less [N s] (T 3.81).
-            "implicit": accuracy of the velocities in a stage [m/s]. "adaptive": error to expect of any link's position
-            after a few seconds of motion [m], in [1e-7, 0.1], default 1e-4.
-            A smooth plant of the minimal model: relative tolerance, default 1e-6.
+        step: largest step [s], > 0; a sample interval is divided into equal steps no longer than this. "thesis":
+            2.5e-4. "implicit": 0.025, and shorter in the first 0.2 s after the robot was placed; 0.01 for the spatial
+            model; 0.02 for the minimal model, 2.5e-4 if torques are held over steps. "adaptive": 0.05, steps as needed
+            below. The minimal model's smooth plants have a solver that chooses its own.
+        tolerance: > 0. "thesis": the iteration stops when the impulses change by less [N s] (T 3.81), default 2e-5.
+            "implicit": accuracy of the velocities in a stage [m/s], default 1e-6. "adaptive": error to expect of any
+            link's position after a few seconds of motion [m], in [1e-7, 0.1], default 1e-4. A smooth plant of the
+            minimal model: relative tolerance, default 1e-6.
         max_iterations: after which a solve is given up and counted as a miss, >= 1.
         order: 1 or 2. "implicit": implicit Euler, or the two-stage SDIRK scheme.
         event_substeps: "implicit", order 2: Euler steps that at most replace a step in which a peg's force changes
             abruptly.
         event_tolerance: "implicit", order 2: deviation of a stage from its prediction beyond which that is so [m],
-            > 0; None: 0.32 m/s^2 times the squared step.
+            > 0; None: the squared step times 0.32 m/s^2, in the spatial model 4 m/s^2.
         r_t: r_T of (T 3.79), > 0; None takes the thesis's, 1.3, 0.2 for the minimal model, 0.01 for the spatial
             model. "thesis" alone.
         r_h: r_H of (T 3.78), > 0. "thesis" alone.
