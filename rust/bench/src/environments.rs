@@ -52,11 +52,34 @@ pub struct Robots<M: Formed = PlanarMachine> {
     active: Vec<bool>,
     ended: Vec<bool>,
     no_seeds: Vec<Option<u64>>,
+    results: Results,
+}
+
+/// Where a batch writes.
+struct Results {
     observation: Vec<f32>,
     reward: Vec<f64>,
     terminated: Vec<bool>,
     truncated: Vec<bool>,
     signals: Vec<f64>,
+}
+
+impl Results {
+    fn of<M: Formed>(batch: &Batch<M>) -> Self {
+        let rows = batch.num_envs();
+        Self {
+            observation: vec![0.0; rows * batch.observation_size()],
+            reward: vec![0.0; rows],
+            terminated: vec![false; rows],
+            truncated: vec![false; rows],
+            signals: vec![0.0; rows * batch.signal_kinds().count()],
+        }
+    }
+
+    fn outputs(&mut self) -> Outputs<'_> {
+        let Self { observation, reward, terminated, truncated, signals } = self;
+        Outputs { observation, reward, terminated, truncated, signals }
+    }
 }
 
 impl<M: Formed> Robots<M> {
@@ -73,11 +96,7 @@ impl<M: Formed> Robots<M> {
             active: vec![true; rows],
             ended: vec![true; rows],
             no_seeds: vec![None; rows],
-            observation: vec![0.0; rows * batch.observation_size()],
-            reward: vec![0.0; rows],
-            terminated: vec![false; rows],
-            truncated: vec![false; rows],
-            signals: vec![0.0; rows * batch.signal_kinds().count()],
+            results: Results::of(&batch),
             batch,
         };
         let seeds: Vec<_> = (0..rows as u64).map(Some).collect();
@@ -108,17 +127,9 @@ impl<M: Formed> Robots<M> {
         if self.actions == Actions::Random {
             self.action.iter_mut().for_each(|value| *value = self.stream.around_zero(1.0));
         }
-        let out = Outputs {
-            observation: &mut self.observation,
-            reward: &mut self.reward,
-            terminated: &mut self.terminated,
-            truncated: &mut self.truncated,
-            signals: &mut self.signals,
-        };
-        self.batch.step(&self.action, &self.active, out);
-        for ((ended, terminated), truncated) in self.ended.iter_mut().zip(&self.terminated).zip(&self.truncated) {
-            *ended = terminated | truncated;
-        }
+        self.batch.step(&self.action, &self.active, self.results.outputs());
+        let ends = self.results.terminated.iter().zip(&self.results.truncated);
+        self.ended.iter_mut().zip(ends).for_each(|(ended, (terminated, truncated))| *ended = terminated | truncated);
         if self.ended.contains(&true) {
             let seeds = std::mem::take(&mut self.no_seeds);
             self.reset_ended(&seeds);
@@ -127,14 +138,7 @@ impl<M: Formed> Robots<M> {
     }
 
     fn reset_ended(&mut self, seeds: &[Option<u64>]) {
-        let out = Outputs {
-            observation: &mut self.observation,
-            reward: &mut self.reward,
-            terminated: &mut self.terminated,
-            truncated: &mut self.truncated,
-            signals: &mut self.signals,
-        };
-        self.batch.reset(&self.ended, seeds, out);
+        self.batch.reset(&self.ended, seeds, self.results.outputs());
     }
 }
 

@@ -1,6 +1,7 @@
 //! One point of a work-precision plot, in the plane or in space.
 
 use serde::Serialize;
+use snake_core::simulation::StepReport;
 use snake_core::stepper::IntegratorConfig;
 
 use crate::clock::{Spent, median};
@@ -24,6 +25,13 @@ pub struct Point<'a> {
     /// Repetitions that the medians are of.
     pub repetitions: [usize; 2],
     pub simulated: f64,
+    #[serde(flatten)]
+    pub work: Work,
+}
+
+/// What the run whose error is judged took.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct Work {
     pub steps: u32,
     pub iterations: u32,
     pub misses: u32,
@@ -32,7 +40,33 @@ pub struct Point<'a> {
     pub diverged: bool,
 }
 
+impl Work {
+    pub fn add(&mut self, report: &StepReport) {
+        self.steps += report.steps;
+        self.iterations += report.iterations;
+        self.misses += report.misses;
+        self.fallbacks += report.fallbacks;
+        self.events += report.events;
+        self.diverged |= report.diverged;
+    }
+}
+
 /// Simulated seconds per second, by the median of the repetitions.
 pub fn speed(simulated: f64, repetitions: &[Spent], time: fn(&Spent) -> f64) -> f64 {
     simulated / median(&repetitions.iter().map(time).collect::<Vec<_>>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_work_of_a_run_is_that_of_its_pieces_together() {
+        let piece = StepReport { steps: 1, iterations: 2, misses: 3, fallbacks: 4, events: 5, ..Default::default() };
+        let mut work = Work::default();
+        for diverged in [false, true, false] {
+            work.add(&StepReport { diverged, ..piece });
+        }
+        assert_eq!(work, Work { steps: 3, iterations: 6, misses: 9, fallbacks: 12, events: 15, diverged: true });
+    }
 }

@@ -5,13 +5,13 @@ use std::path::Path;
 use serde::Serialize;
 use snake_core::ConfigError;
 use snake_core::gait::Wave;
-use snake_core::simulation::{PlanarSimulation, StepReport};
+use snake_core::simulation::PlanarSimulation;
 use snake_core::stepper::{Fleet, Method, Plant};
 
 use crate::clock::{Spent, spent};
 use crate::fleet::{ROBOTS, Undulator, WINDOW, staggered, time_window};
 use crate::methods::{Choice, choices, is_default};
-use crate::point::{Point, speed};
+use crate::point::{Point, Work, speed};
 use crate::reference::{Distance, Positions, Reference};
 use crate::report::{emit, progress};
 use crate::scenes::Scenario;
@@ -110,7 +110,7 @@ impl<'a> Case<'a> {
     }
 
     fn point<'b>(&'b self, scenario: &'b Scenario, reference: &Reference) -> Point<'b> {
-        let Run { end, simulated, report, .. } = &self.run;
+        let Run { end, simulated, work, .. } = &self.run;
         let of_fleet =
             |time: fn(&Spent) -> f64| self.fleet.as_ref().map(|_| speed(ROBOTS as f64 * WINDOW, &self.together, time));
         Point {
@@ -125,12 +125,7 @@ impl<'a> Case<'a> {
             wall_fleet: of_fleet(|spent| spent.wall),
             repetitions: [self.alone.len(), self.together.len()],
             simulated: *simulated,
-            steps: report.steps,
-            iterations: report.iterations,
-            misses: report.misses,
-            fallbacks: report.fallbacks,
-            events: report.events,
-            diverged: report.diverged,
+            work: *work,
         }
     }
 }
@@ -141,31 +136,23 @@ struct Run {
     end: Option<Positions>,
     simulated: f64,
     spent: Spent,
-    report: StepReport,
+    work: Work,
 }
 
 impl Run {
     /// Runs for `duration`, or until `limit` seconds of CPU time are over.
     fn to_the_end(mut simulation: PlanarSimulation, duration: f64, limit: f64) -> Self {
-        let mut run = Run { end: None, simulated: 0.0, spent: Spent::default(), report: StepReport::default() };
-        while run.simulated < duration - 1e-9 && run.spent.cpu < limit && !run.report.diverged {
+        let mut run = Run { end: None, simulated: 0.0, spent: Spent::default(), work: Work::default() };
+        while run.simulated < duration - 1e-9 && run.spent.cpu < limit && !run.work.diverged {
             let (report, spent) = spent(|| simulation.advance(PIECE, &Wave::default()));
             run.simulated += PIECE;
             run.spent.cpu += spent.cpu;
             run.spent.wall += spent.wall;
-            run.add(&report);
+            run.work.add(&report);
         }
-        let ended = run.simulated > duration - 1e-9 && !run.report.diverged;
+        let ended = run.simulated > duration - 1e-9 && !run.work.diverged;
         run.end = ended.then(|| simulation.state().pose.iter().map(|pose| [pose.x, pose.y]).collect());
         run
-    }
-
-    fn add(&mut self, report: &StepReport) {
-        self.report.steps += report.steps;
-        self.report.iterations += report.iterations;
-        self.report.misses += report.misses;
-        self.report.events += report.events;
-        self.report.diverged |= report.diverged;
     }
 }
 
@@ -185,9 +172,9 @@ mod tests {
         let choice = Choice { curve: "default".into(), integrator: IntegratorConfig::default() };
         let plant = scene.plant().unwrap();
         let whole = Case::new(scene, &plant, &choice, &QUICK_LIMITS).unwrap();
-        assert_eq!((whole.run.simulated, whole.run.report.steps), (5.0, 200));
+        assert_eq!((whole.run.simulated, whole.run.work.steps), (5.0, 200));
         let hurried = Case::new(scene, &plant, &choice, &Limits { run: 1e-9, ..QUICK_LIMITS }).unwrap();
         assert!(hurried.run.end.is_none() && hurried.run.simulated == 1.0);
-        assert!(whole.run.end.is_some() && whole.run.report.misses == 0);
+        assert!(whole.run.end.is_some() && whole.run.work.misses == 0);
     }
 }

@@ -4,14 +4,13 @@ use std::path::Path;
 
 use serde::Serialize;
 use snake_core::ConfigError;
-use snake_core::simulation::StepReport;
 use snake_core::spatial_simulation::{SpatialFleet, SpatialPlant};
 use snake_core::stepper::IntegratorConfig;
 
 use crate::clock::{Spent, spent};
 use crate::fleet::{ROBOTS, WINDOW};
 use crate::methods::Choice;
-use crate::point::{Point, speed};
+use crate::point::{Point, Work, speed};
 use crate::report::{emit, progress};
 
 use super::reference::{SpatialReference, distance};
@@ -104,26 +103,21 @@ fn measure_choice<'a>(
         }
         together.push(time_window(plant, &mut fleet, robots));
     }
-    let Run { report, ref links, .. } = run;
+    let Run { work, ref links, .. } = run;
     let simulated = scenario.duration;
     Ok(Point {
         scene: scenario.name,
         curve: &choice.curve,
         integrator: choice.integrator,
         default: is_default(&choice.integrator),
-        error: (!report.diverged).then(|| distance(links, &reference.links)),
+        error: (!work.diverged).then(|| distance(links, &reference.links)),
         speed_alone: speed(simulated, &alone, |spent| spent.cpu),
         speed_fleet: Some(speed(ROBOTS as f64 * WINDOW, &together, |spent| spent.cpu)),
         wall_alone: speed(simulated, &alone, |spent| spent.wall),
         wall_fleet: Some(speed(ROBOTS as f64 * WINDOW, &together, |spent| spent.wall)),
         repetitions: [alone.len(), together.len()],
         simulated,
-        steps: report.steps,
-        iterations: report.iterations,
-        misses: report.misses,
-        fallbacks: report.fallbacks,
-        events: report.events,
-        diverged: report.diverged,
+        work,
     })
 }
 
@@ -131,13 +125,15 @@ fn measure_choice<'a>(
 struct Run {
     links: Vec<[f64; 3]>,
     spent: Spent,
-    report: StepReport,
+    work: Work,
 }
 
 impl Run {
     fn of(scenario: &SpatialScenario, integrator: &IntegratorConfig) -> Result<Self, ConfigError> {
         let (mut simulation, gait) = (scenario.simulation(integrator)?, scenario.gait());
         let (report, spent) = spent(|| simulation.advance(scenario.duration, &gait));
-        Ok(Self { links: positions(&simulation), spent, report })
+        let mut work = Work::default();
+        work.add(&report);
+        Ok(Self { links: positions(&simulation), spent, work })
     }
 }
