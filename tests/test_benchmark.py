@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from snake_env import Scene
+from snake_env import ConfigError, Scene
 from training import benchmark, benchmark_cells, benchmark_page, bounds, policies, rollout, seeds, tasks
 from training.policies import DEGREE, GaitParameters
 
@@ -167,3 +167,10 @@ def test_among_pegs_the_thesis_gait_keeps_below_its_bounds():
 def test_paths_may_have_names():
     assert benchmark.named_path("mine=a/b.zip")[0] == "mine"
     assert benchmark.named_path("runs/field/policy.safetensors")[0] == "field"
+    assert benchmark.named_path("pretrained/field-hard.safetensors")[0] == "field-hard"
+
+
+def test_two_policies_of_one_name_are_refused():
+    paths = [benchmark.named_path(f"{folder}/seed-0/policy.safetensors") for folder in ("one", "two")]
+    with pytest.raises(ConfigError, match=r"policy = seed-0 \(two.*NAME=PATH"):
+        benchmark_cells.entries(benchmark_cells.CONFIG, [], paths)

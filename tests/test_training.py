@@ -238,7 +238,9 @@ def test_configurations_name_what_is_wrong():
 
 
 @pytest.mark.parametrize(
-    "path", sorted([*config.CONFIGS.glob("*.yaml"), *config.CONFIGS.glob("field*.json")]), ids=lambda path: path.stem
+    "path",
+    sorted(path for path in config.CONFIGS.iterdir() if path.stem not in ("benchmark", "tasks")),
+    ids=lambda path: path.stem,
 )
 def test_shipped_configurations_survive_a_round_trip(path, tmp_path):
     config.save(config.load(path), tmp_path / "copy.yaml")

@@ -22,6 +22,7 @@ from pathlib import Path
 from training import benchmark_cells, benchmark_page, seeds, tasks
 from training.benchmark_cells import Entry
 from training.cli import answer, help_format, names
+from training.policies import title
 from training.rollout import Episodes
 from training.tasks import BenchmarkTask
 
@@ -50,9 +51,9 @@ def parser() -> argparse.ArgumentParser:
 
 
 def named_path(text: str) -> tuple[str, Path]:
-    """NAME=PATH, or PATH, which is named after its folder."""
+    """NAME=PATH, or PATH, which has its :func:`policies.title`."""
     name, equals, path = text.rpartition("=")
-    return (name, Path(path)) if equals else (Path(text).parent.name, Path(text))
+    return (name, Path(path)) if equals else (title(Path(text)), Path(text))
 
 
 def main(arguments: list[str] | None = None) -> int:

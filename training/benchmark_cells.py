@@ -49,7 +49,7 @@ def entries(config: Path, chosen: list[str] | None, more: list[tuple[str, Path]]
     """The configuration's scripted and trained policies, those in ``chosen`` alone if given, and ``more`` files.
 
     Raises:
-        ConfigError: a chosen name that the configuration does not have.
+        ConfigError: a chosen name that the configuration does not have, or two policies of one name.
     """
     content = json.loads(config.read_text())
     found = [scripted(name) for name in content["scripted"]]
@@ -59,7 +59,11 @@ def entries(config: Path, chosen: list[str] | None, more: list[tuple[str, Path]]
         if name not in known:
             raise ConfigError("policy", name, f"one of {', '.join(known)}")
     kept = [one for one in found if chosen is None or one.name in chosen]
-    return kept + [trained(name, path, None) for name, path in more]
+    for name, path in more:
+        if name in [one.name for one in kept]:
+            raise ConfigError("policy", f"{name} ({path})", "a name of its own, as in NAME=PATH")
+        kept.append(trained(name, path, None))
+    return kept
 
 
 def scripted(name: str) -> Entry:
