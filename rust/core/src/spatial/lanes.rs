@@ -162,7 +162,7 @@ impl<T: Real> Speed<T> {
 impl<T: Real> Stage<T> {
     /// The stage of one robot; of all peg contacts those of `pegs` are its own.
     pub fn read_lane(&self, lane: usize, pegs: impl Iterator<Item = usize>, to: &mut Stage) {
-        to.coefficient = self.coefficient;
+        to.coefficient = Real::lane(self.coefficient, lane);
         to.friction.sliding = self.friction.sliding.lane(lane);
         to.friction.rolling = Real::lane(self.friction.rolling, lane);
         to.links.clear();

@@ -79,7 +79,7 @@ pub struct StageFriction<T = f64> {
 #[derive(Debug, Clone)]
 pub struct Stage<T = f64> {
     /// c: the part of the step this stage covers \[s\].
-    pub coefficient: f64,
+    pub coefficient: T,
     pub friction: StageFriction<T>,
     pub links: Vec<StageLink<T>>,
     /// Yaw and pitch of each joint.
@@ -92,7 +92,7 @@ impl<T: Real> Stage<T> {
     pub fn with_capacity(links: usize) -> Self {
         let zero = T::zero();
         Self {
-            coefficient: 0.0,
+            coefficient: zero,
             friction: StageFriction { sliding: Vector2::new(zero, zero), rolling: zero },
             links: Vec::with_capacity(links),
             joints: Vec::with_capacity(links - 1),

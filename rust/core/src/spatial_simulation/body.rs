@@ -80,6 +80,10 @@ pub trait SpatialDriven {
     fn body_mut(&mut self) -> &mut SpatialBody;
     /// The reference of all joints at `time` \[s\].
     fn targets(&self, time: f64, targets: &mut [CardanTarget]);
+    /// The first time after `time` at which the reference jumps \[s\]; infinite if it never does.
+    fn next_jump(&self, _time: f64) -> f64 {
+        f64::INFINITY
+    }
 }
 
 /// A body that follows a reference of its own.
@@ -112,5 +116,9 @@ impl<R: CardanReference> SpatialDriven for SpatialScripted<R> {
 
     fn targets(&self, time: f64, targets: &mut [CardanTarget]) {
         self.reference.targets(time, targets);
+    }
+
+    fn next_jump(&self, time: f64) -> f64 {
+        self.reference.next_jump(time)
     }
 }

@@ -201,6 +201,10 @@ impl<R: CardanReference> SpatialDriven for Driver<'_, R> {
     fn targets(&self, time: f64, targets: &mut [CardanTarget]) {
         self.reference.targets(time, targets);
     }
+
+    fn next_jump(&self, time: f64) -> f64 {
+        self.reference.next_jump(time)
+    }
 }
 
 impl Scheme {

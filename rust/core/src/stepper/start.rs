@@ -7,6 +7,11 @@ pub fn longest_step(step: f64, elapsed: f64) -> f64 {
     step * (FIRST + elapsed / START_LASTS)
 }
 
+/// Length of the first step of a robot whose reference has just jumped, where steps are `step` long \[s\].
+pub fn first_step(step: f64) -> f64 {
+    step * FIRST
+}
+
 /// How often a step is halved at most to become the first one.
 pub fn halvings_to_start() -> usize {
     (1.0 / FIRST).log2().ceil() as usize

@@ -1,16 +1,16 @@
 //! Many robots of one plant advanced together.
 
 use crate::gait::CardanTarget;
-use crate::math::MAX_LANES;
 #[cfg(target_arch = "x86_64")]
 use crate::math::{Wide4, Wide8};
 use crate::stepper::IntegratorConfig;
-use crate::stepper::division::Division;
-use crate::stepper::start::{START_LASTS, longest_step};
+use crate::stepper::lanes::{Lanes, member_of};
+use crate::stepper::start::START_LASTS;
 
 use super::super::{SpatialDriven, SpatialPlant};
 use super::group::SpatialGroup;
 use super::kernels::SpatialKernels;
+use super::way::{Interval, Way};
 
 /// Advances robots in groups as wide as the machine's registers; one robot's motion does not depend on that width, on its
 /// neighbours, or on their number.
@@ -20,7 +20,8 @@ pub struct SpatialFleet {
     width: Width,
     half_length: Vec<f64>,
     members: Vec<usize>,
-    divisions: Vec<Division>,
+    ways: Vec<Way>,
+    under_way: UnderWay,
     targets: Vec<CardanTarget>,
 }
 
@@ -43,7 +44,8 @@ impl SpatialFleet {
             width: Width::choose(config, plant, robots),
             half_length: plant.robot.links.iter().map(|link| 0.5 * link.length).collect(),
             members: Vec::with_capacity(robots),
-            divisions: Division::of_all_levels(&config, robots),
+            ways: Vec::with_capacity(robots),
+            under_way: UnderWay { second_order: Vec::with_capacity(robots), euler: Vec::with_capacity(robots) },
             targets: vec![CardanTarget::default(); plant.robot.joint_count()],
         }
     }
@@ -62,7 +64,7 @@ impl SpatialFleet {
         duration: f64,
         takes_part: impl Fn(usize) -> bool,
     ) {
-        let Self { config, width, half_length, members, divisions, targets } = self;
+        let Self { config, width, half_length, members, ways, under_way, targets } = self;
         members.clear();
         members.extend((0..robots.len()).filter(|&index| takes_part(index)));
         members.iter().for_each(|&member| robots[member].body_mut().begin());
@@ -70,7 +72,7 @@ impl SpatialFleet {
             return;
         }
         members.iter().for_each(|&member| enter(plant, &mut robots[member], targets));
-        let mut run = Run { config, plant, robots, members, divisions };
+        let mut run = Run { config, plant, robots, members, ways, under_way };
         match width {
             Width::One(group) => run.advance(group, duration),
             #[cfg(target_arch = "x86_64")]
@@ -110,7 +112,7 @@ fn enter<D: SpatialDriven>(plant: &SpatialPlant, robot: &mut D, targets: &mut [C
     robot.targets(robot.body().state.time, targets);
     let motion = &mut robot.body_mut().motion;
     if motion.follows(targets) {
-        motion.elapsed = START_LASTS;
+        (motion.elapsed, motion.calm) = (START_LASTS, START_LASTS);
     }
 }
 
@@ -119,102 +121,87 @@ struct Run<'a, D> {
     config: &'a IntegratorConfig,
     plant: &'a SpatialPlant,
     robots: &'a mut [D],
-    members: &'a mut Vec<usize>,
-    divisions: &'a mut [Division],
+    members: &'a [usize],
+    ways: &'a mut Vec<Way>,
+    under_way: &'a mut UnderWay,
+}
+
+/// Robots that have not come to the end of the interval, by the scheme of their next part.
+#[derive(Debug, Clone, Default)]
+struct UnderWay {
+    second_order: Vec<usize>,
+    euler: Vec<usize>,
 }
 
 impl<D: SpatialDriven> Run<'_, D> {
+    /// Each robot goes its own way to the end of the interval, in parts of steps as long as it needs; those that are on
+    /// their way are grouped anew for every part.
     fn advance<T: SpatialKernels>(&mut self, group: &mut SpatialGroup<T>, duration: f64) {
-        let steps = self.config.steps_in(duration);
-        let h = duration / f64::from(steps);
-        group.event_tolerance = self.config.event_tolerance.unwrap_or(JUMP * h * h);
-        for k in 1..=steps {
-            let members = std::mem::take(self.members);
-            if self.config.order == 2 {
-                self.step(group, &members, h, 0);
-            } else {
-                self.euler_steps(group, &members, h, 1);
+        let interval = Interval::new(self.config, duration);
+        group.event_tolerance = self.config.event_tolerance.unwrap_or(JUMP * interval.step * interval.step);
+        self.ways.clear();
+        self.ways.resize(self.robots.len(), Way::new(&interval));
+        while self.plan(&interval) {
+            let UnderWay { second_order, euler } = std::mem::take(self.under_way);
+            for members in second_order.chunks(T::LANES) {
+                let accepted = group.sdirk_step(self.plant, self.robots, members, self.lengths(members));
+                self.conclude(&interval, members, accepted);
             }
-            *self.members = members;
-            self.close_step(h * f64::from(k));
+            for members in euler.chunks(T::LANES) {
+                let may_fail = std::array::from_fn(|lane| self.ways[member_of(members, lane)].may_fail());
+                let accepted = group.euler_step(self.plant, self.robots, members, self.lengths(members), may_fail);
+                self.conclude(&interval, members, accepted);
+            }
+            *self.under_way = UnderWay { second_order, euler };
         }
     }
 
-    /// One step of second order for `members`, divided where that does not do: a step in which forces change abruptly is
-    /// halved and halved again, and at last taken as Euler steps. The first steps after a robot was placed are short.
-    fn step<T: SpatialKernels>(&mut self, group: &mut SpatialGroup<T>, members: &[usize], h: f64, level: usize) {
-        let mut division = std::mem::take(&mut self.divisions[level]);
-        let robots = &*self.robots;
-        let longest = |member: usize| longest_step(self.config.step(), robots[member].body().motion.elapsed);
-        division.sort(members, |member| h > longest(member));
-        let Division { tried, untried, rejected } = &mut division;
+    /// Chooses the next part of every robot that has not come to the end; whether there is any.
+    fn plan(&mut self, interval: &Interval) -> bool {
+        let UnderWay { second_order, euler } = &mut *self.under_way;
+        second_order.clear();
+        euler.clear();
+        for &member in self.members {
+            let (way, robot) = (&mut self.ways[member], &self.robots[member]);
+            if way.has_ended(interval) || robot.body().diverged {
+                continue;
+            }
+            way.plan(interval, robot);
+            if way.is_euler() { euler.push(member) } else { second_order.push(member) }
+        }
         // A register waits for its slowest lane.
-        tried.sort_unstable_by_key(|&member| (robots[member].body().motion.effort, member));
-        for members in tried.chunks(T::LANES) {
-            group.sdirk_step(self.plant, self.robots, members, h, rejected);
+        let robots = &*self.robots;
+        for list in [&mut *second_order, &mut *euler] {
+            list.sort_unstable_by_key(|&member| (robots[member].body().motion.effort, member));
         }
-        rejected.iter().for_each(|&member| self.robots[member].body_mut().tally.events += 1);
-        if level < self.config.event_halvings() {
-            rejected.append(untried);
-            self.halve(group, rejected, h, level);
-        } else {
-            self.euler_steps(group, rejected, h, self.config.event_steps());
-            self.halve(group, untried, h, level);
-        }
-        self.divisions[level] = division;
+        !(second_order.is_empty() && euler.is_empty())
     }
 
-    fn halve<T: SpatialKernels>(&mut self, group: &mut SpatialGroup<T>, members: &[usize], h: f64, level: usize) {
-        if !members.is_empty() {
-            self.step(group, members, 0.5 * h, level + 1);
-            self.step(group, members, 0.5 * h, level + 1);
+    /// Lengths of the members' parts, lane by lane.
+    fn lengths<T: SpatialKernels>(&self, members: &[usize]) -> T {
+        let mut lengths = T::zero();
+        for lane in 0..T::LANES {
+            lengths.set_lane(lane, self.ways[member_of(members, lane)].length);
         }
+        lengths
     }
 
-    /// An interval of length `h` in `count` Euler steps.
-    fn euler_steps<T: SpatialKernels>(&mut self, group: &mut SpatialGroup<T>, members: &[usize], h: f64, count: u32) {
-        for members in members.chunks(T::LANES) {
-            for _ in 0..count {
-                self.euler_step(group, members, h / f64::from(count), 0);
+    fn conclude(&mut self, interval: &Interval, members: &[usize], accepted: Lanes) {
+        for (&member, accepted) in members.iter().zip(accepted) {
+            let (way, robot) = (&mut self.ways[member], &mut self.robots[member]);
+            if accepted {
+                way.accept(interval, robot);
+            } else {
+                robot.body_mut().tally.events += u32::from(!way.is_euler());
+                way.reject(interval);
             }
         }
-    }
-
-    /// An Euler step for as many robots as there are lanes, halved and halved again for those with links that sink.
-    fn euler_step<T: SpatialKernels>(&mut self, group: &mut SpatialGroup<T>, members: &[usize], h: f64, level: usize) {
-        let accepted = group.euler_step(self.plant, self.robots, members, h, level < MAX_HALVINGS);
-        let (mut rest, mut count) = ([0; MAX_LANES], 0);
-        for (&member, _) in members.iter().zip(accepted).filter(|(_, accepted)| !accepted) {
-            rest[count] = member;
-            count += 1;
-        }
-        if count > 0 {
-            self.euler_step(group, &rest[..count], 0.5 * h, level + 1);
-            self.euler_step(group, &rest[..count], 0.5 * h, level + 1);
-        }
-    }
-
-    /// Sets the time free of accumulated round-off and takes diverged robots out.
-    fn close_step(&mut self, elapsed: f64) {
-        let robots = &mut *self.robots;
-        self.members.retain(|&member| {
-            let body = robots[member].body_mut();
-            body.tally.steps += 1;
-            body.state.time = body.interval_start() + elapsed;
-            if !body.motion.speed.is_sane() {
-                body.contain();
-            }
-            !body.diverged
-        });
     }
 }
 
 /// Default step \[s\]: tenths of a millimetre in the peg course, some millimetres in sidewinding, where the
 /// indeterminate normal forces leave as much open.
 const STEP: f64 = 0.01;
-
-/// How often an Euler step in which links sink is halved.
-const MAX_HALVINGS: usize = 6;
 
 /// Change of acceleration that counts as abrupt \[m/s^2\]. Gentler than in the plane: links touch down all the time.
 const JUMP: f64 = 4.0;

@@ -57,56 +57,58 @@ impl<T: SpatialKernels> SpatialGroup<T> {
         }
     }
 
-    /// One Euler step of length `h` for the robots `members` of `fleet`. If they `may_fail`, those with links that sink
-    /// are left as they were; the others' lanes are returned.
+    /// Euler steps of lengths `h` for the robots `members` of `fleet`. Those that `may_fail` and have links that sink are
+    /// left as they were; the others' lanes are returned.
     pub fn euler_step<D: SpatialDriven>(
         &mut self,
         plant: &SpatialPlant,
         fleet: &mut [D],
         members: &[usize],
-        h: f64,
-        may_fail: bool,
+        h: T,
+        may_fail: Lanes,
     ) -> Lanes {
         self.load(fleet, members);
         self.run_stage(plant, fleet, members, h, h);
         T::run_part(&mut self.work, Part::Arrive);
-        let accepted = std::array::from_fn(|lane| lane < members.len() && !(may_fail && self.sinks(lane)));
+        let accepted = std::array::from_fn(|lane| lane < members.len() && !(may_fail[lane] && self.sinks(lane)));
         self.accept(fleet, members, accepted, h);
         accepted
     }
 
-    /// One step of second order of length `h`. Robots whose forces changed abruptly, or with links that sink, are left as
-    /// they were and added to `rejected`.
+    /// Steps of second order of lengths `h`. Robots whose forces changed abruptly, or with links that sink, are left as they
+    /// were; the others' lanes are returned.
     pub fn sdirk_step<D: SpatialDriven>(
         &mut self,
         plant: &SpatialPlant,
         fleet: &mut [D],
         members: &[usize],
-        h: f64,
-        rejected: &mut Vec<usize>,
-    ) {
-        let c = GAMMA * h;
+        h: T,
+    ) -> Lanes {
+        let c = T::splat(GAMMA) * h;
         self.load(fleet, members);
         self.run_stage(plant, fleet, members, c, c);
         self.keep_first_stage();
-        let second = Part::Extrapolate { elapsed: (1.0 - GAMMA) * h, share: EXTRAPOLATION, lead: 1.0 / GAMMA };
+        let second = Part::Extrapolate { elapsed: T::splat(1.0 - GAMMA) * h, share: EXTRAPOLATION, lead: 1.0 / GAMMA };
         T::run_part(&mut self.work, second);
         self.run_stage(plant, fleet, members, c, h);
         T::run_part(&mut self.work, Part::Arrive);
         let smooth = self.smooth(members);
         self.add_first_stage(fleet, members, smooth);
         self.accept(fleet, members, smooth, h);
-        rejected.extend(members.iter().zip(smooth).filter(|(_, smooth)| !smooth).map(|(&member, _)| member));
+        smooth
     }
 
     /// The lanes in which the forces of the first stage foretold the end of the second, and no link sinks.
     fn smooth(&self, members: &[usize]) -> Lanes {
-        let abrupt = |lane: usize| {
-            let mut pushes = self.first_pushes.iter().chain(&self.pushes).filter(|push| push.lane == lane);
-            let pushed = pushes.any(|push| push.impulse != Vector2::zeros());
-            self.deviation.lane(lane) > if pushed { PUSHED * self.event_tolerance } else { self.event_tolerance }
-        };
+        let abrupt = |lane: usize| self.deviation.lane(lane) > self.bound(lane);
         std::array::from_fn(|lane| lane < members.len() && !abrupt(lane) && !self.sinks(lane))
+    }
+
+    /// Deviation beyond which a lane's step is not smooth \[m\].
+    fn bound(&self, lane: usize) -> f64 {
+        let mut pushes = self.first_pushes.iter().chain(&self.pushes).filter(|push| push.lane == lane);
+        let pushed = pushes.any(|push| push.impulse != Vector2::zeros());
+        if pushed { PUSHED * self.event_tolerance } else { self.event_tolerance }
     }
 
     fn sinks(&self, lane: usize) -> bool {
@@ -129,14 +131,7 @@ impl<T: SpatialKernels> SpatialGroup<T> {
 
     /// Solves one stage of coefficient `c` that ends `end` after the start of the step. Where it ends far from its
     /// prediction, it is predicted anew from its own end and solved again.
-    fn run_stage<D: SpatialDriven>(
-        &mut self,
-        plant: &SpatialPlant,
-        fleet: &mut [D],
-        members: &[usize],
-        c: f64,
-        end: f64,
-    ) {
+    fn run_stage<D: SpatialDriven>(&mut self, plant: &SpatialPlant, fleet: &mut [D], members: &[usize], c: T, end: T) {
         self.read_references(plant, fleet, members, end);
         self.pushes.clear();
         let mut pending = lanes_of(members);
@@ -166,10 +161,10 @@ impl<T: SpatialKernels> SpatialGroup<T> {
         }
     }
 
-    fn read_references<D: SpatialDriven>(&mut self, plant: &SpatialPlant, fleet: &[D], members: &[usize], end: f64) {
+    fn read_references<D: SpatialDriven>(&mut self, plant: &SpatialPlant, fleet: &[D], members: &[usize], end: T) {
         for lane in 0..T::LANES {
             let driven = &fleet[member_of(members, lane)];
-            let time = driven.body().state.time + end;
+            let time = driven.body().state.time + end.lane(lane);
             driven.targets(time, &mut self.targets);
             for (lanes, CardanTarget { yaw, pitch }) in self.work.target.iter_mut().zip(&self.targets) {
                 for (lanes, target) in lanes.iter_mut().zip([yaw, pitch]) {
@@ -187,7 +182,7 @@ impl<T: SpatialKernels> SpatialGroup<T> {
         fleet: &[D],
         members: &[usize],
         pending: Lanes,
-        elapsed: f64,
+        elapsed: T,
     ) {
         let Self { slots, work, .. } = self;
         slots.clear(work);
@@ -227,7 +222,7 @@ impl<T: SpatialKernels> SpatialGroup<T> {
     fn keep_first_stage(&mut self) {
         self.first_works = self.work.kept.works;
         std::mem::swap(&mut self.first_pushes, &mut self.pushes);
-        let c = T::splat(self.work.stage.coefficient);
+        let c = self.work.stage.coefficient;
         for (sum, ends) in self.first_ground.iter_mut().zip(&self.work.forces.normal) {
             *sum = ends[0] * c + ends[1] * c;
         }
@@ -248,9 +243,9 @@ impl<T: SpatialKernels> SpatialGroup<T> {
     }
 
     /// The stage's end becomes the robots' state after a step of length `h`; its works and impulses count once.
-    fn accept<D: SpatialDriven>(&mut self, fleet: &mut [D], members: &[usize], lanes: Lanes, h: f64) {
-        let c = self.work.stage.coefficient;
+    fn accept<D: SpatialDriven>(&mut self, fleet: &mut [D], members: &[usize], lanes: Lanes, h: T) {
         for (lane, member) in active(members, lanes) {
+            let (c, h) = (self.work.stage.coefficient.lane(lane), h.lane(lane));
             let SpatialBody { state, motion, tally, ground_impulse, joint_torque, .. } = fleet[member].body_mut();
             let kept = &self.work.kept;
             self.work.arrival.read_lane(lane, &mut motion.posture);
@@ -260,6 +255,7 @@ impl<T: SpatialKernels> SpatialGroup<T> {
             motion.pairs.clear();
             motion.pairs.extend_from_slice(self.slots.pairs(lane));
             motion.elapsed += h;
+            motion.calm += h;
             motion.effort = self.effort[lane];
             state.time += h;
             tally.add_works(&kept.works, lane, 1.0);

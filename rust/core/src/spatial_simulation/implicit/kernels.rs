@@ -18,8 +18,8 @@ pub trait SpatialKernels: Real {
 #[derive(Debug, Clone, Copy)]
 pub enum Part<T: Real> {
     Begin,
-    Extrapolate { elapsed: f64, share: f64, lead: f64 },
-    Predict { c: f64, elapsed: f64 },
+    Extrapolate { elapsed: T, share: f64, lead: f64 },
+    Predict { c: T, elapsed: T },
     Evaluate { lanes: T::Mask },
     Keep { solved: T::Mask, again: T::Mask },
     Arrive,

@@ -21,6 +21,7 @@ mod rescue;
 mod slots;
 mod stage_work;
 mod warm_start;
+mod way;
 mod works;
 
 pub use fleet::SpatialFleet;

@@ -24,10 +24,12 @@ pub struct Motion {
     pub forces: GroundForces,
     /// Pairs of the last stage.
     pub pairs: Vec<Pair>,
-    /// Time since the robot was placed \[s\].
+    /// Time since the robot was placed, and since its reference last jumped \[s\].
     pub elapsed: f64,
+    pub calm: f64,
     /// Linear solves of the last step.
     pub effort: u32,
+
     frames: Vec<Frame>,
 }
 
@@ -87,6 +89,7 @@ impl Motion {
             forces: GroundForces::none(links),
             pairs: Vec::with_capacity(4 * links),
             elapsed: 0.0,
+            calm: 0.0,
             effort: 0,
             frames: vec![Frame::origin(); links],
         }
@@ -94,8 +97,9 @@ impl Motion {
 
     /// Forgets all forces: the robot was placed.
     pub fn forget(&mut self) {
-        self.elapsed = 0.0;
+        (self.elapsed, self.calm) = (0.0, 0.0);
         self.effort = 0;
+
         self.forces.clear();
         self.pairs.clear();
     }

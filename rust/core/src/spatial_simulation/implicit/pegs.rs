@@ -51,7 +51,7 @@ impl<'a> Situation<'a> {
             base: work.base_frames[index].lane(lane),
             end: work.frames[index].lane(lane),
             expected: work.expected[index].lane(lane),
-            coefficient: work.stage.coefficient,
+            coefficient: work.stage.coefficient.lane(lane),
             elapsed,
         }
     }

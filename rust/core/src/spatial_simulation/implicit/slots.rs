@@ -63,12 +63,12 @@ impl Slots {
         index: usize,
         link: &Link,
         robots: impl Iterator<Item = (usize, &'a SpatialBody)>,
-        elapsed: f64,
+        elapsed: T,
     ) {
         let first = self.slots.len();
         for (lane, body) in robots {
             let mut next = first;
-            let situation = Situation::of(work, lane, index, link, elapsed);
+            let situation = Situation::of(work, lane, index, link, elapsed.lane(lane));
             situation.visit(index, &body.pegs, |peg, contact| {
                 if next == self.slots.len() {
                     self.slots.push([None; MAX_LANES]);
@@ -79,7 +79,7 @@ impl Slots {
                 work.stage.pegs[next].set_lane(lane, &contact);
                 let same = |pair: &&Pair| pair.link == index && pair.peg == peg;
                 let force = self.pairs[lane].iter().find(same).map_or(0.0, |pair| pair.force);
-                work.solution.peg[next].set_lane(lane, work.stage.coefficient * force);
+                work.solution.peg[next].set_lane(lane, work.stage.coefficient.lane(lane) * force);
                 next += 1;
             });
         }
@@ -91,7 +91,7 @@ impl Slots {
         pairs[lane].clear();
         for (slot, (contact, impulse)) in slots.iter().zip(work.stage.pegs.iter().zip(&work.solution.peg)) {
             if let Some(peg) = slot[lane] {
-                let force = impulse.lane(lane) / work.stage.coefficient;
+                let force = impulse.lane(lane) / work.stage.coefficient.lane(lane);
                 pairs[lane].push(Pair { link: contact.link, peg, force });
             }
         }

@@ -127,9 +127,9 @@ impl<T: Real> StageWork<T> {
     /// Base, guess and reference momenta of the second stage: the robot moves on for `elapsed` with the velocity of the
     /// first one, whose changes of momentum and velocity count `share` and `lead` times.
     #[inline(always)]
-    pub fn extrapolate(&mut self, elapsed: f64, share: f64, lead: f64) {
+    pub fn extrapolate(&mut self, elapsed: T, share: f64, lead: f64) {
         let Kept { end, momentum, .. } = &self.kept;
-        self.base.travel(&self.start, end, T::splat(elapsed));
+        self.base.travel(&self.start, end, elapsed);
         self.base.place_links(&self.half_length, &mut self.base_frames);
         self.guess.blend(&self.start_speed, end, T::splat(lead));
         for (reference, (start, end)) in self.momentum.iter_mut().zip(self.start_momentum.iter().zip(momentum)) {
@@ -141,9 +141,9 @@ impl<T: Real> StageWork<T> {
     /// Predicts the end configuration of a stage of coefficient `c` and builds its links and joints there; `elapsed` is
     /// the time from the start of the step to there.
     #[inline(always)]
-    pub fn predict(&mut self, c: f64, elapsed: f64) {
+    pub fn predict(&mut self, c: T, elapsed: T) {
         self.stage.coefficient = c;
-        self.predicted.travel(&self.base, &self.guess, T::splat(c));
+        self.predicted.travel(&self.base, &self.guess, c);
         self.predicted.place_links(&self.half_length, &mut self.frames);
         self.guess.twists(&self.frames, &self.half_length, &mut self.expected);
         self.fill_links(elapsed);
@@ -153,7 +153,7 @@ impl<T: Real> StageWork<T> {
     /// Solves the stage from the guess and the last forces, and judges the solution.
     #[inline(always)]
     pub fn solve(&mut self, tolerance: f64, max_iterations: u32, lanes: T::Mask) -> (Outcome<T>, Certificate<T>) {
-        let c = T::splat(self.stage.coefficient);
+        let c = self.stage.coefficient;
         self.solution.twist.copy_from_slice(&self.expected);
         let StageSolution { normal, friction, rolling, .. } = &mut self.solution;
         for (i, forces) in self.forces.normal.iter().enumerate() {
@@ -169,7 +169,7 @@ impl<T: Real> StageWork<T> {
     /// What follows from the solution: forces, in the given lanes, works and deviation.
     #[inline(always)]
     pub fn evaluate(&mut self, lanes: T::Mask) {
-        let per_second = T::splat(1.0) / T::splat(self.stage.coefficient);
+        let per_second = T::splat(1.0) / self.stage.coefficient;
         let GroundForces { normal, friction, rolling } = &mut self.forces;
         for (i, impulse) in self.solution.normal.iter().enumerate() {
             for end in 0..2 {
@@ -192,7 +192,7 @@ impl<T: Real> StageWork<T> {
             let angular = (w.x * w.x + w.y * w.y + w.z * w.z).sqrt();
             fastest = fastest.max(linear + *reach * angular);
         }
-        self.deviation = fastest * T::splat(self.stage.coefficient);
+        self.deviation = fastest * self.stage.coefficient;
     }
 
     /// Keeps the solution in the lanes where it stands; in others it becomes the next guess.
@@ -218,7 +218,7 @@ impl<T: Real> StageWork<T> {
     /// Where the last stage ends, and whether spheres sink there: a link that turns fast leaves its linearised gap.
     #[inline(always)]
     pub fn arrive(&mut self) {
-        self.arrival.travel(&self.base, &self.kept.end, T::splat(self.stage.coefficient));
+        self.arrival.travel(&self.base, &self.kept.end, self.stage.coefficient);
         self.arrival.place_links(&self.half_length, &mut self.frames);
         self.sinking = T::zero();
         for (i, frame) in self.frames.iter().enumerate() {
@@ -231,8 +231,8 @@ impl<T: Real> StageWork<T> {
     }
 
     #[inline(always)]
-    fn fill_links(&mut self, elapsed: f64) {
-        let c = T::splat(self.stage.coefficient);
+    fn fill_links(&mut self, elapsed: T) {
+        let c = self.stage.coefficient;
         for (i, frame) in self.frames.iter().enumerate() {
             let link = &mut self.stage.links[i];
             link.axes = frame.axes;
@@ -250,7 +250,7 @@ impl<T: Real> StageWork<T> {
     /// The PD torque (T 4.101)-(T 4.102) at the end of the stage, where phi = phi_base + c phi', is linear in phi'.
     #[inline(always)]
     fn fill_joints(&mut self) {
-        let c = T::splat(self.stage.coefficient);
+        let c = self.stage.coefficient;
         let [kp, kd] = self.gains;
         self.stage.joints.clear();
         for (base, target) in self.base.angle.iter().zip(&self.target) {
@@ -316,10 +316,10 @@ fn tangent<T: Real>(frame: &Frame<T>) -> Vector2<T> {
 /// touching exactly: gaps of round-off would otherwise decide which of many contacts bears a load. A penetration from
 /// before the step is undone slowly.
 #[inline(always)]
-fn opening<T: Real>(still: T, at_start: T, c: T, elapsed: f64) -> T {
+fn opening<T: Real>(still: T, at_start: T, c: T, elapsed: T) -> T {
     let zero = T::zero();
     let touches = still.abs().lt(T::splat(TOUCHING));
-    let remaining = T::splat((1.0 - elapsed / RECOVERY_TIME).max(0.0));
+    let remaining = (T::splat(1.0) - elapsed / T::splat(RECOVERY_TIME)).max(zero);
     let floor = at_start.min(zero) * remaining;
     let offset = ((still - floor) / c).max(T::splat(-RECOVERY_SPEED));
     T::select(touches, zero, offset)

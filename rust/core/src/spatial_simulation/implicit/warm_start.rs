@@ -5,11 +5,12 @@ use serde::{Deserialize, Serialize};
 use super::motion::{GroundForces, Motion};
 use super::pegs::Pair;
 
-/// Forces of the last stage, and how long ago the robot was placed.
+/// Forces of the last stage, and how long ago the robot was placed and its reference jumped.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SpatialWarmStart {
     /// \[s\]
     elapsed: f64,
+    calm: f64,
     forces: GroundForces,
     pairs: Vec<Pair>,
 }
@@ -17,7 +18,7 @@ pub struct SpatialWarmStart {
 impl SpatialWarmStart {
     /// Nothing to start from.
     pub fn cold(links: usize) -> Self {
-        Self { elapsed: 0.0, forces: GroundForces::none(links), pairs: Vec::new() }
+        Self { elapsed: 0.0, calm: 0.0, forces: GroundForces::none(links), pairs: Vec::new() }
     }
 
     /// Whether this is of a robot of `links` links among `pegs` pegs.
@@ -29,13 +30,13 @@ impl SpatialWarmStart {
 
 impl Motion {
     pub fn warm_start(&self) -> SpatialWarmStart {
-        let Self { elapsed, forces, pairs, .. } = self;
-        SpatialWarmStart { elapsed: *elapsed, forces: forces.clone(), pairs: pairs.clone() }
+        let Self { elapsed, calm, forces, pairs, .. } = self;
+        SpatialWarmStart { elapsed: *elapsed, calm: *calm, forces: forces.clone(), pairs: pairs.clone() }
     }
 
     /// Takes over what another robot of the same kind left.
     pub fn resume(&mut self, from: &SpatialWarmStart) {
-        self.elapsed = from.elapsed;
+        (self.elapsed, self.calm) = (from.elapsed, from.calm);
         self.forces.copy_from(&from.forces);
         self.pairs.clear();
         self.pairs.extend_from_slice(&from.pairs);
