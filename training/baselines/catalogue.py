@@ -8,12 +8,13 @@ from typing import Any
 
 from snake_env import ConfigError
 from training.baselines.controller import Controller
+from training.baselines.follow import FollowTheLeader
 from training.baselines.gaits import HeadingGait, TaperedGait
 from training.baselines.jam import JamResolving
 from training.baselines.reflex import ContactReflex
 
 CONTROLLERS: dict[str, type[Controller]] = {
-    kind.title: kind for kind in (TaperedGait, HeadingGait, JamResolving, ContactReflex)
+    kind.title: kind for kind in (TaperedGait, HeadingGait, JamResolving, ContactReflex, FollowTheLeader)
 }
 
 TUNED = Path(__file__).parent / "tuned.json"

@@ -65,3 +65,21 @@ class Senses:
         relative = np.concatenate([np.zeros((len(turns), 1)), turns], axis=1)
         mean = np.arctan2(np.sin(relative).sum(axis=1), np.cos(relative).sum(axis=1))
         return relative + (self.heading - mean)[:, None]
+
+    @property
+    def pegs(self) -> Array:
+        """Centres and radii of located pegs (3, k, n) [m], from the leading link's middle, x along the goal direction.
+
+        Where fewer pegs are in range, the others are out of the way.
+        """
+        block = self._blocks["pegs"]
+        forward, left, proximity = self["pegs"].reshape(len(self._observation), -1, 3).transpose(2, 1, 0)
+        seen = (forward != 0.0) | (left != 0.0)
+        radius = np.hypot(forward, left) + proximity - block["scale"]
+        cos, sin = np.cos(self.link_directions[:, 0]), np.sin(self.link_directions[:, 0])
+        x, y = forward * cos - left * sin, forward * sin + left * cos
+        return np.stack([np.where(seen, x, FAR), np.where(seen, y, FAR), np.where(seen, radius, 0.0)])
+
+
+FAR = 100.0
+"""Where pegs are said to be that are not there [m]."""
