@@ -106,7 +106,8 @@ pub const SIGNALS: [Signal<Summary>; 23] = [
 impl Summary {
     /// The values of all signals.
     pub fn signals(&self) -> SignalRow {
-        SIGNALS.map(|signal| (signal.read)(self))
+        let table: &'static [Signal<Summary>; COUNT] = &SIGNALS;
+        std::array::from_fn(|signal| table[signal].value(self))
     }
 }
 
