@@ -182,6 +182,8 @@ impl<M: Formed> Batch<M> {
                     .par_iter_mut()
                     .zip(active.par_chunks(per_chunk))
                     .zip(out.observation.par_chunks_mut(per_chunk * size))
+                    // A thread that is done takes over any chunk that another has not begun.
+                    .with_max_len(1)
                     .for_each(|((chunk, active), observation)| visit(chunk, prototype, active, observation));
             }),
         }
