@@ -6,6 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, finite};
 
+mod wave_jets;
+
+pub use wave_jets::{Jet, WaveJets, turned};
+
 /// Reference of one joint: angle \[rad\], rate \[rad/s\], acceleration \[rad/s^2\].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct JointTarget {
@@ -24,6 +28,12 @@ pub trait JointReference {
         for (joint, target) in targets.iter_mut().enumerate() {
             *target = self.target(joint, time);
         }
+    }
+
+    /// The travelling wave that all joints follow at `time`, where they follow one and nothing else: the references of
+    /// several robots are then computed side by side, equal to [`Self::targets`] but for round-off.
+    fn travelling_wave(&self, _time: f64) -> Option<WaveJets> {
+        None
     }
 
     /// The first time after `time` at which the reference jumps \[s\]; infinite if it never does.
@@ -84,6 +94,16 @@ impl JointReference for Wave {
         let (sin, cos) = self.phase_at(joint, time).sin_cos();
         let (a, w) = (self.amplitude, self.omega);
         JointTarget { angle: a * sin + self.gamma, rate: a * w * cos, acceleration: -a * w * w * sin }
+    }
+
+    fn travelling_wave(&self, time: f64) -> Option<WaveJets> {
+        Some(WaveJets {
+            phase: self.phase_at(0, time),
+            amplitude: Jet::at_rest(self.amplitude),
+            frequency: Jet::at_rest(self.omega),
+            phase_shift: Jet::at_rest(self.beta),
+            offset: Jet::at_rest(self.gamma),
+        })
     }
 }
 
@@ -160,6 +180,13 @@ impl JointReference for Gait {
         match self {
             Gait::Wave(wave) => wave.target(joint, time),
             Gait::SoftStart(wave) => wave.target(joint, time),
+        }
+    }
+
+    fn travelling_wave(&self, time: f64) -> Option<WaveJets> {
+        match self {
+            Gait::Wave(wave) => wave.travelling_wave(time),
+            Gait::SoftStart(_) => None,
         }
     }
 

@@ -1,5 +1,8 @@
 //! A grid over the pegs of a scene, so that far pegs cost nothing.
 
+use nalgebra::Vector3;
+
+use crate::robot::Link;
 use crate::scene::Peg;
 
 /// Pegs sorted into square cells; rebuilding re-uses memory.
@@ -36,22 +39,44 @@ impl PegGrid {
         self.sort_into_cells();
     }
 
+    /// A way that every point of a robot may go without meeting a peg, if not the longest one; zero unless all pegs
+    /// lie outside a circle around the robot \[m\].
+    pub fn clear_way(&self, poses: impl Iterator<Item = Vector3<f64>> + Clone, links: &[Link]) -> f64 {
+        let Some(centre) = poses.clone().nth(links.len() / 2) else { return 0.0 };
+        let farthest = |(pose, link): (Vector3<f64>, &Link)| (pose.xy() - centre.xy()).norm() + link.reach();
+        let extent = poses.zip(links).map(farthest).fold(0.0, f64::max);
+        let mut clear = extent;
+        // No extent: these poses are not numbers.
+        while clear > 0.0 && clear < FARTHEST && self.is_clear(centre.x, centre.y, 2.0 * clear) {
+            clear *= 2.0;
+        }
+        clear - extent
+    }
+
+    fn is_clear(&self, x: f64, y: f64, distance: f64) -> bool {
+        let is_far = |&index: &u32| {
+            let peg = &self.pegs[index as usize];
+            (peg.x - x).hypot(peg.y - y) - peg.radius >= distance
+        };
+        self.cells_near(x, y, distance).all(|pegs| pegs.iter().all(is_far))
+    }
+
     /// Calls `visit` with the index of every peg whose rim may lie within `distance` of `(x, y)`.
     pub fn visit_near(&self, x: f64, y: f64, distance: f64, mut visit: impl FnMut(usize)) {
-        if self.pegs.is_empty() {
-            return;
-        }
+        self.cells_near(x, y, distance).for_each(|pegs| pegs.iter().for_each(|&peg| visit(peg as usize)));
+    }
+
+    /// The pegs whose rim may lie within `distance` of `(x, y)`, one row of cells after the other.
+    fn cells_near(&self, x: f64, y: f64, distance: f64) -> impl Iterator<Item = &[u32]> {
         let reach = distance + self.largest_radius;
         let (first_column, last_column) = self.cells_between(x - reach, x + reach, 0, self.columns);
         let (first_row, last_row) = self.cells_between(y - reach, y + reach, 1, self.rows);
-        for row in first_row..last_row {
-            let cells = row * self.columns + first_column..row * self.columns + last_column;
-            if cells.is_empty() {
-                continue;
-            }
-            let pegs = self.start[cells.start] as usize..self.start[cells.end] as usize;
-            self.order[pegs].iter().for_each(|&peg| visit(peg as usize));
-        }
+        let rows = if first_column < last_column { first_row..last_row } else { 0..0 };
+        rows.map(move |row| {
+            let first = row * self.columns;
+            let pegs = self.start[first + first_column] as usize..self.start[first + last_column] as usize;
+            &self.order[pegs]
+        })
     }
 
     /// Cells of about two peg diameters, but never many more cells than pegs.
@@ -115,6 +140,9 @@ impl PegGrid {
 /// Smallest cell \[m\].
 const MIN_CELL: f64 = 0.1;
 
+/// As far as anybody looks for the nearest peg \[m\].
+const FARTHEST: f64 = 1e6;
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -145,6 +173,15 @@ mod tests {
                 assert_eq!(found, all);
             }
         }
+    }
+
+    #[test]
+    fn a_robot_that_is_nowhere_has_no_clear_way() {
+        let link =
+            Link { length: 0.1, contact_half_length: 0.03, radius: 0.05, mass: 1.0, inertia: 1.0, roll_inertia: 1.0 };
+        let grid = PegGrid::new(&scattered(3));
+        let poses = [f64::NAN, f64::INFINITY].map(|x| Vector3::new(x, 0.0, 0.0));
+        assert!(poses.iter().all(|&pose| grid.clear_way([pose; 2].into_iter(), &[link; 2]) == 0.0));
     }
 
     #[test]

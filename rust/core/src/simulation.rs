@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::contact::gap;
 use crate::control::{ControlLaw, ControllerConfig};
 use crate::error::{ConfigError, require};
-use crate::gait::{JointReference, JointTarget};
+use crate::gait::{JointReference, JointTarget, WaveJets};
 use crate::pegs::PegGrid;
 use crate::planar::{PlanarState, Pose, Twist, assemble_chain, largest_joint_gap};
 use crate::robot::{Robot, RobotConfig};
@@ -94,6 +94,10 @@ impl<R: JointReference> Driven for Driver<'_, R> {
 
     fn targets(&self, time: f64, targets: &mut [JointTarget]) {
         self.reference.targets(time, targets);
+    }
+
+    fn travelling_wave(&self, time: f64) -> Option<WaveJets> {
+        self.reference.travelling_wave(time)
     }
 }
 

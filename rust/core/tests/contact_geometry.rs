@@ -163,51 +163,117 @@ fn common_joint_directions(links: &[Link; 2], q: &[Pose; 2]) -> [[f64; 6]; 2] {
     ]
 }
 
+fn random_pegs(random: &mut Random, count: usize) -> Vec<Peg> {
+    let mut between = |low, high| random.between(low, high);
+    let peg = |_| Peg { radius: 10f64.powf(between(-2.3, -0.5)), x: between(-2.0, 2.0), y: between(-2.0, 2.0) };
+    (0..count).map(peg).collect()
+}
+
+/// Poses about `size` away from others.
+fn disturbed(random: &mut Random, poses: &[Pose], size: f64) -> Vec<Pose> {
+    let mut unit = || random.between(-1.0, 1.0);
+    poses.iter().map(|pose| pose + Vector3::new(unit(), unit(), 9.0 * unit()) * size).collect()
+}
+
+/// The farthest that a point of the links moves, at most.
+fn farthest(links: &[Link], from: &[Pose], to: &[Pose]) -> f64 {
+    let way =
+        |(link, (from, to)): (&Link, (&Pose, &Pose))| (to - from).xy().norm() + link.reach() * (to - from).z.abs();
+    links.iter().zip(from.iter().zip(to)).map(way).fold(0.0, f64::max)
+}
+
+/// Calls `check` with each pair of a link and a peg and its gap.
+fn for_pairs(links: &[Link], poses: &[Pose], pegs: &[Peg], mut check: impl FnMut(usize, usize, f64)) {
+    for (i, (pose, link)) in poses.iter().zip(links).enumerate() {
+        pegs.iter().enumerate().for_each(|(j, peg)| check(i, j, gap(pose, link, peg)));
+    }
+}
+
 /// Along random walks with jumps of all sizes, no pair below the margin is ever missing from the list.
 #[test]
 fn near_list_never_misses_a_pair_below_the_margin() {
     let mut random = Random::new(5);
     let (mut listed, mut rebuilt) = (0_usize, 0);
     for scene in 0..40 {
-        let pegs: Vec<Peg> = (0..[3, 30, 300][scene % 3])
-            .map(|_| Peg {
-                radius: random.magnitude(0.005, 0.3),
-                x: random.between(-2.0, 2.0),
-                y: random.between(-2.0, 2.0),
-            })
-            .collect();
+        let pegs = random_pegs(&mut random, [3, 30, 300][scene % 3]);
         let grid = PegGrid::new(&pegs);
         let links: Vec<Link> = (0..4).map(|_| random_link(&mut random)).collect();
         let mut poses: Vec<Pose> = (0..4).map(|_| random_pose(&mut random)).collect();
         let mut near = NearPegs::with_capacity(4);
         for _ in 0..400 {
             let size = random.magnitude(1e-4, 0.2);
-            let before = poses.clone();
-            for pose in &mut poses {
-                *pose += Vector3::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(-9.0, 9.0))
-                    * size;
-            }
-            let margin = random.between(0.0, 0.05);
-            let lead = links
-                .iter()
-                .zip(before.iter().zip(&poses))
-                .map(|(link, (from, to))| (to - from).xy().norm() + link.reach() * (to - from).z.abs());
-            let lead = lead.fold(0.0, f64::max);
+            let next = disturbed(&mut random, &poses, size);
+            let (margin, lead) = (random.between(0.0, 0.05), farthest(&links, &poses, &next));
+            poses = next;
             if !near.covers(lead, margin) {
                 near.rebuild(poses.iter().copied(), &links, &grid, margin, lead);
                 rebuilt += 1;
             }
             near.advance(lead);
-            for (i, (pose, link)) in poses.iter().zip(&links).enumerate() {
-                for (j, peg) in pegs.iter().enumerate() {
-                    if gap(pose, link, peg) < margin {
-                        listed += 1;
-                        assert!(near.pairs().iter().any(|pair| pair.link == i && pair.peg == j));
-                    }
-                }
-            }
+            for_pairs(&links, &poses, &pegs, |i, j, gap| {
+                listed += usize::from(gap < margin);
+                assert!(gap >= margin || near.pairs().iter().any(|pair| pair.link == i && pair.peg == j));
+            });
         }
     }
     assert!(listed > 10_000, "the walks must meet pegs: {listed}");
     assert!((1000..15_000).contains(&rebuilt), "some lists must serve several poses: {rebuilt} of 16,000");
+}
+
+/// Robots that look ahead and arrive about there, but now and then stay where they are: no pair below the margin is
+/// ever passed over, and most of the others are.
+#[test]
+fn a_look_ahead_passes_no_pair_below_the_margin_over() {
+    let mut random = Random::new(6);
+    let (mut within, mut seen, mut listed) = (0_usize, 0_usize, 0_usize);
+    for _ in 0..40 {
+        let pegs = random_pegs(&mut random, 60);
+        let grid = PegGrid::new(&pegs);
+        let links: Vec<Link> = (0..4).map(|_| random_link(&mut random)).collect();
+        let mut poses: Vec<Pose> = (0..4).map(|_| random_pose(&mut random)).collect();
+        let mut near = NearPegs::with_capacity(4);
+        for step in 0..300 {
+            let ahead = disturbed(&mut random, &poses, 4e-3);
+            let (margin, lead) = (random.between(0.0, 0.01), farthest(&links, &poses, &ahead));
+            if !near.covers(lead, margin) {
+                near.rebuild(ahead.iter().copied(), &links, &grid, margin, lead);
+            }
+            let mut looked_at = Vec::new();
+            near.visit_within(lead, margin, |_, pair| {
+                looked_at.push((pair.link, pair.peg));
+                gap(&ahead[pair.link], &links[pair.link], &pegs[pair.peg])
+            });
+            for_pairs(&links, &ahead, &pegs, |i, j, gap| {
+                within += usize::from(gap < margin);
+                assert!(gap >= margin || looked_at.contains(&(i, j)), "step {step}: link {i}, peg {j} at {gap}");
+            });
+            (seen, listed) = (seen + looked_at.len(), listed + near.pairs().len());
+            if step % 5 > 0 {
+                poses = disturbed(&mut random, &ahead, 2e-4);
+                near.arrive(lead, farthest(&links, &ahead, &poses));
+            }
+        }
+    }
+    assert!(within > 10_000 && 2 * seen < listed, "{within} within the margin, {seen} looked at, {listed} listed");
+}
+
+/// However far the nearest peg, no point of a robot that goes the clear way meets one.
+#[test]
+fn the_clear_way_is_clear_and_long_where_pegs_are_far() {
+    let mut random = Random::new(7);
+    for scene in 0..300 {
+        let distance = random.magnitude(0.1, 1e4);
+        let turned = |(k, mut peg): (usize, Peg)| {
+            (peg.x, peg.y) = (peg.x + distance * (k as f64).cos(), peg.y + distance * (k as f64).sin());
+            peg
+        };
+        let pegs: Vec<Peg> = random_pegs(&mut random, 1 + scene % 9).into_iter().enumerate().map(turned).collect();
+        let links: Vec<Link> = (0..4).map(|_| random_link(&mut random)).collect();
+        let poses: Vec<Pose> = (0..4).map(|_| random_pose(&mut random)).collect();
+        let way = PegGrid::new(&pegs).clear_way(poses.iter().copied(), &links);
+        let mut nearest = f64::INFINITY;
+        for_pairs(&links, &poses, &pegs, |_, _, gap| nearest = nearest.min(gap));
+        assert!(way >= 0.0 && way <= nearest.max(0.0), "{way} but {nearest}");
+        assert!(distance < 100.0 || way > 0.1 * distance, "{way} at a distance of {distance}");
+    }
 }

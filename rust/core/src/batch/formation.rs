@@ -2,7 +2,7 @@
 
 use std::fmt::Debug;
 
-use crate::gait::{CardanReference, CardanTarget, JointTarget};
+use crate::gait::{CardanReference, CardanTarget, JointTarget, WaveJets};
 use crate::spatial_simulation::{SpatialBody, SpatialDriven, SpatialFleet};
 use crate::stepper::{Body, Driven, Fleet, IntegratorConfig, Method};
 use crate::task::{Environment, Machine, PlanarMachine, SpatialMachine};
@@ -50,6 +50,10 @@ impl Driven for Row<PlanarMachine> {
 
     fn targets(&self, time: f64, targets: &mut [JointTarget]) {
         self.environment.machine().targets(time, targets);
+    }
+
+    fn travelling_wave(&self, time: f64) -> Option<WaveJets> {
+        self.environment.machine().travelling_wave(time)
     }
 }
 

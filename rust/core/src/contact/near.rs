@@ -39,10 +39,11 @@ pub struct NearPegs {
     pairs: Vec<NearPair>,
     #[serde(skip)]
     previous: Vec<NearPair>,
-    /// Margin up to which the list is complete \[m\].
-    margin: f64,
-    /// How far any point of the robot has moved since the list was made, and may move before pairs could be
-    /// missing \[m\].
+    /// The pairs that the last look took into account.
+    #[serde(skip)]
+    sighted: Vec<u32>,
+    /// How far any point of the robot has moved since the list was made, and may move, with the margin added, before
+    /// pairs could be missing \[m\].
     travelled: f64,
     horizon: f64,
 }
@@ -52,7 +53,7 @@ impl NearPegs {
         Self {
             pairs: Vec::with_capacity(PAIRS_PER_LINK * links),
             previous: Vec::with_capacity(PAIRS_PER_LINK * links),
-            margin: 0.0,
+            sighted: Vec::with_capacity(PAIRS_PER_LINK * links),
             travelled: 0.0,
             horizon: NOTHING_LISTED,
         }
@@ -65,11 +66,23 @@ impl NearPegs {
     /// Visits the pairs whose gap may be below `margin` at poses that lead by up to `lead`, with their index; the
     /// visitor returns the gap there \[m\].
     pub fn visit_within(&mut self, lead: f64, margin: f64, mut visit: impl FnMut(usize, &NearPair) -> f64) {
-        for (index, pair) in self.pairs.iter_mut().enumerate() {
-            if pair.clearance - self.travelled - lead < margin {
-                pair.clearance = visit(index, pair) - lead + self.travelled;
-            }
+        self.sight(self.travelled + lead + margin);
+        let Self { pairs, sighted, travelled, .. } = self;
+        for &index in sighted.iter() {
+            let pair = &mut pairs[index as usize];
+            pair.clearance = visit(index as usize, pair) - lead + *travelled;
         }
+    }
+
+    /// Takes note of the pairs of a clearance below `bound`, without a branch that no processor would foresee.
+    fn sight(&mut self, bound: f64) {
+        self.sighted.resize(self.pairs.len(), 0);
+        let mut count = 0;
+        for (index, pair) in self.pairs.iter().enumerate() {
+            self.sighted[count] = index as u32;
+            count += usize::from(pair.clearance < bound);
+        }
+        self.sighted.truncate(count);
     }
 
     pub fn pairs_mut(&mut self) -> &mut [NearPair] {
@@ -85,18 +98,30 @@ impl NearPegs {
     /// Forgets pairs and warm starts.
     pub fn clear(&mut self) {
         self.pairs.clear();
+        self.sighted.clear();
         (self.travelled, self.horizon) = (0.0, NOTHING_LISTED);
     }
 
-    /// Whether the list is complete up to `margin` for poses whose points are at most `lead` from those
-    /// that [`Self::advance`] was last told of.
+    /// Whether the list is complete up to `margin` for poses whose points are at most `lead` from those that
+    /// [`Self::advance`] was last told of.
     pub fn covers(&self, lead: f64, margin: f64) -> bool {
-        self.travelled + lead <= self.horizon && margin <= self.margin
+        self.travelled + lead + margin <= self.horizon
     }
 
     /// The robot has moved, no point of it by more than `distance` \[m\].
     pub fn advance(&mut self, distance: f64) {
         self.travelled += distance;
+        self.sighted.clear();
+    }
+
+    /// The robot has moved to the poses of the last look, which led by `lead`, but for `astray` \[m\]. What was seen
+    /// there is known of the new poses, so that pairs which the robot passes at some distance are rarely looked at.
+    pub fn arrive(&mut self, lead: f64, astray: f64) {
+        for &index in &self.sighted {
+            // From gap - lead, as seen from where the robot was, to gap - astray after lead + astray.
+            self.pairs[index as usize].clearance += 2.0 * lead;
+        }
+        self.advance(lead + astray);
     }
 
     /// Ends a step: remembers which contacts carry force, and what penetration is left; `gap` finds the gap of a
@@ -112,19 +137,19 @@ impl NearPegs {
     }
 
     /// Lists all pairs with a gap below `margin` at poses no point of which is more than [`SKIN`] from
-    /// `poses`; these lead by up to `lead` \[m\]. What is known of a pair is kept.
+    /// `poses`; these lead by up to `lead` \[m\]. What is known of a pair is kept. A list without pairs serves all the
+    /// way to the nearest peg.
     pub fn rebuild(
         &mut self,
-        poses: impl Iterator<Item = Vector3<f64>>,
+        poses: impl Iterator<Item = Vector3<f64>> + Clone,
         links: &[Link],
         pegs: &PegGrid,
         margin: f64,
         lead: f64,
     ) {
-        (self.margin, self.travelled, self.horizon) = (margin, 0.0, SKIN - lead);
         std::mem::swap(&mut self.pairs, &mut self.previous);
-        self.pairs.clear();
-        for (i, (pose, link)) in poses.zip(links).enumerate() {
+        self.clear();
+        for (i, (pose, link)) in poses.clone().zip(links).enumerate() {
             let (sin, cos) = Real::sin_cos(pose.z);
             pegs.visit_near(pose.x, pose.y, link.reach() + margin + SKIN, |peg| {
                 let gap = link_peg_contact(&pose, cos, sin, link, &pegs.pegs()[peg]).gap;
@@ -133,6 +158,13 @@ impl NearPegs {
                 }
             });
         }
+        let listed = if self.pairs.is_empty() { pegs.clear_way(poses, links) } else { 0.0 };
+        self.horizon = listed.max(margin + SKIN) - lead;
+        self.recall();
+    }
+
+    /// Keeps what the previous list knows of the pairs.
+    fn recall(&mut self) {
         let mut known = self.previous.as_slice();
         for pair in &mut self.pairs {
             known = &known[known.iter().take_while(|old| old.link < pair.link).count()..];

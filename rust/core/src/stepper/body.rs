@@ -2,7 +2,7 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::NearPegs;
-use crate::gait::{JointReference, JointTarget};
+use crate::gait::{JointReference, JointTarget, WaveJets};
 use crate::pegs::PegGrid;
 use crate::planar::{PlanarState, Pose, Twist, assemble_chain};
 use crate::robot::Robot;
@@ -131,6 +131,8 @@ pub trait Driven {
     fn body_mut(&mut self) -> &mut Body;
     /// The reference of all joints at `time` \[s\].
     fn targets(&self, time: f64, targets: &mut [JointTarget]);
+    /// The wave that all joints follow at `time` \[s\], if it is all they follow.
+    fn travelling_wave(&self, time: f64) -> Option<WaveJets>;
 }
 
 /// A body that follows a reference of its own.
@@ -161,5 +163,9 @@ impl<R: JointReference> Driven for Scripted<R> {
 
     fn targets(&self, time: f64, targets: &mut [JointTarget]) {
         self.reference.targets(time, targets);
+    }
+
+    fn travelling_wave(&self, time: f64) -> Option<WaveJets> {
+        self.reference.travelling_wave(time)
     }
 }

@@ -2,28 +2,37 @@
 
 use nalgebra::Vector3;
 
-use crate::contact::{LinkPegContact, NearPair, NearPegs, link_peg_contact};
-use crate::math::{MAX_LANES, Real};
+use crate::contact::{LinkPegContact, NearPair, NearPegs, PAIRS_PER_LINK, link_peg_contact};
+use crate::math::Real;
 use crate::pegs::PegGrid;
-use crate::planar::{Heading, Stage, StageContact};
+use crate::planar::{Heading, StageContact};
 use crate::robot::Robot;
 
-use super::lanes::{read_vector, set_vector};
+use super::lanes::{Lanes, read_vector, set_vector};
 
-/// What a slot of [`Stage::contacts`] stands for in each lane: the index of a near pair.
-#[derive(Debug, Clone, Copy)]
-pub struct Slot {
-    pair: [u32; MAX_LANES],
+/// The contacts of the stage at hand, of all lanes.
+#[derive(Debug, Clone)]
+pub struct Contacts {
+    found: Vec<Found>,
+    /// Pairs of one robot within the margin, and how they are at the predicted end.
+    close: Vec<(usize, LinkPegContact)>,
+    /// For each link, contacts in the lane that has the most of them; once laid out, its first slot.
+    most: Vec<usize>,
 }
 
-impl Slot {
-    const EMPTY: Slot = Slot { pair: [u32::MAX; MAX_LANES] };
-
-    /// The near pair of a lane, if the lane has this contact.
-    pub fn pair(&self, lane: usize) -> Option<usize> {
-        let pair = self.pair[lane];
-        (pair != u32::MAX).then_some(pair as usize)
-    }
+/// One contact of one robot.
+#[derive(Debug, Clone, Copy)]
+pub struct Found {
+    pub lane: usize,
+    /// Index of the near pair.
+    pub pair: usize,
+    pub link: usize,
+    /// Its place in [`crate::planar::Stage::contacts`]; until they are laid out, among those of lane and link.
+    pub slot: usize,
+    pub direction: Vector3<f64>,
+    offset: f64,
+    /// In the last stage \[N\].
+    force: f64,
 }
 
 /// One robot of a stage: where it starts, where it is predicted to end, and with what velocity.
@@ -39,6 +48,8 @@ pub struct Prediction<'a, T> {
     /// Headings at the predicted end.
     pub heading: &'a [Heading<T>],
     pub twist: &'a [Vector3<T>],
+    /// c \[s\].
+    pub coefficient: f64,
     /// Time from the start of the step to the end of the stage \[s\].
     pub elapsed: f64,
     /// Largest way of any point of the robot from the start of the step to the predicted end \[m\].
@@ -47,28 +58,72 @@ pub struct Prediction<'a, T> {
     pub margin: f64,
 }
 
-/// Adds to its lane of `stage` the near pairs whose predicted gap is below the margin.
-pub fn add_contacts<T: Real>(
-    stage: &mut Stage<T>,
-    slots: &mut Vec<Slot>,
-    near: &mut NearPegs,
-    prediction: &Prediction<T>,
-) {
-    let lane = prediction.lane;
-    let mut unused = 0;
-    near.visit_within(prediction.lead, prediction.margin, |index, pair| {
-        let at_end = prediction.contact(pair);
-        if at_end.gap < prediction.margin {
-            let (direction, offset) = prediction.plane(pair, &at_end, stage.coefficient);
-            let slot = free_slot(stage, slots, unused, lane, pair.link);
-            unused = slot + 1;
-            slots[slot].pair[lane] = index as u32;
-            let contact = &mut stage.contacts[slot];
-            set_vector(&mut contact.direction, lane, &direction);
-            contact.offset.set_lane(lane, offset);
+impl Contacts {
+    pub fn with_capacity(links: usize, lanes: usize) -> Self {
+        let pairs = PAIRS_PER_LINK * links;
+        Self { found: Vec::with_capacity(pairs * lanes), close: Vec::with_capacity(pairs), most: vec![0; links] }
+    }
+
+    /// The contacts of the `lanes`, lane by lane.
+    pub fn in_lanes(&self, lanes: Lanes) -> impl Iterator<Item = &Found> {
+        self.found.iter().filter(move |found| lanes[found.lane])
+    }
+
+    pub fn clear(&mut self) {
+        self.found.clear();
+        self.most.fill(0);
+    }
+
+    /// Finds the contacts of a robot: its near pairs whose predicted gap is below the margin.
+    pub fn find<T: Real>(&mut self, near: &mut NearPegs, prediction: &Prediction<T>) {
+        self.look(near, prediction);
+        for (index, at_end) in &self.close {
+            let pair = &mut near.pairs_mut()[*index];
+            let (lane, link) = (prediction.lane, pair.link);
+            let before = self.found.last().filter(|last| last.lane == lane && last.link == link);
+            let slot = before.map_or(0, |last| last.slot + 1);
+            self.most[link] = self.most[link].max(slot + 1);
+            let (direction, offset) = prediction.plane(pair, at_end);
+            self.found.push(Found { lane, pair: *index, link, slot, direction, offset, force: pair.force });
         }
-        at_end.gap
-    });
+        // A pair that takes no part has no force.
+        near.pairs_mut().iter_mut().for_each(|pair| pair.force = 0.0);
+    }
+
+    /// Collects the pairs within the margin, without a branch that no processor would foresee.
+    fn look<T: Real>(&mut self, near: &mut NearPegs, prediction: &Prediction<T>) {
+        let (close, mut count) = (&mut self.close, 0);
+        near.visit_within(prediction.lead, prediction.margin, |index, pair| {
+            let at_end = prediction.contact(pair);
+            close.truncate(count);
+            close.push((index, at_end));
+            count += usize::from(at_end.gap < prediction.margin);
+            at_end.gap
+        });
+        close.truncate(count);
+    }
+
+    /// Gives every contact its slot in `contacts`, sorted by link and in each lane in the order found, so that a
+    /// robot's contacts come in the same order alone and among others; `forces` receives their last forces.
+    pub fn lay_out<T: Real>(&mut self, contacts: &mut Vec<StageContact<T>>, forces: &mut Vec<T>) {
+        let zero = T::zero();
+        let direction = Vector3::new(zero, zero, zero);
+        contacts.clear();
+        for (link, most) in self.most.iter_mut().enumerate() {
+            let first = contacts.len();
+            contacts.resize(first + *most, StageContact { link, direction, offset: T::splat(1.0) });
+            *most = first;
+        }
+        forces.clear();
+        forces.resize(contacts.len(), zero);
+        for found in &mut self.found {
+            found.slot += self.most[found.link];
+            let contact = &mut contacts[found.slot];
+            set_vector(&mut contact.direction, found.lane, &found.direction);
+            contact.offset.set_lane(found.lane, found.offset);
+            forces[found.slot].set_lane(found.lane, found.force);
+        }
+    }
 }
 
 impl<T: Real> Prediction<'_, T> {
@@ -88,8 +143,8 @@ impl<T: Real> Prediction<'_, T> {
     /// at the start of the step (T 3.47 != D9). Either plane touches the distance function of a convex body
     /// from below (for a link that translates), so `g + c w . u >= 0` keeps the true gap non-negative however
     /// long the step.
-    fn plane(&self, pair: &NearPair, at_end: &LinkPegContact, c: f64) -> (Vector3<f64>, f64) {
-        let (i, lane) = (pair.link, self.lane);
+    fn plane(&self, pair: &NearPair, at_end: &LinkPegContact) -> (Vector3<f64>, f64) {
+        let (i, lane, c) = (pair.link, self.lane, self.coefficient);
         let (link, peg) = (&self.robot.links[i], &self.pegs.pegs()[pair.peg]);
         let touching = peg.radius + link.radius;
         let mut plane = *at_end;
@@ -108,23 +163,6 @@ impl<T: Real> Prediction<'_, T> {
         let floor = -pair.depth * (1.0 - haste * self.elapsed / RECOVERY_TIME).max(0.0);
         (plane.direction, ((plane.gap - floor - travelled) / c).max(-RECOVERY_SPEED))
     }
-}
-
-/// The first slot of link `link` that `lane` has not used yet, none of which lies before `first`; slots are sorted by
-/// link as pairs are, so that every robot's contacts come in the same order alone and among others.
-fn free_slot<T: Real>(stage: &mut Stage<T>, slots: &mut Vec<Slot>, first: usize, lane: usize, link: usize) -> usize {
-    let mut position = first;
-    while position < slots.len() && stage.contacts[position].link <= link {
-        if stage.contacts[position].link == link && slots[position].pair(lane).is_none() {
-            return position;
-        }
-        position += 1;
-    }
-    let zero = T::zero();
-    let open = StageContact { link, direction: Vector3::new(zero, zero, zero), offset: T::splat(1.0) };
-    stage.contacts.insert(position, open);
-    slots.insert(position, Slot::EMPTY);
-    position
 }
 
 /// Predicted penetration, relative to the sum of the radii, beyond which the side is uncertain.

@@ -20,7 +20,7 @@ use crate::contact::PAIRS_PER_LINK;
 use crate::gait::JointTarget;
 use crate::math::{Mask, Real};
 
-use super::contacts::Slot;
+use super::contacts::Contacts;
 use super::hardest::Hardest;
 use super::lanes::{Lanes, NO_LANES, active, lanes_of, mask, member_of, read_lane, set_vector};
 use super::rescue::Rescue;
@@ -38,7 +38,7 @@ use touch::{Impulse, add_impulses, end_gap};
 pub struct Group<T: Real> {
     config: IntegratorConfig,
     work: StageWork<T>,
-    slots: Vec<Slot>,
+    contacts: Contacts,
     rescue: Rescue,
     /// Kept when asked for alone.
     pub hardest: Option<Box<Hardest>>,
@@ -56,6 +56,8 @@ pub struct Group<T: Real> {
     pub event_tolerance: f64,
     /// Lanes in which a contact has closed during the step that was open after the last accepted one.
     closing: Lanes,
+    /// Lanes whose robots have pegs around them.
+    among_pegs: Lanes,
     /// Whether the lanes' robots differ from the plant.
     varied: bool,
     /// References of one robot.
@@ -70,7 +72,7 @@ impl<T: StageKernels> Group<T> {
         Self {
             config,
             work: StageWork::new(plant),
-            slots: Vec::with_capacity(PAIRS_PER_LINK * links),
+            contacts: Contacts::with_capacity(links, T::LANES),
             rescue: Rescue::new(links),
             hardest: None,
             start_pose: rest.clone(),
@@ -81,6 +83,7 @@ impl<T: StageKernels> Group<T> {
             deviation: zero,
             event_tolerance: config.event_tolerance(config.step()),
             closing: NO_LANES,
+            among_pegs: NO_LANES,
             varied: false,
             targets: vec![JointTarget::default(); links - 1],
         }
@@ -113,22 +116,19 @@ impl<T: StageKernels> Group<T> {
         self.keep_first_stage();
         self.begin_second_stage(h);
         self.run_stage(plant, fleet, members, lanes, c, h);
-        let smooth = self.smooth(fleet, members, lanes);
+        let smooth = self.smooth(lanes);
         self.add_first_stage(fleet, members, smooth);
         self.accept(plant, fleet, members, smooth, h);
         rejected.extend(members.iter().zip(smooth).filter(|(_, smooth)| !smooth).map(|(&member, _)| member));
     }
 
-    /// The lanes in which the forces of the first stage foretold the end of the second. Without pegs they all count:
+    /// The lanes in which the forces of the first stage foretold the end of the second. Away from pegs they all count:
     /// friction is bounded and the schemes keep their stability.
-    fn smooth<D: Driven>(&self, fleet: &[D], members: &[usize], mut lanes: Lanes) -> Lanes {
-        let bound = self.event_tolerance;
-        for (lane, member) in active(members, lanes) {
-            let bound = if self.closing[lane] { CLOSING * bound } else { bound };
-            let in_field = !fleet[member].body().pegs.pegs().is_empty();
-            lanes[lane] = !(in_field && self.deviation.lane(lane) > bound);
-        }
-        lanes
+    fn smooth(&self, lanes: Lanes) -> Lanes {
+        let bound =
+            |lane: usize| if self.closing[lane] { CLOSING * self.event_tolerance } else { self.event_tolerance };
+        let is_smooth = |lane| !(self.among_pegs[lane] && self.deviation.lane(lane) > bound(lane));
+        std::array::from_fn(|lane| lanes[lane] && is_smooth(lane))
     }
 
     /// Gathers states; lanes without a robot repeat the first one.
@@ -136,7 +136,11 @@ impl<T: StageKernels> Group<T> {
         self.load_variations(plant, fleet, members);
         self.work.free_play.load(plant, fleet, members);
         self.work.weakening.load(plant, fleet, members);
-        self.work.in_field = members.iter().any(|&member| !fleet[member].body().pegs.pegs().is_empty());
+        self.work.has_pegs = members.iter().any(|&member| !fleet[member].body().pegs.pegs().is_empty());
+        self.among_pegs = std::array::from_fn(|lane| {
+            lane < T::LANES && !fleet[member_of(members, lane)].body().warm_start.near.pairs().is_empty()
+        });
+        self.work.among_pegs = mask::<T>(self.among_pegs);
         for lane in 0..T::LANES {
             let body = fleet[member_of(members, lane)].body();
             for (lanes, torque) in self.work.drive_torque.iter_mut().zip(&body.warm_start.joint_torque) {
@@ -225,7 +229,7 @@ impl<T: StageKernels> Group<T> {
             if repetition == 1 {
                 self.deviation = self.work.deviation;
             }
-            let again = if repetition < MAX_PREDICTIONS { self.surprised(fleet, members, pending) } else { NO_LANES };
+            let again = if repetition < MAX_PREDICTIONS { self.surprised(pending) } else { NO_LANES };
             let solved = std::array::from_fn(|lane| pending[lane] && !again[lane]);
             T::keep(&mut self.work, mask::<T>(solved), mask::<T>(again));
             self.save_forces(fleet, members, solved);
@@ -261,18 +265,30 @@ impl<T: StageKernels> Group<T> {
         }
     }
 
+    /// Joint references at `end` after the start of the step.
     fn read_references<D: Driven>(&mut self, plant: &Plant, fleet: &[D], members: &[usize], end: f64) {
-        for lane in 0..T::LANES {
+        let mut waving = NO_LANES;
+        for (lane, waving) in waving.iter_mut().enumerate().take(T::LANES) {
             let driven = &fleet[member_of(members, lane)];
             let time = driven.body().state.time + end;
-            driven.targets(time, &mut self.targets);
-            for (lanes, target) in self.work.target.iter_mut().zip(&self.targets) {
-                lanes[0].set_lane(lane, target.angle);
-                lanes[1].set_lane(lane, target.rate);
-                lanes[2].set_lane(lane, target.acceleration);
+            if let Some(wave) = driven.travelling_wave(time) {
+                self.work.wave.set_lane(lane, &wave);
+                *waving = true;
             }
             let share = driven.body().variation.torque_limit;
             self.work.torque_limit.set_lane(lane, share * plant.controller.limit_until(time));
+        }
+        if waving != NO_LANES {
+            T::undulate(&mut self.work);
+        }
+        for lane in (0..T::LANES).filter(|&lane| !waving[lane]) {
+            let driven = &fleet[member_of(members, lane)];
+            driven.targets(driven.body().state.time + end, &mut self.targets);
+            for (lanes, target) in self.work.target.iter_mut().zip(&self.targets) {
+                lanes.value.set_lane(lane, target.angle);
+                lanes.rate.set_lane(lane, target.rate);
+                lanes.acceleration.set_lane(lane, target.acceleration);
+            }
         }
     }
 
@@ -293,7 +309,7 @@ impl<T: StageKernels> Group<T> {
     /// The stage's end becomes the robots' state after a step of length `h`; its works and impulses
     /// count once.
     fn accept<D: Driven>(&mut self, plant: &Plant, fleet: &mut [D], members: &[usize], lanes: Lanes, h: f64) {
-        let arrival = T::finish(&mut self.work, &self.start_pose);
+        let arrival = T::finish(&mut self.work);
         for (lane, member) in active(members, lanes) {
             let body = fleet[member].body_mut();
             read_lane(&self.work.end, lane, &mut body.state.pose);
@@ -302,7 +318,7 @@ impl<T: StageKernels> Group<T> {
             body.state.time += h;
             body.sane = arrival.sane.lane(lane);
             body.warm_start.elapsed += h;
-            body.warm_start.near.advance(arrival.travelled.lane(lane));
+            body.warm_start.near.arrive(self.work.outlook.lead.lane(lane), arrival.astray.lane(lane));
             body.warm_start.near.end_step(|pair| end_gap(&self.work, lane, pair, plant, &body.pegs));
             body.tally.add_works(&self.work.kept_works, lane, 1.0);
             for (torque, drive) in body.warm_start.joint_torque.iter_mut().zip(&self.work.kept_drive) {

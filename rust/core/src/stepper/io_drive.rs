@@ -13,7 +13,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::gait::JointTarget;
+use crate::gait::{Jet, JointTarget};
 use crate::math::Real;
 use crate::minimal::{Feedback, FeedbackConfig, Ground, InverseDynamics, LinkMotion, Measurement, Model, SmoothLaw};
 use crate::planar::{Heading, PlanarState, StageJoint};
@@ -46,7 +46,7 @@ pub struct Situation<'a, T: Real> {
     pub reference: &'a [Vector3<T>],
     pub guess: &'a [Vector3<T>],
     /// phi_d, phi_d', phi_d'' at the end of the stage.
-    pub target: &'a [[T; 3]],
+    pub target: &'a [Jet<T>],
     /// K_P, K_D.
     pub gains: [T; 2],
     pub torque_limit: T,
@@ -81,7 +81,7 @@ impl<T: Real> IoDrive<T> {
         let [kp, kd] = at.gains;
         let k = c * (kd + c * kp);
         let divisor = T::splat(1.0) / (T::splat(1.0) + k);
-        for (j, [angle, rate, acceleration]) in at.target.iter().enumerate() {
+        for (j, Jet { value: angle, rate, acceleration }) in at.target.iter().enumerate() {
             let error = *angle - (at.base[j + 1].z - at.base[j].z);
             let before = at.reference[j + 1].z - at.reference[j].z;
             let wanted = *acceleration + kd * *rate + kp * error;

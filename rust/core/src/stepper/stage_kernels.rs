@@ -3,28 +3,34 @@
 use nalgebra::Vector3;
 
 use crate::contact::Outcome;
-use crate::math::{Kernel, Real, add_scaled, select_into};
+use crate::gait::turned;
+use crate::math::{Kernel, Mask, Real, add_scaled, select_into};
 #[cfg(target_arch = "x86_64")]
 use crate::math::{Wide4, Wide8};
 use crate::planar::{Certificate, certify, is_sane, travel};
 
-use super::stage_work::StageWork;
+use super::stage_work::{Outlook, StageWork};
 use super::works::Works;
 
 /// The kernels below for one width of register, compiled once, here.
 pub trait StageKernels: Real {
-    fn predict(work: &mut StageWork<Self>, start: &[Vector3<Self>]) -> Outlook<Self>;
+    fn undulate(work: &mut StageWork<Self>);
+    fn predict(work: &mut StageWork<Self>, start: &[Vector3<Self>], pending: Self::Mask);
     fn solve(solve: Solve<Self>) -> (Outcome<Self>, Certificate<Self>);
     fn keep(work: &mut StageWork<Self>, solved: Self::Mask, again: Self::Mask);
     fn extrapolate(extrapolate: Extrapolate<Self>);
-    fn finish(work: &mut StageWork<Self>, start: &[Vector3<Self>]) -> Arrival<Self>;
+    fn finish(work: &mut StageWork<Self>) -> Arrival<Self>;
 }
 
 macro_rules! compile_for {
     ($real:ty) => {
         impl StageKernels for $real {
-            fn predict(work: &mut StageWork<Self>, start: &[Vector3<Self>]) -> Outlook<Self> {
-                Self::run(Predict { work, start })
+            fn undulate(work: &mut StageWork<Self>) {
+                Self::run(Undulate { work });
+            }
+
+            fn predict(work: &mut StageWork<Self>, start: &[Vector3<Self>], pending: Self::Mask) {
+                Self::run(Predict { work, start, pending });
             }
 
             fn solve(solve: Solve<Self>) -> (Outcome<Self>, Certificate<Self>) {
@@ -39,8 +45,8 @@ macro_rules! compile_for {
                 Self::run(extrapolate);
             }
 
-            fn finish(work: &mut StageWork<Self>, start: &[Vector3<Self>]) -> Arrival<Self> {
-                Self::run(Finish { work, start })
+            fn finish(work: &mut StageWork<Self>) -> Arrival<Self> {
+                Self::run(Finish { work })
             }
         }
     };
@@ -52,38 +58,50 @@ compile_for!(Wide4);
 #[cfg(target_arch = "x86_64")]
 compile_for!(Wide8);
 
-/// Predicts the end configuration of the stage.
+/// Joint references along the wave, whose phase is turned from joint to joint.
+struct Undulate<'a, T: Real> {
+    work: &'a mut StageWork<T>,
+}
+
+impl<T: Real> Kernel for Undulate<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let StageWork { wave, target, .. } = self.work;
+        let (mut phase, phase_shift) = (wave.phase.sin_cos(), wave.phase_shift.value.sin_cos());
+        for (joint, target) in target.iter_mut().enumerate() {
+            *target = wave.joint(joint, phase);
+            phase = turned(phase, phase_shift);
+        }
+    }
+}
+
+/// Predicts the end configuration of the stage, and in the `pending` lanes how far away pegs may matter to it.
 struct Predict<'a, T: Real> {
     work: &'a mut StageWork<T>,
     /// Poses at the start of the step.
     start: &'a [Vector3<T>],
-}
-
-/// How far away pegs may matter to a stage.
-#[derive(Debug, Clone, Copy)]
-pub struct Outlook<T> {
-    /// Largest speed of any point of the robot, at the start of the stage or expected at its end \[m/s\].
-    pub fastest: T,
-    /// Largest way of any point of the robot from the start of the step to the predicted end \[m\].
-    pub lead: T,
+    pending: T::Mask,
 }
 
 impl<T: Real> Kernel for Predict<'_, T> {
-    type Output = Outlook<T>;
+    type Output = ();
 
     #[inline(always)]
-    fn run(self) -> Outlook<T> {
-        let Self { work, start } = self;
+    fn run(self) {
+        let Self { work, start, pending } = self;
         let c = T::splat(work.stage.coefficient);
         travel(&work.half_length, &work.base, &work.guess, c, &mut work.predicted, &mut work.heading);
-        let at_rest = Vector3::new(T::zero(), T::zero(), T::zero());
-        let (mut fastest, mut lead) = (T::zero(), T::zero());
-        for (i, link) in work.constants.iter().enumerate().filter(|_| work.in_field) {
-            fastest = fastest.max(link.farthest(&work.guess[i], &at_rest));
-            fastest = fastest.max(link.farthest(&work.reference[i], &at_rest));
-            lead = lead.max(link.farthest(&work.predicted[i], &start[i]));
+        if work.has_pegs {
+            let fastest = work.fastest(&work.guess).max(work.fastest(&work.reference));
+            let lead = work.bound(&work.predicted, start);
+            let Outlook { fastest: last_fastest, lead: last_lead } = work.outlook;
+            work.outlook = Outlook {
+                fastest: T::select(pending, fastest, last_fastest),
+                lead: T::select(pending, lead, last_lead),
+            };
         }
-        Outlook { fastest, lead }
     }
 }
 
@@ -109,7 +127,7 @@ impl<T: Real> Kernel for Solve<'_, T> {
         let certificate = certify(stage, solution);
         work.works = Works::of(stage, solution);
         work.store_forces();
-        if work.in_field {
+        if work.among_pegs.any() {
             work.measure_deviation();
         }
         (outcome, certificate)
@@ -146,15 +164,13 @@ impl<T: Real> Kernel for Keep<'_, T> {
 /// End configuration q_B + c u of the solved stage.
 struct Finish<'a, T: Real> {
     work: &'a mut StageWork<T>,
-    /// Poses at the start of the step.
-    start: &'a [Vector3<T>],
 }
 
 /// Where a step has led.
 #[derive(Debug, Clone, Copy)]
 pub struct Arrival<T: Real> {
-    /// Largest way of any point of the robot \[m\].
-    pub travelled: T,
+    /// Largest way of any point of the robot from where it was predicted \[m\].
+    pub astray: T,
     /// Whether the state is that of a robot rather than of a diverged computation.
     pub sane: T::Mask,
 }
@@ -164,14 +180,11 @@ impl<T: Real> Kernel for Finish<'_, T> {
 
     #[inline(always)]
     fn run(self) -> Arrival<T> {
-        let Self { work, start } = self;
+        let Self { work } = self;
         let c = T::splat(work.stage.coefficient);
         travel(&work.half_length, &work.base, &work.kept_twist, c, &mut work.end, &mut work.heading);
-        let mut travelled = T::zero();
-        for (link, (end, start)) in work.constants.iter().zip(work.end.iter().zip(start)).filter(|_| work.in_field) {
-            travelled = travelled.max(link.farthest(end, start));
-        }
-        Arrival { travelled, sane: is_sane(&work.end, &work.kept_twist) }
+        let astray = if work.has_pegs { work.bound(&work.end, &work.predicted) } else { T::zero() };
+        Arrival { astray, sane: is_sane(&work.end, &work.kept_twist) }
     }
 }
 

@@ -4,7 +4,8 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::contact::PAIRS_PER_LINK;
 use crate::control::ControlLaw;
-use crate::math::Real;
+use crate::gait::{Jet, WaveJets};
+use crate::math::{Mask, Real};
 use crate::planar::{Heading, Newton, Stage, StageJoint, StageLink, StageSolution};
 use crate::robot::Link;
 
@@ -20,6 +21,8 @@ pub struct StageWork<T: Real> {
     /// Constants of the links, in every lane.
     pub constants: Vec<LinkConstants<T>>,
     pub half_length: Vec<T>,
+    /// Zero for each link.
+    at_rest: Vec<Vector3<T>>,
     /// q_B, u_R and the expected end velocity of the stage.
     pub base: Vec<Vector3<T>>,
     pub reference: Vec<Vector3<T>>,
@@ -27,12 +30,18 @@ pub struct StageWork<T: Real> {
     /// Expected end configuration.
     pub predicted: Vec<Vector3<T>>,
     pub heading: Vec<Heading<T>>,
-    /// Joint references at the end of the stage (angle, rate, acceleration), and gains k_P, k_D.
-    pub target: Vec<[T; 3]>,
+    /// The wave that the joints follow at the end of the stage, where they follow one.
+    pub wave: WaveJets<T>,
+    /// Joint references at the end of the stage, and gains k_P, k_D.
+    pub target: Vec<Jet<T>>,
     pub gains: [T; 2],
     pub torque_limit: T,
-    /// Whether any robot is among pegs; without them nobody asks how far a robot moves.
-    pub in_field: bool,
+    /// Whether any robot's scene has pegs; without them nobody asks how far a robot moves.
+    pub has_pegs: bool,
+    /// The lanes whose robots have pegs around them; for the others a coarse bound on their motion does.
+    pub among_pegs: T::Mask,
+    /// How far away pegs may matter to the stage.
+    pub outlook: Outlook<T>,
     /// Input-output linearisation instead of PD.
     pub io: Option<IoDrive<T>>,
     pub free_play: FreePlay<T>,
@@ -65,6 +74,15 @@ pub struct LinkConstants<T> {
     pub friction: Vector2<T>,
 }
 
+/// How far away pegs may matter to a stage.
+#[derive(Debug, Clone, Copy)]
+pub struct Outlook<T> {
+    /// Largest speed of any point of the robot, at the start of the stage or expected at its end \[m/s\].
+    pub fastest: T,
+    /// Largest way of any point of the robot from the start of the step to the predicted end \[m\].
+    pub lead: T,
+}
+
 impl<T: Real> LinkConstants<T> {
     fn of(plant: &Plant, link: &Link) -> Self {
         Self {
@@ -82,6 +100,12 @@ impl<T: Real> LinkConstants<T> {
         let (x, y) = (to.x - from.x, to.y - from.y);
         (x * x + y * y).sqrt() + self.reach * (to.z - from.z).abs()
     }
+
+    /// A coarser bound that takes no root.
+    #[inline(always)]
+    fn farther(&self, to: &Vector3<T>, from: &Vector3<T>) -> T {
+        (to.x - from.x).abs() + (to.y - from.y).abs() + self.reach * (to.z - from.z).abs()
+    }
 }
 
 impl<T: Real> StageWork<T> {
@@ -92,18 +116,22 @@ impl<T: Real> StageWork<T> {
         Self {
             constants: plant.robot.links.iter().map(|link| LinkConstants::of(plant, link)).collect(),
             half_length: plant.robot.links.iter().map(|link| T::splat(0.5 * link.length)).collect(),
+            at_rest: rest.clone(),
             base: rest.clone(),
             reference: rest.clone(),
             guess: rest.clone(),
             predicted: rest.clone(),
             heading: vec![Heading { cos: T::splat(1.0), sin: zero }; links],
-            target: vec![[zero; 3]; links - 1],
+            wave: WaveJets::still(),
+            target: vec![Jet { value: zero, rate: zero, acceleration: zero }; links - 1],
             gains: [plant.controller.kp, plant.controller.kd].map(T::splat),
             torque_limit: T::splat(f64::INFINITY),
             io: (plant.controller.law == ControlLaw::Io).then(|| IoDrive::new(&plant.robot, plant.friction())),
             free_play: FreePlay::new(links - 1),
             weakening: Weakening::new(links, plant.stribeck().speed),
-            in_field: false,
+            has_pegs: false,
+            among_pegs: T::Mask::of(|_| false),
+            outlook: Outlook { fastest: zero, lead: zero },
             friction_force: vec![Vector2::new(zero, zero); links],
             deviation: zero,
             kept_twist: rest.clone(),
@@ -161,10 +189,10 @@ impl<T: Real> StageWork<T> {
         let c = T::splat(self.stage.coefficient);
         let [kp, kd] = self.gains;
         self.stage.joints.clear();
-        for (j, [angle, rate, _]) in self.target.iter().enumerate() {
-            let error = *angle - (self.base[j + 1].z - self.base[j].z);
+        for (j, target) in self.target.iter().enumerate() {
+            let error = target.value - (self.base[j + 1].z - self.base[j].z);
             self.stage.joints.push(StageJoint {
-                drive: c * (kp * error + kd * *rate),
+                drive: c * (kp * error + kd * target.rate),
                 stiffness: c * (c * kp + kd),
                 limit: c * self.torque_limit,
                 slack: T::zero(),
@@ -193,11 +221,37 @@ impl<T: Real> StageWork<T> {
 
     #[inline(always)]
     pub fn measure_deviation(&mut self) {
-        let mut fastest = T::zero();
-        for (link, (u, guess)) in self.constants.iter().zip(self.solution.twist.iter().zip(&self.guess)) {
-            fastest = fastest.max(link.farthest(u, guess));
-        }
+        let fastest = self.farthest::<true>(&self.solution.twist, &self.guess);
         self.deviation = fastest * T::splat(self.stage.coefficient);
+    }
+
+    /// Bound on how far a point of the robot moves between poses, or on how much faster it is at one of two twists.
+    #[inline(always)]
+    pub fn bound(&self, to: &[Vector3<T>], from: &[Vector3<T>]) -> T {
+        let (near, mut bound) = (self.among_pegs, T::zero());
+        if near.any() {
+            bound = self.farthest::<true>(to, from);
+        }
+        if (!near).any() {
+            bound = T::select(near, bound, self.farthest::<false>(to, from));
+        }
+        bound
+    }
+
+    /// Bound on the speed of any point of the robot at a twist \[m/s\].
+    #[inline(always)]
+    pub fn fastest(&self, twist: &[Vector3<T>]) -> T {
+        self.bound(twist, &self.at_rest)
+    }
+
+    /// The largest of a bound over the links, sharp or coarse.
+    #[inline(always)]
+    fn farthest<const SHARP: bool>(&self, to: &[Vector3<T>], from: &[Vector3<T>]) -> T {
+        let mut farthest = T::zero();
+        for (link, (to, from)) in self.constants.iter().zip(to.iter().zip(from)) {
+            farthest = farthest.max(if SHARP { link.farthest(to, from) } else { link.farther(to, from) });
+        }
+        farthest
     }
 
     #[inline(always)]

@@ -7,13 +7,13 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::gait::{CardanReference, CardanTarget, Wave};
+use crate::gait::{CardanReference, CardanTarget, Jet, Wave, WaveJets};
 
 use super::action::{ActionEntry, entry, joint_entries, wave_entries};
-use super::channel::{Channel, Jet, Limits};
+use super::channel::{Channel, Limits};
 use super::config::ActionMode;
 use super::nominal::Nominal;
-use super::reference::{ReferenceGenerator, ReferenceState, WaveJets};
+use super::reference::{ReferenceGenerator, ReferenceState, bend_joint, bend_joints};
 
 /// Parameters of the vertical wave, in the order of the action: amplitude, phase.
 pub const LIFT_PARAMETERS: usize = 2;
@@ -163,15 +163,17 @@ impl CardanReference for CardanGenerator {
     fn target(&self, joint: usize, time: f64) -> CardanTarget {
         let ([yaw, pitch], decay) = self.waves_at(time);
         CardanTarget {
-            yaw: yaw.at(joint, self.yaw.own(joint, time, decay)),
-            pitch: pitch.at(joint, self.own_pitch(joint, time, decay)),
+            yaw: bend_joint(&yaw, joint, self.yaw.own(joint, time, decay)),
+            pitch: bend_joint(&pitch, joint, self.own_pitch(joint, time, decay)),
         }
     }
 
     fn targets(&self, time: f64, targets: &mut [CardanTarget]) {
         let ([yaw, pitch], decay) = self.waves_at(time);
-        yaw.joints(targets.iter_mut().map(|target| &mut target.yaw), |joint| self.yaw.own(joint, time, decay));
-        pitch.joints(targets.iter_mut().map(|target| &mut target.pitch), |joint| self.own_pitch(joint, time, decay));
+        bend_joints(&yaw, targets.iter_mut().map(|target| &mut target.yaw), |joint| self.yaw.own(joint, time, decay));
+        bend_joints(&pitch, targets.iter_mut().map(|target| &mut target.pitch), |joint| {
+            self.own_pitch(joint, time, decay)
+        });
     }
 }
 

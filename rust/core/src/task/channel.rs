@@ -18,20 +18,7 @@ use std::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
 
-/// Value, rate and acceleration of a scalar signal.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Jet {
-    pub value: f64,
-    pub rate: f64,
-    pub acceleration: f64,
-}
-
-impl Jet {
-    /// A constant signal.
-    pub fn at_rest(value: f64) -> Self {
-        Self { value, rate: 0.0, acceleration: 0.0 }
-    }
-}
+use crate::gait::Jet;
 
 /// The filter that all channels of a robot share.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,18 +27,26 @@ pub struct Filter {
     pub period: f64,
     /// lambda \[1/s\]; the delay of a ramp is `3 / lambda`.
     pub bandwidth: f64,
+    /// exp(-lambda T).
+    period_decay: f64,
 }
 
 impl Filter {
     /// The filter for a control period \[s\]: as quick as [`FASTEST`] allows, but never so quick that
     /// the staircase of the targets shows in the rate by more than 4 %.
     pub fn new(period: f64) -> Self {
-        Self { period, bandwidth: FASTEST.min(BANDWIDTH_PERIOD / period) }
+        let bandwidth = FASTEST.min(BANDWIDTH_PERIOD / period);
+        Self { period, bandwidth, period_decay: (-bandwidth * period).exp() }
     }
 
     /// exp(-lambda t).
     pub fn decay(&self, time: f64) -> f64 {
         (-self.bandwidth * time).exp()
+    }
+
+    /// The same after a control period.
+    pub fn period_decay(&self) -> f64 {
+        self.period_decay
     }
 
     /// Upper bound of rate / slew, minus one.
@@ -130,7 +125,7 @@ impl Channel {
 
     /// Makes the end of the period the new control instant.
     pub fn elapse(&mut self, filter: &Filter) {
-        let jet = self.jet(filter.period, filter.decay(filter.period), filter);
+        let jet = self.jet(filter.period, filter.period_decay, filter);
         *self = Self::from_jet(self.target, jet, filter);
     }
 

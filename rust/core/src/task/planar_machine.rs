@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
-use crate::gait::{JointReference, JointTarget, Wave};
+use crate::gait::{JointReference, JointTarget, Wave, WaveJets};
 use crate::planar::{Heading, Pose};
 use crate::robot::Robot;
 use crate::scene::{Peg, SceneConfig};
@@ -192,6 +192,10 @@ impl Driven for PlanarMachine {
 
     fn targets(&self, time: f64, targets: &mut [JointTarget]) {
         self.reference.targets(time, targets);
+    }
+
+    fn travelling_wave(&self, time: f64) -> Option<WaveJets> {
+        self.reference.travelling_wave(time)
     }
 }
 

@@ -9,10 +9,10 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::gait::{JointReference, JointTarget, Wave};
+use crate::gait::{Jet, JointReference, JointTarget, Wave, WaveJets, turned};
 
 use super::action::{ActionEntry, WAVE_PARAMETERS, entries};
-use super::channel::{Channel, Filter, Jet, Limits};
+use super::channel::{Channel, Filter, Limits};
 use super::config::ActionMode;
 use super::motion::wrap_angle;
 
@@ -133,7 +133,7 @@ impl ReferenceGenerator {
     pub fn elapse(&mut self) {
         let (filter, state) = (&self.filter, &mut self.state);
         let period = filter.period;
-        let turned = state.phase + state.frequency.integral(period, filter.decay(period), filter);
+        let turned = state.phase + state.frequency.integral(period, filter.period_decay(), filter);
         state.phase = wrap_angle(turned);
         state.instant += period;
         let channels = [&mut state.amplitude, &mut state.frequency, &mut state.phase_shift, &mut state.offset];
@@ -192,58 +192,43 @@ impl ReferenceGenerator {
 impl JointReference for ReferenceGenerator {
     fn target(&self, joint: usize, time: f64) -> JointTarget {
         let (wave, decay) = self.wave_at(time);
-        wave.at(joint, self.own(joint, time, decay))
+        bend_joint(&wave, joint, self.own(joint, time, decay))
     }
 
     fn targets(&self, time: f64, targets: &mut [JointTarget]) {
         let (wave, decay) = self.wave_at(time);
-        wave.joints(targets.iter_mut(), |joint| self.own(joint, time, decay));
+        bend_joints(&wave, targets.iter_mut(), |joint| self.own(joint, time, decay));
+    }
+
+    fn travelling_wave(&self, time: f64) -> Option<WaveJets> {
+        self.state.joints.is_empty().then(|| self.wave_at(time).0)
     }
 }
 
-/// The wave at one instant.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct WaveJets {
-    pub phase: f64,
-    pub amplitude: Jet,
-    pub frequency: Jet,
-    pub phase_shift: Jet,
-    pub offset: Jet,
+/// All joints with two evaluations of sine and cosine: the phase is turned from joint to joint. `own` is what a joint adds
+/// to the wave.
+pub(super) fn bend_joints<'a>(
+    wave: &WaveJets,
+    targets: impl Iterator<Item = &'a mut JointTarget>,
+    own: impl Fn(usize) -> Jet,
+) {
+    let (mut phase, phase_shift) = (wave.phase.sin_cos(), wave.phase_shift.value.sin_cos());
+    for (joint, target) in targets.enumerate() {
+        *target = bent(wave.joint(joint, phase), own(joint));
+        phase = turned(phase, phase_shift);
+    }
 }
 
-impl WaveJets {
-    /// One joint.
-    pub fn at(&self, joint: usize, own: Jet) -> JointTarget {
-        let (sin, cos) = (self.phase + joint as f64 * self.phase_shift.value).sin_cos();
-        self.joint(joint, sin, cos, own)
-    }
+/// One joint, which adds `own` to the wave.
+pub(super) fn bend_joint(wave: &WaveJets, joint: usize, own: Jet) -> JointTarget {
+    let phase = wave.phase + joint as f64 * wave.phase_shift.value;
+    bent(wave.joint(joint, phase.sin_cos()), own)
+}
 
-    /// All joints with two evaluations of sine and cosine: the phase is turned from joint to joint. `own` is what a
-    /// joint adds to the wave.
-    pub fn joints<'a>(&self, targets: impl Iterator<Item = &'a mut JointTarget>, own: impl Fn(usize) -> Jet) {
-        let (mut sin, mut cos) = self.phase.sin_cos();
-        let (sin_shift, cos_shift) = self.phase_shift.value.sin_cos();
-        for (joint, target) in targets.enumerate() {
-            *target = self.joint(joint, sin, cos, own(joint));
-            (sin, cos) = (sin * cos_shift + cos * sin_shift, cos * cos_shift - sin * sin_shift);
-        }
-    }
-
-    /// A sin(psi + i beta) + gamma + own, all parameters varying; `sin` and `cos` are those of psi + i beta.
-    fn joint(&self, joint: usize, sin: f64, cos: f64, own: Jet) -> JointTarget {
-        let i = joint as f64;
-        let turn = self.frequency.value + i * self.phase_shift.rate;
-        let turn_rate = self.frequency.rate + i * self.phase_shift.acceleration;
-        let (a, common) = (&self.amplitude, &self.offset);
-        let bend = a.value * (turn_rate * cos - turn * turn * sin);
-        JointTarget {
-            angle: a.value * sin + common.value + own.value,
-            rate: a.rate * sin + a.value * turn * cos + common.rate + own.rate,
-            acceleration: a.acceleration * sin
-                + 2.0 * a.rate * turn * cos
-                + bend
-                + common.acceleration
-                + own.acceleration,
-        }
+fn bent(wave: Jet, own: Jet) -> JointTarget {
+    JointTarget {
+        angle: wave.value + own.value,
+        rate: wave.rate + own.rate,
+        acceleration: wave.acceleration + own.acceleration,
     }
 }

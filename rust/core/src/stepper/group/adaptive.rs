@@ -80,7 +80,7 @@ impl Adaptive {
         let (lanes, c) = (lanes_of(&ALONE), GAMMA * h);
         group.load(plant, fleet, &ALONE);
         // How far stages end from their predictions is wanted without pegs, too.
-        group.work.in_field = true;
+        group.work.among_pegs = true;
         group.begin_first_stage();
         group.run_stage(plant, fleet, &ALONE, lanes, c, c);
         if group.closing[0] {

@@ -1,12 +1,12 @@
 //! Where the robots of a group touch pegs: found before a stage is solved, kept after it.
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 
 use crate::contact::{NearPair, link_peg_contact};
 use crate::math::Real;
 use crate::pegs::PegGrid;
-use crate::stepper::contacts::{Prediction, add_contacts};
-use crate::stepper::lanes::{Lanes, NO_LANES, active, read_vector};
+use crate::stepper::contacts::Prediction;
+use crate::stepper::lanes::{Lanes, active, mask, read_vector};
 use crate::stepper::stage_kernels::StageKernels;
 use crate::stepper::stage_work::StageWork;
 use crate::stepper::{Body, Driven, Plant};
@@ -19,13 +19,8 @@ pub(super) type Impulse = (usize, usize, Vector2<f64>);
 impl<T: StageKernels> Group<T> {
     /// Lanes whose stage ended so far from its prediction that gaps linearised there may be wrong, or
     /// contacts missed.
-    pub(super) fn surprised<D: Driven>(&self, fleet: &[D], members: &[usize], lanes: Lanes) -> Lanes {
-        let mut surprised = NO_LANES;
-        for (lane, member) in active(members, lanes) {
-            let has_pegs = !fleet[member].body().pegs.pegs().is_empty();
-            surprised[lane] = has_pegs && self.work.deviation.lane(lane) > MARGIN;
-        }
-        surprised
+    pub(super) fn surprised(&self, lanes: Lanes) -> Lanes {
+        std::array::from_fn(|lane| lanes[lane] && self.among_pegs[lane] && self.work.deviation.lane(lane) > MARGIN)
     }
 
     pub(super) fn find_contacts<D: Driven>(
@@ -36,50 +31,27 @@ impl<T: StageKernels> Group<T> {
         lanes: Lanes,
         elapsed: f64,
     ) {
-        let c = self.work.stage.coefficient;
-        let outlook = T::predict(&mut self.work, &self.start_pose);
-        self.work.stage.contacts.clear();
-        self.slots.clear();
-        self.work.contact_force.clear();
-        if !self.work.in_field {
-            return;
-        }
-        for (lane, member) in active(members, lanes) {
+        T::predict(&mut self.work, &self.start_pose, mask::<T>(lanes));
+        self.contacts.clear();
+        for (lane, member) in active(members, lanes).filter(|_| self.work.has_pegs) {
             let Body { pegs, warm_start, .. } = fleet[member].body_mut();
             if pegs.pegs().is_empty() {
                 continue;
             }
-            let lead = outlook.lead.lane(lane);
-            let mut margin = MARGIN.max(2.0 * c * outlook.fastest.lane(lane));
-            if lead > plant.smallest_radius() {
-                // Fast enough to pass a peg within the step.
-                margin = margin.max(lead);
+            let prediction = prediction(&self.work, &self.start_pose, plant, pegs, lane, elapsed);
+            let (near, &Prediction { lead, margin, .. }) = (&mut warm_start.near, &prediction);
+            if !near.covers(lead, margin) {
+                let poses = prediction.end.iter().map(|pose| read_vector(pose, lane));
+                near.rebuild(poses, &plant.robot.links, pegs, margin, lead);
             }
-            let StageWork { stage, base, predicted, heading, guess, .. } = &mut self.work;
-            if !warm_start.near.covers(lead, margin) {
-                let poses = predicted.iter().map(|pose| read_vector(pose, lane));
-                warm_start.near.rebuild(poses, &plant.robot.links, pegs, margin, lead);
+            self.among_pegs[lane] = !near.pairs().is_empty();
+            if self.among_pegs[lane] {
+                self.contacts.find(near, &prediction);
             }
-            let robot = &plant.robot;
-            let (start, end, twist) = (&self.start_pose, predicted, guess);
-            let prediction = Prediction { robot, pegs, lane, base, start, end, heading, twist, elapsed, lead, margin };
-            add_contacts(stage, &mut self.slots, &mut warm_start.near, &prediction);
         }
-        self.load_contact_forces(fleet, members, lanes);
-    }
-
-    fn load_contact_forces<D: Driven>(&mut self, fleet: &mut [D], members: &[usize], lanes: Lanes) {
-        self.work.contact_force.resize(self.slots.len(), T::zero());
-        for (lane, member) in active(members, lanes) {
-            let pairs = fleet[member].body_mut().warm_start.near.pairs_mut();
-            for (slot, force) in self.slots.iter().zip(&mut self.work.contact_force) {
-                if let Some(pair) = slot.pair(lane) {
-                    force.set_lane(lane, pairs[pair].force);
-                }
-            }
-            // A pair that takes no part has no force.
-            pairs.iter_mut().for_each(|pair| pair.force = 0.0);
-        }
+        let StageWork { stage, contact_force, among_pegs, .. } = &mut self.work;
+        *among_pegs = *among_pegs | mask::<T>(self.among_pegs);
+        self.contacts.lay_out(&mut stage.contacts, contact_force);
     }
 
     /// Keeps the forces of the `solved` lanes as the next first guess, and notes which contacts close.
@@ -89,20 +61,35 @@ impl<T: StageKernels> Group<T> {
             for (force, all) in warm_start.friction.iter_mut().zip(&self.work.friction_force) {
                 *force = Vector2::new(all.x.lane(lane), all.y.lane(lane));
             }
-            let pairs = warm_start.near.pairs_mut();
-            let contacts =
-                self.work.stage.contacts.iter().zip(&self.work.solution.contact).zip(&self.work.contact_force);
-            for (slot, ((contact, impulse), force)) in self.slots.iter().zip(contacts) {
-                if let Some(pair) = slot.pair(lane) {
-                    let pair = &mut pairs[pair];
-                    pair.force = force.lane(lane);
-                    self.closing[lane] |= !pair.closed && pair.force > 0.0;
-                    let direction = Vector2::new(contact.direction.x.lane(lane), contact.direction.y.lane(lane));
-                    self.impulses.push((lane, contact.link, direction * impulse.lane(lane)));
-                }
-            }
+        }
+        for found in self.contacts.in_lanes(solved) {
+            let pair = &mut fleet[members[found.lane]].body_mut().warm_start.near.pairs_mut()[found.pair];
+            pair.force = self.work.contact_force[found.slot].lane(found.lane);
+            self.closing[found.lane] |= !pair.closed && pair.force > 0.0;
+            let impulse = self.work.solution.contact[found.slot].lane(found.lane);
+            self.impulses.push((found.lane, found.link, found.direction.xy() * impulse));
         }
     }
+}
+
+/// The robot of a lane in the stage at hand.
+fn prediction<'a, T: Real>(
+    work: &'a StageWork<T>,
+    start: &'a [Vector3<T>],
+    plant: &'a Plant,
+    pegs: &'a PegGrid,
+    lane: usize,
+    elapsed: f64,
+) -> Prediction<'a, T> {
+    let StageWork { stage, base, predicted: end, heading, guess: twist, outlook, .. } = work;
+    let (lead, coefficient) = (outlook.lead.lane(lane), stage.coefficient);
+    let mut margin = MARGIN.max(2.0 * coefficient * outlook.fastest.lane(lane));
+    if lead > plant.smallest_radius() {
+        // Fast enough to pass a peg within the step.
+        margin = margin.max(lead);
+    }
+    let robot = &plant.robot;
+    Prediction { robot, pegs, lane, base, start, end, heading, twist, coefficient, elapsed, lead, margin }
 }
 
 /// Gap of a pair at the end of the step \[m\].
