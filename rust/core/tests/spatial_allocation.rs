@@ -9,8 +9,10 @@ mod requests;
 mod runs;
 
 use common::{table_7_5, thesis};
-use runs::{implicit, on_course, sidewinding, straight, undulation};
+use nalgebra::Vector2;
+use runs::{implicit, lying, on_course, sidewinding, straight, undulation};
 use snake_core::pegs::PegGrid;
+use snake_core::scene::SceneConfig;
 use snake_core::spatial_simulation::{SpatialFleet, SpatialScripted};
 
 use requests::REQUESTS;
@@ -31,6 +33,19 @@ fn a_step_asks_for_no_memory() {
     }
 }
 
+/// On rough ground many stages are left to the fallback.
+#[test]
+fn a_step_that_takes_the_fallback_asks_for_no_memory() {
+    let rough = SceneConfig { friction: [2.0, 2.0], ..table_7_5() };
+    let posture: Vec<_> = (0..10).map(|j| Vector2::new(0.4 * (f64::from(j) * 1.7).sin(), 0.0)).collect();
+    let mut simulation = lying(&rough, [5.0, 0.0, 0.3], &posture, &implicit(0.01, 2));
+    simulation.advance(0.05, &undulation());
+    let before = REQUESTS.get();
+    let report = simulation.advance(1.0, &undulation());
+    assert!(report.fallbacks > 10, "{report:?}");
+    assert_eq!(REQUESTS.get() - before, 0);
+}
+
 /// Robots side by side, of which all but one are among pegs; some steps are divided.
 #[test]
 fn a_step_of_a_fleet_asks_for_no_memory() {
@@ -40,13 +55,8 @@ fn a_step_of_a_fleet_asks_for_no_memory() {
     let mut robots: Vec<_> = (0..9)
         .map(|k| {
             let pegs = PegGrid::new(&table_7_5().obstacles[..k.min(7)]);
-            let mut robot = SpatialScripted::new(
-                &plant.robot,
-                pegs,
-                start.state().pose[0],
-                &[nalgebra::Vector2::zeros(); 10],
-                undulation(),
-            );
+            let mut robot =
+                SpatialScripted::new(&plant.robot, pegs, start.state().pose[0], &[Vector2::zeros(); 10], undulation());
             robot.body.state.copy_from(start.state());
             robot
         })

@@ -1,7 +1,10 @@
-//! What is done about a stage that Newton's method did not close: the strict variant of the method from afar, and, where
-//! the contacts contradict each other, a stage that can be closed.
+//! What is done about a stage that the lanes' Newton's method did not close: Newton's method on the coupled problem, from
+//! there and from soft contacts, the strict variant of the lanes' method from afar, and, where the contacts contradict
+//! each other, a stage that can be closed.
 
-use super::{Newton, Screw, Stage, StageLink, StageSolution, certify};
+use nalgebra::Vector2;
+
+use super::{CoulombNewton, Newton, Screw, Stage, StageLink, StageSolution, certify};
 
 /// How far the fallback came.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,55 +26,96 @@ pub struct Fallback {
 
 #[derive(Debug, Clone)]
 struct Attempt {
-    newton: Newton,
+    coulomb: CoulombNewton,
+    strict: Newton,
     trial: StageSolution,
 }
 
 impl Fallback {
     pub fn new(links: usize) -> Self {
-        let attempt = Attempt { newton: Newton::strict(links), trial: StageSolution::new(links) };
+        let attempt = Attempt {
+            coulomb: CoulombNewton::new(links),
+            strict: Newton::strict(links),
+            trial: StageSolution::new(links),
+        };
         Self { attempt, eased: Stage::with_capacity(links) }
     }
 
     /// Solves `stage` for velocities within about `tolerance` \[m/s\]. `solution` has the size of the stage and may hold
     /// what another solver left, or nothing of use, not even numbers. Returns the linear solves it took, too.
     pub fn solve_hard(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, Closing) {
-        let (solves, badness) = self.attempt.start_again(stage, solution, tolerance);
+        let (solves, badness) = self.attempt.close(stage, solution, tolerance);
         let can_ease = stage.pegs.iter().any(|peg| peg.offset < 0.0);
         if badness <= 1.0 || !can_ease {
             return (solves, if badness <= 1.0 { Closing::Closed } else { Closing::Open });
         }
         self.eased.copy_from(stage);
         self.eased.pegs.iter_mut().for_each(|peg| peg.offset = peg.offset.max(0.0));
-        let (more, badness) = self.attempt.start_again(&self.eased, solution, tolerance);
+        let (more, badness) = self.attempt.close(&self.eased, solution, tolerance);
         (solves + more, if badness <= 1.0 { Closing::Eased } else { Closing::Open })
     }
 }
 
 impl Attempt {
-    /// Solves strictly from free motion, to the tolerance and then to a hundredth of it; keeps the best solution in
-    /// `solution`. Returns the solves and the residual in admissible ones.
-    fn start_again(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, f64) {
+    /// Tries one method after the other and keeps the best solution in `solution`. Returns the solves and the residual in
+    /// admissible ones.
+    fn close(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, f64) {
+        let methods = [Self::from_here, Self::by_impulses, Self::from_soft_contacts, Self::strictly, Self::sharply];
         let mut best = badness(stage, solution, tolerance);
         let mut solves = 0;
-        for sharpness in [1.0, 0.01] {
-            if best <= 1.0 {
-                break;
-            }
+        for method in methods {
             self.trial.copy_from(solution);
-            for (i, link) in stage.links.iter().enumerate() {
-                self.trial.twist[i] = free_twist(link);
-                self.trial.normal[i] = [0.0; 2];
+            if best.is_infinite() {
+                self.start_afresh(stage);
             }
-            let outcome = self.newton.solve(stage, &mut self.trial, sharpness * tolerance, MAX_ITERATIONS, true);
-            solves += outcome.iterations as u32;
+            solves += method(self, stage, tolerance);
             let reached = badness(stage, &self.trial, tolerance);
             if reached < best {
                 best = reached;
                 solution.copy_from(&self.trial);
             }
+            if best <= 1.0 {
+                break;
+            }
         }
         (solves, best)
+    }
+
+    /// Newton's method on the coupled problem from what the lanes left.
+    fn from_here(&mut self, stage: &Stage, tolerance: f64) -> u32 {
+        self.coulomb.solve(stage, &mut self.trial, tolerance, 1.0).0
+    }
+
+    /// The same, where impulses say which contacts bear and stick.
+    fn by_impulses(&mut self, stage: &Stage, tolerance: f64) -> u32 {
+        self.coulomb.solve(stage, &mut self.trial, tolerance, LIGHT).0
+    }
+
+    fn from_soft_contacts(&mut self, stage: &Stage, tolerance: f64) -> u32 {
+        self.start_afresh(stage);
+        self.coulomb.harden(stage, &mut self.trial, tolerance).0
+    }
+
+    /// The lanes' method from free motion, radii moving only when the convex problem is solved.
+    fn strictly(&mut self, stage: &Stage, tolerance: f64) -> u32 {
+        self.start_afresh(stage);
+        self.strict.solve(stage, &mut self.trial, tolerance, MAX_ITERATIONS, true).iterations as u32
+    }
+
+    fn sharply(&mut self, stage: &Stage, tolerance: f64) -> u32 {
+        self.strictly(stage, 0.01 * tolerance)
+    }
+
+    /// Free motion without impulses.
+    fn start_afresh(&mut self, stage: &Stage) {
+        let StageSolution { twist, normal, friction, rolling, peg, .. } = &mut self.trial;
+        for (twist, link) in twist.iter_mut().zip(&stage.links) {
+            *twist = free_twist(link);
+        }
+        normal.fill([0.0; 2]);
+        friction.fill([Vector2::zeros(); 2]);
+        rolling.fill(Vector2::zeros());
+        peg.fill(0.0);
     }
 }
 
@@ -93,6 +137,9 @@ fn free_twist(link: &StageLink) -> Screw {
 
 /// Newton steps of one attempt.
 const MAX_ITERATIONS: u32 = 1000;
+
+/// Weight with which the coupled laws are asked the second time, in masses.
+const LIGHT: f64 = 1e-3;
 
 /// Largest residual of a closed stage, in tolerances: the solvers bound velocities in the norm of the energy, the
 /// judge looks at every link by itself.

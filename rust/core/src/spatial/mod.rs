@@ -15,6 +15,9 @@
 //! flat and unrolled. A positive yaw turns the next link anticlockwise seen from above, a positive pitch lowers it.
 
 mod certificate;
+mod coulomb_laws;
+mod coulomb_newton;
+mod coulomb_sweep;
 mod dynamics;
 mod fallback;
 mod ground;
@@ -37,6 +40,7 @@ mod step_residual;
 mod sweep;
 
 pub use certificate::{Certificate, certify};
+pub use coulomb_newton::CoulombNewton;
 pub use dynamics::{inertia, mass_diagonal, potential_energy, smooth_force};
 pub use fallback::{Closing, Fallback, SLACK};
 pub use ground::{End, GroundContact, ground_contact, ground_frame, ground_gap};

@@ -320,7 +320,7 @@ impl<T: Real> Newton<T> {
 /// Stiffness r of a contact over the mean mass of a link. The compliance lets a contact that bears a link's weight give
 /// way by g c / r, some 1e-6 m/s, which moving the multipliers undoes. A stiffer one takes more steps: where it sticks or
 /// slips is decided within a narrower range of velocities.
-const PENALTY: f64 = 1e5;
+pub(super) const PENALTY: f64 = 1e5;
 
 /// A step is damped if the slope at its end exceeds this times the descent at its start.
 const OVERSHOOT: f64 = 0.1;
