@@ -63,6 +63,11 @@ class Touch(NamedTuple):
     out: Array
 
 
+def gaps(middle: Array, along: Array, pegs: Array, link: Link) -> Array:
+    """The gaps of :func:`touch` alone (...) [m]."""
+    return _nearest(middle, along, pegs, link)[0] - pegs[2] - link.radius
+
+
 def touch(middle: Array, along: Array, pegs: Array, link: Link) -> Touch:
     """Where links and pegs come nearest; all arrays of the same number of dimensions.
 
@@ -72,12 +77,17 @@ def touch(middle: Array, along: Array, pegs: Array, link: Link) -> Touch:
         pegs: centre and radius (3, ...) [m].
         link: measures of the links.
     """
+    distance, x, y, reach = _nearest(middle, along, pegs, link)
+    out = np.stack([x, y]) / np.maximum(distance, 1e-9)
+    return Touch(distance - pegs[2] - link.radius, middle + reach * along, out)
+
+
+def _nearest(middle: Array, along: Array, pegs: Array, link: Link) -> tuple[Array, Array, Array, Array]:
+    """Distance (...) and way (x, y) from a peg's centre to the nearest point of a link, and where that is along it."""
     x, y = middle[0] - pegs[0], middle[1] - pegs[1]
     reach = np.clip(-(x * along[0] + y * along[1]), -link.half, link.half)
     x, y = x + reach * along[0], y + reach * along[1]
-    distance = np.maximum(np.sqrt(x * x + y * y), 1e-9)
-    point = np.stack([middle[0] + reach * along[0], middle[1] + reach * along[1]])
-    return Touch(distance - pegs[2] - link.radius, point, np.stack([x / distance, y / distance]))
+    return np.sqrt(x * x + y * y), x, y, reach
 
 
 def shifted(turns: Array, shift: Array, joints: int) -> Array:

@@ -34,7 +34,7 @@ class FollowTheLeader(HeadingGait):
         "slack": (0.03, 0.045),
         "grip": (5.0, 10.0),
         "straight": (1.0,),
-        "trust": (0.3, 0.7),
+        "trust": (0.2, 0.3, 0.45),
         "amplitude": (45 * DEGREE,),
         "omega": (140 * DEGREE,),
         "beta": (-32 * DEGREE,),

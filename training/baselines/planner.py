@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from training.baselines import grip
-from training.baselines.chain import Link, touch, unit
+from training.baselines.chain import Link, gaps, touch, unit
 from training.baselines.senses import Array
 
 DEPTH = 10
@@ -95,16 +95,21 @@ class Planner:
             direction: of each link (links, n) [rad].
             lateral: where the x axis lies to the left of the centre line (n,) [m].
         """
-        along = unit(direction)
-        push = self._push(middle.swapaxes(1, 2)[..., None], along.swapaxes(1, 2)[..., None])[0][..., 0].swapaxes(1, 2)
-        parts = middle, direction, grip.wrench(middle, along), push, *np.zeros((2, 0, len(lateral)))
-        beam = Beam(*(part[..., None] for part in parts), np.zeros((len(lateral), 1)))
+        beam = self._present(middle, direction)
         for _ in range(DEPTH):
             beam = self._longer(beam)
         x, y = beam.middle[:, 0]
         cost = beam.cost - x / self._link.length + self._wishes.straight[:, None] * (lateral[:, None] + y) ** 2
         rows, best = np.arange(len(cost)), cost.argmin(axis=1)
         return beam.turns[:, rows, best], beam.lack[:, rows, best]
+
+    def _present(self, middle: Array, direction: Array) -> Beam:
+        """The bodies as they lie, one track of no length each."""
+        along, robots = unit(direction), direction.shape[1]
+        push = self._push(middle.swapaxes(1, 2)[..., None], along.swapaxes(1, 2)[..., None])[0].swapaxes(1, 2)
+        slide = grip.wrench(middle, along)[..., None]
+        none = np.zeros((0, robots, 1))
+        return Beam(middle[..., None], direction[..., None], slide, push, none, none, np.zeros((robots, 1)))
 
     def _longer(self, beam: Beam) -> Beam:
         """The best tracks that are one piece longer."""
@@ -114,24 +119,20 @@ class Planner:
         middle = beam.middle[:, 0, ..., None] + 0.5 * self._link.length * (before + along)
         slide = grip.wrench(middle, along)
         push, gap = self._push(middle, along)
-        cost = beam.cost[..., None] + np.maximum(-CLEARANCE - gap, 0.0) / PRESSED
         lack = self._lack(beam, slide, push)
-        cost += np.maximum(np.abs(angle) - FORWARD, 0.0) / BACKWARD
-        cost += self._wishes.grip[:, None, None] * lack
+        astray = np.maximum(-CLEARANCE - gap, 0.0) / PRESSED + np.maximum(np.abs(angle) - FORWARD, 0.0) / BACKWARD
+        cost = beam.cost[..., None] + astray + self._wishes.grip[:, None, None] * lack
         ranked = (cost - middle[0] / self._link.length).reshape(len(cost), -1)
         kept = np.argsort(ranked, axis=1, kind="stable")[:, :BEAM]
         return _extended(beam, kept, Beam(middle, angle, slide, push, turn, lack, cost))
 
     def _push(self, middle: Array, along: Array) -> tuple[Array, Array]:
         """Wrenches by which the nearest pegs push pieces (3, ...), the less the wider the gap, and gaps (...) [m]."""
-        found = touch(middle[:, None], along[:, None], self._pegs[..., None, None], self._link)
-        nearest = found.gap.argmin(axis=0)[None]
-        gap, point, out = (
-            np.take_along_axis(array, nearest if array.ndim == 4 else nearest[None], axis=-4)[..., 0, :, :, :]
-            for array in found
-        )
-        share = np.clip(1.0 - gap / self._wishes.slack[:, None, None], 0.0, 1.0)
-        return share * grip.wrench(point, out), gap
+        gap = gaps(middle[:, None], along[:, None], self._pegs[..., None, None], self._link)
+        nearest, rows = gap.argmin(axis=0), np.arange(len(gap[0]))[:, None, None]
+        found = touch(middle, along, self._pegs[:, nearest, rows], self._link)
+        share = np.clip(1.0 - found.gap / self._wishes.slack[:, None, None], 0.0, 1.0)
+        return share * grip.wrench(found.point, found.out), found.gap
 
     def _lack(self, beam: Beam, slide: Array, push: Array) -> Array:
         """How far pegs cannot push bodies forward (n, b, levels) that are led by new pieces."""
