@@ -30,11 +30,11 @@ class FollowTheLeader(HeadingGait):
     mode = "joints"
     levels: ClassVar = {
         "speed": (0.2, 0.3),
-        "bend": (50 * DEGREE, 60 * DEGREE),
+        "bend": (50 * DEGREE,),
         "slack": (0.03, 0.045),
-        "grip": (5.0, 10.0),
+        "grip": (10.0,),
         "straight": (1.0,),
-        "trust": (0.2, 0.3, 0.45),
+        "trust": (0.2, 0.3),
         "amplitude": (45 * DEGREE,),
         "omega": (140 * DEGREE,),
         "beta": (-32 * DEGREE,),
