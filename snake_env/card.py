@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from snake_env._markdown import table
 from snake_env._task import Task
 from snake_env.registration import MAX_EPISODE_STEPS, TASKS
 
@@ -276,9 +277,7 @@ def _arguments(config: dict[str, Any]) -> str:
 
 
 def _table(head: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
-    lines = [tuple(head)]
-    lines += [("---",) * len(lines[0]), *(tuple(str(cell) for cell in row) for row in rows)]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
+    return table(head, rows) + "\n"
 
 
 def _number(value: float) -> str:

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from snake_env._markdown import table
 from training import bounds, figures, scores, seeds
 from training.policies import GaitParameters
 from training.rollout import Episodes
@@ -91,11 +92,8 @@ def section(task: BenchmarkTask, rows: dict[str, Row], played: dict[str, Episode
     """A task's table and picture."""
     shown = [one for one in SCORES if one.name in SHOWN]
     heads = ["policy", *(f"{one.name.replace('_', ' ')}{f' [{one.unit}]' if one.unit != '1' else ''}" for one in shown)]
-    lines = ["| " + " | ".join(heads) + " |", "| " + " | ".join(["---"] * len(heads)) + " |"]
-    for name, row in rows.items():
-        cells = [scores.cell(row[one.name], one.decimals) for one in shown]
-        lines.append("| " + " | ".join([name, *cells]) + " |")
-    text = f"{HEADING}{task.name}\n\n`{task.env_id}`, {task.about}.\n\n" + "\n".join(lines) + "\n"
+    lines = ([name, *(scores.cell(row[one.name], one.decimals) for one in shown)] for name, row in rows.items())
+    text = f"{HEADING}{task.name}\n\n`{task.env_id}`, {task.about}.\n\n{table(heads, lines)}\n"
     return text + _notes(rows, played) + f"\n![{task.name}]({picture.as_posix()})\n"
 
 

@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from snake_env import ConfigError
+from snake_env import ConfigError, _markdown
 from snake_env.registration import TASKS
 from snake_env.reproduce import drawing
 from training import seeds
@@ -73,11 +73,11 @@ def measure(options: dict[str, Any], difficulties: list[float], fields: int, num
 
 def table(curves: dict[str, Curve], difficulties: list[float]) -> str:
     """Success rates with their 95 % confidence intervals as Markdown."""
-    lines = ["| task | " + " | ".join(f"{d:g}" for d in difficulties) + " |", "| --- |" + " --- |" * len(difficulties)]
-    for name, curve in curves.items():
-        cells = [f"{one.value:.2f} ({one.low:.2f} to {one.high:.2f})" for one in curve]
-        lines.append(f"| {name} | " + " | ".join(cells) + " |")
-    return "\n".join(lines)
+    rows = {
+        name: [f"{one.value:.2f} ({one.low:.2f} to {one.high:.2f})" for one in curve] for name, curve in curves.items()
+    }
+    head = ["task", *(f"{difficulty:g}" for difficulty in difficulties)]
+    return _markdown.table(head, ([name, *cells] for name, cells in rows.items()))
 
 
 def draw(curves: dict[str, Curve], difficulties: list[float], path: Path) -> Path:

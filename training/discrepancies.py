@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 import snake_env
 from snake_env import Gait, Robot, Scene, Stribeck, Trajectory
-from training.bench.markdown import table
+from snake_env._markdown import table
 from training.cli import help_format
 
 SETTLED, DURATION, SAMPLE = 2.0, 6.5, 0.02

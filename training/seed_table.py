@@ -18,6 +18,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from snake_env import _markdown
 from training import ppo, rollout, seeds, sweep
 from training.cli import help_format, names
 from training.policies import Network
@@ -92,13 +93,14 @@ def text(tables: dict[str, Table]) -> str:
     """A Markdown table of the configurations, and a sentence for each but the first."""
     heads = ["configuration", *(f"{title}: mean (sd)" for title in SCORES.values())]
     heads += [f"{title}, seed by seed" for title in SCORES.values()]
-    lines = [heads, ["---"] * len(heads)]
+    lines = []
     for name, table in tables.items():
         means = ["{:.3f} ({:.3f})".format(*Spread.of(values)) for values in table.values()]
         lines.append([f"`{name}`", *means, *(", ".join(f"{one:.3f}" for one in values) for values in table.values())])
     first, *others = tables
-    rows = ["| " + " | ".join(line) + " |" for line in lines]
-    return "\n".join([*rows, "", *(against(tables[first], tables[other], first, other) for other in others)])
+    return "\n".join(
+        [_markdown.table(heads, lines), "", *(against(tables[first], tables[other], first, other) for other in others)]
+    )
 
 
 def against(table: Table, reference: Table, name: str, other: str) -> str:

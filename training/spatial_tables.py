@@ -21,7 +21,7 @@ import numpy as np
 
 import snake_env
 from snake_env import PD, Gait, Integrator, Scene, Start, Trajectory
-from training.bench.markdown import table
+from snake_env._markdown import table
 from training.cli import help_format
 
 DURATION = 5.0

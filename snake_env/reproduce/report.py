@@ -7,6 +7,7 @@ import json
 import textwrap
 from pathlib import Path
 
+from snake_env._markdown import table
 from snake_env.reproduce.findings import Finding
 
 HEADER = ("", "section", "finding", "thesis", "here")
@@ -26,9 +27,8 @@ def printed(findings: list[Finding]) -> str:
 
 def markdown(findings: list[Finding]) -> str:
     """A Markdown page."""
-    rows = [HEADER, ("---",) * len(HEADER), *(_cells(finding) for finding in findings)]
-    table = "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows)
-    return f"# Findings of the thesis\n\n{summary(findings)}\n\n{table}\n"
+    rows = ([cell.replace("|", "\\|") for cell in _cells(finding)] for finding in findings)
+    return f"# Findings of the thesis\n\n{summary(findings)}\n\n{table(HEADER, rows)}\n"
 
 
 def summary(findings: list[Finding]) -> str:

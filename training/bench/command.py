@@ -9,9 +9,9 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from snake_env._markdown import table
 from training import throughput
 from training.bench import figures, native, page
-from training.bench.markdown import table
 from training.bench.results import Record, Results
 from training.bench.targets import QUICKEST, all_targets
 from training.cli import help_format

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from snake_env._markdown import table
 from training.bench import curves, independent, texts
 from training.bench.curves import Point
-from training.bench.markdown import table
 from training.bench.results import Record, Results
 from training.bench.targets import describe
 

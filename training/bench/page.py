@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from snake_env._markdown import table
 from training.bench import comparison, texts
-from training.bench.markdown import table
 from training.bench.results import Record, Results
 from training.bench.targets import COMMAND, all_targets
 

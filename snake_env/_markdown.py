@@ -1,4 +1,4 @@
-"""Markdown."""
+"""Tables of the pages and reports that commands write."""
 
 from __future__ import annotations
 
