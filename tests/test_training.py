@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -15,6 +16,7 @@ import pytest
 pytest.importorskip("stable_baselines3")
 
 from training import (
+    benchmark_cells,
     compare_gaits,
     config,
     evaluate,
@@ -160,6 +162,15 @@ def test_evaluation_prints_a_table_and_writes_json(trained, tmp_path, capsys):
     speed = content["scores"]["thesis gait"]["speed"]
     assert speed["low"] <= speed["value"] <= speed["high"]
     assert [path for path in tmp_path.iterdir() if path.suffix in (".mp4", ".gif")]
+
+
+def test_policies_of_one_name_are_told_apart_by_their_paths(tmp_path):
+    paths = [tmp_path / folder / "seed-0" / "policy.safetensors" for folder in ("one", "two")]
+    for path in paths:
+        path.parent.mkdir(parents=True)
+        shutil.copy(benchmark_cells.ROOT / "pretrained/field-hard.safetensors", path)
+    assert [policy.name for policy in evaluate.load_models(paths)] == [str(path) for path in paths]
+    assert [policy.name for policy in evaluate.load_models(paths[:1])] == ["seed-0"]
 
 
 def test_evaluation_repeats_itself_whatever_the_threads():

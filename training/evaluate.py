@@ -66,7 +66,7 @@ def evaluate(args: argparse.Namespace) -> int:
     """Plays all policies, prints and writes what came out."""
     args.env, args.options = task(args.env, args.options, args.policy)
     policies: list[Policy] = [gait_policy(gait, args.env) for gait in args.gait or [GaitParameters()]]
-    policies += [load_model(path) for path in args.policy]
+    policies += load_models(args.policy)
     rows, played = {}, {}
     for policy in policies:
         played[policy.name] = run_episodes(
@@ -115,6 +115,12 @@ def load_model(path: Path, name: str | None = None) -> Policy:
     if path.suffix == ".safetensors":
         return Network(path, name)
     return Model(path, name or title(path), _origin(path)[1])
+
+
+def load_models(paths: list[Path]) -> list[Policy]:
+    """Trained policies; those that would have one name are named by their paths."""
+    titles = [title(path) for path in paths]
+    return [load_model(path, str(path) if titles.count(title(path)) > 1 else None) for path in paths]
 
 
 def report(rows: dict[str, scores.Row], played: dict[str, Episodes], out: Path, what: dict[str, Any]) -> None:
