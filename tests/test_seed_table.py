@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("torch")
 
-from training import config, ppo, run_folder, seed_table, sweep
+from training import benchmark, config, ppo, run_folder, seed_table, seeds, sweep
 
 SMOKE = {
     "env_id": "SnakeFree-v0",
@@ -45,9 +45,10 @@ def test_equal_runs_do_not_differ_and_unfinished_ones_do_not_count(swept, tmp_pa
 
 def test_a_score_is_that_of_the_seeds_own_policy(swept, tmp_path):
     """A seed keeps its score when the other one is gone."""
-    both = seed_table.judge(seed_table.finished(swept / "two"), 3, 1)
-    shutil.copytree(swept / "two" / "seed-1", tmp_path / "seed-1")
-    alone = seed_table.judge(seed_table.finished(tmp_path), 3, 1)
+    bench = benchmark.Benchmark(tmp_path / "cells", seeds.held_out(3), 1)
+    both = seed_table.judge(seed_table.finished(swept / "two"), bench)
+    shutil.copytree(swept / "two" / "seed-1", tmp_path / "alone" / "seed-1")
+    alone = seed_table.judge(seed_table.finished(tmp_path / "alone"), bench)
     assert both["speed [m/s]"][1:] == alone["speed [m/s]"]
     assert both["speed [m/s]"][0] != both["speed [m/s]"][1]
 

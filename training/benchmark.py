@@ -103,11 +103,12 @@ class Benchmark:
         for number, (task, entry) in enumerate(pairs, 1):
             start = time.monotonic()
             print(f"[{number}/{len(pairs)}] {task.name}, {entry.name}: ", end="", flush=True)
-            episodes = self._cell(task, entry)
+            episodes = self.cell(task, entry)
             self.played.setdefault(task.name, {})[entry.name] = episodes
             print(f"success {episodes['is_success'].mean():.3f} ({time.monotonic() - start:.1f} s)", flush=True)
 
-    def _cell(self, task: BenchmarkTask, entry: Entry) -> Episodes:
+    def cell(self, task: BenchmarkTask, entry: Entry) -> Episodes:
+        """Episodes of a policy in a task."""
         path = benchmark_cells.path(self.out, task, entry, self.fields)
         if not path.exists():
             benchmark_cells.write(path, benchmark_cells.play(task, entry, self.fields, self.num_threads))

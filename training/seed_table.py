@@ -3,7 +3,8 @@
     python -m training.sweep --configs field-hard-mirrored,field-hard-mirrored-blind --seeds 5 --out runs/sweep
     python -m training.seed_table --sweep runs/sweep --configs field-hard-mirrored,field-hard-mirrored-blind
 
-Plays the policy that each finished seed left, on held-out fields of its own task, the same for all. Prints Markdown:
+Plays the policy that each finished seed left, on held-out fields of its own task, the same for all, and keeps what was
+played under ``cells/``: after Ctrl-C, or with more seeds, the same command goes on. Prints Markdown:
 mean and sample standard deviation over the seeds, and each seed's score; and of the first configuration against each
 other one the mean difference between equal seeds, with Student's 95 % interval over the seeds. Writes
 ``seed-table.json`` and, with matplotlib, ``learning-curves.png``: median and range over the seeds.
@@ -19,10 +20,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 from snake_env import _markdown
-from training import ppo, rollout, seeds, sweep
+from training import benchmark_cells, ppo, seeds, sweep
+from training.benchmark import Benchmark
 from training.cli import help_format, names
-from training.policies import Network
 from training.run_folder import RunFolder, versions, write_json
+from training.tasks import BenchmarkTask
 
 FIELDS = 500
 SCORES = {"is_success": "success", "speed": "speed [m/s]"}
@@ -64,7 +66,8 @@ def main(arguments: list[str] | None = None) -> int:
     for name, found in folders.items():
         if not found:
             cli.error(f"--configs {name}: expected finished runs in {args.sweep / name}/seed-<k>")
-    tables = {name: judge(found, args.fields, args.num_threads) for name, found in folders.items()}
+    bench = Benchmark(args.out, seeds.held_out(args.fields), args.num_threads)
+    tables = {name: judge(found, bench) for name, found in folders.items()}
     print(text(tables))
     args.out.mkdir(parents=True, exist_ok=True)
     write_json(args.out / "seed-table.json", {"fields": args.fields, "versions": versions(), "scores": tables})
@@ -79,13 +82,13 @@ def finished(path: Path) -> list[RunFolder]:
     return [folder for folder in found if folder.finished]
 
 
-def judge(folders: list[RunFolder], fields: int, num_threads: int | None) -> Table:
-    """Plays each run's policy on held-out fields of the run's task."""
-    config = folders[0].config()
-    played = [
-        rollout.run_episodes(Network(folder.model), config.env_id, seeds.held_out(fields), num_threads, **config.env)
-        for folder in folders
-    ]
+def judge(folders: list[RunFolder], bench: Benchmark) -> Table:
+    """Plays each run's policy on the benchmark's fields of the run's task; what has been played is kept."""
+    played = []
+    for folder in folders:
+        config = folder.config()
+        task = BenchmarkTask(folder.path.parent.name, config.env_id, config.env, config.about)
+        played.append(bench.cell(task, benchmark_cells.trained(folder.path.name, folder.model, None)))
     return {title: [float(episodes[name].mean()) for episodes in played] for name, title in SCORES.items()}
 
 
