@@ -13,7 +13,7 @@ train: build
 test: test-rust test-python
 
 test-rust:
-	cargo test --quiet --package snake-core --package snake-bench
+	cargo test --quiet --package snake-core --package snake-bench --package snake-stress
 
 test-python: build
 	$(BIN)/python -m pytest $(PYTEST)

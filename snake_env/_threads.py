@@ -16,10 +16,10 @@ def resolve(num_threads: int | None, num_envs: int) -> int:
     variable = os.environ.get("SNAKE_ENV_NUM_THREADS")
     if variable:
         return integer("SNAKE_ENV_NUM_THREADS", int(variable) if variable.isdecimal() else variable, 1)
-    return min(_cores(), -(-num_envs // ENVS_PER_THREAD))
+    return min(cores(), -(-num_envs // ENVS_PER_THREAD))
 
 
-def _cores() -> int:
+def cores() -> int:
     """Cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))

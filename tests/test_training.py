@@ -307,4 +307,5 @@ def test_scores_say_nothing_of_times_where_no_goal_was_reached():
 def test_no_figure_needs_a_display():
     code = "import training.figures, snake_env.reproduce.figures, matplotlib; print(matplotlib.get_backend())"
     environment = {name: value for name, value in os.environ.items() if name != "DISPLAY"}
-    subprocess.run([sys.executable, "-c", code], check=True, env=environment)
+    done = subprocess.run([sys.executable, "-c", code], check=True, env=environment, capture_output=True, text=True)
+    assert done.stdout.strip().lower() == "agg"

@@ -379,7 +379,7 @@ def test_num_threads_follows_argument_then_variable_then_cores(monkeypatch):
     with pytest.raises(ConfigError, match="SNAKE_ENV_NUM_THREADS = 'many'"):
         SnakeVectorEnv(64)
     monkeypatch.delenv("SNAKE_ENV_NUM_THREADS")
-    monkeypatch.setattr("snake_env._threads._cores", lambda: 4)
+    monkeypatch.setattr("snake_env._threads.cores", lambda: 4)
     assert [SnakeVectorEnv(n).num_threads for n in (1, 8, 9, 17, 1000)] == [1, 1, 2, 3, 4]
 
 

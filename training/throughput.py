@@ -11,7 +11,6 @@ least. The interface is the whole of ``step`` around the physics, timed with the
 from __future__ import annotations
 
 import argparse
-import os
 import statistics
 import sys
 import time
@@ -22,6 +21,7 @@ from typing import Any
 import numpy as np
 
 import snake_env.sb3
+from snake_env._threads import cores
 from training.cli import answer, help_format, numbers
 from training.rollout import make_env
 from training.run_folder import versions, write_json
@@ -46,19 +46,18 @@ def main(arguments: list[str] | None = None) -> int:
 
 def measure(args: argparse.Namespace) -> int:
     """Measures, prints and writes the rates."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     cases = [Case(args.env, int(n), int(threads)) for n in args.batches for threads in args.threads]
     for _ in range(args.repetitions):
         for case in cases:
             case.repeat(args.seconds)
     rows = [case.row() for case in cases]
-    print(f"{args.env}, {cores} cores\n{_table(rows)}\n")
+    print(f"{args.env}, {cores()} cores\n{_table(rows)}\n")
     overheads = [overhead(args.env, int(n), args.repetitions) for n in args.batches]
     print(f"interface without physics\n{_table(overheads)}")
     args.out.parent.mkdir(parents=True, exist_ok=True)
     content = {
         "env": args.env,
-        "cores": cores,
+        "cores": cores(),
         "versions": versions(),
         "stepping": rows,
         "interface": overheads,

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from training.baselines.senses import Array, Senses
 from training.policies import DEGREE
 
-WAVE = ("amplitude", "omega", "beta")
-
 AMPLITUDES = tuple(a * DEGREE for a in (25, 35, 45, 55, 65))
 OMEGAS = tuple(omega * DEGREE for omega in (80, 110, 140, 170, 200))
 BETAS = tuple(beta * DEGREE for beta in (-65, -50, -40, -32, -25))
