@@ -47,13 +47,16 @@ pub fn certify<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Certif
         let link = &stage.links[contact.link];
         judge_contact(contact, link, &solution.twist[contact.link], impulse, &mut certificate);
     }
+    let mut squared_joint = zero;
     for (j, joint) in stage.joints.iter().enumerate() {
         let rate = solution.twist[j + 1].z - solution.twist[j].z;
         judge_drive(joint, &stage.links[j], rate, solution.drive[j], &mut certificate);
         let near = end_velocity(&stage.links[j], &solution.twist[j], T::splat(1.0));
         let far = end_velocity(&stage.links[j + 1], &solution.twist[j + 1], T::splat(-1.0));
-        certificate.joint = worse(certificate.joint, norm(near.x - far.x, near.y - far.y));
+        let (x, y) = (near.x - far.x, near.y - far.y);
+        squared_joint = worse(squared_joint, x * x + y * y);
     }
+    certificate.joint = squared_joint.sqrt();
     judge_balance(stage, solution, &mut certificate);
     certificate
 }
@@ -70,13 +73,15 @@ fn judge_friction<T: Real>(
     let (a, zero, one) = (link.friction, T::zero(), T::splat(1.0));
     let slip = link.heading.to_link(u.xy());
     let scaled = Vector2::new(a.x * slip.x, a.y * slip.y);
-    let p = Vector2::new(ratio(impulse.x, a.x), ratio(impulse.y, a.y));
-    let largest = a.x.max(a.y);
-    let rate = T::select(zero.lt(largest), link.mass / (largest * largest), zero);
+    let inverse = Vector2::new(ratio(one, a.x), ratio(one, a.y));
+    let p = Vector2::new(impulse.x * inverse.x, impulse.y * inverse.y);
+    let x_is_largest = a.y.le(a.x);
+    let (largest, inverse) = (T::select(x_is_largest, a.x, a.y), T::select(x_is_largest, inverse.x, inverse.y));
+    let rate = link.mass * inverse * inverse;
     let x = Vector2::new(p.x - rate * scaled.x, p.y - rate * scaled.y);
     let shrink = one / norm(x.x, x.y).max(one);
     let violation = norm(p.x - x.x * shrink, p.y - x.y * shrink) * largest;
-    let outside = norm(impulse.x - p.x * a.x, impulse.y - p.y * a.y);
+    let outside = (impulse.x - p.x * a.x).abs() + (impulse.y - p.y * a.y).abs();
     certificate.law = worse(certificate.law, (violation + outside) / link.mass);
     let gap = norm(scaled.x, scaled.y) + impulse.x * slip.x + impulse.y * slip.y;
     certificate.gap += worse(zero, gap);
@@ -143,8 +148,9 @@ fn judge_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certifi
         let lateral = link.heading.lateral();
         let pull = lateral.x * (from_before.x + to_next.x) + lateral.y * (from_before.y + to_next.y);
         let moment = applied.z - link.half_length * pull - link.inertia * (u.z - reference.z);
-        certificate.balance = worse(certificate.balance, moment.abs() / link.inertia * link.half_length);
-        certificate.gap += half * moment * moment / link.inertia;
+        let turn = moment / link.inertia;
+        certificate.balance = worse(certificate.balance, turn.abs() * link.half_length);
+        certificate.gap += half * moment * turn;
         if i == last {
             certificate.balance = worse(certificate.balance, norm(left.x, left.y) / link.mass);
             certificate.gap += half * (left.x * left.x + left.y * left.y) / link.mass;
