@@ -4,10 +4,20 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::math::{Mask, Real};
 
-use super::proximal::{ContactTerm, DriveTerm, FrictionTerm, Stiffness, horizontal, select};
+use super::friction_term::{FrictionLaw, FrictionTerm, Stiffness};
+use super::proximal::{ContactTerm, DriveTerm, horizontal};
 use super::screw::{Screw, cross, difference, scaled, sum};
 use super::sweep::{Quadratic, Segment, Symmetric};
 use super::{Stage, StageFriction, StageLink, StageSolution};
+
+/// What all contacts with the ground share.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct GroundLaws<T> {
+    /// Stiffness r of all contacts.
+    pub penalty: T,
+    pub sliding: FrictionLaw<T>,
+    pub rolling: FrictionLaw<T>,
+}
 
 /// Contact of one end sphere with the ground.
 #[derive(Debug, Clone, Copy)]
@@ -65,16 +75,24 @@ impl<T: Real> Ray<T> {
     }
 }
 
+impl<T: Real> GroundLaws<T> {
+    #[inline(always)]
+    pub fn new(mu: &StageFriction<T>, penalty: T) -> Self {
+        let rolling = Vector2::new(mu.rolling, mu.rolling);
+        Self { penalty, sliding: FrictionLaw::new(mu.sliding, penalty), rolling: FrictionLaw::new(rolling, penalty) }
+    }
+}
+
 impl<T: Real> GroundTerm<T> {
     /// The laws at end `end` of link `i` with the friction radius of the starting impulses in `solution`.
     #[inline(always)]
-    pub fn new(stage: &Stage<T>, solution: &StageSolution<T>, i: usize, end: usize, penalty: T) -> Self {
+    pub fn new(stage: &Stage<T>, solution: &StageSolution<T>, i: usize, end: usize, laws: &GroundLaws<T>) -> Self {
         let (link, impulse) = (&stage.links[i], solution.normal[i][end]);
-        let radii = bounds(&stage.friction, impulse);
+        let radius = laws.sliding.radius(impulse);
         Self {
             arm: link.ground_arm(end),
-            normal: ContactTerm::new(link.ground[end], penalty, impulse),
-            friction: FrictionTerm::new(radii, penalty, &solution.friction[i][end]),
+            normal: ContactTerm::new(link.ground[end], laws.penalty, impulse),
+            friction: FrictionTerm::new(&laws.sliding, radius, &solution.friction[i][end]),
         }
     }
 
@@ -87,8 +105,15 @@ impl<T: Real> GroundTerm<T> {
 
     /// Adds gradient and Hessian of both laws at the velocities they were last asked at.
     #[inline(always)]
-    fn add_to(&self, model: &mut Quadratic<T>, tangent: &Vector2<T>, normal: T, stick: &Stiffness<T>) {
-        let force = out_of_frame(tangent, &self.friction.value);
+    fn add_to(
+        &self,
+        model: &mut Quadratic<T>,
+        tangent: &Vector2<T>,
+        law: &FrictionLaw<T>,
+        normal: T,
+        stick: &Stiffness<T>,
+    ) {
+        let force = out_of_frame(tangent, &self.friction.impulse(law));
         let (fx, fy, fz) = (force.x, force.y, self.normal.value);
         let r = &self.arm;
         let gradient = &mut model.gradient;
@@ -134,49 +159,47 @@ impl<T: Real> LinkTerm<T> {
     /// friction laws first take the radii that belong to the normal impulses. Returns how far the radii are from those,
     /// as a velocity.
     #[inline(always)]
-    pub fn respond_to_ground(&mut self, model: &mut Quadratic<T>, mu: &StageFriction<T>, coupled: T::Mask) -> T {
+    pub fn respond_to_ground(&mut self, model: &mut Quadratic<T>, laws: &GroundLaws<T>, coupled: T::Mask) -> T {
         let (twist, tangent) = (self.twist, self.link.tangent);
         let mut error = T::zero();
         let mut load = T::zero();
         for end in &mut self.ends {
             let (slip, closing) = end.velocity(&twist, &tangent);
             let normal = end.normal.respond(closing);
-            let wanted = bounds(mu, end.normal.value);
-            let held = end.friction.axes;
-            let touches = T::zero().lt(normal) | T::zero().lt(held.x.max(held.y));
+            let wanted = laws.sliding.radius(end.normal.value);
+            let held = end.friction.radius;
+            let touches = T::zero().lt(normal) | T::zero().lt(held);
             if !touches.any() {
                 // A sphere in the air: its laws have nothing to say.
-                end.friction.value = Vector2::new(T::zero(), T::zero());
+                end.friction.vanish();
                 continue;
             }
-            error = error.max(distance(&wanted, &held));
-            end.friction.resize(select(coupled, &wanted, &held));
-            let stick = end.friction.respond(&slip);
-            end.add_to(model, &tangent, normal, &stick);
+            error = error.max((wanted - held).abs());
+            end.friction.radius = T::select(coupled, wanted, held);
+            let stick = end.friction.respond(&laws.sliding, &slip);
+            end.add_to(model, &tangent, &laws.sliding, normal, &stick);
             load += end.normal.value;
         }
-        let radius = mu.rolling * load;
-        error = error.max((radius - self.rolling.axes.x).abs());
-        let radius = T::select(coupled, radius, self.rolling.axes.x);
-        self.rolling.resize(Vector2::new(radius, radius));
-        self.respond_to_rolling(model);
+        let (wanted, held) = (laws.rolling.radius(load), self.rolling.radius);
+        error = error.max((wanted - held).abs());
+        self.rolling.radius = T::select(coupled, wanted, held);
+        self.respond_to_rolling(model, &laws.rolling);
         error * self.inverse_mass
     }
 
     /// How far the laws' centres are from the impulses at most, squared \[N^2 s^2\].
     #[inline(always)]
-    pub fn squared_error(&self) -> T {
+    pub fn squared_error(&self, laws: &GroundLaws<T>) -> T {
         let [front, rear] = &self.ends;
         let normal = front.normal.squared_error().max(rear.normal.squared_error());
-        let friction = front.friction.squared_error().max(rear.friction.squared_error());
-        normal.max(friction).max(self.rolling.squared_error())
+        let friction = front.friction.squared_error(&laws.sliding).max(rear.friction.squared_error(&laws.sliding));
+        normal.max(friction).max(self.rolling.squared_error(&laws.rolling))
     }
 
     /// Largest radius of the ends' friction, over the mass \[m/s\].
     #[inline(always)]
     pub fn largest_radius(&self) -> T {
-        let (front, rear) = (self.ends[0].friction.axes, self.ends[1].friction.axes);
-        front.x.max(front.y).max(rear.x.max(rear.y)) * self.inverse_mass
+        self.ends[0].friction.radius.max(self.ends[1].friction.radius) * self.inverse_mass
     }
 
     /// All friction laws.
@@ -188,26 +211,26 @@ impl<T: Real> LinkTerm<T> {
 
     /// Friction radii that belong to the normal impulses at hand.
     #[inline(always)]
-    pub fn take_radii(&mut self, mu: &StageFriction<T>) {
+    pub fn take_radii(&mut self, laws: &GroundLaws<T>) {
         for end in &mut self.ends {
-            end.friction.resize(bounds(mu, end.normal.value));
+            end.friction.radius = laws.sliding.radius(end.normal.value);
         }
-        let radius = mu.rolling * (self.ends[0].normal.value + self.ends[1].normal.value);
-        self.rolling.resize(Vector2::new(radius, radius));
+        self.rolling.radius = laws.rolling.radius(self.ends[0].normal.value + self.ends[1].normal.value);
     }
 
     /// Rolling friction of both ends (T 4.86), as a function of L_SC (omega_x, omega_y): a disc may be turned.
     #[inline(always)]
-    fn respond_to_rolling(&mut self, model: &mut Quadratic<T>) {
+    fn respond_to_rolling(&mut self, model: &mut Quadratic<T>, law: &FrictionLaw<T>) {
         let arm = self.link.radius;
-        let stiffness = self.rolling.respond(&rolling_velocity(&self.link, &self.twist));
+        let stiffness = self.rolling.respond(law, &rolling_velocity(&self.link, &self.twist));
         let squared = arm * arm;
         model.angular.xx += squared * stiffness.xx;
         model.angular.xy += squared * stiffness.xy;
         model.angular.yy += squared * stiffness.yy;
         let gradient = &mut model.gradient.angular;
-        gradient.x -= arm * self.rolling.value.x;
-        gradient.y -= arm * self.rolling.value.y;
+        let impulse = self.rolling.impulse(law);
+        gradient.x -= arm * impulse.x;
+        gradient.y -= arm * impulse.y;
     }
 
     /// What the line search asks of the step at hand.
@@ -237,17 +260,6 @@ impl<T: Real> LinkTerm<T> {
 #[inline(always)]
 fn rolling_velocity<T: Real>(link: &StageLink<T>, x: &Screw<T>) -> Vector2<T> {
     Vector2::new(link.radius * x.angular.x, link.radius * x.angular.y)
-}
-
-/// Semi-axes of the friction ellipse under a normal impulse (T 4.84).
-#[inline(always)]
-fn bounds<T: Real>(mu: &StageFriction<T>, normal: T) -> Vector2<T> {
-    Vector2::new(mu.sliding.x * normal, mu.sliding.y * normal)
-}
-
-#[inline(always)]
-fn distance<T: Real>(a: &Vector2<T>, b: &Vector2<T>) -> T {
-    (a.x - b.x).abs().max((a.y - b.y).abs())
 }
 
 /// Components along and across `tangent`.

@@ -20,6 +20,7 @@ mod coulomb_newton;
 mod coulomb_sweep;
 mod dynamics;
 mod fallback;
+mod friction_term;
 mod ground;
 mod joint;
 mod kinematics;

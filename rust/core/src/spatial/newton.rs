@@ -21,9 +21,10 @@ use nalgebra::Vector2;
 use crate::contact::Outcome;
 use crate::math::{Mask, Real};
 
-use super::link_term::{GroundTerm, LinkTerm, Ray};
+use super::friction_term::FrictionTerm;
+use super::link_term::{GroundLaws, GroundTerm, LinkTerm, Ray};
 use super::progress::{Assembly, Corrections, Progress};
-use super::proximal::{DriveTerm, FrictionTerm, PegTerm};
+use super::proximal::{DriveTerm, PegTerm};
 use super::screw::{Screw, difference, inner, sum};
 use super::sweep::{Quadratic, Segment};
 use super::{Stage, StageFriction, StageSolution};
@@ -33,13 +34,11 @@ use super::{Stage, StageFriction, StageSolution};
 pub struct Newton<T: Real = f64> {
     pub(super) links: Vec<LinkTerm<T>>,
     pub(super) pegs: Vec<PegTerm<T>>,
-    friction: StageFriction<T>,
+    pub(super) laws: GroundLaws<T>,
     /// Step of link 1's twist.
     head: Screw<T>,
     /// Mass of the lightest link.
     lightest: T,
-    /// Stiffness r of all contacts.
-    penalty: T,
     /// Whether friction radii may follow the normal impulses before the convex problem is solved.
     patient: bool,
 }
@@ -60,10 +59,9 @@ impl<T: Real> Newton<T> {
         Self {
             links: Vec::with_capacity(links),
             pegs: Vec::with_capacity(4 * links),
-            friction: StageFriction { sliding: Vector2::new(zero, zero), rolling: zero },
+            laws: GroundLaws::new(&StageFriction { sliding: Vector2::new(zero, zero), rolling: zero }, zero),
             head: Screw::zero(),
             lightest: zero,
-            penalty: zero,
             patient,
         }
     }
@@ -115,7 +113,6 @@ impl<T: Real> Newton<T> {
     /// Laws with the friction radii of the warm start, and twists that satisfy the joints.
     #[inline(always)]
     fn warm_up(&mut self, stage: &Stage<T>, solution: &StageSolution<T>) {
-        self.friction = stage.friction;
         self.lightest = stage.links[0].mass;
         self.links.clear();
         let mut total = T::zero();
@@ -124,9 +121,9 @@ impl<T: Real> Newton<T> {
             total += link.mass;
         }
         let penalty = T::splat(PENALTY / stage.links.len() as f64) * total;
-        self.penalty = penalty;
+        self.laws = GroundLaws::new(&stage.friction, penalty);
         for i in 0..stage.links.len() {
-            let term = self.link_term(stage, solution, i, penalty);
+            let term = self.link_term(stage, solution, i);
             self.links.push(term);
         }
         self.pegs.clear();
@@ -136,7 +133,7 @@ impl<T: Real> Newton<T> {
     }
 
     #[inline(always)]
-    fn link_term(&self, stage: &Stage<T>, solution: &StageSolution<T>, i: usize, penalty: T) -> LinkTerm<T> {
+    fn link_term(&self, stage: &Stage<T>, solution: &StageSolution<T>, i: usize) -> LinkTerm<T> {
         let (zero, link) = (T::zero(), &stage.links[i]);
         let before = if i > 0 { &stage.links[i - 1] } else { link };
         let hinge = [link.hinge(&before.axes[1]), link.hinge(&link.axes[0])];
@@ -153,15 +150,14 @@ impl<T: Real> Newton<T> {
             }
             None => (solution.twist[0], [zero; 2], [DriveTerm::none(); 2]),
         };
-        let mu = &stage.friction;
+        let laws = &self.laws;
         let [front, rear] = solution.normal[i];
-        let radius = mu.rolling * (front + rear);
         LinkTerm {
             segment,
             link: *link,
             inverse_mass: T::splat(1.0) / link.mass,
-            ends: [GroundTerm::new(stage, solution, i, 0, penalty), GroundTerm::new(stage, solution, i, 1, penalty)],
-            rolling: FrictionTerm::new(Vector2::new(radius, radius), penalty, &solution.rolling[i]),
+            ends: [GroundTerm::new(stage, solution, i, 0, laws), GroundTerm::new(stage, solution, i, 1, laws)],
+            rolling: FrictionTerm::new(&laws.rolling, laws.rolling.radius(front + rear), &solution.rolling[i]),
             drives,
             start: twist,
             step: Screw::zero(),
@@ -211,8 +207,8 @@ impl<T: Real> Newton<T> {
         for (i, link) in self.links.iter_mut().enumerate().rev() {
             link.go(fraction, moving);
             let mut own = link.inertia_model();
-            radius_error = radius_error.max(link.respond_to_ground(&mut own, &self.friction, coupled));
-            squared_error = squared_error.max(link.squared_error());
+            radius_error = radius_error.max(link.respond_to_ground(&mut own, &self.laws, coupled));
+            squared_error = squared_error.max(link.squared_error(&self.laws));
             largest_radius = largest_radius.max(link.largest_radius());
             squared_speed = squared_speed.max(inner(&link.twist.linear, &link.twist.linear));
             while let Some(peg) = pegs.next_if(|peg| peg.link == i) {
@@ -237,7 +233,7 @@ impl<T: Real> Newton<T> {
             radius_error,
             largest_radius,
             fastest: squared_speed.sqrt(),
-            multiplier_error: squared_error.sqrt() / self.penalty,
+            multiplier_error: squared_error.sqrt() / self.laws.penalty,
         }
     }
 
@@ -277,7 +273,7 @@ impl<T: Real> Newton<T> {
             for friction in link.frictions() {
                 friction.remember();
             }
-            link.take_radii(&self.friction);
+            link.take_radii(&self.laws);
             for friction in link.frictions() {
                 friction.move_part_way(fraction, lanes);
             }
@@ -303,9 +299,12 @@ impl<T: Real> Newton<T> {
         for (i, link) in self.links.iter().enumerate() {
             solution.twist[i] = link.twist;
             solution.normal[i] = [link.ends[0].normal.value, link.ends[1].normal.value];
-            solution.friction[i] = [link.ends[0].friction.value, link.ends[1].friction.value];
+            let [front, rear] = &link.ends;
+            let law = &self.laws.sliding;
+            solution.friction[i] = [front.friction.impulse(law), rear.friction.impulse(law)];
             // The law was asked for (omega_x, omega_y), the rolling velocity is (-omega_y, omega_x).
-            solution.rolling[i] = Vector2::new(-link.rolling.value.y, link.rolling.value.x);
+            let rolling = link.rolling.impulse(&self.laws.rolling);
+            solution.rolling[i] = Vector2::new(-rolling.y, rolling.x);
             if i > 0 {
                 solution.rate[i - 1] = link.rates;
                 solution.drive[i - 1] = [link.drives[0].value, link.drives[1].value];

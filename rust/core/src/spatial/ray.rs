@@ -36,14 +36,23 @@ impl<T: Real> Along<T> for Step<'_, T> {
     #[inline(always)]
     fn derivatives(&self, alpha: T) -> (T, T) {
         let Self { newton, inertia } = self;
+        let laws = &newton.laws;
         let (mut slope, mut curvature) = (inertia[0] + alpha * inertia[1], inertia[1]);
         for link in &newton.links {
             let ray = &link.ray;
             for (i, end) in link.ends.iter().enumerate() {
                 add(&mut slope, &mut curvature, end.normal.along(ray.closing[i], ray.closing_change[i], alpha));
-                add(&mut slope, &mut curvature, end.friction.along(&ray.slip[i], &ray.slip_change[i], alpha));
+                add(
+                    &mut slope,
+                    &mut curvature,
+                    end.friction.along(&laws.sliding, &ray.slip[i], &ray.slip_change[i], alpha),
+                );
             }
-            add(&mut slope, &mut curvature, link.rolling.along(&ray.rolling, &ray.rolling_change, alpha));
+            add(
+                &mut slope,
+                &mut curvature,
+                link.rolling.along(&laws.rolling, &ray.rolling, &ray.rolling_change, alpha),
+            );
             for axis in 0..2 {
                 let drive = link.drives[axis].along(link.start_rates[axis], link.step_rates[axis], alpha);
                 add(&mut slope, &mut curvature, drive);
@@ -61,7 +70,7 @@ impl<T: Real> Along<T> for Step<'_, T> {
     fn show_kinks(&self, nearest: &mut NearestKink<T>) {
         for link in &self.newton.links {
             for (i, end) in link.ends.iter().enumerate() {
-                nearest.see(end.friction.kink(&link.ray.slip[i], &link.ray.slip_change[i]));
+                nearest.see(end.friction.kink(&self.newton.laws.sliding, &link.ray.slip[i], &link.ray.slip_change[i]));
             }
         }
     }
