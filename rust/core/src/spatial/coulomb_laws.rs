@@ -106,12 +106,12 @@ impl GroundLaws {
     /// Finds how the impulses change with the twist so that the laws, linearised, hold: `constant + slope x`.
     pub fn linearise(&mut self, asking: &Asking) {
         let mut grows = [0.0; 2];
-        for end in 0..2 {
+        for (end, grows) in grows.iter_mut().enumerate() {
             let closed = self.z[end] > 0.0;
             let (constant, slope) = opening_tangent(closed, self.defect[end], asking);
             self.constant[end] = constant;
             self.slope.set_row(end, &(self.rows.row(end) * slope));
-            grows[end] = if closed || self.impulse[end] > 0.0 { 1.0 } else { 0.0 };
+            *grows = if closed || self.impulse[end] > 0.0 { 1.0 } else { 0.0 };
         }
         for (disc, first) in DISCS.into_iter().enumerate() {
             let (z, defect) = (pair(&self.z, first), pair(&self.defect, first));
@@ -256,12 +256,12 @@ fn rows_of(link: &StageLink, shape: &Vector2<f64>) -> Rows {
     let across = Vector3::z().cross(&along);
     let mut rows = Rows::zeros();
     let mut set = |row: usize, screw: Screw| rows.set_row(row, &six(&screw).transpose());
-    for end in 0..2 {
+    for (end, slip) in DISCS.into_iter().take(2).enumerate() {
         let arm = link.ground_arm(end);
         let force = |axis: Vector3<f64>| Screw { linear: axis, angular: arm.cross(&axis) };
         set(end, force(Vector3::z()));
-        set(DISCS[end], force(along * shape.x));
-        set(DISCS[end] + 1, force(across * shape.y));
+        set(slip, force(along * shape.x));
+        set(slip + 1, force(across * shape.y));
     }
     let turn = |axis: Vector3<f64>| Screw { linear: Vector3::zeros(), angular: axis };
     set(DISCS[2], turn(Vector3::new(0.0, -link.radius, 0.0)));

@@ -236,9 +236,8 @@ impl CoulombNewton {
                 defect.add(squared / mass, squared.sqrt() / mass);
                 break;
             }
-            let moments = link.chain.hinge_moments(&behind);
-            for axis in 0..2 {
-                let missing = (moments[axis] - drive_at(&link.drives[axis], link.rates[axis]).0) / arm;
+            for (axis, moment) in link.chain.hinge_moments(&behind).into_iter().enumerate() {
+                let missing = (moment - drive_at(&link.drives[axis], link.rates[axis]).0) / arm;
                 defect.add(missing * missing / mass, missing.abs() / mass);
             }
             behind = link.chain.carry_force(&behind);

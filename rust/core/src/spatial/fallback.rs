@@ -60,7 +60,7 @@ impl Attempt {
     /// Tries one method after the other and keeps the best solution in `solution`. Returns the solves and the residual in
     /// admissible ones.
     fn close(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, f64) {
-        let methods = [Self::from_here, Self::by_impulses, Self::from_soft_contacts, Self::strictly, Self::sharply];
+        let methods = [Self::near_the_lanes, Self::by_impulses, Self::along_hardening, Self::strictly, Self::sharply];
         let mut best = badness(stage, solution, tolerance);
         let mut solves = 0;
         for method in methods {
@@ -82,7 +82,7 @@ impl Attempt {
     }
 
     /// Newton's method on the coupled problem from what the lanes left.
-    fn from_here(&mut self, stage: &Stage, tolerance: f64) -> u32 {
+    fn near_the_lanes(&mut self, stage: &Stage, tolerance: f64) -> u32 {
         self.coulomb.solve(stage, &mut self.trial, tolerance, 1.0).0
     }
 
@@ -91,7 +91,7 @@ impl Attempt {
         self.coulomb.solve(stage, &mut self.trial, tolerance, LIGHT).0
     }
 
-    fn from_soft_contacts(&mut self, stage: &Stage, tolerance: f64) -> u32 {
+    fn along_hardening(&mut self, stage: &Stage, tolerance: f64) -> u32 {
         self.start_afresh(stage);
         self.coulomb.harden(stage, &mut self.trial, tolerance).0
     }

@@ -207,6 +207,7 @@ impl<T: SpatialKernels> SpatialGroup<T> {
                 let (solves, closing, certificate) =
                     self.rescue.solve_lane(&mut self.work, &self.slots, lane, tolerance);
                 tally.fallbacks += 1;
+                tally.eased += u32::from(closing == Closing::Eased);
                 iterations += solves;
                 missed = closing == Closing::Open;
                 residual = certificate.residual();
