@@ -51,15 +51,16 @@ def learning_curves(runs: dict[str, list[list[dict[str, Any]]]], path: Path) -> 
         for one, (key, label) in zip(axes[0], panels, strict=True):
             for (name, curves), colour in zip(runs.items(), reversed(COLOURS), strict=False):
                 _spread(one, curves, key, colour, f"{name}, {len(curves)} seeds")
-            one.set(xlabel="environment steps [million]", ylabel=label, ylim=(0.0, None))
+            one.set(xlabel="environment steps [million]", ylabel=label, xlim=(0.0, None), ylim=(0.0, None))
         axes[0, 0].set_title("median and range over seeds, while they explore", fontsize=7)
         axes[0, -1].legend(loc="lower right", fontsize=6)
         return drawing.save(drawn, path)
 
 
 def _spread(axes: Axes, curves: list[list[dict[str, Any]]], key: str, colour: str, label: str) -> None:
-    """Median and range of one signal, as far as the shortest curve goes."""
-    steps = np.linspace(0.0, min(curve[-1]["steps"] for curve in curves), 200)
+    """Median and range of one signal, where all curves have begun and none has ended."""
+    first, last = max(curve[0]["steps"] for curve in curves), min(curve[-1]["steps"] for curve in curves)
+    steps = np.linspace(first, last, 200)
     values = np.array([_on_grid(curve, key, steps) for curve in curves])
     axes.fill_between(steps / 1e6, values.min(axis=0), values.max(axis=0), color=colour, alpha=0.25)
     axes.plot(steps / 1e6, np.median(values, axis=0), color=colour, label=label)

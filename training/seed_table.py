@@ -15,7 +15,7 @@ from __future__ import annotations
 import argparse
 import statistics
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -31,8 +31,8 @@ SCORES = {"is_success": "success", "speed": "speed [m/s]"}
 STUDENT = {2: 12.706, 3: 4.303, 4: 3.182, 5: 2.776, 6: 2.571, 7: 2.447, 8: 2.365, 9: 2.306, 10: 2.262}
 """Half width of Student's two-sided 95 % interval by number of seeds, in standard errors of the mean."""
 
-Table = dict[str, list[float]]
-"""By score, one value a seed."""
+Table = dict[str, dict[str, float]]
+"""By score and run."""
 
 
 class Spread(NamedTuple):
@@ -42,8 +42,9 @@ class Spread(NamedTuple):
     deviation: float
 
     @classmethod
-    def of(cls, values: Sequence[float]) -> Spread:
+    def of(cls, each: Iterable[float]) -> Spread:
         """Of one value a seed."""
+        values = list(each)
         return cls(statistics.mean(values), statistics.stdev(values) if len(values) > 1 else 0.0)
 
 
@@ -84,12 +85,15 @@ def finished(path: Path) -> list[RunFolder]:
 
 def judge(folders: list[RunFolder], bench: Benchmark) -> Table:
     """Plays each run's policy on the benchmark's fields of the run's task; what has been played is kept."""
-    played = []
+    played = {}
     for folder in folders:
-        config = folder.config()
+        config, name = folder.config(), folder.path.name
         task = BenchmarkTask(folder.path.parent.name, config.env_id, config.env, config.about)
-        played.append(bench.cell(task, benchmark_cells.trained(folder.path.name, folder.model, None)))
-    return {title: [float(episodes[name].mean()) for episodes in played] for name, title in SCORES.items()}
+        played[name] = bench.cell(task, benchmark_cells.trained(name, folder.model, None))
+    return {
+        title: {name: float(episodes[signal].mean()) for name, episodes in played.items()}
+        for signal, title in SCORES.items()
+    }
 
 
 def text(tables: dict[str, Table]) -> str:
@@ -98,8 +102,8 @@ def text(tables: dict[str, Table]) -> str:
     heads += [f"{title}, seed by seed" for title in SCORES.values()]
     lines = []
     for name, table in tables.items():
-        means = ["{:.3f} ({:.3f})".format(*Spread.of(values)) for values in table.values()]
-        lines.append([f"`{name}`", *means, *(", ".join(f"{one:.3f}" for one in values) for values in table.values())])
+        means = ["{:.3f} ({:.3f})".format(*Spread.of(of.values())) for of in table.values()]
+        lines.append([f"`{name}`", *means, *(", ".join(f"{one:.3f}" for one in of.values()) for of in table.values())])
     first, *others = tables
     return "\n".join(
         [_markdown.table(heads, lines), "", *(against(tables[first], tables[other], first, other) for other in others)]
@@ -107,10 +111,12 @@ def text(tables: dict[str, Table]) -> str:
 
 
 def against(table: Table, reference: Table, name: str, other: str) -> str:
-    """One sentence about the difference of two configurations between equal seeds."""
+    """One sentence about the difference of two configurations between the seeds that both have."""
     parts = []
-    for title, values in table.items():
-        differences = [one - two for one, two in zip(values, reference[title], strict=False)]
+    if not set(table["success"]) & set(reference["success"]):
+        return f"{name} and {other} have no seed in common."
+    for title, of in table.items():
+        differences = [of[run] - value for run, value in reference[title].items() if run in of]
         mean, deviation = Spread.of(differences)
         half = STUDENT.get(len(differences), float("nan")) * deviation / len(differences) ** 0.5
         parts.append(f"{title} {mean:+.3f} [{mean - half:+.3f}, {mean + half:+.3f}]")
