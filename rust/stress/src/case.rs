@@ -116,14 +116,9 @@ impl Case {
 
     /// Runs the case step by step.
     pub fn run(&self) -> Figures {
-        let mut simulation = self.simulation();
-        let mut figures = Figures::default();
-        figures.measure(&simulation, 0.0);
         let step = self.integrator.step();
-        for _ in 0..self.integrator.steps_in(self.duration) {
-            figures.watch(&mut simulation, |simulation| simulation.advance(step, &self.motion));
-        }
-        figures
+        let advance = |simulation: &mut PlanarSimulation| simulation.advance(step, &self.motion);
+        Figures::of_run(self.simulation(), self.integrator.steps_in(self.duration), advance)
     }
 }
 

@@ -1,12 +1,9 @@
 //! What is measured while a scenario runs.
 
-use nalgebra::Vector2;
 use serde::Serialize;
-use snake_core::contact::link_peg_contact;
-use snake_core::planar::{PlanarState, Pose};
-use snake_core::robot::Link;
-use snake_core::scene::Peg;
-use snake_core::simulation::{PlanarSimulation, StepReport};
+use snake_core::simulation::StepReport;
+
+use crate::watched::Watched;
 
 /// Figures of one case, worst over its steps.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -36,6 +33,8 @@ pub struct Figures {
     pub last_penetration: f64,
     /// Widest joint gap \[m\].
     pub joint_gap: f64,
+    /// How far orientations are from rotations \[-\].
+    pub skew: f64,
     /// Largest energy that came from nowhere since the start \[J\], and the same over all energy turned over.
     pub created: f64,
     pub relative_created: f64,
@@ -49,17 +48,23 @@ pub struct Figures {
 }
 
 impl Figures {
+    /// Figures of `steps` steps, each by itself.
+    pub fn of_run<S: Watched>(mut simulation: S, steps: u32, advance: impl Fn(&mut S) -> StepReport) -> Self {
+        let mut figures = Self::default();
+        figures.measure(&simulation, 0.0);
+        for _ in 0..steps {
+            figures.watch(&mut simulation, &advance);
+        }
+        figures
+    }
+
     /// Advances `simulation` with `advance` and takes the measures of it.
-    pub fn watch(
-        &mut self,
-        simulation: &mut PlanarSimulation,
-        advance: impl FnOnce(&mut PlanarSimulation) -> StepReport,
-    ) {
+    pub fn watch<S: Watched>(&mut self, simulation: &mut S, advance: impl FnOnce(&mut S) -> StepReport) {
         let before = simulation.state().clone();
-        let energy = before.kinetic_energy(simulation.robot());
+        let (energy, time) = (simulation.energy(), simulation.time());
         let report = advance(simulation);
         self.count(&report);
-        let now = simulation.kinetic_energy();
+        let now = simulation.energy();
         let works = report.actuator_work.abs() + report.friction_work.abs();
         if !report.diverged {
             self.book(now - energy - report.actuator_work - report.friction_work, works, energy);
@@ -67,8 +72,8 @@ impl Figures {
         if report.misses + report.eased == 0 {
             self.relative_gap = worse(self.relative_gap, report.gap / (energy.max(now) + works).max(SMALLEST_ENERGY));
         }
-        self.tunnels += tunnels(simulation, &before);
-        self.measure(simulation, simulation.state().time - before.time);
+        self.tunnels += simulation.tunnels(&before);
+        self.measure(simulation, simulation.time() - time);
     }
 
     fn book(&mut self, created: f64, works: f64, energy: f64) {
@@ -94,12 +99,12 @@ impl Figures {
     }
 
     /// Takes the measures of the present state, after a step of length `step` \[s\].
-    pub fn measure(&mut self, simulation: &PlanarSimulation, step: f64) {
+    pub fn measure(&mut self, simulation: &impl Watched, step: f64) {
         self.last_penetration = (-simulation.min_gap()).max(0.0);
         self.penetration = worse(self.penetration, self.last_penetration);
         self.joint_gap = worse(self.joint_gap, simulation.joint_gap());
-        let fastest = simulation.state().twist.iter().map(|u| u.xy().norm()).fold(0.0, f64::max);
-        self.travel = worse(self.travel, fastest * step);
+        self.skew = worse(self.skew, simulation.skew());
+        self.travel = worse(self.travel, simulation.fastest() * step);
     }
 
     /// The worst of both.
@@ -117,41 +122,15 @@ impl Figures {
         }
     }
 
-    fn worst_mut(&mut self) -> [&mut f64; 10] {
+    fn worst_mut(&mut self) -> [&mut f64; 11] {
         let Self { residual, counted_residual, relative_gap, penetration, last_penetration, .. } = self;
-        let Self { joint_gap, created, relative_created, drift, travel, .. } = self;
+        let Self { joint_gap, skew, created, relative_created, drift, travel, .. } = self;
         let certificate = [residual, counted_residual, relative_gap];
         let geometry = [penetration, last_penetration, joint_gap];
         let [a, b, c] = certificate;
         let [d, e, f] = geometry;
-        [a, b, c, d, e, f, created, relative_created, drift, travel]
+        [a, b, c, d, e, f, skew, created, relative_created, drift, travel]
     }
-}
-
-/// Links that were on one side of a peg at `before` and are on the other now, having passed through its middle half.
-fn tunnels(simulation: &PlanarSimulation, before: &PlanarState) -> u64 {
-    let mut count = 0;
-    let poses = before.pose.iter().zip(&simulation.state().pose);
-    for ((from, to), link) in poses.zip(&simulation.robot().links) {
-        let travel = (to - from).xy().norm();
-        for peg in simulation.pegs() {
-            let width = peg.radius + link.radius;
-            let close = (from.x - peg.x).hypot(from.y - peg.y) < travel + link.reach() + peg.radius;
-            if close && travel > 0.5 * width {
-                let [start, end] = [from, to].map(|pose| offset_from_peg(pose, link, peg));
-                let passed = start.dot(&end) < 0.0 && start.perp(&end).abs() < 0.25 * width * (end - start).norm();
-                count += u64::from(passed);
-            }
-        }
-    }
-    count
-}
-
-/// From the peg's centre to the nearest point of the link's centre line \[m\].
-fn offset_from_peg(pose: &Pose, link: &Link, peg: &Peg) -> Vector2<f64> {
-    let (sin, cos) = pose.z.sin_cos();
-    let contact = link_peg_contact(pose, cos, sin, link, peg);
-    contact.direction.xy() * (contact.gap + peg.radius + link.radius)
 }
 
 /// The larger; NaN counts as infinite.

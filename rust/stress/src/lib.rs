@@ -5,5 +5,7 @@ pub mod draw;
 pub mod figures;
 pub mod requirements;
 pub mod scenarios;
+pub mod space_case;
 pub mod stages;
 pub mod table;
+pub mod watched;

@@ -38,6 +38,7 @@ pub fn broken(figures: &Figures, bounds: &Bounds) -> Vec<String> {
     at_most("residual [m/s]", figures.residual, RESIDUAL);
     at_most("misses", figures.misses as f64, bounds.misses as f64);
     at_most("joint gap [m]", figures.joint_gap, JOINT_GAP);
+    at_most("skew", figures.skew, SKEW);
     at_most("penetration [m]", figures.penetration, bounds.penetration.max(sagitta(figures.travel)));
     let judged = figures.travel < WIDTH && bounds.penetration.is_finite();
     at_most("tunnels", figures.tunnels as f64, if judged { 0.0 } else { f64::INFINITY });
@@ -59,3 +60,6 @@ const RESIDUAL: f64 = SLACK * 1e-6;
 
 /// Joints are eliminated, not solved for: what is left is the round-off of positions of metres \[m\].
 const JOINT_GAP: f64 = 1e-11;
+
+/// Link 1 is normalised in every step, the others follow from it: round-off of as many products as there are joints.
+const SKEW: f64 = 1e-13;

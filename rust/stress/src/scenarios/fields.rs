@@ -1,16 +1,20 @@
 //! Environments under random actions.
 
-use snake_core::batch::{Batch, Outputs};
+use snake_core::batch::{Batch, Formed, Outputs};
+use snake_core::simulation::PlanarSimulation;
+use snake_core::spatial_simulation::SpatialSimulation;
 use snake_core::stepper::IntegratorConfig;
 use snake_core::task::random::Stream;
-use snake_core::task::signal::{COUNT, SIGNALS};
-use snake_core::task::{ActionMode, EnvConfig, FieldKind, Task};
+use snake_core::task::signal::SIGNALS;
+use snake_core::task::{ActionMode, EnvConfig, Environment, FieldKind, Model, PlanarMachine, SpatialMachine, Task};
 
 use crate::figures::Figures;
+use crate::watched::Watched;
 
 /// One kind of environment.
 #[derive(Debug, Clone, Copy)]
 pub struct Kind {
+    pub task: Task,
     pub mode: ActionMode,
     pub field: FieldKind,
     pub difficulty: f64,
@@ -24,19 +28,66 @@ pub fn kinds() -> Vec<Kind> {
     for mode in [ActionMode::Gait, ActionMode::Joints, ActionMode::Residual] {
         for field in [FieldKind::Track, FieldKind::Lattice, FieldKind::Poisson] {
             for (difficulty, step, tolerance) in [(0.0, 0.01, 1e-8), (1.0, 0.05, 1e-6), (1.0, 0.05, 1e-8)] {
-                kinds.push(Kind { mode, field, difficulty, step, tolerance });
+                kinds.push(Kind { task: Task::Field, mode, field, difficulty, step, tolerance });
             }
         }
     }
     kinds
 }
 
+/// Every action mode of the spatial model in every task, on the fields most of all.
+pub fn kinds_in_space() -> Vec<Kind> {
+    let mut kinds = Vec::new();
+    for mode in [ActionMode::Gait, ActionMode::Joints, ActionMode::Residual] {
+        for (task, field) in [
+            (Task::Free, FieldKind::Track),
+            (Task::Course, FieldKind::Track),
+            (Task::Maze, FieldKind::Track),
+            (Task::Field, FieldKind::Track),
+            (Task::Field, FieldKind::Lattice),
+            (Task::Field, FieldKind::Poisson),
+        ] {
+            for (difficulty, step) in [(0.0, 0.01), (1.0, 0.025)] {
+                kinds.push(Kind { task, mode, field, difficulty, step, tolerance: 1e-6 });
+            }
+        }
+    }
+    kinds
+}
+
+/// A robot of the environment whose figures can be taken.
+pub trait Inhabitant: Formed {
+    type Simulation: Watched;
+    const MODEL: Model;
+
+    fn simulation(environment: &Environment<Self>) -> &Self::Simulation;
+}
+
+impl Inhabitant for PlanarMachine {
+    type Simulation = PlanarSimulation;
+    const MODEL: Model = Model::Planar;
+
+    fn simulation(environment: &Environment<Self>) -> &PlanarSimulation {
+        environment.simulation()
+    }
+}
+
+impl Inhabitant for SpatialMachine {
+    type Simulation = SpatialSimulation;
+    const MODEL: Model = Model::Spatial;
+
+    fn simulation(environment: &Environment<Self>) -> &SpatialSimulation {
+        &environment.machine().simulation
+    }
+}
+
 /// Steps `steps` environment steps, a batch at a time, with uniformly random actions that change now and then.
-pub fn random_steps(kind: Kind, steps: u64, seed: u64) -> Figures {
-    let Kind { mode, field, difficulty, step, tolerance } = kind;
+pub fn random_steps<M: Inhabitant>(kind: Kind, steps: u64, seed: u64) -> Figures {
+    let Kind { task, mode, field, difficulty, step, tolerance } = kind;
     let integrator = IntegratorConfig { step: Some(step), tolerance: Some(tolerance), ..IntegratorConfig::default() };
     let config = EnvConfig {
-        task: Task::Field,
+        model: <M as Inhabitant>::MODEL,
+        task,
         action_mode: mode,
         field,
         difficulty,
@@ -44,17 +95,17 @@ pub fn random_steps(kind: Kind, steps: u64, seed: u64) -> Figures {
         max_episode_steps: 200,
         ..EnvConfig::default()
     };
-    let mut run = Run::new(&config, seed);
+    let mut run = Run::<M>::new(&config, seed);
     for _ in 0..steps.div_ceil(ROWS as u64) {
         run.step();
     }
     run.figures
 }
 
-struct Run {
+struct Run<M: Formed> {
     /// Step of the integrator \[s\].
     step: f64,
-    batch: Batch,
+    batch: Batch<M>,
     random: Stream,
     actions: Vec<f64>,
     observation: Vec<f32>,
@@ -65,9 +116,9 @@ struct Run {
     figures: Figures,
 }
 
-impl Run {
+impl<M: Inhabitant> Run<M> {
     fn new(config: &EnvConfig, seed: u64) -> Self {
-        let batch = Batch::new(config, ROWS, 1).expect("an admissible environment");
+        let batch = Batch::<M>::new(config, ROWS, 1).expect("an admissible environment");
         let mut run = Self {
             step: config.integrator.step(),
             actions: vec![0.0; ROWS * batch.action_size()],
@@ -75,7 +126,7 @@ impl Run {
             reward: vec![0.0; ROWS],
             terminated: vec![false; ROWS],
             truncated: vec![false; ROWS],
-            signals: vec![0.0; COUNT * ROWS],
+            signals: vec![0.0; batch.signal_kinds().count() * ROWS],
             random: Stream::new(seed, u64::MAX),
             figures: Figures::default(),
             batch,
@@ -120,7 +171,7 @@ impl Run {
             figures.broken += u64::from(signal("diverged", row) != 0.0);
             let worst = if misses > 0.0 { &mut figures.counted_residual } else { &mut figures.residual };
             *worst = worst.max(residual);
-            figures.measure(self.batch.environment(row).simulation(), self.step);
+            figures.measure(M::simulation(self.batch.environment(row)), self.step);
         }
         let finite = self.observation.iter().all(|x| x.is_finite()) && self.reward.iter().all(|x| x.is_finite());
         figures.broken += u64::from(!finite);

@@ -1,9 +1,11 @@
 //! Friction, and rest under load.
 
 use snake_core::control::ControllerConfig;
+use snake_core::simulation::StepReport;
 
 use crate::case::{Case, Motion};
 use crate::figures::Figures;
+use crate::watched::Watched;
 
 /// From ice to glue, and runners of ratio up to a thousand.
 pub fn friction(duration: f64) -> Vec<Case> {
@@ -57,20 +59,22 @@ fn pressed(name: &str, step: f64) -> Case {
     case
 }
 
-/// Lets the robot come to rest, then stands `steps` steps; `drift` is how far any link crept.
-pub fn stand(case: &Case, steps: u64) -> Figures {
-    let mut simulation = case.simulation();
-    simulation.advance(SETTLE, &case.motion);
-    let before = simulation.state().pose.clone();
+/// Lets a robot come to rest, then stands `steps` steps; `drift` is how far any link crept.
+pub fn stand<S: Watched>(
+    mut simulation: S,
+    step: f64,
+    steps: u64,
+    advance: impl Fn(&mut S, f64) -> StepReport,
+) -> Figures {
+    advance(&mut simulation, SETTLE);
+    let before = simulation.state().clone();
     let mut figures = Figures::default();
-    let step = case.integrator.step();
     for _ in 0..steps {
-        let report = simulation.advance(step, &case.motion);
+        let report = advance(&mut simulation, step);
         figures.count(&report);
     }
     figures.measure(&simulation, step);
-    let moved = simulation.state().pose.iter().zip(&before).map(|(now, then)| (now - then).norm());
-    figures.drift = moved.fold(0.0, f64::max);
+    figures.drift = simulation.moved(&before);
     figures
 }
 

@@ -6,14 +6,24 @@ pub mod ground;
 pub mod neighbours;
 pub mod pegs;
 pub mod robots;
+pub mod space;
 
 use snake_core::planar::Problem;
+use snake_core::simulation::PlanarSimulation;
+use snake_core::spatial_simulation::SpatialSimulation;
+use snake_core::task::{PlanarMachine, SpatialMachine};
 
 use crate::case::Case;
 use crate::draw::Draw;
 use crate::figures::Figures;
 use crate::requirements::Bounds;
+use crate::space_case::SpaceCase;
 use crate::stages;
+
+use fields::Inhabitant;
+use neighbours::{Flock, PlanarFlock};
+use space::neighbours::SpatialFlock;
+use space::{fall, gaits, rest};
 
 /// Finds a stage and the linear solves it took.
 pub type Dump = Box<dyn Fn() -> Option<(u32, Problem)> + Send + Sync>;
@@ -75,6 +85,12 @@ impl Effort {
 
 /// All scenarios.
 pub fn all(effort: Effort) -> Vec<Scenario> {
+    let mut all = in_the_plane(effort);
+    all.extend(in_space(effort));
+    all
+}
+
+fn in_the_plane(effort: Effort) -> Vec<Scenario> {
     let time = effort.seconds(2.0, 5.0, 60.0);
     let standing = effort.of(500, 50_000, 1_000_000);
     let default = Bounds::default();
@@ -101,7 +117,11 @@ pub fn all(effort: Effort) -> Vec<Scenario> {
             bounds: Bounds { drift: CREEP * standing as f64, ..default },
             jobs: stand(ground::brink(), standing),
         },
-        Scenario { name: "NaN in one robot of 19", bounds: default, jobs: poison(effort.of(8, 100, 1000) as u32) },
+        Scenario {
+            name: "NaN in one robot of 19",
+            bounds: default,
+            jobs: poison::<PlanarFlock>(effort.of(8, 100, 1000)),
+        },
         Scenario {
             name: "random scenes",
             bounds: Bounds { misses: u64::MAX, ..inside },
@@ -110,7 +130,7 @@ pub fn all(effort: Effort) -> Vec<Scenario> {
         Scenario {
             name: "random environment steps",
             bounds: default,
-            jobs: environments(effort.of(5_000, 300_000, 10_000_000)),
+            jobs: environments::<PlanarMachine>(fields::kinds(), effort.of(5_000, 300_000, 10_000_000)),
         },
         Scenario {
             name: "random stage problems",
@@ -120,19 +140,83 @@ pub fn all(effort: Effort) -> Vec<Scenario> {
     ]
 }
 
+fn in_space(effort: Effort) -> Vec<Scenario> {
+    let time = effort.seconds(0.3, 2.0, 20.0);
+    let standing = effort.of(200, 20_000, 1_000_000);
+    let default = Bounds::default();
+    // Three of four gaits start inside pegs.
+    let inside = Bounds { penetration: f64::INFINITY, energy: f64::INFINITY, ..default };
+    let name = "in space: NaN in one robot of 19";
+    vec![
+        run_in_space("in space: drops in steps to 50 ms", default, fall::drops(time)),
+        run_in_space("in space: upright, on its side, upside down", default, fall::postures(time)),
+        run_in_space("in space: limp chain in flight", Bounds { energy: 1e-3, ..default }, fall::flight(time)),
+        run_in_space("in space: pegs in the cracks", default, fall::crack(time)),
+        run_in_space("in space: friction 0", inside, gaits::friction([0.0; 2], time)),
+        run_in_space("in space: friction 0.2", inside, gaits::friction([0.2; 2], time)),
+        run_in_space("in space: friction 0.01, 1", inside, gaits::friction([0.01, 1.0], time)),
+        run_in_space("in space: friction 1", inside, gaits::friction([1.0; 2], time)),
+        run_in_space("in space: friction 2", Bounds { misses: 100, ..inside }, gaits::friction([2.0; 2], time)),
+        run_in_space("in space: k_P 0 to 1e5", default, gaits::gains(time)),
+        run_in_space("in space: mass ratios to 1e3", default, gaits::mass_ratios(time)),
+        run_in_space("in space: 2 to 50 links", default, gaits::links(0.5 * time)),
+        Scenario {
+            name: "in space: lying on 22 contacts",
+            bounds: Bounds { drift: 1e-9, ..default },
+            jobs: stand_in_space(rest::flat(), standing),
+        },
+        Scenario {
+            name: "in space: lying pushed in vain",
+            bounds: Bounds { drift: CREEP * standing as f64, ..default },
+            jobs: stand_in_space(rest::pushed(), standing / 10),
+        },
+        Scenario {
+            name: "in space: straightened itself",
+            bounds: Bounds { drift: CREEP * standing as f64, ..default },
+            jobs: stand_in_space(rest::straightened(), standing / 10),
+        },
+        Scenario { name, bounds: default, jobs: poison::<SpatialFlock>(effort.of(8, 40, 400)) },
+        Scenario {
+            name: "in space: random environment steps",
+            bounds: default,
+            jobs: environments::<SpatialMachine>(fields::kinds_in_space(), effort.of(1_200, 40_000, 1_000_000)),
+        },
+    ]
+}
+
 fn run(name: &'static str, bounds: Bounds, cases: Vec<Case>) -> Scenario {
     Scenario { name, bounds, jobs: cases.into_iter().map(Job::of_case).collect() }
 }
 
+fn run_in_space(name: &'static str, bounds: Bounds, cases: Vec<SpaceCase>) -> Scenario {
+    let job = |case: SpaceCase| Job::new(case.name.clone(), move || case.run());
+    Scenario { name, bounds, jobs: cases.into_iter().map(job).collect() }
+}
+
 fn stand(cases: Vec<Case>, steps: u64) -> Vec<Job> {
-    let job = |case: Case| Job::new(case.name.clone(), move || ground::stand(&case, steps));
+    let job = |case: Case| {
+        Job::new(case.name.clone(), move || {
+            let advance = |simulation: &mut PlanarSimulation, time| simulation.advance(time, &case.motion);
+            ground::stand(case.simulation(), case.integrator.step(), steps, advance)
+        })
+    };
     cases.into_iter().map(job).collect()
 }
 
-fn poison(periods: u32) -> Vec<Job> {
+fn stand_in_space(cases: Vec<SpaceCase>, steps: u64) -> Vec<Job> {
+    let job = |case: SpaceCase| {
+        Job::new(case.name.clone(), move || {
+            let advance = |simulation: &mut SpatialSimulation, time| simulation.advance(time, &case.motion);
+            ground::stand(case.simulation(), case.integrator.step(), steps, advance)
+        })
+    };
+    cases.into_iter().map(job).collect()
+}
+
+fn poison<F: Flock>(periods: u64) -> Vec<Job> {
     let kinds = [1e-2, 5e-2].into_iter().flat_map(|step| [f64::NAN, f64::INFINITY, 1e300].map(|poison| (step, poison)));
     let job = |(step, poison): (f64, f64)| {
-        Job::new(format!("{poison:e}, h {step} s"), move || neighbours::poisoned(step, poison, periods))
+        Job::new(format!("{poison:e}, h {step} s"), move || neighbours::poisoned::<F>(step, poison, periods))
     };
     kinds.map(job).collect()
 }
@@ -148,11 +232,10 @@ fn scenes(count: u64) -> Vec<Job> {
     (0..count).map(job).collect()
 }
 
-fn environments(steps: u64) -> Vec<Job> {
-    let kinds = fields::kinds();
+fn environments<M: Inhabitant>(kinds: Vec<fields::Kind>, steps: u64) -> Vec<Job> {
     let each = steps / kinds.len() as u64;
     let job = |(seed, kind): (usize, fields::Kind)| {
-        Job::new(format!("{kind:?}"), move || fields::random_steps(kind, each, seed as u64))
+        Job::new(format!("{kind:?}"), move || fields::random_steps::<M>(kind, each, seed as u64))
     };
     kinds.into_iter().enumerate().map(job).collect()
 }

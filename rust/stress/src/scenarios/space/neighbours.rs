@@ -1,0 +1,80 @@
+//! One sick robot in a fleet in space.
+
+use nalgebra::{Vector2, Vector3};
+use snake_core::control::ControllerConfig;
+use snake_core::gait::{CardanGait, CardanReference, Gait, Wave};
+use snake_core::pegs::PegGrid;
+use snake_core::robot::{Robot, RobotConfig};
+use snake_core::scene::{START_SPATIAL_7_5, Scene, SceneConfig, TABLE_7_5};
+use snake_core::simulation::StepReport;
+use snake_core::spatial::{Pose, SpatialState, is_sane, orientation_of};
+use snake_core::spatial_simulation::{SpatialFleet, SpatialPlant, SpatialScripted};
+use snake_core::stepper::IntegratorConfig;
+
+use crate::case::pegs;
+use crate::scenarios::neighbours::Flock;
+
+type Winder = SpatialScripted<CardanGait>;
+
+/// Robots in space that differ in gait, in height, and in the number of pegs around them.
+pub struct SpatialFlock {
+    plant: SpatialPlant,
+    fleet: SpatialFleet,
+    robots: Vec<Winder>,
+}
+
+impl Flock for SpatialFlock {
+    fn new(step: f64, count: usize) -> Self {
+        let config = IntegratorConfig { step: Some(step), ..IntegratorConfig::default() };
+        let robot = Robot::new(&RobotConfig::default()).expect("Aiko");
+        let scene = Scene::new(&SceneConfig::default()).expect("the thesis's ground");
+        let plant = SpatialPlant::new(robot, &scene, ControllerConfig::default()).expect("the thesis's controller");
+        let robots = (0..count).map(|k| winder(&plant, k)).collect();
+        Self { fleet: SpatialFleet::new(config, &plant, count), robots, plant }
+    }
+
+    fn poison(&mut self, robot: usize, place: usize, poison: f64) {
+        self.robots[robot].body.state.twist[place % 11][place % 6] = poison;
+    }
+
+    fn advance(&mut self, duration: f64) {
+        self.fleet.advance(&self.plant, &mut self.robots, duration, |_| true);
+    }
+
+    fn report(&self, robot: usize) -> StepReport {
+        StepReport::new(&self.robots[robot].body.tally, false)
+    }
+
+    fn is_contained(&self, robot: usize) -> bool {
+        let body = &self.robots[robot].body;
+        body.diverged && is_sane(&body.state.pose, &body.state.twist)
+    }
+
+    fn moves_alike(&self, other: &Self, robot: usize) -> bool {
+        bits(&self.robots[robot].body.state) == bits(&other.robots[robot].body.state)
+    }
+
+    fn cure(&mut self, other: &Self, robot: usize) {
+        self.robots[robot].body.clone_from(&other.robots[robot].body);
+    }
+}
+
+fn winder(plant: &SpatialPlant, k: usize) -> Winder {
+    let pitch = Wave { amplitude: 0.05 * (k % 3) as f64, phase: 1.5, ..Wave::default() };
+    let gait = CardanGait { yaw: Gait::Wave(Wave::default()), pitch: Gait::Wave(pitch) };
+    let asked = |joint| {
+        let target = gait.target(joint, 0.0);
+        Vector2::new(target.yaw.angle, target.pitch.angle)
+    };
+    let posture: Vec<Vector2<f64>> = (0..10).map(asked).collect();
+    let [x, y, yaw] = START_SPATIAL_7_5;
+    let head = Pose { position: Vector3::new(x, y, 0.0), orientation: orientation_of(yaw, 0.0, 0.0) };
+    let mut winder = Winder::new(&plant.robot, PegGrid::new(&pegs(&TABLE_7_5[..k % 8])), head, &posture, gait);
+    winder.body.state.pose.iter_mut().for_each(|pose| pose.position.z += 0.002 * (k % 5) as f64);
+    winder
+}
+
+fn bits(state: &SpatialState) -> Vec<u64> {
+    let poses = state.pose.iter().flat_map(|pose| pose.position.iter().chain(pose.orientation.coords.iter()));
+    poses.chain(state.twist.iter().flatten()).map(|x| x.to_bits()).collect()
+}

@@ -1,0 +1,149 @@
+//! What the models tell about a simulation that is watched.
+
+use nalgebra::Vector2;
+use snake_core::contact::link_peg_contact;
+use snake_core::planar::{PlanarState, Pose};
+use snake_core::robot::{Link, Robot};
+use snake_core::scene::Peg;
+use snake_core::simulation::PlanarSimulation;
+use snake_core::spatial::{self, SpatialState, nearest_point};
+use snake_core::spatial_simulation::SpatialSimulation;
+
+/// A simulation that figures are taken of.
+pub trait Watched {
+    /// Where the links are and how they move.
+    type State: Clone;
+
+    fn state(&self) -> &Self::State;
+    /// \[s\]
+    fn time(&self) -> f64;
+    /// What actuators and friction alone may change, and impacts decrease \[J\].
+    fn energy(&self) -> f64;
+    /// Smallest gap of a link, and widest joint, now \[m\].
+    fn min_gap(&self) -> f64;
+    fn joint_gap(&self) -> f64;
+    /// How far orientations are from rotations \[-\].
+    fn skew(&self) -> f64;
+    /// Speed of the fastest link's CG \[m/s\].
+    fn fastest(&self) -> f64;
+    /// Links that passed through a peg since `before`.
+    fn tunnels(&self, before: &Self::State) -> u64;
+    /// How far any link moved since `before` \[m\].
+    fn moved(&self, before: &Self::State) -> f64;
+}
+
+impl Watched for PlanarSimulation {
+    type State = PlanarState;
+
+    fn state(&self) -> &PlanarState {
+        self.state()
+    }
+
+    fn time(&self) -> f64 {
+        self.state().time
+    }
+
+    fn energy(&self) -> f64 {
+        self.kinetic_energy()
+    }
+
+    fn min_gap(&self) -> f64 {
+        self.min_gap()
+    }
+
+    fn joint_gap(&self) -> f64 {
+        self.joint_gap()
+    }
+
+    fn skew(&self) -> f64 {
+        0.0
+    }
+
+    fn fastest(&self) -> f64 {
+        self.state().twist.iter().map(|u| u.xy().norm()).fold(0.0, f64::max)
+    }
+
+    fn tunnels(&self, before: &PlanarState) -> u64 {
+        tunnels(self.robot(), self.pegs(), [&before.pose, &self.state().pose], |pose| pose.xy(), offset_in_plane)
+    }
+
+    fn moved(&self, before: &PlanarState) -> f64 {
+        let poses = self.state().pose.iter().zip(&before.pose);
+        poses.map(|(now, then)| (now - then).norm()).fold(0.0, f64::max)
+    }
+}
+
+impl Watched for SpatialSimulation {
+    type State = SpatialState;
+
+    fn state(&self) -> &SpatialState {
+        self.state()
+    }
+
+    fn time(&self) -> f64 {
+        self.state().time
+    }
+
+    fn energy(&self) -> f64 {
+        self.energy()
+    }
+
+    fn min_gap(&self) -> f64 {
+        self.min_gap()
+    }
+
+    fn joint_gap(&self) -> f64 {
+        self.joint_gap()
+    }
+
+    fn skew(&self) -> f64 {
+        let norm = |pose: &spatial::Pose| (pose.orientation.quaternion().norm() - 1.0).abs();
+        self.state().pose.iter().map(norm).fold(0.0, f64::max)
+    }
+
+    fn fastest(&self) -> f64 {
+        self.state().twist.iter().map(|u| u.fixed_rows::<3>(0).norm()).fold(0.0, f64::max)
+    }
+
+    fn tunnels(&self, before: &SpatialState) -> u64 {
+        let offset =
+            |pose: &spatial::Pose, link: &Link, peg: &Peg| nearest_point(link, &pose.position, &pose.axis(), peg).0;
+        tunnels(self.robot(), self.pegs(), [&before.pose, &self.state().pose], |pose| pose.position.xy(), offset)
+    }
+
+    fn moved(&self, before: &SpatialState) -> f64 {
+        let poses = self.state().pose.iter().zip(&before.pose);
+        poses.map(|(now, then)| (now.position - then.position).norm()).fold(0.0, f64::max)
+    }
+}
+
+/// Links that were on one side of a peg at `before` and are on the other now, having passed through its middle half.
+fn tunnels<P>(
+    robot: &Robot,
+    pegs: &[Peg],
+    [before, now]: [&[P]; 2],
+    place: impl Fn(&P) -> Vector2<f64>,
+    offset_from_peg: impl Fn(&P, &Link, &Peg) -> Vector2<f64>,
+) -> u64 {
+    let mut count = 0;
+    for ((from, to), link) in before.iter().zip(now).zip(&robot.links) {
+        let travel = (place(to) - place(from)).norm();
+        for peg in pegs {
+            let width = peg.radius + link.radius;
+            let close = (place(from) - Vector2::new(peg.x, peg.y)).norm() < travel + link.reach() + peg.radius;
+            if close && travel > 0.5 * width {
+                let [start, end] = [from, to].map(|pose| offset_from_peg(pose, link, peg));
+                let passed = start.dot(&end) < 0.0 && start.perp(&end).abs() < 0.25 * width * (end - start).norm();
+                count += u64::from(passed);
+            }
+        }
+    }
+    count
+}
+
+/// From the peg's centre to the nearest point of the link's centre line \[m\].
+fn offset_in_plane(pose: &Pose, link: &Link, peg: &Peg) -> Vector2<f64> {
+    let (sin, cos) = pose.z.sin_cos();
+    let contact = link_peg_contact(pose, cos, sin, link, peg);
+    contact.direction.xy() * (contact.gap + peg.radius + link.radius)
+}
