@@ -82,7 +82,9 @@ impl SpatialFleet {
         }
         for &member in members.iter() {
             let body = robots[member].body_mut();
-            body.motion.write(&plant.robot, half_length, &mut body.state);
+            if !body.diverged {
+                body.motion.write(&plant.robot, half_length, &mut body.state);
+            }
         }
     }
 }

@@ -51,11 +51,14 @@ pub fn gains(duration: f64) -> Vec<SpaceCase> {
     cases
 }
 
+/// Whether the link of an index is one of the heavy ones.
+type IsHeavy = fn(usize) -> bool;
+
 /// Mass ratios up to a thousand along the chain, winding on the ground.
 pub fn mass_ratios(duration: f64) -> Vec<SpaceCase> {
     let mut cases = Vec::new();
     for ratio in [10f64, 1e3] {
-        let heavy: [(&str, fn(usize) -> bool); 3] =
+        let heavy: [(&str, IsHeavy); 3] =
             [("first link", |i| i == 0), ("middle link", |i| i == 5), ("every other link", |i| i % 2 == 0)];
         for (name, is_heavy) in heavy {
             for step in [1e-2, 5e-2] {
