@@ -99,6 +99,10 @@ impl<R: JointReference> Driven for Driver<'_, R> {
     fn travelling_wave(&self, time: f64) -> Option<WaveJets> {
         self.reference.travelling_wave(time)
     }
+
+    fn next_jump(&self, time: f64) -> f64 {
+        self.reference.next_jump(time)
+    }
 }
 
 impl PlanarSimulation {

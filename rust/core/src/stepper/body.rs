@@ -133,6 +133,10 @@ pub trait Driven {
     fn targets(&self, time: f64, targets: &mut [JointTarget]);
     /// The wave that all joints follow at `time` \[s\], if it is all they follow.
     fn travelling_wave(&self, time: f64) -> Option<WaveJets>;
+    /// The first time after `time` at which the reference jumps \[s\]; infinite if it never does.
+    fn next_jump(&self, _time: f64) -> f64 {
+        f64::INFINITY
+    }
 }
 
 /// A body that follows a reference of its own.
@@ -167,5 +171,9 @@ impl<R: JointReference> Driven for Scripted<R> {
 
     fn travelling_wave(&self, time: f64) -> Option<WaveJets> {
         self.reference.travelling_wave(time)
+    }
+
+    fn next_jump(&self, time: f64) -> f64 {
+        self.reference.next_jump(time)
     }
 }

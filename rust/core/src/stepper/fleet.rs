@@ -8,7 +8,7 @@ use super::division::Division;
 use super::group::Group;
 use super::hardest::Hardest;
 use super::stage_kernels::StageKernels;
-use super::start::{START_LASTS, follows, longest_step};
+use super::start::{START_LASTS, end_before, follows, longest_step};
 use super::{Driven, IntegratorConfig, Plant};
 
 /// Advances robots in groups as wide as the machine's registers; one robot's motion does not depend on
@@ -122,14 +122,53 @@ impl<D: Driven> Run<'_, D> {
         let h = duration / f64::from(steps);
         group.event_tolerance = self.config.event_tolerance(h);
         for k in 1..=steps {
-            let members = std::mem::take(self.members);
-            if self.config.order == 2 {
-                self.step(group, &members, h, 0);
-            } else {
-                self.euler_steps(group, &members, h, 1);
+            let mut members = std::mem::take(self.members);
+            let on_the_way = self.those_that_meet_no_jump(&mut members, h);
+            let (smooth, jumping) = members.split_at(on_the_way);
+            self.whole_step(group, smooth, h);
+            for member in jumping {
+                self.step_over_jumps(group, *member, h);
             }
             *self.members = members;
             self.close_step(h * f64::from(k));
+        }
+    }
+
+    /// Moves robots whose reference jumps within the next step to the end of the list; how many are before them.
+    fn those_that_meet_no_jump(&self, members: &mut [usize], h: f64) -> usize {
+        let meets_one = |member: usize| {
+            let robot = &self.robots[member];
+            let time = robot.body().state.time;
+            end_before(time, |time| robot.next_jump(time)) < time + h
+        };
+        let jumping = members.iter().filter(|&&member| meets_one(member)).count();
+        if jumping > 0 {
+            members.sort_unstable_by_key(|&member| (meets_one(member), member));
+        }
+        members.len() - jumping
+    }
+
+    fn whole_step<T: StageKernels>(&mut self, group: &mut Group<T>, members: &[usize], h: f64) {
+        if self.config.order == 2 {
+            self.step(group, members, h, 0);
+        } else {
+            self.euler_steps(group, members, h, 1);
+        }
+    }
+
+    /// A step in parts that end where the reference jumps (T 7.2.2): links that a jump sets in motion are as those of a
+    /// robot just placed. A step across would smear the jump over its length.
+    fn step_over_jumps<T: StageKernels>(&mut self, group: &mut Group<T>, member: usize, h: f64) {
+        let end = self.robots[member].body().state.time + h;
+        loop {
+            let robot = &self.robots[member];
+            let time = robot.body().state.time;
+            let before = end_before(time, |time| robot.next_jump(time));
+            if before >= end {
+                return self.whole_step(group, &[member], end - time);
+            }
+            self.whole_step(group, &[member], before - time);
+            self.robots[member].body_mut().warm_start.elapsed = 0.0;
         }
     }
 

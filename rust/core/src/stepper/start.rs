@@ -12,6 +12,15 @@ pub fn first_step(step: f64) -> f64 {
     step * FIRST
 }
 
+/// Latest end of a step from `time` over which the reference does not jump \[s\]: just before the next jump, or for a
+/// robot that stands there just before the one after.
+pub fn end_before(time: f64, next_jump: impl Fn(f64) -> f64) -> f64 {
+    next_jump(time + 2.0 * JUST_BEFORE) - JUST_BEFORE
+}
+
+/// Time before a jump at which the step before it ends \[s\]: the reference there is still that of before.
+const JUST_BEFORE: f64 = 1e-7;
+
 /// How often a step is halved at most to become the first one.
 pub fn halvings_to_start() -> usize {
     (1.0 / FIRST).log2().ceil() as usize

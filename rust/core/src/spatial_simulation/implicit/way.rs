@@ -6,7 +6,7 @@
 //! * The first parts after a robot was placed are short.
 
 use crate::stepper::IntegratorConfig;
-use crate::stepper::start::{first_step, longest_step};
+use crate::stepper::start::{end_before, first_step, longest_step};
 
 use super::super::SpatialDriven;
 
@@ -109,7 +109,7 @@ impl Way {
             Some(Euler { end, step }) => (end - self.done, End::Euler, step),
             None => (interval.step - self.done, End::Step, longest_step(interval.configured, motion.elapsed)),
         };
-        let to_jump = robot.next_jump(time + 2.0 * JUST_BEFORE) - JUST_BEFORE - time;
+        let to_jump = end_before(time, |time| robot.next_jump(time)) - time;
         if to_jump < left {
             (left, self.end) = (to_jump, End::Jump);
         }
@@ -163,9 +163,6 @@ impl Way {
 
 /// Share of what is left from which on a part takes all of it.
 const ALMOST: f64 = 0.999;
-
-/// Time before a jump at which the part before it ends \[s\]: the reference there is still that of before.
-const JUST_BEFORE: f64 = 1e-7;
 
 /// Shortest Euler step for links that sink, over the first one tried.
 const SHORTEST_EULER: f64 = 1.0 / 64.0 + 1e-3;
