@@ -63,7 +63,7 @@ pub fn flight(duration: f64) -> Vec<SpaceCase> {
                 let name = format!("{spin} rad/s, h {step} s, order {order}");
                 let mut case = SpaceCase::straight(name, step, duration).limp();
                 case.integrator.order = order;
-                case.height = 1e3;
+                case.height = 1e4;
                 case.posture = Some((0..10).map(|j| Vector2::new(0.3, 0.2 * (f64::from(j) * 1.3).sin())).collect());
                 case.velocity = Vector3::new(1.0, -2.0, 3.0);
                 case.spin = Vector3::new(0.3, 0.5, 0.8) * spin;
