@@ -47,7 +47,8 @@ ARGUMENTS = {
     "model": 'robot in the plane, "planar", or in space, "spatial"; set by the id',
     "task": 'scene and goal: "course", "field", "free", "perturbed", "maze" or "corridor"; set by the id',
     "action_mode": 'what an action prescribes: "gait", "joints" or "residual"',
-    "perception": '"pegs": the robot locates the nearest pegs; "blind": it feels contact forces only',
+    "perception": '"pegs": the robot locates the pegs nearest to its leading link; "body": and, from each link, the '
+    'nearest one; "blind": it feels contact forces only',
     "nearest_pegs": "number of pegs located at a time, 1 to 64",
     "control_period": "time between two actions [s], 0.001 to 1",
     "max_episode_steps": "control periods after which an episode is truncated, >= 1",
@@ -219,7 +220,8 @@ def _observation(layout: dict[str, Any]) -> str:
     parts.append(_table(("block", "size", "meaning"), rows))
     parts.append(
         "Excluded: the absolute position, since the task is the same everywhere along the corridor, and with "
-        '`perception="blind"` the pegs.\n'
+        '`perception="blind"` the pegs. With `perception="body"` a block `link_pegs` is added, three elements a link: '
+        "the nearest peg from each link's CG, likewise, within a quarter of the robot's length.\n"
     )
     return "\n".join(parts)
 

@@ -14,7 +14,11 @@ from gymnasium.utils.env_checker import check_env
 import snake_env
 from snake_env import ConfigError, SnakeEnv
 
-VARIANTS = [{}, {"action_mode": "joints"}, {"action_mode": "residual", "perception": "blind"}]
+VARIANTS = [
+    {},
+    {"action_mode": "joints", "perception": "body"},
+    {"action_mode": "residual", "perception": "blind"},
+]
 
 
 @pytest.mark.parametrize("keywords", VARIANTS)

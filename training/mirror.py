@@ -14,6 +14,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from training import traces
 from training.config import Config
 from training.rollout import layout_of
 
@@ -46,7 +47,7 @@ class Mirror(NamedTuple):
 
 
 def _sign(block: str, element: str) -> int:
-    if block == "pegs":
+    if block in ("pegs", "link_pegs"):
         return -1 if element.endswith("_left") else 1
     return 1 if element in UNCHANGED.get(block, ()) else -1
 
@@ -55,7 +56,10 @@ def of_run(config: Config) -> Mirror | None:
     """The mirror of a run's environment; None where the run does without."""
     if not config.policy.mirror:
         return None
-    return Mirror.of(layout_of(config.env_id, config.env))
+    layout = layout_of(config.env_id, config.env)
+    sides = Mirror.of(layout)
+    remembered = np.tile(sides.observation[traces.remembered(layout)], len(config.policy.traces))
+    return Mirror(np.concatenate([sides.observation, remembered]), sides.action)
 
 
 class Mirrored(nn.Module):

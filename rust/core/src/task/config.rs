@@ -57,11 +57,14 @@ pub enum ActionMode {
     Residual,
 }
 
-/// Whether the robot locates pegs or feels contact forces only (T 5.4).
+/// Whether the robot locates pegs, and from where, or feels contact forces only (T 5.4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Perception {
+    /// The nearest ones from the leading link.
     Pegs,
+    /// These, and from each link the nearest one.
+    Body,
     Blind,
 }
 

@@ -20,7 +20,7 @@ use super::goal::Goal;
 use super::latency::Latency;
 use super::machine::Machine;
 use super::observation::{ObservationBlock, ObservationLayout, View};
-use super::perception::PegSensor;
+use super::perception::Sight;
 use super::planar_machine::{PlanarMachine, PlanarMachineState};
 use super::random::Stream;
 use super::randomization::{Drawn, Randomization};
@@ -41,7 +41,7 @@ pub struct Environment<M = PlanarMachine> {
     randomization: Randomization,
     latency: Latency,
     senses: Senses,
-    sensor: PegSensor,
+    sight: Sight,
     source: Source,
     drawn: Drawn,
     episode: Episode,
@@ -94,10 +94,10 @@ impl<M: Machine> Environment<M> {
         let robot = machine.robot();
         let arena = Arena::new(config, robot)?;
         let rules = Rules::new(config, robot.total_mass() * robot.gravity);
-        let sensor = PegSensor::new(config.nearest_pegs, robot.total_length());
+        let sight = Sight::new(config.perception, config.nearest_pegs, robot.links.len(), robot.total_length());
         let motion = machine.motion();
         let episode = Episode::begin(arena.nominal_target(), motion, 1.0);
-        let layout = ObservationLayout::new(config, &machine, &sensor);
+        let layout = ObservationLayout::new(config, &machine, &sight);
         let size = machine.action_entries().len();
         let mut environment = Self {
             values: vec![0.0; layout.size()],
@@ -112,7 +112,7 @@ impl<M: Machine> Environment<M> {
             rules,
             arena,
             machine,
-            sensor,
+            sight,
             episode,
         };
         environment.begin(0, 0);
@@ -185,13 +185,13 @@ impl<M: Machine> Environment<M> {
         let Source { seed, episode, .. } = self.source;
         let steps = self.episode.steps;
         self.senses.measure(&self.machine, &self.episode, || Stream::of_step(seed, episode, steps));
-        self.sensor.scan(&self.machine.head(), self.senses.pegs(self.machine.pegs()));
+        self.sight.scan(|link| self.machine.link(link), self.senses.pegs(self.machine.pegs()));
         let view = View {
             machine: &self.machine,
             senses: &self.senses,
             bearing: self.episode.bearing(),
             previous_action: &self.action,
-            sensor: &self.sensor,
+            sight: &self.sight,
         };
         self.layout.write(&view, &mut self.values, observation);
     }

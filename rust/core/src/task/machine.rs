@@ -75,8 +75,8 @@ pub trait Machine: Clone + Debug + Send + Sync + 'static {
     /// Joint angles \[rad\] and their rates \[rad/s\], `joint_coordinates` each.
     fn read_joints(&self, angle: &mut [f64], rate: &mut [f64]);
 
-    /// Link 1 seen from above.
-    fn head(&self) -> Pose;
+    /// A link seen from above; the one with index 0 leads.
+    fn link(&self, index: usize) -> Pose;
 
     fn save(&self) -> Self::State;
 

@@ -6,7 +6,7 @@
 
 use super::config::{EnvConfig, Perception, Task};
 use super::machine::Machine;
-use super::perception::PegSensor;
+use super::perception::{PegSensor, Sight};
 use super::senses::Senses;
 
 /// Everything that may be sensed at a control instant.
@@ -16,7 +16,7 @@ pub struct View<'a, M> {
     /// Angle from +x to the goal direction \[rad\].
     pub bearing: f64,
     pub previous_action: &'a [f64],
-    pub sensor: &'a PegSensor,
+    pub sight: &'a Sight,
 }
 
 /// A run of elements of one kind.
@@ -52,9 +52,9 @@ pub struct ObservationLayout<M> {
 }
 
 impl<M: Machine> ObservationLayout<M> {
-    /// The layout for a machine, a corridor and a sensor as given; blocks that the task or the action mode leaves
+    /// The layout for a machine, a corridor and a sight as given; blocks that the task or the action mode leaves
     /// constant are absent.
-    pub fn new(config: &EnvConfig, machine: &M, sensor: &PegSensor) -> Self {
+    pub fn new(config: &EnvConfig, machine: &M, sight: &Sight) -> Self {
         let [mut blocks, more] = machine.observation_blocks(config);
         blocks.extend(task_blocks(config));
         blocks.extend(more);
@@ -63,11 +63,19 @@ impl<M: Machine> ObservationLayout<M> {
             block("previous_action", actions, "1", 1.0, 1.0, previous_action)
                 .says("the last action, clipped; zero after a reset"),
         );
-        if config.task != Task::Free && config.perception == Perception::Pegs {
-            blocks.push(block("pegs", peg_elements(sensor.count()), "m", sensor.range(), 1.5, pegs).says(
+        if config.task != Task::Free && config.perception != Perception::Blind {
+            let elements = peg_elements("peg", sight.ahead.count());
+            blocks.push(block("pegs", elements, "m", sight.ahead.range(), 1.5, pegs).says(
                 "nearest pegs from the leading link's CG: centre forward and left, and sensing range minus the \
                  distance to the rim; all zero where fewer pegs are in range",
             ));
+            if let Some(first) = sight.along.first() {
+                let elements = peg_elements("link", sight.along.len());
+                blocks.push(
+                    block("link_pegs", elements, "m", first.range(), 1.5, link_pegs)
+                        .says("the nearest peg from each link's CG, likewise, within a quarter of the robot's length"),
+                );
+            }
         }
         let mut start = 0;
         for block in &mut blocks {
@@ -145,9 +153,9 @@ pub(super) fn numbered(name: &str, count: usize) -> Vec<String> {
     (1..=count).map(|i| format!("{name}_{i}")).collect()
 }
 
-fn peg_elements(count: usize) -> Vec<String> {
+fn peg_elements(name: &str, count: usize) -> Vec<String> {
     let quantities = ["forward", "left", "proximity"];
-    (1..=count).flat_map(|peg| quantities.map(|quantity| format!("peg_{peg}_{quantity}"))).collect()
+    (1..=count).flat_map(|k| quantities.map(|quantity| format!("{name}_{k}_{quantity}"))).collect()
 }
 
 pub(super) fn joint_angle<M>(view: &View<M>, values: &mut [f64]) {
@@ -185,8 +193,19 @@ fn previous_action<M>(view: &View<M>, values: &mut [f64]) {
 }
 
 fn pegs<M>(view: &View<M>, values: &mut [f64]) {
+    locate(&view.sight.ahead, values);
+}
+
+fn link_pegs<M>(view: &View<M>, values: &mut [f64]) {
+    for (sensor, values) in view.sight.along.iter().zip(values.chunks_exact_mut(3)) {
+        locate(sensor, values);
+    }
+}
+
+/// Three values for each peg that the sensor locates at most.
+fn locate(sensor: &PegSensor, values: &mut [f64]) {
     values.fill(0.0);
-    for (values, peg) in values.chunks_exact_mut(3).zip(view.sensor.located()) {
-        values.copy_from_slice(&[peg.forward, peg.left, view.sensor.range() - peg.distance]);
+    for (values, peg) in values.chunks_exact_mut(3).zip(sensor.located()) {
+        values.copy_from_slice(&[peg.forward, peg.left, sensor.range() - peg.distance]);
     }
 }

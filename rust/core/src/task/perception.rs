@@ -1,9 +1,11 @@
-//! Locating pegs: the nearest ones as the leading link sees them (T 5.4).
+//! Locating pegs: the nearest ones as the leading link sees them, and the nearest one as each link does (T 5.4).
 
 use crate::planar::Pose;
 use crate::scene::Peg;
 
-/// A peg in the frame of the leading link: x forward, y to the left.
+use super::config::Perception;
+
+/// A peg in the frame of a link: x forward, y to the left.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LocatedPeg {
     /// Position of the peg's centre \[m\].
@@ -13,7 +15,35 @@ pub struct LocatedPeg {
     pub distance: f64,
 }
 
-/// Finds the pegs nearest to the leading link.
+/// How far a robot that looks from all its links sees from each, as a share of its length.
+const REACH: f64 = 0.25;
+
+/// Where a robot looks from.
+#[derive(Debug, Clone)]
+pub struct Sight {
+    /// From the leading link.
+    pub ahead: PegSensor,
+    /// From each link; none where it looks from the leading one alone.
+    pub along: Vec<PegSensor>,
+}
+
+impl Sight {
+    /// Of a robot of `links` links and this length \[m\] that locates at most `count` pegs from its leading link.
+    pub fn new(perception: Perception, count: usize, links: usize, length: f64) -> Self {
+        let watchful = if perception == Perception::Body { links } else { 0 };
+        Self { ahead: PegSensor::new(count, length), along: vec![PegSensor::new(1, REACH * length); watchful] }
+    }
+
+    /// Looks around from the links, whose poses `link` tells.
+    pub fn scan(&mut self, link: impl Fn(usize) -> Pose, pegs: &[Peg]) {
+        self.ahead.scan(&link(0), pegs);
+        for (i, sensor) in self.along.iter_mut().enumerate() {
+            sensor.scan(&link(i), pegs);
+        }
+    }
+}
+
+/// Finds the pegs nearest to a link.
 #[derive(Debug, Clone)]
 pub struct PegSensor {
     count: usize,
@@ -42,7 +72,7 @@ impl PegSensor {
         &self.located
     }
 
-    /// Looks around from the leading link at `pose`.
+    /// Looks around from a link at `pose`.
     pub fn scan(&mut self, pose: &Pose, pegs: &[Peg]) {
         self.located.clear();
         let (sin, cos) = pose.z.sin_cos();
@@ -82,6 +112,23 @@ mod tests {
         assert!((first.forward - 0.3).abs() < 1e-15 && (first.left + 0.1).abs() < 1e-15);
         assert!((second.forward - 0.5).abs() < 1e-15 && (second.left - 0.2).abs() < 1e-15);
         assert!((second.distance - (0.29f64.sqrt() - 0.1)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_robot_that_looks_from_all_its_links_sees_what_a_sensor_on_each_would() {
+        let pegs = [[0.1, 0.3, 0.2], [0.1, 1.2, -0.25], [0.05, 2.0, 0.0]].map(Peg::from);
+        let link = |i: usize| Pose::new(0.1 + 0.6 * i as f64, 0.0, PI + 0.2 * i as f64);
+        let mut sight = Sight::new(Perception::Body, 2, 3, 1.2);
+        sight.scan(link, &pegs);
+        for (i, along) in sight.along.iter().enumerate() {
+            let mut alone = PegSensor::new(1, 0.3);
+            alone.scan(&link(i), &pegs);
+            assert_eq!(along.located(), alone.located());
+        }
+        let seen: Vec<usize> = sight.along.iter().map(|sensor| sensor.located().len()).collect();
+        assert_eq!(seen, [1, 0, 1], "a quarter of its length reaches a peg from the first and from the last link");
+        assert_eq!(sight.ahead.located().len(), 2);
+        assert!(Sight::new(Perception::Pegs, 2, 3, 1.2).along.is_empty());
     }
 
     #[test]

@@ -134,8 +134,8 @@ impl Machine for PlanarMachine {
         rate.iter_mut().enumerate().for_each(|(joint, value)| *value = state.joint_rate(joint));
     }
 
-    fn head(&self) -> Pose {
-        self.simulation.state().pose[0]
+    fn link(&self, index: usize) -> Pose {
+        self.simulation.state().pose[index]
     }
 
     fn save(&self) -> PlanarMachineState {

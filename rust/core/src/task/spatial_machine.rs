@@ -212,8 +212,8 @@ impl Machine for SpatialMachine {
         }
     }
 
-    fn head(&self) -> planar::Pose {
-        let pose = &self.simulation.state().pose[0];
+    fn link(&self, index: usize) -> planar::Pose {
+        let pose = &self.simulation.state().pose[index];
         let axis = pose.axis();
         planar::Pose::new(pose.position.x, pose.position.y, axis.y.atan2(axis.x))
     }
