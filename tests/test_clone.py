@@ -9,7 +9,7 @@ pytest.importorskip("torch")
 
 import torch
 
-from training import clone, config, policies, policy_file, ppo, rollout, run_folder, seeds
+from training import clone, config, policies, policy_file, ppo, rollout, run_folder, seeds, traces
 from training.baselines import catalogue
 from training.config import Clone
 
@@ -67,8 +67,8 @@ def test_an_expert_says_what_the_controller_does_in_its_own_mode():
 
 def test_the_critic_learns_while_the_actor_rests():
     with_critic, without = (begun(settings(start=dataclasses.replace(HEADING, critic_rounds=k))).agent for k in (3, 0))
-    assert torch.equal(with_critic.actor[0].weight, without.actor[0].weight)
-    assert not torch.equal(with_critic.critic[0].weight, without.critic[0].weight)
+    assert torch.equal(with_critic.actor[-1].weight, without.actor[-1].weight)
+    assert not torch.equal(with_critic.critic[-1].weight, without.critic[-1].weight)
 
 
 def test_controllers_of_other_modes_are_named():
@@ -105,7 +105,7 @@ def test_a_run_that_begins_as_a_clone_leaves_a_policy_that_moves(tmp_path):
 
 def donor(path, mode, observations, actions, hidden=(8, 8)):
     """A policy with random weights and biases, and its file."""
-    agent = ppo.Agent(observations, actions, hidden, 0.0, None)
+    agent = ppo.Agent(observations, actions, config.Policy(hidden), None)
     torch.nn.init.normal_(agent.actor[-1].bias)
     env = {"action_mode": mode}
     policy_file.write(path, agent.arrays(), {"env_id": "SnakeField-v0", "env": env})
@@ -114,22 +114,23 @@ def donor(path, mode, observations, actions, hidden=(8, 8)):
 
 def test_a_policy_trained_before_is_taken_over(tmp_path):
     giver = donor(tmp_path / "giver.safetensors", "gait", 63, 4)
-    heir = ppo.Agent(63, 4, (8, 8), 0.0, None)
-    clone.take_over(heir, observations("gait")[1], tmp_path / "giver.safetensors")
+    heir = ppo.Agent(63, 4, config.Policy((8, 8)), None)
+    clone.take_over(heir, observations("gait")[1], (), tmp_path / "giver.safetensors")
     seen = torch.rand(5, 63)
     assert torch.equal(heir.actor(seen), giver.actor(seen))
+    wider = ppo.Agent(63, 4, config.Policy((9, 8)), None)
     with pytest.raises(ValueError, match=r"clone\.policy = .*giver\.safetensors: expected hidden layers \[9, 8\]"):
-        clone.take_over(ppo.Agent(63, 4, (9, 8), 0.0, None), observations("gait")[1], tmp_path / "giver.safetensors")
+        clone.take_over(wider, observations("gait")[1], (), tmp_path / "giver.safetensors")
 
 
 def test_a_policy_of_another_interface_is_taken_over_by_name(tmp_path):
     """From the wave alone to the wave with offsets: the wave is steered as before, offsets are zero."""
     giver = donor(tmp_path / "giver.safetensors", "gait", 63, 4)
     seen, layout = observations("residual")
-    heir = ppo.Agent(seen.shape[1], 14, (8, 8), 0.0, None)
-    clone.take_over(heir, layout, tmp_path / "giver.safetensors")
-    known = clone.observed(observations("gait")[1])
-    places = [clone.observed(layout).index(name) for name in known]
+    heir = ppo.Agent(seen.shape[1], 14, config.Policy((8, 8)), None)
+    clone.take_over(heir, layout, (), tmp_path / "giver.safetensors")
+    known = traces.observed(observations("gait")[1], ())
+    places = [traces.observed(layout, ()).index(name) for name in known]
     acted = heir.actor(torch.from_numpy(seen))
     torch.testing.assert_close(acted[:, :4], giver.actor(torch.from_numpy(seen[:, places])))
     assert not acted[:, 4:].any()

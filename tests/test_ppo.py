@@ -161,7 +161,7 @@ def test_advantages_are_discounted_sums_of_errors():
 
 
 def test_density_is_that_of_the_normal_law():
-    agent = ppo.Agent(3, 2, (8,), -0.3, None)
+    agent = ppo.Agent(3, 2, config.Policy((8,), -0.3), None)
     observation, action = torch.randn(4, 3), torch.randn(4, 2)
     law = torch.distributions.Normal(agent.actor(observation), agent.log_std.exp())
     torch.testing.assert_close(agent.log_density(observation, action), law.log_prob(action).sum(-1))

@@ -10,6 +10,7 @@ cloned.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from training import policy_file
 from training.baselines import catalogue
 from training.config import Clone
 from training.rollout import layout_of
+from training.traces import observed, times_of
 
 WAVE_ACTIONS = 4
 """Actions of mode ``gait``; mode ``residual`` has them first, and the offsets of joints after them."""
@@ -48,13 +50,14 @@ class Expert:
         mode = _action_mode(layout)
         if mode not in modes[self._controller.mode]:
             raise ValueError(f"clone.controller = {clone.controller}: expected one that acts by {mode} or by gait")
+        self._observations = sum(block["size"] for block in layout["observation"])
         self._actions = len(layout["action"])
         known = WAVE_ACTIONS if self._controller.mode == "gait" else self._actions
         self._controller.begin({**layout, "action": layout["action"][:known]}, num_envs)
 
     def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Actions (n, a); zero where the controller knows of none."""
-        action = self._controller(observation)
+        """Actions (n, a); zero where the controller knows of none. It does not see the learner's traces."""
+        action = self._controller(observation[:, : self._observations])
         return np.pad(action, ((0, 0), (0, self._actions - action.shape[1])))
 
     def forget(self, rows: NDArray[np.bool_]) -> None:
@@ -72,7 +75,7 @@ def begin(learner: Any, clone: Clone) -> None:
     """Makes the agent of a :class:`training.ppo.Learner` what ``clone`` says, then warms its critic up."""
     layout = layout_of(learner.config.env_id, learner.config.env)
     if clone.policy is not None:
-        take_over(learner.agent, layout, Path(clone.policy))
+        take_over(learner.agent, layout, learner.config.policy.traces, Path(clone.policy))
     else:
         imitate(learner, Expert(clone, layout, learner.config.num_envs), clone)
     for _ in range(clone.critic_rounds):
@@ -82,7 +85,7 @@ def begin(learner: Any, clone: Clone) -> None:
         fit(learner.agent.critic, observation, target[:, None], clone.epochs, learner.rng)
 
 
-def take_over(agent: Any, layout: dict[str, Any], path: Path) -> None:
+def take_over(agent: Any, layout: dict[str, Any], times: Sequence[float], path: Path) -> None:
     """Gives the actor the weights of a policy file, input by input and output by output of the same name.
 
     The file's policy may have sensed and done other things: what only it knows is left out, and what only the agent
@@ -91,6 +94,7 @@ def take_over(agent: Any, layout: dict[str, Any], path: Path) -> None:
     Args:
         agent: a :class:`training.ppo.Agent`.
         layout: of its environment.
+        times: of its traces [s].
         path: the file.
 
     Raises:
@@ -105,17 +109,13 @@ def take_over(agent: Any, layout: dict[str, Any], path: Path) -> None:
     if hidden != expected or f"actor.{len(expected) + 1}.bias" in arrays:
         raise ValueError(f"clone.policy = {path}: expected hidden layers {expected}, found {hidden}")
     theirs = layout_of(run["env_id"], run["env"])
-    inputs, outputs = (_matches(names(layout), names(theirs)) for names in (observed, done))
+    inputs = _matches(observed(layout, times), observed(theirs, times_of(run)))
+    outputs = _matches(done(layout), done(theirs))
     last = len(expected)
     for name, weights in own.items():  # they share their memory with the agent's parameters
         given = arrays[name]
         given = _taken(given.T, inputs).T if name == "actor.0.weight" else given
         weights[...] = _taken(given, outputs) if name.startswith(f"actor.{last}.") else given
-
-
-def observed(layout: dict[str, Any]) -> list[str]:
-    """Names of the elements of an observation."""
-    return [f"{block['name']}: {element}" for block in layout["observation"] for element in block["elements"]]
 
 
 def done(layout: dict[str, Any]) -> list[str]:

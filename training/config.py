@@ -23,11 +23,19 @@ class Policy:
         hidden: units of each hidden layer.
         log_std: logarithm of the standard deviation of the action noise at the start.
         mirror: the networks treat left and right alike; the lean learner only.
+        traces: time constants [s] of running means of what was felt, which the networks see too; the lean learner only.
+        bfloat16: hidden layers learn in half precision, about twice as fast where the processor has it; the lean
+            learner only.
     """
 
     hidden: tuple[int, ...] = (64, 64)
     log_std: float = -1.0
     mirror: bool = False
+    traces: tuple[float, ...] = ()
+    bfloat16: bool = False
+
+    def __post_init__(self) -> None:
+        _require(all(time > 0.0 for time in self.traces), "policy.traces", self.traces, "times > 0")
 
 
 @dataclass(frozen=True)
@@ -127,7 +135,7 @@ class Config:
     checkpoint_seconds: float = 30.0
     curriculum: float = 0.0
     clone: Clone | None = None
-    policy: Policy = Policy()
+    policy: Policy = field(default_factory=Policy)
     ppo: Ppo = Ppo()
 
     def __post_init__(self) -> None:
@@ -167,8 +175,7 @@ class Config:
         values = dict(values)
         if "policy" in values:
             policy = dict(values["policy"])
-            if "hidden" in policy:
-                policy["hidden"] = tuple(policy["hidden"])
+            policy |= {name: tuple(policy[name]) for name in ("hidden", "traces") if name in policy}
             values["policy"] = _section(Policy, "policy", policy)
         if values.get("clone") is not None:
             values["clone"] = _section(Clone, "clone", values["clone"])
@@ -179,7 +186,7 @@ class Config:
     def to_mapping(self) -> dict[str, Any]:
         """Plain lists, mappings and numbers, for a file."""
         values = dataclasses.asdict(self)
-        values["policy"]["hidden"] = list(self.policy.hidden)
+        values["policy"] |= {"hidden": list(self.policy.hidden), "traces": list(self.policy.traces)}
         return values
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from training import policy_file
+from training.traces import Traces, times_of
 
 DEGREE = math.pi / 180.0
 
@@ -126,7 +127,7 @@ class Model(Stateless):
         return self._model.predict(observation, deterministic=True)[0]
 
 
-class Network(Stateless):
+class Network:
     """The actor of a file, without exploration noise: layers ``actor.<k>.weight`` and ``.bias`` with tanh between.
 
     With signs ``mirror.observation`` and ``mirror.action`` it is the mean of what they say and of what they say in the
@@ -134,6 +135,8 @@ class Network(Stateless):
 
     It computes in double precision: sums of single precision come out differently in batches of different size, and
     a robot among pegs soon tells the difference, so that a film would show another episode than the one scored.
+
+    A policy with traces (``training/traces.py``) remembers; it has to be told where episodes begin.
 
     Args:
         path: what ``python -m training.ppo`` leaves as ``policy.safetensors``.
@@ -144,6 +147,7 @@ class Network(Stateless):
         arrays, self.config = policy_file.read(path)
         self.name = name or title(path)
         self.env_options = interface(self.config.get("env", {}))
+        self._traces: Traces | None = None
         layers = sorted({int(key.split(".")[1]) for key in arrays if key.startswith("actor.")})
         if not layers:
             raise ValueError(f"{path}: expected arrays actor.<k>.weight, found {', '.join(arrays)}")
@@ -151,9 +155,18 @@ class Network(Stateless):
         self._signs = (double["mirror.observation"], double["mirror.action"]) if "mirror.action" in double else None
         self._layers = [(double[f"actor.{k}.weight"].T.copy(), double[f"actor.{k}.bias"]) for k in layers]
 
+    def begin(self, layout: dict[str, Any], num_envs: int) -> None:
+        """Prepares a memory for a batch of new episodes."""
+        self._traces = Traces(layout, times_of(self.config), num_envs)
+
+    def reset(self, rows: NDArray[np.bool_]) -> None:
+        """Forgets what it remembers of the robots in ``rows`` (n,), whose next observation begins an episode."""
+        if self._traces is not None:
+            self._traces.forget(rows)
+
     def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
         """The mean actions (n, a)."""
-        seen = observation.astype(np.float64)
+        seen = (observation if self._traces is None else self._traces(observation)).astype(np.float64)
         action = self._mean(seen)
         if self._signs is not None:
             of_observation, of_action = self._signs

@@ -27,9 +27,10 @@ from torch import Tensor, nn
 import snake_env  # noqa: F401
 from training import clone, mirror, policy_file, run_command, seeds
 from training.budget import Budget, StopRequest
-from training.config import Config, Ppo
+from training.config import Config, Policy, Ppo
 from training.learning_curve import SIGNALS, LearningCurve, text
 from training.run_folder import RunFolder
+from training.traces import Traces, observed
 
 LOG_SQRT_TAU = 0.5 * float(np.log(2.0 * np.pi))
 POLICY = policy_file.NAME
@@ -43,22 +44,19 @@ class Agent(nn.Module):
     Args:
         observations: elements of an observation.
         actions: elements of an action.
-        hidden: units of each hidden layer.
-        log_std: logarithm of the standard deviation at the start.
+        policy: hidden layers, their precision, and the standard deviation at the start.
         sides: makes both networks treat left and right alike.
     """
 
-    def __init__(
-        self, observations: int, actions: int, hidden: tuple[int, ...], log_std: float, sides: mirror.Mirror | None
-    ) -> None:
+    def __init__(self, observations: int, actions: int, policy: Policy, sides: mirror.Mirror | None) -> None:
         super().__init__()
-        self.actor: nn.Module = network(observations, hidden, actions, last_gain=0.01)
-        self.critic: nn.Module = network(observations, hidden, 1, last_gain=1.0)
+        self.actor: nn.Module = network(observations, policy, actions, last_gain=0.01)
+        self.critic: nn.Module = network(observations, policy, 1, last_gain=1.0)
         if sides is not None:
             self.actor = mirror.Mirrored(self.actor, sides.observation, sides.action)
             self.critic = mirror.Mirrored(self.critic, sides.observation, np.ones(1, np.float32))
         self._sides = sides
-        self.log_std = nn.Parameter(torch.full((actions,), log_std))
+        self.log_std = nn.Parameter(torch.full((actions,), policy.log_std))
 
     def value(self, observation: Tensor) -> Tensor:
         """Expected discounted return (n,)."""
@@ -94,19 +92,32 @@ class Agent(nn.Module):
 
 def make_agent(config: Config, observations: int, actions: int) -> Agent:
     """The agent of a run before it has learned anything."""
-    return Agent(observations, actions, config.policy.hidden, config.policy.log_std, mirror.of_run(config))
+    return Agent(observations, actions, config.policy, mirror.of_run(config))
 
 
-def network(inputs: int, hidden: tuple[int, ...], outputs: int, last_gain: float) -> nn.Sequential:
-    """Layers with orthogonal weights and zero biases."""
-    sizes = [inputs, *hidden, outputs]
-    layers: list[nn.Module] = []
-    for k, (wide, high) in enumerate(pairwise(sizes)):
-        linear = nn.Linear(wide, high)
-        nn.init.orthogonal_(linear.weight, last_gain if k == len(hidden) else 2.0**0.5)
-        nn.init.zeros_(linear.bias)
-        layers += [linear, nn.Tanh()]
-    return nn.Sequential(*layers[:-1])
+def network(inputs: int, policy: Policy, outputs: int, last_gain: float) -> nn.Sequential:
+    """Hidden layers with tanh, in the precision that the policy learns in, and a last one that is linear."""
+    sizes = pairwise([inputs, *policy.hidden])
+    layers = [layer for wide, high in sizes for layer in (linear(wide, high, 2.0**0.5), nn.Tanh())]
+    hidden = HalfPrecision(*layers) if policy.bfloat16 else nn.Sequential(*layers)
+    return nn.Sequential(hidden, linear(policy.hidden[-1], outputs, last_gain))
+
+
+def linear(inputs: int, outputs: int, gain: float) -> nn.Linear:
+    """A layer with orthogonal weights and zero biases."""
+    layer = nn.Linear(inputs, outputs)
+    nn.init.orthogonal_(layer.weight, gain)
+    nn.init.zeros_(layer.bias)
+    return layer
+
+
+class HalfPrecision(nn.Sequential):
+    """Layers whose products are of bfloat16 numbers; what they leave is in single precision again."""
+
+    def forward(self, inputs: Tensor) -> Tensor:
+        """Outputs (n, k)."""
+        with torch.autocast("cpu", torch.bfloat16):
+            return cast(Tensor, super().forward(inputs)).float()
 
 
 class Rollout:
@@ -159,7 +170,8 @@ class Collector:
         options = {"num_threads": config.num_threads, "autoreset_mode": "SameStep", **config.env}
         self._env = cast(Any, gym.make_vec(config.env_id, num_envs=config.num_envs, **options))
         layout = self._env.layout
-        self.observations = sum(block["size"] for block in layout["observation"])
+        self._traces = Traces(layout, config.policy.traces, config.num_envs)
+        self.observations = len(observed(layout, config.policy.traces))
         self.actions = len(layout["action"])
         self._hardest = float(json.loads(layout["config"])["difficulty"])
         self.rollout = Rollout(config.ppo.n_steps, config.num_envs, self.observations, self.actions)
@@ -167,7 +179,7 @@ class Collector:
         self._returns = np.zeros(config.num_envs)
         self._config = config
         self.advance(used)
-        self.observation = torch.from_numpy(self._env.reset(seed=seed)[0])
+        self.observation = torch.from_numpy(self._traces(self._env.reset(seed=seed)[0]))
 
     def advance(self, used: float) -> None:
         """Sets the difficulty of the episodes that begin from now on; ``used`` is the share of the budget used up."""
@@ -188,9 +200,10 @@ class Collector:
                 self._note_ends(infos)
                 cut = np.flatnonzero(truncated & ~terminated)
                 if len(cut):  # time was up: what would have come counts as the critic sees it
-                    last = torch.from_numpy(np.stack(infos["final_obs"][cut]))
-                    rollout.reward[t, cut] += gamma * agent.value(last).numpy()
-            self.observation = torch.from_numpy(observation)
+                    last = self._traces.foresee(np.stack(infos["final_obs"][cut]), cut)
+                    rollout.reward[t, cut] += gamma * agent.value(torch.from_numpy(last)).numpy()
+                self._traces.forget(rollout.done[t])
+            self.observation = torch.from_numpy(self._traces(observation))
         rollout.value[:] = agent.value(rollout.observation)
         return rollout, agent.value(self.observation)
 

@@ -47,7 +47,8 @@ def settings(config: Config, runners: int) -> Any:
 
     if runners < 1 or config.num_envs % runners:
         raise ValueError(f"runners = {runners}: expected a divisor of num_envs = {config.num_envs}")
-    config.refuse("RLlib's PPO", "curriculum", "clone", "policy.mirror", "ppo.target_kl")
+    lean = ("clone", "policy.mirror", "policy.traces", "policy.bfloat16", "ppo.target_kl")
+    config.refuse("RLlib's PPO", "curriculum", *lean)
     ppo = config.ppo
     rates = [[0, ppo.learning_rate], [config.total_steps, ppo.learning_rate * ppo.final_learning_rate]]
     return (
