@@ -98,6 +98,7 @@ class SnakeEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         Raises:
             ConfigError: it is not in [0, 1].
         """
+        self._require_open()
         self._robots.set_difficulty(difficulty, [0])
 
     def get_state(self) -> RobotState:

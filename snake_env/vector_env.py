@@ -197,6 +197,7 @@ class SnakeVectorEnv(VectorEnv):
         Raises:
             ConfigError: a number is not in [0, 1], or there are not as many as robots.
         """
+        self._require_open()
         self._robots.set_difficulty(difficulty, self._indices(mask))
 
     def get_state(self, mask: Mask | None = None) -> list[RobotState]:

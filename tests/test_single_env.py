@@ -73,14 +73,23 @@ def test_bad_input_is_named(call, field):
         call(env)
 
 
-def test_order_of_calls_is_checked():
+def test_step_needs_a_reset_first():
     env = SnakeEnv(task="free")
     with pytest.raises(ResetNeeded):
         env.step(np.zeros(4))
+
+
+def test_a_closed_environment_says_so():
+    env = SnakeEnv(task="free")
+    env.reset(seed=0)
+    state = env.get_state()
     env.close()
     env.close()
-    with pytest.raises(ClosedEnvironmentError):
-        env.reset()
+    calls = [env.reset, lambda: env.step(np.zeros(4)), env.render]
+    calls += [env.get_state, lambda: env.set_state(state), lambda: env.set_difficulty(0.5)]
+    for call in calls:
+        with pytest.raises(ClosedEnvironmentError):
+            call()
 
 
 def test_the_observation_is_not_constant_and_never_leaves_its_bounds(env_id):

@@ -291,9 +291,12 @@ def test_step_needs_a_reset_first(make):
 def test_a_closed_environment_says_so(make):
     env = make(num_envs=2)
     env.reset(seed=0)
+    states = env.get_state()
     env.close()
     env.close()
-    for call in (env.reset, lambda: env.step(np.zeros((2, 4))), env.render, env.get_state):
+    calls = [env.reset, lambda: env.step(np.zeros((2, 4))), env.render]
+    calls += [env.get_state, lambda: env.set_state(states), lambda: env.set_difficulty(0.5)]
+    for call in calls:
         with pytest.raises(ClosedEnvironmentError):
             call()
 
