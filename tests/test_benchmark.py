@@ -64,6 +64,18 @@ def test_a_cell_belongs_to_its_task_and_fields(tmp_path):
     assert benchmark_cells.path(tmp_path, FIELD, entry, fields) in places
 
 
+def test_a_cell_belongs_to_the_code_that_played_it(tmp_path, monkeypatch):
+    code = benchmark_cells.sources()
+    played_by = ("snake_env/vector_env.py", "snake_env/registration.py", "snake_env/config/robot.py")
+    assert {benchmark_cells.ROOT / one for one in (*played_by, "training/policies.py")} <= set(code)
+    entry, fields = benchmark_cells.scripted("thesis gait"), seeds.held_out(4)
+    before = benchmark_cells.path(tmp_path, FIELD, entry, fields)
+    changed = tmp_path / "vector_env.py"
+    changed.write_text("another")
+    monkeypatch.setattr(benchmark_cells, "sources", lambda: [changed, *code])
+    assert benchmark_cells.path(tmp_path, FIELD, entry, fields) != before
+
+
 def test_fields_are_held_out():
     assert seeds.require_held_out(seeds.held_out(500)) is None
     for other in (seeds.TRAINING.start, seeds.SELECTION.start, seeds.TRAINING.stop):

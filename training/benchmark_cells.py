@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+import snake_env
 from snake_env import ConfigError, _native
 from training import rollout
 from training.baselines import catalogue
@@ -95,17 +96,19 @@ def play(task: BenchmarkTask, entry: Entry, fields: list[int], num_threads: int 
 
 
 def path(out: Path, task: BenchmarkTask, entry: Entry, fields: list[int]) -> Path:
-    """Where a cell is kept; its name changes with task, policy, fields, simulator and the code of the policies."""
+    """Where a cell is kept; its name changes with task, policy, fields, simulator, environments and policies' code."""
     parts = [repr((task.env_id, sorted(task.options.items()), fields[0], len(fields))).encode(), entry.source(task)]
-    parts += [Path(str(_native.__file__)).read_bytes(), *(file.read_bytes() for file in _sources())]
+    parts += [Path(str(_native.__file__)).read_bytes(), *(file.read_bytes() for file in sources())]
     digest = hashlib.sha256(b"".join(hashlib.sha256(part).digest() for part in parts)).hexdigest()[:16]
     return out / "cells" / task.name / f"{slug(entry.name)}-{digest}.npz"
 
 
-def _sources() -> list[Path]:
-    """The code that acts for scripted policies."""
-    folder = Path(__file__).parent
-    return [folder / "policies.py", folder / "rollout.py", *sorted((folder / "baselines").glob("*.py"))]
+def sources() -> list[Path]:
+    """The code of the environments, whose ids and defaults make the task, and that which acts for policies."""
+    package, folder = Path(snake_env.__file__).parent, Path(__file__).parent
+    environments = [*package.glob("*.py"), *(package / "config").glob("*.py")]
+    policies = [folder / "policies.py", folder / "rollout.py", *(folder / "baselines").glob("*.py")]
+    return sorted(environments) + sorted(policies)
 
 
 def slug(name: str) -> str:
