@@ -69,4 +69,4 @@ def test_the_interval_is_students_over_seeds():
 def test_a_configuration_without_finished_runs_is_named(tmp_path, capsys):
     with pytest.raises(SystemExit):
         seed_table.main(["--sweep", str(tmp_path), "--configs", "absent"])
-    assert "--configs absent: expected finished runs" in capsys.readouterr().err
+    assert "configs = absent: expected one with finished runs" in capsys.readouterr().err

@@ -19,10 +19,10 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
-from snake_env import _markdown
+from snake_env import ConfigError, _markdown
 from training import benchmark_cells, ppo, seeds, sweep
 from training.benchmark import Benchmark
-from training.cli import help_format, names
+from training.cli import answer, help_format, names
 from training.run_folder import RunFolder, versions, write_json
 from training.tasks import BenchmarkTask
 
@@ -61,12 +61,12 @@ def parser() -> argparse.ArgumentParser:
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command."""
-    cli = parser()
-    args = cli.parse_args(arguments)
+    return answer(parser(), compare, arguments)
+
+
+def compare(args: argparse.Namespace) -> int:
+    """Judges the seeds of all configurations; prints and writes the table."""
     folders = {name: finished(args.sweep / name) for name in args.configs}
-    for name, found in folders.items():
-        if not found:
-            cli.error(f"--configs {name}: expected finished runs in {args.sweep / name}/seed-<k>")
     bench = Benchmark(args.out, seeds.held_out(args.fields), args.num_threads)
     tables = {name: judge(found, bench) for name, found in folders.items()}
     print(text(tables))
@@ -77,10 +77,17 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def finished(path: Path) -> list[RunFolder]:
-    """The finished runs of a configuration, by seed."""
+    """The finished runs of a configuration, by seed.
+
+    Raises:
+        ConfigError: there are none.
+    """
     paths = sorted(path.glob("seed-*"), key=lambda one: int(one.name.removeprefix("seed-")))
     found = [RunFolder(one, ppo.POLICY, ".pt") for one in paths]
-    return [folder for folder in found if folder.finished]
+    done = [folder for folder in found if folder.finished]
+    if not done:
+        raise ConfigError("configs", path.name, f"one with finished runs in {path}/seed-<k>")
+    return done
 
 
 def judge(folders: list[RunFolder], bench: Benchmark) -> Table:
