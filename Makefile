@@ -21,7 +21,8 @@ test-python: build
 # Ray in an environment of its own: RLlib pins an earlier Gymnasium, with which the interface is tested too.
 test-ray: build .venv-ray/.packages
 	PYTHONPATH=$(CURDIR) .venv-ray/bin/python -m pytest tests/test_ppo_ray.py tests/test_rllib.py tests/test_ray_tune.py \
-		tests/test_checker.py tests/test_vector_env.py tests/test_single_env.py tests/test_wrappers.py $(PYTEST)
+		tests/test_checker.py tests/test_vector_env.py tests/test_vector_env_input.py tests/test_reward.py tests/test_threads.py \
+		tests/test_single_env.py tests/test_wrappers.py $(PYTEST)
 
 # What the suite asks of fixed inputs, asked of fresh random ones.
 fuzz: build
