@@ -2,30 +2,36 @@
 
 use snake_core::gait::{JointReference, Wave};
 use snake_core::pegs::PegGrid;
-use snake_core::planar::{PlanarState, is_sane};
+use snake_core::planar::is_sane;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_7_5, TABLE_7_5};
 use snake_core::simulation::StepReport;
-use snake_core::stepper::{Fleet, IntegratorConfig, Plant, Scripted};
+use snake_core::stepper::{Body, Fleet, IntegratorConfig, Plant, Scripted, Tally};
 
 use crate::case::pegs;
 use crate::figures::Figures;
 
 /// Robots side by side, one of which may fall sick.
 pub trait Flock {
+    type Patient: Patient;
+
     /// `robots` robots that differ, advanced in steps of `step` \[s\].
     fn new(step: f64, robots: usize) -> Self;
-    /// Puts `poison` into a velocity of one robot; `place` says into which.
-    fn poison(&mut self, robot: usize, place: usize, poison: f64);
     fn advance(&mut self, duration: f64);
-    /// What happened to a robot in the last interval; whether it diverged is told apart.
-    fn report(&self, robot: usize) -> StepReport;
-    /// Whether a robot is flagged and its state sane.
-    fn is_contained(&self, robot: usize) -> bool;
-    /// Whether a robot moves as its like in `other`, bit for bit.
-    fn moves_alike(&self, other: &Self, robot: usize) -> bool;
-    /// Takes a robot over from `other`.
-    fn cure(&mut self, other: &Self, robot: usize);
+    fn robot(&self, robot: usize) -> &Self::Patient;
+    fn robot_mut(&mut self, robot: usize) -> &mut Self::Patient;
+}
+
+/// A robot that may fall sick.
+pub trait Patient: Clone {
+    /// Puts `poison` into a velocity; `place` says into which.
+    fn poison(&mut self, place: usize, poison: f64);
+    /// What happened in the last interval; whether the robot diverged is told apart.
+    fn tally(&self) -> &Tally;
+    /// Whether the robot is flagged and its state sane.
+    fn is_contained(&self) -> bool;
+    /// Of poses and twists.
+    fn bits(&self) -> Vec<u64>;
 }
 
 /// Puts NaN or infinity into one robot of `ROBOTS` after a while, goes on for `periods` control periods, and
@@ -37,17 +43,18 @@ pub fn poisoned<F: Flock>(step: f64, poison: f64, periods: u64) -> Figures {
         let patient = (period * 5) % ROBOTS;
         let ill = period % 4 == 3;
         if ill {
-            sick.poison(patient, period, poison);
+            sick.robot_mut(patient).poison(period, poison);
         }
         healthy.advance(PERIOD);
         sick.advance(PERIOD);
         for k in 0..ROBOTS {
-            figures.count(&healthy.report(k));
-            let sound = if ill && k == patient { sick.is_contained(k) } else { sick.moves_alike(&healthy, k) };
+            let [robot, like] = [&sick, &healthy].map(|flock| flock.robot(k));
+            figures.count(&StepReport::new(like.tally(), false));
+            let sound = if ill && k == patient { robot.is_contained() } else { robot.bits() == like.bits() };
             figures.broken += u64::from(!sound);
         }
         if ill {
-            sick.cure(&healthy, patient);
+            sick.robot_mut(patient).clone_from(healthy.robot(patient));
         }
     }
     figures
@@ -63,6 +70,8 @@ pub struct PlanarFlock {
 }
 
 impl Flock for PlanarFlock {
+    type Patient = Body;
+
     fn new(step: f64, count: usize) -> Self {
         let config = IntegratorConfig { step: Some(step), ..IntegratorConfig::default() };
         let robot = Robot::new(&RobotConfig::default()).expect("Aiko");
@@ -70,29 +79,34 @@ impl Flock for PlanarFlock {
         Self { fleet: Fleet::new(config, &plant, count), robots: robots(&plant, count), plant }
     }
 
-    fn poison(&mut self, robot: usize, place: usize, poison: f64) {
-        self.robots[robot].body.state.twist[place % 11][place % 3] = poison;
-    }
-
     fn advance(&mut self, duration: f64) {
         self.fleet.advance(&self.plant, &mut self.robots, duration, |_| true);
     }
 
-    fn report(&self, robot: usize) -> StepReport {
-        StepReport { diverged: false, ..StepReport::of(&self.robots[robot].body) }
+    fn robot(&self, robot: usize) -> &Body {
+        &self.robots[robot].body
     }
 
-    fn is_contained(&self, robot: usize) -> bool {
-        let body = &self.robots[robot].body;
-        body.diverged && is_sane(&body.state.pose, &body.state.twist)
+    fn robot_mut(&mut self, robot: usize) -> &mut Body {
+        &mut self.robots[robot].body
+    }
+}
+
+impl Patient for Body {
+    fn poison(&mut self, place: usize, poison: f64) {
+        self.state.twist[place % 11][place % 3] = poison;
     }
 
-    fn moves_alike(&self, other: &Self, robot: usize) -> bool {
-        bits(&self.robots[robot].body.state) == bits(&other.robots[robot].body.state)
+    fn tally(&self) -> &Tally {
+        &self.tally
     }
 
-    fn cure(&mut self, other: &Self, robot: usize) {
-        self.robots[robot].body.clone_from(&other.robots[robot].body);
+    fn is_contained(&self) -> bool {
+        self.diverged && is_sane(&self.state.pose, &self.state.twist)
+    }
+
+    fn bits(&self) -> Vec<u64> {
+        self.state.pose.iter().chain(&self.state.twist).flatten().map(|x| x.to_bits()).collect()
     }
 }
 
@@ -104,10 +118,6 @@ fn robots(plant: &Plant, count: usize) -> Vec<Undulator> {
         Scripted::new(&plant.robot, PegGrid::new(&pegs(&TABLE_7_5[..k % 8])), START_7_5, &angles, wave)
     };
     (0..count).map(undulator).collect()
-}
-
-fn bits(state: &PlanarState) -> Vec<u64> {
-    state.pose.iter().chain(&state.twist).flat_map(|v| v.iter().map(|x| x.to_bits()).collect::<Vec<_>>()).collect()
 }
 
 /// Two full registers of eight and a rest.

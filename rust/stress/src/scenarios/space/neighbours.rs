@@ -6,13 +6,12 @@ use snake_core::gait::{CardanGait, CardanReference, Gait, Wave};
 use snake_core::pegs::PegGrid;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_SPATIAL_7_5, Scene, SceneConfig, TABLE_7_5};
-use snake_core::simulation::StepReport;
-use snake_core::spatial::{Pose, SpatialState, is_sane, orientation_of};
-use snake_core::spatial_simulation::{SpatialFleet, SpatialPlant, SpatialScripted};
-use snake_core::stepper::IntegratorConfig;
+use snake_core::spatial::{Pose, is_sane, orientation_of};
+use snake_core::spatial_simulation::{SpatialBody, SpatialFleet, SpatialPlant, SpatialScripted};
+use snake_core::stepper::{IntegratorConfig, Tally};
 
 use crate::case::pegs;
-use crate::scenarios::neighbours::Flock;
+use crate::scenarios::neighbours::{Flock, Patient};
 
 type Winder = SpatialScripted<CardanGait>;
 
@@ -24,6 +23,8 @@ pub struct SpatialFlock {
 }
 
 impl Flock for SpatialFlock {
+    type Patient = SpatialBody;
+
     fn new(step: f64, count: usize) -> Self {
         let config = IntegratorConfig { step: Some(step), ..IntegratorConfig::default() };
         let robot = Robot::new(&RobotConfig::default()).expect("Aiko");
@@ -33,29 +34,35 @@ impl Flock for SpatialFlock {
         Self { fleet: SpatialFleet::new(config, &plant, count), robots, plant }
     }
 
-    fn poison(&mut self, robot: usize, place: usize, poison: f64) {
-        self.robots[robot].body.state.twist[place % 11][place % 6] = poison;
-    }
-
     fn advance(&mut self, duration: f64) {
         self.fleet.advance(&self.plant, &mut self.robots, duration, |_| true);
     }
 
-    fn report(&self, robot: usize) -> StepReport {
-        StepReport::new(&self.robots[robot].body.tally, false)
+    fn robot(&self, robot: usize) -> &SpatialBody {
+        &self.robots[robot].body
     }
 
-    fn is_contained(&self, robot: usize) -> bool {
-        let body = &self.robots[robot].body;
-        body.diverged && is_sane(&body.state.pose, &body.state.twist)
+    fn robot_mut(&mut self, robot: usize) -> &mut SpatialBody {
+        &mut self.robots[robot].body
+    }
+}
+
+impl Patient for SpatialBody {
+    fn poison(&mut self, place: usize, poison: f64) {
+        self.state.twist[place % 11][place % 6] = poison;
     }
 
-    fn moves_alike(&self, other: &Self, robot: usize) -> bool {
-        bits(&self.robots[robot].body.state) == bits(&other.robots[robot].body.state)
+    fn tally(&self) -> &Tally {
+        &self.tally
     }
 
-    fn cure(&mut self, other: &Self, robot: usize) {
-        self.robots[robot].body.clone_from(&other.robots[robot].body);
+    fn is_contained(&self) -> bool {
+        self.diverged && is_sane(&self.state.pose, &self.state.twist)
+    }
+
+    fn bits(&self) -> Vec<u64> {
+        let poses = self.state.pose.iter().flat_map(|pose| pose.position.iter().chain(pose.orientation.coords.iter()));
+        poses.chain(self.state.twist.iter().flatten()).map(|x| x.to_bits()).collect()
     }
 }
 
@@ -72,9 +79,4 @@ fn winder(plant: &SpatialPlant, k: usize) -> Winder {
     let mut winder = Winder::new(&plant.robot, PegGrid::new(&pegs(&TABLE_7_5[..k % 8])), head, &posture, gait);
     winder.body.state.pose.iter_mut().for_each(|pose| pose.position.z += 0.002 * (k % 5) as f64);
     winder
-}
-
-fn bits(state: &SpatialState) -> Vec<u64> {
-    let poses = state.pose.iter().flat_map(|pose| pose.position.iter().chain(pose.orientation.coords.iter()));
-    poses.chain(state.twist.iter().flatten()).map(|x| x.to_bits()).collect()
 }
