@@ -9,12 +9,13 @@ pytest.importorskip("stable_baselines3")
 from training import learners
 
 
-def test_both_learners_take_the_same_steps_and_are_judged_alike(tmp_path, monkeypatch, capsys):
+def test_all_learners_take_the_same_steps_and_are_judged_alike(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(learners, "FIELDS", 2)
     out = tmp_path / "learners.json"
     assert learners.main(["--config", "smoke", "--steps", "512", "--repetitions", "2", "--out", str(out)]) == 0
     found = json.loads(out.read_text())
-    assert {name: len(rows) for name, rows in found["runs"].items()} == {"SB3": 2, "lean": 2}
-    rates = [found["median"][name]["steps per CPU second"] for name in ("lean", "SB3")]
-    assert found["ratio"] == pytest.approx(rates[0] / rates[1])
+    assert {name: len(rows) for name, rows in found["runs"].items()} == dict.fromkeys(learners.LEARNERS, 2)
+    rates = {name: found["median"][name]["steps per CPU second"] for name in learners.LEARNERS}
+    lean = {name: rate / rates["SB3"] for name, rate in rates.items() if name != "SB3"}
+    assert found["ratios"] == pytest.approx(lean)
     assert "times the steps per CPU second" in capsys.readouterr().out
