@@ -26,7 +26,8 @@ struct Statistics<'a> {
     gap: [f64; 4],
     /// Linear solves for each step, mean of the interval.
     iterations: [f64; 4],
-    /// Steps, and parts of steps, retaken because a peg's force changed abruptly, and stages given up before their tolerance, in all.
+    /// Steps, and parts of steps, retaken because a peg's force changed abruptly, and stages given up before their
+    /// tolerance, in all.
     events: u64,
     misses: u64,
     /// Intervals with a miss, and intervals with a residual above the tolerance asked for.

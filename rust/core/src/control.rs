@@ -54,7 +54,8 @@ impl ControllerConfig {
         if time < self.active_from { 0.0 } else { self.torque_limit.unwrap_or(f64::INFINITY) }
     }
 
-    /// The largest torque in a stage that ends at `end`: actuators that are switched on then have not acted yet \[N m\].
+    /// The largest torque in a stage that ends at `end`: actuators that are switched on then have not acted yet
+    /// \[N m\].
     pub fn limit_until(&self, end: f64) -> f64 {
         self.limit_at(end - ROUND_OFF)
     }

@@ -1,11 +1,12 @@
 //! Physics of wheel-less snake robots with set-valued Coulomb friction and obstacle contact.
 //!
-//! The models are chapters 3 (planar), 4 (spatial) and 6 (robot model, `minimal`) of A. A. Transeth, *Modelling and
-//! Control of Snake Robots* (NTNU 2007); equations are tagged `(T 3.66)` with the thesis's numbers. SI units and radians
-//! everywhere.
+//! The models are chapters 3 (planar), 4 (spatial) and 6 (minimal, its "robot model") of A. A. Transeth, *Modelling and
+//! Control of Snake Robots* (NTNU 2007); equations are tagged `(T 3.66)` with the thesis's numbers. SI units and
+//! radians everywhere.
+//!
 //! Modules import each other in one direction only:
-//! `math <- laws <- contact <- {planar, spatial, minimal} <- stepper <- simulations <- task <- batch`; the simulations are
-//! `simulation`, `spatial_simulation` and `minimal_simulation`.
+//! `math <- laws <- contact <- {planar, spatial, minimal} <- stepper <- simulations <- task <- batch`; the simulations
+//! are `simulation`, `spatial_simulation` and `minimal_simulation`.
 
 pub mod batch;
 pub mod contact;

@@ -21,8 +21,8 @@ fn newton(stage: &Stage, tolerance: f64) -> StageSolution {
     solution
 }
 
-/// Algorithm 3.1 (it may stop at its cap: the certificate says how far it came) with r small enough for any stage: 1 / r bounds the largest eigenvalue of
-/// W^T M^-1 W, which the joints only lower.
+/// Algorithm 3.1 (it may stop at its cap: the certificate says how far it came) with r small enough for any stage:
+/// 1 / r bounds the largest eigenvalue of W^T M^-1 W, which the joints only lower.
 fn algorithm_3_1(stage: &Stage, epsilon: f64) -> StageSolution {
     let mut rate = vec![0.0; stage.links.len()];
     for (rate, link) in rate.iter_mut().zip(&stage.links) {

@@ -1,4 +1,4 @@
-//! Nothing allocates in an implicit step of the robot model: every request to the allocator is counted.
+//! Nothing allocates in an implicit step of the minimal model: every request to the allocator is counted.
 
 #[path = "common/minimal.rs"]
 mod common;

@@ -1,4 +1,4 @@
-//! Controllers of the robot model: Theorem 6.1, treatments and their limits, saturation, noise.
+//! Controllers of the minimal model: Theorem 6.1, treatments and their limits, saturation, noise.
 
 #[path = "common/minimal.rs"]
 mod common;

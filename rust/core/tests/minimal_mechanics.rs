@@ -1,4 +1,4 @@
-//! The robot model (chapter 6): its matrices, its O(n) algorithms, and an independent third way.
+//! The minimal model (chapter 6): its matrices, its O(n) algorithms, and an independent third way.
 
 #[path = "common/minimal.rs"]
 mod common;

@@ -1,4 +1,4 @@
-//! The set-valued robot model against an independent implementation at 2.5e-4 s (`tests/data`), and the schemes
+//! The set-valued minimal model against an independent implementation at 2.5e-4 s (`tests/data`), and the schemes
 //! against each other: PD, gait (7.3) with soft start, from straight rest.
 
 #[path = "common/minimal.rs"]

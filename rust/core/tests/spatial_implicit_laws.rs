@@ -1,4 +1,5 @@
-//! Laws of mechanics that the implicit scheme of the spatial model keeps: friction, rolling, impacts, rest, free flight.
+//! Laws of mechanics that the implicit scheme of the spatial model keeps: friction, rolling, impacts, rest, free
+//! flight.
 
 mod common;
 

@@ -48,8 +48,8 @@ fn momentum(robot: &Robot, state: &SpatialState) -> (Vector3<f64>, Vector3<f64>)
     (linear, angular)
 }
 
-/// A free symmetric body: e_z^B turns about the constant angular momentum at |L| / Theta_psi, and the angular velocity in
-/// the body turns about e_z^B at (Theta_rho / Theta_psi - 1) omega_z.
+/// A free symmetric body: e_z^B turns about the constant angular momentum at |L| / Theta_psi, and the angular velocity
+/// in the body turns about e_z^B at (Theta_rho / Theta_psi - 1) omega_z.
 #[test]
 fn a_free_link_precesses_as_euler_says() {
     let link = Robot::new(&RobotConfig::default()).unwrap().links[0];
@@ -110,7 +110,8 @@ fn momentum_of_a_flying_chain_follows_gravity_alone() {
     assert!(fine < 4e-4 && fine < 0.6 * coarse, "explicit gyroscopic terms and the projection err by O(h)");
 }
 
-/// A cylinder that rolls without slipping loses m v' = -mu_V m g / (1 + Theta_rho / (m r^2)) and stops after v^2 / (2 a).
+/// A cylinder that rolls without slipping loses m v' = -mu_V m g / (1 + Theta_rho / (m r^2)) and stops after
+/// v^2 / (2 a).
 #[test]
 fn a_rolling_cylinder_stops_where_rolling_friction_stops_it() {
     let scene = SceneConfig { rolling_friction: 0.05, ..ground([0.6, 0.6]) };

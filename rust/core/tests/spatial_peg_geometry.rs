@@ -14,7 +14,8 @@ use snake_core::scene::Peg;
 use snake_core::spatial::{End, Pose, Twist, ground_contact, orientation_of, peg_contact, peg_gap};
 use spatial::{gradient, random_link, random_peg, random_pose, random_twist, tilde};
 
-/// (gap, w_H) from the printed cases: cylinder (T 4.10)-(T 4.12), (T 4.53)-(T 4.54), sphere (T 4.13)-(T 4.15), (T 4.57).
+/// (gap, w_H) from the printed cases: cylinder (T 4.10)-(T 4.12), (T 4.53)-(T 4.54), sphere (T 4.13)-(T 4.15),
+/// (T 4.57).
 fn printed_peg(link: &Link, pose: &Pose, peg: &Peg) -> (f64, Vector6<f64>) {
     let r = pose.rotation();
     let e_z: Vector3<f64> = r.column(2).into();

@@ -117,8 +117,8 @@ impl GaitConfig {
     }
 }
 
-/// References of the yaw angles, or with `vertical` of the pitch angles, at given times: angle, rate and acceleration of
-/// (T, joints) each.
+/// References of the yaw angles, or with `vertical` of the pitch angles, at given times: angle, rate and acceleration
+/// of (T, joints) each.
 ///
 /// # Errors
 /// ConfigError names what is not admissible.

@@ -1,4 +1,5 @@
-//! Contact between links and pegs: gap functions and force directions (T 3.3.2), (T 3.4), and how a solve of a contact problem ends.
+//! Contact between links and pegs: gap functions and force directions (T 3.3.2), (T 3.4), and how a solve of a contact
+//! problem ends.
 
 mod gap;
 mod near;

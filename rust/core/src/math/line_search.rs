@@ -2,8 +2,8 @@
 
 use super::{Mask, Real};
 
-/// A strongly convex, piecewise smooth function \[J\] along a step, alpha = 0 at its start and 1 at its end. Implementations
-/// must be `#[inline(always)]`, so that they are compiled for the instruction set of the search.
+/// A strongly convex, piecewise smooth function \[J\] along a step, alpha = 0 at its start and 1 at its end.
+/// Implementations must be `#[inline(always)]`, so that they are compiled for the instruction set of the search.
 pub(crate) trait Along<T: Real> {
     /// First and generalised second derivative by alpha.
     fn derivatives(&self, alpha: T) -> (T, T);
@@ -16,9 +16,9 @@ pub(crate) trait Along<T: Real> {
 /// How much of the step to take in the given lanes, and in which of them less than all of it: where the slope at its
 /// end exceeds `accuracy` \[J\], up to where it is zero within `accuracy`.
 ///
-/// Newton's method from the end, which crosses a stiff contact or a stuck link in one step, kept within a bracket. Where
-/// it leaves the bracket it is replaced by the kink nearest to the bracket's middle, since the zero often lies in one:
-/// where a contact comes to rest the slope all but jumps.
+/// Newton's method from the end, which crosses a stiff contact or a stuck link in one step, kept within a bracket.
+/// Where it leaves the bracket it is replaced by the kink nearest to the bracket's middle, since the zero often lies in
+/// one: where a contact comes to rest the slope all but jumps.
 #[inline(always)]
 pub(crate) fn step_length<T: Real>(function: &impl Along<T>, accuracy: T, lanes: T::Mask) -> (T, T::Mask) {
     let (mut low, mut high) = (T::zero(), T::splat(1.0));

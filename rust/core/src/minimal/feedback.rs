@@ -42,7 +42,7 @@ pub struct FeedbackConfig {
 }
 
 impl FeedbackConfig {
-    /// PD with the gains of (T Table 7.2), robot model.
+    /// PD with the gains of (T Table 7.2), "robot model".
     pub fn pd() -> Self {
         let treatment = Treatment::Implicit;
         Self { law: ControlLaw::Pd, kp: 200.0, kd: 1.2, torque_limit: None, active_from: 0.0, treatment }

@@ -1,4 +1,5 @@
-//! The robot model (T ch. 6): n - 2 links in the plane, minimal coordinates, two contact points a link.
+//! The minimal model, the "robot model" of (T ch. 6): n - 2 links in the plane, minimal coordinates, two contact points
+//! a link.
 //!
 //! | symbol | name here | meaning | unit |
 //! | --- | --- | --- | --- |

@@ -7,7 +7,7 @@ use super::friction::{Friction, SmoothLaw};
 use super::inverse_dynamics::{InverseDynamics, LinkInertia};
 use super::motion::{Base, Motion};
 
-/// The ground under the robot model.
+/// The ground under the minimal model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ground {
     /// mu_Cx, mu_Cy: Coulomb coefficients along and across a link.
@@ -17,7 +17,7 @@ pub struct Ground {
 }
 
 impl Default for Ground {
-    /// (T Table 7.2), robot model.
+    /// (T Table 7.2), "robot model".
     fn default() -> Self {
         Self { coulomb: [0.2, 0.5], viscous: [0.1, 0.2] }
     }

@@ -267,8 +267,8 @@ impl Newton {
 
 /// Gradient and Hessian of a link's friction by its twist; notes the impulses.
 ///
-/// With gamma^ = A gamma, A = diag(a_x, a_y), Coulomb friction is A p with p = prox_disc(x), x = centre - r gamma^, and its
-/// Hessian is r A D A with D = I when sticking, (I - p p^T) / |x| when sliding.
+/// With gamma^ = A gamma, A = diag(a_x, a_y), Coulomb friction is A p with p = prox_disc(x), x = centre - r gamma^, and
+/// its Hessian is r A D A with D = I when sticking, (I - p p^T) / |x| when sliding.
 fn friction_model(link: &StageLink, u: &Twist, pair: &mut [Proximal; 2]) -> (Vector3<f64>, Matrix3<f64>) {
     let (a, v) = (link.coulomb, link.viscous);
     // Of along, across and omega.

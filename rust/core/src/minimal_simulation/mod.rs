@@ -1,4 +1,4 @@
-//! One robot of the robot model (T ch. 6) that can be advanced: plant, controller, scheme and state together.
+//! One robot of the minimal model (T ch. 6) that can be advanced: plant, controller, scheme and state together.
 
 mod controller;
 mod implicit;
@@ -19,7 +19,7 @@ use implicit::Implicit;
 use smooth::Smooth;
 use thesis::Thesis;
 
-/// What a user may choose about a run of the robot model.
+/// What a user may choose about a run of the minimal model.
 #[derive(Debug, Clone)]
 pub struct MinimalConfig {
     pub robot: RobotConfig,
@@ -85,7 +85,7 @@ impl MinimalSimulation {
                 return Err(ConfigError::new("integrator.method", "\"thesis\"", expected));
             }
             (_, Method::Adaptive) => {
-                let expected = "\"implicit\" or \"thesis\" for the robot model";
+                let expected = "\"implicit\" or \"thesis\" for the minimal model";
                 return Err(ConfigError::new("integrator.method", "\"adaptive\"", expected));
             }
         };

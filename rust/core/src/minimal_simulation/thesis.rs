@@ -117,10 +117,10 @@ impl Thesis {
     }
 }
 
-/// r_T of (T Table 7.2), robot model: with two contact points a link the iteration diverges above 0.68.
+/// r_T of (T Table 7.2), "robot model": with two contact points a link the iteration diverges above 0.68.
 const R_T: f64 = 0.2;
 
-/// epsilon of (T Table 7.2), robot model \[N s\].
+/// epsilon of (T Table 7.2), "robot model" \[N s\].
 const EPSILON: f64 = 1e-5;
 
 /// Link and first row of each contact point: F_i of all links, then R_i.

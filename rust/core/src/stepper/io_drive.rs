@@ -6,10 +6,10 @@
 //! `rate* = (rate_R + c (phi_d'' + K_D phi_d' + K_P (phi_d - phi_B))) / (1 + k)`, `k = c K_D + c^2 K_P`,
 //! `u = (rate* - rate_R) / c`,
 //!
-//! which is bounded for any c, and the drive is `D = c tau(u) - k s (omega_J - rate*)` within the torque limit, with tau
-//! the inverse dynamics of the model and s the inertia that a joint feels on its own. If the plant were the model, this
-//! would be the linearly implicit torque exactly; since it is not, the second term answers within the stage to what
-//! pegs and sticking do. It is diagonal, so the stage stays as cheap, and as convex, as under PD.
+//! which is bounded for any c, and the drive is `D = c tau(u) - k s (omega_J - rate*)` within the torque limit, with
+//! tau the inverse dynamics of the model and s the inertia that a joint feels on its own. If the plant were the model,
+//! this would be the linearly implicit torque exactly; since it is not, the second term answers within the stage to
+//! what pegs and sticking do. It is diagonal, so the stage stays as cheap, and as convex, as under PD.
 
 use nalgebra::{Vector2, Vector3};
 

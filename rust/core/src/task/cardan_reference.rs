@@ -1,7 +1,9 @@
-//! References of cardan joints: the generator of the planar robot for the yaw angles, and its like for the pitch angles.
+//! References of cardan joints: the generator of the planar robot for the yaw angles, and its like for the pitch
+//! angles.
 //!
 //! The vertical wave runs with the frequency and the phase shift of the horizontal one,
-//! `phi_v,i = A_v sin(psi + i beta + delta) + offset_v,i`, so a channel each for A_v and delta is all it needs of its own.
+//! `phi_v,i = A_v sin(psi + i beta + delta) + offset_v,i`, so a channel each for A_v and delta is all it needs of its
+//! own.
 
 use std::sync::Arc;
 
@@ -83,7 +85,8 @@ impl CardanGenerator {
         fits
     }
 
-    /// Rests in the flat posture of the nominal wave at phase `phase`, at time zero: the vertical wave grows from there.
+    /// Rests in the flat posture of the nominal wave at phase `phase`, at time zero: the vertical wave grows from
+    /// there.
     pub fn rest_in_posture(&mut self, phase: f64) {
         self.yaw.rest_in_posture(&self.nominal, phase);
         let Lift { amplitude, phase, joints } = &mut self.lift;
@@ -224,8 +227,8 @@ fn pitch_entries(mode: ActionMode, nominal: &Nominal, joints: usize) -> Vec<Acti
     }
 }
 
-/// The planar robot's entries around the nominal wave. The amplitude ends at 60 degrees; the phase shift reaches zero, at
-/// which all joints bend alike and the robot rolls.
+/// The planar robot's entries around the nominal wave. The amplitude ends at 60 degrees; the phase shift reaches zero,
+/// at which all joints bend alike and the robot rolls.
 fn horizontal_wave(nominal: &Nominal) -> [ActionEntry; 4] {
     let wave = &nominal.yaw;
     let [_, frequency, _, offset] = wave_entries();

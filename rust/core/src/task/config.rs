@@ -129,7 +129,8 @@ pub struct EnvConfig {
     pub difficulty: f64,
     /// Kind of random field.
     pub field: FieldKind,
-    /// Random fields and mazes are drawn anew until every body length of the way has so many push-points; 0: as they come.
+    /// Random fields and mazes are drawn anew until every body length of the way has so many push-points; 0: as they
+    /// come.
     pub push_points: usize,
     /// What happens to the pegs of a perturbed course.
     pub perturbation: Perturbation,

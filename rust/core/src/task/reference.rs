@@ -205,8 +205,8 @@ impl JointReference for ReferenceGenerator {
     }
 }
 
-/// All joints with two evaluations of sine and cosine: the phase is turned from joint to joint. `own` is what a joint adds
-/// to the wave.
+/// All joints with two evaluations of sine and cosine: the phase is turned from joint to joint. `own` is what a joint
+/// adds to the wave.
 pub(super) fn bend_joints<'a>(
     wave: &WaveJets,
     targets: impl Iterator<Item = &'a mut JointTarget>,

@@ -1,4 +1,4 @@
-//! What the tests of the robot model need: random robots and states, runs.
+//! What the tests of the minimal model need: random robots and states, runs.
 #![allow(dead_code)]
 
 use rand_chacha::ChaCha8Rng;

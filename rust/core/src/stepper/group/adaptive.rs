@@ -1,8 +1,8 @@
 //! One robot with steps as long as an accuracy allows.
 //!
-//! * A step is that of order 2. Its second stage is predicted by a straight line through the velocities u_A and u_1; how
-//!   far the stage ends from there, as a way of the robot's points, is a second difference of the velocity times the
-//!   step, of the same order h^3 as the error of the step, and it costs nothing. It sees whatever bends the
+//! * A step is that of order 2. Its second stage is predicted by a straight line through the velocities u_A and u_1;
+//!   how far the stage ends from there, as a way of the robot's points, is a second difference of the velocity times
+//!   the step, of the same order h^3 as the error of the step, and it costs nothing. It sees whatever bends the
 //!   velocity: acceleration, stick-slip, a contact that opens.
 //! * A contact that closes is a jump of the velocity somewhere in the step, by which the extrapolated impulses would
 //!   bounce (T 3.58 != D6). The step is then an Euler step, and its error at most the jump times its
