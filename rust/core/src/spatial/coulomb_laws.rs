@@ -1,11 +1,11 @@
 //! The laws of contact with impulses as unknowns of their own, and their joint tangents.
 //!
-//! A law holds if P = prox_C(z) with z = P - rho (gamma + delta (P - centre)) (T 4.88). Around the centre zero that is the law
-//! with a compliance delta, whose impulses are the shortest (T 4.78 != D43); rho only says how the law is asked. The
-//! friction sets are those of the normal impulse at hand, and a tangent knows by how much they grow with it.
+//! A law holds if P = prox_C(z) with z = P - rho (gamma + delta (P - centre)) (T 4.88). Around the centre zero that is
+//! the law with a compliance delta, whose impulses are the shortest (T 4.78 != D43); rho only says how the law is
+//! asked. The friction sets are those of the normal impulse at hand, and a tangent knows by how much they grow with it.
 //!
-//! In coordinates in which the longer semi-axis of an ellipse stays and the shorter one is stretched to it, every set of
-//! friction is a disc.
+//! In coordinates in which the longer semi-axis of an ellipse stays and the shorter one is stretched to it, every set
+//! of friction is a disc.
 
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2, Vector3, Vector6};
 
@@ -21,8 +21,8 @@ pub(super) struct Asking {
     pub compliance: f64,
 }
 
-/// Velocities at the laws of a link's ground contacts, per twist: normal of both ends, slip of the front and of the rear
-/// one, rolling.
+/// Velocities at the laws of a link's ground contacts, per twist: normal of both ends, slip of the front and of the
+/// rear one, rolling.
 type Rows = SMatrix<f64, LAWS, 6>;
 type Impulses = SVector<f64, LAWS>;
 const LAWS: usize = 8;

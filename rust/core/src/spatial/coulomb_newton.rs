@@ -1,13 +1,14 @@
 //! Newton's method on a stage with Coulomb's law as it stands: friction follows the normal impulse in the tangent, too.
 //!
-//! The solver of the lanes takes friction radii for given and lets them follow, which converges where friction is weak: a
-//! normal impulse changed by dP changes friction by mu dP at the height of the CG, which turns the link and changes normal
-//! impulses in turn. Here velocities and impulses are unknowns side by side, `P = prox_C(P)(...)` is asked of each law with
-//! the [set that belongs to the present normal impulse](super::coulomb_laws), and the tangent is the unsymmetric one of all
-//! that. There is no function to minimise: a step is halved until the squared defects of all laws and balances fall
-//! below the largest of the last few, and where no part of it does that, a tenth is taken all the same, which leaves
-//! the kink that held it. From soft contacts the way is easier: their compliance lets normal impulses change but little,
-//! so the path of solutions begins at a problem as good as convex, and is followed to that of the stiff ones.
+//! The solver of the lanes takes friction radii for given and lets them follow, which converges where friction is weak:
+//! a normal impulse changed by dP changes friction by mu dP at the height of the CG, which turns the link and changes
+//! normal impulses in turn. Here velocities and impulses are unknowns side by side, `P = prox_C(P)(...)` is asked of
+//! each law with the [set that belongs to the present normal impulse](super::coulomb_laws), and the tangent is the
+//! unsymmetric one of all that. There is no function to minimise: a step is halved until the squared defects of all
+//! laws and balances fall below the largest of the last few, and where no part of it does that, a tenth is taken all
+//! the same, which leaves the kink that held it. From soft contacts the way is easier: their compliance lets normal
+//! impulses change but little, so the path of solutions begins at a problem as good as convex, and is followed to that
+//! of the stiff ones.
 
 use nalgebra::{Matrix6, Vector6};
 
@@ -61,9 +62,10 @@ impl CoulombNewton {
         Self { links: Vec::with_capacity(links), pegs: Vec::with_capacity(4 * links), asking, tolerance: 0.0 }
     }
 
-    /// Solves `stage` from the velocities and impulses in `solution`, to velocities far below `tolerance` \[m/s\]. Laws are
-    /// asked with `weight` masses: the smaller, the more their impulses and the less their velocities say which contacts
-    /// bear and stick. Returns the linear solves it took and whether it came there; if not, `solution` is what it was.
+    /// Solves `stage` from the velocities and impulses in `solution`, to velocities far below `tolerance` \[m/s\]. Laws
+    /// are asked with `weight` masses: the smaller, the more their impulses and the less their velocities say which
+    /// contacts bear and stick. Returns the linear solves it took and whether it came there; if not, `solution` is what
+    /// it was.
     pub fn solve(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64, weight: f64) -> (u32, bool) {
         self.load(stage, solution, tolerance);
         self.asking.weight *= weight;
@@ -74,8 +76,8 @@ impl CoulombNewton {
         (solves, solved)
     }
 
-    /// The same along the path of solutions from soft contacts to stiff ones; if it does not come there, `solution` is the
-    /// last one found.
+    /// The same along the path of solutions from soft contacts to stiff ones; if it does not come there, `solution` is
+    /// the last one found.
     pub fn harden(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, bool) {
         let (mut softness, mut ratio, mut solves) = (SOFTEST, FIRST_RATIO, 0);
         let mut next = softness;
@@ -142,8 +144,8 @@ impl CoulombNewton {
         }
     }
 
-    /// Solves the problem with the compliance, which selects the impulses, and then moves the centres to them, with less
-    /// compliance, until none shows.
+    /// Solves the problem with the compliance, which selects the impulses, and then moves the centres to them, with
+    /// less compliance, until none shows.
     fn close(&mut self) -> (u32, bool) {
         let (mut solves, mut solved) = self.converge();
         self.asking.compliance *= STIFFER;

@@ -1,8 +1,8 @@
 //! One linear solve of the chain in O(n) for tangents without symmetry.
 //!
 //! The elimination from tail to head is that of [`sweep`](super::sweep), but friction that follows the normal impulse
-//! makes a link's tangent an unsymmetric 6 x 6 matrix, and there is no function to minimise: what is eliminated are rows
-//! and columns.
+//! makes a link's tangent an unsymmetric 6 x 6 matrix, and there is no function to minimise: what is eliminated are
+//! rows and columns.
 
 use nalgebra::{Matrix3, Matrix6, Vector6};
 
@@ -51,8 +51,8 @@ impl ChainLink {
         self.carry.tr_mul(force)
     }
 
-    /// Eliminates both rates; `stiffness` and `moment` are those of the drives at the present rates. Returns what remains
-    /// for the link before.
+    /// Eliminates both rates; `stiffness` and `moment` are those of the drives at the present rates. Returns what
+    /// remains for the link before.
     pub fn eliminate(&mut self, mut balance: Balance, stiffness: [f64; 2], moment: [f64; 2]) -> Balance {
         for axis in [1, 0] {
             let hinge = &self.hinge[axis];

@@ -6,7 +6,8 @@ use crate::math::{Mask, Real};
 
 use super::proximal::select;
 
-/// What the friction laws of a stage share: the shape of the ellipse, its size but for the normal impulse, and the penalty.
+/// What the friction laws of a stage share: the shape of the ellipse, its size but for the normal impulse, and the
+/// penalty.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FrictionLaw<T> {
     /// Semi-axes over the longer one, S, and their inverses, zero for an axis that is none.
@@ -18,8 +19,8 @@ pub(super) struct FrictionLaw<T> {
     penalty: T,
 }
 
-/// Friction in an ellipse with the semi-axes a S, in coordinates in which it is a disc of radius a: gamma^ = S gamma, the
-/// impulse is S p, and p = prox_disc(centre - r gamma^). A radius of zero is harmless.
+/// Friction in an ellipse with the semi-axes a S, in coordinates in which it is a disc of radius a: gamma^ = S gamma,
+/// the impulse is S p, and p = prox_disc(centre - r gamma^). A radius of zero is harmless.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FrictionTerm<T: Real> {
     /// a \[N s\].
@@ -52,7 +53,8 @@ impl<T: Real> FrictionLaw<T> {
         Self { shape: Vector2::new(x, y), inverse_shape: Vector2::new(inverse_x, inverse_y), strength, penalty }
     }
 
-    /// Radius under a normal impulse (T 4.84), (T 4.87); one that pulls, as a contact held closed may, bears no friction.
+    /// Radius under a normal impulse (T 4.84), (T 4.87); one that pulls, as a contact held closed may, bears no
+    /// friction.
     #[inline(always)]
     pub fn radius(&self, normal: T) -> T {
         (self.strength * normal).max(T::zero())

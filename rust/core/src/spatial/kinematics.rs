@@ -53,10 +53,11 @@ pub fn close_joints(robot: &Robot, pose: &mut [Pose]) {
     close_positions(robot, pose);
 }
 
-/// The orientation with the centre line of `pose` and e_x^B perpendicular to the previous link's e_y^B (T 4.124)-(T 4.127).
+/// The orientation with the centre line of `pose` and e_x^B perpendicular to the previous link's e_y^B
+/// (T 4.124)-(T 4.127).
 ///
-/// Of the two such orientations it is the one nearer to that of `pose`; in a joint pitched beyond a right angle it is not
-/// the printed one (T 4.125 != D33).
+/// Of the two such orientations it is the one nearer to that of `pose`; in a joint pitched beyond a right angle it is
+/// not the printed one (T 4.125 != D33).
 fn unrolled(pose: &Pose, previous_y: &Vector3<f64>) -> UnitQuaternion<f64> {
     let z = pose.axis();
     let Some(x) = previous_y.cross(&z).try_normalize(0.0) else { return pose.orientation };

@@ -1,16 +1,16 @@
 //! Solver of a stage: semismooth Newton on a convex problem whose friction radii follow the normal impulses.
 //!
-//! Every set-valued law is replaced by its [proximal form](super::proximal) around the multiplier zero, P = prox_C(-r gamma):
-//! contacts with a vanishing compliance 1/r, the same for all of them, which selects the shortest of all impulses that move
-//! the robot alike. For given friction radii the velocities then minimise a strongly convex, piecewise smooth function:
-//! Newton's method on it, one O(n) [`sweep`](super::sweep) a step and a [search along the ray](super::ray) that brackets the
-//! zero of the slope, converges from anywhere. At the end the multipliers move to the impulses, once, which undoes the
-//! compliance to round-off where it would show.
+//! Every set-valued law is replaced by its [proximal form](super::proximal) around the multiplier zero,
+//! P = prox_C(-r gamma): contacts with a vanishing compliance 1/r, the same for all of them, which selects the shortest
+//! of all impulses that move the robot alike. For given friction radii the velocities then minimise a strongly convex,
+//! piecewise smooth function: Newton's method on it, one O(n) [`sweep`](super::sweep) a step and a [search along the
+//! ray](super::ray) that brackets the zero of the slope, converges from anywhere. At the end the multipliers move to
+//! the impulses, once, which undoes the compliance to round-off where it would show.
 //!
-//! Coulomb's law asks for radii mu P_N of the normal impulses found. Each assembly takes them from the normal impulses at
-//! hand, so that forces are those of the coupled problem, and only the tangent neglects that the radii vary: errors shrink
-//! some twentyfold a step. Normal impulses in the middle of a search may be absurd, as penalties make them; then the radii
-//! of before are kept until the convex problem is all but solved. Where all this does not converge soon,
+//! Coulomb's law asks for radii mu P_N of the normal impulses found. Each assembly takes them from the normal impulses
+//! at hand, so that forces are those of the coupled problem, and only the tangent neglects that the radii vary: errors
+//! shrink some twentyfold a step. Normal impulses in the middle of a search may be absurd, as penalties make them; then
+//! the radii of before are kept until the convex problem is all but solved. Where all this does not converge soon,
 //! radii are held until it is solved entirely, and move then, by shorter ways while that gains little.
 //!
 //! Several robots are solved side by side: a lane that has converged keeps its velocities and impulses
@@ -69,8 +69,8 @@ impl<T: Real> Newton<T> {
     /// Solves `stage`, starting from the twists and ground impulses in `solution`, to velocities within
     /// about `tolerance` \[m/s\], in at most `max_iterations` linear solves.
     ///
-    /// The starting twists need not satisfy the joints: the first link's twist and all joint rates are kept and the rest
-    /// follows. Lanes not in `lanes` are left as they are.
+    /// The starting twists need not satisfy the joints: the first link's twist and all joint rates are kept and the
+    /// rest follows. Lanes not in `lanes` are left as they are.
     #[inline(always)]
     pub fn solve(
         &mut self,
@@ -317,8 +317,8 @@ impl<T: Real> Newton<T> {
 }
 
 /// Stiffness r of a contact over the mean mass of a link. The compliance lets a contact that bears a link's weight give
-/// way by g c / r, some 1e-6 m/s, which moving the multipliers undoes. A stiffer one takes more steps: where it sticks or
-/// slips is decided within a narrower range of velocities.
+/// way by g c / r, some 1e-6 m/s, which moving the multipliers undoes. A stiffer one takes more steps: where it sticks
+/// or slips is decided within a narrower range of velocities.
 pub(super) const PENALTY: f64 = 1e5;
 
 /// A step is damped if the slope at its end exceeds this times the descent at its start.

@@ -27,11 +27,11 @@ pub fn peg_gap(link: &Link, pose: &Pose, peg: &Peg) -> f64 {
 
 /// Gap and force direction.
 ///
-/// The link is the set of points within `radius` of the centre line between its end spheres' centres, so the distance to
-/// the peg is that between this segment and the peg's axis. Seen from above the segment has the direction `a`, the shadow
-/// of e_z^B, and its nearest point lies at `s = clamp(-(r_G - r_H) . a / a . a, -L_GS, L_GS)`. Inside the clamp this is
-/// the cylinder case: (r_G - r_H) + s a is then the d_ij n_ij of (T 4.10)-(T 4.12), (T 4.53); on it one of the end
-/// spheres (T 4.13)-(T 4.15), (T 4.57). Moving s changes the distance to second order only, so in both cases
+/// The link is the set of points within `radius` of the centre line between its end spheres' centres, so the distance
+/// to the peg is that between this segment and the peg's axis. Seen from above the segment has the direction `a`, the
+/// shadow of e_z^B, and its nearest point lies at `s = clamp(-(r_G - r_H) . a / a . a, -L_GS, L_GS)`. Inside the clamp
+/// this is the cylinder case: (r_G - r_H) + s a is then the d_ij n_ij of (T 4.10)-(T 4.12), (T 4.53); on it one of the
+/// end spheres (T 4.13)-(T 4.15), (T 4.57). Moving s changes the distance to second order only, so in both cases
 /// g' = n . (v_G + omega x s e_z^B).
 pub fn peg_contact(link: &Link, pose: &Pose, peg: &Peg) -> PegContact {
     let rotation = pose.rotation();
@@ -48,8 +48,8 @@ pub fn peg_contact(link: &Link, pose: &Pose, peg: &Peg) -> PegContact {
     }
 }
 
-/// Horizontal vector from the peg's axis to the nearest point of the centre line of a link at `position` along `axis`, and
-/// that point's coordinate \[m\].
+/// Horizontal vector from the peg's axis to the nearest point of the centre line of a link at `position` along `axis`,
+/// and that point's coordinate \[m\].
 pub fn nearest_point(link: &Link, position: &Vector3<f64>, axis: &Vector3<f64>, peg: &Peg) -> (Vector2<f64>, f64) {
     let shadow = axis.xy();
     let from_peg = position.xy() - Vector2::new(peg.x, peg.y);

@@ -66,8 +66,8 @@ impl<T: Real> Posture<T> {
         }
     }
 
-    /// Where all links are; `half_length` is L_i / 2 \[m\]. Each joint turns about the near link's e_y, then about the far
-    /// link's e_x (T 4.92)-(T 4.94).
+    /// Where all links are; `half_length` is L_i / 2 \[m\]. Each joint turns about the near link's e_y, then about the
+    /// far link's e_x (T 4.92)-(T 4.94).
     #[inline(always)]
     pub fn place_links(&self, half_length: &[T], frames: &mut [Frame<T>]) {
         let mut frame = Frame { position: self.position, axes: rotation(&self.orientation) };

@@ -1,4 +1,5 @@
-//! How a solve goes on: which lanes have converged, which may couple friction to normal impulses, which need correction.
+//! How a solve goes on: which lanes have converged, which may couple friction to normal impulses, which need
+//! correction.
 
 use crate::contact::Outcome;
 use crate::math::{Mask, Real};
@@ -18,8 +19,8 @@ pub(super) struct Assembly<T> {
     pub multiplier_error: T,
 }
 
-/// What is to be done before the next step; a lane needs at most one of these. It stays where it is during the next pass
-/// over the chain, in which others take their steps.
+/// What is to be done before the next step; a lane needs at most one of these. It stays where it is during the next
+/// pass over the chain, in which others take their steps.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Corrections<T: Real> {
     /// Friction radii take the normal impulses, as trustworthy as they are by now.
@@ -136,7 +137,8 @@ impl<T: Real> Progress<T> {
         let at_rest = T::select(stubborn, T::splat(EXACT_AT_LAST), T::splat(EXACT_AT_REST));
         let exact = here.multiplier_error.le(T::splat(EXACT) * here.fastest + at_rest * tolerance);
         self.outcome.converged = self.outcome.converged | (solved & exact);
-        // A step that is not finite ends its lane: it is below no bound. One was taken, so that it shows in the velocities.
+        // A step that is not finite ends its lane: it is below no bound. One was taken, so that it shows in the
+        // velocities.
         let goes_on = next.lt(T::splat(f64::INFINITY)) & self.outcome.iterations.lt(self.most);
         self.active = self.active & !(self.arrived & (self.outcome.converged | !goes_on));
         // A lane that has ended keeps its impulses, however long others go on.
@@ -195,8 +197,8 @@ const TRUST: f64 = 1e-2;
 /// it by the square root of the penalty.
 const ACCURACY: f64 = 0.1;
 
-/// Violation of the laws that is left to the compliance, over the speed of the robot, and over the tolerance: what creeps is
-/// slower than what moves by so much, and at rest nothing creeps.
+/// Violation of the laws that is left to the compliance, over the speed of the robot, and over the tolerance: what
+/// creeps is slower than what moves by so much, and at rest nothing creeps.
 const EXACT: f64 = 1e-6;
 const EXACT_AT_REST: f64 = 1e-7;
 

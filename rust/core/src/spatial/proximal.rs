@@ -1,8 +1,8 @@
 //! The set-valued laws of a stage in proximal form, around given multipliers.
 //!
-//! P = prox_C(P_centre - r gamma) is the gradient of a smooth convex function of the velocity gamma; its
-//! derivative is a generalised Hessian of rank one or two. Around the multiplier zero it is the law with a compliance 1/r; the
-//! same r for all contacts selects (T 4.78 != D43) the shortest of all impulses that move the robot alike.
+//! P = prox_C(P_centre - r gamma) is the gradient of a smooth convex function of the velocity gamma; its derivative is
+//! a generalised Hessian of rank one or two. Around the multiplier zero it is the law with a compliance 1/r; the same r
+//! for all contacts selects (T 4.78 != D43) the shortest of all impulses that move the robot alike.
 
 use nalgebra::{Vector2, Vector3};
 

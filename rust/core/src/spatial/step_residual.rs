@@ -6,8 +6,8 @@ use super::{GroundImpulse, Step, StepGround, StepSolution, Twist};
 
 /// The worst violation of any law of a step, as a velocity \[m/s\]; rotations count with the radius of gyration.
 ///
-/// A law -gamma in N_C(P) holds exactly if P = prox_C(P - m gamma) (T 4.88); the distance between the two sides over the
-/// mass m of the link is how far it is from holding.
+/// A law -gamma in N_C(P) holds exactly if P = prox_C(P - m gamma) (T 4.88); the distance between the two sides over
+/// the mass m of the link is how far it is from holding.
 pub fn step_residual(step: &Step, solution: &StepSolution) -> f64 {
     let contacts = step.ground.iter().zip(&solution.ground).map(|(contact, impulse)| {
         let u = &solution.twist[contact.link];

@@ -28,7 +28,8 @@ impl SpatialPlant {
         Ok(Self { robot, controller, friction: Vector2::from(*friction), rolling_friction: *rolling_friction })
     }
 
-    /// tau_C = (yaw, pitch) of a joint from its angles and rates (T 4.101), (T 4.102), within the limit at `time` \[N m\].
+    /// tau_C = (yaw, pitch) of a joint from its angles and rates (T 4.101), (T 4.102), within the limit at `time`
+    /// \[N m\].
     pub fn joint_torque(
         &self,
         target: &CardanTarget,

@@ -12,8 +12,8 @@ use super::group::SpatialGroup;
 use super::kernels::SpatialKernels;
 use super::way::{Interval, Way};
 
-/// Advances robots in groups as wide as the machine's registers; one robot's motion does not depend on that width, on its
-/// neighbours, or on their number.
+/// Advances robots in groups as wide as the machine's registers; one robot's motion does not depend on that width, on
+/// its neighbours, or on their number.
 #[derive(Debug, Clone)]
 pub struct SpatialFleet {
     config: IntegratorConfig,
@@ -104,7 +104,8 @@ impl Width {
     }
 }
 
-/// The robot in the coordinates of the scheme; one that was placed in motion with its reference has no start to resolve.
+/// The robot in the coordinates of the scheme; one that was placed in motion with its reference has no start to
+/// resolve.
 fn enter<D: SpatialDriven>(plant: &SpatialPlant, robot: &mut D, targets: &mut [CardanTarget]) {
     let body = robot.body_mut();
     body.motion.read(&plant.robot, &body.state);

@@ -5,9 +5,9 @@
 //!
 //! * Order 1, implicit Euler: one stage (q_A, p_A, h).
 //! * Order 2, the L-stable SDIRK with gamma = 1 - 1/sqrt 2 applied to the inclusion itself: stage (q_A, p_A, gamma h)
-//!   gives u_1, p_1; stage (q_A + (1 - gamma) h u_1, p_A + (1 - gamma)/gamma (p_1 - p_A), gamma h) gives u_E. The second
-//!   reference extrapolates the impulses of the first stage, which is wrong where they change abruptly; such a step is
-//!   left undone, halved, and at last taken as Euler steps, as in the planar model.
+//!   gives u_1, p_1; stage (q_A + (1 - gamma) h u_1, p_A + (1 - gamma)/gamma (p_1 - p_A), gamma h) gives u_E. The
+//!   second reference extrapolates the impulses of the first stage, which is wrong where they change abruptly; such a
+//!   step is left undone, halved, and at last taken as Euler steps, as in the planar model.
 //!
 //! Within [`SpatialFleet::advance`] a robot is a pose of link 1 and joint angles, so that no joint can open. Robots are
 //! solved side by side in the lanes of a register; a robot alone is a fleet of one.

@@ -99,7 +99,6 @@ impl Motion {
     pub fn forget(&mut self) {
         (self.elapsed, self.calm) = (0.0, 0.0);
         self.effort = 0;
-
         self.forces.clear();
         self.pairs.clear();
     }

@@ -1,8 +1,9 @@
 //! One robot's way through an interval: equal steps, taken in parts where forces or references change abruptly.
 //!
 //! * A step in which forces change abruptly is halved and halved again, and at last taken as Euler steps.
-//! * A step in which the joints' reference jumps, as soft start lets it, ends a part there: forces of the time before are no
-//!   guess at those after. Parts then double, beginning with a short one that resolves how the joints jump after it.
+//! * A step in which the joints' reference jumps, as soft start lets it, ends a part there: forces of the time before
+//!   are no guess at those after. Parts then double, beginning with a short one that resolves how the joints jump after
+//!   it.
 //! * The first parts after a robot was placed are short.
 
 use crate::stepper::IntegratorConfig;
