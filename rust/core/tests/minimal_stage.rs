@@ -1,4 +1,4 @@
-//! The stage of the robot model: solver against judge, and the judge against mutilated solutions.
+//! The stage of the minimal model: solver against judge, and the judge against mutilated solutions.
 
 #[path = "common/minimal.rs"]
 mod common;
@@ -22,17 +22,8 @@ fn random_stage(links: usize, seed: u64, following: f64, limit: f64) -> (Stage, 
     let c = 3e-3;
     // Slow links stick, fast ones slide.
     let scale = 10.0_f64.powf(uniform.next(-4.0, 0.0));
-    let stage_links = model.links.iter().zip(&motion.links).map(|(link, at)| StageLink {
-        axial: at.axial,
-        arm: at.arm,
-        reference: at.twist * scale,
-        mass: link.mass,
-        inertia: link.inertia,
-        half_length: link.half_length,
-        lever: link.lever,
-        coulomb: link.friction.coulomb * c,
-        viscous: link.friction.viscous * c,
-    });
+    let pairs = model.links.iter().zip(&motion.links);
+    let stage_links = pairs.map(|(link, at)| StageLink::new(link, at, at.twist * scale, c));
     let mut stage = Stage { coefficient: c, links: stage_links.collect(), joints: Vec::new(), following };
     for _ in 0..joints {
         let stiffness = if following > 0.0 { 0.0 } else { uniform.next(0.0, 0.02) };

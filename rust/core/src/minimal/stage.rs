@@ -14,7 +14,8 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::motion::{Composite, Twist, cross, quarter_turn};
+use super::model::ModelLink;
+use super::motion::{Composite, LinkMotion, Twist, cross, quarter_turn};
 
 /// One link in a stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,6 +35,24 @@ pub struct StageLink {
     pub coulomb: Vector2<f64>,
     /// c times the viscous coefficients of one contact point \[kg\].
     pub viscous: Vector2<f64>,
+}
+
+impl StageLink {
+    /// `link` where the predicted end configuration has it, in a stage of coefficient `c` \[s\] with the reference
+    /// velocity `reference`.
+    pub fn new(link: &ModelLink, at: &LinkMotion, reference: Twist, c: f64) -> Self {
+        Self {
+            axial: at.axial,
+            arm: at.arm,
+            reference,
+            mass: link.mass,
+            inertia: link.inertia,
+            half_length: link.half_length,
+            lever: link.lever,
+            coulomb: link.friction.coulomb * c,
+            viscous: link.friction.viscous * c,
+        }
+    }
 }
 
 /// One joint in a stage.

@@ -196,17 +196,7 @@ impl Implicit {
         self.stage.coefficient = c;
         self.stage.links.clear();
         for ((link, at), reference) in model.links.iter().zip(&self.predicted.links).zip(&self.reference) {
-            self.stage.links.push(StageLink {
-                axial: at.axial,
-                arm: at.arm,
-                reference: *reference,
-                mass: link.mass,
-                inertia: link.inertia,
-                half_length: link.half_length,
-                lever: link.lever,
-                coulomb: link.friction.coulomb * c,
-                viscous: link.friction.viscous * c,
-            });
+            self.stage.links.push(StageLink::new(link, at, *reference, c));
         }
         self.load_guess();
     }
