@@ -15,6 +15,7 @@ mod heading;
 mod interior_point;
 mod kinematics;
 mod lanes;
+mod link_term;
 mod modified_newton;
 mod newton;
 mod problem;

@@ -17,8 +17,8 @@
 //! any start will do for the steps that follow.
 //!
 //! At the end of a full step the linearised laws balance exactly, so what is out of balance there is the laws' own
-//! [remainder](Response::remainder). The inner function bends at least like the kinetic energy: the
-//! remainder's norm in M^-1 bounds the distance to its minimum, link by link, and no further solve is needed to know it.
+//! [remainder](Response::remainder). The inner function bends at least like the kinetic energy: the remainder's norm in
+//! M^-1 bounds the distance to its minimum, link by link, and no further solve is needed to know it.
 //!
 //! Several robots are solved side by side: a lane that has converged keeps its velocities and impulses
 //! while the others go on, so that each takes exactly the steps it would take alone.
@@ -28,9 +28,10 @@ use nalgebra::{Vector2, Vector3};
 use crate::contact::{Outcome, PAIRS_PER_LINK};
 use crate::math::{Mask, Real, add_scaled, select_into};
 
+use super::link_term::{LinkTerm, in_frame};
 use super::proximal::{ContactTerm, DriveTerm, FrictionTerm, Piece};
 use super::sweep::{Quadratic, Segment};
-use super::{Heading, Stage, StageLink, StageSolution};
+use super::{Stage, StageLink, StageSolution};
 
 /// Workspace of the solver, re-used from stage to stage.
 #[derive(Debug, Clone)]
@@ -43,25 +44,6 @@ pub struct Newton<T = f64> {
     mobility: [T; 2],
     /// How much the penalties have been raised during this solve.
     stiffening: T,
-}
-
-/// One link as the solver sees it: constants, laws and velocities in its own frame.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct LinkTerm<T> {
-    segment: Segment<T>,
-    pub mass: T,
-    pub inertia: T,
-    pub reference: Vector3<T>,
-    pub friction: FrictionTerm<T>,
-    /// The joint to the link before; none for the first.
-    pub drive: DriveTerm<T>,
-    /// Inertia and laws but for drives, seen from the present twist, and the drive's stiffness.
-    model: Quadratic<T>,
-    drive_stiffness: T,
-    /// Velocities before the present Newton step, the step, and where it leads.
-    pub start: Vector3<T>,
-    pub step: Vector3<T>,
-    pub twist: Vector3<T>,
 }
 
 /// What the laws answer to the velocities at the end of a step.
@@ -153,23 +135,10 @@ impl<T: Real> Newton<T> {
                 end = free_end(link, &solution.twist[0]);
             }
             let twist = segment.follow(solution.twist[i].z, &mut end);
-            self.links.push(LinkTerm {
-                segment,
-                mass: link.mass,
-                inertia: link.inertia,
-                reference: in_frame(&link.heading, &link.reference),
-                friction: FrictionTerm::new(link, &solution.friction[i], T::splat(PENALTY) * link.mass),
-                drive: if i > 0 {
-                    DriveTerm::new(&stage.joints[i - 1], solution.drive[i - 1])
-                } else {
-                    DriveTerm::none()
-                },
-                model: Quadratic::zero(),
-                drive_stiffness: T::zero(),
-                start: twist,
-                step: Vector3::new(T::zero(), T::zero(), T::zero()),
-                twist,
-            });
+            let friction = FrictionTerm::new(link, &solution.friction[i], T::splat(PENALTY) * link.mass);
+            let drive =
+                if i > 0 { DriveTerm::new(&stage.joints[i - 1], solution.drive[i - 1]) } else { DriveTerm::none() };
+            self.links.push(LinkTerm::new(link, segment, friction, drive, twist));
             before = link.heading;
         }
         self.mobility = [mass, inertia].map(|least| T::splat(1.0) / least);
@@ -302,30 +271,6 @@ impl<T: Real> Newton<T> {
             *impulse = contact.impulse();
         }
     }
-}
-
-impl<T: Real> LinkTerm<T> {
-    /// |u - u_ref|_M^2 / 2 at the present twist.
-    #[inline(always)]
-    fn inertia_model(&self) -> Quadratic<T> {
-        let (u, reference) = (&self.twist, &self.reference);
-        Quadratic {
-            xx: self.mass,
-            yy: self.mass,
-            ww: self.inertia,
-            gx: self.mass * (u.x - reference.x),
-            gy: self.mass * (u.y - reference.y),
-            gw: self.inertia * (u.z - reference.z),
-            ..Quadratic::zero()
-        }
-    }
-}
-
-/// A twist in the frame of a link.
-#[inline(always)]
-fn in_frame<T: Real>(heading: &Heading<T>, twist: &Vector3<T>) -> Vector3<T> {
-    let velocity = heading.to_link(twist.xy());
-    Vector3::new(velocity.x, velocity.y, twist.z)
 }
 
 /// Velocity of the end without a joint of the first link, in its frame.

@@ -9,6 +9,7 @@
 //! stages, whose impulses are not unique or not bounded, leave the linear systems solvable.
 
 mod bend;
+mod contact;
 mod disc;
 mod drive;
 mod pair;
@@ -16,32 +17,12 @@ mod pair;
 use nalgebra::Vector3;
 
 use self::bend::{Bend, is_bent, list_bends};
+use self::contact::Contact;
 use self::disc::Disc;
 use self::drive::Drive;
 use self::pair::Pair;
 use super::sweep::{Quadratic, Segment};
-use super::{Stage, StageContact, StageSolution};
-
-/// Opening and impulse of one contact, and the impulse around which the contact is soft.
-#[derive(Debug, Clone, Copy)]
-struct Contact {
-    pair: Pair,
-    centre: f64,
-    /// Yield of the contact per impulse beyond the centre \[1/kg\].
-    softness: f64,
-}
-
-impl Contact {
-    /// What the opening at the velocity `u` exceeds the pair's by.
-    fn mismatch(&self, contact: &StageContact, u: &Vector3<f64>) -> f64 {
-        contact.direction.dot(u) + contact.offset + self.yielding() - self.pair.s
-    }
-
-    /// Velocity by which the contact yields \[m/s\].
-    fn yielding(&self) -> f64 {
-        self.softness * (self.pair.z - self.centre)
-    }
-}
+use super::{Stage, StageSolution};
 
 /// How a solve ended.
 #[derive(Debug, Clone, Copy)]
@@ -136,10 +117,7 @@ impl InteriorPoint {
         }
         self.lightest = stage.links.iter().map(|link| link.mass).fold(f64::INFINITY, f64::min);
         self.contact.clear();
-        self.contact.extend(stage.contacts.iter().map(|contact| {
-            let softness = 1.0 / (STIFFEST_CONTACT * stage.links[contact.link].mass);
-            Contact { pair: Pair::default(), centre: 0.0, softness }
-        }));
+        self.contact.extend(stage.contacts.iter().map(|contact| Contact::new(stage.links[contact.link].mass)));
     }
 
     /// A point inside the cones at the twists of `solution`, with products of about `mu`.
@@ -152,9 +130,7 @@ impl InteriorPoint {
             *drive = Drive::begin(law, twist[*joint + 1].z - twist[*joint].z, mu);
         }
         for (soft, contact) in self.contact.iter_mut().zip(&stage.contacts) {
-            let opening = contact.direction.dot(&twist[contact.link]) + contact.offset;
-            let s = opening.max((2.0 * mu / stage.links[contact.link].mass).sqrt());
-            soft.pair = Pair::new(s, mu / s);
+            soft.begin(contact, &stage.links[contact.link], &twist[contact.link], mu);
         }
     }
 
@@ -209,13 +185,8 @@ impl InteriorPoint {
             self.add_drive(j, impulse, stiffness);
         }
         for (contact, soft) in stage.contacts.iter().zip(&self.contact) {
-            let Contact { pair, softness, .. } = soft;
-            let mismatch = soft.mismatch(contact, &twist[contact.link]);
-            let resistance = pair.s + pair.z * softness;
-            let impulse = pair.z + (pair.right - pair.z * mismatch) / resistance;
-            let in_plane = stage.links[contact.link].heading.to_link(contact.direction.xy());
-            let direction = Vector3::new(in_plane.x, in_plane.y, contact.direction.z);
-            self.models[contact.link].add_rank_one(&direction, pair.z / resistance, -impulse);
+            let i = contact.link;
+            soft.condense(contact, &stage.links[i], &twist[i], &mut self.models[i]);
         }
         self.solve_linear_system(stage);
         self.follow(stage, twist);
@@ -252,11 +223,7 @@ impl InteriorPoint {
             bend.follow(twist[j + 1].z - twist[j].z, direction[j + 1].z - direction[j].z);
         }
         for (contact, soft) in stage.contacts.iter().zip(&mut self.contact) {
-            let mismatch = soft.mismatch(contact, &twist[contact.link]);
-            let closing = mismatch + contact.direction.dot(&direction[contact.link]);
-            let Contact { pair, softness, .. } = soft;
-            pair.dz = (pair.right - pair.z * closing) / (pair.s + pair.z * *softness);
-            pair.ds = closing + *softness * pair.dz;
+            soft.follow(contact, &twist[contact.link], &direction[contact.link]);
         }
     }
 
@@ -320,7 +287,7 @@ impl InteriorPoint {
         let mut fastest: f64 = 0.0;
         for contact in &mut self.contact {
             fastest = fastest.max(contact.yielding().abs());
-            contact.centre = contact.pair.z;
+            contact.recentre();
         }
         fastest
     }
@@ -337,9 +304,7 @@ impl InteriorPoint {
             solution.drive[j] = loose.clamp(-joint.limit, joint.limit);
         }
         for (impulse, (soft, contact)) in solution.contact.iter_mut().zip(self.contact.iter().zip(&stage.contacts)) {
-            // An open contact's impulse is only nearly zero on the central path.
-            let Pair { s, z, .. } = soft.pair;
-            *impulse = if z < stage.links[contact.link].mass * s { 0.0 } else { z };
+            *impulse = soft.impulse(stage.links[contact.link].mass);
         }
     }
 }
@@ -348,7 +313,7 @@ fn has_friction(link: &super::StageLink) -> bool {
     link.friction.x.max(link.friction.y) > 0.0
 }
 
-/// Softness that bounds the stick stiffness by `STIFFEST` masses.
+/// Softness that bounds the stick stiffness by [`STIFFEST_FRICTION`] masses.
 fn friction_softness(link: &super::StageLink) -> f64 {
     let largest = link.friction.x.max(link.friction.y);
     largest * largest / (STIFFEST_FRICTION * link.mass)
@@ -357,10 +322,8 @@ fn friction_softness(link: &super::StageLink) -> f64 {
 /// Duality gap relative to the energies of the stage at which it counts as solved, whatever the tolerance.
 const RELATIVE_GAP: f64 = 1e-11;
 
-/// Largest stiffness of a law, in link masses: friction's keeps the linear systems solvable, the contacts' makes
-/// the impulses of jammed stages finite.
+/// Largest stiffness of friction, in link masses: it keeps the linear systems solvable.
 const STIFFEST_FRICTION: f64 = 1e12;
-const STIFFEST_CONTACT: f64 = 1e12;
 
 /// First products, in energies of the stage: a start too far inside costs an iteration, one too near the boundary many.
 const SPREAD: f64 = 10.0;
