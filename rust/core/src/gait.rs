@@ -1,4 +1,5 @@
-//! Joint references: the travelling wave (T 2.14), (T 7.1), a pair of waves for cardan joints, and soft start (T 7.2.2).
+//! Joint references: the travelling wave (T 2.14), (T 7.1), a pair of waves for cardan joints, and soft start
+//! (T 7.2.2).
 
 use std::f64::consts::PI;
 
@@ -39,6 +40,24 @@ pub trait JointReference {
     /// The first time after `time` at which the reference jumps \[s\]; infinite if it never does.
     fn next_jump(&self, _time: f64) -> f64 {
         f64::INFINITY
+    }
+}
+
+impl<R: JointReference> JointReference for &R {
+    fn target(&self, joint: usize, time: f64) -> JointTarget {
+        (**self).target(joint, time)
+    }
+
+    fn targets(&self, time: f64, targets: &mut [JointTarget]) {
+        (**self).targets(time, targets);
+    }
+
+    fn travelling_wave(&self, time: f64) -> Option<WaveJets> {
+        (**self).travelling_wave(time)
+    }
+
+    fn next_jump(&self, time: f64) -> f64 {
+        (**self).next_jump(time)
     }
 }
 
@@ -222,6 +241,20 @@ pub trait CardanReference {
     /// The first time after `time` at which a reference jumps \[s\]; infinite if none does.
     fn next_jump(&self, _time: f64) -> f64 {
         f64::INFINITY
+    }
+}
+
+impl<R: CardanReference> CardanReference for &R {
+    fn target(&self, joint: usize, time: f64) -> CardanTarget {
+        (**self).target(joint, time)
+    }
+
+    fn targets(&self, time: f64, targets: &mut [CardanTarget]) {
+        (**self).targets(time, targets);
+    }
+
+    fn next_jump(&self, time: f64) -> f64 {
+        (**self).next_jump(time)
     }
 }
 

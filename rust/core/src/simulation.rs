@@ -6,13 +6,13 @@ use serde::{Deserialize, Serialize};
 use crate::contact::gap;
 use crate::control::{ControlLaw, ControllerConfig};
 use crate::error::{ConfigError, require};
-use crate::gait::{JointReference, JointTarget, WaveJets};
+use crate::gait::JointReference;
 use crate::pegs::PegGrid;
 use crate::planar::{PlanarState, Pose, Twist, assemble_chain, largest_joint_gap};
 use crate::robot::{Robot, RobotConfig};
 use crate::scene::{Peg, Scene, SceneConfig};
 use crate::stepper::{
-    Adaptive, Body, Driven, Fleet, Hardest, IntegratorConfig, Method, Plant, Tally, Thesis, WarmStart,
+    Adaptive, Body, Fleet, Hardest, IntegratorConfig, Method, Plant, Scripted, Tally, Thesis, WarmStart,
 };
 
 /// The scheme chosen at construction.
@@ -75,34 +75,6 @@ pub struct StepReport {
     pub positive_actuator_work: f64,
     /// The state became absurd; the simulation stays at its last good state.
     pub diverged: bool,
-}
-
-/// A body together with the reference of one call.
-struct Driver<'a, R> {
-    body: &'a mut Body,
-    reference: &'a R,
-}
-
-impl<R: JointReference> Driven for Driver<'_, R> {
-    fn body(&self) -> &Body {
-        self.body
-    }
-
-    fn body_mut(&mut self) -> &mut Body {
-        self.body
-    }
-
-    fn targets(&self, time: f64, targets: &mut [JointTarget]) {
-        self.reference.targets(time, targets);
-    }
-
-    fn travelling_wave(&self, time: f64) -> Option<WaveJets> {
-        self.reference.travelling_wave(time)
-    }
-
-    fn next_jump(&self, time: f64) -> f64 {
-        self.reference.next_jump(time)
-    }
 }
 
 impl PlanarSimulation {
@@ -179,7 +151,7 @@ impl PlanarSimulation {
 
     /// Integrates over `duration` in equal steps no longer than the configured one.
     pub fn advance(&mut self, duration: f64, reference: &impl JointReference) -> StepReport {
-        let mut driver = Driver { body: &mut self.body, reference };
+        let mut driver = Scripted { body: &mut self.body, reference };
         match &mut self.scheme {
             Scheme::Thesis(scheme) => scheme.advance(&self.plant, &mut driver, duration),
             Scheme::Adaptive(scheme) => scheme.advance(&self.plant, &mut driver, duration),

@@ -1,3 +1,5 @@
+use std::borrow::BorrowMut;
+
 use nalgebra::Vector2;
 
 use crate::gait::{CardanReference, CardanTarget};
@@ -86,10 +88,10 @@ pub trait SpatialDriven {
     }
 }
 
-/// A body that follows a reference of its own.
+/// A body that follows a reference; both may be borrowed.
 #[derive(Debug, Clone)]
-pub struct SpatialScripted<R> {
-    pub body: SpatialBody,
+pub struct SpatialScripted<R, B = SpatialBody> {
+    pub body: B,
     pub reference: R,
 }
 
@@ -105,13 +107,13 @@ impl<R: CardanReference> SpatialScripted<R> {
     }
 }
 
-impl<R: CardanReference> SpatialDriven for SpatialScripted<R> {
+impl<R: CardanReference, B: BorrowMut<SpatialBody>> SpatialDriven for SpatialScripted<R, B> {
     fn body(&self) -> &SpatialBody {
-        &self.body
+        self.body.borrow()
     }
 
     fn body_mut(&mut self) -> &mut SpatialBody {
-        &mut self.body
+        self.body.borrow_mut()
     }
 
     fn targets(&self, time: f64, targets: &mut [CardanTarget]) {

@@ -16,7 +16,7 @@ use nalgebra::Vector2;
 
 use crate::control::ControllerConfig;
 use crate::error::ConfigError;
-use crate::gait::{CardanReference, CardanTarget};
+use crate::gait::CardanReference;
 use crate::pegs::PegGrid;
 use crate::robot::{Robot, RobotConfig};
 use crate::scene::{Peg, Scene, SceneConfig};
@@ -129,7 +129,9 @@ impl SpatialSimulation {
         let Self { plant, body, scheme } = self;
         match scheme {
             Scheme::Thesis(scheme) => scheme.advance(plant, body, reference, duration),
-            Scheme::Implicit(fleet) => fleet.advance(plant, &mut [Driver { body, reference }], duration, |_| true),
+            Scheme::Implicit(fleet) => {
+                fleet.advance(plant, &mut [SpatialScripted { body: &mut *body, reference }], duration, |_| true)
+            }
         }
         StepReport::new(&body.tally, body.diverged)
     }
@@ -180,30 +182,6 @@ impl SpatialSimulation {
         if let Scheme::Thesis(scheme) = &mut self.scheme {
             scheme.clear();
         }
-    }
-}
-
-/// A body with somebody else's reference.
-struct Driver<'a, R> {
-    body: &'a mut SpatialBody,
-    reference: &'a R,
-}
-
-impl<R: CardanReference> SpatialDriven for Driver<'_, R> {
-    fn body(&self) -> &SpatialBody {
-        self.body
-    }
-
-    fn body_mut(&mut self) -> &mut SpatialBody {
-        self.body
-    }
-
-    fn targets(&self, time: f64, targets: &mut [CardanTarget]) {
-        self.reference.targets(time, targets);
-    }
-
-    fn next_jump(&self, time: f64) -> f64 {
-        self.reference.next_jump(time)
     }
 }
 

@@ -1,3 +1,5 @@
+use std::borrow::BorrowMut;
+
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
@@ -139,10 +141,10 @@ pub trait Driven {
     }
 }
 
-/// A body that follows a reference of its own.
+/// A body that follows a reference; both may be borrowed.
 #[derive(Debug, Clone)]
-pub struct Scripted<R> {
-    pub body: Body,
+pub struct Scripted<R, B = Body> {
+    pub body: B,
     pub reference: R,
 }
 
@@ -156,13 +158,13 @@ impl<R: JointReference> Scripted<R> {
     }
 }
 
-impl<R: JointReference> Driven for Scripted<R> {
+impl<R: JointReference, B: BorrowMut<Body>> Driven for Scripted<R, B> {
     fn body(&self) -> &Body {
-        &self.body
+        self.body.borrow()
     }
 
     fn body_mut(&mut self) -> &mut Body {
-        &mut self.body
+        self.body.borrow_mut()
     }
 
     fn targets(&self, time: f64, targets: &mut [JointTarget]) {
