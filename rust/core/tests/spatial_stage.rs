@@ -1,14 +1,18 @@
-//! Stages of the spatial model: the solver against a slow one on matrices, the choice among indeterminate impulses, and the
-//! judge against both.
+//! Stages of the spatial model: the solver against a slow one on matrices, the choice among indeterminate impulses, and
+//! the judge against both.
 
 mod common;
 
+#[path = "common/spatial_dense.rs"]
+mod dense;
+
 use common::Random;
-use nalgebra::{DMatrix, DVector, Vector2, Vector3};
+use dense::{Dense, stacked};
+use nalgebra::{DVector, Vector2, Vector3};
 use snake_core::robot::Robot;
 use snake_core::spatial::{
-    Closing, CoulombNewton, Fallback, Frame, Newton, Posture, Screw, Speed, Stage, StageDrive, StageFriction,
-    StageLink, StagePeg, StageSolution, certify,
+    Closing, CoulombNewton, Fallback, Frame, Newton, Posture, Screw, Stage, StageDrive, StageFriction, StageLink,
+    StagePeg, StageSolution, certify,
 };
 
 const C: f64 = 3e-3;
@@ -86,173 +90,14 @@ fn solve(stage: &Stage, start: &StageSolution, tolerance: f64) -> StageSolution 
     solution
 }
 
-/// The stage on matrices: unknowns are the twist of link 1 and the joint rates.
-struct Dense {
-    /// Twists of all links per unknown.
-    jacobian: DMatrix<f64>,
-    /// Velocity without contacts.
-    free: DVector<f64>,
-    /// Inverse of the inertia with the drives' stiffness.
-    inverse: DMatrix<f64>,
-    /// Rows of all contact velocities: per link two times (normal, along, across), then rolling x and y; then pegs.
-    contact: DMatrix<f64>,
-}
-
-impl Dense {
-    fn new(stage: &Stage) -> Self {
-        let n = stage.links.len();
-        let size = 6 + 2 * (n - 1);
-        let half_length: Vec<f64> = stage.links.iter().map(|link| link.half_length).collect();
-        let frames = frames_of(stage);
-        let mut jacobian = DMatrix::zeros(6 * n, size);
-        for k in 0..size {
-            let mut speed = Speed::rest(n);
-            match k {
-                0..3 => speed.head.linear[k] = 1.0,
-                3..6 => speed.head.angular[k - 3] = 1.0,
-                _ => speed.rate[(k - 6) / 2][k % 2] = 1.0,
-            }
-            let mut twist = vec![Screw::zero(); n];
-            speed.twists(&frames, &half_length, &mut twist);
-            for (i, x) in twist.iter().enumerate() {
-                jacobian.view_mut((6 * i, k), (3, 1)).copy_from(&x.linear);
-                jacobian.view_mut((6 * i + 3, k), (3, 1)).copy_from(&x.angular);
-            }
-        }
-        let mut mass = DMatrix::zeros(6 * n, 6 * n);
-        let mut momentum = DVector::zeros(6 * n);
-        for (i, link) in stage.links.iter().enumerate() {
-            for k in 0..6 {
-                let mut unit = Screw::zero();
-                if k < 3 {
-                    unit.linear[k] = 1.0
-                } else {
-                    unit.angular[k - 3] = 1.0
-                }
-                let p = link.momentum_of(&unit);
-                mass.view_mut((6 * i, 6 * i + k), (3, 1)).copy_from(&p.linear);
-                mass.view_mut((6 * i + 3, 6 * i + k), (3, 1)).copy_from(&p.angular);
-            }
-            momentum.rows_mut(6 * i, 3).copy_from(&link.momentum.linear);
-            momentum.rows_mut(6 * i + 3, 3).copy_from(&link.momentum.angular);
-        }
-        let mut inertia = jacobian.transpose() * mass * &jacobian;
-        let mut load = jacobian.transpose() * momentum;
-        for (k, drive) in stage.joints.iter().flatten().enumerate() {
-            inertia[(6 + k, 6 + k)] += drive.stiffness;
-            load[6 + k] += drive.drive;
-        }
-        let inverse = inertia.try_inverse().expect("regular");
-        let contact = contact_rows(stage) * &jacobian;
-        Self { free: &inverse * load, jacobian, inverse, contact }
-    }
-}
-
-fn frames_of(stage: &Stage) -> Vec<Frame> {
-    let mut frames: Vec<Frame> = Vec::new();
-    for link in &stage.links {
-        let rear = frames.last().map_or(Vector3::zeros(), |before| {
-            before.position + before.axes[2] * stage.links[frames.len() - 1].half_length
-        });
-        frames.push(Frame { position: rear + link.axes[2] * link.half_length, axes: link.axes });
-    }
-    frames
-}
-
-fn contact_rows(stage: &Stage) -> DMatrix<f64> {
-    let n = stage.links.len();
-    let mut rows = DMatrix::zeros(8 * n + stage.pegs.len(), 6 * n);
-    let mut set = |row: usize, link: usize, force: Vector3<f64>, moment: Vector3<f64>| {
-        rows.view_mut((row, 6 * link), (1, 3)).copy_from(&force.transpose());
-        rows.view_mut((row, 6 * link + 3), (1, 3)).copy_from(&moment.transpose());
-    };
-    for (i, link) in stage.links.iter().enumerate() {
-        let along = link.tangent.push(0.0);
-        for end in 0..2 {
-            let arm = link.ground_arm(end);
-            for (k, axis) in [Vector3::z(), along, Vector3::z().cross(&along)].iter().enumerate() {
-                set(8 * i + 3 * end + k, i, *axis, arm.cross(axis));
-            }
-        }
-        set(8 * i + 6, i, Vector3::zeros(), Vector3::new(0.0, -link.radius, 0.0));
-        set(8 * i + 7, i, Vector3::zeros(), Vector3::new(link.radius, 0.0, 0.0));
-    }
-    for (k, peg) in stage.pegs.iter().enumerate() {
-        set(8 * n + k, peg.link, peg.direction.linear, peg.direction.angular);
-    }
-    rows
-}
-
-/// Projection onto the ellipse with semi-axes `a`, in the metric of the scaled step: enough for a fixed point.
-fn into_ellipse(p: Vector2<f64>, a: Vector2<f64>) -> Vector2<f64> {
-    if a.min() <= 0.0 {
-        return Vector2::zeros();
-    }
-    let scaled = p.component_div(&a);
-    scaled.component_mul(&a) / scaled.norm().max(1.0)
-}
-
-/// Projected Gauss-Seidel on the contacts, sweep after sweep, until velocities stand still.
-fn slow_solution(stage: &Stage, dense: &Dense) -> DVector<f64> {
-    let n = stage.links.len();
-    let columns = &dense.inverse * dense.contact.transpose();
-    let delassus = &dense.contact * &columns;
-    let mut velocity = dense.free.clone();
-    let mut impulse: DVector<f64> = DVector::zeros(dense.contact.nrows());
-    for _ in 0..200_000 {
-        let before = velocity.clone();
-        let change = |row: usize, to: f64, impulse: &mut DVector<f64>, velocity: &mut DVector<f64>| {
-            *velocity += columns.column(row) * (to - impulse[row]);
-            impulse[row] = to;
-        };
-        let at = |row: usize, velocity: &DVector<f64>| dense.contact.row(row).transpose().dot(velocity);
-        let openings = (0..2 * n).map(|k| (8 * (k / 2) + 3 * (k % 2), stage.links[k / 2].ground[k % 2]));
-        let pegs = stage.pegs.iter().enumerate().map(|(k, peg)| (8 * n + k, peg.offset));
-        for (row, offset) in openings.chain(pegs) {
-            let wanted = impulse[row] - (at(row, &velocity) + offset) / delassus[(row, row)];
-            change(row, wanted.max(0.0), &mut impulse, &mut velocity);
-        }
-        for k in 0..3 * n {
-            let (link, part) = (k / 3, k % 3);
-            let row = if part < 2 { 8 * link + 3 * part + 1 } else { 8 * link + 6 };
-            let normal = |end: usize| impulse[8 * link + 3 * end];
-            let radius = if part < 2 {
-                stage.friction.sliding * normal(part)
-            } else {
-                Vector2::repeat(stage.friction.rolling * (normal(0) + normal(1)))
-            };
-            let rate = 0.9 / (delassus[(row, row)] + delassus[(row + 1, row + 1)]);
-            let slip = Vector2::new(at(row, &velocity), at(row + 1, &velocity));
-            // In the coordinates in which the ellipse is a disc.
-            let metric = radius.component_mul(&radius) / radius.max().powi(2).max(1e-300);
-            let wanted = Vector2::new(impulse[row], impulse[row + 1]) - slip.component_mul(&metric) * rate;
-            let to = into_ellipse(wanted, radius);
-            change(row, to.x, &mut impulse, &mut velocity);
-            change(row + 1, to.y, &mut impulse, &mut velocity);
-        }
-        if (&velocity - before).amax() < 1e-13 {
-            break;
-        }
-    }
-    velocity
-}
-
-fn twists(solution: &StageSolution) -> DVector<f64> {
-    DVector::from_iterator(
-        6 * solution.twist.len(),
-        solution.twist.iter().flat_map(|x| x.linear.iter().chain(x.angular.iter()).copied().collect::<Vec<_>>()),
-    )
-}
-
 #[test]
 fn newton_and_dense_gauss_seidel_find_the_same_velocities() {
     let mut random = Random::new(5);
     for trial in 0..40 {
         let stage = moving(&mut random, 2 + trial % 4);
-        let dense = Dense::new(&stage);
-        let slow = &dense.jacobian * slow_solution(&stage, &dense);
+        let slow = Dense::new(&stage).solve(&stage);
         let fast = solve(&stage, &blank(&stage), 1e-9);
-        let apart = (twists(&fast) - slow).amax();
+        let apart = (stacked(&fast.twist) - slow).amax();
         assert!(apart < 2e-6, "trial {trial}: {apart}, {:?}", certify(&stage, &fast));
     }
 }
@@ -295,8 +140,7 @@ fn indeterminate_impulses_are_the_shortest_whatever_the_start() {
             assert!(apart < 1e-4 * load, "{apart} N s apart, of {load}");
         }
         let impulses = all_impulses(&from_nothing);
-        let dense = Dense::new(&stage);
-        let svd = dense.contact.svd(true, true);
+        let svd = Dense::new(&stage).contact.svd(true, true);
         let rank = svd.singular_values.iter().filter(|&&value| value > 1e-9).count();
         let range = svd.u.expect("asked for").columns(0, rank).into_owned();
         let redundant = (&impulses - &range * (range.transpose() * &impulses)).norm();
@@ -350,8 +194,8 @@ fn farthest_apart(a: &StageSolution, b: &StageSolution, arm: f64) -> f64 {
     pairs.map(|(x, y)| (x.linear - y.linear).norm() + arm * (x.angular - y.angular).norm()).fold(0.0, f64::max)
 }
 
-/// A chain that lies flat and bends, on ground as rough as rubber: friction follows normal impulses, and these friction, so
-/// strongly that the lanes' method leaves stages open. The fallback closes them.
+/// A chain that lies flat and bends, on ground as rough as rubber: friction follows normal impulses, and these
+/// friction, so strongly that the lanes' method leaves stages open. The fallback closes them.
 #[test]
 fn strong_friction_under_many_contacts_is_solved_by_the_fallback() {
     let mut random = Random::new(17);
