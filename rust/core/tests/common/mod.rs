@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use nalgebra::Vector2;
 use snake_core::control::{ControlLaw, ControllerConfig};
-use snake_core::gait::{JointReference, JointTarget, Wave};
+use snake_core::gait::{CardanReference, CardanTarget, JointReference, JointTarget, Wave};
 use snake_core::planar::{PlanarState, Pose, Twist};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, SceneConfig, TABLE_7_3, TABLE_7_5};
@@ -27,6 +27,21 @@ pub struct Hold(pub f64);
 impl JointReference for Hold {
     fn target(&self, _joint: usize, _time: f64) -> JointTarget {
         JointTarget { angle: self.0, rate: 0.0, acceleration: 0.0 }
+    }
+}
+
+/// A reference that does not tell when it jumps.
+pub struct Unannounced<R>(pub R);
+
+impl<R: JointReference> JointReference for Unannounced<R> {
+    fn target(&self, joint: usize, time: f64) -> JointTarget {
+        self.0.target(joint, time)
+    }
+}
+
+impl<R: CardanReference> CardanReference for Unannounced<R> {
+    fn target(&self, joint: usize, time: f64) -> CardanTarget {
+        self.0.target(joint, time)
     }
 }
 
