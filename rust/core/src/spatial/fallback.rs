@@ -60,7 +60,7 @@ impl Attempt {
     /// Tries one method after the other and keeps the best solution in `solution`. Returns the solves and the residual in
     /// admissible ones.
     fn close(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, f64) {
-        let methods = [Self::near_the_lanes, Self::by_impulses, Self::along_hardening, Self::strictly, Self::sharply];
+        let methods = [Self::near_the_lanes, Self::by_impulses, Self::along_hardening, Self::strictly];
         let mut best = badness(stage, solution, tolerance);
         let mut solves = 0;
         for method in methods {
@@ -100,10 +100,6 @@ impl Attempt {
     fn strictly(&mut self, stage: &Stage, tolerance: f64) -> u32 {
         self.start_afresh(stage);
         self.strict.solve(stage, &mut self.trial, tolerance, MAX_ITERATIONS, true).iterations as u32
-    }
-
-    fn sharply(&mut self, stage: &Stage, tolerance: f64) -> u32 {
-        self.strictly(stage, 0.01 * tolerance)
     }
 
     /// Free motion without impulses.
