@@ -55,8 +55,11 @@ fn rounds(quick: bool) -> usize {
 
 /// Steps and tolerances of the work-precision curves; steps divide 0.6 s and 1 s.
 fn choices(quick: bool) -> Vec<Choice> {
-    let steps: &[f64] =
-        if quick { &[0.05, 0.01] } else { &[0.2, 0.1, 0.05, 0.025, 0.02, 0.0125, 0.01, 0.005, 0.0025, 0.001] };
+    let steps: &[f64] = if quick {
+        &[0.05, 0.01]
+    } else {
+        &[0.2, 0.1, 1.0 / 15.0, 0.05, 0.025, 0.02, 0.0125, 0.01, 0.005, 0.0025, 0.001]
+    };
     let tolerances: &[f64] = if quick { &[1e-6] } else { &[1e-6, 1e-5, 1e-4, 1e-3] };
     let mut choices = Vec::new();
     for &tolerance in tolerances {
