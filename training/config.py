@@ -72,6 +72,30 @@ class Ppo:
 
 
 @dataclass(frozen=True)
+class Evolution:
+    """Evolution strategies (``training.evolution``); weights count in units of one over the root of a layer's inputs.
+
+    Args:
+        fields: fields on which each candidate plays an episode, >= 1; all candidates of a generation on the same.
+        spread: standard deviation of the candidates around their mean, > 0.
+        learning_rate: step of Adam at the start; falls linearly with the share of the budget that is used.
+        final_learning_rate: share of the learning rate at the end.
+        senses: blocks of the observation, or single elements as in "wave: sin_phase", that are the networks' inputs;
+            None: all.
+    """
+
+    fields: int = 4
+    spread: float = 0.2
+    learning_rate: float = 0.03
+    final_learning_rate: float = 0.3
+    senses: tuple[str, ...] | None = None
+
+    def __post_init__(self) -> None:
+        _require(self.fields >= 1, "evolution.fields", self.fields, "an integer >= 1")
+        _require(self.spread > 0.0, "evolution.spread", self.spread, "a number > 0")
+
+
+@dataclass(frozen=True)
 class Clone:
     """What to begin as: a scripted controller, or a policy trained before.
 
@@ -121,6 +145,7 @@ class Config:
         clone: what the policy begins as; None: random weights.
         policy: networks.
         ppo: learner.
+        evolution: the learner without gradients; the others do not heed it.
     """
 
     about: str = ""
@@ -137,6 +162,7 @@ class Config:
     clone: Clone | None = None
     policy: Policy = field(default_factory=Policy)
     ppo: Ppo = Ppo()
+    evolution: Evolution = field(default_factory=Evolution)
 
     def __post_init__(self) -> None:
         for name in ("num_envs", "num_threads", "torch_threads", "total_steps"):
@@ -181,12 +207,19 @@ class Config:
             values["clone"] = _section(Clone, "clone", values["clone"])
         if "ppo" in values:
             values["ppo"] = _section(Ppo, "ppo", values["ppo"])
+        if "evolution" in values:
+            evolution = dict(values["evolution"])
+            if evolution.get("senses") is not None:
+                evolution["senses"] = tuple(evolution["senses"])
+            values["evolution"] = _section(Evolution, "evolution", evolution)
         return _section(cls, "config", values)
 
     def to_mapping(self) -> dict[str, Any]:
         """Plain lists, mappings and numbers, for a file."""
         values = dataclasses.asdict(self)
         values["policy"] |= {"hidden": list(self.policy.hidden), "traces": list(self.policy.traces)}
+        if self.evolution.senses is not None:
+            values["evolution"]["senses"] = list(self.evolution.senses)
         return values
 
 

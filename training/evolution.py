@@ -1,0 +1,294 @@
+"""Evolution strategies in one file, over the native batch: learning without noise on the actions.
+
+    python -m training.evolution --config isotropic-evolved --seed 0 --out runs/isotropic-evolved
+
+After Salimans et al. 2017: a generation is a batch in which each robot has a network of its own, the mean of all plus
+or minus a random change, plays one whole episode, and the mean moves towards the changes that did well. What a gait is
+worth lies in its exact repetition; noise on the weights leaves that as it is, where noise on the actions destroys it.
+
+It takes the configurations of ``training.ppo``, with a section ``evolution``, and leaves the same folder. Weights start
+at random but for those of the last layer, which are zero, so that the first mean acts as action zero, the thesis's
+gait. What a generation draws depends on seed and steps alone: a run whose budget is steps repeats itself bit for bit,
+also when it was stopped and resumed in between.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snake_env import ConfigError
+from training import mirror, policy_file, run_command, seeds
+from training.budget import Budget, StopRequest
+from training.config import Config
+from training.learning_curve import SIGNALS, LearningCurve
+from training.ppo import Note, work
+from training.rollout import Episodes, make_env
+from training.run_folder import RunFolder
+from training.traces import observed
+
+Array = NDArray[np.float64]
+
+Layers = list[tuple[Array, Array]]
+"""Of c networks at once: weights (c, inputs, outputs) and biases (c, 1, outputs) of each layer."""
+
+POLICY = policy_file.NAME
+
+
+class Networks:
+    """Layers with tanh between them, of many networks of one shape, each from a flat vector.
+
+    A vector holds, layer by layer, weights times the root of the layer's inputs, and biases: so equal changes of its
+    elements matter about equally.
+
+    Args:
+        signs: what a mirror does to observations and actions.
+        hidden: units of each hidden layer.
+        sensed: elements of the observation that are inputs; all others are ignored.
+        mirrored: makes the networks treat left and right alike.
+    """
+
+    def __init__(self, signs: mirror.Mirror, hidden: tuple[int, ...], sensed: list[int], mirrored: bool) -> None:
+        self._shapes = list(pairwise([len(sensed), *hidden, len(signs.action)]))
+        self._observations, self._sensed = len(signs.observation), sensed
+        self._sides = signs if mirrored else None
+        self.size = sum((wide + 1) * high for wide, high in self._shapes)
+
+    def start(self, rng: np.random.Generator) -> Array:
+        """Random weights, zero in the last layer; biases are zero."""
+        vector = np.zeros(self.size)
+        for weight, _ in self._views(vector[None])[:-1]:
+            weight[:] = rng.normal(size=weight.shape)
+        return vector
+
+    def layers(self, vectors: Array) -> Layers:
+        """Of vectors (c, size)."""
+        return [(weight / np.sqrt(weight.shape[1]), bias) for weight, bias in self._views(vectors)]
+
+    def _views(self, vectors: Array) -> Layers:
+        views, end = [], 0
+        for wide, high in self._shapes:
+            begin, middle, end = end, end + wide * high, end + (wide + 1) * high
+            weight = vectors[:, begin:middle].reshape(-1, wide, high)
+            views.append((weight, vectors[:, None, middle:end]))
+        return views
+
+    def act(self, layers: Layers, observation: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Actions (c n, a) of c networks, each for n of the observations (c n, o)."""
+        seen = observation[:, self._sensed].astype(np.float64).reshape(len(layers[0][0]), -1, len(self._sensed))
+        action = _outputs(layers, seen)
+        if self._sides is not None:
+            mirrored = _outputs(layers, self._sides.observation[self._sensed] * seen)
+            action = 0.5 * (action + self._sides.action * mirrored)
+        return action.reshape(len(observation), -1).astype(np.float32)
+
+    def arrays(self, vector: Array) -> policy_file.Arrays:
+        """What playing needs: layers by name, as in ``training.ppo``, and the mirror's signs."""
+        named = {}
+        for k, (weight, bias) in enumerate(self.layers(vector[None])):
+            named[f"actor.{k}.weight"] = weight[0].T.astype(np.float32)
+            named[f"actor.{k}.bias"] = bias[0, 0].astype(np.float32)
+        first = np.zeros((len(named["actor.0.bias"]), self._observations), np.float32)
+        first[:, self._sensed] = named["actor.0.weight"]
+        named["actor.0.weight"] = first
+        signs = {} if self._sides is None else {f"mirror.{name}": of for name, of in self._sides._asdict().items()}
+        return named | signs
+
+
+def _outputs(layers: Layers, seen: Array) -> Array:
+    *hidden, (weight, bias) = layers
+    for inner, shift in hidden:
+        seen = np.tanh(seen @ inner + shift)
+    return seen @ weight + bias
+
+
+class Adam:
+    """Steps uphill along noisy gradients (Kingma and Ba 2015).
+
+    Args:
+        size: elements of a gradient.
+    """
+
+    def __init__(self, size: int) -> None:
+        self.count = np.zeros(1)
+        self.first, self.second = np.zeros(size), np.zeros(size)
+
+    def step(self, gradient: Array, rate: float) -> Array:
+        """By how much to move (size,)."""
+        self.count += 1.0
+        self.first += (1.0 - FIRST_DECAY) * (gradient - self.first)
+        self.second += (1.0 - SECOND_DECAY) * (gradient**2 - self.second)
+        mean = self.first / (1.0 - FIRST_DECAY**self.count)
+        square = self.second / (1.0 - SECOND_DECAY**self.count)
+        return rate * mean / (np.sqrt(square) + 1e-8)
+
+
+FIRST_DECAY, SECOND_DECAY = 0.9, 0.999
+
+
+def slope(changes: Array, score: Array) -> Array:
+    """Direction (size,) in which the score rises, from pairs of candidates on either side of the mean.
+
+    Args:
+        changes: of the first of each pair (p, size); the second has the opposite.
+        score: of the first ones, then of the second ones (2 p,); ranks alone count.
+    """
+    rank = np.empty(len(score))
+    rank[np.argsort(score, kind="stable")] = np.linspace(-0.5, 0.5, len(score))
+    ahead, behind = np.split(rank, 2)
+    return (ahead - behind) @ changes / len(changes)
+
+
+class Batch:
+    """Robots that play the candidates of a generation, as many as there are pairs of candidate and field.
+
+    Args:
+        config: of the run.
+    """
+
+    def __init__(self, config: Config) -> None:
+        self._env = make_env(config.env_id, config.num_envs, config.num_threads, **config.env)
+        self.layout = self._env.unwrapped.layout
+
+    def play(self, networks: Networks, layers: Layers, fields: list[int]) -> tuple[Episodes, int]:
+        """An episode of each network on each field (c f,), one network after another, and the steps this took."""
+        n = self._env.num_envs
+        observation, _ = self._env.reset(seed=fields * (n // len(fields)))
+        running, steps = np.ones(n, np.bool_), 0
+        last: Episodes = {name: np.zeros(n) for name in ("return", *SIGNALS)}
+        while running.any():
+            observation, reward, terminated, truncated, infos = self._env.step(networks.act(layers, observation))
+            last["return"][running] += reward[running]
+            ended = running & (terminated | truncated)
+            for name in SIGNALS:
+                last[name][ended] = infos[name][ended]
+            running &= ~ended
+            steps += n
+        return last, steps
+
+    def close(self) -> None:
+        """Closes the environment."""
+        self._env.close()
+
+
+def sensed(layout: dict[str, Any], senses: tuple[str, ...] | None) -> list[int]:
+    """Places of the elements of an observation that are named, alone or by their block; None: of all.
+
+    Raises:
+        ConfigError: the environment has no such block or element.
+    """
+    elements = observed(layout, ())
+    blocks = [element.partition(":")[0] for element in elements]
+    for name in senses or ():
+        if name not in blocks and name not in elements:
+            known_names = ", ".join(dict.fromkeys(blocks))
+            raise ConfigError("evolution.senses", name, f"some of {known_names}, or of their elements")
+    names = zip(blocks, elements, strict=True)
+    return [k for k, (block, element) in enumerate(names) if senses is None or block in senses or element in senses]
+
+
+class Learner:
+    """A mean network in training, and the optimiser that moves it.
+
+    Args:
+        config: of the run.
+        steps: environment steps taken before.
+        note: is told of finished episodes.
+
+    Raises:
+        ConfigError: the robots do not make pairs of candidates on all fields, or an option is one of other learners.
+    """
+
+    def __init__(self, config: Config, steps: int, note: Note) -> None:
+        self.config, self.steps, self._note = config, steps, note
+        config.refuse("training.evolution", "clone", "curriculum", "policy.traces", "policy.bfloat16")
+        self._pairs, rest = divmod(config.num_envs, 2 * config.evolution.fields)
+        if rest or not self._pairs:
+            raise ConfigError("num_envs", config.num_envs, "a multiple of twice evolution.fields")
+        self.batch = Batch(config)
+        layout = self.batch.layout
+        seen = sensed(layout, config.evolution.senses)
+        self.networks = Networks(mirror.Mirror.of(layout), config.policy.hidden, seen, config.policy.mirror)
+        self.mean = self.networks.start(np.random.default_rng(config.seed))
+        self.optimiser = Adam(self.networks.size)
+
+    def collect(self) -> None:
+        """Draws candidates around the mean and plays them."""
+        evolution = self.config.evolution
+        rng = np.random.default_rng([self.config.seed, self.steps])
+        self._changes = rng.normal(size=(self._pairs, self.networks.size))
+        moves = evolution.spread * np.concatenate([self._changes, -self._changes])
+        first = seeds.training(self.config.seed, self.steps, evolution.fields)
+        fields = list(range(first, first + evolution.fields))
+        played, steps = self.batch.play(self.networks, self.networks.layers(self.mean + moves), fields)
+        for k, score in enumerate(played["return"]):
+            self._note(score, {name: played[name][k] for name in SIGNALS})
+        self._score = played["return"].reshape(-1, evolution.fields).mean(axis=1)
+        self.steps += steps
+
+    def learn(self, used: float) -> None:
+        """Moves the mean; ``used`` is the share of the budget that is used up."""
+        evolution = self.config.evolution
+        rate = evolution.learning_rate * (1.0 - (1.0 - evolution.final_learning_rate) * used)
+        self.mean += self.optimiser.step(slope(self._changes, self._score), rate)
+
+    def _state(self) -> dict[str, Array]:
+        own = self.optimiser
+        return {"mean": self.mean, "count": own.count, "first": own.first, "second": own.second}
+
+    def save(self, path: Path) -> None:
+        """Writes a checkpoint."""
+        np.savez(path, **cast(Any, self._state()))
+
+    def restore(self, path: Path) -> None:
+        """Takes over the mean and the optimiser of a checkpoint."""
+        with np.load(path) as content:
+            for name, array in self._state().items():
+                array[:] = content[name]
+
+
+def train(folder: RunFolder, config: Config, show: bool = True) -> int:
+    """Trains from the folder's latest checkpoint, or from the start; 130 when it was stopped."""
+    checkpoint = folder.latest()
+    steps = 0 if checkpoint is None else int(checkpoint.stem)
+    budget = Budget(config.total_steps, config.max_minutes, 0.0 if checkpoint is None else folder.seconds(checkpoint))
+    budget.note(steps)
+    curve = LearningCurve(budget, steps)
+    learner = Learner(config, steps, curve.note)
+    if checkpoint is not None:
+        with folder.resumed():
+            learner.restore(checkpoint)
+    with StopRequest() as stop:
+        work(cast(Any, learner), folder, budget, curve, stop, show)
+    folder.save_checkpoint(learner.save, learner.steps, budget.seconds)
+    arrays = learner.networks.arrays(learner.mean)
+    policy_file.write(folder.model, arrays, config.to_mapping() | {"steps": learner.steps})
+    learner.batch.close()
+    if stop.received:
+        print(f"saved after {learner.steps} steps; go on with --resume --out {folder.path}")
+        return 130
+    folder.finish({"steps": learner.steps, "seconds": round(budget.seconds, 1)})
+    if show:
+        print(f"{learner.steps} steps in {budget.seconds:.0f} s: {folder.model}")
+    return 0
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line."""
+    return run_command.parser("training.evolution", __doc__)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Runs the command; 0 when the budget has been used up, 130 when it was stopped."""
+    args = parser().parse_args(arguments)
+    return run_command.run(args, RunFolder(args.out, POLICY, ".npz"), train)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
