@@ -25,10 +25,9 @@ from numpy.typing import NDArray
 
 from snake_env import ConfigError
 from training import mirror, policy_file, run_command, seeds
-from training.budget import Budget, StopRequest
 from training.config import Config
-from training.learning_curve import SIGNALS, LearningCurve
-from training.ppo import Note, work
+from training.learning_curve import SIGNALS
+from training.ppo import Note, run
 from training.rollout import Episodes, make_env
 from training.run_folder import RunFolder
 from training.traces import observed
@@ -238,6 +237,17 @@ class Learner:
         rate = evolution.learning_rate * (1.0 - (1.0 - evolution.final_learning_rate) * used)
         self.mean += self.optimiser.step(slope(self._changes, self._score), rate)
 
+    def begin(self) -> None:
+        """Begins as it was made."""
+
+    def arrays(self) -> policy_file.Arrays:
+        """What playing needs: the mean network."""
+        return self.networks.arrays(self.mean)
+
+    def close(self) -> None:
+        """Closes the batch."""
+        self.batch.close()
+
     def _state(self) -> dict[str, Array]:
         own = self.optimiser
         return {"mean": self.mean, "count": own.count, "first": own.first, "second": own.second}
@@ -255,28 +265,7 @@ class Learner:
 
 def train(folder: RunFolder, config: Config, show: bool = True) -> int:
     """Trains from the folder's latest checkpoint, or from the start; 130 when it was stopped."""
-    checkpoint = folder.latest()
-    steps = 0 if checkpoint is None else int(checkpoint.stem)
-    budget = Budget(config.total_steps, config.max_minutes, 0.0 if checkpoint is None else folder.seconds(checkpoint))
-    budget.note(steps)
-    curve = LearningCurve(budget, steps)
-    learner = Learner(config, steps, curve.note)
-    if checkpoint is not None:
-        with folder.resumed():
-            learner.restore(checkpoint)
-    with StopRequest() as stop:
-        work(cast(Any, learner), folder, budget, curve, stop, show)
-    folder.save_checkpoint(learner.save, learner.steps, budget.seconds)
-    arrays = learner.networks.arrays(learner.mean)
-    policy_file.write(folder.model, arrays, config.to_mapping() | {"steps": learner.steps})
-    learner.batch.close()
-    if stop.received:
-        print(f"saved after {learner.steps} steps; go on with --resume --out {folder.path}")
-        return 130
-    folder.finish({"steps": learner.steps, "seconds": round(budget.seconds, 1)})
-    if show:
-        print(f"{learner.steps} steps in {budget.seconds:.0f} s: {folder.model}")
-    return 0
+    return run(folder, config, lambda steps, note, _used: Learner(config, steps, note), show)
 
 
 def parser() -> argparse.ArgumentParser:

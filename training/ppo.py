@@ -301,6 +301,19 @@ class Learner:
         update(self.agent, self.optimiser, self.rollout, self.targets(), ppo, self.rng)
         self.collector.advance(used)
 
+    def begin(self) -> None:
+        """Becomes what the configuration has it begin as."""
+        if self.config.clone is not None:
+            clone.begin(self, self.config.clone)
+
+    def arrays(self) -> policy_file.Arrays:
+        """What playing needs."""
+        return self.agent.arrays()
+
+    def close(self) -> None:
+        """Ends the collector."""
+        self.collector.close()
+
     def save(self, path: Path) -> None:
         """Writes a checkpoint."""
         torch.save({"agent": self.agent.state_dict(), "optimiser": self.optimiser.state_dict()}, path)
@@ -315,22 +328,29 @@ class Learner:
 def train(folder: RunFolder, config: Config, show: bool = True, make: MakeCollector = Collector) -> int:
     """Trains from the folder's latest checkpoint, or from the start; 130 when it was stopped."""
     torch.set_num_threads(config.torch_threads)
+    return run(folder, config, lambda steps, note, used: Learner(config, steps, note, used, make), show)
+
+
+def run(folder: RunFolder, config: Config, make: Callable[[int, Note, float], Any], show: bool) -> int:
+    """Trains a learner that ``make`` makes of the steps taken before, of what takes note of finished episodes, and of
+    the share of the budget used up before; 130 when it was stopped.
+    """
     checkpoint = folder.latest()
     steps = 0 if checkpoint is None else int(checkpoint.stem)
     budget = Budget(config.total_steps, config.max_minutes, 0.0 if checkpoint is None else folder.seconds(checkpoint))
     budget.note(steps)
     curve = LearningCurve(budget, steps)
-    learner = Learner(config, steps, curve.note, budget.used, make)
-    if checkpoint is not None:
+    learner = make(steps, curve.note, budget.used)
+    if checkpoint is None:
+        learner.begin()
+    else:
         with folder.resumed():
             learner.restore(checkpoint)
-    elif config.clone is not None:
-        clone.begin(learner, config.clone)
     with StopRequest() as stop:
         work(learner, folder, budget, curve, stop, show)
     folder.save_checkpoint(learner.save, learner.steps, budget.seconds)
-    policy_file.write(folder.model, learner.agent.arrays(), config.to_mapping() | {"steps": learner.steps})
-    learner.collector.close()
+    policy_file.write(folder.model, learner.arrays(), config.to_mapping() | {"steps": learner.steps})
+    learner.close()
     if stop.received:
         print(f"saved after {learner.steps} steps; go on with --resume --out {folder.path}")
         return 130
@@ -340,9 +360,7 @@ def train(folder: RunFolder, config: Config, show: bool = True, make: MakeCollec
     return 0
 
 
-def work(
-    learner: Learner, folder: RunFolder, budget: Budget, curve: LearningCurve, stop: StopRequest, show: bool
-) -> None:
+def work(learner: Any, folder: RunFolder, budget: Budget, curve: LearningCurve, stop: StopRequest, show: bool) -> None:
     """Collects and learns in turn until the budget is used up."""
     saved = shown = budget.seconds
     while budget.used < 1.0 and not stop.received:
