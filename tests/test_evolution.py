@@ -179,6 +179,16 @@ def test_the_command_begins_and_refuses(tmp_path, capsys):
     assert "--resume" in capsys.readouterr().err
 
 
+def test_a_configuration_that_is_refused_leaves_the_folder_free(tmp_path, capsys):
+    wrong, right = tmp_path / "wrong.json", tmp_path / "right.json"
+    wrong.write_text(json.dumps(dataclasses.replace(SMALL, curriculum=0.5).to_mapping()))
+    right.write_text(json.dumps(SMALL.to_mapping()))
+    out = ["--out", str(tmp_path / "run"), "--no-bar"]
+    assert evolution.main(["--config", str(wrong), *out]) == 2
+    assert "curriculum = 0.5: expected 0.0" in capsys.readouterr().err
+    assert evolution.main(["--config", str(right), *out]) == 0
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [

@@ -54,7 +54,7 @@ def test_an_agent_with_a_mirror_treats_left_and_right_alike(mode):
     torch.testing.assert_close(agent.actor(turned), agent.actor(seen) * torch.from_numpy(signs.action))
     torch.testing.assert_close(agent.value(turned), agent.value(seen))
     plain = ppo.make_agent(dataclasses.replace(settings, policy=config.Policy((16,))), seen.shape[1], len(signs.action))
-    torch.nn.init.normal_(plain.actor[-1].bias)
+    torch.nn.init.ones_(plain.actor[-1].bias)
     assert not torch.allclose(plain.actor(turned), plain.actor(seen) * torch.from_numpy(signs.action), atol=0.1)
 
 

@@ -66,6 +66,11 @@ def test_the_interval_is_students_over_seeds():
     assert seed_table.against(table, {"success": {"seed-1000": 1.0}}, "a", "b") == "a and b have no seed in common."
 
 
+def test_one_seed_has_no_interval():
+    said = seed_table.against({"success": {"seed-0": 0.5}}, {"success": {"seed-0": 0.25}}, "a", "b")
+    assert said == "a against b, seed by seed: success +0.250, one seed."
+
+
 def test_a_configuration_without_finished_runs_is_named(tmp_path, capsys):
     with pytest.raises(SystemExit):
         seed_table.main(["--sweep", str(tmp_path), "--configs", "absent"])

@@ -94,6 +94,21 @@ def test_numpy_plays_the_memory_that_torch_has_learnt(tmp_path):
         policy.reset(learner.rollout.done[t])
 
 
+def test_a_policy_that_remembers_asks_to_begin(tmp_path):
+    learner = ppo.Learner(settings(), 0, lambda *episode: None)
+    policy_file.write(tmp_path / "policy.safetensors", learner.agent.arrays(), learner.config.to_mapping())
+    with pytest.raises(RuntimeError, match=r"call begin\(\) first"):
+        policies.Network(tmp_path / "policy.safetensors")(np.zeros((1, 3), np.float32))
+
+
+def test_a_policy_that_sees_other_things_is_named(tmp_path):
+    learner = ppo.Learner(settings(), 0, lambda *episode: None)
+    policy_file.write(tmp_path / "policy.safetensors", learner.agent.arrays(), learner.config.to_mapping())
+    policy = policies.Network(tmp_path / "policy.safetensors")
+    with pytest.raises(ValueError, match="expected one that sees 71 elements as here, this one sees 152"):
+        policy.begin(rollout.layout_of("SnakeFree-v0", {}), 1)
+
+
 def test_the_mirror_turns_traces_like_what_they_are_traces_of():
     run = settings(mirror=True)
     layout = rollout.layout_of(run.env_id, run.env)
@@ -125,6 +140,12 @@ def test_half_precision_is_that_of_the_hidden_layers_alone():
         expected, found = whole.value(seen), half.value(seen)
     assert found.dtype == torch.float32
     assert 0.0 < (found - expected).abs().max() < 0.02
+
+
+def test_networks_without_hidden_layers_are_linear():
+    agent = ppo.make_agent(config.Config(policy=config.Policy(hidden=())), 40, 4)
+    seen = torch.rand(2, 40)
+    torch.testing.assert_close(agent.actor(seen[0] + seen[1]), agent.actor(seen[0]) + agent.actor(seen[1]))
 
 
 def test_times_are_positive():

@@ -173,6 +173,14 @@ def test_policies_of_one_name_are_told_apart_by_their_paths(tmp_path):
     assert [policy.name for policy in evaluate.load_models(paths[:1])] == ["seed-0"]
 
 
+def test_what_a_policy_brings_along_cannot_be_asked_for_otherwise(tmp_path, capsys):
+    path = str(benchmark_cells.ROOT / "pretrained/field-hard.safetensors")
+    arguments = ["--policy", path, "--fields", "2", "--out", str(tmp_path)]
+    with pytest.raises(SystemExit):
+        evaluate.main([*arguments, "--options", '{"perception": "blind"}'])
+    assert "options.perception = blind: expected body, which field-hard acts with" in capsys.readouterr().err
+
+
 def test_evaluation_repeats_itself_whatever_the_threads():
     gait = evaluate.gait_policy(policies.GaitParameters(), "SnakeField-v0")
     first = rollout.run_episodes(gait, "SnakeField-v0", seeds.held_out(6), 1, max_episode_steps=30)

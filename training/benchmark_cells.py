@@ -107,7 +107,8 @@ def sources() -> list[Path]:
     """The code of the environments, whose ids and defaults make the task, and that which acts for policies."""
     package, folder = Path(snake_env.__file__).parent, Path(__file__).parent
     environments = [*package.glob("*.py"), *(package / "config").glob("*.py")]
-    policies = [folder / "policies.py", folder / "rollout.py", *(folder / "baselines").glob("*.py")]
+    acting = ("policies.py", "policy_file.py", "rollout.py", "traces.py")
+    policies = [*(folder / name for name in acting), *(folder / "baselines").glob("*.py")]
     return sorted(environments) + sorted(policies)
 
 

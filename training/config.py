@@ -22,10 +22,9 @@ class Policy:
     Args:
         hidden: units of each hidden layer.
         log_std: logarithm of the standard deviation of the action noise at the start.
-        mirror: the networks treat left and right alike; the lean learner only.
+        mirror: the networks treat left and right alike; the lean learner and evolution only.
         traces: time constants [s] of running means of what was felt, which the networks see too; the lean learner only.
-        bfloat16: hidden layers learn in half precision, about twice as fast where the processor has it; the lean
-            learner only.
+        bfloat16: hidden layers learn in half precision, faster where the processor has it; the lean learner only.
     """
 
     hidden: tuple[int, ...] = (64, 64)

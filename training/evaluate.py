@@ -67,6 +67,8 @@ def evaluate(args: argparse.Namespace) -> int:
     args.env, args.options = task(args.env, args.options, args.policy)
     policies: list[Policy] = [gait_policy(gait, args.env) for gait in args.gait or [GaitParameters()]]
     policies += load_models(args.policy)
+    for policy in policies:
+        refuse_other_interface(policy, args.options)
     rows, played = {}, {}
     for policy in policies:
         played[policy.name] = run_episodes(
@@ -77,6 +79,18 @@ def evaluate(args: argparse.Namespace) -> int:
     if args.video:
         print(film(policies[-1], args.env, played[policies[-1].name], args.out / "episode", args.options))
     return 0
+
+
+def refuse_other_interface(policy: Policy, options: dict[str, Any]) -> None:
+    """Refuses keywords of the environment that a policy brings along and that were asked for otherwise.
+
+    Raises:
+        ConfigError: names the keyword.
+    """
+    for name in INTERFACE:
+        own = policy.env_options.get(name)
+        if own is not None and options.get(name, own) != own:
+            raise ConfigError(f"options.{name}", options[name], f"{own}, which {policy.name} acts with")
 
 
 def task(env_id: str | None, options: dict[str, Any], paths: list[Path]) -> tuple[str, dict[str, Any]]:

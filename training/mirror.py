@@ -27,7 +27,8 @@ UNCHANGED = {
     "wave": ("amplitude", "frequency", "phase_shift"),
     "previous_action": ("amplitude", "frequency", "phase_shift"),
 }
-"""By block of the observation: elements that look the same in the mirror. All others change sign, but of ``pegs``."""
+"""By block of the observation: elements that look the same in the mirror. All others change sign, but of ``pegs`` and
+``link_pegs``."""
 
 UNCHANGED_ACTIONS = ("amplitude", "frequency", "phase_shift")
 

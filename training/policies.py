@@ -10,8 +10,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from snake_env import ConfigError
 from training import policy_file
-from training.traces import Traces, times_of
+from training.traces import Traces, observed, times_of
 
 DEGREE = math.pi / 180.0
 
@@ -156,7 +157,14 @@ class Network:
         self._layers = [(double[f"actor.{k}.weight"].T.copy(), double[f"actor.{k}.bias"]) for k in layers]
 
     def begin(self, layout: dict[str, Any], num_envs: int) -> None:
-        """Prepares a memory for a batch of new episodes."""
+        """Prepares a memory for a batch of new episodes.
+
+        Raises:
+            ConfigError: the environment's robots see other things than those that the policy was trained on.
+        """
+        sees, shown = len(self._layers[0][0]), len(observed(layout, times_of(self.config)))
+        if sees != shown:
+            raise ConfigError("policy", self.name, f"one that sees {shown} elements as here, this one sees {sees}")
         self._traces = Traces(layout, times_of(self.config), num_envs)
 
     def reset(self, rows: NDArray[np.bool_]) -> None:
@@ -166,6 +174,8 @@ class Network:
 
     def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
         """The mean actions (n, a)."""
+        if self._traces is None and times_of(self.config):
+            raise RuntimeError(f"{self.name}: call begin() first, this policy remembers")
         seen = (observation if self._traces is None else self._traces(observation)).astype(np.float64)
         action = self._mean(seen)
         if self._signs is not None:

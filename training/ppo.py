@@ -100,7 +100,7 @@ def network(inputs: int, policy: Policy, outputs: int, last_gain: float) -> nn.S
     sizes = pairwise([inputs, *policy.hidden])
     layers = [layer for wide, high in sizes for layer in (linear(wide, high, 2.0**0.5), nn.Tanh())]
     hidden = HalfPrecision(*layers) if policy.bfloat16 else nn.Sequential(*layers)
-    return nn.Sequential(hidden, linear(policy.hidden[-1], outputs, last_gain))
+    return nn.Sequential(hidden, linear([inputs, *policy.hidden][-1], outputs, last_gain))
 
 
 def linear(inputs: int, outputs: int, gain: float) -> nn.Linear:

@@ -71,8 +71,15 @@ def _run(args: argparse.Namespace, folder: RunFolder, train: Train) -> int:
             return 2
         if args.action_mode is not None:
             config = dataclasses.replace(config, env={**config.env, "action_mode": args.action_mode})
+    new = not folder.exists
     folder.create(config)
-    return train(folder, config, not args.no_bar)
+    try:
+        return train(folder, config, not args.no_bar)
+    except ConfigError as error:
+        if new:
+            folder.discard()
+        print(error, file=sys.stderr)
+        return 2
 
 
 def _overridden(config: Config, args: argparse.Namespace, names: tuple[str, ...]) -> Config:

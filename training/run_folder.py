@@ -56,6 +56,11 @@ class RunFolder:
         configs.save(config, self._config)
         write_json(self._versions, versions())
 
+    def discard(self) -> None:
+        """Undoes :meth:`create`, of a run that has not begun."""
+        for file in (self._config, self._versions):
+            file.unlink(missing_ok=True)
+
     def config(self) -> configs.Config:
         """The configuration the run was begun with."""
         return configs.load(self._config)

@@ -125,6 +125,9 @@ def against(table: Table, reference: Table, name: str, other: str) -> str:
     for title, of in table.items():
         differences = [of[run] - value for run, value in reference[title].items() if run in of]
         mean, deviation = Spread.of(differences)
+        if len(differences) < 2:
+            parts.append(f"{title} {mean:+.3f}, one seed")
+            continue
         half = STUDENT.get(len(differences), float("nan")) * deviation / len(differences) ** 0.5
         parts.append(f"{title} {mean:+.3f} [{mean - half:+.3f}, {mean + half:+.3f}]")
     return f"{name} against {other}, seed by seed: " + ", ".join(parts) + "."

@@ -22,7 +22,7 @@ BLOCKS = ("joint_angle", "heading", "velocity", "yaw_rate", "lateral_offset", "g
 def observed(layout: dict[str, Any], times: Sequence[float]) -> list[str]:
     """Names of what a network sees: the elements of an observation, then their traces."""
     names = _names(layout)
-    return names + [f"{names[k]}, over {time} s" for time in times for k in remembered(layout)]
+    return names + [f"{names[k]}, over {float(time)} s" for time in times for k in remembered(layout)]
 
 
 def times_of(run: dict[str, Any]) -> Sequence[float]:
