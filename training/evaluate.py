@@ -13,6 +13,7 @@ them as JSON.
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from pathlib import Path
 from typing import Any
@@ -69,6 +70,7 @@ def evaluate(args: argparse.Namespace) -> int:
     policies += load_models(args.policy)
     for policy in policies:
         refuse_other_interface(policy, args.options)
+    print(f"{args.env} {json.dumps(args.options)}, {args.fields} held-out fields")
     rows, played = {}, {}
     for policy in policies:
         played[policy.name] = run_episodes(
@@ -122,9 +124,9 @@ def load_model(path: Path, name: str | None = None) -> Policy:
     """A trained policy, with those keywords of its run that belong to it; named by :func:`training.policies.title`.
 
     Raises:
-        ConfigError: there is no such file.
+        ConfigError: there is no such file, or it is of another kind.
     """
-    if not path.is_file():
+    if not path.is_file() or path.suffix not in (".safetensors", ".zip"):
         raise ConfigError("policy", path, "the policy.safetensors or model.zip of a run")
     if path.suffix == ".safetensors":
         return Network(path, name)
