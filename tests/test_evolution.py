@@ -77,8 +77,7 @@ def test_learning_makes_way():
     learner = evolution.Learner(settings, 0, lambda *episode: None)
 
     def distance():
-        layers = learner.networks.layers(np.repeat(learner.mean[None], 32, axis=0))
-        return learner.batch.play(learner.networks, layers, [0])[0]["distance"][0]
+        return learner.play(np.repeat(learner.mean[None], 32, axis=0), [0])[0]["distance"][0]
 
     before = distance()
     for _ in range(15):
@@ -137,8 +136,7 @@ def test_a_score_is_the_sum_of_rewards():
     learner = evolution.Learner(
         dataclasses.replace(SMALL, env=SMALL.env | {"reward_weights": weights}), 0, lambda *episode: None
     )
-    layers = learner.networks.layers(np.repeat(learner.mean[None], 8, axis=0))
-    played, steps = learner.batch.play(learner.networks, layers, [5, 6])
+    played, steps = learner.play(np.repeat(learner.mean[None], 8, axis=0), [5, 6])
     assert steps == 160
     np.testing.assert_allclose(played["return"], played["distance"], rtol=1e-4, atol=1e-6)
     assert np.array_equal(played["return"], np.tile(played["return"][:2], 8))

@@ -27,15 +27,13 @@ from snake_env import ConfigError
 from training import mirror, policy_file, run_command, seeds
 from training.config import Config
 from training.learning_curve import SIGNALS
+from training.policies import Layers, outputs
 from training.ppo import Note, run
-from training.rollout import Episodes, make_env
+from training.rollout import Episodes, make_env, play
 from training.run_folder import RunFolder
 from training.traces import observed
 
 Array = NDArray[np.float64]
-
-Layers = list[tuple[Array, Array]]
-"""Of c networks at once: weights (c, inputs, outputs) and biases (c, 1, outputs) of each layer."""
 
 POLICY = policy_file.NAME
 
@@ -67,7 +65,7 @@ class Networks:
         return vector
 
     def layers(self, vectors: Array) -> Layers:
-        """Of vectors (c, size)."""
+        """Of c networks at once, from vectors (c, size): weights (c, inputs, outputs), biases (c, 1, outputs)."""
         return [(weight / np.sqrt(weight.shape[1]), bias) for weight, bias in self._views(vectors)]
 
     def _views(self, vectors: Array) -> Layers:
@@ -81,9 +79,9 @@ class Networks:
     def act(self, layers: Layers, observation: NDArray[np.float32]) -> NDArray[np.float32]:
         """Actions (c n, a) of c networks, each for n of the observations (c n, o)."""
         seen = observation[:, self._sensed].astype(np.float64).reshape(len(layers[0][0]), -1, len(self._sensed))
-        action = _outputs(layers, seen)
+        action = outputs(layers, seen)
         if self._sides is not None:
-            mirrored = _outputs(layers, self._sides.observation[self._sensed] * seen)
+            mirrored = outputs(layers, self._sides.observation[self._sensed] * seen)
             action = 0.5 * (action + self._sides.action * mirrored)
         return action.reshape(len(observation), -1).astype(np.float32)
 
@@ -96,15 +94,7 @@ class Networks:
         first = np.zeros((len(named["actor.0.bias"]), self._observations), np.float32)
         first[:, self._sensed] = named["actor.0.weight"]
         named["actor.0.weight"] = first
-        signs = {} if self._sides is None else {f"mirror.{name}": of for name, of in self._sides._asdict().items()}
-        return named | signs
-
-
-def _outputs(layers: Layers, seen: Array) -> Array:
-    *hidden, (weight, bias) = layers
-    for inner, shift in hidden:
-        seen = np.tanh(seen @ inner + shift)
-    return seen @ weight + bias
+        return named | ({} if self._sides is None else self._sides.arrays())
 
 
 class Adam:
@@ -144,38 +134,6 @@ def slope(changes: Array, score: Array) -> Array:
     return (ahead - behind) @ changes / len(changes)
 
 
-class Batch:
-    """Robots that play the candidates of a generation, as many as there are pairs of candidate and field.
-
-    Args:
-        config: of the run.
-    """
-
-    def __init__(self, config: Config) -> None:
-        self._env = make_env(config.env_id, config.num_envs, config.num_threads, **config.env)
-        self.layout = self._env.unwrapped.layout
-
-    def play(self, networks: Networks, layers: Layers, fields: list[int]) -> tuple[Episodes, int]:
-        """An episode of each network on each field (c f,), one network after another, and the steps this took."""
-        n = self._env.num_envs
-        observation, _ = self._env.reset(seed=fields * (n // len(fields)))
-        running, steps = np.ones(n, np.bool_), 0
-        last: Episodes = {name: np.zeros(n) for name in ("return", *SIGNALS)}
-        while running.any():
-            observation, reward, terminated, truncated, infos = self._env.step(networks.act(layers, observation))
-            last["return"][running] += reward[running]
-            ended = running & (terminated | truncated)
-            for name in SIGNALS:
-                last[name][ended] = infos[name][ended]
-            running &= ~ended
-            steps += n
-        return last, steps
-
-    def close(self) -> None:
-        """Closes the environment."""
-        self._env.close()
-
-
 def sensed(layout: dict[str, Any], senses: tuple[str, ...] | None) -> list[int]:
     """Places of the elements of an observation that are named, alone or by their block; None: of all.
 
@@ -210,8 +168,8 @@ class Learner:
         self._pairs, rest = divmod(config.num_envs, 2 * config.evolution.fields)
         if rest or not self._pairs:
             raise ConfigError("num_envs", config.num_envs, "a multiple of twice evolution.fields")
-        self.batch = Batch(config)
-        layout = self.batch.layout
+        self._env = make_env(config.env_id, config.num_envs, config.num_threads, **config.env)
+        layout = self._env.unwrapped.layout
         seen = sensed(layout, config.evolution.senses)
         self.networks = Networks(mirror.Mirror.of(layout), config.policy.hidden, seen, config.policy.mirror)
         self.mean = self.networks.start(np.random.default_rng(config.seed))
@@ -225,11 +183,18 @@ class Learner:
         moves = evolution.spread * np.concatenate([self._changes, -self._changes])
         first = seeds.training(self.config.seed, self.steps, evolution.fields)
         fields = list(range(first, first + evolution.fields))
-        played, steps = self.batch.play(self.networks, self.networks.layers(self.mean + moves), fields)
+        played, steps = self.play(self.mean + moves, fields)
         for k, score in enumerate(played["return"]):
             self._note(score, {name: played[name][k] for name in SIGNALS})
         self._score = played["return"].reshape(-1, evolution.fields).mean(axis=1)
         self.steps += steps
+
+    def play(self, vectors: Array, fields: list[int]) -> tuple[Episodes, int]:
+        """An episode of each network on each field (c f,), one network after another, and the steps this took."""
+        layers = self.networks.layers(vectors)
+        n = len(vectors) * len(fields)
+        played, steps = play(self._env, lambda seen: self.networks.act(layers, seen), fields * len(vectors))
+        return played, n * steps
 
     def learn(self, used: float) -> None:
         """Moves the mean; ``used`` is the share of the budget that is used up."""
@@ -246,7 +211,7 @@ class Learner:
 
     def close(self) -> None:
         """Closes the batch."""
-        self.batch.close()
+        self._env.close()
 
     def _state(self) -> dict[str, Array]:
         own = self.optimiser

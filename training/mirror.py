@@ -46,6 +46,10 @@ class Mirror(NamedTuple):
         done = [1 if entry["name"] in UNCHANGED_ACTIONS else -1 for entry in layout["action"]]
         return cls(np.array(seen, np.float32), np.array(done, np.float32))
 
+    def arrays(self) -> dict[str, Signs]:
+        """The signs as the file of a policy names them."""
+        return {f"mirror.{name}": of for name, of in self._asdict().items()}
+
 
 def _sign(block: str, element: str) -> int:
     if block in ("pegs", "link_pegs"):

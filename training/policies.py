@@ -128,6 +128,10 @@ class Model(Stateless):
         return self._model.predict(observation, deterministic=True)[0]
 
 
+Layers = list[tuple[NDArray[np.float64], NDArray[np.float64]]]
+"""Weights (..., inputs, outputs) and biases of each layer."""
+
+
 class Network:
     """The actor of a file, without exploration noise: layers ``actor.<k>.weight`` and ``.bias`` with tanh between.
 
@@ -177,15 +181,16 @@ class Network:
         if self._traces is None and times_of(self.config):
             raise RuntimeError(f"{self.name}: call begin() first, this policy remembers")
         seen = (observation if self._traces is None else self._traces(observation)).astype(np.float64)
-        action = self._mean(seen)
+        action = outputs(self._layers, seen)
         if self._signs is not None:
             of_observation, of_action = self._signs
-            action = 0.5 * (action + of_action * self._mean(of_observation * seen))
+            action = 0.5 * (action + of_action * outputs(self._layers, of_observation * seen))
         return action.astype(np.float32)
 
-    def _mean(self, seen: NDArray[np.float64]) -> NDArray[np.float64]:
-        """What the layers say."""
-        *hidden, (weight, bias) = self._layers
-        for inner, shift in hidden:
-            seen = np.tanh(seen @ inner + shift)
-        return seen @ weight + bias
+
+def outputs(layers: Layers, seen: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What layers with tanh between them say (..., a) of what is seen (..., o)."""
+    *hidden, (weight, bias) = layers
+    for inner, shift in hidden:
+        seen = np.tanh(seen @ inner + shift)
+    return seen @ weight + bias

@@ -86,7 +86,7 @@ class Agent(nn.Module):
         named = {
             f"actor.{k}.{name}": value for k, layer in enumerate(layers) for name, value in layer.named_parameters()
         }
-        signs = {} if self._sides is None else {f"mirror.{name}": of for name, of in self._sides._asdict().items()}
+        signs = {} if self._sides is None else self._sides.arrays()
         return {name: value.detach().numpy() for name, value in named.items()} | signs
 
 

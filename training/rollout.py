@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import gymnasium as gym
@@ -44,19 +45,26 @@ def run_episodes(
         **options: keywords of the environment, under those of the policy.
     """
     env = make_env(env_id, len(seeds), num_threads, **(options | policy.env_options))
-    observation, _ = env.reset(seed=seeds)
     policy.begin(env.unwrapped.layout, len(seeds))
-    running = np.ones(len(seeds), np.bool_)
+    episodes, _ = play(env, policy, seeds)
+    env.close()
+    return episodes
+
+
+def play(env: Any, act: Callable[[NDArray[np.float32]], NDArray[np.float32]], seeds: list[int]) -> tuple[Episodes, int]:
+    """Plays the first episode of each seed in a batch of as many robots, and the steps of the batch this took."""
+    observation, _ = env.reset(seed=seeds)
+    running, steps = np.ones(len(seeds), np.bool_), 0
     last: Episodes = {"return": np.zeros(len(seeds))}
     while running.any():
-        observation, reward, terminated, truncated, infos = env.step(policy(observation))
+        observation, reward, terminated, truncated, infos = env.step(act(observation))
+        steps += 1
         last["return"][running] += reward[running]
         ended = running & (terminated | truncated)
         if ended.any():
             _note(last, infos, ended)
         running &= ~ended
-    env.close()
-    return last
+    return last, steps
 
 
 def _note(last: Episodes, infos: dict[str, Any], ended: NDArray[np.bool_]) -> None:

@@ -77,4 +77,6 @@ class Traces:
         return now + self._keep * (before - now)
 
     def _joined(self, observation: NDArray[np.float32], traces: NDArray[np.float32]) -> NDArray[np.float32]:
+        if not traces.size:
+            return observation
         return np.concatenate([observation, traces.reshape(len(observation), -1)], axis=1)
