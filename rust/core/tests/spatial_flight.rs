@@ -45,8 +45,8 @@ fn change(links: usize, spin: f64, step: f64, order: u32) -> f64 {
 }
 
 /// Euler's steps lose energy. The second stage carries what joints did in the first one on, along axes that have turned
-/// meanwhile; what that gives the chain falls with the cube of the angle of a step, and so does no harm where links turn
-/// by a tenth of a radian. (Where steps are divided for events it is less.)
+/// meanwhile; what that gives the chain falls with the cube of the angle of a step, and so does no harm where links
+/// turn by a tenth of a radian. (Where steps are divided for events it is less.)
 #[test]
 fn energy_in_flight_rises_with_the_cube_of_the_angle_of_a_step() {
     for links in [2, 3, 11] {

@@ -1,6 +1,6 @@
-//! What is done about a stage that the lanes' Newton's method did not close: Newton's method on the coupled problem, from
-//! there and from soft contacts, the strict variant of the lanes' method from afar, and, where the contacts contradict
-//! each other, a stage that can be closed.
+//! What is done about a stage that the lanes' Newton's method did not close: Newton's method on the coupled problem,
+//! from there and from soft contacts, the strict variant of the lanes' method from afar, and, where the contacts
+//! contradict each other, a stage that can be closed.
 
 use nalgebra::Vector2;
 
@@ -41,8 +41,8 @@ impl Fallback {
         Self { attempt, eased: Stage::with_capacity(links) }
     }
 
-    /// Solves `stage` for velocities within about `tolerance` \[m/s\]. `solution` has the size of the stage and may hold
-    /// what another solver left, or nothing of use, not even numbers. Returns the linear solves it took, too.
+    /// Solves `stage` for velocities within about `tolerance` \[m/s\]. `solution` has the size of the stage and may
+    /// hold what another solver left, or nothing of use, not even numbers. Returns the linear solves it took, too.
     pub fn solve_hard(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, Closing) {
         let (solves, badness) = self.attempt.close(stage, solution, tolerance);
         let can_ease = stage.pegs.iter().any(|peg| peg.offset < 0.0);
@@ -57,8 +57,8 @@ impl Fallback {
 }
 
 impl Attempt {
-    /// Tries one method after the other and keeps the best solution in `solution`. Returns the solves and the residual in
-    /// admissible ones.
+    /// Tries one method after the other and keeps the best solution in `solution`. Returns the solves and the residual
+    /// in admissible ones.
     fn close(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, f64) {
         let methods = [Self::near_the_lanes, Self::by_impulses, Self::along_hardening, Self::strictly];
         let mut best = badness(stage, solution, tolerance);

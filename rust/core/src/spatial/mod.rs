@@ -11,8 +11,9 @@
 //! | W_J | `JointRows` | directions of a joint's constraint forces | m/s, 1/s per twist |
 //! | phi_h, phi_v | `joint_angle` | yaw and pitch of a joint | rad |
 //!
-//! Frame I has its z axis up. Of frame B_i, e_z points along the link to the next one; e_y points up while the link lies
-//! flat and unrolled. A positive yaw turns the next link anticlockwise seen from above, a positive pitch lowers it.
+//! Frame I has its z axis up. Of frame B_i, e_z points along the link to the next one; e_y points up while the link
+//! lies flat and unrolled. A positive yaw turns the next link anticlockwise seen from above, a positive pitch lowers
+//! it.
 
 mod certificate;
 mod coulomb_laws;
@@ -63,7 +64,8 @@ pub use step_residual::step_residual;
 
 use nalgebra::{Matrix3, Vector3, Vector6};
 
-/// Direction of a force along `axis` (frame I) at `arm` from the CG (frame I): its power is this times the twist (T 4.25).
+/// Direction of a force along `axis` (frame I) at `arm` from the CG (frame I): its power is this times the twist
+/// (T 4.25).
 pub(crate) fn force_direction(rotation: &Matrix3<f64>, axis: &Vector3<f64>, arm: &Vector3<f64>) -> Vector6<f64> {
     twist_of(*axis, rotation.tr_mul(&arm.cross(axis)))
 }

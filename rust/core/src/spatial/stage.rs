@@ -9,8 +9,8 @@
 //! `D = clamp(b - k phi')` (T 4.101)-(T 4.102).
 //!
 //! Directions W and inertias are those of the predicted end configuration; p is the momentum each link would have
-//! without contacts, joints and drives. Angular momenta about the CG, in frame I, are what the gyroscopic term of (T 4.72)
-//! leaves constant, so it needs no approximation: a free link keeps its momentum exactly.
+//! without contacts, joints and drives. Angular momenta about the CG, in frame I, are what the gyroscopic term of
+//! (T 4.72) leaves constant, so it needs no approximation: a free link keeps its momentum exactly.
 //!
 //! Both end spheres of a link have the same rolling velocity, L_SC (e_z x omega), so their rolling frictions add up
 //! to one law with the sum of their radii.

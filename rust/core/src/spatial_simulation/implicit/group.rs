@@ -57,8 +57,8 @@ impl<T: SpatialKernels> SpatialGroup<T> {
         }
     }
 
-    /// Euler steps of lengths `h` for the robots `members` of `fleet`. Those that `may_fail` and have links that sink are
-    /// left as they were; the others' lanes are returned.
+    /// Euler steps of lengths `h` for the robots `members` of `fleet`. Those that `may_fail` and have links that sink
+    /// are left as they were; the others' lanes are returned.
     pub fn euler_step<D: SpatialDriven>(
         &mut self,
         plant: &SpatialPlant,
@@ -75,8 +75,8 @@ impl<T: SpatialKernels> SpatialGroup<T> {
         accepted
     }
 
-    /// Steps of second order of lengths `h`. Robots whose forces changed abruptly, or with links that sink, are left as they
-    /// were; the others' lanes are returned.
+    /// Steps of second order of lengths `h`. Robots whose forces changed abruptly, or with links that sink, are left as
+    /// they were; the others' lanes are returned.
     pub fn sdirk_step<D: SpatialDriven>(
         &mut self,
         plant: &SpatialPlant,
