@@ -2,13 +2,14 @@
 
 import dataclasses
 import json
+from importlib import import_module
 
 import numpy as np
 import pytest
 
 pytest.importorskip("torch")
 
-from training import config, evolution, mirror, policies, policy_file, rollout, run_folder, seeds, traces
+from training import config, evolution, mirror, policies, policy_file, ppo, rollout, run_folder, seeds, traces
 
 SMALL = config.Config(
     env_id="SnakePerturbed-v0",
@@ -197,11 +198,46 @@ def test_a_configuration_that_is_refused_leaves_the_folder_free(tmp_path, capsys
         ),
         ({"clone": config.Clone("best gait", "perturbed")}, "clone = .*: expected None, training.evolution has"),
         ({"curriculum": 0.5}, "curriculum = 0.5: expected 0.0, training.evolution has"),
+        (
+            {"evolution": None},
+            "evolution = None: expected a section of this name, as in the configuration isotropic-evolved",
+        ),
     ],
 )
 def test_what_it_cannot_do_is_named(change, message, tmp_path):
     with pytest.raises(ValueError, match=message):
         run(tmp_path, dataclasses.replace(SMALL, **change))
+
+
+def test_a_configuration_of_another_learner_is_refused(tmp_path, capsys):
+    assert evolution.main(["--config", "field-hard", "--out", str(tmp_path / "run"), "--no-bar"]) == 2
+    assert "evolution = None: expected a section of this name" in capsys.readouterr().err
+    assert not run_folder.RunFolder(tmp_path / "run").exists
+
+
+@pytest.mark.parametrize("learner", ["ppo", "train", "pipeline", "sweep"])
+def test_other_learners_refuse_a_configuration_of_evolution(learner, tmp_path, capsys):
+    if learner in ("train", "pipeline"):
+        pytest.importorskip("stable_baselines3")
+    given = "--configs" if learner == "sweep" else "--config"
+    command = import_module(f"training.{learner}").main
+    try:
+        status = command([given, "isotropic-evolved", "--out", str(tmp_path / "run")])
+    except SystemExit as end:
+        status = end.code
+    assert status == 2
+    told = f"expected none: this configuration is for training.evolution, not for training.{learner}"
+    assert told in capsys.readouterr().err
+    assert not list(tmp_path.rglob("*.json"))
+
+
+def test_a_run_that_noted_a_section_it_did_not_heed_goes_on(tmp_path):
+    """Runs of PPO that began before the section was asked for have one."""
+    folder = ["--out", str(tmp_path / "run"), "--no-bar"]
+    assert ppo.main([*folder, "--config", "smoke", "--total-steps", "256"]) == 0
+    noted = tmp_path / "run" / "config.json"
+    noted.write_text(json.dumps(json.loads(noted.read_text()) | {"evolution": config.Evolution().__dict__}))
+    assert ppo.main([*folder, "--resume", "--total-steps", "512"]) == 0
 
 
 @pytest.mark.parametrize(("name", "value"), [("fields", 0), ("spread", 0.0), ("spread", -1.0)])

@@ -144,7 +144,7 @@ class Config:
         clone: what the policy begins as; None: random weights.
         policy: networks.
         ppo: learner.
-        evolution: the learner without gradients; the others do not heed it.
+        evolution: the learner without gradients, which asks for it; the others refuse it.
     """
 
     about: str = ""
@@ -161,7 +161,7 @@ class Config:
     clone: Clone | None = None
     policy: Policy = field(default_factory=Policy)
     ppo: Ppo = Ppo()
-    evolution: Evolution = field(default_factory=Evolution)
+    evolution: Evolution | None = None
 
     def __post_init__(self) -> None:
         for name in ("num_envs", "num_threads", "torch_threads", "total_steps"):
@@ -194,6 +194,20 @@ class Config:
             value, default = attrgetter(name)(self), attrgetter(name)(type(self)())
             _require(value == default, name, value, f"{default}, {learner} has nothing else")
 
+    def refuse_evolution(self, learner: str) -> None:
+        """Refuses, for another learner, to begin with a configuration that is for evolution.
+
+        Runs that began before this was asked noted a section whatever their learner was; they may go on.
+
+        Args:
+            learner: its name.
+
+        Raises:
+            ConfigError: there is a section ``evolution``.
+        """
+        expected = f"none: this configuration is for training.evolution, not for {learner}"
+        _require(self.evolution is None, "evolution", self.evolution, expected)
+
     @classmethod
     def from_mapping(cls, values: dict[str, Any]) -> Config:
         """The configuration with ``values`` over the defaults; unknown names are errors."""
@@ -206,7 +220,7 @@ class Config:
             values["clone"] = _section(Clone, "clone", values["clone"])
         if "ppo" in values:
             values["ppo"] = _section(Ppo, "ppo", values["ppo"])
-        if "evolution" in values:
+        if values.get("evolution") is not None:
             evolution = dict(values["evolution"])
             if evolution.get("senses") is not None:
                 evolution["senses"] = tuple(evolution["senses"])
@@ -217,7 +231,7 @@ class Config:
         """Plain lists, mappings and numbers, for a file."""
         values = dataclasses.asdict(self)
         values["policy"] |= {"hidden": list(self.policy.hidden), "traces": list(self.policy.traces)}
-        if self.evolution.senses is not None:
+        if self.evolution is not None and self.evolution.senses is not None:
             values["evolution"]["senses"] = list(self.evolution.senses)
         return values
 

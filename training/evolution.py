@@ -6,7 +6,7 @@ After Salimans et al. 2017: a generation is a batch in which each robot has a ne
 or minus a random change, plays one whole episode, and the mean moves towards the changes that did well. What a gait is
 worth lies in its exact repetition; noise on the weights leaves that as it is, where noise on the actions destroys it.
 
-It takes the configurations of ``training.ppo``, with a section ``evolution``, and leaves the same folder. Weights start
+It takes configurations that have a section ``evolution``, and leaves the same folder as ``training.ppo``. Weights start
 at random but for those of the last layer, which are zero, so that the first mean acts as action zero, the thesis's
 gait. What a generation draws depends on seed and steps alone: a run whose budget is steps repeats itself bit for bit,
 also when it was stopped and resumed in between.
@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from snake_env import ConfigError
 from training import mirror, policy_file, run_command, seeds
-from training.config import Config
+from training.config import Config, Evolution
 from training.learning_curve import SIGNALS
 from training.policies import Layers, outputs
 from training.ppo import Note, run
@@ -150,6 +150,17 @@ def sensed(layout: dict[str, Any], senses: tuple[str, ...] | None) -> list[int]:
     return [k for k, (block, element) in enumerate(names) if senses is None or block in senses or element in senses]
 
 
+def section(config: Config) -> Evolution:
+    """What a configuration says of evolution.
+
+    Raises:
+        ConfigError: nothing: it is for another learner.
+    """
+    if config.evolution is None:
+        raise ConfigError("evolution", None, "a section of this name, as in the configuration isotropic-evolved")
+    return config.evolution
+
+
 class Learner:
     """A mean network in training, and the optimiser that moves it.
 
@@ -159,25 +170,27 @@ class Learner:
         note: is told of finished episodes.
 
     Raises:
-        ConfigError: the robots do not make pairs of candidates on all fields, or an option is one of other learners.
+        ConfigError: the configuration is for another learner, has an option of one, or the robots do not make pairs of
+            candidates on all fields.
     """
 
     def __init__(self, config: Config, steps: int, note: Note) -> None:
         self.config, self.steps, self._note = config, steps, note
+        self._evolution = section(config)
         config.refuse("training.evolution", "clone", "curriculum", "policy.traces", "policy.bfloat16")
-        self._pairs, rest = divmod(config.num_envs, 2 * config.evolution.fields)
+        self._pairs, rest = divmod(config.num_envs, 2 * self._evolution.fields)
         if rest or not self._pairs:
             raise ConfigError("num_envs", config.num_envs, "a multiple of twice evolution.fields")
         self._env = make_env(config.env_id, config.num_envs, config.num_threads, **config.env)
         layout = self._env.unwrapped.layout
-        seen = sensed(layout, config.evolution.senses)
+        seen = sensed(layout, self._evolution.senses)
         self.networks = Networks(mirror.Mirror.of(layout), config.policy.hidden, seen, config.policy.mirror)
         self.mean = self.networks.start(np.random.default_rng(config.seed))
         self.optimiser = Adam(self.networks.size)
 
     def collect(self) -> None:
         """Draws candidates around the mean and plays them."""
-        evolution = self.config.evolution
+        evolution = self._evolution
         rng = np.random.default_rng([self.config.seed, self.steps])
         self._changes = rng.normal(size=(self._pairs, self.networks.size))
         moves = evolution.spread * np.concatenate([self._changes, -self._changes])
@@ -198,7 +211,7 @@ class Learner:
 
     def learn(self, used: float) -> None:
         """Moves the mean; ``used`` is the share of the budget that is used up."""
-        evolution = self.config.evolution
+        evolution = self._evolution
         rate = evolution.learning_rate * (1.0 - (1.0 - evolution.final_learning_rate) * used)
         self.mean += self.optimiser.step(slope(self._changes, self._score), rate)
 

@@ -56,6 +56,7 @@ def run(args: argparse.Namespace) -> int:
         name: getattr(args, name) for name in ("max_minutes", "seed") if getattr(args, name) is not None
     }
     config = dataclasses.replace(configs.load(args.config), **changes)
+    config.refuse_evolution("training.pipeline")
     folder = RunFolder(args.out / "policy")
     if args.fresh or (folder.exists and not _same_run(folder.config(), config)):
         print(f"beginning anew in {args.out}")
@@ -82,6 +83,7 @@ def _same_run(found: Config, asked: Config) -> bool:
         "num_threads": 1,
         "torch_threads": 1,
         "checkpoint_seconds": 1.0,
+        "evolution": None,  # as in Config.refuse_evolution
     }
     return dataclasses.replace(found, **loose) == dataclasses.replace(asked, **loose)
 

@@ -326,7 +326,13 @@ class Learner:
 
 
 def train(folder: RunFolder, config: Config, show: bool = True, make: MakeCollector = Collector) -> int:
-    """Trains from the folder's latest checkpoint, or from the start; 130 when it was stopped."""
+    """Trains from the folder's latest checkpoint, or from the start; 130 when it was stopped.
+
+    Raises:
+        ConfigError: the run would begin with a configuration that is for evolution.
+    """
+    if folder.latest() is None:
+        config.refuse_evolution("training.ppo")
     torch.set_num_threads(config.torch_threads)
     return run(folder, config, lambda steps, note, used: Learner(config, steps, note, used, make), show)
 

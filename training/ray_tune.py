@@ -19,7 +19,7 @@ from typing import Any
 
 from training import cluster
 from training import config as configs
-from training.cli import help_format
+from training.cli import answer, help_format
 from training.config import Config
 from training.run_folder import RunFolder
 
@@ -109,10 +109,15 @@ def parser() -> argparse.ArgumentParser:
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command; 2 without Ray."""
-    args = parser().parse_args(arguments)
+    return answer(parser(), run, arguments)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Searches, and writes the best configuration."""
     if not cluster.installed("ray"):
         return 2
     config = dataclasses.replace(configs.load(args.config), num_threads=1, torch_threads=1)
+    config.refuse_evolution("training.ray_tune")
     if args.total_steps is not None:
         config = dataclasses.replace(config, total_steps=args.total_steps)
     cluster.join(args.address)

@@ -113,8 +113,10 @@ def actor(weights: dict[str, Any]) -> policy_file.Arrays:
 
 def train(folder: RunFolder, config: Config, show: bool, runners: int) -> int:
     """Trains from the folder's latest checkpoint, or from the start; 130 when it was stopped."""
-    algorithm = settings(config, runners).build_algo()
     saved = folder.path / "algorithm"
+    if not saved.exists():
+        config.refuse_evolution("RLlib's PPO")
+    algorithm = settings(config, runners).build_algo()
     seconds = 0.0
     if saved.exists():
         with folder.resumed():

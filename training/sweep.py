@@ -54,7 +54,7 @@ def main(arguments: list[str] | None = None) -> int:
     args = cli.parse_args(arguments)
     for name in args.configs:
         try:
-            configs.load(Path(name))
+            configs.load(Path(name)).refuse_evolution("training.sweep")
         except (OSError, ValueError) as error:
             cli.error(f"--configs {name}: {error}")
     limits = [

@@ -39,9 +39,11 @@ def main(arguments: list[str] | None = None) -> int:
 
 def train(folder: RunFolder, config: Config, bar: bool = True) -> int:
     """Trains from the folder's latest checkpoint, or from the start."""
+    checkpoint = folder.latest()
+    if checkpoint is None:
+        config.refuse_evolution("training.train")
     config.refuse("training.train", "clone", "policy.mirror", "policy.traces", "policy.bfloat16")
     torch.set_num_threads(config.torch_threads)
-    checkpoint = folder.latest()
     seconds = 0.0 if checkpoint is None else folder.seconds(checkpoint)
     budget = Budget(config.total_steps, config.max_minutes, seconds)
     steps_taken = 0 if checkpoint is None else int(checkpoint.stem)
