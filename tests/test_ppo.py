@@ -160,6 +160,23 @@ def test_advantages_are_discounted_sums_of_errors():
     np.testing.assert_allclose(target, expected + played.value.numpy(), rtol=1e-6)
 
 
+def test_a_last_batch_of_one_sample_is_learnt_from():
+    """Five samples in batches of four: the one that is left over has no spread to be scaled by."""
+    torch.manual_seed(0)
+    agent = ppo.Agent(3, 2, config.Policy((8,)), None)
+    played = ppo.Rollout(5, 1, 3, 2)
+    played.observation.normal_()
+    played.action.normal_()
+    with torch.no_grad():
+        played.log_density[:] = agent.log_density(played.observation, played.action)
+    optimiser = torch.optim.Adam(agent.parameters())
+    before = [parameter.detach().clone() for parameter in agent.parameters()]
+    settings = dataclasses.replace(config.Ppo(), batch_size=4, n_epochs=2)
+    ppo.update(agent, optimiser, played, (torch.randn(5), torch.randn(5)), settings, np.random.default_rng(0))
+    assert all(torch.isfinite(parameter).all() for parameter in agent.parameters())
+    assert not any(torch.equal(*pair) for pair in zip(before, agent.parameters(), strict=True))
+
+
 def test_density_is_that_of_the_normal_law():
     agent = ppo.Agent(3, 2, config.Policy((8,), -0.3), None)
     observation, action = torch.randn(4, 3), torch.randn(4, 2)

@@ -235,7 +235,8 @@ def update(
             if ppo.target_kl is not None and kl(change) > 1.5 * ppo.target_kl:
                 return
             scaled = advantage[part]
-            scaled = (scaled - scaled.mean()) / (scaled.std() + 1e-8)
+            if len(scaled) > 1:  # one sample has no spread
+                scaled = (scaled - scaled.mean()) / (scaled.std() + 1e-8)
             ratio = change.exp()
             clipped = ratio.clamp(1.0 - ppo.clip_range, 1.0 + ppo.clip_range)
             gain = torch.minimum(scaled * ratio, scaled * clipped).mean()
