@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("matplotlib")
 pytest.importorskip("pygame")
 
-from training import inspect_policy, policies, policy_file, rollout, seeds, video
+from training import inspect_figures, inspect_policy, policies, policy_file, rollout, seeds, video
 from training.baselines.senses import Senses
 from training.watch import KINDS, Watch, push_ahead
 
@@ -82,6 +82,20 @@ def test_the_command_counts_every_episode_and_shows_each_kind(random_policy, tmp
     assert len(list(out.glob("*-frames.png"))) == len(list(out.glob("*-timeline.png"))) == shown
     assert len(list(out.glob("*.gif"))) == shown
     assert (out / "links.png").stat().st_size > 5000
+
+
+def test_the_panels_of_a_timeline_share_one_time_axis(random_policy, tmp_path, monkeypatch):
+    """An instant is at the same place in each, beside the colour bar too."""
+    drawn = []
+    monkeypatch.setattr(inspect_figures.drawing, "save", lambda figure, path: drawn.append(figure))
+    policy = policies.Network(random_policy)
+    episode = video.play(policy, "SnakeField-v0", seeds.selection(1)[0], max_episode_steps=60)
+    inspect_figures.timeline(episode, rollout.layout_of("SnakeField-v0", {}), "title", tmp_path / "timeline.png")
+    drawn[0].draw_without_rendering()
+    pushes, gait, speed = drawn[0].axes[:3]
+    for other in (gait, speed):
+        assert other.get_xlim() == pushes.get_xlim()
+        assert other.get_position().intervalx == pytest.approx(pushes.get_position().intervalx, abs=1e-6)
 
 
 def test_small_films_are_small(tmp_path):

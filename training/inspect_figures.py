@@ -52,21 +52,23 @@ def timeline(episode: Episode, layout: dict[str, Any], title: str, path: Path) -
     with drawing.style():
         drawn, axes = drawing.figure(3, 1, 7.0, 5.4, (1.3, 1.0, 0.8))
         pushes, gait, speed = axes[:, 0]
-        _pushes(pushes, push_ahead(senses), time)
+        _pushes(pushes, push_ahead(senses), float(layout["control_period"]))
         for name, values in _gait(senses, layout).items():
             gait.plot(time, values, label=name)
         gait.set(ylabel="gait [deg], [deg/s]")
         gait.legend(fontsize=7, ncols=4)
         speed.plot(time, senses["velocity"][:, 0], color=COLOURS[-1])
         speed.set(ylabel="speed to goal [m/s]", xlabel="time [s]")
+        for one in axes[:, 0]:
+            one.set_xlim(0.0, time[-1])
         drawn.suptitle(title, fontsize=9)
         return drawing.save(drawn, path)
 
 
-def _pushes(axes: Axes, force: Array, time: Array) -> None:
-    """A map of force over time and link."""
+def _pushes(axes: Axes, force: Array, period: float) -> None:
+    """A map of force over time and link; what was felt at an instant is the mean over the control period before it."""
     largest = float(np.abs(force).max()) or 1.0
-    extent = (0.0, float(time[-1]), force.shape[1] + 0.5, 0.5)
+    extent = (-period, (len(force) - 1) * period, force.shape[1] + 0.5, 0.5)
     image = axes.imshow(force.T, aspect="auto", cmap="RdBu_r", vmin=-largest, vmax=largest, extent=extent)
     axes.grid(visible=False)
     axes.set(ylabel="link, 1 leads")
