@@ -116,6 +116,7 @@ def test_a_run_that_does_not_fit_says_what_it_was_begun_with(tmp_path, capsys, w
         ("compare_gaits --env Nowhere-v0", "Environment `Nowhere` doesn't exist"),
         ("difficulty --tasks nowhere", "task = nowhere: expected one of field, "),
         ("evaluate --policy nowhere.zip", "policy = nowhere.zip: expected the policy.safetensors or model.zip"),
+        ("evaluate --gait 300,120,-50", "gait = A 300, omega 120, beta -50 deg: expected values the environment can"),
         ("inspect_policy --policy nowhere", "policy = nowhere: expected the policy.safetensors or model.zip"),
         ("learners --config nowhere", "config = nowhere: expected a YAML or JSON file, or a name"),
         ("pipeline --config nowhere", "config = nowhere: expected a YAML or JSON file, or a name"),

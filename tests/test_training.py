@@ -181,6 +181,25 @@ def test_what_a_policy_brings_along_cannot_be_asked_for_otherwise(tmp_path, caps
     assert "options.perception = blind: expected body, which field-hard acts with" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("where", [["--options", '{"model": "spatial"}'], ["--env", "SnakeSpatial-v0"]])
+def test_a_policy_of_the_plane_does_not_play_in_space(where, tmp_path, capsys):
+    path = str(benchmark_cells.ROOT / "pretrained/field-hard.safetensors")
+    with pytest.raises(SystemExit):
+        evaluate.main(["--policy", path, "--fields", "1", "--out", str(tmp_path), *where])
+    assert f"model = spatial: expected planar, which {path} was trained in; --env and" in capsys.readouterr().err
+
+
+def test_a_gait_plays_in_space_without_a_vertical_wave(tmp_path):
+    options = ["--options", '{"model": "spatial", "max_episode_steps": 2}', "--num-threads", "1"]
+    assert evaluate.main(["--gait", "30,120,-50", "--fields", "1", "--out", str(tmp_path), *options]) == 0
+    entries = rollout.layout_of("SnakeField-v0", {"model": "spatial", "action_mode": "gait"})["action"]
+    low, high = (np.array([entry[end] for entry in entries]) for end in ("low", "high"))
+    gait = policies.GaitParameters(30 * policies.DEGREE, 120 * policies.DEGREE, -50 * policies.DEGREE)
+    commanded = low + 0.5 * (gait.action(entries) + 1.0) * (high - low)
+    assert entries[4]["name"] == "lift"
+    np.testing.assert_allclose(np.degrees(commanded), [30.0, 120.0, -50.0, 0.0, 0.0, 0.0], atol=1e-4)
+
+
 def test_evaluation_repeats_itself_whatever_the_threads():
     gait = evaluate.gait_policy(policies.GaitParameters(), "SnakeField-v0")
     first = rollout.run_episodes(gait, "SnakeField-v0", seeds.held_out(6), 1, max_episode_steps=30)

@@ -70,13 +70,18 @@ def entries(config: Path, chosen: list[str] | None, more: list[tuple[str, Path]]
 def scripted(name: str) -> Entry:
     """The thesis's gait, or a controller as tuned for the task."""
     if name == "thesis gait":
-        return Entry(name, lambda task: gait_policy(GaitParameters(), task.env_id), lambda task: True, lambda task: b"")
+        return Entry(name, thesis_gait, lambda task: True, lambda task: b"")
     return Entry(
         name,
         lambda task: catalogue.tuned(name, task.name),
         lambda task: name in catalogue.read().get(task.name, {}),
         lambda task: json.dumps(catalogue.read().get(task.name, {}).get(name)).encode(),
     )
+
+
+def thesis_gait(task: BenchmarkTask) -> Policy:
+    """The thesis's gait in a task."""
+    return gait_policy(GaitParameters(), task.env_id, **task.options)
 
 
 def trained(name: str, path: Path, of_tasks: tuple[str, ...] | None) -> Entry:

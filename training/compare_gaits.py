@@ -56,7 +56,7 @@ def compare(args: argparse.Namespace) -> int:
     print(f"best of {len(gaits)} gaits: {result.best}")
     rows, played = {}, {}
     for gait in (GaitParameters(), result.best):
-        policy = gait_policy(gait, args.env)
+        policy = gait_policy(gait, args.env, **args.options)
         name = policy.name
         played[name] = run_episodes(policy, args.env, seeds.held_out(args.fields), args.num_threads, **args.options)
         rows[name] = scores.score(played[name])

@@ -62,7 +62,7 @@ def compare(args: argparse.Namespace) -> int:
 def measure(options: dict[str, Any], difficulties: list[float], fields: int, num_threads: int | None) -> Curve:
     """Success rate of the thesis's gait, difficulty by difficulty."""
     env_id = next(env_id for env_id, made_by in TASKS.items() if made_by == {"task": options["task"]})
-    policy = gait_policy(GaitParameters(), env_id)
+    policy = gait_policy(GaitParameters(), env_id, **options)
     curve = []
     for difficulty in difficulties:
         given = options | {"difficulty": difficulty}

@@ -18,6 +18,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import gymnasium as gym
+
 from snake_env import ConfigError
 from training import scores, seeds, video
 from training.cli import answer, gait_from_text, help_format, json_mapping
@@ -66,8 +68,9 @@ def main(arguments: list[str] | None = None) -> int:
 def evaluate(args: argparse.Namespace) -> int:
     """Plays all policies, prints and writes what came out."""
     args.env, args.options = task(args.env, args.options, args.policy)
-    policies: list[Policy] = [gait_policy(gait, args.env) for gait in args.gait or [GaitParameters()]]
+    policies: list[Policy] = [gait_policy(gait, args.env, **args.options) for gait in args.gait or [GaitParameters()]]
     policies += load_models(args.policy)
+    refuse_other_model(args.policy, args.env, args.options)
     for policy in policies:
         refuse_other_interface(policy, args.options)
     print(f"{args.env} {json.dumps(args.options)}, {args.fields} held-out fields")
@@ -95,6 +98,25 @@ def refuse_other_interface(policy: Policy, options: dict[str, Any]) -> None:
             raise ConfigError(f"options.{name}", options[name], f"{own}, which {policy.name} acts with")
 
 
+def refuse_other_model(paths: list[Path], env_id: str, options: dict[str, Any]) -> None:
+    """Refuses to play policies of the plane in space, and the other way round; gaits play in both.
+
+    Raises:
+        ConfigError: names the model and the policy.
+    """
+    here = _model(env_id, options)
+    for path in paths:
+        trained_in = _model(*_origin(path))
+        if trained_in != here:
+            expected = f"{trained_in}, which {path} was trained in; --env and the option model choose it"
+            raise ConfigError("model", here, expected)
+
+
+def _model(env_id: str, options: dict[str, Any]) -> str:
+    """The robot's model in an environment with these keywords."""
+    return str(options.get("model", gym.spec(env_id).kwargs.get("model", "planar")))
+
+
 def task(env_id: str | None, options: dict[str, Any], paths: list[Path]) -> tuple[str, dict[str, Any]]:
     """Environment and keywords: those asked for, over those that the first policy was trained with."""
     if env_id is not None or not paths:
@@ -114,10 +136,10 @@ def _origin(path: Path) -> tuple[str, dict[str, Any]]:
     return config.env_id, config.env
 
 
-def gait_policy(gait: GaitParameters, env_id: str) -> Policy:
-    """A gait as a policy, named after its parameters."""
+def gait_policy(gait: GaitParameters, env_id: str, **options: Any) -> Policy:
+    """A gait as a policy for an environment with these keywords, named after its parameters."""
     name = "thesis gait" if gait == GaitParameters() else str(gait)
-    return scripted(gait, layout_of(env_id, {"action_mode": "gait"})["action"], name)
+    return scripted(gait, layout_of(env_id, options | {"action_mode": "gait"})["action"], name)
 
 
 def load_model(path: Path, name: str | None = None) -> Policy:

@@ -115,7 +115,7 @@ def _training_stage(folder: RunFolder, config: Config) -> int:
 def _evaluation_stage(out: Path, folder: RunFolder, config: Config, best: GaitParameters, fields: int) -> None:
     """Scores on held-out fields, figures and a video."""
     options = {name: value for name, value in config.env.items() if name != "action_mode"}
-    thesis, tuned = gait_policy(GaitParameters(), config.env_id), gait_policy(best, config.env_id)
+    thesis, tuned = (gait_policy(gait, config.env_id, **options) for gait in (GaitParameters(), best))
     thesis.name, tuned.name = "thesis gait", "best gait"
     policies = [thesis, tuned, load_model(folder.model, "policy")]
     played = {one.name: run_episodes(one, config.env_id, seeds.held_out(fields), **options) for one in policies}

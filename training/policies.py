@@ -90,16 +90,20 @@ class GaitParameters:
         return f"A {amplitude:.0f}, omega {omega:.0f}, beta {beta:.0f} deg"
 
     def action(self, entries: list[dict[str, Any]]) -> NDArray[np.float32]:
-        """The constant action that commands this gait in action mode ``gait``.
+        """The constant action that commands this gait in action mode ``gait``; in space without a vertical wave.
 
         Args:
             entries: the environment's table of actions, ``layout["action"]``.
+
+        Raises:
+            ConfigError: the environment cannot command it.
         """
-        values = [self.amplitude, self.omega, self.beta, self.gamma]
+        wave = [self.amplitude, self.omega, self.beta, self.gamma]
+        values = np.array(wave + [0.0] * (len(entries) - len(wave)))
         low, high = (np.array([entry[end] for entry in entries]) for end in ("low", "high"))
-        action = (2.0 * np.array(values) - low - high) / (high - low)
+        action = (2.0 * values - low - high) / (high - low)
         if np.any(np.abs(action) > 1.0 + 1e-9):
-            raise ValueError(f"gait = {self}: expected values the environment can command, {low} to {high} rad")
+            raise ConfigError("gait", self, f"values the environment can command, {low} to {high} rad")
         return np.clip(action, -1.0, 1.0).astype(np.float32)
 
 
