@@ -19,7 +19,7 @@ SMOKE = dataclasses.replace(config.load("smoke"), total_steps=512)
 def test_actors_begin_with_the_robots_of_one_process(cluster):
     shared = RayCollector(SMOKE, 5, 0.0, lambda *episode: None, workers=2)
     alone = ppo.Collector(SMOKE, 5, 0.0, lambda *episode: None)
-    agent = ppo.Agent(alone.observations, alone.actions, SMOKE.policy.hidden, -1.0, None)
+    agent = ppo.Agent(alone.observations, alone.actions, SMOKE.policy, None)
     noise = torch.Generator().manual_seed(0)
     together, last_value = shared.collect(agent, noise, 0.99)
     apart, _ = alone.collect(agent, noise, 0.99)
