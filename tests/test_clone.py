@@ -9,6 +9,7 @@ pytest.importorskip("torch")
 
 import torch
 
+from snake_env import ConfigError
 from training import clone, config, policies, policy_file, ppo, rollout, run_folder, seeds, traces
 from training.baselines import catalogue
 from training.config import Clone
@@ -121,6 +122,8 @@ def test_a_policy_trained_before_is_taken_over(tmp_path):
     wider = ppo.Agent(63, 4, config.Policy((9, 8)), None)
     with pytest.raises(ValueError, match=r"clone\.policy = .*giver\.safetensors: expected hidden layers \[9, 8\]"):
         clone.take_over(wider, observations("gait")[1], (), tmp_path / "giver.safetensors")
+    with pytest.raises(ConfigError, match=r"clone\.policy = .*nobody\.safetensors: expected the policy\.safetensors"):
+        clone.take_over(wider, observations("gait")[1], (), tmp_path / "nobody.safetensors")
 
 
 def test_a_policy_of_another_interface_is_taken_over_by_name(tmp_path):

@@ -19,6 +19,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from snake_env import ConfigError
 from training import policy_file
 from training.baselines import catalogue
 from training.config import Clone
@@ -41,7 +42,7 @@ class Expert:
         num_envs: robots.
 
     Raises:
-        ValueError: the controller acts in a mode whose actions the learner does not have.
+        ConfigError: the controller acts in a mode whose actions the learner does not have.
     """
 
     def __init__(self, clone: Clone, layout: dict[str, Any], num_envs: int) -> None:
@@ -49,7 +50,7 @@ class Expert:
         modes = {"gait": ("gait", "residual"), "residual": ("residual",), "joints": ("joints",)}
         mode = _action_mode(layout)
         if mode not in modes[self._controller.mode]:
-            raise ValueError(f"clone.controller = {clone.controller}: expected one that acts by {mode} or by gait")
+            raise ConfigError("clone.controller", clone.controller, f"one that acts by {mode} or by gait")
         self._observations = sum(block["size"] for block in layout["observation"])
         self._actions = len(layout["action"])
         known = WAVE_ACTIONS if self._controller.mode == "gait" else self._actions
@@ -98,8 +99,10 @@ def take_over(agent: Any, layout: dict[str, Any], times: Sequence[float], path: 
         path: the file.
 
     Raises:
-        ValueError: its hidden layers are not the agent's.
+        ConfigError: there is no such file, or its hidden layers are not the agent's.
     """
+    if not path.is_file():
+        raise ConfigError("clone.policy", path, "the policy.safetensors of a run")
     arrays, run = policy_file.read(path)
     own = {name: array for name, array in agent.arrays().items() if name.startswith("actor.")}
     hidden, expected = (
@@ -107,7 +110,7 @@ def take_over(agent: Any, layout: dict[str, Any], times: Sequence[float], path: 
         for those in ({name: arrays.get(name, np.zeros(0)) for name in own}, own)
     )
     if hidden != expected or f"actor.{len(expected) + 1}.bias" in arrays:
-        raise ValueError(f"clone.policy = {path}: expected hidden layers {expected}, found {hidden}")
+        raise ConfigError("clone.policy", path, f"hidden layers {expected}, found {hidden}")
     theirs = layout_of(run["env_id"], run["env"])
     inputs = _matches(observed(layout, times), observed(theirs, times_of(run)))
     outputs = _matches(done(layout), done(theirs))

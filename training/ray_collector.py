@@ -9,6 +9,7 @@ import ray
 import torch
 from torch import Tensor
 
+from snake_env import ConfigError
 from training import ppo
 from training.config import Config
 from training.ppo import ROLLOUT, Agent, Note, Rollout, make_agent
@@ -57,11 +58,14 @@ class RayCollector:
         used: share of the training budget used up before.
         note: is told of finished episodes.
         workers: number of actors; divides the number of robots.
+
+    Raises:
+        ConfigError: it does not.
     """
 
     def __init__(self, config: Config, seed: int, used: float, note: Note, workers: int) -> None:
         if workers < 1 or config.num_envs % workers:
-            raise ValueError(f"workers = {workers}: expected a divisor of num_envs = {config.num_envs}")
+            raise ConfigError("workers", workers, f"a divisor of num_envs = {config.num_envs}")
         self._share = config.num_envs // workers
         of_worker = dataclasses.replace(config, num_envs=self._share)
         make = cast(Any, Worker).options(num_cpus=config.num_threads)

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from snake_env import ConfigError
 from training import cluster, policy_file, run_command, seeds
 from training.budget import Budget, StopRequest
 from training.config import Config
@@ -40,13 +41,13 @@ def settings(config: Config, runners: int) -> Any:
         A ``ray.rllib.algorithms.ppo.PPOConfig``.
 
     Raises:
-        ValueError: the robots cannot be shared evenly, or the run asks for what RLlib's PPO does not have.
+        ConfigError: the robots cannot be shared evenly, or the run asks for what RLlib's PPO does not have.
     """
     from ray.rllib.algorithms.ppo import PPOConfig
     from ray.rllib.core.rl_module.default_model_config import DefaultModelConfig
 
     if runners < 1 or config.num_envs % runners:
-        raise ValueError(f"runners = {runners}: expected a divisor of num_envs = {config.num_envs}")
+        raise ConfigError("runners", runners, f"a divisor of num_envs = {config.num_envs}")
     lean = ("clone", "policy.mirror", "policy.traces", "policy.bfloat16", "ppo.target_kl")
     config.refuse("RLlib's PPO", "curriculum", *lean)
     ppo = config.ppo
