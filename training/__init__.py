@@ -1,6 +1,7 @@
 """Training and evaluation of policies; each module with a command line explains itself with ``--help``.
 
-One direction of imports: ``seeds, statistics, config, budget, policy_file, tasks <- policies, run_folder,
-learning_curve, bounds <- rollout, callbacks, run_command, baselines <- grid, scores, figures, video <- train, ppo,
-evaluate, compare_gaits, tune, throughput <- benchmark, sweep, pipeline``.
+One direction of imports: ``seeds, statistics, budget, policy_file, tasks, traces <- config, policies, learning_curve
+<- rollout, run_folder, baselines, bounds, cli <- grid, scores, video, watch, callbacks, clone, mirror, run_command <-
+train, ppo, evaluate, figures, tune, rllib <- evolution, compare_gaits, benchmark_cells, benchmark_page, sweep, ppo_ray
+<- benchmark, pipeline, inspect_policy <- seed_table``.
 """

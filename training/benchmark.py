@@ -87,6 +87,7 @@ class Benchmark:
         out: folder.
         fields: seeds, one an episode; all of them held out.
         num_threads: threads of the simulator.
+        played: episodes by task and policy.
     """
 
     out: Path
@@ -98,7 +99,7 @@ class Benchmark:
         seeds.require_held_out(self.fields)
 
     def play(self, chosen: list[BenchmarkTask], entries: list[Entry]) -> None:
-        """Fills ``played``: episodes by task and policy."""
+        """Fills ``played``."""
         pairs = [(task, entry) for task in chosen for entry in entries if entry.plays(task)]
         for number, (task, entry) in enumerate(pairs, 1):
             start = time.monotonic()

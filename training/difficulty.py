@@ -40,10 +40,10 @@ def main(arguments: list[str] | None = None) -> int:
     """Runs the command."""
     cli = argparse.ArgumentParser("training.difficulty", description=__doc__, formatter_class=help_format)
     cli.add_argument("--tasks", type=names, default=list(OPTIONS), help="comma separated")
-    cli.add_argument("--difficulties", type=numbers, default=list(DIFFICULTIES))
+    cli.add_argument("--difficulties", type=numbers, default=list(DIFFICULTIES), help="comma separated")
     cli.add_argument("--fields", type=int, default=500, help="held-out episodes at each difficulty")
     cli.add_argument("--num-threads", type=int, help="threads of the simulator")
-    cli.add_argument("--picture", type=Path, default=Path("runs/difficulty.png"))
+    cli.add_argument("--picture", type=Path, default=Path("runs/difficulty.png"), help="PNG file")
     return answer(cli, compare, arguments)
 
 

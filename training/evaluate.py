@@ -5,9 +5,8 @@
     python -m training.evaluate --gait thesis --video
 
 Without ``--env`` the task is the one that the first policy was trained in. Every policy meets the same fields, none of
-which training has seen. Prints success, progress, speed, time to the
-goal, share of jammed time and cost of transport, each with its 95 % bootstrap interval over fields, and writes
-them as JSON.
+which training has seen. Prints success, progress, speed, time to the goal, share of jammed time, cost of transport and
+share of robots that left the corridor, each with its 95 % bootstrap interval over fields, and writes them as JSON.
 """
 
 from __future__ import annotations

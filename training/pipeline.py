@@ -37,7 +37,9 @@ def parser() -> argparse.ArgumentParser:
     """The command line."""
     cli = argparse.ArgumentParser("training.pipeline", description=__doc__, formatter_class=help_format)
     cli.add_argument("--out", type=Path, default=Path("runs/train"), help="folder for everything")
-    cli.add_argument("--config", type=Path, default=Path("default"), help="YAML file, or a name in training/configs")
+    cli.add_argument(
+        "--config", type=Path, default=Path("default"), help="YAML or JSON file, or a name in training/configs"
+    )
     cli.add_argument("--max-minutes", type=float, help="wall time of training, over the config's")
     cli.add_argument("--seed", type=int, help="seed of training, over the config's")
     cli.add_argument("--fields", type=int, default=FIELDS, help="held-out fields of the evaluation")

@@ -5,7 +5,7 @@ versions.json            what it ran on
 checkpoints/000123456.*  policy and optimiser after that many environment steps
 progress.json            wall seconds of training at each checkpoint
 curve.jsonl              one line an update: steps, seconds, means over the last episodes
-model.zip                the policy at the end (policy.safetensors of the lean learner)
+policy.safetensors       the policy at the end (model.zip of training.train)
 finished.json            present when the budget has been used up
 """
 
