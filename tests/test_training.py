@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -15,6 +16,7 @@ import pytest
 
 pytest.importorskip("stable_baselines3")
 
+from snake_env import ConfigError
 from training import (
     benchmark_cells,
     compare_gaits,
@@ -273,6 +275,26 @@ def test_configurations_name_what_is_wrong():
         config.Config(num_envs=0)
     with pytest.raises(ValueError, match="seed = -1"):
         config.Config(seed=-1)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"num_envs": 0}, "num_envs = 0: expected an integer >= 1"),
+        ({"total_steps": 1e6}, "total_steps = 1000000.0: expected an integer >= 1"),
+        ({"policy": {"hidden": [64, 0]}}, r"policy.hidden = (64, 0): expected integers >= 1"),
+        ({"policy": {"mirror": "yes"}}, "policy.mirror = yes: expected true or false"),
+        ({"ppo": {"batch_size": 0}}, "ppo.batch_size = 0: expected an integer >= 1"),
+        ({"ppo": {"gamma": 1.1}}, "ppo.gamma = 1.1: expected a number in [0, 1]"),
+        ({"ppo": {"learning_rate": float("nan")}}, "ppo.learning_rate = nan: expected a number > 0"),
+        ({"ppo": {"target_kl": -1.0}}, "ppo.target_kl = -1.0: expected a number > 0"),
+        ({"clone": {"policy": "a", "rounds": -1}}, "clone.rounds = -1: expected an integer >= 0"),
+        ({"evolution": {"spread": "wide"}}, "evolution.spread = wide: expected a number > 0"),
+    ],
+)
+def test_a_configuration_is_refused_by_field_value_and_range(values, message):
+    with pytest.raises(ConfigError, match=re.escape(message)):
+        config.Config.from_mapping(values)
 
 
 @pytest.mark.parametrize(

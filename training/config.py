@@ -4,15 +4,41 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from operator import attrgetter
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from snake_env import ConfigError
 from training import seeds
 
 CONFIGS = Path(__file__).parent / "configs"
+
+
+class Range(NamedTuple):
+    """What a value may be, and how that is said."""
+
+    said: str
+    admits: Callable[[Any], bool]
+
+
+def _whole(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _real(value: Any) -> bool:
+    return (_whole(value) or isinstance(value, float)) and math.isfinite(value)
+
+
+_COUNT = Range("an integer >= 1", lambda value: _whole(value) and value >= 1)
+_FROM_ZERO = Range("an integer >= 0", lambda value: _whole(value) and value >= 0)
+_NUMBER = Range("a number", _real)
+_POSITIVE = Range("a number > 0", lambda value: _real(value) and value > 0.0)
+_NOT_NEGATIVE = Range("a number >= 0", lambda value: _real(value) and value >= 0.0)
+_SHARE = Range("a number in [0, 1]", lambda value: _real(value) and 0.0 <= value <= 1.0)
+_SWITCH = Range("true or false", lambda value: isinstance(value, bool))
 
 
 @dataclass(frozen=True)
@@ -34,7 +60,10 @@ class Policy:
     bfloat16: bool = False
 
     def __post_init__(self) -> None:
-        _require(all(time > 0.0 for time in self.traces), "policy.traces", self.traces, "times > 0")
+        _require(all(map(_COUNT.admits, self.hidden)), "policy.hidden", self.hidden, "integers >= 1")
+        _require(all(map(_POSITIVE.admits, self.traces)), "policy.traces", self.traces, "times > 0")
+        _check(self, "policy.", _NUMBER, "log_std")
+        _check(self, "policy.", _SWITCH, "mirror", "bfloat16")
 
 
 @dataclass(frozen=True)
@@ -69,6 +98,14 @@ class Ppo:
     max_grad_norm: float = 0.5
     target_kl: float | None = None
 
+    def __post_init__(self) -> None:
+        _check(self, "ppo.", _COUNT, "n_steps", "batch_size", "n_epochs")
+        _check(self, "ppo.", _POSITIVE, "learning_rate", "clip_range", "max_grad_norm")
+        _check(self, "ppo.", _SHARE, "final_learning_rate", "gamma", "gae_lambda")
+        _check(self, "ppo.", _NOT_NEGATIVE, "ent_coef", "vf_coef")
+        if self.target_kl is not None:
+            _check(self, "ppo.", _POSITIVE, "target_kl")
+
 
 @dataclass(frozen=True)
 class Evolution:
@@ -90,8 +127,9 @@ class Evolution:
     senses: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
-        _require(self.fields >= 1, "evolution.fields", self.fields, "an integer >= 1")
-        _require(self.spread > 0.0, "evolution.spread", self.spread, "a number > 0")
+        _check(self, "evolution.", _COUNT, "fields")
+        _check(self, "evolution.", _POSITIVE, "spread", "learning_rate")
+        _check(self, "evolution.", _SHARE, "final_learning_rate")
 
 
 @dataclass(frozen=True)
@@ -122,6 +160,8 @@ class Clone:
             given,
             "controller and task, or a policy",
         )
+        _check(self, "clone.", _COUNT, "epochs")
+        _check(self, "clone.", _FROM_ZERO, "rounds", "critic_rounds")
 
 
 @dataclass(frozen=True)
@@ -138,7 +178,7 @@ class Config:
         seed: of networks, noise and fields, >= 0.
         total_steps: environment steps to take, summed over the robots.
         max_minutes: wall time of training after which it ends all the same; None: no limit.
-        checkpoint_seconds: wall time between checkpoints.
+        checkpoint_seconds: wall time between checkpoints; zero: one after every update.
         curriculum: share of the budget over which the difficulty grows from zero to that of ``env``, in [0, 1];
             zero: no curriculum.
         clone: what the policy begins as; None: random weights.
@@ -160,15 +200,15 @@ class Config:
     curriculum: float = 0.0
     clone: Clone | None = None
     policy: Policy = field(default_factory=Policy)
-    ppo: Ppo = Ppo()
+    ppo: Ppo = field(default_factory=Ppo)
     evolution: Evolution | None = None
 
     def __post_init__(self) -> None:
-        for name in ("num_envs", "num_threads", "torch_threads", "total_steps"):
-            _require(getattr(self, name) >= 1, name, getattr(self, name), "an integer >= 1")
+        _check(self, "", _COUNT, "num_envs", "num_threads", "torch_threads", "total_steps")
+        _check(self, "", _NOT_NEGATIVE, "checkpoint_seconds")
+        _check(self, "", _SHARE, "curriculum")
         limit = self.max_minutes
-        _require(limit is None or limit > 0.0, "max_minutes", limit, "a number > 0, or none")
-        _require(0.0 <= self.curriculum <= 1.0, "curriculum", self.curriculum, "a number in [0, 1]")
+        _require(limit is None or _POSITIVE.admits(limit), "max_minutes", limit, "a number > 0, or none")
         _require(self.seed in seeds.TRAINING, "seed", self.seed, f"an integer in [0, {seeds.TRAINING.stop})")
 
     def difficulty(self, used: float, hardest: float) -> float:
@@ -265,6 +305,12 @@ def _section(kind: type, name: str, values: dict[str, Any]) -> Any:
     for key in values:
         _require(key in known, f"{name}.{key}", values[key], "one of " + ", ".join(known))
     return kind(**values)
+
+
+def _check(section: object, prefix: str, admissible: Range, *names: str) -> None:
+    for name in names:
+        value = getattr(section, name)
+        _require(admissible.admits(value), prefix + name, value, admissible.said)
 
 
 def _require(ok: bool, name: str, value: object, expected: str) -> None:
