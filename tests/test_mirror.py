@@ -9,6 +9,7 @@ pytest.importorskip("torch")
 
 import torch
 
+from snake_env import ConfigError
 from training import config, mirror, policies, policy_file, ppo, rollout, seeds
 
 MODES = ("gait", "residual", "joints")
@@ -41,6 +42,55 @@ def test_half_a_period_of_a_steady_wave_is_a_reflection():
     signs = mirror.Mirror.of(env.unwrapped.layout).observation[steady]
     assert np.abs(seen[-1][steady] - seen[-1 - half][steady]).max() > 0.5
     np.testing.assert_allclose(seen[-1][steady], seen[-1 - half][steady] * signs, atol=0.03)
+
+
+def in_space(mode, mirrored, steps=16):
+    """Blocks of the observation of a robot in space that from lying straight makes random movements, or those in the
+    mirror, seen in the mirror."""
+    env = rollout.make_env(
+        "SnakeSpatial-v0",
+        1,
+        1,
+        action_mode=mode,
+        task="perturbed",
+        perturbation={"course": "table-7.5", "removed": 0, "shifted": 0, "without": list(range(1, 8))},
+        perception="blind",
+        start_jitter=0.0,
+    )
+    layout = env.unwrapped.layout
+    signs = mirror.Mirror.of(layout)
+    still = np.zeros(len(layout["action"]), np.float32)
+    # In the mirror the waves are half a period ahead.
+    wait = 25
+    if mode != "joints":
+        still[0], wait = -1.0, wait + 45 * mirrored
+    env.reset(seed=[0])
+    for _ in range(wait):
+        env.step(still[None])
+    action = np.random.default_rng(2).uniform(-1.0, 1.0, still.shape).astype(np.float32)
+    seen = np.array([env.step((signs.action * action if mirrored else action)[None])[0][0] for _ in range(steps)])
+    env.close()
+    seen = seen * signs.observation if mirrored else seen
+    return {b["name"]: seen[:, b["start"] : b["start"] + b["size"]] for b in layout["observation"]}
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_in_space_a_mirrored_robot_moves_as_the_mirror_image(mode):
+    plain, mirrored = in_space(mode, False), in_space(mode, True)
+    # Where the robot has come to lie before matters to what is seen of the way.
+    for name in set(plain) - {"heading", "velocity", "lateral_offset", "goal"}:
+        one, other = plain[name], mirrored[name]
+        same, opposite = np.abs(one - other).max(axis=0), np.abs(one + other).max(axis=0)
+        moves = np.abs(one).max(axis=0) > 0.05
+        assert np.all(same[moves] < 0.5 * opposite[moves]), name
+        assert moves.any() or name == "contact_force"
+
+
+def test_a_wave_that_lifts_one_side_first_has_no_mirror():
+    settings = config.Config(env_id="SnakeSpatial-v0", policy=config.Policy(hidden=(16,), mirror=True))
+    with pytest.raises(ConfigError, match="mirror"):
+        mirror.of_run(settings)
+    assert mirror.of_run(dataclasses.replace(settings, env={"action_mode": "joints"})) is not None
 
 
 @pytest.mark.parametrize("mode", MODES)

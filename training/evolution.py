@@ -45,16 +45,23 @@ class Networks:
     elements matter about equally.
 
     Args:
-        signs: what a mirror does to observations and actions.
+        observations: elements of an observation.
+        actions: elements of an action.
         hidden: units of each hidden layer.
         sensed: elements of the observation that are inputs; all others are ignored.
-        mirrored: makes the networks treat left and right alike.
+        sides: makes the networks treat left and right alike.
     """
 
-    def __init__(self, signs: mirror.Mirror, hidden: tuple[int, ...], sensed: list[int], mirrored: bool) -> None:
-        self._shapes = list(pairwise([len(sensed), *hidden, len(signs.action)]))
-        self._observations, self._sensed = len(signs.observation), sensed
-        self._sides = signs if mirrored else None
+    def __init__(
+        self,
+        observations: int,
+        actions: int,
+        hidden: tuple[int, ...],
+        sensed: list[int],
+        sides: mirror.Mirror | None,
+    ) -> None:
+        self._shapes = list(pairwise([len(sensed), *hidden, actions]))
+        self._observations, self._sensed, self._sides = observations, sensed, sides
         self.size = sum((wide + 1) * high for wide, high in self._shapes)
 
     def start(self, rng: np.random.Generator) -> Array:
@@ -184,7 +191,9 @@ class Learner:
         self._env = make_env(config.env_id, config.num_envs, config.num_threads, **config.env)
         layout = self._env.unwrapped.layout
         seen = sensed(layout, self._evolution.senses)
-        self.networks = Networks(mirror.Mirror.of(layout), config.policy.hidden, seen, config.policy.mirror)
+        sizes = sum(block["size"] for block in layout["observation"]), len(layout["action"])
+        sides = mirror.Mirror.of(layout) if config.policy.mirror else None
+        self.networks = Networks(*sizes, config.policy.hidden, seen, sides)
         self.mean = self.networks.start(np.random.default_rng(config.seed))
         self.optimiser = Adam(self.networks.size)
 

@@ -2,7 +2,9 @@
 
 Seen in a mirror along the goal direction, a robot in a field is a robot in a mirrored field, drawn as often as the
 first. A policy f loses nothing by treating both alike, f(S o) = S f(o), and learns from each step for both. S changes
-signs alone: of angles, of what points to the left, and of the wave's phase, which lies half a turn further.
+signs alone: of angles, of what points to the left, and of the wave's phase, which lies half a turn further. In space
+pitch and height stay, so with the phase the amplitude of the vertical wave changes its sign; angular velocities change
+theirs but about the axis to the left.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from snake_env import ConfigError
 from training import traces
 from training.config import Config
 from training.rollout import layout_of
@@ -24,13 +27,16 @@ UNCHANGED = {
     "heading": ("cos",),
     "velocity": ("x",),
     "goal": ("remaining",),
-    "wave": ("amplitude", "frequency", "phase_shift"),
-    "previous_action": ("amplitude", "frequency", "phase_shift"),
+    "wave": ("amplitude", "frequency", "phase_shift", "lift_phase"),
+    "previous_action": ("amplitude", "frequency", "phase_shift", "lift_phase"),
+    "attitude": ("cos_roll",),
+    "gravity": ("forward", "up"),
+    "gyro": ("left",),
 }
-"""By block of the observation: elements that look the same in the mirror. All others change sign, but of ``pegs`` and
-``link_pegs``."""
+"""By block of the observation: elements that look the same in the mirror. So do the blocks of ``SAME``, pitch angles,
+what points forward and how near pegs are. All others change sign."""
 
-UNCHANGED_ACTIONS = ("amplitude", "frequency", "phase_shift")
+SAME = ("height", "normal_force")
 
 
 class Mirror(NamedTuple):
@@ -41,9 +47,18 @@ class Mirror(NamedTuple):
 
     @classmethod
     def of(cls, layout: dict[str, Any]) -> Mirror:
-        """For an environment's ``layout``."""
+        """For an environment's ``layout``.
+
+        Raises:
+            ConfigError: action zero lifts: half a turn later the vertical wave is the mirror image with the opposite
+                amplitude, which is then no change of sign.
+        """
+        for entry in layout["action"]:
+            if entry["name"] == "lift" and entry["low"] != -entry["high"]:
+                asked = 'false, another task, or action_mode "joints": in task "free" action zero lifts'
+                raise ConfigError("policy.mirror", True, asked)
         seen = [_sign(block["name"], element) for block in layout["observation"] for element in block["elements"]]
-        done = [1 if entry["name"] in UNCHANGED_ACTIONS else -1 for entry in layout["action"]]
+        done = [_sign("previous_action", entry["name"]) for entry in layout["action"]]
         return cls(np.array(seen, np.float32), np.array(done, np.float32))
 
     def arrays(self) -> dict[str, Signs]:
@@ -52,9 +67,8 @@ class Mirror(NamedTuple):
 
 
 def _sign(block: str, element: str) -> int:
-    if block in ("pegs", "link_pegs"):
-        return -1 if element.endswith("_left") else 1
-    return 1 if element in UNCHANGED.get(block, ()) else -1
+    same = block in SAME or element.startswith("pitch") or element.endswith(("_forward", "_proximity"))
+    return 1 if same or element in UNCHANGED.get(block, ()) else -1
 
 
 def of_run(config: Config) -> Mirror | None:
