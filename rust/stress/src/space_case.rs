@@ -74,7 +74,7 @@ pub struct SpaceCase {
 }
 
 impl SpaceCase {
-    /// Aiko lying straight along the x axis, head first in the direction of -x.
+    /// Aiko lying straight along the x axis, link 1 at the origin and the others behind it, towards -x.
     pub fn straight(name: impl Into<String>, step: f64, duration: f64) -> Self {
         Self {
             name: name.into(),

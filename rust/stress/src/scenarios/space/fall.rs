@@ -74,12 +74,14 @@ pub fn flight(duration: f64) -> Vec<SpaceCase> {
     cases
 }
 
-/// Pegs that touch the end spheres of both links at a joint, from one side and from both, while the robot moves.
+/// Pegs that touch the end spheres of both links at a joint, from one side and, with a little play, from both, while the
+/// robot moves.
 pub fn crack(duration: f64) -> Vec<SpaceCase> {
     let (half, sphere, cap) = (0.061, 0.0393, 0.0525);
-    let notch = |joint: u32, side: f64, radius: f64| {
+    // The chain lies towards -x.
+    let notch = |joint: u32, side: f64, radius: f64, play: f64| {
         let across = (f64::powi(cap + radius, 2) - f64::powi(half - sphere, 2)).sqrt();
-        Peg { radius, x: f64::from(2 * joint - 1) * half, y: side * across }
+        Peg { radius, x: -f64::from(2 * joint - 1) * half, y: side * (across + play) }
     };
     let motions = [
         ("waves", CardanMotion::undulation()),
@@ -93,11 +95,11 @@ pub fn crack(duration: f64) -> Vec<SpaceCase> {
                 for step in [1e-2, 2.5e-2] {
                     let name = format!("{name}, pegs of {radius} m, both sides {both}, h {step} s");
                     let mut case = SpaceCase::straight(name, step, duration);
-                    let alternating =
-                        (1..11).step_by(3).map(|joint| notch(joint, if joint % 2 == 0 { 1.0 } else { -1.0 }, radius));
+                    let side = |joint: u32| if joint.is_multiple_of(2) { 1.0 } else { -1.0 };
+                    let alternating = (1..11).step_by(3).map(|joint| notch(joint, side(joint), radius, 0.0));
                     case.scene.obstacles = alternating.collect();
                     if both {
-                        case.scene.obstacles.extend([notch(5, 1.0, radius), notch(5, -1.0, radius)]);
+                        case.scene.obstacles.extend([1.0, -1.0].map(|side| notch(5, side, radius, PLAY)));
                     }
                     case.motion = motion;
                     case.posture = Some(vec![Vector2::zeros(); 10]);
@@ -109,3 +111,7 @@ pub fn crack(duration: f64) -> Vec<SpaceCase> {
     }
     cases
 }
+
+/// Between a joint and each of two pegs that hold it from both sides \[m\]. Without any the joint can bend by nothing at
+/// all, and what its drive asks for is a force without bound.
+const PLAY: f64 = 1e-4;
