@@ -81,6 +81,12 @@ def test_without_a_height_the_robot_rests_on_the_ground():
     np.testing.assert_allclose(yaws.joint_angle[0, :, 0], 0.2, atol=1e-14)
 
 
+def test_a_start_pitches_the_robot_head_down_and_rolls_its_left_side_down():
+    e_x, _, e_z = axes(run(start=Start(posture="straight", pitch=0.2, roll=0.3), duration=0.01, sample=0.01).quaternion)
+    np.testing.assert_allclose(-e_z[0, :, 2], -np.sin(0.2), atol=1e-14)
+    np.testing.assert_allclose(-e_x[0, :, 2], -np.cos(0.2) * np.sin(0.3), atol=1e-14)
+
+
 def test_u_shaped_rolling_starts_on_its_side_and_rolls_sideways_towards_the_edge_of_the_u():
     trajectory = run(gait=Gait.lateral_rolling(), duration=4.5, sample=0.5)
     np.testing.assert_allclose(trajectory.position[0, :, 2], RADIUS, atol=1e-12)

@@ -23,9 +23,10 @@ class Start:
             leading link faces +x. In the spatial model the yaw of its centre line.
         posture: "gait" (joint angles equal the reference at t = 0), "straight", or n - 1 joint angles [rad]; in the
             spatial model also n - 1 pairs (yaw, pitch).
-        pitch: lifts the chain about link 1 [rad], in [-pi/2, pi/2]; the spatial model alone.
-        roll: turns the chain about the centre line of link 1 [rad]; the spatial model alone. None is 0, but -pi/2, on
-            its side, for a gait that also yaws and whose posture bends up and down alone, as lateral rolling's.
+        pitch: lifts the chain behind link 1, which then faces down [rad], in [-pi/2, pi/2]; the spatial model alone.
+        roll: turns the chain about the centre line of link 1, its left side down [rad]; the spatial model alone. None
+            is 0, but -pi/2, on its side, for a gait that also yaws and whose posture bends up and down alone, as
+            lateral rolling's.
     """
 
     position: tuple[float, float] | tuple[float, float, float] = (0.0, 0.0)

@@ -42,7 +42,7 @@ fn posture_blocks(robot: &Robot) -> Vec<Block> {
              direction points up",
         ),
         block("gravity", named(&["forward", "left", "up"]), "1", 1.0, SQRT_2, gravity)
-            .says("direction of gravity in the frame of link 1, as an inertial sensor at rest feels it"),
+            .says("direction of gravity in the frame of link 1, opposite to what an accelerometer at rest reads"),
         block("gyro", named(&["forward", "left", "up"]), "rad/s", 2.5, 4.0, gyro)
             .says("angular velocity of link 1 about its own axes"),
     ]
