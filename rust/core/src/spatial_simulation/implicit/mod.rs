@@ -20,6 +20,7 @@ mod pegs;
 mod rescue;
 mod slots;
 mod stage_work;
+mod standing;
 mod warm_start;
 mod way;
 mod works;

@@ -12,6 +12,7 @@ use crate::stepper::works::Works;
 
 use super::super::SpatialPlant;
 use super::motion::GroundForces;
+use super::standing::Standing;
 use super::works::works_of;
 
 /// Data of the stage at hand, for as many robots as `T` has lanes.
@@ -48,6 +49,7 @@ pub struct StageWork<T: Real> {
     pub stage: Stage<T>,
     pub solution: StageSolution<T>,
     newton: Newton<T>,
+    standing: Standing<T>,
     works: Works<T>,
     /// How far the stage ended from its prediction, for any point of the robot \[m\].
     pub deviation: T,
@@ -97,6 +99,7 @@ impl<T: Real> StageWork<T> {
             stage: empty_stage(plant),
             solution: StageSolution::new(links),
             newton: Newton::new(links),
+            standing: Standing::new(links),
             works: Works::none(),
             deviation: zero,
             kept: Kept {
@@ -150,7 +153,8 @@ impl<T: Real> StageWork<T> {
         self.fill_joints();
     }
 
-    /// Solves the stage from the guess and the last forces, and judges the solution.
+    /// Solves the stage from the guess and the last forces, where that is not solved already by a robot that stands,
+    /// and judges the solution.
     #[inline(always)]
     pub fn solve(&mut self, tolerance: f64, max_iterations: u32, lanes: T::Mask) -> (Outcome<T>, Certificate<T>) {
         let c = self.stage.coefficient;
@@ -162,7 +166,11 @@ impl<T: Real> StageWork<T> {
             friction[i] = [impulse(front, c), impulse(rear, c)];
             rolling[i] = impulse(&self.forces.rolling[i], c);
         }
-        let outcome = self.newton.solve(&self.stage, &mut self.solution, tolerance, max_iterations, lanes);
+        let stands = lanes & self.standing.holds(&self.stage, &self.solution, tolerance);
+        let mut outcome =
+            self.newton.solve(&self.stage, &mut self.solution, tolerance, max_iterations, lanes & !stands);
+        outcome.converged = outcome.converged | stands;
+        self.standing.write(stands, &mut self.solution);
         (outcome, certify(&self.stage, &self.solution))
     }
 
