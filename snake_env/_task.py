@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any
 
@@ -17,12 +17,19 @@ from snake_env.options import TaskOptions
 
 NO_STEP_LIMIT = 2**32 - 1
 
-ENVIRONMENT_KEYWORDS = ["num_envs", "max_episode_steps", "render_mode", "autoreset_mode", "num_threads", "reward_fn"]
-"""Keywords that the environment classes take themselves."""
+SINGLE_KEYWORDS = ["max_episode_steps", "render_mode", "reward_fn"]
+"""Keywords that the class of one environment takes itself."""
+BATCH_KEYWORDS = ["num_envs", "max_episode_steps", "render_mode", "autoreset_mode", "num_threads", "reward_fn"]
+"""Keywords that the class of a batch takes itself."""
 
 
 class Task:
     """What an environment is made from.
+
+    Args:
+        options: see :class:`snake_env.options.TaskOptions`.
+        max_episode_steps: None for no limit.
+        keywords: those that the environment's class takes itself, for the message about one that it does not.
 
     Attributes:
         config: JSON text for the core.
@@ -32,8 +39,13 @@ class Task:
         action_space: of one robot.
     """
 
-    def __init__(self, options: Mapping[str, Any], max_episode_steps: int | None) -> None:
-        _require_known(options)
+    def __init__(
+        self,
+        options: Mapping[str, Any],
+        max_episode_steps: int | None,
+        keywords: Sequence[str] = SINGLE_KEYWORDS,
+    ) -> None:
+        _require_known(options, keywords)
         _require_sections(options)
         limit = NO_STEP_LIMIT if max_episode_steps is None else max_episode_steps
         self.config = encode({**options, **_controller(options), "max_episode_steps": limit})
@@ -67,14 +79,19 @@ def _io(control_period: Any) -> IOLinearizing:
     return IOLinearizing.for_period(period, torque_limit=TORQUE_LIMIT, treatment="implicit")
 
 
-def _require_known(options: Mapping[str, Any]) -> None:
-    """A keyword that no environment has gets an error with the nearest one that exists."""
-    known = [*TaskOptions.__annotations__, *ENVIRONMENT_KEYWORDS]
+def _require_known(options: Mapping[str, Any], keywords: Sequence[str]) -> None:
+    """A keyword that the environment does not have gets an error that says where it belongs, or the nearest one."""
+    known = [*TaskOptions.__annotations__, *keywords]
     for name, value in options.items():
         if name not in TaskOptions.__annotations__:
-            near = get_close_matches(name, known, 1, 0.5)
-            nearest = f", perhaps {near[0]}" if near else ""
-            raise ConfigError(name, value, f"a known keyword{nearest}; known are {', '.join(known)}")
+            raise ConfigError(name, value, f"{_instead_of(name, known)}; known are {', '.join(known)}")
+
+
+def _instead_of(name: str, known: Sequence[str]) -> str:
+    if name in BATCH_KEYWORDS:
+        return f"a keyword of one environment; {name} belongs to batches, gymnasium.make_vec"
+    near = get_close_matches(name, known, 1, 0.5)
+    return f"a known keyword, perhaps {near[0]}" if near else "a known keyword"
 
 
 SECTIONS: dict[str, tuple[type, ...]] = {

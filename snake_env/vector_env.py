@@ -16,7 +16,7 @@ from typing_extensions import Unpack
 from snake_env import _checks
 from snake_env._robots import Robots, RobotState
 from snake_env._sheets import Mask, Sheet
-from snake_env._task import Task
+from snake_env._task import BATCH_KEYWORDS, Task
 from snake_env._views import RENDER_MODES, Views, frame_rate
 from snake_env.options import RewardFn, TaskOptions
 from snake_env.registration import MAX_EPISODE_STEPS
@@ -67,7 +67,7 @@ class SnakeVectorEnv(VectorEnv):
     ) -> None:
         self._mode = _autoreset_mode(autoreset_mode)
         self.render_mode = _checks.choice("render_mode", render_mode, [None, *RENDER_MODES])
-        self._robots = Robots(Task(options, max_episode_steps), num_envs, num_threads, reward_fn)
+        self._robots = Robots(Task(options, max_episode_steps, BATCH_KEYWORDS), num_envs, num_threads, reward_fn)
         self._views = Views()
         task = self._robots.task
         self.num_envs = self._robots.num_envs

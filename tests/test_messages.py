@@ -9,12 +9,15 @@ import subprocess
 import sys
 import warnings
 from importlib import import_module
+from inspect import signature
 from pathlib import Path
 
+import gymnasium as gym
 import pytest
 
 import snake_env
-from snake_env import ConfigError, Integrator, SnakeVectorEnv, Start
+from snake_env import ConfigError, Integrator, SnakeEnv, SnakeVectorEnv, Start
+from snake_env.options import TaskOptions
 
 ROOT = Path(__file__).parent.parent
 
@@ -53,6 +56,23 @@ def test_a_section_of_the_wrong_kind_is_told_its_class(section, words, value):
 def test_a_value_of_the_wrong_kind_is_told_what_to_write(call, message):
     with pytest.raises(ConfigError, match=message):
         call()
+
+
+@pytest.mark.parametrize(("name", "value"), [("num_envs", 4), ("num_threads", 1), ("autoreset_mode", "SameStep")])
+def test_a_keyword_of_batches_is_told_where_it_belongs(name, value):
+    with pytest.raises(ConfigError, match=f"{name} belongs to batches, gymnasium.make_vec; known are ") as caught:
+        gym.make("SnakeField-v0", **{name: value})
+    known = caught.value.expected.partition("known are ")[2].split(", ")
+    taken = [one for one in signature(SnakeEnv).parameters if one != "options"]
+    assert sorted(known) == sorted([*TaskOptions.__annotations__, *taken])
+
+
+def test_a_misspelt_keyword_of_batches_is_told_the_nearest():
+    with pytest.raises(ConfigError, match=r"num_thread = 1: expected a known keyword, perhaps num_threads; ") as caught:
+        gym.make_vec("SnakeField-v0", num_envs=2, num_thread=1)
+    known = caught.value.expected.partition("known are ")[2].split(", ")
+    taken = [one for one in signature(SnakeVectorEnv).parameters if one != "options"]
+    assert sorted(known) == sorted([*TaskOptions.__annotations__, *taken])
 
 
 def test_without_the_compiled_core_the_import_says_how_to_get_it(tmp_path):
