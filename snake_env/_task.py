@@ -11,7 +11,7 @@ from gymnasium.spaces import Box
 
 from snake_env import _checks, _native
 from snake_env._encode import encode
-from snake_env.config import PD, Integrator, IOLinearizing, Randomization, Robot
+from snake_env.config import PD, Integrator, IOLinearizing, Randomization, Robot, Scene
 from snake_env.errors import ConfigError
 from snake_env.options import TaskOptions
 
@@ -79,10 +79,18 @@ def _io(control_period: Any) -> IOLinearizing:
     return IOLinearizing.for_period(period, torque_limit=TORQUE_LIMIT, treatment="implicit")
 
 
+NO_SCENE = (
+    "no scene: the pegs of an environment come from its task (keywords task, field, difficulty, push_points and "
+    "perturbation), its ground from friction and stribeck; a Scene goes to snake_env.simulate"
+)
+
+
 def _require_known(options: Mapping[str, Any], keywords: Sequence[str]) -> None:
     """A keyword that the environment does not have gets an error that says where it belongs, or the nearest one."""
     known = [*TaskOptions.__annotations__, *keywords]
     for name, value in options.items():
+        if name == "scene":
+            raise ConfigError(name, "Scene(...)" if isinstance(value, Scene) else repr(value), NO_SCENE)
         if name not in TaskOptions.__annotations__:
             raise ConfigError(name, value, f"{_instead_of(name, known)}; known are {', '.join(known)}")
 

@@ -16,7 +16,7 @@ import gymnasium as gym
 import pytest
 
 import snake_env
-from snake_env import ConfigError, Integrator, SnakeEnv, SnakeVectorEnv, Start
+from snake_env import ConfigError, Integrator, Scene, SnakeEnv, SnakeVectorEnv, Start
 from snake_env.options import TaskOptions
 
 ROOT = Path(__file__).parent.parent
@@ -65,6 +65,14 @@ def test_a_keyword_of_batches_is_told_where_it_belongs(name, value):
     known = caught.value.expected.partition("known are ")[2].split(", ")
     taken = [one for one in signature(SnakeEnv).parameters if one != "options"]
     assert sorted(known) == sorted([*TaskOptions.__annotations__, *taken])
+
+
+@pytest.mark.parametrize("make", [gym.make, gym.make_vec])
+def test_a_scene_is_told_where_the_pegs_of_an_environment_come_from(make):
+    with pytest.raises(ConfigError, match=r"^scene = Scene\(\.\.\.\): expected no scene: .*simulate$") as caught:
+        make("SnakeCourse-v0", scene=Scene.preset("table-7.5"))
+    named = caught.value.expected.partition("(keywords ")[2].partition(")")[0].replace(" and ", ", ").split(", ")
+    assert set(named) < set(TaskOptions.__annotations__)
 
 
 def test_a_misspelt_keyword_of_batches_is_told_the_nearest():
