@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import warnings
 from typing import Any
 
@@ -69,7 +70,7 @@ def simulate(
         start = Start() if scene.course is None else Start.on_course(scene, on_course)
     config: dict[str, Any] = {
         "robot": _section("robot", robot, Robot)._for_core(),
-        "gait": _section("gait", gait, Gait)._for_core(),
+        "gait": _gait(model, gait)._for_core(),
         "integrator": _section("integrator", integrator, Integrator)._for_core(),
         "start": _section("start", start, Start),
         "duration": duration,
@@ -80,6 +81,17 @@ def simulate(
     _warn_of_penetration(trajectory, "a peg or the ground" if model == "spatial" else "a peg")
     _warn_of_misses(trajectory)
     return trajectory
+
+
+def _gait(model: str, gait: Gait | None) -> Gait:
+    """An offset that leaves no room for any amplitude is named itself; the core names the amplitude."""
+    gait = _section("gait", gait, Gait)
+    offset = abs(gait.gamma)
+    if model == "spatial" and offset >= math.pi / 2:
+        raise ConfigError("gait.gamma", gait.gamma, "an angle in (-pi/2, pi/2), in radians")
+    if offset > math.pi:
+        raise ConfigError("gait.gamma", gait.gamma, "an angle in [-pi, pi], in radians")
+    return gait
 
 
 def _planar(config: dict[str, Any], scene: Scene, controller: Any, noise: Any, seed: int) -> Trajectory:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import shutil
 import subprocess
@@ -16,7 +17,7 @@ import gymnasium as gym
 import pytest
 
 import snake_env
-from snake_env import ConfigError, Integrator, Scene, SnakeEnv, SnakeVectorEnv, Start
+from snake_env import ConfigError, Gait, Integrator, Scene, SnakeEnv, SnakeVectorEnv, Start
 from snake_env.options import TaskOptions
 
 ROOT = Path(__file__).parent.parent
@@ -81,6 +82,24 @@ def test_a_misspelt_keyword_of_batches_is_told_the_nearest():
     known = caught.value.expected.partition("known are ")[2].split(", ")
     taken = [one for one in signature(SnakeVectorEnv).parameters if one != "options"]
     assert sorted(known) == sorted([*TaskOptions.__annotations__, *taken])
+
+
+@pytest.mark.parametrize(
+    ("model", "largest", "words"),
+    [
+        ("planar", math.pi, r"\[-pi, pi\]"),
+        ("minimal", math.pi, r"\[-pi, pi\]"),
+        ("spatial", math.nextafter(math.pi / 2, 0.0), r"\(-pi/2, pi/2\)"),
+    ],
+)
+def test_an_offset_too_large_for_any_amplitude_is_named_itself(model, largest, words):
+    for gamma in (30, -30, math.nextafter(largest, 4.0), -math.nextafter(largest, 4.0)):
+        with pytest.raises(ConfigError, match=rf"^gait\.gamma = {gamma}: expected an angle in {words}, in radians$"):
+            snake_env.simulate(model, gait=Gait(gamma=gamma))
+    with pytest.raises(ConfigError, match=r"^gait\.amplitude = 0\.69.* with the offset"):
+        snake_env.simulate(model, gait=Gait(gamma=largest))
+    with pytest.raises(ConfigError, match=r"^duration = 0"):  # which the core checks after the gait
+        snake_env.simulate(model, gait=Gait(gamma=largest, amplitude=0.0), duration=0.0)
 
 
 def test_without_the_compiled_core_the_import_says_how_to_get_it(tmp_path):
