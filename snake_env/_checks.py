@@ -14,18 +14,23 @@ from snake_env.errors import ConfigError
 SEED_RANGE = "an integer in [0, 2^64)"
 
 
-def integer(field: str, value: Any, low: int) -> int:
-    """An integer not below ``low``."""
-    expected = f"an integer >= {low}"
+def integer(field: str, value: Any, low: int, high: int | None = None) -> int:
+    """An integer not below ``low``, nor above ``high``."""
+    expected = f"an integer >= {low}" if high is None else f"an integer in [{low}, {high}]"
     if isinstance(value, bool | np.bool_):
         raise ConfigError(field, value, expected)
     try:
         number = operator.index(value)
     except TypeError:
         raise ConfigError(field, repr(value), expected) from None
-    if number < low:
+    if number < low or (high is not None and number > high):
         raise ConfigError(field, value, expected)
     return number
+
+
+def links(value: Any) -> int:
+    """The number of links of a robot."""
+    return integer("robot.links", value, 2, 10_000)
 
 
 def seed(value: Any, field: str = "seed") -> int:

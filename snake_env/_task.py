@@ -47,6 +47,7 @@ class Task:
     ) -> None:
         _require_known(options, keywords)
         _require_sections(options)
+        _require_integers(options)
         limit = NO_STEP_LIMIT if max_episode_steps is None else max_episode_steps
         self.config = encode({**options, **_controller(options), "max_episode_steps": limit})
         self.layout: dict[str, Any] = _native.layout(self.config)
@@ -121,6 +122,19 @@ def _require_sections(options: Mapping[str, Any]) -> None:
             classes = " or ".join(f"a snake_env.{kind.__name__}" for kind in kinds)
             expected = ", or ".join(filter(None, [classes, "a mapping of field names to values"]))
             raise ConfigError(name, repr(value), expected)
+
+
+INTEGERS = {"nearest_pegs": (1, 64), "push_points": (0, 4)}
+"""Options that are counts, in the core's ranges: of what is no integer the core says only that it should be one."""
+
+
+def _require_integers(options: Mapping[str, Any]) -> None:
+    for name, (low, high) in INTEGERS.items():
+        if name in options:
+            _checks.integer(name, options[name], low, high)
+    robot = options.get("robot")
+    if isinstance(robot, Mapping) and "links" in robot:
+        _checks.links(robot["links"])
 
 
 def _bounds(blocks: list[dict[str, Any]]) -> tuple[np.ndarray, np.ndarray]:

@@ -17,7 +17,7 @@ import gymnasium as gym
 import pytest
 
 import snake_env
-from snake_env import ConfigError, Gait, Integrator, Scene, SnakeEnv, SnakeVectorEnv, Start
+from snake_env import ConfigError, Gait, Integrator, Robot, Scene, SnakeEnv, SnakeVectorEnv, Start, _native
 from snake_env.options import TaskOptions
 
 ROOT = Path(__file__).parent.parent
@@ -100,6 +100,25 @@ def test_an_offset_too_large_for_any_amplitude_is_named_itself(model, largest, w
         snake_env.simulate(model, gait=Gait(gamma=largest))
     with pytest.raises(ConfigError, match=r"^duration = 0"):  # which the core checks after the gait
         snake_env.simulate(model, gait=Gait(gamma=largest, amplitude=0.0), duration=0.0)
+
+
+@pytest.mark.parametrize("wrong", [-1, 2.5, "x", None, True, 10**30])
+@pytest.mark.parametrize(
+    ("make", "below_or_above"),
+    [
+        (lambda links: Robot(links=links), [{"robot": {"links": 1}}, {"robot": {"links": 10_001}}]),
+        (lambda links: SnakeVectorEnv(1, robot={"links": links}), [{"robot": {"links": 1}}]),
+        (lambda pegs: SnakeVectorEnv(1, nearest_pegs=pegs), [{"nearest_pegs": 0}, {"nearest_pegs": 65}]),
+        (lambda points: SnakeVectorEnv(1, push_points=points), [{"push_points": 5}]),
+    ],
+)
+def test_what_is_no_count_is_told_the_range_of_the_core(make, below_or_above, wrong):
+    with pytest.raises(ConfigError) as told:
+        make(wrong)
+    for config in below_or_above:
+        with pytest.raises(ConfigError) as of_the_core:
+            _native.layout(json.dumps(config))
+        assert (told.value.field, told.value.expected) == (of_the_core.value.field, of_the_core.value.expected)
 
 
 def test_without_the_compiled_core_the_import_says_how_to_get_it(tmp_path):

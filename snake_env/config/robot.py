@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from snake_env import _checks
 from snake_env.config.section import Section
 
 PerLink = float | Sequence[float]
@@ -40,3 +41,7 @@ class Robot(Section):
     roll_inertia: PerLink = 9.40e-4
     gravity: float = 9.81
     free_play: float = 0.0
+
+    def __post_init__(self) -> None:
+        _checks.links(self.links)
+        super().__post_init__()
