@@ -17,6 +17,9 @@ TASKS: dict[str, dict[str, str]] = {
 }
 """Keywords that make each environment what it is."""
 
+OWN_ID = f"an id of one of this package's environments, such as {', '.join(TASKS)}"
+"""What an environment id has to be, where no other will do."""
+
 
 def register() -> None:
     """Registers the ids with Gymnasium, single and vector entry point each."""

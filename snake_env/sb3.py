@@ -16,7 +16,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvS
 
 from snake_env._robots import RobotState
 from snake_env.errors import ConfigError
-from snake_env.vector_env import SnakeVectorEnv
+from snake_env.vector_env import SnakeVectorEnv, refuse_others
 
 
 def make(env_id: str = "SnakeField-v0", num_envs: int = 1, *, monitor: bool = True, **options: Any) -> SnakeVecEnv:
@@ -27,7 +27,11 @@ def make(env_id: str = "SnakeField-v0", num_envs: int = 1, *, monitor: bool = Tr
         num_envs: number of robots.
         monitor: report ``episode`` = {"r", "l", "t"} in the info of an episode's last step, as ``VecMonitor`` would.
         **options: keywords of :class:`snake_env.SnakeVectorEnv`.
+
+    Raises:
+        ConfigError: the id is another package's, or an option is not admissible.
     """
+    refuse_others(env_id)
     options.setdefault("autoreset_mode", "SameStep")
     return SnakeVecEnv(gym.make_vec(env_id, num_envs=num_envs, **options), monitor=monitor)  # type: ignore[arg-type]
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
+from gymnasium.envs.registration import load_env_creator
 from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
@@ -18,8 +19,9 @@ from snake_env._robots import Robots, RobotState
 from snake_env._sheets import Mask, Sheet
 from snake_env._task import BATCH_KEYWORDS, Task
 from snake_env._views import RENDER_MODES, Views, frame_rate
+from snake_env.errors import ConfigError
 from snake_env.options import RewardFn, TaskOptions
-from snake_env.registration import MAX_EPISODE_STEPS
+from snake_env.registration import MAX_EPISODE_STEPS, OWN_ID
 
 StepResult = tuple[NDArray[np.float32], NDArray[np.float64], Mask, Mask, dict[str, Any]]
 
@@ -255,6 +257,21 @@ class SnakeVectorEnv(VectorEnv):
         """Closes the window, if there is one."""
         if hasattr(self, "_views"):
             self._views.close()
+
+
+def refuse_others(env_id: str) -> None:
+    """Refuses the ids of other packages' environments; of ids that nobody has registered Gymnasium itself says so.
+
+    Raises:
+        ConfigError: the id's batch is not a :class:`SnakeVectorEnv`.
+    """
+    found = gym.registry.get(env_id) if isinstance(env_id, str) else None
+    if found is None:
+        return
+    entry = found.vector_entry_point
+    made_by = load_env_creator(entry) if isinstance(entry, str) else entry
+    if made_by is None or (isinstance(made_by, type) and not issubclass(made_by, SnakeVectorEnv)):
+        raise ConfigError("env_id", env_id, OWN_ID)
 
 
 def _autoreset_mode(value: str | AutoresetMode) -> AutoresetMode:

@@ -181,6 +181,11 @@ def test_a_run_that_does_not_fit_says_what_it_was_begun_with(tmp_path, capsys, w
         ("benchmark --policies nobody", "policy = nobody: expected one of thesis gait, "),
         ("compare_gaits --env Nowhere-v0", "Environment `Nowhere` doesn't exist"),
         ("difficulty --tasks nowhere", "task = nowhere: expected one of field, "),
+        ("evaluate --env CartPole-v1", "env_id = CartPole-v1: expected an id of one of this package's environments"),
+        (
+            f"evaluate --policy {ROOT}/pretrained/field-hard.safetensors --env CartPole-v1",
+            "env_id = CartPole-v1: expected an id of one of this package's environments",
+        ),
         ("evaluate --policy nowhere.zip", "policy = nowhere.zip: expected the policy.safetensors or model.zip"),
         ("evaluate --gait 300,120,-50", "gait = A 300, omega 120, beta -50 deg: expected values the environment can"),
         ("inspect_policy --policy nowhere", "policy = nowhere: expected the policy.safetensors or model.zip"),

@@ -125,6 +125,12 @@ def test_only_the_mode_of_sb3_is_accepted():
         snake_env.sb3.SnakeVecEnv(gym.make_vec("SnakeFree-v0"))
 
 
+@pytest.mark.parametrize("env_id", ["CartPole-v1", "Pendulum-v1"])
+def test_environments_of_other_packages_are_refused(env_id):
+    with pytest.raises(ConfigError, match=rf"^env_id = {env_id}: expected an id of one of this package's environments"):
+        snake_env.sb3.make(env_id, 2)
+
+
 class Counter(snake_env.sb3.SnakeVecEnv):
     """Observations that count the steps, made from those of the native batch."""
 

@@ -9,7 +9,7 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-import snake_env  # noqa: F401
+from snake_env.vector_env import refuse_others
 from training.policies import Policy
 
 Episodes = dict[str, NDArray[Any]]
@@ -20,7 +20,12 @@ SHORTEST_DISTANCE = 0.01
 
 
 def make_env(env_id: str, num_envs: int, num_threads: int | None = None, **options: Any) -> Any:
-    """A batch whose robots start anew by themselves."""
+    """A batch whose robots start anew by themselves.
+
+    Raises:
+        ConfigError: the id is another package's, or an option is not admissible.
+    """
+    refuse_others(env_id)
     return gym.make_vec(env_id, num_envs=num_envs, num_threads=num_threads, autoreset_mode="NextStep", **options)
 
 
