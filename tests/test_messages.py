@@ -200,3 +200,35 @@ def test_a_name_that_does_not_exist_ends_a_command_with_one_line(capsys, command
     with pytest.raises(SystemExit, match="2"):
         import_module(f"training.{module}").main(arguments)
     assert told in capsys.readouterr().err.splitlines()[-1]
+
+
+@pytest.mark.parametrize("learner", ["ppo", "train", "evolution", "pipeline", "sweep"])
+@pytest.mark.parametrize(
+    ("file", "content", "told"),
+    [
+        ("cut.json", '{"ppo": {"gamma": 0.9', "cut.json: expected JSON (Expecting"),
+        ("cut.yaml", "ppo: {gamma: 0.9", "cut.yaml: expected YAML (while parsing a flow mapping"),
+        ("bytes.yaml", b"\xff\x00", "bytes.yaml: expected YAML ('utf-8' codec can't decode"),
+        ("list.json", "[1, 2]", "list.json: expected a mapping of names to values"),
+        ("section.json", '{"ppo": 3}', "ppo = 3: expected a mapping of names to values"),
+        (
+            "river.json",
+            '{"env_id": "SnakeRiver-v0"}',
+            "env_id = SnakeRiver-v0: expected an id of one of this package's",
+        ),
+    ],
+)
+def test_a_broken_configuration_ends_a_command_with_one_line(tmp_path, capsys, learner, file, content, told):
+    pytest.importorskip("torch")
+    if learner in ("train", "pipeline"):
+        pytest.importorskip("stable_baselines3")
+    path = tmp_path / file
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    given = "--configs" if learner == "sweep" else "--config"
+    try:
+        status = import_module(f"training.{learner}").main([given, str(path), "--out", str(tmp_path / "run")])
+    except SystemExit as end:
+        status = end.code
+    assert status == 2
+    assert told in capsys.readouterr().err.splitlines()[-1]
+    assert not (tmp_path / "run").exists(), "the folder is left free"

@@ -290,6 +290,17 @@ def test_configurations_name_what_is_wrong():
         ({"ppo": {"target_kl": -1.0}}, "ppo.target_kl = -1.0: expected a number > 0"),
         ({"clone": {"policy": "a", "rounds": -1}}, "clone.rounds = -1: expected an integer >= 0"),
         ({"evolution": {"spread": "wide"}}, "evolution.spread = wide: expected a number > 0"),
+        ({"env": 3}, "env = 3: expected a mapping of names to values"),
+        ({"policy": None}, "policy = None: expected a mapping of names to values"),
+        ({"ppo": 3}, "ppo = 3: expected a mapping of names to values"),
+        ({"clone": "best gait"}, "clone = best gait: expected a mapping of names to values"),
+        ({"evolution": [3]}, "evolution = [3]: expected a mapping of names to values"),
+        ({"policy": {"hidden": 64}}, "policy.hidden = 64: expected integers >= 1"),
+        ({"policy": {"traces": None}}, "policy.traces = None: expected times > 0"),
+        ({"evolution": {"senses": 3}}, "evolution.senses = 3: expected names, or none"),
+        ({"env_id": "SnakeRiver-v0"}, "env_id = SnakeRiver-v0: expected an id of one of this package's environments"),
+        ({"env_id": "CartPole-v1"}, "env_id = CartPole-v1: expected an id of one of this package's environments"),
+        ({"env_id": ["SnakeField-v0"]}, "env_id = ['SnakeField-v0']: expected an id of one of"),
     ],
 )
 def test_a_configuration_is_refused_by_field_value_and_range(values, message):

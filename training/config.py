@@ -11,7 +11,11 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import gymnasium as gym
+
 from snake_env import ConfigError
+from snake_env.registration import OWN_ID
+from snake_env.vector_env import refuse_others
 from training import seeds
 
 CONFIGS = Path(__file__).parent / "configs"
@@ -32,6 +36,10 @@ def _real(value: Any) -> bool:
     return (_whole(value) or isinstance(value, float)) and math.isfinite(value)
 
 
+def _all(admissible: Range, values: Any) -> bool:
+    return isinstance(values, (list, tuple)) and all(map(admissible.admits, values))
+
+
 _COUNT = Range("an integer >= 1", lambda value: _whole(value) and value >= 1)
 _FROM_ZERO = Range("an integer >= 0", lambda value: _whole(value) and value >= 0)
 _NUMBER = Range("a number", _real)
@@ -39,6 +47,7 @@ _POSITIVE = Range("a number > 0", lambda value: _real(value) and value > 0.0)
 _NOT_NEGATIVE = Range("a number >= 0", lambda value: _real(value) and value >= 0.0)
 _SHARE = Range("a number in [0, 1]", lambda value: _real(value) and 0.0 <= value <= 1.0)
 _SWITCH = Range("true or false", lambda value: isinstance(value, bool))
+_TEXT = Range("text", lambda value: isinstance(value, str))
 
 
 @dataclass(frozen=True)
@@ -60,8 +69,8 @@ class Policy:
     bfloat16: bool = False
 
     def __post_init__(self) -> None:
-        _require(all(map(_COUNT.admits, self.hidden)), "policy.hidden", self.hidden, "integers >= 1")
-        _require(all(map(_POSITIVE.admits, self.traces)), "policy.traces", self.traces, "times > 0")
+        _require(_all(_COUNT, self.hidden), "policy.hidden", self.hidden, "integers >= 1")
+        _require(_all(_POSITIVE, self.traces), "policy.traces", self.traces, "times > 0")
         _check(self, "policy.", _NUMBER, "log_std")
         _check(self, "policy.", _SWITCH, "mirror", "bfloat16")
 
@@ -130,6 +139,7 @@ class Evolution:
         _check(self, "evolution.", _COUNT, "fields")
         _check(self, "evolution.", _POSITIVE, "spread", "learning_rate")
         _check(self, "evolution.", _SHARE, "final_learning_rate")
+        _require(self.senses is None or _all(_TEXT, self.senses), "evolution.senses", self.senses, "names, or none")
 
 
 @dataclass(frozen=True)
@@ -204,6 +214,8 @@ class Config:
     evolution: Evolution | None = None
 
     def __post_init__(self) -> None:
+        _require_environment(self.env_id)
+        _require(isinstance(self.env, dict), "env", self.env, _MAPPING)
         _check(self, "", _COUNT, "num_envs", "num_threads", "torch_threads", "total_steps")
         _check(self, "", _NOT_NEGATIVE, "checkpoint_seconds")
         _check(self, "", _SHARE, "curriculum")
@@ -253,18 +265,13 @@ class Config:
         """The configuration with ``values`` over the defaults; unknown names are errors."""
         values = dict(values)
         if "policy" in values:
-            policy = dict(values["policy"])
-            policy |= {name: tuple(policy[name]) for name in ("hidden", "traces") if name in policy}
-            values["policy"] = _section(Policy, "policy", policy)
+            values["policy"] = _section(Policy, "policy", values["policy"], "hidden", "traces")
         if values.get("clone") is not None:
             values["clone"] = _section(Clone, "clone", values["clone"])
         if "ppo" in values:
             values["ppo"] = _section(Ppo, "ppo", values["ppo"])
         if values.get("evolution") is not None:
-            evolution = dict(values["evolution"])
-            if evolution.get("senses") is not None:
-                evolution["senses"] = tuple(evolution["senses"])
-            values["evolution"] = _section(Evolution, "evolution", evolution)
+            values["evolution"] = _section(Evolution, "evolution", values["evolution"], "senses")
         return _section(cls, "config", values)
 
     def to_mapping(self) -> dict[str, Any]:
@@ -280,19 +287,31 @@ def load(path: Path) -> Config:
     """Reads a YAML or JSON file; a bare name is one of ``training/configs``. JSON needs no further package.
 
     Raises:
-        ConfigError: there is no such file or name, or a value in it is not admissible.
+        ConfigError: there is no such file or name, it cannot be read, or a value in it is not admissible.
     """
     bare = [CONFIGS / f"{path}{suffix}" for suffix in (".yaml", ".json")]
     found = next((one for one in bare if one.exists()), path)
     _require(found.is_file(), "config", path, "a YAML or JSON file, or a name in training/configs")
-    text = found.read_text()
-    return Config.from_mapping(json.loads(text) if found.suffix == ".json" else _from_yaml(text))
+    values = _from_json(found) if found.suffix == ".json" else _from_yaml(found)
+    _require(isinstance(values, dict), "config", found, _MAPPING)
+    return Config.from_mapping(values)
 
 
-def _from_yaml(text: str) -> dict[str, Any]:
+def _from_json(path: Path) -> Any:
+    try:
+        return json.loads(path.read_text())
+    except ValueError as error:
+        raise ConfigError("config", path, f"JSON ({error})") from None
+
+
+def _from_yaml(path: Path) -> Any:
     import yaml
 
-    return yaml.safe_load(text) or {}
+    try:
+        values = yaml.safe_load(path.read_text())
+    except (ValueError, yaml.YAMLError) as error:
+        raise ConfigError("config", path, f"YAML ({' '.join(str(error).split())})") from None
+    return {} if values is None else values
 
 
 def save(config: Config, path: Path) -> None:
@@ -300,11 +319,22 @@ def save(config: Config, path: Path) -> None:
     path.write_text(json.dumps(config.to_mapping(), indent=2) + "\n")
 
 
-def _section(kind: type, name: str, values: dict[str, Any]) -> Any:
+_MAPPING = "a mapping of names to values"
+
+
+def _section(kind: type, name: str, values: Any, *lists: str) -> Any:
+    """A section from its mapping; the lists in it that ``lists`` names become tuples."""
+    _require(isinstance(values, dict), name, values, _MAPPING)
     known = [f.name for f in dataclasses.fields(kind)]
     for key in values:
         _require(key in known, f"{name}.{key}", values[key], "one of " + ", ".join(known))
-    return kind(**values)
+    return kind(**values | {key: tuple(values[key]) for key in lists if isinstance(values.get(key), list)})
+
+
+def _require_environment(env_id: Any) -> None:
+    """An id of this package, or one that a module has still to register, as in "module:id"."""
+    _require(isinstance(env_id, str) and (":" in env_id or env_id in gym.registry), "env_id", env_id, OWN_ID)
+    refuse_others(env_id)
 
 
 def _check(section: object, prefix: str, admissible: Range, *names: str) -> None:

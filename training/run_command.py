@@ -8,6 +8,8 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import gymnasium as gym
+
 from snake_env import ConfigError
 from training import config as configs
 from training.cli import help_format
@@ -48,8 +50,8 @@ def run(args: argparse.Namespace, folder: RunFolder, train: Train) -> int:
         args.max_minutes = args.seconds / 60.0
     try:
         return _run(args, folder, train)
-    except StaleRun as stale:
-        print(stale, file=sys.stderr)
+    except (StaleRun, ConfigError, gym.error.Error) as error:
+        print(error, file=sys.stderr)
         return 2
 
 
@@ -64,22 +66,17 @@ def _run(args: argparse.Namespace, folder: RunFolder, train: Train) -> int:
     else:
         if args.resume:
             print(f"{args.out} holds no run yet: begins one", flush=True)
-        try:
-            config = _overridden(configs.load(args.config), args, OVERRIDES)
-        except ConfigError as error:
-            print(error, file=sys.stderr)
-            return 2
+        config = _overridden(configs.load(args.config), args, OVERRIDES)
         if args.action_mode is not None:
             config = dataclasses.replace(config, env={**config.env, "action_mode": args.action_mode})
     new = not folder.exists
     folder.create(config)
     try:
         return train(folder, config, not args.no_bar)
-    except ConfigError as error:
+    except (ConfigError, gym.error.Error):
         if new:
             folder.discard()
-        print(error, file=sys.stderr)
-        return 2
+        raise
 
 
 def _overridden(config: Config, args: argparse.Namespace, names: tuple[str, ...]) -> Config:
