@@ -262,6 +262,28 @@ def test_the_pipeline_makes_every_file_and_repeats_no_finished_stage(tmp_path, m
     assert "beginning anew" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("stage", ["search", "train", "run_episodes"])
+def test_the_pipeline_stopped_in_any_stage_goes_on(stage, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(pipeline, "ROUNDS", (grid.Round(1, 1),))
+    monkeypatch.setattr(pipeline, "grid", lambda: grid.grid([40], [80, 160], [-50]))
+    monkeypatch.setattr(grid, "SHOW_SECONDS", 0.0)
+    arguments = ["--out", str(tmp_path), "--config", "smoke", "--fields", "3"]
+
+    def stop(*_, **__):
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(60.0)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(pipeline.training_stage if stage == "train" else pipeline, stage, stop)
+        assert pipeline.main(arguments) == 130
+    assert capsys.readouterr().out.splitlines()[-1] == "stopped; the same command goes on"
+    assert pipeline.main(arguments) == 0
+    told = capsys.readouterr().out
+    assert "beginning anew" not in told
+    searched = "round 1 of 1: 2 gaits on 1 fields each\n0 of at most 40 steps\n" in told
+    assert searched == (stage == "search"), "finished stages are not repeated"
+
+
 @pytest.mark.parametrize("module", [train, evaluate, compare_gaits, throughput, pipeline])
 def test_every_argument_has_a_help_text(module):
     for action in module.parser()._actions:

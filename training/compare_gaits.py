@@ -51,7 +51,7 @@ def compare(args: argparse.Namespace) -> int:
     """Searches the grid and judges the winner beside the thesis's gait."""
     gaits = grid(args.amplitudes, args.omegas, args.betas)
     rounds = [Round(max(1, part.fields // 10), part.keep) for part in ROUNDS] if args.quick else ROUNDS
-    result = search(gaits, args.env, rounds, args.num_threads, **args.options)
+    result = search(gaits, args.env, rounds, args.num_threads, show=True, **args.options)
     write(result, args.out)
     print(f"best of {len(gaits)} gaits: {result.best}")
     rows, played = {}, {}
@@ -65,14 +65,14 @@ def compare(args: argparse.Namespace) -> int:
 
 
 def write(result: Search, out: Path) -> None:
-    """Writes ``gaits.json`` and, for a grid of more than one gait, ``heat-map.png``."""
+    """Writes, for a grid of more than one gait, ``heat-map.png``; then ``gaits.json``, which says that all is done."""
     out.mkdir(parents=True, exist_ok=True)
     rows = [
         {**in_degrees(gait), "progress": float(progress), "success": float(success)}
         for gait, progress, success in zip(result.gaits, result.progress, result.success, strict=True)
     ]
-    write_json(out / "gaits.json", {"best": in_degrees(result.best), "gaits": rows})
     figures.heat_map(result, out / "heat-map.png")
+    write_json(out / "gaits.json", {"best": in_degrees(result.best), "gaits": rows})
 
 
 def in_degrees(gait: GaitParameters) -> dict[str, float]:

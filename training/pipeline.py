@@ -7,7 +7,7 @@ Three stages, each kept in the folder when it is done: the search for the best g
 (``policy/``) and the evaluation (``evaluation.json``, figures, video). A run that was killed goes on where it was:
 finished stages are not repeated, and training continues from its latest checkpoint with the wall time it has
 left. It begins anew with ``--fresh``, or by itself when configuration or seed are not those of the run in the
-folder. The evaluation is always done again.
+folder. The evaluation is always done again. Ctrl-C stops in any stage; the same command goes on.
 """
 
 from __future__ import annotations
@@ -48,12 +48,23 @@ def parser() -> argparse.ArgumentParser:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Runs the command; 130 when training was stopped."""
+    """Runs the command; 130 when it was stopped."""
     return answer(parser(), run, arguments)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Searches the gait, trains, judges."""
+    """Searches the gait, trains, judges; 130 when it was stopped."""
+    try:
+        status = _stages(args)
+    except KeyboardInterrupt:
+        print()
+        status = 130
+    if status == 130:
+        print(f"stopped; the same command{' without --fresh' if args.fresh else ''} goes on")
+    return status
+
+
+def _stages(args: argparse.Namespace) -> int:
     changes: dict[str, Any] = {
         name: getattr(args, name) for name in ("max_minutes", "seed") if getattr(args, name) is not None
     }
@@ -100,7 +111,7 @@ def _gait_stage(out: Path, config: Config) -> GaitParameters:
     if not found.exists():
         print(f"searching {len(grid())} constant gaits")
         options = {name: value for name, value in config.env.items() if name != "action_mode"}
-        compare_gaits.write(search(grid(), config.env_id, ROUNDS, **options), out)
+        compare_gaits.write(search(grid(), config.env_id, ROUNDS, show=True, **options), out)
     best = json.loads(found.read_text())["best"]
     return GaitParameters(best["amplitude"] * DEGREE, best["omega"] * DEGREE, best["beta"] * DEGREE)
 

@@ -359,7 +359,7 @@ def run(folder: RunFolder, config: Config, make: Callable[[int, Note, float], An
     policy_file.write(folder.model, learner.arrays(), config.to_mapping() | {"steps": learner.steps})
     learner.close()
     if stop.received:
-        print(f"saved after {learner.steps} steps; go on with --resume --out {folder.path}")
+        print(f"saved after {learner.steps} steps")
         return 130
     folder.finish({"steps": learner.steps, "seconds": round(budget.seconds, 1)})
     if show:

@@ -142,7 +142,7 @@ def train(folder: RunFolder, config: Config, show: bool, runners: int) -> int:
     policy_file.write(folder.model, actor(weights), config.to_mapping() | {"steps": int(row["steps"])})
     algorithm.stop()
     if stop.received:
-        print(f"saved after {row['steps']:.0f} steps; go on with --resume --out {folder.path}")
+        print(f"saved after {row['steps']:.0f} steps")
         return 130
     folder.finish({"steps": row["steps"], "seconds": row["seconds"]})
     return 0

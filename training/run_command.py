@@ -49,10 +49,13 @@ def run(args: argparse.Namespace, folder: RunFolder, train: Train) -> int:
     if args.seconds is not None:
         args.max_minutes = args.seconds / 60.0
     try:
-        return _run(args, folder, train)
+        status = _run(args, folder, train)
     except (StaleRun, ConfigError, gym.error.Error) as error:
         print(error, file=sys.stderr)
         return 2
+    if status == 130:
+        print(f"go on with --resume --out {args.out}")
+    return status
 
 
 def _run(args: argparse.Namespace, folder: RunFolder, train: Train) -> int:

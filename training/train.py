@@ -61,7 +61,7 @@ def train(folder: RunFolder, config: Config, bar: bool = True) -> int:
         keeper.save()
         keeper.close()
         if stop.received:
-            print(f"saved after {model.num_timesteps} steps; go on with --resume --out {folder.path}")
+            print(f"saved after {model.num_timesteps} steps")
             return 130
     model.save(folder.model)
     folder.finish({"steps": model.num_timesteps, "seconds": round(budget.seconds, 1)})
