@@ -21,10 +21,14 @@ VIEW_WIDTH = 2.8
 FORCE_SCALE = 0.012
 """Length of an arrow [m/N]."""
 
+CAPTION_HEIGHT = 36
+"""Height of the strip with the caption, at the top [pixels]."""
+
 CANVAS = (OVERSAMPLING * SIZE[0], OVERSAMPLING * SIZE[1])
 
 GROUND = (238, 234, 224)
 GRID = (221, 215, 202)
+BORDER = (160, 148, 122)
 PEG = (120, 128, 138)
 BODY = ((56, 118, 88), (74, 138, 106))
 HEAD = (224, 142, 50)
@@ -32,9 +36,16 @@ OUTLINE = (32, 60, 46)
 TRAIL = (150, 178, 160)
 FORCE = (190, 40, 48)
 GOAL = (60, 100, 180)
-TEXT = (60, 60, 60)
+TEXT = (40, 40, 40)
+CAPTION = (250, 249, 245)
 
 Point = tuple[float, float]
+
+
+def caption(snapshot: dict[str, Any]) -> str:
+    """Time, way and speed in words; what rounds to zero has no sign."""
+    distance, speed = round(snapshot["distance"], 2) + 0.0, round(snapshot["speed"], 2) + 0.0
+    return f"t = {snapshot['time']:.2f} s    distance {distance:.2f} m    speed {speed:.2f} m/s"
 
 
 class Camera:
@@ -96,10 +107,7 @@ class TopView:
         self._draw_links(snapshot)
         self._draw_forces(snapshot)
         picture = pygame.transform.smoothscale(self._surface, SIZE)
-        self._write(
-            picture,
-            "t = {time:.2f} s    distance {distance:.2f} m    speed {speed:.3f} m/s".format(**snapshot),
-        )
+        self._write(picture, caption(snapshot))
         return picture
 
     def _follow(self, snapshot: dict[str, Any]) -> None:
@@ -133,7 +141,7 @@ class TopView:
         self._line((goal, right), (goal, left), GOAL, 4)
         back = self._camera.centre[0] - VIEW_WIDTH
         for y in (right, left):
-            self._line((back, y), (goal, y), GRID, 3)
+            self._line((back, y), (goal, y), BORDER, 3)
 
     def _draw_pegs(self, pegs: NDArray[np.float64]) -> None:
         for radius, x, y in pegs:
@@ -178,10 +186,12 @@ class TopView:
         self._polygon([end, base + 0.5 * head * across, base - 0.5 * head * across], FORCE)
 
     def _write(self, picture: pygame.Surface, text: str) -> None:
+        """The caption on a strip of its own, large enough to be read in a picture half as wide."""
         if self._font is None:
             pygame.font.init()
-            self._font = pygame.font.Font(None, 22)
-        picture.blit(self._font.render(text, True, TEXT), (10, 8))
+            self._font = pygame.font.Font(None, 38)
+        pygame.draw.rect(picture, CAPTION, (0, 0, SIZE[0], CAPTION_HEIGHT))
+        picture.blit(self._font.render(text, True, TEXT), (10, 6))
 
     def _line(self, start: Any, end: Any, colour: Any, width: int) -> None:
         ends = self._camera.pixel(start), self._camera.pixel(end)

@@ -12,7 +12,7 @@ from conftest import run_python
 pytest.importorskip("pygame")
 
 from snake_env import SnakeEnv, SnakeVectorEnv
-from snake_env.rendering import BODY, FORCE, GOAL, HEAD, PEG, SIZE
+from snake_env.rendering import BODY, FORCE, GOAL, HEAD, PEG, SIZE, caption
 
 
 def colours(image):
@@ -63,6 +63,12 @@ def test_the_picture_follows_the_state():
     for _ in range(5):
         env.step(np.ones(4))
     assert not np.array_equal(env.render(), first)
+
+
+@pytest.mark.parametrize(("distance", "shown"), [(-0.004, "0.00"), (0.0, "0.00"), (-0.006, "-0.01"), (1.25, "1.25")])
+def test_a_caption_has_no_negative_zero(distance, shown):
+    text = caption({"time": 1.5, "distance": distance, "speed": -0.001})
+    assert text.split() == f"t = 1.50 s distance {shown} m speed 0.00 m/s".split()
 
 
 def test_the_batch_returns_a_tuple_of_pictures():
