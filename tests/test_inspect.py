@@ -8,6 +8,9 @@ import pytest
 pytest.importorskip("matplotlib")
 pytest.importorskip("pygame")
 
+from matplotlib.patches import FancyArrowPatch
+from PIL import Image, ImageSequence
+
 from training import inspect_figures, inspect_policy, policies, policy_file, rollout, seeds, video
 from training.baselines.senses import Senses
 from training.watch import KINDS, Watch, push_ahead
@@ -98,6 +101,83 @@ def test_the_panels_of_a_timeline_share_one_time_axis(random_policy, tmp_path, m
         assert other.get_position().intervalx == pytest.approx(pushes.get_position().intervalx, abs=1e-6)
 
 
+def test_an_episode_is_shown_to_its_end(random_policy):
+    """The state in which it ended, too: what left the corridor is outside in the last picture."""
+    policy = policies.Network(random_policy)
+    options = {"corridor_half_width": 0.1, "max_episode_steps": 400}
+    episode = video.play(policy, "SnakeField-v0", seeds.selection(1)[0], film=True, **options)
+    last = episode.snapshots[-1]
+    assert len(episode.walk) == len(episode.snapshots) == len(episode.observations) == len(episode.frames)
+    np.testing.assert_allclose(np.diff([one["time"] for one in episode.snapshots]), 0.05)
+    assert last["time"] < 20.0
+    assert abs(episode.walk[-1, 1] - last["centre_line"]) > 0.1 >= abs(episode.walk[-2, 1] - last["centre_line"])
+
+
+def snapshot(force, **goal):
+    """What the renderer draws: eleven links in a row, the fifth of which is pushed."""
+    pose = np.zeros((11, 3))
+    pose[:, 0] = -0.12 * np.arange(11)
+    contact_force = np.zeros((11, 2))
+    contact_force[4] = force
+    pegs = np.array([[0.1, 0.0, 0.3]])
+    return {
+        "pose": pose,
+        "centre": pose[:, :2].mean(0),
+        "contact_force": contact_force,
+        "pegs": pegs,
+        "time": 1.0,
+    } | goal
+
+
+LINE = {"goal_line": 0.5, "centre_line": 0.1, "corridor_half_width": 0.5}
+DISC = {"goal_disc": (0.2, 0.1, 0.25)}
+
+
+@pytest.mark.parametrize(("force", "newtons"), [((0.0, 10.0), "50 N"), ((-400.0, 300.0), "200 N")])
+def test_arrows_of_force_end_inside_the_frame_and_have_a_scale(force, newtons, tmp_path, monkeypatch):
+    drawn = []
+    monkeypatch.setattr(inspect_figures.drawing, "save", lambda figure, path: drawn.append(figure))
+    episode = video.Episode(None, None, [], True, [snapshot(force, **LINE)] * 5, None)
+    inspect_figures.frames(episode, "title", 2, tmp_path / "frames.png")
+    drawn[0].draw_without_rendering()
+    for axes in drawn[0].axes:
+        box = axes.get_window_extent()
+        arrows = [one for one in axes.patches if isinstance(one, FancyArrowPatch)]
+        assert len(arrows) == 2
+        assert all(
+            box.containsx(x) and box.containsy(y) for one in arrows for x, y in one.get_window_extent().corners()
+        )
+    assert newtons in [one.get_text() for one in drawn[0].axes[0].texts]
+
+
+@pytest.mark.parametrize(("goal", "bordered"), [(LINE, True), (DISC, False)])
+def test_a_legend_names_what_is_drawn(goal, bordered, tmp_path, monkeypatch):
+    drawn = []
+    monkeypatch.setattr(inspect_figures.drawing, "save", lambda figure, path: drawn.append(figure))
+    episode = video.Episode(None, None, [], True, [snapshot((0.0, 0.0), **goal)] * 5, None)
+    inspect_figures.frames(episode, "title", 2, tmp_path / "frames.png")
+    names = [one.get_text() for one in drawn[0].legends[0].get_texts()]
+    assert names == ["centre of gravity", "goal"] + ["border of the corridor"] * bordered
+    heights = [line.get_ydata()[0] for line in drawn[0].axes[0].lines if line.get_linestyle() == "-."]
+    assert heights == pytest.approx([-0.4, 0.6] if bordered else [])
+
+
 def test_small_films_are_small(tmp_path):
     frames = [np.full((480, 800, 3), k, np.uint8) for k in range(30)]
     assert video.write_small_gif(frames, tmp_path / "film.gif").stat().st_size < 50_000
+
+
+def test_a_small_film_has_the_same_colours_from_end_to_end(tmp_path):
+    """What stands still looks the same in each picture, whatever else comes into view."""
+    frames = [np.full((480, 800, 3), (238, 234, 224), np.uint8) for _ in range(31)]
+    for k, frame in enumerate(frames):
+        frame[:, ::71] = frame[::71] = (221, 215, 202)
+        frame[200:300, 200:300] = (120, 128, 138)
+        frame[300:400, 10 * k : 10 * k + 50] = (190, 40, 8 * k)
+    with Image.open(video.write_small_gif(frames, tmp_path / "film.gif")) as film:
+        shown = [np.asarray(one.convert("RGB")) for one in ImageSequence.Iterator(film)]
+    assert len(shown) == 11
+    for one in shown:
+        np.testing.assert_array_equal(one[:130], shown[0][:130])
+    assert len(np.unique(np.concatenate(shown).reshape(-1, 3), axis=0)) <= 24
+    assert len(np.unique(shown[0][:80].reshape(-1, 3), axis=0)) > 1

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 
 from snake_env.config import Robot
@@ -20,28 +21,91 @@ HALF_VIEW = (0.95, 0.75)
 """Half of the ground that a frame shows along and across [m]."""
 
 
+GOAL, BORDER = "#3c64b4", "#50555c"
+REFERENCES = (20.0, 50.0, 100.0, 200.0)
+"""Forces that an arrow for comparison may stand for [N]."""
+
+
 def frames(episode: Episode, title: str, count: int, path: Path) -> Path:
-    """The robot, the pegs and their forces at equidistant times, the last at the end."""
-    chosen = np.linspace(0, len(episode.snapshots) - 1, count + 1).round().astype(int)[1:]
+    """The robot, the pegs and their forces at equidistant times, the last at the end; one scale of forces for all."""
+    times = np.linspace(0, len(episode.snapshots) - 1, count + 1).round().astype(int)[1:]
+    chosen = [episode.snapshots[k] for k in times]
+    scale = min(_largest_scale(one) for one in chosen)
     with drawing.style():
-        drawn, axes = drawing.figure(1, count, 2.6 * count, 2.5)
-        for one, k in zip(axes[0], chosen, strict=True):
-            _frame(one, episode.snapshots[k])
+        drawn, axes = drawing.figure(1, count, 2.6 * count, 2.7)
+        for one, snapshot in zip(axes[0], chosen, strict=True):
+            _frame(one, snapshot, scale)
+        pushed = any(np.hypot(*_forces(one).T).max() > drawing.FORCE_SHOWN for one in chosen)
+        if pushed:
+            _reference(axes[0, 0], scale)
+        drawn.legend(handles=_legend(chosen[-1], pushed), loc="outside lower center", ncols=5, fontsize=7)
         drawn.suptitle(title, fontsize=9)
         return drawing.save(drawn, path)
 
 
-def _frame(axes: Axes, snapshot: dict[str, Any]) -> None:
+def _forces(snapshot: dict[str, Any]) -> Array:
+    """Of the pegs on each link (links, 2) [N]."""
+    return np.array(snapshot["contact_force"])
+
+
+def _largest_scale(snapshot: dict[str, Any], margin: float = 0.04, smallest: float = 0.001) -> float:
+    """The scale [m/N] at which every arrow ends inside the frame, up to that of other pictures."""
+    start = np.array(snapshot["pose"])[:, :2]
+    start = np.vstack([start, start.mean(axis=0)]) - snapshot["centre"]
+    force = np.vstack([_forces(snapshot), _forces(snapshot).sum(axis=0)])
+    room = np.maximum(np.array(HALF_VIEW) - margin - np.sign(force) * start, 0.0)
+    return max(float(np.min(room / np.maximum(np.abs(force), 1e-9), initial=drawing.FORCE_SCALE)), smallest)
+
+
+def _frame(axes: Axes, snapshot: dict[str, Any], scale: float) -> None:
     """One time: links, pegs, an arrow for the pegs' force on each link, and a black one for their sum."""
     (x, y), (along, across) = snapshot["centre"], HALF_VIEW
     for radius, *centre in snapshot["pegs"]:
         axes.add_patch(Circle(centre, radius, facecolor=drawing.PEG, edgecolor="#50555c", linewidth=0.6))
     pose = np.array(snapshot["pose"])
     drawing.body(axes, Robot(links=len(pose)), pose[:, :2], pose[:, 2], (1,))
-    drawing.forces(axes, pose[:, :2], np.array(snapshot["contact_force"]))
-    if "goal_line" in snapshot:
-        axes.axvline(snapshot["goal_line"], color="#3c64b4", linewidth=1.0, linestyle="--")
+    drawing.forces(axes, pose[:, :2], _forces(snapshot), scale)
+    axes.plot(x, y, "o", color="black", markersize=3.0, zorder=5)
+    _goal(axes, snapshot)
     drawing.ground(axes, f"t = {snapshot['time']:.1f} s", (x - along, x + along), (y - across, y + across))
+
+
+def _goal(axes: Axes, snapshot: dict[str, Any]) -> None:
+    """The goal, a disc or a line, and with the line the corridor's borders."""
+    if "goal_disc" in snapshot:
+        *centre, radius = snapshot["goal_disc"]
+        axes.add_patch(Circle(centre, radius, fill=False, edgecolor=GOAL, linewidth=1.0, linestyle="--", zorder=3))
+        return
+    axes.axvline(snapshot["goal_line"], color=GOAL, linewidth=1.0, linestyle="--")
+    for side in (-1, 1):
+        border = snapshot["centre_line"] + side * snapshot["corridor_half_width"]
+        axes.axhline(border, color=BORDER, linewidth=1.2, linestyle="-.")
+
+
+def _reference(axes: Axes, scale: float, shortest: float = 0.25) -> None:
+    """An arrow for comparison above the right end of a frame."""
+    newtons = next((one for one in REFERENCES if one * scale > shortest), REFERENCES[-1])
+    x, height = axes.get_xlim()[1], 1.07
+    shape = {"arrowstyle": "-|>", "mutation_scale": 9, "linewidth": 1.2, "shrinkA": 0, "shrinkB": 0}
+    arrow: dict[str, Any] = {"xycoords": axes.get_xaxis_transform(), "annotation_clip": False}
+    arrow["arrowprops"] = shape | {"color": drawing.FORCE}
+    axes.annotate("", (x, height), (x - newtons * scale, height), **arrow)
+    beside: dict[str, Any] = {"ha": "right", "va": "center", "fontsize": 7, "transform": axes.get_xaxis_transform()}
+    axes.text(x - newtons * scale - 0.04, height, f"{newtons:g} N", **beside)
+
+
+def _legend(snapshot: dict[str, Any], pushed: bool) -> list[Line2D]:
+    """Names of what is drawn."""
+    arrow: dict[str, Any] = {"marker": ">", "markersize": 4}
+    dashed: dict[str, Any] = {"color": GOAL, "linewidth": 1.0, "linestyle": "--"}
+    found = [Line2D([], [], color="black", linestyle="", marker="o", markersize=3, label="centre of gravity")]
+    if pushed:
+        found.append(Line2D([], [], color=drawing.FORCE, linewidth=1.2, label="force of the pegs on a link", **arrow))
+        found.append(Line2D([], [], color="black", linewidth=2.0, label="sum of these forces", **arrow))
+    found.append(Line2D([], [], label="goal", **dashed))
+    if "corridor_half_width" in snapshot:
+        found.append(Line2D([], [], color=BORDER, linewidth=1.2, linestyle="-.", label="border of the corridor"))
+    return found
 
 
 def timeline(episode: Episode, layout: dict[str, Any], title: str, path: Path) -> Path:

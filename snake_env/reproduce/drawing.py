@@ -41,6 +41,8 @@ LINKS = {2: "#1f5fa8", 7: "#c0272d", 10: "#3a8f4d"}
 """Colours of the links whose forces are plotted."""
 FORCE_SCALE = 0.012
 """Length of a force arrow [m/N]."""
+FORCE_SHOWN = 0.1
+"""Forces below this have no arrow [N]."""
 
 
 def style() -> AbstractContextManager[None]:
@@ -105,15 +107,15 @@ def stadium(centre: Array, theta: float, half_length: float, radius: float, poin
     return centre + np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
 
 
-def forces(axes: Axes, position: Array, force: Array) -> None:
+def forces(axes: Axes, position: Array, force: Array, scale: float = FORCE_SCALE) -> None:
     """Arrows from the links' CGs (n, 2) [m] along the forces (n, 2) [N], and the sum's from the CG of all."""
     for start, vector in zip(position, force, strict=True):
-        if np.hypot(*vector) > 0.1:
-            _arrow(axes, start, vector, FORCE, 1.2)
-    _arrow(axes, position.mean(axis=0), force.sum(axis=0), "black", 2.0)
+        if np.hypot(*vector) > FORCE_SHOWN:
+            _arrow(axes, start, vector, FORCE, 1.2, scale)
+    _arrow(axes, position.mean(axis=0), force.sum(axis=0), "black", 2.0, scale)
 
 
-def _arrow(axes: Axes, start: Array, force: Array, colour: str, width: float) -> None:
-    end = start + FORCE_SCALE * force
+def _arrow(axes: Axes, start: Array, force: Array, colour: str, width: float, scale: float) -> None:
+    end = start + scale * force
     shape: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 9, "linewidth": width, "shrinkA": 0, "shrinkB": 0}
     axes.add_patch(FancyArrowPatch(tuple(start), tuple(end), color=colour, zorder=4, **shape))
