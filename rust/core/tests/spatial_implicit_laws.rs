@@ -248,8 +248,8 @@ fn a_robot_at_rest_does_not_drift() {
     assert!(moved < 1e-15, "drifted {moved} m in 200 s");
 }
 
-/// Motors that straighten a bent robot leave contacts at rest that are all but slipping; once it stands nothing moves,
-/// and no stage needs a linear solve.
+/// Motors that straighten a bent robot leave contacts at rest that are all but slipping, some of which are solved anew
+/// at every stage; nothing moves all the same.
 #[test]
 fn a_robot_that_has_straightened_itself_does_not_drift() {
     let mut numbers = Random::new(5);

@@ -153,8 +153,8 @@ impl<T: Real> StageWork<T> {
         self.fill_joints();
     }
 
-    /// Solves the stage from the guess and the last forces, where that is not solved already by a robot that stands,
-    /// and judges the solution.
+    /// Solves the stage from the guess and the last forces, without the solver where the robot stands, and judges the
+    /// solution.
     #[inline(always)]
     pub fn solve(&mut self, tolerance: f64, max_iterations: u32, lanes: T::Mask) -> (Outcome<T>, Certificate<T>) {
         let c = self.stage.coefficient;

@@ -17,8 +17,8 @@ impl<T: Real> Standing<T> {
         Self { solution: StageSolution::new(links) }
     }
 
-    /// The lanes in which that solves the stage to `tolerance` \[m/s\], or to [`LOOSEST`] where less is asked; `start` is
-    /// the solver's start.
+    /// The lanes in which no velocity, under the impulses of the solver's `start`, solves the stage to `tolerance`
+    /// \[m/s\], or to [`LOOSEST`] where less is asked.
     #[inline(always)]
     pub fn holds(&mut self, stage: &Stage<T>, start: &StageSolution<T>, tolerance: f64) -> T::Mask {
         let tolerance = tolerance.min(LOOSEST);
@@ -39,7 +39,7 @@ impl<T: Real> Standing<T> {
         slow & certify(stage, solution).residual().le(T::splat(tolerance))
     }
 
-    /// Takes it for the solution in the given lanes.
+    /// Takes what [`Self::holds`] tried for the solution in the given lanes.
     #[inline(always)]
     pub fn write(&self, lanes: T::Mask, solution: &mut StageSolution<T>) {
         let own = &self.solution;
@@ -81,6 +81,6 @@ fn slow<T: Real>(stage: &Stage<T>, start: &StageSolution<T>, bound: T) -> T::Mas
 /// Speed over the tolerance below which a robot is tried. What sets out from rest is past it after one solved stage.
 const SLOW: f64 = 1e-2;
 
-/// Loosest tolerance to which a robot may stand \[m/s\], the default one: what is left unbalanced by it moves no joint by
-/// more than some 1e-8 rad, however long the robot stands.
+/// Loosest tolerance to which a robot may stand \[m/s\], the default one: what is left unbalanced by it moves no joint
+/// by more than some 1e-8 rad, however long the robot stands.
 const LOOSEST: f64 = 1e-6;

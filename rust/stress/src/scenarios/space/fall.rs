@@ -74,8 +74,8 @@ pub fn flight(duration: f64) -> Vec<SpaceCase> {
     cases
 }
 
-/// Pegs that touch the end spheres of both links at a joint, from one side and, with a little play, from both, while the
-/// robot moves.
+/// Pegs that touch the end spheres of both links at a joint, from one side and, with a little play, from both, while
+/// the robot moves.
 pub fn crack(duration: f64) -> Vec<SpaceCase> {
     let (half, sphere, cap) = (0.061, 0.0393, 0.0525);
     // The chain lies towards -x.
@@ -112,6 +112,6 @@ pub fn crack(duration: f64) -> Vec<SpaceCase> {
     cases
 }
 
-/// Between a joint and each of two pegs that hold it from both sides \[m\]. Without any the joint can bend by nothing at
-/// all, and what its drive asks for is a force without bound.
+/// Between a joint and each of two pegs that hold it from both sides \[m\]. Without any the joint can bend by nothing
+/// at all, and what its drive asks for is a force without bound.
 const PLAY: f64 = 1e-4;
