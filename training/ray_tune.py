@@ -6,7 +6,7 @@
 A trial is a run of ``training.train`` with hyper-parameters drawn from :func:`space`, one CPU each, on whatever node
 Ray puts it. Successive halving (Li et al. 2020) compares the success rate plus speed [m/s] of trials after equal
 numbers of steps and goes on with the better third. ``best.json`` in the folder is a configuration for
-``--config`` of every PPO. Ctrl-C stops; the same command goes on. Needs the extra ``ray``.
+``--config`` of every learner but evolution. Ctrl-C stops; the same command goes on. Needs the extra ``ray``.
 """
 
 from __future__ import annotations
@@ -123,7 +123,8 @@ def run(args: argparse.Namespace) -> int:
     cluster.join(args.address)
     best = search(config, args.trials, args.out.resolve())
     configs.save(best, args.out / "best.json")
-    print(f"best hyper-parameters: {best.ppo}\n{args.out / 'best.json'}: a configuration for every PPO")
+    print(f"best hyper-parameters: {best.ppo}")
+    print(f"{args.out / 'best.json'}: a configuration for every learner but evolution")
     return 0
 
 
