@@ -37,9 +37,8 @@ class Round:
 
 ROUNDS = (Round(4, 20), Round(16, 5), Round(48, 1))
 """125 gaits on 4 fields, the best 20 on 16 others, the best 5 on 48 others."""
-
-
 SHOW_SECONDS = 5.0
+"""Between two lines of progress."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +81,7 @@ def search(
         env_id: environment; its torque limit holds for every gait.
         rounds: each on fields of its own.
         num_threads: threads of the simulator.
-        show: prints a line for each round, and one every few seconds.
+        show: prints a line for each round, and one of progress every few seconds.
         **options: keywords of the environment.
     """
     progress, success = np.zeros(len(gaits)), np.zeros(len(gaits))

@@ -19,9 +19,8 @@ from training.watch import push_ahead
 
 HALF_VIEW = (0.95, 0.75)
 """Half of the ground that a frame shows along and across [m]."""
-
-
 GOAL, BORDER = "#3c64b4", "#50555c"
+"""Colours of the goal, and of the corridor's and the pegs' borders."""
 REFERENCES = (20.0, 50.0, 100.0, 200.0)
 """Forces that an arrow for comparison may stand for [N]."""
 
@@ -49,7 +48,7 @@ def _forces(snapshot: dict[str, Any]) -> Array:
 
 
 def _largest_scale(snapshot: dict[str, Any], margin: float = 0.04, smallest: float = 0.001) -> float:
-    """The scale [m/N] at which every arrow ends inside the frame, up to that of other pictures."""
+    """The scale [m/N], up to that of other pictures, at which every arrow ends inside the frame, or the smallest."""
     start = np.array(snapshot["pose"])[:, :2]
     start = np.vstack([start, start.mean(axis=0)]) - snapshot["centre"]
     force = np.vstack([_forces(snapshot), _forces(snapshot).sum(axis=0)])
@@ -61,7 +60,7 @@ def _frame(axes: Axes, snapshot: dict[str, Any], scale: float) -> None:
     """One time: links, pegs, an arrow for the pegs' force on each link, and a black one for their sum."""
     (x, y), (along, across) = snapshot["centre"], HALF_VIEW
     for radius, *centre in snapshot["pegs"]:
-        axes.add_patch(Circle(centre, radius, facecolor=drawing.PEG, edgecolor="#50555c", linewidth=0.6))
+        axes.add_patch(Circle(centre, radius, facecolor=drawing.PEG, edgecolor=BORDER, linewidth=0.6))
     pose = np.array(snapshot["pose"])
     drawing.body(axes, Robot(links=len(pose)), pose[:, :2], pose[:, 2], (1,))
     drawing.forces(axes, pose[:, :2], _forces(snapshot), scale)
