@@ -87,10 +87,16 @@ def test_the_command_counts_every_episode_and_shows_each_kind(random_policy, tmp
     assert (out / "links.png").stat().st_size > 5000
 
 
-def test_the_panels_of_a_timeline_share_one_time_axis(random_policy, tmp_path, monkeypatch):
+@pytest.fixture
+def drawn(monkeypatch):
+    """Figures that would have been saved."""
+    figures = []
+    monkeypatch.setattr(inspect_figures.drawing, "save", lambda figure, path: figures.append(figure))
+    return figures
+
+
+def test_the_panels_of_a_timeline_share_one_time_axis(random_policy, tmp_path, drawn):
     """An instant is at the same place in each, beside the colour bar too."""
-    drawn = []
-    monkeypatch.setattr(inspect_figures.drawing, "save", lambda figure, path: drawn.append(figure))
     policy = policies.Network(random_policy)
     episode = video.play(policy, "SnakeField-v0", seeds.selection(1)[0], max_episode_steps=60)
     inspect_figures.timeline(episode, rollout.layout_of("SnakeField-v0", {}), "title", tmp_path / "timeline.png")
@@ -134,9 +140,7 @@ DISC = {"goal_disc": (0.2, 0.1, 0.25)}
 
 
 @pytest.mark.parametrize(("force", "newtons"), [((0.0, 10.0), "50 N"), ((-400.0, 300.0), "200 N")])
-def test_arrows_of_force_end_inside_the_frame_and_have_a_scale(force, newtons, tmp_path, monkeypatch):
-    drawn = []
-    monkeypatch.setattr(inspect_figures.drawing, "save", lambda figure, path: drawn.append(figure))
+def test_arrows_of_force_end_inside_the_frame_and_have_a_scale(force, newtons, tmp_path, drawn):
     episode = video.Episode(None, None, [], True, [snapshot(force, **LINE)] * 5, None)
     inspect_figures.frames(episode, "title", 2, tmp_path / "frames.png")
     drawn[0].draw_without_rendering()
@@ -151,9 +155,7 @@ def test_arrows_of_force_end_inside_the_frame_and_have_a_scale(force, newtons, t
 
 
 @pytest.mark.parametrize(("goal", "bordered"), [(LINE, True), (DISC, False)])
-def test_a_legend_names_what_is_drawn(goal, bordered, tmp_path, monkeypatch):
-    drawn = []
-    monkeypatch.setattr(inspect_figures.drawing, "save", lambda figure, path: drawn.append(figure))
+def test_a_legend_names_what_is_drawn(goal, bordered, tmp_path, drawn):
     episode = video.Episode(None, None, [], True, [snapshot((0.0, 0.0), **goal)] * 5, None)
     inspect_figures.frames(episode, "title", 2, tmp_path / "frames.png")
     names = [one.get_text() for one in drawn[0].legends[0].get_texts()]
