@@ -262,6 +262,15 @@ def test_the_pipeline_makes_every_file_and_repeats_no_finished_stage(tmp_path, m
     assert "beginning anew" in capsys.readouterr().out
 
 
+def test_the_pipeline_refuses_what_it_cannot_train_before_it_touches_the_folder(tmp_path, capsys):
+    (tmp_path / "policy").mkdir()
+    (tmp_path / "policy" / "config.json").write_text("{}")
+    with pytest.raises(SystemExit, match="2"):
+        pipeline.main(["--out", str(tmp_path), "--config", "field-hard-mirrored"])
+    assert "training.train has nothing else" in capsys.readouterr().err
+    assert (tmp_path / "policy" / "config.json").read_text() == "{}"
+
+
 @pytest.mark.parametrize("stage", ["search", "train", "run_episodes"])
 def test_the_pipeline_stopped_in_any_stage_goes_on(stage, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(pipeline, "ROUNDS", (grid.Round(1, 1),))

@@ -70,6 +70,7 @@ def _stages(args: argparse.Namespace) -> int:
     }
     config = dataclasses.replace(configs.load(args.config), **changes)
     config.refuse_evolution("training.pipeline")
+    config.refuse("training.train", *training_stage.LACKS)
     folder = RunFolder(args.out / "policy")
     if args.fresh or (folder.exists and not _same_run(folder.config(), config)):
         print(f"beginning anew in {args.out}")

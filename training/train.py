@@ -25,6 +25,9 @@ from training.callbacks import Keeper
 from training.config import Config
 from training.run_folder import RunFolder
 
+LACKS = ("clone", "policy.mirror", "policy.traces", "policy.bfloat16")
+"""What ``training.ppo`` has and this learner has not."""
+
 
 def parser() -> argparse.ArgumentParser:
     """The command line."""
@@ -42,7 +45,7 @@ def train(folder: RunFolder, config: Config, bar: bool = True) -> int:
     checkpoint = folder.latest()
     if checkpoint is None:
         config.refuse_evolution("training.train")
-    config.refuse("training.train", "clone", "policy.mirror", "policy.traces", "policy.bfloat16")
+    config.refuse("training.train", *LACKS)
     torch.set_num_threads(config.torch_threads)
     seconds = 0.0 if checkpoint is None else folder.seconds(checkpoint)
     budget = Budget(config.total_steps, config.max_minutes, seconds)
