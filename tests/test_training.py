@@ -1,5 +1,6 @@
 """Training keeps what it has learnt, evaluation is fair and says how sure it is."""
 
+import dataclasses
 import json
 import os
 import re
@@ -260,6 +261,12 @@ def test_the_pipeline_makes_every_file_and_repeats_no_finished_stage(tmp_path, m
     assert "beginning anew" not in capsys.readouterr().out
     assert pipeline.main([*arguments, "--seed", "5"]) == 0
     assert "beginning anew" in capsys.readouterr().out
+
+
+def test_a_run_of_the_pipeline_is_the_same_whatever_is_told_about_it():
+    smoke = config.load("smoke")
+    assert pipeline._same_run(smoke, dataclasses.replace(smoke, about="in other words"))
+    assert not pipeline._same_run(smoke, dataclasses.replace(smoke, seed=5))
 
 
 def test_the_pipeline_refuses_what_it_cannot_train_before_it_touches_the_folder(tmp_path, capsys):

@@ -90,8 +90,9 @@ def _stages(args: argparse.Namespace) -> int:
 
 
 def _same_run(found: Config, asked: Config) -> bool:
-    """The folder's run is the one asked for; budget and threads may differ."""
+    """The folder's run is the one asked for; what is told about it, budget and threads may differ."""
     loose: dict[str, Any] = {
+        "about": "",
         "max_minutes": None,
         "total_steps": 1,
         "num_threads": 1,
