@@ -185,6 +185,7 @@ def test_a_configuration_that_is_refused_leaves_the_folder_free(tmp_path, capsys
     out = ["--out", str(tmp_path / "run"), "--no-bar"]
     assert evolution.main(["--config", str(wrong), *out]) == 2
     assert "curriculum = 0.5: expected 0.0" in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()
     assert evolution.main(["--config", str(right), *out]) == 0
 
 

@@ -15,7 +15,7 @@ import json
 import os
 import platform
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -60,6 +60,9 @@ class RunFolder:
         """Undoes :meth:`create`, of a run that has not begun."""
         for file in (self._config, self._versions):
             file.unlink(missing_ok=True)
+        for folder in (self.checkpoints, self.path):
+            with suppress(OSError):  # what holds something stays
+                folder.rmdir()
 
     def config(self) -> configs.Config:
         """The configuration the run was begun with."""
