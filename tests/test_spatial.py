@@ -207,3 +207,51 @@ def test_lying_flat_among_pegs_the_spatial_model_is_the_planar_one():
     np.testing.assert_allclose(ways[0], ways[1], rtol=5e-3)
     np.testing.assert_allclose(spatial.position[..., 2], RADIUS, atol=1e-5)
     np.testing.assert_allclose(planar.position[2], spatial.position[2, :, :2], atol=5e-3)
+
+
+HEAVY = 1e3
+"""Mass of the leading link over that of the other."""
+
+
+@pytest.mark.parametrize(
+    ("robot", "scene", "controller", "start", "duration", "row", "after"),
+    [
+        pytest.param(
+            Robot(links=2, mass=[HEAVY, 1.0], inertia=[HEAVY * 2e-3, 2e-3], roll_inertia=[HEAVY * 1e-3, 1e-3]),
+            Scene(friction=(0.0, 0.0), rolling_friction=0.0),
+            PD(kp=0.01, kd=0.0, active_from=0.5),
+            Start(posture=[0.5]),
+            2.0,
+            lambda way: way.joint_angle[:, 0, 0],
+            lambda angle: angle < 0.45,
+            id="a weak joint behind a heavy link",
+        ),
+        pytest.param(
+            Robot(links=2, gravity=5e-5),
+            Scene(),
+            PD(),
+            Start(position=(0.0, 0.0, 1.0), posture="straight"),
+            100.0,
+            lambda way: way.position[:, 0, 2],
+            lambda height: height == pytest.approx(1.0 - 0.5 * 5e-5 * 100.0**2, abs=1e-3),
+            id="a robot in the air under hardly any gravity",
+        ),
+        pytest.param(
+            Robot(links=2),
+            Scene(friction=(1.0, 1.0), rolling_friction=0.0),
+            PD(),
+            Start(posture="straight", pitch=-(np.pi / 2 - 1e-5)),
+            4.0,
+            lambda way: way.position[:, 0, 2],
+            lambda height: height < 0.1,
+            id="an upright chain all but in balance",
+        ),
+    ],
+)
+def test_what_is_pushed_ever_so_little_sets_out(robot, scene, controller, start, duration, row, after):
+    """A robot that stands is not held against more than friction holds it."""
+    way = snake_env.simulate(
+        model="spatial", robot=robot, scene=scene, controller=controller, start=start, duration=duration,
+        gait=Gait(amplitude=0.0), sample=duration,
+    )  # fmt: skip
+    assert after(row(way)[-1]), row(way)

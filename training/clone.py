@@ -99,11 +99,14 @@ def take_over(agent: Any, layout: dict[str, Any], times: Sequence[float], path: 
         path: the file.
 
     Raises:
-        ConfigError: there is no such file, or its hidden layers are not the agent's.
+        ConfigError: there is no such file, it cannot be read, or its hidden layers are not the agent's.
     """
     if not path.is_file():
         raise ConfigError("clone.policy", path, "the policy.safetensors of a run")
-    arrays, run = policy_file.read(path)
+    try:
+        arrays, run = policy_file.read(path)
+    except ValueError as error:
+        raise ConfigError("clone.policy", path, "a file that training wrote") from error
     own = {name: array for name, array in agent.arrays().items() if name.startswith("actor.")}
     hidden, expected = (
         [len(those[name]) for name in sorted(own) if name.endswith("bias")][:-1]

@@ -74,7 +74,8 @@ def _stages(args: argparse.Namespace) -> int:
     folder = RunFolder(args.out / "policy")
     if args.fresh or (folder.exists and not _same_run(folder.config(), config)):
         print(f"beginning anew in {args.out}")
-        shutil.rmtree(args.out, ignore_errors=True)
+        for name in ("policy", "gaits"):
+            shutil.rmtree(args.out / name, ignore_errors=True)
     folder.create(config)
     start = time.monotonic()
     best = _gait_stage(args.out / "gaits", config)

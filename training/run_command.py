@@ -76,8 +76,8 @@ def _run(args: argparse.Namespace, folder: RunFolder, train: Train) -> int:
     folder.create(config)
     try:
         return train(folder, config, not args.no_bar)
-    except (ConfigError, gym.error.Error):
-        if new:
+    except Exception:
+        if new and not folder.has_begun:
             folder.discard()
         raise
 

@@ -94,6 +94,11 @@ class RunFolder:
         return self._config.exists()
 
     @property
+    def has_begun(self) -> bool:
+        """The run has left something of what it learned."""
+        return self.curve.exists() or self.latest() is not None
+
+    @property
     def finished(self) -> bool:
         """The run has used up its budget."""
         return self._finished.exists() and self.model.exists()

@@ -195,6 +195,35 @@ impl<T: Real> StageSolution<T> {
         self.drive.clone_from(&other.drive);
         self.peg.clone_from(&other.peg);
     }
+
+    /// Takes over the given lanes of another solution of the same stage.
+    #[inline(always)]
+    pub fn select_into(&mut self, lanes: T::Mask, other: &Self) {
+        for i in 0..self.twist.len() {
+            self.twist[i].select_into(lanes, &other.twist[i]);
+            take(&mut self.rolling[i].x, lanes, other.rolling[i].x);
+            take(&mut self.rolling[i].y, lanes, other.rolling[i].y);
+            for end in 0..2 {
+                take(&mut self.normal[i][end], lanes, other.normal[i][end]);
+                take(&mut self.friction[i][end].x, lanes, other.friction[i][end].x);
+                take(&mut self.friction[i][end].y, lanes, other.friction[i][end].y);
+            }
+        }
+        for j in 0..self.rate.len() {
+            for axis in 0..2 {
+                take(&mut self.rate[j][axis], lanes, other.rate[j][axis]);
+                take(&mut self.drive[j][axis], lanes, other.drive[j][axis]);
+            }
+        }
+        for (own, theirs) in self.peg.iter_mut().zip(&other.peg) {
+            take(own, lanes, *theirs);
+        }
+    }
+}
+
+#[inline(always)]
+fn take<T: Real>(own: &mut T, lanes: T::Mask, theirs: T) {
+    *own = T::select(lanes, theirs, *own);
 }
 
 /// Room for pegs near a link; more are possible.

@@ -15,6 +15,7 @@ use super::kernels::{Part, Solve, SpatialKernels};
 use super::rescue::Rescue;
 use super::slots::{Push, Slots};
 use super::stage_work::StageWork;
+use super::standing::is_at_rest;
 
 /// Workspace for up to `T::LANES` robots of one plant.
 #[derive(Debug, Clone)]
@@ -125,6 +126,7 @@ impl<T: SpatialKernels> SpatialGroup<T> {
             self.work.forces.set_lane(lane, &motion.forces);
             self.slots.recall(lane, &motion.pairs);
         }
+        self.work.settled = T::Mask::of(|lane| fleet[member_of(members, lane)].body().motion.settled);
         self.effort.fill(0);
         T::run_part(&mut self.work, Part::Begin);
     }
@@ -249,6 +251,7 @@ impl<T: SpatialKernels> SpatialGroup<T> {
             let (c, h) = (self.work.stage.coefficient.lane(lane), h.lane(lane));
             let SpatialBody { state, motion, tally, ground_impulse, joint_torque, .. } = fleet[member].body_mut();
             let kept = &self.work.kept;
+            motion.settled = is_at_rest(&motion.speed);
             self.work.arrival.read_lane(lane, &mut motion.posture);
             kept.end.read_lane(lane, &mut motion.speed);
             read_lane::<T, _>(&kept.momentum, lane, &mut motion.momentum);

@@ -27,6 +27,8 @@ pub struct Motion {
     /// Time since the robot was placed, and since its reference last jumped \[s\].
     pub elapsed: f64,
     pub calm: f64,
+    /// The last step began at rest.
+    pub settled: bool,
     /// Linear solves of the last step.
     pub effort: u32,
 
@@ -90,6 +92,7 @@ impl Motion {
             pairs: Vec::with_capacity(4 * links),
             elapsed: 0.0,
             calm: 0.0,
+            settled: false,
             effort: 0,
             frames: vec![Frame::origin(); links],
         }
@@ -98,7 +101,7 @@ impl Motion {
     /// Forgets all forces: the robot was placed.
     pub fn forget(&mut self) {
         (self.elapsed, self.calm) = (0.0, 0.0);
-        self.effort = 0;
+        (self.settled, self.effort) = (false, 0);
         self.forces.clear();
         self.pairs.clear();
     }

@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 
 use crate::contact::Outcome;
-use crate::math::Real;
+use crate::math::{Mask, Real};
 use crate::spatial::{
     Certificate, Frame, Newton, Posture, Screw, Speed, Stage, StageDrive, StageFriction, StageLink, StageSolution,
     certify,
@@ -50,6 +50,8 @@ pub struct StageWork<T: Real> {
     pub solution: StageSolution<T>,
     newton: Newton<T>,
     standing: Standing<T>,
+    /// Lanes whose robots' last steps began at rest.
+    pub settled: T::Mask,
     works: Works<T>,
     /// How far the stage ended from its prediction, for any point of the robot \[m\].
     pub deviation: T,
@@ -100,6 +102,7 @@ impl<T: Real> StageWork<T> {
             solution: StageSolution::new(links),
             newton: Newton::new(links),
             standing: Standing::new(links),
+            settled: T::Mask::of(|_| false),
             works: Works::none(),
             deviation: zero,
             kept: Kept {
@@ -166,7 +169,8 @@ impl<T: Real> StageWork<T> {
             friction[i] = [impulse(front, c), impulse(rear, c)];
             rolling[i] = impulse(&self.forces.rolling[i], c);
         }
-        let stands = lanes & self.standing.holds(&self.stage, &self.solution, tolerance);
+        let tried = lanes & self.settled;
+        let stands = self.standing.holds(tried, &self.stage, &self.solution, tolerance, self.gravity);
         let mut outcome =
             self.newton.solve(&self.stage, &mut self.solution, tolerance, max_iterations, lanes & !stands);
         outcome.converged = outcome.converged | stands;

@@ -4,7 +4,7 @@
 //! known: the forces of the last stage, and no velocity. That is judged first, as every solution is.
 
 use crate::math::{Mask, Real};
-use crate::spatial::{Screw, Stage, StageSolution, certify};
+use crate::spatial::{Screw, Speed, Stage, StageLink, StageSolution, certify};
 
 /// What is tried: no velocity, under the impulses from which a solver would start.
 #[derive(Debug, Clone)]
@@ -17,12 +17,22 @@ impl<T: Real> Standing<T> {
         Self { solution: StageSolution::new(links) }
     }
 
-    /// The lanes in which no velocity, under the impulses of the solver's `start`, solves the stage to `tolerance`
-    /// \[m/s\], or to [`LOOSEST`] where less is asked.
+    /// Those of the given lanes in which no velocity, under the impulses of the solver's `start`, solves the stage to
+    /// `tolerance` \[m/s\], and to what gravity \[m/s^2\] and the robot allow besides: see [`bound`].
     #[inline(always)]
-    pub fn holds(&mut self, stage: &Stage<T>, start: &StageSolution<T>, tolerance: f64) -> T::Mask {
-        let tolerance = tolerance.min(LOOSEST);
-        let slow = slow(stage, start, T::splat(SLOW * tolerance));
+    pub fn holds(
+        &mut self,
+        lanes: T::Mask,
+        stage: &Stage<T>,
+        start: &StageSolution<T>,
+        tolerance: f64,
+        gravity: T,
+    ) -> T::Mask {
+        if !lanes.any() {
+            return lanes;
+        }
+        let bound = bound(stage, tolerance, gravity);
+        let slow = lanes & slow(stage, start, T::splat(SLOW) * bound);
         if !slow.any() {
             return slow;
         }
@@ -36,33 +46,13 @@ impl<T: Real> Standing<T> {
                 drive[axis] = joint[axis].drive.min(joint[axis].limit).max(-joint[axis].limit);
             }
         }
-        slow & certify(stage, solution).residual().le(T::splat(tolerance))
+        slow & certify(stage, solution).residual().le(bound)
     }
 
     /// Takes what [`Self::holds`] tried for the solution in the given lanes.
     #[inline(always)]
     pub fn write(&self, lanes: T::Mask, solution: &mut StageSolution<T>) {
-        let own = &self.solution;
-        for i in 0..own.twist.len() {
-            solution.twist[i].select_into(lanes, &own.twist[i]);
-            solution.rolling[i].x = T::select(lanes, own.rolling[i].x, solution.rolling[i].x);
-            solution.rolling[i].y = T::select(lanes, own.rolling[i].y, solution.rolling[i].y);
-            for end in 0..2 {
-                let (kept, friction) = (&own.friction[i][end], &mut solution.friction[i][end]);
-                friction.x = T::select(lanes, kept.x, friction.x);
-                friction.y = T::select(lanes, kept.y, friction.y);
-                solution.normal[i][end] = T::select(lanes, own.normal[i][end], solution.normal[i][end]);
-            }
-        }
-        for j in 0..own.rate.len() {
-            for axis in 0..2 {
-                solution.rate[j][axis] = T::select(lanes, own.rate[j][axis], solution.rate[j][axis]);
-                solution.drive[j][axis] = T::select(lanes, own.drive[j][axis], solution.drive[j][axis]);
-            }
-        }
-        for (impulse, kept) in solution.peg.iter_mut().zip(&own.peg) {
-            *impulse = T::select(lanes, *kept, *impulse);
-        }
+        solution.select_into(lanes, &self.solution);
     }
 }
 
@@ -78,9 +68,36 @@ fn slow<T: Real>(stage: &Stage<T>, start: &StageSolution<T>, bound: T) -> T::Mas
     fastest.le(bound)
 }
 
-/// Speed over the tolerance below which a robot is tried. What sets out from rest is past it after one solved stage.
+/// What may be left unbalanced of a robot that stands, as a velocity a stage \[m/s\]: for as long as it stands it is
+/// held against an acceleration of this over the stage's coefficient. So it is no more than a share of gravity, however
+/// short the step. The judge divides what a joint lacks by the inertia of the link in front; the link behind may be as
+/// much lighter as the robot's links differ.
+#[inline(always)]
+fn bound<T: Real>(stage: &Stage<T>, tolerance: f64, gravity: T) -> T {
+    let of = |link: &StageLink<T>| link.inertia / link.half_length;
+    let (mut least, mut most) = (of(&stage.links[0]), of(&stage.links[0]));
+    for link in &stage.links {
+        (least, most) = (least.min(of(link)), most.max(of(link)));
+    }
+    T::splat(tolerance.min(LOOSEST)).min(T::splat(SHARE) * gravity * stage.coefficient) * (least / most)
+}
+
+/// Whether a robot moves so little that the forces of a step from there on are those of one that stands, not those that
+/// stopped it.
+pub fn is_at_rest(speed: &Speed) -> bool {
+    let Screw { linear, angular } = &speed.head;
+    let numbers = linear.iter().chain(angular.iter()).chain(speed.rate.iter().flatten());
+    numbers.into_iter().all(|number| number.abs() <= AT_REST)
+}
+
+/// Speed over the bound below which a robot is tried.
 const SLOW: f64 = 1e-2;
 
-/// Loosest tolerance to which a robot may stand \[m/s\], the default one: what is left unbalanced by it moves no joint
-/// by more than some 1e-8 rad, however long the robot stands.
+/// Loosest tolerance to which a robot may stand \[m/s\], the default one.
 const LOOSEST: f64 = 1e-6;
+
+/// Acceleration against which a robot may be held, over gravity.
+const SHARE: f64 = 3e-5;
+
+/// \[m/s\], \[rad/s\]
+const AT_REST: f64 = 1e-7;

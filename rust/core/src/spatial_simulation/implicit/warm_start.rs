@@ -11,6 +11,8 @@ pub struct SpatialWarmStart {
     /// \[s\]
     elapsed: f64,
     calm: f64,
+    /// Whether the last step began at rest.
+    settled: bool,
     forces: GroundForces,
     pairs: Vec<Pair>,
 }
@@ -18,7 +20,7 @@ pub struct SpatialWarmStart {
 impl SpatialWarmStart {
     /// Nothing to start from.
     pub fn cold(links: usize) -> Self {
-        Self { elapsed: 0.0, calm: 0.0, forces: GroundForces::none(links), pairs: Vec::new() }
+        Self { elapsed: 0.0, calm: 0.0, settled: false, forces: GroundForces::none(links), pairs: Vec::new() }
     }
 
     /// Whether this is of a robot of `links` links among `pegs` pegs.
@@ -30,13 +32,19 @@ impl SpatialWarmStart {
 
 impl Motion {
     pub fn warm_start(&self) -> SpatialWarmStart {
-        let Self { elapsed, calm, forces, pairs, .. } = self;
-        SpatialWarmStart { elapsed: *elapsed, calm: *calm, forces: forces.clone(), pairs: pairs.clone() }
+        let Self { elapsed, calm, settled, forces, pairs, .. } = self;
+        SpatialWarmStart {
+            elapsed: *elapsed,
+            calm: *calm,
+            settled: *settled,
+            forces: forces.clone(),
+            pairs: pairs.clone(),
+        }
     }
 
     /// Takes over what another robot of the same kind left.
     pub fn resume(&mut self, from: &SpatialWarmStart) {
-        (self.elapsed, self.calm) = (from.elapsed, from.calm);
+        (self.elapsed, self.calm, self.settled) = (from.elapsed, from.calm, from.settled);
         self.forces.copy_from(&from.forces);
         self.pairs.clear();
         self.pairs.extend_from_slice(&from.pairs);
