@@ -101,7 +101,7 @@ impl<T: Real> StageWork<T> {
             stage: empty_stage(plant),
             solution: StageSolution::new(links),
             newton: Newton::new(links),
-            standing: Standing::new(links),
+            standing: Standing::new(&plant.robot),
             settled: T::Mask::of(|_| false),
             works: Works::none(),
             deviation: zero,
@@ -169,8 +169,7 @@ impl<T: Real> StageWork<T> {
             friction[i] = [impulse(front, c), impulse(rear, c)];
             rolling[i] = impulse(&self.forces.rolling[i], c);
         }
-        let tried = lanes & self.settled;
-        let stands = self.standing.holds(tried, &self.stage, &self.solution, tolerance, self.gravity);
+        let stands = self.standing.holds(lanes & self.settled, &self.stage, &self.solution, tolerance);
         let mut outcome =
             self.newton.solve(&self.stage, &mut self.solution, tolerance, max_iterations, lanes & !stands);
         outcome.converged = outcome.converged | stands;

@@ -4,49 +4,61 @@
 //! known: the forces of the last stage, and no velocity. That is judged first, as every solution is.
 
 use crate::math::{Mask, Real};
-use crate::spatial::{Screw, Speed, Stage, StageLink, StageSolution, certify};
+use crate::robot::Robot;
+use crate::spatial::{Screw, Speed, Stage, StageSolution, certify};
 
 /// What is tried: no velocity, under the impulses from which a solver would start.
 #[derive(Debug, Clone)]
 pub struct Standing<T> {
     solution: StageSolution<T>,
+    /// Acceleration against which a robot may be held \[m/s^2\].
+    weak: T,
+    /// The least of the links' inertias, over their lengths, over the largest. The judge divides what a joint lacks by
+    /// the inertia of the link in front; the link behind may be lighter by as much.
+    evenness: T,
 }
 
 impl<T: Real> Standing<T> {
-    pub fn new(links: usize) -> Self {
-        Self { solution: StageSolution::new(links) }
+    pub fn new(robot: &Robot) -> Self {
+        let inertias = || robot.links.iter().map(|link| link.inertia / (0.5 * link.length));
+        let (least, most) = (inertias().fold(f64::INFINITY, f64::min), inertias().fold(0.0, f64::max));
+        Self {
+            solution: StageSolution::new(robot.link_count()),
+            weak: T::splat(SHARE * robot.gravity),
+            evenness: T::splat(least / most),
+        }
     }
 
     /// Those of the given lanes in which no velocity, under the impulses of the solver's `start`, solves the stage to
-    /// `tolerance` \[m/s\], and to what gravity \[m/s^2\] and the robot allow besides: see [`bound`].
+    /// `tolerance` \[m/s\], and to what gravity and the robot allow besides: see [`Self::bound`].
     #[inline(always)]
-    pub fn holds(
-        &mut self,
-        lanes: T::Mask,
-        stage: &Stage<T>,
-        start: &StageSolution<T>,
-        tolerance: f64,
-        gravity: T,
-    ) -> T::Mask {
+    pub fn holds(&mut self, lanes: T::Mask, stage: &Stage<T>, start: &StageSolution<T>, tolerance: f64) -> T::Mask {
         if !lanes.any() {
             return lanes;
         }
-        let bound = bound(stage, tolerance, gravity);
-        let slow = lanes & slow(stage, start, T::splat(SLOW) * bound);
-        if !slow.any() {
-            return slow;
+        let bound = self.bound(stage.coefficient, tolerance);
+        let tried = lanes & fastest(stage, start).le(T::splat(SLOW) * bound);
+        if !tried.any() {
+            return tried;
         }
-        let zero = T::zero();
         let solution = &mut self.solution;
         solution.copy_from(start);
         solution.twist.fill(Screw::zero());
-        solution.rate.fill([zero; 2]);
+        solution.rate.fill([T::zero(); 2]);
         for (drive, joint) in solution.drive.iter_mut().zip(&stage.joints) {
             for axis in 0..2 {
                 drive[axis] = joint[axis].drive.min(joint[axis].limit).max(-joint[axis].limit);
             }
         }
-        slow & certify(stage, solution).residual().le(bound)
+        tried & certify(stage, solution).residual().le(bound)
+    }
+
+    /// What may be left unbalanced of a robot that stands, as a velocity a stage \[m/s\]: for as long as it stands it is
+    /// held against an acceleration of this over the stage's coefficient. So it is no more than a share of gravity,
+    /// however short the step.
+    #[inline(always)]
+    fn bound(&self, coefficient: T, tolerance: f64) -> T {
+        T::splat(tolerance.min(LOOSEST)).min(self.weak * coefficient) * self.evenness
     }
 
     /// Takes what [`Self::holds`] tried for the solution in the given lanes.
@@ -56,38 +68,24 @@ impl<T: Real> Standing<T> {
     }
 }
 
-/// The lanes in which no point of the robot moves faster than about `bound` \[m/s\].
+/// About the speed of the fastest point of the robot \[m/s\].
 #[inline(always)]
-fn slow<T: Real>(stage: &Stage<T>, start: &StageSolution<T>, bound: T) -> T::Mask {
+fn fastest<T: Real>(stage: &Stage<T>, start: &StageSolution<T>) -> T {
     let mut fastest = T::zero();
     for (link, Screw { linear, angular }) in stage.links.iter().zip(&start.twist) {
         let moving = linear.x.abs().max(linear.y.abs()).max(linear.z.abs());
         let turning = angular.x.abs().max(angular.y.abs()).max(angular.z.abs());
         fastest = fastest.max(moving.max(turning * link.half_length));
     }
-    fastest.le(bound)
-}
-
-/// What may be left unbalanced of a robot that stands, as a velocity a stage \[m/s\]: for as long as it stands it is
-/// held against an acceleration of this over the stage's coefficient. So it is no more than a share of gravity, however
-/// short the step. The judge divides what a joint lacks by the inertia of the link in front; the link behind may be as
-/// much lighter as the robot's links differ.
-#[inline(always)]
-fn bound<T: Real>(stage: &Stage<T>, tolerance: f64, gravity: T) -> T {
-    let of = |link: &StageLink<T>| link.inertia / link.half_length;
-    let (mut least, mut most) = (of(&stage.links[0]), of(&stage.links[0]));
-    for link in &stage.links {
-        (least, most) = (least.min(of(link)), most.max(of(link)));
-    }
-    T::splat(tolerance.min(LOOSEST)).min(T::splat(SHARE) * gravity * stage.coefficient) * (least / most)
+    fastest
 }
 
 /// Whether a robot moves so little that the forces of a step from there on are those of one that stands, not those that
 /// stopped it.
 pub fn is_at_rest(speed: &Speed) -> bool {
     let Screw { linear, angular } = &speed.head;
-    let numbers = linear.iter().chain(angular.iter()).chain(speed.rate.iter().flatten());
-    numbers.into_iter().all(|number| number.abs() <= AT_REST)
+    let mut numbers = linear.iter().chain(angular.iter()).chain(speed.rate.iter().flatten());
+    numbers.all(|number| number.abs() <= AT_REST)
 }
 
 /// Speed over the bound below which a robot is tried.
