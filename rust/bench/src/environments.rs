@@ -2,8 +2,8 @@
 
 use snake_core::ConfigError;
 use snake_core::batch::{Batch, Formed, Outputs};
-use snake_core::task::random::Stream;
-use snake_core::task::{EnvConfig, EnvironmentState, Model, PlanarMachine, Task};
+use snake_core::environment::random::Stream;
+use snake_core::environment::{EnvConfig, EnvironmentState, Model, PlanarMachine, Task};
 
 /// The configuration behind an environment id.
 pub fn of_id(task: Task) -> (&'static str, EnvConfig) {

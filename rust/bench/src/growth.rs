@@ -4,13 +4,13 @@ use serde::Serialize;
 use snake_core::ConfigError;
 use snake_core::batch::Formed;
 use snake_core::control::ControllerConfig;
+use snake_core::environment::perception::PegSensor;
+use snake_core::environment::{EnvConfig, FieldKind, PlanarMachine, SpatialMachine, Task};
 use snake_core::gait::{JointReference, Wave};
 use snake_core::planar::Pose;
 use snake_core::robot::RobotConfig;
 use snake_core::scene::{Peg, START_7_5, START_FREE, TABLE_7_5};
 use snake_core::stepper::{Fleet, IntegratorConfig, Plant};
-use snake_core::task::perception::PegSensor;
-use snake_core::task::{EnvConfig, FieldKind, PlanarMachine, SpatialMachine, Task};
 
 use crate::clock::{Spent, median, spent, spent_by_all};
 use crate::environments::{Actions, Robots, in_space, of_id, pool};

@@ -8,9 +8,9 @@
 use serde::Serialize;
 use snake_core::ConfigError;
 use snake_core::control::ControllerConfig;
+use snake_core::environment::{EnvConfig, Perception, PlanarMachine, Task};
 use snake_core::scene::{Peg, START_7_5, START_FREE, TABLE_7_5};
 use snake_core::stepper::{Fleet, IntegratorConfig, Plant};
-use snake_core::task::{EnvConfig, Perception, PlanarMachine, Task};
 
 use crate::clock::{median, spent};
 use crate::environments::{Actions, Robots, of_id, pool};

@@ -5,12 +5,13 @@
 //! radians everywhere.
 //!
 //! Modules import each other in one direction only:
-//! `math <- laws <- contact <- {planar, spatial, minimal} <- stepper <- simulations <- task <- batch`; the simulations
+//! `math <- laws <- contact <- {planar, spatial, minimal} <- stepper <- simulations <- environment <- batch`; the simulations
 //! are `simulation`, `spatial_simulation` and `minimal_simulation`.
 
 pub mod batch;
 pub mod contact;
 pub mod control;
+pub mod environment;
 pub mod error;
 pub mod gait;
 pub mod laws;
@@ -25,6 +26,5 @@ pub mod simulation;
 pub mod spatial;
 pub mod spatial_simulation;
 pub mod stepper;
-pub mod task;
 
 pub use error::ConfigError;

@@ -1,9 +1,9 @@
 //! Laws of the batch: rows are alone in the world.
 
 use snake_core::batch::{Batch, Formed, Outputs};
+use snake_core::environment::random::Stream;
+use snake_core::environment::{EnvConfig, Environment, Model, PlanarMachine, SpatialMachine, Task};
 use snake_core::stepper::{IntegratorConfig, Method};
-use snake_core::task::random::Stream;
-use snake_core::task::{EnvConfig, Environment, Model, PlanarMachine, SpatialMachine, Task};
 
 /// Arrays that a batch writes to.
 #[derive(Clone, PartialEq, Debug)]

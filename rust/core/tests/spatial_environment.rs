@@ -2,10 +2,10 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use snake_core::environment::random::Stream;
+use snake_core::environment::*;
 use snake_core::gait::{CardanReference, CardanTarget};
 use snake_core::spatial::{SLACK, joint_angle};
-use snake_core::task::random::Stream;
-use snake_core::task::*;
 
 const MODES: [ActionMode; 3] = [ActionMode::Gait, ActionMode::Joints, ActionMode::Residual];
 

@@ -3,7 +3,9 @@
 #[path = "common/requests.rs"]
 mod requests;
 
-use snake_core::task::{ActionMode, EnvConfig, Environment, Machine, Model, PlanarMachine, SpatialMachine, Task};
+use snake_core::environment::{
+    ActionMode, EnvConfig, Environment, Machine, Model, PlanarMachine, SpatialMachine, Task,
+};
 
 use requests::REQUESTS;
 

@@ -2,11 +2,11 @@
 
 use proptest::prelude::*;
 use snake_core::control::ControllerConfig;
+use snake_core::environment::random::Stream;
+use snake_core::environment::signal::SIGNALS;
+use snake_core::environment::*;
 use snake_core::robot::{PerLink, RobotConfig};
 use snake_core::stepper::IntegratorConfig;
-use snake_core::task::random::Stream;
-use snake_core::task::signal::SIGNALS;
-use snake_core::task::*;
 
 const TASKS: [Task; 6] = Task::ALL;
 const MODES: [ActionMode; 3] = [ActionMode::Gait, ActionMode::Joints, ActionMode::Residual];

@@ -1,9 +1,9 @@
 //! Laws of the tasks with goals and courses of their own.
 
-use snake_core::task::*;
+use snake_core::environment::*;
 
 /// Action zero, the thesis's gait, until the episode ends.
-fn scripted(config: EnvConfig, seed: u64) -> snake_core::task::signal::Summary {
+fn scripted(config: EnvConfig, seed: u64) -> snake_core::environment::signal::Summary {
     let mut environment = Environment::<PlanarMachine>::new(&config).unwrap();
     let mut observation = vec![0.0; environment.observation_size()];
     environment.reset(Some(seed), &mut observation);

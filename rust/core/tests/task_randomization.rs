@@ -2,12 +2,12 @@
 
 use snake_core::batch::{Batch, Outputs};
 use snake_core::control::{ControlLaw, ControllerConfig};
+use snake_core::environment::random::Stream;
+use snake_core::environment::signal::COUNT;
+use snake_core::environment::*;
 use snake_core::minimal::NoiseConfig;
 use snake_core::robot::{PerLink, RobotConfig};
 use snake_core::stepper::Method;
-use snake_core::task::random::Stream;
-use snake_core::task::signal::COUNT;
-use snake_core::task::*;
 
 fn field(randomization: Randomization) -> EnvConfig {
     EnvConfig { task: Task::Field, randomization, ..EnvConfig::default() }

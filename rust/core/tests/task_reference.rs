@@ -1,9 +1,9 @@
 //! Laws of the reference generator: smooth, rate-limited, and the thesis's wave at rest.
 
 use proptest::prelude::*;
+use snake_core::environment::ActionMode;
+use snake_core::environment::reference::ReferenceGenerator;
 use snake_core::gait::{JointReference, JointTarget, Wave};
-use snake_core::task::ActionMode;
-use snake_core::task::reference::ReferenceGenerator;
 
 const JOINTS: usize = 5;
 const PERIOD: f64 = 0.05;

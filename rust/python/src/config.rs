@@ -3,12 +3,12 @@
 use pyo3::prelude::*;
 use snake_core::ConfigError;
 use snake_core::control::ControllerConfig;
+use snake_core::environment::Randomization;
 use snake_core::laws::Stribeck;
 use snake_core::minimal::{FeedbackConfig, NoiseConfig};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Scene, SceneConfig};
 use snake_core::stepper::IntegratorConfig;
-use snake_core::task::Randomization;
 
 use crate::decode::decode;
 use crate::gait::GaitConfig;

@@ -2,8 +2,8 @@
 
 use snake_core::ConfigError;
 use snake_core::batch::Batch;
-use snake_core::task::signal::SignalKind;
-use snake_core::task::{EnvConfig, Model, PlanarMachine, SpatialMachine};
+use snake_core::environment::signal::SignalKind;
+use snake_core::environment::{EnvConfig, Model, PlanarMachine, SpatialMachine};
 
 /// A batch of either model.
 pub enum Core {

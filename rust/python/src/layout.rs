@@ -2,10 +2,10 @@
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use snake_core::task::action::ActionEntry;
-use snake_core::task::observation::ObservationBlock;
-use snake_core::task::signal::{SIGNALS, Signal};
-use snake_core::task::{EnvConfig, Environment, Machine, Model, PlanarMachine, SpatialMachine};
+use snake_core::environment::action::ActionEntry;
+use snake_core::environment::observation::ObservationBlock;
+use snake_core::environment::signal::{SIGNALS, Signal};
+use snake_core::environment::{EnvConfig, Environment, Machine, Model, PlanarMachine, SpatialMachine};
 
 use crate::decode::decode;
 use crate::gate::detached;

@@ -4,7 +4,7 @@ use numpy::{PyArray, PyReadwriteArray1, PyReadwriteArray2, PyUntypedArrayMethods
 use pyo3::prelude::*;
 use snake_core::ConfigError;
 use snake_core::batch::Outputs;
-use snake_core::task::signal::SignalKind;
+use snake_core::environment::signal::SignalKind;
 
 use crate::core::Core;
 use crate::gate::Fault;

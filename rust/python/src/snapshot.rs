@@ -2,8 +2,8 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use snake_core::task::goal::{Goal, Target};
-use snake_core::task::{Environment, Machine, PlanarMachine, SpatialMachine};
+use snake_core::environment::goal::{Goal, Target};
+use snake_core::environment::{Environment, Machine, PlanarMachine, SpatialMachine};
 
 use crate::numbers::set_array;
 

@@ -1,12 +1,12 @@
 //! Whole scenes as a handful of numbers: drawn at random here, by a property test elsewhere.
 
 use snake_core::control::ControllerConfig;
+use snake_core::environment::random::Stream;
 use snake_core::gait::Wave;
 use snake_core::planar::{Pose, assemble_chain};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, SceneConfig};
 use snake_core::stepper::IntegratorConfig;
-use snake_core::task::random::Stream;
 
 use crate::case::{Case, Motion, weighted};
 use crate::stages::magnitude;

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use nalgebra::{Vector2, Vector3};
+use snake_core::environment::random::Stream;
 use snake_core::planar::{
     Closing, Fallback, Heading, Newton, Stage, StageContact, StageJoint, StageLink, StageSolution,
 };
-use snake_core::task::random::Stream;
 
 use crate::figures::Figures;
 

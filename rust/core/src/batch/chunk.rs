@@ -3,8 +3,8 @@
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use crate::task::signal::Summary;
-use crate::task::{Environment, Machine, Outcome};
+use crate::environment::signal::Summary;
+use crate::environment::{Environment, Machine, Outcome};
 
 use super::formation::Formed;
 
@@ -122,7 +122,7 @@ fn broken() -> Outcome {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::task::{EnvConfig, PlanarMachine};
+    use crate::environment::{EnvConfig, PlanarMachine};
 
     /// Three rows after a reset with seeds 0, 1, 2, and their observations.
     fn three_rows(prototype: &Environment) -> (Chunk<PlanarMachine>, Vec<f32>) {

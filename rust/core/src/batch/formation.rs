@@ -2,10 +2,10 @@
 
 use std::fmt::Debug;
 
+use crate::environment::{Environment, Machine, PlanarMachine, SpatialMachine};
 use crate::gait::{CardanReference, CardanTarget, JointTarget, WaveJets};
 use crate::spatial_simulation::{SpatialBody, SpatialDriven, SpatialFleet};
 use crate::stepper::{Body, Driven, Fleet, IntegratorConfig, Method};
-use crate::task::{Environment, Machine, PlanarMachine, SpatialMachine};
 
 use super::chunk::Row;
 

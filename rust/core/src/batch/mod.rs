@@ -12,10 +12,10 @@ mod workers;
 
 use rayon::prelude::*;
 
+use crate::environment::signal::{COUNT, SIGNALS, SignalKind};
+use crate::environment::{EnvConfig, Environment, EnvironmentState, PlanarMachine};
 use crate::error::{ConfigError, require};
 use crate::math::MAX_LANES;
-use crate::task::signal::{COUNT, SIGNALS, SignalKind};
-use crate::task::{EnvConfig, Environment, EnvironmentState, PlanarMachine};
 
 pub use formation::Formed;
 

@@ -1,12 +1,14 @@
 //! Environments under random actions.
 
 use snake_core::batch::{Batch, Formed, Outputs};
+use snake_core::environment::random::Stream;
+use snake_core::environment::signal::SIGNALS;
+use snake_core::environment::{
+    ActionMode, EnvConfig, Environment, FieldKind, Model, PlanarMachine, SpatialMachine, Task,
+};
 use snake_core::simulation::PlanarSimulation;
 use snake_core::spatial_simulation::SpatialSimulation;
 use snake_core::stepper::IntegratorConfig;
-use snake_core::task::random::Stream;
-use snake_core::task::signal::SIGNALS;
-use snake_core::task::{ActionMode, EnvConfig, Environment, FieldKind, Model, PlanarMachine, SpatialMachine, Task};
 
 use crate::figures::Figures;
 use crate::watched::Watched;

@@ -8,10 +8,10 @@ pub mod pegs;
 pub mod robots;
 pub mod space;
 
+use snake_core::environment::{PlanarMachine, SpatialMachine};
 use snake_core::planar::Problem;
 use snake_core::simulation::PlanarSimulation;
 use snake_core::spatial_simulation::SpatialSimulation;
-use snake_core::task::{PlanarMachine, SpatialMachine};
 
 use crate::case::Case;
 use crate::draw::Draw;

@@ -9,7 +9,7 @@ use nalgebra::Vector2;
 use crate::scene::Peg;
 
 use super::{Route, SMALLEST_PEG, Site};
-use crate::task::random::Stream;
+use crate::environment::random::Stream;
 
 const COLUMNS: u32 = 6;
 const ROWS: u32 = 5;
@@ -39,7 +39,7 @@ pub fn maze(difficulty: f64, route: &Route, site: &Site, stream: &mut Stream, pe
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::task::field::tests::{aiko_route, aiko_site};
+    use crate::environment::field::tests::{aiko_route, aiko_site};
 
     #[test]
     fn thirty_posts_lie_around_the_way_and_leave_passages_wider_than_the_body() {

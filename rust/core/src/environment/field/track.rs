@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use crate::scene::Peg;
 
 use super::{LARGEST_PEG, Site};
-use crate::task::random::Stream;
+use crate::environment::random::Stream;
 
 /// Gap between body and peg where the body passes at its closest \[m\].
 const THREADING_GAP: f64 = 0.006;
@@ -55,8 +55,8 @@ fn bend_peg(difficulty: f64, site: &Site, [x, y]: [f64; 2], outwards: f64, strea
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::environment::field::tests::aiko_site;
     use crate::scene::TABLE_7_5;
-    use crate::task::field::tests::aiko_site;
 
     #[test]
     fn at_difficulty_zero_the_middle_track_is_the_geometry_of_table_7_5() {

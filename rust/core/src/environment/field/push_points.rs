@@ -12,11 +12,11 @@
 
 use nalgebra::Vector2;
 
+use crate::environment::action::wave_entries;
+use crate::environment::goal::{Goal, Target};
+use crate::environment::path::NaturalPath;
 use crate::gait::Wave;
 use crate::scene::Peg;
-use crate::task::action::wave_entries;
-use crate::task::goal::{Goal, Target};
-use crate::task::path::NaturalPath;
 
 /// What the rule has to know about a robot \[m\].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -114,8 +114,8 @@ const BESIDE: f64 = 0.5;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::environment::field::continued;
     use crate::scene::{TABLE_7_3, TABLE_7_5};
-    use crate::task::field::continued;
 
     fn aiko() -> Reach {
         Reach::new(11.0 * 0.122, 11, 0.0525)

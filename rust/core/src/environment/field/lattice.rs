@@ -3,7 +3,7 @@
 use crate::scene::Peg;
 
 use super::{LARGEST_PEG, Site};
-use crate::task::random::Stream;
+use crate::environment::random::Stream;
 
 /// Distance between pegs of one column \[m\].
 const ROW_PITCH: f64 = 0.38;

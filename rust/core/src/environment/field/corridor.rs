@@ -10,7 +10,7 @@ use nalgebra::Vector2;
 use crate::scene::Peg;
 
 use super::{Route, Site};
-use crate::task::random::Stream;
+use crate::environment::random::Stream;
 
 /// Gap between the body of the gait and the pegs: at difficulty zero, and the widest at difficulty one \[m\].
 /// Beyond 3.5 cm the gait no longer pushes; a wave of larger amplitude does.
@@ -151,7 +151,7 @@ const BISECTIONS: u32 = 30;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::task::field::tests::{aiko_route, aiko_site};
+    use crate::environment::field::tests::{aiko_route, aiko_site};
 
     #[test]
     fn no_body_leaves_a_regular_corridor_between_two_pegs_of_a_wall() {

@@ -11,7 +11,7 @@ mod arena;
 pub mod cardan_reference;
 pub mod channel;
 pub mod config;
-pub mod environment;
+pub mod env;
 pub mod episode;
 pub mod field;
 pub mod goal;
@@ -35,7 +35,7 @@ mod spatial_senses;
 pub mod start;
 
 pub use config::{ActionMode, EnvConfig, FieldKind, Model, Perception, RewardWeights, Task};
-pub use environment::{Environment, EnvironmentState, Outcome};
+pub use env::{Environment, EnvironmentState, Outcome};
 pub use machine::Machine;
 pub use perturbation::{Course, Perturbation};
 pub use planar_machine::{PlanarMachine, PlanarMachineState};

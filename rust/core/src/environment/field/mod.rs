@@ -103,10 +103,10 @@ pub fn keep_clear(site: &Site, robot: &Robot, pose: &[Pose], pegs: &mut Vec<Peg>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::environment::start::{StartJitter, StartLine};
     use crate::gait::Wave;
     use crate::planar::assemble_chain;
     use crate::robot::RobotConfig;
-    use crate::task::start::{StartJitter, StartLine};
     use proptest::prelude::*;
 
     /// The site of the default environment.

@@ -3,7 +3,7 @@
 use crate::scene::Peg;
 
 use super::{LARGEST_PEG, Site};
-use crate::task::random::Stream;
+use crate::environment::random::Stream;
 
 /// Width of the narrowest passage in body widths, at difficulty zero and one.
 const PASSAGE: [f64; 2] = [1.2, 2.0];
@@ -31,7 +31,7 @@ pub fn poisson(difficulty: f64, site: &Site, stream: &mut Stream, pegs: &mut Vec
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::task::field::tests::aiko_site;
+    use crate::environment::field::tests::aiko_site;
 
     #[test]
     fn the_robot_fits_between_any_two_pegs() {
