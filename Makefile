@@ -18,15 +18,16 @@ test-rust:
 test-python: build
 	$(BIN)/python -m pytest $(PYTEST)
 
+RAY_TESTS := $(addprefix tests/test_,ppo_ray.py rllib.py ray_tune.py) $(addprefix tests/package/test_, \
+	checker.py vector_env.py vector_env_input.py reward.py threads.py single_env.py wrappers.py)
+
 # Ray in an environment of its own: RLlib pins an earlier Gymnasium, with which the interface is tested too.
 test-ray: build .venv-ray/.packages
-	PYTHONPATH=$(CURDIR) .venv-ray/bin/python -m pytest tests/test_ppo_ray.py tests/test_rllib.py tests/test_ray_tune.py \
-		tests/test_checker.py tests/test_vector_env.py tests/test_vector_env_input.py tests/test_reward.py tests/test_threads.py \
-		tests/test_single_env.py tests/test_wrappers.py $(PYTEST)
+	PYTHONPATH=$(CURDIR) .venv-ray/bin/python -m pytest $(RAY_TESTS) $(PYTEST)
 
 # What the suite asks of fixed inputs, asked of fresh random ones.
 fuzz: build
-	SNAKE_ENV_FUZZ=search $(BIN)/python -m pytest tests/test_fuzz.py tests/test_native.py tests/test_sheets.py $(PYTEST)
+	SNAKE_ENV_FUZZ=search $(BIN)/python -m pytest tests/package/test_fuzz.py tests/package/test_native.py tests/package/test_sheets.py $(PYTEST)
 
 bench: build .venv/.peers
 	$(BIN)/python -m training.bench $(BENCH)

@@ -15,7 +15,7 @@ from conftest import run_python
 import snake_env
 from snake_env import _native, card
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 STUB = (ROOT / "snake_env/_native.pyi").read_text(encoding="utf-8")
 FUNCTIONS = sorted(name for name, value in vars(_native).items() if inspect.isbuiltin(value))
 

@@ -20,7 +20,7 @@ import snake_env
 from snake_env import ConfigError, Gait, Integrator, Robot, Scene, SnakeEnv, SnakeVectorEnv, Start, _native
 from snake_env.options import TaskOptions
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.parametrize("value", [5, "x", [1, 2], None])
