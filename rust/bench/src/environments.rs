@@ -1,9 +1,9 @@
 //! Batches of environments in the middle of their episodes.
 
 use snake_core::ConfigError;
-use snake_core::batch::{Batch, Formed, Outputs};
-use snake_core::environment::random::Stream;
-use snake_core::environment::{EnvConfig, EnvironmentState, Model, PlanarMachine, Task};
+use snake_core::batch::{Batch, Batched, Outputs};
+use snake_core::environment::rng::Rng;
+use snake_core::environment::{EnvConfig, EnvironmentState, ModelKind, PlanarRobot, Task};
 
 /// The configuration behind an environment id.
 pub fn of_id(task: Task) -> (&'static str, EnvConfig) {
@@ -20,7 +20,7 @@ pub fn of_id(task: Task) -> (&'static str, EnvConfig) {
 
 /// The configuration behind `SnakeSpatial-v0`.
 pub fn in_space() -> (&'static str, EnvConfig) {
-    ("SnakeSpatial-v0", EnvConfig { task: Task::Free, model: Model::Spatial, ..EnvConfig::default() })
+    ("SnakeSpatial-v0", EnvConfig { task: Task::Free, model: ModelKind::Spatial, ..EnvConfig::default() })
 }
 
 /// What the robots are told to do.
@@ -44,11 +44,11 @@ impl Actions {
 }
 
 /// A batch that starts ended rows anew by itself.
-pub struct Robots<M: Formed = PlanarMachine> {
+pub struct Robots<M: Batched = PlanarRobot> {
     pub batch: Batch<M>,
     actions: Actions,
     action: Vec<f64>,
-    stream: Stream,
+    stream: Rng,
     active: Vec<bool>,
     ended: Vec<bool>,
     no_seeds: Vec<Option<u64>>,
@@ -65,7 +65,7 @@ struct Results {
 }
 
 impl Results {
-    fn of<M: Formed>(batch: &Batch<M>) -> Self {
+    fn of<M: Batched>(batch: &Batch<M>) -> Self {
         let rows = batch.num_envs();
         Self {
             observation: vec![0.0; rows * batch.observation_size()],
@@ -82,7 +82,7 @@ impl Results {
     }
 }
 
-impl<M: Formed> Robots<M> {
+impl<M: Batched> Robots<M> {
     /// Row k at the start of episode 0 of seed k.
     ///
     /// # Errors
@@ -92,7 +92,7 @@ impl<M: Formed> Robots<M> {
         let mut robots = Self {
             actions,
             action: vec![0.0; rows * batch.action_size()],
-            stream: Stream::new(ACTION_SEED, 0),
+            stream: Rng::new(ACTION_SEED, 0),
             active: vec![true; rows],
             ended: vec![true; rows],
             no_seeds: vec![None; rows],
@@ -146,7 +146,7 @@ impl<M: Formed> Robots<M> {
 ///
 /// # Errors
 /// The configuration is not admissible.
-pub fn pool<M: Formed>(config: &EnvConfig, actions: Actions) -> Result<Vec<EnvironmentState<M::State>>, ConfigError> {
+pub fn pool<M: Batched>(config: &EnvConfig, actions: Actions) -> Result<Vec<EnvironmentState<M::State>>, ConfigError> {
     let mut robots = Robots::<M>::new(config, POOL, 0, actions)?;
     let mut states = Vec::with_capacity(POOL);
     for step in 0..POOL_STEPS {
@@ -173,9 +173,9 @@ mod tests {
     #[test]
     fn a_pool_holds_robots_at_times_spread_over_their_episodes() {
         let (_, config) = of_id(Task::Course);
-        let pool = pool::<PlanarMachine>(&config, Actions::Gait).unwrap();
+        let pool = pool::<PlanarRobot>(&config, Actions::Gait).unwrap();
         assert_eq!(pool.len(), POOL);
-        let robots = Robots::<PlanarMachine>::in_motion(&config, 8, 1, Actions::Gait, &pool).unwrap();
+        let robots = Robots::<PlanarRobot>::in_motion(&config, 8, 1, Actions::Gait, &pool).unwrap();
         let times: Vec<f64> = (0..8).map(|row| robots.batch.environment(row).state().time).collect();
         for (k, a) in times.iter().enumerate() {
             assert!(times[..k].iter().all(|b| (a - b).abs() > 0.04), "{times:?}");

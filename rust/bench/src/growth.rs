@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 use snake_core::ConfigError;
-use snake_core::batch::Formed;
+use snake_core::batch::Batched;
 use snake_core::control::ControllerConfig;
 use snake_core::environment::perception::PegSensor;
-use snake_core::environment::{EnvConfig, FieldKind, PlanarMachine, SpatialMachine, Task};
+use snake_core::environment::{EnvConfig, FieldKind, PlanarRobot, SpatialRobot, Task};
 use snake_core::gait::{JointReference, Wave};
 use snake_core::planar::Pose;
 use snake_core::robot::RobotConfig;
@@ -199,14 +199,14 @@ fn with_batch(quick: bool) -> Result<(), ConfigError> {
     let batches = if quick { &QUICK_BATCHES[..] } else { &BATCHES[..] };
     for task in [Task::Course, Task::Field] {
         let (env, config) = of_id(task);
-        with_robots::<PlanarMachine>(env, &config, batches, quick)?;
+        with_robots::<PlanarRobot>(env, &config, batches, quick)?;
     }
     let (env, config) = in_space();
     let few = batches.partition_point(|&rows| rows <= MOST_IN_SPACE);
-    with_robots::<SpatialMachine>(env, &config, &batches[..few], quick)
+    with_robots::<SpatialRobot>(env, &config, &batches[..few], quick)
 }
 
-fn with_robots<M: Formed>(env: &str, config: &EnvConfig, batches: &[usize], quick: bool) -> Result<(), ConfigError> {
+fn with_robots<M: Batched>(env: &str, config: &EnvConfig, batches: &[usize], quick: bool) -> Result<(), ConfigError> {
     let (rounds, seconds) = if quick { (3, 0.1) } else { (5, 0.3) };
     for actions in Actions::ALL {
         let pool = pool::<M>(config, actions)?;
@@ -226,13 +226,13 @@ fn with_robots<M: Formed>(env: &str, config: &EnvConfig, batches: &[usize], quic
 }
 
 /// A batch that is timed over and over.
-struct Crowd<M: Formed> {
+struct Crowd<M: Batched> {
     robots: Robots<M>,
     /// Steps of all rows together, and the time they took.
     repetitions: Vec<(f64, Spent)>,
 }
 
-impl<M: Formed> Crowd<M> {
+impl<M: Batched> Crowd<M> {
     /// The first step, which touches memory for the first time, is not measured.
     fn new(mut robots: Robots<M>) -> Self {
         robots.step();

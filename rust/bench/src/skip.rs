@@ -8,7 +8,7 @@
 use serde::Serialize;
 use snake_core::ConfigError;
 use snake_core::control::ControllerConfig;
-use snake_core::environment::{EnvConfig, Perception, PlanarMachine, Task};
+use snake_core::environment::{EnvConfig, Perception, PlanarRobot, Task};
 use snake_core::scene::{Peg, START_7_5, START_FREE, TABLE_7_5};
 use snake_core::stepper::{Fleet, IntegratorConfig, Plant};
 
@@ -131,7 +131,7 @@ impl Crew {
 
 /// Environments in motion on one thread.
 fn company(config: &EnvConfig) -> Result<Robots, ConfigError> {
-    let pool = pool::<PlanarMachine>(config, Actions::Gait)?;
+    let pool = pool::<PlanarRobot>(config, Actions::Gait)?;
     Robots::in_motion(config, ROBOTS, 1, Actions::Gait, &pool)
 }
 

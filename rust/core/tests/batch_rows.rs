@@ -1,8 +1,8 @@
 //! Laws of the batch: rows are alone in the world.
 
-use snake_core::batch::{Batch, Formed, Outputs};
-use snake_core::environment::random::Stream;
-use snake_core::environment::{EnvConfig, Environment, Model, PlanarMachine, SpatialMachine, Task};
+use snake_core::batch::{Batch, Batched, Outputs};
+use snake_core::environment::rng::Rng;
+use snake_core::environment::{EnvConfig, Environment, ModelKind, PlanarRobot, SpatialRobot, Task};
 use snake_core::stepper::{IntegratorConfig, Method};
 
 /// Arrays that a batch writes to.
@@ -16,7 +16,7 @@ struct Arrays {
 }
 
 impl Arrays {
-    fn of<M: Formed>(batch: &Batch<M>) -> Self {
+    fn of<M: Batched>(batch: &Batch<M>) -> Self {
         let n = batch.num_envs();
         Self {
             observation: vec![7.0; n * batch.observation_size()],
@@ -58,12 +58,12 @@ fn short_field() -> EnvConfig {
 
 /// The action of the row with a seed in a step: it depends on nothing else.
 fn action(seed: usize, step: u64, size: usize) -> impl Iterator<Item = f64> {
-    let mut stream = Stream::new(seed as u64, step);
+    let mut stream = Rng::new(seed as u64, step);
     (0..size).map(move |_| stream.around_zero(1.2))
 }
 
 /// Rows `first..first + n` of one large imagined batch over 40 steps, resetting rows that end.
-fn trajectory<M: Formed>(config: &EnvConfig, first: usize, n: usize, threads: usize) -> Vec<Arrays> {
+fn trajectory<M: Batched>(config: &EnvConfig, first: usize, n: usize, threads: usize) -> Vec<Arrays> {
     let mut batch = Batch::<M>::new(config, n, threads).unwrap();
     let mut arrays = Arrays::of(&batch);
     let seeds: Vec<_> = (first..first + n).map(|seed| Some(seed as u64)).collect();
@@ -79,7 +79,7 @@ fn trajectory<M: Formed>(config: &EnvConfig, first: usize, n: usize, threads: us
     history
 }
 
-fn rows_are_alone<M: Formed>(config: &EnvConfig) {
+fn rows_are_alone<M: Batched>(config: &EnvConfig) {
     let whole = trajectory::<M>(config, 0, 12, 1);
     for threads in [2, 3, 8] {
         assert!(whole == trajectory::<M>(config, 0, 12, threads), "{threads} threads");
@@ -96,19 +96,19 @@ fn rows_are_alone<M: Formed>(config: &EnvConfig) {
 
 #[test]
 fn results_do_not_depend_on_threads_or_batch_size() {
-    rows_are_alone::<PlanarMachine>(&short_field());
+    rows_are_alone::<PlanarRobot>(&short_field());
 }
 
 #[test]
 fn spatial_rows_do_not_depend_on_threads_or_batch_size() {
     let integrator = IntegratorConfig { step: Some(0.025), ..IntegratorConfig::default() };
-    rows_are_alone::<SpatialMachine>(&EnvConfig { model: Model::Spatial, integrator, ..short_field() });
+    rows_are_alone::<SpatialRobot>(&EnvConfig { model: ModelKind::Spatial, integrator, ..short_field() });
 }
 
 #[test]
 fn rows_that_are_not_active_stay_untouched() {
     for threads in [1, 2] {
-        let mut batch = Batch::<PlanarMachine>::new(&short_field(), 6, threads).unwrap();
+        let mut batch = Batch::<PlanarRobot>::new(&short_field(), 6, threads).unwrap();
         let mut arrays = Arrays::of(&batch);
         batch.reset(&[true; 6], &[Some(1); 6], arrays.outputs());
         let before = arrays.clone();
@@ -125,11 +125,11 @@ fn rows_that_are_not_active_stay_untouched() {
 #[test]
 fn a_row_that_diverges_leaves_its_neighbours_alone() {
     let config = EnvConfig { task: Task::Course, ..EnvConfig::default() };
-    diverge_in_row_three::<PlanarMachine>(&config);
-    diverge_in_row_three::<SpatialMachine>(&EnvConfig { model: Model::Spatial, ..config });
+    diverge_in_row_three::<PlanarRobot>(&config);
+    diverge_in_row_three::<SpatialRobot>(&EnvConfig { model: ModelKind::Spatial, ..config });
 }
 
-fn diverge_in_row_three<M: Formed>(config: &EnvConfig) {
+fn diverge_in_row_three<M: Batched>(config: &EnvConfig) {
     let mut divergences = 0;
     for threads in [1, 2] {
         let batch = || Batch::<M>::new(config, 5, threads).unwrap();
@@ -139,7 +139,7 @@ fn diverge_in_row_three<M: Formed>(config: &EnvConfig) {
         sick.reset(&[true; 5], &seeds, a.outputs());
         sound.reset(&[true; 5], &seeds, b.outputs());
         let mut state = serde_json::to_value(sick.save(3)).unwrap();
-        state["machine"]["simulation"]["state"]["twist"][0][2] = serde_json::json!(1e200);
+        state["model"]["simulation"]["state"]["twist"][0][2] = serde_json::json!(1e200);
         sick.restore(3, &serde_json::from_value(state).unwrap()).unwrap();
         for _ in 0..5 {
             let actions = vec![0.1; 5 * sick.action_size()];
@@ -162,10 +162,10 @@ fn diverge_in_row_three<M: Formed>(config: &EnvConfig) {
 fn a_batch_of_the_thesis_method_steps_like_its_environments() {
     let integrator = IntegratorConfig { method: Method::Thesis, ..IntegratorConfig::default() };
     let config = EnvConfig { task: Task::Course, integrator, ..EnvConfig::default() };
-    let mut batch = Batch::<PlanarMachine>::new(&config, 2, 1).unwrap();
+    let mut batch = Batch::<PlanarRobot>::new(&config, 2, 1).unwrap();
     let mut arrays = Arrays::of(&batch);
     batch.reset(&[true; 2], &[Some(3), Some(4)], arrays.outputs());
-    let mut alone = Environment::<PlanarMachine>::new(&config).unwrap();
+    let mut alone = Environment::<PlanarRobot>::new(&config).unwrap();
     let size = alone.observation_size();
     let mut observation = vec![0.0; size];
     alone.reset(Some(4), &mut observation);
@@ -178,8 +178,8 @@ fn a_batch_of_the_thesis_method_steps_like_its_environments() {
 
 #[test]
 fn sizes_are_checked_by_name() {
-    let error = |n, threads| Batch::<PlanarMachine>::new(&short_field(), n, threads).unwrap_err().field;
+    let error = |n, threads| Batch::<PlanarRobot>::new(&short_field(), n, threads).unwrap_err().field;
     assert_eq!(error(0, 1), "num_envs");
     assert_eq!(error(1, 5000), "num_threads");
-    assert!(Batch::<PlanarMachine>::new(&short_field(), 1, 0).unwrap().num_threads() >= 1);
+    assert!(Batch::<PlanarRobot>::new(&short_field(), 1, 0).unwrap().num_threads() >= 1);
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use snake_core::environment::random::Stream;
+use snake_core::environment::rng::Rng;
 use snake_core::environment::*;
 use snake_core::gait::{CardanReference, CardanTarget};
 use snake_core::spatial::{SLACK, joint_angle};
@@ -13,18 +13,18 @@ const MODES: [ActionMode; 3] = [ActionMode::Gait, ActionMode::Joints, ActionMode
 const ROLLING: [f64; 6] = [-2.0 / 3.0, 0.0, 1.0, 0.0, 0.0, 0.0];
 
 fn config(task: Task) -> EnvConfig {
-    EnvConfig { model: Model::Spatial, task, ..EnvConfig::default() }
+    EnvConfig { model: ModelKind::Spatial, task, ..EnvConfig::default() }
 }
 
 /// An environment and room for its observation.
 struct Run {
-    environment: Environment<SpatialMachine>,
+    environment: Environment<SpatialRobot>,
     observation: Vec<f32>,
 }
 
 impl Run {
     fn new(config: &EnvConfig, seed: u64) -> Self {
-        let mut environment = Environment::<SpatialMachine>::new(config).unwrap();
+        let mut environment = Environment::<SpatialRobot>::new(config).unwrap();
         let mut observation = vec![0.0; environment.observation_size()];
         environment.reset(Some(seed), &mut observation);
         Self { environment, observation }
@@ -44,12 +44,12 @@ impl Run {
         misses
     }
 
-    fn random_action(&self, stream: &mut Stream) -> Vec<f64> {
+    fn random_action(&self, stream: &mut Rng) -> Vec<f64> {
         (0..self.environment.action_size()).map(|_| stream.around_zero(1.2)).collect()
     }
 
     fn centre(&self) -> nalgebra::Vector2<f64> {
-        self.environment.machine().motion().position
+        self.environment.model().motion().position
     }
 
     fn block(&self, name: &str) -> &[f32] {
@@ -69,7 +69,7 @@ fn sidewinding_as_a_constant_action_carries_the_robot_towards_its_goal_at_ten_ce
     let speed = way.norm() / 9.0;
     assert!((0.095..0.115).contains(&speed), "{speed} m/s along {way:?}");
     assert!(way.y.atan2(way.x).abs() < 0.15, "{way:?} is not the way to the goal");
-    assert_eq!((misses, run.environment.machine().overbent()), (0, 0));
+    assert_eq!((misses, run.environment.model().overbent()), (0, 0));
 }
 
 #[test]
@@ -77,10 +77,10 @@ fn lateral_rolling_as_a_constant_action_turns_the_robot_about_its_axis() {
     let mut run = Run::new(&EnvConfig { start_jitter: 0.0, corridor_half_width: 5.0, ..config(Task::Free) }, 0);
     run.hold(&ROLLING, 100);
     let before = run.centre();
-    let (mut turned, mut last) = (0.0, run.environment.machine().attitude().roll);
+    let (mut turned, mut last) = (0.0, run.environment.model().attitude().roll);
     for _ in 0..100 {
         run.step(&ROLLING);
-        let roll = run.environment.machine().attitude().roll;
+        let roll = run.environment.model().attitude().roll;
         turned += (roll - last + 3.0 * PI).rem_euclid(2.0 * PI) - PI;
         last = roll;
     }
@@ -100,11 +100,11 @@ fn the_ground_carries_the_weight_of_a_resting_robot_and_its_sensor_feels_gravity
     let action: Vec<f64> =
         entries.iter().zip(yaw.into_iter().chain(pitch)).map(|(entry, angle)| entry.normalised(angle)).collect();
     run.hold(&action, 10);
-    let machine = run.environment.machine();
-    let carried: f64 = machine.normal_force().iter().sum();
-    let weight = machine.robot().total_mass() * machine.robot().gravity;
+    let model = run.environment.model();
+    let carried: f64 = model.normal_force().iter().sum();
+    let weight = model.robot().total_mass() * model.robot().gravity;
     assert!((carried / weight - 1.0).abs() < 1e-6, "{carried} N of {weight} N");
-    assert!((machine.height() - 0.0525).abs() < 1e-4, "{} m", machine.height());
+    assert!((model.height() - 0.0525).abs() < 1e-4, "{} m", model.height());
     for (felt, down) in run.block("gravity").iter().zip([0.0, 0.0, -1.0]) {
         assert!((felt - down).abs() < 1e-3);
     }
@@ -115,14 +115,14 @@ fn references_stay_within_a_right_angle_and_their_rates_are_derivatives() {
     for task in [Task::Free, Task::Field] {
         for action_mode in MODES {
             let mut run = Run::new(&EnvConfig { action_mode, ..config(task) }, 3);
-            let mut stream = Stream::new(5, 0);
+            let mut stream = Rng::new(5, 0);
             for k in 0..60 {
                 // Extremes of every entry for a while, then anything.
                 let action: Vec<f64> =
                     run.random_action(&mut stream).iter().map(|a| if k < 40 { a.signum() } else { *a }).collect();
                 run.step(&action);
-                let generator = &run.environment.machine().reference;
-                let time = run.environment.machine().simulation.state().time + 0.01;
+                let generator = &run.environment.model().reference;
+                let time = run.environment.model().simulation.state().time + 0.01;
                 for joint in 0..10 {
                     let at = |t: f64| generator.target(joint, t);
                     let (h, CardanTarget { yaw, pitch }) = (1e-5, at(time));
@@ -139,7 +139,7 @@ fn references_stay_within_a_right_angle_and_their_rates_are_derivatives() {
 
 #[test]
 fn ten_thousand_random_steps_stay_finite_and_count_every_miss() {
-    let mut stream = Stream::new(11, 0);
+    let mut stream = Rng::new(11, 0);
     let (mut misses, mut diverged) = (0, 0);
     for (k, task) in [Task::Free, Task::Field, Task::Course, Task::Maze].into_iter().enumerate() {
         let action_mode = MODES[k % 3];
@@ -175,11 +175,11 @@ fn starts_rest_on_the_ground_clear_of_pegs_and_on_their_references() {
         for action_mode in MODES {
             for seed in 0..5 {
                 let run = Run::new(&EnvConfig { action_mode, ..config(task) }, seed);
-                let machine = run.environment.machine();
-                assert!(machine.simulation.min_gap() > -1e-12, "{task:?}, {}", machine.simulation.min_gap());
-                let pose = &machine.simulation.state().pose;
+                let model = run.environment.model();
+                assert!(model.simulation.min_gap() > -1e-12, "{task:?}, {}", model.simulation.min_gap());
+                let pose = &model.simulation.state().pose;
                 let mut reference = [0.0; 20];
-                machine.reference.angles(&mut reference);
+                model.reference.angles(&mut reference);
                 for (j, angle) in reference.chunks(2).enumerate() {
                     let error = joint_angle(&pose[j], &pose[j + 1]) - nalgebra::Vector2::new(angle[0], angle[1]);
                     assert!(error.norm() < 1e-12, "{task:?}, {action_mode:?}: {error:?}");
@@ -193,7 +193,7 @@ fn starts_rest_on_the_ground_clear_of_pegs_and_on_their_references() {
 fn a_restored_environment_goes_on_bit_for_bit() {
     for task in [Task::Free, Task::Course] {
         let mut run = Run::new(&EnvConfig { action_mode: ActionMode::Residual, ..config(task) }, 2);
-        let mut stream = Stream::new(1, 1);
+        let mut stream = Rng::new(1, 1);
         let actions: Vec<_> = (0..60).map(|_| run.random_action(&mut stream)).collect();
         actions[..30].iter().for_each(|action| {
             run.step(action);
@@ -210,9 +210,9 @@ fn a_restored_environment_goes_on_bit_for_bit() {
 
 #[test]
 fn a_robot_of_the_other_model_is_refused() {
-    let error = Environment::<SpatialMachine>::new(&EnvConfig::default()).unwrap_err();
+    let error = Environment::<SpatialRobot>::new(&EnvConfig::default()).unwrap_err();
     assert_eq!(error.field, "model");
     let mut io = config(Task::Free);
     io.controller.law = snake_core::control::ControlLaw::Io;
-    assert_eq!(Environment::<SpatialMachine>::new(&io).unwrap_err().field, "controller.law");
+    assert_eq!(Environment::<SpatialRobot>::new(&io).unwrap_err().field, "controller.law");
 }

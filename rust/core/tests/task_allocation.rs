@@ -4,7 +4,7 @@
 mod requests;
 
 use snake_core::environment::{
-    ActionMode, EnvConfig, Environment, Machine, Model, PlanarMachine, SpatialMachine, Task,
+    ActionMode, EnvConfig, Environment, ModelKind, PlanarRobot, RobotModel, SpatialRobot, Task,
 };
 
 use requests::REQUESTS;
@@ -14,13 +14,13 @@ fn stepping_an_environment_does_not_allocate() {
     for task in Task::ALL {
         for action_mode in [ActionMode::Gait, ActionMode::Joints, ActionMode::Residual] {
             let config = EnvConfig { task, action_mode, ..EnvConfig::default() };
-            step_without_allocating::<PlanarMachine>(&config);
-            step_without_allocating::<SpatialMachine>(&EnvConfig { model: Model::Spatial, ..config });
+            step_without_allocating::<PlanarRobot>(&config);
+            step_without_allocating::<SpatialRobot>(&EnvConfig { model: ModelKind::Spatial, ..config });
         }
     }
 }
 
-fn step_without_allocating<M: Machine>(config: &EnvConfig) {
+fn step_without_allocating<M: RobotModel>(config: &EnvConfig) {
     let mut environment = Environment::<M>::new(config).unwrap();
     let mut observation = vec![0.0; environment.observation_size()];
     let action = vec![0.2; environment.action_size()];
@@ -33,5 +33,5 @@ fn step_without_allocating<M: Machine>(config: &EnvConfig) {
     for _ in 0..100 {
         environment.step(&action, &mut observation);
     }
-    assert_eq!(REQUESTS.get() - before, 0, "{:?}, {:?}, {:?}", M::MODEL, config.task, config.action_mode);
+    assert_eq!(REQUESTS.get() - before, 0, "{:?}, {:?}, {:?}", M::KIND, config.task, config.action_mode);
 }

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use snake_core::control::ControllerConfig;
-use snake_core::environment::random::Stream;
+use snake_core::environment::rng::Rng;
 use snake_core::environment::signal::SIGNALS;
 use snake_core::environment::*;
 use snake_core::robot::{PerLink, RobotConfig};
@@ -23,7 +23,7 @@ struct Run {
 
 impl Run {
     fn new(config: &EnvConfig, seed: u64) -> Self {
-        let mut environment = Environment::<PlanarMachine>::new(config).unwrap();
+        let mut environment = Environment::<PlanarRobot>::new(config).unwrap();
         let mut observation = vec![0.0; environment.observation_size()];
         environment.reset(Some(seed), &mut observation);
         Self { environment, observation }
@@ -45,7 +45,7 @@ impl Run {
         outcome
     }
 
-    fn random_action(&self, stream: &mut Stream) -> Vec<f64> {
+    fn random_action(&self, stream: &mut Rng) -> Vec<f64> {
         (0..self.environment.action_size()).map(|_| stream.around_zero(1.0)).collect()
     }
 }
@@ -117,7 +117,7 @@ fn the_start_never_penetrates_and_rests_on_its_reference() {
 
 #[test]
 fn no_start_diverges() {
-    let mut stream = Stream::new(0, 0);
+    let mut stream = Rng::new(0, 0);
     for task in TASKS {
         let mut run = Run::new(&config(task), 0);
         for seed in 0..100 {
@@ -136,7 +136,7 @@ fn observations_stay_in_bounds_and_none_is_constant() {
             let mut run = Run::new(&EnvConfig { action_mode, ..config(task) }, 1);
             let size = run.observation.len();
             let (mut low, mut high) = (vec![f32::INFINITY; size], vec![f32::NEG_INFINITY; size]);
-            let mut stream = Stream::new(1, 2);
+            let mut stream = Rng::new(1, 2);
             for episode in 0..3 {
                 for _ in 0..100 {
                     let action = run.random_action(&mut stream);
@@ -180,7 +180,7 @@ fn most_of_a_moving_robots_observation_lies_between_minus_one_and_one() {
 #[test]
 fn the_reward_is_the_sum_of_the_terms_reported() {
     let mut run = Run::new(&config(Task::Field), 4);
-    let mut stream = Stream::new(4, 0);
+    let mut stream = Rng::new(4, 0);
     for _ in 0..50 {
         let action = run.random_action(&mut stream);
         let outcome = run.step(&action);
@@ -211,7 +211,7 @@ fn a_saved_state_continues_bit_for_bit_in_another_environment() {
         for action_mode in MODES {
             let config = EnvConfig { action_mode, ..config(task) };
             let (mut first, mut second) = (Run::new(&config, 5), Run::new(&config, 6));
-            let mut stream = Stream::new(0, 0);
+            let mut stream = Rng::new(0, 0);
             for _ in 0..30 {
                 let action = first.random_action(&mut stream);
                 first.step(&action);
@@ -268,7 +268,7 @@ fn a_diverging_robot_is_flagged_and_its_observation_finite() {
     let mut run = Run::new(&config(Task::Course), 0);
     run.hold(&[0.0; 4], 5);
     let mut state = serde_json::to_value(run.environment.save()).unwrap();
-    state["machine"]["simulation"]["state"]["twist"][3][0] = serde_json::json!(1e300);
+    state["model"]["simulation"]["state"]["twist"][3][0] = serde_json::json!(1e300);
     run.environment.restore(&serde_json::from_value(state).unwrap()).unwrap();
     let outcome = run.step(&[0.0; 4]);
     assert!(outcome.terminated && !outcome.truncated && run.environment.summary().diverged);
@@ -328,7 +328,7 @@ fn every_field_of_the_configuration_is_checked_by_name() {
         ("robot.radius", EnvConfig { robot: robot(0.06), task: Task::Course, ..good.clone() }),
     ];
     for (field, config) in bad {
-        let error = Environment::<PlanarMachine>::new(&config).unwrap_err();
+        let error = Environment::<PlanarRobot>::new(&config).unwrap_err();
         assert_eq!(error.field, field);
         assert!(!error.value.is_empty() && !error.expected.is_empty());
     }

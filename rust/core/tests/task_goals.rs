@@ -4,7 +4,7 @@ use snake_core::environment::*;
 
 /// Action zero, the thesis's gait, until the episode ends.
 fn scripted(config: EnvConfig, seed: u64) -> snake_core::environment::signal::Summary {
-    let mut environment = Environment::<PlanarMachine>::new(&config).unwrap();
+    let mut environment = Environment::<PlanarRobot>::new(&config).unwrap();
     let mut observation = vec![0.0; environment.observation_size()];
     environment.reset(Some(seed), &mut observation);
     loop {
@@ -56,8 +56,8 @@ fn a_field_drawn_for_push_points_has_them() {
 fn a_perturbed_course_at_difficulty_zero_is_the_course() {
     let perturbation = Perturbation { course: Course::Table75, ..Perturbation::default() };
     let config = EnvConfig { task: Task::Perturbed, difficulty: 0.0, perturbation, ..EnvConfig::default() };
-    let perturbed = Environment::<PlanarMachine>::new(&config).unwrap();
-    let course = Environment::<PlanarMachine>::new(&EnvConfig { task: Task::Course, ..EnvConfig::default() }).unwrap();
+    let perturbed = Environment::<PlanarRobot>::new(&config).unwrap();
+    let course = Environment::<PlanarRobot>::new(&EnvConfig { task: Task::Course, ..EnvConfig::default() }).unwrap();
     assert_eq!(perturbed.pegs(), course.pegs());
     assert_eq!(perturbed.goal(), course.goal());
 }
@@ -74,7 +74,7 @@ fn a_corridor_that_fits_the_gait_leads_it_to_the_goal() {
 #[test]
 fn towards_a_goal_point_all_quantities_are_those_of_its_direction() {
     let config = EnvConfig { task: Task::Maze, difficulty: 1.0, start_jitter: 0.0, ..EnvConfig::default() };
-    let mut environment = Environment::<PlanarMachine>::new(&config).unwrap();
+    let mut environment = Environment::<PlanarRobot>::new(&config).unwrap();
     let mut observation = vec![0.0; environment.observation_size()];
     for seed in 0..5 {
         environment.reset(Some(seed), &mut observation);

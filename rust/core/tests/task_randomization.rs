@@ -2,7 +2,7 @@
 
 use snake_core::batch::{Batch, Outputs};
 use snake_core::control::{ControlLaw, ControllerConfig};
-use snake_core::environment::random::Stream;
+use snake_core::environment::rng::Rng;
 use snake_core::environment::signal::COUNT;
 use snake_core::environment::*;
 use snake_core::minimal::NoiseConfig;
@@ -33,7 +33,7 @@ fn poses(config: &EnvConfig, steps: usize) -> Vec<f64> {
     let mut environment = <Environment>::new(config).unwrap();
     let mut observation = vec![0.0; environment.observation_size()];
     environment.reset(Some(3), &mut observation);
-    let mut stream = Stream::new(1, 1);
+    let mut stream = Rng::new(1, 1);
     for _ in 0..steps {
         let action: Vec<f64> = (0..environment.action_size()).map(|_| stream.around_zero(1.0)).collect();
         environment.step(&action, &mut observation);
@@ -116,13 +116,13 @@ fn play_and_drops_that_no_plant_can_have_are_refused_by_name() {
         (|config| config.randomization.free_play = [0.0, 0.1], "randomization.free_play"),
         (|config| config.randomization.stribeck = [0.0, 0.1], "randomization.stribeck"),
     ] {
-        let mut config = EnvConfig { model: Model::Spatial, task: Task::Course, ..EnvConfig::default() };
+        let mut config = EnvConfig { model: ModelKind::Spatial, task: Task::Course, ..EnvConfig::default() };
         change(&mut config);
-        assert_eq!(Environment::<SpatialMachine>::new(&config).map(drop_result).unwrap_err().field, field);
+        assert_eq!(Environment::<SpatialRobot>::new(&config).map(drop_result).unwrap_err().field, field);
     }
 }
 
-fn drop_result<M: Machine>(_: Environment<M>) {}
+fn drop_result<M: RobotModel>(_: Environment<M>) {}
 
 #[test]
 fn a_delay_shifts_the_joint_references_in_time() {

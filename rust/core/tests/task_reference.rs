@@ -36,7 +36,7 @@ proptest! {
         let mut time = 0.0;
         let mut before = targets(&generator, time);
         for action in &actions {
-            generator.command(action, time);
+            generator.set_action(action, time);
             let after = targets(&generator, time);
             for (a, b) in before.iter().zip(&after) {
                 // Round-off of lambda^2 = 900 / s^2 times angles near one, and of phases near pi.
@@ -46,7 +46,7 @@ proptest! {
             }
             time += PERIOD;
             before = targets(&generator, time);
-            generator.elapse();
+            generator.finish_period();
         }
     }
 
@@ -56,7 +56,7 @@ proptest! {
         let h = 1e-5;
         for (k, action) in actions.iter().enumerate() {
             let start = k as f64 * PERIOD;
-            generator.command(action, start);
+            generator.set_action(action, start);
             for joint in 0..JOINTS {
                 let at = |dt: f64| generator.target(joint, start + t + dt);
                 let rate = (at(h).angle - at(-h).angle) / (2.0 * h);
@@ -65,7 +65,7 @@ proptest! {
                 prop_assert!((rate - at(0.0).rate).abs() < 1e-5);
                 prop_assert!((acceleration - at(0.0).acceleration).abs() < 1e-3);
             }
-            generator.elapse();
+            generator.finish_period();
         }
     }
 
@@ -76,14 +76,14 @@ proptest! {
         let (angle, rate) = bounds(mode);
         for (k, action) in actions.iter().enumerate() {
             let start = k as f64 * PERIOD;
-            generator.command(action, start);
+            generator.set_action(action, start);
             for sample in 0..10 {
                 for target in targets(&generator, start + PERIOD * f64::from(sample) / 10.0) {
                     prop_assert!(target.angle.abs() <= angle.to_radians() + 1e-9);
                     prop_assert!(target.rate.abs() <= ripple * rate.to_radians() + 1e-9, "{}", target.rate.to_degrees());
                 }
             }
-            generator.elapse();
+            generator.finish_period();
         }
     }
 }
@@ -106,11 +106,11 @@ fn action_zero_becomes_the_wave_of_the_thesis() {
         let mut generator = generator(mode);
         let wave = Wave::default();
         for k in 0..40 {
-            generator.command(&[0.0; 4 + JOINTS], f64::from(k) * PERIOD);
-            generator.elapse();
+            generator.set_action(&[0.0; 4 + JOINTS], f64::from(k) * PERIOD);
+            generator.finish_period();
         }
         let start = 2.0;
-        generator.command(&[0.0; 4 + JOINTS], start);
+        generator.set_action(&[0.0; 4 + JOINTS], start);
         let delay = generator.phase() / wave.omega;
         for joint in 0..JOINTS {
             let (ours, theirs) = (generator.target(joint, start + 0.02), wave.target(joint, delay + 0.02));
@@ -139,7 +139,7 @@ fn a_reference_at_rest_holds_the_posture_of_the_gait() {
 #[test]
 fn all_joints_at_once_are_the_joints_one_by_one() {
     let mut generator = generator(ActionMode::Residual);
-    generator.command(&[0.5, -1.0, 0.7, 0.2, 1.0, -1.0, 0.3, 0.0, 0.6], 0.0);
+    generator.set_action(&[0.5, -1.0, 0.7, 0.2, 1.0, -1.0, 0.3, 0.0, 0.6], 0.0);
     let mut all = [JointTarget::default(); JOINTS];
     generator.targets(0.03, &mut all);
     for (one, of_all) in targets(&generator, 0.03).iter().zip(&all) {
@@ -155,8 +155,8 @@ fn joint_actions_arrive_at_the_angles_they_ask_for() {
     let mut generator = generator(ActionMode::Joints);
     let action = [1.0, -1.0, 0.5, 0.0, -0.25];
     for k in 0..60 {
-        generator.command(&action, f64::from(k) * PERIOD);
-        generator.elapse();
+        generator.set_action(&action, f64::from(k) * PERIOD);
+        generator.finish_period();
     }
     for (joint, action) in action.iter().enumerate() {
         assert!((generator.angle(joint) - action * 70f64.to_radians()).abs() < 1e-9);

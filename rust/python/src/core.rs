@@ -3,12 +3,12 @@
 use snake_core::ConfigError;
 use snake_core::batch::Batch;
 use snake_core::environment::signal::SignalKind;
-use snake_core::environment::{EnvConfig, Model, PlanarMachine, SpatialMachine};
+use snake_core::environment::{EnvConfig, ModelKind, PlanarRobot, SpatialRobot};
 
 /// A batch of either model.
 pub enum Core {
-    Planar(Box<Batch<PlanarMachine>>),
-    Spatial(Box<Batch<SpatialMachine>>),
+    Planar(Box<Batch<PlanarRobot>>),
+    Spatial(Box<Batch<SpatialRobot>>),
 }
 
 /// Evaluates an expression with the batch of a [`Core`], whichever it is.
@@ -25,8 +25,8 @@ pub(crate) use of_model;
 impl Core {
     pub fn new(config: &EnvConfig, num_envs: usize, num_threads: usize) -> Result<Self, ConfigError> {
         Ok(match config.model {
-            Model::Planar => Core::Planar(Box::new(Batch::new(config, num_envs, num_threads)?)),
-            Model::Spatial => Core::Spatial(Box::new(Batch::new(config, num_envs, num_threads)?)),
+            ModelKind::Planar => Core::Planar(Box::new(Batch::new(config, num_envs, num_threads)?)),
+            ModelKind::Spatial => Core::Spatial(Box::new(Batch::new(config, num_envs, num_threads)?)),
         })
     }
 

@@ -5,7 +5,7 @@ use pyo3::types::{PyDict, PyList};
 use snake_core::environment::action::ActionEntry;
 use snake_core::environment::observation::ObservationBlock;
 use snake_core::environment::signal::{SIGNALS, Signal};
-use snake_core::environment::{EnvConfig, Environment, Machine, Model, PlanarMachine, SpatialMachine};
+use snake_core::environment::{EnvConfig, Environment, ModelKind, PlanarRobot, RobotModel, SpatialRobot};
 
 use crate::decode::decode;
 use crate::gate::detached;
@@ -16,12 +16,12 @@ use crate::gate::detached;
 pub fn layout<'py>(py: Python<'py>, config_json: &str) -> PyResult<Bound<'py, PyDict>> {
     let config: EnvConfig = detached(py, || Ok(decode(config_json)?))?;
     match config.model {
-        Model::Planar => describe::<PlanarMachine>(py, &config),
-        Model::Spatial => describe::<SpatialMachine>(py, &config),
+        ModelKind::Planar => describe::<PlanarRobot>(py, &config),
+        ModelKind::Spatial => describe::<SpatialRobot>(py, &config),
     }
 }
 
-fn describe<'py, M: Machine>(py: Python<'py>, config: &EnvConfig) -> PyResult<Bound<'py, PyDict>> {
+fn describe<'py, M: RobotModel>(py: Python<'py>, config: &EnvConfig) -> PyResult<Bound<'py, PyDict>> {
     let environment = detached(py, || Ok(Environment::<M>::new(config)?))?;
     let dict = PyDict::new(py);
     dict.set_item("observation", list(py, environment.observation_blocks(), describe_block)?)?;

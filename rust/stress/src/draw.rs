@@ -1,7 +1,7 @@
 //! Whole scenes as a handful of numbers: drawn at random here, by a property test elsewhere.
 
 use snake_core::control::ControllerConfig;
-use snake_core::environment::random::Stream;
+use snake_core::environment::rng::Rng;
 use snake_core::gait::Wave;
 use snake_core::planar::{Pose, assemble_chain};
 use snake_core::robot::{Robot, RobotConfig};
@@ -36,11 +36,11 @@ pub struct Draw {
 impl Draw {
     /// Scene `index` of the family `seed`.
     pub fn random(seed: u64, index: u64) -> Self {
-        let random = &mut Stream::new(seed, index);
+        let random = &mut Rng::new(seed, index);
         let links = [2, 3, 5, 8, 11, 20][random.index(6)];
         let ratio = [1.0, 10.0, 1e4][random.index(3)];
         let count = [0, 5, 20, 60][random.index(4)];
-        let mu = |random: &mut Stream| if random.chance(0.1) { 0.0 } else { magnitude(random, 1e-3, 10.0) };
+        let mu = |random: &mut Rng| if random.chance(0.1) { 0.0 } else { magnitude(random, 1e-3, 10.0) };
         let friction = if random.chance(0.5) { [mu(random); 2] } else { [mu(random), mu(random)] };
         let speed = if random.chance(0.5) { 0.0 } else { magnitude(random, 1e-3, 5.0) };
         Self {

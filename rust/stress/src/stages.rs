@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use nalgebra::{Vector2, Vector3};
-use snake_core::environment::random::Stream;
+use snake_core::environment::rng::Rng;
 use snake_core::planar::{
     Closing, Fallback, Heading, Newton, Stage, StageContact, StageJoint, StageLink, StageSolution,
 };
@@ -12,13 +12,13 @@ use snake_core::planar::{
 use crate::figures::Figures;
 
 /// A number drawn uniformly in its logarithm.
-pub fn magnitude(random: &mut Stream, low: f64, high: f64) -> f64 {
+pub fn magnitude(random: &mut Rng, low: f64, high: f64) -> f64 {
     random.uniform(low.ln(), high.ln()).exp()
 }
 
 /// Stage problem `index` of the family `seed`.
 pub fn brutal(seed: u64, index: u64) -> Stage {
-    let random = &mut Stream::new(seed, index);
+    let random = &mut Rng::new(seed, index);
     let links = [2, 3, 5, 8, 11, 16, 30][random.index(7)];
     let mut stage = Stage::with_capacity(links);
     stage.coefficient = magnitude(random, 1e-4, 5e-2);
@@ -28,7 +28,7 @@ pub fn brutal(seed: u64, index: u64) -> Stage {
     stage
 }
 
-fn add_links(stage: &mut Stage, links: usize, random: &mut Stream) {
+fn add_links(stage: &mut Stage, links: usize, random: &mut Rng) {
     let c = stage.coefficient;
     let mass_ratio = [1.0, 10.0, 1e2, 1e4][random.index(4)];
     let axis_ratio = [1.0, 3.0, 1e3][random.index(3)];
@@ -61,7 +61,7 @@ fn add_links(stage: &mut Stage, links: usize, random: &mut Stream) {
     }
 }
 
-fn add_joints(stage: &mut Stage, random: &mut Stream) {
+fn add_joints(stage: &mut Stage, random: &mut Rng) {
     let c = stage.coefficient;
     let kp = if random.chance(0.15) { 0.0 } else { magnitude(random, 1.0, 1e6) };
     let kd = if random.chance(0.15) { 0.0 } else { magnitude(random, 1e-3, 1e3) };
@@ -75,7 +75,7 @@ fn add_joints(stage: &mut Stage, random: &mut Stream) {
 }
 
 /// Contacts of the kinds that pegs make: many at once, opposed pairs, touching, apart and penetrating.
-fn add_contacts(stage: &mut Stage, random: &mut Stream) {
+fn add_contacts(stage: &mut Stage, random: &mut Rng) {
     let links = stage.links.len();
     let count = [0, 1, 2, 4, 8, 18][random.index(6)];
     let scale = magnitude(random, 1e-6, 10.0);
@@ -112,7 +112,7 @@ fn add_contacts(stage: &mut Stage, random: &mut Stream) {
 }
 
 /// Shifts the offsets so that some motion satisfies them all: geometry always leaves one, random numbers do not.
-fn feasible_offsets(stage: &mut Stage, random: &mut Stream) {
+fn feasible_offsets(stage: &mut Stage, random: &mut Rng) {
     let rigid = Vector3::new(random.around_zero(0.2), random.around_zero(0.2), 0.0);
     for contact in &mut stage.contacts {
         let needed = -(contact.direction.x * rigid.x + contact.direction.y * rigid.y);

@@ -4,19 +4,19 @@ use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::environment::signal::Summary;
-use crate::environment::{Environment, Machine, Outcome};
+use crate::environment::{Environment, Outcome, RobotModel};
 
-use super::formation::Formed;
+use super::stepper::Batched;
 
 /// Neighbouring rows of a batch.
 #[derive(Debug)]
-pub struct Chunk<M: Formed> {
+pub struct Chunk<M: Batched> {
     first: usize,
     pub rows: Vec<Row<M>>,
     /// Rows that take part in the step at hand.
     active: Vec<bool>,
     /// Advances the robots side by side; `None`: each environment advances its own.
-    formation: Option<M::Formation>,
+    stepper: Option<M::Stepper>,
 }
 
 /// One environment and what its last step or reset returned.
@@ -26,10 +26,10 @@ pub struct Row<M> {
     pub outcome: Outcome,
 }
 
-impl<M: Formed> Chunk<M> {
+impl<M: Batched> Chunk<M> {
     /// The rows from `first` on.
-    pub fn new(first: usize, rows: Vec<Row<M>>, formation: Option<M::Formation>) -> Self {
-        Self { first, active: vec![false; rows.len()], rows, formation }
+    pub fn new(first: usize, rows: Vec<Row<M>>, stepper: Option<M::Stepper>) -> Self {
+        Self { first, active: vec![false; rows.len()], rows, stepper }
     }
 
     /// Indices of the rows in the batch.
@@ -66,11 +66,11 @@ impl<M: Formed> Chunk<M> {
 
     /// Advances the robots of the active rows, all together or one by one.
     fn advance(&mut self, prototype: &Environment<M>, observation: &mut [f32]) {
-        let Self { rows, active, formation, .. } = self;
-        let Some(formation) = formation else {
+        let Self { rows, active, stepper, .. } = self;
+        let Some(stepper) = stepper else {
             return self.for_active(prototype, observation, |_, row, _| row.environment.advance());
         };
-        let result = catch_unwind(AssertUnwindSafe(|| M::advance_together(formation, prototype, rows, active)));
+        let result = catch_unwind(AssertUnwindSafe(|| M::step_batch(stepper, prototype, rows, active)));
         if result.is_err() {
             let observations = observation.chunks_exact_mut(prototype.observation_size());
             let rows = rows.iter_mut().zip(active).zip(observations).filter(|((_, active), _)| **active);
@@ -100,7 +100,7 @@ impl<M: Formed> Chunk<M> {
     }
 }
 
-impl<M: Machine> Row<M> {
+impl<M: RobotModel> Row<M> {
     pub fn new(prototype: &Environment<M>) -> Self {
         Self { environment: prototype.clone(), outcome: prototype.outcome() }
     }
@@ -122,12 +122,12 @@ fn broken() -> Outcome {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::environment::{EnvConfig, PlanarMachine};
+    use crate::environment::{EnvConfig, PlanarRobot};
 
     /// Three rows after a reset with seeds 0, 1, 2, and their observations.
-    fn three_rows(prototype: &Environment) -> (Chunk<PlanarMachine>, Vec<f32>) {
-        let formation = PlanarMachine::formation(prototype, &EnvConfig::default().integrator, 3);
-        let mut chunk = Chunk::new(0, vec![Row::new(prototype); 3], formation);
+    fn three_rows(prototype: &Environment) -> (Chunk<PlanarRobot>, Vec<f32>) {
+        let stepper = PlanarRobot::stepper(prototype, &EnvConfig::default().integrator, 3);
+        let mut chunk = Chunk::new(0, vec![Row::new(prototype); 3], stepper);
         let mut observation = vec![0.5; 3 * prototype.observation_size()];
         chunk.reset(prototype, &[0, 1, 2].map(Some), &[true; 3], &mut observation);
         (chunk, observation)

@@ -7,24 +7,24 @@
 //! and a panic while robots are advanced ends at their chunk.
 
 mod chunk;
-mod formation;
+mod stepper;
 mod workers;
 
 use rayon::prelude::*;
 
 use crate::environment::signal::{COUNT, SIGNALS, SignalKind};
-use crate::environment::{EnvConfig, Environment, EnvironmentState, PlanarMachine};
+use crate::environment::{EnvConfig, Environment, EnvironmentState, PlanarRobot};
 use crate::error::{ConfigError, require};
 use crate::math::MAX_LANES;
 
-pub use formation::Formed;
+pub use stepper::Batched;
 
 use chunk::{Chunk, Row};
 use workers::Workers;
 
 /// Environments of one configuration.
 #[derive(Debug)]
-pub struct Batch<M: Formed = PlanarMachine> {
+pub struct Batch<M: Batched = PlanarRobot> {
     /// A fresh environment, to replace one that panicked.
     prototype: Environment<M>,
     /// All of `rows_per_chunk` rows but the last.
@@ -48,9 +48,9 @@ pub struct Outputs<'a> {
     pub signals: &'a mut [f64],
 }
 
-impl<M: Formed> Batch<M> {
+impl<M: Batched> Batch<M> {
     /// `num_envs` environments at the start of episode 0 of seed 0. With `num_threads` = 1 no thread is
-    /// ever started; 0 takes as many as the machine has cores.
+    /// ever started; 0 takes as many as the model has cores.
     ///
     /// # Errors
     /// Names the field of the configuration, its value and the admissible range.
@@ -62,8 +62,8 @@ impl<M: Formed> Batch<M> {
         let rows_per_chunk = rows_per_chunk(num_envs, workers.count());
         let chunk = |first| {
             let rows = rows_per_chunk.min(num_envs - first);
-            let formation = M::formation(&prototype, &config.integrator, rows);
-            Chunk::new(first, vec![Row::new(&prototype); rows], formation)
+            let stepper = M::stepper(&prototype, &config.integrator, rows);
+            Chunk::new(first, vec![Row::new(&prototype); rows], stepper)
         };
         let chunks = (0..num_envs).step_by(rows_per_chunk).map(chunk).collect();
         Ok(Self { prototype, chunks, rows_per_chunk, rows: num_envs, workers })
@@ -86,7 +86,7 @@ impl<M: Formed> Batch<M> {
         self.prototype.action_size()
     }
 
-    /// The types of all signals, in order: those of every environment, then the machine's own.
+    /// The types of all signals, in order: those of every environment, then the model's own.
     pub fn signal_kinds(&self) -> impl Iterator<Item = SignalKind> {
         let own = M::SIGNALS.iter().map(|signal| signal.kind);
         SIGNALS.iter().map(|signal| signal.kind).chain(own)
@@ -202,7 +202,7 @@ impl<M: Formed> Batch<M> {
                 out.signals[signal * n + index] = *value;
             }
             for (signal, own) in M::SIGNALS.iter().enumerate() {
-                out.signals[(COUNT + signal) * n + index] = own.value(row.environment.machine());
+                out.signals[(COUNT + signal) * n + index] = own.value(row.environment.model());
             }
         }
     }

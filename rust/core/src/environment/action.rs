@@ -2,8 +2,8 @@
 
 use crate::gait::Wave;
 
-use super::channel::Limits;
 use super::config::ActionMode;
+use super::filtered_parameter::Limits;
 
 /// Wave parameters, in the order of the action: amplitude, frequency, phase shift, offset.
 pub const WAVE_PARAMETERS: usize = 4;

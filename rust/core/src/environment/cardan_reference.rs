@@ -12,9 +12,9 @@ use serde::{Deserialize, Serialize};
 use crate::gait::{CardanReference, CardanTarget, Jet, Wave, WaveJets};
 
 use super::action::{ActionEntry, entry, joint_entries, wave_entries};
-use super::channel::{Channel, Limits};
 use super::config::ActionMode;
-use super::nominal::Nominal;
+use super::default_gait::DefaultGait;
+use super::filtered_parameter::{FilteredParameter, Limits};
 use super::reference::{ReferenceGenerator, ReferenceState, bend_joint, bend_joints};
 
 /// Parameters of the vertical wave, in the order of the action: amplitude, phase.
@@ -36,10 +36,10 @@ pub struct CardanGenerator {
 /// The vertical channels.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Lift {
-    amplitude: Channel,
-    phase: Channel,
+    amplitude: FilteredParameter,
+    phase: FilteredParameter,
     /// Pitch angles of single joints; empty in mode `gait`.
-    joints: Vec<Channel>,
+    joints: Vec<FilteredParameter>,
 }
 
 /// What changes from one control instant to the next.
@@ -50,7 +50,7 @@ pub struct CardanReferenceState {
 }
 
 impl CardanGenerator {
-    pub fn new(mode: ActionMode, nominal: &Nominal, joints: usize, period: f64) -> Self {
+    pub fn new(mode: ActionMode, nominal: &DefaultGait, joints: usize, period: f64) -> Self {
         let (yaw, pitch) = (yaw_entries(mode, nominal, joints), pitch_entries(mode, nominal, joints));
         let channels = if mode == ActionMode::Gait { 0 } else { joints };
         Self {
@@ -59,9 +59,9 @@ impl CardanGenerator {
             yaw: ReferenceGenerator::with_entries(yaw, mode, joints, period),
             nominal: nominal.yaw,
             lift: Lift {
-                amplitude: Channel::at_rest(0.0),
-                phase: Channel::at_rest(0.0),
-                joints: vec![Channel::at_rest(0.0); channels],
+                amplitude: FilteredParameter::at_rest(0.0),
+                phase: FilteredParameter::at_rest(0.0),
+                joints: vec![FilteredParameter::at_rest(0.0); channels],
             },
             wave: (mode != ActionMode::Joints).then_some([nominal.lift, nominal.lift_phase]),
         }
@@ -90,33 +90,33 @@ impl CardanGenerator {
     pub fn rest_in_posture(&mut self, phase: f64) {
         self.yaw.rest_in_posture(&self.nominal, phase);
         let Lift { amplitude, phase, joints } = &mut self.lift;
-        *amplitude = Channel::at_rest(0.0);
-        *phase = Channel::at_rest(self.wave.map_or(0.0, |[_, phase]| phase));
-        joints.fill(Channel::at_rest(0.0));
+        *amplitude = FilteredParameter::at_rest(0.0);
+        *phase = FilteredParameter::at_rest(self.wave.map_or(0.0, |[_, phase]| phase));
+        joints.fill(FilteredParameter::at_rest(0.0));
     }
 
     /// Steers the channels towards an action in [-1, 1]; the new period begins at `time` \[s\].
-    pub fn command(&mut self, action: &[f64], time: f64) {
+    pub fn set_action(&mut self, action: &[f64], time: f64) {
         let (yaw, pitch) = action.split_at(self.yaw.entries().len());
-        self.yaw.command(yaw, time);
+        self.yaw.set_action(yaw, time);
         let filter = self.yaw.filter();
         let entries = &self.entries[self.yaw.entries().len()..];
         let channels = self.lift.channels(self.wave.is_some());
         for (((channel, entry), limits), &action) in channels.zip(entries).zip(self.limits.iter()).zip(pitch) {
-            channel.steer(entry.value(action), limits, filter);
+            channel.set_target(entry.value(action), limits, filter);
         }
     }
 
     /// Begins a period at `time` \[s\] without a new action.
-    pub fn coast(&mut self, time: f64) {
-        self.yaw.coast(time);
+    pub fn hold_reference(&mut self, time: f64) {
+        self.yaw.hold_reference(time);
     }
 
     /// Moves on to the end of the control period.
-    pub fn elapse(&mut self) {
-        self.yaw.elapse();
+    pub fn finish_period(&mut self) {
+        self.yaw.finish_period();
         let filter = self.yaw.filter();
-        self.lift.channels(true).for_each(|channel| channel.elapse(filter));
+        self.lift.channels(true).for_each(|channel| channel.finish_period(filter));
     }
 
     /// (yaw, pitch) of all joints at the control instant, one after the other \[rad\].
@@ -182,14 +182,14 @@ impl CardanReference for CardanGenerator {
 
 impl Lift {
     /// The channels in the order of the action.
-    fn channels(&mut self, wave: bool) -> impl Iterator<Item = &mut Channel> {
+    fn channels(&mut self, wave: bool) -> impl Iterator<Item = &mut FilteredParameter> {
         let Self { amplitude, phase, joints } = self;
         [amplitude, phase].into_iter().take(if wave { LIFT_PARAMETERS } else { 0 }).chain(joints)
     }
 }
 
 /// The action's part that moves the joints sideways. All ranges together keep the references within 90 degrees.
-fn yaw_entries(mode: ActionMode, nominal: &Nominal, joints: usize) -> Vec<ActionEntry> {
+fn yaw_entries(mode: ActionMode, nominal: &DefaultGait, joints: usize) -> Vec<ActionEntry> {
     let meaning = "reference of a joint's yaw angle";
     match mode {
         ActionMode::Gait => horizontal_wave(nominal).into(),
@@ -203,7 +203,7 @@ fn yaw_entries(mode: ActionMode, nominal: &Nominal, joints: usize) -> Vec<Action
 }
 
 /// The action's part that moves the joints up and down.
-fn pitch_entries(mode: ActionMode, nominal: &Nominal, joints: usize) -> Vec<ActionEntry> {
+fn pitch_entries(mode: ActionMode, nominal: &DefaultGait, joints: usize) -> Vec<ActionEntry> {
     let wave = [
         entry("lift", nominal.lift, 20.0, 50.0, "rad", "amplitude A_v of the vertical wave"),
         entry(
@@ -229,7 +229,7 @@ fn pitch_entries(mode: ActionMode, nominal: &Nominal, joints: usize) -> Vec<Acti
 
 /// The planar robot's entries around the nominal wave. The amplitude ends at 60 degrees; the phase shift reaches zero,
 /// at which all joints bend alike and the robot rolls.
-fn horizontal_wave(nominal: &Nominal) -> [ActionEntry; 4] {
+fn horizontal_wave(nominal: &DefaultGait) -> [ActionEntry; 4] {
     let wave = &nominal.yaw;
     let [_, frequency, _, offset] = wave_entries();
     let reach = LARGEST_AMPLITUDE - wave.amplitude.to_degrees();

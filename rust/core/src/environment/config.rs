@@ -16,7 +16,7 @@ use super::randomization::Randomization;
 /// Which model of the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Model {
+pub enum ModelKind {
     /// Links that slide in the plane (T ch. 3).
     Planar,
     /// Links in space on cardan joints, which lift and roll (T ch. 4).
@@ -107,7 +107,7 @@ impl Default for RewardWeights {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct EnvConfig {
-    pub model: Model,
+    pub model: ModelKind,
     pub task: Task,
     pub action_mode: ActionMode,
     pub perception: Perception,
@@ -151,7 +151,7 @@ pub struct EnvConfig {
 impl Default for EnvConfig {
     fn default() -> Self {
         Self {
-            model: Model::Planar,
+            model: ModelKind::Planar,
             task: Task::Field,
             action_mode: ActionMode::Gait,
             perception: Perception::Pegs,
@@ -209,8 +209,8 @@ impl EnvConfig {
     /// Friction coefficients along and across a link.
     pub fn friction(&self) -> [f64; 2] {
         let is_orthotropic = match self.model {
-            Model::Planar => matches!(self.task, Task::Free | Task::Maze),
-            Model::Spatial => self.task == Task::Maze,
+            ModelKind::Planar => matches!(self.task, Task::Free | Task::Maze),
+            ModelKind::Spatial => self.task == Task::Maze,
         };
         let of_task = if is_orthotropic { [0.2, 0.5] } else { [0.2, 0.2] };
         self.friction.unwrap_or(of_task)
@@ -233,7 +233,7 @@ impl EnvConfig {
 
     /// Free play and the Stribeck effect, of the configured robot and on top of it.
     fn validate_discrepancies(&self) -> Result<(), ConfigError> {
-        let is_planar = self.model == Model::Planar;
+        let is_planar = self.model == ModelKind::Planar;
         self.stribeck.validate().map_err(|e| e.inside("stribeck"))?;
         let drop = self.stribeck.drop;
         require(is_planar || drop == 0.0, "stribeck.drop", drop, "0: not offered in the spatial model")?;

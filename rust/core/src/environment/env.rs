@@ -1,4 +1,4 @@
-//! One environment: a robot, an arena, and the rules of the task.
+//! One environment: a robot, an sampler, and the rules of the task.
 
 use std::sync::Arc;
 
@@ -13,37 +13,37 @@ use crate::simulation::PlanarSimulation;
 use crate::stepper::Plant;
 
 use super::action::ActionEntry;
-use super::arena::Arena;
 use super::config::EnvConfig;
 use super::episode::{Episode, Rules};
 use super::goal::Goal;
 use super::latency::Latency;
-use super::machine::Machine;
 use super::observation::{ObservationBlock, ObservationLayout, View};
-use super::perception::Sight;
-use super::planar_machine::{PlanarMachine, PlanarMachineState};
-use super::random::Stream;
-use super::randomization::{Drawn, Randomization};
+use super::perception::PegView;
+use super::randomization::{EpisodeParameters, Randomization};
 use super::reference::ReferenceGenerator;
-use super::senses::Senses;
+use super::rng::Rng;
+use super::robot_model::RobotModel;
+use super::robot_model::{PlanarRobot, PlanarRobotState};
+use super::scenario_sampler::ScenarioSampler;
+use super::sensors::Sensors;
 use super::signal::{SignalRow, Summary};
 
 /// A robot with a task, stepped by actions.
 #[derive(Debug, Clone)]
-pub struct Environment<M = PlanarMachine> {
+pub struct Environment<M = PlanarRobot> {
     rules: Rules,
-    arena: Arena,
+    sampler: ScenarioSampler,
     /// Shared by all environments of a batch.
     layout: Arc<ObservationLayout<M>>,
     /// Unscaled observation.
     values: Vec<f64>,
-    machine: M,
+    model: M,
     randomization: Randomization,
     latency: Latency,
-    senses: Senses,
-    sight: Sight,
+    sensors: Sensors,
+    peg_view: PegView,
     source: Source,
-    drawn: Drawn,
+    drawn: EpisodeParameters,
     episode: Episode,
     action: Vec<f64>,
     /// Mean squared change of the action in the present step.
@@ -72,47 +72,47 @@ pub struct Outcome {
 /// `implicit`; `thesis` starts its iteration from zero impulses) in another one
 /// of the same configuration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct EnvironmentState<S = PlanarMachineState> {
+pub struct EnvironmentState<S = PlanarRobotState> {
     source: Source,
     difficulty: f64,
-    drawn: Drawn,
+    drawn: EpisodeParameters,
     latency: Latency,
     episode: Episode,
-    machine: S,
+    model: S,
     action: Vec<f64>,
 }
 
-impl<M: Machine> Environment<M> {
+impl<M: RobotModel> Environment<M> {
     /// An environment at the start of episode 0 of seed 0.
     ///
     /// # Errors
     /// Names the field of the configuration, its value and the admissible range.
     pub fn new(config: &EnvConfig) -> Result<Self, ConfigError> {
         config.validate()?;
-        require(config.model == M::MODEL, "model", format!("{:?}", config.model), &format!("{:?}", M::MODEL))?;
-        let machine = M::new(config)?;
-        let robot = machine.robot();
-        let arena = Arena::new(config, robot)?;
+        require(config.model == M::KIND, "model", format!("{:?}", config.model), &format!("{:?}", M::KIND))?;
+        let model = M::new(config)?;
+        let robot = model.robot();
+        let sampler = ScenarioSampler::new(config, robot)?;
         let rules = Rules::new(config, robot.total_mass() * robot.gravity);
-        let sight = Sight::new(config.perception, config.nearest_pegs, robot.links.len(), robot.total_length());
-        let motion = machine.motion();
-        let episode = Episode::begin(arena.nominal_target(), motion, 1.0);
-        let layout = ObservationLayout::new(config, &machine, &sight);
-        let size = machine.action_entries().len();
+        let peg_view = PegView::new(config.perception, config.nearest_pegs, robot.links.len(), robot.total_length());
+        let motion = model.motion();
+        let episode = Episode::begin(sampler.nominal_target(), motion, 1.0);
+        let layout = ObservationLayout::new(config, &model, &peg_view);
+        let size = model.action_entries().len();
         let mut environment = Self {
             values: vec![0.0; layout.size()],
             layout: Arc::new(layout),
             action: vec![0.0; size],
             action_change: 0.0,
             source: Source { seed: 0, next_episode: 0, episode: 0 },
-            drawn: Drawn::default(),
+            drawn: EpisodeParameters::default(),
             randomization: config.randomization,
             latency: latency(config, size),
-            senses: Senses::new(config.randomization, machine.joint_coordinates(), motion),
+            sensors: Sensors::new(config.randomization, model.joint_coordinates(), motion),
             rules,
-            arena,
-            machine,
-            sight,
+            sampler,
+            model,
+            peg_view,
             episode,
         };
         environment.begin(0, 0);
@@ -125,12 +125,12 @@ impl<M: Machine> Environment<M> {
     /// It is not in \[0, 1\].
     pub fn set_difficulty(&mut self, difficulty: f64) -> Result<(), ConfigError> {
         within("difficulty", difficulty, 0.0, 1.0)?;
-        self.arena.set_difficulty(difficulty);
+        self.sampler.set_difficulty(difficulty);
         Ok(())
     }
 
     /// What the episode has drawn beside the scene.
-    pub fn drawn(&self) -> &Drawn {
+    pub fn drawn(&self) -> &EpisodeParameters {
         &self.drawn
     }
 
@@ -158,23 +158,23 @@ impl<M: Machine> Environment<M> {
     pub fn begin_step(&mut self, action: &[f64]) {
         self.action_change = self.take_action(action);
         match self.latency.pass(&self.action) {
-            Some(action) => self.machine.command(action),
-            None => self.machine.coast(),
+            Some(action) => self.model.set_action(action),
+            None => self.model.hold_reference(),
         }
     }
 
     /// Middle part of a step: advances the robot by a control period. With the implicit method a
     /// [`crate::stepper::Fleet`] can do it for many planar robots at once instead.
     pub fn advance(&mut self) {
-        self.machine.advance(self.rules.period);
+        self.model.advance(self.rules.period);
     }
 
     /// Last part of a step, after the robot was advanced by a control period: keeps the books and writes
     /// the observation.
     pub fn end_step(&mut self, observation: &mut [f32]) -> Outcome {
-        let report = self.machine.report();
-        let contacts = self.machine.elapse(self.rules.period);
-        let motion = if report.diverged { self.episode.motion } else { self.machine.motion() };
+        let report = self.model.report();
+        let contacts = self.model.finish_period(self.rules.period);
+        let motion = if report.diverged { self.episode.motion } else { self.model.motion() };
         self.episode.record(&self.rules, motion, &report, self.action_change, contacts);
         self.observe(observation);
         self.outcome()
@@ -184,14 +184,14 @@ impl<M: Machine> Environment<M> {
     pub fn observe(&mut self, observation: &mut [f32]) {
         let Source { seed, episode, .. } = self.source;
         let steps = self.episode.steps;
-        self.senses.measure(&self.machine, &self.episode, || Stream::of_step(seed, episode, steps));
-        self.sight.scan(|link| self.machine.link(link), self.senses.pegs(self.machine.pegs()));
+        self.sensors.measure(&self.model, &self.episode, || Rng::of_step(seed, episode, steps));
+        self.peg_view.scan(|link| self.model.link(link), self.sensors.pegs(self.model.pegs()));
         let view = View {
-            machine: &self.machine,
-            senses: &self.senses,
+            model: &self.model,
+            sensors: &self.sensors,
             bearing: self.episode.bearing(),
             previous_action: &self.action,
-            sight: &self.sight,
+            peg_view: &self.peg_view,
         };
         self.layout.write(&view, &mut self.values, observation);
     }
@@ -219,20 +219,20 @@ impl<M: Machine> Environment<M> {
     }
 
     pub fn action_entries(&self) -> &[ActionEntry] {
-        self.machine.action_entries()
+        self.model.action_entries()
     }
 
     /// The robot with its references.
-    pub fn machine(&self) -> &M {
-        &self.machine
+    pub fn model(&self) -> &M {
+        &self.model
     }
 
-    pub fn machine_mut(&mut self) -> &mut M {
-        &mut self.machine
+    pub fn model_mut(&mut self) -> &mut M {
+        &mut self.model
     }
 
     pub fn robot(&self) -> &Robot {
-        self.machine.robot()
+        self.model.robot()
     }
 
     pub fn rules(&self) -> &Rules {
@@ -244,7 +244,7 @@ impl<M: Machine> Environment<M> {
     }
 
     pub fn pegs(&self) -> &[Peg] {
-        self.machine.pegs()
+        self.model.pegs()
     }
 
     /// Where the robot has to go.
@@ -254,18 +254,18 @@ impl<M: Machine> Environment<M> {
 
     /// The smallest number of push-points in any body length on the way to the goal, see [`super::field::Reach`].
     pub fn push_points(&self) -> usize {
-        self.arena.push_points(&self.episode.goal, self.machine.pegs())
+        self.sampler.push_points(&self.episode.goal, self.model.pegs())
     }
 
     /// Everything that changes.
     pub fn save(&self) -> EnvironmentState<M::State> {
         EnvironmentState {
             source: self.source,
-            difficulty: self.arena.difficulty(),
+            difficulty: self.sampler.difficulty(),
             drawn: self.drawn,
             latency: self.latency.clone(),
             episode: self.episode,
-            machine: self.machine.save(),
+            model: self.model.save(),
             action: self.action.clone(),
         }
     }
@@ -277,12 +277,12 @@ impl<M: Machine> Environment<M> {
     pub fn restore(&mut self, state: &EnvironmentState<M::State>) -> Result<(), ConfigError> {
         let fits = state.action.len() == self.action.len()
             && self.latency.restore(&state.latency)
-            && self.machine.restore(&state.machine);
-        let size = format!("{} links, {} action elements", M::links_of(&state.machine), state.action.len());
+            && self.model.restore(&state.model);
+        let size = format!("{} links, {} action elements", M::links_of(&state.model), state.action.len());
         let expected = format!("{} links, {} action elements", self.robot().link_count(), self.action.len());
         require(fits, "state", size, &expected)?;
         self.source = state.source;
-        self.arena.set_difficulty(state.difficulty);
+        self.sampler.set_difficulty(state.difficulty);
         self.episode = state.episode;
         self.take_drawn(state.drawn);
         self.action.copy_from_slice(&state.action);
@@ -291,29 +291,29 @@ impl<M: Machine> Environment<M> {
 
     /// Becomes a fresh environment after a panic, but goes on with the episodes of its own seed.
     pub fn recover(&mut self, prototype: &Self) {
-        let (source, difficulty) = (self.source, self.arena.difficulty());
+        let (source, difficulty) = (self.source, self.sampler.difficulty());
         self.clone_from(prototype);
         self.source = source;
-        self.arena.set_difficulty(difficulty);
+        self.sampler.set_difficulty(difficulty);
     }
 
     fn begin(&mut self, seed: u64, episode: u64) {
-        let mut stream = Stream::new(seed, episode);
-        let scene = self.arena.prepare(&mut stream);
-        self.machine.place(&scene.start, self.arena.joint_angle(), self.arena.pegs());
+        let mut rng = Rng::new(seed, episode);
+        let scene = self.sampler.prepare(&mut rng);
+        self.model.reset(&scene.start, self.sampler.joint_angle(), self.sampler.pegs());
         self.source.episode = episode;
-        self.take_drawn(self.randomization.draw(&mut stream));
+        self.take_drawn(self.randomization.draw(&mut rng));
         self.latency.begin((self.drawn.delay / self.rules.period).round() as u32);
-        self.episode = Episode::begin(scene.target, self.machine.motion(), self.drawn.variation.mass);
+        self.episode = Episode::begin(scene.target, self.model.motion(), self.drawn.variation.mass);
         self.action.fill(0.0);
     }
 
     /// Makes the robot the one that was drawn; its sensors err about the pegs as they stand.
-    fn take_drawn(&mut self, drawn: Drawn) {
+    fn take_drawn(&mut self, drawn: EpisodeParameters) {
         self.drawn = drawn;
-        self.machine.vary(drawn.variation);
-        let mut stream = Stream::of_step(self.source.seed, self.source.episode, u32::MAX);
-        self.senses.begin(self.machine.pegs(), &mut stream);
+        self.model.set_parameters(drawn.variation);
+        let mut rng = Rng::of_step(self.source.seed, self.source.episode, u32::MAX);
+        self.sensors.begin(self.model.pegs(), &mut rng);
     }
 
     /// Clips and keeps the action; returns its mean squared change.
@@ -335,23 +335,23 @@ fn latency(config: &EnvConfig, action_size: usize) -> Latency {
     Latency::new(action_size, every, periods(config.randomization.reference_delay[1]))
 }
 
-impl Environment<PlanarMachine> {
+impl Environment<PlanarRobot> {
     pub fn plant(&self) -> &Plant {
-        self.machine.simulation.plant()
+        self.model.simulation.plant()
     }
 
     pub fn state(&self) -> &PlanarState {
-        self.machine.simulation.state()
+        self.model.simulation.state()
     }
 
     /// The simulation, for rendering and tests.
     pub fn simulation(&self) -> &PlanarSimulation {
-        &self.machine.simulation
+        &self.model.simulation
     }
 
     /// The joints' reference generator, for rendering and tests.
     pub fn reference(&self) -> &ReferenceGenerator {
-        &self.machine.reference
+        &self.model.reference
     }
 
     /// Mean force of the pegs on each link over the last control period, world frame \[N\] (T 7.6).

@@ -1,43 +1,38 @@
 //! The environment: actions, observations, rewards and episodes around a simulation.
 //!
-//! One control period: [`action`] maps an action to gait parameters, [`reference`] turns them into
-//! smooth joint references made of [`channel`]s, the simulation advances, [`episode`] keeps the books by
-//! its rules, [`observation`] reports what a policy may sense, [`signal`] everything else. At the start
-//! of an episode [`arena`] places the robot ([`start`], [`path`]) and lays out the pegs ([`field`]).
-//! All this is the same for every model; what is not, a [`Machine`] does.
+//! One control period: [`action`] maps an action to gait parameters, [`reference`] turns them into smooth joint
+//! references, which are [`filtered_parameter`]s, the simulation advances, [`episode`] evaluates reward and termination,
+//! [`observation`] reports what a policy may observe and [`signal`] everything else. At the start of an episode
+//! [`scenario_sampler`] places the robot ([`start`], [`path`]) and the pegs ([`field`]).
+//! All this is the same for every model; a [`RobotModel`] does what is not.
 
 pub mod action;
-mod arena;
 pub mod cardan_reference;
-pub mod channel;
 pub mod config;
+pub mod default_gait;
 pub mod env;
 pub mod episode;
 pub mod field;
+pub mod filtered_parameter;
 pub mod goal;
 mod latency;
-pub mod machine;
 pub mod motion;
-pub mod nominal;
 pub mod observation;
 pub mod path;
 pub mod perception;
 pub mod perturbation;
-mod planar_machine;
-pub mod random;
 pub mod randomization;
 pub mod reference;
 pub mod reward;
-mod senses;
+pub mod rng;
+pub mod robot_model;
+mod scenario_sampler;
+mod sensors;
 pub mod signal;
-mod spatial_machine;
-mod spatial_senses;
 pub mod start;
 
-pub use config::{ActionMode, EnvConfig, FieldKind, Model, Perception, RewardWeights, Task};
+pub use config::{ActionMode, EnvConfig, FieldKind, ModelKind, Perception, RewardWeights, Task};
 pub use env::{Environment, EnvironmentState, Outcome};
-pub use machine::Machine;
 pub use perturbation::{Course, Perturbation};
-pub use planar_machine::{PlanarMachine, PlanarMachineState};
 pub use randomization::Randomization;
-pub use spatial_machine::{SpatialMachine, SpatialMachineState};
+pub use robot_model::{PlanarRobot, PlanarRobotState, RobotModel, SpatialRobot, SpatialRobotState};

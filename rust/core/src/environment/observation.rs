@@ -1,22 +1,22 @@
-//! What a policy senses: named blocks with fixed scaling.
+//! What a policy sensors: named blocks with fixed scaling.
 //!
 //! Each element of the observation is `clamp(value / scale, low, high)`; the scales are chosen so that
-//! a robot in motion keeps most of them in [-1, 1]. A block is one row here or in a machine's
-//! [`Machine::observation_blocks`], and the function named there that reads its values.
+//! a robot in motion keeps most of them in [-1, 1]. A block is one row here or in a model's
+//! [`RobotModel::observation_blocks`], and the function named there that reads its values.
 
 use super::config::{EnvConfig, Perception, Task};
-use super::machine::Machine;
-use super::perception::{PegSensor, Sight};
-use super::senses::Senses;
+use super::perception::{PegSensor, PegView};
+use super::robot_model::RobotModel;
+use super::sensors::Sensors;
 
 /// Everything that may be sensed at a control instant.
 pub struct View<'a, M> {
-    pub machine: &'a M,
-    pub senses: &'a Senses,
+    pub model: &'a M,
+    pub sensors: &'a Sensors,
     /// Angle from +x to the goal direction \[rad\].
     pub bearing: f64,
     pub previous_action: &'a [f64],
-    pub sight: &'a Sight,
+    pub peg_view: &'a PegView,
 }
 
 /// A run of elements of one kind.
@@ -51,26 +51,26 @@ pub struct ObservationLayout<M> {
     size: usize,
 }
 
-impl<M: Machine> ObservationLayout<M> {
-    /// The layout for a machine, a corridor and a sight as given; blocks that the task or the action mode leaves
+impl<M: RobotModel> ObservationLayout<M> {
+    /// The layout for a model, a corridor and a peg_view as given; blocks that the task or the action mode leaves
     /// constant are absent.
-    pub fn new(config: &EnvConfig, machine: &M, sight: &Sight) -> Self {
-        let [mut blocks, more] = machine.observation_blocks(config);
+    pub fn new(config: &EnvConfig, model: &M, peg_view: &PegView) -> Self {
+        let [mut blocks, more] = model.observation_blocks(config);
         blocks.extend(task_blocks(config));
         blocks.extend(more);
-        let actions = machine.action_entries().iter().map(|entry| entry.name.clone()).collect();
+        let actions = model.action_entries().iter().map(|entry| entry.name.clone()).collect();
         blocks.push(
             block("previous_action", actions, "1", 1.0, 1.0, previous_action)
                 .says("the last action, clipped; zero after a reset"),
         );
         if config.task != Task::Free && config.perception != Perception::Blind {
-            let elements = peg_elements("peg", sight.ahead.count());
-            blocks.push(block("pegs", elements, "m", sight.ahead.range(), 1.5, pegs).says(
+            let elements = peg_elements("peg", peg_view.ahead.count());
+            blocks.push(block("pegs", elements, "m", peg_view.ahead.range(), 1.5, pegs).says(
                 "nearest pegs from the leading link's CG: centre forward and left, and sensing range minus the \
                  distance to the rim; all zero where fewer pegs are in range",
             ));
-            if let Some(first) = sight.along.first() {
-                let elements = peg_elements("link", sight.along.len());
+            if let Some(first) = peg_view.along.first() {
+                let elements = peg_elements("link", peg_view.along.len());
                 blocks.push(
                     block("link_pegs", elements, "m", first.range(), 1.5, link_pegs)
                         .says("the nearest peg from each link's CG, likewise, within a quarter of the robot's length"),
@@ -109,7 +109,7 @@ impl<M: Machine> ObservationLayout<M> {
     }
 }
 
-/// What every robot senses of its task.
+/// What every robot sensors of its task.
 fn task_blocks<M>(config: &EnvConfig) -> [ObservationBlock<M>; 5] {
     [
         block("heading", named(&["sin", "cos"]), "1", 1.0, 1.0, heading)
@@ -159,33 +159,33 @@ fn peg_elements(name: &str, count: usize) -> Vec<String> {
 }
 
 pub(super) fn joint_angle<M>(view: &View<M>, values: &mut [f64]) {
-    values.copy_from_slice(&view.senses.joint_angle);
+    values.copy_from_slice(&view.sensors.joint_angle);
 }
 
 pub(super) fn joint_rate<M>(view: &View<M>, values: &mut [f64]) {
-    values.copy_from_slice(&view.senses.joint_rate);
+    values.copy_from_slice(&view.sensors.joint_rate);
 }
 
 fn heading<M>(view: &View<M>, values: &mut [f64]) {
-    values.copy_from_slice(&<[f64; 2]>::from((view.senses.motion.heading - view.bearing).sin_cos()));
+    values.copy_from_slice(&<[f64; 2]>::from((view.sensors.motion.heading - view.bearing).sin_cos()));
 }
 
 fn velocity<M>(view: &View<M>, values: &mut [f64]) {
     let (sin, cos) = view.bearing.sin_cos();
-    let velocity = &view.senses.motion.velocity;
+    let velocity = &view.sensors.motion.velocity;
     values.copy_from_slice(&[velocity.x * cos + velocity.y * sin, velocity.y * cos - velocity.x * sin]);
 }
 
 fn yaw_rate<M>(view: &View<M>, values: &mut [f64]) {
-    values[0] = view.senses.motion.yaw_rate;
+    values[0] = view.sensors.motion.yaw_rate;
 }
 
 fn lateral_offset<M>(view: &View<M>, values: &mut [f64]) {
-    values[0] = view.senses.lateral_offset;
+    values[0] = view.sensors.lateral_offset;
 }
 
 fn goal<M>(view: &View<M>, values: &mut [f64]) {
-    values[0] = view.senses.remaining;
+    values[0] = view.sensors.remaining;
 }
 
 fn previous_action<M>(view: &View<M>, values: &mut [f64]) {
@@ -193,11 +193,11 @@ fn previous_action<M>(view: &View<M>, values: &mut [f64]) {
 }
 
 fn pegs<M>(view: &View<M>, values: &mut [f64]) {
-    locate(&view.sight.ahead, values);
+    locate(&view.peg_view.ahead, values);
 }
 
 fn link_pegs<M>(view: &View<M>, values: &mut [f64]) {
-    for (sensor, values) in view.sight.along.iter().zip(values.chunks_exact_mut(3)) {
+    for (sensor, values) in view.peg_view.along.iter().zip(values.chunks_exact_mut(3)) {
         locate(sensor, values);
     }
 }

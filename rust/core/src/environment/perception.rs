@@ -20,14 +20,14 @@ const REACH: f64 = 0.25;
 
 /// Where a robot looks from.
 #[derive(Debug, Clone)]
-pub struct Sight {
+pub struct PegView {
     /// From the leading link.
     pub ahead: PegSensor,
     /// From each link; none where it looks from the leading one alone.
     pub along: Vec<PegSensor>,
 }
 
-impl Sight {
+impl PegView {
     /// Of a robot of `links` links and this length \[m\] that locates at most `count` pegs from its leading link.
     pub fn new(perception: Perception, count: usize, links: usize, length: f64) -> Self {
         let watchful = if perception == Perception::Body { links } else { 0 };
@@ -118,17 +118,17 @@ mod tests {
     fn a_robot_that_looks_from_all_its_links_sees_what_a_sensor_on_each_would() {
         let pegs = [[0.1, 0.3, 0.2], [0.1, 1.2, -0.25], [0.05, 2.0, 0.0]].map(Peg::from);
         let link = |i: usize| Pose::new(0.1 + 0.6 * i as f64, 0.0, PI + 0.2 * i as f64);
-        let mut sight = Sight::new(Perception::Body, 2, 3, 1.2);
-        sight.scan(link, &pegs);
-        for (i, along) in sight.along.iter().enumerate() {
+        let mut peg_view = PegView::new(Perception::Body, 2, 3, 1.2);
+        peg_view.scan(link, &pegs);
+        for (i, along) in peg_view.along.iter().enumerate() {
             let mut alone = PegSensor::new(1, 0.3);
             alone.scan(&link(i), &pegs);
             assert_eq!(along.located(), alone.located());
         }
-        let seen: Vec<usize> = sight.along.iter().map(|sensor| sensor.located().len()).collect();
+        let seen: Vec<usize> = peg_view.along.iter().map(|sensor| sensor.located().len()).collect();
         assert_eq!(seen, [1, 0, 1], "a quarter of its length reaches a peg from the first and from the last link");
-        assert_eq!(sight.ahead.located().len(), 2);
-        assert!(Sight::new(Perception::Pegs, 2, 3, 1.2).along.is_empty());
+        assert_eq!(peg_view.ahead.located().len(), 2);
+        assert!(PegView::new(Perception::Pegs, 2, 3, 1.2).along.is_empty());
     }
 
     #[test]

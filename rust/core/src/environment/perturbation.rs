@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use crate::error::{ConfigError, finite, require, within};
 use crate::scene::{Peg, START_7_3, START_7_5, START_SPATIAL_7_3, START_SPATIAL_7_5, TABLE_7_3, TABLE_7_5};
 
-use super::config::Model;
-use super::random::Stream;
+use super::config::ModelKind;
+use super::rng::Rng;
 
 /// Which course.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -39,12 +39,12 @@ impl Course {
     }
 
     /// CG and absolute angle of link 1 at the start.
-    pub fn start(self, model: Model) -> [f64; 3] {
+    pub fn start(self, model: ModelKind) -> [f64; 3] {
         match (self, model) {
-            (Course::Table73, Model::Planar) => START_7_3,
-            (Course::Table73, Model::Spatial) => START_SPATIAL_7_3,
-            (_, Model::Planar) => START_7_5,
-            (_, Model::Spatial) => START_SPATIAL_7_5,
+            (Course::Table73, ModelKind::Planar) => START_7_3,
+            (Course::Table73, ModelKind::Spatial) => START_SPATIAL_7_3,
+            (_, ModelKind::Planar) => START_7_5,
+            (_, ModelKind::Spatial) => START_SPATIAL_7_5,
         }
     }
 }
@@ -111,20 +111,20 @@ impl Perturbation {
 
     /// Draws the pegs that are taken away and those that are shifted, by how much; `pegs` are the table's.
     /// As many numbers are drawn at every difficulty, so that difficulty alone changes a seed's course.
-    pub fn draw(&self, difficulty: f64, stream: &mut Stream, pegs: &mut [Option<Peg>], shifts: &mut Vec<Shift>) {
+    pub fn draw(&self, difficulty: f64, rng: &mut Rng, pegs: &mut [Option<Peg>], shifts: &mut Vec<Shift>) {
         shifts.clear();
         let is_fixed = |j: usize| self.without.contains(&j) || self.moved.iter().any(|moved| moved.0 == j);
         let mut free: Vec<usize> = (FIRST..=pegs.len()).filter(|j| !is_fixed(*j)).collect();
         for _ in 0..self.removed {
-            let peg = free.swap_remove(stream.index(free.len())) - 1;
-            if stream.chance(difficulty) {
+            let peg = free.swap_remove(rng.index(free.len())) - 1;
+            if rng.chance(difficulty) {
                 pegs[peg] = None;
             }
         }
         for _ in 0..self.shifted {
-            let peg = free.swap_remove(stream.index(free.len())) - 1;
-            let reach = difficulty * self.shift * stream.unit().sqrt();
-            let (sin, cos) = stream.around_zero(std::f64::consts::PI).sin_cos();
+            let peg = free.swap_remove(rng.index(free.len())) - 1;
+            let reach = difficulty * self.shift * rng.unit().sqrt();
+            let (sin, cos) = rng.around_zero(std::f64::consts::PI).sin_cos();
             shifts.push(Shift { peg, by: reach * Vector2::new(cos, sin) });
         }
     }
@@ -151,7 +151,7 @@ mod tests {
         let perturbation = Perturbation { course: Course::Table73, ..Perturbation::default() };
         let mut pegs = perturbation.fixed_pegs(Course::Table73);
         let mut shifts = Vec::new();
-        perturbation.draw(difficulty, &mut Stream::new(seed, 0), &mut pegs, &mut shifts);
+        perturbation.draw(difficulty, &mut Rng::new(seed, 0), &mut pegs, &mut shifts);
         (pegs, shifts)
     }
 

@@ -12,8 +12,8 @@ use crate::robot::MOST_PLAY;
 use crate::scene::Peg;
 use crate::stepper::{Method, Variation};
 
-use super::config::Model;
-use super::random::Stream;
+use super::config::ModelKind;
+use super::rng::Rng;
 
 /// Ranges `[low, high]` of uniform draws.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -61,7 +61,7 @@ impl Default for Randomization {
 
 /// What an episode has drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Drawn {
+pub struct EpisodeParameters {
     pub variation: Variation,
     /// \[s\]
     pub delay: f64,
@@ -89,14 +89,14 @@ impl Randomization {
     ///
     /// # Errors
     /// Names the field, its value and the admissible range.
-    pub fn validate_for(&self, control_period: f64, method: Method, model: Model) -> Result<(), ConfigError> {
+    pub fn validate_for(&self, control_period: f64, method: Method, model: ModelKind) -> Result<(), ConfigError> {
         self.validate()?;
         range("reference_delay", self.reference_delay, [0.0, LONGEST_DELAY.min(MOST_PERIODS * control_period)])?;
         if let Some(rate) = self.reference_rate {
             within("reference_rate", rate, SLOWEST_RATE, (1.0 + 1e-9) / control_period)?;
         }
         let same = Self::default();
-        let knows_many = method != Method::Thesis && model == Model::Planar;
+        let knows_many = method != Method::Thesis && model == ModelKind::Planar;
         let expected = "[1, 1]; factors on the robot need the planar model and the method implicit or adaptive";
         for (field, factor, one) in [
             ("friction", self.friction, same.friction),
@@ -129,21 +129,21 @@ impl Randomization {
     }
 
     /// Draws an episode's robot; as many numbers whatever the ranges.
-    pub fn draw(&self, stream: &mut Stream) -> Drawn {
-        let mut factor = |[low, high]: [f64; 2]| stream.uniform(low, high);
+    pub fn draw(&self, rng: &mut Rng) -> EpisodeParameters {
+        let mut factor = |[low, high]: [f64; 2]| rng.uniform(low, high);
         let friction = factor(self.friction);
         let friction = Vector2::new(friction, friction * factor(self.anisotropy));
         let (mass, torque_limit) = (factor(self.mass), factor(self.torque_limit));
         let delay = factor(self.reference_delay);
         let (free_play, stribeck) = (factor(self.free_play), factor(self.stribeck));
-        Drawn { variation: Variation { friction, mass, torque_limit, free_play, stribeck }, delay }
+        EpisodeParameters { variation: Variation { friction, mass, torque_limit, free_play, stribeck }, delay }
     }
 
     /// The pegs as the robot takes them to be, each off by a vector uniform in a disc.
-    pub fn misplace(&self, stream: &mut Stream, pegs: &mut [Peg]) {
+    pub fn misplace(&self, rng: &mut Rng, pegs: &mut [Peg]) {
         for peg in pegs {
-            let reach = self.peg_error * stream.unit().sqrt();
-            let (sin, cos) = stream.around_zero(std::f64::consts::PI).sin_cos();
+            let reach = self.peg_error * rng.unit().sqrt();
+            let (sin, cos) = rng.around_zero(std::f64::consts::PI).sin_cos();
             (peg.x, peg.y) = (peg.x + reach * cos, peg.y + reach * sin);
         }
     }
@@ -169,7 +169,7 @@ mod tests {
 
     #[test]
     fn nothing_is_drawn_off_by_default() {
-        assert_eq!(Randomization::default().draw(&mut Stream::new(3, 4)), Drawn::default());
+        assert_eq!(Randomization::default().draw(&mut Rng::new(3, 4)), EpisodeParameters::default());
     }
 
     #[test]
@@ -184,8 +184,8 @@ mod tests {
             stribeck: [0.1, 0.4],
             ..Randomization::default()
         };
-        let draws: Vec<Drawn> = (0..400).map(|seed| ranges.draw(&mut Stream::new(seed, 0))).collect();
-        let spans = |read: fn(&Drawn) -> f64, [low, high]: [f64; 2]| {
+        let draws: Vec<EpisodeParameters> = (0..400).map(|seed| ranges.draw(&mut Rng::new(seed, 0))).collect();
+        let spans = |read: fn(&EpisodeParameters) -> f64, [low, high]: [f64; 2]| {
             let values = || draws.iter().map(read);
             let (least, most) = (values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max));
             // Of 400 draws the nearest to an end is farther than a twentieth of the range once in 10^8 times.
@@ -216,11 +216,11 @@ mod tests {
             ("stribeck", Randomization { stribeck: [-0.1, 0.5], ..good }),
         ];
         for (field, randomization) in cases {
-            assert_eq!(randomization.validate_for(0.05, Method::Implicit, Model::Planar).unwrap_err().field, field);
+            assert_eq!(randomization.validate_for(0.05, Method::Implicit, ModelKind::Planar).unwrap_err().field, field);
         }
         let heavy = Randomization { mass: [1.0, 1.1], ..good };
-        assert!(heavy.validate_for(0.05, Method::Implicit, Model::Planar).is_ok());
-        assert!(heavy.validate_for(0.05, Method::Thesis, Model::Planar).is_err());
-        assert!(heavy.validate_for(0.05, Method::Implicit, Model::Spatial).is_err());
+        assert!(heavy.validate_for(0.05, Method::Implicit, ModelKind::Planar).is_ok());
+        assert!(heavy.validate_for(0.05, Method::Thesis, ModelKind::Planar).is_err());
+        assert!(heavy.validate_for(0.05, Method::Implicit, ModelKind::Spatial).is_err());
     }
 }

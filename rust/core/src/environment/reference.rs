@@ -2,7 +2,7 @@
 //!
 //! The reference of joint i (0-based) is the travelling wave (T 2.14) plus an offset of its own,
 //! `phi_i = A sin(psi + i beta) + gamma + offset_i` with `psi' = omega`. Every parameter is a
-//! [`Channel`]; `psi` is the closed-form integral of the channel omega, so the wave never jumps, and
+//! [`FilteredParameter`]; `psi` is the closed-form integral of the channel omega, so the wave never jumps, and
 //! rate and acceleration follow by the chain rule.
 
 use std::sync::Arc;
@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 use crate::gait::{Jet, JointReference, JointTarget, Wave, WaveJets, turned};
 
 use super::action::{ActionEntry, WAVE_PARAMETERS, entries};
-use super::channel::{Channel, Filter, Limits};
 use super::config::ActionMode;
+use super::filtered_parameter::{Filter, FilteredParameter, Limits};
 use super::motion::wrap_angle;
 
 /// Joint references driven by actions, one control period after the other.
@@ -34,12 +34,12 @@ pub struct ReferenceState {
     instant: f64,
     /// Phase psi of the wave at that instant, in [-pi, pi].
     phase: f64,
-    amplitude: Channel,
-    frequency: Channel,
-    phase_shift: Channel,
-    offset: Channel,
+    amplitude: FilteredParameter,
+    frequency: FilteredParameter,
+    phase_shift: FilteredParameter,
+    offset: FilteredParameter,
     /// Offsets of single joints; empty in mode `gait`.
-    joints: Vec<Channel>,
+    joints: Vec<FilteredParameter>,
 }
 
 impl ReferenceGenerator {
@@ -55,11 +55,11 @@ impl ReferenceGenerator {
         let state = ReferenceState {
             instant: 0.0,
             phase: 0.0,
-            amplitude: Channel::at_rest(0.0),
-            frequency: Channel::at_rest(0.0),
-            phase_shift: Channel::at_rest(0.0),
-            offset: Channel::at_rest(0.0),
-            joints: vec![Channel::at_rest(0.0); channels],
+            amplitude: FilteredParameter::at_rest(0.0),
+            frequency: FilteredParameter::at_rest(0.0),
+            phase_shift: FilteredParameter::at_rest(0.0),
+            offset: FilteredParameter::at_rest(0.0),
+            joints: vec![FilteredParameter::at_rest(0.0); channels],
         };
         Self { filter: Filter::new(period), mode, entries, limits, state }
     }
@@ -99,19 +99,19 @@ impl ReferenceGenerator {
         let state = &mut self.state;
         (state.instant, state.phase) = (0.0, phase);
         let wave_is_commanded = self.mode != ActionMode::Joints;
-        let of_wave = |value: f64| Channel::at_rest(if wave_is_commanded { value } else { 0.0 });
+        let of_wave = |value: f64| FilteredParameter::at_rest(if wave_is_commanded { value } else { 0.0 });
         state.amplitude = of_wave(wave.amplitude);
-        state.frequency = Channel::at_rest(0.0);
+        state.frequency = FilteredParameter::at_rest(0.0);
         state.phase_shift = of_wave(wave.beta);
         state.offset = of_wave(wave.gamma);
         for (joint, channel) in state.joints.iter_mut().enumerate() {
             let angle = wave.amplitude * (phase + joint as f64 * wave.beta).sin() + wave.gamma;
-            *channel = Channel::at_rest(if wave_is_commanded { 0.0 } else { angle });
+            *channel = FilteredParameter::at_rest(if wave_is_commanded { 0.0 } else { angle });
         }
     }
 
     /// Steers the channels towards an action in [-1, 1]; the new period begins at `time` \[s\].
-    pub fn command(&mut self, action: &[f64], time: f64) {
+    pub fn set_action(&mut self, action: &[f64], time: f64) {
         self.state.instant = time;
         let (filter, state) = (&self.filter, &mut self.state);
         let channels = [&mut state.amplitude, &mut state.frequency, &mut state.phase_shift, &mut state.offset];
@@ -120,24 +120,24 @@ impl ReferenceGenerator {
         for (((channel, entry), limits), &action) in
             channels.zip(self.entries.iter()).zip(self.limits.iter()).zip(action)
         {
-            channel.steer(entry.value(action), limits, filter);
+            channel.set_target(entry.value(action), limits, filter);
         }
     }
 
     /// Keeps the targets of the channels; the new period begins at `time` \[s\].
-    pub fn coast(&mut self, time: f64) {
+    pub fn hold_reference(&mut self, time: f64) {
         self.state.instant = time;
     }
 
     /// Moves on to the end of the control period.
-    pub fn elapse(&mut self) {
+    pub fn finish_period(&mut self) {
         let (filter, state) = (&self.filter, &mut self.state);
         let period = filter.period;
         let turned = state.phase + state.frequency.integral(period, filter.period_decay(), filter);
         state.phase = wrap_angle(turned);
         state.instant += period;
         let channels = [&mut state.amplitude, &mut state.frequency, &mut state.phase_shift, &mut state.offset];
-        channels.into_iter().chain(&mut state.joints).for_each(|channel| channel.elapse(filter));
+        channels.into_iter().chain(&mut state.joints).for_each(|channel| channel.finish_period(filter));
     }
 
     /// Phase psi of the wave at the control instant \[rad\].

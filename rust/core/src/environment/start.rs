@@ -9,7 +9,7 @@ use crate::planar::{Pose, assemble_chain};
 use crate::robot::Robot;
 
 use super::path::NaturalPath;
-use super::random::Stream;
+use super::rng::Rng;
 
 /// Placement of a robot in the posture of the gait.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,11 +34,11 @@ pub struct StartJitter {
 
 impl StartJitter {
     /// Draws a deviation; `scale` in \[0, 1\].
-    pub fn draw(stream: &mut Stream, scale: f64) -> Self {
+    pub fn draw(rng: &mut Rng, scale: f64) -> Self {
         Self {
-            slide: stream.around_zero(scale * 30f64.to_radians()),
-            shift: Vector2::new(stream.around_zero(scale * 0.01), stream.around_zero(scale * 0.01)),
-            turn: stream.around_zero(scale * 2f64.to_radians()),
+            slide: rng.around_zero(scale * 30f64.to_radians()),
+            shift: Vector2::new(rng.around_zero(scale * 0.01), rng.around_zero(scale * 0.01)),
+            turn: rng.around_zero(scale * 2f64.to_radians()),
         }
     }
 
@@ -170,7 +170,7 @@ mod tests {
     fn no_jitter_is_the_nominal_start() {
         let robot = Robot::new(&RobotConfig::default()).unwrap();
         for line in [StartLine::on_course(START_7_5, &robot), StartLine::at_origin(Wave::default(), &robot)] {
-            let start = line.deviated(&StartJitter::draw(&mut Stream::new(0, 0), 0.0));
+            let start = line.deviated(&StartJitter::draw(&mut Rng::new(0, 0), 0.0));
             assert!((start.position - line.nominal.position).norm() < 1e-15);
             assert!((start.angle - line.nominal.angle).abs() < 1e-15);
         }

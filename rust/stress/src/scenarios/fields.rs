@@ -1,10 +1,10 @@
 //! Environments under random actions.
 
-use snake_core::batch::{Batch, Formed, Outputs};
-use snake_core::environment::random::Stream;
+use snake_core::batch::{Batch, Batched, Outputs};
+use snake_core::environment::rng::Rng;
 use snake_core::environment::signal::SIGNALS;
 use snake_core::environment::{
-    ActionMode, EnvConfig, Environment, FieldKind, Model, PlanarMachine, SpatialMachine, Task,
+    ActionMode, EnvConfig, Environment, FieldKind, ModelKind, PlanarRobot, SpatialRobot, Task,
 };
 use snake_core::simulation::PlanarSimulation;
 use snake_core::spatial_simulation::SpatialSimulation;
@@ -58,28 +58,28 @@ pub fn kinds_in_space() -> Vec<Kind> {
 }
 
 /// A robot of the environment whose figures can be taken.
-pub trait Inhabitant: Formed {
+pub trait Inhabitant: Batched {
     type Simulation: Watched;
-    const MODEL: Model;
+    const KIND: ModelKind;
 
     fn simulation(environment: &Environment<Self>) -> &Self::Simulation;
 }
 
-impl Inhabitant for PlanarMachine {
+impl Inhabitant for PlanarRobot {
     type Simulation = PlanarSimulation;
-    const MODEL: Model = Model::Planar;
+    const KIND: ModelKind = ModelKind::Planar;
 
     fn simulation(environment: &Environment<Self>) -> &PlanarSimulation {
         environment.simulation()
     }
 }
 
-impl Inhabitant for SpatialMachine {
+impl Inhabitant for SpatialRobot {
     type Simulation = SpatialSimulation;
-    const MODEL: Model = Model::Spatial;
+    const KIND: ModelKind = ModelKind::Spatial;
 
     fn simulation(environment: &Environment<Self>) -> &SpatialSimulation {
-        &environment.machine().simulation
+        &environment.model().simulation
     }
 }
 
@@ -88,7 +88,7 @@ pub fn random_steps<M: Inhabitant>(kind: Kind, steps: u64, seed: u64) -> Figures
     let Kind { task, mode, field, difficulty, step, tolerance } = kind;
     let integrator = IntegratorConfig { step: Some(step), tolerance: Some(tolerance), ..IntegratorConfig::default() };
     let config = EnvConfig {
-        model: <M as Inhabitant>::MODEL,
+        model: <M as Inhabitant>::KIND,
         task,
         action_mode: mode,
         field,
@@ -104,11 +104,11 @@ pub fn random_steps<M: Inhabitant>(kind: Kind, steps: u64, seed: u64) -> Figures
     run.figures
 }
 
-struct Run<M: Formed> {
+struct Run<M: Batched> {
     /// Step of the integrator \[s\].
     step: f64,
     batch: Batch<M>,
-    random: Stream,
+    random: Rng,
     actions: Vec<f64>,
     observation: Vec<f32>,
     reward: Vec<f64>,
@@ -129,7 +129,7 @@ impl<M: Inhabitant> Run<M> {
             terminated: vec![false; ROWS],
             truncated: vec![false; ROWS],
             signals: vec![0.0; batch.signal_kinds().count() * ROWS],
-            random: Stream::new(seed, u64::MAX),
+            random: Rng::new(seed, u64::MAX),
             figures: Figures::default(),
             batch,
         };

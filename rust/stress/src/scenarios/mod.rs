@@ -8,7 +8,7 @@ pub mod pegs;
 pub mod robots;
 pub mod space;
 
-use snake_core::environment::{PlanarMachine, SpatialMachine};
+use snake_core::environment::{PlanarRobot, SpatialRobot};
 use snake_core::planar::Problem;
 use snake_core::simulation::PlanarSimulation;
 use snake_core::spatial_simulation::SpatialSimulation;
@@ -130,7 +130,7 @@ fn in_the_plane(effort: Effort) -> Vec<Scenario> {
         Scenario {
             name: "random environment steps",
             bounds: default,
-            jobs: environments::<PlanarMachine>(fields::kinds(), effort.of(5_000, 300_000, 10_000_000)),
+            jobs: environments::<PlanarRobot>(fields::kinds(), effort.of(5_000, 300_000, 10_000_000)),
         },
         Scenario {
             name: "random stage problems",
@@ -179,7 +179,7 @@ fn in_space(effort: Effort) -> Vec<Scenario> {
         Scenario {
             name: "in space: random environment steps",
             bounds: default,
-            jobs: environments::<SpatialMachine>(fields::kinds_in_space(), effort.of(1_200, 40_000, 1_000_000)),
+            jobs: environments::<SpatialRobot>(fields::kinds_in_space(), effort.of(1_200, 40_000, 1_000_000)),
         },
     ]
 }

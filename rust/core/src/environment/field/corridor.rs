@@ -10,7 +10,7 @@ use nalgebra::Vector2;
 use crate::scene::Peg;
 
 use super::{Route, Site};
-use crate::environment::random::Stream;
+use crate::environment::rng::Rng;
 
 /// Gap between the body of the gait and the pegs: at difficulty zero, and the widest at difficulty one \[m\].
 /// Beyond 3.5 cm the gait no longer pushes; a wave of larger amplitude does.
@@ -23,11 +23,11 @@ const OPENING: f64 = 0.9;
 const JITTER: f64 = 0.2;
 
 /// Builds the walls; returns the goal, on the centre line `route.length` from the start.
-pub fn corridor(difficulty: f64, route: &Route, site: &Site, stream: &mut Stream, pegs: &mut Vec<Peg>) -> Vector2<f64> {
-    let turn = difficulty * stream.around_zero(route.turn);
+pub fn corridor(difficulty: f64, route: &Route, site: &Site, rng: &mut Rng, pegs: &mut Vec<Peg>) -> Vector2<f64> {
+    let turn = difficulty * rng.around_zero(route.turn);
     let centre_line = CentreLine::new(route, site, turn);
     let pitch = site.path.half_wave();
-    let slack = site.scale() * stream.uniform(SLACK[0], SLACK[0] + difficulty * (SLACK[1] - SLACK[0]));
+    let slack = site.scale() * rng.uniform(SLACK[0], SLACK[0] + difficulty * (SLACK[1] - SLACK[0]));
     let fit = Fit::new(site, slack);
     let curved = [-1.0, 1.0].map(|side| fit.wall(side * centre_line.curvature));
     let straight = fit.wall(0.0);
@@ -37,7 +37,7 @@ pub fn corridor(difficulty: f64, route: &Route, site: &Site, stream: &mut Stream
     pegs.clear();
     for station in first..=last {
         for (side, curved) in [-1.0, 1.0].into_iter().zip(curved) {
-            let jitter = stream.around_zero(difficulty * JITTER);
+            let jitter = rng.around_zero(difficulty * JITTER);
             let along = first_crossing + (f64::from(station) + jitter) * pitch;
             let wall = if centre_line.is_curved(along) { curved } else { straight };
             let centre = centre_line.at(along) + side * wall.offset * centre_line.left(along);

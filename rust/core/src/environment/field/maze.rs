@@ -9,7 +9,7 @@ use nalgebra::Vector2;
 use crate::scene::Peg;
 
 use super::{Route, SMALLEST_PEG, Site};
-use crate::environment::random::Stream;
+use crate::environment::rng::Rng;
 
 const COLUMNS: u32 = 6;
 const ROWS: u32 = 5;
@@ -18,8 +18,8 @@ const ROWS: u32 = 5;
 const JITTER: f64 = 0.2;
 
 /// Stands the posts around the middle of the way from the start to the goal; returns the goal.
-pub fn maze(difficulty: f64, route: &Route, site: &Site, stream: &mut Stream, pegs: &mut Vec<Peg>) -> Vector2<f64> {
-    let (sin, cos) = (difficulty * stream.around_zero(route.turn)).sin_cos();
+pub fn maze(difficulty: f64, route: &Route, site: &Site, rng: &mut Rng, pegs: &mut Vec<Peg>) -> Vector2<f64> {
+    let (sin, cos) = (difficulty * rng.around_zero(route.turn)).sin_cos();
     let (ahead, left) = (Vector2::new(cos, sin), Vector2::new(-sin, cos));
     let pitch = site.path.half_wave();
     let middle = route.start + 0.5 * route.length * ahead;
@@ -28,7 +28,7 @@ pub fn maze(difficulty: f64, route: &Route, site: &Site, stream: &mut Stream, pe
     for column in 0..COLUMNS {
         for row in 0..ROWS {
             let [along, across] = [from_middle(column, COLUMNS), from_middle(row, ROWS)]
-                .map(|place| pitch * (place + stream.around_zero(difficulty * JITTER)));
+                .map(|place| pitch * (place + rng.around_zero(difficulty * JITTER)));
             let post = middle + along * ahead + across * left;
             pegs.push(Peg { radius: site.scale() * SMALLEST_PEG, x: post.x, y: post.y });
         }
@@ -45,7 +45,7 @@ mod tests {
     fn thirty_posts_lie_around_the_way_and_leave_passages_wider_than_the_body() {
         let (site, route, mut pegs) = (aiko_site(), aiko_route(), Vec::new());
         for seed in 0..50 {
-            let goal = maze(1.0, &route, &site, &mut Stream::new(seed, 0), &mut pegs);
+            let goal = maze(1.0, &route, &site, &mut Rng::new(seed, 0), &mut pegs);
             assert_eq!(pegs.len(), 30);
             assert!((goal - route.start).norm() - 2.0 < 1e-12 && goal.x > -1e-12, "ahead or beside: {goal}");
             for (i, a) in pegs.iter().enumerate() {
@@ -59,7 +59,7 @@ mod tests {
     #[test]
     fn at_difficulty_zero_the_goal_lies_straight_ahead() {
         let (route, mut pegs) = (aiko_route(), Vec::new());
-        let goal = maze(0.0, &route, &aiko_site(), &mut Stream::new(4, 0), &mut pegs);
+        let goal = maze(0.0, &route, &aiko_site(), &mut Rng::new(4, 0), &mut pegs);
         assert!((goal - route.start - Vector2::new(2.0, 0.0)).norm() < 1e-12);
     }
 }

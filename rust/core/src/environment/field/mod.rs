@@ -21,7 +21,7 @@ use crate::scene::Peg;
 
 use super::config::FieldKind;
 use super::path::NaturalPath;
-use super::random::Stream;
+use super::rng::Rng;
 
 pub use corridor::corridor;
 pub use course::continued;
@@ -50,8 +50,8 @@ impl Site {
     }
 
     /// A random peg radius \[m\]: `largest` (in Aiko's scale) at difficulty zero, from 2 cm on at one.
-    fn radius(&self, largest: f64, difficulty: f64, stream: &mut Stream) -> f64 {
-        self.scale() * stream.uniform(largest - difficulty * (largest - SMALLEST_PEG), largest)
+    fn radius(&self, largest: f64, difficulty: f64, rng: &mut Rng) -> f64 {
+        self.scale() * rng.uniform(largest - difficulty * (largest - SMALLEST_PEG), largest)
     }
 
     /// Smallest distance kept between a peg and the robot at the start \[m\].
@@ -79,13 +79,13 @@ const SMALLEST_PEG: f64 = 0.02;
 const LARGEST_PEG: f64 = 0.125;
 
 /// Fills `pegs` with a random field.
-pub fn random_field(kind: FieldKind, difficulty: f64, site: &Site, stream: &mut Stream, pegs: &mut Vec<Peg>) {
+pub fn random_field(kind: FieldKind, difficulty: f64, site: &Site, rng: &mut Rng, pegs: &mut Vec<Peg>) {
     pegs.clear();
     let kinds = [FieldKind::Track, FieldKind::Lattice, FieldKind::Poisson];
-    match if kind == FieldKind::Mixed { kinds[stream.index(kinds.len())] } else { kind } {
-        FieldKind::Lattice => lattice::lattice(difficulty, site, stream, pegs),
-        FieldKind::Poisson => poisson::poisson(difficulty, site, stream, pegs),
-        FieldKind::Track | FieldKind::Mixed => track::track(difficulty, site, stream, pegs),
+    match if kind == FieldKind::Mixed { kinds[rng.index(kinds.len())] } else { kind } {
+        FieldKind::Lattice => lattice::lattice(difficulty, site, rng, pegs),
+        FieldKind::Poisson => poisson::poisson(difficulty, site, rng, pegs),
+        FieldKind::Track | FieldKind::Mixed => track::track(difficulty, site, rng, pegs),
     }
 }
 
@@ -103,6 +103,7 @@ pub fn keep_clear(site: &Site, robot: &Robot, pose: &[Pose], pegs: &mut Vec<Peg>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::environment::rng::Rng;
     use crate::environment::start::{StartJitter, StartLine};
     use crate::gait::Wave;
     use crate::planar::assemble_chain;
@@ -136,13 +137,13 @@ mod tests {
         ) {
             let robot = Robot::new(&RobotConfig::default()).unwrap();
             let (site, line) = (aiko_site(), StartLine::at_origin(Wave::default(), &robot));
-            let mut stream = Stream::new(seed, 0);
-            let start = line.deviated(&StartJitter::draw(&mut stream, scale));
+            let mut rng = Rng::new(seed, 0);
+            let start = line.deviated(&StartJitter::draw(&mut rng, scale));
             let angles: Vec<f64> = (0..10).map(line.joint_angles(start.phase)).collect();
             let mut pose = vec![Pose::zeros(); 11];
             assemble_chain(&robot, Pose::new(start.position.x, start.position.y, start.angle), &angles, &mut pose);
             let mut pegs = Vec::new();
-            random_field(KINDS[kind], difficulty, &site, &mut stream, &mut pegs);
+            random_field(KINDS[kind], difficulty, &site, &mut rng, &mut pegs);
             keep_clear(&site, &robot, &pose, &mut pegs);
             prop_assert!(pegs.len() > 10);
             for peg in &pegs {
@@ -159,7 +160,7 @@ mod tests {
         let (site, mut pegs) = (aiko_site(), Vec::new());
         for kind in KINDS {
             for seed in 0..20 {
-                random_field(kind, 0.5, &site, &mut Stream::new(seed, 0), &mut pegs);
+                random_field(kind, 0.5, &site, &mut Rng::new(seed, 0), &mut pegs);
                 // Wherever the robot is, a peg is at most a metre away.
                 for x in [0.0, 0.5, 1.0, 1.5, 2.0, 2.5] {
                     for y in [-0.8, 0.0, 0.8] {
@@ -175,10 +176,10 @@ mod tests {
     #[test]
     fn a_field_depends_on_seed_and_episode_alone() {
         let (site, mut first, mut second) = (aiko_site(), Vec::new(), Vec::new());
-        random_field(FieldKind::Mixed, 0.7, &site, &mut Stream::new(5, 2), &mut first);
-        random_field(FieldKind::Mixed, 0.7, &site, &mut Stream::new(5, 3), &mut second);
+        random_field(FieldKind::Mixed, 0.7, &site, &mut Rng::new(5, 2), &mut first);
+        random_field(FieldKind::Mixed, 0.7, &site, &mut Rng::new(5, 3), &mut second);
         assert_ne!(first, second);
-        random_field(FieldKind::Mixed, 0.7, &site, &mut Stream::new(5, 2), &mut second);
+        random_field(FieldKind::Mixed, 0.7, &site, &mut Rng::new(5, 2), &mut second);
         assert_eq!(first, second);
     }
 
@@ -189,7 +190,7 @@ mod tests {
             let mut smallest = f64::INFINITY;
             let mut count = 0;
             for seed in 0..50 {
-                random_field(FieldKind::Track, difficulty, &site, &mut Stream::new(seed, 0), &mut pegs);
+                random_field(FieldKind::Track, difficulty, &site, &mut Rng::new(seed, 0), &mut pegs);
                 smallest = pegs.iter().fold(smallest, |smallest, peg| smallest.min(peg.radius));
                 count += pegs.len();
             }

@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use crate::scene::Peg;
 
 use super::{LARGEST_PEG, Site};
-use crate::environment::random::Stream;
+use crate::environment::rng::Rng;
 
 /// Gap between body and peg where the body passes at its closest \[m\].
 const THREADING_GAP: f64 = 0.006;
@@ -23,7 +23,7 @@ const TRACK_PITCH: f64 = 0.55;
 ///
 /// A peg stands inside each bend of the path, near its centre line, so that the body always has
 /// three of them to push against.
-pub fn track(difficulty: f64, site: &Site, stream: &mut Stream, pegs: &mut Vec<Peg>) {
+pub fn track(difficulty: f64, site: &Site, rng: &mut Rng, pegs: &mut Vec<Peg>) {
     let tracks = (site.half_width / (TRACK_PITCH * site.scale())) as i32;
     let half_wave = site.path.half_wave();
     let crest = site.path.crossing() + FRAC_PI_2;
@@ -35,16 +35,16 @@ pub fn track(difficulty: f64, site: &Site, stream: &mut Stream, pegs: &mut Vec<P
         let x = first_crest + f64::from(bend) * half_wave;
         for track in -tracks..=tracks {
             let y = site.centre_line + f64::from(track) * TRACK_PITCH * site.scale();
-            bend_peg(difficulty, site, [x, y], outwards, stream, pegs);
+            bend_peg(difficulty, site, [x, y], outwards, rng, pegs);
         }
     }
 }
 
 /// The peg inside the bend at `x`; the bend lies on the side `outwards` of its centre line `y`.
-fn bend_peg(difficulty: f64, site: &Site, [x, y]: [f64; 2], outwards: f64, stream: &mut Stream, pegs: &mut Vec<Peg>) {
-    let radius = site.radius(LARGEST_PEG, difficulty, stream);
-    let jitter = JITTER.map(|reach| stream.around_zero(difficulty * reach * site.scale()));
-    let missing = stream.chance(difficulty * MISSING);
+fn bend_peg(difficulty: f64, site: &Site, [x, y]: [f64; 2], outwards: f64, rng: &mut Rng, pegs: &mut Vec<Peg>) {
+    let radius = site.radius(LARGEST_PEG, difficulty, rng);
+    let jitter = JITTER.map(|reach| rng.around_zero(difficulty * reach * site.scale()));
+    let missing = rng.chance(difficulty * MISSING);
     let from_bend = site.body_radius + radius + THREADING_GAP * site.scale();
     let y = y + outwards * (site.path.height() - from_bend);
     if !missing {
@@ -61,7 +61,7 @@ mod tests {
     #[test]
     fn at_difficulty_zero_the_middle_track_is_the_geometry_of_table_7_5() {
         let (site, mut pegs) = (aiko_site(), Vec::new());
-        track(0.0, &site, &mut Stream::new(0, 0), &mut pegs);
+        track(0.0, &site, &mut Rng::new(0, 0), &mut pegs);
         let mut middle: Vec<_> = pegs.iter().filter(|peg| peg.y.abs() < 0.2).collect();
         middle.sort_by(|a, b| a.x.total_cmp(&b.x));
         let [upper, lower] = [0.178, 0.003];

@@ -14,20 +14,20 @@ use crate::spatial::{Pose, SpatialState, joint_angle, joint_rate, orientation_of
 use crate::spatial_simulation::{SpatialSimulation, SpatialSnapshot};
 use crate::stepper::Variation;
 
-use super::action::ActionEntry;
-use super::cardan_reference::{CardanGenerator, CardanReferenceState};
-use super::config::{EnvConfig, Model};
-use super::machine::Machine;
-use super::motion::Motion;
-use super::nominal::Nominal;
-use super::observation::ObservationBlock;
-use super::signal::{Signal, SignalKind};
-use super::spatial_senses;
-use super::start::Start;
+use super::RobotModel;
+use super::spatial_observation;
+use crate::environment::action::ActionEntry;
+use crate::environment::cardan_reference::{CardanGenerator, CardanReferenceState};
+use crate::environment::config::{EnvConfig, ModelKind};
+use crate::environment::default_gait::DefaultGait;
+use crate::environment::motion::Motion;
+use crate::environment::observation::ObservationBlock;
+use crate::environment::signal::{Signal, SignalKind};
+use crate::environment::start::Start;
 
 /// Simulation and references of a robot in space.
 #[derive(Debug, Clone)]
-pub struct SpatialMachine {
+pub struct SpatialRobot {
     pub simulation: SpatialSimulation,
     pub reference: CardanGenerator,
     /// (yaw, pitch) of the joints at the start \[rad\].
@@ -46,7 +46,7 @@ struct Forces {
 
 /// All that a run changes about a robot in space.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SpatialMachineState {
+pub struct SpatialRobotState {
     simulation: SpatialSnapshot,
     reference: CardanReferenceState,
     pegs: Vec<Peg>,
@@ -62,9 +62,9 @@ pub struct Attitude {
     pub pitch: f64,
 }
 
-impl Machine for SpatialMachine {
-    const MODEL: Model = Model::Spatial;
-    type State = SpatialMachineState;
+impl RobotModel for SpatialRobot {
+    const KIND: ModelKind = ModelKind::Spatial;
+    type State = SpatialRobotState;
 
     const SIGNALS: &'static [Signal<Self>] = &[
         Signal {
@@ -72,35 +72,35 @@ impl Machine for SpatialMachine {
             kind: SignalKind::Float,
             unit: "m",
             description: "height of the CG above the ground",
-            read: SpatialMachine::height,
+            read: SpatialRobot::height,
         },
         Signal {
             name: "roll",
             kind: SignalKind::Float,
             unit: "rad",
             description: "mean turn of the links about their axes; positive: the left side comes up",
-            read: |machine| machine.attitude().roll,
+            read: |model| model.attitude().roll,
         },
         Signal {
             name: "pitch",
             kind: SignalKind::Float,
             unit: "rad",
             description: "angle by which the body direction points up",
-            read: |machine| machine.attitude().pitch,
+            read: |model| model.attitude().pitch,
         },
         Signal {
             name: "grounded",
             kind: SignalKind::Int,
             unit: "1",
             description: "links that the ground carried in this step",
-            read: |machine| machine.forces.ground.iter().filter(|force| **force > 0.0).count() as f64,
+            read: |model| model.forces.ground.iter().filter(|force| **force > 0.0).count() as f64,
         },
         Signal {
             name: "overbent",
             kind: SignalKind::Int,
             unit: "1",
             description: "joints bent beyond a right angle, which loads beyond the torque limit can do",
-            read: |machine| machine.overbent() as f64,
+            read: |model| model.overbent() as f64,
         },
     ];
 
@@ -108,7 +108,7 @@ impl Machine for SpatialMachine {
         let scene = SceneConfig { friction: config.friction(), ..SceneConfig::default() };
         let simulation = SpatialSimulation::new(&config.robot, &scene, &config.controller, &config.integrator)?;
         let (links, joints) = (simulation.robot().link_count(), simulation.robot().joint_count());
-        let (nominal, period) = (Nominal::of(config), config.control_period);
+        let (nominal, period) = (DefaultGait::of(config), config.control_period);
         Ok(Self {
             reference: CardanGenerator::new(config.action_mode, &nominal, joints, period),
             posture: vec![Vector2::zeros(); joints],
@@ -130,10 +130,10 @@ impl Machine for SpatialMachine {
     }
 
     fn observation_blocks(&self, config: &EnvConfig) -> [Vec<ObservationBlock<Self>>; 2] {
-        spatial_senses::blocks(config, self.robot())
+        spatial_observation::blocks(config, self.robot())
     }
 
-    fn place(&mut self, start: &Start, joint_angle: &[f64], pegs: &[Peg]) {
+    fn reset(&mut self, start: &Start, joint_angle: &[f64], pegs: &[Peg]) {
         let Start { position, angle, phase } = start;
         self.simulation.set_scene_pegs(pegs);
         for (posture, yaw) in self.posture.iter_mut().zip(joint_angle) {
@@ -147,16 +147,16 @@ impl Machine for SpatialMachine {
         self.forces.ground.fill(0.0);
     }
 
-    fn command(&mut self, action: &[f64]) {
-        self.reference.command(action, self.simulation.state().time);
+    fn set_action(&mut self, action: &[f64]) {
+        self.reference.set_action(action, self.simulation.state().time);
     }
 
-    fn coast(&mut self) {
-        self.reference.coast(self.simulation.state().time);
+    fn hold_reference(&mut self) {
+        self.reference.hold_reference(self.simulation.state().time);
     }
 
     /// The configuration refuses other robots than its own.
-    fn vary(&mut self, variation: Variation) {
+    fn set_parameters(&mut self, variation: Variation) {
         debug_assert_eq!(variation, Variation::default());
     }
 
@@ -164,8 +164,8 @@ impl Machine for SpatialMachine {
         self.simulation.advance(period, &self.reference);
     }
 
-    fn elapse(&mut self, period: f64) -> u32 {
-        self.reference.elapse();
+    fn finish_period(&mut self, period: f64) -> u32 {
+        self.reference.finish_period();
         for (force, impulse) in self.forces.ground.iter_mut().zip(self.simulation.ground_impulse()) {
             *force = impulse / period;
         }
@@ -218,8 +218,8 @@ impl Machine for SpatialMachine {
         planar::Pose::new(pose.position.x, pose.position.y, axis.y.atan2(axis.x))
     }
 
-    fn save(&self) -> SpatialMachineState {
-        SpatialMachineState {
+    fn save(&self) -> SpatialRobotState {
+        SpatialRobotState {
             simulation: self.simulation.snapshot(),
             reference: self.reference.state(),
             pegs: self.pegs().to_vec(),
@@ -227,7 +227,7 @@ impl Machine for SpatialMachine {
         }
     }
 
-    fn restore(&mut self, state: &SpatialMachineState) -> bool {
+    fn restore(&mut self, state: &SpatialRobotState) -> bool {
         let links = self.forces.ground.len();
         let fits = state.forces.ground.len() == links
             && state.forces.peg.len() == links
@@ -241,12 +241,12 @@ impl Machine for SpatialMachine {
         fits
     }
 
-    fn links_of(state: &SpatialMachineState) -> usize {
+    fn links_of(state: &SpatialRobotState) -> usize {
         state.forces.ground.len()
     }
 }
 
-impl SpatialMachine {
+impl SpatialRobot {
     /// Mean force of the pegs on each link over the last control period, x and y in frame I \[N\].
     pub fn peg_force(&self) -> &[Vector2<f64>] {
         &self.forces.peg

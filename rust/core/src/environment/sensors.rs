@@ -4,14 +4,14 @@ use crate::minimal::NoiseConfig;
 use crate::scene::Peg;
 
 use super::episode::Episode;
-use super::machine::Machine;
 use super::motion::Motion;
-use super::random::Stream;
 use super::randomization::Randomization;
+use super::rng::Rng;
+use super::robot_model::RobotModel;
 
 /// Measurements at a control instant.
 #[derive(Debug, Clone)]
-pub struct Senses {
+pub struct Sensors {
     randomization: Randomization,
     pub joint_angle: Vec<f64>,
     pub joint_rate: Vec<f64>,
@@ -24,18 +24,18 @@ pub struct Senses {
     pegs: Vec<Peg>,
 }
 
-impl Senses {
+impl Sensors {
     pub fn new(randomization: Randomization, joint_coordinates: usize, motion: Motion) -> Self {
         let (joint_angle, joint_rate) = (vec![0.0; joint_coordinates], vec![0.0; joint_coordinates]);
         Self { randomization, joint_angle, joint_rate, motion, lateral_offset: 0.0, remaining: 1.0, pegs: Vec::new() }
     }
 
     /// Begins an episode among `pegs`.
-    pub fn begin(&mut self, pegs: &[Peg], stream: &mut Stream) {
+    pub fn begin(&mut self, pegs: &[Peg], rng: &mut Rng) {
         self.pegs.clear();
         if self.randomization.peg_error > 0.0 {
             self.pegs.extend_from_slice(pegs);
-            self.randomization.misplace(stream, &mut self.pegs);
+            self.randomization.misplace(rng, &mut self.pegs);
         }
     }
 
@@ -44,27 +44,27 @@ impl Senses {
         if self.pegs.is_empty() { pegs } else { &self.pegs }
     }
 
-    /// Measures; noise is drawn from `stream` if there is any.
-    pub fn measure(&mut self, machine: &impl Machine, episode: &Episode, stream: impl FnOnce() -> Stream) {
-        machine.read_joints(&mut self.joint_angle, &mut self.joint_rate);
+    /// Measures; noise is drawn from `rng` if there is any.
+    pub fn measure(&mut self, model: &impl RobotModel, episode: &Episode, rng: impl FnOnce() -> Rng) {
+        model.read_joints(&mut self.joint_angle, &mut self.joint_rate);
         self.motion = episode.motion;
         self.lateral_offset = episode.summary.lateral_offset;
         self.remaining = episode.remaining();
         if self.randomization.noise != NoiseConfig::default() {
-            self.disturb(episode.goal.span(), &mut stream());
+            self.disturb(episode.goal.span(), &mut rng());
         }
     }
 
     /// (T 7.9)-(T 7.14); the position counts along the goal direction and across it.
-    fn disturb(&mut self, span: f64, stream: &mut Stream) {
+    fn disturb(&mut self, span: f64, rng: &mut Rng) {
         let noise = &self.randomization.noise;
-        self.remaining += stream.around_zero(noise.position) / span;
-        self.lateral_offset += stream.around_zero(noise.position);
-        self.motion.heading += stream.around_zero(noise.heading);
-        self.motion.velocity.x += stream.around_zero(noise.velocity);
-        self.motion.velocity.y += stream.around_zero(noise.velocity);
-        self.motion.yaw_rate += stream.around_zero(noise.yaw_rate);
-        self.joint_angle.iter_mut().for_each(|angle| *angle += stream.around_zero(noise.joint_angle));
-        self.joint_rate.iter_mut().for_each(|rate| *rate += stream.around_zero(noise.joint_rate));
+        self.remaining += rng.around_zero(noise.position) / span;
+        self.lateral_offset += rng.around_zero(noise.position);
+        self.motion.heading += rng.around_zero(noise.heading);
+        self.motion.velocity.x += rng.around_zero(noise.velocity);
+        self.motion.velocity.y += rng.around_zero(noise.velocity);
+        self.motion.yaw_rate += rng.around_zero(noise.yaw_rate);
+        self.joint_angle.iter_mut().for_each(|angle| *angle += rng.around_zero(noise.joint_angle));
+        self.joint_rate.iter_mut().for_each(|rate| *rate += rng.around_zero(noise.joint_rate));
     }
 }

@@ -2,11 +2,11 @@
 
 use crate::gait::Wave;
 
-use super::config::{EnvConfig, Model, Task};
+use super::config::{EnvConfig, ModelKind, Task};
 
 /// Waves of the yaw and the pitch angles, and where they carry the robot.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Nominal {
+pub struct DefaultGait {
     /// Phase zero at the start.
     pub yaw: Wave,
     /// Amplitude A_v of the vertical wave and its phase against the horizontal one \[rad\]; their frequencies and phase
@@ -17,13 +17,13 @@ pub struct Nominal {
     pub travel: f64,
 }
 
-impl Nominal {
+impl DefaultGait {
     /// Lateral undulation (T 7.3); for the spatial robot on open ground the thesis's sidewinding, a vertical wave a
     /// quarter period ahead of the horizontal one.
     pub fn of(config: &EnvConfig) -> Self {
         let undulation = Self { yaw: Wave::default(), lift: 0.0, lift_phase: 90f64.to_radians(), travel: 0.0 };
         match (config.model, config.task) {
-            (Model::Spatial, Task::Free) => Self {
+            (ModelKind::Spatial, Task::Free) => Self {
                 yaw: Wave { amplitude: 30f64.to_radians(), ..undulation.yaw },
                 lift: 10f64.to_radians(),
                 travel: SIDEWAYS.to_radians(),

@@ -1,4 +1,4 @@
-//! What a robot in space senses of itself and its contacts.
+//! What a robot in space sensors of itself and its contacts.
 
 use std::f64::consts::{FRAC_PI_2, SQRT_2};
 
@@ -7,12 +7,12 @@ use nalgebra::{Vector2, Vector3};
 use crate::robot::Robot;
 use crate::spatial::turning;
 
-use super::config::{ActionMode, EnvConfig, Task};
-use super::observation::{ObservationBlock, View, block, joint_angle, joint_rate, named, numbered};
-use super::spatial_machine::SpatialMachine;
+use super::spatial::SpatialRobot;
+use crate::environment::config::{ActionMode, EnvConfig, Task};
+use crate::environment::observation::{ObservationBlock, View, block, joint_angle, joint_rate, named, numbered};
 
-type Block = ObservationBlock<SpatialMachine>;
-type Spatial<'a> = View<'a, SpatialMachine>;
+type Block = ObservationBlock<SpatialRobot>;
+type Spatial<'a> = View<'a, SpatialRobot>;
 
 /// The blocks before and after those that every environment has.
 pub fn blocks(config: &EnvConfig, robot: &Robot) -> [Vec<Block>; 2] {
@@ -73,12 +73,12 @@ fn along_links(robot: &Robot, names: &[&str]) -> Vec<String> {
 }
 
 fn heights(view: &Spatial, values: &mut [f64]) {
-    let links = view.machine.simulation.robot().links.iter().zip(&view.machine.simulation.state().pose);
+    let links = view.model.simulation.robot().links.iter().zip(&view.model.simulation.state().pose);
     values.iter_mut().zip(links).for_each(|(value, (link, pose))| *value = pose.position.z - link.radius);
 }
 
 fn attitude(view: &Spatial, values: &mut [f64]) {
-    let attitude = view.machine.attitude();
+    let attitude = view.model.attitude();
     (values[0], values[1]) = attitude.roll.sin_cos();
     values[2] = attitude.pitch;
 }
@@ -89,20 +89,20 @@ fn as_seen(vector: &Vector3<f64>) -> [f64; 3] {
 }
 
 fn gravity(view: &Spatial, values: &mut [f64]) {
-    let pose = &view.machine.simulation.state().pose[0];
+    let pose = &view.model.simulation.state().pose[0];
     values.copy_from_slice(&as_seen(&pose.orientation.inverse_transform_vector(&-Vector3::z())));
 }
 
 fn gyro(view: &Spatial, values: &mut [f64]) {
-    values.copy_from_slice(&as_seen(&turning(&view.machine.simulation.state().twist[0])));
+    values.copy_from_slice(&as_seen(&turning(&view.model.simulation.state().twist[0])));
 }
 
 fn normal_force(view: &Spatial, values: &mut [f64]) {
-    values.copy_from_slice(view.machine.normal_force());
+    values.copy_from_slice(view.model.normal_force());
 }
 
 fn contact_force(view: &Spatial, values: &mut [f64]) {
-    let links = view.machine.peg_force().iter().zip(&view.machine.simulation.state().pose);
+    let links = view.model.peg_force().iter().zip(&view.model.simulation.state().pose);
     for (values, (force, pose)) in values.chunks_exact_mut(2).zip(links) {
         let axis = pose.axis();
         let ahead = (-axis.xy()).try_normalize(0.0).unwrap_or_else(Vector2::x);
@@ -111,9 +111,9 @@ fn contact_force(view: &Spatial, values: &mut [f64]) {
 }
 
 fn reference(view: &Spatial, values: &mut [f64]) {
-    view.machine.reference.angles(values);
+    view.model.reference.angles(values);
 }
 
 fn wave(view: &Spatial, values: &mut [f64]) {
-    view.machine.reference.describe_wave(values);
+    view.model.reference.describe_wave(values);
 }

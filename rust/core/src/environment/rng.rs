@@ -1,13 +1,13 @@
 //! One counter-based random stream for each (seed, episode).
 
 use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
+use rand_chacha::rand_core::{Rng as _, SeedableRng};
 
 /// Random numbers of one episode: they depend on seed and episode alone, never on other environments,
 /// threads, or how many numbers an earlier episode has drawn.
-pub struct Stream(ChaCha8Rng);
+pub struct Rng(ChaCha8Rng);
 
-impl Stream {
+impl Rng {
     pub fn new(seed: u64, episode: u64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(episode);
@@ -60,7 +60,7 @@ mod tests {
 
     #[test]
     fn streams_of_different_seeds_and_episodes_differ_and_repeat() {
-        let first = |seed, episode| Stream::new(seed, episode).unit();
+        let first = |seed, episode| Rng::new(seed, episode).unit();
         assert_eq!(first(7, 3), first(7, 3));
         assert_ne!(first(7, 3), first(7, 4));
         assert_ne!(first(7, 3), first(8, 3));
@@ -68,8 +68,8 @@ mod tests {
 
     #[test]
     fn uniform_numbers_have_the_mean_and_range_of_their_law() {
-        let mut stream = Stream::new(1, 1);
-        let numbers: Vec<f64> = (0..10_000).map(|_| stream.uniform(2.0, 4.0)).collect();
+        let mut rng = Rng::new(1, 1);
+        let numbers: Vec<f64> = (0..10_000).map(|_| rng.uniform(2.0, 4.0)).collect();
         assert!(numbers.iter().all(|x| (2.0..4.0).contains(x)));
         // Five standard deviations of the mean: 5 * 2 / sqrt(12 * 10000).
         assert!((numbers.iter().sum::<f64>() / 1e4 - 3.0).abs() < 0.03);

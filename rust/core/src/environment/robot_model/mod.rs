@@ -1,4 +1,8 @@
-//! What an environment needs of a robot model; all else in this module is the same for every model.
+//! What an environment needs of a robot model; everything else in the environment is the same for every model.
+
+mod planar;
+mod spatial;
+mod spatial_observation;
 
 use std::fmt::Debug;
 
@@ -12,19 +16,22 @@ use crate::scene::Peg;
 use crate::simulation::StepReport;
 use crate::stepper::Variation;
 
-use super::action::ActionEntry;
-use super::config::{EnvConfig, Model};
-use super::motion::Motion;
-use super::observation::ObservationBlock;
-use super::signal::Signal;
-use super::start::Start;
+use crate::environment::action::ActionEntry;
+use crate::environment::config::{EnvConfig, ModelKind};
+use crate::environment::motion::Motion;
+use crate::environment::observation::ObservationBlock;
+use crate::environment::signal::Signal;
+use crate::environment::start::Start;
+
+pub use planar::{PlanarRobot, PlanarRobotState};
+pub use spatial::{Attitude, SpatialRobot, SpatialRobotState};
 
 /// A simulated robot together with the generator of its joint references.
 ///
-/// One control period is `command`, `advance`, `elapse`; everything else reads.
-pub trait Machine: Clone + Debug + Send + Sync + 'static {
+/// One control period is `set_action`, `advance`, `finish_period`; everything else reads.
+pub trait RobotModel: Clone + Debug + Send + Sync + 'static {
     /// The choice in [`EnvConfig::model`] that this is.
-    const MODEL: Model;
+    const KIND: ModelKind;
 
     /// What it reports beside the signals of every environment.
     const SIGNALS: &'static [Signal<Self>];
@@ -43,26 +50,26 @@ pub trait Machine: Clone + Debug + Send + Sync + 'static {
     /// The entries of an action.
     fn action_entries(&self) -> &[ActionEntry];
 
-    /// What it senses, before and after the blocks that every environment has.
+    /// What it sensors, before and after the blocks that every environment has.
     fn observation_blocks(&self, config: &EnvConfig) -> [Vec<ObservationBlock<Self>>; 2];
 
     /// Puts the robot to rest among `pegs`, lying on the ground in the posture of the gait.
-    fn place(&mut self, start: &Start, joint_angle: &[f64], pegs: &[Peg]);
+    fn reset(&mut self, start: &Start, joint_angle: &[f64], pegs: &[Peg]);
 
     /// Turns an action in [-1, 1] into joint references.
-    fn command(&mut self, action: &[f64]);
+    fn set_action(&mut self, action: &[f64]);
 
-    /// Lets the joint references go where they were last commanded to.
-    fn coast(&mut self);
+    /// Keeps the targets of the joint references for another period.
+    fn hold_reference(&mut self);
 
-    /// Makes the robot one that differs from the configured one.
-    fn vary(&mut self, variation: Variation);
+    /// Sets how the robot differs from the configured one.
+    fn set_parameters(&mut self, variation: Variation);
 
     /// Advances the robot by a control period \[s\].
     fn advance(&mut self, period: f64);
 
-    /// Takes note that the robot was advanced by a control period \[s\]; returns the number of links that pegs pushed.
-    fn elapse(&mut self, period: f64) -> u32;
+    /// Ends a control period of length `period` \[s\]; returns the number of links that pegs pushed.
+    fn finish_period(&mut self, period: f64) -> u32;
 
     /// What happened while it was advanced.
     fn report(&self) -> StepReport;

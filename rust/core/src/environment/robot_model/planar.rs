@@ -13,18 +13,18 @@ use crate::scene::{Peg, SceneConfig};
 use crate::simulation::{PlanarSimulation, SimulationState, StepReport};
 use crate::stepper::{Body, Driven, Variation};
 
-use super::action::ActionEntry;
-use super::config::{ActionMode, EnvConfig, Model, Task};
-use super::machine::Machine;
-use super::motion::Motion;
-use super::observation::{ObservationBlock, View, block, joint_angle, joint_rate, named, numbered};
-use super::reference::{ReferenceGenerator, ReferenceState};
-use super::signal::Signal;
-use super::start::Start;
+use super::RobotModel;
+use crate::environment::action::ActionEntry;
+use crate::environment::config::{ActionMode, EnvConfig, ModelKind, Task};
+use crate::environment::motion::Motion;
+use crate::environment::observation::{ObservationBlock, View, block, joint_angle, joint_rate, named, numbered};
+use crate::environment::reference::{ReferenceGenerator, ReferenceState};
+use crate::environment::signal::Signal;
+use crate::environment::start::Start;
 
 /// Simulation and references of a planar robot.
 #[derive(Debug, Clone)]
-pub struct PlanarMachine {
+pub struct PlanarRobot {
     pub simulation: PlanarSimulation,
     pub reference: ReferenceGenerator,
     /// Mean obstacle force on each link over the last control period, to its left \[N\].
@@ -33,17 +33,17 @@ pub struct PlanarMachine {
 
 /// All that a run changes about a planar robot.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct PlanarMachineState {
+pub struct PlanarRobotState {
     simulation: SimulationState,
     reference: ReferenceState,
     pegs: Vec<Peg>,
     contact_force: Vec<f64>,
 }
 
-impl Machine for PlanarMachine {
-    const MODEL: Model = Model::Planar;
+impl RobotModel for PlanarRobot {
+    const KIND: ModelKind = ModelKind::Planar;
     const SIGNALS: &'static [Signal<Self>] = &[];
-    type State = PlanarMachineState;
+    type State = PlanarRobotState;
 
     fn new(config: &EnvConfig) -> Result<Self, ConfigError> {
         let scene = SceneConfig { friction: config.friction(), stribeck: config.stribeck, ..SceneConfig::default() };
@@ -87,7 +87,7 @@ impl Machine for PlanarMachine {
         [posture, has_pegs.then_some(contact).into_iter().chain([command]).collect()]
     }
 
-    fn place(&mut self, start: &Start, joint_angle: &[f64], pegs: &[Peg]) {
+    fn reset(&mut self, start: &Start, joint_angle: &[f64], pegs: &[Peg]) {
         let Start { position, angle, phase } = start;
         self.simulation.set_scene_pegs(pegs);
         self.simulation.place_chain(position.x, position.y, *angle, joint_angle);
@@ -95,15 +95,15 @@ impl Machine for PlanarMachine {
         self.contact_force.fill(0.0);
     }
 
-    fn command(&mut self, action: &[f64]) {
-        self.reference.command(action, self.simulation.state().time);
+    fn set_action(&mut self, action: &[f64]) {
+        self.reference.set_action(action, self.simulation.state().time);
     }
 
-    fn coast(&mut self) {
-        self.reference.coast(self.simulation.state().time);
+    fn hold_reference(&mut self) {
+        self.reference.hold_reference(self.simulation.state().time);
     }
 
-    fn vary(&mut self, variation: Variation) {
+    fn set_parameters(&mut self, variation: Variation) {
         self.simulation.body_mut().variation = variation;
     }
 
@@ -111,8 +111,8 @@ impl Machine for PlanarMachine {
         self.simulation.advance(period, &self.reference);
     }
 
-    fn elapse(&mut self, period: f64) -> u32 {
-        self.reference.elapse();
+    fn finish_period(&mut self, period: f64) -> u32 {
+        self.reference.finish_period();
         self.read_contact_force(period)
     }
 
@@ -138,8 +138,8 @@ impl Machine for PlanarMachine {
         self.simulation.state().pose[index]
     }
 
-    fn save(&self) -> PlanarMachineState {
-        PlanarMachineState {
+    fn save(&self) -> PlanarRobotState {
+        PlanarRobotState {
             simulation: self.simulation.snapshot(),
             reference: self.reference.state().clone(),
             pegs: self.pegs().to_vec(),
@@ -147,7 +147,7 @@ impl Machine for PlanarMachine {
         }
     }
 
-    fn restore(&mut self, state: &PlanarMachineState) -> bool {
+    fn restore(&mut self, state: &PlanarRobotState) -> bool {
         let links = self.contact_force.len();
         let fits = state.contact_force.len() == links
             && state.simulation.fits(links, state.pegs.len())
@@ -160,12 +160,12 @@ impl Machine for PlanarMachine {
         fits
     }
 
-    fn links_of(state: &PlanarMachineState) -> usize {
+    fn links_of(state: &PlanarRobotState) -> usize {
         state.contact_force.len()
     }
 }
 
-impl PlanarMachine {
+impl PlanarRobot {
     /// Mean lateral contact forces of the last period; returns the number of links that were pushed.
     fn read_contact_force(&mut self, period: f64) -> u32 {
         let mut contacts = 0;
@@ -181,7 +181,7 @@ impl PlanarMachine {
     }
 }
 
-impl Driven for PlanarMachine {
+impl Driven for PlanarRobot {
     fn body(&self) -> &Body {
         self.simulation.body()
     }
@@ -199,14 +199,14 @@ impl Driven for PlanarMachine {
     }
 }
 
-fn contact_force(view: &View<PlanarMachine>, values: &mut [f64]) {
-    values.copy_from_slice(&view.machine.contact_force);
+fn contact_force(view: &View<PlanarRobot>, values: &mut [f64]) {
+    values.copy_from_slice(&view.model.contact_force);
 }
 
-fn reference(view: &View<PlanarMachine>, values: &mut [f64]) {
-    values.iter_mut().enumerate().for_each(|(joint, value)| *value = view.machine.reference.angle(joint));
+fn reference(view: &View<PlanarRobot>, values: &mut [f64]) {
+    values.iter_mut().enumerate().for_each(|(joint, value)| *value = view.model.reference.angle(joint));
 }
 
-fn wave(view: &View<PlanarMachine>, values: &mut [f64]) {
-    view.machine.reference.describe_wave(values);
+fn wave(view: &View<PlanarRobot>, values: &mut [f64]) {
+    view.model.reference.describe_wave(values);
 }

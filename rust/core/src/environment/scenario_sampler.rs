@@ -1,4 +1,4 @@
-//! The arena: lays out pegs and places the robot at the start of an episode.
+//! The sampler: lays out pegs and places the robot at the start of an episode.
 
 use nalgebra::Vector2;
 
@@ -9,16 +9,16 @@ use crate::robot::Robot;
 use crate::scene::Peg;
 
 use super::config::{EnvConfig, FieldKind, Task};
+use super::default_gait::DefaultGait;
 use super::field::{Reach, Route, Site, continued, corridor, keep_clear, maze, random_field};
 use super::goal::{Goal, Target};
-use super::nominal::Nominal;
 use super::perturbation::{Course, Perturbation, Shift};
-use super::random::Stream;
+use super::rng::Rng;
 use super::start::{Start, StartJitter, StartLine};
 
 /// What an episode's start is drawn from, and memory to do so.
 #[derive(Debug, Clone)]
-pub struct Arena {
+pub struct ScenarioSampler {
     task: Task,
     field: FieldKind,
     perturbation: Perturbation,
@@ -55,7 +55,7 @@ pub struct EpisodeStart {
     pub target: Target,
 }
 
-impl Arena {
+impl ScenarioSampler {
     /// # Errors
     /// A peg that is moved would touch the robot at the start.
     pub fn new(config: &EnvConfig, robot: &Robot) -> Result<Self, ConfigError> {
@@ -67,7 +67,7 @@ impl Arena {
             }
             Task::Free | Task::Field | Task::Maze | Task::Corridor => vec![Ground::open(config, robot)],
         };
-        let mut arena = Self {
+        let mut sampler = Self {
             task: config.task,
             field: config.field,
             perturbation: config.perturbation.clone(),
@@ -86,8 +86,8 @@ impl Arena {
             joint_angle: vec![0.0; robot.joint_count()],
             pose: vec![Pose::zeros(); robot.link_count()],
         };
-        arena.require_room()?;
-        Ok(arena)
+        sampler.require_room()?;
+        Ok(sampler)
     }
 
     pub fn difficulty(&self) -> f64 {
@@ -114,27 +114,27 @@ impl Arena {
         &self.joint_angle
     }
 
-    /// Draws start, pegs and goal from the episode's stream.
-    pub fn prepare(&mut self, stream: &mut Stream) -> EpisodeStart {
-        let jitter = StartJitter::draw(stream, self.jitter);
-        let ground = if self.grounds.len() > 1 { stream.index(self.grounds.len()) } else { 0 };
+    /// Draws start, pegs and goal from the episode's rng.
+    pub fn prepare(&mut self, rng: &mut Rng) -> EpisodeStart {
+        let jitter = StartJitter::draw(rng, self.jitter);
+        let ground = if self.grounds.len() > 1 { rng.index(self.grounds.len()) } else { 0 };
         let scene = match self.task {
             Task::Free => self.on_open_ground(&jitter, |_, _| None),
-            Task::Field => self.on_open_ground(&jitter, |arena, site| {
-                random_field(arena.field, arena.difficulty, site, stream, &mut arena.pegs);
+            Task::Field => self.on_open_ground(&jitter, |sampler, site| {
+                random_field(sampler.field, sampler.difficulty, site, rng, &mut sampler.pegs);
                 None
             }),
-            Task::Maze => self.on_open_ground(&jitter, |arena, site| {
-                let route = arena.route();
-                Some(maze(arena.difficulty, &route, site, stream, &mut arena.pegs))
+            Task::Maze => self.on_open_ground(&jitter, |sampler, site| {
+                let route = sampler.route();
+                Some(maze(sampler.difficulty, &route, site, rng, &mut sampler.pegs))
             }),
-            Task::Corridor => self.on_open_ground(&jitter, |arena, site| {
-                let route = arena.route();
-                Some(corridor(arena.difficulty, &route, site, stream, &mut arena.pegs))
+            Task::Corridor => self.on_open_ground(&jitter, |sampler, site| {
+                let route = sampler.route();
+                Some(corridor(sampler.difficulty, &route, site, rng, &mut sampler.pegs))
             }),
             Task::Course => self.on_course(ground, &jitter),
             Task::Perturbed => {
-                self.perturb(ground, stream);
+                self.perturb(ground, rng);
                 self.among_pegs(ground, &jitter)
             }
         };
@@ -191,10 +191,10 @@ impl Arena {
 
     /// Draws the pegs of a perturbed course. A peg that would touch the robot at its nominal start is shifted by
     /// halves of its shift until it does not.
-    fn perturb(&mut self, ground: usize, stream: &mut Stream) {
+    fn perturb(&mut self, ground: usize, rng: &mut Rng) {
         self.assemble(ground, &self.grounds[ground].line.nominal.clone());
         self.table.clone_from(&self.grounds[ground].table);
-        self.perturbation.draw(self.difficulty, stream, &mut self.table, &mut self.shifts);
+        self.perturbation.draw(self.difficulty, rng, &mut self.table, &mut self.shifts);
         for Shift { peg, by } in &self.shifts {
             let Some(peg) = &mut self.table[*peg] else { continue };
             let mut factors = (0..MAX_HALVINGS).map(|k| 0.5f64.powi(k));
@@ -254,7 +254,7 @@ impl Arena {
 
 impl Ground {
     fn open(config: &EnvConfig, robot: &Robot) -> Self {
-        let Nominal { yaw, travel, .. } = Nominal::of(config);
+        let DefaultGait { yaw, travel, .. } = DefaultGait::of(config);
         let line = StartLine::at_origin(yaw, robot).turned(-travel);
         Self { site: site(config, robot, &line), line, table: Vec::new(), more: Vec::new() }
     }

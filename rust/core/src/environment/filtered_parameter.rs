@@ -74,16 +74,16 @@ pub struct Limits {
     pub slew: f64,
 }
 
-/// The state of one channel at a control instant; it moves on with [`Channel::elapse`].
+/// The state of one channel at a control instant; it moves on with [`FilteredParameter::elapse`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Channel {
+pub struct FilteredParameter {
     target: f64,
     a: f64,
     b: f64,
     c: f64,
 }
 
-impl Channel {
+impl FilteredParameter {
     /// A channel that rests at `value`.
     pub fn at_rest(value: f64) -> Self {
         Self { target: value, a: 0.0, b: 0.0, c: 0.0 }
@@ -95,7 +95,7 @@ impl Channel {
 
     /// Moves the target towards `wish`, no farther than the limits allow in one period; value, rate
     /// and acceleration stay as they are.
-    pub fn steer(&mut self, wish: f64, limits: &Limits, filter: &Filter) {
+    pub fn set_target(&mut self, wish: f64, limits: &Limits, filter: &Filter) {
         let reach = limits.slew * filter.period;
         let target = wish.clamp(self.target - reach, self.target + reach).clamp(limits.low, limits.high);
         *self = Self::from_jet(target, self.jet(0.0, 1.0, filter), filter);
@@ -124,7 +124,7 @@ impl Channel {
     }
 
     /// Makes the end of the period the new control instant.
-    pub fn elapse(&mut self, filter: &Filter) {
+    pub fn finish_period(&mut self, filter: &Filter) {
         let jet = self.jet(filter.period, filter.period_decay, filter);
         *self = Self::from_jet(self.target, jet, filter);
     }
@@ -147,18 +147,18 @@ mod tests {
 
     /// Runs `check(before, after, channel)` at every control instant, `before` and `after` the jets
     /// just before and just after the target moved.
-    fn drive(period: f64, wishes: &[f64], mut check: impl FnMut(Jet, Jet, &Channel, &Filter)) {
+    fn drive(period: f64, wishes: &[f64], mut check: impl FnMut(Jet, Jet, &FilteredParameter, &Filter)) {
         let filter = Filter::new(period);
-        let mut channel = Channel::at_rest(0.0);
+        let mut channel = FilteredParameter::at_rest(0.0);
         for &wish in wishes {
             let before = channel.jet(0.0, 1.0, &filter);
-            channel.steer(wish, &LIMITS, &filter);
+            channel.set_target(wish, &LIMITS, &filter);
             check(before, channel.jet(0.0, 1.0, &filter), &channel, &filter);
-            channel.elapse(&filter);
+            channel.finish_period(&filter);
         }
     }
 
-    fn samples(channel: &Channel, filter: &Filter) -> impl Iterator<Item = Jet> {
+    fn samples(channel: &FilteredParameter, filter: &Filter) -> impl Iterator<Item = Jet> {
         let times = (0..=10).map(|k| filter.period * f64::from(k) / 10.0);
         times.map(|t| channel.jet(t, filter.decay(t), filter))
     }
@@ -224,11 +224,11 @@ mod tests {
     fn a_step_is_approached_from_one_side() {
         let filter = Filter::new(0.05);
         let limits = Limits { slew: 1e9, ..LIMITS };
-        let mut channel = Channel::at_rest(0.0);
-        channel.steer(1.0, &limits, &filter);
+        let mut channel = FilteredParameter::at_rest(0.0);
+        channel.set_target(1.0, &limits, &filter);
         let mut last = 0.0;
         for _ in 0..40 {
-            channel.elapse(&filter);
+            channel.finish_period(&filter);
             let value = channel.jet(0.0, 1.0, &filter).value;
             assert!(value >= last && value <= 1.0 + 1e-12, "{value} after {last}");
             last = value;
