@@ -3,13 +3,8 @@
 //! Solves are of stages drawn at random, as in the tests: *smooth* is one elimination of the chain and
 //! what surrounds it, *friction* and *contacts* need several. Steps are of the default method.
 
-#[path = "../tests/common/mod.rs"]
-mod common;
-
 use std::hint::black_box;
 
-use common::dense::{Kind, random_stage};
-use common::{Random, START_FREE, aiko, ground, posture, table_7_5, thesis};
 use criterion::measurement::WallTime;
 use criterion::{BatchSize, BenchmarkGroup, Criterion, criterion_group, criterion_main};
 use snake_core::control::ControllerConfig;
@@ -19,6 +14,8 @@ use snake_core::planar::{Newton, Stage, StageSolution, certify};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_7_5, SceneConfig};
 use snake_core::stepper::{Fleet, IntegratorConfig, Plant, Scripted};
+use snake_test_support::planar::{Random, START_FREE, aiko, ground, posture, table_7_5, thesis};
+use snake_test_support::planar_stage::{Kind, random_stage};
 
 const LINKS: usize = 11;
 

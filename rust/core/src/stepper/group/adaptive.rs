@@ -121,7 +121,7 @@ const ALONE: [usize; 1] = [0];
 
 /// What a step may err, in shares: for each second of its length \[1/s\], for being a step, and for taking an impact;
 /// and the share of a tolerance of 1 mm. Chosen so that the error after a few seconds of motion is about the tolerance,
-/// see docs/method.md and `rust/core/tests/adaptive_accuracy.rs`.
+/// see docs/method.md and `rust/core/tests/planar/adaptive_accuracy.rs`.
 const PER_SECOND: f64 = 10.0;
 const PER_STEP: f64 = 0.03;
 const PER_IMPACT: f64 = 0.1;

@@ -1,0 +1,34 @@
+//! A step allocates nothing.
+
+use snake_core::environment::{
+    ActionMode, EnvConfig, Environment, ModelKind, PlanarRobot, RobotModel, SpatialRobot, Task,
+};
+
+use snake_test_support::allocation::REQUESTS;
+
+#[test]
+fn stepping_an_environment_does_not_allocate() {
+    for task in Task::ALL {
+        for action_mode in [ActionMode::Gait, ActionMode::Joints, ActionMode::Residual] {
+            let config = EnvConfig { task, action_mode, ..EnvConfig::default() };
+            step_without_allocating::<PlanarRobot>(&config);
+            step_without_allocating::<SpatialRobot>(&EnvConfig { model: ModelKind::Spatial, ..config });
+        }
+    }
+}
+
+fn step_without_allocating<M: RobotModel>(config: &EnvConfig) {
+    let mut environment = Environment::<M>::new(config).unwrap();
+    let mut observation = vec![0.0; environment.observation_size()];
+    let action = vec![0.2; environment.action_size()];
+    environment.reset(Some(1), &mut observation);
+    // The first steps may reserve workspace that the rest re-uses.
+    for _ in 0..20 {
+        environment.step(&action, &mut observation);
+    }
+    let before = REQUESTS.get();
+    for _ in 0..100 {
+        environment.step(&action, &mut observation);
+    }
+    assert_eq!(REQUESTS.get() - before, 0, "{:?}, {:?}, {:?}", M::KIND, config.task, config.action_mode);
+}

@@ -1,0 +1,3 @@
+//! Properties of the force laws.
+
+mod projection;

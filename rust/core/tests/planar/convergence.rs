@@ -1,0 +1,94 @@
+//! All schemes converge to one limit, each at its order.
+
+use nalgebra::Vector2;
+use snake_core::control::ControllerConfig;
+use snake_core::gait::{JointReference, SoftStart, Wave};
+use snake_core::scene::{START_7_5, SceneConfig};
+use snake_core::simulation::PlanarSimulation;
+use snake_core::stepper::IntegratorConfig;
+use snake_test_support::planar::{Unannounced, aiko, build, ground, implicit, links, thesis};
+
+fn positions(scene: &SceneConfig, start: [f64; 3], integrator: &IntegratorConfig, duration: f64) -> Vec<Vector2<f64>> {
+    follow(aiko(scene, start, integrator), &Wave::default(), duration)
+}
+
+fn follow(mut simulation: PlanarSimulation, reference: &impl JointReference, duration: f64) -> Vec<Vector2<f64>> {
+    let report = simulation.advance(duration, reference);
+    assert!(!report.diverged);
+    simulation.state().pose.iter().map(|q| q.xy()).collect()
+}
+
+fn worst(a: &[Vector2<f64>], b: &[Vector2<f64>]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+}
+
+/// Errors against a fine second-order run; the slope of the error in the step, over all halvings.
+fn observed(name: &str, steps: &[f64], error: impl Fn(f64) -> f64) -> (f64, f64) {
+    let errors: Vec<f64> = steps.iter().map(|&h| error(h)).collect();
+    let halvings = (steps[0] / steps[steps.len() - 1]).log2();
+    let order = (errors[0] / errors[errors.len() - 1]).log2() / halvings;
+    println!("{name}: errors {errors:?} m at {steps:?} s, order {order:.2}");
+    (order, errors[errors.len() - 1])
+}
+
+/// Free undulation, one second, from rest into a moving reference. The thesis's scheme and implicit Euler are
+/// of order 1, the two-stage scheme of order 2 between stick-slip switches, once its first steps resolve the
+/// start (measured 2.0; 1.2 with equal steps).
+#[test]
+fn free_undulation_converges_to_one_limit_at_the_order_of_each_scheme() {
+    let scene = ground([0.2, 0.2]);
+    let start = snake_test_support::planar::START_FREE;
+    let limit = positions(&scene, start, &implicit(1e-4, 2), 1.0);
+    let against = |integrator: IntegratorConfig| worst(&positions(&scene, start, &integrator, 1.0), &limit);
+    let (order, error) = observed("thesis", &[2.5e-4, 1.25e-4, 6.25e-5], |h| against(thesis(h, 1e-11)));
+    assert!((0.7..1.5).contains(&order) && error < 1e-4);
+    let (order, error) = observed("implicit 1", &[4e-3, 2e-3, 1e-3, 5e-4], |h| against(implicit(h, 1)));
+    assert!((0.7..1.5).contains(&order) && error < 3e-4);
+    let (order, error) =
+        observed("implicit 2", &[2e-2, 1e-2, 5e-3, 2.5e-3, 1.25e-3, 6.25e-4], |h| against(implicit(h, 2)));
+    assert!(order > 1.7 && error < 1e-7);
+}
+
+/// The same with orthotropic ground, where the direction of friction matters.
+#[test]
+fn orthotropic_undulation_converges_too() {
+    let scene = ground([0.2, 0.5]);
+    let start = snake_test_support::planar::START_FREE;
+    let limit = positions(&scene, start, &implicit(2.5e-4, 2), 1.0);
+    let against = |integrator: IntegratorConfig| worst(&positions(&scene, start, &integrator, 1.0), &limit);
+    let (order, _) = observed("implicit 1", &[4e-3, 2e-3, 1e-3], |h| against(implicit(h, 1)));
+    assert!((0.7..1.5).contains(&order));
+    let (order, error) = observed("implicit 2", &[2e-2, 1e-2, 5e-3, 2.5e-3], |h| against(implicit(h, 2)));
+    assert!(order > 1.5 && error < 1e-5);
+}
+
+/// The soft start (T 7.2.2) lets joints jump to their waves within steps; steps that end at the jumps keep the order.
+/// Steps that do not know of the jumps smear them and err many times as much.
+#[test]
+fn a_soft_start_keeps_the_order() {
+    let soft = SoftStart::new(Wave::default(), 10);
+    let straight = |h| build(&links(11), &ground([0.2, 0.2]), &ControllerConfig::default(), &implicit(h, 2));
+    let limit = follow(straight(2e-4), &soft, 2.0);
+    let error = |h: f64| worst(&follow(straight(h), &soft, 2.0), &limit);
+    let (order, error) = observed("implicit 2, soft start", &[2e-2, 1e-2, 5e-3, 2.5e-3, 1.25e-3], error);
+    assert!(order > 1.5 && error < 1e-5);
+    let smeared = worst(&follow(straight(1.25e-3), &Unannounced(soft), 2.0), &limit);
+    println!("jumps smeared over steps of 1.25 ms: {smeared:.1e} m");
+    assert!(smeared > 10.0 * error);
+}
+
+/// The course of (T Table 7.5), half a second. Impacts reduce every scheme to order 1 at best and make
+/// errors irregular in the step: only the approach to one limit is asserted. The thesis's contacts act
+/// on velocity level once a gap is closed, so they keep what a step penetrates: v h / 2 about 1e-5 m.
+#[test]
+fn course_converges_to_one_limit() {
+    let scene = snake_test_support::planar::table_7_5();
+    let limit = positions(&scene, START_7_5, &implicit(1e-4, 1), 0.5);
+    let against = |integrator: IntegratorConfig| worst(&positions(&scene, START_7_5, &integrator, 0.5), &limit);
+    let (_, error) = observed("thesis", &[2.5e-4, 1.25e-4], |h| against(thesis(h, 1e-7)));
+    assert!(error < 2e-4);
+    let (order, error) = observed("implicit 1", &[8e-3, 4e-3, 2e-3, 1e-3], |h| against(implicit(h, 1)));
+    assert!(order > 0.5 && error < 2e-4);
+    let (order, error) = observed("implicit 2", &[2e-2, 1e-2, 5e-3, 2.5e-3], |h| against(implicit(h, 2)));
+    assert!(order > 0.4 && error < 1e-4);
+}

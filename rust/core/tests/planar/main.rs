@@ -1,0 +1,19 @@
+//! Laws, accuracy and solver of the planar model.
+
+mod actuation_laws;
+mod adaptive_accuracy;
+mod allocation;
+mod chain_sweep;
+mod conservation_laws;
+mod contact_geometry;
+mod convergence;
+mod fallback;
+mod fleet_lanes;
+mod free_play_laws;
+mod friction_laws;
+mod golden;
+mod impact_laws;
+mod io_control;
+mod operation_count;
+mod reference;
+mod stribeck_laws;

@@ -1,0 +1,10 @@
+//! What several tests of the core share: robots, scenes, references, random stages and dense solvers to compare with.
+
+pub mod allocation;
+pub mod friction_scenes;
+pub mod minimal;
+pub mod planar;
+pub mod planar_stage;
+pub mod spatial;
+pub mod spatial_random;
+pub mod spatial_stage;

@@ -1,0 +1,168 @@
+//! What several law tests need: robots, references, random numbers, momenta.
+use std::f64::consts::PI;
+
+use nalgebra::Vector2;
+use snake_core::control::{ControlLaw, ControllerConfig};
+use snake_core::gait::{CardanReference, CardanTarget, JointReference, JointTarget, Wave};
+use snake_core::planar::{PlanarState, Pose, Twist};
+use snake_core::robot::{Robot, RobotConfig};
+use snake_core::scene::{Peg, SceneConfig, TABLE_7_3, TABLE_7_5};
+use snake_core::simulation::PlanarSimulation;
+use snake_core::stepper::{IntegratorConfig, Method};
+
+/// Start of the free-undulation reference: CG of link 1 and its angle.
+pub const START_FREE: [f64; 3] = [0.507175344325, -0.011634455967, 3.755516615855];
+
+/// No actuation.
+pub const LIMP: ControllerConfig =
+    ControllerConfig { law: ControlLaw::Pd, kp: 0.0, kd: 0.0, torque_limit: None, active_from: 0.0 };
+
+/// A reference that never changes, one angle for all joints.
+pub struct Hold(pub f64);
+
+impl JointReference for Hold {
+    fn target(&self, _joint: usize, _time: f64) -> JointTarget {
+        JointTarget { angle: self.0, rate: 0.0, acceleration: 0.0 }
+    }
+}
+
+/// A reference that does not tell when it jumps.
+pub struct Unannounced<R>(pub R);
+
+impl<R: JointReference> JointReference for Unannounced<R> {
+    fn target(&self, joint: usize, time: f64) -> JointTarget {
+        self.0.target(joint, time)
+    }
+}
+
+impl<R: CardanReference> CardanReference for Unannounced<R> {
+    fn target(&self, joint: usize, time: f64) -> CardanTarget {
+        self.0.target(joint, time)
+    }
+}
+
+/// The ways to step, by name; the adaptive one takes no longer steps than the others.
+pub fn schemes(step: f64) -> [(&'static str, IntegratorConfig); 4] {
+    [
+        ("thesis", thesis(step, 1e-13)),
+        ("implicit 1", implicit(step, 1)),
+        ("implicit 2", implicit(step, 2)),
+        ("adaptive", IntegratorConfig { step: Some(step), ..adaptive(1e-5) }),
+    ]
+}
+
+/// The thesis's scheme with contacts solved to `epsilon` \[N s\].
+pub fn thesis(step: f64, epsilon: f64) -> IntegratorConfig {
+    let cap = Some(1_000_000);
+    IntegratorConfig {
+        method: Method::Thesis,
+        step: Some(step),
+        tolerance: Some(epsilon),
+        max_iterations: cap,
+        ..IntegratorConfig::default()
+    }
+}
+
+pub fn implicit(step: f64, order: u32) -> IntegratorConfig {
+    IntegratorConfig { step: Some(step), order, tolerance: Some(1e-10), ..IntegratorConfig::default() }
+}
+
+/// Steps as long as an accuracy of positions allows \[m\].
+pub fn adaptive(tolerance: f64) -> IntegratorConfig {
+    IntegratorConfig { method: Method::Adaptive, tolerance: Some(tolerance), ..IntegratorConfig::default() }
+}
+
+pub fn links(links: usize) -> RobotConfig {
+    RobotConfig { links, ..RobotConfig::default() }
+}
+
+pub fn ground(friction: [f64; 2]) -> SceneConfig {
+    SceneConfig { friction, ..SceneConfig::default() }
+}
+
+pub fn table_7_3() -> SceneConfig {
+    SceneConfig { obstacles: TABLE_7_3.iter().map(|&peg| Peg::from(peg)).collect(), ..SceneConfig::default() }
+}
+
+pub fn table_7_5() -> SceneConfig {
+    SceneConfig { obstacles: TABLE_7_5.iter().map(|&peg| Peg::from(peg)).collect(), ..SceneConfig::default() }
+}
+
+pub fn build(
+    robot: &RobotConfig,
+    scene: &SceneConfig,
+    pd: &ControllerConfig,
+    integrator: &IntegratorConfig,
+) -> PlanarSimulation {
+    PlanarSimulation::new(robot, scene, pd, integrator).expect("a valid configuration")
+}
+
+/// Joint angles of `reference` at t = 0.
+pub fn posture(reference: &impl JointReference, joints: usize) -> Vec<f64> {
+    (0..joints).map(|j| reference.target(j, 0.0).angle).collect()
+}
+
+/// Aiko with the gait (T 7.3), at rest in the gait's posture.
+pub fn aiko(scene: &SceneConfig, start: [f64; 3], integrator: &IntegratorConfig) -> PlanarSimulation {
+    let mut simulation = build(&RobotConfig::default(), scene, &ControllerConfig::default(), integrator);
+    simulation.place_chain(start[0], start[1], start[2], &posture(&Wave::default(), 10));
+    simulation
+}
+
+/// Linear momentum and angular momentum about the origin.
+pub fn momentum(robot: &Robot, state: &PlanarState) -> (Vector2<f64>, f64) {
+    let mut linear = Vector2::zeros();
+    let mut angular = 0.0;
+    for ((link, q), u) in robot.links.iter().zip(&state.pose).zip(&state.twist) {
+        linear += u.xy() * link.mass;
+        angular += link.mass * (q.x * u.y - q.y * u.x) + link.inertia * u.z;
+    }
+    (linear, angular)
+}
+
+/// A chain in motion: twist of link 1 and angular velocities given, the rest from the joints.
+pub fn moving_chain(robot: &Robot, pose: &[Pose], head: Twist, omega: &[f64]) -> PlanarState {
+    let mut twist = vec![head; pose.len()];
+    for i in 1..pose.len() {
+        let arm = |k: usize| Vector2::new(-pose[k].z.sin(), pose[k].z.cos()) * (0.5 * robot.links[k].length);
+        let v = twist[i - 1].xy() + arm(i - 1) * twist[i - 1].z + arm(i) * omega[i - 1];
+        twist[i] = Twist::new(v.x, v.y, omega[i - 1]);
+    }
+    PlanarState { time: 0.0, pose: pose.to_vec(), twist }
+}
+
+/// A small deterministic generator (Knuth's MMIX constants).
+pub struct Random(u64);
+
+impl Random {
+    pub fn new(seed: u64) -> Self {
+        let mut random = Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0xD1B5_4A32_D192_ED03);
+        for _ in 0..8 {
+            random.unit();
+        }
+        random
+    }
+
+    /// Uniform in [0, 1).
+    pub fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    /// Uniform in the logarithm.
+    pub fn magnitude(&mut self, low: f64, high: f64) -> f64 {
+        self.between(low.ln(), high.ln()).exp()
+    }
+
+    pub fn angle(&mut self) -> f64 {
+        self.between(-PI, PI)
+    }
+
+    pub fn below(&mut self, count: usize) -> usize {
+        (self.unit() * count as f64) as usize
+    }
+}

@@ -1,0 +1,241 @@
+//! A stage solved the slow way: full matrices and block Gauss-Seidel on the dual problem.
+//!
+//! Nothing of the solvers' or the judge's code is used: force directions are written out from the
+//! print, the joints are eliminated by a null-space basis, and the projection on the ellipse is only
+//! ever asked for points next to it.
+use nalgebra::{DMatrix, DVector, Vector2};
+use snake_core::laws::{ConvexSet, Ellipse};
+use snake_core::planar::{Stage, StageContact, StageJoint, StageLink, Twist};
+
+use crate::planar::Random;
+
+/// M of (T 3.45)-(T 3.46).
+pub fn mass_matrix(stage: &Stage) -> DMatrix<f64> {
+    let diagonal: Vec<f64> = stage.links.iter().flat_map(|link| [link.mass, link.mass, link.inertia]).collect();
+    DMatrix::from_diagonal(&DVector::from_vec(diagonal))
+}
+
+/// W_J of (T 3.36)-(T 3.39), one column a constraint.
+pub fn joint_directions(stage: &Stage) -> DMatrix<f64> {
+    let n = stage.links.len();
+    let mut w = DMatrix::zeros(3 * n, 2 * (n - 1));
+    for i in 0..n - 1 {
+        for (k, sign) in [(i, 1.0), (i + 1, -1.0)] {
+            let link = &stage.links[k];
+            w[(3 * k, 2 * i)] = sign;
+            w[(3 * k + 1, 2 * i + 1)] = sign;
+            w[(3 * k + 2, 2 * i)] = -link.half_length * link.heading.sin;
+            w[(3 * k + 2, 2 * i + 1)] = link.half_length * link.heading.cos;
+        }
+    }
+    w
+}
+
+/// Columns span the motions with W_J^T u = 0: translations, then each link's rotation, which carries
+/// along everything behind it.
+pub fn admissible_motions(stage: &Stage) -> DMatrix<f64> {
+    let n = stage.links.len();
+    let mut b = DMatrix::zeros(3 * n, n + 2);
+    for i in 0..n {
+        b[(3 * i, 0)] = 1.0;
+        b[(3 * i + 1, 1)] = 1.0;
+    }
+    for k in 0..n {
+        let link = &stage.links[k];
+        let arm = Vector2::new(-link.heading.sin, link.heading.cos) * link.half_length;
+        b[(3 * k + 2, k + 2)] = 1.0;
+        // Link 1 turns about its CG; every other link about its near joint.
+        let own = if k == 0 { Vector2::zeros() } else { arm };
+        for i in k..n {
+            let moved = if i == k { own } else { own + arm };
+            b[(3 * i, k + 2)] = moved.x;
+            b[(3 * i + 1, k + 2)] = moved.y;
+        }
+    }
+    b
+}
+
+/// Difference of neighbouring angular velocities, one column a joint.
+pub fn drive_directions(stage: &Stage) -> DMatrix<f64> {
+    let n = stage.links.len();
+    let mut w = DMatrix::zeros(3 * n, n - 1);
+    for j in 0..n - 1 {
+        w[(3 * j + 2, j)] = -1.0;
+        w[(3 * j + 5, j)] = 1.0;
+    }
+    w
+}
+
+pub fn stacked(twist: &[Twist]) -> DVector<f64> {
+    DVector::from_iterator(3 * twist.len(), twist.iter().flat_map(|u| [u.x, u.y, u.z]))
+}
+
+pub fn unstacked(u: &DVector<f64>) -> Vec<Twist> {
+    (0..u.len() / 3).map(|i| Twist::new(u[3 * i], u[3 * i + 1], u[3 * i + 2])).collect()
+}
+
+/// The dual block of one law: which columns of W it owns and how its impulse follows from a free one.
+enum Law {
+    Friction(Ellipse),
+    Contact,
+    Drive { limit: f64, swallowed: f64 },
+}
+
+/// The velocity of a stage by block Gauss-Seidel on impulses, to about `accuracy` \[m/s\]; `None` if
+/// that takes too long, as in jammed stages, where it creeps.
+pub fn solve(stage: &Stage, accuracy: f64) -> Option<Vec<Twist>> {
+    let n = stage.links.len();
+    let (mass, b) = (mass_matrix(stage), admissible_motions(stage));
+    let reduced = b.transpose() * &mass * &b;
+    let inverse = &b * reduced.clone().try_inverse().expect("a positive definite mass") * b.transpose();
+    let mut columns: Vec<DVector<f64>> = Vec::new();
+    let mut laws: Vec<(Law, usize, usize)> = Vec::new();
+    let (mut offset, mut compliance) = (Vec::new(), Vec::new());
+    for (i, link) in stage.links.iter().enumerate() {
+        laws.push((Law::Friction(Ellipse { axes: link.friction }), columns.len(), 2));
+        for axis in [(link.heading.cos, link.heading.sin), (-link.heading.sin, link.heading.cos)] {
+            let mut w = DVector::zeros(3 * n);
+            (w[3 * i], w[3 * i + 1]) = axis;
+            columns.push(w);
+            offset.push(0.0);
+            compliance.push(0.0);
+        }
+    }
+    for contact in &stage.contacts {
+        laws.push((Law::Contact, columns.len(), 1));
+        let mut w = DVector::zeros(3 * n);
+        w.fixed_rows_mut::<3>(3 * contact.link).copy_from(&contact.direction);
+        columns.push(w);
+        offset.push(contact.offset);
+        compliance.push(0.0);
+    }
+    let mut given = DVector::zeros(3 * n);
+    let drives = drive_directions(stage);
+    for (j, joint) in stage.joints.iter().enumerate() {
+        let w = drives.column(j).into_owned();
+        if joint.stiffness == 0.0 {
+            given += w * joint.drive.clamp(-joint.limit, joint.limit);
+            continue;
+        }
+        // D = clamp(shrink(b - k omega)) is omega + (D - b) / k in -N(D) - (slack / k) sign(D): a compliant law in an
+        // interval, whose force has to grow beyond what play swallows.
+        let swallowed = joint.slack / joint.stiffness;
+        laws.push((Law::Drive { limit: joint.limit, swallowed }, columns.len(), 1));
+        columns.push(w);
+        offset.push(-joint.drive / joint.stiffness);
+        compliance.push(1.0 / joint.stiffness);
+    }
+    let w = DMatrix::from_columns(&columns);
+    let reference: Vec<Twist> = stage.links.iter().map(|link| link.reference).collect();
+    let free = &inverse * (&mass * stacked(&reference) + given);
+    let delassus = w.transpose() * &inverse * &w + DMatrix::from_diagonal(&DVector::from_vec(compliance));
+    let slip = w.transpose() * &free + DVector::from_vec(offset);
+    let impulses = gauss_seidel(&delassus, &slip, &laws, accuracy)?;
+    Some(unstacked(&(free + inverse * w * impulses)))
+}
+
+fn gauss_seidel(
+    g: &DMatrix<f64>,
+    slip: &DVector<f64>,
+    laws: &[(Law, usize, usize)],
+    accuracy: f64,
+) -> Option<DVector<f64>> {
+    let mut p = DVector::zeros(slip.len());
+    let mut gamma = slip.clone();
+    for _ in 0..50_000 {
+        let mut change: f64 = 0.0;
+        for (law, at, size) in laws {
+            let block = g.view((*at, *at), (*size, *size));
+            // Any r below 2 / (largest eigenvalue) converges; the trace bounds the eigenvalue.
+            let r = 1.0 / block.trace();
+            let before = p.rows(*at, *size).into_owned();
+            let wanted = &before - gamma.rows(*at, *size) * r;
+            let after = match law {
+                Law::Friction(set) => {
+                    let q = set.project(Vector2::new(wanted[0], wanted[1]));
+                    DVector::from_vec(vec![q.x, q.y])
+                }
+                Law::Contact => wanted.map(|x| x.max(0.0)),
+                Law::Drive { limit, swallowed } => {
+                    wanted.map(|x| (x.signum() * (x.abs() - r * swallowed).max(0.0)).clamp(-limit, *limit))
+                }
+            };
+            let step = &after - &before;
+            change = change.max(step.norm() / r);
+            gamma += g.columns(*at, *size) * &step;
+            p.rows_mut(*at, *size).copy_from(&after);
+        }
+        if change < accuracy {
+            return Some(p);
+        }
+    }
+    None
+}
+
+/// What a random stage contains.
+#[derive(Clone, Copy)]
+pub struct Kind {
+    pub links: usize,
+    pub contacts: usize,
+    pub stiff: bool,
+    pub limited: bool,
+    pub friction: bool,
+    /// Ratio between the heaviest and the lightest link.
+    pub mass_ratio: f64,
+    /// Friction semi-axes may differ by this factor, and may be zero.
+    pub orthotropy: f64,
+}
+
+/// A stage of about 10 ms of a robot like Aiko, with every datum drawn at random.
+pub fn random_stage(kind: Kind, random: &mut Random) -> Stage {
+    let c = random.magnitude(1e-3, 5e-2);
+    // From nearly at rest, where links stick, to a fast robot.
+    let lively = random.magnitude(1e-2, 1.0);
+    let mut stage = Stage::with_capacity(kind.links);
+    stage.coefficient = c;
+    for _ in 0..kind.links {
+        let mass = 0.5 * random.magnitude(1.0, kind.mass_ratio);
+        let bound = if kind.friction { 0.2 * mass * 9.81 * c } else { 0.0 };
+        let mut friction = Vector2::new(bound, bound / random.magnitude(1.0, kind.orthotropy));
+        if kind.orthotropy > 1.0 && random.below(8) == 0 {
+            friction[random.below(2)] = 0.0;
+        }
+        stage.links.push(StageLink {
+            heading: snake_core::planar::Heading::of(random.angle()),
+            reference: Twist::new(random.between(-0.1, 0.1), random.between(-0.1, 0.1), random.between(-1.0, 1.0))
+                * lively,
+            mass,
+            inertia: mass * random.between(1e-3, 4e-3),
+            half_length: random.between(0.04, 0.08),
+            friction,
+        });
+    }
+    for _ in 1..kind.links {
+        let gain = random.magnitude(1.0, 1e3);
+        let torque = random.between(-3.0, 3.0) * lively;
+        stage.joints.push(StageJoint {
+            drive: c * torque,
+            stiffness: if kind.stiff { c * (c * gain + 2.0) } else { 0.0 },
+            limit: if kind.limited { c * random.between(0.1, 2.0) * lively } else { f64::INFINITY },
+            slack: 0.0,
+        });
+    }
+    for _ in 0..kind.contacts {
+        let (link, normal) = (random.below(kind.links), random.angle());
+        let arm = random.between(-0.06, 0.06);
+        let lateral = stage.links[link].heading.lateral();
+        let n = Vector2::new(normal.cos(), normal.sin());
+        let direction = nalgebra::Vector3::new(n.x, n.y, arm * n.dot(&lateral));
+        // Offsets are never negative, so that the robot at rest is admissible.
+        stage.contacts.push(StageContact { link, direction, offset: random.between(0.0, 0.02) });
+    }
+    stage.contacts.sort_by_key(|contact| contact.link);
+    stage
+}
+
+/// Gives the joints free play: what it swallows is up to twice what the drive asks for at rest.
+pub fn loosen(stage: &mut Stage, random: &mut Random) {
+    for joint in stage.joints.iter_mut().filter(|joint| joint.stiffness > 0.0) {
+        joint.slack = random.between(0.0, 2.0) * joint.drive.abs();
+    }
+}

@@ -1,0 +1,80 @@
+//! What the tests of the spatial model need: random links, poses, twists, and matrices as the thesis prints them.
+use nalgebra::{Matrix3, UnitQuaternion, Vector2, Vector3, Vector6};
+use snake_core::robot::Link;
+use snake_core::scene::Peg;
+use snake_core::spatial::{Pose, Twist, peg_gap};
+
+use crate::planar::Random;
+
+pub fn random_vector(random: &mut Random, size: f64) -> Vector3<f64> {
+    Vector3::from_fn(|_, _| random.between(-size, size))
+}
+
+pub fn random_link(random: &mut Random) -> Link {
+    Link {
+        length: random.between(0.05, 0.3),
+        contact_half_length: random.between(0.0, 0.15),
+        radius: random.between(0.01, 0.1),
+        mass: random.between(0.1, 2.0),
+        inertia: random.magnitude(1e-4, 1e-2),
+        roll_inertia: random.magnitude(1e-4, 1e-2),
+    }
+}
+
+pub fn random_pose(random: &mut Random) -> Pose {
+    Pose {
+        position: random_vector(random, 1.0),
+        orientation: UnitQuaternion::from_scaled_axis(random_vector(random, 3.0)),
+    }
+}
+
+pub fn random_twist(random: &mut Random) -> Twist {
+    Twist::from_fn(|_, _| random.between(-1.0, 1.0))
+}
+
+/// Yaw and pitch of one joint, each within `limit`.
+pub fn random_angle(random: &mut Random, limit: f64) -> Vector2<f64> {
+    Vector2::from_fn(|_, _| random.between(-limit, limit))
+}
+
+/// A peg whose axis stays clear of the link's centre line.
+pub fn random_peg(random: &mut Random, link: &Link, pose: &Pose) -> Peg {
+    loop {
+        let peg = Peg {
+            radius: random.between(0.005, 0.15),
+            x: pose.position.x + random.between(-0.5, 0.5),
+            y: pose.position.y + random.between(-0.5, 0.5),
+        };
+        if peg_gap(link, pose, &peg) > -link.radius - 0.8 * peg.radius {
+            return peg;
+        }
+    }
+}
+
+/// The skew-symmetric form of a vector (T 4.5).
+pub fn tilde(e: &Vector3<f64>) -> Matrix3<f64> {
+    Matrix3::new(0.0, -e.z, e.y, e.z, 0.0, -e.x, -e.y, e.x, 0.0)
+}
+
+/// The orientation turned by a vector in frame B \[rad\].
+pub fn turned(pose: &Pose, by: Vector3<f64>) -> Pose {
+    Pose { orientation: pose.orientation * UnitQuaternion::from_scaled_axis(by), ..*pose }
+}
+
+/// The pose moved by a small twist, component by component of frames I and B.
+pub fn nudged(pose: &Pose, by: &Twist) -> Pose {
+    let shifted = Pose { position: pose.position + by.fixed_rows::<3>(0), ..*pose };
+    turned(&shifted, by.fixed_rows::<3>(3).into_owned())
+}
+
+/// Step of central differences: they err by its square times a third derivative, and by round-off over the step.
+pub const D: f64 = 1e-6;
+
+/// Derivative of `f` along each of the six directions of a twist.
+pub fn gradient(pose: &Pose, f: impl Fn(&Pose) -> f64) -> Vector6<f64> {
+    Vector6::from_fn(|k, _| {
+        let mut step = Twist::zeros();
+        step[k] = D;
+        (f(&nudged(pose, &step)) - f(&nudged(pose, &-step))) / (2.0 * D)
+    })
+}
