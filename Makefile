@@ -41,6 +41,7 @@ reproduce: build
 
 docs: build
 	$(BIN)/python -m snake_env card --write docs/environments.md
+	$(BIN)/python -m experiments.architecture --write
 
 lint: build
 	cargo fmt --all --check

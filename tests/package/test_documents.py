@@ -9,7 +9,8 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 README = "README.md"
-PAGES = [README, "CHANGELOG.md", "CONTRIBUTING.md", *sorted(f"docs/{path.name}" for path in ROOT.glob("docs/*.md"))]
+DOCS = sorted(str(path.relative_to(ROOT)) for path in ROOT.glob("docs/**/*.md"))
+PAGES = [README, "CHANGELOG.md", "CONTRIBUTING.md", *DOCS]
 SHORTER = {"learn(500_000)": "learn(4_096)"}
 """What would take minutes."""
 
