@@ -18,7 +18,7 @@ test-rust:
 test-python: build
 	$(BIN)/python -m pytest $(PYTEST)
 
-RAY_TESTS := $(addprefix tests/test_,ppo_ray.py rllib.py ray_tune.py) $(addprefix tests/package/test_, \
+RAY_TESTS := $(addprefix tests/experiments/test_distributed_,ppo.py rllib.py tune.py) $(addprefix tests/package/test_, \
 	checker.py vector_env.py vector_env_input.py reward.py threads.py single_env.py wrappers.py)
 
 # Ray in an environment of its own: RLlib pins an earlier Gymnasium, with which the interface is tested too.
@@ -30,7 +30,7 @@ fuzz: build
 	SNAKE_ENV_FUZZ=search $(BIN)/python -m pytest tests/package/test_fuzz.py tests/package/test_native.py tests/package/test_sheets.py $(PYTEST)
 
 bench: build .venv/.peers
-	$(BIN)/python -m training.bench $(BENCH)
+	$(BIN)/python -m benchmarks $(BENCH)
 
 # Every scenario at length, about twenty minutes on two cores; STRESS=--quick takes a minute.
 stress:

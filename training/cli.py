@@ -10,7 +10,7 @@ from typing import Any
 import gymnasium as gym
 
 from snake_env import ConfigError
-from training.policies import DEGREE, GaitParameters
+from training.policies.gaits import DEGREE, GaitParameters
 
 
 def help_format(prog: str) -> argparse.HelpFormatter:

@@ -18,7 +18,8 @@ from snake_env.registration import OWN_ID
 from snake_env.vector_env import refuse_others
 from training import seeds
 
-CONFIGS = Path(__file__).parent / "configs"
+ROOT = Path(__file__).parents[1]
+CONFIGS = ROOT / "training" / "configs"
 
 
 class Range(NamedTuple):
@@ -118,7 +119,7 @@ class Ppo:
 
 @dataclass(frozen=True)
 class Evolution:
-    """Evolution strategies (``training.evolution``); weights count in units of one over the root of a layer's inputs.
+    """Evolution strategies; weights count in units of one over the root of a layer's inputs.
 
     Args:
         fields: fields on which each candidate plays an episode, >= 1; all candidates of a generation on the same.

@@ -21,16 +21,19 @@ import time
 from pathlib import Path
 from typing import Any
 
-from training import compare_gaits, figures, scores, seeds, video
+from experiments import compare_gaits
 from training import config as configs
-from training import train as training_stage
+from training import seeds
 from training.cli import answer, help_format
 from training.config import Config
-from training.evaluate import FIELDS, film, gait_policy, load_model, report
-from training.grid import ROUNDS, grid, search
-from training.policies import DEGREE, GaitParameters, Policy
+from training.evaluation import figures, scores, video
+from training.evaluation.evaluate import FIELDS, film, gait_policy, load_model, report
+from training.learners import sb3 as training_stage
+from training.policies.gaits import DEGREE, GaitParameters
+from training.policies.interface import Policy
 from training.rollout import Episodes, run_episodes
-from training.run_folder import RunFolder
+from training.runs import RunFolder
+from training.search.gait_search import ROUNDS, grid, search
 
 
 def parser() -> argparse.ArgumentParser:
@@ -70,7 +73,7 @@ def _stages(args: argparse.Namespace) -> int:
     }
     config = dataclasses.replace(configs.load(args.config), **changes)
     config.refuse_evolution("training.pipeline")
-    config.refuse("training.train", *training_stage.LACKS)
+    config.refuse("training.learners.sb3", *training_stage.LACKS)
     folder = RunFolder(args.out / "policy")
     if args.fresh or (folder.exists and not _same_run(folder.config(), config)):
         print(f"beginning anew in {args.out}")

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snake_env.vector_env import refuse_others
-from training.policies import Policy
+from training.policies.interface import Policy
 
 Episodes = dict[str, NDArray[Any]]
 """Signals of the last step of each episode (n,), and ``return``, its sum of rewards."""

@@ -14,7 +14,7 @@ from snake_env import ConfigError
 from training import config as configs
 from training.cli import help_format
 from training.config import Config
-from training.run_folder import RunFolder, StaleRun
+from training.runs import RunFolder, StaleRun
 
 Train = Callable[[RunFolder, Config, bool], int]
 """Trains the run of a folder from its latest checkpoint on; the flag asks for a progress display."""

@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from snake_env import ConfigError
+from training.config import CONFIGS
 
-TASKS = Path(__file__).parent / "configs" / "tasks.json"
+TASKS = CONFIGS / "tasks.json"
 
 
 @dataclass(frozen=True)

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import shutil
 import subprocess
 import sys
 import warnings
-from importlib import import_module
 from inspect import signature
 from pathlib import Path
 
@@ -139,96 +137,3 @@ def test_missed_solves_are_reported_once_with_their_number_and_a_remedy():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert snake_env.simulate(duration=0.5).misses.sum() == 0
-
-
-def test_the_ray_learner_explains_itself_without_ray(monkeypatch, capsys):
-    pytest.importorskip("torch")
-    monkeypatch.setitem(sys.modules, "ray", None)
-    monkeypatch.delitem(sys.modules, "training.ppo_ray", raising=False)
-    ppo_ray = import_module("training.ppo_ray")
-    with pytest.raises(SystemExit, match="0"):
-        ppo_ray.main(["--help"])
-    assert "--workers" in capsys.readouterr().out
-    assert ppo_ray.main([]) == 2
-    assert "make .venv-ray/.packages" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("what", ["option", "networks"])
-def test_a_run_that_does_not_fit_says_what_it_was_begun_with(tmp_path, capsys, what):
-    pytest.importorskip("torch")
-    from training import ppo
-
-    folder = tmp_path / "run"
-    arguments = ["--out", str(folder), "--config", "smoke", "--no-bar", "--total-steps", "512"]
-    assert ppo.main(arguments) == 0
-    config = json.loads((folder / "config.json").read_text())
-    config["policy"] |= {"hidden": [7]} if what == "networks" else {"layers": 3}
-    (folder / "config.json").write_text(json.dumps(config))
-    versions = json.loads((folder / "versions.json").read_text()) | {"snake_env": "0.0.1"}
-    (folder / "versions.json").write_text(json.dumps(versions))
-    assert ppo.main([*arguments[:2], "--resume", "--total-steps", "1024", "--no-bar"]) == 2
-    told = capsys.readouterr().err
-    assert f"{folder} does not resume: " in told
-    assert ("size mismatch" if what == "networks" else "policy.layers = 3: expected one of hidden, log_std") in told
-    assert f"snake_env 0.0.1, now {snake_env.__version__}" in told
-    assert os.linesep + "It was begun with" in told
-
-
-@pytest.mark.parametrize(
-    ("command", "told"),
-    [
-        ("benchmark --tasks nowhere", "task = nowhere: expected one of course, "),
-        ("benchmark --policies nobody", "policy = nobody: expected one of thesis gait, "),
-        ("compare_gaits --env Nowhere-v0", "Environment `Nowhere` doesn't exist"),
-        ("difficulty --tasks nowhere", "task = nowhere: expected one of field, "),
-        ("evaluate --env CartPole-v1", "env_id = CartPole-v1: expected an id of one of this package's environments"),
-        (
-            f"evaluate --policy {ROOT}/pretrained/field-hard.safetensors --env CartPole-v1",
-            "env_id = CartPole-v1: expected an id of one of this package's environments",
-        ),
-        ("evaluate --policy nowhere.zip", "policy = nowhere.zip: expected the policy.safetensors or model.zip"),
-        ("evaluate --gait 300,120,-50", "gait = A 300, omega 120, beta -50 deg: expected values the environment can"),
-        ("inspect_policy --policy nowhere", "policy = nowhere: expected the policy.safetensors or model.zip"),
-        ("learners --config nowhere", "config = nowhere: expected a YAML or JSON file, or a name"),
-        ("pipeline --config nowhere", "config = nowhere: expected a YAML or JSON file, or a name"),
-        ("tune --controllers nobody", "policy = nobody: expected one of best gait, "),
-    ],
-)
-def test_a_name_that_does_not_exist_ends_a_command_with_one_line(capsys, command, told):
-    pytest.importorskip("torch")
-    module, *arguments = command.split()
-    with pytest.raises(SystemExit, match="2"):
-        import_module(f"training.{module}").main(arguments)
-    assert told in capsys.readouterr().err.splitlines()[-1]
-
-
-@pytest.mark.parametrize("learner", ["ppo", "train", "evolution", "pipeline", "sweep"])
-@pytest.mark.parametrize(
-    ("file", "content", "told"),
-    [
-        ("cut.json", '{"ppo": {"gamma": 0.9', "cut.json: expected JSON (Expecting"),
-        ("cut.yaml", "ppo: {gamma: 0.9", "cut.yaml: expected YAML (while parsing a flow mapping"),
-        ("bytes.yaml", b"\xff\x00", "bytes.yaml: expected YAML ('utf-8' codec can't decode"),
-        ("list.json", "[1, 2]", "list.json: expected a mapping of names to values"),
-        ("section.json", '{"ppo": 3}', "ppo = 3: expected a mapping of names to values"),
-        (
-            "river.json",
-            '{"env_id": "SnakeRiver-v0"}',
-            "env_id = SnakeRiver-v0: expected an id of one of this package's",
-        ),
-    ],
-)
-def test_a_broken_configuration_ends_a_command_with_one_line(tmp_path, capsys, learner, file, content, told):
-    pytest.importorskip("torch")
-    if learner in ("train", "pipeline"):
-        pytest.importorskip("stable_baselines3")
-    path = tmp_path / file
-    path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    given = "--configs" if learner == "sweep" else "--config"
-    try:
-        status = import_module(f"training.{learner}").main([given, str(path), "--out", str(tmp_path / "run")])
-    except SystemExit as end:
-        status = end.code
-    assert status == 2
-    assert told in capsys.readouterr().err.splitlines()[-1]
-    assert not (tmp_path / "run").exists(), "the folder is left free"

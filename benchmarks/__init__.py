@@ -1,0 +1,1 @@
+"""Speed against error, growth, cost of features and certificates: ``python -m benchmarks``."""

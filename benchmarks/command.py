@@ -1,0 +1,148 @@
+"""The command line of the benchmarks."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from benchmarks import figures, native, page, throughput
+from benchmarks.results import Record, Results
+from benchmarks.targets import QUICKEST, all_targets
+from snake_env._markdown import table
+from training.cli import help_format
+
+PEER, INTERFACE = "peer", "interface"
+PARTS = (*native.PARTS, PEER, INTERFACE)
+DOCS = native.ROOT / "docs"
+RESULTS = "results.json"
+
+Progress = Callable[[str], None]
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line."""
+    cli = argparse.ArgumentParser("benchmarks", description=DESCRIPTION, formatter_class=help_format)
+    cli.add_argument("--quick", action="store_true", help="few settings and repetitions: within two minutes")
+    cli.add_argument("--parts", type=names_of(PARTS), default=list(PARTS), help=f"of {', '.join(PARTS)}")
+    cli.add_argument("--scenes", help="scenes of the parts precision, certificate and peer, comma separated")
+    cli.add_argument("--out", type=Path, default=Path("runs/bench"), help="folder for results, pictures and page")
+    cli.add_argument("--write-docs", action="store_true", help="also replace the committed page, pictures and results")
+    return cli
+
+
+def names_of(known: tuple[str, ...]) -> Callable[[str], list[str]]:
+    """Reads a list of names."""
+
+    def read(text: str) -> list[str]:
+        names = text.split(",")
+        unknown = [name for name in names if name not in known]
+        if unknown:
+            raise argparse.ArgumentTypeError(f"{', '.join(unknown)}: expected names of {', '.join(known)}")
+        return names
+
+    return read
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Runs the command; 130 if it was interrupted."""
+    args = parser().parse_args(arguments)
+    args.out.mkdir(parents=True, exist_ok=True)
+    results = Results.begin("make bench" + (" BENCH=--quick" if args.quick else ""), args.quick)
+    progress = Clock()
+    try:
+        for record in measure(args, results, progress):
+            results.add(record)
+        results.complete = True
+    except KeyboardInterrupt:
+        progress("interrupted: keeping what was measured")
+    finally:
+        results.seconds = progress.seconds()
+        results.write(args.out / RESULTS)
+    write(results, args.out, args.out, RESULTS, "README.md", ".")
+    if args.write_docs and results.complete:
+        write(results, DOCS, DOCS / "images", "benchmarks.json", "benchmarks.md", "images")
+    print(
+        table(
+            ("target", "aim", "measured", ""), ((t.what, t.target, t.measured, t.verdict) for t in all_targets(results))
+        )
+    )
+    print(f"{args.out / 'README.md'}")
+    return 0 if results.complete else 130
+
+
+class Clock:
+    """Writes progress with the time since the start."""
+
+    def __init__(self) -> None:
+        self._start = time.monotonic()
+
+    def seconds(self) -> float:
+        """Since the start [s]."""
+        return time.monotonic() - self._start
+
+    def __call__(self, what: str) -> None:
+        """Says what is being done."""
+        minutes, seconds = divmod(int(self.seconds()), 60)
+        print(f"[{minutes:2d}:{seconds:02d}] {what}", file=sys.stderr, flush=True)
+
+
+def measure(args: argparse.Namespace, results: Results, progress: Progress) -> Iterator[Record]:
+    """All records of the parts asked for; what is already in ``results`` may be built on."""
+    parts = [part for part in native.PARTS if part in args.parts]
+    if parts:
+        progress("building snake-bench")
+        yield from native.measure(native.build(), native_arguments(args, parts), progress)
+    if PEER in args.parts:
+        yield from peers(results, args.quick, progress)
+    if INTERFACE in args.parts:
+        progress("interface without physics")
+        yield from ({"kind": "interface", **row} for row in interface(args.quick))
+
+
+def native_arguments(args: argparse.Namespace, parts: list[str]) -> list[str]:
+    """Command line of ``snake-bench``; only a quick look takes references from an earlier run."""
+    options = ["--quick", "--cache", str(args.out)] if args.quick else []
+    return [*parts, *options, *(["--scenes", args.scenes] if args.scenes else [])]
+
+
+def peers(results: Results, quick: bool, progress: Progress) -> Iterator[Record]:
+    """MuJoCo on the scenes whose references are known, if it is installed."""
+    if importlib.util.find_spec("mujoco") is None:
+        progress("MuJoCo is not installed (extra bench): no comparison with it")
+        return
+    from benchmarks import mujoco_peer
+
+    scenes = [scene for scene in results.of("scene") if mujoco_peer.can_do(scene)]
+    for scene in scenes[:2] if quick else scenes:
+        yield from mujoco_peer.points(scene, quick, progress)
+    for scene in scenes:
+        if scene["scene"] == "course-7.5":
+            progress("course-7.5: MuJoCo, batch")
+            yield from mujoco_peer.batch_rates(scene, 256, 1.0 if quick else 5.0)
+
+
+def interface(quick: bool) -> Iterator[Record]:
+    """What ``step`` costs around the physics."""
+    for robots in (256,) if quick else (1, 16, 64, 256):
+        yield throughput.overhead("SnakeCourse-v0", robots, 3 if quick else 7)
+
+
+def write(results: Results, folder: Path, pictures: Path, data: str, text: str, images: str) -> None:
+    """Writes results, pictures and page."""
+    results.write(folder / data)
+    figures.draw_all(results, pictures, {scene: rows for scene, (_, rows) in QUICKEST.items()})
+    (folder / text).write_text(page.render(results, images))
+
+
+DESCRIPTION = """Speed against error, growth, cost of features, certificates; peers on the same scenes.
+
+    python -m benchmarks
+    python -m benchmarks --quick --parts precision,peer --scenes free,course-7.5
+
+Parts: precision (error against run time), spatial (the same in space), growth (links, pegs, robots and threads), skip
+(what features cost), certificate (residuals, gaps, iterations), peer (MuJoCo, if the extra `bench` is installed),
+interface (Python's share of a step)."""

@@ -1,0 +1,106 @@
+"""The page's section on error against run time."""
+
+from __future__ import annotations
+
+from benchmarks import curves, independent, texts
+from benchmarks.curves import Point
+from benchmarks.results import Record, Results
+from benchmarks.targets import describe
+from snake_env._markdown import table
+
+ERRORS = (10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
+"""Errors of link 6 at which curves are compared [mm]."""
+
+
+def render(results: Results, images: str) -> str:
+    """The section on error against run time."""
+    scenes = results.of("scene")
+    if not scenes:
+        return ""
+    parts = [texts.PRECISION, _reference_table(scenes)]
+    for scene in scenes:
+        name = scene["scene"]
+        parts.append(f"### {scene['title'].capitalize()}\n\n![{scene['title']}]({images}/bench-{name}.png)")
+        parts += [_own_reference(results, name), _ratio_table(results, name)]
+        parts.append(_frontier_table(results, name))
+    return "\n\n".join(part for part in parts if part)
+
+
+def _own_reference(results: Results, scene: str) -> str:
+    """What a peer was judged by, if not by our reference."""
+    record = next((r for r in results.of("peer", scene=scene) if "against" in r), None)
+    if record is None:
+        return ""
+    apart, check = (f"{1e3 * record[name]['link6']:.2g}" for name in ("apart", "uncertainty"))
+    return (
+        f"{record['curve']} is judged by {record['against']}, which two fine runs know within {check} mm; link 6 ends "
+        f"{apart} mm from ours."
+    )
+
+
+def _reference_table(scenes: list[Record]) -> str:
+    rows = []
+    for scene in scenes:
+        reference = scene["reference"]
+        check = reference["uncertainty"]
+        steps = " and ".join(f"{1e3 * step:g}" for step in reference["steps"])
+        other = independent.distance(scene)
+        rows.append((scene["title"], steps, *(_micro(d) for d in (check["worst"], check["link6"], other))))
+    head = ("scene", "steps of the two runs [ms]", "worst link apart [um]", "link 6 apart [um]")
+    return table((*head, "worst link from an independent implementation [um]"), rows)
+
+
+def _micro(metres: float | None) -> str:
+    return "-" if metres is None else f"{1e6 * metres:.2g}"
+
+
+def _ratio_table(results: Results, scene: str) -> str:
+    """Speeds at equal error, interpolated."""
+    lanes, alone = (
+        curves.frontier(curves.points(results, scene, curves.OURS, s)) for s in ("speed_fleet", "speed_alone")
+    )
+    thesis, mujoco = (curves.frontier(curves.points(results, scene, whose)) for whose in (curves.THESIS, "MuJoCo"))
+    rows = []
+    for error in ERRORS:
+        ours, one, other, peer = (curves.speed_at(curve, 1e-3 * error) for curve in (lanes, alone, thesis, mujoco))
+        if ours is not None or one is not None:
+            cells = [_speed(value) for value in (ours, one, other, peer)]
+            rows.append((f"{error:g}", *cells, _times(ours, other), _times(ours, peer)))
+    head = (
+        "error [mm]",
+        "ours, lanes",
+        "ours, one robot",
+        "Algorithm 3.1",
+        "MuJoCo",
+        "ours / Alg. 3.1",
+        "ours / MuJoCo",
+    )
+    return table(head, rows) if rows else ""
+
+
+def _speed(value: float | None) -> str:
+    return "-" if value is None else f"{value:,.0f}"
+
+
+def _times(ours: float | None, other: float | None) -> str:
+    return "-" if not ours or not other else f"{ours / other:.1f}x"
+
+
+def _frontier_table(results: Results, scene: str) -> str:
+    """The settings behind the curves."""
+    rows: list[tuple[str, ...]] = []
+    for name, whose, speed in (
+        ("ours, lanes", curves.OURS, "speed_fleet"),
+        ("Algorithm 3.1", curves.THESIS, "best"),
+        ("MuJoCo", "MuJoCo", "best"),
+    ):
+        rows += [(name, *_row(p)) for p in curves.frontier(curves.points(results, scene, whose, speed))]
+    if not rows:
+        return ""
+    text = table(("", "link 6 [mm]", "worst link [mm]", "simulated s/s", "settings"), rows)
+    return f"<details><summary>Settings on the curves</summary>\n\n{text}\n\n</details>"
+
+
+def _row(point: Point) -> tuple[str, str, str, str]:
+    error = point.record["error"]
+    return f"{1e3 * error['link6']:.3g}", f"{1e3 * error['worst']:.3g}", f"{point.speed:,.0f}", describe(point.record)

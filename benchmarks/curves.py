@@ -1,0 +1,110 @@
+"""Points of error and speed: which are best, and how many times faster one curve is than another."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+from benchmarks.results import Results
+
+OURS = "implicit"
+"""Our methods' curves begin with this; the thesis's with the next."""
+THESIS = "thesis"
+TRUST = 3.0
+"""Errors below this many times the reference's own uncertainty say nothing."""
+
+LOST = 0.1
+"""Errors above this say that the robot is somewhere else [m]: about a link's length. Nobody's such points count."""
+
+
+class Point(NamedTuple):
+    """Error [m] and simulated seconds per second of one thread, with the record behind it."""
+
+    error: float
+    speed: float
+    record: dict[str, Any]
+
+
+def points(results: Results, scene: str, whose: str, speed: str = "best", error: str = "link6") -> list[Point]:
+    """All trustworthy points of one party on a scene.
+
+    Args:
+        results: of a run.
+        scene: name.
+        whose: "implicit" (ours), "thesis", or a peer's name such as "MuJoCo".
+        speed: "speed_alone", "speed_fleet", or "best" of the two.
+        error: "link6" or "worst".
+    """
+    ours = uncertainty(results, scene, error)
+    records = [*results.of("point", scene=scene), *results.of("peer", scene=scene)]
+    found = []
+    for record in records:
+        party = record.get("peer") or record["curve"]
+        value = _speed(record, speed)
+        floor = TRUST * (record["uncertainty"][error] if "uncertainty" in record else ours)
+        if party.startswith(whose) and record["error"] and record["error"][error] < LOST and value:
+            found.append(Point(max(record["error"][error], floor), value, record))
+    return found
+
+
+def _speed(record: dict[str, Any], which: str) -> float | None:
+    speeds = [record.get("speed_alone"), record.get("speed_fleet")]
+    return max(filter(None, speeds), default=None) if which == "best" else record.get(which)
+
+
+def uncertainty(results: Results, scene: str, error: str = "link6") -> float:
+    """Distance between the two fine runs of the reference [m]."""
+    records = results.of("scene", scene=scene)
+    return records[0]["reference"]["uncertainty"][error] if records else 0.0
+
+
+def frontier(candidates: Iterable[Point]) -> list[Point]:
+    """The points that no other beats in both error and speed, by growing error."""
+    best: list[Point] = []
+    for candidate in sorted(candidates, key=lambda p: (p.error, -p.speed)):
+        if not best or candidate.speed > best[-1].speed:
+            best.append(candidate)
+    return best
+
+
+def fastest_within(candidates: Iterable[Point], error: float) -> Point | None:
+    """The fastest measured point whose error is not larger than ``error`` [m]."""
+    return max((p for p in candidates if p.error <= error), key=lambda p: p.speed, default=None)
+
+
+def speed_at(curve: list[Point], error: float) -> float | None:
+    """Speed of a frontier at an error, interpolated between logarithms.
+
+    To the right of the curve its fastest point is accurate enough; to the left it has no answer: None.
+    """
+    if not curve or error < curve[0].error:
+        return None
+    for left, right in pairwise(curve):
+        if left.error <= error < right.error:
+            part = math.log(error / left.error) / math.log(right.error / left.error)
+            return left.speed * (right.speed / left.speed) ** part
+    return curve[-1].speed
+
+
+class Ratio(NamedTuple):
+    """How many times faster the first of two curves is at an error [m]."""
+
+    error: float
+    value: float
+
+
+def ratios(ours: list[Point], theirs: list[Point]) -> list[Ratio]:
+    """At the error of every point of both frontiers that both can reach."""
+    found = []
+    for error in sorted({p.error for p in (*ours, *theirs)}):
+        mine, other = speed_at(ours, error), speed_at(theirs, error)
+        if mine is not None and other is not None:
+            found.append(Ratio(error, mine / other))
+    return found
+
+
+def unreached(ours: list[Point], theirs: list[Point]) -> list[Point]:
+    """Points of the second frontier more accurate than any of the first."""
+    return [p for p in theirs if ours and p.error < ours[0].error]

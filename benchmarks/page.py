@@ -1,0 +1,146 @@
+"""The results as a Markdown page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from benchmarks import comparison, texts
+from benchmarks.results import Record, Results
+from benchmarks.targets import COMMAND, all_targets
+from snake_env._markdown import table
+
+BUSY = 0.5
+"""Load above which other work is mentioned."""
+
+
+def render(results: Results, images: str) -> str:
+    """The whole page.
+
+    Args:
+        results: of a run.
+        images: path of the pictures, seen from the page.
+    """
+    sections = [_head(results), _targets(results), comparison.render(results, images), *_growth(results, images)]
+    sections += [_skip(results), _certificate(results), _interface(results), texts.HOW]
+    return "\n\n".join(section for section in sections if section) + "\n"
+
+
+def _head(results: Results) -> str:
+    machine, versions = results.machine, results.versions
+    packages = ", ".join(f"{name} {value}" for name, value in versions.items() if value and name != "rustc")
+    notes = []
+    if results.quick:
+        notes.append("A quick look: few settings, few repetitions.")
+    if not results.complete:
+        notes.append("**Stopped before the end**: what was measured until then.")
+    if (machine.get("load") or 0.0) > BUSY:
+        load = f"{machine['load']:.1f} processes ran when the bench began"
+        notes.append(f"**The machine was busy**: {load}. CPU times suffer little, rates by wall clock much.")
+    if not results.of("peer"):
+        notes.append("MuJoCo was not installed (extra `bench`), so there is no comparison with it.")
+    lines = [
+        "# Benchmarks",
+        "",
+        f"Written by `{results.command}`; nothing here is typed by hand. {results.seconds / 60:.1f} minutes on",
+        f"{machine['cpu']}, {machine['cores']} cores, {machine['system']} {machine['architecture']};",
+        f"commit `{results.commit}`; {versions.get('rustc')}; {packages}.",
+    ]
+    text = "\n".join(lines)
+    return "\n\n".join([text, *notes])
+
+
+def _targets(results: Results) -> str:
+    rows = [(t.what, t.target, t.measured, f"`{COMMAND}`", t.verdict) for t in all_targets(results)]
+    return "## Targets\n\n" + table(("target", "aim", "measured", "command", ""), rows)
+
+
+FLEET = ("scene", "links", "pegs", "us per step", "us per link", "solves per step", "retaken steps", "us per peg scan")
+CROWD = ("environment", "actions", "robots", "threads", "env-steps/s", "per CPU second", "threads busy")
+
+
+def _growth(results: Results, images: str) -> Iterator[str]:
+    if not results.of("growth"):
+        return
+    yield f"## Growth\n\n![Growth]({images}/bench-growth.png)"
+    fleets = [*results.of("growth", axis="links"), *results.of("growth", axis="pegs")]
+    if fleets:
+        yield f"{texts.GROWTH}\n\n{table(FLEET, map(_fleet_row, fleets))}"
+    crowds = results.of("growth", axis="batch")
+    if crowds:
+        yield f"{texts.BATCH}\n\n{table(CROWD, map(_crowd_row, crowds))}"
+    peers = results.of("peer_batch")
+    if peers:
+        yield f"{texts.PEER_BATCH}\n\n{table(CROWD[:6], map(_peer_row, peers))}"
+
+
+def _peer_row(r: Record) -> tuple[Any, ...]:
+    rates = f"{r['steps_per_second']:,.0f}", f"{r['steps_per_cpu_second']:,.0f}"
+    return r["scene"], f"gait, {r['peer']}", f"{r['robots']:,}", r["threads"], *rates
+
+
+def _fleet_row(r: Record) -> tuple[Any, ...]:
+    look = "-" if r["us_per_look"] is None else f"{r['us_per_look']:.2f}"
+    times = f"{r['us_per_step']:.2f}", f"{r['us_per_link']:.3f}"
+    return (
+        r["scene"],
+        r["links"],
+        f"{r['pegs']:,}",
+        *times,
+        f"{r['iterations_per_step']:.1f}",
+        _percent(r["events_per_step"]),
+        look,
+    )
+
+
+def _crowd_row(r: Record) -> tuple[Any, ...]:
+    rates = f"{r['steps_per_second']:,.0f}", f"{r['steps_per_cpu_second']:,.0f}"
+    return r["env"], r["actions"], f"{r['robots']:,}", r["threads"], *rates, f"{100 * r['utilisation']:.0f} %"
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.1f} %"
+
+
+def _skip(results: Results) -> str:
+    rows = []
+    for r in results.of("skip"):
+        spread = f"{r['ratio']:.3f} [{r['ratio_low']:.3f}, {r['ratio_high']:.3f}]"
+        kind = "cannot act" if r["idle"] else "acts"
+        rows.append(
+            (r["feature"], r["off"], r["on"], kind, r["unit"], f"{r['us_off']:.3f}", f"{r['us_on']:.3f}", spread)
+        )
+    if not rows:
+        return ""
+    head = ("feature", "off", "on", "on, it", "unit", "off [us]", "on [us]", "on / off [middle half]")
+    return f"{texts.SKIP}\n\n{table(head, rows)}"
+
+
+def _certificate(results: Results) -> str:
+    rows = []
+    for r in results.of("certificate"):
+        cells = [" / ".join(f"{value:.1g}" for value in r[key]) for key in ("residual", "gap")]
+        solves = " / ".join(f"{value:.1f}" for value in r["iterations"])
+        counts = (f"{r[name]:,}" for name in ("events", "misses", "above_tolerance"))
+        rows.append((r["what"], f"{r['steps']:,}", *cells, solves, *counts))
+    if not rows:
+        return ""
+    head = (
+        "motion",
+        "steps",
+        "residual [m/s]",
+        "duality gap [J]",
+        "solves per step",
+        "retaken steps",
+        "misses",
+        "above tolerance",
+    )
+    return f"{texts.CERTIFICATE}\n\n{table(head, rows)}"
+
+
+def _interface(results: Results) -> str:
+    rows = results.of("interface")
+    if not rows:
+        return ""
+    names = [name for name in rows[0] if name != "kind"]
+    return f"{texts.INTERFACE}\n\n{table(names, ([r[name] for name in names] for r in rows))}"

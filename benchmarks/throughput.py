@@ -1,0 +1,145 @@
+"""Measure how many environment steps a second the native batch takes, and what the interface costs.
+
+    python -m benchmarks.throughput
+    python -m benchmarks.throughput --env SnakeCourse-v0 --batches 64,256 --threads 1,2 --seconds 2
+
+The robots follow the thesis's gait. Figures are medians over repetitions, taken in turn so that other work on
+the machine weighs on all alike; CPU time counts all threads of the process and is what a busy machine disturbs
+least. The interface is the whole of ``step`` around the physics, timed with the physics replaced by nothing.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import snake_env.sb3
+from snake_env._threads import cores
+from training.cli import answer, help_format, numbers
+from training.rollout import make_env
+from training.runs import versions, write_json
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line."""
+    cli = argparse.ArgumentParser("benchmarks.throughput", description=__doc__, formatter_class=help_format)
+    cli.add_argument("--env", default="SnakeCourse-v0", help="environment id")
+    cli.add_argument("--batches", type=numbers, default=[1, 16, 64, 256], help="numbers of robots, comma separated")
+    cli.add_argument("--threads", type=numbers, default=[1, 2], help="numbers of threads, comma separated")
+    cli.add_argument("--seconds", type=float, default=0.5, help="wall time of a repetition")
+    cli.add_argument("--repetitions", type=int, default=7, help="repetitions of each case")
+    cli.add_argument("--out", type=Path, default=Path("runs/throughput.json"), help="JSON file")
+    return cli
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Runs the command."""
+    return answer(parser(), measure, arguments)
+
+
+def measure(args: argparse.Namespace) -> int:
+    """Measures, prints and writes the rates."""
+    cases = [Case(args.env, int(n), int(threads)) for n in args.batches for threads in args.threads]
+    for _ in range(args.repetitions):
+        for case in cases:
+            case.repeat(args.seconds)
+    rows = [case.row() for case in cases]
+    print(f"{args.env}, {cores()} cores\n{_table(rows)}\n")
+    overheads = [overhead(args.env, int(n), args.repetitions) for n in args.batches]
+    print(f"interface without physics\n{_table(overheads)}")
+    args.out.parent.mkdir(parents=True, exist_ok=True)
+    content = {
+        "env": args.env,
+        "cores": cores(),
+        "versions": versions(),
+        "stepping": rows,
+        "interface": overheads,
+    }
+    write_json(args.out, content)
+    return 0
+
+
+class Case:
+    """One batch size and number of threads."""
+
+    def __init__(self, env_id: str, num_envs: int, num_threads: int) -> None:
+        self._env = make_env(env_id, num_envs, num_threads, action_mode="gait")
+        self._env.reset(seed=0)
+        self._actions = np.zeros(self._env.action_space.shape, np.float32)
+        self._name = {"robots": num_envs, "threads": num_threads}
+        self._rates: list[float] = []
+        self._cpu_rates: list[float] = []
+        self.repeat(0.1)
+        self._rates.clear()
+        self._cpu_rates.clear()
+
+    def repeat(self, seconds: float) -> None:
+        """Steps for a while."""
+        steps, start, cpu_start = 0, time.perf_counter(), time.process_time()
+        while time.perf_counter() - start < seconds:
+            self._env.step(self._actions)
+            steps += self._env.num_envs
+        self._rates.append(steps / (time.perf_counter() - start))
+        self._cpu_rates.append(steps / (time.process_time() - cpu_start))
+
+    def row(self) -> dict[str, Any]:
+        """Medians, with the range over repetitions."""
+        return {
+            **self._name,
+            "steps/s": round(statistics.median(self._rates)),
+            "lowest": round(min(self._rates)),
+            "highest": round(max(self._rates)),
+            "steps/s of CPU": round(statistics.median(self._cpu_rates)),
+        }
+
+
+def overhead(env_id: str, num_envs: int, repetitions: int) -> dict[str, Any]:
+    """CPU microseconds of a step whose physics does nothing, for both interfaces."""
+    vector = make_env(env_id, num_envs, 1, action_mode="gait")
+    learner = snake_env.sb3.make(env_id, num_envs, num_threads=1, action_mode="gait")
+    vector.reset(seed=0)
+    learner.reset()
+    actions = np.zeros(vector.action_space.shape, np.float32)
+    for env in (vector.unwrapped, learner.env.unwrapped):
+        env._robots.native = Idle()
+    return {
+        "robots": num_envs,
+        "Gymnasium [us]": round(_microseconds(lambda: vector.step(actions), repetitions), 2),
+        "SB3 [us]": round(_microseconds(lambda: learner.step(actions), repetitions), 2),
+    }
+
+
+class Idle:
+    """Stands in for the native batch: a step that takes no time and ends no episode."""
+
+    def step(self, *arguments: Any) -> int:
+        """Does nothing."""
+        return 0
+
+
+def _microseconds(function: Callable[[], Any], repetitions: int, calls: int = 2000) -> float:
+    """Median CPU time of a call."""
+    times = []
+    for _ in range(repetitions):
+        start = time.process_time()
+        for _ in range(calls):
+            function()
+        times.append(1e6 * (time.process_time() - start) / calls)
+    return statistics.median(times)
+
+
+def _table(rows: list[dict[str, Any]]) -> str:
+    lines = [list(rows[0]), *([f"{value:,}" for value in row.values()] for row in rows)]
+    widths = [max(len(line[k]) for line in lines) for k in range(len(lines[0]))]
+    return "\n".join("  ".join(cell.rjust(width) for cell, width in zip(line, widths, strict=True)) for line in lines)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,186 @@
+"""RLlib's PPO over the native batch of robots, from the configurations of the other learners.
+
+    python -m experiments.distributed.rllib --runners 2 --config field-hard --out runs/rllib
+    python -m experiments.distributed.rllib --address auto --runners 64 --num-envs 16384 --out runs/large
+
+Each environment runner of RLlib has a batch of robots of its own, on whatever node Ray puts it. Ctrl-C saves and
+stops, ``--resume`` goes on from the latest checkpoint. At the end the folder holds ``policy.safetensors``, which
+``training.evaluation.evaluate`` plays as it plays those of the lean learner (``experiments/distributed/ppo.py`` is
+that learner on a cluster, and the faster of the two). Needs the extra ``rllib``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from experiments.distributed import cluster
+from snake_env import ConfigError
+from training import run_command, seeds
+from training.budget import Budget, StopRequest
+from training.config import Config
+from training.learning_curve import EPISODES, SIGNALS, text
+from training.policies import files
+from training.runs import RunFolder
+
+
+def settings(config: Config, runners: int) -> Any:
+    """RLlib's configuration of a run.
+
+    The robots start anew in the step after the one that ends an episode (Gymnasium's next-step mode), which is the
+    one RLlib expects; with same-step resets it would take the first observation of an episode for the last of the
+    one before, without a word.
+
+    Args:
+        config: of the run.
+        runners: environment runners, each with an equal share of the robots.
+
+    Returns:
+        A ``ray.rllib.algorithms.ppo.PPOConfig``.
+
+    Raises:
+        ConfigError: the robots cannot be shared evenly, or the run asks for what RLlib's PPO does not have.
+    """
+    from ray.rllib.algorithms.ppo import PPOConfig
+    from ray.rllib.core.rl_module.default_model_config import DefaultModelConfig
+
+    if runners < 1 or config.num_envs % runners:
+        raise ConfigError("runners", runners, f"a divisor of num_envs = {config.num_envs}")
+    lean = ("clone", "policy.mirror", "policy.traces", "policy.bfloat16", "ppo.target_kl")
+    config.refuse("RLlib's PPO", "curriculum", *lean)
+    ppo = config.ppo
+    rates = [[0, ppo.learning_rate], [config.total_steps, ppo.learning_rate * ppo.final_learning_rate]]
+    return (
+        PPOConfig()
+        .environment(
+            f"snake_env:{config.env_id}",
+            env_config={"num_threads": config.num_threads, **config.env, "autoreset_mode": "NextStep"},
+        )
+        .env_runners(
+            num_env_runners=runners,
+            num_envs_per_env_runner=config.num_envs // runners,
+            num_cpus_per_env_runner=config.num_threads,
+            gym_env_vectorize_mode="vector_entry_point",
+            rollout_fragment_length=ppo.n_steps,
+        )
+        .training(
+            lr=rates,
+            gamma=ppo.gamma,
+            lambda_=ppo.gae_lambda,
+            use_kl_loss=False,
+            clip_param=ppo.clip_range,
+            entropy_coeff=ppo.ent_coef,
+            vf_loss_coeff=ppo.vf_coef,
+            vf_clip_param=float("inf"),
+            grad_clip=ppo.max_grad_norm,
+            grad_clip_by="global_norm",
+            num_epochs=ppo.n_epochs,
+            minibatch_size=ppo.batch_size,
+            train_batch_size_per_learner=ppo.n_steps * config.num_envs,
+        )
+        .rl_module(
+            model_config=DefaultModelConfig(
+                fcnet_hiddens=list(config.policy.hidden),
+                fcnet_activation="tanh",
+                head_fcnet_hiddens=[],
+                vf_share_layers=False,
+                free_log_std=True,
+            )
+        )
+        .callbacks(on_episode_end=note_signals)
+        .debugging(seed=seeds.training(config.seed, 0, config.num_envs))
+    )
+
+
+def note_signals(episode: Any, metrics_logger: Any, **_: Any) -> None:
+    """Logs the signals of an episode's last step, as RLlib's callback ``on_episode_end``."""
+    last = episode.get_infos(-1)
+    for name in SIGNALS:
+        metrics_logger.log_value(name, float(last[name]), window=EPISODES)
+
+
+def actor(weights: dict[str, Any]) -> files.Arrays:
+    """The layers of the actor among the weights of RLlib's module, numbered as :mod:`training.policies` reads them."""
+    layers = [name.removesuffix(".weight") for name in weights if name.startswith("encoder.actor_encoder.net")]
+    order = [name for name in layers if not name.endswith(".bias")] + ["pi.net.mlp.0"]
+    return {
+        f"actor.{k}.{part}": np.asarray(weights[f"{layer}.{part}"], np.float32)
+        for k, layer in enumerate(order)
+        for part in ("weight", "bias")
+    }
+
+
+def train(folder: RunFolder, config: Config, show: bool, runners: int) -> int:
+    """Trains from the folder's latest checkpoint, or from the start; 130 when it was stopped."""
+    saved = folder.path / "algorithm"
+    if not saved.exists():
+        config.refuse_evolution("RLlib's PPO")
+    algorithm = settings(config, runners).build_algo()
+    seconds = 0.0
+    if saved.exists():
+        with folder.resumed():
+            algorithm.restore_from_path(str(saved.resolve()))
+        seconds = folder.read_curve()[-1]["seconds"]
+    budget = Budget(config.total_steps, config.max_minutes, seconds)
+    saved_at = budget.seconds
+    with StopRequest() as stop:
+        while True:
+            row = curve_row(algorithm.train(), budget)
+            budget.note(int(row["steps"]))
+            folder.append_curve(row)
+            if show:
+                print(text(row), flush=True)
+            ends = stop.received or budget.used >= 1.0
+            if ends or budget.seconds - saved_at > config.checkpoint_seconds:
+                algorithm.save_to_path(str(saved.resolve()))
+                saved_at = budget.seconds
+            if ends:
+                break
+    weights = algorithm.get_module().get_state()
+    files.write(folder.model, actor(weights), config.to_mapping() | {"steps": int(row["steps"])})
+    algorithm.stop()
+    if stop.received:
+        print(f"saved after {row['steps']:.0f} steps")
+        return 130
+    folder.finish({"steps": row["steps"], "seconds": row["seconds"]})
+    return 0
+
+
+def curve_row(result: dict[str, Any], budget: Budget) -> dict[str, float]:
+    """A line of the learning curve from what RLlib says of an update."""
+    found = result["env_runners"]
+    row: dict[str, float] = {
+        "steps": int(found["num_env_steps_sampled_lifetime"]),
+        "seconds": round(budget.seconds, 2),
+        "steps_per_second": round(found["num_env_steps_sampled"] / result["time_this_iter_s"]),
+    }
+    means = {"return": found.get("episode_return_mean"), **{name: found.get(name) for name in SIGNALS}}
+    # No episode may have ended.
+    return row | {name: round(float(mean), 4) for name, mean in means.items() if mean is not None and mean == mean}
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line."""
+    cli = run_command.parser("experiments.distributed.rllib", __doc__)
+    cli.add_argument("--runners", type=int, default=2, help="environment runners, each with an equal share of robots")
+    cli.add_argument("--runner-threads", type=int, help="threads and CPUs of a runner, over the config's num_threads")
+    cluster.add_address(cli)
+    return cli
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Runs the command; 0 when the budget has been used up, 130 when it was stopped, 2 without RLlib."""
+    args = parser().parse_args(arguments)
+    if not cluster.installed("rllib"):
+        return 2
+    args.num_threads = args.runner_threads or args.num_threads
+    cluster.join(args.address)
+    return run_command.run(args, RunFolder(args.out, files.NAME), partial(train, runners=args.runners))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

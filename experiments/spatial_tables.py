@@ -1,0 +1,151 @@
+"""The tables of docs/spatial-method.md, and means over variants: errors and rates by step, and how stages fare as
+friction grows.
+
+    python -m experiments.spatial_tables
+    python -m experiments.spatial_tables --tables stages
+
+Errors are those of link 6 after 5 s against steps of 0.25 ms, worst of all samples in brackets; rates are simulated
+seconds a second of this thread's CPU time. Variants have friction between 80 and 120 % and joint rates between 90 and
+110 % of the scene's; brackets then hold the least and the largest error. Three tables of Markdown; some minutes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from itertools import product
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import snake_env
+from snake_env import PD, Gait, Integrator, Scene, Start, Trajectory
+from snake_env._markdown import table
+from training.cli import help_format
+
+DURATION = 5.0
+MIDDLE = 5
+"""Link 6."""
+Variant = dict[str, Any]
+"""Keywords of a simulation."""
+
+
+def course(friction: float = 0.2, omega: float = Gait.omega) -> Variant:
+    """Lateral undulation on the course of Table 7.5."""
+    return {"scene": Scene.preset("table-7.5", (friction, friction)), "gait": Gait(omega=omega)}
+
+
+def sidewinding(friction: float = 0.2, omega: float = Gait.omega) -> Variant:
+    """Sidewinding with soft start of a robot that lies straight."""
+    scene = Scene.preset("free", (friction, friction))
+    gait = Gait.sidewinding(soft_start=True, omega=omega)
+    return {"scene": scene, "gait": gait, "start": Start(posture="straight")}
+
+
+SCENES: dict[str, Callable[..., Variant]] = {"course of Table 7.5": course, "sidewinding from rest": sidewinding}
+STEPS = (0.1, 0.05, 0.025, 0.01, 0.005)
+FINE = 2.5e-4
+VARIATIONS = tuple(product((0.16, 0.2, 0.24), (0.9 * Gait.omega, Gait.omega, 1.1 * Gait.omega)))
+"""Friction coefficients and joint rates [rad/s]."""
+
+FRICTION = ((0.0, 0.0), (0.2, 0.2), (0.01, 1.0), (1.0, 1.0), (2.0, 2.0))
+COURSES = ("free", "table-7.3")
+GAITS = (
+    Gait.lateral_undulation(),
+    Gait.sidewinding(),
+    Gait.lateral_rolling(),
+    Gait.sidewinding(amplitude=np.radians(50), vertical_amplitude=np.radians(40)),
+)
+LIMITS = ((0.01, None), (0.025, 5.0))
+"""Steps [s] and torque limits [N m] that go together."""
+
+
+def run(**keywords: Any) -> tuple[Trajectory, float]:
+    """A trajectory in space, and its simulated seconds a second."""
+    start = time.thread_time()
+    trajectory = snake_env.simulate("spatial", duration=DURATION, **keywords)
+    return trajectory, DURATION / (time.thread_time() - start)
+
+
+def distances(trajectory: Trajectory, fine: Trajectory) -> NDArray[np.float64]:
+    """Of link 6, sample by sample [m]."""
+    return np.asarray(np.linalg.norm(trajectory.position - fine.position, axis=2)[:, MIDDLE])
+
+
+def errors() -> Iterator[tuple[str, ...]]:
+    """Rows of the table of steps."""
+    fine = {name: run(integrator=Integrator(step=FINE), **scene())[0] for name, scene in SCENES.items()}
+    for step in STEPS:
+        cells: list[str] = []
+        for name, scene in SCENES.items():
+            trajectory, rate = run(integrator=Integrator(step=step), **scene())
+            distance = distances(trajectory, fine[name])
+            cells.append(f"{1e3 * distance[-1]:.2g} mm ({1e3 * distance.max():.2g})")
+            cells.append(f"{trajectory.iterations.sum():,.0f}, {rate:.0f}")
+        yield f"{1e3 * step:g} ms", *cells
+
+
+def means() -> Iterator[tuple[str, ...]]:
+    """Rows of the table of variants."""
+    variants = {name: [scene(*variation) for variation in VARIATIONS] for name, scene in SCENES.items()}
+    fine = {name: [run(integrator=Integrator(step=FINE), **one)[0] for one in all_] for name, all_ in variants.items()}
+    for step in STEPS:
+        cells: list[str] = []
+        for name, all_ in variants.items():
+            runs = [run(integrator=Integrator(step=step), **one)[0] for one in all_]
+            ends = [1e3 * distances(one, exact)[-1] for one, exact in zip(runs, fine[name], strict=True)]
+            solves = np.mean([one.iterations.sum() for one in runs])
+            cells += [f"{np.mean(ends):.2g} mm ({min(ends):.2g} to {max(ends):.2g})", f"{solves:,.0f}"]
+        yield f"{1e3 * step:g} ms", *cells
+
+
+def stages() -> Iterator[tuple[str, ...]]:
+    """Rows of the table of friction."""
+    for friction in FRICTION:
+        runs = {
+            (course, gait, step): run(
+                scene=Scene.preset(course, friction),
+                gait=gait,
+                controller=PD(torque_limit=limit),
+                integrator=Integrator(step=step),
+            )[0]
+            for course, gait, (step, limit) in product(COURSES, GAITS, LIMITS)
+        }
+        fallbacks, misses = ([getattr(one, name).sum() for one in runs.values()] for name in ("fallbacks", "misses"))
+        worst = max(one.residual.max() for one in runs.values())
+        deepest = max(one.max_penetration for (course, *_), one in runs.items() if course == "free")
+        counts = f"{sum(fallbacks):,.0f}", f"{sum(misses):,.0f}; {max(misses):,.0f}"
+        yield str(friction), *counts, f"{worst:.0e} m/s", f"{1e3 * deepest:.1g} mm"
+
+
+HEADS = {
+    "steps": ("step", *(head for name in SCENES for head in (name, "solves, rate"))),
+    "variants": ("step", *(head for name in SCENES for head in (name, "solves"))),
+    "stages": (
+        "friction (mu_x, mu_y)",
+        "fallbacks, all runs",
+        "misses, all runs; most in one",
+        "worst residual",
+        "deepest without pegs",
+    ),
+}
+ROWS = {"steps": errors, "variants": means, "stages": stages}
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Prints the tables."""
+    cli = argparse.ArgumentParser("experiments.spatial_tables", description=__doc__, formatter_class=help_format)
+    cli.add_argument("--tables", nargs="+", choices=HEADS, default=list(HEADS), help="which")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # misses and penetrations are what is counted
+        for name in cli.parse_args(arguments).tables:
+            print(table(HEADS[name], ROWS[name]()), end="\n\n", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,375 @@
+"""The benchmarks compare fairly, keep what was measured, and their page says what the results say."""
+
+import json
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("matplotlib")
+
+from benchmarks import command, comparison, curves, native, page
+from benchmarks.curves import Point
+from benchmarks.results import REQUIRED, Results
+from benchmarks.targets import all_targets
+
+SCENARIO = {
+    "robot": {
+        "links": 11,
+        "length": 0.122,
+        "contact_half_length": 0.0393,
+        "radius": 0.0525,
+        "mass": 7.5 / 11,
+        "inertia": 1.32e-3,
+        "gravity": 9.81,
+    },
+    "scene": {"obstacles": [[0.125, 3.0, 0.0]], "friction": [0.2, 0.2]},
+    "controller": {"kp": 800.0, "kd": 2.0, "torque_limit": None, "active_from": 0.0},
+    "start": [0.5, 0.0, 3.7],
+    "joint_angle": [0.0] * 10,
+    "duration": 5.0,
+}
+
+
+def scene_record(name="free"):
+    reference = {
+        "links": [[0.1 * i, 0.0] for i in range(11)],
+        "uncertainty": {"worst": 2e-7, "link6": 1e-7},
+        "steps": [1e-4, 5e-5],
+    }
+    return {"kind": "scene", "scene": name, "title": "free ground", "scenario": SCENARIO, "reference": reference}
+
+
+def point_record(error, speed, curve="implicit order 2", scene="free", step=0.01):
+    return {
+        "kind": "point",
+        "scene": scene,
+        "curve": curve,
+        "integrator": {"step": step},
+        "default": curve == "implicit order 2" and step == 0.01,
+        "error": error and {"worst": 2 * error, "link6": error},
+        "speed_alone": speed / 4,
+        "speed_fleet": None if curve.startswith("thesis") else speed,
+        "misses": 0,
+    }
+
+
+def peer_record(error, speed, scene="free"):
+    return {
+        "kind": "peer",
+        "peer": "MuJoCo",
+        "scene": scene,
+        "curve": "MuJoCo 4",
+        "setup": {"step": 0.01, "tolerance": 1e-6, "solver": "CG"},
+        "error": {"worst": error, "link6": error},
+        "speed_alone": speed,
+    }
+
+
+def crowd_record(robots, threads, rate):
+    return {
+        "kind": "growth",
+        "axis": "batch",
+        "env": "SnakeCourse-v0",
+        "actions": "gait",
+        "robots": robots,
+        "threads": threads,
+        "steps_per_second": rate,
+        "steps_per_cpu_second": rate / threads,
+        "utilisation": 0.97,
+    }
+
+
+def fleet_record(axis, links, pegs, cost):
+    return {
+        "kind": "growth",
+        "axis": axis,
+        "scene": "free",
+        "links": links,
+        "pegs": pegs,
+        "us_per_step": cost,
+        "us_per_link": cost / links,
+        "us_per_look": None,
+        "iterations_per_step": 9.0,
+        "events_per_step": 0.1,
+    }
+
+
+RECORDS = [
+    scene_record(),
+    point_record(1e-4, 4000.0),
+    point_record(1e-3, 16000.0, step=0.05),
+    point_record(None, 900.0, step=0.1),
+    point_record(2e-4, 400.0, "thesis, own tolerance", step=2.5e-4),
+    peer_record(1e-4, 40.0),
+    peer_record(4e-3, 500.0),
+    crowd_record(64, 1, 160_000.0),
+    crowd_record(64, 2, 310_000.0),
+    crowd_record(1024, 1, 150_000.0),
+    fleet_record("links", 11, 0, 2.0),
+    fleet_record("links", 200, 0, 40.0),
+    fleet_record("pegs", 11, 10, 4.0),
+    fleet_record("pegs", 11, 10_000, 4.1),
+    {
+        "kind": "skip",
+        "feature": "pegs",
+        "off": "none",
+        "on": "far",
+        "idle": True,
+        "unit": "step",
+        "us_off": 2.0,
+        "us_on": 2.2,
+        "ratio": 1.1,
+        "ratio_low": 1.09,
+        "ratio_high": 1.11,
+    },
+    {
+        "kind": "certificate",
+        "what": "free",
+        "percent": [50.0, 90.0, 99.0, 100.0],
+        "residual": [1e-9] * 4,
+        "gap": [1e-12] * 4,
+        "iterations": [5.0] * 4,
+        "misses": 0,
+        "above_tolerance": 0,
+        "steps": 500,
+        "events": 3,
+    },
+    {"kind": "interface", "robots": 256, "Gymnasium [us]": 3.7},
+    {
+        "kind": "peer_batch",
+        "peer": "MuJoCo",
+        "scene": "course-7.5",
+        "robots": 256,
+        "threads": 1,
+        "steps_per_second": 1e4,
+        "steps_per_cpu_second": 1e4,
+    },
+]
+
+
+@pytest.fixture
+def results():
+    made = Results.begin("make bench", quick=False)
+    for record in RECORDS:
+        made.add(record)
+    made.complete = True
+    return made
+
+
+def test_every_kind_of_record_is_known_and_incomplete_ones_are_refused(results):
+    assert {record["kind"] for record in RECORDS} == set(REQUIRED)
+    with pytest.raises(ValueError, match="unknown kind"):
+        results.add({"kind": "guess"})
+    with pytest.raises(ValueError, match="no ratio"):
+        results.add({k: v for k, v in RECORDS[14].items() if k != "ratio"})
+
+
+def test_results_survive_writing_and_reading(results, tmp_path):
+    results.write(tmp_path / "results.json")
+    assert Results.read(tmp_path / "results.json") == results
+    content = json.loads((tmp_path / "results.json").read_text())
+    assert content["machine"]["cpu"]
+    assert content["commit"]
+    assert content["versions"]["numpy"] == np.__version__
+
+
+def test_a_frontier_holds_what_nothing_beats():
+    points = [Point(e, s, {}) for e, s in [(1.0, 10.0), (2.0, 5.0), (3.0, 30.0), (1.0, 8.0), (4.0, 30.0)]]
+    assert [(p.error, p.speed) for p in curves.frontier(points)] == [(1.0, 10.0), (3.0, 30.0)]
+
+
+def test_speeds_are_interpolated_between_logarithms_and_never_beyond_the_most_accurate_point():
+    curve = [Point(1e-4, 10.0, {}), Point(1e-2, 1000.0, {})]
+    assert math.isclose(curves.speed_at(curve, 1e-3), 100.0)
+    assert curves.speed_at(curve, 1e-4) == 10.0
+    assert curves.speed_at(curve, 1.0) == 1000.0, "what is more accurate than asked for is good enough"
+    assert curves.speed_at(curve, 0.9e-4) is None
+    assert curves.speed_at([], 1.0) is None
+
+
+def test_ratios_are_taken_at_every_point_that_both_curves_reach():
+    ours = [Point(1e-5, 100.0, {}), Point(1e-3, 1000.0, {})]
+    theirs = [Point(1e-4, 10.0, {}), Point(1e-2, 20.0, {})]
+    ratios = curves.ratios(ours, theirs)
+    assert [r.error for r in ratios] == [1e-4, 1e-3, 1e-2]
+    assert math.isclose(ratios[0].value, 100.0 * math.sqrt(10.0) / 10.0)
+    assert math.isclose(ratios[2].value, 50.0)
+    assert curves.unreached(ours, [Point(1e-6, 1.0, {})]) == [Point(1e-6, 1.0, {})]
+
+
+def test_errors_below_what_the_reference_is_worth_are_not_believed(results):
+    results.add(point_record(1e-9, 5.0, step=1e-3))
+    best = min(curves.points(results, "free", curves.OURS), key=lambda p: p.error)
+    assert math.isclose(best.error, curves.TRUST * 1e-7)
+
+
+def test_a_robot_that_is_somewhere_else_is_not_a_point(results):
+    results.add(peer_record(0.6, 1e6))
+    assert max(p.speed for p in curves.points(results, "free", "MuJoCo")) == 500.0
+
+
+def test_targets_are_judged_by_the_least_favourable_point(results):
+    rows = {target.what: target for target in all_targets(results)}
+    mujoco = rows["MuJoCo at equal error, every point of both curves"]
+    assert mujoco.met is False
+    assert mujoco.measured.startswith("32.0x (free at 4 mm)"), mujoco
+    assert rows["free undulation, error of link 6 <= 0.3 mm"].measured.startswith("4,000 s/s")
+    assert "above the floor" in rows["SnakeCourse-v0, native batch, gait: env-steps/s of one core"].measured
+    assert rows["SnakeCourse-v0, native batch, gait: two threads over one"].met
+    assert rows["growth with links, free: time per link"].met
+    assert rows["growth with pegs in the field: time per step"].met
+    assert rows["a feature the scene does not need"].met is False
+    assert rows["default accuracy, free, worst link after 5 s"].met
+    assert rows["default accuracy, course-7.5, worst link after 5 s"].met is None
+    assert rows["every stage certified, scenes and random fields"].met
+
+
+def test_nothing_measured_is_neither_met_nor_missed():
+    assert {target.met for target in all_targets(Results.begin("make bench", quick=True))} == {None}
+
+
+def test_the_page_has_every_section_and_only_whole_tables(results):
+    text = page.render(results, "images")
+    for heading in ("Targets", "Error against run time", "Growth", "What a feature costs", "Certificates", "Interface"):
+        assert f"## {heading}" in text
+    for block in text.split("\n\n"):
+        widths = {line.count("|") for line in block.splitlines() if line.startswith("|")}
+        assert len(widths) <= 1, block
+    assert "images/bench-free.png" in text
+    assert "100.0x" in comparison.render(results, "images"), "4,000 against 40 at 0.1 mm"
+
+
+def test_an_unfinished_run_says_so(results):
+    results.complete = False
+    assert "Stopped before the end" in page.render(results, "images")
+
+
+def test_the_committed_page_is_what_the_committed_results_say():
+    committed = Results.read(command.DOCS / "benchmarks.json")
+    checked = Results.begin("", quick=False)
+    for record in committed.records:
+        checked.add(record)
+    assert committed.complete
+    assert not committed.quick
+    assert (command.DOCS / "benchmarks.md").read_text() == page.render(committed, "images")
+
+
+def pretend(monkeypatch, tmp_path, script):
+    """Lets a Python script stand in for the measuring program."""
+    program = tmp_path / "program"
+    program.write_text(f"#!{sys.executable}\nimport json, sys, time\n{script}\n")
+    program.chmod(0o755)
+    monkeypatch.setattr(native, "build", lambda: program)
+
+
+EMIT = f"records = json.loads({json.dumps(json.dumps(RECORDS))})\nfor r in records: print(json.dumps(r), flush=True)"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="scripts are not programs there")
+def test_the_command_measures_and_writes_results_pictures_and_page(monkeypatch, tmp_path, capsys):
+    pretend(monkeypatch, tmp_path, "print('working', sys.argv[1:], file=sys.stderr)\n" + EMIT)
+    out = tmp_path / "out"
+    assert command.main(["--quick", "--parts", "precision,skip", "--scenes", "free", "--out", str(out)]) == 0
+    printed = capsys.readouterr()
+    assert "working ['precision', 'skip', '--quick'" in printed.err
+    assert "| target | aim | measured |" in printed.out
+    names = {path.name for path in out.iterdir()}
+    assert {"results.json", "README.md", "bench-free.png", "bench-growth.png"} <= names
+    assert Results.read(out / "results.json").complete
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="scripts are not programs there")
+def test_an_interruption_keeps_what_was_measured(monkeypatch, tmp_path):
+    pretend(monkeypatch, tmp_path, EMIT + "\ntime.sleep(60)")
+    measured = []
+
+    def interrupt(self, record, add=Results.add):
+        add(self, record)
+        measured.append(record)
+        if len(measured) == len(RECORDS):
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Results, "add", interrupt)
+    out = tmp_path / "out"
+    assert command.main(["--parts", "precision", "--out", str(out)]) == 130
+    kept = Results.read(out / "results.json")
+    assert not kept.complete
+    assert kept.records == RECORDS
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="scripts are not programs there")
+def test_a_failing_program_is_an_error_and_keeps_what_it_had_measured(monkeypatch, tmp_path):
+    pretend(monkeypatch, tmp_path, EMIT + "\nsys.exit(3)")
+    out = tmp_path / "out"
+    with pytest.raises(native.subprocess.CalledProcessError):
+        command.main(["--parts", "precision", "--out", str(out)])
+    assert Results.read(out / "results.json").records == RECORDS
+
+
+def test_unknown_parts_are_named(capsys):
+    with pytest.raises(SystemExit):
+        command.main(["--parts", "speed"])
+    assert "speed" in capsys.readouterr().err
+
+
+class TestMujoco:
+    """The peer is the same robot."""
+
+    @pytest.fixture(autouse=True)
+    def installed(self):
+        pytest.importorskip("mujoco")
+
+    def test_it_has_the_same_links_and_each_is_pressed_to_the_ground_by_its_weight(self):
+        from benchmarks import mujoco_model
+
+        setup = mujoco_model.Setup(0.01)
+        model = mujoco_model.build(SCENARIO, setup)
+        data = mujoco_model.placed(model, SCENARIO)
+        mujoco_model.mujoco.mj_kinematics(model, data)
+        assert (model.nv, model.nu) == (13, 10)
+        assert np.allclose(data.xipos[1], [0.5, 0.0, 0.0])
+        distance = np.linalg.norm(np.diff(data.xipos[1:], axis=0), axis=1)
+        assert np.allclose(distance, 0.122), "a straight chain"
+        force = mujoco_model._normal_force(model, SCENARIO)
+        assert np.allclose(force, 7.5 / 11 * 9.81, rtol=1e-6)
+
+    def test_it_slides_under_coulomb_friction(self):
+        from benchmarks import mujoco_model
+
+        model = mujoco_model.build(SCENARIO, mujoco_model.Setup(1e-3))
+        data = mujoco_model.placed(model, SCENARIO)
+        data.qvel[0] = 0.1
+        for _ in range(20):
+            mujoco_model.mujoco.mj_step(model, data)
+        assert math.isclose(data.qvel[0], 0.1 - 0.02 * 0.2 * 9.81, rel_tol=0.01)
+
+    def test_orthotropic_friction_is_beyond_it(self):
+        from benchmarks import mujoco_model, mujoco_peer
+
+        scene = scene_record()
+        assert mujoco_peer.can_do(scene)
+        orthotropic = SCENARIO | {"scene": {"obstacles": [], "friction": [0.2, 0.5]}}
+        assert not mujoco_peer.can_do(scene | {"scenario": orthotropic})
+        with pytest.raises(ValueError, match="isotropic"):
+            mujoco_model.build(orthotropic, mujoco_model.Setup(0.01))
+
+    def test_a_point_is_a_complete_record(self, results):
+        from benchmarks import mujoco_peer
+
+        scene = scene_record()
+        record = mujoco_peer.point(
+            "free", scene["scenario"], np.array(scene["reference"]["links"]), mujoco_peer.setups(True, True)[0]
+        )
+        results.add(record)
+        assert record["error"]["worst"] >= record["error"]["link6"] > 0.0
+        json.dumps(record)
+
+
+def test_documents_name_no_file_that_is_missing():
+    text = Path(command.DOCS / "benchmarks.md").read_text()
+    pictures = [line.split("(")[1].rstrip(")") for line in text.splitlines() if line.startswith("![")]
+    assert pictures
+    assert all((command.DOCS / picture).exists() for picture in pictures)

@@ -1,0 +1,192 @@
+"""The benchmark is fair, repeats itself, goes on after a stop, and knows what cannot be beaten."""
+
+import itertools
+import json
+
+import numpy as np
+import pytest
+
+from snake_env import ConfigError, Scene
+from training import rollout, seeds, tasks
+from training.evaluation import benchmark, benchmark_page, cached_scores, reference_limits
+from training.policies import interface
+from training.policies.gaits import DEGREE, GaitParameters
+
+FREE = tasks.BenchmarkTask("free", "SnakeFree-v0", {"max_episode_steps": 40}, "open ground, for tests")
+FIELD = tasks.BenchmarkTask("field", "SnakeField-v0", {"max_episode_steps": 40}, "short fields, for tests")
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """Two short tasks and no trained policy."""
+    monkeypatch.setattr(tasks, "chosen", lambda names: [FREE, FIELD])
+    tuned = {"amplitude": 45 * DEGREE, "omega": 110 * DEGREE, "beta": -50 * DEGREE, "steering": 0.3, "look_ahead": 1.0}
+    table = {name: {"heading control": {"values": tuned}} for name in ("free", "field")}
+    monkeypatch.setattr(cached_scores.catalogue, "read", lambda path=None: table)
+    return ["--policies", "thesis gait,heading control", "--episodes", "6", "--num-threads", "1"]
+
+
+def test_two_runs_are_equal_bit_for_bit(small, tmp_path):
+    for name in ("first", "second"):
+        assert benchmark.main([*small, "--out", str(tmp_path / name)]) == 0
+    written = sorted(path.relative_to(tmp_path / "first") for path in (tmp_path / "first").rglob("*.*"))
+    assert len(written) == 2 + 2 + 4, "JSON and Markdown, a picture a task, a cell a policy and task"
+    for path in written:
+        assert (tmp_path / "first" / path).read_bytes() == (tmp_path / "second" / path).read_bytes(), path
+
+
+def test_finished_cells_are_not_played_again(small, tmp_path, monkeypatch, capsys):
+    played = []
+    play = cached_scores.play
+
+    def interrupted(task, entry, *rest):
+        if len(played) == 2:
+            raise KeyboardInterrupt
+        played.append((task.name, entry.name))
+        return play(task, entry, *rest)
+
+    monkeypatch.setattr(cached_scores, "play", interrupted)
+    assert benchmark.main([*small, "--out", str(tmp_path)]) == 130
+    assert "the same command goes on" in capsys.readouterr().out
+    played.clear()
+    assert benchmark.main([*small, "--out", str(tmp_path)]) == 0
+    assert played == [("field", "thesis gait"), ("field", "heading control")]
+
+
+def test_a_cell_belongs_to_its_task_and_fields(tmp_path):
+    entry = cached_scores.scripted("thesis gait")
+    harder = tasks.BenchmarkTask("field", "SnakeField-v0", {"difficulty": 1.0}, "")
+    fields = seeds.held_out(4)
+    places = {
+        cached_scores.path(tmp_path, FIELD, entry, fields),
+        cached_scores.path(tmp_path, harder, entry, fields),
+        cached_scores.path(tmp_path, FIELD, entry, fields[:3]),
+    }
+    assert len(places) == 3
+    assert cached_scores.path(tmp_path, FIELD, entry, fields) in places
+
+
+def test_a_cell_belongs_to_the_code_that_played_it(tmp_path, monkeypatch):
+    code = cached_scores.sources()
+    played_by = ("snake_env/vector_env.py", "snake_env/registration.py", "snake_env/config/robot.py")
+    assert {cached_scores.ROOT / one for one in (*played_by, "training/policies/network.py")} <= set(code)
+    entry, fields = cached_scores.scripted("thesis gait"), seeds.held_out(4)
+    before = cached_scores.path(tmp_path, FIELD, entry, fields)
+    changed = tmp_path / "vector_env.py"
+    changed.write_text("another")
+    monkeypatch.setattr(cached_scores, "sources", lambda: [changed, *code])
+    assert cached_scores.path(tmp_path, FIELD, entry, fields) != before
+
+
+def test_fields_are_held_out():
+    assert seeds.require_held_out(seeds.held_out(500)) is None
+    for other in (seeds.TRAINING.start, seeds.SELECTION.start, seeds.TRAINING.stop):
+        with pytest.raises(ValueError, match=f"seed = {other}: expected a held-out one"):
+            benchmark.Benchmark(None, [*seeds.held_out(2), other])
+
+
+def test_a_policy_chooses_its_interface_and_not_the_task():
+    """A policy trained on easy fields is judged on the task's."""
+    trained_with = {"difficulty": 0.0, "perception": "blind", "start_jitter": 0.0}
+    assert interface(trained_with) == {"perception": "blind"}
+
+
+def test_scripted_controllers_play_where_they_are_tuned(monkeypatch):
+    monkeypatch.setattr(cached_scores.catalogue, "read", lambda path=None: {"field": {"best gait": {}}})
+    assert cached_scores.scripted("best gait").plays(FIELD)
+    assert not cached_scores.scripted("best gait").plays(FREE)
+    assert cached_scores.scripted("thesis gait").plays(FREE)
+
+
+def test_configured_policies_exist_and_name_known_tasks():
+    content = json.loads(cached_scores.CONFIG.read_text())
+    for one in content["trained"]:
+        assert (cached_scores.ROOT / one["path"]).exists()
+        assert set(one["tasks"]) <= set(tasks.load())
+
+
+def test_the_page_quotes_the_bounds(small, tmp_path):
+    benchmark.main([*small, "--out", str(tmp_path)])
+    text = (tmp_path / "benchmark.md").read_text()
+    assert "cost of transport 0.200" in text
+    assert "0.227 for any that passes" in text
+    assert "0.239 for a body" in text
+    assert "0.163 m/s for the thesis's gait" in text
+    assert "| heading control |" in text
+
+
+def test_docs_get_the_same_page_with_their_own_names(small, tmp_path, monkeypatch):
+    monkeypatch.setattr(benchmark_page, "DOCS", tmp_path / "docs")
+    assert benchmark.main([*small, "--out", str(tmp_path / "out"), "--write-docs"]) == 0
+    text = (tmp_path / "docs" / "learning-benchmark.md").read_text()
+    assert "(images/learning-field.png)" in text
+    assert (tmp_path / "docs" / "images" / "learning-field.png").exists()
+
+
+def test_docs_keep_the_tasks_that_are_not_played(small, tmp_path, monkeypatch):
+    monkeypatch.setattr(benchmark_page, "DOCS", tmp_path / "docs")
+    arguments = [*small, "--out", str(tmp_path / "out"), "--write-docs"]
+    assert benchmark.main(arguments) == 0
+    page, data = (tmp_path / "docs" / f"learning-benchmark.{suffix}" for suffix in ("md", "json"))
+    before = page.read_text(), data.read_text()
+    monkeypatch.setattr(tasks, "chosen", lambda names: [FIELD])
+    assert benchmark.main(arguments) == 0
+    assert (page.read_text(), data.read_text()) == before
+    assert benchmark.main([*arguments, "--episodes", "5"]) == 0
+    assert list(json.loads(data.read_text())["tasks"]) == ["field"], "scores over other fields do not compare"
+    assert "## free" not in page.read_text()
+
+
+def test_the_no_slip_speed_of_the_thesis_gait_is_that_of_the_errata():
+    assert reference_limits.no_slip_speed(GaitParameters()) == pytest.approx(0.1633, abs=5e-5)
+    assert reference_limits.follow_the_leader_cost(0.2) == pytest.approx(0.239, abs=5e-4)
+
+
+def test_weaving_is_the_length_of_a_taut_string():
+    """Against a string drawn tight numerically between the inflated pegs of a regular course."""
+    along, across, radius, half_width = 0.37, 0.17, 0.12, 0.05
+    pegs = [(radius, along * k, across * (k % 2)) for k in range(3)]
+    rho, x = radius + half_width, np.linspace(0.0, 2 * along, 401)
+    low, high = np.full(401, -9.0), np.full(401, 9.0)
+    for k, (_, centre, y) in enumerate(pegs):
+        near = np.abs(x - centre) < rho
+        rise = np.sqrt(rho**2 - (x[near] - centre) ** 2)
+        (high if k % 2 else low)[near] = y - rise if k % 2 else y + rise
+    string = np.clip(np.zeros(401), low, high)
+    string[[0, 200, 400]] = low[0], high[200], low[400]
+    for _ in range(20_000):
+        string[1:-1] = np.clip(0.5 * (string[:-2] + string[2:]), low[1:-1], high[1:-1])
+        string[200] = high[200]
+    expected = np.hypot(np.diff(string), np.diff(x)).sum() / (2 * along)
+    assert reference_limits.weaving(Scene(obstacles=pegs), half_width) == pytest.approx(expected, rel=1e-3)
+    assert 1.1 < reference_limits.weaving() < 1.0 / reference_limits.straightness(GaitParameters())
+
+
+def test_no_commanded_wave_is_faster_than_the_fastest():
+    fastest = reference_limits.no_slip_speed(reference_limits.FASTEST_WAVE)
+    for a, omega, beta in itertools.product((15, 30, 65), (80, 200), (-25, -40, -75)):
+        assert reference_limits.no_slip_speed(GaitParameters(a * DEGREE, omega * DEGREE, beta * DEGREE)) <= fastest
+
+
+def test_among_pegs_the_thesis_gait_keeps_below_its_bounds():
+    """On the course of Table 7.5, made for it: nearly the speed without slip, and no cost below mu."""
+    gait = cached_scores.scripted("thesis gait").make(tasks.load()["course"])
+    played = rollout.run_episodes(gait, "SnakeCourse-v0", seeds.selection(2), 1)
+    assert (
+        0.9 * reference_limits.no_slip_speed(GaitParameters())
+        < played["speed"].mean()
+        < reference_limits.no_slip_speed(GaitParameters())
+    )
+    assert played["cost_of_transport"].min() > reference_limits.follow_the_leader_cost(0.2)
+
+
+def test_paths_may_have_names():
+    assert benchmark.named_path("mine=a/b.zip")[0] == "mine"
+    assert benchmark.named_path("runs/field/policy.safetensors")[0] == "field"
+    assert benchmark.named_path("pretrained/field-hard.safetensors")[0] == "field-hard"
+
+
+def test_two_policies_of_one_name_are_refused():
+    paths = [benchmark.named_path(f"{folder}/seed-0/policy.safetensors") for folder in ("one", "two")]
+    with pytest.raises(ConfigError, match=r"policy = seed-0 \(two.*NAME=PATH"):
+        cached_scores.entries(cached_scores.CONFIG, [], paths)

@@ -1,0 +1,185 @@
+"""What is told about a policy's episodes is what happened in them."""
+
+import json
+
+import numpy as np
+import pytest
+
+pytest.importorskip("matplotlib")
+pytest.importorskip("pygame")
+
+from matplotlib.patches import FancyArrowPatch
+from PIL import Image, ImageSequence
+
+from training import rollout, seeds
+from training.evaluation import inspection, inspection_figures, video
+from training.evaluation.record_episodes import KINDS, Watch, push_ahead
+from training.policies import ConstantAction, GaitParameters, Network, files
+from training.policies.scripted.senses import Senses
+
+
+@pytest.fixture
+def random_policy(tmp_path):
+    """A network of one layer with random weights, in a file of its own."""
+    rng = np.random.default_rng(0)
+    arrays = {"actor.0.weight": rng.normal(0, 0.3, (4, 63)), "actor.0.bias": np.array([0.2, 1.0, 0.5, 0.0])}
+    path = tmp_path / "mine.safetensors"
+    options = {"difficulty": 1.0, "max_episode_steps": 60}
+    files.write(path, {k: v.astype(np.float32) for k, v in arrays.items()}, {"env_id": "SnakeField-v0", "env": options})
+    return path
+
+
+def test_pushes_are_the_pegs_forces_along_the_way():
+    """The mean force over a control period against the change of momentum and the friction, which no policy sees."""
+    env = rollout.make_env("SnakeField-v0", 1, 1)
+    senses = Senses(env.unwrapped.layout)
+    observation, _ = env.reset(seed=seeds.selection(1))
+    gait = GaitParameters().action(env.unwrapped.layout["action"])
+    told, felt = [], []
+    for _ in range(100):
+        observation = env.step(gait[None])[0]
+        senses.see(observation)
+        told.append(push_ahead(senses)[0])
+        felt.append(np.array(env.unwrapped._robots.native.snapshot(0)["contact_force"])[:, 0])
+    told, felt = np.array(told), np.array(felt)
+    pushing = (np.abs(told) > 1.0) & (np.abs(felt) > 1.0)
+    assert pushing.sum() > 20
+    assert np.mean(np.sign(told[pushing]) == np.sign(felt[pushing])) > 0.95
+    assert np.corrcoef(told[pushing], felt[pushing])[0, 1] > 0.8
+
+
+def test_ends_are_told_apart():
+    """Four robots of forty periods: one arrives, one leaves, one stands still at the end, one moves to the end."""
+    watch = Watch(ConstantAction(np.zeros(4, np.float32)))
+    watch.period = 0.5
+    moving, standing = np.linspace(1.0, 0.1, 40), np.maximum(np.linspace(1.0, 0.1, 40), 0.6)
+    watch.remaining = list(np.stack([moving, moving, standing, moving], axis=1))
+    watch.force = [np.zeros((4, 11))] * 40
+    episodes = {
+        "time": np.array([10.0, 5.0, 20.0, 20.0]),
+        "is_success": np.array([True, False, False, False]),
+        "left_corridor": np.array([False, True, False, False]),
+    }
+    assert list(watch.kinds(episodes, 2.0)) == [0, 1, 2, 3]
+    assert list(watch.during(episodes).sum(axis=0)) == [20, 10, 40, 40]
+
+
+def test_a_watched_policy_acts_as_it_does_alone(random_policy):
+    policy = Network(random_policy)
+    played = [
+        rollout.run_episodes(one, "SnakeField-v0", seeds.selection(3), 1, max_episode_steps=60)["distance"]
+        for one in (policy, Watch(policy))
+    ]
+    assert np.array_equal(*played)
+
+
+def test_the_command_counts_every_episode_and_shows_each_kind(random_policy, tmp_path, capsys):
+    out = tmp_path / "out"
+    arguments = ["--policy", str(random_policy), "--fields", "4", "--num-threads", "1", "--out", str(out)]
+    assert inspection.main(arguments) == 0
+    found = json.loads((out / "inspection.json").read_text())
+    assert set(found) == {"mine", "heading control"}
+    assert all(sum(one["ends"].values()) == 4 for one in found.values())
+    assert all(min(one["ahead"]) >= 0.0 >= max(one["back"]) for one in found.values())
+    shown = sum(found["mine"]["ends"][kind] > 0 for kind in KINDS)
+    assert len(list(out.glob("*-frames.png"))) == len(list(out.glob("*-timeline.png"))) == shown
+    assert len(list(out.glob("*.gif"))) == shown
+    assert (out / "links.png").stat().st_size > 5000
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """Figures that would have been saved."""
+    figures = []
+    monkeypatch.setattr(inspection_figures.drawing, "save", lambda figure, path: figures.append(figure))
+    return figures
+
+
+def test_the_panels_of_a_timeline_share_one_time_axis(random_policy, tmp_path, drawn):
+    """An instant is at the same place in each, beside the colour bar too."""
+    policy = Network(random_policy)
+    episode = video.play(policy, "SnakeField-v0", seeds.selection(1)[0], max_episode_steps=60)
+    inspection_figures.timeline(episode, rollout.layout_of("SnakeField-v0", {}), "title", tmp_path / "timeline.png")
+    drawn[0].draw_without_rendering()
+    pushes, gait, speed = drawn[0].axes[:3]
+    for other in (gait, speed):
+        assert other.get_xlim() == pushes.get_xlim()
+        assert other.get_position().intervalx == pytest.approx(pushes.get_position().intervalx, abs=1e-6)
+
+
+def test_an_episode_is_shown_to_its_end(random_policy):
+    """The state in which it ended, too: what left the corridor is outside in the last picture."""
+    policy = Network(random_policy)
+    options = {"corridor_half_width": 0.1, "max_episode_steps": 400}
+    episode = video.play(policy, "SnakeField-v0", seeds.selection(1)[0], film=True, **options)
+    last = episode.snapshots[-1]
+    assert len(episode.walk) == len(episode.snapshots) == len(episode.observations) == len(episode.frames)
+    np.testing.assert_allclose(np.diff([one["time"] for one in episode.snapshots]), 0.05)
+    assert last["time"] < 20.0
+    assert abs(episode.walk[-1, 1] - last["centre_line"]) > 0.1 >= abs(episode.walk[-2, 1] - last["centre_line"])
+
+
+def snapshot(force, **goal):
+    """What the renderer draws: eleven links in a row, the fifth of which is pushed."""
+    pose = np.zeros((11, 3))
+    pose[:, 0] = -0.12 * np.arange(11)
+    contact_force = np.zeros((11, 2))
+    contact_force[4] = force
+    pegs = np.array([[0.1, 0.0, 0.3]])
+    return {
+        "pose": pose,
+        "centre": pose[:, :2].mean(0),
+        "contact_force": contact_force,
+        "pegs": pegs,
+        "time": 1.0,
+    } | goal
+
+
+LINE = {"goal_line": 0.5, "centre_line": 0.1, "corridor_half_width": 0.5}
+DISC = {"goal_disc": (0.2, 0.1, 0.25)}
+
+
+@pytest.mark.parametrize(("force", "newtons"), [((0.0, 10.0), "50 N"), ((-400.0, 300.0), "200 N")])
+def test_arrows_of_force_end_inside_the_frame_and_have_a_scale(force, newtons, tmp_path, drawn):
+    episode = video.Episode(None, None, [], True, [snapshot(force, **LINE)] * 5, None)
+    inspection_figures.frames(episode, "title", 2, tmp_path / "frames.png")
+    drawn[0].draw_without_rendering()
+    for axes in drawn[0].axes:
+        box = axes.get_window_extent()
+        arrows = [one for one in axes.patches if isinstance(one, FancyArrowPatch)]
+        assert len(arrows) == 2
+        assert all(
+            box.containsx(x) and box.containsy(y) for one in arrows for x, y in one.get_window_extent().corners()
+        )
+    assert newtons in [one.get_text() for one in drawn[0].axes[0].texts]
+
+
+@pytest.mark.parametrize(("goal", "bordered"), [(LINE, True), (DISC, False)])
+def test_a_legend_names_what_is_drawn(goal, bordered, tmp_path, drawn):
+    episode = video.Episode(None, None, [], True, [snapshot((0.0, 0.0), **goal)] * 5, None)
+    inspection_figures.frames(episode, "title", 2, tmp_path / "frames.png")
+    names = [one.get_text() for one in drawn[0].legends[0].get_texts()]
+    assert names == ["centre of gravity", "goal"] + ["border of the corridor"] * bordered
+    heights = [line.get_ydata()[0] for line in drawn[0].axes[0].lines if line.get_linestyle() == "-."]
+    assert heights == pytest.approx([-0.4, 0.6] if bordered else [])
+
+
+def test_small_films_are_small(tmp_path):
+    frames = [np.full((480, 800, 3), k, np.uint8) for k in range(30)]
+    assert video.write_small_gif(frames, tmp_path / "film.gif").stat().st_size < 50_000
+
+
+def test_a_small_film_has_the_same_colours_from_end_to_end(tmp_path):
+    """What stands still looks the same in each picture, whatever else comes into view."""
+    frames = [np.full((480, 800, 3), (238, 234, 224), np.uint8) for _ in range(31)]
+    for k, frame in enumerate(frames):
+        frame[:, ::71] = frame[::71] = (221, 215, 202)
+        frame[200:300, 200:300] = (120, 128, 138)
+        frame[300:400, 10 * k : 10 * k + 50] = (190, 40, 8 * k)
+    with Image.open(video.write_small_gif(frames, tmp_path / "film.gif")) as film:
+        shown = [np.asarray(one.convert("RGB")) for one in ImageSequence.Iterator(film)]
+    assert len(shown) == 11
+    for one in shown:
+        np.testing.assert_array_equal(one[:130], shown[0][:130])
+    assert len(np.unique(np.concatenate(shown).reshape(-1, 3), axis=0)) <= 24
+    assert len(np.unique(shown[0][:80].reshape(-1, 3), axis=0)) > 1

@@ -1,0 +1,155 @@
+"""Traces are running means of what was felt; learner, files and clones agree on them."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+pytest.importorskip("torch")
+
+import torch
+
+from training import config, rollout
+from training.learners import behaviour_cloning, ppo
+from training.policies import Network, files
+from training.policies.memory import Traces, observed, remembered
+
+TIMES = (0.5, 3.0)
+LAYOUT = {
+    "control_period": 0.05,
+    "observation": [
+        {"name": "velocity", "start": 0, "size": 2, "elements": ["x", "y"]},
+        {"name": "pegs", "start": 2, "size": 1, "elements": ["peg_1_left"]},
+        {"name": "yaw_rate", "start": 3, "size": 1, "elements": ["yaw_rate"]},
+    ],
+}
+
+
+def settings(**policy):
+    return config.Config(
+        num_envs=16,
+        num_threads=1,
+        env={"max_episode_steps": 10, "perception": "body"},
+        policy=config.Policy(hidden=(16, 16), traces=TIMES, **policy),
+        ppo=dataclasses.replace(config.Ppo(), n_steps=16, batch_size=128, n_epochs=2),
+    )
+
+
+def test_a_trace_follows_a_step_like_a_first_order_lag():
+    memory = Traces(LAYOUT, TIMES, 1)
+    memory(np.zeros((1, 4), np.float32))
+    for _ in range(40):
+        seen = memory(np.array([[1.0, -2.0, 5.0, 4.0]], np.float32))
+    lag = [1.0 - math.exp(-40 * 0.05 / time) for time in TIMES]
+    expected = [share * felt for share in lag for felt in (1.0, -2.0, 4.0)]
+    np.testing.assert_allclose(seen[0], [1.0, -2.0, 5.0, 4.0, *expected], rtol=1e-5)
+    assert observed(LAYOUT, TIMES)[4:6] == ["velocity: x, over 0.5 s", "velocity: y, over 0.5 s"]
+
+
+def test_an_episode_begins_without_a_past():
+    memory = Traces(LAYOUT, TIMES, 2)
+    memory(np.ones((2, 4), np.float32))
+    memory.forget(np.array([True, False]))
+    seen = memory(np.zeros((2, 4), np.float32))
+    assert not seen[0].any()
+    assert seen[1].any()
+
+
+def test_foreseeing_is_what_moving_on_gives_and_does_not_move_on():
+    memory = Traces(LAYOUT, TIMES, 3)
+    rng = np.random.default_rng(0)
+    first, second = rng.standard_normal((2, 3, 4)).astype(np.float32)
+    memory(first)
+    foreseen = memory.foresee(second[1:], np.array([1, 2]))
+    assert np.array_equal(foreseen, memory(second)[1:])
+
+
+def test_the_collector_hands_on_traces_that_follow_from_its_observations():
+    """Recomputed from the plain observations of a rollout with ends in it."""
+    learner = ppo.Learner(settings(), 0, lambda *episode: None)
+    learner.collect()
+    layout = rollout.layout_of("SnakeField-v0", learner.config.env)
+    played = learner.rollout
+    plain = sum(block["size"] for block in layout["observation"])
+    memory = Traces(layout, TIMES, 16)
+    assert played.done.any()
+    for seen, done in zip(played.observation.numpy(), played.done, strict=True):
+        assert np.array_equal(memory(seen[:, :plain]), seen)
+        memory.forget(done)
+
+
+def test_numpy_plays_the_memory_that_torch_has_learnt(tmp_path):
+    learner = ppo.Learner(settings(mirror=True), 0, lambda *episode: None)
+    learner.collect()
+    learner.learn(0.0)
+    files.write(tmp_path / "policy.safetensors", learner.agent.arrays(), learner.config.to_mapping())
+    policy = Network(tmp_path / "policy.safetensors")
+    layout = rollout.layout_of("SnakeField-v0", learner.config.env)
+    plain = sum(block["size"] for block in layout["observation"])
+    policy.begin(layout, 16)
+    for t in range(16):
+        seen = learner.rollout.observation[t]
+        with torch.no_grad():
+            expected = learner.agent.actor(seen).numpy()
+        np.testing.assert_allclose(policy(seen.numpy()[:, :plain]), expected, rtol=1e-5, atol=1e-6)
+        policy.reset(learner.rollout.done[t])
+
+
+def test_a_policy_that_remembers_asks_to_begin(tmp_path):
+    learner = ppo.Learner(settings(), 0, lambda *episode: None)
+    files.write(tmp_path / "policy.safetensors", learner.agent.arrays(), learner.config.to_mapping())
+    with pytest.raises(RuntimeError, match=r"call begin\(\) first"):
+        Network(tmp_path / "policy.safetensors")(np.zeros((1, 3), np.float32))
+
+
+def test_a_policy_that_sees_other_things_is_named(tmp_path):
+    learner = ppo.Learner(settings(), 0, lambda *episode: None)
+    files.write(tmp_path / "policy.safetensors", learner.agent.arrays(), learner.config.to_mapping())
+    policy = Network(tmp_path / "policy.safetensors")
+    with pytest.raises(ValueError, match="expected one that sees 71 elements as here, this one sees 152"):
+        policy.begin(rollout.layout_of("SnakeFree-v0", {}), 1)
+
+
+def test_the_mirror_turns_traces_like_what_they_are_traces_of():
+    run = settings(mirror=True)
+    layout = rollout.layout_of(run.env_id, run.env)
+    signs = ppo.mirror_of(run).observation
+    plain = sum(block["size"] for block in layout["observation"])
+    felt = len(remembered(layout))
+    assert len(signs) == plain + 2 * felt
+    assert np.array_equal(signs[plain:], np.tile(signs[remembered(layout)], 2))
+
+
+def test_a_policy_without_a_memory_can_be_taken_over_by_one_with(tmp_path):
+    """It acts as before, whatever it remembers, until it learns to use it."""
+    before = dataclasses.replace(settings(), policy=config.Policy(hidden=(16, 16)), env={})
+    agent = ppo.Learner(before, 0, lambda *episode: None).agent
+    files.write(tmp_path / "policy.safetensors", agent.arrays(), before.to_mapping())
+    learner = ppo.Learner(settings(), 0, lambda *episode: None)
+    layout = rollout.layout_of(before.env_id, learner.config.env)
+    behaviour_cloning.take_over(learner.agent, layout, TIMES, tmp_path / "policy.safetensors")
+    plain = len(observed(rollout.layout_of(before.env_id, before.env), ()))
+    seen = torch.rand(5, learner.collector.observations)
+    torch.testing.assert_close(learner.agent.actor(seen), agent.actor(seen[:, :plain]))
+
+
+def test_half_precision_is_that_of_the_hidden_layers_alone():
+    whole, half = (ppo.make_agent(settings(bfloat16=half), 40, 4) for half in (False, True))
+    half.load_state_dict(whole.state_dict())
+    seen = torch.rand(64, 40)
+    with torch.no_grad():
+        expected, found = whole.value(seen), half.value(seen)
+    assert found.dtype == torch.float32
+    assert 0.0 < (found - expected).abs().max() < 0.02
+
+
+def test_networks_without_hidden_layers_are_linear():
+    agent = ppo.make_agent(config.Config(policy=config.Policy(hidden=())), 40, 4)
+    seen = torch.rand(2, 40)
+    torch.testing.assert_close(agent.actor(seen[0] + seen[1]), agent.actor(seen[0]) + agent.actor(seen[1]))
+
+
+def test_times_are_positive():
+    with pytest.raises(ValueError, match=r"policy\.traces = \(0\.0,\): expected times > 0"):
+        config.Policy(traces=(0.0,))

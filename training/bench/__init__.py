@@ -1,1 +1,0 @@
-"""Speed against error, growth, cost of features and certificates: ``python -m training.bench``."""

@@ -1,0 +1,1 @@
+"""How policies are judged: scores, the benchmark, inspection, pictures and films."""

@@ -1,0 +1,113 @@
+"""The benchmark's results as JSON, Markdown and pictures."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from snake_env._markdown import table
+from training import seeds
+from training.config import ROOT
+from training.evaluation import figures, reference_limits, scores
+from training.evaluation.scores import SCORES, Row
+from training.policies.gaits import GaitParameters
+from training.rollout import Episodes
+from training.runs import versions, write_json
+from training.tasks import BenchmarkTask
+
+DOCS = ROOT / "docs"
+
+SHOWN = ("success", "speed", "time_to_goal", "jam_ratio", "cost_of_transport")
+MU = 0.2
+"""Friction coefficient of the tasks with pegs."""
+
+HEADING = "\n## "
+"""Before the name of each task."""
+
+HEAD = """# Benchmark of learning and control
+
+Printed by `python -m training.evaluation.benchmark`. {episodes} episodes of each policy in each task, on fields that
+nothing was trained or tuned on, the same fields for all policies, under the same torque limit; brackets are 95 %
+bootstrap intervals over fields.
+
+Bounds: cost of transport {least:.3f} for any steady planar motion at mu = {mu}, {weaving:.3f} for any that passes the
+pegs of the thesis's course on alternating sides, and {leader:.3f} for a body that follows the curve of the thesis's
+gait without slip. Speed without slip: {thesis:.3f} m/s for the thesis's gait, {fastest:.3f} m/s for the fastest wave
+that actions can command.
+"""
+
+
+def write(
+    played: dict[str, dict[str, Episodes]],
+    chosen: list[BenchmarkTask],
+    episodes: int,
+    out: Path,
+    stem: str = "benchmark",
+    pictures: str = ".",
+    keep: bool = False,
+) -> Path:
+    """Writes ``<stem>.json``, ``<stem>.md`` and a picture a task; returns the Markdown page.
+
+    With ``keep`` tasks that were not played stay as these files have them, if with as many episodes.
+    """
+    (out / pictures).mkdir(parents=True, exist_ok=True)
+    page, data = out / f"{stem}.md", out / f"{stem}.json"
+    sections, content = kept(page, data, episodes) if keep else ({}, {})
+    text = HEAD.format(
+        episodes=episodes,
+        mu=MU,
+        least=reference_limits.least_cost(MU),
+        weaving=reference_limits.weaving_cost(MU),
+        leader=reference_limits.follow_the_leader_cost(MU),
+        thesis=reference_limits.no_slip_speed(GaitParameters()),
+        fastest=reference_limits.no_slip_speed(reference_limits.FASTEST_WAVE),
+    )
+    for task in chosen:
+        rows = {name: scores.score(cell) for name, cell in played[task.name].items()}
+        picture = Path(pictures) / f"learning-{task.name}.png"
+        figures.benchmark(rows, out / picture)
+        sections[task.name] = section(task, rows, played[task.name], picture)
+        content[task.name] = {
+            "env": task.env_id,
+            "options": task.options,
+            "scores": {name: scores.plain(row) for name, row in rows.items()},
+        }
+    page.write_text(text + "".join(sections.values()))
+    held_out = f"{seeds.HELD_OUT.start} to {seeds.HELD_OUT.start + episodes - 1}, one a field"
+    write_json(data, {"episodes": episodes, "seeds": held_out, "versions": versions(), "tasks": content})
+    return page
+
+
+def kept(page: Path, data: Path, episodes: int) -> tuple[dict[str, str], dict[str, Any]]:
+    """Sections and scores by task of a page written before, if it tells of as many episodes."""
+    if not page.exists() or not data.exists():
+        return {}, {}
+    before = json.loads(data.read_text())
+    if before["episodes"] != episodes:
+        return {}, {}
+    sections = page.read_text().split(HEADING)[1:]
+    return {one.partition("\n")[0]: HEADING + one for one in sections}, before["tasks"]
+
+
+def section(task: BenchmarkTask, rows: dict[str, Row], played: dict[str, Episodes], picture: Path) -> str:
+    """A task's table and picture."""
+    shown = [one for one in SCORES if one.name in SHOWN]
+    heads = ["policy", *(f"{one.name.replace('_', ' ')}{f' [{one.unit}]' if one.unit != '1' else ''}" for one in shown)]
+    lines = ([name, *(scores.cell(row[one.name], one.decimals) for one in shown)] for name, row in rows.items())
+    text = f"{HEADING}{task.name}\n\n`{task.env_id}`, {task.about}.\n\n{table(heads, lines)}\n"
+    return text + _notes(rows, played) + f"\n![{task.name}]({picture.as_posix()})\n"
+
+
+def _notes(rows: dict[str, Row], played: dict[str, Episodes]) -> str:
+    """The best row against the thesis's gait, field by field; diverged episodes, if there are any."""
+    best = max(rows, key=lambda name: rows[name]["success"].value)
+    reference = next(iter(rows))
+    parts = []
+    if best != reference:
+        difference = scores.against(played[best], played[reference])
+        parts.append(scores.difference_text(best, reference, difference) + ".")
+    diverged = sum(int(cell["diverged"].sum()) for cell in played.values())
+    if diverged:
+        parts.append(f"Diverged episodes: {diverged}.")
+    return "\n" + "\n".join(parts) + "\n" if parts else ""

@@ -1,0 +1,140 @@
+"""Cells of the benchmark: one policy in one task, played once and kept."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import snake_env
+from snake_env import ConfigError, _native
+from training import rollout
+from training.config import CONFIGS, ROOT
+from training.evaluation.evaluate import gait_policy, load_model
+from training.policies.gaits import GaitParameters
+from training.policies.interface import Policy
+from training.policies.scripted import catalogue
+from training.rollout import Episodes
+from training.runs import replace
+from training.tasks import BenchmarkTask
+
+CONFIG = CONFIGS / "benchmark.json"
+
+KEPT = ("is_success", "distance", "speed", "time", "jam_ratio", "cost_of_transport", "left_corridor", "diverged")
+"""Signals of an episode's last step that a cell holds."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A row of the tables.
+
+    Args:
+        name: in tables.
+        make: the policy for a task.
+        plays: whether it has a cell in a task's table.
+        source: what it is made from: its bytes tell one policy from another.
+    """
+
+    name: str
+    make: Callable[[BenchmarkTask], Policy]
+    plays: Callable[[BenchmarkTask], bool]
+    source: Callable[[BenchmarkTask], bytes]
+
+
+def entries(config: Path, chosen: list[str] | None, more: list[tuple[str, Path]]) -> list[Entry]:
+    """The configuration's scripted and trained policies, those in ``chosen`` alone if given, and ``more`` files.
+
+    Raises:
+        ConfigError: a chosen name that the configuration does not have, or two policies of one name.
+    """
+    content = json.loads(config.read_text())
+    found = [scripted(name) for name in content["scripted"]]
+    found += [trained(one["name"], ROOT / one["path"], tuple(one["tasks"])) for one in content["trained"]]
+    known = [one.name for one in found]
+    for name in chosen or []:
+        if name not in known:
+            raise ConfigError("policy", name, f"one of {', '.join(known)}")
+    kept = [one for one in found if chosen is None or one.name in chosen]
+    for name, path in more:
+        if name in [one.name for one in kept]:
+            raise ConfigError("policy", f"{name} ({path})", "a name of its own, as in NAME=PATH")
+        kept.append(trained(name, path, None))
+    return kept
+
+
+def scripted(name: str) -> Entry:
+    """The thesis's gait, or a controller as tuned for the task."""
+    if name == "thesis gait":
+        return Entry(name, thesis_gait, lambda task: True, lambda task: b"")
+    return Entry(
+        name,
+        lambda task: catalogue.tuned(name, task.name),
+        lambda task: name in catalogue.read().get(task.name, {}),
+        lambda task: json.dumps(catalogue.read().get(task.name, {}).get(name)).encode(),
+    )
+
+
+def thesis_gait(task: BenchmarkTask) -> Policy:
+    """The thesis's gait in a task."""
+    return gait_policy(GaitParameters(), task.env_id, **task.options)
+
+
+def trained(name: str, path: Path, of_tasks: tuple[str, ...] | None) -> Entry:
+    """A policy from a file, with the interface it was trained with and the task's difficulty."""
+    return Entry(
+        name,
+        lambda task: load_model(path, name),
+        lambda task: of_tasks is None or task.name in of_tasks,
+        lambda task: path.read_bytes(),
+    )
+
+
+def play(task: BenchmarkTask, entry: Entry, fields: list[int], num_threads: int | None) -> Episodes:
+    """The first episode of each field."""
+    episodes = rollout.run_episodes(entry.make(task), task.env_id, fields, num_threads, **task.options)
+    return {name: episodes[name] for name in KEPT}
+
+
+def path(out: Path, task: BenchmarkTask, entry: Entry, fields: list[int]) -> Path:
+    """Where a cell is kept; its name changes with task, policy, fields, simulator, environments and policies' code."""
+    parts = [repr((task.env_id, sorted(task.options.items()), fields[0], len(fields))).encode(), entry.source(task)]
+    parts += [Path(str(_native.__file__)).read_bytes(), *(file.read_bytes() for file in sources())]
+    digest = hashlib.sha256(b"".join(hashlib.sha256(part).digest() for part in parts)).hexdigest()[:16]
+    return out / "cells" / task.name / f"{slug(entry.name)}-{digest}.npz"
+
+
+def sources() -> list[Path]:
+    """The code of the environments, whose ids and defaults make the task, and that which acts for policies."""
+    package, folder = Path(snake_env.__file__).parent, ROOT / "training"
+    environments = [*package.glob("*.py"), *(package / "config").glob("*.py")]
+    policies = [folder / "rollout.py", *(folder / "policies").rglob("*.py")]
+    return sorted(environments) + sorted(policies)
+
+
+def slug(name: str) -> str:
+    """A name for files."""
+    return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
+
+
+def write(path: Path, episodes: Episodes) -> None:
+    """Keeps a cell: whole or not at all."""
+    arrays: dict[str, Any] = dict(episodes)
+
+    def save(part: Path) -> None:
+        with part.open("wb") as file:
+            np.savez(file, **arrays)
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    replace(path, save)
+
+
+def read(path: Path) -> Episodes:
+    """A cell that was kept."""
+    with np.load(path) as content:
+        return {name: content[name] for name in content.files}

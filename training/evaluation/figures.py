@@ -1,0 +1,163 @@
+"""Pictures of training and evaluation."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Circle
+from numpy.typing import NDArray
+
+from snake_env.reproduce import drawing
+from training.evaluation.scores import Row
+from training.policies.gaits import DEGREE, GaitParameters
+from training.search.gait_search import Search
+
+COLOURS = ("#8a8f98", "#d98a2b", "#1f5fa8")
+"""The thesis's gait, the best gait of the grid, the policy."""
+
+
+def learning_curve(curve: list[dict[str, Any]], gaits: dict[str, Row], path: Path) -> Path:
+    """Success and progress over environment steps, with the scripted gaits as lines."""
+    with drawing.style():
+        drawn, axes = drawing.figure(1, 2, 7.0, 2.8)
+        for one, (key, name, label) in zip(
+            axes[0],
+            (("is_success", "success", "success rate"), ("distance", "progress", "progress [m]")),
+            strict=True,
+        ):
+            rows = [row for row in curve if key in row]
+            steps = [row["steps"] / 1e6 for row in rows]
+            one.plot(steps, [row[key] for row in rows], color=COLOURS[-1], label="policy, while it explores")
+            for (gait, row), colour in zip(gaits.items(), COLOURS, strict=False):
+                one.axhline(row[name].value, color=colour, linestyle="--", label=gait)
+            one.set(xlabel="environment steps [million]", ylabel=label, ylim=(0.0, None))
+        axes[0, 0].legend(fontsize=7)
+        return drawing.save(drawn, path)
+
+
+def learning_curves(runs: dict[str, list[list[dict[str, Any]]]], path: Path) -> Path:
+    """Success, progress and speed over environment steps: median and range over the seeds of each configuration.
+
+    Args:
+        runs: by configuration its seeds' curves, none empty.
+        path: of the picture.
+    """
+    panels = (("is_success", "success rate"), ("distance", "progress [m]"), ("speed", "speed [m/s]"))
+    with drawing.style():
+        drawn, axes = drawing.figure(1, len(panels), 9.0, 2.6)
+        for one, (key, label) in zip(axes[0], panels, strict=True):
+            for (name, curves), colour in zip(runs.items(), reversed(COLOURS), strict=False):
+                _spread(one, curves, key, colour, f"{name}, {len(curves)} seeds")
+            one.set(xlabel="environment steps [million]", ylabel=label, xlim=(0.0, None), ylim=(0.0, None))
+        axes[0, 0].set_title("median and range over seeds, while they explore", fontsize=7)
+        axes[0, -1].legend(loc="lower right", fontsize=6)
+        return drawing.save(drawn, path)
+
+
+def _spread(axes: Axes, curves: list[list[dict[str, Any]]], key: str, colour: str, label: str) -> None:
+    """Median and range of one signal, where all curves have begun and none has ended."""
+    first, last = max(curve[0]["steps"] for curve in curves), min(curve[-1]["steps"] for curve in curves)
+    steps = np.linspace(first, last, 200)
+    values = np.array([_on_grid(curve, key, steps) for curve in curves])
+    axes.fill_between(steps / 1e6, values.min(axis=0), values.max(axis=0), color=colour, alpha=0.25)
+    axes.plot(steps / 1e6, np.median(values, axis=0), color=colour, label=label)
+
+
+def _on_grid(curve: list[dict[str, Any]], key: str, steps: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A curve at given steps; before its first finished episode it is at its first value."""
+    rows = [row for row in curve if key in row] or [{"steps": 0, key: 0.0}]
+    return np.interp(steps, [row["steps"] for row in rows], [row[key] for row in rows])
+
+
+def comparison(rows: dict[str, Row], path: Path) -> Path:
+    """Bars with confidence intervals, one panel a score."""
+    panels = (
+        ("success", "success rate"),
+        ("progress", "progress [m]"),
+        ("speed", "speed [m/s]"),
+        ("cost_of_transport", "cost of transport"),
+    )
+    with drawing.style():
+        drawn, axes = drawing.figure(1, len(panels), 8.0, 2.8)
+        for one, (key, label) in zip(axes[0], panels, strict=True):
+            _bars(one, [row[key] for row in rows.values()])
+            one.set_xticks(range(len(rows)), [name.replace(" ", "\n") for name in rows], fontsize=7)
+            one.set(title=label)
+        return drawing.save(drawn, path)
+
+
+def _bars(axes: Axes, estimates: list[Any]) -> None:
+    for k, (value, low, high) in enumerate(estimates):
+        if np.isfinite(value):
+            spread = np.array([[value - low], [high - value if np.isfinite(high) else 0.0]])
+            axes.bar(k, value, color=COLOURS[k % len(COLOURS)], yerr=spread, capsize=3, width=0.65)
+
+
+def benchmark(rows: dict[str, Row], path: Path) -> Path:
+    """Horizontal bars with confidence intervals: a line a policy, a panel a score."""
+    panels = (
+        ("success", "success rate"),
+        ("speed", "speed [m/s]"),
+        ("jam_ratio", "jam ratio"),
+        ("cost_of_transport", "cost of transport"),
+    )
+    with drawing.style():
+        drawn, axes = drawing.figure(1, len(panels), 9.0, 0.8 + 0.28 * len(rows))
+        for one, (key, label) in zip(axes[0], panels, strict=True):
+            for k, (value, low, high) in enumerate(row[key] for row in rows.values()):
+                if np.isfinite(value):
+                    spread = np.array([[value - low], [high - value if np.isfinite(high) else 0.0]])
+                    one.barh(k, value, xerr=spread, capsize=2, height=0.65, color=COLOURS[-1])
+            one.set(xlabel=label, ylim=(len(rows) - 0.5, -0.5))
+            one.set_yticks(range(len(rows)), list(rows) if one is axes[0, 0] else [""] * len(rows), fontsize=7)
+        return drawing.save(drawn, path)
+
+
+def heat_map(result: Search, path: Path) -> Path:
+    """Mean progress over the grid: one panel an omega, amplitude by beta; a circle marks the best gait."""
+    omegas = sorted({gait.omega for gait in result.gaits})
+    amplitudes = sorted({gait.amplitude for gait in result.gaits})
+    betas = sorted({gait.beta for gait in result.gaits})
+    scale = {"vmin": min(0.0, float(result.progress.min())), "vmax": float(result.progress.max())}
+    with drawing.style():
+        drawn, axes = drawing.figure(1, len(omegas), 1.0 + 1.7 * len(omegas), 2.7)
+        for one, omega in zip(axes[0], omegas, strict=True):
+            values = np.full((len(amplitudes), len(betas)), np.nan)
+            for gait, progress in zip(result.gaits, result.progress, strict=True):
+                if gait.omega == omega:
+                    values[amplitudes.index(gait.amplitude), betas.index(gait.beta)] = progress
+            image = one.imshow(values, origin="lower", aspect="auto", cmap="viridis", **scale)
+            one.grid(visible=False)
+            one.set_xticks(range(len(betas)), [f"{beta / DEGREE:.0f}" for beta in betas])
+            one.set_yticks(range(len(amplitudes)), [f"{a / DEGREE:.0f}" for a in amplitudes])
+            one.set(title=f"omega {omega / DEGREE:.0f} deg/s", xlabel="beta [deg]")
+            _mark(one, result.best, omega, amplitudes, betas)
+        axes[0, 0].set_ylabel("amplitude [deg]")
+        drawn.colorbar(image, ax=list(axes[0]), label="mean progress [m]")
+        return drawing.save(drawn, path)
+
+
+def _mark(axes: Axes, best: GaitParameters, omega: float, amplitudes: list[float], betas: list[float]) -> None:
+    """A circle around the best gait."""
+    if best.omega == omega:
+        place = betas.index(best.beta), amplitudes.index(best.amplitude)
+        axes.plot(*place, "o", markersize=13, markerfacecolor="none", markeredgecolor="#c0272d", markeredgewidth=2)
+
+
+def paths(walks: dict[str, NDArray[np.float64]], pegs: NDArray[np.float64], goal: float, path: Path) -> Path:
+    """Paths of the robots' CGs (T, 2) [m] through one field; the goal line at x = goal [m]."""
+    with drawing.style():
+        drawn, axes = drawing.figure(1, 1, 7.0, 3.8)
+        one = axes[0, 0]
+        for radius, x, y in pegs:
+            one.add_patch(Circle((x, y), radius, facecolor=drawing.PEG, edgecolor="#50555c", linewidth=0.6))
+        for (name, walk), colour in zip(walks.items(), COLOURS, strict=False):
+            one.plot(*walk.T, color=colour, linewidth=2.0, label=name)
+            one.plot(*walk[-1], "o", color=colour, markersize=5)
+        one.axvline(goal, color="#3c64b4", linewidth=1.0, linestyle="--")
+        drawing.ground(one, "paths of the centre of gravity through one held-out field", (-0.9, 2.5), (-0.9, 0.9))
+        one.legend(loc="upper left", fontsize=7)
+        return drawing.save(drawn, path)

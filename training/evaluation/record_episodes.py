@@ -1,0 +1,75 @@
+"""A policy watched at work: which links the pegs push, and how episodes end."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from training.policies.interface import Policy
+from training.policies.scripted.senses import Array, Senses
+from training.rollout import Episodes
+
+STUCK_TIME, STUCK_WAY = 5.0, 0.1
+"""A robot is stuck at the end when it has made less way than this [m] in the last seconds [s]."""
+
+KINDS = ("goal reached", "left the corridor", "time up, stuck", "time up, on its way")
+
+
+class Watch:
+    """A policy that remembers what it saw.
+
+    Args:
+        policy: acts.
+
+    Attributes:
+        force: step by step, force of the pegs on each link towards the goal (n, links) [N]; negative: it brakes.
+        remaining: step by step, distance left relative to that at the start (n,).
+    """
+
+    def __init__(self, policy: Policy) -> None:
+        self._policy = policy
+        self.name, self.env_options = policy.name, policy.env_options
+
+    def begin(self, layout: dict[str, Any], num_envs: int) -> None:
+        """Prepares for a batch of new episodes."""
+        self._senses = Senses(layout)
+        self.force: list[Array] = []
+        self.remaining: list[Array] = []
+        self.period = float(layout["control_period"])
+        self._policy.begin(layout, num_envs)
+
+    def reset(self, rows: NDArray[np.bool_]) -> None:
+        """The robots in ``rows`` begin an episode."""
+        self._policy.reset(rows)
+
+    def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Actions (n, a) for observations (n, o)."""
+        senses = self._senses
+        senses.see(observation)
+        self.force.append(push_ahead(senses))
+        self.remaining.append(senses["goal"][:, 0])
+        return self._policy(observation)
+
+    def during(self, episodes: Episodes) -> NDArray[np.bool_]:
+        """Which of the steps (T, n) belong to the episodes."""
+        steps = np.round(episodes["time"] / self.period)
+        return np.arange(len(self.force))[:, None] < steps
+
+    def kinds(self, episodes: Episodes, goal: float) -> NDArray[np.int64]:
+        """How each episode ended (n,), an index to ``KINDS``; the goal is so many metres away."""
+        last = np.round(episodes["time"] / self.period).astype(int) - 1
+        robots, remaining = np.arange(len(last)), np.array(self.remaining) * goal
+        before = np.maximum(last - round(STUCK_TIME / self.period), 0)
+        stuck = remaining[before, robots] - remaining[last, robots] < STUCK_WAY
+        success, left = episodes["is_success"].astype(bool), episodes["left_corridor"].astype(bool)
+        return np.select([success, left, stuck], [0, 1, 2], 3)
+
+
+def push_ahead(senses: Senses) -> Array:
+    """Component of the pegs' force on each link along the goal direction (n, links) [N].
+
+    A force f to the left of a link with the direction psi has the component -f sin(psi).
+    """
+    return -senses["contact_force"] * np.sin(senses.link_directions)

@@ -1,0 +1,75 @@
+"""What no policy can beat: the least cost of transport, and the speed of a wave that does not slip."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from snake_env import Robot, Scene
+from training.policies.gaits import DEGREE, GaitParameters
+
+LINK_LENGTH = 0.122
+"""Of Aiko [m] (T Table 7.1)."""
+
+
+def swing(gait: GaitParameters) -> float:
+    """Largest angle K between body and direction of travel [rad], A / (2 sin(|beta| / 2))."""
+    return gait.amplitude / (2.0 * np.sin(0.5 * abs(gait.beta)))
+
+
+def straightness(gait: GaitParameters) -> float:
+    """Way made over length of path of a body that follows the wave's curve: the mean of cos(K cos x), J_0(K).
+
+    The mean over equidistant phases converges faster than any power of their number.
+    """
+    phases = np.arange(256) * (2.0 * np.pi / 256)
+    return float(np.cos(swing(gait) * np.cos(phases)).mean())
+
+
+def no_slip_speed(gait: GaitParameters, link_length: float = LINK_LENGTH) -> float:
+    """Speed of a wave whose links all move along themselves [m/s]: one link length in the time of a phase shift."""
+    return link_length * gait.omega / abs(gait.beta) * straightness(gait)
+
+
+def least_cost(mu: float) -> float:
+    """Least cost of transport of any steady planar motion on isotropic ground: mu.
+
+    Friction takes mu m g |v| of each link, the means of |v| over links and time are no less than the speed made, and
+    actuators are the only source of energy. Pegs without friction give and take none.
+    """
+    return mu
+
+
+def follow_the_leader_cost(mu: float, gait: GaitParameters | None = None) -> float:
+    """Cost of transport of a body that follows the curve of a wave without slip: mu times path over way made."""
+    return mu / straightness(gait or GaitParameters())
+
+
+def weaving(scene: Scene | None = None, half_width: float | None = None) -> float:
+    """Least length of path over way made of anything that passes successive pegs on alternating sides.
+
+    Between two pegs whose centres are D apart and alpha off the way, a taut string at the distance rho from both runs
+    straight for sqrt(D^2 - 4 rho^2) and along each for rho theta, theta = asin(2 rho / D) - alpha.
+
+    Args:
+        scene: pegs of one radius in the order in which they are passed; None: the course of Table 7.5.
+        half_width: of the robot [m]; None: Aiko's.
+    """
+    radius, x, y = np.array((scene or Scene.preset("table-7.5")).obstacles).T
+    rho = radius[0] + float(np.max(Robot().radius if half_width is None else half_width))
+    along, across = np.diff(x), np.abs(np.diff(y))
+    apart = np.hypot(along, across)
+    theta = np.arcsin(2.0 * rho / apart) - np.arctan2(across, along)
+    return float((np.sqrt(apart**2 - 4.0 * rho**2) + 2.0 * rho * theta).sum() / along.sum())
+
+
+def weaving_cost(mu: float) -> float:
+    """Least cost of transport on the course of Table 7.5 for a robot whose links weave through its pegs.
+
+    As :func:`least_cost`, but the CG of each link, at least half a body's width from every peg, goes a longer way than
+    the robot makes.
+    """
+    return mu * weaving()
+
+
+FASTEST_WAVE = GaitParameters(amplitude=15 * DEGREE, omega=200 * DEGREE, beta=-25 * DEGREE)
+"""Of all waves that actions can command, the one of the largest speed without slip."""

@@ -1,0 +1,172 @@
+"""Begin with what a scripted controller or another policy knows, and with a critic that knows what that is worth.
+
+A configuration with a section ``clone`` begins like this, before the first update of ``training.learners.ppo``. The
+agent acts, the controller says what it would have done, and the actor learns that by least squares; the samples of
+all rounds are kept (DAgger; Ross, Gordon and Bagnell 2011), so that the actor knows the right action where its own
+mistakes lead to. Labels are exact, since the controller sees the same observations. Of a policy trained before the
+weights are taken. Then the actor rests while the critic learns the returns: an untrained critic would undo in a few
+updates what was cloned.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+from snake_env import ConfigError
+from training.config import Clone
+from training.policies import files
+from training.policies.memory import observed, times_of
+from training.policies.scripted import catalogue
+from training.rollout import layout_of
+
+WAVE_ACTIONS = 4
+"""Actions of mode ``gait``; mode ``residual`` has them first, and the offsets of joints after them."""
+
+LEARNING_RATE = 1e-3
+BATCH = 1024
+
+
+class Expert:
+    """A scripted controller, tuned for a task, that tells actions of the learner's action mode.
+
+    Args:
+        clone: which controller.
+        layout: of the learner's environment.
+        num_envs: robots.
+
+    Raises:
+        ConfigError: the controller acts in a mode whose actions the learner does not have.
+    """
+
+    def __init__(self, clone: Clone, layout: dict[str, Any], num_envs: int) -> None:
+        self._controller = catalogue.tuned(str(clone.controller), str(clone.task))
+        modes = {"gait": ("gait", "residual"), "residual": ("residual",), "joints": ("joints",)}
+        mode = _action_mode(layout)
+        if mode not in modes[self._controller.mode]:
+            raise ConfigError("clone.controller", clone.controller, f"one that acts by {mode} or by gait")
+        self._observations = sum(block["size"] for block in layout["observation"])
+        self._actions = len(layout["action"])
+        known = WAVE_ACTIONS if self._controller.mode == "gait" else self._actions
+        self._controller.begin({**layout, "action": layout["action"][:known]}, num_envs)
+
+    def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Actions (n, a); zero where the controller knows of none. It does not see the learner's traces."""
+        action = self._controller(observation[:, : self._observations])
+        return np.pad(action, ((0, 0), (0, self._actions - action.shape[1])))
+
+    def forget(self, rows: NDArray[np.bool_]) -> None:
+        """The robots in ``rows`` begin an episode."""
+        self._controller.reset(rows)
+
+
+def _action_mode(layout: dict[str, Any]) -> str:
+    """By the number of actions: the wave alone, joints alone, or both."""
+    joints = next(block["size"] for block in layout["observation"] if block["name"] == "joint_angle")
+    return {WAVE_ACTIONS: "gait", joints: "joints"}.get(len(layout["action"]), "residual")
+
+
+def begin(learner: Any, clone: Clone) -> None:
+    """Makes the agent of a :class:`training.learners.ppo.Learner` what ``clone`` says, then warms its critic up."""
+    layout = layout_of(learner.config.env_id, learner.config.env)
+    if clone.policy is not None:
+        take_over(learner.agent, layout, learner.config.policy.traces, Path(clone.policy))
+    else:
+        imitate(learner, Expert(clone, layout, learner.config.num_envs), clone)
+    for _ in range(clone.critic_rounds):
+        learner.collect()
+        _, target = learner.targets()
+        observation = learner.rollout.observation.flatten(0, 1)
+        fit(learner.agent.critic, observation, target[:, None], clone.epochs, learner.rng)
+
+
+def take_over(agent: Any, layout: dict[str, Any], times: Sequence[float], path: Path) -> None:
+    """Gives the actor the weights of a policy file, input by input and output by output of the same name.
+
+    The file's policy may have sensed and done other things: what only it knows is left out, and what only the agent
+    knows has no weight yet, and as an action the value zero.
+
+    Args:
+        agent: a :class:`training.learners.ppo.Agent`.
+        layout: of its environment.
+        times: of its traces [s].
+        path: the file.
+
+    Raises:
+        ConfigError: there is no such file, it cannot be read, or its hidden layers are not the agent's.
+    """
+    if not path.is_file():
+        raise ConfigError("clone.policy", path, "the policy.safetensors of a run")
+    try:
+        arrays, run = files.read(path)
+    except ValueError as error:
+        raise ConfigError("clone.policy", path, "a file that training wrote") from error
+    own = {name: array for name, array in agent.arrays().items() if name.startswith("actor.")}
+    hidden, expected = (
+        [len(those[name]) for name in sorted(own) if name.endswith("bias")][:-1]
+        for those in ({name: arrays.get(name, np.zeros(0)) for name in own}, own)
+    )
+    if hidden != expected or f"actor.{len(expected) + 1}.bias" in arrays:
+        raise ConfigError("clone.policy", path, f"hidden layers {expected}, found {hidden}")
+    theirs = layout_of(run["env_id"], run["env"])
+    inputs = _matches(observed(layout, times), observed(theirs, times_of(run)))
+    outputs = _matches(done(layout), done(theirs))
+    last = len(expected)
+    for name, weights in own.items():  # they share their memory with the agent's parameters
+        given = arrays[name]
+        given = _taken(given.T, inputs).T if name == "actor.0.weight" else given
+        weights[...] = _taken(given, outputs) if name.startswith(f"actor.{last}.") else given
+
+
+def done(layout: dict[str, Any]) -> list[str]:
+    """Names of the elements of an action."""
+    return [entry["name"] for entry in layout["action"]]
+
+
+def _matches(own: list[str], theirs: list[str]) -> list[int]:
+    """For each name of ours its place in theirs, or -1."""
+    return [theirs.index(name) if name in theirs else -1 for name in own]
+
+
+def _taken(rows: NDArray[np.float32], places: list[int]) -> NDArray[np.float32]:
+    """The rows at these places; zero at -1."""
+    return np.stack([rows[k] if k >= 0 else np.zeros_like(rows[0]) for k in places])
+
+
+def imitate(learner: Any, expert: Expert, clone: Clone) -> None:
+    """Teaches the actor a controller's actions along its own way."""
+    seen, told = [], []
+    for _ in range(clone.rounds):
+        learner.collect()
+        seen.append(learner.rollout.observation.flatten(0, 1).clone())
+        told.append(labels(expert, learner.rollout.observation, learner.rollout.done))
+        fit(learner.agent.actor, torch.cat(seen), torch.cat(told), clone.epochs, learner.rng)
+
+
+def labels(expert: Expert, observation: Tensor, done: NDArray[np.bool_]) -> Tensor:
+    """What the expert would have done (T n, a) along rollouts (T, n, o), from one to the next."""
+    told = []
+    for seen, ended in zip(observation.numpy(), done, strict=True):
+        told.append(torch.from_numpy(expert(seen)))
+        expert.forget(ended)
+    return torch.cat(told)
+
+
+def fit(network: nn.Module, inputs: Tensor, outputs: Tensor, epochs: int, rng: np.random.Generator) -> float:
+    """Least squares by Adam; returns the mean squared error of the last epoch."""
+    optimiser = torch.optim.Adam(network.parameters(), LEARNING_RATE)
+    for _ in range(epochs):
+        errors = []
+        for part in torch.from_numpy(rng.permutation(len(inputs))).split(BATCH):
+            loss = (network(inputs[part]) - outputs[part]).square().mean()
+            optimiser.zero_grad()
+            loss.backward()
+            optimiser.step()
+            errors.append(loss.item())
+    return float(np.mean(errors))

@@ -1,0 +1,26 @@
+"""Policies that Stable-Baselines3 has trained."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from training.policies.interface import Stateless, interface
+
+
+class Model(Stateless):
+    """A trained Stable-Baselines3 policy, without exploration noise."""
+
+    def __init__(self, path: Path, name: str = "policy", env_options: dict[str, Any] | None = None) -> None:
+        from stable_baselines3 import PPO
+
+        self.name = name
+        self.env_options = interface(env_options or {})
+        self._model = PPO.load(path, device="cpu")
+
+    def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
+        """The mean actions (n, a)."""
+        return self._model.predict(observation, deterministic=True)[0]

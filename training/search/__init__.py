@@ -1,0 +1,1 @@
+"""Search over gaits, controllers and seeds."""

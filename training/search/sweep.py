@@ -1,0 +1,198 @@
+"""Train several seeds of several configurations side by side with the lean PPO, and choose among them.
+
+    python -m training.search.sweep --configs field-hard,field-hard-blind --seeds 5 --jobs 8 --seconds 1500
+
+One process a run, one thread each. Each run has a folder ``<out>/<config>/seed-<k>`` and a log in it. Run the same
+command again to go on: finished runs stay, others resume from their checkpoints. Ctrl-C or a termination signal, as
+that of ``timeout 540 python -m training.search.sweep ...``, stops all runs, which save. At the end each configuration
+has ``best.safetensors``, the policy of the highest success rate plus speed [m/s] on fields for choosing,
+``seeds.json`` with all of them, and, with matplotlib, ``learning-curves.png`` with the spread over seeds.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from training import config as configs
+from training import rollout, seeds
+from training.cli import help_format, names
+from training.learners import ppo
+from training.learning_curve import text
+from training.policies.network import Network
+from training.runs import RunFolder, write_json
+
+FIELDS = 200
+"""Fields on which the seeds of a configuration are compared."""
+SKIP = 100_000
+"""Of the seeds for choosing: those before are for tuning scripted controllers."""
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line."""
+    cli = argparse.ArgumentParser("training.search.sweep", description=__doc__, formatter_class=help_format)
+    cli.add_argument("--configs", type=names, required=True, help="names in training/configs or files, comma separated")
+    cli.add_argument("--seeds", type=int, default=5, help="runs of each configuration, with seeds 0, 1, ...")
+    cli.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes at a time")
+    cli.add_argument("--seconds", type=float, help="wall time of each run, over the config's")
+    cli.add_argument("--total-steps", type=int, help="environment steps of each run, over the config's")
+    cli.add_argument("--fields", type=int, default=FIELDS, help="fields for choosing among seeds")
+    cli.add_argument("--out", type=Path, default=Path("runs/sweep"), help="folder for everything")
+    return cli
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Runs the command; 130 when it was stopped, 1 when a run failed."""
+    cli = parser()
+    args = cli.parse_args(arguments)
+    for name in args.configs:
+        try:
+            configs.load(Path(name)).refuse_evolution("training.search.sweep")
+        except (OSError, ValueError) as error:
+            cli.error(f"--configs {name}: {error}")
+    limits = [
+        f"--{name.replace('_', '-')}={value}" for name in ("seconds", "total_steps") if (value := getattr(args, name))
+    ]
+    runs = [Run(name, seed, args.out, limits) for seed in range(args.seeds) for name in args.configs]
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.default_int_handler)
+    try:
+        work([run for run in runs if not run.folder.finished], args.jobs)
+    except KeyboardInterrupt:
+        stop(runs)
+        print("\nstopped; the same command goes on")
+        return 130
+    failed = [run for run in runs if not run.folder.finished]
+    for run in failed:
+        print(f"{run.folder.path} failed: see {run.log}", file=sys.stderr)
+    for name in args.configs:
+        of_config = [run.folder for run in runs if run.config == name and run.folder.finished]
+        if of_config:
+            print(choose(args.out / Path(name).stem, of_config, args.fields), flush=True)
+    return 1 if failed else 0
+
+
+@dataclass
+class Run:
+    """One process: a configuration and a seed."""
+
+    config: str
+    seed: int
+    out: Path
+    limits: list[str]
+    process: subprocess.Popen[bytes] | None = field(default=None, init=False)
+
+    @property
+    def folder(self) -> RunFolder:
+        """Where it trains."""
+        return RunFolder(self.out / Path(self.config).stem / f"seed-{self.seed}", ppo.POLICY, ".pt")
+
+    @property
+    def log(self) -> Path:
+        """What it prints."""
+        return self.folder.path / "log.txt"
+
+    def start(self) -> None:
+        """Begins, or goes on from the latest checkpoint; on one core, apart from the terminal's Ctrl-C."""
+        self.folder.path.mkdir(parents=True, exist_ok=True)
+        command = [
+            sys.executable,
+            "-m",
+            "training.learners.ppo",
+            "--config",
+            self.config,
+            "--seed",
+            str(self.seed),
+            "--resume",
+        ]
+        command += ["--out", str(self.folder.path), "--num-threads", "1", "--torch-threads", "1", *self.limits]
+        with self.log.open("ab") as log:
+            environment = os.environ | {"OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+            self.process = subprocess.Popen(
+                command, stdout=log, stderr=subprocess.STDOUT, env=environment, start_new_session=True
+            )
+
+    @property
+    def running(self) -> bool:
+        """The process has been started and has not ended."""
+        return self.process is not None and self.process.poll() is None
+
+
+def work(waiting: list[Run], jobs: int) -> None:
+    """Runs all, ``jobs`` at a time."""
+    started: list[Run] = []
+    shown = time.monotonic()
+    waiting = list(waiting)
+    while waiting or any(run.running for run in started):
+        while waiting and sum(run.running for run in started) < jobs:
+            started.append(waiting.pop(0))
+            started[-1].start()
+        time.sleep(0.2)
+        if time.monotonic() - shown >= SHOW_SECONDS:
+            show([run for run in started if run.running], len(waiting))
+            shown = time.monotonic()
+
+
+SHOW_SECONDS = 30.0
+
+
+def show(running: list[Run], waiting: int) -> None:
+    """One line a running process."""
+    for run in running:
+        curve = run.folder.read_curve()
+        if curve:
+            print(f"{run.config}, seed {run.seed}: {curve[-1]['seconds']:.0f} s, {text(curve[-1])}", flush=True)
+    print(f"{len(running)} running, {waiting} waiting", flush=True)
+
+
+def stop(runs: list[Run]) -> None:
+    """Asks all processes to save and stop, and waits for them."""
+    running = [run for run in runs if run.running]
+    for run in running:
+        if run.process is not None:
+            run.process.send_signal(signal.SIGINT)
+    for run in running:
+        if run.process is not None:
+            run.process.wait()
+
+
+def choose(out: Path, folders: list[RunFolder], fields: int) -> str:
+    """Judges the seeds of a configuration on fields for choosing, keeps the best, draws the curves."""
+    config: configs.Config = folders[0].config()
+    rows: list[dict[str, Any]] = []
+    for folder in folders:
+        episodes = rollout.run_episodes(
+            Network(folder.model), config.env_id, seeds.selection(fields, SKIP), config.num_threads, **config.env
+        )
+        means = {name: float(episodes[name].mean()) for name in ("is_success", "speed", "distance", "jam_ratio")}
+        rows.append({"run": folder.path.name, **means})
+    best = max(rows, key=lambda row: row["is_success"] + row["speed"])
+    shutil.copyfile(out / best["run"] / ppo.POLICY, out / "best.safetensors")
+    write_json(out / "seeds.json", {"best": best["run"], "fields": fields, "seeds": rows})
+    draw({out.name: folders}, out)
+    return f"{out}: best is {best['run']}, success {best['is_success']:.3f}, speed {best['speed']:.3f} m/s"
+
+
+def draw(runs: dict[str, list[RunFolder]], out: Path) -> None:
+    """Draws the curves where matplotlib is installed; a budget too short for one update leaves none."""
+    curves = {name: [curve for folder in of if (curve := folder.read_curve())] for name, of in runs.items()}
+    drawn = {name: of for name, of in curves.items() if of}
+    if not drawn:
+        return
+    try:
+        from training.evaluation import figures
+    except ImportError:
+        return
+    figures.learning_curves(drawn, out / "learning-curves.png")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
