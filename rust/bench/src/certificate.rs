@@ -4,7 +4,7 @@ use serde::Serialize;
 use snake_core::ConfigError;
 use snake_core::environment::{EnvConfig, FieldKind, Task};
 use snake_core::gait::Wave;
-use snake_core::stepper::IntegratorConfig;
+use snake_core::stepping::IntegratorConfig;
 
 use crate::clock::percentile;
 use crate::environments::{Actions, Robots};

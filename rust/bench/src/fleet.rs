@@ -3,7 +3,8 @@
 use snake_core::ConfigError;
 use snake_core::gait::Wave;
 use snake_core::pegs::PegGrid;
-use snake_core::stepper::{Fleet, IntegratorConfig, Plant, Scripted, Tally};
+use snake_core::planar::{Fleet, Plant, Scripted};
+use snake_core::stepping::{IntegratorConfig, Tally};
 
 use crate::clock::{Spent, spent};
 use crate::scenes::Scenario;

@@ -8,9 +8,10 @@ use snake_core::environment::perception::PegSensor;
 use snake_core::environment::{EnvConfig, FieldKind, PlanarRobot, SpatialRobot, Task};
 use snake_core::gait::{JointReference, Wave};
 use snake_core::planar::Pose;
+use snake_core::planar::{Fleet, Plant};
 use snake_core::robot::RobotConfig;
 use snake_core::scene::{Peg, START_7_5, START_FREE, TABLE_7_5};
-use snake_core::stepper::{Fleet, IntegratorConfig, Plant};
+use snake_core::stepping::IntegratorConfig;
 
 use crate::clock::{Spent, median, spent, spent_by_all};
 use crate::environments::{Actions, Robots, in_space, of_id, pool};
@@ -277,7 +278,7 @@ impl<M: Batched> Crowd<M> {
 mod tests {
     use super::*;
     use crate::fleet::at_start;
-    use snake_core::stepper::Driven;
+    use snake_core::planar::Driven;
 
     #[test]
     fn fields_have_as_many_pegs_as_asked_for_and_the_new_ones_are_out_of_reach() {

@@ -1,6 +1,6 @@
 //! The ways to integrate that are compared: plain configurations with a name.
 
-use snake_core::stepper::{IntegratorConfig, Method};
+use snake_core::stepping::{IntegratorConfig, Method};
 
 /// One point of a work-precision plot.
 #[derive(Debug, Clone, PartialEq)]

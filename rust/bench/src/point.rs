@@ -1,8 +1,8 @@
 //! One point of a work-precision plot, in the plane or in space.
 
 use serde::Serialize;
-use snake_core::simulation::StepReport;
-use snake_core::stepper::IntegratorConfig;
+use snake_core::stepping::IntegratorConfig;
+use snake_core::stepping::StepReport;
 
 use crate::clock::{Spent, median};
 use crate::reference::Distance;

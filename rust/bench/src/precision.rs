@@ -5,8 +5,9 @@ use std::path::Path;
 use serde::Serialize;
 use snake_core::ConfigError;
 use snake_core::gait::Wave;
+use snake_core::planar::{Fleet, Plant};
 use snake_core::simulation::PlanarSimulation;
-use snake_core::stepper::{Fleet, Method, Plant};
+use snake_core::stepping::Method;
 
 use crate::clock::{Spent, spent};
 use crate::fleet::{ROBOTS, Undulator, WINDOW, staggered, time_window};
@@ -161,7 +162,7 @@ const PIECE: f64 = 1.0;
 
 #[cfg(test)]
 mod tests {
-    use snake_core::stepper::IntegratorConfig;
+    use snake_core::stepping::IntegratorConfig;
 
     use super::*;
     use crate::scenes;

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use snake_core::ConfigError;
 use snake_core::gait::Wave;
-use snake_core::stepper::IntegratorConfig;
+use snake_core::stepping::IntegratorConfig;
 
 use crate::report::progress;
 use crate::scenes::Scenario;

@@ -5,10 +5,11 @@ use snake_core::ConfigError;
 use snake_core::control::ControllerConfig;
 use snake_core::environment::{EnvConfig, Environment, FieldKind, Task};
 use snake_core::gait::{JointReference, Wave};
+use snake_core::planar::Plant;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, START_7_3, START_7_5, START_FREE, SceneConfig, TABLE_7_3, TABLE_7_5};
 use snake_core::simulation::PlanarSimulation;
-use snake_core::stepper::{IntegratorConfig, Plant};
+use snake_core::stepping::IntegratorConfig;
 
 /// Simulated time after which errors are judged \[s\], where nothing else is said.
 pub const DURATION: f64 = 5.0;

@@ -9,8 +9,9 @@ use serde::Serialize;
 use snake_core::ConfigError;
 use snake_core::control::ControllerConfig;
 use snake_core::environment::{EnvConfig, Perception, PlanarRobot, Task};
+use snake_core::planar::{Fleet, Plant};
 use snake_core::scene::{Peg, START_7_5, START_FREE, TABLE_7_5};
-use snake_core::stepper::{Fleet, IntegratorConfig, Plant};
+use snake_core::stepping::IntegratorConfig;
 
 use crate::clock::{median, spent};
 use crate::environments::{Actions, Robots, of_id, pool};
@@ -182,7 +183,7 @@ impl<'a> Comparison<'a> {
 mod tests {
     use super::*;
     use crate::fleet::at_start;
-    use snake_core::stepper::Driven;
+    use snake_core::planar::Driven;
 
     #[test]
     fn features_that_cannot_act_do_not_change_the_motion() {

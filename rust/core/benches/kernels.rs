@@ -10,10 +10,11 @@ use criterion::{BatchSize, BenchmarkGroup, Criterion, criterion_group, criterion
 use snake_core::control::ControllerConfig;
 use snake_core::gait::Wave;
 use snake_core::pegs::PegGrid;
+use snake_core::planar::{Fleet, Plant, Scripted};
 use snake_core::planar::{Newton, Stage, StageSolution, certify};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_7_5, SceneConfig};
-use snake_core::stepper::{Fleet, IntegratorConfig, Plant, Scripted};
+use snake_core::stepping::IntegratorConfig;
 use snake_test_support::planar::{Random, START_FREE, aiko, ground, posture, table_7_5, thesis};
 use snake_test_support::planar_stage::{Kind, random_stage};
 

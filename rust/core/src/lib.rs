@@ -5,8 +5,7 @@
 //! radians everywhere.
 //!
 //! Modules import each other in one direction only:
-//! `math <- laws <- contact <- {planar, spatial, minimal} <- stepper <- simulations <- environment <- batch`; the simulations
-//! are `simulation`, `spatial_simulation` and `minimal_simulation`.
+//! `math <- laws <- contact <- stepping <- {planar, spatial, minimal} <- simulation <- environment <- batch`.
 
 pub mod batch;
 pub mod contact;
@@ -17,14 +16,12 @@ pub mod gait;
 pub mod laws;
 pub mod math;
 pub mod minimal;
-pub mod minimal_simulation;
 pub mod pegs;
 pub mod planar;
 pub mod robot;
 pub mod scene;
 pub mod simulation;
 pub mod spatial;
-pub mod spatial_simulation;
-pub mod stepper;
+pub mod stepping;
 
 pub use error::ConfigError;

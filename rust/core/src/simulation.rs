@@ -8,12 +8,13 @@ use crate::control::{ControlLaw, ControllerConfig};
 use crate::error::{ConfigError, require};
 use crate::gait::JointReference;
 use crate::pegs::PegGrid;
-use crate::planar::{PlanarState, Pose, Twist, assemble_chain, largest_joint_gap};
+use crate::planar::{
+    Adaptive, Body, Fleet, Hardest, PlanarState, Plant, Pose, Scripted, Thesis, Twist, WarmStart, assemble_chain,
+    largest_joint_gap,
+};
 use crate::robot::{Robot, RobotConfig};
 use crate::scene::{Peg, Scene, SceneConfig};
-use crate::stepper::{
-    Adaptive, Body, Fleet, Hardest, IntegratorConfig, Method, Plant, Scripted, Tally, Thesis, WarmStart,
-};
+use crate::stepping::{IntegratorConfig, Method, StepReport};
 
 /// The scheme chosen at construction.
 #[derive(Debug, Clone)]
@@ -48,33 +49,6 @@ impl SimulationState {
             && of_joints.iter().all(|&length| length == links - 1)
             && warm_start.near.fits(links, pegs)
     }
-}
-
-/// What happened during one [`PlanarSimulation::advance`].
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct StepReport {
-    pub steps: u32,
-    pub iterations: u32,
-    /// Steps, and parts of steps, retaken because a peg's force changed abruptly.
-    pub events: u32,
-    /// Stages that ended before their tolerance was met.
-    pub misses: u32,
-    /// Stages that the fallback had to solve.
-    pub fallbacks: u32,
-    /// Those of them whose contacts contradicted each other: penetrations stayed.
-    pub eased: u32,
-    /// Worst certified residual \[m/s\].
-    pub residual: f64,
-    /// Worst duality gap \[J\].
-    pub gap: f64,
-    /// \[J\], never positive.
-    pub friction_work: f64,
-    /// \[J\].
-    pub actuator_work: f64,
-    /// \[J\].
-    pub positive_actuator_work: f64,
-    /// The state became absurd; the simulation stays at its last good state.
-    pub diverged: bool,
 }
 
 impl PlanarSimulation {
@@ -159,7 +133,7 @@ impl PlanarSimulation {
                 fleet.advance(&self.plant, std::slice::from_mut(&mut driver), duration, |_| true);
             }
         }
-        StepReport::of(&self.body)
+        StepReport::new(&self.body.tally, self.body.diverged)
     }
 
     /// Impulse of the pegs on each link during the last `advance`, world frame \[N s\].
@@ -235,28 +209,4 @@ fn require_tight(robot: &Robot, law: ControlLaw, method: Method) -> Result<(), C
     let can_have_play = method != Method::Thesis && law == ControlLaw::Pd;
     let expected = "0 with the method \"thesis\" and with an input-output linearising controller";
     require(can_have_play || robot.free_play == 0.0, "free_play", robot.free_play, expected)
-}
-
-impl StepReport {
-    /// What happened to a body during its last interval.
-    pub fn of(body: &Body) -> Self {
-        Self::new(&body.tally, body.diverged)
-    }
-
-    pub fn new(tally: &Tally, diverged: bool) -> Self {
-        Self {
-            steps: tally.steps,
-            iterations: tally.iterations,
-            events: tally.events,
-            misses: tally.misses,
-            fallbacks: tally.fallbacks,
-            eased: tally.eased,
-            residual: tally.residual,
-            gap: tally.gap,
-            friction_work: tally.friction_work,
-            actuator_work: tally.actuator_work,
-            positive_actuator_work: tally.positive_actuator_work,
-            diverged,
-        }
-    }
 }

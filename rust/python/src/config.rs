@@ -8,7 +8,7 @@ use snake_core::laws::Stribeck;
 use snake_core::minimal::{FeedbackConfig, NoiseConfig};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Scene, SceneConfig};
-use snake_core::stepper::IntegratorConfig;
+use snake_core::stepping::IntegratorConfig;
 
 use crate::decode::decode;
 use crate::gait::GaitConfig;

@@ -6,10 +6,10 @@ use serde::Deserialize;
 use snake_core::ConfigError;
 use snake_core::gait::Gait;
 use snake_core::minimal::{FeedbackConfig, MinimalState, Model, NoiseConfig};
-use snake_core::minimal_simulation::{MinimalConfig, MinimalSimulation};
+use snake_core::minimal::{MinimalConfig, MinimalSimulation};
 use snake_core::robot::RobotConfig;
-use snake_core::simulation::StepReport;
-use snake_core::stepper::IntegratorConfig;
+use snake_core::stepping::IntegratorConfig;
+use snake_core::stepping::StepReport;
 
 use crate::decode::decode;
 use crate::gait::GaitConfig;

@@ -4,8 +4,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use snake_core::ConfigError;
 use snake_core::gait::Gait;
-use snake_core::simulation::{PlanarSimulation, StepReport};
-use snake_core::stepper::IntegratorConfig;
+use snake_core::simulation::PlanarSimulation;
+use snake_core::stepping::IntegratorConfig;
+use snake_core::stepping::StepReport;
 
 use crate::decode::decode;
 use crate::gate::detached;

@@ -9,8 +9,8 @@ use snake_core::control::ControllerConfig;
 use snake_core::error::{positive, require};
 use snake_core::robot::RobotConfig;
 use snake_core::scene::SceneConfig;
-use snake_core::simulation::StepReport;
-use snake_core::stepper::IntegratorConfig;
+use snake_core::stepping::IntegratorConfig;
+use snake_core::stepping::StepReport;
 
 use crate::gait::GaitConfig;
 use crate::gate::Fault;

@@ -4,9 +4,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use snake_core::ConfigError;
 use snake_core::gait::CardanGait;
-use snake_core::simulation::StepReport;
+use snake_core::spatial::SpatialSimulation;
 use snake_core::spatial::joint_angle;
-use snake_core::spatial_simulation::SpatialSimulation;
+use snake_core::stepping::StepReport;
 
 use crate::decode::decode;
 use crate::gate::detached;

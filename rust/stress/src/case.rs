@@ -6,7 +6,7 @@ use snake_core::planar::{PlanarState, Problem, Twist};
 use snake_core::robot::{PerLink, RobotConfig};
 use snake_core::scene::{Peg, START_7_5, SceneConfig, TABLE_7_5};
 use snake_core::simulation::PlanarSimulation;
-use snake_core::stepper::IntegratorConfig;
+use snake_core::stepping::IntegratorConfig;
 
 use crate::figures::Figures;
 

@@ -6,7 +6,7 @@ use snake_core::gait::Wave;
 use snake_core::planar::{Pose, assemble_chain};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, SceneConfig};
-use snake_core::stepper::IntegratorConfig;
+use snake_core::stepping::IntegratorConfig;
 
 use crate::case::{Case, Motion, weighted};
 use crate::stages::magnitude;

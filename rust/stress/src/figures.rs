@@ -1,7 +1,7 @@
 //! What is measured while a scenario runs.
 
 use serde::Serialize;
-use snake_core::simulation::StepReport;
+use snake_core::stepping::StepReport;
 
 use crate::watched::Watched;
 

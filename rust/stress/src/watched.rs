@@ -6,8 +6,8 @@ use snake_core::planar::{PlanarState, Pose};
 use snake_core::robot::{Link, Robot};
 use snake_core::scene::Peg;
 use snake_core::simulation::PlanarSimulation;
+use snake_core::spatial::SpatialSimulation;
 use snake_core::spatial::{self, SpatialState, nearest_point};
-use snake_core::spatial_simulation::SpatialSimulation;
 
 /// A simulation that figures are taken of.
 pub trait Watched {

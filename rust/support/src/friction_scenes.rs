@@ -6,7 +6,7 @@ use snake_core::planar::Twist;
 use snake_core::robot::RobotConfig;
 use snake_core::scene::SceneConfig;
 use snake_core::simulation::PlanarSimulation;
-use snake_core::stepper::IntegratorConfig;
+use snake_core::stepping::IntegratorConfig;
 
 use crate::planar::{Hold, LIMP, build, links, moving_chain};
 

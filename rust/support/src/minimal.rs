@@ -3,9 +3,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use snake_core::gait::{JointReference, SoftStart, Wave};
 use snake_core::minimal::{FeedbackConfig, FrictionLaw, Ground, MinimalState, Model, NoiseConfig};
-use snake_core::minimal_simulation::{MinimalConfig, MinimalSimulation};
+use snake_core::minimal::{MinimalConfig, MinimalSimulation};
 use snake_core::robot::{PerLink, Robot, RobotConfig};
-use snake_core::stepper::IntegratorConfig;
+use snake_core::stepping::IntegratorConfig;
 
 /// Uniform numbers from a seed.
 pub struct Uniform(ChaCha8Rng);

@@ -8,7 +8,7 @@ use snake_core::planar::{PlanarState, Pose, Twist};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, SceneConfig, TABLE_7_3, TABLE_7_5};
 use snake_core::simulation::PlanarSimulation;
-use snake_core::stepper::{IntegratorConfig, Method};
+use snake_core::stepping::{IntegratorConfig, Method};
 
 /// Start of the free-undulation reference: CG of link 1 and its angle.
 pub const START_FREE: [f64; 3] = [0.507175344325, -0.011634455967, 3.755516615855];

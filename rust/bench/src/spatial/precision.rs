@@ -4,8 +4,8 @@ use std::path::Path;
 
 use serde::Serialize;
 use snake_core::ConfigError;
-use snake_core::spatial_simulation::{SpatialFleet, SpatialPlant};
-use snake_core::stepper::IntegratorConfig;
+use snake_core::spatial::{SpatialFleet, SpatialPlant};
+use snake_core::stepping::IntegratorConfig;
 
 use crate::clock::{Spent, spent};
 use crate::fleet::{ROBOTS, WINDOW};

@@ -3,8 +3,8 @@
 use snake_core::ConfigError;
 use snake_core::gait::CardanGait;
 use snake_core::pegs::PegGrid;
-use snake_core::spatial_simulation::{SpatialFleet, SpatialPlant, SpatialScripted};
-use snake_core::stepper::IntegratorConfig;
+use snake_core::spatial::{SpatialFleet, SpatialPlant, SpatialScripted};
+use snake_core::stepping::IntegratorConfig;
 
 use crate::clock::{Spent, spent};
 use crate::fleet::{ROBOTS, WINDOW};

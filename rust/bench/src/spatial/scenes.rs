@@ -10,8 +10,8 @@ use snake_core::gait::{CardanGait, CardanReference, Gait, SoftStart, Wave};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, START_SPATIAL_7_5, Scene, SceneConfig, TABLE_7_5};
 use snake_core::spatial::{Pose, orientation_of};
-use snake_core::spatial_simulation::{SpatialPlant, SpatialSimulation};
-use snake_core::stepper::IntegratorConfig;
+use snake_core::spatial::{SpatialPlant, SpatialSimulation};
+use snake_core::stepping::IntegratorConfig;
 
 /// A robot in space, flat on the ground and at rest, ready for its gait.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -4,8 +4,9 @@ use std::fmt::Debug;
 
 use crate::environment::{Environment, PlanarRobot, RobotModel, SpatialRobot};
 use crate::gait::{CardanReference, CardanTarget, JointTarget, WaveJets};
-use crate::spatial_simulation::{SpatialBody, SpatialDriven, SpatialFleet};
-use crate::stepper::{Body, Driven, Fleet, IntegratorConfig, Method};
+use crate::planar::{Body, Driven, Fleet};
+use crate::spatial::{SpatialBody, SpatialDriven, SpatialFleet};
+use crate::stepping::{IntegratorConfig, Method};
 
 use super::chunk::Row;
 

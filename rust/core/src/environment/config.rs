@@ -8,7 +8,7 @@ use crate::control::{ControlLaw, ControllerConfig};
 use crate::error::{ConfigError, finite, require, within};
 use crate::laws::Stribeck;
 use crate::robot::{PerLink, RobotConfig};
-use crate::stepper::{IntegratorConfig, Method};
+use crate::stepping::{IntegratorConfig, Method};
 
 use super::perturbation::Perturbation;
 use super::randomization::Randomization;

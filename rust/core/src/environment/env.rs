@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, require, within};
 use crate::planar::PlanarState;
+use crate::planar::Plant;
 use crate::robot::Robot;
 use crate::scene::Peg;
 use crate::simulation::PlanarSimulation;
-use crate::stepper::Plant;
 
 use super::action::ActionEntry;
 use super::config::EnvConfig;
@@ -164,7 +164,7 @@ impl<M: RobotModel> Environment<M> {
     }
 
     /// Middle part of a step: advances the robot by a control period. With the implicit method a
-    /// [`crate::stepper::Fleet`] can do it for many planar robots at once instead.
+    /// [`crate::planar::Fleet`] can do it for many planar robots at once instead.
     pub fn advance(&mut self) {
         self.model.advance(self.rules.period);
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::simulation::StepReport;
+use crate::stepping::StepReport;
 
 use super::config::{EnvConfig, RewardWeights};
 use super::goal::{Goal, Target};

@@ -8,9 +8,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, require, within};
 use crate::minimal::NoiseConfig;
+use crate::planar::Variation;
 use crate::robot::MOST_PLAY;
 use crate::scene::Peg;
-use crate::stepper::{Method, Variation};
+use crate::stepping::Method;
 
 use super::config::ModelKind;
 use super::rng::Rng;

@@ -9,29 +9,51 @@
 //! | P_H, P_T, P_J | impulses of contact, friction, joints | N s |
 //! | c | `Stage::coefficient` | the part of a step that one stage covers | s |
 
+mod backlash;
+mod body;
 mod certificate;
+mod contacts;
+mod division;
 mod fallback;
+mod fleet;
+mod group;
+mod hardest;
 mod heading;
 mod interior_point;
+mod io_drive;
 mod kinematics;
+mod lane_fallback;
 mod lanes;
 mod link_term;
-mod modified_newton;
 mod newton;
+mod pace;
+mod plant;
 mod problem;
 mod proximal;
 mod ray;
 mod stage;
+mod stage_kernels;
+mod stage_work;
 mod state;
+mod stribeck;
 mod sweep;
+mod thesis;
+mod variation;
 
+pub use body::{Body, Driven, Scripted, WarmStart};
 pub use certificate::{Certificate, certify};
 pub use fallback::{Closing, Fallback, SLACK};
+pub use fleet::Fleet;
+pub use group::Adaptive;
+pub use hardest::Hardest;
 pub use heading::Heading;
 pub use interior_point::{Descent, InteriorPoint};
 pub use kinematics::{assemble_chain, close_joints, joint_gap, largest_joint_gap, travel};
-pub use modified_newton::{ModifiedNewton, Penalties};
 pub use newton::Newton;
+pub use pace::Pace;
+pub use plant::Plant;
 pub use problem::{Answer, ContactRow, JointRow, LinkRow, Problem};
 pub use stage::{Stage, StageContact, StageJoint, StageLink, StageSolution};
 pub use state::{PlanarState, Pose, Twist, is_sane};
+pub use thesis::{ModifiedNewton, Penalties, Thesis};
+pub use variation::Variation;

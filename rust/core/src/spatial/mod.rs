@@ -15,36 +15,52 @@
 //! lies flat and unrolled. A positive yaw turns the next link anticlockwise seen from above, a positive pitch lowers
 //! it.
 
+mod body;
 mod certificate;
+mod contact_map;
 mod coulomb_laws;
 mod coulomb_newton;
 mod coulomb_sweep;
 mod dynamics;
+mod energy;
 mod fallback;
+mod fleet;
 mod friction_term;
 mod ground;
+mod group;
 mod joint;
+mod kernels;
 mod kinematics;
+mod lane_fallback;
 mod lanes;
 mod link_term;
-mod modified_newton;
+mod motion;
 mod newton;
 mod peg;
+mod peg_contacts;
+mod plant;
 mod posture;
 mod progress;
 mod proximal;
 mod ray;
 mod screw;
+mod simulation;
+mod snapshot;
 mod stage;
+mod stage_work;
+mod standing;
 mod state;
-mod step;
-mod step_residual;
 mod sweep;
+mod thesis;
+mod warm_start;
+mod way;
 
+pub use body::{SpatialBody, SpatialDriven, SpatialScripted};
 pub use certificate::{Certificate, certify};
 pub use coulomb_newton::CoulombNewton;
 pub use dynamics::{inertia, mass_diagonal, potential_energy, smooth_force};
 pub use fallback::{Closing, Fallback, SLACK};
+pub use fleet::SpatialFleet;
 pub use ground::{End, GroundContact, ground_contact, ground_frame, ground_gap};
 pub use joint::{
     JointAxes, JointRows, actuator_torque, joint_angle, joint_axes, joint_gap, joint_rate, joint_rows,
@@ -52,15 +68,21 @@ pub use joint::{
 };
 pub use kinematics::{assemble_chain, close_joints, largest_joint_gap, orientation_of, rest_on_ground, travel};
 pub use lanes::{Laned, read_lane, write_lane};
-pub use modified_newton::{ContactPenalties, ModifiedNewton};
+pub use motion::Motion;
 pub use newton::Newton;
 pub use peg::{PegContact, nearest_point, peg_contact, peg_gap};
+pub use plant::SpatialPlant;
 pub use posture::{Frame, Posture, Speed};
 pub use screw::Screw;
+pub use simulation::SpatialSimulation;
+pub use snapshot::SpatialSnapshot;
 pub use stage::{Stage, StageDrive, StageFriction, StageLink, StagePeg, StageSolution};
 pub use state::{Pose, SpatialState, Twist, is_sane, turning, twist_of};
-pub use step::{GroundImpulse, Step, StepGround, StepLink, StepPeg, StepSolution};
-pub use step_residual::step_residual;
+pub use thesis::{
+    ContactPenalties, GroundImpulse, ModifiedNewton, SpatialThesis, Step, StepGround, StepLink, StepPeg, StepSolution,
+    step_residual,
+};
+pub use warm_start::SpatialWarmStart;
 
 use nalgebra::{Matrix3, Vector3, Vector6};
 

@@ -3,7 +3,7 @@
 use snake_core::batch::{Batch, Batched, Outputs};
 use snake_core::environment::rng::Rng;
 use snake_core::environment::{EnvConfig, Environment, ModelKind, PlanarRobot, SpatialRobot, Task};
-use snake_core::stepper::{IntegratorConfig, Method};
+use snake_core::stepping::{IntegratorConfig, Method};
 
 /// Arrays that a batch writes to.
 #[derive(Clone, PartialEq, Debug)]

@@ -6,7 +6,7 @@ use snake_core::environment::rng::Rng;
 use snake_core::environment::signal::SIGNALS;
 use snake_core::environment::*;
 use snake_core::robot::{PerLink, RobotConfig};
-use snake_core::stepper::IntegratorConfig;
+use snake_core::stepping::IntegratorConfig;
 
 const TASKS: [Task; 6] = Task::ALL;
 const MODES: [ActionMode; 3] = [ActionMode::Gait, ActionMode::Joints, ActionMode::Residual];

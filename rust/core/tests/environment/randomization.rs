@@ -7,7 +7,7 @@ use snake_core::environment::signal::COUNT;
 use snake_core::environment::*;
 use snake_core::minimal::NoiseConfig;
 use snake_core::robot::{PerLink, RobotConfig};
-use snake_core::stepper::Method;
+use snake_core::stepping::Method;
 
 fn field(randomization: Randomization) -> EnvConfig {
     EnvConfig { task: Task::Field, randomization, ..EnvConfig::default() }

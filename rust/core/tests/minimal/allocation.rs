@@ -1,7 +1,7 @@
 //! Nothing allocates in an implicit step of the minimal model: every request to the allocator is counted.
 
+use snake_core::minimal::MinimalConfig;
 use snake_core::minimal::{FeedbackConfig, NoiseConfig, Treatment};
-use snake_core::minimal_simulation::MinimalConfig;
 use snake_test_support::minimal::{default_config, io_for_period, soft_start, straight};
 
 use snake_test_support::allocation::REQUESTS;

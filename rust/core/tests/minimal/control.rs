@@ -2,8 +2,8 @@
 
 use snake_core::gait::{JointReference, Wave};
 use snake_core::minimal::{FeedbackConfig, FrictionLaw, MinimalState, NoiseConfig, SmoothLaw, Treatment};
-use snake_core::minimal_simulation::{MinimalConfig, MinimalSimulation};
-use snake_core::stepper::{IntegratorConfig, Method};
+use snake_core::minimal::{MinimalConfig, MinimalSimulation};
+use snake_core::stepping::{IntegratorConfig, Method};
 use snake_test_support::minimal::{default_config, error_of_joint_5, io_for_period, soft_start, straight};
 
 fn io() -> MinimalConfig {

@@ -2,8 +2,8 @@
 //! against each other: PD, gait (7.3) with soft start, from straight rest.
 
 use snake_core::minimal::FeedbackConfig;
-use snake_core::minimal_simulation::MinimalConfig;
-use snake_core::stepper::{IntegratorConfig, Method};
+use snake_core::minimal::MinimalConfig;
+use snake_core::stepping::{IntegratorConfig, Method};
 use snake_test_support::minimal::{default_config, error_of_joint_5, soft_start, straight};
 
 /// Rows of t, phi_d5, e5, tau5, x_cm, y_cm, w.

@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 use snake_core::gait::Wave;
 use snake_core::scene::{START_7_3, START_7_5, SceneConfig};
-use snake_core::stepper::IntegratorConfig;
+use snake_core::stepping::IntegratorConfig;
 use snake_test_support::planar::{START_FREE, adaptive, aiko, ground, implicit, table_7_3, table_7_5};
 
 /// Positions of all links every 0.1 s for five seconds, and the number of steps.

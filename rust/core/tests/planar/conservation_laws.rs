@@ -7,7 +7,7 @@ use snake_core::planar::{PlanarState, Pose, Twist};
 use snake_core::robot::{PerLink, RobotConfig};
 use snake_core::scene::{Peg, SceneConfig};
 use snake_core::simulation::PlanarSimulation;
-use snake_core::stepper::IntegratorConfig;
+use snake_core::stepping::IntegratorConfig;
 use snake_test_support::planar::{
     Hold, LIMP, Random, build, ground, implicit, links, momentum, moving_chain, schemes, thesis,
 };

@@ -5,7 +5,7 @@ use snake_core::control::ControllerConfig;
 use snake_core::gait::{JointReference, SoftStart, Wave};
 use snake_core::scene::{START_7_5, SceneConfig};
 use snake_core::simulation::PlanarSimulation;
-use snake_core::stepper::IntegratorConfig;
+use snake_core::stepping::IntegratorConfig;
 use snake_test_support::planar::{Unannounced, aiko, build, ground, implicit, links, thesis};
 
 fn positions(scene: &SceneConfig, start: [f64; 3], integrator: &IntegratorConfig, duration: f64) -> Vec<Vector2<f64>> {

@@ -4,9 +4,10 @@ use snake_core::control::{ControlLaw, ControllerConfig};
 use snake_core::gait::{JointReference, Wave};
 use snake_core::pegs::PegGrid;
 use snake_core::planar::PlanarState;
+use snake_core::planar::{Fleet, Plant, Scripted};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, START_7_5, TABLE_7_5};
-use snake_core::stepper::{Fleet, IntegratorConfig, Plant, Scripted};
+use snake_core::stepping::IntegratorConfig;
 
 type Undulator = Scripted<Wave>;
 

@@ -7,10 +7,11 @@ use snake_core::gait::{JointReference, JointTarget, Wave};
 use snake_core::laws::Stribeck;
 use snake_core::pegs::PegGrid;
 use snake_core::planar::{Closing, Fallback, Newton, PlanarState, StageSolution, Twist, certify};
+use snake_core::planar::{Fleet, Plant, Scripted, Variation};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, START_7_5, SceneConfig, TABLE_7_5};
 use snake_core::simulation::PlanarSimulation;
-use snake_core::stepper::{Fleet, IntegratorConfig, Plant, Scripted, Variation};
+use snake_core::stepping::IntegratorConfig;
 use snake_test_support::planar::{Hold, LIMP, Random, adaptive, build, ground, implicit, links, moving_chain};
 use snake_test_support::planar_stage::{self as dense, Kind};
 

@@ -7,7 +7,7 @@ use snake_core::planar::{Heading, PlanarState, Pose, Stage, StageLink, Twist};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, SceneConfig, TABLE_7_3, TABLE_7_5};
 use snake_core::simulation::PlanarSimulation;
-use snake_core::stepper::IntegratorConfig;
+use snake_core::stepping::IntegratorConfig;
 use snake_test_support::planar::{Hold, LIMP, Random, build, ground, implicit, links, moving_chain, schemes};
 use snake_test_support::planar_stage::{joint_directions, stacked, unstacked};
 

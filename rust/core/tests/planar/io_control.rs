@@ -4,7 +4,7 @@ use snake_core::control::{ControlLaw, ControllerConfig};
 use snake_core::gait::{JointReference, Wave};
 use snake_core::scene::{START_7_5, SceneConfig};
 use snake_core::simulation::PlanarSimulation;
-use snake_core::stepper::{IntegratorConfig, Method};
+use snake_core::stepping::{IntegratorConfig, Method};
 use snake_test_support::planar::{START_FREE, ground, table_7_5};
 
 fn io(torque_limit: Option<f64>) -> ControllerConfig {

@@ -2,7 +2,7 @@
 
 use snake_core::gait::Wave;
 use snake_core::scene::{START_7_5, SceneConfig};
-use snake_core::stepper::IntegratorConfig;
+use snake_core::stepping::IntegratorConfig;
 use snake_test_support::planar::{START_FREE, aiko, ground, table_7_5, thesis};
 
 /// Rows of t, then x, y, theta of links 1..11.

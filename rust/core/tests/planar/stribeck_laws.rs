@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use snake_core::gait::Wave;
 use snake_core::laws::Stribeck;
 use snake_core::scene::{START_7_5, SceneConfig};
-use snake_core::stepper::IntegratorConfig;
+use snake_core::stepping::IntegratorConfig;
 use snake_test_support::friction_scenes::{G, THRESHOLD, bent_pair, slides_along_the_normal_of_the_ellipse, sliding};
 use snake_test_support::planar::{Hold, adaptive, implicit, links, thesis};
 

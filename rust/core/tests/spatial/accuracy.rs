@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 
 use nalgebra::{Vector2, Vector3};
 use snake_core::gait::{CardanGait, CardanReference, Gait, Wave};
+use snake_core::spatial::SpatialSimulation;
 use snake_core::spatial::twist_of;
-use snake_core::spatial_simulation::SpatialSimulation;
-use snake_core::stepper::IntegratorConfig;
+use snake_core::stepping::IntegratorConfig;
 use snake_test_support::planar::{Unannounced, ground};
 use snake_test_support::spatial::{implicit, lying, on_course, rows, sidewinding, straight, undulation};
 

@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 use snake_core::pegs::PegGrid;
 use snake_core::scene::SceneConfig;
-use snake_core::spatial_simulation::{SpatialFleet, SpatialScripted};
+use snake_core::spatial::{SpatialFleet, SpatialScripted};
 use snake_test_support::planar::{table_7_5, thesis};
 use snake_test_support::spatial::{implicit, lying, on_course, sidewinding, straight, undulation};
 

@@ -4,9 +4,9 @@ use nalgebra::{Vector2, Vector3};
 use snake_core::control::ControllerConfig;
 use snake_core::gait::{CardanGait, Gait, Wave};
 use snake_core::robot::RobotConfig;
+use snake_core::spatial::SpatialSimulation;
 use snake_core::spatial::{Pose, orientation_of, twist_of};
-use snake_core::spatial_simulation::SpatialSimulation;
-use snake_core::stepper::IntegratorConfig;
+use snake_core::stepping::IntegratorConfig;
 use snake_test_support::planar::ground;
 
 /// How long chains fly \[s\].

@@ -8,9 +8,9 @@ use snake_core::control::ControllerConfig;
 use snake_core::gait::{CardanGait, CardanReference, CardanTarget, Gait, JointTarget, Wave};
 use snake_core::robot::RobotConfig;
 use snake_core::scene::SceneConfig;
+use snake_core::spatial::SpatialSimulation;
 use snake_core::spatial::{Pose, SpatialState, orientation_of, turning, twist_of};
-use snake_core::spatial_simulation::SpatialSimulation;
-use snake_core::stepper::IntegratorConfig;
+use snake_core::stepping::IntegratorConfig;
 use snake_test_support::planar::{Random, ground};
 use snake_test_support::spatial::{DEGREE, implicit, straight, undulation};
 

@@ -7,8 +7,8 @@ use snake_core::pegs::PegGrid;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, START_SPATIAL_7_5, Scene, SceneConfig, TABLE_7_5};
 use snake_core::spatial::{Pose, SpatialState, is_sane, orientation_of};
-use snake_core::spatial_simulation::{SpatialFleet, SpatialPlant, SpatialScripted};
-use snake_core::stepper::IntegratorConfig;
+use snake_core::spatial::{SpatialFleet, SpatialPlant, SpatialScripted};
+use snake_core::stepping::IntegratorConfig;
 use snake_test_support::spatial::{implicit, sidewinding, undulation};
 
 type Winder = SpatialScripted<CardanGait>;

@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 use snake_core::gait::CardanGait;
-use snake_core::spatial_simulation::SpatialSimulation;
+use snake_core::spatial::SpatialSimulation;
 use snake_test_support::planar::thesis;
 use snake_test_support::spatial::{on_course, rows, sidewinding, straight, undulation};
 

@@ -7,8 +7,8 @@ use snake_core::environment::{
     ActionMode, EnvConfig, Environment, FieldKind, ModelKind, PlanarRobot, SpatialRobot, Task,
 };
 use snake_core::simulation::PlanarSimulation;
-use snake_core::spatial_simulation::SpatialSimulation;
-use snake_core::stepper::IntegratorConfig;
+use snake_core::spatial::SpatialSimulation;
+use snake_core::stepping::IntegratorConfig;
 
 use crate::figures::Figures;
 use crate::watched::Watched;

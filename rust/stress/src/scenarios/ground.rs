@@ -1,7 +1,7 @@
 //! Friction, and rest under load.
 
 use snake_core::control::ControllerConfig;
-use snake_core::simulation::StepReport;
+use snake_core::stepping::StepReport;
 
 use crate::case::{Case, Motion};
 use crate::figures::Figures;

@@ -11,7 +11,7 @@ pub mod space;
 use snake_core::environment::{PlanarRobot, SpatialRobot};
 use snake_core::planar::Problem;
 use snake_core::simulation::PlanarSimulation;
-use snake_core::spatial_simulation::SpatialSimulation;
+use snake_core::spatial::SpatialSimulation;
 
 use crate::case::Case;
 use crate::draw::Draw;

@@ -3,10 +3,11 @@
 use snake_core::gait::{JointReference, Wave};
 use snake_core::pegs::PegGrid;
 use snake_core::planar::is_sane;
+use snake_core::planar::{Body, Fleet, Plant, Scripted};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_7_5, TABLE_7_5};
-use snake_core::simulation::StepReport;
-use snake_core::stepper::{Body, Fleet, IntegratorConfig, Plant, Scripted, Tally};
+use snake_core::stepping::StepReport;
+use snake_core::stepping::{IntegratorConfig, Tally};
 
 use crate::case::pegs;
 use crate::figures::Figures;

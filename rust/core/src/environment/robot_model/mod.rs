@@ -11,10 +11,10 @@ use serde::de::DeserializeOwned;
 
 use crate::error::ConfigError;
 use crate::planar::Pose;
+use crate::planar::Variation;
 use crate::robot::Robot;
 use crate::scene::Peg;
-use crate::simulation::StepReport;
-use crate::stepper::Variation;
+use crate::stepping::StepReport;
 
 use crate::environment::action::ActionEntry;
 use crate::environment::config::{EnvConfig, ModelKind};

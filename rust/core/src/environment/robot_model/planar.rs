@@ -7,11 +7,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
 use crate::gait::{JointReference, JointTarget, Wave, WaveJets};
+use crate::planar::{Body, Driven, Variation};
 use crate::planar::{Heading, Pose};
 use crate::robot::Robot;
 use crate::scene::{Peg, SceneConfig};
-use crate::simulation::{PlanarSimulation, SimulationState, StepReport};
-use crate::stepper::{Body, Driven, Variation};
+use crate::simulation::{PlanarSimulation, SimulationState};
+use crate::stepping::StepReport;
 
 use super::RobotModel;
 use crate::environment::action::ActionEntry;
@@ -117,7 +118,7 @@ impl RobotModel for PlanarRobot {
     }
 
     fn report(&self) -> StepReport {
-        StepReport::of(self.simulation.body())
+        StepReport::new(&self.simulation.body().tally, self.simulation.body().diverged)
     }
 
     fn motion(&self) -> Motion {

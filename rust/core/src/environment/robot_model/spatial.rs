@@ -7,12 +7,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
 use crate::planar;
+use crate::planar::Variation;
 use crate::robot::Robot;
 use crate::scene::{Peg, SceneConfig};
-use crate::simulation::StepReport;
 use crate::spatial::{Pose, SpatialState, joint_angle, joint_rate, orientation_of, turning};
-use crate::spatial_simulation::{SpatialSimulation, SpatialSnapshot};
-use crate::stepper::Variation;
+use crate::spatial::{SpatialSimulation, SpatialSnapshot};
+use crate::stepping::StepReport;
 
 use super::RobotModel;
 use super::spatial_observation;

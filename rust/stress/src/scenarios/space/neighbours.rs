@@ -7,8 +7,8 @@ use snake_core::pegs::PegGrid;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_SPATIAL_7_5, Scene, SceneConfig, TABLE_7_5};
 use snake_core::spatial::{Pose, is_sane, orientation_of};
-use snake_core::spatial_simulation::{SpatialBody, SpatialFleet, SpatialPlant, SpatialScripted};
-use snake_core::stepper::{IntegratorConfig, Tally};
+use snake_core::spatial::{SpatialBody, SpatialFleet, SpatialPlant, SpatialScripted};
+use snake_core::stepping::{IntegratorConfig, Tally};
 
 use crate::case::pegs;
 use crate::scenarios::neighbours::{Flock, Patient};

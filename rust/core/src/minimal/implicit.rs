@@ -1,0 +1,307 @@
+//! The set-valued plant by the stages of the project's default scheme (T 3.65 != D2), in minimal coordinates.
+//!
+//! Order 1 is implicit Euler; order 2 the L-stable SDIRK with gamma = 1 - 1/sqrt 2 applied to the inclusion itself:
+//! stage (q_A, u_A, gamma h) gives u_1; stage (q_A + (1 - gamma) h u_1, u_A + (1 - gamma)/gamma (u_1 - u_A), gamma h)
+//! gives u_E. There are no impacts here, so nothing needs to be retaken.
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::control::ControlLaw;
+use crate::gait::JointReference;
+use crate::minimal::{
+    Base, InverseDynamics, MinimalState, Model, Motion, Newton, Outcome, SmoothLaw, Stage, StageJoint, StageLink,
+    StageSolution, Treatment, Twist, certify,
+};
+use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
+use crate::stepping::{IntegratorConfig, Tally};
+
+use super::controller::{Controller, ROUND_OFF};
+
+/// Workspace of the scheme.
+#[derive(Debug, Clone)]
+pub struct Implicit {
+    config: IntegratorConfig,
+    stage: Stage,
+    solution: StageSolution,
+    newton: Newton,
+    /// Positions and velocities at the start of the step, and at the predicted end of the stage.
+    start: Motion,
+    predicted: Motion,
+    reference: Vec<Twist>,
+    base: Vec<f64>,
+    guess: Vec<f64>,
+    predicted_q: Vec<f64>,
+    /// q' at the end of the last stage.
+    rate: Vec<f64>,
+    /// q'' of the last step, for predictions.
+    acceleration: Vec<f64>,
+    first_rate: Vec<f64>,
+    /// Coulomb friction of the last stage \[N\].
+    friction: Vec<[Vector2<f64>; 2]>,
+    control: ControlModel,
+    /// Whether input-output linearisation wanted more than the torque limit during the last step.
+    pub saturated: bool,
+}
+
+/// The controller's model inside a stage.
+#[derive(Debug, Clone)]
+struct ControlModel {
+    dynamics: InverseDynamics,
+    u: Vec<f64>,
+    tau: Vec<f64>,
+    /// Inertia that each joint of the straight robot feels when all others are free \[kg m^2\].
+    own_inertia: Vec<f64>,
+}
+
+impl Implicit {
+    pub fn new(config: IntegratorConfig, model: &Model) -> Self {
+        let (links, degrees) = (model.link_count(), model.degrees());
+        let zero = vec![0.0; degrees];
+        Self {
+            config,
+            stage: Stage {
+                coefficient: 0.0,
+                links: Vec::with_capacity(links),
+                joints: Vec::with_capacity(links - 1),
+                following: 0.0,
+            },
+            solution: StageSolution::new(links),
+            newton: Newton::new(links),
+            start: Motion::new(links),
+            predicted: Motion::new(links),
+            reference: vec![Twist::zeros(); links],
+            base: zero.clone(),
+            guess: zero.clone(),
+            predicted_q: zero.clone(),
+            rate: zero.clone(),
+            acceleration: zero.clone(),
+            first_rate: zero,
+            friction: vec![[Vector2::zeros(); 2]; links],
+            control: ControlModel::new(model),
+            saturated: false,
+        }
+    }
+
+    /// Forgets forces and predictions.
+    pub fn clear(&mut self) {
+        self.acceleration.fill(0.0);
+        self.friction.fill([Vector2::zeros(); 2]);
+    }
+
+    /// The references or the torques jump: what was predicted no longer holds.
+    pub fn meet_jump(&mut self) {
+        self.acceleration.fill(0.0);
+    }
+
+    /// One step of length `h`; references are those before a jump at its very end.
+    pub fn step(
+        &mut self,
+        model: &Model,
+        state: &mut MinimalState,
+        controller: &mut Controller,
+        reference: &impl JointReference,
+        h: f64,
+        tally: &mut Tally,
+    ) {
+        controller.begin_step(model, state, reference);
+        self.saturated = false;
+        self.start.set(model, state.base(), state.phi(), state.phi_rate());
+        for (to, from) in self.reference.iter_mut().zip(&self.start.links) {
+            *to = from.twist;
+        }
+        self.base.copy_from_slice(&state.q);
+        let end = state.time + h;
+        if self.config.order == 1 {
+            self.guess_from(&state.rate, h);
+            self.run_stage(model, controller, reference, h, end, tally);
+        } else {
+            let c = GAMMA * h;
+            self.guess_from(&state.rate, c);
+            self.run_stage(model, controller, reference, c, state.time + c, tally);
+            self.begin_second_stage(state, h);
+            self.run_stage(model, controller, reference, c, end, tally);
+        }
+        for (k, acceleration) in self.acceleration.iter_mut().enumerate() {
+            *acceleration = (self.rate[k] - state.rate[k]) / h;
+        }
+        for (k, q) in state.q.iter_mut().enumerate() {
+            *q = self.base[k] + self.stage.coefficient * self.rate[k];
+        }
+        state.rate.copy_from_slice(&self.rate);
+        tally.steps += 1;
+    }
+
+    /// tau of each joint in the last stage \[N m\].
+    pub fn torque(&self) -> impl Iterator<Item = f64> + '_ {
+        self.solution.drive.iter().map(|drive| drive / self.stage.coefficient)
+    }
+
+    fn guess_from(&mut self, rate: &[f64], ahead: f64) {
+        for (k, guess) in self.guess.iter_mut().enumerate() {
+            *guess = rate[k] + ahead * self.acceleration[k];
+        }
+    }
+
+    fn begin_second_stage(&mut self, state: &MinimalState, h: f64) {
+        self.first_rate.copy_from_slice(&self.rate);
+        for (k, base) in self.base.iter_mut().enumerate() {
+            *base = state.q[k] + (1.0 - GAMMA) * h * self.first_rate[k];
+            self.guess[k] = state.rate[k] + (self.first_rate[k] - state.rate[k]) / GAMMA;
+        }
+        for (i, reference) in self.reference.iter_mut().enumerate() {
+            let start = self.start.links[i].twist;
+            *reference = start + (self.solution.twist[i] - start) * EXTRAPOLATION;
+        }
+    }
+
+    /// Predicts, solves and judges a stage that ends at `time`; predicts anew where the end is far from the prediction.
+    fn run_stage(
+        &mut self,
+        model: &Model,
+        controller: &mut Controller,
+        reference: &impl JointReference,
+        c: f64,
+        time: f64,
+        tally: &mut Tally,
+    ) {
+        // Before a jump that falls on the end of the stage.
+        reference.targets(time - ROUND_OFF, &mut controller.targets);
+        let limit = controller.config().limit_at(time - ROUND_OFF);
+        for _ in 0..MAX_PREDICTIONS {
+            self.predict(model, c);
+            self.fill_joints(model, controller, limit);
+            let mut outcome = self.solve();
+            if self.solution.drive.iter().any(|drive| drive.abs() > c * limit) {
+                self.saturated = true;
+                self.load_guess();
+                self.limit_torques(model, controller, limit);
+                outcome.iterations += self.solve().iterations;
+            }
+            self.keep(outcome, tally);
+            if self.deviation() <= MAX_DEVIATION {
+                break;
+            }
+            self.guess.copy_from_slice(&self.rate);
+        }
+    }
+
+    /// Positions and velocities at the end of the stage if it moved as guessed, and the links of the stage.
+    fn predict(&mut self, model: &Model, c: f64) {
+        for (k, q) in self.predicted_q.iter_mut().enumerate() {
+            *q = self.base[k] + c * self.guess[k];
+        }
+        let rate = Vector3::new(self.guess[0], self.guess[1], self.guess[2]);
+        let base = Base { theta: self.predicted_q[2], rate };
+        self.predicted.set(model, base, &self.predicted_q[3..], &self.guess[3..]);
+        self.stage.coefficient = c;
+        self.stage.links.clear();
+        for ((link, at), reference) in model.links.iter().zip(&self.predicted.links).zip(&self.reference) {
+            self.stage.links.push(StageLink::new(link, at, *reference, c));
+        }
+        self.load_guess();
+    }
+
+    /// First guess of the solution: predicted velocities, the friction forces of the last stage.
+    fn load_guess(&mut self) {
+        let c = self.stage.coefficient;
+        for (i, at) in self.predicted.links.iter().enumerate() {
+            self.solution.twist[i] = at.twist;
+            self.solution.friction[i] = self.friction[i].map(|force| force * c);
+        }
+    }
+
+    /// The drives of the stage: torques held over it, or linear in the velocities at its end.
+    fn fill_joints(&mut self, model: &Model, controller: &Controller, limit: f64) {
+        let Self { stage, control, predicted, base, .. } = self;
+        let (config, c) = (controller.config(), stage.coefficient);
+        stage.joints.clear();
+        stage.following = 0.0;
+        if config.treatment != Treatment::Implicit || limit == 0.0 {
+            // An implicit controller holds nothing: asleep, it exerts no torque.
+            stage.joints.extend(controller.held.iter().map(|tau| constant_drive(c * tau)));
+            return;
+        }
+        for ((u, target), angle) in control.u.iter_mut().zip(&controller.targets).zip(&base[3..]) {
+            *u = config.output(target, *angle, 0.0);
+        }
+        let stiffness = c * (config.kd + c * config.kp);
+        match config.law {
+            ControlLaw::Pd => {
+                let drives = control.u.iter().map(|u| StageJoint { drive: c * u, stiffness, limit: c * limit });
+                stage.joints.extend(drives);
+            }
+            ControlLaw::Io => {
+                control.find_torques(model, predicted);
+                stage.joints.extend(control.tau.iter().map(|tau| constant_drive(c * tau)));
+                stage.following = stiffness;
+            }
+        }
+    }
+
+    /// Input-output linearisation within the torque limit (T 6.58 != D21): linear in each joint's own rate about the
+    /// guess, which is good in the short steps taken at the limit. M_22_bar within the clamps has no potential.
+    fn limit_torques(&mut self, model: &Model, controller: &Controller, limit: f64) {
+        let Self { stage, control, predicted, predicted_q, guess, .. } = self;
+        let (config, c, f) = (controller.config(), stage.coefficient, stage.following);
+        stage.following = 0.0;
+        for (j, (u, target)) in control.u.iter_mut().zip(&controller.targets).enumerate() {
+            *u = config.output(target, predicted_q[3 + j], guess[3 + j]);
+        }
+        control.find_torques(model, predicted);
+        for (j, joint) in stage.joints.iter_mut().enumerate() {
+            let stiffness = f * control.own_inertia[j];
+            *joint = StageJoint { drive: c * control.tau[j] + stiffness * guess[3 + j], stiffness, limit: c * limit };
+        }
+    }
+
+    fn solve(&mut self) -> Outcome {
+        self.newton.solve(&self.stage, &mut self.solution, self.config.tolerance(), self.config.max_iterations())
+    }
+
+    /// Takes velocities and forces over, and judges them.
+    fn keep(&mut self, outcome: Outcome, tally: &mut Tally) {
+        let c = self.stage.coefficient;
+        let twist = &self.solution.twist;
+        let base = twist[0].xy() - self.stage.links[0].swing() * twist[0].z;
+        (self.rate[0], self.rate[1], self.rate[2]) = (base.x, base.y, twist[0].z);
+        for (j, pair) in twist.windows(2).enumerate() {
+            self.rate[3 + j] = pair[1].z - pair[0].z;
+        }
+        for (force, impulse) in self.friction.iter_mut().zip(&self.solution.friction) {
+            *force = impulse.map(|impulse| impulse / c);
+        }
+        let certificate = certify(&self.stage, &self.solution);
+        tally.add_solve(outcome.iterations, !outcome.converged, certificate.residual(), 0.0);
+    }
+
+    /// How far the stage ended from its prediction, for any point of the robot \[m\].
+    fn deviation(&self) -> f64 {
+        let mut fastest: f64 = 0.0;
+        for ((u, at), link) in self.solution.twist.iter().zip(&self.predicted.links).zip(&self.stage.links) {
+            let change = u - at.twist;
+            fastest = fastest.max(change.xy().norm() + link.half_length * change.z.abs());
+        }
+        fastest * self.stage.coefficient
+    }
+}
+
+impl ControlModel {
+    fn new(model: &Model) -> Self {
+        let zero = vec![0.0; model.joint_count()];
+        Self { dynamics: InverseDynamics::new(model), u: zero.clone(), tau: zero, own_inertia: model.own_inertia() }
+    }
+
+    /// tau (T 6.58) for the joint accelerations `u` at the predicted end of the stage.
+    fn find_torques(&mut self, model: &Model, predicted: &Motion) {
+        self.dynamics.torques(model, predicted, Some(SmoothLaw::PRINTED), &self.u, &mut self.tau);
+    }
+}
+
+/// A torque impulse that does not depend on the velocities.
+fn constant_drive(drive: f64) -> StageJoint {
+    StageJoint { drive, stiffness: 0.0, limit: f64::INFINITY }
+}
+
+/// A stage that ends farther than this from its prediction is predicted anew \[m\].
+const MAX_DEVIATION: f64 = 2e-3;
+const MAX_PREDICTIONS: u32 = 4;

@@ -1,0 +1,184 @@
+//! The contacts of a stage: which pairs take part, and how the gap enters.
+
+use nalgebra::Vector3;
+
+use crate::contact::{LinkPegContact, NearPair, NearPegs, PAIRS_PER_LINK, link_peg_contact};
+use crate::math::Real;
+use crate::pegs::PegGrid;
+use crate::planar::{Heading, StageContact};
+use crate::robot::Robot;
+
+use crate::stepping::lanes::{Lanes, read_vector, set_vector};
+
+/// The contacts of the stage at hand, of all lanes.
+#[derive(Debug, Clone)]
+pub struct Contacts {
+    found: Vec<Found>,
+    /// Pairs of one robot within the margin, and how they are at the predicted end.
+    close: Vec<(usize, LinkPegContact)>,
+    /// For each link, contacts in the lane that has the most of them; once laid out, its first slot.
+    most: Vec<usize>,
+}
+
+/// One contact of one robot.
+#[derive(Debug, Clone, Copy)]
+pub struct Found {
+    pub lane: usize,
+    /// Index of the near pair.
+    pub pair: usize,
+    pub link: usize,
+    /// Its place in [`crate::planar::Stage::contacts`]; until they are laid out, among those of lane and link.
+    pub slot: usize,
+    pub direction: Vector3<f64>,
+    offset: f64,
+    /// In the last stage \[N\].
+    force: f64,
+}
+
+/// One robot of a stage: where it starts, where it is predicted to end, and with what velocity.
+pub struct Prediction<'a, T> {
+    pub robot: &'a Robot,
+    pub pegs: &'a PegGrid,
+    /// Lane of the robot in all that follows.
+    pub lane: usize,
+    pub base: &'a [Vector3<T>],
+    /// Configuration at the start of the step.
+    pub start: &'a [Vector3<T>],
+    pub end: &'a [Vector3<T>],
+    /// Headings at the predicted end.
+    pub heading: &'a [Heading<T>],
+    pub twist: &'a [Vector3<T>],
+    /// c \[s\].
+    pub coefficient: f64,
+    /// Time from the start of the step to the end of the stage \[s\].
+    pub elapsed: f64,
+    /// Largest way of any point of the robot from the start of the step to the predicted end \[m\].
+    pub lead: f64,
+    /// Predicted gap up to which a pair takes part \[m\].
+    pub margin: f64,
+}
+
+impl Contacts {
+    pub fn with_capacity(links: usize, lanes: usize) -> Self {
+        let pairs = PAIRS_PER_LINK * links;
+        Self { found: Vec::with_capacity(pairs * lanes), close: Vec::with_capacity(pairs), most: vec![0; links] }
+    }
+
+    /// The contacts of the `lanes`, lane by lane.
+    pub fn in_lanes(&self, lanes: Lanes) -> impl Iterator<Item = &Found> {
+        self.found.iter().filter(move |found| lanes[found.lane])
+    }
+
+    pub fn clear(&mut self) {
+        self.found.clear();
+        self.most.fill(0);
+    }
+
+    /// Finds the contacts of a robot: its near pairs whose predicted gap is below the margin.
+    pub fn find<T: Real>(&mut self, near: &mut NearPegs, prediction: &Prediction<T>) {
+        self.look(near, prediction);
+        for (index, at_end) in &self.close {
+            let pair = &mut near.pairs_mut()[*index];
+            let (lane, link) = (prediction.lane, pair.link);
+            let before = self.found.last().filter(|last| last.lane == lane && last.link == link);
+            let slot = before.map_or(0, |last| last.slot + 1);
+            self.most[link] = self.most[link].max(slot + 1);
+            let (direction, offset) = prediction.plane(pair, at_end);
+            self.found.push(Found { lane, pair: *index, link, slot, direction, offset, force: pair.force });
+        }
+        // A pair that takes no part has no force.
+        near.pairs_mut().iter_mut().for_each(|pair| pair.force = 0.0);
+    }
+
+    /// Collects the pairs within the margin, without a branch that no processor would foresee.
+    fn look<T: Real>(&mut self, near: &mut NearPegs, prediction: &Prediction<T>) {
+        let (close, mut count) = (&mut self.close, 0);
+        near.visit_within(prediction.lead, prediction.margin, |index, pair| {
+            let at_end = prediction.contact(pair);
+            close.truncate(count);
+            close.push((index, at_end));
+            count += usize::from(at_end.gap < prediction.margin);
+            at_end.gap
+        });
+        close.truncate(count);
+    }
+
+    /// Gives every contact its slot in `contacts`, sorted by link and in each lane in the order found, so that a
+    /// robot's contacts come in the same order alone and among others; `forces` receives their last forces.
+    pub fn lay_out<T: Real>(&mut self, contacts: &mut Vec<StageContact<T>>, forces: &mut Vec<T>) {
+        let zero = T::zero();
+        let direction = Vector3::new(zero, zero, zero);
+        contacts.clear();
+        for (link, most) in self.most.iter_mut().enumerate() {
+            let first = contacts.len();
+            contacts.resize(first + *most, StageContact { link, direction, offset: T::splat(1.0) });
+            *most = first;
+        }
+        forces.clear();
+        forces.resize(contacts.len(), zero);
+        for found in &mut self.found {
+            found.slot += self.most[found.link];
+            let contact = &mut contacts[found.slot];
+            set_vector(&mut contact.direction, found.lane, &found.direction);
+            contact.offset.set_lane(found.lane, found.offset);
+            forces[found.slot].set_lane(found.lane, found.force);
+        }
+    }
+}
+
+impl<T: Real> Prediction<'_, T> {
+    /// A pair at the predicted end.
+    fn contact(&self, pair: &NearPair) -> LinkPegContact {
+        let (i, lane) = (pair.link, self.lane);
+        let (cos, sin) = (self.heading[i].cos.lane(lane), self.heading[i].sin.lane(lane));
+        let end = read_vector(&self.end[i], lane);
+        link_peg_contact(&end, cos, sin, &self.robot.links[i], &self.pegs.pegs()[pair.peg])
+    }
+
+    /// Direction and offset of a pair, given how it is at the predicted end.
+    ///
+    /// The end-of-stage gap (T 3.47 != D5) is linearised at the predicted end configuration,
+    /// `g(q_E) = g(q_pred) + c w . (u - u_pred)`, so that a sustained contact is exact to second order.
+    /// Where the prediction runs deep into a peg, or past it, the side is uncertain, and the gap is linearised
+    /// at the start of the step (T 3.47 != D9). Either plane touches the distance function of a convex body
+    /// from below (for a link that translates), so `g + c w . u >= 0` keeps the true gap non-negative however
+    /// long the step.
+    fn plane(&self, pair: &NearPair, at_end: &LinkPegContact) -> (Vector3<f64>, f64) {
+        let (i, lane, c) = (pair.link, self.lane, self.coefficient);
+        let (link, peg) = (&self.robot.links[i], &self.pegs.pegs()[pair.peg]);
+        let touching = peg.radius + link.radius;
+        let mut plane = *at_end;
+        let mut travelled = c * at_end.direction.dot(&read_vector(&self.twist[i], lane));
+        if at_end.gap < -DEEP * touching || self.lead > touching {
+            let start = read_vector(&self.start[i], lane);
+            let heading = Heading::of(start.z);
+            let at_start = link_peg_contact(&start, heading.cos, heading.sin, link, peg);
+            let same_side = at_start.direction.xy().dot(&at_end.direction.xy()) > SAME_SIDE;
+            if at_end.gap < -DEEP * touching || !same_side {
+                plane = at_start;
+                travelled = -at_start.direction.dot(&(read_vector(&self.base[i], lane) - start));
+            }
+        }
+        let haste = 1.0 + pair.depth / SLIGHT_DEPTH;
+        let floor = -pair.depth * (1.0 - haste * self.elapsed / RECOVERY_TIME).max(0.0);
+        (plane.direction, ((plane.gap - floor - travelled) / c).max(-RECOVERY_SPEED))
+    }
+}
+
+/// Predicted penetration, relative to the sum of the radii, beyond which the side is uncertain.
+const DEEP: f64 = 0.1;
+
+/// Cosine between the normals at the start and at the predicted end of a step down to which the link is
+/// certainly still on the same side of the peg.
+const SAME_SIDE: f64 = 0.5;
+
+/// Fastest separation asked of a penetrating contact \[m/s\] (T 3.55 != D10): an initial penetration is undone over
+/// several steps instead of being thrown out within one.
+const RECOVERY_SPEED: f64 = 0.2;
+
+/// Time within which a slight penetration, as the linearisation of the gap leaves it, fades \[s\]: undone within a
+/// short stage it would kick the robot. Deeper ones fade faster, so that fast motions do not add them up.
+const RECOVERY_TIME: f64 = 0.05;
+
+/// Penetration above which haste prevails \[m\].
+const SLIGHT_DEPTH: f64 = 5e-4;

@@ -1,0 +1,207 @@
+//! The thesis's scheme: midpoint time stepping with Algorithm 3.1 (T 3.6).
+
+use nalgebra::Vector2;
+
+use crate::contact::{NearPair, NearPegs, gap, link_peg_contact};
+use crate::control::{ControlLaw, ControllerConfig};
+use crate::gait::JointTarget;
+use crate::pegs::PegGrid;
+use crate::planar::{
+    Heading, PlanarState, Pose, Stage, StageContact, StageJoint, StageLink, StageSolution, certify, close_joints,
+    is_sane,
+};
+use crate::robot::Link;
+
+use crate::stepping::energy::Works;
+use crate::stepping::{IntegratorConfig, Tally};
+
+use super::io_drive::ExplicitIo;
+use super::{Body, Driven, Plant};
+
+mod modified_newton;
+
+pub use modified_newton::{ModifiedNewton, Penalties};
+
+/// Workspace of the scheme, for one robot.
+#[derive(Debug, Clone)]
+pub struct Thesis {
+    config: IntegratorConfig,
+    stage: Stage,
+    solution: StageSolution,
+    iteration: ModifiedNewton,
+    /// Input-output linearisation instead of PD.
+    io: Option<ExplicitIo>,
+    midpoint: Vec<Pose>,
+    targets: Vec<JointTarget>,
+    near: NearPegs,
+    closed: Vec<NearPair>,
+    /// P_H of every link-peg pair when it was last active \[N s\]: row = peg, column = link.
+    last_impulse: Vec<f64>,
+}
+
+impl Thesis {
+    pub fn new(config: IntegratorConfig, plant: &Plant) -> Self {
+        let links = plant.robot.link_count();
+        Self {
+            config,
+            stage: Stage::with_capacity(links),
+            solution: StageSolution::new(links),
+            iteration: ModifiedNewton::new(links),
+            io: (plant.controller.law == ControlLaw::Io).then(|| ExplicitIo::new(plant)),
+            midpoint: vec![Pose::zeros(); links],
+            targets: vec![JointTarget::default(); links - 1],
+            near: NearPegs::with_capacity(links),
+            closed: Vec::with_capacity(links),
+            last_impulse: Vec::new(),
+        }
+    }
+
+    /// Forgets all impulses.
+    pub fn clear(&mut self) {
+        self.solution.friction.fill(Vector2::zeros());
+        self.near.clear();
+        self.last_impulse.fill(0.0);
+    }
+
+    /// Integrates over `duration` in equal steps no longer than the configured one.
+    pub fn advance<D: Driven>(&mut self, plant: &Plant, robot: &mut D, duration: f64) {
+        robot.body_mut().begin();
+        if duration <= 0.0 {
+            return;
+        }
+        let steps = self.config.steps_in(duration);
+        let h = duration / f64::from(steps);
+        for k in 1..=steps {
+            self.step(plant, robot, h);
+            let body = robot.body_mut();
+            body.state.time = body.interval_start() + h * f64::from(k);
+            body.sane = is_sane(&body.state.pose, &body.state.twist);
+            body.contain();
+            if body.diverged {
+                self.clear();
+                break;
+            }
+        }
+    }
+
+    /// One step of length `h`: q_M, active set and directions there, impulsions, q_E, projection.
+    fn step<D: Driven>(&mut self, plant: &Plant, robot: &mut D, h: f64) {
+        robot.targets(robot.body().state.time, &mut self.targets);
+        let Body { state, pegs, tally, warm_start, .. } = robot.body_mut();
+        self.move_to_midpoint(state, h);
+        self.find_closed_contacts(plant, state, pegs);
+        self.build_stage(plant, state, pegs, h);
+        self.solve(pegs, tally);
+        self.move_to_end(plant, state, h);
+        self.near.advance(farthest(&plant.robot.links, &self.midpoint, &state.pose));
+        for (torque, drive) in warm_start.joint_torque.iter_mut().zip(&self.solution.drive) {
+            *torque = -drive / h;
+        }
+    }
+
+    /// q_M = q_A + h/2 u_A (T 3.65).
+    fn move_to_midpoint(&mut self, state: &PlanarState, h: f64) {
+        for (midpoint, (q, u)) in self.midpoint.iter_mut().zip(state.pose.iter().zip(&state.twist)) {
+            *midpoint = q + u * (0.5 * h);
+        }
+    }
+
+    /// The set H of active contacts at q_M (T 3.47).
+    fn find_closed_contacts(&mut self, plant: &Plant, state: &PlanarState, pegs: &PegGrid) {
+        let lead = farthest(&plant.robot.links, &state.pose, &self.midpoint);
+        if !self.near.covers(lead, 0.0) {
+            self.near.rebuild(self.midpoint.iter().copied(), &plant.robot.links, pegs, 0.0, lead);
+        }
+        self.near.advance(lead);
+        self.closed.clear();
+        for pair in self.near.pairs() {
+            let (link, peg) = (&plant.robot.links[pair.link], &pegs.pegs()[pair.peg]);
+            if gap(&self.midpoint[pair.link], link, peg) <= 0.0 {
+                self.closed.push(*pair);
+            }
+        }
+    }
+
+    /// Directions at q_M, reference velocity u_A, and the torque (T 3.51 != D8) at t_A held over the step.
+    fn build_stage(&mut self, plant: &Plant, state: &PlanarState, pegs: &PegGrid, h: f64) {
+        let Self { stage, midpoint, .. } = self;
+        stage.coefficient = h;
+        stage.links.clear();
+        stage.links.extend(plant.robot.links.iter().zip(midpoint.iter()).zip(&state.twist).map(|((link, q), u)| {
+            StageLink {
+                heading: Heading::of(q.z),
+                reference: *u,
+                mass: link.mass,
+                inertia: link.inertia,
+                half_length: 0.5 * link.length,
+                friction: plant.friction_force(link) * h * plant.stribeck().share(u.xy().norm_squared()),
+            }
+        }));
+        let ControllerConfig { kp, kd, .. } = plant.controller;
+        let limit = h * plant.controller.limit_at(state.time);
+        if let Some(io) = &mut self.io {
+            io.update(state, &self.targets);
+        }
+        stage.joints.clear();
+        stage.joints.extend(self.targets.iter().enumerate().map(|(j, target)| {
+            let torque = match &self.io {
+                Some(io) => io.tau[j],
+                None => kp * (target.angle - state.joint_angle(j)) + kd * (target.rate - state.joint_rate(j)),
+            };
+            StageJoint { drive: h * torque, stiffness: 0.0, limit, slack: 0.0 }
+        }));
+        stage.contacts.clear();
+        for pair in &self.closed {
+            let (q, heading) = (&midpoint[pair.link], stage.links[pair.link].heading);
+            let (link, peg) = (&plant.robot.links[pair.link], &pegs.pegs()[pair.peg]);
+            let direction = link_peg_contact(q, heading.cos, heading.sin, link, peg).direction;
+            stage.contacts.push(StageContact { link: pair.link, direction, offset: 0.0 });
+        }
+    }
+
+    fn solve(&mut self, pegs: &PegGrid, tally: &mut Tally) {
+        let links = self.stage.links.len();
+        self.last_impulse.resize(links * pegs.pegs().len(), 0.0);
+        let place = |pair: &NearPair| pair.peg * links + pair.link;
+        self.solution.contact.clear();
+        self.solution.contact.extend(self.closed.iter().map(|pair| self.last_impulse[place(pair)]));
+        let r = Penalties { friction: self.config.r_t.unwrap_or(R_T), contact: self.config.r_h };
+        let (epsilon, cap) = (self.config.tolerance(), self.config.max_iterations());
+        let (iterations, converged) = self.iteration.solve(&self.stage, &mut self.solution, r, epsilon, cap);
+        for (pair, impulse) in self.closed.iter().zip(&self.solution.contact) {
+            self.last_impulse[place(pair)] = *impulse;
+        }
+        self.record(iterations, converged, tally);
+    }
+
+    fn record(&self, iterations: u32, converged: bool, tally: &mut Tally) {
+        let certificate = certify(&self.stage, &self.solution);
+        tally.steps += 1;
+        tally.add_solve(iterations, !converged, certificate.residual(), certificate.gap);
+        tally.add_works(&Works::of(&self.stage, &self.solution), 0, 1.0);
+        for (contact, impulse) in self.stage.contacts.iter().zip(&self.solution.contact) {
+            tally.contact_impulse[contact.link] += contact.direction.xy() * *impulse;
+        }
+    }
+
+    /// q_E = q_M + h/2 u_E (T 3.74), then the projection of (T 3.6.3).
+    fn move_to_end(&self, plant: &Plant, state: &mut PlanarState, h: f64) {
+        for ((q, midpoint), u) in state.pose.iter_mut().zip(&self.midpoint).zip(&self.solution.twist) {
+            *q = midpoint + u * (0.5 * h);
+        }
+        close_joints(&plant.robot, &mut state.pose);
+        state.twist.copy_from_slice(&self.solution.twist);
+    }
+}
+
+/// Bound on how far any point of the robot moves between two configurations \[m\].
+fn farthest(links: &[Link], from: &[Pose], to: &[Pose]) -> f64 {
+    let moved = |((link, from), to): ((&Link, &Pose), &Pose)| {
+        let step = to - from;
+        step.xy().norm() + link.reach() * step.z.abs()
+    };
+    links.iter().zip(from).zip(to).map(moved).fold(0.0, f64::max)
+}
+
+/// r_T of (T Table 7.2), planar model.
+const R_T: f64 = 1.3;

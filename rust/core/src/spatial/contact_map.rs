@@ -1,0 +1,108 @@
+//! Contacts with pegs of robots side by side: which lane's peg is in which contact of the stage.
+
+use nalgebra::Vector2;
+
+use crate::math::{MAX_LANES, Real};
+use crate::robot::Link;
+use crate::spatial::{Screw, StagePeg};
+
+use super::SpatialBody;
+use super::peg_contacts::{Pair, Situation};
+use super::stage_work::StageWork;
+
+/// The pegs that lanes have in one contact of the stage.
+type Slot = [Option<usize>; MAX_LANES];
+
+/// Peg contacts of the stage at hand, and the pairs of the one before.
+#[derive(Debug, Clone)]
+pub struct Slots {
+    slots: Vec<Slot>,
+    /// Pairs of the last stage, lane by lane.
+    pairs: [Vec<Pair>; MAX_LANES],
+}
+
+/// What a peg did to a link over a stage.
+#[derive(Debug, Clone, Copy)]
+pub struct Push {
+    pub lane: usize,
+    pub link: usize,
+    /// \[N s\]
+    pub impulse: Vector2<f64>,
+}
+
+impl Slots {
+    pub fn new(links: usize) -> Self {
+        Self { slots: Vec::with_capacity(4 * links), pairs: std::array::from_fn(|_| Vec::with_capacity(4 * links)) }
+    }
+
+    /// Takes over what the last step of a lane's robot left.
+    pub fn recall(&mut self, lane: usize, pairs: &[Pair]) {
+        self.pairs[lane].clear();
+        self.pairs[lane].extend_from_slice(pairs);
+    }
+
+    pub fn pairs(&self, lane: usize) -> &[Pair] {
+        &self.pairs[lane]
+    }
+
+    /// Contacts of the stage that are a lane's own.
+    pub fn of_lane(&self, lane: usize) -> impl Iterator<Item = usize> + Clone + '_ {
+        self.slots.iter().enumerate().filter(move |(_, slot)| slot[lane].is_some()).map(|(index, _)| index)
+    }
+
+    pub fn clear<T: Real>(&mut self, work: &mut StageWork<T>) {
+        self.slots.clear();
+        work.stage.pegs.clear();
+        work.solution.peg.clear();
+    }
+
+    /// Adds the contacts of link `index` in the lanes given; `elapsed` as in [`Situation`].
+    pub fn add<'a, T: Real>(
+        &mut self,
+        work: &mut StageWork<T>,
+        index: usize,
+        link: &Link,
+        robots: impl Iterator<Item = (usize, &'a SpatialBody)>,
+        elapsed: T,
+    ) {
+        let first = self.slots.len();
+        for (lane, body) in robots {
+            let mut next = first;
+            let situation = Situation::of(work, lane, index, link, elapsed.lane(lane));
+            situation.visit(index, &body.pegs, |peg, contact| {
+                if next == self.slots.len() {
+                    self.slots.push([None; MAX_LANES]);
+                    work.stage.pegs.push(StagePeg::nowhere(index));
+                    work.solution.peg.push(T::zero());
+                }
+                self.slots[next][lane] = Some(peg);
+                work.stage.pegs[next].set_lane(lane, &contact);
+                let same = |pair: &&Pair| pair.link == index && pair.peg == peg;
+                let force = self.pairs[lane].iter().find(same).map_or(0.0, |pair| pair.force);
+                work.solution.peg[next].set_lane(lane, work.stage.coefficient.lane(lane) * force);
+                next += 1;
+            });
+        }
+    }
+
+    /// The forces of a lane's solved stage become those that the next one starts from.
+    pub fn remember<T: Real>(&mut self, work: &StageWork<T>, lane: usize) {
+        let Self { slots, pairs } = self;
+        pairs[lane].clear();
+        for (slot, (contact, impulse)) in slots.iter().zip(work.stage.pegs.iter().zip(&work.solution.peg)) {
+            if let Some(peg) = slot[lane] {
+                let force = impulse.lane(lane) / work.stage.coefficient.lane(lane);
+                pairs[lane].push(Pair { link: contact.link, peg, force });
+            }
+        }
+    }
+
+    /// What pegs did in a lane's solved stage.
+    pub fn pushes<'a, T: Real>(&'a self, work: &'a StageWork<T>, lane: usize) -> impl Iterator<Item = Push> + 'a {
+        self.of_lane(lane).map(move |index| {
+            let StagePeg { link, direction: Screw { linear, .. }, .. } = &work.stage.pegs[index];
+            let impulse = Vector2::new(linear.x.lane(lane), linear.y.lane(lane)) * work.solution.peg[index].lane(lane);
+            Push { lane, link: *link, impulse }
+        })
+    }
+}

@@ -1,0 +1,162 @@
+//! A robot as the scheme carries it: in coordinates in which joints cannot open, with the forces of its last stage.
+
+use nalgebra::{UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
+
+use crate::gait::CardanTarget;
+use crate::math::Real;
+use crate::robot::Robot;
+use crate::spatial::{
+    Frame, Pose, Posture, Screw, SpatialState, Speed, Twist, inertia, joint_angle, joint_rate, read_lane, turning,
+    twist_of, write_lane,
+};
+use crate::stepping::start::follows;
+
+use super::peg_contacts::Pair;
+
+/// What one step hands to the next.
+#[derive(Debug, Clone)]
+pub struct Motion {
+    pub posture: Posture,
+    pub speed: Speed,
+    /// Momentum of each link, and angular momentum about its CG, frame I: what joints exchange and nothing loses.
+    pub momentum: Vec<Screw>,
+    pub forces: GroundForces,
+    /// Pairs of the last stage.
+    pub pairs: Vec<Pair>,
+    /// Time since the robot was placed, and since its reference last jumped \[s\].
+    pub elapsed: f64,
+    pub calm: f64,
+    /// The last step began at rest.
+    pub settled: bool,
+    /// Linear solves of the last step.
+    pub effort: u32,
+
+    frames: Vec<Frame>,
+}
+
+/// Forces of the ground in the last stage: which contacts bore, and which of them stuck.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct GroundForces<T = f64> {
+    /// At both ends of each link \[N\].
+    pub normal: Vec<[T; 2]>,
+    pub friction: Vec<[[T; 2]; 2]>,
+    /// Rolling friction of both ends together.
+    pub rolling: Vec<[T; 2]>,
+}
+
+impl<T: Real> GroundForces<T> {
+    pub fn none(links: usize) -> Self {
+        let zero = T::zero();
+        Self { normal: vec![[zero; 2]; links], friction: vec![[[zero; 2]; 2]; links], rolling: vec![[zero; 2]; links] }
+    }
+
+    pub fn read_lane(&self, lane: usize, to: &mut GroundForces) {
+        read_lane::<T, _>(&self.normal, lane, &mut to.normal);
+        read_lane::<T, _>(&self.friction, lane, &mut to.friction);
+        read_lane::<T, _>(&self.rolling, lane, &mut to.rolling);
+    }
+
+    pub fn set_lane(&mut self, lane: usize, from: &GroundForces) {
+        write_lane::<T, _>(&mut self.normal, lane, &from.normal);
+        write_lane::<T, _>(&mut self.friction, lane, &from.friction);
+        write_lane::<T, _>(&mut self.rolling, lane, &from.rolling);
+    }
+}
+
+impl GroundForces {
+    pub fn copy_from(&mut self, other: &Self) {
+        self.normal.copy_from_slice(&other.normal);
+        self.friction.copy_from_slice(&other.friction);
+        self.rolling.copy_from_slice(&other.rolling);
+    }
+
+    fn clear(&mut self) {
+        self.normal.fill([0.0; 2]);
+        self.friction.fill([[0.0; 2]; 2]);
+        self.rolling.fill([0.0; 2]);
+    }
+
+    pub fn fits(&self, links: usize) -> bool {
+        self.normal.len() == links && self.friction.len() == links && self.rolling.len() == links
+    }
+}
+
+impl Motion {
+    pub fn new(links: usize) -> Self {
+        Self {
+            posture: Posture::straight(links),
+            speed: Speed::rest(links),
+            momentum: vec![Screw::zero(); links],
+            forces: GroundForces::none(links),
+            pairs: Vec::with_capacity(4 * links),
+            elapsed: 0.0,
+            calm: 0.0,
+            settled: false,
+            effort: 0,
+            frames: vec![Frame::origin(); links],
+        }
+    }
+
+    /// Forgets all forces: the robot was placed.
+    pub fn forget(&mut self) {
+        (self.elapsed, self.calm) = (0.0, 0.0);
+        (self.settled, self.effort) = (false, 0);
+        self.forces.clear();
+        self.pairs.clear();
+    }
+
+    /// Pose of link 1, joint angles, their rates and all momenta from the poses and twists of all links.
+    pub fn read(&mut self, robot: &Robot, state: &SpatialState) {
+        let (pose, twist) = (&state.pose, &state.twist);
+        let Self { posture, speed, momentum, .. } = self;
+        let q = pose[0].orientation.quaternion();
+        (posture.position, posture.orientation) = (pose[0].position, [q.w, q.i, q.j, q.k]);
+        speed.head = Screw { linear: linear(&twist[0]), angular: pose[0].orientation * turning(&twist[0]) };
+        for (j, (angle, rate)) in posture.angle.iter_mut().zip(&mut speed.rate).enumerate() {
+            *angle = joint_angle(&pose[j], &pose[j + 1]).into();
+            *rate = joint_rate(&pose[j], &twist[j], &pose[j + 1], &twist[j + 1]).into();
+        }
+        for (i, link) in robot.links.iter().enumerate() {
+            let spin = turning(&twist[i]).component_mul(&inertia(link));
+            momentum[i] = Screw { linear: linear(&twist[i]) * link.mass, angular: pose[i].orientation * spin };
+        }
+    }
+
+    /// Poses and twists of all links.
+    pub fn write(&mut self, robot: &Robot, half_length: &[f64], state: &mut SpatialState) {
+        let SpatialState { pose, twist, .. } = state;
+        self.place_links(half_length, pose);
+        for (i, link) in robot.links.iter().enumerate() {
+            let Screw { linear, angular } = &self.momentum[i];
+            let spin = pose[i].orientation.inverse_transform_vector(angular);
+            twist[i] = twist_of(linear / link.mass, spin.component_div(&inertia(link)));
+        }
+    }
+
+    fn place_links(&mut self, half_length: &[f64], pose: &mut [Pose]) {
+        self.posture.place_links(half_length, &mut self.frames);
+        let about = UnitQuaternion::from_axis_angle;
+        let [w, x, y, z] = self.posture.orientation;
+        let mut orientation = UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z));
+        for (i, (pose, frame)) in pose.iter_mut().zip(&self.frames).enumerate() {
+            if i > 0 {
+                let [yaw, pitch] = self.posture.angle[i - 1];
+                orientation = orientation * about(&Vector3::y_axis(), yaw) * about(&Vector3::x_axis(), pitch);
+            }
+            *pose = Pose { position: frame.position, orientation };
+        }
+    }
+
+    /// A robot that was placed in motion with its reference has no start to resolve.
+    pub fn follows(&self, targets: &[CardanTarget]) -> bool {
+        let mut joints = targets.iter().zip(self.posture.angle.iter().zip(&self.speed.rate));
+        joints.all(|(target, (angle, rate))| {
+            follows(&target.yaw, angle[0], rate[0]) && follows(&target.pitch, angle[1], rate[1])
+        })
+    }
+}
+
+fn linear(twist: &Twist) -> Vector3<f64> {
+    twist.fixed_rows::<3>(0).into()
+}

@@ -1,0 +1,236 @@
+//! The thesis's scheme: midpoint time stepping with Algorithms 4.1, 4.2 and 4.3 (T 4.6).
+
+use nalgebra::Vector2;
+
+use crate::gait::{CardanReference, CardanTarget};
+use crate::pegs::PegGrid;
+use crate::robot::Link;
+use crate::spatial::{
+    End, Pose, SpatialState, actuator_torque, close_joints, ground_contact, ground_gap, is_sane, joint_angle,
+    joint_rows, mass_diagonal, peg_contact, peg_gap, printed_joint_rate, smooth_force, travel, turning,
+};
+use crate::stepping::{IntegratorConfig, Tally};
+
+use super::{SpatialBody, SpatialPlant};
+
+mod modified_newton;
+mod step;
+mod step_residual;
+
+pub use modified_newton::{ContactPenalties, ModifiedNewton};
+pub use step::{GroundImpulse, Step, StepGround, StepLink, StepPeg, StepSolution};
+pub use step_residual::step_residual;
+
+/// Workspace of the scheme, for one robot.
+#[derive(Debug, Clone)]
+pub struct SpatialThesis {
+    config: IntegratorConfig,
+    step: Step,
+    solution: StepSolution,
+    iteration: ModifiedNewton,
+    midpoint: Vec<Pose>,
+    targets: Vec<CardanTarget>,
+    /// Impulses of every contact when it was last active: two a link \[N s\].
+    last_ground: Vec<[GroundImpulse; 2]>,
+    /// The same for every link-peg pair: row = peg, column = link \[N s\].
+    last_peg: Vec<f64>,
+    /// Which of these the contacts of the present step are.
+    ground: Vec<(usize, usize)>,
+    pegs: Vec<usize>,
+}
+
+impl SpatialThesis {
+    pub fn new(config: IntegratorConfig, plant: &SpatialPlant) -> Self {
+        let links = plant.robot.link_count();
+        Self {
+            config,
+            step: Step::with_capacity(links, plant.friction, plant.rolling_friction),
+            solution: StepSolution::new(links),
+            iteration: ModifiedNewton::new(links),
+            midpoint: vec![Pose::identity(); links],
+            targets: vec![CardanTarget::default(); links - 1],
+            last_ground: vec![Default::default(); links],
+            last_peg: Vec::new(),
+            ground: Vec::with_capacity(2 * links),
+            pegs: Vec::with_capacity(2 * links),
+        }
+    }
+
+    pub fn config(&self) -> &IntegratorConfig {
+        &self.config
+    }
+
+    /// Forgets all impulses.
+    pub fn clear(&mut self) {
+        self.last_ground.fill(Default::default());
+        self.last_peg.fill(0.0);
+    }
+
+    /// Integrates over `duration` in equal steps no longer than the configured one.
+    pub fn advance(
+        &mut self,
+        plant: &SpatialPlant,
+        body: &mut SpatialBody,
+        reference: &impl CardanReference,
+        duration: f64,
+    ) {
+        body.begin();
+        if duration <= 0.0 {
+            return;
+        }
+        let steps = self.config.steps_in(duration);
+        let h = duration / f64::from(steps);
+        for k in 1..=steps {
+            self.step(plant, body, reference, h);
+            body.state.time = body.interval_start() + h * f64::from(k);
+            if !is_sane(&body.state.pose, &body.state.twist) {
+                body.contain();
+                self.clear();
+                break;
+            }
+        }
+    }
+
+    /// Algorithm 4.1 with step length `h`.
+    fn step(&mut self, plant: &SpatialPlant, body: &mut SpatialBody, reference: &impl CardanReference, h: f64) {
+        let SpatialBody { state, pegs, tally, joint_torque, ground_impulse, .. } = body;
+        reference.targets(state.time, &mut self.targets);
+        self.move_to_midpoint(state, h);
+        self.command(plant, state, joint_torque);
+        self.build_links(plant, state, joint_torque, h);
+        self.build_joints(&plant.robot.links);
+        self.find_closed_contacts(&plant.robot.links, pegs);
+        self.recall_impulses(plant.robot.link_count(), pegs);
+        let (iterations, converged) = self.solve();
+        self.keep_impulses(ground_impulse);
+        self.record(iterations, !converged, joint_torque, h, tally);
+        self.move_to_end(plant, state, h);
+    }
+
+    /// q_M = q_A + h/2 F(q_A) u_A (T 4.103).
+    fn move_to_midpoint(&mut self, state: &SpatialState, h: f64) {
+        for (midpoint, (q, u)) in self.midpoint.iter_mut().zip(state.pose.iter().zip(&state.twist)) {
+            *midpoint = travel(q, u, 0.5 * h);
+        }
+    }
+
+    /// Torques from angles and rates at the start of the step, held over it (T Remark 4.1).
+    fn command(&self, plant: &SpatialPlant, state: &SpatialState, torque: &mut [Vector2<f64>]) {
+        let SpatialState { pose, twist, time } = state;
+        for (j, (torque, target)) in torque.iter_mut().zip(&self.targets).enumerate() {
+            let angle = joint_angle(&pose[j], &pose[j + 1]);
+            let rate = printed_joint_rate(&pose[j], &twist[j], &pose[j + 1], &twist[j + 1]);
+            *torque = plant.joint_torque(target, angle, rate, *time);
+        }
+    }
+
+    /// u_A + M^-1 (h + tau) dt, torques along the axes at q_M.
+    fn build_links(&mut self, plant: &SpatialPlant, state: &SpatialState, torque: &[Vector2<f64>], h: f64) {
+        let Self { step, midpoint, .. } = self;
+        step.links.clear();
+        step.links.extend(plant.robot.links.iter().zip(&state.twist).map(|(link, u)| {
+            let inverse_mass = mass_diagonal(link).map(f64::recip);
+            let force = smooth_force(link, plant.robot.gravity, u);
+            StepLink { reference: u + inverse_mass.component_mul(&force) * h, inverse_mass }
+        }));
+        for (j, torque) in torque.iter().enumerate() {
+            for (i, moment) in actuator_torque(&midpoint[j], &midpoint[j + 1], *torque).iter().enumerate() {
+                let StepLink { reference, inverse_mass } = &mut step.links[j + i];
+                let mut turn = reference.fixed_rows_mut::<3>(3);
+                turn += turning(inverse_mass).component_mul(moment) * h;
+            }
+        }
+    }
+
+    fn build_joints(&mut self, links: &[Link]) {
+        let pairs = links.windows(2).zip(self.midpoint.windows(2));
+        self.step.joints.clear();
+        self.step.joints.extend(pairs.map(|(link, q)| joint_rows(&link[0], &q[0], &link[1], &q[1])));
+    }
+
+    /// The sets I and H of active contacts at q_M and their directions (T 4.106), (T 4.107).
+    fn find_closed_contacts(&mut self, links: &[Link], pegs: &PegGrid) {
+        let Self { step, midpoint, ground, pegs: pairs, .. } = self;
+        step.ground.clear();
+        step.pegs.clear();
+        ground.clear();
+        pairs.clear();
+        for (i, (link, q)) in links.iter().zip(midpoint.iter()).enumerate() {
+            for (k, end) in End::BOTH.into_iter().enumerate() {
+                if ground_gap(link, q, end) <= 0.0 {
+                    step.ground.push(StepGround { link: i, rows: ground_contact(link, q, end) });
+                    ground.push((i, k));
+                }
+            }
+            pegs.visit_near(q.position.x, q.position.y, link.reach(), |peg| {
+                if peg_gap(link, q, &pegs.pegs()[peg]) <= 0.0 {
+                    let direction = peg_contact(link, q, &pegs.pegs()[peg]).direction;
+                    step.pegs.push(StepPeg { link: i, direction });
+                    pairs.push(peg * links.len() + i);
+                }
+            });
+        }
+    }
+
+    /// Starts from the impulses that these contacts had when they were last active.
+    fn recall_impulses(&mut self, links: usize, pegs: &PegGrid) {
+        let Self { solution, ground, pegs: pairs, last_ground, last_peg, .. } = self;
+        last_peg.resize(links * pegs.pegs().len(), 0.0);
+        solution.ground.clear();
+        solution.ground.extend(ground.iter().map(|&(link, end)| last_ground[link][end]));
+        solution.peg.clear();
+        solution.peg.extend(pairs.iter().map(|&pair| last_peg[pair]));
+    }
+
+    /// Keeps the impulses for the next step and adds the ground's normal ones to the sums of their links.
+    fn keep_impulses(&mut self, ground_impulse: &mut [f64]) {
+        for (&(link, end), impulse) in self.ground.iter().zip(&self.solution.ground) {
+            self.last_ground[link][end] = *impulse;
+            ground_impulse[link] += impulse.normal;
+        }
+        for (&pair, impulse) in self.pegs.iter().zip(&self.solution.peg) {
+            self.last_peg[pair] = *impulse;
+        }
+    }
+
+    fn solve(&mut self) -> (u32, bool) {
+        let IntegratorConfig { r_n, r_t, r_v, r_h, .. } = self.config;
+        let r = ContactPenalties { normal: r_n, friction: r_t.unwrap_or(R_T), rolling: r_v, peg: r_h };
+        let (epsilon, cap) = (self.config.tolerance(), self.config.max_iterations());
+        self.iteration.solve(&self.step, &mut self.solution, r, epsilon, cap)
+    }
+
+    fn record(&self, iterations: u32, missed: bool, torque: &[Vector2<f64>], h: f64, tally: &mut Tally) {
+        let Self { step, solution, midpoint, .. } = self;
+        tally.steps += 1;
+        tally.add_solve(iterations, missed, step_residual(step, solution), 0.0);
+        for (contact, impulse) in step.ground.iter().zip(&solution.ground) {
+            let u = &solution.twist[contact.link];
+            let rows = &contact.rows;
+            tally.friction_work +=
+                impulse.tangent.dot(&rows.tangent.tr_mul(u)) + impulse.rolling.dot(&rows.rolling.tr_mul(u));
+        }
+        for (j, torque) in torque.iter().enumerate() {
+            let moments = actuator_torque(&midpoint[j], &midpoint[j + 1], *torque);
+            let power = |(k, moment)| turning(&solution.twist[j + k]).dot(moment);
+            let work = h * moments.iter().enumerate().map(power).sum::<f64>();
+            tally.actuator_work += work;
+            tally.positive_actuator_work += work.max(0.0);
+        }
+        for (contact, impulse) in step.pegs.iter().zip(&solution.peg) {
+            tally.contact_impulse[contact.link] += contact.direction.xy() * *impulse;
+        }
+    }
+
+    /// q_E = q_M + h/2 F(q_M) u_E (T 4.108), then Algorithm 4.3.
+    fn move_to_end(&self, plant: &SpatialPlant, state: &mut SpatialState, h: f64) {
+        for ((q, midpoint), u) in state.pose.iter_mut().zip(&self.midpoint).zip(&self.solution.twist) {
+            *q = travel(midpoint, u, 0.5 * h);
+        }
+        close_joints(&plant.robot, &mut state.pose);
+        state.twist.copy_from_slice(&self.solution.twist);
+    }
+}
+
+/// r_T of (T Table 7.2), 3D model.
+const R_T: f64 = 0.01;
