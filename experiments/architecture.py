@@ -35,7 +35,7 @@ LAYERS: tuple[dict[str, str], ...] = (
     {"snake_env": "Python package"},
     {"snake_env/reproduce": "the thesis"},
     {"training": "learners, policies, evaluation"},
-    {"experiments": "tables of the docs"},
+    {"benchmarks": "simulator", "experiments": "tables of the docs"},
 )
 """Units from the bottom to the top, each with its content; a unit imports only from rows below its own.
 

@@ -21,7 +21,6 @@ import time
 from pathlib import Path
 from typing import Any
 
-from experiments import compare_gaits
 from training import config as configs
 from training import seeds
 from training.cli import answer, help_format
@@ -33,6 +32,7 @@ from training.policies.gaits import DEGREE, GaitParameters
 from training.policies.interface import Policy
 from training.rollout import Episodes, run_episodes
 from training.runs import RunFolder
+from training.search import compare_gaits
 from training.search.gait_search import ROUNDS, grid, search
 
 

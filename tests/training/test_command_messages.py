@@ -53,7 +53,7 @@ def test_a_run_that_does_not_fit_says_what_it_was_begun_with(tmp_path, capsys, w
     [
         ("training.evaluation.benchmark --tasks nowhere", "task = nowhere: expected one of course, "),
         ("training.evaluation.benchmark --policies nobody", "policy = nobody: expected one of thesis gait, "),
-        ("experiments.compare_gaits --env Nowhere-v0", "Environment `Nowhere` doesn't exist"),
+        ("training.search.compare_gaits --env Nowhere-v0", "Environment `Nowhere` doesn't exist"),
         ("experiments.difficulty --tasks nowhere", "task = nowhere: expected one of field, "),
         (
             "training.evaluate --env CartPole-v1",

@@ -17,12 +17,11 @@ import pytest
 pytest.importorskip("stable_baselines3")
 
 from benchmarks import throughput
-from experiments import compare_gaits
 from training import config, pipeline, rollout, runs, seeds
 from training.evaluation import cached_scores, evaluate, scores, statistics
 from training.learners import sb3
 from training.policies import DEGREE, GaitParameters
-from training.search import gait_search
+from training.search import compare_gaits, gait_search
 
 SMOKE = ["--config", "smoke", "--no-bar"]
 

@@ -1,7 +1,7 @@
 """Compare the thesis's gait with the best of a grid over (A, omega, beta), all under the same torque limit.
 
-    python -m experiments.compare_gaits
-    python -m experiments.compare_gaits --env SnakeCourse-v0 --amplitudes 30,40,50 --omegas 80,120 --betas=-60,-50
+    python -m training.search.compare_gaits
+    python -m training.search.compare_gaits --env SnakeCourse-v0 --amplitudes 30,40,50 --omegas 80,120 --betas=-60,-50
 
 The search runs in one batch of robots, on fields meant for choosing, in rounds that drop the worse gaits; the
 winner and the thesis's gait are then judged on held-out fields. Writes a heat map and JSON.
@@ -25,7 +25,7 @@ from training.search.gait_search import AMPLITUDES, BETAS, OMEGAS, ROUNDS, Round
 
 def parser() -> argparse.ArgumentParser:
     """The command line."""
-    cli = argparse.ArgumentParser("experiments.compare_gaits", description=__doc__, formatter_class=help_format)
+    cli = argparse.ArgumentParser("training.search.compare_gaits", description=__doc__, formatter_class=help_format)
     cli.add_argument("--env", default="SnakeField-v0", help="environment id")
     cli.add_argument("--options", type=json_mapping, default={}, help="keywords of the environment, as JSON")
     cli.add_argument("--amplitudes", type=numbers, default=list(AMPLITUDES), help="A [deg], comma separated")
