@@ -165,7 +165,7 @@ def _environment(env_id: str, options: dict[str, str]) -> str:
             _spaces(layout),
             _actions(config),
             _observation(layout),
-            _rewards(config),
+            _rewards(layout),
             _episode(config),
             _info(layout),
             _arguments(config),
@@ -226,20 +226,10 @@ def _observation(layout: dict[str, Any]) -> str:
     return "\n".join(parts)
 
 
-def _rewards(config: dict[str, Any]) -> str:
-    weights = config["reward_weights"]
-    rows = [
-        (
-            "progress",
-            weights["progress"],
-            "distance of the CG of the whole body towards the goal, gained in this step [m]",
-        ),
-        ("energy", weights["energy"], "minus the positive work of the actuators [J]"),
-        ("smoothness", weights["smoothness"], "minus the mean squared change of the action"),
-        ("success", weights["success"], "1 in the step that reaches the goal"),
-    ]
+def _rewards(layout: dict[str, Any]) -> str:
+    rows = [(term["name"], term["weight"], term["description"], term["unit"]) for term in layout["reward"]]
     text = "The sum of these terms times their `reward_weights`; each weighted term is in `info` as `reward_<term>`.\n"
-    return "\n".join(["### Rewards\n", text, _table(("term", "weight", "value"), rows)])
+    return "\n".join(["### Rewards\n", text, _table(("term", "weight", "value", "unit"), rows)])
 
 
 def _episode(config: dict[str, Any]) -> str:

@@ -19,9 +19,9 @@ TIMES = (0.5, 3.0)
 LAYOUT = {
     "control_period": 0.05,
     "observation": [
-        {"name": "velocity", "start": 0, "size": 2, "elements": ["x", "y"]},
-        {"name": "pegs", "start": 2, "size": 1, "elements": ["peg_1_left"]},
-        {"name": "yaw_rate", "start": 3, "size": 1, "elements": ["yaw_rate"]},
+        {"name": "velocity", "start": 0, "size": 2, "elements": ["x", "y"], "memory": True},
+        {"name": "pegs", "start": 2, "size": 1, "elements": ["peg_1_left"], "memory": False},
+        {"name": "yaw_rate", "start": 3, "size": 1, "elements": ["yaw_rate"], "memory": True},
     ],
 }
 

@@ -15,10 +15,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-BLOCKS = ("joint_angle", "heading", "velocity", "yaw_rate", "lateral_offset", "goal", "contact_force")
-"""Blocks of the observation that are remembered, where an environment has them."""
-
-
 def observed(layout: dict[str, Any], times: Sequence[float]) -> list[str]:
     """Names of what a network sees: the elements of an observation, then their traces."""
     names = _names(layout)
@@ -36,8 +32,8 @@ def _names(layout: dict[str, Any]) -> list[str]:
 
 
 def remembered(layout: dict[str, Any]) -> list[int]:
-    """Places in the observation of what is remembered."""
-    blocks = [block for block in layout["observation"] if block["name"] in BLOCKS]
+    """Places in the observation of what is remembered: the blocks whose rows say so ("memory")."""
+    blocks = [block for block in layout["observation"] if block["memory"]]
     return [k for block in blocks for k in range(block["start"], block["start"] + block["size"])]
 
 

@@ -20,22 +20,6 @@ from snake_env import ConfigError
 
 Signs = NDArray[np.float32]
 
-UNCHANGED = {
-    "heading": ("cos",),
-    "velocity": ("x",),
-    "goal": ("remaining",),
-    "wave": ("amplitude", "frequency", "phase_shift", "lift_phase"),
-    "previous_action": ("amplitude", "frequency", "phase_shift", "lift_phase"),
-    "attitude": ("cos_roll",),
-    "gravity": ("forward", "up"),
-    "gyro": ("left",),
-}
-"""By block of the observation: elements that look the same in the mirror. So do the blocks of ``SAME``, pitch angles,
-what points forward and how near pegs are. All others change sign."""
-
-SAME = ("height", "normal_force")
-
-
 class Mirror(NamedTuple):
     """Signs, 1 or -1, of the elements of an observation (o,) and an action (a,)."""
 
@@ -44,7 +28,7 @@ class Mirror(NamedTuple):
 
     @classmethod
     def of(cls, layout: dict[str, Any]) -> Mirror:
-        """For an environment's ``layout``.
+        """For an environment's ``layout``, whose rows state the signs ("mirror").
 
         Raises:
             ConfigError: action zero lifts: half a turn later the vertical wave is the mirror image with the opposite
@@ -54,18 +38,13 @@ class Mirror(NamedTuple):
             if entry["name"] == "lift" and entry["low"] != -entry["high"]:
                 asked = 'false, another task, or action_mode "joints": in task "free" action zero lifts'
                 raise ConfigError("policy.mirror", True, asked)
-        seen = [_sign(block["name"], element) for block in layout["observation"] for element in block["elements"]]
-        done = [_sign("previous_action", entry["name"]) for entry in layout["action"]]
-        return cls(np.array(seen, np.float32), np.array(done, np.float32))
+        observation = [sign for block in layout["observation"] for sign in block["mirror"]]
+        action = [entry["mirror"] for entry in layout["action"]]
+        return cls(np.array(observation, np.float32), np.array(action, np.float32))
 
     def arrays(self) -> dict[str, Signs]:
         """The signs as the file of a policy names them."""
         return {f"mirror.{name}": of for name, of in self._asdict().items()}
-
-
-def _sign(block: str, element: str) -> int:
-    same = block in SAME or element.startswith("pitch") or element.endswith(("_forward", "_proximity"))
-    return 1 if same or element in UNCHANGED.get(block, ()) else -1
 
 
 class Mirrored(nn.Module):

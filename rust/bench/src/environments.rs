@@ -72,7 +72,7 @@ impl Results {
             reward: vec![0.0; rows],
             terminated: vec![false; rows],
             truncated: vec![false; rows],
-            signals: vec![0.0; rows * batch.signal_kinds().count()],
+            signals: vec![0.0; rows * batch.signals().len()],
         }
     }
 

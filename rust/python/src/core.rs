@@ -51,10 +51,10 @@ impl Core {
         let rows = |kinds: &mut dyn Iterator<Item = SignalKind>| {
             kinds.enumerate().filter(|(_, one)| *one == kind).map(|(row, _)| row).collect()
         };
-        of_model!(self, batch => rows(&mut batch.signal_kinds()))
+        of_model!(self, batch => rows(&mut batch.signals().iter().map(|signal| signal.kind)))
     }
 
     pub fn signal_count(&self) -> usize {
-        of_model!(self, batch => batch.signal_kinds().count())
+        of_model!(self, batch => batch.signals().len())
     }
 }

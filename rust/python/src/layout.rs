@@ -4,13 +4,14 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use snake_core::environment::action::ActionEntry;
 use snake_core::environment::observation::ObservationBlock;
-use snake_core::environment::signal::{SIGNALS, Signal};
+use snake_core::environment::reward::{RewardTerm, TERMS};
+use snake_core::environment::signal::{SignalInfo, signals_of};
 use snake_core::environment::{EnvConfig, Environment, ModelKind, PlanarRobot, RobotModel, SpatialRobot};
 
 use crate::decode::decode;
 use crate::gate::detached;
 
-/// Describes the environment of a configuration: "observation", "action" and "signals" entry by entry,
+/// Describes the environment of a configuration: "observation", "action", "reward" and "signals" entry by entry,
 /// "control_period" \[s\], and "config", the JSON text of the whole configuration with its defaults.
 #[pyfunction]
 pub fn layout<'py>(py: Python<'py>, config_json: &str) -> PyResult<Bound<'py, PyDict>> {
@@ -26,9 +27,8 @@ fn describe<'py, M: RobotModel>(py: Python<'py>, config: &EnvConfig) -> PyResult
     let dict = PyDict::new(py);
     dict.set_item("observation", list(py, environment.observation_blocks(), describe_block)?)?;
     dict.set_item("action", list(py, environment.action_entries(), describe_action)?)?;
-    let signals = list(py, &SIGNALS, describe_signal)?;
-    M::SIGNALS.iter().try_for_each(|signal| append(&signals, signal, describe_signal))?;
-    dict.set_item("signals", signals)?;
+    dict.set_item("reward", list(py, TERMS, describe_reward)?)?;
+    dict.set_item("signals", list(py, &signals_of::<M>(), describe_signal)?)?;
     dict.set_item("control_period", config.control_period)?;
     dict.set_item("config", serde_json::to_string(config).unwrap_or_default())?;
     Ok(dict)
@@ -40,30 +40,27 @@ fn list<'py, T>(
     describe: fn(&Bound<'py, PyDict>, &T) -> PyResult<()>,
 ) -> PyResult<Bound<'py, PyList>> {
     let list = PyList::empty(py);
-    items.iter().try_for_each(|item| append(&list, item, describe))?;
+    for item in items {
+        let dict = PyDict::new(py);
+        describe(&dict, item)?;
+        list.append(dict)?;
+    }
     Ok(list)
 }
 
-fn append<'py, T>(
-    list: &Bound<'py, PyList>,
-    item: &T,
-    describe: fn(&Bound<'py, PyDict>, &T) -> PyResult<()>,
-) -> PyResult<()> {
-    let dict = PyDict::new(list.py());
-    describe(&dict, item)?;
-    list.append(dict)
-}
-
 fn describe_block<M>(dict: &Bound<'_, PyDict>, block: &ObservationBlock<M>) -> PyResult<()> {
-    dict.set_item("name", block.name)?;
-    dict.set_item("start", block.start)?;
+    let ObservationBlock { row, start, elements, scale } = block;
+    dict.set_item("name", row.name)?;
+    dict.set_item("start", start)?;
     dict.set_item("size", block.size())?;
-    dict.set_item("elements", &block.elements)?;
-    dict.set_item("unit", block.unit)?;
-    dict.set_item("scale", block.scale)?;
-    dict.set_item("low", block.low)?;
-    dict.set_item("high", block.high)?;
-    dict.set_item("description", block.description)
+    dict.set_item("elements", elements.iter().map(|element| &element.name).collect::<Vec<_>>())?;
+    dict.set_item("mirror", elements.iter().map(|element| element.parity.sign()).collect::<Vec<_>>())?;
+    dict.set_item("memory", row.memory)?;
+    dict.set_item("unit", row.unit)?;
+    dict.set_item("scale", scale)?;
+    dict.set_item("low", -row.bound)?;
+    dict.set_item("high", row.bound)?;
+    dict.set_item("description", row.description)
 }
 
 fn describe_action(dict: &Bound<'_, PyDict>, entry: &ActionEntry) -> PyResult<()> {
@@ -72,12 +69,20 @@ fn describe_action(dict: &Bound<'_, PyDict>, entry: &ActionEntry) -> PyResult<()
     dict.set_item("high", entry.high())?;
     dict.set_item("slew", entry.slew)?;
     dict.set_item("unit", entry.unit)?;
+    dict.set_item("mirror", entry.parity.sign())?;
     dict.set_item("meaning", entry.meaning)
 }
 
-fn describe_signal<T>(dict: &Bound<'_, PyDict>, signal: &Signal<T>) -> PyResult<()> {
-    dict.set_item("name", signal.name)?;
+fn describe_reward(dict: &Bound<'_, PyDict>, term: &RewardTerm) -> PyResult<()> {
+    dict.set_item("name", term.name)?;
+    dict.set_item("weight", term.default_weight)?;
+    dict.set_item("unit", term.unit)?;
+    dict.set_item("description", term.description)
+}
+
+fn describe_signal(dict: &Bound<'_, PyDict>, signal: &SignalInfo) -> PyResult<()> {
+    dict.set_item("name", &signal.name)?;
     dict.set_item("kind", signal.kind.name())?;
     dict.set_item("unit", signal.unit)?;
-    dict.set_item("description", signal.description)
+    dict.set_item("description", &signal.description)
 }

@@ -21,7 +21,7 @@ pub struct Chunk<M: Batched> {
 
 /// One environment and what its last step or reset returned.
 #[derive(Debug, Clone)]
-pub struct Row<M> {
+pub struct Row<M: 'static> {
     pub environment: Environment<M>,
     pub outcome: Outcome,
 }

@@ -12,7 +12,7 @@ mod workers;
 
 use rayon::prelude::*;
 
-use crate::environment::signal::{COUNT, SIGNALS, SignalKind};
+use crate::environment::signal::{COUNT, SignalInfo, signals_of};
 use crate::environment::{EnvConfig, Environment, EnvironmentState, PlanarRobot};
 use crate::error::{ConfigError, require};
 use crate::math::MAX_LANES;
@@ -31,6 +31,7 @@ pub struct Batch<M: Batched = PlanarRobot> {
     chunks: Vec<Chunk<M>>,
     rows_per_chunk: usize,
     rows: usize,
+    signals: Vec<SignalInfo>,
     workers: Workers,
 }
 
@@ -66,7 +67,7 @@ impl<M: Batched> Batch<M> {
             Chunk::new(first, vec![Row::new(&prototype); rows], stepper)
         };
         let chunks = (0..num_envs).step_by(rows_per_chunk).map(chunk).collect();
-        Ok(Self { prototype, chunks, rows_per_chunk, rows: num_envs, workers })
+        Ok(Self { prototype, chunks, rows_per_chunk, rows: num_envs, signals: signals_of::<M>(), workers })
     }
 
     /// Number of rows.
@@ -86,10 +87,9 @@ impl<M: Batched> Batch<M> {
         self.prototype.action_size()
     }
 
-    /// The types of all signals, in order: those of every environment, then the model's own.
-    pub fn signal_kinds(&self) -> impl Iterator<Item = SignalKind> {
-        let own = M::SIGNALS.iter().map(|signal| signal.kind);
-        SIGNALS.iter().map(|signal| signal.kind).chain(own)
+    /// All signals, in order: those of every environment, then the model's own.
+    pub fn signals(&self) -> &[SignalInfo] {
+        &self.signals
     }
 
     /// The environment of a row, for rendering; its layout is that of all rows.
@@ -167,7 +167,7 @@ impl<M: Batched> Batch<M> {
         assert_eq!(active.len(), n, "one flag a row");
         assert_eq!(out.observation.len(), n * size, "one observation a row");
         assert!(out.reward.len() == n && out.terminated.len() == n && out.truncated.len() == n, "one value a row");
-        assert_eq!(out.signals.len(), self.signal_kinds().count() * n, "one value a row and signal");
+        assert_eq!(out.signals.len(), self.signals.len() * n, "one value a row and signal");
         let busy = self.chunks.iter().filter(|chunk| active[chunk.range()].contains(&true)).count();
         let (prototype, per_chunk) = (&self.prototype, self.rows_per_chunk);
         match self.workers.pool(busy) {
@@ -202,7 +202,7 @@ impl<M: Batched> Batch<M> {
                 out.signals[signal * n + index] = *value;
             }
             for (signal, own) in M::SIGNALS.iter().enumerate() {
-                out.signals[(COUNT + signal) * n + index] = own.value(row.environment.model());
+                out.signals[(COUNT + signal) * n + index] = (own.value)(row.environment.model());
             }
         }
     }

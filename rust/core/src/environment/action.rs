@@ -4,6 +4,7 @@ use crate::gait::Wave;
 
 use super::config::ActionMode;
 use super::filtered_parameter::Limits;
+use super::symmetry::Parity::{self, Even, Odd};
 
 /// Wave parameters, in the order of the action: amplitude, frequency, phase shift, offset.
 pub const WAVE_PARAMETERS: usize = 4;
@@ -18,6 +19,8 @@ pub struct ActionEntry {
     pub slew: f64,
     pub unit: &'static str,
     pub meaning: &'static str,
+    /// What a reflection of the robot does to it.
+    pub parity: Parity,
 }
 
 impl ActionEntry {
@@ -48,10 +51,12 @@ impl ActionEntry {
 pub fn entries(mode: ActionMode, joints: usize) -> Vec<ActionEntry> {
     match mode {
         ActionMode::Gait => wave_entries().into(),
-        ActionMode::Joints => joint_entries(joints, "joint_angle", 70.0, 150.0, "reference angle of a joint").collect(),
+        ActionMode::Joints => {
+            joint_entries(joints, "joint_angle", [70.0, 150.0], Odd, "reference angle of a joint").collect()
+        }
         ActionMode::Residual => wave_entries()
             .into_iter()
-            .chain(joint_entries(joints, "joint_offset", 20.0, 60.0, "angle added to the wave at a joint"))
+            .chain(joint_entries(joints, "joint_offset", [20.0, 60.0], Odd, "angle added to the wave at a joint"))
             .collect(),
     }
 }
@@ -62,42 +67,51 @@ pub fn entries(mode: ActionMode, joints: usize) -> Vec<ActionEntry> {
 /// grow the wave, move it 2.5 times as fast as the thesis does, and reverse it slowly.
 pub fn wave_entries() -> [ActionEntry; WAVE_PARAMETERS] {
     let wave = Wave::default();
+    let unit = "rad";
     [
-        entry("amplitude", wave.amplitude, 25.0, 50.0, "rad", "amplitude A of the travelling wave"),
-        entry("frequency", wave.omega, 120.0, 240.0, "rad/s", "angular frequency omega of the wave, negative: reverse"),
-        entry("phase_shift", wave.beta, 25.0, 25.0, "rad", "phase shift beta between adjacent joints"),
+        entry("amplitude", wave.amplitude, [25.0, 50.0], Even, unit, "amplitude A of the travelling wave"),
+        entry(
+            "frequency",
+            wave.omega,
+            [120.0, 240.0],
+            Even,
+            "rad/s",
+            "angular frequency omega of the wave, negative: reverse",
+        ),
+        entry("phase_shift", wave.beta, [25.0, 25.0], Even, unit, "phase shift beta between adjacent joints"),
         entry(
             "offset",
             wave.gamma,
-            25.0,
-            50.0,
-            "rad",
+            [25.0, 50.0],
+            Odd,
+            unit,
             "offset gamma of all joints, steers; positive: the head turns right",
         ),
     ]
 }
 
+/// One entry for each joint; `degrees` as in [`entry`].
 pub(super) fn joint_entries(
     joints: usize,
     name: &'static str,
-    half_range: f64,
-    slew: f64,
+    degrees: [f64; 2],
+    parity: Parity,
     meaning: &'static str,
 ) -> impl Iterator<Item = ActionEntry> {
-    (1..=joints).map(move |joint| entry(format!("{name}_{joint}"), 0.0, half_range, slew, "rad", meaning))
+    (1..=joints).map(move |joint| entry(format!("{name}_{joint}"), 0.0, degrees, parity, "rad", meaning))
 }
 
-/// An entry with its half range \[deg, deg/s\] and slew limit \[the same per second\] in degrees.
+/// An entry with its half range \[deg\] and slew limit \[deg/s\], per second more where the unit is a rate.
 pub(super) fn entry(
     name: impl Into<String>,
     centre: f64,
-    half_range: f64,
-    slew: f64,
+    degrees: [f64; 2],
+    parity: Parity,
     unit: &'static str,
     meaning: &'static str,
 ) -> ActionEntry {
-    let (half_range, slew) = (half_range.to_radians(), slew.to_radians());
-    ActionEntry { name: name.into(), centre, half_range, slew, unit, meaning }
+    let [half_range, slew] = degrees.map(f64::to_radians);
+    ActionEntry { name: name.into(), centre, half_range, slew, unit, meaning, parity }
 }
 
 #[cfg(test)]

@@ -16,6 +16,7 @@ use super::config::ActionMode;
 use super::default_gait::DefaultGait;
 use super::filtered_parameter::{FilteredParameter, Limits};
 use super::reference::{ReferenceGenerator, ReferenceState, bend_joint, bend_joints};
+use super::symmetry::Parity::{Even, Odd};
 
 /// Parameters of the vertical wave, in the order of the action: amplitude, phase.
 pub const LIFT_PARAMETERS: usize = 2;
@@ -193,10 +194,10 @@ fn yaw_entries(mode: ActionMode, nominal: &DefaultGait, joints: usize) -> Vec<Ac
     let meaning = "reference of a joint's yaw angle";
     match mode {
         ActionMode::Gait => horizontal_wave(nominal).into(),
-        ActionMode::Joints => joint_entries(joints, "yaw", 70.0, 150.0, meaning).collect(),
+        ActionMode::Joints => joint_entries(joints, "yaw", [70.0, 150.0], Odd, meaning).collect(),
         ActionMode::Residual => {
             let offsets =
-                joint_entries(joints, "yaw_offset", 10.0, 60.0, "angle added to the horizontal wave at a joint");
+                joint_entries(joints, "yaw_offset", [10.0, 60.0], Odd, "angle added to the horizontal wave at a joint");
             horizontal_wave(nominal).into_iter().chain(offsets).collect()
         }
     }
@@ -205,12 +206,12 @@ fn yaw_entries(mode: ActionMode, nominal: &DefaultGait, joints: usize) -> Vec<Ac
 /// The action's part that moves the joints up and down.
 fn pitch_entries(mode: ActionMode, nominal: &DefaultGait, joints: usize) -> Vec<ActionEntry> {
     let wave = [
-        entry("lift", nominal.lift, 20.0, 50.0, "rad", "amplitude A_v of the vertical wave"),
+        entry("lift", nominal.lift, [20.0, 50.0], Odd, "rad", "amplitude A_v of the vertical wave"),
         entry(
             "lift_phase",
             nominal.lift_phase,
-            180.0,
-            180.0,
+            [180.0, 180.0],
+            Even,
             "rad",
             "phase of the vertical wave against the horizontal one",
         ),
@@ -218,10 +219,15 @@ fn pitch_entries(mode: ActionMode, nominal: &DefaultGait, joints: usize) -> Vec<
     let meaning = "reference of a joint's pitch angle; positive lowers the next link";
     match mode {
         ActionMode::Gait => wave.into(),
-        ActionMode::Joints => joint_entries(joints, "pitch", 45.0, 100.0, meaning).collect(),
+        ActionMode::Joints => joint_entries(joints, "pitch", [45.0, 100.0], Even, meaning).collect(),
         ActionMode::Residual => {
-            let offsets =
-                joint_entries(joints, "pitch_offset", 10.0, 60.0, "angle added to the vertical wave at a joint");
+            let offsets = joint_entries(
+                joints,
+                "pitch_offset",
+                [10.0, 60.0],
+                Even,
+                "angle added to the vertical wave at a joint",
+            );
             wave.into_iter().chain(offsets).collect()
         }
     }
@@ -234,9 +240,16 @@ fn horizontal_wave(nominal: &DefaultGait) -> [ActionEntry; 4] {
     let [_, frequency, _, offset] = wave_entries();
     let reach = LARGEST_AMPLITUDE - wave.amplitude.to_degrees();
     [
-        entry("amplitude", wave.amplitude, reach, 50.0, "rad", "amplitude A of the horizontal wave"),
+        entry("amplitude", wave.amplitude, [reach, 50.0], Even, "rad", "amplitude A of the horizontal wave"),
         ActionEntry { meaning: "angular frequency omega of both waves, negative: reverse", ..frequency },
-        entry("phase_shift", wave.beta, 50.0, 50.0, "rad", "phase shift beta between adjacent joints, of both waves"),
+        entry(
+            "phase_shift",
+            wave.beta,
+            [50.0, 50.0],
+            Even,
+            "rad",
+            "phase shift beta between adjacent joints, of both waves",
+        ),
         ActionEntry {
             half_range: 20f64.to_radians(),
             meaning: "offset gamma of all yaw angles, steers; positive: the head turns right",

@@ -5,13 +5,14 @@ use std::f64::consts::FRAC_PI_2;
 use serde::{Deserialize, Serialize};
 
 use crate::control::{ControlLaw, ControllerConfig};
-use crate::error::{ConfigError, finite, require, within};
+use crate::error::{ConfigError, require, within};
 use crate::laws::Stribeck;
 use crate::robot::{PerLink, RobotConfig};
 use crate::stepping::{IntegratorConfig, Method};
 
 use super::perturbation::Perturbation;
 use super::randomization::Randomization;
+use super::reward::RewardWeights;
 
 /// Which model of the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -43,6 +44,10 @@ pub enum Task {
 
 impl Task {
     pub const ALL: [Task; 6] = [Task::Course, Task::Field, Task::Free, Task::Perturbed, Task::Maze, Task::Corridor];
+
+    pub fn has_pegs(self) -> bool {
+        self != Task::Free
+    }
 }
 
 /// What an action prescribes.
@@ -80,27 +85,6 @@ pub enum FieldKind {
     Lattice,
     /// Pegs thrown at random, never closer than a passage's width.
     Poisson,
-}
-
-/// Weights of the reward's terms; see [`super::reward`] for the terms.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct RewardWeights {
-    /// A metre of progress along the goal direction \[1/m\].
-    pub progress: f64,
-    /// A joule of positive actuator work, which counts against the robot \[1/J\].
-    pub energy: f64,
-    /// The mean squared change of the action, which counts against the robot.
-    pub smoothness: f64,
-    /// Reaching the goal.
-    pub success: f64,
-}
-
-impl Default for RewardWeights {
-    /// At the thesis's speed of 0.16 m/s a control period of 0.05 s earns 0.08 by progress.
-    fn default() -> Self {
-        Self { progress: 10.0, energy: 0.01, smoothness: 0.01, success: 10.0 }
-    }
 }
 
 /// An environment's configuration; the keys are the keyword arguments of the Python class.
@@ -202,7 +186,7 @@ impl EnvConfig {
         within("start_jitter", self.start_jitter, 0.0, 1.0)?;
         self.validate_friction()?;
         self.validate_discrepancies()?;
-        self.validate_weights()?;
+        self.reward_weights.validate().map_err(|e| e.inside("reward_weights"))?;
         self.validate_course()
     }
 
@@ -241,15 +225,6 @@ impl EnvConfig {
         let can_vary = is_planar && self.integrator.method != Method::Thesis;
         let motors = (self.robot.free_play, can_vary && self.controller.law == ControlLaw::Pd);
         self.randomization.validate_beyond(motors, (drop, can_vary)).map_err(|e| e.inside("randomization"))
-    }
-
-    fn validate_weights(&self) -> Result<(), ConfigError> {
-        let weights = &self.reward_weights;
-        finite("reward_weights.progress", weights.progress)?;
-        finite("reward_weights.energy", weights.energy)?;
-        finite("reward_weights.smoothness", weights.smoothness)?;
-        finite("reward_weights.success", weights.success)?;
-        Ok(())
     }
 
     /// The course was laid out for links of Aiko's shape; their number and inertia are free.

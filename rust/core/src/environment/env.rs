@@ -17,7 +17,7 @@ use super::config::EnvConfig;
 use super::episode::{Episode, Rules};
 use super::goal::Goal;
 use super::latency::Latency;
-use super::observation::{ObservationBlock, ObservationLayout, View};
+use super::observation::{ObservationBlock, ObservationLayout, Setup, View};
 use super::perception::PegView;
 use super::randomization::{EpisodeParameters, Randomization};
 use super::reference::ReferenceGenerator;
@@ -30,7 +30,7 @@ use super::signal::{SignalRow, Summary};
 
 /// A robot with a task, stepped by actions.
 #[derive(Debug, Clone)]
-pub struct Environment<M = PlanarRobot> {
+pub struct Environment<M: 'static = PlanarRobot> {
     rules: Rules,
     sampler: ScenarioSampler,
     /// Shared by all environments of a batch.
@@ -97,7 +97,8 @@ impl<M: RobotModel> Environment<M> {
         let peg_view = PegView::new(config.perception, config.nearest_pegs, robot.links.len(), robot.total_length());
         let motion = model.motion();
         let episode = Episode::begin(sampler.nominal_target(), motion, 1.0);
-        let layout = ObservationLayout::new(config, &model, &peg_view);
+        let setup = Setup { config, robot, actions: model.action_entries(), peg_view: &peg_view };
+        let layout = ObservationLayout::new(&setup);
         let size = model.action_entries().len();
         let mut environment = Self {
             values: vec![0.0; layout.size()],

@@ -4,10 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::stepping::StepReport;
 
-use super::config::{EnvConfig, RewardWeights};
+use super::config::EnvConfig;
 use super::goal::{Goal, Target};
 use super::motion::{Motion, wrap_angle};
-use super::reward::{RewardTerms, Transition};
+use super::reward::{RewardTerms, RewardWeights, Transition};
 use super::signal::Summary;
 
 /// What decides reward and end of an episode; constant.
@@ -71,9 +71,18 @@ impl Episode {
         let work = if report.diverged { 0.0 } else { report.positive_actuator_work };
         self.energy += work;
         self.note_speed(rules, moved.norm() / rules.period);
-        self.motion = motion;
+        let before = std::mem::replace(&mut self.motion, motion);
         let success = !report.diverged && self.distance() >= self.goal.span();
-        let transition = Transition { progress, positive_work: work, action_change, success };
+        let transition = Transition {
+            goal: self.goal,
+            before,
+            after: motion,
+            progress,
+            positive_work: work,
+            action_change,
+            contacts,
+            success,
+        };
         self.summary = Summary {
             reward: RewardTerms::new(&rules.weights, &transition),
             progress,
@@ -193,7 +202,7 @@ mod tests {
         assert!(!episode.summary.is_success && !episode.is_terminated());
         episode.record(&rules, at(2.5, 0.1), &report(1.0), 0.0, 0);
         assert!(episode.summary.is_success && episode.is_terminated());
-        assert_eq!(episode.summary.reward.success, rules.weights.success);
+        assert_eq!(episode.summary.reward.get("success"), rules.weights.get("success"));
         assert!((episode.summary.cost_of_transport - 2.0 / (73.6 * 2.0)).abs() < 1e-15);
     }
 
@@ -204,9 +213,9 @@ mod tests {
         let mut sum = 0.0;
         for x in [0.1, -0.2, 0.4, 0.7] {
             episode.record(&rules, at(x, 0.1), &report(0.0), 0.0, 0);
-            sum += episode.summary.reward.progress;
+            sum += episode.summary.reward.get("progress").unwrap();
         }
-        assert!((sum - rules.weights.progress * episode.distance()).abs() < 1e-12);
+        assert!((sum - rules.weights.get("progress").unwrap() * episode.distance()).abs() < 1e-12);
     }
 
     #[test]

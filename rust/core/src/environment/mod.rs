@@ -30,9 +30,11 @@ mod scenario_sampler;
 mod sensors;
 pub mod signal;
 pub mod start;
+pub mod symmetry;
 
-pub use config::{ActionMode, EnvConfig, FieldKind, ModelKind, Perception, RewardWeights, Task};
+pub use config::{ActionMode, EnvConfig, FieldKind, ModelKind, Perception, Task};
 pub use env::{Environment, EnvironmentState, Outcome};
 pub use perturbation::{Course, Perturbation};
 pub use randomization::Randomization;
+pub use reward::RewardWeights;
 pub use robot_model::{PlanarRobot, PlanarRobotState, RobotModel, SpatialRobot, SpatialRobotState};

@@ -1,13 +1,17 @@
 //! Signals: what a step reports beside the observation, in a fixed order.
 //!
-//! A signal is one row of [`SIGNALS`]; `info` of the Python environments is generated from it. The same
-//! signals exist after a reset and after a step.
+//! A signal is one row of [`SIGNALS`], or of [`RobotModel::SIGNALS`] where only one model has it; the weighted reward
+//! terms come first. `info` of the Python environments follows from the rows. The same signals exist after a reset and
+//! after a step.
+
+use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
-use super::reward::RewardTerms;
+use super::reward::{RewardTerms, TERM_COUNT, TERMS};
+use super::robot_model::RobotModel;
 
-/// Type of a signal outside; inside every signal is an f64.
+/// Type of a signal in `info`; here every signal is an f64.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SignalKind {
     Float,
@@ -50,38 +54,22 @@ pub struct Summary {
     pub time: f64,
 }
 
-/// Name, kind and meaning of a signal that is read from a `T`.
+/// A signal that is read from a `T`.
 #[derive(Debug)]
 pub struct Signal<T> {
     pub name: &'static str,
     pub kind: SignalKind,
     pub unit: &'static str,
     pub description: &'static str,
-    pub(super) read: fn(&T) -> f64,
+    pub value: fn(&T) -> f64,
 }
 
-impl<T> Signal<T> {
-    pub fn value(&self, of: &T) -> f64 {
-        (self.read)(of)
-    }
-}
-
-/// Number of signals that every environment has.
-pub const COUNT: usize = SIGNALS.len();
-
-/// One value for each of them.
-pub type SignalRow = [f64; COUNT];
-
-/// The signals of every environment, in order.
-pub const SIGNALS: [Signal<Summary>; 23] = [
-    float("reward_progress", "1", "weighted reward term: progress", |s| s.reward.progress),
-    float("reward_energy", "1", "weighted reward term: positive actuator work", |s| s.reward.energy),
-    float("reward_smoothness", "1", "weighted reward term: change of the action", |s| s.reward.smoothness),
-    float("reward_success", "1", "weighted reward term: goal reached", |s| s.reward.success),
+/// The signals that every environment has beside its reward terms, in order.
+pub const SIGNALS: &[Signal<Summary>] = &[
     float("progress", "m", "distance of the CG towards the goal, gained in this step", |s| s.progress),
     float("positive_work", "J", "positive actuator work of this step", |s| s.positive_work),
     float("distance", "m", "distance of the CG towards the goal, gained since the start", |s| s.distance),
-    float("lateral_offset", "m", "CG to the left of the centre line, or of the way to the goal point", |s| {
+    float("lateral_offset", "m", "CG to the left of the centre line, or of the straight way to the goal point", |s| {
         s.lateral_offset
     }),
     float("heading_error", "rad", "angle from the goal direction to the body direction", |s| s.heading_error),
@@ -103,42 +91,91 @@ pub const SIGNALS: [Signal<Summary>; 23] = [
     float("time", "s", "time since the start", |s| s.time),
 ];
 
+/// Number of signals that every environment has: the reward terms, then [`SIGNALS`].
+pub const COUNT: usize = TERM_COUNT + SIGNALS.len();
+
+/// One value for each of them.
+pub type SignalRow = [f64; COUNT];
+
+/// Name, type, unit and meaning of one entry of `info`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SignalInfo {
+    pub name: Cow<'static, str>,
+    pub kind: SignalKind,
+    pub unit: &'static str,
+    pub description: Cow<'static, str>,
+}
+
+/// All signals of an environment with a robot model, in order.
+pub fn signals_of<M: RobotModel>() -> Vec<SignalInfo> {
+    let rewards = TERMS.iter().map(|term| SignalInfo {
+        name: format!("reward_{}", term.name).into(),
+        kind: SignalKind::Float,
+        unit: "1",
+        description: format!("weighted reward term: {}", term.description).into(),
+    });
+    rewards.chain(SIGNALS.iter().map(Signal::info)).chain(M::SIGNALS.iter().map(Signal::info)).collect()
+}
+
 impl Summary {
-    /// The values of all signals.
+    /// The values of the signals that every environment has.
     pub fn signals(&self) -> SignalRow {
-        let table: &'static [Signal<Summary>; COUNT] = &SIGNALS;
-        std::array::from_fn(|signal| table[signal].value(self))
+        let mut row = [0.0; COUNT];
+        let (rewards, others) = row.split_at_mut(TERM_COUNT);
+        rewards.copy_from_slice(&self.reward.0);
+        others.iter_mut().zip(SIGNALS).for_each(|(value, signal)| *value = (signal.value)(self));
+        row
     }
 }
 
-const fn float(
+impl<T> Signal<T> {
+    fn info(&self) -> SignalInfo {
+        let Self { name, kind, unit, description, .. } = *self;
+        SignalInfo { name: name.into(), kind, unit, description: description.into() }
+    }
+}
+
+/// A row of type float.
+pub const fn float<T>(
     name: &'static str,
     unit: &'static str,
     description: &'static str,
-    read: fn(&Summary) -> f64,
-) -> Signal<Summary> {
-    Signal { name, kind: SignalKind::Float, unit, description, read }
+    value: fn(&T) -> f64,
+) -> Signal<T> {
+    Signal { name, kind: SignalKind::Float, unit, description, value }
 }
 
-const fn boolean(name: &'static str, description: &'static str, read: fn(&Summary) -> f64) -> Signal<Summary> {
-    Signal { name, kind: SignalKind::Bool, unit: "1", description, read }
+/// A row of type bool, whose value is 0 or 1.
+pub const fn boolean<T>(name: &'static str, description: &'static str, value: fn(&T) -> f64) -> Signal<T> {
+    Signal { name, kind: SignalKind::Bool, unit: "1", description, value }
 }
 
-const fn integer(name: &'static str, description: &'static str, read: fn(&Summary) -> f64) -> Signal<Summary> {
-    Signal { name, kind: SignalKind::Int, unit: "1", description, read }
+/// A row of type int.
+pub const fn integer<T>(name: &'static str, description: &'static str, value: fn(&T) -> f64) -> Signal<T> {
+    Signal { name, kind: SignalKind::Int, unit: "1", description, value }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::environment::{PlanarRobot, SpatialRobot};
 
     #[test]
-    fn names_are_distinct_and_rows_follow_the_table() {
-        let mut names = SIGNALS.map(|signal| signal.name);
-        names.sort_unstable();
-        assert!(names.windows(2).all(|pair| pair[0] != pair[1]));
-        let row = Summary { time: 2.5, jam: true, contacts: 3, ..Summary::default() }.signals();
-        let value = |name| row[SIGNALS.iter().position(|signal| signal.name == name).unwrap()];
-        assert_eq!([value("time"), value("jam"), value("contacts"), value("energy")], [2.5, 1.0, 3.0, 0.0]);
+    fn names_are_distinct() {
+        for signals in [signals_of::<PlanarRobot>(), signals_of::<SpatialRobot>()] {
+            let mut names: Vec<_> = signals.iter().map(|signal| &signal.name).collect();
+            names.sort_unstable();
+            assert!(names.windows(2).all(|pair| pair[0] != pair[1]));
+        }
+    }
+
+    #[test]
+    fn values_follow_the_table() {
+        let mut summary = Summary { time: 2.5, jam: true, contacts: 3, ..Summary::default() };
+        summary.reward.0[1] = -0.5;
+        let (row, signals) = (summary.signals(), signals_of::<PlanarRobot>());
+        let value = |name| row[signals.iter().position(|signal| signal.name == name).unwrap()];
+        let names = ["time", "jam", "contacts", "energy", "reward_energy"];
+        assert_eq!(names.map(value), [2.5, 1.0, 3.0, 0.0, -0.5]);
     }
 }

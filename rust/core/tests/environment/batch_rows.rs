@@ -23,7 +23,7 @@ impl Arrays {
             reward: vec![7.0; n],
             terminated: vec![true; n],
             truncated: vec![true; n],
-            signals: vec![7.0; n * batch.signal_kinds().count()],
+            signals: vec![7.0; n * batch.signals().len()],
         }
     }
 

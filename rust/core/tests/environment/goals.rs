@@ -78,7 +78,7 @@ fn towards_a_goal_point_all_quantities_are_those_of_its_direction() {
     let mut observation = vec![0.0; environment.observation_size()];
     for seed in 0..5 {
         environment.reset(Some(seed), &mut observation);
-        let block = environment.observation_blocks().iter().find(|block| block.name == "heading").unwrap().start;
+        let block = environment.observation_blocks().iter().find(|block| block.row.name == "heading").unwrap().start;
         let to_goal = environment.goal().bearing(environment.goal().origin);
         let heading = f64::from(observation[block]).atan2(f64::from(observation[block + 1]));
         // The mean direction of its one and a half waves of links is 0.14 rad to the left of the way it goes.

@@ -54,7 +54,7 @@ impl Run {
 
     fn block(&self, name: &str) -> &[f32] {
         let blocks = self.environment.observation_blocks();
-        let block = blocks.iter().find(|block| block.name == name).unwrap();
+        let block = blocks.iter().find(|block| block.row.name == name).unwrap();
         &self.observation[block.start..block.start + block.size()]
     }
 }

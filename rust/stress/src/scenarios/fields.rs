@@ -2,7 +2,6 @@
 
 use snake_core::batch::{Batch, Batched, Outputs};
 use snake_core::environment::rng::Rng;
-use snake_core::environment::signal::SIGNALS;
 use snake_core::environment::{
     ActionMode, EnvConfig, Environment, FieldKind, ModelKind, PlanarRobot, SpatialRobot, Task,
 };
@@ -128,7 +127,7 @@ impl<M: Inhabitant> Run<M> {
             reward: vec![0.0; ROWS],
             terminated: vec![false; ROWS],
             truncated: vec![false; ROWS],
-            signals: vec![0.0; batch.signal_kinds().count() * ROWS],
+            signals: vec![0.0; batch.signals().len() * ROWS],
             random: Rng::new(seed, u64::MAX),
             figures: Figures::default(),
             batch,
@@ -161,7 +160,8 @@ impl<M: Inhabitant> Run<M> {
     fn record(&mut self) {
         let figures = &mut self.figures;
         let signal = |name: &str, row: usize| {
-            let place = SIGNALS.iter().position(|signal| signal.name == name).expect("a signal of this name");
+            let place =
+                self.batch.signals().iter().position(|signal| signal.name == name).expect("a signal of this name");
             self.signals[place * ROWS + row]
         };
         figures.steps += ROWS as u64;

@@ -1,6 +1,7 @@
 //! What an environment needs of a robot model; everything else in the environment is the same for every model.
 
 mod planar;
+mod planar_observation;
 mod spatial;
 mod spatial_observation;
 
@@ -19,7 +20,7 @@ use crate::stepping::StepReport;
 use crate::environment::action::ActionEntry;
 use crate::environment::config::{EnvConfig, ModelKind};
 use crate::environment::motion::Motion;
-use crate::environment::observation::ObservationBlock;
+use crate::environment::observation::BlockRow;
 use crate::environment::signal::Signal;
 use crate::environment::start::Start;
 
@@ -32,6 +33,9 @@ pub use spatial::{Attitude, SpatialRobot, SpatialRobotState};
 pub trait RobotModel: Clone + Debug + Send + Sync + 'static {
     /// The choice in [`EnvConfig::model`] that this is.
     const KIND: ModelKind;
+
+    /// Rows of the observation: of the body, before those of the task, and of contacts and references, after them.
+    const OBSERVATION: [&'static [BlockRow<Self>]; 2];
 
     /// What it reports beside the signals of every environment.
     const SIGNALS: &'static [Signal<Self>];
@@ -49,9 +53,6 @@ pub trait RobotModel: Clone + Debug + Send + Sync + 'static {
 
     /// The entries of an action.
     fn action_entries(&self) -> &[ActionEntry];
-
-    /// What it sensors, before and after the blocks that every environment has.
-    fn observation_blocks(&self, config: &EnvConfig) -> [Vec<ObservationBlock<Self>>; 2];
 
     /// Puts the robot to rest among `pegs`, lying on the ground in the posture of the gait.
     fn reset(&mut self, start: &Start, joint_angle: &[f64], pegs: &[Peg]);

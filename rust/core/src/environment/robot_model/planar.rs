@@ -1,7 +1,5 @@
 //! The robot of the planar model with its joint references.
 
-use std::f64::consts::FRAC_PI_2;
-
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
@@ -14,11 +12,11 @@ use crate::scene::{Peg, SceneConfig};
 use crate::simulation::{PlanarSimulation, SimulationState};
 use crate::stepping::StepReport;
 
-use super::RobotModel;
+use super::{RobotModel, planar_observation};
 use crate::environment::action::ActionEntry;
-use crate::environment::config::{ActionMode, EnvConfig, ModelKind, Task};
+use crate::environment::config::{EnvConfig, ModelKind};
 use crate::environment::motion::Motion;
-use crate::environment::observation::{ObservationBlock, View, block, joint_angle, joint_rate, named, numbered};
+use crate::environment::observation::BlockRow;
 use crate::environment::reference::{ReferenceGenerator, ReferenceState};
 use crate::environment::signal::Signal;
 use crate::environment::start::Start;
@@ -44,6 +42,8 @@ pub struct PlanarRobotState {
 impl RobotModel for PlanarRobot {
     const KIND: ModelKind = ModelKind::Planar;
     const SIGNALS: &'static [Signal<Self>] = &[];
+    const OBSERVATION: [&'static [BlockRow<Self>]; 2] =
+        [planar_observation::BODY, planar_observation::CONTACT_AND_REFERENCE];
     type State = PlanarRobotState;
 
     fn new(config: &EnvConfig) -> Result<Self, ConfigError> {
@@ -64,28 +64,6 @@ impl RobotModel for PlanarRobot {
 
     fn action_entries(&self) -> &[ActionEntry] {
         self.reference.entries()
-    }
-
-    fn observation_blocks(&self, config: &EnvConfig) -> [Vec<ObservationBlock<Self>>; 2] {
-        let (links, joints) = (self.robot().link_count(), self.robot().joint_count());
-        let posture = vec![
-            block("joint_angle", numbered("joint", joints), "rad", FRAC_PI_2, 2.0, joint_angle)
-                .says("angle of each joint; positive bends the body to the right, going forward"),
-            block("joint_rate", numbered("joint", joints), "rad/s", 2.5, 4.0, joint_rate)
-                .says("angular velocity of each joint"),
-        ];
-        let contact = block("contact_force", numbered("link", links), "N", 20.0, 4.0, contact_force)
-            .says("force of the pegs to the left of each link, averaged over the control period");
-        let command = if config.action_mode == ActionMode::Joints {
-            block("reference", numbered("joint", joints), "rad", FRAC_PI_2, 1.0, reference)
-                .says("smoothed reference angle of each joint")
-        } else {
-            let names = ["sin_phase", "cos_phase", "amplitude", "frequency", "phase_shift", "offset"];
-            block("wave", named(&names), "1", 1.0, 1.0, wave)
-                .says("phase of the wave, and its smoothed parameters as actions that would hold them")
-        };
-        let has_pegs = config.task != Task::Free;
-        [posture, has_pegs.then_some(contact).into_iter().chain([command]).collect()]
     }
 
     fn reset(&mut self, start: &Start, joint_angle: &[f64], pegs: &[Peg]) {
@@ -167,6 +145,11 @@ impl RobotModel for PlanarRobot {
 }
 
 impl PlanarRobot {
+    /// Mean force of the pegs on each link over the last control period, to its left \[N\].
+    pub fn lateral_force(&self) -> &[f64] {
+        &self.contact_force
+    }
+
     /// Mean lateral contact forces of the last period; returns the number of links that were pushed.
     fn read_contact_force(&mut self, period: f64) -> u32 {
         let mut contacts = 0;
@@ -198,16 +181,4 @@ impl Driven for PlanarRobot {
     fn travelling_wave(&self, time: f64) -> Option<WaveJets> {
         self.reference.travelling_wave(time)
     }
-}
-
-fn contact_force(view: &View<PlanarRobot>, values: &mut [f64]) {
-    values.copy_from_slice(&view.model.contact_force);
-}
-
-fn reference(view: &View<PlanarRobot>, values: &mut [f64]) {
-    values.iter_mut().enumerate().for_each(|(joint, value)| *value = view.model.reference.angle(joint));
-}
-
-fn wave(view: &View<PlanarRobot>, values: &mut [f64]) {
-    view.model.reference.describe_wave(values);
 }

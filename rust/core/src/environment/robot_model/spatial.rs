@@ -14,15 +14,14 @@ use crate::spatial::{Pose, SpatialState, joint_angle, joint_rate, orientation_of
 use crate::spatial::{SpatialSimulation, SpatialSnapshot};
 use crate::stepping::StepReport;
 
-use super::RobotModel;
-use super::spatial_observation;
+use super::{RobotModel, spatial_observation};
 use crate::environment::action::ActionEntry;
 use crate::environment::cardan_reference::{CardanGenerator, CardanReferenceState};
 use crate::environment::config::{EnvConfig, ModelKind};
 use crate::environment::default_gait::DefaultGait;
 use crate::environment::motion::Motion;
-use crate::environment::observation::ObservationBlock;
-use crate::environment::signal::{Signal, SignalKind};
+use crate::environment::observation::BlockRow;
+use crate::environment::signal::{Signal, float, integer};
 use crate::environment::start::Start;
 
 /// Simulation and references of a robot in space.
@@ -66,42 +65,21 @@ impl RobotModel for SpatialRobot {
     const KIND: ModelKind = ModelKind::Spatial;
     type State = SpatialRobotState;
 
+    const OBSERVATION: [&'static [BlockRow<Self>]; 2] =
+        [spatial_observation::BODY, spatial_observation::CONTACT_AND_REFERENCE];
+
     const SIGNALS: &'static [Signal<Self>] = &[
-        Signal {
-            name: "height",
-            kind: SignalKind::Float,
-            unit: "m",
-            description: "height of the CG above the ground",
-            read: SpatialRobot::height,
-        },
-        Signal {
-            name: "roll",
-            kind: SignalKind::Float,
-            unit: "rad",
-            description: "mean turn of the links about their axes; positive: the left side comes up",
-            read: |model| model.attitude().roll,
-        },
-        Signal {
-            name: "pitch",
-            kind: SignalKind::Float,
-            unit: "rad",
-            description: "angle by which the body direction points up",
-            read: |model| model.attitude().pitch,
-        },
-        Signal {
-            name: "grounded",
-            kind: SignalKind::Int,
-            unit: "1",
-            description: "links that the ground carried in this step",
-            read: |model| model.forces.ground.iter().filter(|force| **force > 0.0).count() as f64,
-        },
-        Signal {
-            name: "overbent",
-            kind: SignalKind::Int,
-            unit: "1",
-            description: "joints bent beyond a right angle, which loads beyond the torque limit can do",
-            read: |model| model.overbent() as f64,
-        },
+        float("height", "m", "height of the CG above the ground", SpatialRobot::height),
+        float("roll", "rad", "mean turn of the links about their axes; positive: the left side comes up", |robot| {
+            robot.attitude().roll
+        }),
+        float("pitch", "rad", "angle by which the body direction points up", |robot| robot.attitude().pitch),
+        integer("grounded", "links that the ground carried in this step", |robot| {
+            robot.forces.ground.iter().filter(|force| **force > 0.0).count() as f64
+        }),
+        integer("overbent", "joints bent beyond a right angle, which loads beyond the torque limit can do", |robot| {
+            robot.overbent() as f64
+        }),
     ];
 
     fn new(config: &EnvConfig) -> Result<Self, ConfigError> {
@@ -127,10 +105,6 @@ impl RobotModel for SpatialRobot {
 
     fn action_entries(&self) -> &[ActionEntry] {
         self.reference.entries()
-    }
-
-    fn observation_blocks(&self, config: &EnvConfig) -> [Vec<ObservationBlock<Self>>; 2] {
-        spatial_observation::blocks(config, self.robot())
     }
 
     fn reset(&mut self, start: &Start, joint_angle: &[f64], pegs: &[Peg]) {

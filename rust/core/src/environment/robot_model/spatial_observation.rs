@@ -1,119 +1,164 @@
-//! What a robot in space sensors of itself and its contacts.
+//! What a robot of the spatial model observes of itself and its contacts.
 
 use std::f64::consts::{FRAC_PI_2, SQRT_2};
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::robot::Robot;
+use crate::environment::config::ActionMode;
+use crate::environment::observation::{BlockRow, View, always, each, even, joint_angle, joint_rate, named, odd};
 use crate::spatial::turning;
 
 use super::spatial::SpatialRobot;
-use crate::environment::config::{ActionMode, EnvConfig, Task};
-use crate::environment::observation::{ObservationBlock, View, block, joint_angle, joint_rate, named, numbered};
 
-type Block = ObservationBlock<SpatialRobot>;
-type Spatial<'a> = View<'a, SpatialRobot>;
+pub const BODY: &[BlockRow<SpatialRobot>] = &[
+    BlockRow {
+        name: "joint_angle",
+        unit: "rad",
+        description: "yaw and pitch of each joint; going forward, a positive yaw bends the body to the right, a \
+                      positive pitch lowers the link behind",
+        present: always,
+        elements: |setup| each(setup.joints(), &[odd("yaw_#"), even("pitch_#")]),
+        scale: |_| FRAC_PI_2,
+        bound: 2.0,
+        memory: true,
+        read: joint_angle,
+    },
+    BlockRow {
+        name: "joint_rate",
+        unit: "rad/s",
+        description: "angular velocities of each joint",
+        present: always,
+        elements: |setup| each(setup.joints(), &[odd("yaw_#"), even("pitch_#")]),
+        scale: |_| 2.5,
+        bound: 4.0,
+        memory: false,
+        read: joint_rate,
+    },
+    BlockRow {
+        name: "height",
+        unit: "m",
+        description: "height of each link's CG above that of a link that lies on the ground",
+        present: always,
+        elements: |setup| each(setup.links(), &[even("link_#")]),
+        scale: |setup| 2.0 * setup.robot.links.iter().map(|link| link.radius).fold(0.0, f64::max),
+        bound: 8.0,
+        memory: false,
+        read: |view, values| {
+            let links = view.model.simulation.robot().links.iter().zip(&view.model.simulation.state().pose);
+            values.iter_mut().zip(links).for_each(|(value, (link, pose))| *value = pose.position.z - link.radius);
+        },
+    },
+    BlockRow {
+        name: "attitude",
+        unit: "1",
+        description: "mean turn of the links about their axes, positive where the left side comes up, and angle by \
+                      which the body direction points up",
+        present: always,
+        elements: |_| named(&[odd("sin_roll"), even("cos_roll"), even("pitch")]),
+        scale: |_| 1.0,
+        bound: FRAC_PI_2,
+        memory: false,
+        read: |view, values| {
+            let attitude = view.model.attitude();
+            (values[0], values[1]) = attitude.roll.sin_cos();
+            values[2] = attitude.pitch;
+        },
+    },
+    BlockRow {
+        name: "gravity",
+        unit: "1",
+        description: "direction of gravity in the frame of link 1, opposite to what an accelerometer at rest reads",
+        present: always,
+        elements: |_| named(&[even("forward"), odd("left"), even("up")]),
+        scale: |_| 1.0,
+        bound: SQRT_2,
+        memory: false,
+        read: |view, values| {
+            let pose = &view.model.simulation.state().pose[0];
+            values.copy_from_slice(&forward_left_up(&pose.orientation.inverse_transform_vector(&-Vector3::z())));
+        },
+    },
+    BlockRow {
+        name: "gyro",
+        unit: "rad/s",
+        description: "angular velocity of link 1 about its own axes",
+        present: always,
+        // Angular velocities are axial: only that about the axis to the left survives the reflection.
+        elements: |_| named(&[odd("forward"), even("left"), odd("up")]),
+        scale: |_| 2.5,
+        bound: 4.0,
+        memory: false,
+        read: |view, values| {
+            values.copy_from_slice(&forward_left_up(&turning(&view.model.simulation.state().twist[0])));
+        },
+    },
+];
 
-/// The blocks before and after those that every environment has.
-pub fn blocks(config: &EnvConfig, robot: &Robot) -> [Vec<Block>; 2] {
-    let mut contact = vec![normal_force_block(robot)];
-    if config.task != Task::Free {
-        contact
-            .push(block("contact_force", along_links(robot, &["forward", "left"]), "N", 20.0, 4.0, contact_force).says(
-            "force of the pegs on each link, forward and to its left seen from above, averaged over the control period",
-        ));
-    }
-    contact.push(command_block(config, robot.joint_count()));
-    [posture_blocks(robot), contact]
-}
-
-fn posture_blocks(robot: &Robot) -> Vec<Block> {
-    let joints = robot.joint_count();
-    let radius = robot.links.iter().map(|link| link.radius).fold(0.0, f64::max);
-    vec![
-        block("joint_angle", cardan(joints), "rad", FRAC_PI_2, 2.0, joint_angle)
-            .says("yaw and pitch of each joint; going forward, a positive yaw bends the body to the right, a positive pitch \
-                   lowers the link behind"),
-        block("joint_rate", cardan(joints), "rad/s", 2.5, 4.0, joint_rate).says("angular velocities of each joint"),
-        block("height", numbered("link", robot.link_count()), "m", 2.0 * radius, 8.0, heights)
-            .says("height of each link's CG above that of a link that lies on the ground"),
-        block("attitude", named(&["sin_roll", "cos_roll", "pitch"]), "1", 1.0, FRAC_PI_2, attitude).says(
-            "mean turn of the links about their axes, positive where the left side comes up, and angle by which the body \
-             direction points up",
-        ),
-        block("gravity", named(&["forward", "left", "up"]), "1", 1.0, SQRT_2, gravity)
-            .says("direction of gravity in the frame of link 1, opposite to what an accelerometer at rest reads"),
-        block("gyro", named(&["forward", "left", "up"]), "rad/s", 2.5, 4.0, gyro)
-            .says("angular velocity of link 1 about its own axes"),
-    ]
-}
-
-fn normal_force_block(robot: &Robot) -> Block {
-    let weight = robot.total_mass() * robot.gravity / robot.link_count() as f64;
-    block("normal_force", numbered("link", robot.link_count()), "N", 4.0 * weight, 4.0, normal_force)
-        .says("normal force of the ground on each link, averaged over the control period")
-}
-
-fn command_block(config: &EnvConfig, joints: usize) -> Block {
-    if config.action_mode == ActionMode::Joints {
-        return block("reference", cardan(joints), "rad", FRAC_PI_2, 1.0, reference)
-            .says("smoothed reference angles of each joint");
-    }
-    let names = ["sin_phase", "cos_phase", "amplitude", "frequency", "phase_shift", "offset", "lift", "lift_phase"];
-    block("wave", named(&names), "1", 1.0, 1.0, wave)
-        .says("phase of the waves, and their smoothed parameters as actions that would hold them")
-}
-
-fn cardan(joints: usize) -> Vec<String> {
-    (1..=joints).flat_map(|joint| ["yaw", "pitch"].map(|axis| format!("{axis}_{joint}"))).collect()
-}
-
-fn along_links(robot: &Robot, names: &[&str]) -> Vec<String> {
-    (1..=robot.link_count()).flat_map(|link| names.iter().map(move |name| format!("link_{link}_{name}"))).collect()
-}
-
-fn heights(view: &Spatial, values: &mut [f64]) {
-    let links = view.model.simulation.robot().links.iter().zip(&view.model.simulation.state().pose);
-    values.iter_mut().zip(links).for_each(|(value, (link, pose))| *value = pose.position.z - link.radius);
-}
-
-fn attitude(view: &Spatial, values: &mut [f64]) {
-    let attitude = view.model.attitude();
-    (values[0], values[1]) = attitude.roll.sin_cos();
-    values[2] = attitude.pitch;
-}
+pub const CONTACT_AND_REFERENCE: &[BlockRow<SpatialRobot>] = &[
+    BlockRow {
+        name: "normal_force",
+        unit: "N",
+        description: "normal force of the ground on each link, averaged over the control period",
+        present: always,
+        elements: |setup| each(setup.links(), &[even("link_#")]),
+        scale: |setup| {
+            let weight = setup.robot.total_mass() * setup.robot.gravity / setup.links() as f64;
+            4.0 * weight
+        },
+        bound: 4.0,
+        memory: false,
+        read: |view, values| values.copy_from_slice(view.model.normal_force()),
+    },
+    BlockRow {
+        name: "contact_force",
+        unit: "N",
+        description: "force of the pegs on each link, forward and to its left seen from above, averaged over the \
+                      control period",
+        present: |setup| setup.has_pegs(),
+        elements: |setup| each(setup.links(), &[even("link_#_forward"), odd("link_#_left")]),
+        scale: |_| 20.0,
+        bound: 4.0,
+        memory: true,
+        read: contact_force,
+    },
+    BlockRow {
+        name: "reference",
+        unit: "rad",
+        description: "smoothed reference angles of each joint",
+        present: |setup| setup.config.action_mode == ActionMode::Joints,
+        elements: |setup| each(setup.joints(), &[odd("yaw_#"), even("pitch_#")]),
+        scale: |_| FRAC_PI_2,
+        bound: 1.0,
+        memory: false,
+        read: |view, values| view.model.reference.angles(values),
+    },
+    BlockRow {
+        name: "wave",
+        unit: "1",
+        description: "phase of the waves, and their smoothed parameters as actions that would hold them",
+        present: |setup| setup.config.action_mode != ActionMode::Joints,
+        elements: |_| {
+            let horizontal = [even("amplitude"), even("frequency"), even("phase_shift"), odd("offset")];
+            let vertical = [odd("lift"), even("lift_phase")];
+            named(&[[odd("sin_phase"), odd("cos_phase")].as_slice(), &horizontal, &vertical].concat())
+        },
+        scale: |_| 1.0,
+        bound: 1.0,
+        memory: false,
+        read: |view, values| view.model.reference.describe_wave(values),
+    },
+];
 
 /// A vector of frame B as (forward, left, up): -e_z^B, -e_x^B and, of an unrolled link, e_y^B.
-fn as_seen(vector: &Vector3<f64>) -> [f64; 3] {
+fn forward_left_up(vector: &Vector3<f64>) -> [f64; 3] {
     [-vector.z, -vector.x, vector.y]
 }
 
-fn gravity(view: &Spatial, values: &mut [f64]) {
-    let pose = &view.model.simulation.state().pose[0];
-    values.copy_from_slice(&as_seen(&pose.orientation.inverse_transform_vector(&-Vector3::z())));
-}
-
-fn gyro(view: &Spatial, values: &mut [f64]) {
-    values.copy_from_slice(&as_seen(&turning(&view.model.simulation.state().twist[0])));
-}
-
-fn normal_force(view: &Spatial, values: &mut [f64]) {
-    values.copy_from_slice(view.model.normal_force());
-}
-
-fn contact_force(view: &Spatial, values: &mut [f64]) {
+fn contact_force(view: &View<SpatialRobot>, values: &mut [f64]) {
     let links = view.model.peg_force().iter().zip(&view.model.simulation.state().pose);
     for (values, (force, pose)) in values.chunks_exact_mut(2).zip(links) {
         let axis = pose.axis();
         let ahead = (-axis.xy()).try_normalize(0.0).unwrap_or_else(Vector2::x);
         values.copy_from_slice(&[ahead.dot(force), ahead.perp(force)]);
     }
-}
-
-fn reference(view: &Spatial, values: &mut [f64]) {
-    view.model.reference.angles(values);
-}
-
-fn wave(view: &Spatial, values: &mut [f64]) {
-    view.model.reference.describe_wave(values);
 }

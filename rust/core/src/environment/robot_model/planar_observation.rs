@@ -1,0 +1,75 @@
+//! What a planar robot observes of itself and its contacts.
+
+use std::f64::consts::FRAC_PI_2;
+
+use crate::environment::config::ActionMode;
+use crate::environment::observation::{BlockRow, always, each, even, joint_angle, joint_rate, named, odd};
+
+use super::planar::PlanarRobot;
+
+pub const BODY: &[BlockRow<PlanarRobot>] = &[
+    BlockRow {
+        name: "joint_angle",
+        unit: "rad",
+        description: "angle of each joint; positive bends the body to the right, going forward",
+        present: always,
+        elements: |setup| each(setup.joints(), &[odd("joint_#")]),
+        scale: |_| FRAC_PI_2,
+        bound: 2.0,
+        memory: true,
+        read: joint_angle,
+    },
+    BlockRow {
+        name: "joint_rate",
+        unit: "rad/s",
+        description: "angular velocity of each joint",
+        present: always,
+        elements: |setup| each(setup.joints(), &[odd("joint_#")]),
+        scale: |_| 2.5,
+        bound: 4.0,
+        memory: false,
+        read: joint_rate,
+    },
+];
+
+pub const CONTACT_AND_REFERENCE: &[BlockRow<PlanarRobot>] = &[
+    BlockRow {
+        name: "contact_force",
+        unit: "N",
+        description: "force of the pegs to the left of each link, averaged over the control period",
+        present: |setup| setup.has_pegs(),
+        elements: |setup| each(setup.links(), &[odd("link_#")]),
+        scale: |_| 20.0,
+        bound: 4.0,
+        memory: true,
+        read: |view, values| values.copy_from_slice(view.model.lateral_force()),
+    },
+    BlockRow {
+        name: "reference",
+        unit: "rad",
+        description: "smoothed reference angle of each joint",
+        present: |setup| setup.config.action_mode == ActionMode::Joints,
+        elements: |setup| each(setup.joints(), &[odd("joint_#")]),
+        scale: |_| FRAC_PI_2,
+        bound: 1.0,
+        memory: false,
+        read: |view, values| {
+            let reference = &view.model.reference;
+            values.iter_mut().enumerate().for_each(|(joint, value)| *value = reference.angle(joint));
+        },
+    },
+    BlockRow {
+        name: "wave",
+        unit: "1",
+        description: "phase of the wave, and its smoothed parameters as actions that would hold them",
+        present: |setup| setup.config.action_mode != ActionMode::Joints,
+        elements: |_| {
+            let parameters = [even("amplitude"), even("frequency"), even("phase_shift"), odd("offset")];
+            named(&[[odd("sin_phase"), odd("cos_phase")].as_slice(), &parameters].concat())
+        },
+        scale: |_| 1.0,
+        bound: 1.0,
+        memory: false,
+        read: |view, values| view.model.reference.describe_wave(values),
+    },
+];
