@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from benchmarks import curves, independent, texts
-from benchmarks.curves import Point
 from benchmarks.results import Record, Results
-from benchmarks.targets import describe
 from snake_env._markdown import table
 
 ERRORS = (10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
@@ -20,20 +18,25 @@ def render(results: Results, images: str) -> str:
     parts = [texts.PRECISION, _reference_table(scenes)]
     for scene in scenes:
         name = scene["scene"]
-        parts.append(f"### {scene['title'].capitalize()}\n\n![{scene['title']}]({images}/bench-{name}.png)")
+        title = title_of(scene)
+        parts.append(f"### {title[0].upper()}{title[1:]}\n\n![{title}]({images}/bench-{name}.png)")
         parts += [_own_reference(results, name), _ratio_table(results, name)]
-        parts.append(_frontier_table(results, name))
     return "\n\n".join(part for part in parts if part)
 
 
+def title_of(scene: Record) -> str:
+    """The scene in words."""
+    return str(scene["title"]).replace("in space: ", "3D: ")
+
+
 def _own_reference(results: Results, scene: str) -> str:
-    """What a peer was judged by, if not by our reference."""
+    """The reference of a peer, where it is not ours."""
     record = next((r for r in results.of("peer", scene=scene) if "against" in r), None)
     if record is None:
         return ""
     apart, check = (f"{1e3 * record[name]['link6']:.2g}" for name in ("apart", "uncertainty"))
     return (
-        f"{record['curve']} is judged by {record['against']}, which two fine runs know within {check} mm; link 6 ends "
+        f"{record['curve']} is judged by {record['against']} (two fine runs differ by {check} mm); its link 6 ends "
         f"{apart} mm from ours."
     )
 
@@ -45,7 +48,7 @@ def _reference_table(scenes: list[Record]) -> str:
         check = reference["uncertainty"]
         steps = " and ".join(f"{1e3 * step:g}" for step in reference["steps"])
         other = independent.distance(scene)
-        rows.append((scene["title"], steps, *(_micro(d) for d in (check["worst"], check["link6"], other))))
+        rows.append((title_of(scene), steps, *(_micro(d) for d in (check["worst"], check["link6"], other))))
     head = ("scene", "steps of the two runs [ms]", "worst link apart [um]", "link 6 apart [um]")
     return table((*head, "worst link from an independent implementation [um]"), rows)
 
@@ -84,23 +87,3 @@ def _speed(value: float | None) -> str:
 
 def _times(ours: float | None, other: float | None) -> str:
     return "-" if not ours or not other else f"{ours / other:.1f}x"
-
-
-def _frontier_table(results: Results, scene: str) -> str:
-    """The settings behind the curves."""
-    rows: list[tuple[str, ...]] = []
-    for name, whose, speed in (
-        ("ours, lanes", curves.OURS, "speed_fleet"),
-        ("Algorithm 3.1", curves.THESIS, "best"),
-        ("MuJoCo", "MuJoCo", "best"),
-    ):
-        rows += [(name, *_row(p)) for p in curves.frontier(curves.points(results, scene, whose, speed))]
-    if not rows:
-        return ""
-    text = table(("", "link 6 [mm]", "worst link [mm]", "simulated s/s", "settings"), rows)
-    return f"<details><summary>Settings on the curves</summary>\n\n{text}\n\n</details>"
-
-
-def _row(point: Point) -> tuple[str, str, str, str]:
-    error = point.record["error"]
-    return f"{1e3 * error['link6']:.3g}", f"{1e3 * error['worst']:.3g}", f"{point.speed:,.0f}", describe(point.record)

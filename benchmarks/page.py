@@ -7,7 +7,7 @@ from typing import Any
 
 from benchmarks import comparison, texts
 from benchmarks.results import Record, Results
-from benchmarks.targets import COMMAND, all_targets
+from benchmarks.targets import all_targets
 from snake_env._markdown import table
 
 BUSY = 0.5
@@ -21,7 +21,13 @@ def render(results: Results, images: str) -> str:
         results: of a run.
         images: path of the pictures, seen from the page.
     """
-    sections = [_head(results), _targets(results), comparison.render(results, images), *_growth(results, images)]
+    sections = [
+        _head(results),
+        _summary(results),
+        _targets(results),
+        comparison.render(results, images),
+        *_growth(results, images),
+    ]
     sections += [_skip(results), _certificate(results), _interface(results), texts.HOW]
     return "\n\n".join(section for section in sections if section) + "\n"
 
@@ -31,14 +37,14 @@ def _head(results: Results) -> str:
     packages = ", ".join(f"{name} {value}" for name, value in versions.items() if value and name != "rustc")
     notes = []
     if results.quick:
-        notes.append("A quick look: few settings, few repetitions.")
+        notes.append("Quick run: few settings, few repetitions.")
     if not results.complete:
-        notes.append("**Stopped before the end**: what was measured until then.")
+        notes.append("**Stopped before the end**: partial results.")
     if (machine.get("load") or 0.0) > BUSY:
-        load = f"{machine['load']:.1f} processes ran when the bench began"
-        notes.append(f"**The machine was busy**: {load}. CPU times suffer little, rates by wall clock much.")
+        load = f"{machine['load']:.1f} runnable processes at the start"
+        notes.append(f"**The machine was busy**: {load}. This affects wall-clock rates much more than CPU times.")
     if not results.of("peer"):
-        notes.append("MuJoCo was not installed (extra `bench`), so there is no comparison with it.")
+        notes.append("MuJoCo was not installed (extra `bench`): no comparison with it.")
     lines = [
         "# Benchmarks",
         "",
@@ -50,13 +56,30 @@ def _head(results: Results) -> str:
     return "\n\n".join([text, *notes])
 
 
+def _summary(results: Results) -> str:
+    """The figures most often quoted, and how many targets are met."""
+    rows = []
+    for env in dict.fromkeys(r["env"] for r in results.of("growth", axis="batch")):
+        for actions in ("random", "gait"):
+            rates = _rates(results, env, actions)
+            if 256 in rates:
+                kind = "random actions" if actions == "random" else "constant zero action"
+                rows.append((f"`{env}`, {kind}, 256 robots, one thread", f"{rates[256][1]:,.0f} env-steps/s"))
+    targets = all_targets(results)
+    quoted = ("default accuracy", "MuJoCo")
+    rows += [(t.what, t.measured) for t in targets if t.what.startswith(quoted) and t.met is not None]
+    met, measured = (sum(t.met in values for t in targets) for values in ((True,), (True, False)))
+    rows.append(("targets met", f"{met} of {measured} measured"))
+    return "## Summary\n\n" + table(("quantity", "measured"), rows)
+
+
 def _targets(results: Results) -> str:
-    rows = [(t.what, t.target, t.measured, f"`{COMMAND}`", t.verdict) for t in all_targets(results)]
-    return "## Targets\n\n" + table(("target", "aim", "measured", "command", ""), rows)
+    rows = [(t.what, t.target, t.measured, t.verdict) for t in all_targets(results)]
+    return "## Targets\n\n" + table(("quantity", "target", "measured", ""), rows)
 
 
-FLEET = ("scene", "links", "pegs", "us per step", "us per link", "solves per step", "retaken steps", "us per peg scan")
-CROWD = ("environment", "actions", "robots", "threads", "env-steps/s", "per CPU second", "threads busy")
+FLEET = ("scene", "links", "pegs", "us per step", "us per link", "solves per step", "divided steps", "us per peg scan")
+PEER = ("scene", "actions", "robots", "threads", "env-steps/s", "per CPU second")
 
 
 def _growth(results: Results, images: str) -> Iterator[str]:
@@ -66,12 +89,32 @@ def _growth(results: Results, images: str) -> Iterator[str]:
     fleets = [*results.of("growth", axis="links"), *results.of("growth", axis="pegs")]
     if fleets:
         yield f"{texts.GROWTH}\n\n{table(FLEET, map(_fleet_row, fleets))}"
-    crowds = results.of("growth", axis="batch")
-    if crowds:
-        yield f"{texts.BATCH}\n\n{table(CROWD, map(_crowd_row, crowds))}"
+    if results.of("growth", axis="batch"):
+        yield f"{texts.BATCH}\n\n{_batch_table(results)}"
     peers = results.of("peer_batch")
     if peers:
-        yield f"{texts.PEER_BATCH}\n\n{table(CROWD[:6], map(_peer_row, peers))}"
+        yield f"{texts.PEER_BATCH}\n\n{table(PEER, map(_peer_row, peers))}"
+
+
+def _rates(results: Results, env: str, actions: str) -> dict[int, dict[int, float]]:
+    """Robots -> threads -> environment steps per second."""
+    rates: dict[int, dict[int, float]] = {}
+    for r in results.of("growth", axis="batch", env=env, actions=actions):
+        rates.setdefault(r["robots"], {})[r["threads"]] = r["steps_per_second"]
+    return rates
+
+
+def _batch_table(results: Results) -> str:
+    records = results.of("growth", axis="batch")
+    sizes = sorted({r["robots"] for r in records})
+    rows = []
+    for env, actions in dict.fromkeys((r["env"], r["actions"]) for r in records):
+        rates = _rates(results, env, actions)
+        cells = [" / ".join(f"{rate:,.0f}" for _, rate in sorted(rates.get(size, {}).items())) for size in sizes]
+        two = results.of("growth", axis="batch", env=env, actions=actions, threads=2)
+        busy = [r["utilisation"] for r in two if r["robots"] >= 64]
+        rows.append((env, actions, *cells, f"{100 * min(busy):.0f} %" if busy else "-"))
+    return table(("environment", "actions", *(f"{size:,}" for size in sizes), "busy"), rows)
 
 
 def _peer_row(r: Record) -> tuple[Any, ...]:
@@ -91,11 +134,6 @@ def _fleet_row(r: Record) -> tuple[Any, ...]:
         _percent(r["events_per_step"]),
         look,
     )
-
-
-def _crowd_row(r: Record) -> tuple[Any, ...]:
-    rates = f"{r['steps_per_second']:,.0f}", f"{r['steps_per_cpu_second']:,.0f}"
-    return r["env"], r["actions"], f"{r['robots']:,}", r["threads"], *rates, f"{100 * r['utilisation']:.0f} %"
 
 
 def _percent(share: float) -> str:
@@ -131,8 +169,8 @@ def _certificate(results: Results) -> str:
         "residual [m/s]",
         "duality gap [J]",
         "solves per step",
-        "retaken steps",
-        "misses",
+        "divided steps",
+        "unconverged",
         "above tolerance",
     )
     return f"{texts.CERTIFICATE}\n\n{table(head, rows)}"

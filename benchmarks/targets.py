@@ -1,4 +1,4 @@
-"""The aims of the project in numbers, each with what was measured."""
+"""The targets of the project in numbers, each with what was measured."""
 
 from __future__ import annotations
 
@@ -11,18 +11,17 @@ from benchmarks.results import Record, Results
 QUICKEST = {
     "free": ("free undulation", {0.3: 20_000, 0.05: 5_000}),
     "course-7.5": ("Table 7.5", {0.5: 8_000, 0.15: 4_000, 0.05: 2_000, 0.015: 800}),
-    "spatial-course-7.5": ("Table 7.5 in space", {0.64: 3_000, 0.04: 400}),
-    "spatial-sidewinding": ("sidewinding", {10.0: 8_000, 1.0: 1_500}),
+    "spatial-course-7.5": ("3D, Table 7.5", {0.64: 3_000, 0.04: 400}),
+    "spatial-sidewinding": ("3D, sidewinding", {10.0: 8_000, 1.0: 1_500}),
 }
 """Simulated seconds per second and core by error of link 6 [mm]."""
-AHEAD, AHEAD_IN_SPACE = 50.0, 20.0
+AHEAD, AHEAD_3D = 50.0, 20.0
 """Times faster than a peer at equal error."""
 ENV_STEPS, ENV_STEPS_FLOOR, TWO_THREADS = 300_000, 150_000, 1.9
-COMMAND = "make bench"
 
 
 class Target(NamedTuple):
-    """One row: what is aimed at, what was measured, whether that is met (None: not measured)."""
+    """One row: the target, what was measured, whether it is met (None: not measured)."""
 
     what: str
     target: str
@@ -40,7 +39,7 @@ def all_targets(results: Results) -> list[Target]:
     return [
         *_speeds(results),
         *_against(results, "MuJoCo", "MuJoCo at equal error, every point of both curves"),
-        *_against(results, "MuJoCo", "MuJoCo in space, at equal error", in_space=True),
+        *_against(results, "MuJoCo", "MuJoCo in 3D, at equal error", spatial=True),
         *_against(results, curves.THESIS, "Algorithm 3.1 in the same code, at equal error"),
         *_batch(results),
         *_growth(results),
@@ -72,17 +71,17 @@ def describe(record: Record) -> str:
     return f"{record['curve']}, {1e3 * record['integrator']['step']:g} ms"
 
 
-def _against(results: Results, whose: str, what: str, in_space: bool = False) -> Iterator[Target]:
-    """The least favourable point on any scene both were measured on, in the plane or in space."""
+def _against(results: Results, whose: str, what: str, spatial: bool = False) -> Iterator[Target]:
+    """The least favourable point on any scene both were measured on, planar or 3D."""
     found = []
-    for scene in results.of("scene", model="spatial" if in_space else None):
+    for scene in results.of("scene", model="spatial" if spatial else None):
         ours = curves.frontier(curves.points(results, scene["scene"], curves.OURS))
         theirs = curves.frontier(curves.points(results, scene["scene"], whose))
         for ratio in curves.ratios(ours, theirs):
             found.append((ratio.value, f"{scene['scene']} at {1e3 * ratio.error:.2g} mm"))
         for point in curves.unreached(ours, theirs):
             found.append((0.0, f"{scene['scene']}: {1e3 * point.error:.2g} mm not reached by ours"))
-    ahead = AHEAD_IN_SPACE if in_space else AHEAD
+    ahead = AHEAD_3D if spatial else AHEAD
     aim = f">= {ahead:g}x"
     if not found:
         yield Target(what, aim, "-", None)
@@ -136,7 +135,7 @@ def _growth(results: Results) -> Iterator[Target]:
         "growth with batch beyond 64 robots: rate of one thread", large, "steps_per_cpu_second", 1.2, "robots"
     )
     busy = [r["utilisation"] for r in _course(results, 2) if r["robots"] >= 64]
-    measured = "-" if not busy else f"{100 * min(busy):.0f} % busy at least"
+    measured = "-" if not busy else f"at least {100 * min(busy):.0f} % busy"
     yield Target(
         "two threads, 64 robots and more: no thread idle", ">= 95 %", measured, min(busy) >= 0.95 if busy else None
     )
@@ -179,11 +178,11 @@ def _accuracy(results: Results) -> Iterator[Target]:
 
 
 def _certificate(results: Results) -> Target:
-    """Certified: solved to the tolerance, as judged by code that no solver uses."""
-    what = "every stage certified, scenes and random fields"
+    """Verified: solved to the tolerance according to code that no solver uses."""
+    what = "every stage verified, scenes and random fields"
     records = results.of("certificate")
     if not records:
         return Target(what, "no exception", "-", None)
     misses, above, steps = (sum(r[name] for r in records) for name in ("misses", "above_tolerance", "steps"))
-    measured = f"{misses:,} misses, {above:,} residuals above tolerance in {steps:,} steps"
+    measured = f"{misses:,} unconverged, {above:,} residuals above tolerance in {steps:,} steps"
     return Target(what, "no exception", measured, misses + above == 0)
