@@ -29,7 +29,8 @@ class Gait(Section):
         vertical_omega: omega_v [rad/s].
         vertical_beta: beta_v [rad].
         vertical_phase: beta_0, phase of the vertical against the horizontal wave [rad].
-        soft_start: each joint waits at zero until its reference first comes within 3 degrees (T 7.2.2).
+        soft_start: each joint waits at zero until its reference first comes within 3 degrees after the actuators are
+            switched on, at the controller's ``active_from`` (T 7.2.2).
     """
 
     _section = "gait"
@@ -82,10 +83,15 @@ class Gait(Section):
         values = {"amplitude": 0.0, "vertical_amplitude": 10 * DEGREE, "vertical_phase": 0.0} | changes
         return cls._with_vertical(values)
 
-    def reference(self, time: ArrayLike, joints: int = 10, vertical: bool = False) -> dict[str, NDArray[np.float64]]:
-        """The horizontal or vertical references at given times: "angle", "rate", "acceleration", (T, joints) each."""
+    def reference(
+        self, time: ArrayLike, joints: int = 10, vertical: bool = False, start_up: float = 0.0
+    ) -> dict[str, NDArray[np.float64]]:
+        """The horizontal or vertical references at given times: "angle", "rate", "acceleration", (T, joints) each.
+
+        ``start_up`` is when the actuators are switched on [s]; a soft start counts from then.
+        """
         times = np.atleast_1d(np.asarray(time, np.float64)).tolist()
-        return _native.gait_reference(encode(self._for_core(), self._section), joints, times, vertical)
+        return _native.gait_reference(encode(self._for_core(), self._section), joints, times, vertical, start_up)
 
     @classmethod
     def _with_vertical(cls, values: dict[str, Any]) -> Gait:

@@ -88,3 +88,30 @@ def test_a_long_run_can_be_interrupted():
         _, errors = run.communicate(timeout=30)
     assert "KeyboardInterrupt" in errors
     assert time.monotonic() - start < 5.0
+
+
+@pytest.mark.parametrize("model", ["planar", "spatial", "minimal"])
+def test_a_soft_start_counts_from_when_the_actuators_are_switched_on(model):
+    """Joints wait at zero after 1 s, though the waves of joints 1, 2, 5, 6 and 9 passed through zero before."""
+    gait = snake_env.Gait.lateral_undulation(soft_start=True)
+    controller, straight = PD(active_from=1.0), Start(posture="straight")
+    fine = Integrator(step=2.5e-4)
+    run = snake_env.simulate(
+        model, gait=gait, controller=controller, integrator=fine, start=straight, duration=1.4, sample=1e-3
+    )
+    angle = run.joint_angle[..., 0] if model == "spatial" else run.joint_angle
+    reference = gait.reference(run.time, start_up=1.0)["angle"]
+    waiting = ~reference.any(axis=0)
+    assert np.flatnonzero(~waiting).tolist() == [2, 9], "the waves of joints 10 and 3 come by in this time"
+    assert not run.joint_torque[run.time < 1.0 - 1e-9].any()
+    assert np.abs(angle[:, waiting]).max() < np.radians(1.0)
+    # A step of 3 degrees and the rate of the wave, k_P 3 deg + k_D A omega = 44 N m, at most.
+    assert 5.0 < np.abs(run.joint_torque).max() < 44.0
+    np.testing.assert_allclose(angle[-1], reference[-1], atol=np.radians(1.0))
+
+
+def test_a_reference_without_soft_start_does_not_depend_on_start_up():
+    gait, time = snake_env.Gait(), [0.0, 0.7, 3.0]
+    np.testing.assert_array_equal(gait.reference(time, start_up=2.0)["angle"], gait.reference(time)["angle"])
+    with pytest.raises(snake_env.ConfigError, match="start_up"):
+        gait.reference(time, start_up=-1.0)

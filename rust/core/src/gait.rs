@@ -129,9 +129,17 @@ impl JointReference for Wave {
 /// References below which the soft start lets a joint join its wave \[rad\] (T 7.2.2).
 const SOFT_START_THRESHOLD: f64 = 3.0 * PI / 180.0;
 
-/// A wave whose joints wait at zero until their reference first comes within 3 degrees of zero.
+/// A wave whose joints wait at zero until their reference first comes within 3 degrees of zero after start-up.
 ///
-/// The waiting times (T 7.2.2 != D7) follow from the wave alone, so the reference does not depend on the step.
+/// The phase of the wave is absolute time, so at start-up a joint's reference may be anywhere in [-A, A]: joining the
+/// wave there is a step of up to A in the reference, k_P A = 560 N m with the gains of (T Table 7.2) and A = 40
+/// degrees. Waiting bounds each step by k_P 3 deg + k_D omega A = 44 N m. A wave with A > 3 degrees leaves the band
+/// for pi / omega - 2 asin(3 deg / A) / omega at most, 2.14 s of the gait (T 7.3), so all joints move by then. Start-up
+/// is when the actuators are switched on: a joint whose wave passed through zero while they were off has to wait for
+/// the next passage. Yaw and pitch are separate waves and wait separately.
+///
+/// The waiting times (T 7.2.2 != D7) follow from the wave and the time of start-up, so the reference does not depend
+/// on the step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SoftStart {
     wave: Wave,
@@ -139,8 +147,14 @@ pub struct SoftStart {
 }
 
 impl SoftStart {
+    /// With actuators that are on from t = 0.
     pub fn new(wave: Wave, joints: usize) -> Self {
-        Self { wave, start: (0..joints).map(|joint| first_time_near_zero(&wave, joint)).collect() }
+        Self::switched_on_at(0.0, wave, joints)
+    }
+
+    /// With actuators that are switched on at `start_up` \[s\].
+    pub fn switched_on_at(start_up: f64, wave: Wave, joints: usize) -> Self {
+        Self { wave, start: (0..joints).map(|joint| first_time_near_zero(&wave, joint, start_up)).collect() }
     }
 }
 
@@ -154,10 +168,10 @@ impl JointReference for SoftStart {
     }
 }
 
-/// First t >= 0 with |A sin(omega t + phase) + gamma| <= 3 degrees; infinite if there is none.
-fn first_time_near_zero(wave: &Wave, joint: usize) -> f64 {
-    if wave.target(joint, 0.0).angle.abs() <= SOFT_START_THRESHOLD {
-        return 0.0;
+/// First t >= `start_up` with |A sin(omega t + phase) + gamma| <= 3 degrees; infinite if there is none.
+fn first_time_near_zero(wave: &Wave, joint: usize, start_up: f64) -> f64 {
+    if wave.target(joint, start_up).angle.abs() <= SOFT_START_THRESHOLD {
+        return start_up;
     }
     let (amplitude, omega) = (wave.amplitude, wave.omega);
     let mut first = f64::INFINITY;
@@ -171,8 +185,8 @@ fn first_time_near_zero(wave: &Wave, joint: usize) -> f64 {
             continue;
         }
         for x in [sine.asin(), PI - sine.asin()] {
-            let time = (x - wave.phase_at(joint, 0.0)) / omega;
-            first = first.min(time.rem_euclid(2.0 * PI / omega.abs()));
+            let wait = (x - wave.phase_at(joint, start_up)) / omega;
+            first = first.min(start_up + wait.rem_euclid(2.0 * PI / omega.abs()));
         }
     }
     first
@@ -294,16 +308,34 @@ mod tests {
     }
 
     #[test]
-    fn soft_start_joins_the_wave_at_the_first_time_within_three_degrees() {
+    fn soft_start_joins_the_wave_at_the_first_time_within_three_degrees_after_start_up() {
         let wave = Wave { gamma: 0.05, phase: 1.3, ..Wave::default() };
-        let soft = SoftStart::new(wave, 10);
-        for joint in 0..10 {
-            let near_zero = |&t: &f64| wave.target(joint, t).angle.abs() <= SOFT_START_THRESHOLD;
-            let start = (0..).map(|k| f64::from(k) * 1e-4).find(near_zero).unwrap();
-            assert!((soft.start[joint] - start).abs() <= 1e-4, "the scan has steps of 1e-4 s");
-            assert_eq!(soft.target(joint, soft.start[joint]), wave.target(joint, soft.start[joint]));
-            if soft.start[joint] > 0.0 {
-                assert_eq!(soft.target(joint, soft.start[joint] - 1e-9), JointTarget::default());
+        for start_up in [0.0, 1.0, 7.3] {
+            let soft = SoftStart::switched_on_at(start_up, wave, 10);
+            for joint in 0..10 {
+                let near_zero = |&t: &f64| wave.target(joint, t).angle.abs() <= SOFT_START_THRESHOLD;
+                let start = (0..).map(|k| start_up + f64::from(k) * 1e-4).find(near_zero).unwrap();
+                assert!((soft.start[joint] - start).abs() <= 1e-4, "the scan has steps of 1e-4 s");
+                assert_eq!(soft.target(joint, soft.start[joint]), wave.target(joint, soft.start[joint]));
+                if soft.start[joint] > 0.0 {
+                    assert_eq!(soft.target(joint, soft.start[joint] - 1e-9), JointTarget::default());
+                }
+            }
+        }
+    }
+
+    /// The bounds of the documentation of [`SoftStart`], for any time of start-up.
+    #[test]
+    fn soft_start_steps_by_three_degrees_at_most_and_ends_within_half_a_period() {
+        let wave = Wave::default();
+        for k in 0..90 {
+            let start_up = 0.05 * f64::from(k);
+            let soft = SoftStart::switched_on_at(start_up, wave, 10);
+            let longest = (PI - 2.0 * (SOFT_START_THRESHOLD / wave.amplitude).asin()) / wave.omega;
+            for (joint, &start) in soft.start.iter().enumerate() {
+                assert!((start_up..=start_up + longest + 1e-9).contains(&start), "joint {joint} at {start}");
+                let step = wave.target(joint, start).angle.abs();
+                assert!(step <= SOFT_START_THRESHOLD + 1e-12, "joint {joint} steps by {step}");
             }
         }
     }

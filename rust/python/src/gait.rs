@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::{Deserialize, Serialize};
 use snake_core::ConfigError;
-use snake_core::error::{finite, require};
+use snake_core::error::{finite, non_negative, require};
 use snake_core::gait::{CardanGait, Gait, JointReference, SoftStart, Wave};
 
 use crate::decode::decode;
@@ -57,11 +57,11 @@ impl GaitConfig {
         Ok(())
     }
 
-    /// The reference of a planar robot.
+    /// The reference of a planar robot whose actuators are switched on at `start_up` \[s\].
     ///
     /// # Errors
     /// Names the parameter that is not finite, an amplitude that folds the robot, or a vertical wave.
-    pub fn planar(&self, joints: usize) -> Result<Gait, ConfigError> {
+    pub fn planar(&self, joints: usize, start_up: f64) -> Result<Gait, ConfigError> {
         self.validate()?;
         if self.vertical_amplitude != 0.0 {
             let expected = "0: the planar and the minimal model take gaits without a vertical wave";
@@ -69,31 +69,31 @@ impl GaitConfig {
         }
         let expected = "at most pi with the offset, in radians: beyond, a link folds through the one ahead";
         require(self.amplitude.abs() + self.gamma.abs() <= PI, "amplitude", self.amplitude, expected)?;
-        Ok(self.yaw(joints))
+        Ok(self.yaw(joints, start_up))
     }
 
-    /// The reference of a spatial robot.
+    /// The reference of a spatial robot whose actuators are switched on at `start_up` \[s\].
     ///
     /// # Errors
     /// Names the parameter that is not finite, or the amplitude that takes a joint beyond a right angle (T 4.5).
-    pub fn spatial(&self, joints: usize) -> Result<CardanGait, ConfigError> {
+    pub fn spatial(&self, joints: usize, start_up: f64) -> Result<CardanGait, ConfigError> {
         self.validate()?;
         let room = FRAC_PI_2 - self.gamma.abs();
         let expected = "less than pi/2 with the offset: joints bend by less than a right angle";
         require(self.amplitude.abs() < room, "amplitude", self.amplitude, expected)?;
         let vertical = self.vertical_amplitude;
         require(vertical.abs() < FRAC_PI_2, "vertical_amplitude", vertical, "an angle in (-pi/2, pi/2)")?;
-        Ok(CardanGait { yaw: self.yaw(joints), pitch: self.pitch(joints) })
+        Ok(CardanGait { yaw: self.yaw(joints, start_up), pitch: self.pitch(joints, start_up) })
     }
 
     /// The horizontal reference.
-    pub fn yaw(&self, joints: usize) -> Gait {
-        self.started(self.wave(), joints)
+    pub fn yaw(&self, joints: usize, start_up: f64) -> Gait {
+        self.started(self.wave(), joints, start_up)
     }
 
     /// The vertical reference.
-    pub fn pitch(&self, joints: usize) -> Gait {
-        self.started(self.vertical_wave(), joints)
+    pub fn pitch(&self, joints: usize, start_up: f64) -> Gait {
+        self.started(self.vertical_wave(), joints, start_up)
     }
 
     fn wave(&self) -> Wave {
@@ -112,13 +112,17 @@ impl GaitConfig {
     }
 
     /// The wave, with soft start if so chosen.
-    fn started(&self, wave: Wave, joints: usize) -> Gait {
-        if self.soft_start { Gait::SoftStart(SoftStart::new(wave, joints)) } else { Gait::Wave(wave) }
+    fn started(&self, wave: Wave, joints: usize, start_up: f64) -> Gait {
+        if self.soft_start {
+            Gait::SoftStart(SoftStart::switched_on_at(start_up, wave, joints))
+        } else {
+            Gait::Wave(wave)
+        }
     }
 }
 
 /// References of the yaw angles, or with `vertical` of the pitch angles, at given times: angle, rate and acceleration
-/// of (T, joints) each.
+/// of (T, joints) each. `start_up`: when the actuators are switched on \[s\].
 ///
 /// # Errors
 /// ConfigError names what is not admissible.
@@ -129,11 +133,13 @@ pub fn gait_reference<'py>(
     joints: usize,
     times: Vec<f64>,
     vertical: bool,
+    start_up: f64,
 ) -> PyResult<Bound<'py, PyDict>> {
     let gait = detached(py, || {
         let config: GaitConfig = decode(gait_json)?;
         config.validate().map_err(|e| e.inside("gait"))?;
-        Ok(if vertical { config.pitch(joints) } else { config.yaw(joints) })
+        non_negative("start_up", start_up).map_err(|e| e.inside("gait"))?;
+        Ok(if vertical { config.pitch(joints, start_up) } else { config.yaw(joints, start_up) })
     })?;
     let targets = times.iter().flat_map(|&time| (0..joints).map(move |joint| (joint, time)));
     let targets: Vec<_> = targets.map(|(joint, time)| gait.target(joint, time)).collect();

@@ -64,7 +64,10 @@ impl MinimalRobot {
             noise: config.noise,
             seed: config.seed,
         })?;
-        let gait = config.gait.planar(simulation.model().joint_count()).map_err(|e| e.inside("gait"))?;
+        let gait = config
+            .gait
+            .planar(simulation.model().joint_count(), config.controller.active_from)
+            .map_err(|e| e.inside("gait"))?;
         simulation.place(&state_at(&config.start, simulation.model(), &gait)?);
         Ok(Self { simulation, gait })
     }

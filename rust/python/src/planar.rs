@@ -39,7 +39,7 @@ impl PlanarRobot {
         let RunConfig { robot, scene, gait, controller, integrator, start, .. } = config;
         let mut simulation = PlanarSimulation::new(robot, scene, controller, integrator)?;
         let joints = simulation.robot().joint_count();
-        let gait = gait.planar(joints).map_err(|e| e.inside("gait"))?;
+        let gait = gait.planar(joints, controller.active_from).map_err(|e| e.inside("gait"))?;
         let [x, y, heading] = start.head()?;
         simulation.place_chain(x, y, heading, &start.joint_angle(joints, &gait)?);
         Ok(Self { simulation, gait, integrator: *integrator })

@@ -37,7 +37,8 @@ impl SpatialRobot {
     fn new(config: &RunConfig<SpatialStart>) -> Result<Self, ConfigError> {
         let RunConfig { robot, scene, gait, controller, integrator, start, .. } = config;
         let mut simulation = SpatialSimulation::new(robot, scene, controller, integrator)?;
-        let gait = gait.spatial(simulation.robot().joint_count()).map_err(|e| e.inside("gait"))?;
+        let gait =
+            gait.spatial(simulation.robot().joint_count(), controller.active_from).map_err(|e| e.inside("gait"))?;
         start.place(&mut simulation, &gait)?;
         Ok(Self { simulation, gait })
     }
