@@ -8,7 +8,7 @@ from pathlib import Path
 from matplotlib.axes import Axes
 
 from snake_env.reproduce import drawing, figures_7_3_5, figures_spatial
-from snake_env.reproduce.experiments import Runs
+from snake_env.reproduce.experiment import Runs
 from snake_env.reproduce.measures import MIDDLE, at, between, mean_force
 
 SHOWN = 5.2

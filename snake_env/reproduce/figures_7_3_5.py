@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
+from numpy.typing import NDArray
 
-from snake_env.config import Gait
+from snake_env.config import PD, Gait, IOLinearizing
 from snake_env.reproduce import drawing, stability, theorem, tracking
-from snake_env.reproduce.experiments import FEEDBACK, Runs
+from snake_env.reproduce.experiment import Runs
+from snake_env.reproduce.experiments import FEEDBACK
+
+Array = NDArray[np.float64]
 
 COLOURS = {"IO": drawing.PATH, "PD": drawing.FORCE, "PD high": "#3a8f4d"}
+Family = tuple[str, Callable[[float], PD | IOLinearizing], Array, Callable[[Array], Array]]
+"""Title, controller by K_D, values of K_D, and the longest stable control period by theory."""
 LAW_COLOURS = {"set-valued": "black", "ellipse": drawing.PATH, "arctan": drawing.FORCE}
 
 
@@ -116,7 +123,7 @@ def figure_stability(_: Runs, path: Path) -> Path:
     """Where sampled control is stable: control period against gains."""
     drawn, axes = drawing.figure(2, 3, 9.0, 5.6)
     periods = np.geomspace(1e-4, 5e-2, 18)
-    families = [
+    families: list[Family] = [
         ("IO, K_P = K_D^2 / 4", stability.critically_damped, np.geomspace(10.0, 2e4, 16), lambda kd: 2.0 / kd),
         ("PD, k_P / k_D = 167", stability.proportioned, np.geomspace(0.02, 40.0, 16), _pd_theory),
     ]
@@ -133,7 +140,7 @@ def figure_stability(_: Runs, path: Path) -> Path:
     return drawing.save(drawn, path)
 
 
-def _pd_theory(kd: np.ndarray) -> np.ndarray:
+def _pd_theory(kd: Array) -> Array:
     return np.minimum(2.0 / (stability.MOBILITY * kd), 2.0 * 1.2 / 200.0)
 
 
@@ -150,11 +157,11 @@ def _errors(axes: Axes, runs: Runs, curves: dict[str, str], limit: float) -> Non
     axes.legend(loc="upper right", ncols=2)
 
 
-def _curve(axes: Axes, x: np.ndarray, y: np.ndarray, colour: str, label: str) -> None:
+def _curve(axes: Axes, x: Array, y: Array, colour: str, label: str) -> None:
     axes.plot(x, y, color=colour, label=label, linewidth=1.0)
 
 
-FIGURES = {
+FIGURES: dict[str, tuple[str, Callable[[Runs, Path], Path]]] = {
     "figure-7.10.png": ("7.3.5", figure_7_10),
     "figure-7.11.png": ("7.3.5", figure_7_11),
     "figure-7.3.5-torque-limit.png": ("7.3.5", figure_limit),

@@ -9,7 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from snake_env.reproduce import drawing
-from snake_env.reproduce.experiments import FRICTION_PAIRS, PERIOD, Runs
+from snake_env.reproduce.experiment import PERIOD, Runs
+from snake_env.reproduce.experiments import FRICTION_PAIRS
 from snake_env.reproduce.measures import MIDDLE, at
 from snake_env.reproduce.measures_spatial import axes as link_axes
 from snake_env.reproduce.measures_spatial import vertical_velocity
@@ -20,7 +21,7 @@ COLOURS = (drawing.PATH, drawing.FORCE, drawing.LINKS[10])
 
 GAITS = {
     "lateral undulation": "undulation, 3D",
-    "sinus-lifting": "sinus-lifting",
+    "sinus-lifting": "lift 0.5",
     "sidewinding": f"sidewinding {FRICTION_PAIRS[0]}",
     "U-shaped rolling": f"rolling {FRICTION_PAIRS[0]}",
     "caterpillar": "caterpillar",

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from snake_env.reproduce.experiments import PERIOD
+from snake_env.reproduce.experiment import PERIOD
 from snake_env.trajectory import Trajectory
 
 Array = NDArray[np.float64]

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -72,10 +75,29 @@ def sway(run: Trajectory) -> float:
     return float(np.abs(off).max() / np.linalg.norm(way))
 
 
-def backward_way(run: Trajectory, start: float) -> float:
-    """How far link 6 moves against the y axis after ``start`` [s], all such stretches together [m]."""
-    step = np.diff(run.position[run.time >= start, MIDDLE, 1])
-    return float(-step[step < 0.0].sum())
+class SlideBack(NamedTuple):
+    """A time during which a robot that moves along the y axis moves against it [s], and how far [m]."""
+
+    begin: float
+    end: float
+    distance: float
+
+
+def slide_backs(run: Trajectory, start: float, least: float = 0.01) -> list[SlideBack]:
+    """Where link 6 moves against the y axis after ``start`` [s] by at least ``least`` [m]."""
+    time, y = run.time[run.time >= start], run.position[run.time >= start, MIDDLE, 1]
+    turning = np.flatnonzero(np.diff(np.sign(np.diff(y)))) + 1
+    ends = np.concatenate([[0], turning, [len(y) - 1]])
+    found = [SlideBack(time[i], time[j], y[i] - y[j]) for i, j in pairwise(ends)]
+    return [slide for slide in found if slide.distance >= least]
+
+
+def lateral_distance(one: Array, other: Array) -> float:
+    """Largest distance across the track between two paths (T, 2 or 3) along +x over the part that both pass [m]."""
+    x = np.linspace(max(one[0, 0], other[0, 0]) + 0.1, min(one[-1, 0], other[-1, 0]) - 0.1, 500)
+    order = [np.argsort(path[:, 0]) for path in (one, other)]
+    y = [np.interp(x, path[k, 0], path[k, 1]) for path, k in zip((one, other), order, strict=True)]
+    return float(np.abs(y[0] - y[1]).max())
 
 
 def touching_share(run: Trajectory, robot: Robot, start: float) -> float:

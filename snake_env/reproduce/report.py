@@ -5,13 +5,14 @@ from __future__ import annotations
 import dataclasses
 import json
 import textwrap
+from collections.abc import Sequence
 from pathlib import Path
 
 from snake_env._markdown import table
-from snake_env.reproduce.findings import Finding
+from snake_env.reproduce.findings import Finding, Verdict
 
-HEADER = ("", "section", "finding", "thesis", "here")
-WIDTHS = (4, 7, 38, 40, 44)
+HEADER = ("verdict", "section", "finding", "the thesis", "here", "bound and reason")
+WIDTHS = (10, 7, 26, 32, 36, 48)
 
 
 def printed(findings: list[Finding]) -> str:
@@ -32,21 +33,29 @@ def markdown(findings: list[Finding]) -> str:
 
 
 def summary(findings: list[Finding]) -> str:
-    """How many findings were reproduced."""
-    return f"{sum(finding.passed for finding in findings)} of {len(findings)} findings reproduced."
+    """How many findings have which verdict."""
+    held = [finding for finding in findings if finding.holds]
+    counts = [f"{sum(finding.verdict == verdict for finding in held)} {verdict.value}" for verdict in Verdict]
+    failed = len(findings) - len(held)
+    return f"{len(findings)} findings: {', '.join(counts)}" + (f", {failed} FAILED." if failed else ".")
 
 
 def write(findings: list[Finding], folder: Path) -> None:
     """Writes ``findings.md`` and ``findings.json``."""
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "findings.md").write_text(markdown(findings))
+    (folder / "findings.md").write_text(markdown(findings), encoding="utf-8")
     rows = [dataclasses.asdict(finding) for finding in findings]
-    (folder / "findings.json").write_text(json.dumps(rows, indent=2) + "\n")
+    (folder / "findings.json").write_text(json.dumps(rows, indent=2) + "\n", encoding="utf-8")
 
 
 def _cells(finding: Finding) -> tuple[str, ...]:
-    return ("pass" if finding.passed else "FAIL", finding.section, finding.name, finding.thesis, finding.ours)
+    verdict = finding.verdict.value if finding.holds else "FAIL"
+    thesis = finding.thesis or "(no such statement)"
+    if finding.independent:
+        thesis += f" [independent: {finding.independent}]"
+    explained = f"{finding.bound}. {finding.reason}".removesuffix(" ") if finding.reason else finding.bound
+    return (verdict, finding.section, finding.name, thesis, finding.ours, explained)
 
 
-def _line(cells: tuple[str, ...]) -> str:
+def _line(cells: Sequence[str]) -> str:
     return "  ".join(cell.ljust(width) for cell, width in zip(cells, WIDTHS, strict=True)).rstrip()

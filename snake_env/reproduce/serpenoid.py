@@ -39,7 +39,7 @@ class NaturalPath:
         self.beta = gait.beta
         self.omega = gait.omega
         self.swing = -gait.amplitude / (2.0 * math.sin(0.5 * gait.beta))
-        self._phase = np.arange(SAMPLES) * (2.0 * math.pi / SAMPLES)
+        self._phase: Array = np.arange(SAMPLES) * np.float64(2.0 * math.pi / SAMPLES)
         direction = np.exp(1j * self.direction(self._phase))
         self.advance_per_phase = length / -gait.beta * float(direction.real.mean())
         self._offset = _path_offset(direction, gait.beta, length)
@@ -69,9 +69,9 @@ class NaturalPath:
 
     def position(self, phase: Array | float) -> Array:
         """CG of link 1 at phases psi (...) -> (..., 2) [m]; link i is where it was at psi + (i - 1) beta."""
-        phase = np.asarray(phase, np.float64)
-        x = self.advance_per_phase * phase + _periodic(phase, self._phase, self._offset.real)
-        return np.stack([x, _periodic(phase, self._phase, self._offset.imag)], axis=-1)
+        phases: Array = np.asarray(phase, np.float64)
+        periodic = [_periodic(phases, self._phase, part) for part in (self._offset.real, self._offset.imag)]
+        return np.stack([self.advance_per_phase * phases + periodic[0], periodic[1]], axis=-1)
 
 
 def _path_offset(direction: NDArray[np.complex128], beta: float, length: float) -> NDArray[np.complex128]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,7 @@ from snake_env.errors import DivergenceError
 from snake_env.minimal import TABLE_7_2_PD
 from snake_env.simulation import simulate
 
+Array = NDArray[np.float64]
 Controller = PD | IOLinearizing
 
 PERIODS = 300
@@ -96,8 +98,7 @@ def limit(treatment: Treatment, controller: Controller, low: float, high: float,
 
 
 def grid(
-    treatment: Treatment, family: object, gains: NDArray[np.float64], periods: NDArray[np.float64]
+    treatment: Treatment, family: Callable[[float], Controller], gains: Array, periods: Array
 ) -> NDArray[np.bool_]:
     """Where the family's member of each gain recovers (gains, periods)."""
-    assert callable(family)
     return np.array([[treatment.recovers(family(float(kd)), float(period)) for period in periods] for kd in gains])

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snake_env.config import Gait
-from snake_env.reproduce.experiments import PERIOD
+from snake_env.reproduce.experiment import PERIOD
 from snake_env.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -23,7 +23,7 @@ def errors(run: Trajectory) -> Array:
     return np.degrees(run.joint_angle - SOFT.reference(run.time)["angle"])
 
 
-def stationary(run: Trajectory) -> Array:
+def stationary(run: Trajectory) -> NDArray[np.bool_]:
     """Which samples are (T,)."""
     return run.time >= STATIONARY
 
@@ -54,10 +54,10 @@ def time_off(run: Trajectory, bound: float = 0.5) -> float:
     return float(off.sum() * (run.time[1] - run.time[0]))
 
 
-def fastest(run: Trajectory) -> Array:
-    """Largest |v_O2| and |theta'| (2,) [m/s, rad/s]."""
-    w = run.passive_velocity
-    assert w is not None, "a run of the minimal model"
+def fastest(run: Trajectory, start: float, end: float) -> Array:
+    """Largest |v_O2| and |theta'| from ``start`` to ``end`` (2,) [m/s, rad/s]."""
+    assert run.passive_velocity is not None, "a run of the minimal model"
+    w = run.passive_velocity[(run.time >= start) & (run.time <= end)]
     return np.array([np.hypot(w[:, 0], w[:, 1]).max(), np.abs(w[:, 2]).max()])
 
 

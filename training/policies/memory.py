@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+
 def observed(layout: dict[str, Any], times: Sequence[float]) -> list[str]:
     """Names of what a network sees: the elements of an observation, then their traces."""
     names = _names(layout)

@@ -1,15 +1,12 @@
-"""The thesis's findings, and the geometry from which pegs are placed for a gait."""
+"""The geometry from which pegs are placed for a gait."""
 
-import json
 import math
 
 import numpy as np
 import pytest
 
 import snake_env
-from snake_env.__main__ import main
-from snake_env.reproduce import placement, report
-from snake_env.reproduce.findings import SECTIONS, Finding
+from snake_env.reproduce import placement
 from snake_env.reproduce.serpenoid import NaturalPath
 
 DEGREE = math.pi / 180.0
@@ -23,34 +20,6 @@ def chain(path, gait, phase, robot):
     half = 0.5 * robot.length * np.stack([np.cos(theta), np.sin(theta)], axis=-1)
     steps = half[:-1] + half[1:]
     return path.position(phase) + np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)]), theta
-
-
-def test_the_table_passes_with_the_default_integrator(tmp_path, capsys):
-    assert main(["reproduce", "--quick", "--out", str(tmp_path)]) == 0
-    rows = json.loads((tmp_path / "findings.json").read_text())
-    assert len(rows) >= 54
-    assert all(row["passed"] for row in rows)
-    assert {row["section"] for row in rows} == set(SECTIONS)
-    assert "FAIL" not in capsys.readouterr().out
-    assert (tmp_path / "findings.md").read_text().count("\n| pass") == len(rows)
-
-
-def test_sections_can_be_chosen_and_give_their_figures(tmp_path):
-    assert main(["reproduce", "--section", "7.5.2", "--out", str(tmp_path)]) == 0
-    assert {path.name for path in tmp_path.iterdir()} == {"figure-7.14.png", "findings.json", "findings.md"}
-    assert (tmp_path / "figure-7.14.png").stat().st_size > 10_000
-
-
-def test_unknown_sections_are_refused(tmp_path):
-    with pytest.raises(SystemExit):
-        main(["reproduce", "--section", "7.6", "--out", str(tmp_path)])
-
-
-def test_a_failed_finding_is_shown():
-    row = Finding("7.5.3", "speed", "15 cm/s", "3 cm/s | wrong", False)
-    assert report.printed([row]).splitlines()[-1].startswith("FAIL")
-    assert "3 cm/s \\| wrong" in report.markdown([row])
-    assert report.summary([row]) == "0 of 1 findings reproduced."
 
 
 @pytest.mark.parametrize("gait", GAITS, ids=str)

@@ -1,0 +1,35 @@
+"""Only what draws needs matplotlib."""
+
+from conftest import run_python
+
+DRAWING = {"drawing", "figures", "figures_7_3_5", "figures_spatial"}
+
+
+def test_nothing_but_the_figures_needs_matplotlib(tmp_path):
+    code = f"""
+        import importlib, pkgutil, sys
+        sys.modules["matplotlib"] = None
+        import snake_env
+        names = [module.name for module in pkgutil.walk_packages(snake_env.__path__, "snake_env.")]
+        optional = {{"snake_env.sb3", "snake_env.rendering", "snake_env.__main__"}}
+        for name in names:
+            if name not in optional and name.removeprefix("snake_env.reproduce.") not in {DRAWING}:
+                importlib.import_module(name)
+        from snake_env.__main__ import main
+        assert main(["reproduce", "--quick", "--section", "7.5.2", "--out", {str(tmp_path)!r}]) == 0
+        print("done", len(names) > 30)
+    """
+    assert run_python(code).splitlines()[-1] == "done True"
+
+
+def test_the_figures_do_need_it():
+    for name in DRAWING:
+        code = f"""
+            import sys
+            sys.modules["matplotlib"] = None
+            try:
+                import snake_env.reproduce.{name}
+            except ImportError:
+                print("refused")
+        """
+        assert run_python(code) == "refused", name
