@@ -27,9 +27,9 @@ HEADING = "\n## "
 
 HEAD = """# Benchmark of learning and control
 
-Printed by `python -m training.evaluation.benchmark`. {episodes} episodes of each policy in each task, on fields that
-nothing was trained or tuned on, the same fields for all policies, under the same torque limit; brackets are 95 %
-bootstrap intervals over fields.
+Printed by `python -m training.evaluation.benchmark`. {episodes} episodes per policy and task on test scenes that were
+used for neither training nor tuning, the same scenes for all policies, under the same torque limit; brackets are 95 %
+bootstrap intervals over scenes.
 
 Bounds: cost of transport {least:.3f} for any steady planar motion at mu = {mu}, {weaving:.3f} for any that passes the
 pegs of the thesis's course on alternating sides, and {leader:.3f} for a body that follows the curve of the thesis's
