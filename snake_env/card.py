@@ -6,46 +6,22 @@
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
+import re
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 from snake_env._markdown import table
 from snake_env._task import Task
-from snake_env.registration import MAX_EPISODE_STEPS, TASKS
+from snake_env.registration import DESCRIPTIONS, MAX_EPISODE_STEPS, SCENARIOS, TASKS
 
-DESCRIPTIONS = {
-    "SnakeCourse-v0": "The course of Table 7.5 of the thesis: seven pegs of 12.5 cm radius that fit the gait (7.3), "
-    "continued to the goal. The scripted gait makes way here; an agent can be quicker, or spend less energy.",
-    "SnakeField-v0": "A new random field of pegs each episode, by three generators: a threaded track with jitter, a "
-    "staggered lattice, and pegs thrown at random (Poisson disc). `difficulty` in [0, 1] sets how irregular it is. "
-    "The robot never starts inside a peg.",
-    "SnakeFree-v0": "No pegs; the ground resists sliding across a link more than along it, which is what moves a snake "
-    "forward on open ground.",
-    "SnakePerturbed-v0": "The courses of Tables 7.3 and 7.5 with pegs out of place, as in Figure 7.8 of the thesis. "
-    "With the probability `difficulty` a peg is missing, and two more are shifted by up to `difficulty` times one link "
-    'diameter. The headline case is `perturbation={"course": "table-7.3", "without": [3], "removed": 0, "shifted": '
-    "0}`, where the thesis's gait fails.",
-    "SnakeMaze-v0": "A lattice of 5 x 6 posts after Liu, Onal and Fu (2021) on the way to a goal point, up to "
-    "`difficulty` times 90 degrees off the robot's direction. As there the posts have a radius of 2 cm, the goal lies "
-    "2 m away, the gaps jitter, and the robot can move without posts: the ground resists sideways sliding more, as in "
-    "`SnakeFree-v0`. Scaled to Aiko: the posts stand half a wave of its gait apart, 0.367 m, so that a body length "
-    "meets three columns and passages are three body widths wide.",
-    "SnakeCorridor-v0": "A corridor whose walls are rows of pegs: straight where the robot starts, then bent along an "
-    "arc by up to `difficulty` times 90 degrees, with the goal point at its end. `difficulty` also widens the corridor "
-    "beyond the width that fits the gait and moves pegs along the walls.",
-    "SnakeSpatial-v0": "The robot in space (chapter 4 of the thesis): joints that bend sideways and up and down, "
-    "links that lift, roll and press on the ground with forces of their own. No pegs and isotropic ground, on which a "
-    "snake that lies flat does not get ahead. It lies across the way to its goal, and action zero is the sidewinding "
-    "of section 7.5.2; phase shift zero with a small amplitude rolls it (7.3.2). With `task` it goes where the planar "
-    'robot goes: `gymnasium.make("SnakeSpatial-v0", task="field")` is the field of pegs in space, where action zero is '
-    "the flat gait (7.3). A picture shows it from above and, in a strip below, from the side.",
-}
+GOALS = {row["name"]: row["goal"] for row in SCENARIOS}
 
 ARGUMENTS = {
     "model": 'robot in the plane, "planar", or in space, "spatial"; set by the id',
-    "task": 'scene and goal: "course", "field", "free", "perturbed", "maze" or "corridor"; set by the id',
+    "task": f"scene and goal: {', '.join(json.dumps(row['name']) for row in SCENARIOS)}; set by the id",
     "action_mode": 'what an action prescribes: "gait", "joints" or "residual"',
     "perception": '"pegs": the robot locates the pegs nearest to its leading link; "body": and, from each link, the '
     'nearest one; "blind": it feels contact forces only',
@@ -92,6 +68,23 @@ batch `snake_env.SnakeVectorEnv`, which is identical to n single environments, b
 A snake robot of 11 links (Aiko, Table 7.1 of the thesis) lies on a horizontal plane with Coulomb friction; it is planar
 but in `SnakeSpatial-v0`. It has no wheels: it makes way by pushing its body against pegs, or by sliding more easily
 along its links than across them. Link 1 leads. Units are SI and radians.
+"""
+
+ACTION_TEXT = """An action in [-1, 1] maps linearly to the interval [min, max]; values beyond are clipped. The
+references of the joints follow it smoothly and no faster than the slew limit, and a joint controller with a torque
+limit follows the references. In mode "residual" the wave comes first, then the offsets of the joints. "mirror": `+` if
+a reflection of robot and scene leaves the value as it is, `-` if it changes the sign.
+"""
+
+SAME_ACTIONS = """Yaw angles bend the body sideways, pitch angles up and down; those of the yaw come first. Otherwise as
+above.
+"""
+
+OBSERVATION_TEXT = """Each element is its value divided by the scale and clipped to [min, max]; running normalisation is
+not needed. Blocks come in this order; elements that are numbered come number by number. `+` and `-` after an element
+are its mirror sign. "memory": a policy with a memory keeps running means of the block. Scales and sizes are those of
+the default robot, `corridor_half_width` and `nearest_pegs`. The absolute position is left out, since the task is the
+same everywhere along the corridor.
 """
 
 FOOTER = """## Vector environments
@@ -152,120 +145,177 @@ Factors on the robot, free play and the Stribeck effect need the planar model an
 
 def page() -> str:
     """The page as Markdown."""
-    return "\n".join([HEADER, *(_environment(env_id, options) for env_id, options in TASKS.items()), FOOTER])
+    sections = [_ids(), *map(_model, MODELS), _rewards(), _episode(), _info(), _arguments()]
+    return "\n".join([HEADER, *sections, FOOTER])
 
 
-def _environment(env_id: str, options: dict[str, str]) -> str:
-    layout = Task(options, MAX_EPISODE_STEPS).layout
-    config = json.loads(layout["config"])
-    return "\n".join(
-        [
-            f"## {env_id}\n",
-            DESCRIPTIONS[env_id] + "\n",
-            _spaces(layout),
-            _actions(config),
-            _observation(layout),
-            _rewards(layout),
-            _episode(config),
-            _info(layout),
-            _arguments(config),
-        ]
-    )
+MODELS = ("planar", "spatial")
+CHOICES = {
+    "task": tuple(row["name"] for row in SCENARIOS),
+    "action_mode": ("gait", "joints", "residual"),
+    "perception": ("pegs", "body", "blind"),
+}
+"""Options on which the blocks of an observation depend, and their values."""
 
 
-def _spaces(layout: dict[str, Any]) -> str:
-    size = sum(block["size"] for block in layout["observation"])
-    rows = [
-        ("action space", f"`Box(-1, 1, ({len(layout['action'])},), float32)`"),
-        ("observation space", f"`Box` ({size},) float32, bounds below"),
-        ("made by", "`gymnasium.make`, `gymnasium.make_vec`, `snake_env.sb3.make`"),
-    ]
-    return _table(("", ""), rows)
+def _layout(**options: str) -> dict[str, Any]:
+    return Task(options, MAX_EPISODE_STEPS).layout
 
 
-def _actions(config: dict[str, Any]) -> str:
-    """One table for each action mode."""
-    parts = ["### Actions\n"]
+def _ids() -> str:
+    rows = []
+    for env_id, options in TASKS.items():
+        layout = _layout(**options)
+        size = sum(block["size"] for block in layout["observation"])
+        config = json.loads(layout["config"])
+        rows.append((env_id, config["model"], config["task"], GOALS[config["task"]], size, len(layout["action"])))
+    head = ("id", "model", "task", "goal", "observation", "action")
+    parts = ["## Ids\n", _table(head, rows)]
     parts.append(
-        "An action in [-1, 1] maps linearly to the interval [min, max]; values beyond are clipped. The references of "
-        "the joints follow it smoothly and no faster than the slew limit, and a joint controller with a torque limit "
-        "follows the references.\n"
+        "Spaces are `Box` of float32: actions (a,) in [-1, 1], observations (o,) with the bounds below; o and a are "
+        "those of the default options. `env.unwrapped.layout` lists every element of both.\n"
     )
-    for mode in ("gait", "joints", "residual"):
-        layout = Task({"model": config["model"], "task": config["task"], "action_mode": mode}, None).layout
-        default = " (default)" if mode == config["action_mode"] else ""
-        rows: list[tuple[Any, ...]] = [
-            (k, e["name"], _number(e["low"]), _number(e["high"]), _number(e["slew"]), e["unit"], e["meaning"])
-            for k, e in enumerate(layout["action"])
-        ]
-        parts.append(f'`action_mode="{mode}"`{default}\n')
-        parts.append(_table(("num", "action", "min", "max", "slew limit [unit/s]", "unit", "meaning"), rows))
-    return "\n".join(parts)
+    parts.extend(f"- **{env_id}**: {DESCRIPTIONS[env_id]}" for env_id in TASKS)
+    return "\n".join(parts) + "\n"
 
 
-def _observation(layout: dict[str, Any]) -> str:
-    parts = [
-        "### Observations\n",
-        "Each element is its value divided by the scale and clipped to [min, max]; running normalisation is not "
-        "needed.\n",
+def _model(model: str) -> str:
+    """Actions and observations of a robot model."""
+    return "\n".join([f"## The {model} model\n", _actions(model), _observation(model)])
+
+
+def _actions(model: str) -> str:
+    """One table for all action modes; rows that differ between tasks name theirs."""
+    uses: dict[tuple[str, ...], dict[str, set[str]]] = {}
+    for mode, task in itertools.product(CHOICES["action_mode"], CHOICES["task"]):
+        layout = _layout(model=model, task=task, action_mode=mode)
+        for row in _grouped(map(_action_row, layout["action"])):
+            _note(uses.setdefault(row, {}), {"action_mode": mode, "task": task})
+    rows = [(*row, _conditions(found)) for row, found in uses.items()]
+    head = ("action", "min", "max", "slew limit [unit/s]", "unit", "mirror", "meaning", "only with")
+    text = ACTION_TEXT if model == MODELS[0] else SAME_ACTIONS
+    return "\n".join(["### Actions\n", text, _table(head, rows)])
+
+
+def _action_row(entry: dict[str, Any]) -> tuple[str, ...]:
+    limits = (_number(entry[key]) for key in ("low", "high", "slew"))
+    return (entry["name"], *limits, entry["unit"], _sign(entry["mirror"]), entry["meaning"])
+
+
+def _observation(model: str) -> str:
+    """One table of all blocks that the model can have, with the options that they need."""
+    blocks: dict[str, dict[str, Any]] = {}
+    uses: dict[str, dict[str, set[str]]] = {}
+    order: list[str] = []
+    for values in itertools.product(*CHOICES.values()):
+        options = dict(zip(CHOICES, values, strict=True))
+        place = 0
+        for block in _layout(model=model, **options)["observation"]:
+            name = block["name"]
+            if name not in order:
+                order.insert(place, name)
+            place = order.index(name) + 1
+            blocks.setdefault(name, block)
+            _note(uses.setdefault(name, {}), options)
+    rows = [_block_row(blocks[name], _conditions(uses[name])) for name in order]
+    head = ("block", "elements", "unit", "scale", "min, max", "memory", "meaning", "only with")
+    text = [OBSERVATION_TEXT] if model == MODELS[0] else []
+    return "\n".join(["### Observations\n", *text, _table(head, rows)])
+
+
+def _block_row(block: dict[str, Any], conditions: str) -> tuple[str, ...]:
+    pairs = zip(block["elements"], map(_sign, block["mirror"]), strict=True)
+    elements = ", ".join(f"{element} {sign}" for element, sign in _grouped(pairs))
+    if block["name"] == "previous_action":
+        elements = "those of the action"
+    bounds = f"{_number(block['low'])}, {_number(block['high'])}"
+    memory = "yes" if block["memory"] else ""
+    scale = _number(block["scale"])
+    return (block["name"], elements, block["unit"], scale, bounds, memory, block["description"], conditions)
+
+
+def _note(uses: dict[str, set[str]], options: dict[str, str]) -> None:
+    """Adds the values of options with which something was found."""
+    for option, value in options.items():
+        uses.setdefault(option, set()).add(value)
+
+
+def _conditions(uses: dict[str, set[str]]) -> str:
+    """The options that something needs, or those with which it is absent where they are fewer."""
+    parts = []
+    for option, found in uses.items():
+        present = [value for value in CHOICES[option] if value in found]
+        absent = [value for value in CHOICES[option] if value not in found]
+        if absent and len(absent) < len(present):
+            parts.append(f"`{option}` not {', '.join(absent)}")
+        elif absent:
+            parts.append(f"`{option}` {', '.join(present)}")
+    return "; ".join(parts)
+
+
+def _grouped(rows: Iterable[tuple[str, ...]]) -> list[tuple[str, ...]]:
+    """Rows whose first cells differ only in a number, such as those of the joints, as one row "first ... last"."""
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for name, *cells in rows:
+        groups.setdefault((re.sub(r"\d+", "#", name), *cells), []).append(name)
+    return [
+        (names[0] if len(names) == 1 else f"{names[0]} ... {names[-1]}", *cells)
+        for (_, *cells), names in groups.items()
     ]
-    rows: list[tuple[Any, ...]] = []
-    for block in layout["observation"]:
-        for k, element in enumerate(block["elements"]):
-            name = block["name"] if block["name"] == element else f"{block['name']}: {element}"
-            bounds = _number(block["low"]), _number(block["high"])
-            rows.append((block["start"] + k, name, *bounds, _number(block["scale"]), block["unit"]))
-    parts.append(_table(("num", "observation", "min", "max", "scale", "unit"), rows))
-    rows = [(block["name"], block["size"], block["description"]) for block in layout["observation"]]
-    parts.append(_table(("block", "size", "meaning"), rows))
-    parts.append(
-        "Excluded: the absolute position, since the task is the same everywhere along the corridor, and with "
-        '`perception="blind"` the pegs. With `perception="body"` a block `link_pegs` is added, three elements a link: '
-        "the nearest peg from each link's CG, likewise, within a quarter of the robot's length.\n"
-    )
-    return "\n".join(parts)
 
 
-def _rewards(layout: dict[str, Any]) -> str:
-    rows = [(term["name"], term["weight"], term["description"], term["unit"]) for term in layout["reward"]]
+def _sign(mirror: int) -> str:
+    return "+" if mirror > 0 else "-"
+
+
+def _rewards() -> str:
+    terms = _layout()["reward"]
+    rows = [(term["name"], term["weight"], term["description"], term["unit"]) for term in terms]
     text = "The sum of these terms times their `reward_weights`; each weighted term is in `info` as `reward_<term>`.\n"
-    return "\n".join(["### Rewards\n", text, _table(("term", "weight", "value", "unit"), rows)])
+    return "\n".join(["## Rewards\n", text, _table(("term", "weight", "value", "unit"), rows)])
 
 
-def _episode(config: dict[str, Any]) -> str:
+def _episode() -> str:
+    config = json.loads(_layout()["config"])
     goal, half_width = _number(config["goal_distance"]), _number(config["corridor_half_width"])
-    steps, period = config["max_episode_steps"], config["control_period"]
-    if config["task"] in ("maze", "corridor"):
-        radius = _number(config["goal_radius"])
-        success = f"the CG is within {radius} m of the goal point, {goal} m of way from its start"
-        failure = f"it is {half_width} m farther from the goal point than it was at the start"
-    else:
-        success = f"the CG has moved {goal} m along x"
-        failure = f"it is more than {half_width} m from the corridor's centre line"
+    radius, period = _number(config["goal_radius"]), config["control_period"]
+    steps = config["max_episode_steps"]
+    rows = [
+        (
+            "line",
+            f"the CG has moved `goal_distance` = {goal} m along x",
+            f"it is more than `corridor_half_width` = {half_width} m from the corridor's centre line",
+        ),
+        (
+            "disc",
+            f"the CG is within `goal_radius` = {radius} m of the goal point, {goal} m of way from its start",
+            f"it is {half_width} m farther from the goal point than it was at the start",
+        ),
+    ]
     return (
-        "### Start, termination, truncation\n\n"
+        "## Start, termination, truncation\n\n"
         "The robot starts at rest in the posture of the gait, ready to move to +x, at a random phase and with a small "
-        "random displacement, both scaled by `start_jitter`.\n\n"
-        f"The episode terminates when {success} (`is_success`), when {failure} (`left_corridor`), and when the "
-        f"computation of this robot diverged (`diverged`). It is truncated after {steps} steps, "
-        f"{_number(steps * period)} s.\n"
+        "random displacement, both scaled by `start_jitter`. An episode terminates at the goal (`is_success`), when "
+        "the robot has strayed (`left_corridor`), and when the computation of this robot diverged (`diverged`). It is "
+        f"truncated after `max_episode_steps` = {steps} steps, {_number(steps * period)} s.\n\n"
+        + _table(("goal", "`is_success`", "`left_corridor`"), rows)
     )
 
 
-def _info(layout: dict[str, Any]) -> str:
-    rows = [(f"`{s['name']}`", s["kind"], s["unit"], s["description"]) for s in layout["signals"]]
-    return "\n".join(
-        [
-            "### Info\n",
-            "The same keys after `reset` and `step`.\n",
-            _table(("key", "type", "unit", "meaning"), rows),
-        ]
-    )
+def _info() -> str:
+    common = _layout()["signals"]
+    rows = [(f"`{s['name']}`", s["kind"], s["unit"], s["description"], "") for s in common]
+    for model in MODELS:
+        for s in _layout(model=model)["signals"][len(common) :]:
+            rows.append((f"`{s['name']}`", s["kind"], s["unit"], s["description"], model))
+    head = ("key", "type", "unit", "meaning", "only with `model`")
+    return "\n".join(["## Info\n", "The same keys after `reset` and `step`.\n", _table(head, rows)])
 
 
-def _arguments(config: dict[str, Any]) -> str:
+def _arguments() -> str:
+    config = json.loads(_layout()["config"])
     rows = [(f"`{name}`", f"`{json.dumps(config[name])}`", meaning) for name, meaning in ARGUMENTS.items()]
-    return "\n".join(["### Arguments\n", _table(("keyword", "default", "meaning and range"), rows)])
+    return "\n".join(["## Arguments\n", _table(("keyword", "default", "meaning and range"), rows)])
 
 
 def _table(head: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:

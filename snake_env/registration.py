@@ -4,18 +4,29 @@ from __future__ import annotations
 
 import gymnasium as gym
 
+from snake_env import _native
+
 MAX_EPISODE_STEPS = 600
 
+SCENARIOS: list[dict[str, str]] = _native.scenarios()
+"""The families of scenes: "name", "id", "description" and "goal", as the core registers them."""
+
 TASKS: dict[str, dict[str, str]] = {
-    "SnakeCourse-v0": {"task": "course"},
-    "SnakeField-v0": {"task": "field"},
-    "SnakeFree-v0": {"task": "free"},
-    "SnakePerturbed-v0": {"task": "perturbed"},
-    "SnakeMaze-v0": {"task": "maze"},
-    "SnakeCorridor-v0": {"task": "corridor"},
+    **{row["id"]: {"task": row["name"]} for row in SCENARIOS},
     "SnakeSpatial-v0": {"model": "spatial", "task": "free"},
 }
 """Keywords that make each environment what it is."""
+
+DESCRIPTIONS: dict[str, str] = {
+    **{row["id"]: row["description"] for row in SCENARIOS},
+    "SnakeSpatial-v0": "The robot in 3D (chapter 4 of the thesis): joints that bend sideways and up and down, links "
+    "that lift, roll and press on the ground with forces of their own. No pegs and isotropic ground, on which a snake "
+    "that lies flat does not get ahead. It lies across the way to its goal, and action zero is the sidewinding of "
+    "section 7.5.2; phase shift zero with a small amplitude rolls it (7.3.2). With `task` it goes where the planar "
+    'robot goes: `gymnasium.make("SnakeSpatial-v0", task="field")` is the field of pegs in 3D, where action zero is '
+    "the flat gait (7.3). A picture shows it from above and, in a strip below, from the side.",
+}
+"""What each environment is."""
 
 OWN_ID = f"an id of one of this package's environments, such as {', '.join(TASKS)}"
 """What an environment id has to be, where no other will do."""

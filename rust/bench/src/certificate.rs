@@ -59,7 +59,7 @@ pub fn measure(scenes: &[Scenario], quick: bool) -> Result<(), ConfigError> {
     let (rows, steps) = if quick { (64, 40) } else { (512, 400) };
     for (title, field) in FIELDS {
         progress(&format!("certificate: {title}"));
-        let config = EnvConfig { task: Task::Field, field, difficulty: 1.0, ..EnvConfig::default() };
+        let config = EnvConfig { task: Task::FIELD, field, difficulty: 1.0, ..EnvConfig::default() };
         let sample = random_motion(&config, rows, steps)?;
         emit("certificate", &sample.statistics(title, config.control_period, rows));
     }

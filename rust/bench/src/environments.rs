@@ -7,20 +7,12 @@ use snake_core::environment::{EnvConfig, EnvironmentState, ModelKind, PlanarRobo
 
 /// The configuration behind an environment id.
 pub fn of_id(task: Task) -> (&'static str, EnvConfig) {
-    let name = match task {
-        Task::Course => "SnakeCourse-v0",
-        Task::Field => "SnakeField-v0",
-        Task::Free => "SnakeFree-v0",
-        Task::Perturbed => "SnakePerturbed-v0",
-        Task::Maze => "SnakeMaze-v0",
-        Task::Corridor => "SnakeCorridor-v0",
-    };
-    (name, EnvConfig { task, ..EnvConfig::default() })
+    (task.family().id, EnvConfig { task, ..EnvConfig::default() })
 }
 
 /// The configuration behind `SnakeSpatial-v0`.
 pub fn in_space() -> (&'static str, EnvConfig) {
-    ("SnakeSpatial-v0", EnvConfig { task: Task::Free, model: ModelKind::Spatial, ..EnvConfig::default() })
+    ("SnakeSpatial-v0", EnvConfig { task: Task::FREE, model: ModelKind::Spatial, ..EnvConfig::default() })
 }
 
 /// What the robots are told to do.
@@ -172,7 +164,7 @@ mod tests {
 
     #[test]
     fn a_pool_holds_robots_at_times_spread_over_their_episodes() {
-        let (_, config) = of_id(Task::Course);
+        let (_, config) = of_id(Task::COURSE);
         let pool = pool::<PlanarRobot>(&config, Actions::Gait).unwrap();
         assert_eq!(pool.len(), POOL);
         let robots = Robots::<PlanarRobot>::in_motion(&config, 8, 1, Actions::Gait, &pool).unwrap();

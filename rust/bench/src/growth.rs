@@ -127,7 +127,7 @@ fn long_free(links: usize) -> Scenario {
 
 fn long_track(links: usize) -> Result<Scenario, ConfigError> {
     let config = EnvConfig {
-        task: Task::Field,
+        task: Task::FIELD,
         field: FieldKind::Track,
         difficulty: 0.0,
         robot: RobotConfig { links, ..RobotConfig::default() },
@@ -198,7 +198,7 @@ struct BatchPoint<'a> {
 
 fn with_batch(quick: bool) -> Result<(), ConfigError> {
     let batches = if quick { &QUICK_BATCHES[..] } else { &BATCHES[..] };
-    for task in [Task::Course, Task::Field] {
+    for task in [Task::COURSE, Task::FIELD] {
         let (env, config) = of_id(task);
         with_robots::<PlanarRobot>(env, &config, batches, quick)?;
     }

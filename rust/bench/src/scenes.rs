@@ -116,7 +116,7 @@ pub fn of_environment(
 /// Pegs thrown at random, as dense as leaves passages a little wider than the robot.
 fn dense_field() -> Scenario {
     let config = EnvConfig {
-        task: Task::Field,
+        task: Task::FIELD,
         field: FieldKind::Poisson,
         difficulty: 0.2,
         controller: ControllerConfig::default(),

@@ -84,7 +84,7 @@ fn physics(rounds: usize) -> Result<(), ConfigError> {
 
 fn environment(rounds: usize) -> Result<(), ConfigError> {
     let blind = |config: &EnvConfig| EnvConfig { perception: Perception::Blind, ..config.clone() };
-    let [(_, course), (_, free)] = [Task::Course, Task::Free].map(of_id);
+    let [(_, course), (_, free)] = [Task::COURSE, Task::FREE].map(of_id);
     let keen = EnvConfig { nearest_pegs: 64, ..course.clone() };
     let rows = [
         ("no pegs to see, SnakeFree-v0", true, blind(&free), free),

@@ -6,7 +6,7 @@ use snake_core::environment::action::ActionEntry;
 use snake_core::environment::observation::ObservationBlock;
 use snake_core::environment::reward::{RewardTerm, TERMS};
 use snake_core::environment::signal::{SignalInfo, signals_of};
-use snake_core::environment::{EnvConfig, Environment, ModelKind, PlanarRobot, RobotModel, SpatialRobot};
+use snake_core::environment::{EnvConfig, Environment, ModelKind, PlanarRobot, RobotModel, SpatialRobot, Task};
 
 use crate::decode::decode;
 use crate::gate::detached;
@@ -32,6 +32,19 @@ fn describe<'py, M: RobotModel>(py: Python<'py>, config: &EnvConfig) -> PyResult
     dict.set_item("control_period", config.control_period)?;
     dict.set_item("config", serde_json::to_string(config).unwrap_or_default())?;
     Ok(dict)
+}
+
+/// The families of scenes, in order: "name", the value of the option `task`; "id", the environment of the planar model;
+/// "description"; and "goal", "line" or "disc".
+#[pyfunction]
+pub fn scenarios(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
+    list(py, &Task::ALL, |dict, task| {
+        let family = task.family();
+        dict.set_item("name", family.name)?;
+        dict.set_item("id", family.id)?;
+        dict.set_item("description", family.description)?;
+        dict.set_item("goal", family.goal.name())
+    })
 }
 
 fn list<'py, T>(

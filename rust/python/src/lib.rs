@@ -33,7 +33,7 @@ mod _native {
     #[pymodule_export]
     use super::gait::gait_reference;
     #[pymodule_export]
-    use super::layout::layout;
+    use super::layout::{layout, scenarios};
     #[pymodule_export]
     use super::minimal::simulate_minimal;
     #[pymodule_export]

@@ -7,12 +7,14 @@ use serde::{Deserialize, Serialize};
 use crate::control::{ControlLaw, ControllerConfig};
 use crate::error::{ConfigError, require, within};
 use crate::laws::Stribeck;
-use crate::robot::{PerLink, RobotConfig};
+use crate::robot::RobotConfig;
 use crate::stepping::{IntegratorConfig, Method};
 
+use super::default_gait::DefaultGait;
 use super::perturbation::Perturbation;
 use super::randomization::Randomization;
 use super::reward::RewardWeights;
+use super::scenarios::{GoalKind, Task};
 
 /// Which model of the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -22,32 +24,6 @@ pub enum ModelKind {
     Planar,
     /// Links in space on cardan joints, which lift and roll (T ch. 4).
     Spatial,
-}
-
-/// Which scene the robot moves in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Task {
-    /// The course of (T Table 7.5), continued to the goal.
-    Course,
-    /// A new random field of pegs each episode.
-    Field,
-    /// No pegs; the planar robot has ground that resists sideways sliding more than lengthways sliding.
-    Free,
-    /// A course of the thesis with pegs shifted or taken away (Fig. 7.8 of the thesis).
-    Perturbed,
-    /// A lattice of posts on the way to a goal point; the ground is that of `Free`.
-    Maze,
-    /// Walls of pegs, straight at first, then bent, with the goal point at their end.
-    Corridor,
-}
-
-impl Task {
-    pub const ALL: [Task; 6] = [Task::Course, Task::Field, Task::Free, Task::Perturbed, Task::Maze, Task::Corridor];
-
-    pub fn has_pegs(self) -> bool {
-        self != Task::Free
-    }
 }
 
 /// What an action prescribes.
@@ -136,7 +112,7 @@ impl Default for EnvConfig {
     fn default() -> Self {
         Self {
             model: ModelKind::Planar,
-            task: Task::Field,
+            task: Task::FIELD,
             action_mode: ActionMode::Gait,
             perception: Perception::Pegs,
             nearest_pegs: 5,
@@ -187,23 +163,25 @@ impl EnvConfig {
         self.validate_friction()?;
         self.validate_discrepancies()?;
         self.reward_weights.validate().map_err(|e| e.inside("reward_weights"))?;
-        self.validate_course()
+        (self.task.family().validate)(self)
     }
 
     /// Friction coefficients along and across a link.
     pub fn friction(&self) -> [f64; 2] {
-        let is_orthotropic = match self.model {
-            ModelKind::Planar => matches!(self.task, Task::Free | Task::Maze),
-            ModelKind::Spatial => self.task == Task::Maze,
-        };
-        let of_task = if is_orthotropic { [0.2, 0.5] } else { [0.2, 0.2] };
-        self.friction.unwrap_or(of_task)
+        self.friction.unwrap_or_else(|| (self.task.family().friction)(self.model))
+    }
+
+    /// The gait of action zero.
+    pub fn default_gait(&self) -> DefaultGait {
+        (self.task.family().gait)(self.model)
     }
 
     /// A robot does not start inside the disc it has to reach.
     fn validate_goal_radius(&self) -> Result<(), ConfigError> {
-        let has_disc = matches!(self.task, Task::Maze | Task::Corridor);
-        let largest = if has_disc { 0.9 * self.goal_distance } else { LARGEST_GOAL };
+        let largest = match self.task.family().goal {
+            GoalKind::Disc => 0.9 * self.goal_distance,
+            GoalKind::Line => LARGEST_GOAL,
+        };
         within("goal_radius", self.goal_radius, 0.01, largest)?;
         Ok(())
     }
@@ -226,23 +204,6 @@ impl EnvConfig {
         let motors = (self.robot.free_play, can_vary && self.controller.law == ControlLaw::Pd);
         self.randomization.validate_beyond(motors, (drop, can_vary)).map_err(|e| e.inside("randomization"))
     }
-
-    /// The course was laid out for links of Aiko's shape; their number and inertia are free.
-    fn validate_course(&self) -> Result<(), ConfigError> {
-        let aiko = RobotConfig::default();
-        let shape = [
-            ("robot.length", &self.robot.length, &aiko.length),
-            ("robot.contact_half_length", &self.robot.contact_half_length, &aiko.contact_half_length),
-            ("robot.radius", &self.robot.radius, &aiko.radius),
-        ];
-        let is_course = matches!(self.task, Task::Course | Task::Perturbed);
-        for (field, value, of_aiko) in shape {
-            let fits = !is_course || same_everywhere(value, of_aiko);
-            let expected = format!("{} for a course of the thesis, whose pegs fit Aiko's links", describe(of_aiko));
-            require(fits, field, describe(value), &expected)?;
-        }
-        Ok(())
-    }
 }
 
 /// A body length is that of seven quarter waves; few fields have more.
@@ -253,22 +214,3 @@ const LARGEST_GOAL: f64 = 18.0;
 
 /// Most pegs that a robot locates at a time.
 const MAX_NEAREST_PEGS: usize = 64;
-
-fn values(quantity: &PerLink) -> &[f64] {
-    match quantity {
-        PerLink::Same(value) => std::slice::from_ref(value),
-        PerLink::Each(values) => values,
-    }
-}
-
-fn same_everywhere(quantity: &PerLink, expected: &PerLink) -> bool {
-    let expected = values(expected)[0];
-    values(quantity).iter().all(|value| (value - expected).abs() <= 1e-9 * expected)
-}
-
-fn describe(quantity: &PerLink) -> String {
-    match quantity {
-        PerLink::Same(value) => value.to_string(),
-        PerLink::Each(values) => format!("{values:?}"),
-    }
-}

@@ -2,8 +2,6 @@
 
 use crate::gait::Wave;
 
-use super::config::{EnvConfig, ModelKind, Task};
-
 /// Waves of the yaw and the pitch angles, and where they carry the robot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DefaultGait {
@@ -18,18 +16,19 @@ pub struct DefaultGait {
 }
 
 impl DefaultGait {
-    /// Lateral undulation (T 7.3); for the spatial robot on open ground the thesis's sidewinding, a vertical wave a
-    /// quarter period ahead of the horizontal one.
-    pub fn of(config: &EnvConfig) -> Self {
-        let undulation = Self { yaw: Wave::default(), lift: 0.0, lift_phase: 90f64.to_radians(), travel: 0.0 };
-        match (config.model, config.task) {
-            (ModelKind::Spatial, Task::Free) => Self {
-                yaw: Wave { amplitude: 30f64.to_radians(), ..undulation.yaw },
-                lift: 10f64.to_radians(),
-                travel: SIDEWAYS.to_radians(),
-                ..undulation
-            },
-            _ => undulation,
+    /// Lateral undulation (T 7.3).
+    pub fn undulation() -> Self {
+        Self { yaw: Wave::default(), lift: 0.0, lift_phase: 90f64.to_radians(), travel: 0.0 }
+    }
+
+    /// The thesis's sidewinding: a vertical wave a quarter period ahead of the horizontal one.
+    pub fn sidewinding() -> Self {
+        let undulation = Self::undulation();
+        Self {
+            yaw: Wave { amplitude: 30f64.to_radians(), ..undulation.yaw },
+            lift: 10f64.to_radians(),
+            travel: SIDEWAYS.to_radians(),
+            ..undulation
         }
     }
 }

@@ -15,7 +15,7 @@ use crate::simulation::PlanarSimulation;
 use super::action::ActionEntry;
 use super::config::EnvConfig;
 use super::episode::{Episode, Rules};
-use super::goal::Goal;
+use super::goal::{Goal, Target};
 use super::latency::Latency;
 use super::observation::{ObservationBlock, ObservationLayout, Setup, View};
 use super::perception::PegView;
@@ -24,7 +24,7 @@ use super::reference::ReferenceGenerator;
 use super::rng::Rng;
 use super::robot_model::RobotModel;
 use super::robot_model::{PlanarRobot, PlanarRobotState};
-use super::scenario_sampler::ScenarioSampler;
+use super::scenarios::ScenarioSampler;
 use super::sensors::Sensors;
 use super::signal::{SignalRow, Summary};
 
@@ -96,7 +96,9 @@ impl<M: RobotModel> Environment<M> {
         let rules = Rules::new(config, robot.total_mass() * robot.gravity);
         let peg_view = PegView::new(config.perception, config.nearest_pegs, robot.links.len(), robot.total_length());
         let motion = model.motion();
-        let episode = Episode::begin(sampler.nominal_target(), motion, 1.0);
+        // The first episode, begun below, has a target of its own.
+        let goal_line = Target::Line { distance: config.goal_distance, centre_line: 0.0 };
+        let episode = Episode::begin(goal_line, motion, 1.0);
         let setup = Setup { config, robot, actions: model.action_entries(), peg_view: &peg_view };
         let layout = ObservationLayout::new(&setup);
         let size = model.action_entries().len();
@@ -253,7 +255,7 @@ impl<M: RobotModel> Environment<M> {
         &self.episode.goal
     }
 
-    /// The smallest number of push-points in any body length on the way to the goal, see [`super::field::Reach`].
+    /// The smallest number of push-points in any body length on the way to the goal, see [`super::scenarios::PushPointCounter`].
     pub fn push_points(&self) -> usize {
         self.sampler.push_points(&self.episode.goal, self.model.pegs())
     }
@@ -300,7 +302,7 @@ impl<M: RobotModel> Environment<M> {
 
     fn begin(&mut self, seed: u64, episode: u64) {
         let mut rng = Rng::new(seed, episode);
-        let scene = self.sampler.prepare(&mut rng);
+        let scene = self.sampler.draw(&mut rng);
         self.model.reset(&scene.start, self.sampler.joint_angle(), self.sampler.pegs());
         self.source.episode = episode;
         self.take_drawn(self.randomization.draw(&mut rng));

@@ -53,7 +53,7 @@ impl Arrays {
 }
 
 fn short_field() -> EnvConfig {
-    EnvConfig { task: Task::Field, max_episode_steps: 25, ..EnvConfig::default() }
+    EnvConfig { task: Task::FIELD, max_episode_steps: 25, ..EnvConfig::default() }
 }
 
 /// The action of the row with a seed in a step: it depends on nothing else.
@@ -124,7 +124,7 @@ fn rows_that_are_not_active_stay_untouched() {
 
 #[test]
 fn a_row_that_diverges_leaves_its_neighbours_alone() {
-    let config = EnvConfig { task: Task::Course, ..EnvConfig::default() };
+    let config = EnvConfig { task: Task::COURSE, ..EnvConfig::default() };
     diverge_in_row_three::<PlanarRobot>(&config);
     diverge_in_row_three::<SpatialRobot>(&EnvConfig { model: ModelKind::Spatial, ..config });
 }
@@ -161,7 +161,7 @@ fn diverge_in_row_three<M: Batched>(config: &EnvConfig) {
 #[test]
 fn a_batch_of_the_thesis_method_steps_like_its_environments() {
     let integrator = IntegratorConfig { method: Method::Thesis, ..IntegratorConfig::default() };
-    let config = EnvConfig { task: Task::Course, integrator, ..EnvConfig::default() };
+    let config = EnvConfig { task: Task::COURSE, integrator, ..EnvConfig::default() };
     let mut batch = Batch::<PlanarRobot>::new(&config, 2, 1).unwrap();
     let mut arrays = Arrays::of(&batch);
     batch.reset(&[true; 2], &[Some(3), Some(4)], arrays.outputs());

@@ -52,7 +52,7 @@ impl Run {
 
 #[test]
 fn the_gait_of_the_thesis_reaches_the_goal_of_the_course() {
-    let mut run = Run::new(&EnvConfig { start_jitter: 0.0, ..config(Task::Course) }, 0);
+    let mut run = Run::new(&EnvConfig { start_jitter: 0.0, ..config(Task::COURSE) }, 0);
     let outcome = run.hold(&[0.0; 4], 600);
     let summary = *run.environment.summary();
     assert!(summary.is_success && outcome.terminated, "{summary:?}");
@@ -64,7 +64,7 @@ fn the_gait_of_the_thesis_reaches_the_goal_of_the_course() {
 #[test]
 fn orthotropic_ground_carries_the_gait_forward_and_a_reversed_wave_back() {
     let distance = |frequency: f64| {
-        let mut run = Run::new(&config(Task::Free), 3);
+        let mut run = Run::new(&config(Task::FREE), 3);
         run.hold(&[0.0, frequency, 0.0, 0.0], 200);
         run.environment.summary().distance
     };
@@ -75,7 +75,7 @@ fn orthotropic_ground_carries_the_gait_forward_and_a_reversed_wave_back() {
 #[test]
 fn a_positive_offset_turns_the_head_right_and_a_negative_one_left() {
     let heading = |offset: f64| {
-        let mut run = Run::new(&EnvConfig { start_jitter: 0.0, ..config(Task::Free) }, 0);
+        let mut run = Run::new(&EnvConfig { start_jitter: 0.0, ..config(Task::FREE) }, 0);
         run.hold(&[0.0, 0.5, 0.0, offset], 150);
         run.environment.summary().heading_error
     };
@@ -85,11 +85,11 @@ fn a_positive_offset_turns_the_head_right_and_a_negative_one_left() {
 
 #[test]
 fn a_failed_episode_says_why() {
-    let mut run = Run::new(&EnvConfig { corridor_half_width: 0.1, ..config(Task::Free) }, 0);
+    let mut run = Run::new(&EnvConfig { corridor_half_width: 0.1, ..config(Task::FREE) }, 0);
     let outcome = run.hold(&[0.0, 0.5, 0.0, 0.5], 600);
     assert!(outcome.terminated && run.environment.summary().left_corridor);
 
-    let mut run = Run::new(&EnvConfig { max_episode_steps: 7, ..config(Task::Field) }, 0);
+    let mut run = Run::new(&EnvConfig { max_episode_steps: 7, ..config(Task::FIELD) }, 0);
     for step in 1..=7 {
         let outcome = run.step(&[0.0; 4]);
         assert_eq!((outcome.terminated, outcome.truncated), (false, step == 7));
@@ -180,7 +180,7 @@ fn most_of_a_moving_robots_observation_lies_between_minus_one_and_one() {
 
 #[test]
 fn the_reward_is_the_sum_of_the_terms_reported() {
-    let mut run = Run::new(&config(Task::Field), 4);
+    let mut run = Run::new(&config(Task::FIELD), 4);
     let mut stream = Rng::new(4, 0);
     let signals = signals_of::<PlanarRobot>();
     for _ in 0..50 {
@@ -194,9 +194,9 @@ fn the_reward_is_the_sum_of_the_terms_reported() {
 
 #[test]
 fn weights_scale_their_terms_and_nothing_else() {
-    let mut plain = Run::new(&config(Task::Field), 4);
+    let mut plain = Run::new(&config(Task::FIELD), 4);
     let reward_weights = RewardWeights::default().with("energy", 1.0);
-    let mut thrifty = Run::new(&EnvConfig { reward_weights, ..config(Task::Field) }, 4);
+    let mut thrifty = Run::new(&EnvConfig { reward_weights, ..config(Task::FIELD) }, 4);
     for _ in 0..20 {
         plain.step(&[0.5; 4]);
         thrifty.step(&[0.5; 4]);
@@ -233,8 +233,8 @@ fn a_saved_state_continues_bit_for_bit_in_another_environment() {
 
 #[test]
 fn a_state_of_another_shape_is_refused() {
-    let state = Run::new(&config(Task::Free), 0).environment.save();
-    let mut other = Run::new(&EnvConfig { action_mode: ActionMode::Joints, ..config(Task::Free) }, 0);
+    let state = Run::new(&config(Task::FREE), 0).environment.save();
+    let mut other = Run::new(&EnvConfig { action_mode: ActionMode::Joints, ..config(Task::FREE) }, 0);
     let error = other.environment.restore(&state).unwrap_err();
     assert_eq!(error.field, "state");
 }
@@ -254,7 +254,7 @@ fn a_reset_leaves_nothing_of_the_episode_before() {
 
 #[test]
 fn episodes_of_a_seed_differ_and_come_back_with_the_seed() {
-    let mut run = Run::new(&config(Task::Field), 5);
+    let mut run = Run::new(&config(Task::FIELD), 5);
     let first = run.environment.pegs().to_vec();
     run.environment.reset(None, &mut run.observation);
     let second = run.environment.pegs().to_vec();
@@ -267,7 +267,7 @@ fn episodes_of_a_seed_differ_and_come_back_with_the_seed() {
 
 #[test]
 fn a_diverging_robot_is_flagged_and_its_observation_finite() {
-    let mut run = Run::new(&config(Task::Course), 0);
+    let mut run = Run::new(&config(Task::COURSE), 0);
     run.hold(&[0.0; 4], 5);
     let mut state = serde_json::to_value(run.environment.save()).unwrap();
     state["model"]["simulation"]["state"]["twist"][3][0] = serde_json::json!(1e300);
@@ -291,7 +291,7 @@ fn robots_of_other_sizes_have_environments_too() {
         ..RobotConfig::default()
     };
     let short = RobotConfig { links: 7, ..RobotConfig::default() };
-    for (robot, task) in [(double, Task::Field), (short.clone(), Task::Course), (short, Task::Field)] {
+    for (robot, task) in [(double, Task::FIELD), (short.clone(), Task::COURSE), (short, Task::FIELD)] {
         let mut run = Run::new(&EnvConfig { robot, goal_distance: 1.0, ..config(task) }, 0);
         assert!(run.environment.simulation().min_gap() > 0.0);
         assert!(!run.hold(&[0.0; 4], 40).terminated);
@@ -312,13 +312,13 @@ fn every_field_of_the_configuration_is_checked_by_name() {
         ("max_episode_steps", EnvConfig { max_episode_steps: 0, ..good.clone() }),
         ("goal_distance", EnvConfig { goal_distance: -1.0, ..good.clone() }),
         ("corridor_half_width", EnvConfig { corridor_half_width: f64::INFINITY, ..good.clone() }),
-        ("goal_radius", EnvConfig { goal_radius: 2.0, task: Task::Maze, ..good.clone() }),
+        ("goal_radius", EnvConfig { goal_radius: 2.0, task: Task::MAZE, ..good.clone() }),
         ("push_points", EnvConfig { push_points: 5, ..good.clone() }),
         ("turn", EnvConfig { turn: 1.6, ..good.clone() }),
         ("perturbation.removed", EnvConfig { perturbation: perturbation(9, (3, 0.0, 0.0)), ..good.clone() }),
         (
             "perturbation.moved[0]",
-            EnvConfig { perturbation: perturbation(0, (3, 0.179, 0.056)), task: Task::Perturbed, ..good.clone() },
+            EnvConfig { perturbation: perturbation(0, (3, 0.179, 0.056)), task: Task::PERTURBED, ..good.clone() },
         ),
         ("difficulty", EnvConfig { difficulty: 1.1, ..good.clone() }),
         ("start_jitter", EnvConfig { start_jitter: -0.1, ..good.clone() }),
@@ -327,7 +327,7 @@ fn every_field_of_the_configuration_is_checked_by_name() {
         ("controller.kp", EnvConfig { controller: controller(-1.0), ..good.clone() }),
         ("integrator.order", EnvConfig { integrator: integrator(3), ..good.clone() }),
         ("robot.radius", EnvConfig { robot: robot(-0.1), ..good.clone() }),
-        ("robot.radius", EnvConfig { robot: robot(0.06), task: Task::Course, ..good.clone() }),
+        ("robot.radius", EnvConfig { robot: robot(0.06), task: Task::COURSE, ..good.clone() }),
     ];
     for (field, config) in bad {
         let error = Environment::<PlanarRobot>::new(&config).unwrap_err();
@@ -343,7 +343,7 @@ proptest! {
     fn actions_beyond_their_range_act_as_the_nearest_ones_within(
         seed in 0..100u64, action in prop::collection::vec(-5.0..5.0f64, 4),
     ) {
-        let (mut wild, mut tame) = (Run::new(&config(Task::Free), seed), Run::new(&config(Task::Free), seed));
+        let (mut wild, mut tame) = (Run::new(&config(Task::FREE), seed), Run::new(&config(Task::FREE), seed));
         let clipped: Vec<f64> = action.iter().map(|value| value.clamp(-1.0, 1.0)).collect();
         for _ in 0..3 {
             prop_assert_eq!(wild.step(&action), tame.step(&clipped));

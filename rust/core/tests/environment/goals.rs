@@ -18,7 +18,7 @@ fn scripted(config: EnvConfig, seed: u64) -> snake_core::environment::signal::Su
 fn table_7_3(without: Vec<usize>, moved: Vec<(usize, f64, f64)>) -> EnvConfig {
     let course = Course::Table73;
     let perturbation = Perturbation { course, removed: 0, shifted: 0, without, moved, ..Perturbation::default() };
-    EnvConfig { task: Task::Perturbed, perturbation, ..EnvConfig::default() }
+    EnvConfig { task: Task::PERTURBED, perturbation, ..EnvConfig::default() }
 }
 
 #[test]
@@ -34,7 +34,7 @@ fn peg_3_may_be_moved_by_a_link_diameter_but_not_removed() {
 
 #[test]
 fn a_field_drawn_for_push_points_has_them() {
-    for task in [Task::Field, Task::Maze] {
+    for task in [Task::FIELD, Task::MAZE] {
         let config = EnvConfig { task, difficulty: 1.0, push_points: 2, ..EnvConfig::default() };
         let mut asked = <Environment>::new(&config).unwrap();
         let mut plain = <Environment>::new(&EnvConfig { push_points: 0, ..config }).unwrap();
@@ -55,9 +55,9 @@ fn a_field_drawn_for_push_points_has_them() {
 #[test]
 fn a_perturbed_course_at_difficulty_zero_is_the_course() {
     let perturbation = Perturbation { course: Course::Table75, ..Perturbation::default() };
-    let config = EnvConfig { task: Task::Perturbed, difficulty: 0.0, perturbation, ..EnvConfig::default() };
+    let config = EnvConfig { task: Task::PERTURBED, difficulty: 0.0, perturbation, ..EnvConfig::default() };
     let perturbed = Environment::<PlanarRobot>::new(&config).unwrap();
-    let course = Environment::<PlanarRobot>::new(&EnvConfig { task: Task::Course, ..EnvConfig::default() }).unwrap();
+    let course = Environment::<PlanarRobot>::new(&EnvConfig { task: Task::COURSE, ..EnvConfig::default() }).unwrap();
     assert_eq!(perturbed.pegs(), course.pegs());
     assert_eq!(perturbed.goal(), course.goal());
 }
@@ -65,7 +65,7 @@ fn a_perturbed_course_at_difficulty_zero_is_the_course() {
 #[test]
 fn a_corridor_that_fits_the_gait_leads_it_to_the_goal() {
     for seed in 0..3 {
-        let config = EnvConfig { task: Task::Corridor, difficulty: 0.0, ..EnvConfig::default() };
+        let config = EnvConfig { task: Task::CORRIDOR, difficulty: 0.0, ..EnvConfig::default() };
         let summary = scripted(config, seed);
         assert!(summary.is_success && summary.speed > 0.14, "{} m/s", summary.speed);
     }
@@ -73,7 +73,7 @@ fn a_corridor_that_fits_the_gait_leads_it_to_the_goal() {
 
 #[test]
 fn towards_a_goal_point_all_quantities_are_those_of_its_direction() {
-    let config = EnvConfig { task: Task::Maze, difficulty: 1.0, start_jitter: 0.0, ..EnvConfig::default() };
+    let config = EnvConfig { task: Task::MAZE, difficulty: 1.0, start_jitter: 0.0, ..EnvConfig::default() };
     let mut environment = Environment::<PlanarRobot>::new(&config).unwrap();
     let mut observation = vec![0.0; environment.observation_size()];
     for seed in 0..5 {

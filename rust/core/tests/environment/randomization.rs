@@ -10,7 +10,7 @@ use snake_core::robot::{PerLink, RobotConfig};
 use snake_core::stepping::Method;
 
 fn field(randomization: Randomization) -> EnvConfig {
-    EnvConfig { task: Task::Field, randomization, ..EnvConfig::default() }
+    EnvConfig { task: Task::FIELD, randomization, ..EnvConfig::default() }
 }
 
 fn everything() -> Randomization {
@@ -116,7 +116,7 @@ fn play_and_drops_that_no_plant_can_have_are_refused_by_name() {
         (|config| config.randomization.free_play = [0.0, 0.1], "randomization.free_play"),
         (|config| config.randomization.stribeck = [0.0, 0.1], "randomization.stribeck"),
     ] {
-        let mut config = EnvConfig { model: ModelKind::Spatial, task: Task::Course, ..EnvConfig::default() };
+        let mut config = EnvConfig { model: ModelKind::Spatial, task: Task::COURSE, ..EnvConfig::default() };
         change(&mut config);
         assert_eq!(Environment::<SpatialRobot>::new(&config).map(drop_result).unwrap_err().field, field);
     }
@@ -127,7 +127,7 @@ fn drop_result<M: RobotModel>(_: Environment<M>) {}
 #[test]
 fn a_delay_shifts_the_joint_references_in_time() {
     let references = |randomization: Randomization| {
-        let config = EnvConfig { task: Task::Free, start_jitter: 0.0, randomization, ..EnvConfig::default() };
+        let config = EnvConfig { task: Task::FREE, start_jitter: 0.0, randomization, ..EnvConfig::default() };
         let mut environment = <Environment>::new(&config).unwrap();
         let mut observation = vec![0.0; environment.observation_size()];
         environment.reset(Some(0), &mut observation);

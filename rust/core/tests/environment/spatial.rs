@@ -61,7 +61,7 @@ impl Run {
 
 #[test]
 fn sidewinding_as_a_constant_action_carries_the_robot_towards_its_goal_at_ten_centimetres_a_second() {
-    let mut run = Run::new(&EnvConfig { start_jitter: 0.0, ..config(Task::Free) }, 0);
+    let mut run = Run::new(&EnvConfig { start_jitter: 0.0, ..config(Task::FREE) }, 0);
     run.hold(&[0.0; 6], 100);
     let (before, misses) = (run.centre(), run.hold(&[0.0; 6], 180));
     let way = run.centre() - before;
@@ -74,7 +74,7 @@ fn sidewinding_as_a_constant_action_carries_the_robot_towards_its_goal_at_ten_ce
 
 #[test]
 fn lateral_rolling_as_a_constant_action_turns_the_robot_about_its_axis() {
-    let mut run = Run::new(&EnvConfig { start_jitter: 0.0, corridor_half_width: 5.0, ..config(Task::Free) }, 0);
+    let mut run = Run::new(&EnvConfig { start_jitter: 0.0, corridor_half_width: 5.0, ..config(Task::FREE) }, 0);
     run.hold(&ROLLING, 100);
     let before = run.centre();
     let (mut turned, mut last) = (0.0, run.environment.model().attitude().roll);
@@ -92,7 +92,7 @@ fn lateral_rolling_as_a_constant_action_turns_the_robot_about_its_axis() {
 
 #[test]
 fn the_ground_carries_the_weight_of_a_resting_robot_and_its_sensor_feels_gravity_downwards() {
-    let mut run = Run::new(&EnvConfig { action_mode: ActionMode::Joints, ..config(Task::Free) }, 1);
+    let mut run = Run::new(&EnvConfig { action_mode: ActionMode::Joints, ..config(Task::FREE) }, 1);
     // The actions that hold the posture of the start.
     let posture: Vec<f64> = run.block("reference").iter().map(|angle| f64::from(*angle) * FRAC_PI_2).collect();
     let entries = run.environment.action_entries();
@@ -112,7 +112,7 @@ fn the_ground_carries_the_weight_of_a_resting_robot_and_its_sensor_feels_gravity
 
 #[test]
 fn references_stay_within_a_right_angle_and_their_rates_are_derivatives() {
-    for task in [Task::Free, Task::Field] {
+    for task in [Task::FREE, Task::FIELD] {
         for action_mode in MODES {
             let mut run = Run::new(&EnvConfig { action_mode, ..config(task) }, 3);
             let mut stream = Rng::new(5, 0);
@@ -141,7 +141,7 @@ fn references_stay_within_a_right_angle_and_their_rates_are_derivatives() {
 fn ten_thousand_random_steps_stay_finite_and_count_every_miss() {
     let mut stream = Rng::new(11, 0);
     let (mut misses, mut diverged) = (0, 0);
-    for (k, task) in [Task::Free, Task::Field, Task::Course, Task::Maze].into_iter().enumerate() {
+    for (k, task) in [Task::FREE, Task::FIELD, Task::COURSE, Task::MAZE].into_iter().enumerate() {
         let action_mode = MODES[k % 3];
         let mut run = Run::new(&EnvConfig { action_mode, max_episode_steps: 300, ..config(task) }, k as u64);
         for _ in 0..RANDOM_STEPS / 4 {
@@ -191,7 +191,7 @@ fn starts_rest_on_the_ground_clear_of_pegs_and_on_their_references() {
 
 #[test]
 fn a_restored_environment_goes_on_bit_for_bit() {
-    for task in [Task::Free, Task::Course] {
+    for task in [Task::FREE, Task::COURSE] {
         let mut run = Run::new(&EnvConfig { action_mode: ActionMode::Residual, ..config(task) }, 2);
         let mut stream = Rng::new(1, 1);
         let actions: Vec<_> = (0..60).map(|_| run.random_action(&mut stream)).collect();
@@ -212,7 +212,7 @@ fn a_restored_environment_goes_on_bit_for_bit() {
 fn a_robot_of_the_other_model_is_refused() {
     let error = Environment::<SpatialRobot>::new(&EnvConfig::default()).unwrap_err();
     assert_eq!(error.field, "model");
-    let mut io = config(Task::Free);
+    let mut io = config(Task::FREE);
     io.controller.law = snake_core::control::ControlLaw::Io;
     assert_eq!(Environment::<SpatialRobot>::new(&io).unwrap_err().field, "controller.law");
 }

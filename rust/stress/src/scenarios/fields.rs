@@ -29,7 +29,7 @@ pub fn kinds() -> Vec<Kind> {
     for mode in [ActionMode::Gait, ActionMode::Joints, ActionMode::Residual] {
         for field in [FieldKind::Track, FieldKind::Lattice, FieldKind::Poisson] {
             for (difficulty, step, tolerance) in [(0.0, 0.01, 1e-8), (1.0, 0.05, 1e-6), (1.0, 0.05, 1e-8)] {
-                kinds.push(Kind { task: Task::Field, mode, field, difficulty, step, tolerance });
+                kinds.push(Kind { task: Task::FIELD, mode, field, difficulty, step, tolerance });
             }
         }
     }
@@ -41,12 +41,12 @@ pub fn kinds_in_space() -> Vec<Kind> {
     let mut kinds = Vec::new();
     for mode in [ActionMode::Gait, ActionMode::Joints, ActionMode::Residual] {
         for (task, field) in [
-            (Task::Free, FieldKind::Track),
-            (Task::Course, FieldKind::Track),
-            (Task::Maze, FieldKind::Track),
-            (Task::Field, FieldKind::Track),
-            (Task::Field, FieldKind::Lattice),
-            (Task::Field, FieldKind::Poisson),
+            (Task::FREE, FieldKind::Track),
+            (Task::COURSE, FieldKind::Track),
+            (Task::MAZE, FieldKind::Track),
+            (Task::FIELD, FieldKind::Track),
+            (Task::FIELD, FieldKind::Lattice),
+            (Task::FIELD, FieldKind::Poisson),
         ] {
             for (difficulty, step) in [(0.0, 0.01), (1.0, 0.025)] {
                 kinds.push(Kind { task, mode, field, difficulty, step, tolerance: 1e-6 });

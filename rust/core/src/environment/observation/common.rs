@@ -137,7 +137,7 @@ impl Setup<'_> {
     }
 
     pub fn has_pegs(&self) -> bool {
-        self.config.task.has_pegs()
+        self.config.task.family().has_pegs
     }
 }
 

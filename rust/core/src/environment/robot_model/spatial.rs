@@ -18,7 +18,6 @@ use super::{RobotModel, spatial_observation};
 use crate::environment::action::ActionEntry;
 use crate::environment::cardan_reference::{CardanGenerator, CardanReferenceState};
 use crate::environment::config::{EnvConfig, ModelKind};
-use crate::environment::default_gait::DefaultGait;
 use crate::environment::motion::Motion;
 use crate::environment::observation::BlockRow;
 use crate::environment::signal::{Signal, float, integer};
@@ -86,7 +85,7 @@ impl RobotModel for SpatialRobot {
         let scene = SceneConfig { friction: config.friction(), ..SceneConfig::default() };
         let simulation = SpatialSimulation::new(&config.robot, &scene, &config.controller, &config.integrator)?;
         let (links, joints) = (simulation.robot().link_count(), simulation.robot().joint_count());
-        let (nominal, period) = (DefaultGait::of(config), config.control_period);
+        let (nominal, period) = (config.default_gait(), config.control_period);
         Ok(Self {
             reference: CardanGenerator::new(config.action_mode, &nominal, joints, period),
             posture: vec![Vector2::zeros(); joints],

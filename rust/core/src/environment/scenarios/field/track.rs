@@ -4,8 +4,8 @@ use std::f64::consts::FRAC_PI_2;
 
 use crate::scene::Peg;
 
-use super::{LARGEST_PEG, Site};
 use crate::environment::rng::Rng;
+use crate::environment::scenarios::peg_region::{LARGEST_PEG, PegRegion};
 
 /// Gap between body and peg where the body passes at its closest \[m\].
 const THREADING_GAP: f64 = 0.006;
@@ -23,30 +23,30 @@ const TRACK_PITCH: f64 = 0.55;
 ///
 /// A peg stands inside each bend of the path, near its centre line, so that the body always has
 /// three of them to push against.
-pub fn track(difficulty: f64, site: &Site, rng: &mut Rng, pegs: &mut Vec<Peg>) {
-    let tracks = (site.half_width / (TRACK_PITCH * site.scale())) as i32;
-    let half_wave = site.path.half_wave();
-    let crest = site.path.crossing() + FRAC_PI_2;
-    let first_crest = site.head[0] + site.path.displacement(0.0, crest).x;
-    let first = ((site.x[0] - first_crest) / half_wave).ceil() as i32;
-    let last = ((site.x[1] - first_crest) / half_wave).floor() as i32;
+pub fn track(difficulty: f64, region: &PegRegion, rng: &mut Rng, pegs: &mut Vec<Peg>) {
+    let tracks = (region.half_width / (TRACK_PITCH * region.scale())) as i32;
+    let half_wave = region.path.half_wave();
+    let crest = region.path.crossing() + FRAC_PI_2;
+    let first_crest = region.head[0] + region.path.displacement(0.0, crest).x;
+    let first = ((region.x[0] - first_crest) / half_wave).ceil() as i32;
+    let last = ((region.x[1] - first_crest) / half_wave).floor() as i32;
     for bend in first..=last {
         let outwards = if bend % 2 == 0 { 1.0 } else { -1.0 };
         let x = first_crest + f64::from(bend) * half_wave;
         for track in -tracks..=tracks {
-            let y = site.centre_line + f64::from(track) * TRACK_PITCH * site.scale();
-            bend_peg(difficulty, site, [x, y], outwards, rng, pegs);
+            let y = region.centre_line + f64::from(track) * TRACK_PITCH * region.scale();
+            bend_peg(difficulty, region, [x, y], outwards, rng, pegs);
         }
     }
 }
 
 /// The peg inside the bend at `x`; the bend lies on the side `outwards` of its centre line `y`.
-fn bend_peg(difficulty: f64, site: &Site, [x, y]: [f64; 2], outwards: f64, rng: &mut Rng, pegs: &mut Vec<Peg>) {
-    let radius = site.radius(LARGEST_PEG, difficulty, rng);
-    let jitter = JITTER.map(|reach| rng.around_zero(difficulty * reach * site.scale()));
+fn bend_peg(difficulty: f64, region: &PegRegion, [x, y]: [f64; 2], outwards: f64, rng: &mut Rng, pegs: &mut Vec<Peg>) {
+    let radius = region.radius(LARGEST_PEG, difficulty, rng);
+    let jitter = JITTER.map(|reach| rng.around_zero(difficulty * reach * region.scale()));
     let missing = rng.chance(difficulty * MISSING);
-    let from_bend = site.body_radius + radius + THREADING_GAP * site.scale();
-    let y = y + outwards * (site.path.height() - from_bend);
+    let from_bend = region.body_radius + radius + THREADING_GAP * region.scale();
+    let y = y + outwards * (region.path.height() - from_bend);
     if !missing {
         pegs.push(Peg { radius, x: x + jitter[0], y: y + jitter[1] });
     }
@@ -55,13 +55,13 @@ fn bend_peg(difficulty: f64, site: &Site, [x, y]: [f64; 2], outwards: f64, rng: 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::environment::field::tests::aiko_site;
+    use crate::environment::scenarios::peg_region::tests::aiko_region;
     use crate::scene::TABLE_7_5;
 
     #[test]
     fn at_difficulty_zero_the_middle_track_is_the_geometry_of_table_7_5() {
-        let (site, mut pegs) = (aiko_site(), Vec::new());
-        track(0.0, &site, &mut Rng::new(0, 0), &mut pegs);
+        let (region, mut pegs) = (aiko_region(), Vec::new());
+        track(0.0, &region, &mut Rng::new(0, 0), &mut pegs);
         let mut middle: Vec<_> = pegs.iter().filter(|peg| peg.y.abs() < 0.2).collect();
         middle.sort_by(|a, b| a.x.total_cmp(&b.x));
         let [upper, lower] = [0.178, 0.003];

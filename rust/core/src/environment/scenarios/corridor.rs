@@ -4,13 +4,39 @@
 //! push it forward (T 5.5). Between the pegs of a wall the body does not fit.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use nalgebra::Vector2;
 
 use crate::scene::Peg;
 
-use super::{Route, Site};
+use super::open_ground::OpenGround;
+use super::peg_region::{GoalPath, PegRegion};
+use super::{EpisodeStart, Family, GoalKind, Placement, Scenario};
+
 use crate::environment::rng::Rng;
+use crate::environment::start::StartJitter;
+
+pub const FAMILY: Family = Family {
+    name: "corridor",
+    id: "SnakeCorridor-v0",
+    description: "A corridor whose walls are rows of pegs: straight where the robot starts, then bent along an arc by up \
+                  to `difficulty` times 90 degrees, with the goal point at its end. `difficulty` also widens the \
+                  corridor beyond the width that fits the gait and moves pegs along the walls.",
+    goal: GoalKind::Disc,
+    scenario: |config, robot| Ok(Arc::new(Corridor(OpenGround::new(config, robot)))),
+    ..Family::DEFAULT
+};
+
+#[derive(Debug)]
+struct Corridor(OpenGround);
+
+impl Scenario for Corridor {
+    fn draw(&self, placement: &mut Placement, difficulty: f64, jitter: &StartJitter, rng: &mut Rng) -> EpisodeStart {
+        let path = self.0.path();
+        self.0.draw(placement, jitter, |region, pegs| Some(corridor(difficulty, &path, region, rng, pegs)))
+    }
+}
 
 /// Gap between the body of the gait and the pegs: at difficulty zero, and the widest at difficulty one \[m\].
 /// Beyond 3.5 cm the gait no longer pushes; a wave of larger amplitude does.
@@ -22,18 +48,18 @@ const OPENING: f64 = 0.9;
 /// Jitter of a peg along the corridor at difficulty one, as a share of the distance between pegs.
 const JITTER: f64 = 0.2;
 
-/// Builds the walls; returns the goal, on the centre line `route.length` from the start.
-pub fn corridor(difficulty: f64, route: &Route, site: &Site, rng: &mut Rng, pegs: &mut Vec<Peg>) -> Vector2<f64> {
-    let turn = difficulty * rng.around_zero(route.turn);
-    let centre_line = CentreLine::new(route, site, turn);
-    let pitch = site.path.half_wave();
-    let slack = site.scale() * rng.uniform(SLACK[0], SLACK[0] + difficulty * (SLACK[1] - SLACK[0]));
-    let fit = Fit::new(site, slack);
+/// Builds the walls; returns the goal, on the centre line `path.length` from the start.
+fn corridor(difficulty: f64, path: &GoalPath, region: &PegRegion, rng: &mut Rng, pegs: &mut Vec<Peg>) -> Vector2<f64> {
+    let turn = difficulty * rng.around_zero(path.turn);
+    let centre_line = CentreLine::new(path, region, turn);
+    let pitch = region.path.half_wave();
+    let slack = region.scale() * rng.uniform(SLACK[0], SLACK[0] + difficulty * (SLACK[1] - SLACK[0]));
+    let fit = Fit::new(region, slack);
     let curved = [-1.0, 1.0].map(|side| fit.wall(side * centre_line.curvature));
     let straight = fit.wall(0.0);
-    let first_crossing = site.head[0] + site.path.displacement(0.0, site.path.crossing()).x - route.start.x;
-    let first = ((site.x[0] - route.start.x - first_crossing) / pitch).ceil() as i32;
-    let last = ((site.x[1] - route.start.x - first_crossing) / pitch).floor() as i32;
+    let first_crossing = region.head[0] + region.path.displacement(0.0, region.path.crossing()).x - path.start.x;
+    let first = ((region.x[0] - path.start.x - first_crossing) / pitch).ceil() as i32;
+    let last = ((region.x[1] - path.start.x - first_crossing) / pitch).floor() as i32;
     pegs.clear();
     for station in first..=last {
         for (side, curved) in [-1.0, 1.0].into_iter().zip(curved) {
@@ -44,7 +70,7 @@ pub fn corridor(difficulty: f64, route: &Route, site: &Site, rng: &mut Rng, pegs
             pegs.push(Peg { radius: wall.radius, x: centre.x, y: centre.y });
         }
     }
-    centre_line.at(route.length)
+    centre_line.at(path.length)
 }
 
 /// A straight line along +x, an arc, and a straight line again, by the distance from the start.
@@ -65,9 +91,9 @@ struct Wall {
 
 impl CentreLine {
     /// Bent by `turn` \[rad\] between the head at the start and the goal.
-    fn new(route: &Route, site: &Site, turn: f64) -> Self {
-        let begin = (site.head[0] - route.start.x).min(0.5 * route.length);
-        Self { start: route.start, arc: [begin, route.length], curvature: turn / (route.length - begin) }
+    fn new(path: &GoalPath, region: &PegRegion, turn: f64) -> Self {
+        let begin = (region.head[0] - path.start.x).min(0.5 * path.length);
+        Self { start: path.start, arc: [begin, path.length], curvature: turn / (path.length - begin) }
     }
 
     /// Direction \[rad\].
@@ -110,14 +136,14 @@ struct Fit {
 }
 
 impl Fit {
-    fn new(site: &Site, slack: f64) -> Self {
-        let crossing = site.path.crossing();
+    fn new(region: &PegRegion, slack: f64) -> Self {
+        let crossing = region.path.crossing();
         let phases = (-STEPS..=STEPS).map(|step| crossing + PI * f64::from(step) / f64::from(STEPS));
         Self {
-            path: phases.map(|phase| site.path.displacement(crossing, phase)).collect(),
-            pitch: site.path.half_wave(),
-            opening: OPENING * 2.0 * site.body_radius,
-            clearance: site.body_radius + slack,
+            path: phases.map(|phase| region.path.displacement(crossing, phase)).collect(),
+            pitch: region.path.half_wave(),
+            opening: OPENING * 2.0 * region.body_radius,
+            clearance: region.body_radius + slack,
         }
     }
 
@@ -151,14 +177,14 @@ const BISECTIONS: u32 = 30;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::environment::field::tests::{aiko_route, aiko_site};
+    use crate::environment::scenarios::peg_region::tests::{aiko_path, aiko_region};
 
     #[test]
     fn no_body_leaves_a_regular_corridor_between_two_pegs_of_a_wall() {
-        let (site, route) = (aiko_site(), aiko_route());
+        let (region, route) = (aiko_region(), aiko_path());
         for turn in [-1.5, 0.0, 1.0] {
-            let line = CentreLine::new(&route, &site, turn);
-            let fit = Fit::new(&site, 0.01);
+            let line = CentreLine::new(&route, &region, turn);
+            let fit = Fit::new(&region, 0.01);
             for side in [-1.0, 1.0] {
                 for along in [0.0, 1.0, 1.5] {
                     let wall = fit.wall(if line.is_curved(along) { side * line.curvature } else { 0.0 });
@@ -173,8 +199,8 @@ mod tests {
 
     #[test]
     fn the_centre_line_has_the_length_and_direction_of_its_parts() {
-        let (site, route) = (aiko_site(), aiko_route());
-        let line = CentreLine::new(&route, &site, 1.2);
+        let (region, route) = (aiko_region(), aiko_path());
+        let line = CentreLine::new(&route, &region, 1.2);
         let mut length = 0.0;
         let points: Vec<Vector2<f64>> = (0..=3000).map(|k| line.at(0.001 * f64::from(k))).collect();
         for pair in points.windows(2) {

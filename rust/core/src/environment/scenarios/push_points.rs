@@ -16,11 +16,14 @@ use crate::environment::action::wave_entries;
 use crate::environment::goal::{Goal, Target};
 use crate::environment::path::NaturalPath;
 use crate::gait::Wave;
+use crate::robot::Robot;
 use crate::scene::Peg;
+
+use super::peg_region::largest_radius;
 
 /// What the rule has to know about a robot \[m\].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reach {
+pub struct PushPointCounter {
     /// Length of the stretched robot.
     length: f64,
     /// Half width of the robot.
@@ -37,9 +40,13 @@ struct Way {
     length: f64,
 }
 
-impl Reach {
+impl PushPointCounter {
+    pub fn of(robot: &Robot) -> Self {
+        Self::new(robot.total_length(), robot.link_count(), largest_radius(robot))
+    }
+
     /// For a robot of `links` equal links, `length` long when it is stretched.
-    pub fn new(length: f64, links: usize, body: f64) -> Self {
+    fn new(length: f64, links: usize, body: f64) -> Self {
         let link = length / links as f64;
         let wave = Wave::default();
         let largest = Wave { amplitude: wave_entries()[0].high(), ..wave };
@@ -114,11 +121,11 @@ const BESIDE: f64 = 0.5;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::environment::field::continued;
+    use crate::environment::scenarios::continued;
     use crate::scene::{TABLE_7_3, TABLE_7_5};
 
-    fn aiko() -> Reach {
-        Reach::new(11.0 * 0.122, 11, 0.0525)
+    fn aiko() -> PushPointCounter {
+        PushPointCounter::new(11.0 * 0.122, 11, 0.0525)
     }
 
     fn push_points(pegs: &[Peg], x: f64, centre_line: f64) -> usize {
