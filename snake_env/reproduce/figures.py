@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from matplotlib.axes import Axes
 
@@ -11,6 +12,12 @@ from snake_env.reproduce import drawing, figures_7_3_5, figures_spatial
 from snake_env.reproduce.experiment import Runs
 from snake_env.reproduce.measures import MIDDLE, at, between, mean_force
 
+Line = dict[str, Any]
+PLANAR: Line = {"color": drawing.PATH}
+SPATIAL: Line = {"color": drawing.FORCE, "linestyle": "--"}
+ORTHOTROPIC: Line = {"color": drawing.LINKS[10]}
+FREE: Line = {"color": drawing.PEG}
+"""How curves are drawn, by model and ground."""
 SHOWN = 5.2
 """Time of the outline in Fig. 7.7 (a) [s]."""
 COURSE = (-0.1, 3.3), (-0.2, 0.5)
@@ -18,10 +25,11 @@ COURSE = (-0.1, 3.3), (-0.2, 0.5)
 
 
 def figure_7_6(runs: Runs, path: Path) -> Path:
-    """Position of link 6 on the course of Table 7.3."""
+    """Position of link 6 on the course of Table 7.3, both models."""
     drawn, axes = drawing.figure(2, 1, 7.0, 4.6)
     _course(axes[0, 0], runs, "table 7.3", "(a) path of link 6, pegs of Table 7.3 to scale")
-    _position_over_time(axes[1, 0], runs, {"": "table 7.3"}, "(b) forward position of link 6")
+    _path(axes[0, 0], runs, "table 7.3, 3D", SPATIAL)
+    _position_over_time(axes[1, 0], runs, _both("table 7.3"), "(b) forward position of link 6")
     return drawing.save(drawn, path)
 
 
@@ -79,20 +87,25 @@ def figure_7_9(runs: Runs, path: Path) -> Path:
 
 
 def figure_7_14(runs: Runs, path: Path) -> Path:
-    """Position of link 6 on open ground."""
+    """Position of link 6 on open ground with isotropic friction, both models."""
     drawn, axes = drawing.figure(1, 2, 7.0, 3.2)
     _path(axes[0, 0], runs, "free")
+    _path(axes[0, 0], runs, "free, 3D", SPATIAL)
     drawing.ground(axes[0, 0], "(a) path of link 6, isotropic friction", x=(-0.17, 0.13), y=(-0.2, 0.2))
-    curves = {"isotropic (0.2, 0.2)": "free", "orthotropic (0.2, 0.5)": "orthotropic"}
-    _position_over_time(axes[0, 1], runs, curves, "(b) forward position of link 6")
+    _position_over_time(axes[0, 1], runs, _both("free"), "(b) forward position of link 6")
     return drawing.save(drawn, path)
 
 
 def figure_7_16(runs: Runs, path: Path) -> Path:
-    """Position of link 6 on the course of Table 7.5."""
+    """Position of link 6 on the course of Table 7.5, both models, and without pegs."""
     drawn, axes = drawing.figure(2, 1, 7.0, 4.8)
     _course(axes[0, 0], runs, "table 7.5", "(a) path of link 6, pegs of Table 7.5 to scale")
-    curves = {"with pegs": "table 7.5", "without": "free"}
+    _path(axes[0, 0], runs, "table 7.5, 3D", SPATIAL)
+    curves = {
+        **_both("table 7.5"),
+        "2D, no pegs, (0.2, 0.5)": ("orthotropic", ORTHOTROPIC),
+        "2D, no pegs, (0.2, 0.2)": ("free", FREE),
+    }
     _position_over_time(axes[1, 0], runs, curves, "(b) forward position of link 6")
     return drawing.save(drawn, path)
 
@@ -124,18 +137,22 @@ def _course(axes: Axes, runs: Runs, name: str, title: str) -> None:
     drawing.ground(axes, title, *COURSE)
 
 
-def _path(axes: Axes, runs: Runs, name: str) -> None:
+def _path(axes: Axes, runs: Runs, name: str, line: Line = PLANAR) -> None:
     """Path of link 6, its start as a dot."""
-    walk = runs[name].position[:, MIDDLE]
-    axes.plot(*walk.T, color=drawing.PATH)
-    axes.plot(*walk[0], "o", color=drawing.PATH, markersize=4)
+    walk = runs[name].position[:, MIDDLE, :2]
+    axes.plot(*walk.T, **line)
+    axes.plot(*walk[0], "o", color=line["color"], markersize=4)
 
 
-def _position_over_time(axes: Axes, runs: Runs, curves: dict[str, str], title: str) -> None:
-    """Forward displacement of link 6 in the experiments ``curves[label]``."""
-    for (label, name), colour in zip(curves.items(), (drawing.PATH, drawing.FORCE), strict=False):
+def _both(name: str) -> dict[str, tuple[str, Line]]:
+    """An experiment with both models."""
+    return {"2D": (name, PLANAR), "3D": (f"{name}, 3D", SPATIAL)}
+
+
+def _position_over_time(axes: Axes, runs: Runs, curves: dict[str, tuple[str, Line]], title: str) -> None:
+    """Forward displacement of link 6 in the experiments ``curves[label][0]``."""
+    for label, (name, line) in curves.items():
         x = runs[name].position[:, MIDDLE, 0]
-        axes.plot(runs[name].time, x - x[0], color=colour, label=label)
+        axes.plot(runs[name].time, x - x[0], label=label, **line)
     axes.set(title=title, xlabel="time [s]", ylabel="x - x(0) [m]")
-    if len(curves) > 1:
-        axes.legend(loc="upper left")
+    axes.legend()

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from snake_env.reproduce import drawing
+from snake_env.reproduce.checks.drop import SWITCHED_ON
 from snake_env.reproduce.experiment import PERIOD, Runs
 from snake_env.reproduce.experiments import FRICTION_PAIRS
 from snake_env.reproduce.measures import MIDDLE, at
@@ -48,7 +49,7 @@ def gaits(runs: Runs, path: Path) -> Path:
 
 
 def figure_7_3(runs: Runs, path: Path) -> Path:
-    """Height and vertical velocity of link 1 during the drop, and the way of link 6 after it."""
+    """Height and vertical velocity of link 1 during the drop, and the path of link 6; dotted: motors on."""
     run = runs["drop"]
     drawn, axes = drawing.figure(2, 2, 7.0, 4.6)
     fall = run.time <= 1.0
@@ -59,6 +60,7 @@ def figure_7_3(runs: Runs, path: Path) -> Path:
     axes[0, 1].set(title="(b) velocity of link 1", xlabel="time [s]", ylabel="v_z [m/s]")
     for k in range(2):
         axes[1, k].plot(run.time, run.position[:, MIDDLE, k], color=drawing.PATH)
+        axes[1, k].axvline(SWITCHED_ON, color="black", linewidth=0.6, linestyle=":")
         axes[1, k].set(title=f"({'cd'[k]}) link 6", xlabel="time [s]", ylabel=f"{'xy'[k]} [m]")
     return drawing.save(drawn, path)
 
