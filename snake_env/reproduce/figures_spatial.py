@@ -38,7 +38,7 @@ def gaits(runs: Runs, path: Path) -> Path:
         for time in (PERIOD, 2 * PERIOD):
             _links(row[0], runs, name, time, (0, 1))
         row[0].plot(*run.position[run.time <= 2 * PERIOD, MIDDLE, :2].T, color=drawing.PATH)
-        drawing.ground(row[0], f"{title}: from above, way of link 6", (-1.5, 0.7), (-0.6, 0.9))
+        drawing.ground(row[0], f"{title}: from above, path of link 6", (-1.5, 0.7), (-0.6, 0.9))
         shown = run.position[at(run, 2 * PERIOD)]
         along = np.linalg.norm(shown[:, :2] - shown[0, :2], axis=1)
         height = 1e3 * (shown[:, 2] - np.asarray(runs.robot.radius))

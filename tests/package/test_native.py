@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -78,7 +80,7 @@ def test_any_array_in_a_sheet(index, change):
 
 def test_one_array_twice_in_a_sheet_is_refused():
     sheet = new_sheet()
-    with pytest.raises((TypeError, ValueError, RuntimeError)):
+    with pytest.raises((TypeError, ValueError)):
         new_batch().reset(np.ones(N, np.bool_), None, sheet._replace(truncated=sheet.terminated))
 
 
@@ -102,11 +104,9 @@ def test_any_bytes_as_a_state(data):
         state[data.draw(st.integers(0, len(state) - 1))] ^= data.draw(st.integers(1, 255))
     else:
         state = bytearray(data.draw(st.binary(max_size=300)))
-    try:
+    with contextlib.suppress(ValueError):  # not RuntimeError, which a caught panic becomes
         batch.set_state(0, bytes(state))
         batch.step(np.zeros((N, A), np.float32), np.ones(N, np.bool_), new_sheet())
-    except (ValueError, RuntimeError):
-        pass
 
 
 @settings(max_examples=100, deadline=None)

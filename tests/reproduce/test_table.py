@@ -2,7 +2,9 @@
 
 import dataclasses
 import json
+import re
 from collections import Counter
+from pathlib import Path
 
 import pytest
 
@@ -40,6 +42,14 @@ def test_every_section_has_rows_and_every_row_says_what_it_demands():
         assert check.bound, check.name
         assert bool(check.thesis) == (check.verdict != Verdict.OURS), check.name
         assert bool(check.reason) == (check.verdict == Verdict.CORRECTED), check.name
+
+
+def test_the_readme_counts_the_verdicts():
+    counts = Counter(check.verdict for check in CHECKS)
+    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    sentence = re.search(r"Of \d+ findings, [^.]*\.", readme)
+    assert sentence, "a sentence that begins with `Of 64 findings,`"
+    assert [int(number) for number in re.findall(r"\d+", sentence[0])] == [len(CHECKS), *map(counts.get, Verdict)]
 
 
 def test_figures_of_other_implementations_are_not_the_thesis_s():

@@ -20,6 +20,7 @@ from snake_env import ConfigError
 
 Signs = NDArray[np.float32]
 
+
 class Mirror(NamedTuple):
     """Signs, 1 or -1, of the elements of an observation (o,) and an action (a,)."""
 
