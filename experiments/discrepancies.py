@@ -1,4 +1,4 @@
-"""The table of docs/tasks.md on free play and falling friction: how fast the robot moves, and what its joints do.
+"""The table of docs/tasks.md on backlash and Stribeck friction: speed, joint errors and torques.
 
     python -m experiments.discrepancies
 
@@ -35,7 +35,7 @@ EFFECTS = {
 }
 
 HEAD = (
-    "free play",
+    "backlash",
     "friction lost in sliding",
     "speed on the course",
     "on open ground",
