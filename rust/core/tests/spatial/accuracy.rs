@@ -29,13 +29,13 @@ fn worst_distance(name: &str, mut simulation: SpatialSimulation, gait: &CardanGa
 #[test]
 fn follows_the_course_reference_for_ten_seconds() {
     let worst = worst_distance("table-7.5", on_course(&implicit(0.0025, 2)), &undulation(), 10.0);
-    assert!(worst < 2e-3, "{worst}");
+    assert!(worst < 1e-4, "{worst}");
 }
 
 #[test]
 fn follows_the_sidewinding_reference_for_fifteen_seconds() {
     let worst = worst_distance("sidewinding-isotropic", straight(&implicit(0.0025, 2)), &sidewinding(), 15.0);
-    assert!(worst < 15e-3, "{worst}");
+    assert!(worst < 5e-3, "{worst}");
 }
 
 /// Pegs guide the robot and undo most of an error, so that steps ten times as long do on a course.
