@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -54,3 +55,24 @@ def sections(text: str) -> list[str]:
     """Names by which the headings of a page are linked."""
     headings = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
     return [re.sub(r"[^\w -]", "", heading).strip().lower().replace(" ", "-") for heading in headings]
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_commands_and_names_on_a_page_exist(page):
+    """Modules after ``python -m``, targets after ``make``, and long names such as those of tests."""
+    text = text_of(page)
+    for module in set(re.findall(r"python -m ([\w.]+)", text)):
+        path = ROOT.joinpath(*module.split("."))
+        assert path.with_suffix(".py").exists() or (path / "__main__.py").exists(), module
+    targets = set(re.findall(r"^([\w-]+):", text_of("Makefile"), re.MULTILINE))
+    assert set(re.findall(r"`make (\w[\w-]*)", text)) <= targets
+    for name in set(re.findall(r"`((?:[a-z0-9]+_){3,}[a-z0-9]+)`", text)):
+        assert name in sources(), name
+
+
+@cache
+def sources() -> str:
+    """All of the code."""
+    folders = ("rust", "snake_env", "training", "experiments", "benchmarks", "tests")
+    files = [file for folder in folders for file in (ROOT / folder).rglob("*.*") if file.suffix in {".rs", ".py"}]
+    return "\n".join(file.read_text(encoding="utf-8") for file in files)
