@@ -61,7 +61,7 @@ def sections(text: str) -> list[str]:
 def test_commands_and_names_on_a_page_exist(page):
     """Modules after ``python -m``, targets after ``make``, and long names such as those of tests."""
     text = text_of(page)
-    for module in set(re.findall(r"python -m ([\w.]+)", text)):
+    for module in set(re.findall(r"python -m\s+([\w.]+)", text)):
         path = ROOT.joinpath(*module.split("."))
         assert path.with_suffix(".py").exists() or (path / "__main__.py").exists(), module
     targets = set(re.findall(r"^([\w-]+):", text_of("Makefile"), re.MULTILINE))
