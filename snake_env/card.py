@@ -48,8 +48,8 @@ ARGUMENTS = {
     '"maze" and for the planar robot on "free", and (0.2, 0.2) otherwise',
     "stribeck": "Stribeck friction: `drop`, the share lost in sliding, 0 to 1, and `speed`, at which half of "
     "that is lost [m/s]; planar model only",
-    "controller": 'joint controller: "pd", or in the planar model "io" (input-output linearising, critically damped with '
-    "K_D = 0.5 / T for T a tenth of the control period; both with a limit of 10 N m), or the fields of "
+    "controller": 'joint controller: "pd", or in the planar model "io" (input-output linearising, critically damped '
+    "with K_D = 0.5 / T for T a tenth of the control period; both with a limit of 10 N m), or the fields of "
     "`snake_env.PD` or `snake_env.IOLinearizing` with their `law`",
     "integrator": "time stepping: the fields of `snake_env.Integrator`",
     "robot": "the robot: the fields of `snake_env.Robot`",
