@@ -20,11 +20,12 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 CORE = "rust/core/src"
 LAYERS: tuple[dict[str, str], ...] = (
-    {"error": "ConfigError", "math": "lanes, line search, trigonometry"},
-    {"laws": "force laws as convex sets"},
+    {"error": "ConfigError", "math": "lanes, trigonometry"},
+    {"laws": "force laws as convex sets", "judge": "verification of laws"},
     {"robot": "", "scene": "", "gait": "references", "control": ""},
     {"pegs": "grid of pegs"},
     {"contact": "gaps, near lists"},
+    {"solver": "augmented Lagrangian, ray search"},
     {"stepping": "steps, robots in lanes"},
     {"minimal": "chapter 6"},
     {"planar": "chapter 3", "spatial": "chapter 4"},

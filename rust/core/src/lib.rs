@@ -5,7 +5,7 @@
 //! radians everywhere.
 //!
 //! Modules import each other in one direction only:
-//! `math <- laws <- contact <- stepping <- {planar, spatial, minimal} <- simulation <- environment <- batch`.
+//! `math <- {laws, judge} <- contact <- solver <- stepping <- {planar, spatial, minimal} <- simulation <- environment <- batch`.
 
 pub mod batch;
 pub mod contact;
@@ -13,6 +13,7 @@ pub mod control;
 pub mod environment;
 pub mod error;
 pub mod gait;
+mod judge;
 pub mod laws;
 pub mod math;
 pub mod minimal;
@@ -21,6 +22,7 @@ pub mod planar;
 pub mod robot;
 pub mod scene;
 pub mod simulation;
+pub mod solver;
 pub mod spatial;
 pub mod stepping;
 

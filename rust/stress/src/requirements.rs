@@ -1,9 +1,9 @@
 //! What must hold, and what is said where it does not.
 
 use serde::Serialize;
-use snake_core::planar::SLACK;
 
 use crate::figures::Figures;
+use snake_core::solver::RESIDUAL_LIMIT;
 
 /// Bounds of a scenario; what is infinite is reported and not judged.
 #[derive(Debug, Clone, Copy, Serialize)]
@@ -55,8 +55,8 @@ fn sagitta(travel: f64) -> f64 {
 /// Width of a link of Aiko \[m\].
 const WIDTH: f64 = 0.105;
 
-/// Largest residual of a stage that is not counted \[m/s\]: `SLACK` times the loosest tolerance of any case.
-const RESIDUAL: f64 = SLACK * 1e-6;
+/// Largest residual of a stage that is not counted \[m/s\]: `RESIDUAL_LIMIT` times the loosest tolerance of any case.
+const RESIDUAL: f64 = RESIDUAL_LIMIT * 1e-6;
 
 /// Joints are eliminated, not solved for: what is left is the round-off of positions of metres \[m\].
 const JOINT_GAP: f64 = 1e-11;

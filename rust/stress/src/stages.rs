@@ -6,10 +6,11 @@ use std::f64::consts::PI;
 use nalgebra::{Vector2, Vector3};
 use snake_core::environment::rng::Rng;
 use snake_core::planar::{
-    Closing, Fallback, Heading, Newton, Stage, StageContact, StageJoint, StageLink, StageSolution,
+    Fallback, Heading, Newton, Stage, StageContact, StageJoint, StageLink, StageSolution,
 };
 
 use crate::figures::Figures;
+use snake_core::solver::SolveStatus;
 
 /// A number drawn uniformly in its logarithm.
 pub fn magnitude(random: &mut Rng, low: f64, high: f64) -> f64 {
@@ -147,8 +148,8 @@ pub fn solve_many(seed: u64, indices: std::ops::Range<u64>) -> Figures {
             let (solves, closing) = fallback.solve_hard(&stage, &mut solution, TOLERANCE);
             figures.fallbacks += 1;
             figures.iterations += u64::from(solves);
-            figures.eased += u64::from(closing == Closing::Eased);
-            figures.misses += u64::from(closing == Closing::Open);
+            figures.eased += u64::from(closing == SolveStatus::Relaxed);
+            figures.misses += u64::from(closing == SolveStatus::Unsolved);
         }
     }
     figures

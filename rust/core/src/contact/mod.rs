@@ -1,10 +1,7 @@
-//! Contact between links and pegs: gap functions and force directions (T 3.3.2), (T 3.4), and how a solve of a contact
-//! problem ends.
+//! Contact between links and pegs: gap functions and force directions (T 3.3.2), (T 3.4).
 
 mod gap;
 mod near;
-mod outcome;
 
 pub use gap::{LinkPegContact, gap, link_peg_contact};
 pub use near::{NearPair, NearPegs, PAIRS_PER_LINK};
-pub use outcome::Outcome;

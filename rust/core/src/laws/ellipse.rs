@@ -13,6 +13,7 @@ pub struct Ellipse {
 
 impl ConvexSet for Ellipse {
     type Point = Vector2<f64>;
+    type Scalar = f64;
 
     /// The nearest point to round-off.
     ///

@@ -1,18 +1,36 @@
-//! Set-valued force laws as convex sets with a nearest-point projection (T 3.5.2).
+//! Set-valued force laws as convex sets, and their single-valued relatives (T 3.5.2).
 //!
 //! A law `-gamma in N_C(lambda)` is the set `C` of admissible forces; its proximal form (T 3.64) is
-//! `lambda = prox_C(lambda - r gamma)` for any `r > 0`, where `prox_C` is [`ConvexSet::project`].
+//! `lambda = prox_C(lambda - r gamma)` for any `r > 0`, where `prox_C` is the nearest-point projection on `C`.
+//!
+//! Every law is one type, generic over [`Real`](crate::math::Real), with what solvers need of it:
+//!
+//! | method | gives |
+//! | --- | --- |
+//! | `project` | prox_C(x) |
+//! | `evaluate` | prox_C(x) with its generalised Jacobian, or the branch of it that the caller holds the law on |
+//! | `along` | first and second derivative of the law's convex function along a ray, for the exact line search |
+//!
+//! Whether a force and a velocity obey a law is checked by [`crate::judge`], which shares no code with this module.
 
+mod actuator;
+mod backlash;
+mod coulomb;
 mod disc;
 mod ellipse;
+mod half_line;
 mod interval;
-mod non_negative;
+mod smooth;
 mod stribeck;
 
-pub use disc::Disc;
+pub use actuator::LimitedActuator;
+pub use backlash::Backlash;
+pub use coulomb::{Coulomb, Evaluation};
+pub use disc::{Disc, DiscEvaluation, Symmetric2};
 pub use ellipse::Ellipse;
+pub use half_line::HalfLine;
 pub use interval::Interval;
-pub use non_negative::NonNegative;
+pub use smooth::SmoothLaw;
 pub use stribeck::{Stribeck, remaining};
 
 /// A closed convex set that contains the origin.
@@ -26,5 +44,8 @@ pub trait ConvexSet {
     ///
     /// With v = -gamma this is the dissipation rate of the law; Fenchel's inequality
     /// `support(-gamma) + lambda . gamma >= 0` is an equality exactly when the law holds.
-    fn support(&self, v: Self::Point) -> f64;
+    fn support(&self, v: Self::Point) -> Self::Scalar;
+
+    /// Number type of the coordinates.
+    type Scalar;
 }

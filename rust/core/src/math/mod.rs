@@ -1,7 +1,5 @@
 //! Numbers: one robot, or several side by side in the lanes of a vector register.
 
-pub(crate) mod judge;
-pub(crate) mod line_search;
 mod real;
 mod trig;
 mod vector;

@@ -1,14 +1,13 @@
-//! The judge of a stage's solution; no solver uses this code.
+//! The certificate of a stage's solution, computed from the stage's data and [`crate::judge`] only.
 //!
 //! It rebuilds the joint impulses from the momentum balance of one link after the other and reports the worst
-//! violation of balance, joints and laws as a velocity.
+//! violation of balance, joints and laws as a velocity. Kinematics are its own: velocities of points in the frame of the
+//! stage, and momenta about the centre of mass.
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::laws::{ConvexSet, Disc};
-use crate::math::judge::{ratio, worse};
+use crate::judge::{self, worse};
 
-use super::motion::cross;
 use super::stage::{Stage, StageLink, StageSolution};
 
 /// Violations of a stage's equations; zero for the exact solution.
@@ -29,89 +28,112 @@ impl Certificate {
     }
 }
 
-/// Judges `solution` as a solution of `stage`.
+/// Verifies `solution` as a solution of `stage`.
 pub fn certify(stage: &Stage, solution: &StageSolution) -> Certificate {
     let mut certificate = Certificate::default();
     for (i, link) in stage.links.iter().enumerate() {
-        for (slip, impulse) in link.slip(&solution.twist[i]).iter().zip(&solution.friction[i]) {
-            certificate.law = worse(certificate.law, friction_violation(link, slip, impulse));
+        for (slip, impulse) in slips(link, &solution.twist[i]).iter().zip(&solution.friction[i]) {
+            let violation = judge::disc(&link.coulomb, slip, impulse, link.mass).law / link.mass;
+            certificate.law = worse(certificate.law, violation);
         }
     }
-    judge_drives(stage, solution, &mut certificate);
-    judge_joints(stage, solution, &mut certificate);
-    judge_balance(stage, solution, &mut certificate);
+    verify_actuators(stage, solution, &mut certificate);
+    verify_joints(stage, solution, &mut certificate);
+    verify_balance(stage, solution, &mut certificate);
     certificate
-}
-
-/// Of -gamma in N_C(P), in coordinates in which the ellipse is the unit disc.
-fn friction_violation(link: &StageLink, slip: &Vector2<f64>, impulse: &Vector2<f64>) -> f64 {
-    let a = link.coulomb;
-    let largest = a.max();
-    let p = impulse.zip_map(&a, ratio);
-    let outside = (impulse - p.component_mul(&a)).norm();
-    if largest == 0.0 {
-        return outside / link.mass;
-    }
-    let rate = link.mass / (largest * largest);
-    let nearest = Disc { radius: 1.0 }.project(p - a.component_mul(slip) * rate);
-    ((p - nearest).norm() * largest + outside) / link.mass
 }
 
 /// Of D = clamp(wanted): a torque impulse moves a link's end by (L/2) D / Theta.
 ///
 /// M_22_bar omega_J is, joint by joint, minus the moment about the joint of the momenta of the links before it,
 /// relative to the rigid motion with the same total.
-fn judge_drives(stage: &Stage, solution: &StageSolution, certificate: &mut Certificate) {
-    let mean = stage.mean_motion(&stage.composite(), &solution.twist);
+fn verify_actuators(stage: &Stage, solution: &StageSolution, certificate: &mut Certificate) {
+    let relative = relative_momenta(stage, solution);
     let (mut before, mut moment) = (Vector2::zeros(), 0.0);
-    for (j, joint) in stage.joints.iter().enumerate() {
-        let link = &stage.links[j];
+    for (j, ((joint, link), momentum)) in stage.joints.iter().zip(&stage.links).zip(relative).enumerate() {
         let half = link.axial * link.half_length;
-        let momentum = Stage::relative_momentum(link, &solution.twist[j], &mean);
-        moment += momentum.z - cross(half, momentum.xy()) - 2.0 * cross(half, before);
+        moment += momentum.z - half.perp(&momentum.xy()) - 2.0 * half.perp(&before);
         before += momentum.xy();
         let rate = solution.twist[j + 1].z - solution.twist[j].z;
         let wanted = joint.drive - joint.stiffness * rate + stage.following * moment;
-        let law = wanted.max(-joint.limit).min(joint.limit);
-        let violation = (solution.drive[j] - law).abs() / (link.mass * link.half_length);
+        let violation = judge::clamp(solution.drive[j], wanted, joint.limit) / (link.mass * link.half_length);
         certificate.law = worse(certificate.law, violation);
     }
 }
 
-fn judge_joints(stage: &Stage, solution: &StageSolution, certificate: &mut Certificate) {
+/// Momenta of the links, about their CG, relative to the rigid motion with the same total momenta: velocity of the
+/// centre of mass, and the angular momentum about it over the moment of inertia of the chain.
+fn relative_momenta<'a>(stage: &'a Stage, solution: &'a StageSolution) -> impl Iterator<Item = Vector3<f64>> + 'a {
+    let links = || stage.links.iter().zip(&solution.twist);
+    let mass: f64 = stage.links.iter().map(|link| link.mass).sum();
+    let centre = stage.links.iter().map(|link| link.arm * link.mass).sum::<Vector2<f64>>() / mass;
+    let velocity = links().map(|(link, u)| u.xy() * link.mass).sum::<Vector2<f64>>() / mass;
+    let (mut spin, mut inertia) = (0.0, 0.0);
+    for (link, u) in links() {
+        let arm = link.arm - centre;
+        spin += link.mass * arm.perp(&(u.xy() - velocity)) + link.inertia * u.z;
+        inertia += link.mass * arm.norm_squared() + link.inertia;
+    }
+    let rate = spin / inertia;
+    links().map(move |(link, u)| {
+        let rigid = velocity + left(link.arm - centre) * rate;
+        ((u.xy() - rigid) * link.mass).push(link.inertia * (u.z - rate))
+    })
+}
+
+fn verify_joints(stage: &Stage, solution: &StageSolution, certificate: &mut Certificate) {
     for (links, twists) in stage.links.windows(2).zip(solution.twist.windows(2)) {
-        let near = twists[0].xy() + links[0].swing() * twists[0].z;
-        let far = twists[1].xy() - links[1].swing() * twists[1].z;
+        let near = point_velocity(&links[0], &twists[0], links[0].half_length);
+        let far = point_velocity(&links[1], &twists[1], -links[1].half_length);
         certificate.joint = worse(certificate.joint, (near - far).norm());
     }
 }
 
 /// The joint impulses that balance the linear momentum of links 1..i in turn leave on each link a moment that must
 /// vanish, and on the last one a force that must vanish.
-fn judge_balance(stage: &Stage, solution: &StageSolution, certificate: &mut Certificate) {
+fn verify_balance(stage: &Stage, solution: &StageSolution, certificate: &mut Certificate) {
     let mut from_before = Vector2::zeros();
     let last = stage.links.len() - 1;
     for (i, link) in stage.links.iter().enumerate() {
         let applied = applied_impulse(stage, solution, i);
         let change = solution.twist[i] - link.reference;
-        let left = applied.xy() + from_before - change.xy() * link.mass;
-        let to_next = if i == last { Vector2::zeros() } else { left };
-        let swing = link.swing();
+        let remainder = applied.xy() + from_before - change.xy() * link.mass;
+        let to_next = if i == last { Vector2::zeros() } else { remainder };
+        let swing = left(link.axial) * link.half_length;
         let moment = applied.z - swing.dot(&(from_before + to_next)) - link.inertia * change.z;
         certificate.balance = worse(certificate.balance, moment.abs() / link.inertia * link.half_length);
         if i == last {
-            certificate.balance = worse(certificate.balance, left.norm() / link.mass);
+            certificate.balance = worse(certificate.balance, remainder.norm() / link.mass);
         }
         from_before = to_next;
     }
 }
 
-/// Coulomb and viscous friction and the drives on link `i` as force and moment about its CG.
+/// Coulomb and viscous friction and the actuators on link `i` as force and moment about its CG.
 fn applied_impulse(stage: &Stage, solution: &StageSolution, i: usize) -> Vector3<f64> {
     let link = &stage.links[i];
-    let slips = link.slip(&solution.twist[i]);
+    let slips = slips(link, &solution.twist[i]);
     let [front, rear] = [0, 1].map(|k| solution.friction[i][k] - link.viscous.component_mul(&slips[k]));
     let before = if i > 0 { solution.drive[i - 1] } else { 0.0 };
     let after = solution.drive.get(i).copied().unwrap_or(0.0);
-    link.to_world(front + rear).push(link.lever * (front.y - rear.y) + before - after)
+    let force = link.axial * (front.x + rear.x) + left(link.axial) * (front.y + rear.y);
+    force.push(link.lever * (front.y - rear.y) + before - after)
+}
+
+/// Slip velocities along and across the link at its front and its rear contact point (T 6.10).
+fn slips(link: &StageLink, u: &Vector3<f64>) -> [Vector2<f64>; 2] {
+    [link.lever, -link.lever].map(|along| {
+        let velocity = point_velocity(link, u, along);
+        Vector2::new(link.axial.dot(&velocity), left(link.axial).dot(&velocity))
+    })
+}
+
+/// Velocity of the point of a link's centre line at the coordinate `along`, in the frame of the stage.
+fn point_velocity(link: &StageLink, u: &Vector3<f64>, along: f64) -> Vector2<f64> {
+    u.xy() + left(link.axial) * (along * u.z)
+}
+
+/// A vector turned to the left by a right angle.
+fn left(v: Vector2<f64>) -> Vector2<f64> {
+    Vector2::new(-v.y, v.x)
 }

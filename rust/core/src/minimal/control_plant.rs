@@ -6,7 +6,7 @@
 use nalgebra::{DMatrix, DVector, Rotation2};
 
 use super::Model;
-use super::friction::SmoothLaw;
+use crate::laws::SmoothLaw;
 use super::process_plant::ProcessPlant;
 
 /// Matrices and vectors of (T 6.37) and of its two parts (T 6.50)-(T 6.51).

@@ -7,7 +7,7 @@ use crate::control::{ControlLaw, ControllerConfig};
 use crate::error::{ConfigError, positive};
 use crate::gait::JointTarget;
 
-use super::friction::SmoothLaw;
+use crate::laws::SmoothLaw;
 use super::motion::{Base, Motion};
 use super::{InverseDynamics, MinimalState, Model};
 

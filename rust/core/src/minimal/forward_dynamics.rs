@@ -6,8 +6,8 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::Model;
-use super::chain::{ChainFactor, Curvature};
-use super::friction::SmoothLaw;
+use super::solver::{ChainFactor, Curvature};
+use crate::laws::SmoothLaw;
 use super::motion::{Motion, Twist, quarter_turn};
 
 /// Workspace of the computation.

@@ -9,9 +9,10 @@ use nalgebra::{Vector2, Vector3};
 use crate::control::ControlLaw;
 use crate::gait::JointReference;
 use crate::minimal::{
-    Base, InverseDynamics, MinimalState, Model, Motion, Newton, Outcome, SmoothLaw, Stage, StageJoint, StageLink,
+    Base, InverseDynamics, MinimalState, Model, Motion, Newton, SmoothLaw, Stage, StageJoint, StageLink,
     StageSolution, Treatment, Twist, certify,
 };
+use crate::solver::Outcome;
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
 use crate::stepping::{IntegratorConfig, Tally};
 
@@ -271,7 +272,7 @@ impl Implicit {
             *force = impulse.map(|impulse| impulse / c);
         }
         let certificate = certify(&self.stage, &self.solution);
-        tally.add_solve(outcome.iterations, !outcome.converged, certificate.residual(), 0.0);
+        tally.add_solve(outcome.iterations as u32, !outcome.converged, certificate.residual(), 0.0);
     }
 
     /// How far the stage ended from its prediction, for any point of the robot \[m\].

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 use crate::math::Real;
 
-use super::friction::SmoothLaw;
+use crate::laws::SmoothLaw;
 use super::motion::{Composite, LinkMotion, Motion};
 use super::{Model, ModelLink};
 

@@ -3,7 +3,9 @@ use nalgebra::{DMatrix, Vector3};
 use crate::error::{ConfigError, non_negative, positive};
 use crate::robot::Robot;
 
-use super::friction::{Friction, SmoothLaw};
+use crate::laws::SmoothLaw;
+
+use super::friction::Friction;
 use super::inverse_dynamics::{InverseDynamics, LinkInertia};
 use super::motion::{Base, Motion};
 

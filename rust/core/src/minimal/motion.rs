@@ -4,7 +4,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::math::Real;
 
-use super::friction::SmoothLaw;
+use crate::laws::SmoothLaw;
 use super::{Model, ModelLink};
 
 /// A link's velocity: (v_x, v_y) of its CG and omega.

@@ -6,7 +6,7 @@
 use nalgebra::{DMatrix, DVector, Rotation2, Vector2};
 
 use super::Model;
-use super::friction::SmoothLaw;
+use crate::laws::SmoothLaw;
 use super::motion::quarter_turn;
 
 /// Matrices and forces of (T 6.14) at one state, in frame I.

@@ -1,4 +1,4 @@
-//! The judge of a stage's solution; no solver uses this code.
+//! The certificate of a stage's solution, computed from the stage's data and [`crate::judge`] only.
 //!
 //! For the convex problem of [`super::stage`] a velocity u and impulses (P, D) are optimal exactly
 //! when the equations of motion balance, the joints hold, and every law holds. Fenchel's inequality
@@ -9,10 +9,11 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use crate::judge::{self, DiscViolation, norm, worse};
 use crate::math::Real;
-use crate::math::judge::{norm, ratio, worse};
 
-use super::{Stage, StageContact, StageJoint, StageLink, StageSolution};
+
+use super::stage::{Stage, StageContact, StageJoint, StageLink, StageSolution};
 
 /// Violations of a stage's equations; zero for the exact solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,60 +36,47 @@ impl<T: Real> Certificate<T> {
     }
 }
 
-/// Judges `solution` as a solution of `stage`.
+/// Verifies `solution` as a solution of `stage`.
 #[inline(always)]
 pub fn certify<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Certificate<T> {
     let zero = T::zero();
     let mut certificate = Certificate { balance: zero, joint: zero, law: zero, gap: zero };
     for (i, link) in stage.links.iter().enumerate() {
-        judge_friction(link, &solution.twist[i], &solution.friction[i], &mut certificate);
+        verify_friction(link, &solution.twist[i], &solution.friction[i], &mut certificate);
     }
     for (contact, &impulse) in stage.contacts.iter().zip(&solution.contact) {
         let link = &stage.links[contact.link];
-        judge_contact(contact, link, &solution.twist[contact.link], impulse, &mut certificate);
+        verify_contact(contact, link, &solution.twist[contact.link], impulse, &mut certificate);
     }
     let mut squared_joint = zero;
     for (j, joint) in stage.joints.iter().enumerate() {
         let rate = solution.twist[j + 1].z - solution.twist[j].z;
-        judge_drive(joint, &stage.links[j], rate, solution.drive[j], &mut certificate);
+        verify_actuator(joint, &stage.links[j], rate, solution.drive[j], &mut certificate);
         let near = end_velocity(&stage.links[j], &solution.twist[j], T::splat(1.0));
         let far = end_velocity(&stage.links[j + 1], &solution.twist[j + 1], T::splat(-1.0));
         let (x, y) = (near.x - far.x, near.y - far.y);
         squared_joint = worse(squared_joint, x * x + y * y);
     }
     certificate.joint = squared_joint.sqrt();
-    judge_balance(stage, solution, &mut certificate);
+    verify_balance(stage, solution, &mut certificate);
     certificate
 }
 
-/// The projection is taken in coordinates in which the ellipse is the unit disc: P = A p,
-/// gamma^ = A gamma; along a zero axis any impulse is a violation.
 #[inline(always)]
-fn judge_friction<T: Real>(
+fn verify_friction<T: Real>(
     link: &StageLink<T>,
     u: &Vector3<T>,
     impulse: &Vector2<T>,
     certificate: &mut Certificate<T>,
 ) {
-    let (a, zero, one) = (link.friction, T::zero(), T::splat(1.0));
     let slip = link.heading.to_link(u.xy());
-    let scaled = Vector2::new(a.x * slip.x, a.y * slip.y);
-    let inverse = Vector2::new(ratio(one, a.x), ratio(one, a.y));
-    let p = Vector2::new(impulse.x * inverse.x, impulse.y * inverse.y);
-    let x_is_largest = a.y.le(a.x);
-    let (largest, inverse) = (T::select(x_is_largest, a.x, a.y), T::select(x_is_largest, inverse.x, inverse.y));
-    let rate = link.mass * inverse * inverse;
-    let x = Vector2::new(p.x - rate * scaled.x, p.y - rate * scaled.y);
-    let shrink = one / norm(x.x, x.y).max(one);
-    let violation = norm(p.x - x.x * shrink, p.y - x.y * shrink) * largest;
-    let outside = (impulse.x - p.x * a.x).abs() + (impulse.y - p.y * a.y).abs();
-    certificate.law = worse(certificate.law, (violation + outside) / link.mass);
-    let gap = norm(scaled.x, scaled.y) + impulse.x * slip.x + impulse.y * slip.y;
-    certificate.gap += worse(zero, gap);
+    let DiscViolation { law, gap } = judge::disc(&link.friction, &slip, impulse, link.mass);
+    certificate.law = worse(certificate.law, law / link.mass);
+    certificate.gap += worse(T::zero(), gap);
 }
 
 #[inline(always)]
-fn judge_contact<T: Real>(
+fn verify_contact<T: Real>(
     contact: &StageContact<T>,
     link: &StageLink<T>,
     u: &Vector3<T>,
@@ -97,13 +85,12 @@ fn judge_contact<T: Real>(
 ) {
     let w = &contact.direction;
     let opening = w.x * u.x + w.y * u.y + w.z * u.z + contact.offset;
-    let nearest = (impulse - link.mass * opening).max(T::zero());
-    certificate.law = worse(certificate.law, (impulse - nearest).abs() / link.mass);
+    certificate.law = worse(certificate.law, judge::half_line(impulse, opening, link.mass));
     certificate.gap += worse(T::zero(), impulse * opening);
 }
 
 #[inline(always)]
-fn judge_drive<T: Real>(
+fn verify_actuator<T: Real>(
     joint: &StageJoint<T>,
     link: &StageLink<T>,
     rate: T,
@@ -111,10 +98,8 @@ fn judge_drive<T: Real>(
     certificate: &mut Certificate<T>,
 ) {
     let tight = joint.drive - joint.stiffness * rate;
-    let zero = T::zero();
-    let loose = (tight - joint.slack).max(zero) + (tight + joint.slack).min(zero);
-    let law = loose.min(joint.limit).max(-joint.limit);
-    certificate.law = worse(certificate.law, (drive - law).abs() / (link.mass * link.half_length));
+    let violation = judge::clamp_with_backlash(drive, tight, joint.slack, joint.limit);
+    certificate.law = worse(certificate.law, violation / (link.mass * link.half_length));
 }
 
 /// Velocity of a link's end; `side` is 1 for the far joint, -1 for the near one.
@@ -127,7 +112,7 @@ fn end_velocity<T: Real>(link: &StageLink<T>, u: &Vector3<T>, side: T) -> Vector
 /// The joint impulses that balance the linear momentum of links 1..i in turn leave, on each link, a
 /// moment that must vanish, and on the last one a force that must vanish.
 #[inline(always)]
-fn judge_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certificate: &mut Certificate<T>) {
+fn verify_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certificate: &mut Certificate<T>) {
     let zero = T::zero();
     let half = T::splat(0.5);
     let mut from_before = Vector2::new(zero, zero);
@@ -171,13 +156,4 @@ fn applied_impulse<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: us
         moment -= solution.drive[i];
     }
     Vector3::new(friction.x, friction.y, moment)
-}
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn the_judge_shares_no_code_with_the_solvers() {
-        let (code, _) = include_str!("certificate.rs").split_once("#[cfg(test)]").expect("this module");
-        assert!(["newton", "sweep", "ray"].iter().all(|solver| !code.contains(&format!("super::{solver}"))));
-    }
 }

@@ -19,6 +19,7 @@ use nalgebra::Vector3;
 use crate::contact::PAIRS_PER_LINK;
 use crate::gait::JointTarget;
 use crate::math::{Mask, Real};
+use crate::solver::is_unconverged;
 
 use super::contacts::Contacts;
 use super::hardest::Hardest;
@@ -258,7 +259,7 @@ impl<T: StageKernels> Group<T> {
             }
             let tolerance = self.config.tolerance();
             // The judge has the last word on what the solver takes for solved.
-            let missed = !outcome.converged.lane(lane) || residual.lane(lane) > tolerance;
+            let missed = is_unconverged(outcome.converged.lane(lane), residual.lane(lane), tolerance);
             match missed.then(|| self.rescue.solve_lane(&mut self.work, lane, tolerance)).flatten() {
                 Some(rescued) => rescued.record(iterations, tally),
                 None => tally.add_solve(iterations, missed, residual.lane(lane), certificate.gap.lane(lane)),

@@ -3,7 +3,8 @@
 use nalgebra::Vector2;
 
 use crate::math::Real;
-use crate::planar::{Certificate, Closing, Fallback, Stage, StageSolution, certify};
+use crate::planar::{Certificate, Fallback, Stage, StageSolution, certify};
+use crate::solver::SolveStatus;
 
 use super::stage_work::StageWork;
 use crate::stepping::Tally;
@@ -21,7 +22,7 @@ pub struct Rescue {
 pub struct Rescued {
     /// Linear solves.
     pub solves: u32,
-    pub closing: Closing,
+    pub closing: SolveStatus,
     /// Of the stage as it was asked for, also where it had to be eased.
     pub certificate: Certificate,
 }
@@ -30,7 +31,7 @@ impl Rescued {
     /// Takes note of a stage that took the fallback after `iterations` of Newton's method.
     pub fn record(&self, iterations: u32, tally: &mut Tally) {
         let Self { solves, closing, certificate } = self;
-        let (eased, open) = (*closing == Closing::Eased, *closing == Closing::Open);
+        let (eased, open) = (*closing == SolveStatus::Relaxed, *closing == SolveStatus::Unsolved);
         tally.add_fallback(iterations + solves, eased, open, certificate.residual(), certificate.gap);
     }
 }

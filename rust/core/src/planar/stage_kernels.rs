@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::contact::Outcome;
+use crate::solver::Outcome;
 use crate::gait::turned;
 use crate::math::{Kernel, Mask, Real, add_scaled, select_into};
 #[cfg(target_arch = "x86_64")]

@@ -1,14 +1,15 @@
-//! The judge of a stage's solution; no solver uses this code.
+//! The certificate of a stage's solution, computed from the stage's data and [`crate::judge`] only.
 //!
 //! Impulses and velocities solve a stage exactly when the equations of motion balance, the joints hold, and every law
 //! holds with the normal impulse at hand as the radius of friction. Each violation is reported as a velocity.
 
 use nalgebra::{Vector2, Vector3};
 
+use crate::judge::{self, worse};
 use crate::math::Real;
-use crate::math::judge::{norm, ratio, worse};
 
-use super::{Screw, Stage, StageLink, StageSolution};
+use super::screw::Screw;
+use super::stage::{Stage, StageLink, StageSolution};
 
 /// Violations of a stage's equations; zero for the exact solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,76 +35,54 @@ impl<T: Real> Certificate<T> {
     }
 }
 
-/// Judges `solution` as a solution of `stage`.
+/// Verifies `solution` as a solution of `stage`.
 #[inline(always)]
 pub fn certify<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Certificate<T> {
     let zero = T::zero();
     let mut certificate = Certificate { balance: zero, joint: zero, normal: zero, friction: zero, drive: zero };
     for i in 0..stage.links.len() {
-        judge_ground(stage, solution, i, &mut certificate);
+        verify_ground(stage, solution, i, &mut certificate);
     }
     for (peg, &impulse) in stage.pegs.iter().zip(&solution.peg) {
         let opening = power(&peg.direction, &solution.twist[peg.link]) + peg.offset;
-        judge_opening(opening, impulse, stage.links[peg.link].mass, &mut certificate);
+        let violation = judge::half_line(impulse, opening, stage.links[peg.link].mass);
+        certificate.normal = worse(certificate.normal, violation);
     }
     for j in 0..stage.joints.len() {
-        judge_joint(stage, solution, j, &mut certificate);
+        verify_joint(stage, solution, j, &mut certificate);
     }
-    judge_balance(stage, solution, &mut certificate);
+    verify_balance(stage, solution, &mut certificate);
     certificate
 }
 
 #[inline(always)]
-fn judge_ground<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: usize, certificate: &mut Certificate<T>) {
+fn verify_ground<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: usize, certificate: &mut Certificate<T>) {
     let (link, u, mu) = (&stage.links[i], &solution.twist[i], &stage.friction);
     let tangent = &link.tangent;
     for end in 0..2 {
         let velocity = point_velocity(u, &lowest_point(link, end));
         let normal = solution.normal[i][end];
-        judge_opening(velocity.z + link.ground[end], normal, link.mass, certificate);
+        let violation = judge::half_line(normal, velocity.z + link.ground[end], link.mass);
+        certificate.normal = worse(certificate.normal, violation);
         let slip = Vector2::new(
             tangent.x * velocity.x + tangent.y * velocity.y,
             tangent.x * velocity.y - tangent.y * velocity.x,
         );
         let bound = Vector2::new(mu.sliding.x * normal, mu.sliding.y * normal);
-        judge_disc(&bound, &slip, &solution.friction[i][end], link.mass, certificate);
+        let violation = judge::disc(&bound, &slip, &solution.friction[i][end], link.mass).law / link.mass;
+        certificate.friction = worse(certificate.friction, violation);
     }
     let rolling = Vector2::new(-(link.radius * u.angular.y), link.radius * u.angular.x);
     let radius = mu.rolling * (solution.normal[i][0] + solution.normal[i][1]);
-    judge_disc(&Vector2::new(radius, radius), &rolling, &solution.rolling[i], link.mass, certificate);
-}
-
-#[inline(always)]
-fn judge_opening<T: Real>(opening: T, impulse: T, mass: T, certificate: &mut Certificate<T>) {
-    let nearest = (impulse - mass * opening).max(T::zero());
-    certificate.normal = worse(certificate.normal, (impulse - nearest).abs() / mass);
-}
-
-/// The projection is taken in coordinates in which the ellipse is the unit disc: P = A p, gamma^ = A gamma; along a
-/// zero axis any impulse is a violation.
-#[inline(always)]
-fn judge_disc<T: Real>(
-    a: &Vector2<T>,
-    slip: &Vector2<T>,
-    impulse: &Vector2<T>,
-    mass: T,
-    certificate: &mut Certificate<T>,
-) {
-    let (zero, one) = (T::zero(), T::splat(1.0));
-    let p = Vector2::new(ratio(impulse.x, a.x), ratio(impulse.y, a.y));
-    let largest = a.x.max(a.y);
-    let rate = T::select(zero.lt(largest), mass / (largest * largest), zero);
-    let x = Vector2::new(p.x - rate * a.x * slip.x, p.y - rate * a.y * slip.y);
-    let shrink = one / norm(x.x, x.y).max(one);
-    let violation = norm(p.x - x.x * shrink, p.y - x.y * shrink) * largest;
-    let outside = norm(impulse.x - p.x * a.x, impulse.y - p.y * a.y);
-    certificate.friction = worse(certificate.friction, (violation + outside) / mass);
+    let bound = Vector2::new(radius, radius);
+    let violation = judge::disc(&bound, &rolling, &solution.rolling[i], link.mass).law / link.mass;
+    certificate.friction = worse(certificate.friction, violation);
 }
 
 /// The two links' joint points move alike, they do not turn against each other about the third axis, and the drives
 /// obey their law at the rates of the two free ones.
 #[inline(always)]
-fn judge_joint<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, j: usize, certificate: &mut Certificate<T>) {
+fn verify_joint<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, j: usize, certificate: &mut Certificate<T>) {
     let (near, far) = (&stage.links[j], &stage.links[j + 1]);
     let (u, w) = (&solution.twist[j], &solution.twist[j + 1]);
     let gap = minus(&point_velocity(u, &joint_point(near, 1.0)), &point_velocity(w, &joint_point(far, -1.0)));
@@ -114,8 +93,8 @@ fn judge_joint<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, j: usize,
     certificate.joint = worse(certificate.joint, twisting * near.half_length);
     for (axis, drive) in stage.joints[j].iter().enumerate() {
         let rate = scalar(&axes[axis], &relative);
-        let law = (drive.drive - drive.stiffness * rate).min(drive.limit).max(-drive.limit);
-        let violation = (solution.drive[j][axis] - law).abs() / (near.mass * near.half_length);
+        let wanted = drive.drive - drive.stiffness * rate;
+        let violation = judge::clamp(solution.drive[j][axis], wanted, drive.limit) / (near.mass * near.half_length);
         certificate.drive = worse(certificate.drive, violation);
     }
 }
@@ -123,7 +102,7 @@ fn judge_joint<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, j: usize,
 /// The momentum that links 1..i lack is what the joint behind them gives. Its force is free, and so is its moment about
 /// the axis that cannot turn; about the other two it must be the drives'. Behind the last link nothing gives.
 #[inline(always)]
-fn judge_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certificate: &mut Certificate<T>) {
+fn verify_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certificate: &mut Certificate<T>) {
     let zero = T::zero();
     let none = Vector3::new(zero, zero, zero);
     let (mut force, mut moment) = (none, none);
@@ -225,14 +204,4 @@ fn plus<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
 #[inline(always)]
 fn minus<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
     Vector3::new(a.x - b.x, a.y - b.y, a.z - b.z)
-}
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn the_judge_shares_no_code_with_the_solvers() {
-        let (code, _) = include_str!("certificate.rs").split_once("#[cfg(test)]").expect("this module");
-        let solvers = ["newton", "sweep", "ray", "proximal", "link_term", "fallback", "screw"];
-        assert!(solvers.iter().all(|solver| !code.contains(&format!("super::{solver}"))));
-    }
 }

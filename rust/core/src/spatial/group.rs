@@ -4,7 +4,8 @@ use nalgebra::Vector2;
 
 use crate::gait::CardanTarget;
 use crate::math::{MAX_LANES, Mask, Real};
-use crate::spatial::{Closing, SLACK, read_lane, write_lane};
+use crate::solver::{RESIDUAL_LIMIT, SolveStatus, is_unconverged};
+use crate::spatial::{read_lane, write_lane};
 use crate::stepping::IntegratorConfig;
 use crate::stepping::energy::Works;
 use crate::stepping::lanes::{Lanes, NO_LANES, active, lanes_of, mask, member_of};
@@ -204,14 +205,14 @@ impl<T: SpatialKernels> SpatialGroup<T> {
             let tally = &mut fleet[member].body_mut().tally;
             let (mut iterations, mut residual) = (outcome.iterations.lane(lane) as u32, residual.lane(lane));
             // The judge has the last word on what the solver takes for solved.
-            let mut missed = !outcome.converged.lane(lane) || residual.is_nan() || residual > SLACK * tolerance;
+            let mut missed = is_unconverged(outcome.converged.lane(lane), residual, RESIDUAL_LIMIT * tolerance);
             if missed {
                 let (solves, closing, certificate) =
                     self.rescue.solve_lane(&mut self.work, &self.slots, lane, tolerance);
                 tally.fallbacks += 1;
-                tally.eased += u32::from(closing == Closing::Eased);
+                tally.eased += u32::from(closing == SolveStatus::Relaxed);
                 iterations += solves;
-                missed = closing == Closing::Open;
+                missed = closing == SolveStatus::Unsolved;
                 residual = certificate.residual();
             }
             tally.add_solve(iterations, missed, residual, 0.0);

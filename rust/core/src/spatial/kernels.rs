@@ -1,6 +1,6 @@
 //! The arithmetic of [`StageWork`], compiled once for every width of register.
 
-use crate::contact::Outcome;
+use crate::solver::Outcome;
 use crate::math::{Kernel, Real};
 #[cfg(target_arch = "x86_64")]
 use crate::math::{Wide4, Wide8};

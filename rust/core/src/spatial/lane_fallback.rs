@@ -1,7 +1,8 @@
 //! What is done about lanes whose stage Newton's method did not close: the fallback, one robot at a time.
 
 use crate::math::Real;
-use crate::spatial::{Certificate, Closing, Fallback, Stage, StageSolution, certify};
+use crate::solver::SolveStatus;
+use crate::spatial::{Certificate, Fallback, Stage, StageSolution, certify};
 
 use super::SpatialPlant;
 use super::contact_map::Slots;
@@ -28,7 +29,7 @@ impl Rescue {
         slots: &Slots,
         lane: usize,
         tolerance: f64,
-    ) -> (u32, Closing, Certificate) {
+    ) -> (u32, SolveStatus, Certificate) {
         work.stage.read_lane(lane, slots.of_lane(lane), &mut self.stage);
         work.solution.read_lane(lane, slots.of_lane(lane), &mut self.solution);
         let (solves, closing) = self.fallback.solve_hard(&self.stage, &mut self.solution, tolerance);

@@ -46,38 +46,38 @@ impl<T: Real> Screw<T> {
 }
 
 #[inline(always)]
-pub(super) fn zero_vector<T: Real>() -> Vector3<T> {
+pub(in crate::spatial) fn zero_vector<T: Real>() -> Vector3<T> {
     Vector3::new(T::zero(), T::zero(), T::zero())
 }
 
 #[inline(always)]
-pub(super) fn inner<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> T {
+pub(in crate::spatial) fn inner<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> T {
     a.x * b.x + a.y * b.y + a.z * b.z
 }
 
 // nalgebra's own operators are not certain to be inlined, and so compiled for the registers that a kernel is run with.
 
 #[inline(always)]
-pub(super) fn sum<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
+pub(in crate::spatial) fn sum<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
     Vector3::new(a.x + b.x, a.y + b.y, a.z + b.z)
 }
 
 #[inline(always)]
-pub(super) fn difference<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
+pub(in crate::spatial) fn difference<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
     Vector3::new(a.x - b.x, a.y - b.y, a.z - b.z)
 }
 
 #[inline(always)]
-pub(super) fn cross<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
+pub(in crate::spatial) fn cross<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
     Vector3::new(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
 }
 
 #[inline(always)]
-pub(super) fn scaled<T: Real>(a: &Vector3<T>, factor: T) -> Vector3<T> {
+pub(in crate::spatial) fn scaled<T: Real>(a: &Vector3<T>, factor: T) -> Vector3<T> {
     Vector3::new(a.x * factor, a.y * factor, a.z * factor)
 }
 
 #[inline(always)]
-pub(super) fn along<T: Real>(a: &Vector3<T>, b: &Vector3<T>, factor: T) -> Vector3<T> {
+pub(in crate::spatial) fn along<T: Real>(a: &Vector3<T>, b: &Vector3<T>, factor: T) -> Vector3<T> {
     Vector3::new(a.x + b.x * factor, a.y + b.y * factor, a.z + b.z * factor)
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 
-use crate::contact::Outcome;
+use crate::solver::Outcome;
 use crate::math::{Mask, Real};
 use crate::spatial::{
     Certificate, Frame, Newton, Posture, Screw, Speed, Stage, StageDrive, StageFriction, StageLink, StageSolution,

@@ -5,7 +5,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use snake_core::environment::rng::Rng;
 use snake_core::environment::*;
 use snake_core::gait::{CardanReference, CardanTarget};
-use snake_core::spatial::{SLACK, joint_angle};
+use snake_core::spatial::joint_angle;
+use snake_core::solver::RESIDUAL_LIMIT;
 
 const MODES: [ActionMode; 3] = [ActionMode::Gait, ActionMode::Joints, ActionMode::Residual];
 
@@ -167,7 +168,7 @@ fn ten_thousand_random_steps_stay_finite_and_count_every_miss() {
 const RANDOM_STEPS: u32 = 10_000;
 
 /// What the judge lets pass with the default tolerance of the velocities \[m/s\].
-const CERTIFIED: f64 = SLACK * 1e-6;
+const CERTIFIED: f64 = RESIDUAL_LIMIT * 1e-6;
 
 #[test]
 fn starts_rest_on_the_ground_clear_of_pegs_and_on_their_references() {

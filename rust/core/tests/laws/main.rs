@@ -1,3 +1,4 @@
 //! Properties of the force laws.
 
+mod derivatives;
 mod projection;

@@ -4,7 +4,7 @@
 use nalgebra::Vector2;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use snake_core::laws::{ConvexSet, Disc, Ellipse, Interval, NonNegative};
+use snake_core::laws::{ConvexSet, Disc, Ellipse, Interval, HalfLine};
 
 /// Round-off of a handful of operations, relative to the sizes involved.
 const ROUND_OFF: f64 = 1e-14;
@@ -130,9 +130,9 @@ proptest! {
         let p = set.project(x);
         prop_assert!(p.abs() <= limit && set.project(p) == p && (x - p) * (limit * (x - p).signum() - p) == 0.0);
         prop_assert!(p * v <= set.support(v) && set.support(v) == (limit * v).abs());
-        let n = NonNegative.project(x);
-        prop_assert!(n >= 0.0 && NonNegative.project(n) == n && (x - n) * n == 0.0 && x - n <= 0.0);
-        prop_assert_eq!(NonNegative.support(v), if v <= 0.0 { 0.0 } else { f64::INFINITY });
+        let n = HalfLine.project(x);
+        prop_assert!(n >= 0.0 && HalfLine.project(n) == n && (x - n) * n == 0.0 && x - n <= 0.0);
+        prop_assert_eq!(HalfLine.support(v), if v <= 0.0 { 0.0 } else { f64::INFINITY });
     }
 }
 

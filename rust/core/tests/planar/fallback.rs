@@ -2,8 +2,9 @@
 
 use nalgebra::{Vector2, Vector3};
 use snake_core::planar::{
-    Closing, Fallback, Heading, Newton, Stage, StageContact, StageJoint, StageLink, StageSolution, Twist, certify,
+    Fallback, Heading, Newton, Stage, StageContact, StageJoint, StageLink, StageSolution, Twist, certify,
 };
+use snake_core::solver::SolveStatus;
 use snake_test_support::planar::Random;
 use snake_test_support::planar_stage::{self as dense, Kind};
 
@@ -36,7 +37,7 @@ fn the_fallback_and_newton_agree_within_their_duality_gaps() {
         let (mut ours, mut theirs) = (empty(&stage), empty(&stage));
         let (solves, closing) = Fallback::new(stage.links.len()).solve_hard(&stage, &mut ours, 1e-9);
         let certificate = certify(&stage, &ours);
-        assert_eq!(closing, Closing::Closed, "case {case}: {certificate:?} of {:e} J", stage.energy());
+        assert_eq!(closing, SolveStatus::Solved, "case {case}: {certificate:?} of {:e} J", stage.energy());
         most = most.max(solves);
         if Newton::new(stage.links.len()).solve(&stage, &mut theirs, 1e-9, 500, true).converged {
             let d = dense::stacked(&ours.twist) - dense::stacked(&theirs.twist);
@@ -63,8 +64,8 @@ fn the_fallback_starts_from_anything() {
         dirty.friction.fill(Vector2::repeat(f64::INFINITY));
         dirty.contact.fill(f64::NAN);
         let mut fallback = Fallback::new(stage.links.len());
-        assert_eq!(fallback.solve_hard(&stage, &mut clean, 1e-8).1, Closing::Closed);
-        assert_eq!(fallback.solve_hard(&stage, &mut dirty, 1e-8).1, Closing::Closed);
+        assert_eq!(fallback.solve_hard(&stage, &mut clean, 1e-8).1, SolveStatus::Solved);
+        assert_eq!(fallback.solve_hard(&stage, &mut dirty, 1e-8).1, SolveStatus::Solved);
         let distance = (dense::stacked(&clean.twist) - dense::stacked(&dirty.twist)).norm();
         // Both are within some tolerances of the exact velocity, angular ones 1 / (half a length) times farther.
         assert!(distance < 1e-5, "case {case}: {distance:e}");
@@ -97,7 +98,7 @@ fn contacts_that_contradict_each_other_are_eased_and_reported() {
     let stage = pinched(-0.2);
     let mut solution = empty(&stage);
     let (_, closing) = Fallback::new(2).solve_hard(&stage, &mut solution, 1e-8);
-    assert_eq!(closing, Closing::Eased);
+    assert_eq!(closing, SolveStatus::Relaxed);
     assert!(solution.twist.iter().all(|u| u.norm() < 1e-6), "{:?}", solution.twist);
     // The contacts may press against each other, but not more than friction could.
     assert!(solution.contact.iter().all(|&impulse| impulse < 0.01), "{:?}", solution.contact);
@@ -113,7 +114,7 @@ fn contacts_that_leave_no_room_close_exactly() {
         stage.links.iter_mut().for_each(|link| link.reference = Twist::new(0.3, 1.0, 0.0));
         let mut solution = empty(&stage);
         let (_, closing) = Fallback::new(2).solve_hard(&stage, &mut solution, 1e-8);
-        assert_eq!(closing, Closing::Closed, "offset {offset:e}");
+        assert_eq!(closing, SolveStatus::Solved, "offset {offset:e}");
         let across = solution.twist[0].y + 0.01 * solution.twist[0].z;
         assert!((across.abs() - offset).abs() < 1e-8, "offset {offset:e}: moves at {across:e} m/s");
     }

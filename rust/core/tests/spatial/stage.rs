@@ -4,9 +4,10 @@
 use nalgebra::{DVector, Vector2, Vector3};
 use snake_core::robot::Robot;
 use snake_core::spatial::{
-    Closing, CoulombNewton, Fallback, Frame, Newton, Posture, Screw, Stage, StageDrive, StageFriction, StageLink,
+    CoulombNewton, Fallback, Frame, Newton, Posture, Screw, Stage, StageDrive, StageFriction, StageLink,
     StagePeg, StageSolution, certify,
 };
+use snake_core::solver::SolveStatus;
 use snake_test_support::planar::Random;
 use snake_test_support::spatial_stage::{Dense, stacked};
 
@@ -210,7 +211,7 @@ fn strong_friction_under_many_contacts_is_solved_by_the_fallback() {
             let (more, closing) = Fallback::new(11).solve_hard(&stage, &mut solution, 1e-6);
             solves += more;
             let certified = certify(&stage, &solution).residual() <= 1e-4;
-            assert_eq!(certified, closing == Closing::Closed);
+            assert_eq!(certified, closing == SolveStatus::Solved);
             open += u32::from(!certified);
         }
         println!("mu {mu}: {left} of 100 stages left, {open} of them open, {} solves each", solves / left.max(1));
@@ -230,7 +231,7 @@ fn contradicting_pegs_are_eased() {
     }
     let mut solution = blank(&stage);
     let (_, closing) = Fallback::new(3).solve_hard(&stage, &mut solution, 1e-6);
-    assert_eq!(closing, Closing::Eased);
+    assert_eq!(closing, SolveStatus::Relaxed);
     assert!(solution.twist.iter().all(|x| x.linear.norm() < 1e-3));
 }
 

@@ -5,7 +5,7 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use crate::laws::{ConvexSet, Ellipse, NonNegative};
+use crate::laws::{ConvexSet, Ellipse, HalfLine};
 
 use crate::planar::{Stage, StageLink, StageSolution, Twist};
 
@@ -122,7 +122,7 @@ fn project_contacts(stage: &Stage, solution: &mut StageSolution, r: f64) -> f64 
     let mut change = 0.0;
     for (contact, impulse) in stage.contacts.iter().zip(&mut solution.contact) {
         let opening = contact.direction.dot(&solution.twist[contact.link]) + contact.offset;
-        let projected = NonNegative.project(*impulse - r * opening);
+        let projected = HalfLine.project(*impulse - r * opening);
         change += (projected - *impulse).powi(2);
         *impulse = projected;
     }

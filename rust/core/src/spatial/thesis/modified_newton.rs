@@ -4,7 +4,7 @@
 
 use nalgebra::{Matrix4, Vector4, Vector6};
 
-use crate::laws::{ConvexSet, NonNegative};
+use crate::laws::{ConvexSet, HalfLine};
 
 use crate::spatial::{JointRows, Twist};
 
@@ -125,7 +125,7 @@ fn project_ground(step: &Step, solution: &mut StepSolution, r: ContactPenalties)
     let (mut normal, mut tangent, mut rolling) = (0.0, 0.0, 0.0);
     for (contact, impulse) in step.ground.iter().zip(&mut solution.ground) {
         let (u, rows, old) = (&solution.twist[contact.link], &contact.rows, *impulse);
-        impulse.normal = NonNegative.project(old.normal - r.normal * rows.normal.dot(u));
+        impulse.normal = HalfLine.project(old.normal - r.normal * rows.normal.dot(u));
         let bounds = impulse.normal;
         impulse.tangent = step.friction_set(bounds).project(old.tangent - rows.tangent.tr_mul(u) * r.friction);
         impulse.rolling = step.rolling_set(bounds).project(old.rolling - rows.rolling.tr_mul(u) * r.rolling);
@@ -141,7 +141,7 @@ fn project_pegs(step: &Step, solution: &mut StepSolution, r: f64) -> f64 {
     let mut change = 0.0;
     for (contact, impulse) in step.pegs.iter().zip(&mut solution.peg) {
         let opening = contact.direction.dot(&solution.twist[contact.link]);
-        let projected = NonNegative.project(*impulse - r * opening);
+        let projected = HalfLine.project(*impulse - r * opening);
         change += (projected - *impulse).powi(2);
         *impulse = projected;
     }

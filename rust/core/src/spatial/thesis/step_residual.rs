@@ -1,6 +1,6 @@
 //! How far an answer is from solving a step; shares no code with the solver.
 
-use crate::laws::{ConvexSet, NonNegative};
+use crate::laws::{ConvexSet, HalfLine};
 
 use crate::spatial::Twist;
 
@@ -18,7 +18,7 @@ pub fn step_residual(step: &Step, solution: &StepSolution) -> f64 {
     let pegs = step.pegs.iter().zip(&solution.peg).map(|(contact, &impulse)| {
         let mass = mass(step, contact.link);
         let opening = contact.direction.dot(&solution.twist[contact.link]);
-        (impulse - NonNegative.project(impulse - mass * opening)).abs() / mass
+        (impulse - HalfLine.project(impulse - mass * opening)).abs() / mass
     });
     contacts.chain(pegs).chain(joint_errors(step, solution)).chain(momentum_errors(step, solution)).fold(0.0, f64::max)
 }
@@ -30,7 +30,7 @@ fn mass(step: &Step, link: usize) -> f64 {
 fn ground_error(step: &Step, contact: &StepGround, impulse: &GroundImpulse, u: &Twist, mass: f64) -> f64 {
     let GroundImpulse { normal, tangent, rolling } = *impulse;
     let rows = &contact.rows;
-    let apart = (normal - NonNegative.project(normal - mass * rows.normal.dot(u))).abs();
+    let apart = (normal - HalfLine.project(normal - mass * rows.normal.dot(u))).abs();
     let slip = tangent - step.friction_set(normal).project(tangent - rows.tangent.tr_mul(u) * mass);
     let roll = rolling - step.rolling_set(normal).project(rolling - rows.rolling.tr_mul(u) * mass);
     apart.max(slip.norm()).max(roll.norm()) / mass

@@ -1,0 +1,27 @@
+//! Verification of force laws: how far a force and a velocity are from obeying a law.
+//!
+//! The certificates of the models are built from these functions and the data of a stage. The arithmetic is written
+//! independently of [`crate::laws`] and of the solvers, whose parts are private to the `solver` folders of the models,
+//! so that an error there cannot hide itself. Every violation is reported as a velocity, or as an impulse to be divided
+//! by a mass, and is NaN where the solution is.
+
+mod clamp;
+mod disc;
+mod half_line;
+
+pub(crate) use clamp::{clamp, clamp_with_backlash};
+pub(crate) use disc::{DiscViolation, disc};
+pub(crate) use half_line::half_line;
+
+use crate::math::Real;
+
+/// The larger of two violations, NaN if either is: no broken solution passes.
+#[inline(always)]
+pub(crate) fn worse<T: Real>(a: T, b: T) -> T {
+    T::select(b.le(a), a, T::select(a.lt(b), b, a + b))
+}
+
+#[inline(always)]
+pub(crate) fn norm<T: Real>(x: T, y: T) -> T {
+    (x * x + y * y).sqrt()
+}

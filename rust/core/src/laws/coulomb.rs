@@ -1,0 +1,69 @@
+use nalgebra::Vector2;
+
+use crate::math::Real;
+
+use super::{Disc, DiscEvaluation, Symmetric2};
+
+/// Orthotropic Coulomb friction in proximal form (T 3.63 != D4), in coordinates in which its ellipse is a disc.
+///
+/// With S = diag(shape) the impulse is S p, the slip is measured as S gamma, and `p = prox_disc(x)` with
+/// `x = centre - r S gamma`. Where `-gamma in N_C(S p)` holds for the ellipse C, `-S gamma in N_disc(p)` holds for the
+/// disc and the other way round. A zero axis, or a zero radius, is harmless: no impulse, no stiffness.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Coulomb<T = f64> {
+    /// Semi-axes of the ellipse over the radius of the disc.
+    pub shape: Vector2<T>,
+    pub disc: Disc<T>,
+}
+
+/// Impulse of a friction law and its stiffness against the slip.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Evaluation<T = f64> {
+    /// p, in disc coordinates.
+    pub value: Vector2<T>,
+    /// -d(S p)/d(gamma) = r S D S \[kg\].
+    pub stiffness: Symmetric2<T>,
+}
+
+impl<T: Real> Coulomb<T> {
+    /// The ellipse with the given semi-axes as a unit disc.
+    #[inline(always)]
+    pub fn with_axes(axes: Vector2<T>) -> Self {
+        Self { shape: axes, disc: Disc::unit() }
+    }
+
+    /// S v.
+    #[inline(always)]
+    pub fn scaled(&self, v: &Vector2<T>) -> Vector2<T> {
+        Vector2::new(self.shape.x * v.x, self.shape.y * v.y)
+    }
+
+    /// p and stiffness at the slip `gamma`; the lanes `held` stick whatever their slip.
+    #[inline(always)]
+    pub fn evaluate(&self, centre: &Vector2<T>, r: T, gamma: &Vector2<T>, held: T::Mask) -> Evaluation<T> {
+        let s = &self.shape;
+        let (rx, ry) = (r * s.x, r * s.y);
+        let x = Vector2::new(centre.x - rx * gamma.x, centre.y - ry * gamma.y);
+        let DiscEvaluation { value, jacobian: d } = self.disc.evaluate(&x, held);
+        let stiffness = Symmetric2 { xx: rx * s.x * d.xx, xy: rx * s.y * d.xy, yy: ry * s.y * d.yy };
+        Evaluation { value, stiffness }
+    }
+
+    /// First and second derivative by alpha of the law's convex function at `gamma + alpha rate`.
+    #[inline(always)]
+    pub fn along(&self, centre: &Vector2<T>, r: T, gamma: &Vector2<T>, rate: &Vector2<T>, alpha: T) -> (T, T) {
+        let (slip, d) = (self.scaled(gamma), self.scaled(rate));
+        let x = Vector2::new(centre.x - r * (slip.x + alpha * d.x), centre.y - r * (slip.y + alpha * d.y));
+        let (first, second) = self.disc.along(&x, &d, r);
+        (-first, second)
+    }
+
+    /// The alpha at which `|centre - r S (gamma + alpha rate)|` is least: there the slope of the law's function all but
+    /// jumps. NaN where the rate is zero.
+    #[inline(always)]
+    pub fn kink(&self, centre: &Vector2<T>, r: T, gamma: &Vector2<T>, rate: &Vector2<T>) -> T {
+        let (s, d) = (&self.shape, self.scaled(rate));
+        let x = Vector2::new(centre.x - r * s.x * gamma.x, centre.y - r * s.y * gamma.y);
+        (x.x * d.x + x.y * d.y) / (r * (d.x * d.x + d.y * d.y))
+    }
+}

@@ -1,0 +1,103 @@
+//! What is done about a stage that Newton's method did not close: another method, a polish, and, where the
+//! contacts contradict each other, a stage that can be closed.
+
+use crate::planar::{Stage, StageSolution, certify};
+use crate::solver::{RESIDUAL_LIMIT, SolveStatus};
+
+use super::{InteriorPoint, Newton};
+
+/// Workspace of the fallback, for one robot.
+#[derive(Debug, Clone)]
+pub struct Fallback {
+    solvers: Solvers,
+    relaxed: Stage,
+}
+
+#[derive(Debug, Clone)]
+struct Solvers {
+    interior_point: InteriorPoint,
+    newton: Newton,
+    polished: StageSolution,
+    /// Energies of the stage as it was asked for \[J\].
+    energy: f64,
+}
+
+impl Fallback {
+    pub fn new(links: usize) -> Self {
+        let solvers = Solvers {
+            interior_point: InteriorPoint::new(links),
+            newton: Newton::new(links),
+            polished: StageSolution::new(links),
+            energy: 0.0,
+        };
+        Self { solvers, relaxed: Stage::with_capacity(links) }
+    }
+
+    /// Solves `stage` for velocities within about `tolerance` \[m/s\]. `solution` has the size of the stage and may
+    /// hold what another solver left, or nothing of use, not even numbers. Returns the linear solves it took, too.
+    pub fn solve_hard(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, SolveStatus) {
+        self.solvers.energy = stage.energy();
+        let (mut solves, closed) = self.solvers.polish(stage, solution, tolerance);
+        if closed {
+            return (solves, SolveStatus::Solved);
+        }
+        let (more, closed) = self.solvers.start_again(stage, solution, tolerance);
+        solves += more;
+        let can_relax = stage.contacts.iter().any(|contact| contact.offset < 0.0);
+        if closed || !can_relax {
+            return (solves, if closed { SolveStatus::Solved } else { SolveStatus::Unsolved });
+        }
+        stage.copy_lane(0, &mut self.relaxed);
+        self.relaxed.contacts.iter_mut().for_each(|contact| contact.offset = contact.offset.max(0.0));
+        let (more, closed) = self.solvers.start_again(&self.relaxed, solution, tolerance);
+        (solves + more, if closed { SolveStatus::Relaxed } else { SolveStatus::Unsolved })
+    }
+}
+
+impl Solvers {
+    /// The interior point method from the reference velocity, polished. Returns linear solves and whether that
+    /// closed the stage.
+    fn start_again(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, bool) {
+        for (twist, link) in solution.twist.iter_mut().zip(&stage.links) {
+            *twist = link.reference;
+        }
+        let descent = self.interior_point.solve(stage, solution, tolerance);
+        let (solves, closed) = self.polish(stage, solution, tolerance);
+        (descent.solves + solves, closed)
+    }
+
+    /// Newton's method from near a solution that is not good enough, to a stricter tolerance; keeps the better of both.
+    fn polish(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, bool) {
+        let (before, residual) = self.merit(stage, solution, tolerance);
+        if before.max(residual) <= 1.0 || !before.is_finite() {
+            return (0, before <= 1.0);
+        }
+        solution.copy_lane(&stage.contacts, 0, &mut self.polished);
+        let outcome = self.newton.solve(stage, &mut self.polished, POLISH * tolerance, MAX_POLISH, true);
+        let (after, polished_residual) = self.merit(stage, &self.polished, tolerance);
+        if (after.max(1.0), polished_residual) < (before.max(1.0), residual) {
+            self.polished.copy_lane(&stage.contacts, 0, solution);
+        }
+        (outcome.iterations as u32, before.min(after) <= 1.0)
+    }
+
+    /// At most 1 for a solution that is good enough: each law obeyed nearly, and all together by the duality gap. And
+    /// the residual in tolerances.
+    fn merit(&self, stage: &Stage, solution: &StageSolution, tolerance: f64) -> (f64, f64) {
+        let certificate = certify(stage, solution);
+        let lightest = stage.links.iter().map(|link| link.mass).fold(f64::INFINITY, f64::min);
+        let enough = (0.5 * lightest * tolerance * tolerance).max(RELATIVE_GAP * self.energy);
+        let residual = certificate.residual() / tolerance;
+        // Impulses of a jam may be so large that even a small residual leaves more than the gap asked for.
+        let merit = (certificate.gap / enough).min(10.0 * residual).max(residual / RESIDUAL_LIMIT);
+        let is_number = !certificate.gap.is_nan() && !residual.is_nan();
+        (if is_number { merit } else { f64::INFINITY }, residual)
+    }
+}
+
+/// Tolerance of a polish, in tolerances, and its Newton steps.
+const POLISH: f64 = 0.01;
+const MAX_POLISH: u32 = 50;
+
+/// Duality gap of a closed stage, relative to the stage's energies.
+const RELATIVE_GAP: f64 = 1e-10;

@@ -1,0 +1,344 @@
+//! Solver of a stage for the cases in which Newton's method does not arrive: a primal-dual interior point method.
+//!
+//! Slip and friction impulse, opening and contact impulse, excess rate and drive are pairs of points of
+//! self-dual cones whose product must vanish. Every iteration follows the central path, on which all
+//! products equal the same mu, towards zero (Mehrotra's predictor and corrector with the scaling of
+//! Nesterov and Todd); the linear systems are those of [`sweep`](super::sweep), with smooth stiffnesses in
+//! place of stick and slip. The number of iterations hardly depends on the problem: 10 to 40.
+//! Stiffnesses are kept in series with a small softness (proximal method of multipliers), so that jammed
+//! stages, whose impulses are not unique or not bounded, leave the linear systems solvable.
+
+mod bend;
+mod contact;
+mod disc;
+mod drive;
+mod pair;
+
+use nalgebra::Vector3;
+
+use self::bend::{Bend, is_bent, list_bends};
+use self::contact::Contact;
+use self::disc::Disc;
+use self::drive::Drive;
+use self::pair::Pair;
+use crate::planar::solver::sweep::{Quadratic, Segment};
+use crate::planar::{Stage, StageLink, StageSolution};
+
+/// How a solve ended.
+#[derive(Debug, Clone, Copy)]
+pub struct Descent {
+    /// Linear solves.
+    pub solves: u32,
+    /// Velocity by which some contact is closed faster than it may be \[m/s\].
+    pub yielding: f64,
+}
+
+/// Workspace of the solver.
+#[derive(Debug, Clone)]
+pub struct InteriorPoint {
+    friction: Vec<Disc>,
+    contact: Vec<Contact>,
+    bends: Vec<Bend>,
+    segments: Vec<Segment<f64>>,
+    models: Vec<Quadratic<f64>>,
+    /// Stiffness of the joint before each link.
+    stiffness: Vec<f64>,
+    direction: Vec<Vector3<f64>>,
+    /// Mass of the lightest link \[kg\].
+    lightest: f64,
+}
+
+impl InteriorPoint {
+    pub fn new(links: usize) -> Self {
+        Self {
+            friction: vec![Disc::new(); links],
+            contact: Vec::with_capacity(crate::contact::PAIRS_PER_LINK * links),
+            bends: Vec::with_capacity(2 * (links - 1)),
+            segments: Vec::with_capacity(links),
+            models: vec![Quadratic::zero(); links],
+            stiffness: vec![0.0; links],
+            direction: vec![Vector3::zeros(); links],
+            lightest: 0.0,
+        }
+    }
+
+    /// Solves `stage` from the twists in `solution` until the duality gap is that of velocities within
+    /// `tolerance` \[m/s\], or no longer falls.
+    pub fn solve(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> Descent {
+        let energy = stage.energy();
+        self.begin(stage, solution, energy);
+        let mut descent = Descent { solves: 0, yielding: f64::INFINITY };
+        for _ in 0..MAX_CENTRES {
+            self.spread(stage, solution, SPREAD * energy + f64::MIN_POSITIVE);
+            let enough = (0.5 * self.lightest * tolerance * tolerance).min(RELATIVE_GAP * energy);
+            descent.solves += self.follow_central_path(stage, solution, enough);
+            descent.yielding = self.recentre();
+            // Not better than before, or a number no more: the contacts cannot all be kept open.
+            if descent.yielding.is_nan() || descent.yielding <= SMALL * tolerance {
+                break;
+            }
+        }
+        self.write_impulses(stage, solution);
+        descent
+    }
+
+    /// Brings gap and imbalance below `enough` \[J\]; returns the number of linear solves.
+    fn follow_central_path(&mut self, stage: &Stage, solution: &mut StageSolution, enough: f64) -> u32 {
+        let (mut best, mut stalled, mut solves) = (f64::INFINITY, 0, 0);
+        // Imbalance of the linear equations, as an energy: a step of length alpha leaves 1 - alpha of it.
+        let mut imbalance = stage.energy();
+        while solves < 2 * MAX_ITERATIONS && stalled < PATIENCE {
+            let gap = self.gap(stage);
+            // Not above, rather than below: NaN ends the search too.
+            let left = gap + imbalance;
+            if left.is_nan() || left <= enough {
+                break;
+            }
+            stalled = if gap + imbalance < 0.5 * best { 0 } else { stalled + 1 };
+            best = best.min(gap + imbalance);
+            let alpha = self.iterate(stage, solution, gap / self.cones(stage));
+            solves += 2;
+            if alpha <= 0.0 {
+                break;
+            }
+            imbalance *= 1.0 - alpha;
+        }
+        solves
+    }
+
+    fn begin(&mut self, stage: &Stage, solution: &mut StageSolution, energy: f64) {
+        stage.follow_joints(&mut solution.twist);
+        list_bends(stage, energy, &mut self.bends);
+        self.segments.clear();
+        let mut before = &stage.links[0].heading;
+        for link in &stage.links {
+            self.segments.push(Segment::new(&link.heading, before, link.half_length));
+            before = &link.heading;
+        }
+        self.lightest = stage.links.iter().map(|link| link.mass).fold(f64::INFINITY, f64::min);
+        self.contact.clear();
+        self.contact.extend(stage.contacts.iter().map(|contact| Contact::new(stage.links[contact.link].mass)));
+    }
+
+    /// A point inside the cones at the twists of `solution`, with products of about `mu`.
+    fn spread(&mut self, stage: &Stage, solution: &StageSolution, mu: f64) {
+        let twist = &solution.twist;
+        for ((disc, link), u) in self.friction.iter_mut().zip(&stage.links).zip(twist) {
+            disc.begin(link, u, mu);
+        }
+        for Bend { joint, law, drive } in &mut self.bends {
+            *drive = Drive::begin(law, twist[*joint + 1].z - twist[*joint].z, mu);
+        }
+        for (soft, contact) in self.contact.iter_mut().zip(&stage.contacts) {
+            soft.begin(contact, &stage.links[contact.link], &twist[contact.link], mu);
+        }
+    }
+
+    /// One predictor and corrector from a point whose products are `mu` on average; returns the length of the step,
+    /// zero where round-off leaves no direction.
+    fn iterate(&mut self, stage: &Stage, solution: &mut StageSolution, mu: f64) -> f64 {
+        self.friction.iter_mut().for_each(Disc::aim_affine);
+        self.pairs(Pair::aim_affine);
+        self.find_direction(stage, &solution.twist);
+        let affine = self.longest_step(stage).min(1.0);
+        let left = self.gap_after(stage, affine) / self.cones(stage) / mu;
+        let centering = left.clamp(0.0, 1.0).powi(3).max(1e-6);
+        self.friction.iter_mut().for_each(|disc| disc.aim_central(centering * mu));
+        self.pairs(|pair| pair.aim_central(centering * mu));
+        self.find_direction(stage, &solution.twist);
+        let mut step = self.longest_step(stage);
+        if step < SHORT {
+            self.friction.iter_mut().for_each(|disc| disc.aim_centre(mu));
+            self.pairs(|pair| pair.aim_centre(mu));
+            self.find_direction(stage, &solution.twist);
+            step = self.longest_step(stage);
+        }
+        if !self.direction.iter().all(|du| du.iter().all(|x| x.is_finite())) {
+            return 0.0;
+        }
+        let alpha = (FRACTION * step).min(1.0);
+        self.advance(stage, solution, alpha);
+        alpha
+    }
+
+    /// Solves the linear system for the present right-hand sides and lets all pairs follow.
+    fn find_direction(&mut self, stage: &Stage, twist: &[Vector3<f64>]) {
+        for (i, link) in stage.links.iter().enumerate() {
+            let change = twist[i] - link.reference;
+            let momentum = link.heading.to_link(change.xy()) * link.mass;
+            let mut model = Quadratic { xx: link.mass, yy: link.mass, ww: link.inertia, ..Quadratic::zero() };
+            (model.gx, model.gy, model.gw) = (momentum.x, momentum.y, link.inertia * change.z);
+            if has_friction(link) {
+                self.friction[i].condense(link, friction_softness(link), &mut model);
+            }
+            self.models[i] = model;
+        }
+        self.stiffness.fill(0.0);
+        for (j, joint) in stage.joints.iter().enumerate().filter(|(_, joint)| !is_bent(joint)) {
+            let rate = twist[j + 1].z - twist[j].z;
+            let impulse = (joint.drive - joint.stiffness * rate).clamp(-joint.limit, joint.limit);
+            self.add_drive(j, impulse, joint.stiffness);
+        }
+        for k in 0..self.bends.len() {
+            let j = self.bends[k].joint;
+            let (impulse, stiffness) = self.bends[k].linearised(twist[j + 1].z - twist[j].z);
+            self.add_drive(j, impulse, stiffness);
+        }
+        for (contact, soft) in stage.contacts.iter().zip(&self.contact) {
+            let i = contact.link;
+            soft.condense(contact, &stage.links[i], &twist[i], &mut self.models[i]);
+        }
+        self.solve_linear_system(stage);
+        self.follow(stage, twist);
+    }
+
+    fn add_drive(&mut self, joint: usize, impulse: f64, stiffness: f64) {
+        self.models[joint].gw += impulse;
+        self.models[joint + 1].gw -= impulse;
+        self.stiffness[joint + 1] += stiffness;
+    }
+
+    fn solve_linear_system(&mut self, stage: &Stage) {
+        let mut behind = Quadratic::zero();
+        for ((segment, own), &stiffness) in self.segments.iter_mut().zip(&self.models).zip(&self.stiffness).rev() {
+            (behind, _) = segment.eliminate(behind, *own, stiffness);
+        }
+        let ((mut end, _), mut omega) = (behind.minimiser(), 0.0);
+        for ((segment, link), direction) in self.segments.iter().zip(&stage.links).zip(&mut self.direction) {
+            let du = segment.substitute(&mut end, &mut omega);
+            let velocity = link.heading.to_world(du.xy());
+            *direction = Vector3::new(velocity.x, velocity.y, du.z);
+        }
+    }
+
+    fn follow(&mut self, stage: &Stage, twist: &[Vector3<f64>]) {
+        let direction = &self.direction;
+        for ((disc, link), du) in self.friction.iter_mut().zip(&stage.links).zip(direction) {
+            if has_friction(link) {
+                disc.follow(link, friction_softness(link), du);
+            }
+        }
+        for bend in &mut self.bends {
+            let j = bend.joint;
+            bend.follow(twist[j + 1].z - twist[j].z, direction[j + 1].z - direction[j].z);
+        }
+        for (contact, soft) in stage.contacts.iter().zip(&mut self.contact) {
+            soft.follow(contact, &twist[contact.link], &direction[contact.link]);
+        }
+    }
+
+    fn advance(&mut self, stage: &Stage, solution: &mut StageSolution, alpha: f64) {
+        for (u, du) in solution.twist.iter_mut().zip(&self.direction) {
+            *u += du * alpha;
+        }
+        stage.follow_joints(&mut solution.twist);
+        for ((disc, link), u) in self.friction.iter_mut().zip(&stage.links).zip(&solution.twist) {
+            if has_friction(link) {
+                disc.advance(link, alpha, u);
+            }
+        }
+        self.pairs(|pair| pair.advance(alpha));
+    }
+
+    /// Visits the pairs of contacts and bounded drives.
+    fn pairs(&mut self, mut visit: impl FnMut(&mut Pair)) {
+        self.contact.iter_mut().for_each(|contact| visit(&mut contact.pair));
+        for Bend { drive, .. } in &mut self.bends {
+            visit(&mut drive.upper);
+            visit(&mut drive.lower);
+        }
+    }
+
+    /// A figure of all pairs put together, from `start`.
+    fn fold(
+        &self,
+        stage: &Stage,
+        start: f64,
+        of_disc: impl Fn(&Disc) -> f64,
+        of_pair: impl Fn(&Pair) -> f64,
+        with: impl Fn(f64, f64) -> f64,
+    ) -> f64 {
+        let discs = self.friction.iter().zip(&stage.links).filter(|(_, link)| has_friction(link));
+        let drives = self.bends.iter().map(|bend| &bend.drive);
+        let figures =
+            discs.map(|(disc, _)| of_disc(disc)).chain(self.contact.iter().map(|contact| of_pair(&contact.pair)));
+        figures.chain(drives.flat_map(|drive| [of_pair(&drive.upper), of_pair(&drive.lower)])).fold(start, with)
+    }
+
+    fn cones(&self, stage: &Stage) -> f64 {
+        let discs = stage.links.iter().filter(|link| has_friction(link)).count();
+        (discs + stage.contacts.len() + 2 * self.bends.len()).max(1) as f64
+    }
+
+    fn gap(&self, stage: &Stage) -> f64 {
+        self.fold(stage, 0.0, Disc::gap, Pair::gap, |a, b| a + b)
+    }
+
+    fn gap_after(&self, stage: &Stage, alpha: f64) -> f64 {
+        self.fold(stage, 0.0, |disc| disc.gap_after(alpha), |pair| pair.gap_after(alpha), |a, b| a + b)
+    }
+
+    fn longest_step(&self, stage: &Stage) -> f64 {
+        self.fold(stage, f64::INFINITY, Disc::longest_step, Pair::longest_step, f64::min)
+    }
+
+    /// Fastest yielding of a contact \[m/s\]; the impulses become the new centres.
+    fn recentre(&mut self) -> f64 {
+        let mut fastest: f64 = 0.0;
+        for contact in &mut self.contact {
+            fastest = fastest.max(contact.yielding().abs());
+            contact.recentre();
+        }
+        fastest
+    }
+
+    fn write_impulses(&self, stage: &Stage, solution: &mut StageSolution) {
+        for (i, link) in stage.links.iter().enumerate() {
+            solution.friction[i] =
+                if has_friction(link) { self.friction[i].impulse(link) } else { nalgebra::Vector2::zeros() };
+        }
+        for (j, joint) in stage.joints.iter().enumerate() {
+            let rate = solution.twist[j + 1].z - solution.twist[j].z;
+            let tight = joint.drive - joint.stiffness * rate;
+            let loose = tight - tight.clamp(-joint.slack, joint.slack);
+            solution.drive[j] = loose.clamp(-joint.limit, joint.limit);
+        }
+        for (impulse, (soft, contact)) in solution.contact.iter_mut().zip(self.contact.iter().zip(&stage.contacts)) {
+            *impulse = soft.impulse(stage.links[contact.link].mass);
+        }
+    }
+}
+
+fn has_friction(link: &StageLink) -> bool {
+    link.friction.x.max(link.friction.y) > 0.0
+}
+
+/// Softness that bounds the stick stiffness by [`STIFFEST_FRICTION`] masses.
+fn friction_softness(link: &StageLink) -> f64 {
+    let largest = link.friction.x.max(link.friction.y);
+    largest * largest / (STIFFEST_FRICTION * link.mass)
+}
+
+/// Duality gap relative to the energies of the stage at which it counts as solved, whatever the tolerance.
+const RELATIVE_GAP: f64 = 1e-11;
+
+/// Largest stiffness of friction, in link masses: it keeps the linear systems solvable.
+const STIFFEST_FRICTION: f64 = 1e12;
+
+/// First products, in energies of the stage: a start too far inside costs an iteration, one too near the boundary many.
+const SPREAD: f64 = 10.0;
+
+/// Times the impulses become the centres of the contacts' softness, and the yielding that calls for it, in tolerances.
+const MAX_CENTRES: u32 = 2;
+const SMALL: f64 = 0.1;
+
+const MAX_ITERATIONS: u32 = 100;
+
+/// Iterations without halving gap and violation after which no more is to be had.
+const PATIENCE: u32 = 30;
+
+/// A step shorter than this means that the products have grown too different; the next one evens them out.
+const SHORT: f64 = 0.2;
+
+/// Part of the longest step that is taken.
+const FRACTION: f64 = 0.995;

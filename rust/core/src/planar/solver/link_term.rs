@@ -1,0 +1,81 @@
+use nalgebra::{Vector2, Vector3};
+
+use crate::math::Real;
+use crate::planar::{Heading, StageLink};
+use crate::solver::FrictionTerm;
+
+use super::sweep::{Quadratic, Segment};
+use super::terms::ActuatorTerm;
+
+/// One link in the solver: constants, laws and velocities in its own frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LinkTerm<T> {
+    pub segment: Segment<T>,
+    pub mass: T,
+    pub inertia: T,
+    pub reference: Vector3<T>,
+    pub friction: FrictionTerm<T>,
+    /// Actuator of the joint to the link before; none for the first.
+    pub actuator: ActuatorTerm<T>,
+    /// Inertia and laws without actuators at the present twist, and the actuator's stiffness.
+    pub model: Quadratic<T>,
+    pub actuator_stiffness: T,
+    /// Velocities before the present Newton step, the step, and where it leads.
+    pub start: Vector3<T>,
+    pub step: Vector3<T>,
+    pub twist: Vector3<T>,
+}
+
+impl<T: Real> LinkTerm<T> {
+    /// A link that moves with `twist`; the multipliers of its laws are the last impulses.
+    #[inline(always)]
+    pub fn new(
+        link: &StageLink<T>,
+        segment: Segment<T>,
+        friction: FrictionTerm<T>,
+        actuator: ActuatorTerm<T>,
+        twist: Vector3<T>,
+    ) -> Self {
+        Self {
+            segment,
+            mass: link.mass,
+            inertia: link.inertia,
+            reference: in_frame(&link.heading, &link.reference),
+            friction,
+            actuator,
+            model: Quadratic::zero(),
+            actuator_stiffness: T::zero(),
+            start: twist,
+            step: Vector3::new(T::zero(), T::zero(), T::zero()),
+            twist,
+        }
+    }
+
+    /// |u - u_ref|_M^2 / 2 at the present twist.
+    #[inline(always)]
+    pub fn inertia_model(&self) -> Quadratic<T> {
+        let (u, reference) = (&self.twist, &self.reference);
+        Quadratic {
+            xx: self.mass,
+            yy: self.mass,
+            ww: self.inertia,
+            gx: self.mass * (u.x - reference.x),
+            gy: self.mass * (u.y - reference.y),
+            gw: self.inertia * (u.z - reference.z),
+            ..Quadratic::zero()
+        }
+    }
+}
+
+/// A twist in the frame of a link.
+#[inline(always)]
+pub(super) fn in_frame<T: Real>(heading: &Heading<T>, twist: &Vector3<T>) -> Vector3<T> {
+    let velocity = heading.to_link(twist.xy());
+    Vector3::new(velocity.x, velocity.y, twist.z)
+}
+
+/// The linear part of a twist.
+#[inline(always)]
+pub(super) fn linear<T: Real>(twist: &Vector3<T>) -> Vector2<T> {
+    Vector2::new(twist.x, twist.y)
+}

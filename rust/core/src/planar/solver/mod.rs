@@ -1,0 +1,17 @@
+//! Solvers of a planar stage. Their parts are private to this folder: the certificate, a sibling, cannot name them.
+//!
+//! ```compile_fail,E0603
+//! use snake_core::planar::solver::sweep::Quadratic;
+//! ```
+
+mod fallback;
+mod interior_point;
+mod link_term;
+mod newton;
+mod ray;
+mod sweep;
+mod terms;
+
+pub use fallback::Fallback;
+pub use interior_point::{Descent, InteriorPoint};
+pub use newton::Newton;

@@ -1,0 +1,260 @@
+//! Newton's method on the augmented Lagrangian of a stage, in the lanes of a register.
+//!
+//! The iteration is that of [`crate::solver`]; this file is the planar chain's inner problem. Every link's velocities
+//! are kept in its own frame, where friction is diagonal and the arm to a joint is along e_y. A pass from head to tail
+//! takes the Newton step and evaluates all laws at its end; a pass from tail to head eliminates the chain.
+//!
+//! At the end of a full step the linearised laws balance exactly, so what is out of balance there is the remainder of
+//! the laws' linearisation. The inner function bends at least like the kinetic energy: the remainder's norm in M^-1
+//! bounds the distance to its minimum, link by link, and no further solve is needed to know it.
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::contact::PAIRS_PER_LINK;
+use crate::math::{Mask, Real, add_scaled, select_into};
+use crate::planar::{Stage, StageLink, StageSolution};
+use crate::solver::{self, FrictionTerm, LawForm, NewtonStep, Outcome, StageProblem, Tuning};
+
+use super::link_term::{LinkTerm, in_frame, linear};
+use super::sweep::{Quadratic, Segment};
+use super::terms::{ActuatorTerm, ContactTerm};
+
+/// Workspace of the solver, re-used from stage to stage.
+#[derive(Debug, Clone)]
+pub struct Newton<T = f64> {
+    pub(super) links: Vec<LinkTerm<T>>,
+    pub(super) contacts: Vec<ContactTerm<T>>,
+    /// Step of the velocity of link 1's free end, in the frame of link 1.
+    head: Vector2<T>,
+    /// Inverse of the least mass and of the least inertia of a link.
+    mobility: [T; 2],
+}
+
+/// Where a step leads.
+#[derive(Debug, Clone, Copy)]
+struct StepEnd<T> {
+    /// Derivative of the inner function along the step \[J\].
+    slope: T,
+    /// Square of the difference to the laws' linearisations at the start of the step, in the norm of M^-1 \[J\].
+    remainder: T,
+}
+
+impl<T: Real> Newton<T> {
+    pub fn new(links: usize) -> Self {
+        Self {
+            links: Vec::with_capacity(links),
+            contacts: Vec::with_capacity(PAIRS_PER_LINK * links),
+            head: Vector2::new(T::zero(), T::zero()),
+            mobility: [T::zero(); 2],
+        }
+    }
+
+    /// Solves `stage`, starting from the twists and impulses in `solution`, to velocities within
+    /// about `tolerance` \[m/s\], in at most `max_iterations` linear solves.
+    ///
+    /// The starting twists need not satisfy the joints: the first link's twist and all angular
+    /// velocities are kept and the rest follows. Lanes not in `lanes` are left as they are.
+    #[inline(always)]
+    pub fn solve(
+        &mut self,
+        stage: &Stage<T>,
+        solution: &mut StageSolution<T>,
+        tolerance: f64,
+        max_iterations: u32,
+        lanes: T::Mask,
+    ) -> Outcome<T> {
+        self.warm_up(stage, solution);
+        let outcome = solver::solve(self, tolerance, max_iterations, lanes);
+        self.write(stage, solution);
+        outcome
+    }
+
+    /// Laws around the warm start, and twists that satisfy the joints.
+    #[inline(always)]
+    fn warm_up(&mut self, stage: &Stage<T>, solution: &StageSolution<T>) {
+        let (mut mass, mut inertia) = (stage.links[0].mass, stage.links[0].inertia);
+        self.links.clear();
+        let mut before = stage.links[0].heading;
+        let mut end = Vector2::new(T::zero(), T::zero());
+        for (i, link) in stage.links.iter().enumerate() {
+            (mass, inertia) = (mass.min(link.mass), inertia.min(link.inertia));
+            let segment = Segment::new(&link.heading, &before, link.half_length);
+            if i == 0 {
+                end = free_end(link, &solution.twist[0]);
+            }
+            let twist = segment.follow(solution.twist[i].z, &mut end);
+            let penalty = T::splat(TUNING.penalty) * link.mass;
+            let friction = FrictionTerm::new(link.friction, &solution.friction[i], penalty);
+            let actuator = if i > 0 {
+                ActuatorTerm::new(&stage.joints[i - 1], solution.drive[i - 1])
+            } else {
+                ActuatorTerm::none()
+            };
+            self.links.push(LinkTerm::new(link, segment, friction, actuator, twist));
+            before = link.heading;
+        }
+        self.mobility = [mass, inertia].map(|least| T::splat(1.0) / least);
+        self.contacts.clear();
+        for (contact, &impulse) in stage.contacts.iter().zip(&solution.contact) {
+            let link = &stage.links[contact.link];
+            self.contacts.push(ContactTerm::new(contact, link, impulse, T::splat(TUNING.penalty) * link.mass));
+        }
+    }
+
+    /// Takes the step that [`Self::eliminate`] prepared, in the given lanes, and shortens it where it overshoots and
+    /// `damped` is true; the slope falls by `descent` at its start.
+    #[inline(always)]
+    fn descend(&mut self, descent: T, active: T::Mask, damped: bool) -> StepEnd<T> {
+        self.substitute(active);
+        let full = self.evaluate_laws(LawForm::Present);
+        let accuracy = T::splat(TUNING.overshoot) * descent;
+        let overshoots = active & accuracy.lt(full.slope);
+        if !damped || !overshoots.any() {
+            return full;
+        }
+        let (fraction, _) = self.step_length(accuracy, overshoots);
+        for link in &mut self.links {
+            let shortened = add_scaled(&link.start, &link.step, fraction);
+            select_into(&mut link.twist, overshoots, &shortened);
+        }
+        let shortened = self.evaluate_laws(LawForm::Present);
+        let remainder = T::select(overshoots, T::splat(f64::INFINITY), full.remainder);
+        StepEnd { remainder, ..shortened }
+    }
+
+    /// Forces and stiffnesses of all laws at the present twists.
+    #[inline(always)]
+    fn evaluate_laws(&mut self, form: LawForm) -> StepEnd<T> {
+        let zero = T::zero();
+        let (mut slope, mut forces, mut moments) = (zero, zero, zero);
+        let mut contacts = self.contacts.iter_mut().peekable();
+        let (mut omega, mut change) = (zero, zero);
+        for (i, link) in self.links.iter_mut().enumerate() {
+            let mut model = link.inertia_model();
+            let stiffness = link.friction.evaluate(&linear(&link.twist));
+            model.add_friction(&stiffness, &link.friction.impulse());
+            while let Some(contact) = contacts.next_if(|contact| contact.link == i) {
+                let stiffness = contact.evaluate(form, &link.twist);
+                model.add_rank_one(&contact.direction, stiffness, -contact.impulse);
+            }
+            let expected = link.model.gradient_after(&link.step);
+            let (x, y, moment) = (model.gx - expected.x, model.gy - expected.y, model.gw - expected.z);
+            link.model = model;
+            let (joint_rate, joint_step) = (link.twist.z - omega, link.step.z - change);
+            (omega, change) = (link.twist.z, link.step.z);
+            let expected = link.actuator.impulse - link.actuator_stiffness * joint_step;
+            link.actuator_stiffness = link.actuator.evaluate(form, joint_rate);
+            let torque = link.actuator.impulse - expected;
+            slope += model.slope_along(&link.step) - link.actuator.impulse * joint_step;
+            forces += x * x + y * y;
+            moments += moment * moment + torque * torque;
+        }
+        StepEnd { slope, remainder: forces * self.mobility[0] + moments * self.mobility[1] }
+    }
+
+    /// From tail to head: eliminates the chain. Returns how much steeper the inner function descends along the next
+    /// step, g H^-1 g \[J\].
+    #[inline(always)]
+    fn eliminate(&mut self) -> T {
+        let mut behind = Quadratic::zero();
+        let (mut actuator_behind, mut descent) = (T::zero(), T::zero());
+        for link in self.links.iter_mut().rev() {
+            let mut own = link.model;
+            own.gw += actuator_behind - link.actuator.impulse;
+            actuator_behind = link.actuator.impulse;
+            let (before, decrease) = link.segment.eliminate(behind, own, link.actuator_stiffness);
+            behind = before;
+            descent += decrease;
+        }
+        let (head, decrease) = behind.minimiser();
+        self.head = head;
+        descent + decrease
+    }
+
+    /// From head to tail: the Newton step, taken in full in the given lanes.
+    #[inline(always)]
+    fn substitute(&mut self, lanes: T::Mask) {
+        let (mut end, mut omega) = (self.head, T::zero());
+        for link in &mut self.links {
+            link.step = link.segment.substitute(&mut end, &mut omega);
+            link.start = link.twist;
+            let full = add_scaled(&link.start, &link.step, T::splat(1.0));
+            select_into(&mut link.twist, lanes, &full);
+        }
+    }
+
+    /// Velocities in the world frame, and impulses.
+    #[inline(always)]
+    fn write(&self, stage: &Stage<T>, solution: &mut StageSolution<T>) {
+        for (i, link) in self.links.iter().enumerate() {
+            let velocity = stage.links[i].heading.to_world(link.twist.xy());
+            solution.twist[i] = Vector3::new(velocity.x, velocity.y, link.twist.z);
+            solution.friction[i] = link.friction.impulse();
+            if i > 0 {
+                solution.drive[i - 1] = link.actuator.impulse;
+            }
+        }
+        for (impulse, contact) in solution.contact.iter_mut().zip(&self.contacts) {
+            *impulse = contact.impulse;
+        }
+    }
+}
+
+impl<T: Real> StageProblem<T> for Newton<T> {
+    const TUNING: Tuning = TUNING;
+
+    #[inline(always)]
+    fn evaluate(&mut self, form: LawForm) {
+        self.evaluate_laws(form);
+    }
+
+    #[inline(always)]
+    fn newton_step(&mut self, active: T::Mask, damped: bool) -> NewtonStep<T> {
+        let descent = self.eliminate();
+        let end = self.descend(descent, active, damped);
+        NewtonStep {
+            // The length of the step as a velocity; `max` would swallow NaN.
+            length: (descent.abs() * self.mobility[0]).sqrt(),
+            distance: T::splat(CHAIN) * (end.remainder * self.mobility[0]).sqrt(),
+        }
+    }
+
+    #[inline(always)]
+    fn multiplier_error(&self) -> T {
+        let mut squared = T::zero();
+        for link in &self.links {
+            squared = squared.max(link.friction.squared_error(&linear(&link.twist), link.mass));
+        }
+        for contact in &self.contacts {
+            squared = squared.max(contact.squared_error());
+        }
+        squared.sqrt()
+    }
+
+    #[inline(always)]
+    fn stiffen(&mut self, factor: T) {
+        self.links.iter_mut().for_each(|link| link.friction.stiffen(factor));
+        self.contacts.iter_mut().for_each(|contact| contact.stiffen(factor));
+    }
+
+    #[inline(always)]
+    fn recentre(&mut self, lanes: T::Mask) {
+        self.links.iter_mut().for_each(|link| link.friction.recentre(lanes));
+        self.contacts.iter_mut().for_each(|contact| contact.recentre(lanes));
+    }
+}
+
+/// Velocity of the end without a joint of the first link, in its frame.
+#[inline(always)]
+fn free_end<T: Real>(link: &StageLink<T>, twist: &Vector3<T>) -> Vector2<T> {
+    let u = in_frame(&link.heading, twist);
+    Vector2::new(u.x, u.y - link.half_length * u.z)
+}
+
+/// An outer step with this penalty gains five to six digits, and one is mostly enough; a stick stiffness beyond 1e8
+/// masses would show round-off in the impulses.
+pub(super) const TUNING: Tuning = Tuning { penalty: 1e6, ..Tuning::COMMON };
+
+/// How much larger the certificate's residual may be than the norm of the remainder \[-\]: joints add up what is out of
+/// balance along the chain.
+const CHAIN: f64 = 20.0;

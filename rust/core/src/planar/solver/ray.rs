@@ -1,0 +1,65 @@
+//! The inner function along start + alpha step, for the line search.
+
+use crate::math::Real;
+use crate::solver::{NearestKink, Ray, step_length};
+
+use super::link_term::linear;
+use super::newton::Newton;
+
+/// The inner function along the present step.
+struct Step<'a, T> {
+    newton: &'a Newton<T>,
+    /// The quadratic part: [`Newton::inertia_along`].
+    inertia: [T; 2],
+}
+
+impl<T: Real> Newton<T> {
+    /// How much of the step to take in the given lanes, as [`step_length`].
+    #[inline(always)]
+    pub(super) fn step_length(&self, accuracy: T, lanes: T::Mask) -> (T, T::Mask) {
+        step_length(&Step { newton: self, inertia: self.inertia_along() }, accuracy, lanes)
+    }
+
+    /// Slope of |u - u_ref|_M^2 / 2 at alpha = 0, and its constant rise.
+    #[inline(always)]
+    fn inertia_along(&self) -> [T; 2] {
+        let (mut slope, mut rise) = (T::zero(), T::zero());
+        for link in &self.links {
+            let (u, du, reference) = (&link.start, &link.step, &link.reference);
+            let (px, py, pz) = (link.mass * du.x, link.mass * du.y, link.inertia * du.z);
+            slope += px * (u.x - reference.x) + py * (u.y - reference.y) + pz * (u.z - reference.z);
+            rise += px * du.x + py * du.y + pz * du.z;
+        }
+        [slope, rise]
+    }
+}
+
+impl<T: Real> Ray<T> for Step<'_, T> {
+    #[inline(always)]
+    fn derivatives(&self, alpha: T) -> (T, T) {
+        let Self { newton, inertia } = self;
+        let (mut slope, mut curvature) = (inertia[0] + alpha * inertia[1], inertia[1]);
+        let mut add = |(first, second): (T, T)| {
+            slope += first;
+            curvature += second;
+        };
+        let (mut omega, mut change) = (T::zero(), T::zero());
+        for link in &newton.links {
+            add(link.friction.along(&linear(&link.start), &linear(&link.step), alpha));
+            add(link.actuator.along(link.start.z - omega, link.step.z - change, alpha));
+            (omega, change) = (link.start.z, link.step.z);
+        }
+        for contact in &newton.contacts {
+            let link = &newton.links[contact.link];
+            add(contact.along(&link.start, &link.step, alpha));
+        }
+        (slope, curvature)
+    }
+
+    #[inline(always)]
+    fn show_kinks(&self, nearest: &mut NearestKink<T>) {
+        for link in &self.newton.links {
+            nearest.see(link.friction.kink(&linear(&link.start), &linear(&link.step)));
+        }
+    }
+}

@@ -1,0 +1,224 @@
+//! One linear solve of the chain in O(n): elimination from tail to head with a value function.
+//!
+//! Unknowns are the velocity p of the free end of link 1 and the angular velocities omega_i. Link i
+//! has the joint velocity p_i at its near end, so that its CG moves with p_i + omega_i (L/2) e_y and
+//! its far end with p_{i+1} = p_i + omega_i L e_y. Given the minimum V_{i+1}(p_{i+1}, omega_i) of all
+//! that lies behind, a quadratic of three variables, minimising over omega_i is one scalar pivot and
+//! leaves V_i(p_i, omega_{i-1}) of the same form: the recursion of linear-quadratic control.
+//!
+//! Everything is written in the frame of the link at hand, where the arm is along e_y and friction is
+//! diagonal; a value function is turned by the joint angle when it passes a joint.
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::laws::Symmetric2;
+use crate::math::Real;
+use crate::planar::Heading;
+
+/// `g . x + x^T H x / 2` of x = (v_x, v_y, omega): velocity of a point and an angular velocity.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Quadratic<T> {
+    pub xx: T,
+    pub xy: T,
+    pub yy: T,
+    pub xw: T,
+    pub yw: T,
+    pub ww: T,
+    pub gx: T,
+    pub gy: T,
+    pub gw: T,
+}
+
+/// A link in the chain: its place, and what its elimination left.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Segment<T> {
+    /// Direction of the joint angle to the link before.
+    turn: Heading<T>,
+    /// L_i / 2 \[m\].
+    half_length: T,
+    elimination: Elimination<T>,
+}
+
+/// What eliminating omega_i leaves behind for the back substitution:
+/// `omega_i = px p_x + py p_y + previous omega_{i-1} + constant`.
+#[derive(Debug, Clone, Copy)]
+struct Elimination<T> {
+    px: T,
+    py: T,
+    previous: T,
+    constant: T,
+}
+
+impl<T: Real> Quadratic<T> {
+    #[inline(always)]
+    pub fn zero() -> Self {
+        let zero = T::zero();
+        Self { xx: zero, xy: zero, yy: zero, xw: zero, yw: zero, ww: zero, gx: zero, gy: zero, gw: zero }
+    }
+
+    #[inline(always)]
+    pub fn plus(self, other: Self) -> Self {
+        Self {
+            xx: self.xx + other.xx,
+            xy: self.xy + other.xy,
+            yy: self.yy + other.yy,
+            xw: self.xw + other.xw,
+            yw: self.yw + other.yw,
+            ww: self.ww + other.ww,
+            gx: self.gx + other.gx,
+            gy: self.gy + other.gy,
+            gw: self.gw + other.gw,
+        }
+    }
+
+    /// Adds `force w . x + penalty (w . x)^2 / 2`.
+    #[inline(always)]
+    pub fn add_rank_one(&mut self, w: &Vector3<T>, penalty: T, force: T) {
+        let (px, py, pz) = (penalty * w.x, penalty * w.y, penalty * w.z);
+        self.xx += px * w.x;
+        self.xy += px * w.y;
+        self.yy += py * w.y;
+        self.xw += px * w.z;
+        self.yw += py * w.z;
+        self.ww += pz * w.z;
+        self.gx += force * w.x;
+        self.gy += force * w.y;
+        self.gw += force * w.z;
+    }
+
+    /// Adds a friction impulse and its stiffness against the slip (v_x, v_y).
+    #[inline(always)]
+    pub fn add_friction(&mut self, stiffness: &Symmetric2<T>, impulse: &Vector2<T>) {
+        self.xx += stiffness.xx;
+        self.xy += stiffness.xy;
+        self.yy += stiffness.yy;
+        self.gx -= impulse.x;
+        self.gy -= impulse.y;
+    }
+
+    /// Derivative along `step`.
+    #[inline(always)]
+    pub fn slope_along(&self, step: &Vector3<T>) -> T {
+        self.gx * step.x + self.gy * step.y + self.gw * step.z
+    }
+
+    /// g + H step.
+    #[inline(always)]
+    pub fn gradient_after(&self, step: &Vector3<T>) -> Vector3<T> {
+        Vector3::new(
+            self.gx + self.xx * step.x + self.xy * step.y + self.xw * step.z,
+            self.gy + self.xy * step.x + self.yy * step.y + self.yw * step.z,
+            self.gw + self.xw * step.x + self.yw * step.y + self.ww * step.z,
+        )
+    }
+
+    /// The same seen from a point nearer by `arm` along the link: v = v_new + omega arm e_y.
+    #[inline(always)]
+    fn seen_from_before(self, arm: T) -> Self {
+        let yy = self.yy * arm;
+        Self {
+            xw: self.xw + self.xy * arm,
+            yw: self.yw + yy,
+            ww: self.ww + arm * (self.yw + self.yw + yy),
+            gw: self.gw + arm * self.gy,
+            ..self
+        }
+    }
+
+    /// The same in the frame of the link before; `joint` is the direction of the joint angle between them.
+    #[inline(always)]
+    fn turned_back(self, joint: &Heading<T>) -> Self {
+        let (c, s) = (joint.cos, joint.sin);
+        let (cc, cs, ss) = (c * c, c * s, s * s);
+        let cross = (cs + cs) * self.xy;
+        Self {
+            xx: cc * self.xx - cross + ss * self.yy,
+            xy: cs * (self.xx - self.yy) + (cc - ss) * self.xy,
+            yy: ss * self.xx + cross + cc * self.yy,
+            xw: c * self.xw - s * self.yw,
+            yw: s * self.xw + c * self.yw,
+            gx: c * self.gx - s * self.gy,
+            gy: s * self.gx + c * self.gy,
+            ..self
+        }
+    }
+
+    /// Minimises over omega with the spring k (omega - omega_before)^2 / 2 added; what is left is a
+    /// function of the velocity and omega_before. Also returns g_omega^2 / H_omega, twice the decrease.
+    #[inline(always)]
+    fn eliminate(self, k: T) -> (Elimination<T>, Self, T) {
+        let inverse = T::splat(1.0) / (self.ww + k);
+        let (px, py, constant, previous) = (self.xw * inverse, self.yw * inverse, self.gw * inverse, k * inverse);
+        let left = Self {
+            xx: self.xx - self.xw * px,
+            xy: self.xy - self.xw * py,
+            yy: self.yy - self.yw * py,
+            xw: px * k,
+            yw: py * k,
+            ww: self.ww * previous,
+            gx: self.gx - self.xw * constant,
+            gy: self.gy - self.yw * constant,
+            gw: k * constant,
+        };
+        (Elimination { px: -px, py: -py, previous, constant: -constant }, left, self.gw * constant)
+    }
+
+    /// The velocity that minimises V(p, 0), and twice the decrease.
+    #[inline(always)]
+    pub fn minimiser(&self) -> (Vector2<T>, T) {
+        let determinant = self.xx * self.yy - self.xy * self.xy;
+        let x = (self.xy * self.gy - self.yy * self.gx) / determinant;
+        let y = (self.xy * self.gx - self.xx * self.gy) / determinant;
+        (Vector2::new(x, y), -(self.gx * x + self.gy * y))
+    }
+}
+
+impl<T: Real> Elimination<T> {
+    fn zero() -> Self {
+        let zero = T::zero();
+        Self { px: zero, py: zero, previous: zero, constant: zero }
+    }
+}
+
+impl<T: Real> Segment<T> {
+    /// A link of heading `heading` behind one of heading `before`; the first link is behind itself.
+    #[inline(always)]
+    pub fn new(heading: &Heading<T>, before: &Heading<T>, half_length: T) -> Self {
+        Self { turn: heading.relative_to(before), half_length, elimination: Elimination::zero() }
+    }
+
+    /// Eliminates omega_i, given the value of all that lies behind the far end and the link's own model at its CG,
+    /// both in its frame, and the stiffness of the joint before it. Returns the value at the near end in the frame
+    /// of the link before, and twice the decrease.
+    #[inline(always)]
+    pub fn eliminate(&mut self, behind: Quadratic<T>, own: Quadratic<T>, stiffness: T) -> (Quadratic<T>, T) {
+        let length = self.half_length + self.half_length;
+        let total = behind.seen_from_before(length).plus(own.seen_from_before(self.half_length));
+        let (elimination, left, decrease) = total.eliminate(stiffness);
+        self.elimination = elimination;
+        (left.turned_back(&self.turn), decrease)
+    }
+
+    /// The twist of the link in its frame, given the velocity of its near end in the frame of the link before and
+    /// the angular velocity of that; both go on to the next link.
+    #[inline(always)]
+    pub fn substitute(&self, end: &mut Vector2<T>, omega: &mut T) -> Vector3<T> {
+        let (e, near) = (&self.elimination, self.turn.to_link(*end));
+        *omega = e.px * near.x + e.py * near.y + e.previous * *omega + e.constant;
+        self.move_along(near, *omega, end)
+    }
+
+    /// The same for an angular velocity that is given.
+    #[inline(always)]
+    pub fn follow(&self, omega: T, end: &mut Vector2<T>) -> Vector3<T> {
+        self.move_along(self.turn.to_link(*end), omega, end)
+    }
+
+    #[inline(always)]
+    fn move_along(&self, near: Vector2<T>, omega: T, end: &mut Vector2<T>) -> Vector3<T> {
+        let swing = self.half_length * omega;
+        let centre = near.y + swing;
+        *end = Vector2::new(near.x, centre + swing);
+        Vector3::new(near.x, centre, omega)
+    }
+}

@@ -1,0 +1,95 @@
+use nalgebra::Vector2;
+
+use crate::laws::{Coulomb, Evaluation, Symmetric2};
+use crate::math::{Mask, Real};
+
+/// Friction with given semi-axes in proximal form around a multiplier, in coordinates in which its ellipse is the unit
+/// disc.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FrictionTerm<T> {
+    law: Coulomb<T>,
+    /// r \[1/(kg m^2/s^2)\]: the stiffness of sticking along the longer axis over the square of that axis.
+    penalty: T,
+    centre: Vector2<T>,
+    value: Vector2<T>,
+}
+
+impl<T: Real> FrictionTerm<T> {
+    /// Friction within `axes` \[N s\] around the impulse of the last stage; `penalty` is the stiffness of sticking along
+    /// the longer axis \[kg\].
+    #[inline(always)]
+    pub fn new(axes: Vector2<T>, impulse: &Vector2<T>, penalty: T) -> Self {
+        let largest = axes.x.max(axes.y);
+        let penalty = ratio(penalty, largest * largest);
+        let centre = Vector2::new(ratio(impulse.x, axes.x), ratio(impulse.y, axes.y));
+        Self { law: Coulomb::with_axes(axes), penalty, centre, value: centre }
+    }
+
+    /// P_T \[N s\].
+    #[inline(always)]
+    pub fn impulse(&self) -> Vector2<T> {
+        self.law.scaled(&self.value)
+    }
+
+    /// Moves to a slip velocity; returns the stiffness there.
+    #[inline(always)]
+    pub fn evaluate(&mut self, slip: &Vector2<T>) -> Symmetric2<T> {
+        let none = T::Mask::of(|_| false);
+        let Evaluation { value, stiffness } = self.law.evaluate(&self.centre, self.penalty, slip, none);
+        self.value = value;
+        stiffness
+    }
+
+    /// First and second derivative by alpha of the law's function at `slip + alpha rate`.
+    #[inline(always)]
+    pub fn along(&self, slip: &Vector2<T>, rate: &Vector2<T>, alpha: T) -> (T, T) {
+        self.law.along(&self.centre, self.penalty, slip, rate, alpha)
+    }
+
+    /// The alpha at which the slope of the law's function all but jumps; NaN where the rate is zero.
+    #[inline(always)]
+    pub fn kink(&self, slip: &Vector2<T>, rate: &Vector2<T>) -> T {
+        self.law.kink(&self.centre, self.penalty, slip, rate)
+    }
+
+    /// Square of how far the velocity of a link of mass `mass` is from obeying the law because the multiplier is not yet
+    /// the impulse \[m^2/s^2\].
+    ///
+    /// Sticking, the constraint is violated by |P - P_centre| / r. Sliding at speed gamma, the friction's direction is
+    /// off by |P - P_centre| / (r gamma), which changes the link's velocity by that angle times a / m, but by no more
+    /// than gamma itself.
+    #[inline(always)]
+    pub fn squared_error(&self, slip: &Vector2<T>, mass: T) -> T {
+        let (zero, one) = (T::zero(), T::splat(1.0));
+        let (x, y) = (self.value.x - self.centre.x, self.value.y - self.centre.y);
+        let largest = self.law.shape.x.max(self.law.shape.y);
+        let velocity = ratio(one, self.penalty * largest);
+        let violation = (x * x + y * y) * (velocity * velocity);
+        let slides = T::splat(SLIDING).lt(self.value.x * self.value.x + self.value.y * self.value.y);
+        let squared_speed = slip.x * slip.x + slip.y * slip.y;
+        let amplification = T::select(slides, (largest * largest / (mass * mass * squared_speed)).max(one), one);
+        let bound = T::select(slides, squared_speed, T::splat(f64::INFINITY));
+        // A link without friction has no violation, however slowly it moves.
+        T::select(zero.lt(violation), (violation * amplification).min(bound), zero)
+    }
+
+    #[inline(always)]
+    pub fn stiffen(&mut self, factor: T) {
+        self.penalty = self.penalty * factor;
+    }
+
+    #[inline(always)]
+    pub fn recentre(&mut self, lanes: T::Mask) {
+        self.centre.x = T::select(lanes, self.value.x, self.centre.x);
+        self.centre.y = T::select(lanes, self.value.y, self.centre.y);
+    }
+}
+
+/// p / a, or 0 along a zero axis.
+#[inline(always)]
+fn ratio<T: Real>(p: T, a: T) -> T {
+    T::select(T::zero().lt(a), p / a, T::zero())
+}
+
+/// Squared impulse, over that of sliding, from which on a contact counts as sliding.
+const SLIDING: f64 = 1.0 - 1e-9;

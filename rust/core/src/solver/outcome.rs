@@ -1,0 +1,32 @@
+use crate::math::Real;
+
+/// How a solve ended, lane by lane.
+#[derive(Debug, Clone, Copy)]
+pub struct Outcome<T: Real = f64> {
+    /// Linear solves, a whole number.
+    pub iterations: T,
+    /// Whether the solver's own stopping rule was met; the certificate judges independently.
+    pub converged: T::Mask,
+}
+
+/// How far a fallback came.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SolveStatus {
+    /// The stage is solved.
+    Solved,
+    /// The contacts contradict each other: no velocity opens all of them as fast as their penetration demands. The
+    /// stage is solved with recovery of penetration switched off.
+    Relaxed,
+    /// The best solution found is not within its tolerance.
+    Unsolved,
+}
+
+/// Largest residual of a solved stage over the solver's tolerance: solvers bound velocities in the norm of the energy,
+/// certificates look at every link by itself.
+pub const RESIDUAL_LIMIT: f64 = 100.0;
+
+/// Whether a stage counts as unconverged and is handed to the fallback: the solver's stopping rule was not met, or the
+/// certificate's residual \[m/s\] is beyond `limit`, or NaN.
+pub fn is_unconverged(converged: bool, residual: f64, limit: f64) -> bool {
+    !converged || residual.is_nan() || residual > limit
+}

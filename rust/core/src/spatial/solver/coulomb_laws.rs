@@ -1,0 +1,280 @@
+//! The laws of contact with impulses as unknowns of their own, and their joint tangents.
+//!
+//! A law holds if P = prox_C(z) with z = P - rho (gamma + delta (P - centre)) (T 4.88). Around the centre zero that is
+//! the law with a compliance delta, whose impulses are the shortest (T 4.78 != D43); rho only selects
+//! the form of the law. The friction sets are those of the normal impulse at hand, and a tangent knows by how much they grow with it.
+//!
+//! In coordinates in which the longer semi-axis of an ellipse stays and the shorter one is stretched to it, every set
+//! of friction is a disc.
+
+use nalgebra::{Matrix2, SMatrix, SVector, Vector2, Vector3, Vector6};
+
+use crate::laws::{ConvexSet, Disc, HalfLine};
+use crate::spatial::{Screw, Stage, StageFriction, StageLink, StageSolution};
+
+use super::coulomb_sweep::six;
+
+/// The proximal form in which laws are evaluated.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LawForm {
+    /// rho \[kg\].
+    pub weight: f64,
+    /// delta \[1/kg\].
+    pub compliance: f64,
+}
+
+/// Velocities at the laws of a link's ground contacts, per twist: normal of both ends, slip of the front and of the
+/// rear one, rolling.
+type Rows = SMatrix<f64, LAWS, 6>;
+type Impulses = SVector<f64, LAWS>;
+const LAWS: usize = 8;
+
+/// Where the slips of the ends and rolling begin.
+const DISCS: [usize; 3] = [2, 4, 6];
+
+/// Laws of both end spheres of a link.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct GroundLaws {
+    rows: Rows,
+    offset: [f64; 2],
+    /// Radius of the discs over the normal impulse: sliding, rolling.
+    coefficient: [f64; 2],
+    /// Stretched coordinates: semi-axes over the longer one.
+    shape: Vector2<f64>,
+    pub impulse: Impulses,
+    pub centre: Impulses,
+    start: Impulses,
+    step: Impulses,
+    z: Impulses,
+    /// P - prox(z).
+    defect: Impulses,
+    constant: Impulses,
+    slope: Rows,
+}
+
+impl GroundLaws {
+    /// Link `i` with the impulses of `solution`.
+    pub fn new(stage: &Stage, solution: &StageSolution, i: usize) -> Self {
+        let link = &stage.links[i];
+        let StageFriction { sliding, rolling } = stage.friction;
+        let longer = sliding.max();
+        let shape = if longer > 0.0 { sliding / longer } else { Vector2::zeros() };
+        let [front, rear] = solution.friction[i].map(|p| stretched(&p, &shape));
+        let [n, m] = solution.normal[i];
+        let r = &solution.rolling[i];
+        Self {
+            rows: rows_of(link, &shape),
+            offset: link.ground,
+            coefficient: [longer, rolling],
+            shape,
+            impulse: Impulses::from([n, m, front.x, front.y, rear.x, rear.y, r.x, r.y]),
+            centre: Impulses::zeros(),
+            start: Impulses::zeros(),
+            step: Impulses::zeros(),
+            z: Impulses::zeros(),
+            defect: Impulses::zeros(),
+            constant: Impulses::zeros(),
+            slope: Rows::zeros(),
+        }
+    }
+
+    /// Asks all laws at the link's twist. Returns the sum of the squared defects and the largest one \[N s\].
+    pub fn measure(&mut self, twist: &Vector6<f64>, form: &LawForm) -> (f64, f64) {
+        let mut velocity = self.rows * twist;
+        velocity[0] += self.offset[0];
+        velocity[1] += self.offset[1];
+        self.z = self.impulse - (velocity + (self.impulse - self.centre) * form.compliance) * form.weight;
+        let mut inside = self.z;
+        inside[0] = HalfLine.project(inside[0]);
+        inside[1] = HalfLine.project(inside[1]);
+        for (disc, first) in DISCS.into_iter().enumerate() {
+            let nearest = Disc { radius: self.radius(disc) }.project(pair(&self.z, first));
+            inside.fixed_rows_mut::<2>(first).copy_from(&nearest);
+        }
+        self.defect = self.impulse - inside;
+        (self.defect.norm_squared(), self.defect.amax())
+    }
+
+    fn radius(&self, disc: usize) -> f64 {
+        let loads = [self.impulse[0].max(0.0), self.impulse[1].max(0.0)];
+        match disc {
+            2 => self.coefficient[1] * (loads[0] + loads[1]),
+            end => self.coefficient[0] * loads[end],
+        }
+    }
+
+    /// Finds how the impulses change with the twist so that the laws, linearised, hold: `constant + slope x`.
+    pub fn linearise(&mut self, form: &LawForm) {
+        let mut grows = [0.0; 2];
+        for (end, grows) in grows.iter_mut().enumerate() {
+            let closed = self.z[end] > 0.0;
+            let (constant, slope) = opening_tangent(closed, self.defect[end], form);
+            self.constant[end] = constant;
+            self.slope.set_row(end, &(self.rows.row(end) * slope));
+            *grows = if closed || self.impulse[end] > 0.0 { 1.0 } else { 0.0 };
+        }
+        for (disc, first) in DISCS.into_iter().enumerate() {
+            let (z, defect) = (pair(&self.z, first), pair(&self.defect, first));
+            let tangent = DiscTangent::new(&z, &defect, self.radius(disc), form);
+            let (load, load_slope) = match disc {
+                2 => {
+                    let [a, b] = grows.map(|grows| grows * self.coefficient[1]);
+                    (a * self.constant[0] + b * self.constant[1], self.slope.row(0) * a + self.slope.row(1) * b)
+                }
+                end => {
+                    let grows = grows[end] * self.coefficient[0];
+                    (grows * self.constant[end], self.slope.row(end) * grows)
+                }
+            };
+            let constant = tangent.constant + tangent.outward * load;
+            let slope = tangent.from_slip * self.rows.fixed_rows::<2>(first) + tangent.outward * load_slope;
+            self.constant.fixed_rows_mut::<2>(first).copy_from(&constant);
+            self.slope.fixed_rows_mut::<2>(first).copy_from(&slope);
+        }
+    }
+
+    /// What the linearised laws add to the link's tangent and to its load.
+    pub fn tangent(&self) -> (SMatrix<f64, 6, 6>, Vector6<f64>) {
+        (-self.rows.tr_mul(&self.slope), self.rows.tr_mul(&self.constant))
+    }
+
+    /// The impulses as one on the link.
+    pub fn force(&self) -> Vector6<f64> {
+        self.rows.tr_mul(&self.impulse)
+    }
+
+    /// Takes the link's Newton step.
+    pub fn look(&mut self, twist_step: &Vector6<f64>) {
+        self.start = self.impulse;
+        self.step = self.constant + self.slope * twist_step;
+    }
+
+    pub fn go(&mut self, fraction: f64) {
+        self.impulse = self.start + self.step * fraction;
+    }
+
+    /// Impulses in frame Pi and along the axes of frame I: normal, sliding, rolling.
+    pub fn write(&self, solution: &mut StageSolution, i: usize) {
+        let p = &self.impulse;
+        solution.normal[i] = [p[0].max(0.0), p[1].max(0.0)];
+        solution.friction[i] = [pair(p, 2), pair(p, 4)].map(|p| p.component_mul(&self.shape));
+        solution.rolling[i] = pair(p, 6);
+    }
+}
+
+/// Law of a contact with a peg.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PegLaw {
+    pub link: usize,
+    direction: Vector6<f64>,
+    offset: f64,
+    pub impulse: f64,
+    pub centre: f64,
+    start: f64,
+    step: f64,
+    z: f64,
+    defect: f64,
+}
+
+impl PegLaw {
+    pub fn new(stage: &Stage, solution: &StageSolution, k: usize) -> Self {
+        let peg = &stage.pegs[k];
+        Self {
+            link: peg.link,
+            direction: six(&peg.direction),
+            offset: peg.offset,
+            impulse: solution.peg[k],
+            centre: 0.0,
+            start: 0.0,
+            step: 0.0,
+            z: 0.0,
+            defect: 0.0,
+        }
+    }
+
+    /// Returns the defect \[N s\].
+    pub fn measure(&mut self, twist: &Vector6<f64>, form: &LawForm) -> f64 {
+        let velocity = self.direction.dot(twist) + self.offset;
+        self.z = self.impulse - (velocity + (self.impulse - self.centre) * form.compliance) * form.weight;
+        self.defect = self.impulse - HalfLine.project(self.z);
+        self.defect
+    }
+
+    /// As [`GroundLaws::tangent`].
+    pub fn tangent(&self, form: &LawForm) -> (SMatrix<f64, 6, 6>, Vector6<f64>) {
+        let (constant, slope) = opening_tangent(self.z > 0.0, self.defect, form);
+        (self.direction * (self.direction * -slope).transpose(), self.direction * constant)
+    }
+
+    pub fn force(&self) -> Vector6<f64> {
+        self.direction * self.impulse
+    }
+
+    pub fn look(&mut self, twist_step: &Vector6<f64>, form: &LawForm) {
+        let (constant, slope) = opening_tangent(self.z > 0.0, self.defect, form);
+        self.start = self.impulse;
+        self.step = constant + slope * self.direction.dot(twist_step);
+    }
+
+    pub fn go(&mut self, fraction: f64) {
+        self.impulse = self.start + self.step * fraction;
+    }
+}
+
+/// Change of a normal impulse, and the same per velocity, with which the linearised law holds.
+fn opening_tangent(closed: bool, defect: f64, form: &LawForm) -> (f64, f64) {
+    if closed { (-defect / (form.weight * form.compliance), -1.0 / form.compliance) } else { (-defect, 0.0) }
+}
+
+/// Change of a friction impulse with which the linearised law holds.
+struct DiscTangent {
+    constant: Vector2<f64>,
+    /// Per change of the radius: nothing when sticking, the direction of the friction when sliding.
+    outward: Vector2<f64>,
+    from_slip: Matrix2<f64>,
+}
+
+impl DiscTangent {
+    fn new(z: &Vector2<f64>, defect: &Vector2<f64>, radius: f64, form: &LawForm) -> Self {
+        let LawForm { weight, compliance } = *form;
+        let (length, soft) = (z.norm(), weight * compliance);
+        if length <= radius && radius > 0.0 {
+            let from_slip = Matrix2::identity() * (-1.0 / compliance);
+            return Self { constant: -defect / soft, outward: Vector2::zeros(), from_slip };
+        }
+        let (outward, part) = if length > 0.0 { (z / length, radius / length) } else { (Vector2::zeros(), 0.0) };
+        let across = Matrix2::identity() - outward * outward.transpose();
+        // The law with its own part of the defect solved for: I - (1 - rho delta) part across.
+        let stiff = 1.0 / (1.0 - (1.0 - soft) * part);
+        let turned = defect + across * defect * (stiff - 1.0);
+        Self { constant: -turned, outward, from_slip: across * (-weight * part * stiff) }
+    }
+}
+
+fn rows_of(link: &StageLink, shape: &Vector2<f64>) -> Rows {
+    let along = link.tangent.push(0.0);
+    let across = Vector3::z().cross(&along);
+    let mut rows = Rows::zeros();
+    let mut set = |row: usize, screw: Screw| rows.set_row(row, &six(&screw).transpose());
+    for (end, slip) in DISCS.into_iter().take(2).enumerate() {
+        let arm = link.ground_arm(end);
+        let force = |axis: Vector3<f64>| Screw { linear: axis, angular: arm.cross(&axis) };
+        set(end, force(Vector3::z()));
+        set(slip, force(along * shape.x));
+        set(slip + 1, force(across * shape.y));
+    }
+    let turn = |axis: Vector3<f64>| Screw { linear: Vector3::zeros(), angular: axis };
+    set(DISCS[2], turn(Vector3::new(0.0, -link.radius, 0.0)));
+    set(DISCS[2] + 1, turn(Vector3::new(link.radius, 0.0, 0.0)));
+    rows
+}
+
+/// An impulse in stretched coordinates; along an axis without friction there is none.
+fn stretched(p: &Vector2<f64>, shape: &Vector2<f64>) -> Vector2<f64> {
+    let part = |p: f64, shape: f64| if shape > 0.0 { p / shape } else { 0.0 };
+    Vector2::new(part(p.x, shape.x), part(p.y, shape.y))
+}
+
+fn pair(p: &Impulses, first: usize) -> Vector2<f64> {
+    Vector2::new(p[first], p[first + 1])
+}

@@ -1,0 +1,169 @@
+//! Friction of a stage in proximal form: ellipses of one shape, whose size follows the normal impulses.
+
+use nalgebra::Vector2;
+
+use crate::laws::{Coulomb, Disc, Evaluation, Symmetric2};
+use crate::math::{Mask, Real};
+
+use super::terms::select;
+
+/// What the friction laws of a stage share: the shape of the ellipse, its size but for the normal impulse, and the
+/// penalty.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FrictionLaw<T> {
+    /// Semi-axes over the longer one, S, and their inverses, zero for an axis that is none.
+    shape: Vector2<T>,
+    inverse_shape: Vector2<T>,
+    /// Longer semi-axis over the normal impulse \[-\].
+    strength: T,
+    /// Stiffness r of sticking along the stronger axis \[kg\].
+    penalty: T,
+}
+
+/// Friction in an ellipse with the semi-axes a S, in coordinates in which it is a disc of radius a: gamma^ = S gamma,
+/// the impulse is S p, and p = prox_disc(centre - r gamma^). A radius of zero is harmless.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FrictionTerm<T: Real> {
+    /// a \[N s\].
+    pub radius: T,
+    /// The multiplier.
+    centre: Vector2<T>,
+    /// p \[N s\].
+    value: Vector2<T>,
+    /// Radius to return to.
+    remembered: T,
+    /// Whether the contact counts as sticking whatever its velocity.
+    held: T::Mask,
+}
+
+impl<T: Real> FrictionLaw<T> {
+    /// `coefficients` are the semi-axes over the normal impulse.
+    #[inline(always)]
+    pub fn new(coefficients: Vector2<T>, penalty: T) -> Self {
+        let strength = coefficients.x.max(coefficients.y);
+        let (x, inverse_x) = share(coefficients.x, strength);
+        let (y, inverse_y) = share(coefficients.y, strength);
+        Self { shape: Vector2::new(x, y), inverse_shape: Vector2::new(inverse_x, inverse_y), strength, penalty }
+    }
+
+    /// Radius under a normal impulse (T 4.84), (T 4.87); one that pulls, as a contact held closed may, bears no
+    /// friction.
+    #[inline(always)]
+    pub fn radius(&self, normal: T) -> T {
+        (self.strength * normal).max(T::zero())
+    }
+
+    /// The law with a friction disc of radius `radius` \[N s\].
+    #[inline(always)]
+    fn with_radius(&self, radius: T) -> Coulomb<T> {
+        Coulomb { shape: self.shape, disc: Disc { radius } }
+    }
+}
+
+/// A semi-axis over the longer one, and the inverse of that.
+#[inline(always)]
+fn share<T: Real>(axis: T, longer: T) -> (T, T) {
+    let (zero, one) = (T::zero(), T::splat(1.0));
+    let is_one = T::splat(LEAST_COEFFICIENT).lt(axis);
+    let share = axis / longer.max(T::splat(LEAST_COEFFICIENT));
+    (T::select(is_one, share, zero), T::select(is_one, one / share, zero))
+}
+
+impl<T: Real> FrictionTerm<T> {
+    /// A contact whose friction was `impulse`, within the ellipse, counts as sticking until it is released.
+    #[inline(always)]
+    pub fn new(law: &FrictionLaw<T>, radius: T, impulse: &Vector2<T>) -> Self {
+        let none = Vector2::new(T::zero(), T::zero());
+        let p = Vector2::new(law.inverse_shape.x * impulse.x, law.inverse_shape.y * impulse.y);
+        Self { radius, centre: none, value: none, remembered: radius, held: sticks(&p, radius) }
+    }
+
+    /// P \[N s\].
+    #[inline(always)]
+    pub fn impulse(&self, law: &FrictionLaw<T>) -> Vector2<T> {
+        law.with_radius(self.radius).scaled(&self.value)
+    }
+
+    /// A contact in the air.
+    #[inline(always)]
+    pub fn vanish(&mut self) {
+        self.value = Vector2::new(T::zero(), T::zero());
+    }
+
+    /// From now on the contact sticks or slips as its velocity says.
+    #[inline(always)]
+    pub fn release(&mut self) {
+        self.held = T::Mask::of(|_| false);
+    }
+
+    #[inline(always)]
+    pub fn remember(&mut self) {
+        self.remembered = self.radius;
+    }
+
+    /// Takes the remembered radius back.
+    #[inline(always)]
+    pub fn restore(&mut self, lanes: T::Mask) {
+        self.radius = T::select(lanes, self.remembered, self.radius);
+    }
+
+    /// A fraction of the way from the remembered radius to the present one in the given lanes, in others the remembered
+    /// one.
+    #[inline(always)]
+    pub fn move_part_way(&mut self, fraction: T, lanes: T::Mask) {
+        let there = self.remembered + fraction * (self.radius - self.remembered);
+        self.radius = T::select(lanes, there, self.remembered);
+    }
+
+    /// Moves to the slip velocity gamma; returns the stiffness there.
+    #[inline(always)]
+    pub fn evaluate(&mut self, law: &FrictionLaw<T>, gamma: &Vector2<T>) -> Symmetric2<T> {
+        let coulomb = law.with_radius(self.radius);
+        let Evaluation { value, stiffness } = coulomb.evaluate(&self.centre, law.penalty, gamma, self.held);
+        self.value = value;
+        stiffness
+    }
+
+    /// First and second derivative of the law's function at gamma + alpha rate by alpha.
+    #[inline(always)]
+    pub fn along(&self, law: &FrictionLaw<T>, gamma: &Vector2<T>, rate: &Vector2<T>, alpha: T) -> (T, T) {
+        law.with_radius(self.radius).along(&self.centre, law.penalty, gamma, rate, alpha)
+    }
+
+    /// How far the centre is from the impulse, squared: over the squared penalty it is the velocity by which the law is
+    /// violated, when sliding the slip times the angle by which friction is misdirected.
+    #[inline(always)]
+    pub fn squared_error(&self, law: &FrictionLaw<T>) -> T {
+        let difference = Vector2::new(self.value.x - self.centre.x, self.value.y - self.centre.y);
+        let error = law.with_radius(self.radius).scaled(&difference);
+        error.x * error.x + error.y * error.y
+    }
+
+    #[inline(always)]
+    pub fn recentre(&mut self, lanes: T::Mask) {
+        self.centre = select(lanes, &self.value, &self.centre);
+        // The velocity still says what the multiplier does now: both together would make what sticks slip.
+        self.held = lanes & sticks(&self.centre, self.radius);
+    }
+
+    /// The alpha at which the slip gamma + alpha rate is least; not a number if it does not change, or has no friction.
+    #[inline(always)]
+    pub fn kink(&self, law: &FrictionLaw<T>, gamma: &Vector2<T>, rate: &Vector2<T>) -> T {
+        let zero = Vector2::new(T::zero(), T::zero());
+        let kink = law.with_radius(self.radius).kink(&zero, T::splat(1.0), gamma, rate);
+        T::select(T::zero().lt(self.radius), kink, T::splat(f64::NAN))
+    }
+}
+
+/// Whether friction p in a disc is certainly that of a contact that sticks, though the radius may belong to another
+/// normal impulse.
+#[inline(always)]
+fn sticks<T: Real>(p: &Vector2<T>, radius: T) -> T::Mask {
+    (p.x * p.x + p.y * p.y).le(T::splat(STICKS) * radius * radius)
+}
+
+/// Squared impulse over the squared radius below which a contact counts as sticking \[-\].
+const STICKS: f64 = 0.98;
+
+/// Coefficient of friction below which there is none: quotients of two that are larger are numbers.
+const LEAST_COEFFICIENT: f64 = 1e-100;

@@ -1,0 +1,21 @@
+//! Solvers of a spatial stage. Their parts are private to this folder: the certificate, a sibling, cannot name them.
+//!
+//! ```compile_fail,E0603
+//! use snake_core::spatial::solver::sweep::Quadratic;
+//! ```
+
+mod coulomb_laws;
+mod coulomb_newton;
+mod coulomb_sweep;
+mod fallback;
+mod friction_term;
+mod link_term;
+mod newton;
+mod progress;
+mod ray;
+mod sweep;
+mod terms;
+
+pub use coulomb_newton::CoulombNewton;
+pub use fallback::Fallback;
+pub use newton::Newton;

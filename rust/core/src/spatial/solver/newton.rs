@@ -1,0 +1,325 @@
+//! Solver of a stage: semismooth Newton on a convex problem whose friction radii follow the normal impulses.
+//!
+//! Every set-valued law is replaced by its [proximal form](super::terms) around the multiplier zero,
+//! P = prox_C(-r gamma): contacts with a vanishing compliance 1/r, the same for all of them, which selects the shortest
+//! of all impulses that move the robot alike. For given friction radii the velocities then minimise a strongly convex,
+//! piecewise smooth function: Newton's method on it, one O(n) [`sweep`](super::sweep) a step and a [search along the
+//! ray](super::ray) that brackets the zero of the slope, converges from anywhere. At the end the multipliers move to
+//! the impulses, once, which undoes the compliance to round-off where it would show.
+//!
+//! Coulomb's law asks for radii mu P_N of the normal impulses found. Each assembly takes them from the normal impulses
+//! at hand, so that forces are those of the coupled problem, and only the tangent neglects that the radii vary: errors
+//! shrink some twentyfold a step. Normal impulses in the middle of a search may be absurd, as penalties make them; then
+//! the radii of before are kept until the convex problem is all but solved. Where all this does not converge soon,
+//! radii are held until it is solved entirely, and move then, by shorter ways while that gains little.
+//!
+//! Several robots are solved side by side: a lane that has converged keeps its velocities and impulses
+//! while the others go on, so that each takes exactly the steps it would take alone.
+
+use nalgebra::Vector2;
+
+use crate::solver::Outcome;
+use crate::math::{Mask, Real};
+
+use super::friction_term::FrictionTerm;
+use super::link_term::{GroundLaws, GroundTerm, LinkTerm, Ray};
+use super::progress::{Assembly, Corrections, Progress};
+use super::terms::{ActuatorTerm, PegTerm};
+use crate::spatial::screw::{Screw, difference, inner, sum};
+use super::sweep::{Quadratic, Segment};
+use crate::spatial::{Stage, StageFriction, StageSolution};
+
+/// Workspace of the solver, re-used from stage to stage.
+#[derive(Debug, Clone)]
+pub struct Newton<T: Real = f64> {
+    pub(super) links: Vec<LinkTerm<T>>,
+    pub(super) pegs: Vec<PegTerm<T>>,
+    pub(super) laws: GroundLaws<T>,
+    /// Step of link 1's twist.
+    head: Screw<T>,
+    /// Mass of the lightest link.
+    lightest: T,
+    /// Whether friction radii may follow the normal impulses before the convex problem is solved.
+    patient: bool,
+}
+
+impl<T: Real> Newton<T> {
+    /// Friction radii follow the normal impulses at every step while that converges soon.
+    pub fn new(links: usize) -> Self {
+        Self::with_patience(links, true)
+    }
+
+    /// Every convex problem is solved before the friction radii move.
+    pub fn strict(links: usize) -> Self {
+        Self::with_patience(links, false)
+    }
+
+    fn with_patience(links: usize, patient: bool) -> Self {
+        let zero = T::zero();
+        Self {
+            links: Vec::with_capacity(links),
+            pegs: Vec::with_capacity(4 * links),
+            laws: GroundLaws::new(&StageFriction { sliding: Vector2::new(zero, zero), rolling: zero }, zero),
+            head: Screw::zero(),
+            lightest: zero,
+            patient,
+        }
+    }
+
+    /// Solves `stage`, starting from the twists and ground impulses in `solution`, to velocities within
+    /// about `tolerance` \[m/s\], in at most `max_iterations` linear solves.
+    ///
+    /// The starting twists need not satisfy the joints: the first link's twist and all joint rates are kept and the
+    /// rest follows. Lanes not in `lanes` are left as they are.
+    #[inline(always)]
+    pub fn solve(
+        &mut self,
+        stage: &Stage<T>,
+        solution: &mut StageSolution<T>,
+        tolerance: f64,
+        max_iterations: u32,
+        lanes: T::Mask,
+    ) -> Outcome<T> {
+        self.warm_up(stage, solution);
+        let mut progress = Progress::new(T::splat(tolerance), self.patient, self.lightest, lanes, max_iterations);
+        // The first pass moves nobody.
+        let mut here = Assembly::nowhere();
+        while progress.active.any() {
+            here = self.descend(&here, &mut progress);
+            self.release();
+            let corrections = progress.judge(&here);
+            self.correct(&corrections);
+            progress.prepare(&here);
+        }
+        self.write(solution);
+        progress.outcome
+    }
+
+    /// From now on contacts are open or closed, and stick or slip, as their velocities say.
+    #[inline(always)]
+    fn release(&mut self) {
+        for link in &mut self.links {
+            link.ends[0].normal.release();
+            link.ends[1].normal.release();
+            for friction in link.frictions() {
+                friction.release();
+            }
+        }
+        for peg in &mut self.pegs {
+            peg.contact.release();
+        }
+    }
+
+    /// Laws with the friction radii of the warm start, and twists that satisfy the joints.
+    #[inline(always)]
+    fn warm_up(&mut self, stage: &Stage<T>, solution: &StageSolution<T>) {
+        self.lightest = stage.links[0].mass;
+        self.links.clear();
+        let mut total = T::zero();
+        for link in &stage.links {
+            self.lightest = self.lightest.min(link.mass);
+            total += link.mass;
+        }
+        let penalty = T::splat(PENALTY / stage.links.len() as f64) * total;
+        self.laws = GroundLaws::new(&stage.friction, penalty);
+        for i in 0..stage.links.len() {
+            let term = self.link_term(stage, solution, i);
+            self.links.push(term);
+        }
+        self.pegs.clear();
+        for (peg, impulse) in stage.pegs.iter().zip(&solution.peg) {
+            self.pegs.push(PegTerm::new(peg, penalty, *impulse));
+        }
+    }
+
+    #[inline(always)]
+    fn link_term(&self, stage: &Stage<T>, solution: &StageSolution<T>, i: usize) -> LinkTerm<T> {
+        let (zero, link) = (T::zero(), &stage.links[i]);
+        let before = if i > 0 { &stage.links[i - 1] } else { link };
+        let hinge = [link.hinge(&before.axes[1]), link.hinge(&link.axes[0])];
+        let segment = Segment::new(sum(&before.joint_arm(), &link.joint_arm()), hinge);
+        let (twist, rates, actuators) = match self.links.last() {
+            Some(previous) => {
+                let relative = difference(&solution.twist[i].angular, &solution.twist[i - 1].angular);
+                let rates = [inner(&before.axes[1], &relative), inner(&link.axes[0], &relative)];
+                (
+                    segment.follow(&previous.twist, &rates),
+                    rates,
+                    [ActuatorTerm::new(&stage.joints[i - 1][0]), ActuatorTerm::new(&stage.joints[i - 1][1])],
+                )
+            }
+            None => (solution.twist[0], [zero; 2], [ActuatorTerm::none(); 2]),
+        };
+        let laws = &self.laws;
+        let [front, rear] = solution.normal[i];
+        LinkTerm {
+            segment,
+            link: *link,
+            inverse_mass: T::splat(1.0) / link.mass,
+            ends: [GroundTerm::new(stage, solution, i, 0, laws), GroundTerm::new(stage, solution, i, 1, laws)],
+            rolling: FrictionTerm::new(&laws.rolling, laws.rolling.radius(front + rear), &solution.rolling[i]),
+            actuators,
+            start: twist,
+            step: Screw::zero(),
+            twist,
+            start_rates: rates,
+            step_rates: [zero; 2],
+            rates,
+            ray: Ray::none(),
+        }
+    }
+
+    /// One damped Newton step from `here` in the lanes that move. In coupled lanes the friction radii follow the normal
+    /// impulses, unless the step overshoots or the impulses are beyond belief: those of contacts that close during the
+    /// step are as large as their penalties make them. Where they are, the next pass takes the radii of before.
+    #[inline(always)]
+    fn descend(&mut self, here: &Assembly<T>, progress: &mut Progress<T>) -> Assembly<T> {
+        let moving = progress.moving();
+        let (mut fraction, mut overshoots) = (T::zero(), moving);
+        if moving.any() {
+            self.substitute();
+            let accuracy = (T::splat(OVERSHOOT) * here.descent).max(progress.negligible());
+            (fraction, overshoots) = self.step_length(accuracy, moving);
+        }
+        let coupled = moving & progress.coupled & !overshoots;
+        let there = self.assemble(fraction, moving, coupled | progress.corrections.couple);
+        let undone = coupled & !there.is_plausible(here.largest_radius);
+        if undone.any() {
+            for link in &mut self.links {
+                for friction in link.frictions() {
+                    friction.restore(undone);
+                }
+            }
+        }
+        progress.note(moving, coupled & !undone, undone);
+        there
+    }
+
+    /// From tail to head: twists a fraction of the step on in the lanes `moving`, forces and stiffnesses of all laws
+    /// there, and the elimination of the chain.
+    #[inline(always)]
+    fn assemble(&mut self, fraction: T, moving: T::Mask, coupled: T::Mask) -> Assembly<T> {
+        let zero = T::zero();
+        let (mut descent, mut radius_error, mut squared_error) = (zero, zero, zero);
+        let (mut largest_radius, mut squared_speed) = (zero, zero);
+        let mut pegs = self.pegs.iter_mut().rev().peekable();
+        let mut behind = Quadratic::zero();
+        for (i, link) in self.links.iter_mut().enumerate().rev() {
+            link.go(fraction, moving);
+            let mut own = link.inertia_model();
+            radius_error = radius_error.max(link.evaluate_ground(&mut own, &self.laws, coupled));
+            squared_error = squared_error.max(link.squared_error(&self.laws));
+            largest_radius = largest_radius.max(link.largest_radius());
+            squared_speed = squared_speed.max(inner(&link.twist.linear, &link.twist.linear));
+            while let Some(peg) = pegs.next_if(|peg| peg.link == i) {
+                let penalty = peg.contact.evaluate(peg.direction.dot(&link.twist));
+                own.add_rank_one(&peg.direction, penalty, -peg.contact.value);
+                squared_error = squared_error.max(peg.contact.squared_error());
+            }
+            let total = behind.plus(&own);
+            if i == 0 {
+                behind = total;
+                break;
+            }
+            let actuators = [link.actuators[0].evaluate(link.rates[0]), link.actuators[1].evaluate(link.rates[1])];
+            let (before, decrease) = link.segment.eliminate(total, &actuators);
+            behind = before;
+            descent += decrease;
+        }
+        let (head, decrease) = behind.minimiser();
+        self.head = head;
+        Assembly {
+            descent: descent + decrease,
+            radius_error,
+            largest_radius,
+            fastest: squared_speed.sqrt(),
+            multiplier_error: squared_error.sqrt() / self.laws.penalty,
+        }
+    }
+
+    /// From head to tail: the Newton step, and what the line search asks of it. Friction radii are remembered.
+    #[inline(always)]
+    fn substitute(&mut self) {
+        let mut before = self.head;
+        for (i, link) in self.links.iter_mut().enumerate() {
+            if i > 0 {
+                (link.step_rates, before) = link.segment.substitute(&before);
+            }
+            link.step = before;
+            link.start = link.twist;
+            link.start_rates = link.rates;
+            link.look_along_step();
+            for friction in link.frictions() {
+                friction.remember();
+            }
+        }
+    }
+
+    /// Moves friction radii and multipliers, but for those that the next assembly couples.
+    #[inline(always)]
+    fn correct(&mut self, corrections: &Corrections<T>) {
+        if corrections.settle.any() {
+            self.move_radii(corrections.settle, corrections.fraction);
+        }
+        if corrections.recentre.any() {
+            self.recentre(corrections.recentre);
+        }
+    }
+
+    /// Moves the radii towards those of the normal impulses at hand in the given lanes.
+    #[inline(always)]
+    fn move_radii(&mut self, lanes: T::Mask, fraction: T) {
+        for link in &mut self.links {
+            for friction in link.frictions() {
+                friction.remember();
+            }
+            link.take_radii(&self.laws);
+            for friction in link.frictions() {
+                friction.move_part_way(fraction, lanes);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn recentre(&mut self, lanes: T::Mask) {
+        for link in &mut self.links {
+            link.ends[0].normal.recentre(lanes);
+            link.ends[1].normal.recentre(lanes);
+            for friction in link.frictions() {
+                friction.recentre(lanes);
+            }
+        }
+        for peg in &mut self.pegs {
+            peg.contact.recentre(lanes);
+        }
+    }
+
+    #[inline(always)]
+    fn write(&self, solution: &mut StageSolution<T>) {
+        for (i, link) in self.links.iter().enumerate() {
+            solution.twist[i] = link.twist;
+            solution.normal[i] = [link.ends[0].normal.value, link.ends[1].normal.value];
+            let [front, rear] = &link.ends;
+            let law = &self.laws.sliding;
+            solution.friction[i] = [front.friction.impulse(law), rear.friction.impulse(law)];
+            // The law was asked for (omega_x, omega_y), the rolling velocity is (-omega_y, omega_x).
+            let rolling = link.rolling.impulse(&self.laws.rolling);
+            solution.rolling[i] = Vector2::new(-rolling.y, rolling.x);
+            if i > 0 {
+                solution.rate[i - 1] = link.rates;
+                solution.drive[i - 1] = [link.actuators[0].impulse, link.actuators[1].impulse];
+            }
+        }
+        for (impulse, peg) in solution.peg.iter_mut().zip(&self.pegs) {
+            *impulse = peg.contact.value;
+        }
+    }
+}
+
+/// Stiffness r of a contact over the mean mass of a link. The compliance lets a contact that bears a link's weight give
+/// way by g c / r, some 1e-6 m/s, which moving the multipliers undoes. A stiffer one takes more steps: where it sticks
+/// or slips is decided within a narrower range of velocities.
+pub(super) const PENALTY: f64 = 1e5;
+
+/// A step is damped if the slope at its end exceeds this times the descent at its start.
+const OVERSHOOT: f64 = 0.1;

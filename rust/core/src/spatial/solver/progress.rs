@@ -1,0 +1,210 @@
+//! How a solve goes on: which lanes have converged, which may couple friction to normal impulses, which need
+//! correction.
+
+use crate::solver::Outcome;
+use crate::math::{Mask, Real};
+
+/// What a pass over the chain finds at the trial velocities.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Assembly<T> {
+    /// How steeply the convex function descends along the next step: g H^-1 g \[J\].
+    pub descent: T,
+    /// By how much the friction radii had to move, as a velocity \[m/s\].
+    pub radius_error: T,
+    /// The largest friction radius, over the mass \[m/s\].
+    pub largest_radius: T,
+    /// Speed of the fastest link's CG \[m/s\].
+    pub fastest: T,
+    /// How far the velocities are from obeying the laws because the centres are not yet the impulses \[m/s\].
+    pub multiplier_error: T,
+}
+
+/// What is to be done before the next step; a lane needs at most one of these. It stays where it is during the next
+/// pass over the chain, in which others take their steps.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Corrections<T: Real> {
+    /// Friction radii take the normal impulses, as trustworthy as they are by now.
+    pub couple: T::Mask,
+    /// The convex problem is solved: radii move by this fraction of the way.
+    pub settle: T::Mask,
+    pub fraction: T,
+    /// All is solved but for the compliance: multipliers move to the impulses.
+    pub recentre: T::Mask,
+}
+
+/// State of a solve.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Progress<T: Real> {
+    tolerance: T,
+    patience: T,
+    /// Mass that turns the length of a step into a velocity.
+    mass: T,
+    pub active: T::Mask,
+    /// Lanes whose friction radii follow the normal impulses during the next step.
+    pub coupled: T::Mask,
+    /// What has been done since the last pass over the chain.
+    pub corrections: Corrections<T>,
+    /// Lanes whose laws the next pass asks where they are with the friction radii of before.
+    still: T::Mask,
+    /// Whether there has been a pass.
+    begun: bool,
+    /// Lanes at the end of a step, and those of them in which the friction radii followed.
+    arrived: T::Mask,
+    kept: T::Mask,
+    /// Linear solves after which a lane is given up.
+    most: T,
+    /// Error of the friction radii when they last moved for a solved convex problem, and how far they move.
+    last_error: T,
+    fraction: T,
+    pub outcome: Outcome<T>,
+}
+
+impl<T: Real> Assembly<T> {
+    /// Before the first pass.
+    #[inline(always)]
+    pub fn nowhere() -> Self {
+        let zero = T::zero();
+        Self { descent: zero, radius_error: zero, largest_radius: zero, fastest: zero, multiplier_error: zero }
+    }
+
+    /// Whether the normal impulses found can be those of the solution.
+    #[inline(always)]
+    pub fn is_plausible(&self, largest_radius: T) -> T::Mask {
+        self.radius_error.le(largest_radius)
+    }
+}
+
+impl<T: Real> Corrections<T> {
+    #[inline(always)]
+    pub fn lanes(&self) -> T::Mask {
+        self.couple | self.settle | self.recentre
+    }
+}
+
+impl<T: Real> Progress<T> {
+    /// With `patient` false, friction radii move only when the convex problem is solved.
+    #[inline(always)]
+    pub fn new(tolerance: T, patient: bool, mass: T, lanes: T::Mask, max_iterations: u32) -> Self {
+        let none = T::Mask::of(|_| false);
+        Self {
+            tolerance,
+            patience: T::splat(if patient { PATIENCE } else { -1.0 }),
+            mass,
+            active: lanes,
+            coupled: if patient { lanes } else { none },
+            corrections: Corrections { couple: none, settle: none, fraction: T::zero(), recentre: none },
+            still: none,
+            begun: false,
+            arrived: none,
+            kept: none,
+            most: T::splat(f64::from(max_iterations)),
+            last_error: T::splat(f64::INFINITY),
+            fraction: T::splat(1.0),
+            outcome: Outcome { iterations: T::zero(), converged: none },
+        }
+    }
+
+    /// The lanes that take a step: others have converged, or have their laws asked anew where they are, as all have at
+    /// first.
+    #[inline(always)]
+    pub fn moving(&self) -> T::Mask {
+        let begun = T::Mask::of(|_| self.begun);
+        begun & self.active & !self.corrections.lanes() & !self.still
+    }
+
+    /// Takes note of a pass in which some lanes moved, in some of them with `kept` friction radii, and in others left
+    /// `undone` for the next one.
+    #[inline(always)]
+    pub fn note(&mut self, moving: T::Mask, kept: T::Mask, undone: T::Mask) {
+        self.outcome.iterations += T::select(moving, T::splat(1.0), T::zero());
+        self.arrived = (moving & !undone) | self.still;
+        self.kept = kept;
+        self.still = undone;
+    }
+
+    /// Learns from the steps that ended `here`.
+    #[inline(always)]
+    pub fn judge(&mut self, here: &Assembly<T>) -> Corrections<T> {
+        let tolerance = self.tolerance;
+        // The length of the next step as a velocity; `max` would swallow NaN.
+        let next = (here.descent.abs() / self.mass).sqrt();
+        let stubborn = self.is_stubborn();
+        let mistaken = self.arrived & tolerance.lt(here.radius_error);
+        let couple = mistaken & !stubborn & !self.kept & next.le(T::splat(TRUST) * here.radius_error);
+        let settle = mistaken & stubborn & next.le(tolerance);
+        self.pace(settle, here.radius_error);
+        let solved = self.arrived & !mistaken & next.le(T::splat(ACCURACY) * tolerance);
+        let at_rest = T::select(stubborn, T::splat(EXACT_AT_LAST), T::splat(EXACT_AT_REST));
+        let exact = here.multiplier_error.le(T::splat(EXACT) * here.fastest + at_rest * tolerance);
+        self.outcome.converged = self.outcome.converged | (solved & exact);
+        // A step that is not finite ends its lane: it is below no bound. One was taken, so that it shows in the
+        // velocities.
+        let goes_on = next.lt(T::splat(f64::INFINITY)) & self.outcome.iterations.lt(self.most);
+        self.active = self.active & !(self.arrived & (self.outcome.converged | !goes_on));
+        // A lane that has ended keeps its impulses, however long others go on.
+        let recentre = solved & !exact & self.active;
+        let (couple, settle) = (couple & self.active, settle & self.active);
+        self.corrections = Corrections { couple, settle, fraction: self.fraction, recentre };
+        self.corrections
+    }
+
+    /// Moves of the radii become shorter while they gain little, and longer again when they gain much.
+    #[inline(always)]
+    fn pace(&mut self, lanes: T::Mask, error: T) {
+        let slow = (T::splat(SLOW_GAIN) * self.last_error).lt(error);
+        let fast = error.lt(T::splat(FAST_GAIN) * self.last_error);
+        let shorter = (T::splat(0.5) * self.fraction).max(T::splat(SHORTEST_MOVE));
+        let longer = (T::splat(1.5) * self.fraction).min(T::splat(1.0));
+        let fraction = T::select(slow, shorter, T::select(fast, longer, self.fraction));
+        self.fraction = T::select(lanes, fraction, self.fraction);
+        self.last_error = T::select(lanes, error, self.last_error);
+    }
+
+    /// Decrease below which nothing is searched for \[J\].
+    #[inline(always)]
+    pub fn negligible(&self) -> T {
+        T::splat(NEGLIGIBLE) * self.mass * self.tolerance * self.tolerance
+    }
+
+    /// Decides on the next step from where it starts.
+    #[inline(always)]
+    pub fn prepare(&mut self, here: &Assembly<T>) {
+        if self.begun {
+            self.coupled = self.active & !self.is_stubborn() & here.is_plausible(here.largest_radius);
+        }
+        self.begun = true;
+    }
+
+    #[inline(always)]
+    fn is_stubborn(&self) -> T::Mask {
+        self.patience.lt(self.outcome.iterations)
+    }
+}
+
+/// Linear solves after which a stage counts as hard: from there on convex problems are solved before radii move.
+const PATIENCE: f64 = 20.0;
+
+/// Gains of such a move below which the next one is shorter, and above which it is longer.
+const SLOW_GAIN: f64 = 0.7;
+const FAST_GAIN: f64 = 0.2;
+const SHORTEST_MOVE: f64 = 0.1;
+
+/// Length of a step over the error of the friction radii below which the normal impulses are trusted: forces of closed
+/// contacts show in it diminished by the square root of the penalty.
+const TRUST: f64 = 1e-2;
+
+/// Length of the next step over the tolerance below which none is needed. Imbalances of closed contacts are longer than
+/// it by the square root of the penalty.
+const ACCURACY: f64 = 0.1;
+
+/// Violation of the laws that is left to the compliance, over the speed of the robot, and over the tolerance: what
+/// creeps is slower than what moves by so much, and at rest nothing creeps.
+const EXACT: f64 = 1e-6;
+const EXACT_AT_REST: f64 = 1e-7;
+
+/// The same over the tolerance in a hard stage: where a contact at rest is all but slipping, multipliers may turn by
+/// ever so little a step for hundreds of steps. With a thousandth soft robots crept by a micrometre a second.
+const EXACT_AT_LAST: f64 = 1e-6;
+
+/// Decrease below which nothing is searched for, in squared tolerances.
+const NEGLIGIBLE: f64 = 1e-3;

@@ -1,0 +1,83 @@
+//! What the line search asks of the convex function along start + alpha step.
+
+use crate::math::Real;
+use crate::solver::{NearestKink, Ray, step_length};
+
+use super::newton::Newton;
+
+/// The convex function along the present step.
+struct Step<'a, T: Real> {
+    newton: &'a Newton<T>,
+    /// The quadratic part: [`Newton::inertia_along`].
+    inertia: [T; 2],
+}
+
+impl<T: Real> Newton<T> {
+    /// How much of the step to take in the given lanes, and in which of them less than all of it, as [`step_length`].
+    #[inline(always)]
+    pub(super) fn step_length(&self, accuracy: T, lanes: T::Mask) -> (T, T::Mask) {
+        step_length(&Step { newton: self, inertia: self.inertia_along() }, accuracy, lanes)
+    }
+
+    /// Slope of |x - M^-1 p|_M^2 / 2 at alpha = 0, and its constant rise.
+    #[inline(always)]
+    fn inertia_along(&self) -> [T; 2] {
+        let (mut slope, mut rise) = (T::zero(), T::zero());
+        for link in &self.links {
+            let change = link.link.momentum_of(&link.step);
+            slope += change.dot(&link.start) - link.link.momentum.dot(&link.step);
+            rise += change.dot(&link.step);
+        }
+        [slope, rise]
+    }
+}
+
+impl<T: Real> Ray<T> for Step<'_, T> {
+    #[inline(always)]
+    fn derivatives(&self, alpha: T) -> (T, T) {
+        let Self { newton, inertia } = self;
+        let laws = &newton.laws;
+        let (mut slope, mut curvature) = (inertia[0] + alpha * inertia[1], inertia[1]);
+        for link in &newton.links {
+            let ray = &link.ray;
+            for (i, end) in link.ends.iter().enumerate() {
+                add(&mut slope, &mut curvature, end.normal.along(ray.closing[i], ray.closing_change[i], alpha));
+                add(
+                    &mut slope,
+                    &mut curvature,
+                    end.friction.along(&laws.sliding, &ray.slip[i], &ray.slip_change[i], alpha),
+                );
+            }
+            add(
+                &mut slope,
+                &mut curvature,
+                link.rolling.along(&laws.rolling, &ray.rolling, &ray.rolling_change, alpha),
+            );
+            for axis in 0..2 {
+                let actuator = link.actuators[axis].along(link.start_rates[axis], link.step_rates[axis], alpha);
+                add(&mut slope, &mut curvature, actuator);
+            }
+        }
+        for peg in &newton.pegs {
+            let link = &newton.links[peg.link];
+            let contact = peg.contact.along(peg.direction.dot(&link.start), peg.direction.dot(&link.step), alpha);
+            add(&mut slope, &mut curvature, contact);
+        }
+        (slope, curvature)
+    }
+
+    #[inline(always)]
+    fn show_kinks(&self, nearest: &mut NearestKink<T>) {
+        for link in &self.newton.links {
+            for (i, end) in link.ends.iter().enumerate() {
+                nearest.see(end.friction.kink(&self.newton.laws.sliding, &link.ray.slip[i], &link.ray.slip_change[i]));
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn add<T: Real>(slope: &mut T, curvature: &mut T, (first, second): (T, T)) {
+    *slope += first;
+    *curvature += second;
+}

@@ -1,0 +1,134 @@
+//! The set-valued laws of a stage in proximal form, around given multipliers.
+//!
+//! P = prox_C(P_centre - r gamma) is the gradient of a smooth convex function of the velocity gamma; its derivative is
+//! a generalised Hessian of rank one or two. Around the multiplier zero it is the law with a compliance 1/r; the same r
+//! for all contacts selects (T 4.78 != D43) the shortest of all impulses that move the robot alike.
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::laws::{HalfLine, LimitedActuator};
+use crate::math::{Mask, Real};
+
+use crate::spatial::screw::Screw;
+use super::sweep::ActuatorModel;
+use crate::spatial::{StageDrive, StagePeg};
+
+/// Unilateral contact: P = max(centre - r (gamma + offset), 0).
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ContactTerm<T: Real> {
+    offset: T,
+    penalty: T,
+    centre: T,
+    /// Whether the contact counts as closed whatever its velocity.
+    held: T::Mask,
+    pub value: T,
+}
+
+/// The actuator of one joint axis, a single-valued law that needs no multiplier.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ActuatorTerm<T> {
+    law: LimitedActuator<T>,
+    /// D \[N m s\].
+    pub impulse: T,
+}
+
+impl<T: Real> ContactTerm<T> {
+    #[inline(always)]
+    pub fn new(offset: T, penalty: T, impulse: T) -> Self {
+        Self { offset, penalty, centre: T::zero(), held: T::zero().lt(impulse), value: T::zero() }
+    }
+
+    /// Moves to the velocity gamma; returns the present stiffness.
+    #[inline(always)]
+    pub fn evaluate(&mut self, gamma: T) -> T {
+        let wanted = self.centre - self.penalty * (gamma + self.offset);
+        let (value, stiffness) = HalfLine.evaluate(wanted, self.penalty, HalfLine.is_closed(wanted) | self.held);
+        self.value = value;
+        stiffness
+    }
+
+    #[inline(always)]
+    pub fn release(&mut self) {
+        self.held = T::Mask::of(|_| false);
+    }
+
+    /// First and second derivative of the law's function at gamma + alpha rate by alpha.
+    #[inline(always)]
+    pub fn along(&self, gamma: T, rate: T, alpha: T) -> (T, T) {
+        let wanted = self.centre - self.penalty * (gamma + self.offset + alpha * rate);
+        HalfLine.along(wanted, self.penalty, rate)
+    }
+
+    /// How far the centre is from the impulse, squared: over the squared penalty it is the velocity by which the law is
+    /// violated.
+    #[inline(always)]
+    pub fn squared_error(&self) -> T {
+        let x = self.value - self.centre;
+        x * x
+    }
+
+    #[inline(always)]
+    pub fn recentre(&mut self, lanes: T::Mask) {
+        self.centre = T::select(lanes, self.value, self.centre);
+    }
+}
+
+impl<T: Real> ActuatorTerm<T> {
+    #[inline(always)]
+    pub fn new(data: &StageDrive<T>) -> Self {
+        Self { law: actuator(data), impulse: T::zero() }
+    }
+
+    /// No actuator at all.
+    #[inline(always)]
+    pub fn none() -> Self {
+        Self { law: LimitedActuator::none(), impulse: T::zero() }
+    }
+
+    /// Moves to the joint rate.
+    #[inline(always)]
+    pub fn evaluate(&mut self, rate: T) -> ActuatorModel<T> {
+        let (impulse, stiffness) = self.law.evaluate(rate);
+        self.impulse = impulse;
+        ActuatorModel { stiffness, impulse }
+    }
+
+    /// First and second derivative of the law's function at rate + alpha change by alpha.
+    #[inline(always)]
+    pub fn along(&self, rate: T, change: T, alpha: T) -> (T, T) {
+        self.law.along(rate, change, alpha)
+    }
+}
+
+/// The law of one joint axis's actuator (T 4.101), (T 4.102).
+#[inline(always)]
+pub(super) fn actuator<T: Real>(data: &StageDrive<T>) -> LimitedActuator<T> {
+    LimitedActuator { offset: data.drive, stiffness: data.stiffness, limit: data.limit }
+}
+
+/// A peg's contact together with its direction.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PegTerm<T: Real> {
+    pub link: usize,
+    pub direction: Screw<T>,
+    pub contact: ContactTerm<T>,
+}
+
+impl<T: Real> PegTerm<T> {
+    #[inline(always)]
+    pub fn new(peg: &StagePeg<T>, penalty: T, impulse: T) -> Self {
+        Self { link: peg.link, direction: peg.direction, contact: ContactTerm::new(peg.offset, penalty, impulse) }
+    }
+}
+
+/// `yes` in the given lanes, elsewhere `no`.
+#[inline(always)]
+pub(super) fn select<T: Real>(lanes: T::Mask, yes: &Vector2<T>, no: &Vector2<T>) -> Vector2<T> {
+    Vector2::new(T::select(lanes, yes.x, no.x), T::select(lanes, yes.y, no.y))
+}
+
+/// (x, y) of a vector.
+#[inline(always)]
+pub(super) fn horizontal<T: Real>(v: &Vector3<T>) -> Vector2<T> {
+    Vector2::new(v.x, v.y)
+}
