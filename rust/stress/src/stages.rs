@@ -5,9 +5,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{Vector2, Vector3};
 use snake_core::environment::rng::Rng;
-use snake_core::planar::{
-    Fallback, Heading, Newton, Stage, StageContact, StageJoint, StageLink, StageSolution,
-};
+use snake_core::planar::{Fallback, Heading, Newton, Stage, StageContact, StageJoint, StageLink, StageSolution};
 
 use crate::figures::Figures;
 use snake_core::solver::SolveStatus;

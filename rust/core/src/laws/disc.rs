@@ -81,7 +81,8 @@ impl<T: Real> Disc<T> {
     fn scaling(&self, x: &Vector2<T>, held: T::Mask) -> Scaling<T> {
         let (squared, bound) = (x.x * x.x + x.y * x.y, self.radius * self.radius);
         let inverse = T::splat(1.0) / squared.max(bound).max(T::splat(TINY)).sqrt();
-        let inner = squared.lt(bound) | (held & T::zero().lt(self.radius));
+        // On the boundary included: friction at its bound holds what does not slip.
+        let inner = (squared.le(bound) | held) & T::zero().lt(self.radius);
         Scaling { inverse, shrink: T::select(inner, T::splat(1.0), self.radius * inverse), inner }
     }
 }

@@ -6,8 +6,8 @@
 use nalgebra::{DMatrix, DVector, Rotation2};
 
 use super::Model;
-use crate::laws::SmoothLaw;
 use super::process_plant::ProcessPlant;
+use crate::laws::SmoothLaw;
 
 /// Matrices and vectors of (T 6.37) and of its two parts (T 6.50)-(T 6.51).
 #[derive(Debug, Clone, PartialEq)]

@@ -7,9 +7,9 @@ use crate::control::{ControlLaw, ControllerConfig};
 use crate::error::{ConfigError, positive};
 use crate::gait::JointTarget;
 
-use crate::laws::SmoothLaw;
 use super::motion::{Base, Motion};
 use super::{InverseDynamics, MinimalState, Model};
+use crate::laws::SmoothLaw;
 
 /// When the torque is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]

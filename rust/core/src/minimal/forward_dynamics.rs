@@ -6,9 +6,9 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::Model;
+use super::motion::{Motion, Twist, quarter_turn};
 use super::solver::{ChainFactor, Curvature};
 use crate::laws::SmoothLaw;
-use super::motion::{Motion, Twist, quarter_turn};
 
 /// Workspace of the computation.
 #[derive(Debug, Clone)]

@@ -8,9 +8,9 @@ use nalgebra::Vector3;
 
 use crate::math::Real;
 
-use crate::laws::SmoothLaw;
 use super::motion::{Composite, LinkMotion, Motion};
 use super::{Model, ModelLink};
+use crate::laws::SmoothLaw;
 
 /// Inertia of one link.
 #[derive(Debug, Clone, Copy, PartialEq)]

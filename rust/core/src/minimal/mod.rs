@@ -32,11 +32,11 @@ mod stage;
 mod state;
 mod thesis;
 
+pub use crate::laws::SmoothLaw;
 pub use certificate::{Certificate, certify};
 pub use control_plant::{ControlPlant, JointDynamics, velocity_transform};
 pub use feedback::{Feedback, FeedbackConfig, Measurement, Treatment};
 pub use forward_dynamics::ForwardDynamics;
-pub use crate::laws::SmoothLaw;
 pub use friction::Friction;
 pub use inverse_dynamics::{InverseDynamics, LinkInertia};
 pub use model::{FrictionLaw, Ground, Model, ModelLink};

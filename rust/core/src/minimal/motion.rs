@@ -4,8 +4,8 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::math::Real;
 
-use crate::laws::SmoothLaw;
 use super::{Model, ModelLink};
+use crate::laws::SmoothLaw;
 
 /// A link's velocity: (v_x, v_y) of its CG and omega.
 pub type Twist = Vector3<f64>;

@@ -6,8 +6,8 @@
 use nalgebra::{DMatrix, DVector, Rotation2, Vector2};
 
 use super::Model;
-use crate::laws::SmoothLaw;
 use super::motion::quarter_turn;
+use crate::laws::SmoothLaw;
 
 /// Matrices and forces of (T 6.14) at one state, in frame I.
 #[derive(Debug, Clone, PartialEq)]

@@ -12,7 +12,6 @@ use nalgebra::{Vector2, Vector3};
 use crate::judge::{self, DiscViolation, norm, worse};
 use crate::math::Real;
 
-
 use super::stage::{Stage, StageContact, StageJoint, StageLink, StageSolution};
 
 /// Violations of a stage's equations; zero for the exact solution.

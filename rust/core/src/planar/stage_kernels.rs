@@ -2,12 +2,12 @@
 
 use nalgebra::Vector3;
 
-use crate::solver::Outcome;
 use crate::gait::turned;
 use crate::math::{Kernel, Mask, Real, add_scaled, select_into};
 #[cfg(target_arch = "x86_64")]
 use crate::math::{Wide4, Wide8};
 use crate::planar::{Certificate, certify, is_sane, travel};
+use crate::solver::Outcome;
 
 use super::stage_work::{Outlook, StageWork};
 use crate::stepping::energy::Works;

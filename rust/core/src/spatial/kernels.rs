@@ -1,9 +1,9 @@
 //! The arithmetic of [`StageWork`], compiled once for every width of register.
 
-use crate::solver::Outcome;
 use crate::math::{Kernel, Real};
 #[cfg(target_arch = "x86_64")]
 use crate::math::{Wide4, Wide8};
+use crate::solver::Outcome;
 use crate::spatial::Certificate;
 
 use super::stage_work::StageWork;

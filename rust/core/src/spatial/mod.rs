@@ -61,9 +61,9 @@ pub use peg::{PegContact, nearest_point, peg_contact, peg_gap};
 pub use plant::SpatialPlant;
 pub use posture::{Frame, Posture, Speed};
 pub use screw::Screw;
-pub use solver::{CoulombNewton, Fallback, Newton};
 pub use simulation::SpatialSimulation;
 pub use snapshot::SpatialSnapshot;
+pub use solver::{CoulombNewton, Fallback, Newton};
 pub use stage::{Stage, StageDrive, StageFriction, StageLink, StagePeg, StageSolution};
 pub use state::{Pose, SpatialState, Twist, is_sane, turning, twist_of};
 pub use thesis::{

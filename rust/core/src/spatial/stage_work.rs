@@ -2,8 +2,8 @@
 
 use nalgebra::Vector2;
 
-use crate::solver::Outcome;
 use crate::math::{Mask, Real};
+use crate::solver::Outcome;
 use crate::spatial::{
     Certificate, Frame, Newton, Posture, Screw, Speed, Stage, StageDrive, StageFriction, StageLink, StageSolution,
     certify,

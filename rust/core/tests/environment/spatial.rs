@@ -5,8 +5,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use snake_core::environment::rng::Rng;
 use snake_core::environment::*;
 use snake_core::gait::{CardanReference, CardanTarget};
-use snake_core::spatial::joint_angle;
 use snake_core::solver::RESIDUAL_LIMIT;
+use snake_core::spatial::joint_angle;
 
 const MODES: [ActionMode; 3] = [ActionMode::Gait, ActionMode::Joints, ActionMode::Residual];
 

@@ -22,8 +22,11 @@ fn coulomb() -> impl Strategy<Value = (Coulomb, f64)> {
 }
 
 fn actuator() -> impl Strategy<Value = LimitedActuator> {
-    (-2.0..2.0_f64, 0.0..3.0_f64, 0.1..2.0_f64)
-        .prop_map(|(offset, stiffness, limit)| LimitedActuator { offset, stiffness, limit })
+    (-2.0..2.0_f64, 0.0..3.0_f64, 0.1..2.0_f64).prop_map(|(offset, stiffness, limit)| LimitedActuator {
+        offset,
+        stiffness,
+        limit,
+    })
 }
 
 fn difference(f: impl Fn(f64) -> f64) -> f64 {
@@ -33,6 +36,22 @@ fn difference(f: impl Fn(f64) -> f64) -> f64 {
 /// Whether x stays on one side of a kink at `size` within the step of a difference.
 fn away_from(x: f64, kink: f64) -> bool {
     (x - kink).abs() > 10.0 * STEP
+}
+
+/// Impulse within the limit, stiffness its derivative, slope and curvature along a ray those of the evaluation.
+fn check_actuator(
+    rate: f64,
+    change: f64,
+    limit: f64,
+    evaluate: impl Fn(f64) -> (f64, f64),
+    (slope, curvature): (f64, f64),
+) -> Result<(), TestCaseError> {
+    let (impulse, stiffness) = evaluate(rate);
+    prop_assert!(impulse.abs() <= limit);
+    prop_assert!((stiffness - difference(|s| -evaluate(rate + s).0)).abs() < DIFFERENCE);
+    prop_assert!((slope + impulse * change).abs() < 1e-12);
+    prop_assert!((curvature - stiffness * change * change).abs() < 1e-12);
+    Ok(())
 }
 
 proptest! {
@@ -123,18 +142,9 @@ proptest! {
         let tight = law.unlimited(rate);
         let kinks = [law.limit, law.limit + slack, slack];
         prop_assume!(kinks.iter().all(|&kink| (tight.abs() - kink).abs() > 10.0 * STEP * (1.0 + law.stiffness)));
-        let laws: [(&dyn Fn(f64) -> (f64, f64), &dyn Fn() -> (f64, f64)); 2] = [
-            (&|rate| law.evaluate(rate), &|| law.along(rate - alpha * change, change, alpha)),
-            (&|rate| loose.evaluate(rate), &|| loose.along(rate - alpha * change, change, alpha)),
-        ];
-        for (evaluate, along) in laws {
-            let (impulse, stiffness) = evaluate(rate);
-            prop_assert!(impulse.abs() <= law.limit);
-            prop_assert!((stiffness - difference(|s| -evaluate(rate + s).0)).abs() < DIFFERENCE);
-            let (slope, curvature) = along();
-            prop_assert!((slope + impulse * change).abs() < 1e-12);
-            prop_assert!((curvature - stiffness * change * change).abs() < 1e-12);
-        }
+        let start = rate - alpha * change;
+        check_actuator(rate, change, law.limit, |rate| law.evaluate(rate), law.along(start, change, alpha))?;
+        check_actuator(rate, change, law.limit, |rate| loose.evaluate(rate), loose.along(start, change, alpha))?;
         let reference = Interval { limit: law.limit }.project(tight - Interval { limit: slack }.project(tight));
         prop_assert_eq!(loose.evaluate(rate).0, reference);
         prop_assert_eq!(Backlash { actuator: law, slack: 0.0 }.evaluate(rate).0, law.evaluate(rate).0);

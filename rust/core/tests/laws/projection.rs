@@ -4,7 +4,7 @@
 use nalgebra::Vector2;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use snake_core::laws::{ConvexSet, Disc, Ellipse, Interval, HalfLine};
+use snake_core::laws::{ConvexSet, Disc, Ellipse, HalfLine, Interval};
 
 /// Round-off of a handful of operations, relative to the sizes involved.
 const ROUND_OFF: f64 = 1e-14;

@@ -37,7 +37,7 @@ fn solved(links: usize, seed: u64, following: f64, limit: f64) -> (Stage, StageS
     let (stage, mut solution) = random_stage(links, seed, following, limit);
     let outcome = Newton::new(links).solve(&stage, &mut solution, 1e-9, 500);
     assert!(outcome.converged, "{links} links, seed {seed}, f = {following}");
-    (stage, solution, outcome.iterations)
+    (stage, solution, outcome.iterations as u32)
 }
 
 const DRIVES: [(f64, f64); 4] = [(0.0, f64::INFINITY), (0.0, 0.01), (0.1, f64::INFINITY), (30.0, f64::INFINITY)];

@@ -11,8 +11,8 @@ use snake_core::planar::{Fleet, Plant, Scripted, Variation};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, START_7_5, SceneConfig, TABLE_7_5};
 use snake_core::simulation::PlanarSimulation;
-use snake_core::stepping::IntegratorConfig;
 use snake_core::solver::SolveStatus;
+use snake_core::stepping::IntegratorConfig;
 use snake_test_support::planar::{Hold, LIMP, Random, adaptive, build, ground, implicit, links, moving_chain};
 use snake_test_support::planar_stage::{self as dense, Kind};
 
@@ -210,7 +210,11 @@ fn all_solvers_agree_on_stages_with_play() {
         let mut theirs = ours.clone();
         theirs.twist.fill(Twist::repeat(f64::NAN));
         let newton = Newton::new(kind.links).solve(&stage, &mut ours, 1e-9, 500, true);
-        assert_eq!(Fallback::new(kind.links).solve_hard(&stage, &mut theirs, 1e-9).1, SolveStatus::Solved, "case {case}");
+        assert_eq!(
+            Fallback::new(kind.links).solve_hard(&stage, &mut theirs, 1e-9).1,
+            SolveStatus::Solved,
+            "case {case}"
+        );
         if !newton.converged {
             continue;
         }

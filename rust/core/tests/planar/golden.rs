@@ -6,8 +6,8 @@
 use std::path::Path;
 
 use snake_core::planar::{
-    Answer, Certificate, Fallback, InteriorPoint, ModifiedNewton, Newton, Penalties, Problem, Stage,
-    StageSolution, Twist, certify,
+    Answer, Certificate, Fallback, InteriorPoint, ModifiedNewton, Newton, Penalties, Problem, Stage, StageSolution,
+    Twist, certify,
 };
 use snake_core::solver::SolveStatus;
 use snake_test_support::planar_stage as dense;

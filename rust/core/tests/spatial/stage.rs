@@ -3,11 +3,11 @@
 
 use nalgebra::{DVector, Vector2, Vector3};
 use snake_core::robot::Robot;
-use snake_core::spatial::{
-    CoulombNewton, Fallback, Frame, Newton, Posture, Screw, Stage, StageDrive, StageFriction, StageLink,
-    StagePeg, StageSolution, certify,
-};
 use snake_core::solver::SolveStatus;
+use snake_core::spatial::{
+    CoulombNewton, Fallback, Frame, Newton, Posture, Screw, Stage, StageDrive, StageFriction, StageLink, StagePeg,
+    StageSolution, certify,
+};
 use snake_test_support::planar::Random;
 use snake_test_support::spatial_stage::{Dense, stacked};
 
@@ -164,10 +164,10 @@ fn the_coupled_method_finds_the_solution_of_weak_friction() {
         let expected = solve(&stage, &blank(&stage), 1e-9);
         let mut newton = CoulombNewton::new(n);
         let mut from_soft = blank(&stage);
-        assert!(newton.harden(&stage, &mut from_soft, 1e-9).1, "trial {trial}");
+        assert!(newton.continuation(&stage, &mut from_soft, 1e-9).1, "trial {trial}");
         let mut from_near = from_soft.clone();
         from_near.twist.iter_mut().for_each(|x| x.linear += Vector3::repeat(0.02));
-        assert!(newton.solve(&stage, &mut from_near, 1e-9, 1.0).1, "trial {trial}");
+        assert!(newton.solve(&stage, &mut from_near, 1e-9).1, "trial {trial}");
         let load = stage.links[0].mass * GRAVITY * C;
         let apart = |a: &StageSolution, b: &StageSolution| farthest_apart(a, b, stage.links[0].half_length);
         twice = twice.max(apart(&from_soft, &from_near));

@@ -15,7 +15,7 @@ use nalgebra::{Matrix6, Vector6};
 use crate::laws::LimitedActuator;
 use crate::spatial::{Stage, StageSolution};
 
-use super::coulomb_laws::{LawForm, GroundLaws, PegLaw};
+use super::coulomb_laws::{GroundLaws, LawForm, PegLaw};
 use super::coulomb_sweep::{Balance, ChainLink, mass_matrix, screw, six};
 use super::newton::PENALTY;
 use super::terms::actuator;
@@ -65,13 +65,10 @@ impl CoulombNewton {
         Self { links: Vec::with_capacity(links), pegs: Vec::with_capacity(4 * links), form, tolerance: 0.0 }
     }
 
-    /// Solves `stage` from the velocities and impulses in `solution`, to velocities far below `tolerance` \[m/s\]. Laws
-    /// are asked with `weight` masses: the smaller, the more their impulses and the less their velocities say which
-    /// contacts bear and stick. Returns the linear solves it took and whether it came there; if not, `solution` is what
-    /// it was.
-    pub fn solve(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64, weight: f64) -> (u32, bool) {
+    /// Solves `stage` from the velocities and impulses in `solution`, to velocities far below `tolerance` \[m/s\].
+    /// Returns the linear solves it took and whether it converged; if not, `solution` is unchanged.
+    pub fn solve(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, bool) {
         self.load(stage, solution, tolerance);
-        self.form.weight *= weight;
         let (solves, solved) = self.close();
         if solved {
             self.write(solution);
@@ -100,7 +97,7 @@ impl CoulombNewton {
             }
             next = (softness / ratio).max(1.0);
         }
-        let (more, solved) = self.solve(stage, solution, tolerance, 1.0);
+        let (more, solved) = self.solve(stage, solution, tolerance);
         (solves + more, solved)
     }
 

@@ -1,6 +1,6 @@
-//! What is done about a stage that the lanes' Newton's method did not close: Newton's method on the coupled problem,
-//! from there and from soft contacts, the strict variant of the lanes' method from afar, and, where the contacts
-//! contradict each other, a stage that can be closed.
+//! Fallback for a stage that the lanes' Newton iteration did not close: the coupled Newton iteration from there and by
+//! continuation from soft contacts, then the strict variant of the lanes' method from free motion; where the contacts
+//! contradict each other, the stage is relaxed. `docs/notes/fallback.md` counts which method closes how many stages.
 
 use nalgebra::Vector2;
 
@@ -52,13 +52,13 @@ impl Attempt {
     /// Tries one method after the other and keeps the best solution in `solution`. Returns the solves and the residual
     /// in admissible ones.
     fn close(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, f64) {
-        let methods = [Self::near_the_lanes, Self::by_impulses, Self::by_continuation, Self::strictly];
+        let methods = [Self::near_the_lanes, Self::by_continuation, Self::strictly];
         let mut best = merit(stage, solution, tolerance);
         let mut solves = 0;
         for method in methods {
             self.trial.copy_from(solution);
             if best.is_infinite() {
-                self.start_afresh(stage);
+                self.start_from_free_motion(stage);
             }
             solves += method(self, stage, tolerance);
             let reached = merit(stage, &self.trial, tolerance);
@@ -75,27 +75,23 @@ impl Attempt {
 
     /// Newton's method on the coupled problem from what the lanes left.
     fn near_the_lanes(&mut self, stage: &Stage, tolerance: f64) -> u32 {
-        self.coulomb.solve(stage, &mut self.trial, tolerance, 1.0).0
+        self.coulomb.solve(stage, &mut self.trial, tolerance).0
     }
 
-    /// The same, where impulses say which contacts bear and stick.
-    fn by_impulses(&mut self, stage: &Stage, tolerance: f64) -> u32 {
-        self.coulomb.solve(stage, &mut self.trial, tolerance, LIGHT).0
-    }
-
+    /// The same along the path of solutions from soft contacts.
     fn by_continuation(&mut self, stage: &Stage, tolerance: f64) -> u32 {
-        self.start_afresh(stage);
+        self.start_from_free_motion(stage);
         self.coulomb.continuation(stage, &mut self.trial, tolerance).0
     }
 
     /// The lanes' method from free motion, radii moving only when the convex problem is solved.
     fn strictly(&mut self, stage: &Stage, tolerance: f64) -> u32 {
-        self.start_afresh(stage);
+        self.start_from_free_motion(stage);
         self.strict.solve(stage, &mut self.trial, tolerance, MAX_ITERATIONS, true).iterations as u32
     }
 
     /// Free motion without impulses.
-    fn start_afresh(&mut self, stage: &Stage) {
+    fn start_from_free_motion(&mut self, stage: &Stage) {
         let StageSolution { twist, normal, friction, rolling, peg, .. } = &mut self.trial;
         for (twist, link) in twist.iter_mut().zip(&stage.links) {
             *twist = free_twist(link);
@@ -125,6 +121,3 @@ fn free_twist(link: &StageLink) -> Screw {
 
 /// Newton steps of one attempt.
 const MAX_ITERATIONS: u32 = 1000;
-
-/// Weight with which the coupled laws are asked the second time, in masses.
-const LIGHT: f64 = 1e-3;

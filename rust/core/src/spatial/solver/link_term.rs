@@ -6,9 +6,9 @@ use crate::laws::Symmetric2;
 use crate::math::{Mask, Real};
 
 use super::friction_term::{FrictionLaw, FrictionTerm};
-use super::terms::{ContactTerm, ActuatorTerm, horizontal};
-use crate::spatial::screw::{Screw, cross, difference, scaled, sum};
 use super::sweep::{Quadratic, Segment, Symmetric};
+use super::terms::{ActuatorTerm, ContactTerm, horizontal};
+use crate::spatial::screw::{Screw, cross, difference, scaled, sum};
 use crate::spatial::{Stage, StageFriction, StageLink, StageSolution};
 
 /// What all contacts with the ground share.

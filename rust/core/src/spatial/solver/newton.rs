@@ -18,15 +18,15 @@
 
 use nalgebra::Vector2;
 
-use crate::solver::Outcome;
 use crate::math::{Mask, Real};
+use crate::solver::Outcome;
 
 use super::friction_term::FrictionTerm;
 use super::link_term::{GroundLaws, GroundTerm, LinkTerm, Ray};
 use super::progress::{Assembly, Corrections, Progress};
+use super::sweep::{Quadratic, Segment};
 use super::terms::{ActuatorTerm, PegTerm};
 use crate::spatial::screw::{Screw, difference, inner, sum};
-use super::sweep::{Quadratic, Segment};
 use crate::spatial::{Stage, StageFriction, StageSolution};
 
 /// Workspace of the solver, re-used from stage to stage.

@@ -1,8 +1,8 @@
 //! How a solve goes on: which lanes have converged, which may couple friction to normal impulses, which need
 //! correction.
 
-use crate::solver::Outcome;
 use crate::math::{Mask, Real};
+use crate::solver::Outcome;
 
 /// What a pass over the chain finds at the trial velocities.
 #[derive(Debug, Clone, Copy)]

@@ -9,8 +9,8 @@ use nalgebra::{Vector2, Vector3};
 use crate::laws::{HalfLine, LimitedActuator};
 use crate::math::{Mask, Real};
 
-use crate::spatial::screw::Screw;
 use super::sweep::ActuatorModel;
+use crate::spatial::screw::Screw;
 use crate::spatial::{StageDrive, StagePeg};
 
 /// Unilateral contact: P = max(centre - r (gamma + offset), 0).
