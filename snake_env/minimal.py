@@ -1,4 +1,4 @@
-"""The minimal model (T ch. 6, "robot model") in matrices, for people: named arrays at one state.
+"""The minimal model (T ch. 6), there "robot model", in matrices, for people: named arrays at one state.
 
 The simulation itself needs none of these (``snake_env.simulate(model="minimal")``); they are what the thesis prints.
 n is the number of degrees of freedom, links + 2; link and joint numbers count from 0.

@@ -13,7 +13,7 @@ class Integrator(Section):
 
     Args:
         method: "implicit", the fast default; "adaptive", steps as long as an accuracy of positions allows, one robot
-            at a time; or "thesis", the time stepping and Modified Newton iteration as printed (T Algorithm 3.1).
+            at a time; or "thesis", the time stepping and Modified Newton iteration as printed (T 3.6.2).
         step: largest step [s], > 0; a sample interval is divided into equal steps no longer than this. "thesis":
             2.5e-4. "implicit": 0.025, and shorter in the first 0.2 s after the robot was placed; 0.01 for the spatial
             model; 0.02 for the minimal model, 2.5e-4 if torques are held over steps. "adaptive": 0.05, steps as needed

@@ -14,7 +14,7 @@ FRICTION_PAIRS = ((0.2, 0.2), (0.2, 0.5), (0.01, 1.0))
 """(mu_x, mu_y) of sections 7.3.2 and 7.3.3."""
 ISOTROPIC, ORTHOTROPIC, WHEELED = FRICTION_PAIRS
 LINK_DIAMETER = 0.105
-"""2 L_SC, by which (7.7) moves peg 3 [m]."""
+"""2 L_SC, by which (T 7.7) moves peg 3 [m]."""
 LIFTS = (0.25, 0.5, 1.0, 2.0, 3.0)
 """Vertical amplitudes of sinus-lifting [deg]."""
 STRAIGHT = Start(position=(0.061, 0.0), heading=0.0, posture="straight")

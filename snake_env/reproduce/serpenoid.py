@@ -1,4 +1,4 @@
-"""The natural path of a gait: the curve along which every link follows the one before it.
+"""The natural path of a gait, a serpenoid curve (T 2.13): every link follows the one before it along it.
 
 With joint references phi_i = A sin(psi + (i - 1) beta), psi = omega t and beta < 0 (T 7.1), link i makes the
 angle ``K cos(psi + (i - 3/2) beta)`` with the direction of travel, ``K = -A / (2 sin(beta / 2))``. As psi grows

@@ -1,6 +1,7 @@
-//! The tags `(T 3.66)` in the source and the tables of `docs/equations.md` say the same.
+//! The tags `(T 3.66)` in the source, Rust and Python, and the tables of `docs/equations.md` say the same; the tables
+//! hold every numbered equation of the thesis.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -8,17 +9,29 @@ fn crate_path(relative: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(relative)
 }
 
-fn rust_files(directory: &Path) -> Vec<PathBuf> {
+/// Files in Rust and Python of a folder and those below.
+fn sources(directory: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();
     for entry in fs::read_dir(directory).expect("a readable directory") {
         let path = entry.expect("an entry").path();
         if path.is_dir() {
-            files.extend(rust_files(&path));
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            files.extend(sources(&path));
+        } else if path.extension().is_some_and(|extension| extension == "rs" || extension == "py") {
             files.push(path);
         }
     }
     files
+}
+
+/// The folders whose tags are listed.
+fn tagged_sources() -> Vec<PathBuf> {
+    ["src", "../python/src", "../../snake_env"].iter().flat_map(|folder| sources(&crate_path(folder))).collect()
+}
+
+/// A file or folder of the tables: under `rust/core/src/`, or from the root of the repository.
+fn place(name: &str) -> PathBuf {
+    let in_core = crate_path("src").join(name);
+    if in_core.exists() { in_core } else { crate_path("../..").join(name) }
 }
 
 fn text_of(files: &[PathBuf]) -> String {
@@ -44,10 +57,13 @@ fn parts_of(tag: &str) -> (Vec<String>, Option<String>) {
 
 /// Every `(T ...)` of the source, and every deviation it points to.
 fn tags_in_source() -> (BTreeSet<String>, BTreeSet<String>) {
-    let source = text_of(&rust_files(&crate_path("src")));
+    let source = text_of(&tagged_sources());
     let (mut tags, mut deviations) = (BTreeSet::new(), BTreeSet::new());
     for piece in source.split("(T ").skip(1) {
         let Some((tag, _)) = piece.split_once(')') else { continue };
+        if !tag.starts_with(|first: char| first.is_ascii_alphanumeric()) {
+            continue; // the shape of an array, "(T - 1, n)"
+        }
         let (parts, deviation) = parts_of(tag);
         tags.extend(parts);
         deviations.extend(deviation);
@@ -77,8 +93,8 @@ fn every_tag_is_in_the_table_and_every_entry_has_its_tag() {
 fn every_entry_names_a_file_that_carries_its_tag() {
     for row in table("Tags") {
         for place in row[1].split(", ") {
-            let path = crate_path("src").join(place);
-            let files = if path.is_dir() { rust_files(&path) } else { vec![path] };
+            let path = self::place(place);
+            let files = if path.is_dir() { sources(&path) } else { vec![path] };
             let text = text_of(&files);
             let carried = text.split("(T ").skip(1).filter_map(|piece| piece.split_once(')'));
             let found = carried.map(|(tag, _)| parts_of(tag).0).any(|parts| parts.contains(&row[0]));
@@ -97,9 +113,65 @@ fn every_deviation_is_registered_and_has_a_test() {
     assert!(unknown.is_empty(), "deviations cited in the source but not registered: {unknown:?}");
     let uncited: Vec<_> = ids.difference(&cited).collect();
     assert!(uncited.is_empty(), "deviations registered but not cited in the source: {uncited:?}");
-    let tests = text_of(&rust_files(&crate_path("tests")));
+    let tests = text_of(&sources(&crate_path("tests"))) + &text_of(&sources(&crate_path("../../tests")));
     for row in register {
         assert_eq!(row.len(), 5, "{row:?}");
-        assert!(tests.contains(&format!("fn {}(", row[4])), "{}: no test {}", row[0], row[4]);
+        let found = [format!("fn {}(", row[4]), format!("def {}(", row[4])].iter().any(|head| tests.contains(head));
+        assert!(found, "{}: no test {}", row[0], row[4]);
+    }
+}
+
+/// The highest number in each chapter and in appendix A, 373 in all.
+const NUMBERED: [(&str, u32); 7] = [("2", 15), ("3", 81), ("4", 127), ("5", 1), ("6", 119), ("7", 14), ("A", 16)];
+
+/// Chapter and number of an equation, "3.66"; none of sections, tables and remarks.
+fn numbered(name: &str) -> Option<(&str, u32)> {
+    let (chapter, number) = name.split_once('.')?;
+    let known = NUMBERED.iter().any(|(known, _)| *known == chapter);
+    Some((chapter, number.parse().ok()?)).filter(|_| known)
+}
+
+/// The first cells of the rows that stand for equations: a row of "Tags" may stand for a section, or for both.
+fn cells_of_equations() -> Vec<String> {
+    let of_equation = |row: &&Vec<String>| !row[2].contains("(section") || row[2].contains(&format!("({})", row[0]));
+    let tagged = table("Tags");
+    let mut cells: Vec<String> = tagged.iter().filter(of_equation).map(|row| row[0].clone()).collect();
+    cells.extend(table("Equations without a tag").into_iter().map(|row| row[0].clone()));
+    cells
+}
+
+/// How often the tables list each equation; "3.1-3.3, 3.7" are four.
+fn listed() -> BTreeMap<String, u32> {
+    let mut found = BTreeMap::new();
+    for range in cells_of_equations().iter().flat_map(|cell| cell.split(", ")) {
+        let (first, last) = range.split_once('-').unwrap_or((range, range));
+        let (Some((chapter, first)), Some((_, last))) = (numbered(first), numbered(last)) else { continue };
+        for number in first..=last {
+            *found.entry(format!("{chapter}.{number}")).or_insert(0) += 1;
+        }
+    }
+    found
+}
+
+#[test]
+fn every_numbered_equation_is_listed_once() {
+    let listed = listed();
+    let numbered: BTreeSet<String> =
+        NUMBERED.iter().flat_map(|(chapter, last)| (1..=*last).map(move |k| format!("{chapter}.{k}"))).collect();
+    assert_eq!(numbered.len(), 373);
+    let missing: Vec<_> = numbered.iter().filter(|equation| !listed.contains_key(*equation)).collect();
+    assert!(missing.is_empty(), "equations that docs/equations.md does not list: {missing:?}");
+    let twice: Vec<_> = listed.iter().filter(|(_, count)| **count > 1).map(|(equation, _)| equation).collect();
+    assert!(twice.is_empty(), "equations that docs/equations.md lists twice: {twice:?}");
+    let unknown: Vec<_> = listed.keys().filter(|equation| !numbered.contains(*equation)).collect();
+    assert!(unknown.is_empty(), "equations that the thesis does not have: {unknown:?}");
+}
+
+#[test]
+fn an_equation_without_a_tag_names_files_that_exist_and_what_it_is() {
+    for row in table("Equations without a tag") {
+        assert_eq!(row.len(), 3, "{row:?}");
+        assert!(row[1] == "-" || row[1].split(", ").all(|name| place(name).exists()), "{}: no {}", row[0], row[1]);
+        assert!(row[2].len() > 10, "{row:?}");
     }
 }

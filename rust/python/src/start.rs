@@ -109,7 +109,7 @@ impl SpatialStart {
     }
 
     /// A gait that bends the robot both ways and starts with a bend up and down alone starts lying on its side
-    /// (T 7.3.2).
+    /// (T 7.3.2 != D46).
     fn natural_roll(&self, posture: &[Vector2<f64>], gait: &CardanGait) -> f64 {
         let bent = |axis: usize| posture.iter().any(|angle| angle[axis].abs() > FLAT);
         let yaws = gait.yaw.amplitude() != 0.0;

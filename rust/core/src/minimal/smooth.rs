@@ -1,4 +1,5 @@
-//! The smooth plant integrated by a stiff solver with error control: variable-order BDF, as Matlab's ode15s.
+//! The smooth plant integrated by a stiff solver with error control: variable-order BDF, as Matlab's ode15s
+//! (T 7.3.5 != D23).
 
 use std::cell::RefCell;
 

@@ -7,7 +7,7 @@ use crate::robot::Robot;
 use super::{End, Pose, Twist, ground_gap, joint_gap, turning};
 
 /// The pose after moving with `u` for `duration`: q + duration F(q) u, with the quaternion back on the unit sphere
-/// (T 4.103)-(T 4.105), (T 4.123).
+/// (T 4.103 != D44), (T 4.104), (T 4.105), (T 4.123).
 ///
 /// F(q) turns the angular velocity into p' = 1/2 p (0, omega). Scaling p scales p' alike, so it does not matter whether
 /// the quaternion is normalised after each half step or once at the end.

@@ -63,7 +63,7 @@ impl Step {
         }
     }
 
-    /// C_T of a contact that carries the normal impulse `normal` (T 4.84).
+    /// C_T of a contact that carries the normal impulse `normal` (T 4.84 != D45).
     pub fn friction_set(&self, normal: f64) -> Ellipse {
         Ellipse { axes: self.friction * normal }
     }
