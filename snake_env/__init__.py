@@ -6,14 +6,14 @@ Importing the package registers the environments with Gymnasium, SnakeField-v0 a
 from __future__ import annotations
 
 try:
-    from snake_env import _native
+    from snake_env._native import __version__
 except ImportError as error:
     raise ImportError("snake_env's compiled core cannot be loaded: run `make build` in the repository") from error
 
 from snake_env import minimal
 from snake_env.config import PD, Gait, Integrator, IOLinearizing, Noise, Randomization, Robot, Scene, Start, Stribeck
 from snake_env.env import SnakeEnv
-from snake_env.errors import ConfigError, DivergenceError
+from snake_env.errors import ConfigError, DivergenceError, InternalError
 from snake_env.registration import register
 from snake_env.simulation import simulate
 from snake_env.trajectory import Trajectory
@@ -26,6 +26,7 @@ __all__ = [
     "Gait",
     "IOLinearizing",
     "Integrator",
+    "InternalError",
     "Noise",
     "Randomization",
     "Robot",
@@ -35,10 +36,9 @@ __all__ = [
     "Start",
     "Stribeck",
     "Trajectory",
+    "__version__",
     "minimal",
     "simulate",
 ]
-
-__version__ = _native.__version__
 
 register()

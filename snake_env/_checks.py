@@ -28,11 +28,6 @@ def integer(field: str, value: Any, low: int, high: int | None = None) -> int:
     return number
 
 
-def links(value: Any) -> int:
-    """The number of links of a robot."""
-    return integer("robot.links", value, 2, 10_000)
-
-
 def seed(value: Any, field: str = "seed") -> int:
     """A seed of one robot."""
     try:
@@ -45,19 +40,19 @@ def seed(value: Any, field: str = "seed") -> int:
 
 
 def seeds(value: int | Sequence[int | None] | None, num_envs: int) -> list[int | None]:
-    """One seed a robot: robot ``i`` takes ``value + i``, or entry ``i`` of a sequence."""
+    """One seed per robot: robot ``i`` takes ``value + i``, or entry ``i`` of a sequence."""
     if value is None:
         return [None] * num_envs
     if not isinstance(value, Sequence | np.ndarray) or isinstance(value, str):
         first = seed(value)
         return [seed(first + i) for i in range(num_envs)]
     if len(value) != num_envs:
-        raise ConfigError("seed", f"{len(value)} seeds", f"None, an integer or {num_envs} seeds, one an environment")
+        raise ConfigError("seed", f"{len(value)} seeds", f"None, an integer or {num_envs} seeds, one per environment")
     return [None if one is None else seed(one, f"seed[{i}]") for i, one in enumerate(value)]
 
 
 def mask(field: str, value: Any, num_envs: int) -> NDArray[np.bool_]:
-    """A boolean array of one entry an environment, at least one of them True."""
+    """A boolean array of one entry per environment, at least one of them True."""
     expected = f"a bool array of shape ({num_envs},) with at least one True"
     if not isinstance(value, np.ndarray) or value.dtype != np.bool_:
         kind = f"dtype {value.dtype}" if isinstance(value, np.ndarray) else type(value).__name__

@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from snake_env import _checks, _native, _threads
-from snake_env._sheets import Mask, Sheet, Sheets
+from snake_env import _checks, _threads
+from snake_env._buffers import BufferPool, Mask, StepBuffers
+from snake_env._native import Batch
 from snake_env._task import Task
 from snake_env.errors import ConfigError
 from snake_env.options import RewardFn
@@ -33,29 +34,25 @@ class Robots:
         self.task = task
         self.num_envs = _checks.integer("num_envs", num_envs, 1)
         self.num_threads = _threads.resolve(num_threads, self.num_envs)
-        self.native = _native.Batch(task.config, self.num_envs, self.num_threads)
+        self.native = Batch(task.config, self.num_envs, self.num_threads)
         self.everyone: Mask = np.ones(self.num_envs, np.bool_)
-        self._sheets = Sheets(self.new_sheet)
+        self._buffers = BufferPool(self.num_envs, task.observation_space.shape[0], task.layout["signals"])
         self._reward_fn = reward_fn
         self._seeded = np.zeros(self.num_envs, np.bool_)
         self._action_shape = (self.num_envs, *task.action_space.shape)
         self._previous_action = np.zeros(self._action_shape, np.float32)
 
-    def new_sheet(self) -> Sheet:
-        """Fresh arrays, all zero."""
-        return Sheet(self.num_envs, self.task.observation_space.shape[0], self.task.layout["signals"])
-
-    def reset(self, mask: Mask, seeds: Sequence[int | None], rng: np.random.Generator) -> Sheet:
+    def reset(self, mask: Mask, seeds: Sequence[int | None], rng: np.random.Generator) -> StepBuffers:
         """Starts a new episode of the robots in ``mask``, the next of its stream where the seed is None.
 
         The other robots report their present observation, and zeros.
         """
-        sheet = self.new_sheet()
+        buffers = self._buffers.new()
         seeds = [self._seed(i, seeds[i], rng) if mask[i] else None for i in range(self.num_envs)]
-        self.native.reset(mask, seeds, sheet.arrays)
-        self.native.observe(~mask, sheet.arrays.observation)
+        self.native.reset(mask, seeds, buffers.arrays)
+        self.native.observe(~mask, buffers.arrays.observation)
         self._previous_action[mask] = 0.0
-        return sheet
+        return buffers
 
     def _seed(self, i: int, seed: int | None, rng: np.random.Generator) -> int | None:
         """The seed of a robot; one that never had any takes a random one."""
@@ -64,37 +61,39 @@ class Robots:
         self._seeded[i] = True
         return seed
 
-    def next_episode(self, mask: Mask, sheet: Sheet, keep_flags: bool = False) -> None:
+    def next_episode(self, mask: Mask, buffers: StepBuffers, keep_flags: bool = False) -> None:
         """Starts the next episode of the robots in ``mask``, which have been reset before.
 
         Args:
             mask: (n,).
-            sheet: their rows are overwritten.
+            buffers: their rows are overwritten.
             keep_flags: leave rewards and flags as they are, instead of 0 and False.
         """
-        arrays = sheet.arrays
+        arrays = buffers.arrays
         if keep_flags:
-            other = self.new_sheet().arrays
+            other = self._buffers.new().arrays
             arrays = arrays._replace(reward=other.reward, terminated=other.terminated, truncated=other.truncated)
         self.native.reset(mask, None, arrays)
         self._previous_action[mask] = 0.0
 
-    def step(self, actions: ArrayLike, active: Mask) -> tuple[Sheet, int]:
+    def step(self, actions: ArrayLike, active: Mask) -> tuple[StepBuffers, int]:
         """Moves the active robots on by a control period; returns the results and how many episodes ended."""
         checked = _checks.actions(actions, self._action_shape)
-        sheet = self._sheets.take()
-        ended = self.native.step(checked, active, sheet.arrays)
+        buffers = self._buffers.take()
+        ended = self.native.step(checked, active, buffers.arrays)
         if self._reward_fn is not None:
-            self._replace_reward(self._reward_fn, checked, active, sheet)
-        return sheet, ended
+            self._replace_reward(self._reward_fn, checked, active, buffers)
+        return buffers, ended
 
-    def _replace_reward(self, reward_fn: RewardFn, action: NDArray[np.float32], active: Mask, sheet: Sheet) -> None:
-        signals = {name: values[active] for name, values in sheet.values.items()}
+    def _replace_reward(
+        self, reward_fn: RewardFn, action: NDArray[np.float32], active: Mask, buffers: StepBuffers
+    ) -> None:
+        signals = {name: values[active] for name, values in buffers.values.items()}
         reward = np.asarray(reward_fn(signals, action[active], self._previous_action[active]), np.float64)
         expected = (int(np.count_nonzero(active)),)
         if reward.shape != expected:
             raise ConfigError("reward_fn", f"rewards of shape {reward.shape}", f"shape {expected}")
-        sheet.arrays.reward[active] = reward
+        buffers.arrays.reward[active] = reward
         self._previous_action[active] = action[active]
 
     def set_difficulty(self, difficulty: ArrayLike, indices: Sequence[int]) -> None:
@@ -108,7 +107,7 @@ class Robots:
 
     def observation(self) -> NDArray[np.float32]:
         """The present observations of all robots."""
-        observation = self.new_sheet().arrays.observation
+        observation = self._buffers.new().arrays.observation
         self.native.observe(self.everyone, observation)
         return observation
 

@@ -1,4 +1,4 @@
-"""A configured task: its JSON text, and what the core says about it."""
+"""A configured task: its whole configuration and its description by the core."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from gymnasium.spaces import Box
 
-from snake_env import _checks, _native
-from snake_env._encode import encode
-from snake_env.config import PD, Integrator, IOLinearizing, Randomization, Robot, Scene
+from snake_env import _checks as checks
+from snake_env._native import defaults, layout
+from snake_env.config import IOLinearizing, Scene
 from snake_env.errors import ConfigError
 from snake_env.options import TaskOptions
 
@@ -32,9 +32,9 @@ class Task:
         keywords: those that the environment's class takes itself, for the message about one that it does not.
 
     Attributes:
-        config: JSON text for the core.
         layout: description by the core: "observation", "action" and "signals" entry by entry, "control_period" [s],
-            and "config", the whole configuration with its defaults.
+            and "config".
+        config: the whole configuration with its defaults.
         observation_space: of one robot.
         action_space: of one robot.
     """
@@ -46,38 +46,38 @@ class Task:
         keywords: Sequence[str] = SINGLE_KEYWORDS,
     ) -> None:
         _require_known(options, keywords)
-        _require_sections(options)
-        _require_integers(options)
         limit = NO_STEP_LIMIT if max_episode_steps is None else max_episode_steps
-        self.config = encode({**options, **_controller(options), "max_episode_steps": limit})
-        self.layout: dict[str, Any] = _native.layout(self.config)
+        self.layout: dict[str, Any] = layout({**options, **_controller(options), "max_episode_steps": limit})
+        self.config: dict[str, Any] = self.layout["config"]
         self.control_period: float = self.layout["control_period"]
         low, high = _bounds(self.layout["observation"])
         self.observation_space = Box(low, high, dtype=np.float32)
         self.action_space = Box(-1.0, 1.0, (len(self.layout["action"]),), dtype=np.float32)
 
 
-TORQUE_LIMIT = 10.0
-"""Of controllers given by name [N m]."""
 RATES_PER_PERIOD = 10
 """"io" takes its gains from this part of the control period: critically damped, and soft enough for pegs."""
 
 
 def _controller(options: Mapping[str, Any]) -> dict[str, Any]:
-    """The option "controller" as the core has it, if it is given by name or as a dataclass."""
+    """The option "controller" as the core has it, if it is given by name."""
     value = options.get("controller")
-    if isinstance(value, str):
-        _checks.choice("controller", value, ["pd", "io"])
-        value = PD(torque_limit=TORQUE_LIMIT) if value == "pd" else _io(options.get("control_period", 0.05))
-    return {"controller": value._for_planar()} if isinstance(value, PD | IOLinearizing) else {}
+    if not isinstance(value, str):
+        return {}
+    checks.choice("controller", value, ["pd", "io"])
+    environment = defaults("environment")
+    if value == "pd":
+        return {"controller": environment["controller"]}
+    period = options.get("control_period", environment["control_period"])
+    return {"controller": _io(period, environment["controller"]["torque_limit"])}
 
 
-def _io(control_period: Any) -> IOLinearizing:
+def _io(control_period: Any, torque_limit: float) -> IOLinearizing:
     try:
         period = float(control_period) / RATES_PER_PERIOD
     except (TypeError, ValueError):
         raise ConfigError("control_period", repr(control_period), "a finite number") from None
-    return IOLinearizing.for_period(period, torque_limit=TORQUE_LIMIT, treatment="implicit")
+    return IOLinearizing.for_period(period, torque_limit=torque_limit, treatment="implicit")
 
 
 NO_SCENE = (
@@ -101,40 +101,6 @@ def _instead_of(name: str, known: Sequence[str]) -> str:
         return f"a keyword of one environment; {name} belongs to batches, gymnasium.make_vec"
     near = get_close_matches(name, known, 1, 0.5)
     return f"a known keyword, perhaps {near[0]}" if near else "a known keyword"
-
-
-SECTIONS: dict[str, tuple[type, ...]] = {
-    "controller": (PD, IOLinearizing),
-    "integrator": (Integrator,),
-    "perturbation": (),
-    "randomization": (Randomization,),
-    "reward_weights": (),
-    "robot": (Robot,),
-}
-"""Options that are mappings, and the classes that may stand for them."""
-
-
-def _require_sections(options: Mapping[str, Any]) -> None:
-    for name in SECTIONS.keys() & options.keys():
-        value, kinds = options[name], SECTIONS[name]
-        by_name = name == "controller" and isinstance(value, str)
-        if not (by_name or isinstance(value, (Mapping, *kinds))):
-            classes = " or ".join(f"a snake_env.{kind.__name__}" for kind in kinds)
-            expected = ", or ".join(filter(None, [classes, "a mapping of field names to values"]))
-            raise ConfigError(name, repr(value), expected)
-
-
-INTEGERS = {"nearest_pegs": (1, 64), "push_points": (0, 4)}
-"""Options that are counts, in the core's ranges: of what is no integer the core says only that it should be one."""
-
-
-def _require_integers(options: Mapping[str, Any]) -> None:
-    for name, (low, high) in INTEGERS.items():
-        if name in options:
-            _checks.integer(name, options[name], low, high)
-    robot = options.get("robot")
-    if isinstance(robot, Mapping) and "links" in robot:
-        _checks.links(robot["links"])
 
 
 def _bounds(blocks: list[dict[str, Any]]) -> tuple[np.ndarray, np.ndarray]:

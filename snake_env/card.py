@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from snake_env._markdown import table
+from snake_env._native import capabilities
 from snake_env._task import Task
 from snake_env.registration import DESCRIPTIONS, MAX_EPISODE_STEPS, SCENARIOS, TASKS
 
@@ -134,10 +135,11 @@ default; `snake_env.Randomization.thesis()` switches all of it on.
 | `stribeck` | (0, 0) | 0 to 1 | 1 | share of friction lost in sliding, in addition to the ground's own |
 
 The start pose is randomised by `start_jitter`.
-Factors on the robot, backlash and Stribeck friction need the planar model and the integrator's method "implicit" or
-"adaptive", backlash also a PD controller. `joint_angle` is that of the joint, not of the motor.
+Backlash also needs a PD controller. `joint_angle` is that of the joint, not of the motor.
 
-## Version history
+"""
+
+VERSIONS = """## Version history
 
 - v0: first release of all ids. `SnakePerturbed-v0`, `SnakeMaze-v0`, `SnakeCorridor-v0` and `SnakeSpatial-v0` were
   added later without changing the others.
@@ -147,7 +149,7 @@ Factors on the robot, backlash and Stribeck friction need the planar model and t
 def page() -> str:
     """The page as Markdown."""
     sections = [_ids(), *map(_model, MODELS), _rewards(), _episode(), _info(), _arguments()]
-    return "\n".join([HEADER, *sections, FOOTER])
+    return "\n".join([HEADER, *sections, FOOTER + _capabilities(), VERSIONS])
 
 
 MODELS = ("planar", "spatial")
@@ -159,6 +161,19 @@ CHOICES = {
 """Options on which the blocks of an observation depend, and their values."""
 
 
+def _capabilities() -> str:
+    """What each model has, from the core's table."""
+    words = {True: "yes", False: "no", "implicit": '`method="implicit"`'}
+    models = ("planar", "spatial", "minimal")
+    rows = [(row["name"], *(words[row[model]] for model in models)) for row in capabilities()]
+    text = (
+        "## What each model has\n\n"
+        "Environments have the planar and the spatial model, `snake_env.simulate` has all three. What a model does not "
+        "have is refused by name.\n\n"
+    )
+    return text + _table(("feature", *models), rows)
+
+
 def _layout(**options: str) -> dict[str, Any]:
     return Task(options, MAX_EPISODE_STEPS).layout
 
@@ -168,7 +183,7 @@ def _ids() -> str:
     for env_id, options in TASKS.items():
         layout = _layout(**options)
         size = sum(block["size"] for block in layout["observation"])
-        config = json.loads(layout["config"])
+        config = layout["config"]
         rows.append((env_id, config["model"], config["task"], GOALS[config["task"]], size, len(layout["action"])))
     head = ("id", "model", "task", "goal", "observation", "action")
     parts = ["## Ids\n", _table(head, rows)]
@@ -277,7 +292,7 @@ def _rewards() -> str:
 
 
 def _episode() -> str:
-    config = json.loads(_layout()["config"])
+    config = _layout()["config"]
     goal, half_width = _number(config["goal_distance"]), _number(config["corridor_half_width"])
     radius, period = _number(config["goal_radius"]), config["control_period"]
     steps = config["max_episode_steps"]
@@ -314,7 +329,7 @@ def _info() -> str:
 
 
 def _arguments() -> str:
-    config = json.loads(_layout()["config"])
+    config = _layout()["config"]
     rows = [(f"`{name}`", f"`{json.dumps(config[name])}`", meaning) for name, meaning in ARGUMENTS.items()]
     return "\n".join(["## Arguments\n", _table(("keyword", "default", "meaning and range"), rows)])
 

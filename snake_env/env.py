@@ -6,18 +6,18 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
-from gymnasium.error import ClosedEnvironmentError, ResetNeeded
+from gymnasium.error import ResetNeeded
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Unpack
 
 from snake_env import _checks
 from snake_env._robots import Robots, RobotState
+from snake_env._shared import RobotsEnvironment
 from snake_env._task import Task
-from snake_env._views import RENDER_MODES, Views, frame_rate
 from snake_env.options import RewardFn, TaskOptions
 
 
-class SnakeEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
+class SnakeEnv(RobotsEnvironment, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     """One snake robot; equal to robot 0 of a :class:`snake_env.SnakeVectorEnv` of any size.
 
     Args:
@@ -31,8 +31,6 @@ class SnakeEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         control_period: simulated time of one step [s].
     """
 
-    metadata: dict[str, Any] = {"render_modes": RENDER_MODES, "render_fps": 20}  # noqa: RUF012
-
     def __init__(
         self,
         *,
@@ -41,21 +39,9 @@ class SnakeEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         reward_fn: RewardFn | None = None,
         **options: Unpack[TaskOptions],
     ) -> None:
-        self.render_mode = _checks.choice("render_mode", render_mode, [None, *RENDER_MODES])
-        self._robots = Robots(Task(options, max_episode_steps), 1, 1, reward_fn)
-        self._views = Views()
-        task = self._robots.task
-        self.control_period = task.control_period
+        task = self._set_up(Robots(Task(options, max_episode_steps), 1, 1, reward_fn), render_mode)
         self.observation_space = task.observation_space
         self.action_space = task.action_space
-        self.metadata = {**self.metadata, "render_fps": frame_rate(self.control_period)}
-        self._ready = False
-        self._closed = False
-
-    @property
-    def layout(self) -> dict[str, Any]:
-        """What each element of observation, action and info means; see ``docs/environments.md``."""
-        return self._robots.task.layout
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -69,10 +55,10 @@ class SnakeEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         seeds = _checks.seeds(None if seed is None else _checks.seed(seed), 1)
         _checks.options(options, [])
         super().reset(seed=seeds[0])
-        sheet = self._robots.reset(self._robots.everyone, seeds, self.np_random)
+        buffers = self._robots.reset(self._robots.everyone, seeds, self.np_random)
         self._ready = True
         self._show()
-        return sheet.arrays.observation[0], sheet.numbers()
+        return buffers.arrays.observation[0], buffers.numbers()
 
     def step(self, action: ArrayLike) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Moves the robot on by one control period.
@@ -87,10 +73,10 @@ class SnakeEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         if not self._ready:
             raise ResetNeeded("call reset before step")
         checked = _checks.actions(action, self._robots.task.action_space.shape)
-        sheet, _ = self._robots.step(checked[np.newaxis], self._robots.everyone)
+        buffers, _ = self._robots.step(checked[np.newaxis], self._robots.everyone)
         self._show()
-        observation, reward, terminated, truncated, *_ = sheet.arrays
-        return observation[0], float(reward[0]), bool(terminated[0]), bool(truncated[0]), sheet.numbers()
+        observation, reward, terminated, truncated, *_ = buffers.arrays
+        return observation[0], float(reward[0]), bool(terminated[0]), bool(truncated[0]), buffers.numbers()
 
     def set_difficulty(self, difficulty: float) -> None:
         """Sets the difficulty in [0, 1] of the episodes that begin from now on; for a curriculum.
@@ -115,24 +101,10 @@ class SnakeEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     def render(self) -> NDArray[np.uint8] | None:
         """The image of the robot ("rgb_array"); None otherwise."""
-        self._require_open()
-        if self.render_mode is None:
-            gym.logger.warn("render needs a render_mode: pass it when the environment is made")
-            return None
-        if self.render_mode == "human":
-            self._show()
-            return None
-        return self._views.image(0, self._robots.native.snapshot(0))
-
-    def _show(self) -> None:
-        if self.render_mode == "human":
-            self._views.show(self._robots.native.snapshot(0), self.metadata["render_fps"])
-
-    def _require_open(self) -> None:
-        if self._closed:
-            raise ClosedEnvironmentError("this environment has been closed")
+        images = self._images([0])
+        return None if images is None else images[0]
 
     def close(self) -> None:
         """Closes the window, if there is one; a second call does nothing."""
-        self._closed = True
+        self.closed = True
         self._views.close()

@@ -7,21 +7,25 @@ n is the number of degrees of freedom, links + 2; link and joint numbers count f
 from __future__ import annotations
 
 import dataclasses
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from snake_env import _native
-from snake_env._encode import encode
+from snake_env._native import control_plant as native_control_plant
+from snake_env._native import process_plant as native_process_plant
 from snake_env.config import PD, Robot, Scene
+from snake_env.config.section import core_defaults
 
 Array = NDArray[np.float64]
 
-TABLE_7_2_GROUND = Scene(friction=(0.2, 0.5), viscous=(0.1, 0.2))
+_GROUND = core_defaults("scene", "minimal")
+_PD = core_defaults("controller", "minimal")
+
+TABLE_7_2_GROUND = Scene(friction=_GROUND.friction, viscous=_GROUND.viscous)
 """The ground of (T Table 7.2), with set-valued friction."""
 
-TABLE_7_2_PD = PD(kp=200.0, kd=1.2)
+TABLE_7_2_PD = PD(kp=_PD.kp, kd=_PD.kd)
 """The PD controller of (T Table 7.2)."""
 
 GROUND = dataclasses.replace(TABLE_7_2_GROUND, friction_law="arctan")
@@ -95,7 +99,7 @@ def process_plant(q: ArrayLike, qdot: ArrayLike, robot: Robot | None = None, sce
     Raises:
         ConfigError: names the field, the value and what is admissible.
     """
-    return ProcessPlant(**_native.process_plant(_state({"q": q, "qdot": qdot}, robot, scene)))
+    return ProcessPlant(**native_process_plant(_state({"q": q, "qdot": qdot}, robot, scene)))
 
 
 def control_plant(phi: ArrayLike, nu: ArrayLike, robot: Robot | None = None, scene: Scene = GROUND) -> ControlPlant:
@@ -104,9 +108,9 @@ def control_plant(phi: ArrayLike, nu: ArrayLike, robot: Robot | None = None, sce
     Raises:
         ConfigError: names the field, the value and what is admissible.
     """
-    return ControlPlant(**_native.control_plant(_state({"phi": phi, "nu": nu}, robot, scene)))
+    return ControlPlant(**native_control_plant(_state({"phi": phi, "nu": nu}, robot, scene)))
 
 
-def _state(vectors: dict[str, ArrayLike], robot: Robot | None, scene: Scene) -> str:
+def _state(vectors: dict[str, ArrayLike], robot: Robot | None, scene: Scene) -> dict[str, Any]:
     arrays = {name: np.atleast_1d(np.asarray(vector, np.float64)) for name, vector in vectors.items()}
-    return encode({"robot": (robot or Robot())._for_core(), "scene": scene._ground(), **arrays})
+    return {"robot": robot or Robot(), "scene": scene, **arrays}

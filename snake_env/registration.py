@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import gymnasium as gym
 
-from snake_env import _native
+from snake_env._native import defaults, scenarios
 
-MAX_EPISODE_STEPS = 600
+MAX_EPISODE_STEPS: int = defaults("environment")["max_episode_steps"]
 
-SCENARIOS: list[dict[str, str]] = _native.scenarios()
+SCENARIOS: list[dict[str, str]] = scenarios()
 """The families of scenes: "name", "id", "description" and "goal", as the core registers them."""
 
 TASKS: dict[str, dict[str, str]] = {

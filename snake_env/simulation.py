@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
-import math
 import warnings
 from typing import Any
 
 import numpy as np
 
-from snake_env import _native
-from snake_env._checks import choice
-from snake_env._encode import encode
+from snake_env._native import simulate as native_simulate
 from snake_env.config import PD, Gait, Integrator, IOLinearizing, Noise, Robot, Scene, Start
-from snake_env.errors import ConfigError
-from snake_env.minimal import TABLE_7_2_GROUND, TABLE_7_2_PD
 from snake_env.trajectory import Trajectory
 
 VISIBLE_PENETRATION = 1e-3
@@ -33,8 +27,6 @@ def simulate(
     sample: float = 0.1,
     noise: Noise | None = None,
     seed: int = 0,
-    friction_law: str | None = None,
-    viscous: tuple[float, float] | None = None,
 ) -> Trajectory:
     """Simulate one robot that follows a gait.
 
@@ -49,84 +41,39 @@ def simulate(
         start: default the start of a preset course, otherwise :class:`Start`.
         duration: simulated time [s], > 0.
         sample: interval between samples [s], > 0; the last sample is at the last multiple not after ``duration``.
-        noise: noise on the measurements of the controller, "minimal" alone; None for none.
+        noise: noise on the measurements of the controller, "minimal" only; None for none.
         seed: seed of the noise.
-        friction_law: instead of the scene's.
-        viscous: instead of the scene's.
 
     Raises:
         ConfigError: names the field, the value and what is admissible.
+        DivergenceError: the robot left the finite numbers.
 
     Warns:
         UserWarning: a link overlapped a peg, or in the spatial model the ground, by more than a millimetre, as when the
-            robot starts inside one; or solves gave up before their tolerance.
+            robot starts inside one; or solves ended before their tolerance.
     """
-    choice("model", model, ("planar", "spatial", "minimal"))
-    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-        raise ConfigError("seed", repr(seed), "an integer >= 0")
-    scene = _scene(model, scene, friction_law, viscous)
-    if start is None:
-        on_course = "spatial" if model == "spatial" else "planar"
-        start = Start() if scene.course is None else Start.on_course(scene, on_course)
-    config: dict[str, Any] = {
-        "robot": _section("robot", robot, Robot)._for_core(),
-        "gait": _gait(model, gait)._for_core(),
-        "integrator": _section("integrator", integrator, Integrator)._for_core(),
-        "start": _section("start", start, Start),
-        "duration": duration,
-        "sample": sample,
+    config = {"model": model, "duration": duration, "sample": sample, "seed": seed}
+    sections = {
+        "robot": robot,
+        "scene": scene,
+        "gait": gait,
+        "controller": controller,
+        "integrator": integrator,
+        "start": _start(model, scene) if start is None else start,
+        "noise": noise,
     }
-    run = {"planar": _planar, "spatial": _spatial, "minimal": _minimal}[model]
-    trajectory = run(config, scene, controller, noise, seed)
+    given = {name: section for name, section in sections.items() if section is not None}
+    trajectory = Trajectory(**native_simulate(config | given))
     _warn_of_penetration(trajectory, "a peg or the ground" if model == "spatial" else "a peg")
-    _warn_of_misses(trajectory)
+    _warn_of_unconverged(trajectory)
     return trajectory
 
 
-def _gait(model: str, gait: Gait | None) -> Gait:
-    """An offset that leaves no room for any amplitude is named itself; the core names the amplitude."""
-    gait = _section("gait", gait, Gait)
-    offset = abs(gait.gamma)
-    if model == "spatial" and offset >= math.pi / 2:
-        raise ConfigError("gait.gamma", gait.gamma, "an angle in (-pi/2, pi/2), in radians")
-    if offset > math.pi:
-        raise ConfigError("gait.gamma", gait.gamma, "an angle in [-pi, pi], in radians")
-    return gait
-
-
-def _planar(config: dict[str, Any], scene: Scene, controller: Any, noise: Any, seed: int) -> Trajectory:
-    if not isinstance(controller, IOLinearizing):
-        controller = _section("controller", controller, PD)
-    config["start"] = config["start"]._for_plane()
-    return Trajectory(**_native.simulate(_among_pegs(config, scene, controller, noise)))
-
-
-def _spatial(config: dict[str, Any], scene: Scene, controller: Any, noise: Any, seed: int) -> Trajectory:
-    controller = _section("controller", controller, PD)
-    return Trajectory(**_native.simulate_spatial(_among_pegs(config, scene, controller, noise)))
-
-
-def _among_pegs(config: dict[str, Any], scene: Scene, controller: PD | IOLinearizing, noise: Any) -> str:
-    if noise is not None:
-        raise ConfigError("noise", noise, 'None, or model="minimal"')
-    return encode({**config, "scene": scene._for_planar(), "controller": controller._for_planar()})
-
-
-def _minimal(config: dict[str, Any], scene: Scene, controller: Any, noise: Any, seed: int) -> Trajectory:
-    if scene.obstacles:
-        raise ConfigError("scene.obstacles", f"{len(scene.obstacles)} pegs", 'none: the model "minimal" has no pegs')
-    if scene.stribeck.drop:
-        raise ConfigError("scene.stribeck.drop", scene.stribeck.drop, '0, or model="planar"')
-    if controller is None:
-        controller = TABLE_7_2_PD
-    if not isinstance(controller, IOLinearizing):
-        controller = _section("controller", controller, PD)
-    config["start"] = config["start"]._for_plane()
-    config["scene"] = scene._ground()
-    config["controller"] = controller._feedback()
-    config["noise"] = _section("noise", noise, Noise)._for_core()
-    config["seed"] = seed
-    return Trajectory(**_native.simulate_minimal(encode(config)))
+def _start(model: str, scene: Any) -> Start | None:
+    """The start of a preset course."""
+    if getattr(scene, "course", None) is None:
+        return None
+    return Start.on_course(scene, "spatial" if model == "spatial" else "planar")
 
 
 def _warn_of_penetration(trajectory: Trajectory, where: str) -> None:
@@ -136,32 +83,14 @@ def _warn_of_penetration(trajectory: Trajectory, where: str) -> None:
         warnings.warn(f"a link and {where} overlapped by {depth}: does the robot start inside {where}?", stacklevel=3)
 
 
-def _warn_of_misses(trajectory: Trajectory) -> None:
+def _warn_of_unconverged(trajectory: Trajectory) -> None:
     """Solves without a certificate."""
-    misses = trajectory.misses.sum()
-    if misses:
-        first = trajectory.time[np.argmax(trajectory.misses > 0)]
+    unconverged = trajectory.unconverged.sum()
+    if unconverged:
+        first = trajectory.time[np.argmax(trajectory.unconverged > 0)]
         warnings.warn(
-            f"{misses:.0f} solves gave up before their tolerance, the first by t = {first:g} s, with residuals up to "
-            f"{trajectory.residual.max():.1g} m/s (Trajectory.misses, Trajectory.residual): take a smaller "
+            f"{unconverged:.0f} solves ended before their tolerance, the first by t = {first:g} s, with residuals "
+            f"up to {trajectory.residual.max():.1g} m/s (Trajectory.unconverged, Trajectory.residual): take a smaller "
             "Integrator.step or a larger Integrator.max_iterations",
             stacklevel=3,
         )
-
-
-def _scene(model: str, scene: Scene | None, friction_law: str | None, viscous: tuple[float, float] | None) -> Scene:
-    if scene is None and model == "minimal":
-        scene = TABLE_7_2_GROUND
-    scene = _section("scene", scene, Scene)
-    changes = {"friction_law": friction_law, "viscous": viscous}
-    changes = {name: value for name, value in changes.items() if value is not None}
-    return dataclasses.replace(scene, **changes)
-
-
-def _section(name: str, value: Any, kind: type) -> Any:
-    """The value, or the default of its kind."""
-    if value is None:
-        return kind()
-    if not isinstance(value, kind):
-        raise ConfigError(name, repr(value), f"a snake_env.{kind.__name__}")
-    return value

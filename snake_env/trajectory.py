@@ -26,15 +26,15 @@ class Trajectory:
             in the spatial model.
         residual: (T,) worst contact-solver residual since the last sample [m/s].
         iterations: (T,) solver iterations since the last sample.
-        misses: (T,) solves since the last sample that gave up before their tolerance.
+        unconverged: (T,) solves since the last sample that ended before their tolerance; also as ``misses``.
         fallbacks: (T,) solves since the last sample that Newton's method left to the fallback.
         energy: (T,) kinetic energy, in the spatial model also potential energy over the ground plane [J].
         max_joint_gap: largest distance between the two ends that meet in a joint, at any step [m].
         max_penetration: deepest overlap of a link and a peg, in the spatial model also the ground, at any step [m].
         passive_velocity: (T, 3) w of (T 6.41), velocity of O_2 in the first link's frame and yaw rate [m/s, rad/s];
-            the minimal model alone.
+            the minimal model only.
         quaternion: (T, n, 4) orientations of the links, w first, from their own frame to the inertial one (T 4.1); the
-            spatial model alone.
+            spatial model only.
     """
 
     time: Array
@@ -45,13 +45,18 @@ class Trajectory:
     contact_force: Array
     residual: Array
     iterations: Array
-    misses: Array
+    unconverged: Array
     fallbacks: Array
     energy: Array
     max_joint_gap: float
     max_penetration: float
     passive_velocity: Array | None = None
     quaternion: Array | None = None
+
+    @property
+    def misses(self) -> Array:
+        """The same as ``unconverged``."""
+        return self.unconverged
 
     def __repr__(self) -> str:
         samples, links = self.angle.shape

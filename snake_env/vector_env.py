@@ -8,17 +8,17 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 from gymnasium.envs.registration import load_env_creator
-from gymnasium.error import ClosedEnvironmentError, ResetNeeded
+from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Unpack
 
 from snake_env import _checks
+from snake_env._buffers import Mask, StepBuffers
 from snake_env._robots import Robots, RobotState
-from snake_env._sheets import Mask, Sheet
+from snake_env._shared import RobotsEnvironment
 from snake_env._task import BATCH_KEYWORDS, Task
-from snake_env._views import RENDER_MODES, Views, frame_rate
 from snake_env.errors import ConfigError
 from snake_env.options import RewardFn, TaskOptions
 from snake_env.registration import MAX_EPISODE_STEPS, OWN_ID
@@ -26,7 +26,7 @@ from snake_env.registration import MAX_EPISODE_STEPS, OWN_ID
 StepResult = tuple[NDArray[np.float32], NDArray[np.float64], Mask, Mask, dict[str, Any]]
 
 
-class SnakeVectorEnv(VectorEnv):
+class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
     """n snake robots, each in a scene of its own.
 
     Identical, byte for byte, to ``gymnasium.vector.SyncVectorEnv`` over n single environments with the same seeds,
@@ -54,8 +54,6 @@ class SnakeVectorEnv(VectorEnv):
         num_threads: threads in use.
     """
 
-    metadata: dict[str, Any] = {"render_modes": RENDER_MODES, "render_fps": 20}  # noqa: RUF012
-
     def __init__(
         self,
         num_envs: int = 1,
@@ -68,30 +66,17 @@ class SnakeVectorEnv(VectorEnv):
         **options: Unpack[TaskOptions],
     ) -> None:
         self._mode = _autoreset_mode(autoreset_mode)
-        self.render_mode = _checks.choice("render_mode", render_mode, [None, *RENDER_MODES])
-        self._robots = Robots(Task(options, max_episode_steps, BATCH_KEYWORDS), num_envs, num_threads, reward_fn)
-        self._views = Views()
-        task = self._robots.task
-        self.num_envs = self._robots.num_envs
-        self.num_threads = self._robots.num_threads
-        self.control_period = task.control_period
+        robots = Robots(Task(options, max_episode_steps, BATCH_KEYWORDS), num_envs, num_threads, reward_fn)
+        task = self._set_up(robots, render_mode)
+        self.num_envs = robots.num_envs
+        self.num_threads = robots.num_threads
         self.single_observation_space = task.observation_space
         self.single_action_space = task.action_space
         self.observation_space = batch_space(task.observation_space, self.num_envs)
         self.action_space = batch_space(task.action_space, self.num_envs)
-        self.metadata = {
-            **self.metadata,
-            "autoreset_mode": self._mode,
-            "render_fps": frame_rate(self.control_period),
-        }
+        self.metadata = {**self.metadata, "autoreset_mode": self._mode}  # type: ignore[misc]
         self._finished: Mask = np.zeros(self.num_envs, np.bool_)
         self._any_finished = False
-        self._ready = False
-
-    @property
-    def layout(self) -> dict[str, Any]:
-        """What each element of observation, action and info means; see ``docs/environments.md``."""
-        return self._robots.task.layout
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -113,11 +98,11 @@ class SnakeVectorEnv(VectorEnv):
             super().reset(seed=next((one for one in seeds if one is not None), None))
         if not self._ready:
             self._require_all(mask)
-        sheet = self._robots.reset(mask, seeds, self.np_random)
+        buffers = self._robots.reset(mask, seeds, self.np_random)
         self._set_finished(self._finished & ~mask)
         self._ready = True
         self._show()
-        return sheet.arrays.observation, sheet.masked_infos(mask.copy())
+        return buffers.arrays.observation, buffers.masked_infos(mask.copy())
 
     def step(self, actions: ArrayLike) -> StepResult:
         """Moves the robots on by one control period.
@@ -132,56 +117,56 @@ class SnakeVectorEnv(VectorEnv):
         if not self._ready:
             raise ResetNeeded("call reset before step")
         if self._mode is AutoresetMode.NEXT_STEP:
-            sheet, infos = self._step_next(actions)
+            buffers, infos = self._step_next(actions)
         elif self._mode is AutoresetMode.SAME_STEP:
-            sheet, infos = self._step_same(actions)
+            buffers, infos = self._step_same(actions)
         else:
-            sheet, infos = self._step_disabled(actions)
+            buffers, infos = self._step_disabled(actions)
         self._show()
-        observation, reward, terminated, truncated, *_ = sheet.arrays
+        observation, reward, terminated, truncated, *_ = buffers.arrays
         return observation, reward, terminated, truncated, infos
 
-    def _step_next(self, actions: ArrayLike) -> tuple[Sheet, dict[str, Any]]:
+    def _step_next(self, actions: ArrayLike) -> tuple[StepBuffers, dict[str, Any]]:
         """Robots that have finished start anew instead of taking a step."""
         starting = self._finished if self._any_finished else None
         active = self._robots.everyone if starting is None else ~starting
-        sheet, ended = self._robots.step(actions, active)
+        buffers, ended = self._robots.step(actions, active)
         if starting is not None:
-            self._robots.next_episode(starting, sheet)
-        self._note_ends(sheet, ended)
-        return sheet, sheet.infos()
+            self._robots.next_episode(starting, buffers)
+        self._note_ends(buffers, ended)
+        return buffers, buffers.infos()
 
-    def _step_same(self, actions: ArrayLike) -> tuple[Sheet, dict[str, Any]]:
+    def _step_same(self, actions: ArrayLike) -> tuple[StepBuffers, dict[str, Any]]:
         """Robots that finish start anew within the step, and their last observation goes to the infos."""
-        sheet, ended = self._robots.step(actions, self._robots.everyone)
+        buffers, ended = self._robots.step(actions, self._robots.everyone)
         if not ended:
-            return sheet, sheet.infos()
-        done = sheet.arrays.terminated | sheet.arrays.truncated
+            return buffers, buffers.infos()
+        done = buffers.arrays.terminated | buffers.arrays.truncated
         final_obs = np.full(self.num_envs, None, dtype=object)
         for i in np.flatnonzero(done):
-            final_obs[i] = sheet.arrays.observation[i].copy()
+            final_obs[i] = buffers.arrays.observation[i].copy()
         final = {
             "final_obs": final_obs,
             "_final_obs": done,
-            "final_info": sheet.masked_infos(done),
+            "final_info": buffers.masked_infos(done),
             "_final_info": done,
         }
-        self._robots.next_episode(done, sheet, keep_flags=True)
-        return sheet, final | sheet.infos()
+        self._robots.next_episode(done, buffers, keep_flags=True)
+        return buffers, final | buffers.infos()
 
-    def _step_disabled(self, actions: ArrayLike) -> tuple[Sheet, dict[str, Any]]:
+    def _step_disabled(self, actions: ArrayLike) -> tuple[StepBuffers, dict[str, Any]]:
         """Robots that have finished must be reset by the caller."""
         if self._any_finished:
             # The kind of exception that SyncVectorEnv raises.
             finished = np.flatnonzero(self._finished).tolist()
             raise AssertionError(f"environments {finished} have finished: reset them with options['reset_mask']")
-        sheet, ended = self._robots.step(actions, self._robots.everyone)
-        self._note_ends(sheet, ended)
-        return sheet, sheet.infos()
+        buffers, ended = self._robots.step(actions, self._robots.everyone)
+        self._note_ends(buffers, ended)
+        return buffers, buffers.infos()
 
-    def _note_ends(self, sheet: Sheet, ended: int) -> None:
+    def _note_ends(self, buffers: StepBuffers, ended: int) -> None:
         if ended or self._any_finished:
-            self._set_finished(sheet.arrays.terminated | sheet.arrays.truncated)
+            self._set_finished(buffers.arrays.terminated | buffers.arrays.truncated)
 
     def _set_finished(self, finished: Mask) -> None:
         self._finished = finished
@@ -212,9 +197,7 @@ class SnakeVectorEnv(VectorEnv):
         self._require_open()
         indices = self._indices(mask)
         if len(states) != len(indices):
-            raise _checks.ConfigError(
-                "states", f"{len(states)} states", f"{len(indices)} states, one a robot in the mask"
-            )
+            raise ConfigError("states", f"{len(states)} states", f"{len(indices)} states, one per robot in the mask")
         if not self._ready:
             self._require_all(self._robots.everyone if mask is None else mask)
         finished = self._finished.copy()
@@ -232,22 +215,8 @@ class SnakeVectorEnv(VectorEnv):
 
     def render(self) -> tuple[NDArray[np.uint8], ...] | None:
         """The images of all robots ("rgb_array"); None otherwise."""
-        self._require_open()
-        if self.render_mode is None:
-            gym.logger.warn("render needs a render_mode: pass it when the environment is made")
-            return None
-        if self.render_mode == "human":
-            self._show()
-            return None
-        return tuple(self._views.image(i, self._robots.native.snapshot(i)) for i in range(self.num_envs))
-
-    def _show(self) -> None:
-        if self.render_mode == "human":
-            self._views.show(self._robots.native.snapshot(0), self.metadata["render_fps"])
-
-    def _require_open(self) -> None:
-        if self.closed:
-            raise ClosedEnvironmentError("this environment has been closed")
+        images = self._images(range(self.num_envs))
+        return None if images is None else tuple(images)
 
     def _require_all(self, mask: Mask) -> None:
         if not mask.all():

@@ -3,48 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from dataclasses import dataclass, field
+from typing import Any
 
-from snake_env import _native
-from snake_env._encode import encode
-from snake_env.config.section import Section
+from snake_env.config.section import Section, core_defaults
 from snake_env.errors import ConfigError
 
-
-@dataclass(frozen=True)
-class _JointController(Section):
-    """Gains, limit and treatment, and what each model takes of them."""
-
-    _section = "controller"
-    _law: ClassVar[str]
-
-    kp: float
-    kd: float
-    torque_limit: float | None = None
-    active_from: float = 0.0
-    treatment: str | float = "implicit"
-
-    def __post_init__(self) -> None:
-        _native.check("feedback", encode(self._feedback(), self._section))
-
-    def _for_core(self) -> dict[str, Any]:
-        names = ("kp", "kd", "torque_limit", "active_from")
-        return {"law": self._law, **{name: getattr(self, name) for name in names}}
-
-    def _for_planar(self) -> dict[str, Any]:
-        """The part of the planar and the spatial model; what they have not is refused."""
-        if self.treatment != "implicit":
-            raise ConfigError("controller.treatment", repr(self.treatment), '"implicit", or model="minimal"')
-        return self._for_core()
-
-    def _feedback(self) -> dict[str, Any]:
-        """The controller of the minimal model."""
-        return {**self._for_core(), "treatment": self.treatment}
+_PD = core_defaults("controller")
+_IO = core_defaults("io_controller")
 
 
 @dataclass(frozen=True)
-class PD(_JointController):
+class PD(Section):
     """Joint controller tau = -k_P (phi_d - phi) - k_D (phi_d' - phi') (T 3.51), (T 7.8) with the other sign.
 
     Args:
@@ -52,17 +22,21 @@ class PD(_JointController):
         kd: k_D [N m s/rad], >= 0.
         torque_limit: largest torque of a joint [N m], > 0; None for none.
         active_from: the actuators are off before this time [s], >= 0.
-        treatment: as for :class:`IOLinearizing`; the planar and the spatial model take "implicit" alone.
+        treatment: as for :class:`IOLinearizing`; the planar and the spatial model take "implicit" only.
     """
 
-    _law = "pd"
+    _section = "controller"
 
-    kp: float = 800.0
-    kd: float = 2.0
+    kp: float = _PD.kp
+    kd: float = _PD.kd
+    torque_limit: float | None = _PD.torque_limit
+    active_from: float = _PD.active_from
+    treatment: str | float = _PD.treatment
+    law: str = field(default="pd", init=False, repr=False)
 
 
 @dataclass(frozen=True)
-class IOLinearizing(_JointController):
+class IOLinearizing(Section):
     """Input-output linearising joint controller (T 6.58), (T 6.60); the default gains are the thesis's (T Table 7.2).
 
     tau = M22_bar u + h2_bar - g2_bar, u = phi_d'' - K_D (phi' - phi_d') - K_P (phi - phi_d), with the smooth friction
@@ -79,10 +53,14 @@ class IOLinearizing(_JointController):
             over which torques are held.
     """
 
-    _law = "io"
+    _section = "controller"
 
-    kp: float = 4e5
-    kd: float = 2.4e3
+    kp: float = _IO.kp
+    kd: float = _IO.kd
+    torque_limit: float | None = _IO.torque_limit
+    active_from: float = _IO.active_from
+    treatment: str | float = _IO.treatment
+    law: str = field(default="io", init=False, repr=False)
 
     @classmethod
     def for_period(cls, period: float, **changes: Any) -> IOLinearizing:

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from snake_env import _native
-from snake_env._encode import encode
-from snake_env.config.section import DEGREE, Section
+from snake_env._native import gait_reference
+from snake_env.config.section import DEGREE, Section, core_defaults
+
+_UNDULATION = core_defaults("gait")
 
 
 @dataclass(frozen=True)
@@ -18,7 +19,7 @@ class Gait(Section):
     """Joint references: travelling waves, phi_i = A sin(omega t + (i - 1) beta) + gamma (T 2.14), (T 7.1).
 
     The spatial model has a vertical wave beside it, A_v sin(omega_v t + (i - 1) beta_v + beta_0) (T 2.15), (T 7.2). The
-    others take the horizontal wave alone: their ``vertical_amplitude`` must be zero.
+    others take the horizontal wave only: their ``vertical_amplitude`` must be zero.
 
     Args:
         amplitude: A_h [rad].
@@ -35,15 +36,15 @@ class Gait(Section):
 
     _section = "gait"
 
-    amplitude: float = 40 * DEGREE
-    omega: float = 80 * DEGREE
-    beta: float = -50 * DEGREE
-    gamma: float = 0.0
-    vertical_amplitude: float = 0.0
-    vertical_omega: float = 0.0
-    vertical_beta: float = 0.0
-    vertical_phase: float = 0.0
-    soft_start: bool = False
+    amplitude: float = _UNDULATION.amplitude
+    omega: float = _UNDULATION.omega
+    beta: float = _UNDULATION.beta
+    gamma: float = _UNDULATION.gamma
+    vertical_amplitude: float = _UNDULATION.vertical_amplitude
+    vertical_omega: float = _UNDULATION.vertical_omega
+    vertical_beta: float = _UNDULATION.vertical_beta
+    vertical_phase: float = _UNDULATION.vertical_phase
+    soft_start: bool = _UNDULATION.soft_start
 
     @classmethod
     def lateral_undulation(cls, **changes: Any) -> Gait:
@@ -91,7 +92,7 @@ class Gait(Section):
         ``start_up`` is when the actuators are switched on [s]; a soft start counts from then.
         """
         times = np.atleast_1d(np.asarray(time, np.float64)).tolist()
-        return _native.gait_reference(encode(self._for_core(), self._section), joints, times, vertical, start_up)
+        return gait_reference(self, joints, times, vertical, start_up)
 
     @classmethod
     def _with_vertical(cls, values: dict[str, Any]) -> Gait:

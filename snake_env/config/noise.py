@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from snake_env.config.section import DEGREE, Section
+from snake_env.config.section import DEGREE, Section, core_defaults
 from snake_env.errors import ConfigError
+
+_NONE = core_defaults("noise")
 
 
 @dataclass(frozen=True)
@@ -26,12 +28,12 @@ class Noise(Section):
 
     _section = "noise"
 
-    position: float = 0.0
-    heading: float = 0.0
-    joint_angle: float = 0.0
-    velocity: float = 0.0
-    yaw_rate: float = 0.0
-    joint_rate: float = 0.0
+    position: float = _NONE.position
+    heading: float = _NONE.heading
+    joint_angle: float = _NONE.joint_angle
+    velocity: float = _NONE.velocity
+    yaw_rate: float = _NONE.yaw_rate
+    joint_rate: float = _NONE.joint_rate
 
     @classmethod
     def table_7_4(cls, row: str) -> Noise:

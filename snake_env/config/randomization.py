@@ -7,9 +7,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from snake_env.config.noise import Noise
-from snake_env.config.section import DEGREE, Section
+from snake_env.config.section import DEGREE, Section, core_defaults
 
 Range = tuple[float, float]
+
+_OFF = core_defaults("randomization")
 
 
 @dataclass(frozen=True)
@@ -36,16 +38,16 @@ class Randomization(Section):
 
     _section = "randomization"
 
-    friction: Range = (1.0, 1.0)
-    anisotropy: Range = (1.0, 1.0)
-    mass: Range = (1.0, 1.0)
-    torque_limit: Range = (1.0, 1.0)
+    friction: Range = _OFF.friction
+    anisotropy: Range = _OFF.anisotropy
+    mass: Range = _OFF.mass
+    torque_limit: Range = _OFF.torque_limit
     reference_rate: float | None = None
-    reference_delay: Range = (0.0, 0.0)
+    reference_delay: Range = _OFF.reference_delay
     noise: Noise | Mapping[str, float] = dataclasses.field(default_factory=Noise)
-    peg_error: float = 0.0
-    free_play: Range = (0.0, 0.0)
-    stribeck: Range = (0.0, 0.0)
+    peg_error: float = _OFF.peg_error
+    free_play: Range = _OFF.free_play
+    stribeck: Range = _OFF.stribeck
 
     @classmethod
     def thesis(cls) -> Randomization:

@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from snake_env import _checks
-from snake_env.config.section import Section
+from snake_env.config.section import Section, core_defaults
 
 PerLink = float | Sequence[float]
+
+_AIKO = core_defaults("robot")
 
 
 @dataclass(frozen=True)
 class Robot(Section):
     """A chain of rigid links; the default is Aiko (T Table 7.1).
 
-    Every quantity but ``links``, ``gravity`` and ``free_play`` is one number for all links or a sequence of one a link.
+    Every quantity but ``links``, ``gravity`` and ``free_play`` is a number for all links or a sequence, one per link.
 
     Args:
         links: number of links n >= 2.
@@ -24,24 +25,20 @@ class Robot(Section):
         radius: half width of a link and radius of its round ends L_SC,i [m], > 0.
         mass: m_i [kg], > 0.
         inertia: moment of inertia about an axis across the link through the CG, Theta_psi [kg m^2], > 0.
-        roll_inertia: moment of inertia about the link's centre line, Theta_rho [kg m^2], > 0; the spatial model alone.
+        roll_inertia: moment of inertia about the link's centre line, Theta_rho [kg m^2], > 0; the spatial model only.
         gravity: acceleration of gravity [m/s^2], > 0.
         free_play: angle by which a joint can turn while its motor stands still (T 7.5.4) [rad], 0 to pi/2; Aiko has 3
-            to 5 degrees. The planar model alone, not with the method "thesis" nor with :class:`IOLinearizing`.
+            to 5 degrees. The planar model only, not with the method "thesis" nor with :class:`IOLinearizing`.
     """
 
     _section = "robot"
 
-    links: int = 11
-    length: PerLink = 0.122
-    contact_half_length: PerLink = 0.0393
-    radius: PerLink = 0.0525
-    mass: PerLink = 7.5 / 11.0
-    inertia: PerLink = 1.32e-3
-    roll_inertia: PerLink = 9.40e-4
-    gravity: float = 9.81
-    free_play: float = 0.0
-
-    def __post_init__(self) -> None:
-        _checks.links(self.links)
-        super().__post_init__()
+    links: int = _AIKO.links
+    length: PerLink = _AIKO.length
+    contact_half_length: PerLink = _AIKO.contact_half_length
+    radius: PerLink = _AIKO.radius
+    mass: PerLink = _AIKO.mass
+    inertia: PerLink = _AIKO.inertia
+    roll_inertia: PerLink = _AIKO.roll_inertia
+    gravity: float = _AIKO.gravity
+    free_play: float = _AIKO.free_play

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
-from snake_env import _checks, _native
-from snake_env._encode import encode
-from snake_env.config.section import Section
+from snake_env import _checks
+from snake_env._native import courses
+from snake_env.config.section import PYTHON_ONLY, Section, core_defaults
 from snake_env.errors import ConfigError
+
+_GROUND = core_defaults("scene")
+_CONSTANT = core_defaults("stribeck")
 
 
 @dataclass(frozen=True)
@@ -26,8 +29,8 @@ class Stribeck(Section):
 
     _section = "stribeck"
 
-    drop: float = 0.0
-    speed: float = 0.02
+    drop: float = _CONSTANT.drop
+    speed: float = _CONSTANT.speed
 
 
 @dataclass(frozen=True)
@@ -37,9 +40,9 @@ class Scene(Section):
     Args:
         obstacles: pegs as triples (radius, x, y) [m]; radius > 0.
         friction: Coulomb coefficients along and across a link (mu_x, mu_y), >= 0.
-        rolling_friction: coefficient mu_V of the friction that resists rolling (T 4.87), >= 0; the spatial model alone.
-        stribeck: how friction falls in sliding; the planar model alone.
-        viscous: viscous coefficients along and across a link (mu_Vx, mu_Vy) [s/m], >= 0; the minimal model alone.
+        rolling_friction: coefficient mu_V of the friction that resists rolling (T 4.87), >= 0; the spatial model only.
+        stribeck: how friction falls in sliding; the planar model only.
+        viscous: viscous coefficients along and across a link (mu_Vx, mu_Vy) [s/m], >= 0; the minimal model only.
         friction_law: "set-valued", the exact Coulomb law; for the minimal model also "arctan" (T 6.21), a box, and
             "ellipse", -D^2 v / sqrt(v^T D^2 v + eps^2) with D = diag(friction) times a contact point's normal force.
         smoothing: eps of the smooth laws, > 0: [m/s] for "arctan", [N m/s] for "ellipse".
@@ -48,41 +51,23 @@ class Scene(Section):
 
     _section = "scene"
 
-    obstacles: Sequence[tuple[float, float, float]] = ()
-    friction: tuple[float, float] = (0.2, 0.2)
-    rolling_friction: float = 0.02
+    obstacles: Sequence[tuple[float, float, float]] = _GROUND.obstacles
+    friction: tuple[float, float] = _GROUND.friction
+    rolling_friction: float = _GROUND.rolling_friction
     stribeck: Stribeck = Stribeck()
-    viscous: tuple[float, float] = (0.0, 0.0)
-    friction_law: str = "set-valued"
-    smoothing: float = 1e-3
-    course: str | None = None
+    viscous: tuple[float, float] = _GROUND.viscous
+    friction_law: str = _GROUND.friction_law
+    smoothing: float = _GROUND.smoothing
+    course: str | None = field(default=None, metadata=PYTHON_ONLY)
 
     def __post_init__(self) -> None:
-        _checks.choice("scene.course", self.course, [None, *_native.courses()])
+        _checks.choice("scene.course", self.course, [None, *courses()])
         if not isinstance(self.stribeck, Stribeck):
             raise ConfigError("scene.stribeck", repr(self.stribeck), "a snake_env.Stribeck")
         super().__post_init__()
-        _native.check("ground", encode(self._ground(), self._section))
-
-    def _for_core(self) -> dict[str, Any]:
-        names = ("obstacles", "friction", "rolling_friction", "stribeck")
-        return {name: getattr(self, name) for name in names}
-
-    def _for_planar(self) -> dict[str, Any]:
-        """The part of the planar and the spatial model; what they have not is refused."""
-        if any(self.viscous):
-            raise ConfigError("scene.viscous", repr(self.viscous), '(0.0, 0.0), or model="minimal": viscous friction')
-        if self.friction_law != "set-valued":
-            raise ConfigError("scene.friction_law", repr(self.friction_law), '"set-valued", or model="minimal"')
-        return self._for_core()
-
-    def _ground(self) -> dict[str, Any]:
-        """The ground of the minimal model."""
-        names = ("friction", "viscous", "friction_law", "smoothing")
-        return {name: getattr(self, name) for name in names}
 
     @classmethod
-    def preset(cls, name: str, friction: tuple[float, float] = (0.2, 0.2)) -> Scene:
+    def preset(cls, name: str, friction: tuple[float, float] = _GROUND.friction) -> Scene:
         """A course of the thesis: "table-7.3", "table-7.5" or "free" (no obstacles)."""
         pegs = [tuple(peg) for peg in course(name)["obstacles"]]
         return cls(obstacles=pegs, friction=friction, course=name)
@@ -108,7 +93,7 @@ class Scene(Section):
 
 def course(name: str) -> dict[str, Any]:
     """Obstacles and starts of a course of the thesis."""
-    courses = _native.courses()
-    if not isinstance(name, str) or name not in courses:
-        raise ConfigError("preset", repr(name), "one of " + ", ".join(f'"{key}"' for key in courses))
-    return courses[name]
+    known = courses()
+    if not isinstance(name, str) or name not in known:
+        raise ConfigError("preset", repr(name), "one of " + ", ".join(f'"{key}"' for key in known))
+    return known[name]

@@ -1,25 +1,36 @@
-"""A part of the configuration."""
+"""A section of the configuration."""
 
 from __future__ import annotations
 
-import dataclasses
 import math
+from types import SimpleNamespace
 from typing import Any, ClassVar
 
-from snake_env import _native
-from snake_env._encode import encode
+from snake_env._native import check, defaults
 
 DEGREE = math.pi / 180.0
 
+PYTHON_ONLY = {"python_only": True}
+"""Metadata of a field that the core does not know."""
+
 
 class Section:
-    """A part of the configuration: one JSON object of the core, checked when it is made."""
+    """A section of the configuration: a frozen dataclass that the core checks when it is made.
+
+    The core reads its fields by name. A field whose default is None is left out while it is None.
+    """
 
     _section: ClassVar[str]
 
     def __post_init__(self) -> None:
-        _native.check(self._section, encode(self._for_core(), self._section))
+        check(self._section, self)
 
-    def _for_core(self) -> dict[str, Any]:
-        """The fields that the core knows."""
-        return {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}  # type: ignore[arg-type]
+
+def core_defaults(section: str, model: str = "planar") -> Any:
+    """The core's defaults of a section, as attributes; lists are tuples."""
+    values = defaults(section, model)
+    return SimpleNamespace(**{name: _frozen(value) for name, value in values.items()})
+
+
+def _frozen(value: Any) -> Any:
+    return tuple(_frozen(item) for item in value) if isinstance(value, list) else value

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 from snake_env import _checks
 from snake_env.config.scene import Scene, course
+from snake_env.config.section import core_defaults
 from snake_env.errors import ConfigError
+
+_AT_REST = core_defaults("start")
 
 
 @dataclass(frozen=True)
 class Start:
-    """Where the robot starts, at rest.
+    """Where the robot starts, at rest; checked when the run is, since it depends on model and robot.
 
     Args:
         position: CG of link 1 (x, y) [m]; of the first real link in the minimal model. In the spatial model
@@ -23,24 +25,19 @@ class Start:
             leading link faces +x. In the spatial model the yaw of its centre line.
         posture: "gait" (joint angles equal the reference at t = 0), "straight", or n - 1 joint angles [rad]; in the
             spatial model also n - 1 pairs (yaw, pitch).
-        pitch: lifts the chain behind link 1, which then faces down [rad], in [-pi/2, pi/2]; the spatial model alone.
-        roll: turns the chain about the centre line of link 1, its left side down [rad]; the spatial model alone. None
+        pitch: lifts the chain behind link 1, which then faces down [rad], in [-pi/2, pi/2]; the spatial model only.
+        roll: turns the chain about the centre line of link 1, its left side down [rad]; the spatial model only. None
             is 0, but -pi/2, on its side, for a gait that also yaws and whose posture bends up and down alone, as
             lateral rolling's.
     """
 
-    position: tuple[float, float] | tuple[float, float, float] = (0.0, 0.0)
-    heading: float = math.pi
-    posture: str | Sequence[float] | Sequence[tuple[float, float]] = "gait"
-    pitch: float = 0.0
-    roll: float | None = None
+    _section: ClassVar[str] = "start"
 
-    def _for_plane(self) -> dict[str, Any]:
-        """The part of the models in the plane; what they have not is refused."""
-        for name in ("pitch", "roll"):
-            if getattr(self, name):
-                raise ConfigError(f"start.{name}", repr(getattr(self, name)), '0, or model="spatial"')
-        return {name: getattr(self, name) for name in ("position", "heading", "posture")}
+    position: tuple[float, float] | tuple[float, float, float] = _AT_REST.position
+    heading: float = _AT_REST.heading
+    posture: str | Sequence[float] | Sequence[tuple[float, float]] = _AT_REST.posture
+    pitch: float = _AT_REST.pitch
+    roll: float | None = _AT_REST.roll
 
     @classmethod
     def on_course(cls, scene: Scene, model: str = "planar") -> Start:

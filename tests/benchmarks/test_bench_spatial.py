@@ -20,7 +20,7 @@ from snake_env import Gait, Integrator, Scene, Start, _native
 WAVE = {"omega": np.radians(80), "beta": np.radians(-50), "gamma": 0.0}
 SIDEWINDING = {
     "name": "spatial-sidewinding",
-    "robot": json.loads(_native.defaults("robot")),
+    "robot": _native.defaults("robot"),
     "scene": {"friction": [0.2, 0.2], "obstacles": []},
     "controller": {"kp": 800.0, "kd": 2.0, "torque_limit": None},
     "yaw": WAVE | {"amplitude": np.radians(30), "phase": 0.0},

@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
-import json
+import dataclasses
+import inspect
 import pickle
 
 import numpy as np
 import pytest
 
 import snake_env
-from snake_env import PD, ConfigError, Gait, Integrator, IOLinearizing, Noise, Robot, Scene, Start, Stribeck, _native
+from snake_env import (
+    PD,
+    ConfigError,
+    Gait,
+    Integrator,
+    IOLinearizing,
+    Noise,
+    Randomization,
+    Robot,
+    Scene,
+    Start,
+    Stribeck,
+    _native,
+)
 
 NAN, INF = float("nan"), float("inf")
 
@@ -116,7 +130,8 @@ BAD_SPATIAL = [
     [
         ({"model": "cubic"}, "model"),
         ({"model": None}, "model"),
-        ({"robot": {"links": 7}}, "robot"),
+        ({"robot": {"link": 7}}, "robot.link"),
+        ({"robot": Gait()}, "robot"),
         ({"gait": Gait(amplitude=40)}, "gait.amplitude"),
         ({"gait": Gait.sidewinding()}, "gait.vertical_amplitude"),
         ({"gait": Gait.lateral_rolling()}, "gait.vertical_amplitude"),
@@ -141,9 +156,8 @@ BAD_SPATIAL = [
         ({"noise": Noise()}, "noise"),
         ({"controller": IOLinearizing(treatment=0.01)}, "controller.treatment"),
         ({"controller": PD(treatment="step")}, "controller.treatment"),
-        ({"viscous": (0.1, 0.1)}, "scene.viscous"),
         ({"scene": Scene(viscous=(0.1, 0.1))}, "scene.viscous"),
-        ({"friction_law": "arctan"}, "scene.friction_law"),
+        ({"scene": Scene(friction_law="arctan")}, "scene.friction_law"),
         ({"model": "minimal", "noise": 0.1}, "noise"),
         ({"model": "minimal", "scene": Scene.preset("table-7.5")}, "scene.obstacles"),
         ({"model": "minimal", "controller": Gait()}, "controller"),
@@ -152,8 +166,8 @@ BAD_SPATIAL = [
         ({"integrator": THESIS, "robot": Robot(free_play=0.1)}, "robot.free_play"),
         ({"controller": IOLinearizing(), "robot": Robot(free_play=0.1)}, "robot.free_play"),
         (
-            {"model": "minimal", "friction_law": "arctan", "integrator": Integrator(method="thesis")},
-            "integrator.method",
+            {"model": "minimal", "scene": Scene(friction_law="arctan"), "integrator": THESIS},
+            "scene.friction_law",
         ),
         ({"model": "minimal", "start": Start(posture=[0.0] * 3)}, "start.posture"),
         ({"model": "minimal", "gait": Gait.sidewinding()}, "gait.vertical_amplitude"),
@@ -176,11 +190,45 @@ def test_the_error_is_a_value_error_that_can_be_pickled():
     assert (copy.field, copy.value) == ("robot.mass", "-1")
 
 
-@pytest.mark.parametrize("kind", [Robot, Gait, PD, Integrator, Scene])
-def test_defaults_are_those_of_the_core(kind):
-    core = json.loads(_native.defaults(kind._section))
-    ours = json.loads(snake_env._encode.encode(kind()._for_core()))
-    assert ours == core
+SECTION_KINDS = [Robot, Gait, PD, Integrator, Scene, Stribeck, Noise, Start, Randomization]
+
+
+@pytest.mark.parametrize("kind", SECTION_KINDS)
+def test_the_fields_and_defaults_of_a_section_are_those_of_the_core(kind):
+    core = _native.defaults(kind._section)
+    ours = {field.name: getattr(kind(), field.name) for field in dataclasses.fields(kind) if not field.metadata}
+    assert list(ours) == [name for name in core if name != "law"] + ["law"] * ("law" in core)
+    for name, value in ours.items():
+        expected = dataclasses.asdict(value) if dataclasses.is_dataclass(value) else value
+        assert expected == (tuple(core[name]) if isinstance(core[name], list) else core[name]), name
+
+
+@pytest.mark.parametrize("kind", [*SECTION_KINDS, IOLinearizing])
+def test_sections_are_values(kind):
+    one = kind()
+    assert one == kind()
+    assert pickle.loads(pickle.dumps(one)) == one
+    assert eval(repr(one), {name: getattr(snake_env, name) for name in snake_env.__all__}) == one
+    assert str(inspect.signature(kind)).startswith("(")
+    if kind is not Randomization:
+        assert hash(one) == hash(kind())
+
+
+def test_a_law_without_gains_has_its_own():
+    layout = _native.layout({"controller": {"law": "io"}})["config"]["controller"]
+    assert (layout["kp"], layout["kd"]) == (IOLinearizing().kp, IOLinearizing().kd)
+    assert PD() != IOLinearizing(kp=PD().kp, kd=PD().kd)
+
+
+def test_what_a_model_does_not_have_is_refused_with_what_it_needs():
+    rows = {row["name"]: row for row in _native.capabilities()}
+    assert rows["contact with pegs"] | {"planar": True, "spatial": True, "minimal": False} == rows["contact with pegs"]
+    message = (
+        r"robot\.free_play = 0\.1: expected 0: backlash of the joints needs model=\"planar\" and method=\"implicit\""
+    )
+    for keywords in ({"model": "spatial"}, {"model": "minimal"}, {"integrator": Integrator(method="thesis")}):
+        with pytest.raises(ConfigError, match=message):
+            snake_env.simulate(robot=Robot(free_play=0.1), **keywords)
 
 
 def test_numpy_values_and_lists_are_welcome():

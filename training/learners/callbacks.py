@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-
 from stable_baselines3.common.callbacks import BaseCallback
 from tqdm import tqdm
 
@@ -33,7 +31,7 @@ class Keeper(BaseCallback):
         """Sets the difficulty of the episodes that begin from now on."""
         if self._config.curriculum:
             layout = self.training_env.get_attr("layout", [0])[0]
-            hardest = float(json.loads(layout["config"])["difficulty"])
+            hardest = float(layout["config"]["difficulty"])
             self.training_env.env_method("set_difficulty", self._config.difficulty(self._budget.used, hardest))
 
     def _on_step(self) -> bool:

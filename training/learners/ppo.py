@@ -11,7 +11,6 @@ end. ``--resume`` goes on from the latest checkpoint, on fresh fields. Ctrl-C sa
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Callable, Mapping
 from itertools import pairwise
@@ -186,7 +185,7 @@ class Collector:
         self._traces = Traces(layout, config.policy.traces, config.num_envs)
         self.observations = len(observed(layout, config.policy.traces))
         self.actions = len(layout["action"])
-        self._hardest = float(json.loads(layout["config"])["difficulty"])
+        self._hardest = float(layout["config"]["difficulty"])
         self.rollout = Rollout(config.ppo.n_steps, config.num_envs, self.observations, self.actions)
         self._note = note
         self._returns = np.zeros(config.num_envs)

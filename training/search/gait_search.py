@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import json
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -120,7 +119,7 @@ class _Shown(ConstantAction):
 
     def begin(self, layout: dict[str, Any], num_envs: int) -> None:
         """Counts from zero."""
-        self._limit = json.loads(layout["config"])["max_episode_steps"]
+        self._limit = layout["config"]["max_episode_steps"]
         self._steps, self._said = 0, time.monotonic()
 
     def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -1,8 +1,11 @@
-//! The joint controller: PD (T 3.51) or input-output linearising (T 6.58), with optional torque limit.
+//! The joint controller: PD (T 3.51), (T 7.8) or input-output linearising (T 6.58), with optional torque limit.
 
-use serde::{Deserialize, Serialize};
+use std::fmt;
+
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::error::{ConfigError, non_negative, positive};
+use crate::gait::JointTarget;
 
 /// Which control law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -15,9 +18,36 @@ pub enum ControlLaw {
     Io,
 }
 
-/// Law, gains and limit of the joint controller; the default is PD with the gains of (T Table 7.2), planar model.
+/// When the torque is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase", expecting = "\"implicit\", \"step\" or a period in seconds")]
+pub enum Treatment {
+    /// Continuously; in a time step linearly implicit, from the state at its end.
+    #[default]
+    Implicit,
+    /// At the start of a step, held over it.
+    Step,
+    /// At the start of each control period of this length \[s\], held over it.
+    #[serde(untagged)]
+    Period(f64),
+}
+
+impl fmt::Display for Treatment {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Treatment::Implicit => f.write_str("\"implicit\""),
+            Treatment::Step => f.write_str("\"step\""),
+            Treatment::Period(period) => write!(f, "{period}"),
+        }
+    }
+}
+
+/// Law, gains, limit and treatment of the joint controller.
+///
+/// The default is PD with the gains of (T Table 7.2), planar model; a configuration that names another law and no gains
+/// has the gains of that law.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[serde(from = "ControllerFields")]
 pub struct ControllerConfig {
     pub law: ControlLaw,
     /// k_P \[N m/rad\], or K_P \[1/s^2\] for `Io`.
@@ -28,17 +58,68 @@ pub struct ControllerConfig {
     pub torque_limit: Option<f64>,
     /// The actuators are off before this time \[s\].
     pub active_from: f64,
+    /// When the torque is computed; the planar and the spatial model have `Implicit` only.
+    pub treatment: Treatment,
 }
 
 impl Default for ControllerConfig {
     fn default() -> Self {
-        Self { law: ControlLaw::Pd, kp: 800.0, kd: 2.0, torque_limit: None, active_from: 0.0 }
+        let treatment = Treatment::Implicit;
+        Self { law: ControlLaw::Pd, kp: 800.0, kd: 2.0, torque_limit: None, active_from: 0.0, treatment }
+    }
+}
+
+/// What a user writes: gains that are left out are those of the law.
+#[derive(Deserialize)]
+#[serde(rename = "ControllerConfig", default, deny_unknown_fields)]
+struct ControllerFields {
+    law: ControlLaw,
+    #[serde(deserialize_with = "given")]
+    kp: Option<f64>,
+    #[serde(deserialize_with = "given")]
+    kd: Option<f64>,
+    torque_limit: Option<f64>,
+    active_from: f64,
+    treatment: Treatment,
+}
+
+impl Default for ControllerFields {
+    fn default() -> Self {
+        let ControllerConfig { law, torque_limit, active_from, treatment, .. } = ControllerConfig::default();
+        Self { law, kp: None, kd: None, torque_limit, active_from, treatment }
+    }
+}
+
+/// A number; unlike an `Option<f64>`, not nothing.
+fn given<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
+    f64::deserialize(deserializer).map(Some)
+}
+
+impl From<ControllerFields> for ControllerConfig {
+    fn from(fields: ControllerFields) -> Self {
+        let of_law = match fields.law {
+            ControlLaw::Pd => Self::default(),
+            ControlLaw::Io => Self::io(),
+        };
+        let ControllerFields { law, kp, kd, torque_limit, active_from, treatment } = fields;
+        let (kp, kd) = (kp.unwrap_or(of_law.kp), kd.unwrap_or(of_law.kd));
+        Self { law, kp, kd, torque_limit, active_from, treatment }
     }
 }
 
 impl ControllerConfig {
+    /// PD with the gains of (T Table 7.2), "robot model".
+    pub fn minimal_pd() -> Self {
+        Self { kp: 200.0, kd: 1.2, ..Self::default() }
+    }
+
+    /// Input-output linearisation with the gains of (T Table 7.2).
+    pub fn io() -> Self {
+        Self { law: ControlLaw::Io, kp: 4e5, kd: 2.4e3, ..Self::default() }
+    }
+
     /// # Errors
-    /// Names the gain or limit that is not admissible.
+    /// Names the gain, limit or period that is not admissible.
     pub fn validate(&self) -> Result<(), ConfigError> {
         non_negative("kp", self.kp)?;
         non_negative("kd", self.kd)?;
@@ -46,12 +127,24 @@ impl ControllerConfig {
         if let Some(limit) = self.torque_limit {
             positive("torque_limit", limit)?;
         }
+        if let Treatment::Period(period) = self.treatment {
+            positive("treatment", period)?;
+        }
         Ok(())
     }
 
     /// The largest torque at a time: infinite when there is no limit, 0 before `active_from` \[N m\].
     pub fn limit_at(&self, time: f64) -> f64 {
         if time < self.active_from { 0.0 } else { self.torque_limit.unwrap_or(f64::INFINITY) }
+    }
+
+    /// The law's own output for a joint at `angle` and `rate`: a torque (T 7.8), or u (T 6.60).
+    pub fn output(&self, target: &JointTarget, angle: f64, rate: f64) -> f64 {
+        let feedback = self.kp * (target.angle - angle) + self.kd * (target.rate - rate);
+        match self.law {
+            ControlLaw::Pd => feedback,
+            ControlLaw::Io => feedback + target.acceleration,
+        }
     }
 
     /// The largest torque in a stage that ends at `end`: actuators that are switched on then have not acted yet

@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+use serde::Deserializer;
+use serde::de::{self, Unexpected, Visitor};
+
 /// A rejected configuration value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ConfigError {
@@ -36,6 +39,36 @@ impl std::error::Error for ConfigError {}
 /// Rejects `value` unless `ok`.
 pub fn require(ok: bool, field: &str, value: impl ToString, expected: &str) -> Result<(), ConfigError> {
     if ok { Ok(()) } else { Err(ConfigError::new(field, value, expected)) }
+}
+
+/// Reads an integer of a range; whatever else there is, the error names the range.
+///
+/// # Errors
+/// There is something else.
+pub fn integer_in<'de, D: Deserializer<'de>, const LOW: usize, const HIGH: usize>(
+    deserializer: D,
+) -> Result<usize, D::Error> {
+    struct InRange<const LOW: usize, const HIGH: usize>;
+
+    impl<const LOW: usize, const HIGH: usize> Visitor<'_> for InRange<LOW, HIGH> {
+        type Value = usize;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            write!(f, "an integer in [{LOW}, {HIGH}]")
+        }
+
+        fn visit_u64<E: de::Error>(self, value: u64) -> Result<usize, E> {
+            let inside = usize::try_from(value).ok().filter(|value| (LOW..=HIGH).contains(value));
+            inside.ok_or_else(|| E::invalid_value(Unexpected::Unsigned(value), &self))
+        }
+
+        fn visit_i64<E: de::Error>(self, value: i64) -> Result<usize, E> {
+            let unsigned = u64::try_from(value).map_err(|_| E::invalid_value(Unexpected::Signed(value), &self));
+            self.visit_u64(unsigned?)
+        }
+    }
+
+    deserializer.deserialize_any(InRange::<LOW, HIGH>)
 }
 
 /// A finite number.

@@ -8,6 +8,7 @@
 //! `math <- {laws, judge} <- contact <- solver <- stepping <- {planar, spatial, minimal} <- simulation <- environment <- batch`.
 
 pub mod batch;
+pub mod capabilities;
 pub mod contact;
 pub mod control;
 pub mod environment;

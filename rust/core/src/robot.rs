@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{ConfigError, non_negative, positive, require, within};
+use crate::error::{ConfigError, integer_in, non_negative, positive, require, within};
 
 /// A quantity given once for all links or link by link.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -38,6 +38,7 @@ impl PerLink {
 #[serde(default, deny_unknown_fields)]
 pub struct RobotConfig {
     /// Number of links n >= 2.
+    #[serde(deserialize_with = "integer_in::<_, 2, MAX_LINKS>")]
     pub links: usize,
     /// Distance between adjacent joints, L_i \[m\].
     pub length: PerLink,
@@ -49,11 +50,11 @@ pub struct RobotConfig {
     pub mass: PerLink,
     /// Moment of inertia about an axis across the link through the CG, Theta_psi,i \[kg m^2\].
     pub inertia: PerLink,
-    /// Moment of inertia about the link's centre line, Theta_rho,i \[kg m^2\]; the spatial model alone.
+    /// Moment of inertia about the link's centre line, Theta_rho,i \[kg m^2\]; the spatial model only.
     pub roll_inertia: PerLink,
     /// Acceleration of gravity \[m/s^2\]; in the plane it enters through the friction bounds.
     pub gravity: f64,
-    /// Free play of a joint, from end to end (T 7.5.4) \[rad\]; the planar model alone.
+    /// Free play of a joint, from end to end (T 7.5.4) \[rad\]; the planar model only.
     pub free_play: f64,
 }
 
@@ -124,13 +125,6 @@ impl Robot {
         let gravity = positive("gravity", config.gravity)?;
         let free_play = within("free_play", config.free_play, 0.0, MOST_PLAY)?;
         Ok(Self { links, gravity, free_play })
-    }
-
-    /// # Errors
-    /// The joints have free play, which a model does not know.
-    pub fn require_tight_joints(&self, model: &str) -> Result<(), ConfigError> {
-        let expected = format!("0: free play is not offered in the {model} model");
-        require(self.free_play == 0.0, "free_play", self.free_play, &expected)
     }
 
     pub fn link_count(&self) -> usize {

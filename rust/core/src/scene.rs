@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{ConfigError, finite, non_negative, positive, require};
-use crate::laws::Stribeck;
+use crate::error::{ConfigError, finite, non_negative, positive};
+use crate::laws::{SmoothLaw, Stribeck};
 
 /// A fixed circular obstacle; configured as the triple `[radius, x, y]` of the thesis's tables.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -28,6 +28,29 @@ impl From<Peg> for [f64; 3] {
     }
 }
 
+/// A law of dry friction, by the name that users write.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FrictionLawName {
+    /// The exact Coulomb law.
+    #[default]
+    SetValued,
+    /// (T 6.21); the minimal model only.
+    Arctan,
+    /// The smoothed (T 6.25); the minimal model only.
+    Ellipse,
+}
+
+impl FrictionLawName {
+    pub fn name(self) -> &'static str {
+        match self {
+            FrictionLawName::SetValued => "set-valued",
+            FrictionLawName::Arctan => "arctan",
+            FrictionLawName::Ellipse => "ellipse",
+        }
+    }
+}
+
 /// What a user may choose about the scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -35,15 +58,28 @@ pub struct SceneConfig {
     pub obstacles: Vec<Peg>,
     /// Coulomb friction coefficients along and across a link, (mu_Tx, mu_Ty).
     pub friction: [f64; 2],
-    /// Rolling friction coefficient mu_V (T 4.87); the spatial model alone.
+    /// Rolling friction coefficient mu_V (T 4.87); the spatial model only.
     pub rolling_friction: f64,
-    /// How friction falls in sliding (T 7.5.4); the planar model alone.
+    /// How friction falls in sliding (T 7.5.4); the planar model only.
     pub stribeck: Stribeck,
+    /// Viscous coefficients along and across a link, (mu_Vx, mu_Vy) \[s/m\]; the minimal model only.
+    pub viscous: [f64; 2],
+    pub friction_law: FrictionLawName,
+    /// eps of the smooth laws: \[m/s\] for `Arctan`, \[N m/s\] for `Ellipse`.
+    pub smoothing: f64,
 }
 
 impl Default for SceneConfig {
     fn default() -> Self {
-        Self { obstacles: Vec::new(), friction: [0.2, 0.2], rolling_friction: 0.02, stribeck: Stribeck::default() }
+        Self {
+            obstacles: Vec::new(),
+            friction: [0.2, 0.2],
+            rolling_friction: 0.02,
+            stribeck: Stribeck::default(),
+            viscous: [0.0; 2],
+            friction_law: FrictionLawName::SetValued,
+            smoothing: SmoothLaw::SMOOTHING,
+        }
     }
 }
 
@@ -70,14 +106,10 @@ impl Scene {
         let rolling_friction = non_negative("rolling_friction", config.rolling_friction)?;
         let (friction, stribeck) = (config.friction, config.stribeck);
         stribeck.validate().map_err(|e| e.inside("stribeck"))?;
+        non_negative("viscous[0]", config.viscous[0])?;
+        non_negative("viscous[1]", config.viscous[1])?;
+        positive("smoothing", config.smoothing)?;
         Ok(Self { pegs: config.obstacles.clone(), friction, rolling_friction, stribeck })
-    }
-
-    /// # Errors
-    /// The ground has a Stribeck effect, which a model does not know.
-    pub fn require_constant_friction(&self, model: &str) -> Result<(), ConfigError> {
-        let expected = format!("0: the Stribeck effect is not offered in the {model} model");
-        require(self.stribeck.drop == 0.0, "stribeck.drop", self.stribeck.drop, &expected)
     }
 }
 

@@ -3,9 +3,10 @@
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
+use crate::capabilities::{ModelName, require_supported};
 use crate::contact::gap;
-use crate::control::{ControlLaw, ControllerConfig};
-use crate::error::{ConfigError, require};
+use crate::control::ControllerConfig;
+use crate::error::ConfigError;
 use crate::gait::JointReference;
 use crate::pegs::PegGrid;
 use crate::planar::{
@@ -60,12 +61,12 @@ impl PlanarSimulation {
         controller: &ControllerConfig,
         integrator: &IntegratorConfig,
     ) -> Result<Self, ConfigError> {
+        require_supported(ModelName::Planar, integrator.method, robot, scene, controller)?;
         let robot = Robot::new(robot).map_err(|e| e.inside("robot"))?;
         let scene = Scene::new(scene).map_err(|e| e.inside("scene"))?;
         integrator.validate().map_err(|e| e.inside("integrator"))?;
         let body = Body::new(&robot, PegGrid::new(&scene.pegs));
         let joints = robot.joint_count();
-        require_tight(&robot, controller.law, integrator.method).map_err(|e| e.inside("robot"))?;
         let plant = Plant::new(robot, scene.friction, *controller).map_err(|e| e.inside("controller"))?;
         let plant = plant.on_ground_with(scene.stribeck);
         let scheme = match integrator.method {
@@ -202,11 +203,4 @@ impl PlanarSimulation {
             scheme.clear();
         }
     }
-}
-
-/// Free play takes implicit stages, and a motor that follows a PD law.
-fn require_tight(robot: &Robot, law: ControlLaw, method: Method) -> Result<(), ConfigError> {
-    let can_have_play = method != Method::Thesis && law == ControlLaw::Pd;
-    let expected = "0 with the method \"thesis\" and with an input-output linearising controller";
-    require(can_have_play || robot.free_play == 0.0, "free_play", robot.free_play, expected)
 }

@@ -4,22 +4,24 @@ use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use snake_core::ConfigError;
+use snake_core::environment::EnvConfig;
 use snake_core::error::require;
 
 use crate::core::{Core, of_model};
-use crate::decode::decode;
-use crate::gate::{Fault, detached};
-use crate::sheet::{Sheet, shape};
+use crate::ffi::{CoreError, detached};
+use crate::from_python::from_python;
 use crate::snapshot;
+use crate::step_buffers::{StepBuffers, shape};
+use crate::to_python::to_python;
 
 /// n environments of one configuration.
 ///
-/// Results go to a sheet, a tuple of C-contiguous arrays: observation float32 (n, o), reward float64 (n,),
+/// Results go to step buffers, a tuple of C-contiguous arrays: observation float32 (n, o), reward float64 (n,),
 /// terminated and truncated bool (n,), signals float64 (k, n), flags bool and counts int64, which repeat
 /// the bool and int rows of signals. Rows outside a mask, bool (n,), stay untouched.
 #[pyclass(module = "snake_env._native")]
 pub struct Batch {
-    config: String,
+    config: EnvConfig,
     core: Core,
     /// Actions of the step at hand.
     actions: Vec<f64>,
@@ -28,9 +30,10 @@ pub struct Batch {
 #[pymethods]
 impl Batch {
     #[new]
-    fn new(py: Python<'_>, config_json: String, num_envs: usize, num_threads: usize) -> PyResult<Self> {
-        let core = detached(py, || Ok(Core::new(&decode(&config_json)?, num_envs, num_threads)?))?;
-        Ok(Self { actions: vec![0.0; num_envs * core.action_size()], config: config_json, core })
+    fn new(py: Python<'_>, config: &Bound<'_, PyAny>, num_envs: usize, num_threads: usize) -> PyResult<Self> {
+        let config: EnvConfig = from_python(config).map_err(CoreError::from)?;
+        let core = detached(py, || Ok(Core::new(&config, num_envs, num_threads)?))?;
+        Ok(Self { actions: vec![0.0; num_envs * core.action_size()], config, core })
     }
 
     /// Starts an episode in the rows of `mask`: with a seed its first, without one the next of the row.
@@ -39,19 +42,19 @@ impl Batch {
         py: Python<'_>,
         mask: PyReadonlyArray1<'_, bool>,
         seeds: Option<Vec<Option<u64>>>,
-        mut sheet: Sheet<'_>,
+        mut buffers: StepBuffers<'_>,
     ) -> PyResult<()> {
         let n = self.core.num_envs();
         let seeds = seeds.unwrap_or_else(|| vec![None; n]);
         shape("mask", &mask, &[n])?;
-        require(seeds.len() == n, "seeds", format!("{} seeds", seeds.len()), "one a row").map_err(Fault::from)?;
-        sheet.check(&self.core)?;
-        let (core, mask, out) = (&mut self.core, mask.as_slice()?, sheet.outputs()?);
+        require(seeds.len() == n, "seeds", format!("{} seeds", seeds.len()), "one per row").map_err(CoreError::from)?;
+        buffers.check(&self.core)?;
+        let (core, mask, out) = (&mut self.core, mask.as_slice()?, buffers.outputs()?);
         detached(py, || {
             of_model!(core, core => core.reset(mask, &seeds, out));
             Ok(())
         })?;
-        sheet.copy_typed(&self.core)
+        buffers.copy_typed(&self.core)
     }
 
     /// One control period in the active rows under `actions`, float32 (n, a); returns how many of their
@@ -61,21 +64,21 @@ impl Batch {
         py: Python<'_>,
         actions: PyReadonlyArray2<'_, f32>,
         active: PyReadonlyArray1<'_, bool>,
-        mut sheet: Sheet<'_>,
+        mut buffers: StepBuffers<'_>,
     ) -> PyResult<usize> {
         let n = self.core.num_envs();
         shape("action", &actions, &[n, self.core.action_size()])?;
         shape("active", &active, &[n])?;
-        sheet.check(&self.core)?;
+        buffers.check(&self.core)?;
         let active = active.as_slice()?;
         self.take_actions(actions.as_slice()?, active)?;
-        let (core, actions, out) = (&mut self.core, &self.actions, sheet.outputs()?);
+        let (core, actions, out) = (&mut self.core, &self.actions, buffers.outputs()?);
         detached(py, || {
             of_model!(core, core => core.step(actions, active, out));
             Ok(())
         })?;
-        sheet.copy_typed(&self.core)?;
-        sheet.ended(active)
+        buffers.copy_typed(&self.core)?;
+        buffers.ended(active)
     }
 
     /// Writes the present observations of the rows in `mask`.
@@ -101,7 +104,7 @@ impl Batch {
     fn set_difficulty(&mut self, row: usize, difficulty: f64) -> PyResult<()> {
         self.require_row(row)?;
         let core = &mut self.core;
-        Ok(of_model!(core, batch => batch.set_difficulty(row, difficulty)).map_err(Fault::from)?)
+        Ok(of_model!(core, batch => batch.set_difficulty(row, difficulty)).map_err(CoreError::from)?)
     }
 
     /// Everything that changes in a row.
@@ -133,8 +136,8 @@ impl Batch {
         }
     }
 
-    fn __getnewargs__(&self) -> (&str, usize, usize) {
-        (&self.config, self.core.num_envs(), self.core.num_threads())
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, usize, usize)> {
+        Ok((to_python(py, &self.config)?, self.core.num_envs(), self.core.num_threads()))
     }
 
     fn __getstate__<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyBytes>>> {
@@ -148,7 +151,7 @@ impl Batch {
 
 impl Batch {
     /// Copies the actions; those of the active rows must be finite.
-    fn take_actions(&mut self, actions: &[f32], active: &[bool]) -> Result<(), Fault> {
+    fn take_actions(&mut self, actions: &[f32], active: &[bool]) -> Result<(), CoreError> {
         // Both loops run in the registers' lanes; the search for the culprit does not, and is rare.
         if actions.iter().fold(false, |broken, action| broken | !action.is_finite()) {
             self.require_finite(actions, active)?;
@@ -166,12 +169,12 @@ impl Batch {
         })
     }
 
-    fn require_row(&self, row: usize) -> Result<(), Fault> {
+    fn require_row(&self, row: usize) -> Result<(), CoreError> {
         let n = self.core.num_envs();
         Ok(require(row < n, "row", row, &format!("an integer in [0, {n})"))?)
     }
 }
 
-fn bad_state(error: &postcard::Error) -> Fault {
+fn bad_state(error: &postcard::Error) -> CoreError {
     ConfigError::new("state", error, "a state saved by an environment of the same configuration").into()
 }

@@ -1,57 +1,98 @@
-//! Sections of the configuration: checked one by one, and their defaults.
+//! Sections of the configuration: checked one by one, their defaults, and what each model has.
 
 use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use serde::de::DeserializeOwned;
 use snake_core::ConfigError;
+use snake_core::capabilities::{CAPABILITIES, ModelName, Support};
 use snake_core::control::ControllerConfig;
-use snake_core::environment::Randomization;
+use snake_core::environment::{EnvConfig, Randomization};
 use snake_core::laws::Stribeck;
-use snake_core::minimal::{FeedbackConfig, NoiseConfig};
+use snake_core::minimal::NoiseConfig;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Scene, SceneConfig};
 use snake_core::stepping::IntegratorConfig;
 
-use crate::decode::decode;
+use crate::ffi::CoreError;
+use crate::from_python::from_python;
 use crate::gait::GaitConfig;
-use crate::gate::Fault;
-use crate::ground::GroundConfig;
+use crate::run::{default_controller, default_scene};
+use crate::start::StartConfig;
+use crate::to_python::to_python;
 
 /// Checks one section of a configuration.
 ///
 /// # Errors
 /// ConfigError, with the section's name before the field.
 #[pyfunction]
-pub fn check(section: &str, config_json: &str) -> PyResult<()> {
+pub fn check(section: &str, config: &Bound<'_, PyAny>) -> PyResult<()> {
     let outcome = match section {
-        "robot" => decode::<RobotConfig>(config_json).and_then(|c| Robot::new(&c).map(drop)),
-        "scene" => decode::<SceneConfig>(config_json).and_then(|c| Scene::new(&c).map(drop)),
-        "controller" => decode::<ControllerConfig>(config_json).and_then(|c| c.validate()),
-        "ground" => decode::<GroundConfig>(config_json).and_then(|c| c.validate()),
-        "feedback" => decode::<FeedbackConfig>(config_json).and_then(|c| c.validate()),
-        "noise" => decode::<NoiseConfig>(config_json).and_then(|c| c.validate()),
-        "stribeck" => decode::<Stribeck>(config_json).and_then(|c| c.validate()),
-        "randomization" => decode::<Randomization>(config_json).and_then(|c| c.validate()),
-        "integrator" => decode::<IntegratorConfig>(config_json).and_then(|c| c.validate()),
-        "gait" => decode::<GaitConfig>(config_json).and_then(|c| c.validate()),
-        other => Err(ConfigError::new("section", other, "the name of a section")),
+        "robot" => read::<RobotConfig>(section, config).and_then(|c| Robot::new(&c).map(drop)),
+        "scene" => read::<SceneConfig>(section, config).and_then(|c| Scene::new(&c).map(drop)),
+        "stribeck" => read::<Stribeck>(section, config).and_then(|c| c.validate()),
+        "gait" => read::<GaitConfig>(section, config).and_then(|c| c.validate()),
+        "controller" => read::<ControllerConfig>(section, config).and_then(|c| c.validate()),
+        "integrator" => read::<IntegratorConfig>(section, config).and_then(|c| c.validate()),
+        "noise" => read::<NoiseConfig>(section, config).and_then(|c| c.validate()),
+        "randomization" => read::<Randomization>(section, config).and_then(|c| c.validate()),
+        other => return Err(unknown(other)),
     };
-    let written = match section {
-        "ground" => "scene",
-        "feedback" => "controller",
-        other => other,
-    };
-    outcome.map_err(|error| Fault::Config(error.inside(written)).into())
+    outcome.map_err(|error| CoreError::Config(error.inside(section)).into())
 }
 
-/// The defaults of a section as JSON text.
+/// An error about the whole section has no field of its own.
+fn read<T: DeserializeOwned>(section: &str, config: &Bound<'_, PyAny>) -> Result<T, ConfigError> {
+    from_python(config).map_err(|error| match error.field.as_str() {
+        "" => ConfigError { field: section.to_owned(), ..error },
+        _ => error,
+    })
+}
+
+/// The defaults of a section, for a model where they depend on it.
+///
+/// # Errors
+/// ConfigError: there is no such section or model.
 #[pyfunction]
-pub fn defaults(section: &str) -> Option<String> {
+#[pyo3(signature = (section, model = None))]
+pub fn defaults<'py>(py: Python<'py>, section: &str, model: Option<&Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
+    let model = model.map_or(Ok(ModelName::Planar), from_python::<ModelName>).map_err(CoreError::from)?;
     match section {
-        "robot" => serde_json::to_string(&RobotConfig::default()),
-        "scene" => serde_json::to_string(&SceneConfig::default()),
-        "controller" => serde_json::to_string(&ControllerConfig::default()),
-        "integrator" => serde_json::to_string(&IntegratorConfig::default()),
-        "gait" => serde_json::to_string(&GaitConfig::default()),
-        _ => return None,
+        "environment" => to_python(py, &EnvConfig::default()),
+        "robot" => to_python(py, &RobotConfig::default()),
+        "scene" => to_python(py, &default_scene(model)),
+        "stribeck" => to_python(py, &Stribeck::default()),
+        "gait" => to_python(py, &GaitConfig::default()),
+        "controller" => to_python(py, &default_controller(model)),
+        "io_controller" => to_python(py, &ControllerConfig::io()),
+        "integrator" => to_python(py, &IntegratorConfig::default()),
+        "noise" => to_python(py, &NoiseConfig::default()),
+        "randomization" => to_python(py, &Randomization::default()),
+        "start" => to_python(py, &StartConfig::default()),
+        other => Err(unknown(other)),
     }
-    .ok()
+}
+
+fn unknown(section: &str) -> PyErr {
+    CoreError::Config(ConfigError::new("section", section, "the name of a section")).into()
+}
+
+/// What not every model has: per feature "name", "off", the value that switches it off, and for "planar", "spatial"
+/// and "minimal" True, False, or "implicit" where the feature needs the method "implicit".
+#[pyfunction]
+pub fn capabilities(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
+    let rows = PyList::empty(py);
+    for capability in &CAPABILITIES {
+        let row = PyDict::new(py);
+        row.set_item("name", capability.name)?;
+        row.set_item("off", capability.off)?;
+        for model in ModelName::ALL {
+            match capability.of(model) {
+                Support::Never => row.set_item(model.name(), false)?,
+                Support::Implicit => row.set_item(model.name(), "implicit")?,
+                Support::Always => row.set_item(model.name(), true)?,
+            }
+        }
+        rows.append(row)?;
+    }
+    Ok(rows)
 }

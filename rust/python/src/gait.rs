@@ -9,8 +9,8 @@ use snake_core::ConfigError;
 use snake_core::error::{finite, non_negative, require};
 use snake_core::gait::{CardanGait, Gait, JointReference, SoftStart, Wave};
 
-use crate::decode::decode;
-use crate::gate::detached;
+use crate::ffi::CoreError;
+use crate::from_python::from_python;
 use crate::numbers::set_array;
 
 /// Horizontal and vertical travelling waves (T 2.14), (T 7.1), (T 7.2).
@@ -63,10 +63,11 @@ impl GaitConfig {
     /// Names the parameter that is not finite, an amplitude that folds the robot, or a vertical wave.
     pub fn planar(&self, joints: usize, start_up: f64) -> Result<Gait, ConfigError> {
         self.validate()?;
-        if self.vertical_amplitude != 0.0 {
-            let expected = "0: the planar and the minimal model take gaits without a vertical wave";
-            return Err(ConfigError::new("vertical_amplitude", self.vertical_amplitude, expected));
-        }
+        let vertical = self.vertical_amplitude;
+        let expected = "0: the planar and the minimal model take gaits without a vertical wave";
+        require(vertical == 0.0, "vertical_amplitude", vertical, expected)?;
+        let offset = self.gamma;
+        require(offset.abs() <= PI, "gamma", offset, "an angle in [-pi, pi], in radians")?;
         let expected = "at most pi with the offset, in radians: beyond, a link folds through the one ahead";
         require(self.amplitude.abs() + self.gamma.abs() <= PI, "amplitude", self.amplitude, expected)?;
         Ok(self.yaw(joints, start_up))
@@ -78,6 +79,8 @@ impl GaitConfig {
     /// Names the parameter that is not finite, or the amplitude that takes a joint beyond a right angle (T 4.5).
     pub fn spatial(&self, joints: usize, start_up: f64) -> Result<CardanGait, ConfigError> {
         self.validate()?;
+        let offset = self.gamma;
+        require(offset.abs() < FRAC_PI_2, "gamma", offset, "an angle in (-pi/2, pi/2), in radians")?;
         let room = FRAC_PI_2 - self.gamma.abs();
         let expected = "less than pi/2 with the offset: joints bend by less than a right angle";
         require(self.amplitude.abs() < room, "amplitude", self.amplitude, expected)?;
@@ -129,18 +132,16 @@ impl GaitConfig {
 #[pyfunction]
 pub fn gait_reference<'py>(
     py: Python<'py>,
-    gait_json: &str,
+    gait: &Bound<'py, PyAny>,
     joints: usize,
     times: Vec<f64>,
     vertical: bool,
     start_up: f64,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let gait = detached(py, || {
-        let config: GaitConfig = decode(gait_json)?;
-        config.validate().map_err(|e| e.inside("gait"))?;
-        non_negative("start_up", start_up).map_err(|e| e.inside("gait"))?;
-        Ok(if vertical { config.pitch(joints, start_up) } else { config.yaw(joints, start_up) })
-    })?;
+    let config: GaitConfig = from_python(gait).map_err(CoreError::from)?;
+    config.validate().map_err(|e| CoreError::Config(e.inside("gait")))?;
+    non_negative("start_up", start_up).map_err(|e| CoreError::Config(e.inside("gait")))?;
+    let gait = if vertical { config.pitch(joints, start_up) } else { config.yaw(joints, start_up) };
     let targets = times.iter().flat_map(|&time| (0..joints).map(move |joint| (joint, time)));
     let targets: Vec<_> = targets.map(|(joint, time)| gait.target(joint, time)).collect();
     let dict = PyDict::new(py);

@@ -8,14 +8,15 @@ use snake_core::environment::reward::{RewardTerm, TERMS};
 use snake_core::environment::signal::{SignalInfo, signals_of};
 use snake_core::environment::{EnvConfig, Environment, ModelKind, PlanarRobot, RobotModel, SpatialRobot, Task};
 
-use crate::decode::decode;
-use crate::gate::detached;
+use crate::ffi::{CoreError, detached};
+use crate::from_python::from_python;
+use crate::to_python::to_python;
 
 /// Describes the environment of a configuration: "observation", "action", "reward" and "signals" entry by entry,
-/// "control_period" \[s\], and "config", the JSON text of the whole configuration with its defaults.
+/// "control_period" \[s\], and "config", the whole configuration with its defaults.
 #[pyfunction]
-pub fn layout<'py>(py: Python<'py>, config_json: &str) -> PyResult<Bound<'py, PyDict>> {
-    let config: EnvConfig = detached(py, || Ok(decode(config_json)?))?;
+pub fn layout<'py>(py: Python<'py>, config: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
+    let config: EnvConfig = from_python(config).map_err(CoreError::from)?;
     match config.model {
         ModelKind::Planar => describe::<PlanarRobot>(py, &config),
         ModelKind::Spatial => describe::<SpatialRobot>(py, &config),
@@ -30,7 +31,7 @@ fn describe<'py, M: RobotModel>(py: Python<'py>, config: &EnvConfig) -> PyResult
     dict.set_item("reward", list(py, TERMS, describe_reward)?)?;
     dict.set_item("signals", list(py, &signals_of::<M>(), describe_signal)?)?;
     dict.set_item("control_period", config.control_period)?;
-    dict.set_item("config", serde_json::to_string(config).unwrap_or_default())?;
+    dict.set_item("config", to_python(py, config)?)?;
     Ok(dict)
 }
 

@@ -1,13 +1,13 @@
-//! Python bindings of `snake_core`: thin, with one gate for the GIL, panics and errors.
+//! Python bindings of `snake_core`: thin; one module releases the GIL, catches panics and maps errors.
 
 mod batch;
 mod config;
 mod core;
 mod courses;
-mod decode;
+mod exceptions;
+mod ffi;
+mod from_python;
 mod gait;
-mod gate;
-mod ground;
 mod layout;
 mod minimal;
 mod numbers;
@@ -15,35 +15,43 @@ mod planar;
 mod plants;
 mod run;
 mod samples;
-mod sheet;
 mod snapshot;
 mod spatial;
 mod start;
+mod step_buffers;
+mod to_python;
 
 use pyo3::prelude::*;
 
 #[pymodule]
 mod _native {
+    use pyo3::prelude::*;
+
+    use super::exceptions::add_members;
+
     #[pymodule_export]
     use super::batch::Batch;
     #[pymodule_export]
-    use super::config::{check, defaults};
+    use super::config::{capabilities, check, defaults};
     #[pymodule_export]
     use super::courses::courses;
+    #[pymodule_export]
+    use super::exceptions::{ConfigError, DivergenceError, InternalError};
     #[pymodule_export]
     use super::gait::gait_reference;
     #[pymodule_export]
     use super::layout::{layout, scenarios};
     #[pymodule_export]
-    use super::minimal::simulate_minimal;
-    #[pymodule_export]
-    use super::planar::simulate;
-    #[pymodule_export]
     use super::plants::{control_plant, process_plant};
     #[pymodule_export]
-    use super::spatial::simulate_spatial;
+    use super::run::simulate;
 
     #[pymodule_export]
     #[expect(non_upper_case_globals, reason = "Python's name for it")]
     const __version__: &str = env!("CARGO_PKG_VERSION");
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        add_members(module.py())
+    }
 }

@@ -1,81 +1,46 @@
-//! `simulate_minimal`: one scripted robot of the minimal model (T ch. 6), sampled.
+//! A scripted robot of the minimal model (T ch. 6).
 
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
-use serde::Deserialize;
 use snake_core::ConfigError;
 use snake_core::gait::Gait;
-use snake_core::minimal::{FeedbackConfig, MinimalState, Model, NoiseConfig};
+use snake_core::minimal::{FrictionLaw, Ground, MinimalState, Model};
 use snake_core::minimal::{MinimalConfig, MinimalSimulation};
-use snake_core::robot::RobotConfig;
-use snake_core::stepping::IntegratorConfig;
+use snake_core::scene::Scene;
 use snake_core::stepping::StepReport;
 
-use crate::decode::decode;
-use crate::gait::GaitConfig;
-use crate::gate::detached;
-use crate::ground::GroundConfig;
-use crate::run::{Scripted, sampled};
+use crate::run::{RunConfig, Scripted};
 use crate::samples::Samples;
-use crate::start::PlaneStart;
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RunConfig {
-    robot: RobotConfig,
-    scene: GroundConfig,
-    gait: GaitConfig,
-    controller: FeedbackConfig,
-    integrator: IntegratorConfig,
-    start: PlaneStart,
-    duration: f64,
-    sample: f64,
-    noise: NoiseConfig,
-    seed: u64,
-}
-
-/// Simulates one robot; returns the fields of `Trajectory`.
-///
-/// # Errors
-/// ConfigError, DivergenceError, or the exception of a signal handler.
-#[pyfunction]
-pub fn simulate_minimal<'py>(py: Python<'py>, config_json: &str) -> PyResult<Bound<'py, PyDict>> {
-    let run = || {
-        let config: RunConfig = decode(config_json)?;
-        sampled(MinimalRobot::new(&config)?, config.duration, config.sample)
-    };
-    detached(py, run)?.into_dict(py)
-}
-
-struct MinimalRobot {
+/// A robot of the model with its gait.
+pub struct MinimalRobot {
     simulation: MinimalSimulation,
     gait: Gait,
 }
 
 impl MinimalRobot {
     /// At its start.
-    fn new(config: &RunConfig) -> Result<Self, ConfigError> {
+    pub fn new(config: &RunConfig) -> Result<Self, ConfigError> {
+        let scene = config.scene();
+        Scene::new(&scene).map_err(|e| e.inside("scene"))?;
         let mut simulation = MinimalSimulation::new(&MinimalConfig {
             robot: config.robot.clone(),
-            ground: config.scene.ground()?,
-            friction_law: config.scene.law()?,
-            controller: config.controller,
+            ground: Ground::of(&scene),
+            friction_law: FrictionLaw::of(&scene),
+            controller: config.controller(),
             integrator: config.integrator,
-            noise: config.noise,
+            noise: config.noise.unwrap_or_default(),
             seed: config.seed,
         })?;
-        let gait = config
-            .gait
-            .planar(simulation.model().joint_count(), config.controller.active_from)
-            .map_err(|e| e.inside("gait"))?;
-        simulation.place(&state_at(&config.start, simulation.model(), &gait)?);
+        let start_up = config.controller().active_from;
+        let gait = config.gait.planar(simulation.model().joint_count(), start_up).map_err(|e| e.inside("gait"))?;
+        simulation.place(&state_at(config, simulation.model(), &gait)?);
         Ok(Self { simulation, gait })
     }
 }
 
 /// O_2 lies half a link behind the CG of the first link.
-fn state_at(start: &PlaneStart, model: &Model, gait: &Gait) -> Result<MinimalState, ConfigError> {
-    let [x, y, heading] = start.head()?;
+fn state_at(config: &RunConfig, model: &Model, gait: &Gait) -> Result<MinimalState, ConfigError> {
+    let start = &config.start;
+    let [x, y, heading] = start.in_plane(config.on())?;
     let half = model.links[0].half_length;
     let mut state = MinimalState::zero(model.degrees());
     state.q[0] = x - half * heading.cos();

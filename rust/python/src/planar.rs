@@ -1,33 +1,16 @@
-//! `simulate`: one scripted robot of the planar model, sampled.
+//! A scripted robot of the planar model (T ch. 3).
 
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use snake_core::ConfigError;
 use snake_core::gait::Gait;
 use snake_core::simulation::PlanarSimulation;
 use snake_core::stepping::IntegratorConfig;
 use snake_core::stepping::StepReport;
 
-use crate::decode::decode;
-use crate::gate::detached;
-use crate::run::{RunConfig, Scripted, sampled};
+use crate::run::{RunConfig, Scripted};
 use crate::samples::Samples;
-use crate::start::PlaneStart;
 
-/// Simulates one robot; returns the fields of `Trajectory`.
-///
-/// # Errors
-/// ConfigError, DivergenceError, or the exception of a signal handler.
-#[pyfunction]
-pub fn simulate<'py>(py: Python<'py>, config_json: &str) -> PyResult<Bound<'py, PyDict>> {
-    let run = || {
-        let config: RunConfig<PlaneStart> = decode(config_json)?;
-        sampled(PlanarRobot::new(&config)?, config.duration, config.sample)
-    };
-    detached(py, run)?.into_dict(py)
-}
-
-struct PlanarRobot {
+/// A robot of the model with its gait.
+pub struct PlanarRobot {
     simulation: PlanarSimulation,
     gait: Gait,
     integrator: IntegratorConfig,
@@ -35,12 +18,12 @@ struct PlanarRobot {
 
 impl PlanarRobot {
     /// At its start.
-    fn new(config: &RunConfig<PlaneStart>) -> Result<Self, ConfigError> {
-        let RunConfig { robot, scene, gait, controller, integrator, start, .. } = config;
-        let mut simulation = PlanarSimulation::new(robot, scene, controller, integrator)?;
+    pub fn new(config: &RunConfig) -> Result<Self, ConfigError> {
+        let RunConfig { robot, gait, integrator, start, .. } = config;
+        let mut simulation = PlanarSimulation::new(robot, &config.scene(), &config.controller(), integrator)?;
         let joints = simulation.robot().joint_count();
-        let gait = gait.planar(joints, controller.active_from).map_err(|e| e.inside("gait"))?;
-        let [x, y, heading] = start.head()?;
+        let gait = gait.planar(joints, config.controller().active_from).map_err(|e| e.inside("gait"))?;
+        let [x, y, heading] = start.in_plane(config.on())?;
         simulation.place_chain(x, y, heading, &start.joint_angle(joints, &gait)?);
         Ok(Self { simulation, gait, integrator: *integrator })
     }

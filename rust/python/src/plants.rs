@@ -6,19 +6,19 @@ use pyo3::types::PyDict;
 use serde::Deserialize;
 use snake_core::ConfigError;
 use snake_core::error::require;
-use snake_core::minimal::{ControlPlant, FrictionLaw, Model, ProcessPlant, SmoothLaw};
+use snake_core::minimal::{ControlPlant, FrictionLaw, Ground, Model, ProcessPlant, SmoothLaw};
 use snake_core::robot::{Robot, RobotConfig};
+use snake_core::scene::{Scene, SceneConfig};
 
-use crate::decode::decode;
-use crate::gate::detached;
-use crate::ground::GroundConfig;
+use crate::ffi::{CoreError, detached};
+use crate::from_python::from_python;
 use crate::numbers::set_array;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StateConfig {
     robot: RobotConfig,
-    scene: GroundConfig,
+    scene: SceneConfig,
     #[serde(alias = "q", alias = "phi")]
     coordinates: Vec<f64>,
     #[serde(alias = "qdot", alias = "nu")]
@@ -28,14 +28,15 @@ struct StateConfig {
 impl StateConfig {
     fn model(&self) -> Result<(Model, SmoothLaw), ConfigError> {
         let robot = Robot::new(&self.robot).map_err(|e| e.inside("robot"))?;
-        let law = match self.scene.law()? {
+        Scene::new(&self.scene).map_err(|e| e.inside("scene"))?;
+        let law = match FrictionLaw::of(&self.scene) {
             FrictionLaw::Smooth(law) => law,
             FrictionLaw::SetValued => {
                 let expected = "\"arctan\" or \"ellipse\": a set-valued force is no function of the state";
                 return Err(ConfigError::new("scene.friction_law", "\"set-valued\"", expected));
             }
         };
-        Ok((Model::new(&robot, &self.scene.ground()?), law))
+        Ok((Model::new(&robot, &Ground::of(&self.scene)), law))
     }
 }
 
@@ -49,9 +50,9 @@ fn of_length(field: &str, values: &[f64], length: usize) -> Result<(), ConfigErr
 /// # Errors
 /// ConfigError names what is not admissible.
 #[pyfunction]
-pub fn process_plant<'py>(py: Python<'py>, config_json: &str) -> PyResult<Bound<'py, PyDict>> {
+pub fn process_plant<'py>(py: Python<'py>, config: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
+    let config: StateConfig = from_python(config).map_err(CoreError::from)?;
     let (plant, links) = detached(py, || {
-        let config: StateConfig = decode(config_json)?;
         let (model, law) = config.model()?;
         of_length("q", &config.coordinates, model.degrees())?;
         of_length("qdot", &config.velocities, model.degrees())?;
@@ -74,9 +75,9 @@ pub fn process_plant<'py>(py: Python<'py>, config_json: &str) -> PyResult<Bound<
 /// # Errors
 /// ConfigError names what is not admissible.
 #[pyfunction]
-pub fn control_plant<'py>(py: Python<'py>, config_json: &str) -> PyResult<Bound<'py, PyDict>> {
+pub fn control_plant<'py>(py: Python<'py>, config: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
+    let config: StateConfig = from_python(config).map_err(CoreError::from)?;
     let (plant, links) = detached(py, || {
-        let config: StateConfig = decode(config_json)?;
         let (model, law) = config.model()?;
         of_length("phi", &config.coordinates, model.joint_count())?;
         of_length("nu", &config.velocities, model.degrees())?;

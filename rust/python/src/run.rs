@@ -1,33 +1,120 @@
-//! A scripted run of any model: moved from sample to sample, watched on the way, open to Ctrl-C.
+//! `simulate`: one scripted robot of any model, sampled; Ctrl-C ends it.
 
 use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use serde::Deserialize;
 use snake_core::ConfigError;
+use snake_core::capabilities::{Feature, ModelName, require_supported};
 use snake_core::control::ControllerConfig;
 use snake_core::error::{positive, require};
+use snake_core::minimal::{Ground, NoiseConfig};
 use snake_core::robot::RobotConfig;
 use snake_core::scene::SceneConfig;
-use snake_core::stepping::IntegratorConfig;
-use snake_core::stepping::StepReport;
+use snake_core::stepping::{IntegratorConfig, Method, StepReport};
 
+use crate::ffi::{CoreError, detached};
+use crate::from_python::from_python;
 use crate::gait::GaitConfig;
-use crate::gate::Fault;
+use crate::minimal::MinimalRobot;
+use crate::planar::PlanarRobot;
 use crate::samples::Samples;
+use crate::spatial::SpatialRobot;
+use crate::start::StartConfig;
 
-/// A run among pegs as the user writes it; the start depends on the model.
+/// A run as the user writes it; what is left out of scene and controller depends on the model.
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RunConfig<Start> {
+#[serde(default, deny_unknown_fields)]
+pub struct RunConfig {
+    pub model: ModelName,
     pub robot: RobotConfig,
-    pub scene: SceneConfig,
+    pub scene: Option<SceneConfig>,
     pub gait: GaitConfig,
-    pub controller: ControllerConfig,
+    pub controller: Option<ControllerConfig>,
     pub integrator: IntegratorConfig,
-    pub start: Start,
+    pub start: StartConfig,
     pub duration: f64,
     pub sample: f64,
+    pub noise: Option<NoiseConfig>,
+    pub seed: u64,
+}
+
+impl Default for RunConfig {
+    fn default() -> Self {
+        Self {
+            model: ModelName::Planar,
+            robot: RobotConfig::default(),
+            scene: None,
+            gait: GaitConfig::default(),
+            controller: None,
+            integrator: IntegratorConfig::default(),
+            start: StartConfig::default(),
+            duration: 5.0,
+            sample: 0.1,
+            noise: None,
+            seed: 0,
+        }
+    }
+}
+
+impl RunConfig {
+    /// Model and method.
+    pub fn on(&self) -> (ModelName, Method) {
+        (self.model, self.integrator.method)
+    }
+
+    /// # Errors
+    /// Names the part of the run that is not admissible, or that the model does not have.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        let noise = format!("{:?}", self.noise);
+        Feature::MeasurementNoise.require(self.on(), self.noise.is_some(), "noise", noise)?;
+        require_supported(self.model, self.integrator.method, &self.robot, &self.scene(), &self.controller())
+    }
+
+    pub fn scene(&self) -> SceneConfig {
+        self.scene.clone().unwrap_or_else(|| default_scene(self.model))
+    }
+
+    pub fn controller(&self) -> ControllerConfig {
+        self.controller.unwrap_or_else(|| default_controller(self.model))
+    }
+}
+
+/// The ground of (T Table 7.2) for the minimal model.
+pub fn default_scene(model: ModelName) -> SceneConfig {
+    let Ground { coulomb, viscous } = Ground::default();
+    match model {
+        ModelName::Minimal => SceneConfig { friction: coulomb, viscous, ..SceneConfig::default() },
+        ModelName::Planar | ModelName::Spatial => SceneConfig::default(),
+    }
+}
+
+/// PD with the gains of (T Table 7.2).
+pub fn default_controller(model: ModelName) -> ControllerConfig {
+    match model {
+        ModelName::Minimal => ControllerConfig::minimal_pd(),
+        ModelName::Planar | ModelName::Spatial => ControllerConfig::default(),
+    }
+}
+
+/// Simulates one robot that follows a gait; returns the fields of `Trajectory`.
+///
+/// # Errors
+/// ConfigError, DivergenceError, or the exception of a signal handler.
+#[pyfunction]
+pub fn simulate<'py>(py: Python<'py>, config: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
+    let config: RunConfig = from_python(config).map_err(CoreError::from)?;
+    let RunConfig { model, duration, sample, .. } = config;
+    let run = || {
+        config.validate()?;
+        match model {
+            ModelName::Planar => sampled(PlanarRobot::new(&config)?, duration, sample),
+            ModelName::Spatial => sampled(SpatialRobot::new(&config)?, duration, sample),
+            ModelName::Minimal => sampled(MinimalRobot::new(&config)?, duration, sample),
+        }
+    };
+    detached(py, run)?.into_dict(py)
 }
 
 /// A robot of some model together with its gait.
@@ -65,7 +152,7 @@ pub trait Scripted {
 ///
 /// # Errors
 /// A duration is not admissible; the robot diverged; a signal handler raised.
-pub fn sampled<R: Scripted>(robot: R, duration: f64, sample: f64) -> Result<Samples, Fault> {
+pub fn sampled<R: Scripted>(robot: R, duration: f64, sample: f64) -> Result<Samples, CoreError> {
     let count = count_samples(duration, sample)?;
     let mut run = Run { robot, sample, watch: SignalWatch::new() };
     let mut samples = Samples::default();
@@ -85,7 +172,7 @@ struct Run<R> {
 
 impl<R: Scripted> Run<R> {
     /// Moves on by one sample interval.
-    fn advance(&mut self) -> Result<Interval, Fault> {
+    fn advance(&mut self) -> Result<Interval, CoreError> {
         let mut interval = Interval::new(&self.robot);
         let parts = self.robot.parts_of(self.sample);
         let part = self.sample / f64::from(parts);
@@ -93,7 +180,7 @@ impl<R: Scripted> Run<R> {
             let before = self.robot.time();
             let report = self.robot.advance(part);
             if report.diverged {
-                return Err(Fault::Diverged(before));
+                return Err(CoreError::Diverged(before));
             }
             interval.add(&report, &self.robot);
             self.watch.poll()?;
@@ -109,7 +196,7 @@ impl<R: Scripted> Run<R> {
         samples.put("contact_force", &shape, interval.contact_force.iter().copied());
         samples.put("residual", &[], [interval.residual]);
         samples.put("iterations", &[], [interval.iterations]);
-        samples.put("misses", &[], [interval.misses]);
+        samples.put("unconverged", &[], [interval.unconverged]);
         samples.put("fallbacks", &[], [interval.fallbacks]);
         samples.max_joint_gap = samples.max_joint_gap.max(interval.joint_gap);
         samples.max_penetration = samples.max_penetration.max(interval.penetration);
@@ -122,7 +209,7 @@ struct Interval {
     contact_force: Vec<f64>,
     residual: f64,
     iterations: f64,
-    misses: f64,
+    unconverged: f64,
     fallbacks: f64,
     joint_gap: f64,
     penetration: f64,
@@ -135,7 +222,7 @@ impl Interval {
             contact_force: vec![0.0; R::COORDINATES * robot.link_count()],
             residual: 0.0,
             iterations: 0.0,
-            misses: 0.0,
+            unconverged: 0.0,
             fallbacks: 0.0,
             joint_gap: robot.joint_gap(),
             penetration: (-robot.min_gap()).max(0.0),
@@ -146,7 +233,7 @@ impl Interval {
         robot.add_contact_impulse(&mut self.contact_force);
         self.residual = self.residual.max(report.residual); // never NaN: the core sees to that
         self.iterations += f64::from(report.iterations);
-        self.misses += f64::from(report.misses);
+        self.unconverged += f64::from(report.misses);
         self.fallbacks += f64::from(report.fallbacks);
         self.joint_gap = self.joint_gap.max(robot.joint_gap());
         self.penetration = self.penetration.max(-robot.min_gap());

@@ -1,44 +1,27 @@
-//! `simulate_spatial`: one scripted robot of the spatial model, sampled.
+//! A scripted robot of the spatial model (T ch. 4).
 
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use snake_core::ConfigError;
 use snake_core::gait::CardanGait;
 use snake_core::spatial::SpatialSimulation;
 use snake_core::spatial::joint_angle;
 use snake_core::stepping::StepReport;
 
-use crate::decode::decode;
-use crate::gate::detached;
-use crate::run::{RunConfig, Scripted, sampled};
+use crate::run::{RunConfig, Scripted};
 use crate::samples::Samples;
-use crate::start::SpatialStart;
 
-/// Simulates one robot of the spatial model; returns the fields of `Trajectory`.
-///
-/// # Errors
-/// ConfigError, DivergenceError, or the exception of a signal handler.
-#[pyfunction]
-pub fn simulate_spatial<'py>(py: Python<'py>, config_json: &str) -> PyResult<Bound<'py, PyDict>> {
-    let run = || {
-        let config: RunConfig<SpatialStart> = decode(config_json)?;
-        sampled(SpatialRobot::new(&config)?, config.duration, config.sample)
-    };
-    detached(py, run)?.into_dict(py)
-}
-
-struct SpatialRobot {
+/// A robot of the model with its gait.
+pub struct SpatialRobot {
     simulation: SpatialSimulation,
     gait: CardanGait,
 }
 
 impl SpatialRobot {
     /// At its start.
-    fn new(config: &RunConfig<SpatialStart>) -> Result<Self, ConfigError> {
-        let RunConfig { robot, scene, gait, controller, integrator, start, .. } = config;
-        let mut simulation = SpatialSimulation::new(robot, scene, controller, integrator)?;
-        let gait =
-            gait.spatial(simulation.robot().joint_count(), controller.active_from).map_err(|e| e.inside("gait"))?;
+    pub fn new(config: &RunConfig) -> Result<Self, ConfigError> {
+        let RunConfig { robot, gait, integrator, start, .. } = config;
+        let mut simulation = SpatialSimulation::new(robot, &config.scene(), &config.controller(), integrator)?;
+        let start_up = config.controller().active_from;
+        let gait = gait.spatial(simulation.robot().joint_count(), start_up).map_err(|e| e.inside("gait"))?;
         start.place(&mut simulation, &gait)?;
         Ok(Self { simulation, gait })
     }

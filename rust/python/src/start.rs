@@ -1,74 +1,72 @@
 //! Where a scripted run starts, as the user writes it.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::{Vector2, Vector3};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use snake_core::ConfigError;
+use snake_core::capabilities::{Feature, ModelName};
 use snake_core::error::{finite, require, within};
 use snake_core::gait::{CardanGait, CardanReference, Gait, JointReference};
 use snake_core::spatial::SpatialSimulation;
 use snake_core::spatial::{Pose, orientation_of};
+use snake_core::stepping::Method;
 
-/// In the plane.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PlaneStart {
-    position: [f64; 2],
+/// Position and heading of link 1, and the posture of the robot, which is at rest.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct StartConfig {
+    /// (x, y); in 3D also (x, y, z) \[m\].
+    position: Vec<f64>,
+    /// \[rad\]
     heading: f64,
-    posture: PlanePosture,
+    posture: Posture,
+    /// Of the chain about link 1; the spatial model only \[rad\].
+    pitch: f64,
+    /// About the centre line of link 1; the spatial model only \[rad\].
+    roll: Option<f64>,
 }
 
-#[derive(Deserialize)]
-#[serde(untagged, expecting = "\"gait\", \"straight\" or a joint angle for each joint")]
-enum PlanePosture {
+impl Default for StartConfig {
+    fn default() -> Self {
+        Self { position: vec![0.0; 2], heading: PI, posture: Posture::Named("gait".to_owned()), pitch: 0.0, roll: None }
+    }
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(untagged, expecting = "\"gait\", \"straight\" or a joint angle for each joint, in 3D also (yaw, pitch)")]
+enum Posture {
     Named(String),
+    Pairs(Vec<[f64; 2]>),
     Angles(Vec<f64>),
 }
 
-impl PlaneStart {
-    /// (x, y, heading) of link 1.
-    pub fn head(&self) -> Result<[f64; 3], ConfigError> {
-        let [x, y] = self.position;
+impl StartConfig {
+    /// (x, y, heading) of link 1 in the plane.
+    pub fn in_plane(&self, on: (ModelName, Method)) -> Result<[f64; 3], ConfigError> {
+        Feature::Inclination.require(on, self.pitch != 0.0, "start.pitch", self.pitch)?;
+        let roll = self.roll.unwrap_or(0.0);
+        Feature::Inclination.require(on, roll != 0.0, "start.roll", roll)?;
+        let Ok([x, y]) = <[f64; 2]>::try_from(self.position.as_slice()) else {
+            return Err(ConfigError::new("start.position", format!("{:?}", self.position), "2 numbers"));
+        };
         Ok([finite("start.position[0]", x)?, finite("start.position[1]", y)?, finite("start.heading", self.heading)?])
     }
 
-    /// The joint angles of the posture.
+    /// The joint angles of the posture in the plane.
     pub fn joint_angle(&self, joints: usize, gait: &Gait) -> Result<Vec<f64>, ConfigError> {
         let expected = format!("\"gait\", \"straight\" or {joints} finite joint angles");
         match &self.posture {
-            PlanePosture::Named(name) if name == "gait" => Ok((0..joints).map(|j| gait.target(j, 0.0).angle).collect()),
-            PlanePosture::Named(name) if name == "straight" => Ok(vec![0.0; joints]),
-            PlanePosture::Named(name) => Err(ConfigError::new("start.posture", format!("{name:?}"), expected)),
-            PlanePosture::Angles(angles) => {
-                let admissible = angles.len() == joints && angles.iter().all(|angle| angle.is_finite());
-                require(admissible, "start.posture", format!("{angles:?}"), &expected).map(|()| angles.clone())
+            Posture::Named(name) if name == "gait" => Ok((0..joints).map(|j| gait.target(j, 0.0).angle).collect()),
+            Posture::Named(name) if name == "straight" => Ok(vec![0.0; joints]),
+            Posture::Angles(angles) if angles.len() == joints && angles.iter().all(|angle| angle.is_finite()) => {
+                Ok(angles.clone())
             }
+            other => Err(ConfigError::new("start.posture", other.written(), expected)),
         }
     }
-}
 
-/// In space.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SpatialStart {
-    position: Vec<f64>,
-    heading: f64,
-    pitch: f64,
-    roll: Option<f64>,
-    posture: SpatialPosture,
-}
-
-#[derive(Deserialize)]
-#[serde(untagged, expecting = "\"gait\", \"straight\", or a yaw angle or a pair (yaw, pitch) for each joint")]
-enum SpatialPosture {
-    Named(String),
-    Angles(Vec<[f64; 2]>),
-    Yaws(Vec<f64>),
-}
-
-impl SpatialStart {
-    /// Places the robot; it rests on the ground unless the position has a third coordinate.
+    /// Places a robot in 3D; it rests on the ground unless the position has a third coordinate.
     pub fn place(&self, simulation: &mut SpatialSimulation, gait: &CardanGait) -> Result<(), ConfigError> {
         let expected = "(x, y) or (x, y, z)";
         require((2..=3).contains(&self.position.len()), "start.position", format!("{:?}", self.position), expected)?;
@@ -77,7 +75,7 @@ impl SpatialStart {
         }
         finite("start.heading", self.heading)?;
         within("start.pitch", self.pitch, -FRAC_PI_2, FRAC_PI_2)?;
-        let posture = self.joint_angle(simulation.robot().joint_count(), gait)?;
+        let posture = self.joint_angles(simulation.robot().joint_count(), gait)?;
         let roll = finite("start.roll", self.roll.unwrap_or_else(|| self.natural_roll(&posture, gait)))?;
         let height = self.position.get(2).copied();
         let position = Vector3::new(self.position[0], self.position[1], height.unwrap_or(0.0));
@@ -90,21 +88,18 @@ impl SpatialStart {
     }
 
     /// The joint angles (yaw, pitch) of the posture.
-    fn joint_angle(&self, joints: usize, gait: &CardanGait) -> Result<Vec<Vector2<f64>>, ConfigError> {
+    fn joint_angles(&self, joints: usize, gait: &CardanGait) -> Result<Vec<Vector2<f64>>, ConfigError> {
         let expected =
             format!("\"gait\", \"straight\", {joints} yaw angles or {joints} pairs (yaw, pitch), all finite");
         let angles: Vec<Vector2<f64>> = match &self.posture {
-            SpatialPosture::Named(name) if name == "gait" => (0..joints).map(|joint| at_start(gait, joint)).collect(),
-            SpatialPosture::Named(name) if name == "straight" => vec![Vector2::zeros(); joints],
-            SpatialPosture::Named(name) => {
-                return Err(ConfigError::new("start.posture", format!("{name:?}"), expected));
-            }
-            SpatialPosture::Angles(angles) => angles.iter().map(|&angle| angle.into()).collect(),
-            SpatialPosture::Yaws(angles) => angles.iter().map(|&yaw| Vector2::new(yaw, 0.0)).collect(),
+            Posture::Named(name) if name == "gait" => (0..joints).map(|joint| at_start(gait, joint)).collect(),
+            Posture::Named(name) if name == "straight" => vec![Vector2::zeros(); joints],
+            Posture::Named(_) => return Err(ConfigError::new("start.posture", self.posture.written(), expected)),
+            Posture::Pairs(angles) => angles.iter().map(|&angle| angle.into()).collect(),
+            Posture::Angles(angles) => angles.iter().map(|&yaw| Vector2::new(yaw, 0.0)).collect(),
         };
         let admissible = angles.len() == joints && angles.iter().flatten().all(|angle| angle.abs() < FRAC_PI_2);
-        let shown: Vec<_> = angles.iter().map(|angle| (angle.x, angle.y)).collect();
-        require(admissible, "start.posture", format!("{shown:?}"), &expected)?;
+        require(admissible, "start.posture", self.posture.written(), &expected)?;
         Ok(angles)
     }
 
@@ -113,8 +108,19 @@ impl SpatialStart {
     fn natural_roll(&self, posture: &[Vector2<f64>], gait: &CardanGait) -> f64 {
         let bent = |axis: usize| posture.iter().any(|angle| angle[axis].abs() > FLAT);
         let yaws = gait.yaw.amplitude() != 0.0;
-        let named = matches!(&self.posture, SpatialPosture::Named(name) if name == "gait");
+        let named = matches!(&self.posture, Posture::Named(name) if name == "gait");
         if named && yaws && !bent(0) && bent(1) { -FRAC_PI_2 } else { 0.0 }
+    }
+}
+
+impl Posture {
+    /// As the user writes it.
+    fn written(&self) -> String {
+        match self {
+            Posture::Named(name) => format!("{name:?}"),
+            Posture::Pairs(angles) => format!("{angles:?}"),
+            Posture::Angles(angles) => format!("{angles:?}"),
+        }
     }
 }
 

@@ -1,8 +1,9 @@
 //! What the tests of the minimal model need: random robots and states, runs.
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
+use snake_core::control::ControllerConfig;
 use snake_core::gait::{JointReference, SoftStart, Wave};
-use snake_core::minimal::{FeedbackConfig, FrictionLaw, Ground, MinimalState, Model, NoiseConfig};
+use snake_core::minimal::{FrictionLaw, Ground, MinimalState, Model, NoiseConfig};
 use snake_core::minimal::{MinimalConfig, MinimalSimulation};
 use snake_core::robot::{PerLink, Robot, RobotConfig};
 use snake_core::stepping::IntegratorConfig;
@@ -26,9 +27,9 @@ impl Uniform {
 
 /// Input-output linearisation with critically damped gains for a control period \[s\]: K_D = 0.5 / T, K_P = K_D^2 / 4.
 /// Both poles of (T 6.63) then lie at 0.25 / T, slow enough to be held over a period.
-pub fn io_for_period(period: f64) -> FeedbackConfig {
+pub fn io_for_period(period: f64) -> ControllerConfig {
     let kd = 0.5 / period;
-    FeedbackConfig { kp: 0.25 * kd * kd, kd, ..FeedbackConfig::io() }
+    ControllerConfig { kp: 0.25 * kd * kd, kd, ..ControllerConfig::io() }
 }
 
 /// A robot whose links all differ.
@@ -56,7 +57,7 @@ pub fn default_config() -> MinimalConfig {
         robot: RobotConfig::default(),
         ground: Ground::default(),
         friction_law: FrictionLaw::SetValued,
-        controller: FeedbackConfig::pd(),
+        controller: ControllerConfig::minimal_pd(),
         integrator: IntegratorConfig::default(),
         noise: NoiseConfig::default(),
         seed: 0,

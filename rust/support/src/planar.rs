@@ -2,7 +2,7 @@
 use std::f64::consts::PI;
 
 use nalgebra::Vector2;
-use snake_core::control::{ControlLaw, ControllerConfig};
+use snake_core::control::{ControlLaw, ControllerConfig, Treatment};
 use snake_core::gait::{CardanReference, CardanTarget, JointReference, JointTarget, Wave};
 use snake_core::planar::{PlanarState, Pose, Twist};
 use snake_core::robot::{Robot, RobotConfig};
@@ -14,8 +14,14 @@ use snake_core::stepping::{IntegratorConfig, Method};
 pub const START_FREE: [f64; 3] = [0.507175344325, -0.011634455967, 3.755516615855];
 
 /// No actuation.
-pub const LIMP: ControllerConfig =
-    ControllerConfig { law: ControlLaw::Pd, kp: 0.0, kd: 0.0, torque_limit: None, active_from: 0.0 };
+pub const LIMP: ControllerConfig = ControllerConfig {
+    law: ControlLaw::Pd,
+    kp: 0.0,
+    kd: 0.0,
+    torque_limit: None,
+    active_from: 0.0,
+    treatment: Treatment::Implicit,
+};
 
 /// A reference that never changes, one angle for all joints.
 pub struct Hold(pub f64);

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -28,7 +27,7 @@ class Link:
     @classmethod
     def of(cls, layout: dict[str, Any]) -> Link:
         """Those of an environment's robot, whose links are alike."""
-        robot = json.loads(layout["config"])["robot"]
+        robot = layout["config"]["robot"]
         return cls(robot["length"], robot["contact_half_length"], robot["radius"])
 
 

@@ -4,11 +4,12 @@ use std::f64::consts::FRAC_PI_2;
 
 use serde::{Deserialize, Serialize};
 
-use crate::control::{ControlLaw, ControllerConfig};
-use crate::error::{ConfigError, require, within};
+use crate::capabilities::{Feature, ModelName};
+use crate::control::{ControllerConfig, Treatment};
+use crate::error::{ConfigError, integer_in, require, within};
 use crate::laws::Stribeck;
 use crate::robot::RobotConfig;
-use crate::stepping::{IntegratorConfig, Method};
+use crate::stepping::IntegratorConfig;
 
 use super::default_gait::DefaultGait;
 use super::perturbation::Perturbation;
@@ -24,6 +25,16 @@ pub enum ModelKind {
     Planar,
     /// Links in space on cardan joints, which lift and roll (T ch. 4).
     Spatial,
+}
+
+impl ModelKind {
+    /// Its column in the table of capabilities.
+    pub fn name(self) -> ModelName {
+        match self {
+            ModelKind::Planar => ModelName::Planar,
+            ModelKind::Spatial => ModelName::Spatial,
+        }
+    }
 }
 
 /// What an action prescribes.
@@ -72,6 +83,7 @@ pub struct EnvConfig {
     pub action_mode: ActionMode,
     pub perception: Perception,
     /// Number of pegs the robot locates at a time, nearest first.
+    #[serde(deserialize_with = "integer_in::<_, 1, MAX_NEAREST_PEGS>")]
     pub nearest_pegs: usize,
     /// Time between two actions \[s\].
     pub control_period: f64,
@@ -91,6 +103,7 @@ pub struct EnvConfig {
     pub field: FieldKind,
     /// Random fields and mazes are drawn anew until every body length of the way has so many push-points; 0: as they
     /// come.
+    #[serde(deserialize_with = "integer_in::<_, 0, MOST_PUSH_POINTS>")]
     pub push_points: usize,
     /// What happens to the pegs of a perturbed course.
     pub perturbation: Perturbation,
@@ -98,7 +111,7 @@ pub struct EnvConfig {
     pub randomization: Randomization,
     /// Friction coefficients along and across a link; `None`: the task's own.
     pub friction: Option<[f64; 2]>,
-    /// How friction falls in sliding; the planar model alone.
+    /// How friction falls in sliding; the planar model only.
     pub stribeck: Stribeck,
     pub controller: ControllerConfig,
     pub integrator: IntegratorConfig,
@@ -156,12 +169,12 @@ impl EnvConfig {
         self.perturbation.validate().map_err(|e| e.inside("perturbation"))?;
         let points = self.push_points;
         require(points <= MOST_PUSH_POINTS, "push_points", points, "an integer in [0, 4]")?;
-        let (period, method) = (self.control_period, self.integrator.method);
-        self.randomization.validate_for(period, method, self.model).map_err(|e| e.inside("randomization"))?;
+        let on = (self.model.name(), self.integrator.method);
+        self.randomization.validate_for(self.control_period, on).map_err(|e| e.inside("randomization"))?;
         within("difficulty", self.difficulty, 0.0, 1.0)?;
         within("start_jitter", self.start_jitter, 0.0, 1.0)?;
         self.validate_friction()?;
-        self.validate_discrepancies()?;
+        self.validate_features()?;
         self.reward_weights.validate().map_err(|e| e.inside("reward_weights"))?;
         (self.task.family().validate)(self)
     }
@@ -193,16 +206,17 @@ impl EnvConfig {
         Ok(())
     }
 
-    /// Free play and the Stribeck effect, of the configured robot and on top of it.
-    fn validate_discrepancies(&self) -> Result<(), ConfigError> {
-        let is_planar = self.model == ModelKind::Planar;
+    /// What the model does not have, and free play and the Stribeck effect on top of the configured ones.
+    fn validate_features(&self) -> Result<(), ConfigError> {
         self.stribeck.validate().map_err(|e| e.inside("stribeck"))?;
+        let on = (self.model.name(), self.integrator.method);
         let drop = self.stribeck.drop;
-        require(is_planar || drop == 0.0, "stribeck.drop", drop, "0: not offered in the spatial model")?;
-        // The method "thesis" knows the configured plant alone.
-        let can_vary = is_planar && self.integrator.method != Method::Thesis;
-        let motors = (self.robot.free_play, can_vary && self.controller.law == ControlLaw::Pd);
-        self.randomization.validate_beyond(motors, (drop, can_vary)).map_err(|e| e.inside("randomization"))
+        Feature::StribeckEffect.require(on, drop != 0.0, "stribeck.drop", drop)?;
+        let treatment = self.controller.treatment;
+        let held = treatment != Treatment::Implicit;
+        Feature::HeldTorques.require(on, held, "controller.treatment", treatment)?;
+        let (play, law) = (self.robot.free_play, self.controller.law);
+        self.randomization.validate_beyond(play, law, drop).map_err(|e| e.inside("randomization"))
     }
 }
 

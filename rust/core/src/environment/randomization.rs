@@ -6,6 +6,8 @@
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
+use crate::capabilities::{Feature, ModelName};
+use crate::control::ControlLaw;
 use crate::error::{ConfigError, require, within};
 use crate::minimal::NoiseConfig;
 use crate::planar::Variation;
@@ -13,7 +15,6 @@ use crate::robot::MOST_PLAY;
 use crate::scene::Peg;
 use crate::stepping::Method;
 
-use super::config::ModelKind;
 use super::rng::Rng;
 
 /// Ranges `[low, high]` of uniform draws.
@@ -90,41 +91,36 @@ impl Randomization {
     ///
     /// # Errors
     /// Names the field, its value and the admissible range.
-    pub fn validate_for(&self, control_period: f64, method: Method, model: ModelKind) -> Result<(), ConfigError> {
+    pub fn validate_for(&self, control_period: f64, on: (ModelName, Method)) -> Result<(), ConfigError> {
         self.validate()?;
         range("reference_delay", self.reference_delay, [0.0, LONGEST_DELAY.min(MOST_PERIODS * control_period)])?;
         if let Some(rate) = self.reference_rate {
             within("reference_rate", rate, SLOWEST_RATE, (1.0 + 1e-9) / control_period)?;
         }
-        let same = Self::default();
-        let knows_many = method != Method::Thesis && model == ModelKind::Planar;
-        let expected = "[1, 1]; factors on the robot need the planar model and the method implicit or adaptive";
-        for (field, factor, one) in [
-            ("friction", self.friction, same.friction),
-            ("anisotropy", self.anisotropy, same.anisotropy),
-            ("mass", self.mass, same.mass),
-            ("torque_limit", self.torque_limit, same.torque_limit),
+        let off = Self::default();
+        let robot = Feature::RandomizedRobot;
+        let discrepancies = Feature::RandomizedDiscrepancies;
+        for (feature, field, range, off) in [
+            (robot, "friction", self.friction, off.friction),
+            (robot, "anisotropy", self.anisotropy, off.anisotropy),
+            (robot, "mass", self.mass, off.mass),
+            (robot, "torque_limit", self.torque_limit, off.torque_limit),
+            (discrepancies, "free_play", self.free_play, off.free_play),
+            (discrepancies, "stribeck", self.stribeck, off.stribeck),
         ] {
-            require(knows_many || factor == one, field, format!("{factor:?}"), expected)?;
+            feature.require(on, range != off, field, format!("{range:?}"))?;
         }
         Ok(())
     }
 
-    /// Checks what comes on top of a plant: free play beyond `play` \[rad\] and a drop of friction beyond `drop`, for a
-    /// plant that can have both if `knows_motors` and `knows_ground`.
+    /// Checks what comes on top of a robot's free play `play` \[rad\] and of the ground's `drop` of friction.
     ///
     /// # Errors
     /// Names the field, its value and the admissible range.
-    pub fn validate_beyond(
-        &self,
-        (play, knows_motors): (f64, bool),
-        (drop, knows_ground): (f64, bool),
-    ) -> Result<(), ConfigError> {
-        let planar = "[0, 0], unless with the planar model, the method implicit or adaptive";
-        let none = |range: [f64; 2]| range == [0.0, 0.0];
-        let expected = format!("{planar} and a PD controller");
-        require(knows_motors || none(self.free_play), "free_play", format!("{:?}", self.free_play), &expected)?;
-        require(knows_ground || none(self.stribeck), "stribeck", format!("{:?}", self.stribeck), planar)?;
+    pub fn validate_beyond(&self, play: f64, law: ControlLaw, drop: f64) -> Result<(), ConfigError> {
+        let has_play = self.free_play != [0.0, 0.0];
+        let expected = "[0, 0] with an input-output linearising controller";
+        require(!has_play || law == ControlLaw::Pd, "free_play", format!("{:?}", self.free_play), expected)?;
         range("free_play", self.free_play, [0.0, MOST_PLAY - play])?;
         range("stribeck", self.stribeck, [0.0, 1.0 - drop])
     }
@@ -217,11 +213,14 @@ mod tests {
             ("stribeck", Randomization { stribeck: [-0.1, 0.5], ..good }),
         ];
         for (field, randomization) in cases {
-            assert_eq!(randomization.validate_for(0.05, Method::Implicit, ModelKind::Planar).unwrap_err().field, field);
+            assert_eq!(
+                randomization.validate_for(0.05, (ModelName::Planar, Method::Implicit)).unwrap_err().field,
+                field
+            );
         }
         let heavy = Randomization { mass: [1.0, 1.1], ..good };
-        assert!(heavy.validate_for(0.05, Method::Implicit, ModelKind::Planar).is_ok());
-        assert!(heavy.validate_for(0.05, Method::Thesis, ModelKind::Planar).is_err());
-        assert!(heavy.validate_for(0.05, Method::Implicit, ModelKind::Spatial).is_err());
+        assert!(heavy.validate_for(0.05, (ModelName::Planar, Method::Implicit)).is_ok());
+        assert!(heavy.validate_for(0.05, (ModelName::Planar, Method::Thesis)).is_err());
+        assert!(heavy.validate_for(0.05, (ModelName::Spatial, Method::Implicit)).is_err());
     }
 }

@@ -1,7 +1,8 @@
 //! What the controller knows at each instant: measurements with noise, references, a held torque.
 
+use crate::control::{ControllerConfig, Treatment};
 use crate::gait::{JointReference, JointTarget};
-use crate::minimal::{Feedback, FeedbackConfig, Measurement, MinimalState, Model, Noise, Treatment};
+use crate::minimal::{Feedback, Measurement, MinimalState, Model, Noise};
 
 /// Controller of one robot with its clock.
 #[derive(Debug, Clone)]
@@ -20,7 +21,7 @@ pub struct Controller {
 }
 
 impl Controller {
-    pub fn new(config: FeedbackConfig, noise: Noise, model: &Model) -> Self {
+    pub fn new(config: ControllerConfig, noise: Noise, model: &Model) -> Self {
         let joints = model.joint_count();
         Self {
             feedback: Feedback::new(config, model),
@@ -40,7 +41,7 @@ impl Controller {
         (self.periods, self.start) = (0, time);
     }
 
-    pub fn config(&self) -> &FeedbackConfig {
+    pub fn config(&self) -> &ControllerConfig {
         &self.feedback.config
     }
 

@@ -7,10 +7,11 @@
 use nalgebra::{Vector2, Vector3};
 
 use crate::control::ControlLaw;
+use crate::control::Treatment;
 use crate::gait::JointReference;
 use crate::minimal::{
     Base, InverseDynamics, MinimalState, Model, Motion, Newton, SmoothLaw, Stage, StageJoint, StageLink, StageSolution,
-    Treatment, Twist, certify,
+    Twist, certify,
 };
 use crate::solver::Outcome;
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};

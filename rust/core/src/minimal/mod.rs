@@ -35,7 +35,7 @@ mod thesis;
 pub use crate::laws::SmoothLaw;
 pub use certificate::{Certificate, certify};
 pub use control_plant::{ControlPlant, JointDynamics, velocity_transform};
-pub use feedback::{Feedback, FeedbackConfig, Measurement, Treatment};
+pub use feedback::{Feedback, Measurement};
 pub use forward_dynamics::ForwardDynamics;
 pub use friction::Friction;
 pub use inverse_dynamics::{InverseDynamics, LinkInertia};

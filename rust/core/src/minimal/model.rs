@@ -1,7 +1,8 @@
 use nalgebra::{DMatrix, Vector3};
 
-use crate::error::{ConfigError, non_negative, positive};
+use crate::error::{ConfigError, non_negative};
 use crate::robot::Robot;
+use crate::scene::{FrictionLawName, SceneConfig};
 
 use crate::laws::SmoothLaw;
 
@@ -26,6 +27,11 @@ impl Default for Ground {
 }
 
 impl Ground {
+    /// The ground of a scene.
+    pub fn of(scene: &SceneConfig) -> Self {
+        Self { coulomb: scene.friction, viscous: scene.viscous }
+    }
+
     /// # Errors
     /// Names the coefficient that is negative or not finite.
     pub fn validate(&self) -> Result<(), ConfigError> {
@@ -120,18 +126,13 @@ pub enum FrictionLaw {
 }
 
 impl FrictionLaw {
-    /// # Errors
-    /// Names the law that is not known, or a smoothing that is not positive.
-    pub fn new(name: &str, smoothing: f64) -> Result<Self, ConfigError> {
-        positive("smoothing", smoothing)?;
-        match name {
-            "set-valued" => Ok(Self::SetValued),
-            "arctan" => Ok(Self::Smooth(SmoothLaw::Arctan { smoothing })),
-            "ellipse" => Ok(Self::Smooth(SmoothLaw::Ellipse { smoothing })),
-            other => {
-                let expected = "\"set-valued\", \"arctan\" or \"ellipse\"";
-                Err(ConfigError::new("friction_law", format!("{other:?}"), expected))
-            }
+    /// The law of a scene.
+    pub fn of(scene: &SceneConfig) -> Self {
+        let smoothing = scene.smoothing;
+        match scene.friction_law {
+            FrictionLawName::SetValued => Self::SetValued,
+            FrictionLawName::Arctan => Self::Smooth(SmoothLaw::Arctan { smoothing }),
+            FrictionLawName::Ellipse => Self::Smooth(SmoothLaw::Ellipse { smoothing }),
         }
     }
 }

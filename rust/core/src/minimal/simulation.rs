@@ -2,9 +2,11 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use crate::capabilities::{Feature, ModelName};
+use crate::control::{ControllerConfig, Treatment};
 use crate::error::ConfigError;
 use crate::gait::JointReference;
-use crate::minimal::{FeedbackConfig, FrictionLaw, Ground, MinimalState, Model, Motion, Noise, NoiseConfig, Treatment};
+use crate::minimal::{FrictionLaw, Ground, MinimalState, Model, Motion, Noise, NoiseConfig};
 use crate::robot::{Robot, RobotConfig};
 use crate::stepping::{IntegratorConfig, Method, Tally};
 
@@ -19,7 +21,7 @@ pub struct MinimalConfig {
     pub robot: RobotConfig,
     pub ground: Ground,
     pub friction_law: FrictionLaw,
-    pub controller: FeedbackConfig,
+    pub controller: ControllerConfig,
     pub integrator: IntegratorConfig,
     pub noise: NoiseConfig,
     pub seed: u64,
@@ -54,14 +56,15 @@ impl MinimalSimulation {
     /// Names the section, the field, the value and what is admissible.
     pub fn new(config: &MinimalConfig) -> Result<Self, ConfigError> {
         let robot = Robot::new(&config.robot).map_err(|e| e.inside("robot"))?;
-        robot.require_tight_joints("minimal").map_err(|e| e.inside("robot"))?;
+        let on = (ModelName::Minimal, config.integrator.method);
+        Feature::Backlash.require(on, robot.free_play != 0.0, "robot.free_play", robot.free_play)?;
         config.ground.validate().map_err(|e| e.inside("scene"))?;
         config.controller.validate().map_err(|e| e.inside("controller"))?;
         config.integrator.validate().map_err(|e| e.inside("integrator"))?;
         config.noise.validate().map_err(|e| e.inside("noise"))?;
         let model = Model::new(&robot, &config.ground);
         let links = model.link_count();
-        let feedback = FeedbackConfig { treatment: treatment_of(config), ..config.controller };
+        let feedback = ControllerConfig { treatment: treatment_of(config), ..config.controller };
         let controller = Controller::new(feedback, Noise::new(config.noise, config.seed), &model);
         let mut integrator = config.integrator;
         if integrator.method == Method::Implicit {

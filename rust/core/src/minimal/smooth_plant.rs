@@ -1,15 +1,16 @@
 //! The smooth plant as an ordinary differential equation y' = f(t, y), y = (q, q') (T 6.14).
 
 use crate::control::ControlLaw;
+use crate::control::{ControllerConfig, Treatment};
 use crate::gait::{JointReference, JointTarget};
-use crate::minimal::{Base, FeedbackConfig, ForwardDynamics, InverseDynamics, Model, Motion, SmoothLaw, Treatment};
+use crate::minimal::{Base, ForwardDynamics, InverseDynamics, Model, Motion, SmoothLaw};
 
 /// Right-hand side with its workspace.
 #[derive(Debug, Clone)]
 pub struct SmoothPlant {
     model: Model,
     law: SmoothLaw,
-    config: FeedbackConfig,
+    config: ControllerConfig,
     motion: Motion,
     forward: ForwardDynamics,
     inverse: InverseDynamics,
@@ -20,7 +21,7 @@ pub struct SmoothPlant {
 }
 
 impl SmoothPlant {
-    pub fn new(model: &Model, law: SmoothLaw, config: FeedbackConfig) -> Self {
+    pub fn new(model: &Model, law: SmoothLaw, config: ControllerConfig) -> Self {
         let (links, joints) = (model.link_count(), model.joint_count());
         Self {
             model: model.clone(),

@@ -13,9 +13,11 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use crate::control::{ControllerConfig, Treatment};
 use crate::gait::{Jet, JointTarget};
+use crate::laws::SmoothLaw;
 use crate::math::Real;
-use crate::minimal::{Feedback, FeedbackConfig, Ground, InverseDynamics, LinkMotion, Measurement, Model, SmoothLaw};
+use crate::minimal::{Feedback, Ground, InverseDynamics, LinkMotion, Measurement, Model};
 use crate::planar::{Heading, PlanarState, StageJoint};
 use crate::robot::Robot;
 
@@ -127,7 +129,7 @@ pub struct ExplicitIo {
 impl ExplicitIo {
     pub fn new(plant: &Plant) -> Self {
         let model = model_of(&plant.robot, plant.friction());
-        let feedback = Feedback::new(FeedbackConfig::of(plant.controller), &model);
+        let feedback = Feedback::new(ControllerConfig { treatment: Treatment::Step, ..plant.controller }, &model);
         let joints = model.joint_count();
         Self { feedback, measured: Measurement::new(joints), tau: vec![0.0; joints], model }
     }

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector2;
 
+use crate::capabilities::{ModelName, require_supported};
 use crate::control::ControllerConfig;
 use crate::error::ConfigError;
 use crate::gait::CardanReference;
@@ -39,11 +40,10 @@ impl SpatialSimulation {
         controller: &ControllerConfig,
         integrator: &IntegratorConfig,
     ) -> Result<Self, ConfigError> {
+        require_supported(ModelName::Spatial, integrator.method, robot, scene, controller)?;
         let robot = Robot::new(robot).map_err(|e| e.inside("robot"))?;
         let scene = Scene::new(scene).map_err(|e| e.inside("scene"))?;
         integrator.validate().map_err(|e| e.inside("integrator"))?;
-        robot.require_tight_joints("spatial").map_err(|e| e.inside("robot"))?;
-        scene.require_constant_friction("spatial").map_err(|e| e.inside("scene"))?;
         let body = SpatialBody::new(&robot, PegGrid::new(&scene.pegs));
         let joints = robot.joint_count();
         let plant = SpatialPlant::new(robot, &scene, *controller).map_err(|e| e.inside("controller"))?;

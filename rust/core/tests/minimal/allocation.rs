@@ -1,16 +1,17 @@
 //! Nothing allocates in an implicit step of the minimal model: every request to the allocator is counted.
 
+use snake_core::control::{ControllerConfig, Treatment};
 use snake_core::minimal::MinimalConfig;
-use snake_core::minimal::{FeedbackConfig, NoiseConfig, Treatment};
+use snake_core::minimal::NoiseConfig;
 use snake_test_support::minimal::{default_config, io_for_period, soft_start, straight};
 
 use snake_test_support::allocation::REQUESTS;
 
 #[test]
 fn an_implicit_step_asks_for_no_memory() {
-    let limited = FeedbackConfig { torque_limit: Some(10.0), ..FeedbackConfig::io() };
-    let held = FeedbackConfig { treatment: Treatment::Step, ..io_for_period(0.02) };
-    let cases = [(FeedbackConfig::pd(), 0.0), (FeedbackConfig::io(), 0.0), (limited, 0.0), (held, 1e-5)];
+    let limited = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::io() };
+    let held = ControllerConfig { treatment: Treatment::Step, ..io_for_period(0.02) };
+    let cases = [(ControllerConfig::minimal_pd(), 0.0), (ControllerConfig::io(), 0.0), (limited, 0.0), (held, 1e-5)];
     for (controller, joint_angle) in cases {
         let noise = NoiseConfig { joint_angle, ..NoiseConfig::default() };
         let mut simulation = straight(&MinimalConfig { controller, noise, ..default_config() });

@@ -1,18 +1,19 @@
 //! Controllers of the minimal model: Theorem 6.1, treatments and their limits, saturation, noise.
 
+use snake_core::control::{ControllerConfig, Treatment};
 use snake_core::gait::{JointReference, Wave};
-use snake_core::minimal::{FeedbackConfig, FrictionLaw, MinimalState, NoiseConfig, SmoothLaw, Treatment};
+use snake_core::minimal::{FrictionLaw, MinimalState, NoiseConfig, SmoothLaw};
 use snake_core::minimal::{MinimalConfig, MinimalSimulation};
 use snake_core::stepping::{IntegratorConfig, Method};
 use snake_test_support::minimal::{default_config, error_of_joint_5, io_for_period, soft_start, straight};
 
 fn io() -> MinimalConfig {
-    MinimalConfig { controller: FeedbackConfig::io(), ..default_config() }
+    MinimalConfig { controller: ControllerConfig::io(), ..default_config() }
 }
 
 /// Input-output linearisation with the thesis's limit of 10 N m.
-fn limited() -> FeedbackConfig {
-    FeedbackConfig { torque_limit: Some(10.0), ..FeedbackConfig::io() }
+fn limited() -> ControllerConfig {
+    ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::io() }
 }
 
 fn with_step(config: MinimalConfig, step: f64) -> MinimalConfig {
@@ -107,8 +108,8 @@ fn implicit_feedback_has_no_limit_on_the_step() {
 }
 
 /// Whether a straight robot whose joint 5 is pushed comes to rest, its torques held for `period`.
-fn recovers(law: FeedbackConfig, period: f64) -> bool {
-    let controller = FeedbackConfig { treatment: Treatment::Period(period), ..law };
+fn recovers(law: ControllerConfig, period: f64) -> bool {
+    let controller = ControllerConfig { treatment: Treatment::Period(period), ..law };
     let integrator = IntegratorConfig { step: Some(period), tolerance: Some(1e-7), ..IntegratorConfig::default() };
     let config = MinimalConfig { controller, integrator, ..default_config() };
     let mut simulation = MinimalSimulation::new(&config).expect("admissible");
@@ -129,8 +130,8 @@ fn recovers(law: FeedbackConfig, period: f64) -> bool {
 /// 2 / K_D = 0.833 ms.
 #[test]
 fn held_input_output_linearisation_with_the_printed_gains_fails_beyond_0_83_ms() {
-    assert!(recovers(FeedbackConfig::io(), 7.5e-4));
-    assert!(!recovers(FeedbackConfig::io(), 9.5e-4));
+    assert!(recovers(ControllerConfig::io(), 7.5e-4));
+    assert!(!recovers(ControllerConfig::io(), 9.5e-4));
 }
 
 #[test]
@@ -142,15 +143,15 @@ fn gains_from_the_control_period_are_stable_at_any_period() {
 
 #[test]
 fn explicit_pd_fails_beyond_0_576_ms() {
-    assert!(recovers(FeedbackConfig::pd(), 5e-4));
-    assert!(!recovers(FeedbackConfig::pd(), 7e-4));
+    assert!(recovers(ControllerConfig::minimal_pd(), 5e-4));
+    assert!(!recovers(ControllerConfig::minimal_pd(), 7e-4));
 }
 
 #[test]
 fn no_torque_exceeds_its_limit_and_stationary_motion_does_not_notice() {
     for law in [FrictionLaw::SetValued, FrictionLaw::Smooth(SmoothLaw::PRINTED)] {
         let error_with = |torque_limit| {
-            let controller = FeedbackConfig { torque_limit, ..FeedbackConfig::io() };
+            let controller = ControllerConfig { torque_limit, ..ControllerConfig::io() };
             let config = MinimalConfig { friction_law: law, controller, ..default_config() };
             let (mut simulation, gait) = (straight(&config), soft_start());
             let (mut largest, mut error) = (0.0_f64, 0.0_f64);
@@ -187,7 +188,7 @@ fn at_its_limit_the_torque_is_the_clipped_one() {
 
 #[test]
 fn actuators_sleep_until_they_awake() {
-    let controller = FeedbackConfig { active_from: 0.35, ..FeedbackConfig::io() };
+    let controller = ControllerConfig { active_from: 0.35, ..ControllerConfig::io() };
     let mut simulation = straight(&MinimalConfig { controller, ..default_config() });
     assert!(simulation.advance(0.35, &soft_start()));
     assert!(simulation.torque().iter().all(|&tau| tau == 0.0));
@@ -199,7 +200,7 @@ fn actuators_sleep_until_they_awake() {
 /// the jump for a part of its past would give up.
 #[test]
 fn a_jump_at_the_end_of_an_interval_is_met() {
-    let controller = FeedbackConfig { active_from: 1.0, ..FeedbackConfig::pd() };
+    let controller = ControllerConfig { active_from: 1.0, ..ControllerConfig::minimal_pd() };
     let smooth = on(MinimalConfig { controller, ..default_config() }, SmoothLaw::PRINTED, 1e-8);
     let angles = |interval: f64, count: u32| {
         let mut simulation = straight(&smooth);
@@ -214,10 +215,10 @@ fn a_jump_at_the_end_of_an_interval_is_met() {
 
 #[test]
 fn sleeping_actuators_and_held_torques_need_no_short_steps() {
-    let asleep = FeedbackConfig { active_from: 2.0, ..FeedbackConfig::io() };
+    let asleep = ControllerConfig { active_from: 2.0, ..ControllerConfig::io() };
     let held = io_for_period(0.02);
     let still = Wave { amplitude: 0.0, ..Wave::default() };
-    for controller in [asleep, FeedbackConfig { treatment: Treatment::Period(0.02), ..held }] {
+    for controller in [asleep, ControllerConfig { treatment: Treatment::Period(0.02), ..held }] {
         let mut simulation = straight(&MinimalConfig { controller, ..default_config() });
         assert!(simulation.advance(0.1, &still), "short steps at the start");
         assert!(simulation.advance(0.2, &still));
@@ -228,9 +229,9 @@ fn sleeping_actuators_and_held_torques_need_no_short_steps() {
 /// 3 degrees and 0.972 rad/s at once, asked of the inertia that joint 6 then feels.
 #[test]
 fn the_jumps_of_the_soft_start_take_1326_newton_metres_of_the_printed_gains_and_10_3_of_pd() {
-    for (law, expected) in [(FeedbackConfig::io(), 1326.5), (FeedbackConfig::pd(), 10.28)] {
+    for (law, expected) in [(ControllerConfig::io(), 1326.5), (ControllerConfig::minimal_pd(), 10.28)] {
         for (method, treatment) in [(Method::Thesis, Treatment::Implicit), (Method::Implicit, Treatment::Step)] {
-            let controller = FeedbackConfig { treatment, ..law };
+            let controller = ControllerConfig { treatment, ..law };
             let integrator = IntegratorConfig { method, step: Some(2.5e-4), ..IntegratorConfig::default() };
             let (mut simulation, gait) =
                 (straight(&MinimalConfig { controller, integrator, ..default_config() }), soft_start());
@@ -254,7 +255,7 @@ fn noisy(seed: u64, method: Method, treatment: Treatment) -> Vec<f64> {
         yaw_rate: 0.1 * degree,
         joint_rate: 0.1 * degree,
     };
-    let controller = FeedbackConfig { treatment, ..FeedbackConfig::io() };
+    let controller = ControllerConfig { treatment, ..ControllerConfig::io() };
     let integrator = IntegratorConfig { method, step: Some(2.5e-4), ..IntegratorConfig::default() };
     let mut simulation = straight(&MinimalConfig { controller, integrator, noise, seed, ..default_config() });
     assert!(simulation.advance(0.2, &soft_start()));

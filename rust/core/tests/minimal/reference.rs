@@ -1,7 +1,7 @@
 //! The set-valued minimal model against an independent implementation at 2.5e-4 s (`tests/data`), and the schemes
 //! against each other: PD, gait (7.3) with soft start, from straight rest.
 
-use snake_core::minimal::FeedbackConfig;
+use snake_core::control::ControllerConfig;
 use snake_core::minimal::MinimalConfig;
 use snake_core::stepping::{IntegratorConfig, Method};
 use snake_test_support::minimal::{default_config, error_of_joint_5, soft_start, straight};
@@ -111,8 +111,10 @@ fn distance(one: &MinimalConfig, other: &MinimalConfig, duration: f64) -> [f64; 
 
 #[test]
 fn input_output_linearisation_at_long_steps_is_within_a_milliradian_and_a_millimetre_over_20_s() {
-    let io =
-        |step, tolerance| MinimalConfig { controller: FeedbackConfig::io(), ..with(Method::Implicit, step, tolerance) };
+    let io = |step, tolerance| MinimalConfig {
+        controller: ControllerConfig::io(),
+        ..with(Method::Implicit, step, tolerance)
+    };
     let limit = io(5e-4, 1e-8);
     for step in [0.02, 0.05] {
         let [angle, place] = distance(&io(step, 1e-8), &limit, 20.0);

@@ -1,6 +1,6 @@
 //! Input-output linearisation of the planar model: smooth two-point model in the controller, set-valued plant.
 
-use snake_core::control::{ControlLaw, ControllerConfig};
+use snake_core::control::ControllerConfig;
 use snake_core::gait::{JointReference, Wave};
 use snake_core::scene::{START_7_5, SceneConfig};
 use snake_core::simulation::PlanarSimulation;
@@ -8,7 +8,7 @@ use snake_core::stepping::{IntegratorConfig, Method};
 use snake_test_support::planar::{START_FREE, ground, table_7_5};
 
 fn io(torque_limit: Option<f64>) -> ControllerConfig {
-    ControllerConfig { law: ControlLaw::Io, kp: 4e5, kd: 2.4e3, torque_limit, active_from: 0.0 }
+    ControllerConfig { torque_limit, ..ControllerConfig::io() }
 }
 
 fn undulating(

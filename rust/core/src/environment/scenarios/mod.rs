@@ -146,7 +146,7 @@ impl Serialize for Task {
 
 impl<'de> Deserialize<'de> for Task {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_str(TaskName)
+        deserializer.deserialize_any(TaskName)
     }
 }
 
@@ -167,7 +167,7 @@ impl Visitor<'_> for TaskName {
     type Value = Task;
 
     fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-        write!(formatter, "one of `{}`", NAMES.join("`, `"))
+        write!(formatter, "one of \"{}\"", NAMES.join("\", \""))
     }
 
     fn visit_str<E: Error>(self, name: &str) -> Result<Task, E> {

@@ -7,12 +7,12 @@ use snake_core::batch::Outputs;
 use snake_core::environment::signal::SignalKind;
 
 use crate::core::Core;
-use crate::gate::Fault;
+use crate::ffi::CoreError;
 
 /// A tuple of C-contiguous arrays for n rows; `flags` and `counts` repeat the bool and int rows of `signals` with their
 /// own types.
 #[derive(FromPyObject)]
-pub struct Sheet<'py> {
+pub struct StepBuffers<'py> {
     /// (n, observation_size)
     #[pyo3(item(0))]
     observation: PyReadwriteArray2<'py, f32>,
@@ -36,10 +36,10 @@ pub struct Sheet<'py> {
     counts: PyReadwriteArray2<'py, i64>,
 }
 
-impl Sheet<'_> {
+impl StepBuffers<'_> {
     /// # Errors
     /// Names the array of the wrong shape.
-    pub fn check(&self, batch: &Core) -> Result<(), Fault> {
+    pub fn check(&self, batch: &Core) -> Result<(), CoreError> {
         let n = batch.num_envs();
         shape("observation", &self.observation, &[n, batch.observation_size()])?;
         shape("reward", &self.reward, &[n])?;
@@ -83,8 +83,8 @@ impl Sheet<'_> {
 }
 
 /// # Errors
-/// Names the array that has not the shape expected or is not C-contiguous.
-pub fn shape<T, D>(name: &str, array: &Bound<'_, PyArray<T, D>>, expected: &[usize]) -> Result<(), Fault> {
+/// Names the array that does not have the expected shape or is not C-contiguous.
+pub fn shape<T, D>(name: &str, array: &Bound<'_, PyArray<T, D>>, expected: &[usize]) -> Result<(), CoreError> {
     if array.shape() == expected && array.is_c_contiguous() {
         return Ok(());
     }

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
+
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from snake_env import SnakeVectorEnv
-from snake_env._sheets import POOL_SIZE
+from snake_env import SnakeVectorEnv, _buffers
+from snake_env._buffers import POOL_SIZE
 
 KEEP = {
     "nothing": lambda result: None,
@@ -73,3 +76,32 @@ def test_changes_by_the_caller_do_not_come_back():
         result[1][:] = 1e9
         assert (result[0] < 1e6).all()
         result[0][:] = 1e9
+
+
+def test_without_reference_counts_every_step_has_arrays_of_its_own(monkeypatch):
+    monkeypatch.setattr(_buffers, "counts_references", lambda: False)
+    env = SnakeVectorEnv(3, task="free")
+    env.reset(seed=0)
+    results = [env.step(np.zeros((3, 4)))[0] for _ in range(5)]
+    assert len({result.__array_interface__["data"][0] for result in results}) == 5
+
+
+def test_free_threading_and_other_interpreters_do_not_count_references(monkeypatch):
+    assert _buffers.counts_references()
+    monkeypatch.setattr(_buffers.sys, "_is_gil_enabled", lambda: False, raising=False)
+    assert not _buffers.counts_references()
+
+
+def test_a_deleted_environment_is_freed_at_once():
+    """Its core holds threads: it must not wait for the cyclic garbage collector."""
+    env = SnakeVectorEnv(3, task="free")
+    env.reset(seed=0)
+    env.step(np.zeros((3, 4)))
+    robots = weakref.ref(env._robots)
+    env.close()
+    gc.disable()
+    try:
+        del env
+        assert robots() is None
+    finally:
+        gc.enable()

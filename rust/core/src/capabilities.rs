@@ -1,0 +1,206 @@
+//! What each model of the robot has: one table, from which refusals and the table of the docs follow.
+
+use serde::Deserialize;
+
+use crate::control::{ControlLaw, ControllerConfig, Treatment};
+use crate::error::{ConfigError, require};
+use crate::robot::RobotConfig;
+use crate::scene::{FrictionLawName, SceneConfig};
+use crate::stepping::Method;
+
+/// The models of the robot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ModelName {
+    /// Links that slide in the plane (T ch. 3).
+    Planar,
+    /// Links in 3D on cardan joints (T ch. 4).
+    Spatial,
+    /// Minimal coordinates in the plane (T ch. 6).
+    Minimal,
+}
+
+impl ModelName {
+    pub const ALL: [ModelName; 3] = [ModelName::Planar, ModelName::Spatial, ModelName::Minimal];
+
+    /// The name that users write.
+    pub fn name(self) -> &'static str {
+        match self {
+            ModelName::Planar => "planar",
+            ModelName::Spatial => "spatial",
+            ModelName::Minimal => "minimal",
+        }
+    }
+}
+
+/// Whether a model has a feature.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Support {
+    Never,
+    /// With the integrator's method `implicit` only.
+    Implicit,
+    Always,
+}
+
+/// What not every model has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Feature {
+    Pegs,
+    StribeckEffect,
+    Backlash,
+    IoLinearization,
+    HeldTorques,
+    MeasurementNoise,
+    ViscousFriction,
+    SmoothFriction,
+    RollingFriction,
+    VerticalWave,
+    Inclination,
+    Environments,
+    RandomizedRobot,
+    RandomizedDiscrepancies,
+}
+
+/// One row of the table.
+#[derive(Debug, Clone, Copy)]
+pub struct Capability {
+    pub feature: Feature,
+    /// The feature in messages and docs.
+    pub name: &'static str,
+    /// The value that switches it off, as users write it.
+    pub off: &'static str,
+    /// By the planar, the spatial and the minimal model.
+    pub support: [Support; 3],
+}
+
+/// All features that not every model has.
+pub const CAPABILITIES: [Capability; 14] = {
+    use Support::{Always, Implicit, Never};
+    const fn row(feature: Feature, name: &'static str, off: &'static str, support: [Support; 3]) -> Capability {
+        Capability { feature, name, off, support }
+    }
+    [
+        row(Feature::Pegs, "contact with pegs", "no obstacles", [Always, Always, Never]),
+        row(Feature::StribeckEffect, "the Stribeck effect", "0", [Always, Never, Never]),
+        row(Feature::Backlash, "backlash of the joints", "0", [Implicit, Never, Never]),
+        row(Feature::IoLinearization, "input-output linearisation", "\"pd\"", [Always, Never, Always]),
+        row(Feature::HeldTorques, "a torque held over steps or periods", "\"implicit\"", [Never, Never, Always]),
+        row(Feature::MeasurementNoise, "noise on the controller's measurements", "None", [Never, Never, Always]),
+        row(Feature::ViscousFriction, "viscous friction", "(0, 0)", [Never, Never, Always]),
+        row(Feature::SmoothFriction, "a smooth friction law", "\"set-valued\"", [Never, Never, Implicit]),
+        row(Feature::RollingFriction, "rolling friction", "0", [Never, Always, Never]),
+        row(Feature::VerticalWave, "a vertical wave", "0", [Never, Always, Never]),
+        row(Feature::Inclination, "pitch and roll at the start", "0", [Never, Always, Never]),
+        row(Feature::Environments, "reinforcement learning", "", [Always, Always, Never]),
+        row(Feature::RandomizedRobot, "randomised friction, mass and torque limit", "[1, 1]", [Implicit, Never, Never]),
+        row(
+            Feature::RandomizedDiscrepancies,
+            "randomised backlash and Stribeck effect",
+            "[0, 0]",
+            [Implicit, Never, Never],
+        ),
+    ]
+};
+
+impl Capability {
+    pub fn of(&self, model: ModelName) -> Support {
+        self.support[model as usize]
+    }
+
+    /// What the feature needs, such as `model="planar" and method="implicit"`.
+    fn needs(&self) -> String {
+        let has = |model: &ModelName| self.of(*model) != Support::Never;
+        let models: Vec<String> =
+            ModelName::ALL.into_iter().filter(has).map(|model| format!("model=\"{}\"", model.name())).collect();
+        let implicit = self.support.contains(&Support::Implicit);
+        format!("{}{}", models.join(" or "), if implicit { " and method=\"implicit\"" } else { "" })
+    }
+}
+
+impl Feature {
+    /// The row of the table.
+    pub fn capability(self) -> &'static Capability {
+        &CAPABILITIES[self as usize]
+    }
+
+    /// Whether a model has it under a method.
+    pub fn is_in(self, model: ModelName, method: Method) -> bool {
+        match self.capability().of(model) {
+            Support::Never => false,
+            Support::Implicit => method != Method::Thesis,
+            Support::Always => true,
+        }
+    }
+
+    /// Refuses the feature where `used`, if the model does not have it.
+    ///
+    /// # Errors
+    /// Names `field`, its value, and what the feature needs.
+    pub fn require(
+        self,
+        (model, method): (ModelName, Method),
+        used: bool,
+        field: &str,
+        value: impl ToString,
+    ) -> Result<(), ConfigError> {
+        let row = self.capability();
+        let expected = || format!("{}: {} needs {}", row.off, row.name, row.needs());
+        if !used || self.is_in(model, method) { Ok(()) } else { Err(ConfigError::new(field, value, expected())) }
+    }
+}
+
+/// Refuses what a scripted run asks for and its model does not have.
+///
+/// # Errors
+/// Names section, field, value, and what the feature needs.
+pub fn require_supported(
+    model: ModelName,
+    method: Method,
+    robot: &RobotConfig,
+    scene: &SceneConfig,
+    controller: &ControllerConfig,
+) -> Result<(), ConfigError> {
+    let on = (model, method);
+    let pegs = scene.obstacles.len();
+    Feature::Pegs.require(on, pegs > 0, "scene.obstacles", format!("{pegs} pegs"))?;
+    let drop = scene.stribeck.drop;
+    Feature::StribeckEffect.require(on, drop != 0.0, "scene.stribeck.drop", drop)?;
+    let viscous = scene.viscous;
+    Feature::ViscousFriction.require(on, viscous != [0.0; 2], "scene.viscous", format!("{viscous:?}"))?;
+    let law = scene.friction_law;
+    let smooth = law != FrictionLawName::SetValued;
+    Feature::SmoothFriction.require(on, smooth, "scene.friction_law", format!("\"{}\"", law.name()))?;
+    let is_io = controller.law == ControlLaw::Io;
+    Feature::IoLinearization.require(on, is_io, "controller.law", "\"io\"")?;
+    let held = controller.treatment != Treatment::Implicit;
+    Feature::HeldTorques.require(on, held, "controller.treatment", controller.treatment)?;
+    Feature::Backlash.require(on, robot.free_play != 0.0, "robot.free_play", robot.free_play)?;
+    let expected = "0 with an input-output linearising controller";
+    require(!is_io || robot.free_play == 0.0, "robot.free_play", robot.free_play, expected)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_feature_has_its_row() {
+        for (index, row) in CAPABILITIES.iter().enumerate() {
+            assert_eq!(row.feature as usize, index);
+            assert_eq!(row.feature.capability().name, row.name);
+        }
+    }
+
+    #[test]
+    fn a_refusal_names_models_and_method_that_have_the_feature() {
+        let told = |feature: Feature, model, method| {
+            feature.require((model, method), true, "field", 1.0).map_err(|e| e.expected).unwrap_err()
+        };
+        let play = "0: backlash of the joints needs model=\"planar\" and method=\"implicit\"";
+        assert_eq!(told(Feature::Backlash, ModelName::Spatial, Method::Implicit), play);
+        assert_eq!(told(Feature::Backlash, ModelName::Planar, Method::Thesis), play);
+        let pegs = "no obstacles: contact with pegs needs model=\"planar\" or model=\"spatial\"";
+        assert_eq!(told(Feature::Pegs, ModelName::Minimal, Method::Implicit), pegs);
+        assert!(Feature::Backlash.require((ModelName::Spatial, Method::Thesis), false, "field", 0.0).is_ok());
+    }
+}
