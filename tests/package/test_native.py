@@ -80,7 +80,7 @@ def test_any_array_as_a_step_buffer(index, change):
 
 def test_one_array_twice_in_the_step_buffers_is_refused():
     buffers = new_buffers()
-    with pytest.raises(TypeError, match="StepBuffers.truncated"):
+    with pytest.raises(TypeError, match=r"StepBuffers\.truncated"):
         new_batch().reset(np.ones(N, np.bool_), None, buffers._replace(truncated=buffers.terminated))
 
 
