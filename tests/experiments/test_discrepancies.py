@@ -28,10 +28,9 @@ def test_joints_with_play_stay_behind_their_references():
     assert 0.5 * PLAY < late[1] < 0.5 * PLAY + 0.02
 
 
-@pytest.mark.parametrize("method", ["implicit", "adaptive"])
-def test_what_is_absent_changes_nothing(method):
+def test_what_is_absent_changes_nothing():
     """Bit for bit, whatever the speed of an effect without drop."""
-    keywords = {"scene": Scene.preset("table-7.3"), "integrator": Integrator(method=method), "duration": 1.0}
+    keywords = {"scene": Scene.preset("table-7.3"), "duration": 1.0}
     plain = snake_env.simulate(**keywords)
     scene = Scene(obstacles=keywords["scene"].obstacles, stribeck=Stribeck(0.0, 0.5), course="table-7.3")
     for run in (
@@ -44,7 +43,7 @@ def test_what_is_absent_changes_nothing(method):
 
 def test_friction_that_falls_lets_a_robot_slide_farther():
     """The printed scheme has the effect too."""
-    for method in ("implicit", "adaptive", "thesis"):
+    for method in ("implicit", "thesis"):
         ends = []
         for drop in (0.0, 0.5):
             scene = Scene(friction=(0.2, 0.5), stribeck=Stribeck(drop, 0.05))

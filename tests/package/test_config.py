@@ -94,17 +94,9 @@ def test_every_field_of_a_section_is_checked_where_it_is_made(kind, name, value)
     assert str(caught.value).startswith(f"{section}.{name}")
 
 
-@pytest.mark.parametrize("tolerance", [1e-9, 0.2])
-def test_the_tolerance_of_adaptive_runs_has_a_range(tolerance):
-    assert Integrator(tolerance=tolerance).tolerance == tolerance
-    with pytest.raises(ConfigError, match=r"integrator\.tolerance.*\[0\.0000001, 0\.1\]"):
-        Integrator(method="adaptive", tolerance=tolerance)
-
-
 THESIS = Integrator(method="thesis")
 
 BAD_SPATIAL = [
-    ({"integrator": Integrator(method="adaptive")}, "integrator.method"),
     ({"noise": Noise()}, "noise"),
     ({"controller": IOLinearizing()}, "controller"),
     ({"scene": Scene(viscous=(0.1, 0.1))}, "scene.viscous"),

@@ -57,18 +57,6 @@ def test_samples_do_not_depend_on_how_often_one_looks():
     np.testing.assert_allclose(often.position[::10], seldom.position, atol=1e-12)
 
 
-def test_an_adaptive_run_errs_by_about_its_tolerance():
-    """Free undulation for two seconds against steps of 0.5 ms."""
-
-    def end(integrator):
-        return snake_env.simulate(integrator=integrator, duration=2.0).position[-1]
-
-    exact = end(Integrator(step=5e-4, tolerance=1e-10))
-    for tolerance in (1e-3, 1e-5):
-        error = np.linalg.norm(end(Integrator(method="adaptive", tolerance=tolerance)) - exact, axis=1).max()
-        assert 0.02 * tolerance < error < 2.0 * tolerance
-
-
 def test_a_run_that_diverges_says_when():
     """The thesis's explicit PD is unstable at twice its step (k_P = 800, k_D = 2)."""
     with pytest.raises(DivergenceError, match="diverged at t =") as caught:

@@ -45,7 +45,6 @@ def test_a_broken_action_is_refused_by_name():
     ("options", "field"),
     [
         ({"controller": "io"}, "controller.law"),
-        ({"integrator": {"method": "adaptive"}}, "integrator.method"),
         ({"model": "minimal"}, "model"),
     ],
 )

@@ -78,15 +78,6 @@ def test_row_zero_is_the_single_environment(env_id):
         assert reward == rewards[0]
 
 
-def test_an_adaptive_robot_steps_by_itself_in_a_batch():
-    keywords = {"max_episode_steps": 20, "integrator": {"method": "adaptive", "tolerance": 1e-3}}
-    one, many = (gym.make_vec("SnakeCourse-v0", num_envs=n, **keywords) for n in (1, 3))
-    np.testing.assert_array_equal(one.reset(seed=[7])[0][0], many.reset(seed=[6, 7, 8])[0][1])
-    actions = np.linspace(-1, 1, 12).reshape(3, 4)
-    for _ in range(5):
-        np.testing.assert_array_equal(one.step(actions[1:2])[0][0], many.step(actions)[0][1])
-
-
 def test_a_robot_does_not_depend_on_the_size_of_the_batch():
     small, large = (gym.make_vec("SnakeField-v0", num_envs=n) for n in (2, 9))
     small.reset(seed=[8, 3])

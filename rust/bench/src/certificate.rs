@@ -51,7 +51,7 @@ pub fn measure(scenes: &[Scenario], quick: bool) -> Result<(), ConfigError> {
         let mut simulation = scenario.simulation(&integrator)?;
         for _ in 0..integrator.steps_in(scenario.duration) {
             let report = simulation.advance(integrator.step(), &Wave::default());
-            sample.add(report.steps, report.iterations, report.events, report.misses, report.residual, report.gap);
+            sample.add(report.steps, report.iterations, report.events, report.unconverged, report.residual, report.gap);
             sample.diverged += u64::from(report.diverged);
         }
         emit("certificate", &sample.statistics(scenario.title, integrator.step(), 1));
@@ -80,9 +80,16 @@ fn random_motion(config: &EnvConfig, rows: usize, steps: usize) -> Result<Sample
         robots.step();
         for row in 0..rows {
             let body = robots.batch.environment(row).simulation().body();
-            let tally = &body.tally;
-            sample.add(tally.steps, tally.iterations, tally.events, tally.misses, tally.residual, tally.gap);
-            sample.diverged += u64::from(body.diverged);
+            let statistics = &body.statistics;
+            sample.add(
+                statistics.steps,
+                statistics.iterations,
+                statistics.events,
+                statistics.unconverged,
+                statistics.residual,
+                statistics.gap,
+            );
+            sample.diverged += u64::from(body.statistics.diverged);
         }
     }
     Ok(sample)

@@ -3,8 +3,8 @@
 use snake_core::ConfigError;
 use snake_core::gait::Wave;
 use snake_core::pegs::PegGrid;
-use snake_core::planar::{Fleet, Plant, Scripted};
-use snake_core::stepping::{IntegratorConfig, Tally};
+use snake_core::planar::{Fleet, PlanarSystem, Scripted};
+use snake_core::stepping::{IntegratorConfig, StepStatistics};
 
 use crate::clock::{Spent, spent};
 use crate::scenes::Scenario;
@@ -20,21 +20,21 @@ const STAGGER: f64 = 0.07;
 pub type Undulator = Scripted<Wave>;
 
 /// The robot of a scenario at its start.
-pub fn at_start(scenario: &Scenario, plant: &Plant) -> Undulator {
+pub fn at_start(scenario: &Scenario, system: &PlanarSystem) -> Undulator {
     let pegs = PegGrid::new(&scenario.scene.obstacles);
-    Scripted::new(&plant.robot, pegs, scenario.start, &scenario.joint_angle, Wave::default())
+    Scripted::new(&system.robot, pegs, scenario.start, &scenario.joint_angle, Wave::default())
 }
 
 /// `count` robots of one scenario, robot k by k * 0.07 s ahead.
 ///
 /// # Errors
 /// The scenario is not admissible.
-pub fn staggered(scenario: &Scenario, plant: &Plant, count: usize) -> Result<Vec<Undulator>, ConfigError> {
-    let mut robots = vec![at_start(scenario, plant); count];
-    let mut fleet = Fleet::new(IntegratorConfig::default(), plant, count);
+pub fn staggered(scenario: &Scenario, system: &PlanarSystem, count: usize) -> Result<Vec<Undulator>, ConfigError> {
+    let mut robots = vec![at_start(scenario, system); count];
+    let mut fleet = Fleet::new(IntegratorConfig::default(), system, count);
     for k in 1..count {
         // Robot k takes part in the first k of all moves.
-        fleet.advance(plant, &mut robots, STAGGER, |robot| robot >= k);
+        fleet.advance(system, &mut robots, STAGGER, |robot| robot >= k);
     }
     Ok(robots)
 }
@@ -51,10 +51,11 @@ pub struct Window {
 }
 
 /// Lets a fleet that starts from `robots` move for one window.
-pub fn time_window(plant: &Plant, fleet: &mut Fleet, robots: &[Undulator]) -> Window {
+pub fn time_window(system: &PlanarSystem, fleet: &mut Fleet, robots: &[Undulator]) -> Window {
     let mut moving = robots.to_vec();
-    let ((), spent) = spent(|| fleet.advance(plant, &mut moving, WINDOW, |_| true));
-    let sum = |count: fn(&Tally) -> u32| moving.iter().map(|robot| f64::from(count(&robot.body.tally))).sum();
+    let ((), spent) = spent(|| fleet.advance(system, &mut moving, WINDOW, |_| true));
+    let sum =
+        |count: fn(&StepStatistics) -> u32| moving.iter().map(|robot| f64::from(count(&robot.body.statistics))).sum();
     Window {
         spent,
         steps: sum(|tally| tally.steps),
@@ -71,8 +72,8 @@ mod tests {
     #[test]
     fn robots_are_staggered_over_the_five_seconds_that_are_judged() {
         let scenario = &scenes::all()[0];
-        let plant = scenario.plant().unwrap();
-        let robots = staggered(scenario, &plant, ROBOTS).unwrap();
+        let system = scenario.system().unwrap();
+        let robots = staggered(scenario, &system, ROBOTS).unwrap();
         for (k, robot) in robots.iter().enumerate() {
             assert!((robot.body.state.time - STAGGER * k as f64).abs() < 1e-9);
         }

@@ -7,8 +7,7 @@ use snake_core::control::ControllerConfig;
 use snake_core::environment::perception::PegSensor;
 use snake_core::environment::{EnvConfig, FieldKind, PlanarRobot, SpatialRobot, Task};
 use snake_core::gait::{JointReference, Wave};
-use snake_core::planar::Pose;
-use snake_core::planar::{Fleet, Plant};
+use snake_core::planar::{Fleet, PlanarSystem, Pose};
 use snake_core::robot::RobotConfig;
 use snake_core::scene::{Peg, START_7_5, START_FREE, TABLE_7_5};
 use snake_core::stepping::IntegratorConfig;
@@ -61,7 +60,7 @@ struct FleetPoint<'a> {
 /// A fleet that is timed over and over.
 struct Squad {
     scenario: Scenario,
-    plant: Plant,
+    system: PlanarSystem,
     fleet: Fleet,
     robots: Vec<Undulator>,
     windows: Vec<Window>,
@@ -70,14 +69,14 @@ struct Squad {
 impl Squad {
     fn new(scenario: Scenario) -> Result<Self, ConfigError> {
         progress(&format!("growth: {} links, {} pegs", scenario.robot.links, scenario.scene.obstacles.len()));
-        let plant = scenario.plant()?;
-        let robots = staggered(&scenario, &plant, ROBOTS)?;
-        let fleet = Fleet::new(IntegratorConfig::default(), &plant, ROBOTS);
-        Ok(Self { scenario, plant, fleet, robots, windows: Vec::new() })
+        let system = scenario.system()?;
+        let robots = staggered(&scenario, &system, ROBOTS)?;
+        let fleet = Fleet::new(IntegratorConfig::default(), &system, ROBOTS);
+        Ok(Self { scenario, system, fleet, robots, windows: Vec::new() })
     }
 
     fn repeat(&mut self) {
-        self.windows.push(time_window(&self.plant, &mut self.fleet, &self.robots));
+        self.windows.push(time_window(&self.system, &mut self.fleet, &self.robots));
     }
 
     fn point<'a>(&'a self, axis: &'a str, us_per_look: Option<f64>) -> FleetPoint<'a> {
@@ -278,7 +277,7 @@ impl<M: Batched> Crowd<M> {
 mod tests {
     use super::*;
     use crate::fleet::at_start;
-    use snake_core::planar::Driven;
+    use snake_core::stepping::Driven;
 
     #[test]
     fn fields_have_as_many_pegs_as_asked_for_and_the_new_ones_are_out_of_reach() {
@@ -289,9 +288,9 @@ mod tests {
             let mut many = few.clone();
             many.scene.obstacles = pegs;
             let ends = [&few, &many].map(|scenario| {
-                let plant = scenario.plant().unwrap();
-                let mut robots = vec![at_start(scenario, &plant)];
-                Fleet::new(IntegratorConfig::default(), &plant, 1).advance(&plant, &mut robots, 10.0, |_| true);
+                let system = scenario.system().unwrap();
+                let mut robots = vec![at_start(scenario, &system)];
+                Fleet::new(IntegratorConfig::default(), &system, 1).advance(&system, &mut robots, 10.0, |_| true);
                 robots[0].body().state.pose.clone()
             });
             let distance = ends[0].iter().zip(&ends[1]).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);

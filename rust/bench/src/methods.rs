@@ -24,7 +24,6 @@ pub fn choices(quick: bool, pegs: bool) -> Vec<Choice> {
     let steps = if quick { &QUICK_STEPS[..] } else { &STEPS[..] };
     choices.extend(curve("implicit order 1", steps, IntegratorConfig { order: 1, ..default }));
     choices.extend(curve("implicit order 2", &with_default(steps), default));
-    choices.extend(adaptive(quick));
     if !quick {
         for tolerance in [1e-5, 1e-8, 1e-10] {
             let name = format!("implicit order 2, tolerance {tolerance:e}");
@@ -72,20 +71,6 @@ fn thesis(quick: bool) -> Vec<Choice> {
     let mut choices = curve("thesis, own tolerance", steps, with(2e-5));
     choices.extend(curve("thesis, tolerance 1e-8", steps, with(1e-8)));
     choices
-}
-
-/// The adaptive method at several accuracies \[m\].
-fn adaptive(quick: bool) -> Vec<Choice> {
-    let tolerances = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
-    let choice = |&tolerance: &f64| Choice {
-        curve: "adaptive".to_owned(),
-        integrator: IntegratorConfig {
-            method: Method::Adaptive,
-            tolerance: Some(tolerance),
-            ..IntegratorConfig::default()
-        },
-    };
-    tolerances[if quick { 1..3 } else { 0..5 }].iter().map(choice).collect()
 }
 
 #[cfg(test)]

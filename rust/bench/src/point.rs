@@ -1,8 +1,7 @@
 //! One point of a work-precision plot, in the plane or in space.
 
 use serde::Serialize;
-use snake_core::stepping::IntegratorConfig;
-use snake_core::stepping::StepReport;
+use snake_core::stepping::{IntegratorConfig, StepStatistics};
 
 use crate::clock::{Spent, median};
 use crate::reference::Distance;
@@ -41,10 +40,10 @@ pub struct Work {
 }
 
 impl Work {
-    pub fn add(&mut self, report: &StepReport) {
+    pub fn add(&mut self, report: &StepStatistics) {
         self.steps += report.steps;
         self.iterations += report.iterations;
-        self.misses += report.misses;
+        self.misses += report.unconverged;
         self.fallbacks += report.fallbacks;
         self.events += report.events;
         self.diverged |= report.diverged;
@@ -62,10 +61,11 @@ mod tests {
 
     #[test]
     fn the_work_of_a_run_is_that_of_its_pieces_together() {
-        let piece = StepReport { steps: 1, iterations: 2, misses: 3, fallbacks: 4, events: 5, ..Default::default() };
+        let piece =
+            StepStatistics { steps: 1, iterations: 2, unconverged: 3, fallbacks: 4, events: 5, ..Default::default() };
         let mut work = Work::default();
         for diverged in [false, true, false] {
-            work.add(&StepReport { diverged, ..piece });
+            work.add(&StepStatistics { diverged, ..piece });
         }
         assert_eq!(work, Work { steps: 3, iterations: 6, misses: 9, fallbacks: 12, events: 15, diverged: true });
     }

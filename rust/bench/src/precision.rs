@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 use snake_core::ConfigError;
 use snake_core::gait::Wave;
-use snake_core::planar::{Fleet, Plant};
+use snake_core::planar::{Fleet, PlanarSystem};
 use snake_core::simulation::PlanarSimulation;
 use snake_core::stepping::Method;
 
@@ -53,17 +53,17 @@ pub fn measure(scenes: &[Scenario], quick: bool, cache: Option<&Path>) -> Result
 
 fn measure_scene(scenario: &Scenario, reference: &Reference, quick: bool) -> Result<(), ConfigError> {
     let limits = if quick { &QUICK_LIMITS } else { &LIMITS };
-    let plant = scenario.plant()?;
-    let robots = staggered(scenario, &plant, ROBOTS)?;
+    let system = scenario.system()?;
+    let robots = staggered(scenario, &system, ROBOTS)?;
     let mut cases = Vec::new();
     let choices = choices(quick, scenario.has_pegs());
     for (k, choice) in choices.iter().enumerate() {
         progress(&format!("{}: {}/{} {}", scenario.name, k + 1, choices.len(), choice.curve));
-        cases.push(Case::new(scenario, &plant, choice, limits)?);
+        cases.push(Case::new(scenario, &system, choice, limits)?);
     }
     progress(&format!("{}: repetitions", scenario.name));
     for _ in 0..limits.rounds {
-        cases.iter_mut().for_each(|case| case.repeat(&plant, &robots, limits));
+        cases.iter_mut().for_each(|case| case.repeat(&system, &robots, limits));
     }
     cases.iter().for_each(|case| emit("point", &case.point(scenario, reference)));
     Ok(())
@@ -83,11 +83,16 @@ struct Case<'a> {
 
 impl<'a> Case<'a> {
     /// Makes the run whose error is judged.
-    fn new(scenario: &Scenario, plant: &Plant, choice: &'a Choice, limits: &Limits) -> Result<Self, ConfigError> {
+    fn new(
+        scenario: &Scenario,
+        system: &PlanarSystem,
+        choice: &'a Choice,
+        limits: &Limits,
+    ) -> Result<Self, ConfigError> {
         let start = scenario.simulation(&choice.integrator)?;
         let run = Run::to_the_end(start.clone(), scenario.duration, limits.run);
         let laned = choice.integrator.method == Method::Implicit;
-        let fleet = laned.then(|| Fleet::new(choice.integrator, plant, ROBOTS));
+        let fleet = laned.then(|| Fleet::new(choice.integrator, system, ROBOTS));
         Ok(Self {
             choice,
             start,
@@ -100,13 +105,13 @@ impl<'a> Case<'a> {
     }
 
     /// One more repetition of what does not take too long.
-    fn repeat(&mut self, plant: &Plant, robots: &[Undulator], limits: &Limits) {
+    fn repeat(&mut self, system: &PlanarSystem, robots: &[Undulator], limits: &Limits) {
         if self.run.spent.cpu < limits.repetition && self.run.end.is_some() {
             self.alone.push(Run::to_the_end(self.start.clone(), self.duration, limits.run).spent);
         }
         let slow = self.together.first().is_some_and(|first| first.cpu > limits.repetition);
         if let Some(fleet) = self.fleet.as_mut().filter(|_| !slow) {
-            self.together.push(time_window(plant, fleet, robots).spent);
+            self.together.push(time_window(system, fleet, robots).spent);
         }
     }
 
@@ -171,10 +176,10 @@ mod tests {
     fn a_run_is_as_long_as_it_says_and_one_out_of_time_has_no_error() {
         let scene = &scenes::all()[0];
         let choice = Choice { curve: "default".into(), integrator: IntegratorConfig::default() };
-        let plant = scene.plant().unwrap();
-        let whole = Case::new(scene, &plant, &choice, &QUICK_LIMITS).unwrap();
+        let system = scene.system().unwrap();
+        let whole = Case::new(scene, &system, &choice, &QUICK_LIMITS).unwrap();
         assert_eq!((whole.run.simulated, whole.run.work.steps), (5.0, 200));
-        let hurried = Case::new(scene, &plant, &choice, &Limits { run: 1e-9, ..QUICK_LIMITS }).unwrap();
+        let hurried = Case::new(scene, &system, &choice, &Limits { run: 1e-9, ..QUICK_LIMITS }).unwrap();
         assert!(hurried.run.end.is_none() && hurried.run.simulated == 1.0);
         assert!(whole.run.end.is_some() && whole.run.work.misses == 0);
     }

@@ -5,7 +5,7 @@ use snake_core::ConfigError;
 use snake_core::control::ControllerConfig;
 use snake_core::environment::{EnvConfig, Environment, FieldKind, Task};
 use snake_core::gait::{JointReference, Wave};
-use snake_core::planar::Plant;
+use snake_core::planar::PlanarSystem;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, START_7_3, START_7_5, START_FREE, SceneConfig, TABLE_7_3, TABLE_7_5};
 use snake_core::simulation::PlanarSimulation;
@@ -53,8 +53,8 @@ impl Scenario {
 
     /// # Errors
     /// The robot or controller is not admissible.
-    pub fn plant(&self) -> Result<Plant, ConfigError> {
-        Plant::new(Robot::new(&self.robot)?, self.scene.friction, self.controller)
+    pub fn system(&self) -> Result<PlanarSystem, ConfigError> {
+        PlanarSystem::new(Robot::new(&self.robot)?, self.scene.friction, self.controller)
     }
 
     pub fn has_pegs(&self) -> bool {

@@ -9,7 +9,7 @@ use serde::Serialize;
 use snake_core::ConfigError;
 use snake_core::control::ControllerConfig;
 use snake_core::environment::{EnvConfig, Perception, PlanarRobot, Task};
-use snake_core::planar::{Fleet, Plant};
+use snake_core::planar::{Fleet, PlanarSystem};
 use snake_core::scene::{Peg, START_7_5, START_FREE, TABLE_7_5};
 use snake_core::stepping::IntegratorConfig;
 
@@ -111,21 +111,21 @@ fn far_field() -> Vec<Peg> {
 
 /// Robots of one scene.
 struct Crew {
-    plant: Plant,
+    system: PlanarSystem,
     fleet: Fleet,
     robots: Vec<Undulator>,
 }
 
 impl Crew {
     fn new(scenario: &Scenario) -> Result<Self, ConfigError> {
-        let plant = scenario.plant()?;
-        let robots = staggered(scenario, &plant, ROBOTS)?;
-        let fleet = Fleet::new(IntegratorConfig::default(), &plant, ROBOTS);
-        Ok(Self { plant, fleet, robots })
+        let system = scenario.system()?;
+        let robots = staggered(scenario, &system, ROBOTS)?;
+        let fleet = Fleet::new(IntegratorConfig::default(), &system, ROBOTS);
+        Ok(Self { system, fleet, robots })
     }
 
     fn us_per_step(&mut self) -> f64 {
-        let window = time_window(&self.plant, &mut self.fleet, &self.robots);
+        let window = time_window(&self.system, &mut self.fleet, &self.robots);
         1e6 * window.spent.cpu / window.steps
     }
 }
@@ -183,7 +183,7 @@ impl<'a> Comparison<'a> {
 mod tests {
     use super::*;
     use crate::fleet::at_start;
-    use snake_core::planar::Driven;
+    use snake_core::stepping::Driven;
 
     #[test]
     fn features_that_cannot_act_do_not_change_the_motion() {
@@ -192,9 +192,9 @@ mod tests {
         among_far_pegs.scene.obstacles = far_field();
         let elliptic = aiko("free", "", &[], NEARLY_EQUAL, START_FREE);
         let [alone, far, nearly] = [free, among_far_pegs, elliptic].map(|scenario| {
-            let plant = scenario.plant().unwrap();
-            let mut robots = vec![at_start(&scenario, &plant)];
-            Fleet::new(IntegratorConfig::default(), &plant, 1).advance(&plant, &mut robots, 5.0, |_| true);
+            let system = scenario.system().unwrap();
+            let mut robots = vec![at_start(&scenario, &system)];
+            Fleet::new(IntegratorConfig::default(), &system, 1).advance(&system, &mut robots, 5.0, |_| true);
             robots[0].body().state.clone()
         });
         assert_eq!(alone, far);

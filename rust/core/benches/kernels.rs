@@ -10,8 +10,7 @@ use criterion::{BatchSize, BenchmarkGroup, Criterion, criterion_group, criterion
 use snake_core::control::ControllerConfig;
 use snake_core::gait::Wave;
 use snake_core::pegs::PegGrid;
-use snake_core::planar::{Fleet, Plant, Scripted};
-use snake_core::planar::{Newton, Stage, StageSolution, certify};
+use snake_core::planar::{Fleet, Newton, PlanarSystem, Scripted, Stage, StageSolution, certify};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_7_5, SceneConfig};
 use snake_core::stepping::IntegratorConfig;
@@ -97,22 +96,22 @@ fn period_of_eight_robots(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("eight robots");
     for (name, scene, start) in [("free", ground([0.2, 0.2]), START_FREE), ("course", table_7_5(), START_7_5)] {
         let robot = Robot::new(&RobotConfig::default()).expect("a valid robot");
-        let plant = Plant::new(robot, scene.friction, ControllerConfig::default()).expect("a valid controller");
-        let mut fleet = Fleet::new(IntegratorConfig::default(), &plant, 8);
-        let robots = staggered(&plant, &scene, start, &mut fleet);
+        let system = PlanarSystem::new(robot, scene.friction, ControllerConfig::default()).expect("a valid controller");
+        let mut fleet = Fleet::new(IntegratorConfig::default(), &system, 8);
+        let robots = staggered(&system, &scene, start, &mut fleet);
         group.bench_function(name, |bencher| {
-            let period = |robots: &mut Vec<Undulator>| fleet.advance(&plant, robots, 0.05, |_| true);
+            let period = |robots: &mut Vec<Undulator>| fleet.advance(&system, robots, 0.05, |_| true);
             bencher.iter_batched_ref(|| robots.clone(), period, BatchSize::SmallInput);
         });
     }
     group.finish();
 }
 
-fn staggered(plant: &Plant, scene: &SceneConfig, start: [f64; 3], fleet: &mut Fleet) -> Vec<Undulator> {
+fn staggered(system: &PlanarSystem, scene: &SceneConfig, start: [f64; 3], fleet: &mut Fleet) -> Vec<Undulator> {
     let (pegs, angles) = (PegGrid::new(&scene.obstacles), posture(&Wave::default(), LINKS - 1));
-    let mut robots = vec![Scripted::new(&plant.robot, pegs, start, &angles, Wave::default()); 8];
+    let mut robots = vec![Scripted::new(&system.robot, pegs, start, &angles, Wave::default()); 8];
     for k in 0..8 {
-        fleet.advance(plant, &mut robots, 0.1, |robot| robot >= k);
+        fleet.advance(system, &mut robots, 0.1, |robot| robot >= k);
     }
     robots
 }

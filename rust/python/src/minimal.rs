@@ -5,7 +5,7 @@ use snake_core::gait::Gait;
 use snake_core::minimal::{FrictionLaw, Ground, MinimalState, Model};
 use snake_core::minimal::{MinimalConfig, MinimalSimulation};
 use snake_core::scene::Scene;
-use snake_core::stepping::StepReport;
+use snake_core::stepping::StepStatistics;
 
 use crate::run::{RunConfig, Scripted};
 use crate::samples::Samples;
@@ -64,9 +64,9 @@ impl Scripted for MinimalRobot {
         (duration / LONGEST_PART).ceil().max(1.0) as u32
     }
 
-    fn advance(&mut self, duration: f64) -> StepReport {
+    fn advance(&mut self, duration: f64) -> StepStatistics {
         let sane = self.simulation.advance(duration, &self.gait);
-        StepReport::new(self.simulation.tally(), !sane)
+        StepStatistics { diverged: !sane, ..*self.simulation.statistics() }
     }
 
     fn time(&self) -> f64 {

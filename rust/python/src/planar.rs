@@ -3,8 +3,7 @@
 use snake_core::ConfigError;
 use snake_core::gait::Gait;
 use snake_core::simulation::PlanarSimulation;
-use snake_core::stepping::IntegratorConfig;
-use snake_core::stepping::StepReport;
+use snake_core::stepping::{IntegratorConfig, StepStatistics};
 
 use crate::run::{RunConfig, Scripted};
 use crate::samples::Samples;
@@ -40,7 +39,7 @@ impl Scripted for PlanarRobot {
         self.integrator.steps_in(duration)
     }
 
-    fn advance(&mut self, duration: f64) -> StepReport {
+    fn advance(&mut self, duration: f64) -> StepStatistics {
         self.simulation.advance(duration, &self.gait)
     }
 

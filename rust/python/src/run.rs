@@ -12,7 +12,7 @@ use snake_core::error::{positive, require};
 use snake_core::minimal::{Ground, NoiseConfig};
 use snake_core::robot::RobotConfig;
 use snake_core::scene::SceneConfig;
-use snake_core::stepping::{IntegratorConfig, Method, StepReport};
+use snake_core::stepping::{IntegratorConfig, Method, StepStatistics};
 
 use crate::ffi::{CoreError, detached};
 use crate::from_python::from_python;
@@ -127,7 +127,7 @@ pub trait Scripted {
     /// Equal parts into which `duration` is divided: the robot is looked at, and signals are heard, after each.
     fn parts_of(&self, duration: f64) -> u32;
 
-    fn advance(&mut self, duration: f64) -> StepReport;
+    fn advance(&mut self, duration: f64) -> StepStatistics;
 
     fn time(&self) -> f64;
 
@@ -229,11 +229,11 @@ impl Interval {
         }
     }
 
-    fn add<R: Scripted>(&mut self, report: &StepReport, robot: &R) {
+    fn add<R: Scripted>(&mut self, report: &StepStatistics, robot: &R) {
         robot.add_contact_impulse(&mut self.contact_force);
         self.residual = self.residual.max(report.residual); // never NaN: the core sees to that
         self.iterations += f64::from(report.iterations);
-        self.unconverged += f64::from(report.misses);
+        self.unconverged += f64::from(report.unconverged);
         self.fallbacks += f64::from(report.fallbacks);
         self.joint_gap = self.joint_gap.max(robot.joint_gap());
         self.penetration = self.penetration.max(-robot.min_gap());

@@ -2,9 +2,9 @@
 
 use snake_core::ConfigError;
 use snake_core::gait::CardanGait;
-use snake_core::spatial::SpatialSimulation;
+use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::joint_angle;
-use snake_core::stepping::StepReport;
+use snake_core::stepping::StepStatistics;
 
 use crate::run::{RunConfig, Scripted};
 use crate::samples::Samples;
@@ -38,7 +38,7 @@ impl Scripted for SpatialRobot {
         self.simulation.integrator().steps_in(duration)
     }
 
-    fn advance(&mut self, duration: f64) -> StepReport {
+    fn advance(&mut self, duration: f64) -> StepStatistics {
         self.simulation.advance(duration, &self.gait)
     }
 

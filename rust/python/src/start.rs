@@ -8,7 +8,7 @@ use snake_core::ConfigError;
 use snake_core::capabilities::{Feature, ModelName};
 use snake_core::error::{finite, require, within};
 use snake_core::gait::{CardanGait, CardanReference, Gait, JointReference};
-use snake_core::spatial::SpatialSimulation;
+use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::{Pose, orientation_of};
 use snake_core::stepping::Method;
 

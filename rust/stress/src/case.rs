@@ -2,7 +2,7 @@
 
 use snake_core::control::ControllerConfig;
 use snake_core::gait::{JointReference, JointTarget, Wave};
-use snake_core::planar::{PlanarState, Problem, Twist};
+use snake_core::planar::{PlanarState, Twist};
 use snake_core::robot::{PerLink, RobotConfig};
 use snake_core::scene::{Peg, START_7_5, SceneConfig, TABLE_7_5};
 use snake_core::simulation::PlanarSimulation;
@@ -103,15 +103,6 @@ impl Case {
             simulation.place(&state);
         }
         simulation
-    }
-
-    /// Runs the case; the stage that took the most linear solves, and their number.
-    pub fn hardest_stage(&self) -> Option<(u32, Problem)> {
-        let mut simulation = self.simulation();
-        simulation.keep_hardest_stage();
-        simulation.advance(self.duration, &self.motion);
-        let hardest = simulation.hardest_stage()?;
-        Some((hardest.solves, Problem::new(&self.name, &hardest.stage)))
     }
 
     /// Runs the case step by step.

@@ -1,7 +1,7 @@
 //! What is measured while a scenario runs.
 
 use serde::Serialize;
-use snake_core::stepping::StepReport;
+use snake_core::stepping::StepStatistics;
 
 use crate::watched::Watched;
 
@@ -49,7 +49,7 @@ pub struct Figures {
 
 impl Figures {
     /// Figures of `steps` steps, each by itself.
-    pub fn of_run<S: Watched>(mut simulation: S, steps: u32, advance: impl Fn(&mut S) -> StepReport) -> Self {
+    pub fn of_run<S: Watched>(mut simulation: S, steps: u32, advance: impl Fn(&mut S) -> StepStatistics) -> Self {
         let mut figures = Self::default();
         figures.measure(&simulation, 0.0);
         for _ in 0..steps {
@@ -59,7 +59,7 @@ impl Figures {
     }
 
     /// Advances `simulation` with `advance` and takes the measures of it.
-    pub fn watch<S: Watched>(&mut self, simulation: &mut S, advance: impl FnOnce(&mut S) -> StepReport) {
+    pub fn watch<S: Watched>(&mut self, simulation: &mut S, advance: impl FnOnce(&mut S) -> StepStatistics) {
         let before = simulation.state().clone();
         let (energy, time) = (simulation.energy(), simulation.time());
         let report = advance(simulation);
@@ -69,7 +69,7 @@ impl Figures {
         if !report.diverged {
             self.book(now - energy - report.actuator_work - report.friction_work, works, energy);
         }
-        if report.misses + report.eased == 0 {
+        if report.unconverged + report.relaxed == 0 {
             self.relative_gap = worse(self.relative_gap, report.gap / (energy.max(now) + works).max(SMALLEST_ENERGY));
         }
         self.tunnels += simulation.tunnels(&before);
@@ -85,15 +85,15 @@ impl Figures {
     }
 
     /// Counters and certificate of an interval.
-    pub fn count(&mut self, report: &StepReport) {
+    pub fn count(&mut self, report: &StepStatistics) {
         self.steps += u64::from(report.steps);
         self.iterations += u64::from(report.iterations);
-        self.misses += u64::from(report.misses);
+        self.misses += u64::from(report.unconverged);
         self.fallbacks += u64::from(report.fallbacks);
-        self.eased += u64::from(report.eased);
+        self.eased += u64::from(report.relaxed);
         self.events += u64::from(report.events);
         self.broken += u64::from(report.diverged);
-        let counted = report.misses + report.eased > 0;
+        let counted = report.unconverged + report.relaxed > 0;
         let residual = if counted { &mut self.counted_residual } else { &mut self.residual };
         *residual = worse(*residual, report.residual);
     }

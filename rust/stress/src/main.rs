@@ -2,22 +2,17 @@
 //!
 //! Rows appear as they are done, so that an interrupted run leaves what it found.
 
-use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use snake_stress::scenarios::{Effort, Scenario, all};
-use snake_stress::table::{HEADER, Row, hardest, measure};
+use snake_stress::scenarios::{Effort, all};
+use snake_stress::table::{HEADER, Row, measure};
 
-const USAGE: &str = "usage: snake-stress [--quick] [--only PART_OF_A_NAME] [--json FILE]
-       snake-stress --dump FOLDER [--quick] [--only PART_OF_A_NAME]
-
---dump writes the stage of each scenario that took the most linear solves as a problem file instead.";
+const USAGE: &str = "usage: snake-stress [--quick] [--only PART_OF_A_NAME] [--json FILE]";
 
 struct Options {
     effort: Effort,
     only: String,
     json: Option<String>,
-    dump: Option<PathBuf>,
 }
 
 fn main() -> ExitCode {
@@ -30,9 +25,6 @@ fn main() -> ExitCode {
     };
     let scenarios = all(options.effort);
     let chosen: Vec<_> = scenarios.iter().filter(|scenario| scenario.name.contains(&options.only)).collect();
-    if let Some(folder) = &options.dump {
-        return dump(&chosen, folder);
-    }
     println!("{HEADER}");
     let mut rows = Vec::new();
     for (done, scenario) in chosen.iter().enumerate() {
@@ -52,34 +44,17 @@ fn main() -> ExitCode {
 }
 
 fn options(mut arguments: impl Iterator<Item = String>) -> Result<Options, String> {
-    let mut options = Options { effort: Effort::Long, only: String::new(), json: None, dump: None };
+    let mut options = Options { effort: Effort::Long, only: String::new(), json: None };
     while let Some(argument) = arguments.next() {
         let mut value = || arguments.next().ok_or(format!("{argument} needs a value"));
         match argument.as_str() {
             "--quick" => options.effort = Effort::Quick,
             "--only" => options.only = value()?,
             "--json" => options.json = Some(value()?),
-            "--dump" => options.dump = Some(value()?.into()),
             _ => return Err(format!("unknown argument {argument}")),
         }
     }
     Ok(options)
-}
-
-/// Writes the hardest stage of each scenario.
-fn dump(scenarios: &[&Scenario], folder: &Path) -> ExitCode {
-    for scenario in scenarios {
-        let Some((solves, problem)) = hardest(scenario) else { continue };
-        let name: String = scenario.name.chars().map(|c| if c.is_alphanumeric() { c } else { '-' }).collect();
-        let path = folder.join(format!("{name}.json"));
-        let text = serde_json::to_string(&problem).expect("a problem is plain data");
-        if let Err(error) = std::fs::write(&path, text + "\n") {
-            eprintln!("{}: {error}", path.display());
-            return ExitCode::from(2);
-        }
-        println!("{}: {solves} linear solves, {}", path.display(), problem.name);
-    }
-    ExitCode::SUCCESS
 }
 
 /// Says what is broken, ten cases a scenario.

@@ -7,7 +7,7 @@ use snake_core::control::ControllerConfig;
 use snake_core::gait::{CardanReference, CardanTarget, JointReference, Wave};
 use snake_core::robot::RobotConfig;
 use snake_core::scene::{START_SPATIAL_7_5, SceneConfig, TABLE_7_5};
-use snake_core::spatial::SpatialSimulation;
+use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::{Pose, SpatialState, orientation_of, twist_of};
 use snake_core::stepping::IntegratorConfig;
 

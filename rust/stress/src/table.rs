@@ -5,7 +5,6 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use serde::Serialize;
-use snake_core::planar::Problem;
 
 use crate::figures::Figures;
 use crate::requirements::{Bounds, broken};
@@ -41,12 +40,6 @@ pub fn measure(scenario: &Scenario) -> Row {
         broken: all_broken,
         seconds: start.elapsed().as_secs_f64(),
     }
-}
-
-/// The stage of all simulations of a scenario that took the most linear solves, and their number.
-pub fn hardest(scenario: &Scenario) -> Option<(u32, Problem)> {
-    let stages = scenario.jobs.par_iter().filter_map(|job| job.hardest.as_ref().and_then(|hardest| hardest()));
-    stages.max_by_key(|(solves, _)| *solves)
 }
 
 pub const HEADER: &str = "\

@@ -5,8 +5,7 @@ use snake_core::contact::link_peg_contact;
 use snake_core::planar::{PlanarState, Pose};
 use snake_core::robot::{Link, Robot};
 use snake_core::scene::Peg;
-use snake_core::simulation::PlanarSimulation;
-use snake_core::spatial::SpatialSimulation;
+use snake_core::simulation::{PlanarSimulation, SpatialSimulation};
 use snake_core::spatial::{self, SpatialState, nearest_point};
 
 /// A simulation that figures are taken of.

@@ -47,14 +47,9 @@ impl<R: CardanReference> CardanReference for Unannounced<R> {
     }
 }
 
-/// The ways to step, by name; the adaptive one takes no longer steps than the others.
-pub fn schemes(step: f64) -> [(&'static str, IntegratorConfig); 4] {
-    [
-        ("thesis", thesis(step, 1e-13)),
-        ("implicit 1", implicit(step, 1)),
-        ("implicit 2", implicit(step, 2)),
-        ("adaptive", IntegratorConfig { step: Some(step), ..adaptive(1e-5) }),
-    ]
+/// The ways to step, by name.
+pub fn schemes(step: f64) -> [(&'static str, IntegratorConfig); 3] {
+    [("thesis", thesis(step, 1e-13)), ("implicit 1", implicit(step, 1)), ("implicit 2", implicit(step, 2))]
 }
 
 /// The thesis's scheme with contacts solved to `epsilon` \[N s\].
@@ -71,11 +66,6 @@ pub fn thesis(step: f64, epsilon: f64) -> IntegratorConfig {
 
 pub fn implicit(step: f64, order: u32) -> IntegratorConfig {
     IntegratorConfig { step: Some(step), order, tolerance: Some(1e-10), ..IntegratorConfig::default() }
-}
-
-/// Steps as long as an accuracy of positions allows \[m\].
-pub fn adaptive(tolerance: f64) -> IntegratorConfig {
-    IntegratorConfig { method: Method::Adaptive, tolerance: Some(tolerance), ..IntegratorConfig::default() }
 }
 
 pub fn links(links: usize) -> RobotConfig {

@@ -6,7 +6,7 @@ use snake_core::control::ControllerConfig;
 use snake_core::gait::{CardanGait, CardanReference, Gait, SoftStart, Wave};
 use snake_core::robot::RobotConfig;
 use snake_core::scene::SceneConfig;
-use snake_core::spatial::SpatialSimulation;
+use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::{Pose, orientation_of};
 use snake_core::stepping::{IntegratorConfig, Method};
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 use snake_core::ConfigError;
-use snake_core::spatial::{SpatialFleet, SpatialPlant};
+use snake_core::spatial::{SpatialFleet, SpatialSystem};
 use snake_core::stepping::IntegratorConfig;
 
 use crate::clock::{Spent, spent};
@@ -39,11 +39,11 @@ pub fn measure(quick: bool, cache: Option<&Path>) -> Result<(), ConfigError> {
             "scene",
             &SceneRecord { scene: name, model: "spatial", title, scenario: &scenario, reference: &reference },
         );
-        let plant = scenario.plant()?;
-        let robots = staggered(&scenario, &plant)?;
+        let system = scenario.system()?;
+        let robots = staggered(&scenario, &system)?;
         for choice in choices(quick) {
             progress(&format!("{name}: {} at {} s", choice.curve, choice.integrator.step()));
-            emit("point", &measure_choice(&scenario, &reference, &plant, &robots, &choice, rounds(quick))?);
+            emit("point", &measure_choice(&scenario, &reference, &system, &robots, &choice, rounds(quick))?);
         }
     }
     Ok(())
@@ -90,12 +90,12 @@ const DEFAULT_STEP: f64 = 0.01;
 fn measure_choice<'a>(
     scenario: &'a SpatialScenario,
     reference: &SpatialReference,
-    plant: &SpatialPlant,
+    system: &SpatialSystem,
     robots: &[Robot],
     choice: &'a Choice,
     rounds: usize,
 ) -> Result<Point<'a>, ConfigError> {
-    let mut fleet = SpatialFleet::new(choice.integrator, plant, ROBOTS);
+    let mut fleet = SpatialFleet::new(choice.integrator, system, ROBOTS);
     let (mut alone, mut together) = (Vec::new(), Vec::new());
     let mut run = Run::of(scenario, &choice.integrator)?;
     alone.push(run.spent);
@@ -104,7 +104,7 @@ fn measure_choice<'a>(
             run = Run::of(scenario, &choice.integrator)?;
             alone.push(run.spent);
         }
-        together.push(time_window(plant, &mut fleet, robots));
+        together.push(time_window(system, &mut fleet, robots));
     }
     let Run { work, ref links, .. } = run;
     let simulated = scenario.duration;

@@ -3,7 +3,7 @@
 use snake_core::ConfigError;
 use snake_core::gait::CardanGait;
 use snake_core::pegs::PegGrid;
-use snake_core::spatial::{SpatialFleet, SpatialPlant, SpatialScripted};
+use snake_core::spatial::{SpatialFleet, SpatialScripted, SpatialSystem};
 use snake_core::stepping::IntegratorConfig;
 
 use crate::clock::{Spent, spent};
@@ -21,20 +21,20 @@ pub type Robot = SpatialScripted<CardanGait>;
 ///
 /// # Errors
 /// The scenario is not admissible.
-pub fn staggered(scenario: &SpatialScenario, plant: &SpatialPlant) -> Result<Vec<Robot>, ConfigError> {
+pub fn staggered(scenario: &SpatialScenario, system: &SpatialSystem) -> Result<Vec<Robot>, ConfigError> {
     let pegs = PegGrid::new(&scenario.scene.obstacles);
-    let start = Robot::new(&plant.robot, pegs, scenario.head(), &scenario.posture(), scenario.gait());
+    let start = Robot::new(&system.robot, pegs, scenario.head(), &scenario.posture(), scenario.gait());
     let mut robots = vec![start; ROBOTS];
-    let mut fleet = SpatialFleet::new(IntegratorConfig::default(), plant, ROBOTS);
+    let mut fleet = SpatialFleet::new(IntegratorConfig::default(), system, ROBOTS);
     for k in 1..ROBOTS {
         // Robot k takes part in the first k of all moves.
-        fleet.advance(plant, &mut robots, STAGGER, |robot| robot >= k);
+        fleet.advance(system, &mut robots, STAGGER, |robot| robot >= k);
     }
     Ok(robots)
 }
 
 /// Lets a fleet that starts from `robots` move for one window; returns its time on this thread.
-pub fn time_window(plant: &SpatialPlant, fleet: &mut SpatialFleet, robots: &[Robot]) -> Spent {
+pub fn time_window(system: &SpatialSystem, fleet: &mut SpatialFleet, robots: &[Robot]) -> Spent {
     let mut moving = robots.to_vec();
-    spent(|| fleet.advance(plant, &mut moving, WINDOW, |_| true)).1
+    spent(|| fleet.advance(system, &mut moving, WINDOW, |_| true)).1
 }

@@ -9,8 +9,8 @@ use snake_core::control::ControllerConfig;
 use snake_core::gait::{CardanGait, CardanReference, Gait, SoftStart, Wave};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, START_SPATIAL_7_5, Scene, SceneConfig, TABLE_7_5};
-use snake_core::spatial::{Pose, orientation_of};
-use snake_core::spatial::{SpatialPlant, SpatialSimulation};
+use snake_core::simulation::SpatialSimulation;
+use snake_core::spatial::{Pose, SpatialSystem, orientation_of};
 use snake_core::stepping::IntegratorConfig;
 
 /// A robot in space, flat on the ground and at rest, ready for its gait.
@@ -55,8 +55,8 @@ impl SpatialScenario {
 
     /// # Errors
     /// The robot, the scene or the controller is not admissible.
-    pub fn plant(&self) -> Result<SpatialPlant, ConfigError> {
-        SpatialPlant::new(Robot::new(&self.robot)?, &Scene::new(&self.scene)?, self.controller)
+    pub fn system(&self) -> Result<SpatialSystem, ConfigError> {
+        SpatialSystem::new(Robot::new(&self.robot)?, &Scene::new(&self.scene)?, self.controller)
     }
 
     /// Pose of link 1 at the start; its height is that of a robot on the ground.
@@ -120,7 +120,7 @@ mod tests {
         for scenario in all() {
             let simulation = scenario.simulation(&IntegratorConfig::default()).unwrap();
             assert!(simulation.min_gap() > -1e-12 && simulation.joint_gap() < 1e-12, "{}", scenario.name);
-            assert!(scenario.plant().is_ok());
+            assert!(scenario.system().is_ok());
         }
     }
 }

@@ -4,9 +4,9 @@ use std::fmt::Debug;
 
 use crate::environment::{Environment, PlanarRobot, RobotModel, SpatialRobot};
 use crate::gait::{CardanReference, CardanTarget, JointTarget, WaveJets};
-use crate::planar::{Body, Driven, Fleet};
-use crate::spatial::{SpatialBody, SpatialDriven, SpatialFleet};
-use crate::stepping::{IntegratorConfig, Method};
+use crate::planar::{Body, Fleet, Planar};
+use crate::spatial::{Spatial, SpatialBody, SpatialFleet};
+use crate::stepping::{Driven, IntegratorConfig, Method};
 
 use super::chunk::Row;
 
@@ -27,15 +27,17 @@ impl Batched for PlanarRobot {
 
     fn stepper(prototype: &Environment, integrator: &IntegratorConfig, rows: usize) -> Option<Fleet> {
         let laned = integrator.method == Method::Implicit;
-        laned.then(|| Fleet::new(*integrator, prototype.plant(), rows))
+        laned.then(|| Fleet::new(*integrator, prototype.system(), rows))
     }
 
     fn step_batch(fleet: &mut Fleet, prototype: &Environment, rows: &mut [Row<Self>], active: &[bool]) {
-        fleet.advance(prototype.plant(), rows, prototype.rules().period, |row| active[row]);
+        fleet.advance(prototype.system(), rows, prototype.rules().period, |row| active[row]);
     }
 }
 
 impl Driven for Row<PlanarRobot> {
+    type Model = Planar;
+
     fn body(&self) -> &Body {
         self.environment.model().body()
     }
@@ -58,16 +60,18 @@ impl Batched for SpatialRobot {
 
     fn stepper(prototype: &Environment<Self>, integrator: &IntegratorConfig, rows: usize) -> Option<SpatialFleet> {
         let laned = integrator.method == Method::Implicit;
-        laned.then(|| SpatialFleet::new(*integrator, prototype.model().simulation.plant(), rows))
+        laned.then(|| SpatialFleet::new(*integrator, prototype.model().simulation.system(), rows))
     }
 
     fn step_batch(fleet: &mut SpatialFleet, prototype: &Environment<Self>, rows: &mut [Row<Self>], active: &[bool]) {
-        let plant = prototype.model().simulation.plant();
-        fleet.advance(plant, rows, prototype.rules().period, |row| active[row]);
+        let system = prototype.model().simulation.system();
+        fleet.advance(system, rows, prototype.rules().period, |row| active[row]);
     }
 }
 
-impl SpatialDriven for Row<SpatialRobot> {
+impl Driven for Row<SpatialRobot> {
+    type Model = Spatial;
+
     fn body(&self) -> &SpatialBody {
         self.environment.model().simulation.body()
     }

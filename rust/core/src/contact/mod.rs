@@ -2,6 +2,7 @@
 
 mod gap;
 mod near;
+pub mod recovery;
 
 pub use gap::{LinkPegContact, gap, link_peg_contact};
 pub use near::{NearPair, NearPegs, PAIRS_PER_LINK};

@@ -6,8 +6,7 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, require, within};
-use crate::planar::PlanarState;
-use crate::planar::Plant;
+use crate::planar::{PlanarState, PlanarSystem};
 use crate::robot::Robot;
 use crate::scene::Peg;
 use crate::simulation::PlanarSimulation;
@@ -339,8 +338,8 @@ fn latency(config: &EnvConfig, action_size: usize) -> Latency {
 }
 
 impl Environment<PlanarRobot> {
-    pub fn plant(&self) -> &Plant {
-        self.model.simulation.plant()
+    pub fn system(&self) -> &PlanarSystem {
+        self.model.simulation.system()
     }
 
     pub fn state(&self) -> &PlanarState {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::stepping::StepReport;
+use crate::stepping::StepStatistics;
 
 use super::config::EnvConfig;
 use super::goal::{Goal, Target};
@@ -64,7 +64,14 @@ impl Episode {
 
     /// Takes note of one control period. After a divergence `motion` is the last good one and the
     /// work of the broken period does not count.
-    pub fn record(&mut self, rules: &Rules, motion: Motion, report: &StepReport, action_change: f64, contacts: u32) {
+    pub fn record(
+        &mut self,
+        rules: &Rules,
+        motion: Motion,
+        report: &StepStatistics,
+        action_change: f64,
+        contacts: u32,
+    ) {
         self.steps += 1;
         let moved = motion.position - self.motion.position;
         let progress = self.goal.progress(self.motion.position, motion.position);
@@ -91,7 +98,7 @@ impl Episode {
             contacts,
             residual: report.residual,
             iterations: report.iterations,
-            misses: report.misses,
+            misses: report.unconverged,
             fallbacks: report.fallbacks,
             diverged: report.diverged,
             ..self.so_far(rules)
@@ -176,8 +183,8 @@ mod tests {
         Motion { position: Vector2::new(x, y), velocity: Vector2::zeros(), heading: 0.0, yaw_rate: 0.0 }
     }
 
-    fn report(work: f64) -> StepReport {
-        StepReport { positive_actuator_work: work, ..StepReport::default() }
+    fn report(work: f64) -> StepStatistics {
+        StepStatistics { positive_actuator_work: work, ..StepStatistics::default() }
     }
 
     #[test]
@@ -241,7 +248,7 @@ mod tests {
     fn a_divergence_terminates_and_costs_nothing() {
         let rules = rules();
         let mut episode = Episode::begin(LINE, at(0.0, 0.1), 1.0);
-        let broken = StepReport { positive_actuator_work: f64::NAN, diverged: true, ..StepReport::default() };
+        let broken = StepStatistics { positive_actuator_work: f64::NAN, diverged: true, ..StepStatistics::default() };
         episode.record(&rules, at(0.0, 0.1), &broken, 0.0, 0);
         assert!(episode.is_terminated() && episode.summary.diverged);
         assert!(episode.summary.signals().iter().all(|value| value.is_finite()));

@@ -10,10 +10,9 @@ use crate::capabilities::{Feature, ModelName};
 use crate::control::ControlLaw;
 use crate::error::{ConfigError, require, within};
 use crate::minimal::NoiseConfig;
-use crate::planar::Variation;
 use crate::robot::MOST_PLAY;
 use crate::scene::Peg;
-use crate::stepping::Method;
+use crate::stepping::{Method, Variation};
 
 use super::rng::Rng;
 

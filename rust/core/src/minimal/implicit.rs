@@ -15,7 +15,7 @@ use crate::minimal::{
 };
 use crate::solver::Outcome;
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
-use crate::stepping::{IntegratorConfig, Tally};
+use crate::stepping::{IntegratorConfig, StepStatistics};
 
 use super::controller::{Controller, ROUND_OFF};
 
@@ -103,7 +103,7 @@ impl Implicit {
         controller: &mut Controller,
         reference: &impl JointReference,
         h: f64,
-        tally: &mut Tally,
+        statistics: &mut StepStatistics,
     ) {
         controller.begin_step(model, state, reference);
         self.saturated = false;
@@ -115,13 +115,13 @@ impl Implicit {
         let end = state.time + h;
         if self.config.order == 1 {
             self.guess_from(&state.rate, h);
-            self.run_stage(model, controller, reference, h, end, tally);
+            self.run_stage(model, controller, reference, h, end, statistics);
         } else {
             let c = GAMMA * h;
             self.guess_from(&state.rate, c);
-            self.run_stage(model, controller, reference, c, state.time + c, tally);
+            self.run_stage(model, controller, reference, c, state.time + c, statistics);
             self.begin_second_stage(state, h);
-            self.run_stage(model, controller, reference, c, end, tally);
+            self.run_stage(model, controller, reference, c, end, statistics);
         }
         for (k, acceleration) in self.acceleration.iter_mut().enumerate() {
             *acceleration = (self.rate[k] - state.rate[k]) / h;
@@ -130,7 +130,7 @@ impl Implicit {
             *q = self.base[k] + self.stage.coefficient * self.rate[k];
         }
         state.rate.copy_from_slice(&self.rate);
-        tally.steps += 1;
+        statistics.steps += 1;
     }
 
     /// tau of each joint in the last stage \[N m\].
@@ -164,7 +164,7 @@ impl Implicit {
         reference: &impl JointReference,
         c: f64,
         time: f64,
-        tally: &mut Tally,
+        statistics: &mut StepStatistics,
     ) {
         // Before a jump that falls on the end of the stage.
         reference.targets(time - ROUND_OFF, &mut controller.targets);
@@ -179,7 +179,7 @@ impl Implicit {
                 self.limit_torques(model, controller, limit);
                 outcome.iterations += self.solve().iterations;
             }
-            self.keep(outcome, tally);
+            self.keep(outcome, statistics);
             if self.deviation() <= MAX_DEVIATION {
                 break;
             }
@@ -261,7 +261,7 @@ impl Implicit {
     }
 
     /// Takes velocities and forces over, and judges them.
-    fn keep(&mut self, outcome: Outcome, tally: &mut Tally) {
+    fn keep(&mut self, outcome: Outcome, statistics: &mut StepStatistics) {
         let c = self.stage.coefficient;
         let twist = &self.solution.twist;
         let base = twist[0].xy() - self.stage.links[0].swing() * twist[0].z;
@@ -273,7 +273,7 @@ impl Implicit {
             *force = impulse.map(|impulse| impulse / c);
         }
         let certificate = certify(&self.stage, &self.solution);
-        tally.add_solve(outcome.iterations as u32, !outcome.converged, certificate.residual(), 0.0);
+        statistics.add_solve(outcome.iterations as u32, !outcome.converged, certificate.residual(), 0.0);
     }
 
     /// How far the stage ended from its prediction, for any point of the robot \[m\].

@@ -8,7 +8,7 @@ use crate::error::ConfigError;
 use crate::gait::JointReference;
 use crate::minimal::{FrictionLaw, Ground, MinimalState, Model, Motion, Noise, NoiseConfig};
 use crate::robot::{Robot, RobotConfig};
-use crate::stepping::{IntegratorConfig, Method, Tally};
+use crate::stepping::{IntegratorConfig, Method, StepStatistics};
 
 use super::controller::{Controller, ROUND_OFF};
 use super::implicit::Implicit;
@@ -47,7 +47,7 @@ pub struct MinimalSimulation {
     torque: Vec<f64>,
     /// Time of the last jump of the reference or the drives, or when a torque was last at its limit.
     last_jump: f64,
-    tally: Tally,
+    statistics: StepStatistics,
     diverged: bool,
 }
 
@@ -81,10 +81,6 @@ impl MinimalSimulation {
                 let expected = "\"implicit\" for a smooth friction law: time stepping is for set-valued laws";
                 return Err(ConfigError::new("integrator.method", "\"thesis\"", expected));
             }
-            (_, Method::Adaptive) => {
-                let expected = "\"implicit\" or \"thesis\" for the minimal model";
-                return Err(ConfigError::new("integrator.method", "\"adaptive\"", expected));
-            }
         };
         Ok(Self {
             state: MinimalState::zero(model.degrees()),
@@ -94,7 +90,7 @@ impl MinimalSimulation {
             motion: Motion::new(links),
             torque: vec![0.0; links - 1],
             last_jump: 0.0,
-            tally: Tally::new(0),
+            statistics: StepStatistics::default(),
             diverged: false,
             model,
         })
@@ -114,8 +110,8 @@ impl MinimalSimulation {
     }
 
     /// What happened during the last `advance`.
-    pub fn tally(&self) -> &Tally {
-        &self.tally
+    pub fn statistics(&self) -> &StepStatistics {
+        &self.statistics
     }
 
     /// Takes a state over and forgets the past.
@@ -136,7 +132,7 @@ impl MinimalSimulation {
     ///
     /// Steps end where the reference jumps, the actuators awake or a control period begins.
     pub fn advance(&mut self, duration: f64, reference: &impl JointReference) -> bool {
-        self.tally.clear();
+        self.statistics = StepStatistics::default();
         let end = self.state.time + duration;
         while self.state.time < end - ROUND_OFF && !self.diverged {
             self.controller.tick(&self.model, &self.state, reference);
@@ -171,21 +167,21 @@ impl MinimalSimulation {
     fn run_to(&mut self, until: f64, reference: &impl JointReference) {
         while self.state.time < until - ROUND_OFF && !self.diverged {
             let end = self.step_end(until);
-            let Self { model, state, controller, tally, .. } = self;
+            let Self { model, state, controller, statistics, .. } = self;
             match &mut self.scheme {
                 Scheme::Implicit(scheme) => {
-                    scheme.step(model, state, controller, reference, end - state.time, tally);
+                    scheme.step(model, state, controller, reference, end - state.time, statistics);
                     self.torque.iter_mut().zip(scheme.torque()).for_each(|(to, tau)| *to = tau);
                     if scheme.saturated {
                         self.last_jump = end;
                     }
                 }
                 Scheme::Thesis(scheme) => {
-                    scheme.step(model, state, controller, reference, end - state.time, tally);
+                    scheme.step(model, state, controller, reference, end - state.time, statistics);
                     self.torque.copy_from_slice(&scheme.torque);
                 }
                 Scheme::Smooth(scheme) => {
-                    scheme.run_to(state, controller, reference, end, tally);
+                    scheme.run_to(state, controller, reference, end, statistics);
                     scheme.write_torque(&mut self.torque);
                 }
             }

@@ -9,7 +9,7 @@ use diffsol::{
 
 use crate::gait::JointReference;
 use crate::minimal::{MinimalState, Model, SmoothLaw};
-use crate::stepping::{IntegratorConfig, Tally};
+use crate::stepping::{IntegratorConfig, StepStatistics};
 
 use super::controller::{Controller, ROUND_OFF};
 use super::smooth_plant::SmoothPlant;
@@ -50,12 +50,12 @@ impl Smooth {
         controller: &Controller,
         reference: &impl JointReference,
         until: f64,
-        tally: &mut Tally,
+        statistics: &mut StepStatistics,
     ) {
         let n = state.q.len();
         self.y[..n].copy_from_slice(&state.q);
         self.y[n..].copy_from_slice(&state.rate);
-        if self.integrate(state.time, until, controller, reference, tally).is_err() {
+        if self.integrate(state.time, until, controller, reference, statistics).is_err() {
             self.y.fill(f64::NAN);
         }
         state.q.copy_from_slice(&self.y[..n]);
@@ -73,7 +73,7 @@ impl Smooth {
         until: f64,
         controller: &Controller,
         reference: &impl JointReference,
-        tally: &mut Tally,
+        statistics: &mut StepStatistics,
     ) -> Result<(), diffsol::error::DiffsolError> {
         let Self { plant, tolerance, history, y, .. } = self;
         let n = y.len();
@@ -113,8 +113,8 @@ impl Smooth {
         };
         solver.set_stop_time(until)?;
         while !matches!(solver.step()?, OdeSolverStopReason::TstopReached) {}
-        tally.steps += u32::try_from(solver.get_statistics().number_of_steps).unwrap_or(u32::MAX);
-        tally.iterations +=
+        statistics.steps += u32::try_from(solver.get_statistics().number_of_steps).unwrap_or(u32::MAX);
+        statistics.iterations +=
             u32::try_from(solver.get_statistics().number_of_nonlinear_solver_iterations).unwrap_or(u32::MAX);
         y.copy_from_slice(solver.state().y.inner().as_slice());
         let mut rate = vec![0.0; n];

@@ -16,13 +16,13 @@ use nalgebra::Vector3;
 use crate::math::Real;
 use crate::planar::StageJoint;
 
-use crate::stepping::lanes::member_of;
+use crate::stepping::{Driven, Members};
 
-use super::{Driven, Plant};
+use super::Planar;
 
 /// The play of the joints in the lanes of a register.
 #[derive(Debug, Clone)]
-pub struct FreePlay<T> {
+pub struct Backlash<T> {
     /// Whether any lane's robot has play.
     pub is_any: bool,
     /// d / 2 \[rad\].
@@ -33,21 +33,22 @@ pub struct FreePlay<T> {
     end: Vec<T>,
 }
 
-impl<T: Real> FreePlay<T> {
+impl<T: Real> Backlash<T> {
     pub fn new(joints: usize) -> Self {
         let tight = vec![T::zero(); joints];
         Self { is_any: false, half: T::zero(), start: tight.clone(), base: tight.clone(), end: tight }
     }
 
     /// Gathers the robots' play and where their joints stand in it.
-    pub fn load<D: Driven>(&mut self, plant: &Plant, fleet: &[D], members: &[usize]) {
-        self.is_any = members.iter().any(|&member| fleet[member].body().free_play(plant) > 0.0);
+    pub fn load<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
+        let system = members.system;
+        self.is_any = members.any(|body| system.backlash(&body.variation) > 0.0);
         if !self.is_any {
             return;
         }
         for lane in 0..T::LANES {
-            let body = fleet[member_of(members, lane)].body();
-            self.half.set_lane(lane, 0.5 * body.free_play(plant));
+            let body = members.body(lane);
+            self.half.set_lane(lane, 0.5 * system.backlash(&body.variation));
             for (lanes, &e) in self.start.iter_mut().zip(&body.warm_start.play) {
                 lanes.set_lane(lane, e);
             }

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use crate::contact::recovery::{DEEP, RECOVERY_SPEED, SAME_SIDE, remaining_gap};
 use crate::contact::{LinkPegContact, NearPair, NearPegs, PAIRS_PER_LINK, link_peg_contact};
 use crate::math::Real;
 use crate::pegs::PegGrid;
@@ -11,7 +12,7 @@ use crate::robot::Robot;
 use crate::stepping::lanes::{Lanes, read_vector, set_vector};
 
 /// The contacts of the stage at hand, of all lanes.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Contacts {
     found: Vec<Found>,
     /// Pairs of one robot within the margin, and how they are at the predicted end.
@@ -159,26 +160,7 @@ impl<T: Real> Prediction<'_, T> {
                 travelled = -at_start.direction.dot(&(read_vector(&self.base[i], lane) - start));
             }
         }
-        let haste = 1.0 + pair.depth / SLIGHT_DEPTH;
-        let floor = -pair.depth * (1.0 - haste * self.elapsed / RECOVERY_TIME).max(0.0);
-        (plane.direction, ((plane.gap - floor - travelled) / c).max(-RECOVERY_SPEED))
+        let kept = remaining_gap(pair.depth, self.elapsed);
+        (plane.direction, ((plane.gap - kept - travelled) / c).max(-RECOVERY_SPEED))
     }
 }
-
-/// Predicted penetration, relative to the sum of the radii, beyond which the side is uncertain.
-const DEEP: f64 = 0.1;
-
-/// Cosine between the normals at the start and at the predicted end of a step down to which the link is
-/// certainly still on the same side of the peg.
-const SAME_SIDE: f64 = 0.5;
-
-/// Fastest separation asked of a penetrating contact \[m/s\] (T 3.55 != D10): an initial penetration is undone over
-/// several steps instead of being thrown out within one.
-const RECOVERY_SPEED: f64 = 0.2;
-
-/// Time within which a slight penetration, as the linearisation of the gap leaves it, fades \[s\]: undone within a
-/// short stage it would kick the robot. Deeper ones fade faster, so that fast motions do not add them up.
-const RECOVERY_TIME: f64 = 0.05;
-
-/// Penetration above which haste prevails \[m\].
-const SLIGHT_DEPTH: f64 = 5e-4;

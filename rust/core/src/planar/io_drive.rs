@@ -21,7 +21,7 @@ use crate::minimal::{Feedback, Ground, InverseDynamics, LinkMotion, Measurement,
 use crate::planar::{Heading, PlanarState, StageJoint};
 use crate::robot::Robot;
 
-use super::Plant;
+use super::PlanarSystem;
 
 /// The controller's model with workspace, in the lanes of a register.
 #[derive(Debug, Clone)]
@@ -127,9 +127,9 @@ pub struct ExplicitIo {
 }
 
 impl ExplicitIo {
-    pub fn new(plant: &Plant) -> Self {
-        let model = model_of(&plant.robot, plant.friction());
-        let feedback = Feedback::new(ControllerConfig { treatment: Treatment::Step, ..plant.controller }, &model);
+    pub fn new(system: &PlanarSystem) -> Self {
+        let model = model_of(&system.robot, system.friction());
+        let feedback = Feedback::new(ControllerConfig { treatment: Treatment::Step, ..system.controller }, &model);
         let joints = model.joint_count();
         Self { feedback, measured: Measurement::new(joints), tau: vec![0.0; joints], model }
     }

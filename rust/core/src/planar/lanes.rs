@@ -10,7 +10,7 @@ impl<T: Real> Stage<T> {
     /// Copies the stage of `lane` into `one`, with the contacts that the lane has.
     pub fn copy_lane(&self, lane: usize, one: &mut Stage) {
         let vector = |v: &Vector3<T>| Vector3::new(v.x.lane(lane), v.y.lane(lane), v.z.lane(lane));
-        one.coefficient = self.coefficient;
+        one.coefficient = self.coefficient.lane(lane);
         one.links.clear();
         one.links.extend(self.links.iter().map(|link| StageLink {
             heading: Heading { cos: link.heading.cos.lane(lane), sin: link.heading.sin.lane(lane) },
@@ -106,7 +106,7 @@ mod tests {
             lanes
         };
         let mut stage = Stage::with_capacity(one.links.len());
-        stage.coefficient = one.coefficient;
+        stage.coefficient = many(one.coefficient);
         stage.links.extend(one.links.iter().map(|link| StageLink {
             heading: Heading { cos: many(link.heading.cos), sin: many(link.heading.sin) },
             reference: link.reference.map(faster),

@@ -61,7 +61,7 @@ pub struct StageContact<T = f64> {
 #[derive(Debug, Clone)]
 pub struct Stage<T = f64> {
     /// c: the part of the step this stage covers \[s\].
-    pub coefficient: f64,
+    pub coefficient: T,
     pub links: Vec<StageLink<T>>,
     pub joints: Vec<StageJoint<T>>,
     /// Sorted by link.
@@ -71,7 +71,7 @@ pub struct Stage<T = f64> {
 impl<T: Real> Stage<T> {
     pub fn with_capacity(links: usize) -> Self {
         Self {
-            coefficient: 0.0,
+            coefficient: T::zero(),
             links: Vec::with_capacity(links),
             joints: Vec::with_capacity(links - 1),
             contacts: Vec::with_capacity(PAIRS_PER_LINK * links),

@@ -3,6 +3,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::math::{Mask, Real};
 use crate::robot::Robot;
+use crate::stepping::RobotState;
 
 /// q_i = (x, y, theta): position of a link's CG \[m\] and absolute angle \[rad\] (T 3.4).
 pub type Pose = Vector3<f64>;
@@ -20,18 +21,6 @@ pub struct PlanarState {
 }
 
 impl PlanarState {
-    /// A robot of `links` links at the origin, all angles zero, at rest.
-    pub fn zero(links: usize) -> Self {
-        Self { time: 0.0, pose: vec![Pose::zeros(); links], twist: vec![Twist::zeros(); links] }
-    }
-
-    /// Copies without allocating; both states have the same number of links.
-    pub fn copy_from(&mut self, other: &PlanarState) {
-        self.time = other.time;
-        self.pose.copy_from_slice(&other.pose);
-        self.twist.copy_from_slice(&other.twist);
-    }
-
     /// Kinetic energy of all links \[J\].
     pub fn kinetic_energy(&self, robot: &Robot) -> f64 {
         let energy = |(link, u): (&crate::robot::Link, &Twist)| {
@@ -48,6 +37,34 @@ impl PlanarState {
     /// omega_{i+1} - omega_i (T 3.53) \[rad/s\].
     pub fn joint_rate(&self, joint: usize) -> f64 {
         self.twist[joint + 1].z - self.twist[joint].z
+    }
+}
+
+impl RobotState for PlanarState {
+    fn zero(links: usize) -> Self {
+        Self { time: 0.0, pose: vec![Pose::zeros(); links], twist: vec![Twist::zeros(); links] }
+    }
+
+    fn copy_from(&mut self, other: &Self) {
+        self.time = other.time;
+        self.pose.copy_from_slice(&other.pose);
+        self.twist.copy_from_slice(&other.twist);
+    }
+
+    fn time(&self) -> f64 {
+        self.time
+    }
+
+    fn set_time(&mut self, time: f64) {
+        self.time = time;
+    }
+
+    fn stop(&mut self) {
+        self.twist.fill(Twist::zeros());
+    }
+
+    fn fits(&self, links: usize) -> bool {
+        self.pose.len() == links && self.twist.len() == links
     }
 }
 

@@ -13,13 +13,13 @@ use crate::laws::remaining;
 use crate::math::{Real, add_scaled};
 use crate::planar::StageLink;
 
-use crate::stepping::lanes::member_of;
+use crate::stepping::{Driven, Members};
 
-use super::{Driven, Plant};
+use super::{Body, Planar};
 
 /// What slip leaves of the friction of the links in the lanes of a register.
 #[derive(Debug, Clone)]
-pub struct Weakening<T> {
+pub struct StribeckBounds<T> {
     /// Whether any lane's ground has the effect.
     pub is_any: bool,
     drop: T,
@@ -29,18 +29,18 @@ pub struct Weakening<T> {
     slip: Vec<Vector3<T>>,
 }
 
-impl<T: Real> Weakening<T> {
+impl<T: Real> StribeckBounds<T> {
     pub fn new(links: usize, speed: f64) -> Self {
         let zero = T::zero();
         let slip = vec![Vector3::new(zero, zero, zero); links];
         Self { is_any: false, drop: zero, squared_scale: T::splat(speed * speed), slip }
     }
 
-    pub fn load<D: Driven>(&mut self, plant: &Plant, fleet: &[D], members: &[usize]) {
-        let drop = |member: usize| plant.stribeck().drop + fleet[member].body().variation.stribeck;
-        self.is_any = members.iter().any(|&member| drop(member) > 0.0);
+    pub fn load<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
+        let drop = |body: &Body| members.system.stribeck().drop + body.variation.stribeck;
+        self.is_any = members.any(|body| drop(body) > 0.0);
         for lane in 0..T::LANES {
-            self.drop.set_lane(lane, drop(member_of(members, lane)));
+            self.drop.set_lane(lane, drop(members.body(lane)));
         }
     }
 
@@ -62,7 +62,7 @@ impl<T: Real> Weakening<T> {
 
     /// Lowers the friction bounds of the links.
     #[inline(always)]
-    pub fn weaken(&self, links: &mut [StageLink<T>]) {
+    pub fn lower(&self, links: &mut [StageLink<T>]) {
         for (link, u) in links.iter_mut().zip(&self.slip) {
             let share = remaining(self.drop, self.squared_scale, u.x * u.x + u.y * u.y);
             link.friction.x = link.friction.x * share;

@@ -4,9 +4,9 @@ use nalgebra::Vector2;
 
 use crate::math::{MAX_LANES, Real};
 use crate::robot::Link;
-use crate::spatial::{Screw, StagePeg};
+use crate::spatial::{Screw, SpatialBody, Stage, StagePeg, StageSolution};
+use crate::stepping::Push;
 
-use super::SpatialBody;
 use super::peg_contacts::{Pair, Situation};
 use super::stage_work::StageWork;
 
@@ -14,23 +14,14 @@ use super::stage_work::StageWork;
 type Slot = [Option<usize>; MAX_LANES];
 
 /// Peg contacts of the stage at hand, and the pairs of the one before.
-#[derive(Debug, Clone)]
-pub struct Slots {
+#[derive(Debug, Clone, Default)]
+pub struct ContactMap {
     slots: Vec<Slot>,
     /// Pairs of the last stage, lane by lane.
     pairs: [Vec<Pair>; MAX_LANES],
 }
 
-/// What a peg did to a link over a stage.
-#[derive(Debug, Clone, Copy)]
-pub struct Push {
-    pub lane: usize,
-    pub link: usize,
-    /// \[N s\]
-    pub impulse: Vector2<f64>,
-}
-
-impl Slots {
+impl ContactMap {
     pub fn new(links: usize) -> Self {
         Self { slots: Vec::with_capacity(4 * links), pairs: std::array::from_fn(|_| Vec::with_capacity(4 * links)) }
     }
@@ -86,22 +77,27 @@ impl Slots {
     }
 
     /// The forces of a lane's solved stage become those that the next one starts from.
-    pub fn remember<T: Real>(&mut self, work: &StageWork<T>, lane: usize) {
+    pub fn remember<T: Real>(&mut self, stage: &Stage<T>, solution: &StageSolution<T>, lane: usize) {
         let Self { slots, pairs } = self;
         pairs[lane].clear();
-        for (slot, (contact, impulse)) in slots.iter().zip(work.stage.pegs.iter().zip(&work.solution.peg)) {
+        for (slot, (contact, impulse)) in slots.iter().zip(stage.pegs.iter().zip(&solution.peg)) {
             if let Some(peg) = slot[lane] {
-                let force = impulse.lane(lane) / work.stage.coefficient.lane(lane);
+                let force = impulse.lane(lane) / stage.coefficient.lane(lane);
                 pairs[lane].push(Pair { link: contact.link, peg, force });
             }
         }
     }
 
     /// What pegs did in a lane's solved stage.
-    pub fn pushes<'a, T: Real>(&'a self, work: &'a StageWork<T>, lane: usize) -> impl Iterator<Item = Push> + 'a {
+    pub fn pushes<'a, T: Real>(
+        &'a self,
+        stage: &'a Stage<T>,
+        solution: &'a StageSolution<T>,
+        lane: usize,
+    ) -> impl Iterator<Item = Push> + 'a {
         self.of_lane(lane).map(move |index| {
-            let StagePeg { link, direction: Screw { linear, .. }, .. } = &work.stage.pegs[index];
-            let impulse = Vector2::new(linear.x.lane(lane), linear.y.lane(lane)) * work.solution.peg[index].lane(lane);
+            let StagePeg { link, direction: Screw { linear, .. }, .. } = &stage.pegs[index];
+            let impulse = Vector2::new(linear.x.lane(lane), linear.y.lane(lane)) * solution.peg[index].lane(lane);
             Push { lane, link: *link, impulse }
         })
     }

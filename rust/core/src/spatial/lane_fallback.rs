@@ -1,39 +1,45 @@
-//! What is done about lanes whose stage Newton's method did not close: the fallback, one robot at a time.
+//! The fallback for one lane of a register.
 
 use crate::math::Real;
-use crate::solver::SolveStatus;
-use crate::spatial::{Certificate, Fallback, Stage, StageSolution, certify};
+use crate::stepping::FallbackResult;
 
-use super::SpatialPlant;
-use super::contact_map::Slots;
-use super::stage_work::StageWork;
+use super::contact_map::ContactMap;
+use super::{Fallback, Screw, Stage, StageSolution, certify};
 
 /// Workspace for one robot at a time.
 #[derive(Debug, Clone)]
-pub struct Rescue {
+pub struct LaneFallback {
     fallback: Fallback,
     stage: Stage,
     solution: StageSolution,
 }
 
-impl Rescue {
-    pub fn new(plant: &SpatialPlant) -> Self {
-        let links = plant.robot.link_count();
+impl LaneFallback {
+    pub fn new(links: usize) -> Self {
         Self { fallback: Fallback::new(links), stage: Stage::with_capacity(links), solution: StageSolution::new(links) }
     }
 
-    /// Solves the stage of `lane` anew. Returns the linear solves it took, how far they led, and what the judge says.
+    /// Solves the stage of `lane` anew; `None` for a diverged robot, whose stage is not made of numbers.
     pub fn solve_lane<T: Real>(
         &mut self,
-        work: &mut StageWork<T>,
-        slots: &Slots,
+        stage: &Stage<T>,
+        solution: &mut StageSolution<T>,
+        contacts: &ContactMap,
         lane: usize,
         tolerance: f64,
-    ) -> (u32, SolveStatus, Certificate) {
-        work.stage.read_lane(lane, slots.of_lane(lane), &mut self.stage);
-        work.solution.read_lane(lane, slots.of_lane(lane), &mut self.solution);
-        let (solves, closing) = self.fallback.solve_hard(&self.stage, &mut self.solution, tolerance);
-        work.solution.set_lane(lane, slots.of_lane(lane), &self.solution);
-        (solves, closing, certify(&self.stage, &self.solution))
+    ) -> Option<FallbackResult> {
+        stage.read_lane(lane, contacts.of_lane(lane), &mut self.stage);
+        if !self.stage.links.iter().all(|link| is_finite(&link.momentum)) {
+            return None;
+        }
+        solution.read_lane(lane, contacts.of_lane(lane), &mut self.solution);
+        let (solves, status) = self.fallback.solve_hard(&self.stage, &mut self.solution, tolerance);
+        solution.set_lane(lane, contacts.of_lane(lane), &self.solution);
+        let residual = certify(&self.stage, &self.solution).residual();
+        Some(FallbackResult { solves, status, residual, gap: 0.0 })
     }
+}
+
+fn is_finite(Screw { linear, angular }: &Screw) -> bool {
+    linear.iter().chain(angular.iter()).all(|number| number.is_finite())
 }

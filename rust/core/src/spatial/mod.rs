@@ -15,40 +15,32 @@
 //! lies flat and unrolled. A positive yaw turns the next link anticlockwise seen from above, a positive pitch lowers
 //! it.
 
-mod body;
 mod certificate;
+mod chain_state;
 mod contact_map;
 mod dynamics;
 mod energy;
-mod fleet;
 mod ground;
-mod group;
 mod joint;
-mod kernels;
 mod kinematics;
 mod lane_fallback;
 mod lanes;
-mod motion;
+mod model;
 mod peg;
 mod peg_contacts;
-mod plant;
 mod posture;
 mod screw;
-mod simulation;
-mod snapshot;
 mod solver;
 mod stage;
 mod stage_work;
 mod standing;
 mod state;
+mod system;
 mod thesis;
-mod warm_start;
-mod way;
 
-pub use body::{SpatialBody, SpatialDriven, SpatialScripted};
 pub use certificate::{Certificate, certify};
+pub use chain_state::ChainState;
 pub use dynamics::{inertia, mass_diagonal, potential_energy, smooth_force};
-pub use fleet::SpatialFleet;
 pub use ground::{End, GroundContact, ground_contact, ground_frame, ground_gap};
 pub use joint::{
     JointAxes, JointRows, actuator_torque, joint_angle, joint_axes, joint_gap, joint_rate, joint_rows,
@@ -56,21 +48,18 @@ pub use joint::{
 };
 pub use kinematics::{assemble_chain, close_joints, largest_joint_gap, orientation_of, rest_on_ground, travel};
 pub use lanes::{Laned, read_lane, write_lane};
-pub use motion::Motion;
+pub use model::{Spatial, SpatialBody, SpatialFleet, SpatialScripted};
 pub use peg::{PegContact, nearest_point, peg_contact, peg_gap};
-pub use plant::SpatialPlant;
 pub use posture::{Frame, Posture, Speed};
 pub use screw::Screw;
-pub use simulation::SpatialSimulation;
-pub use snapshot::SpatialSnapshot;
 pub use solver::{CoulombNewton, Fallback, Newton};
 pub use stage::{Stage, StageDrive, StageFriction, StageLink, StagePeg, StageSolution};
 pub use state::{Pose, SpatialState, Twist, is_sane, turning, twist_of};
+pub use system::SpatialSystem;
 pub use thesis::{
     ContactPenalties, GroundImpulse, ModifiedNewton, SpatialThesis, Step, StepGround, StepLink, StepPeg, StepSolution,
     step_residual,
 };
-pub use warm_start::SpatialWarmStart;
 
 use nalgebra::{Matrix3, Vector3, Vector6};
 

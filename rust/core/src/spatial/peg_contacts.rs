@@ -3,6 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
+use crate::contact::recovery::{DEEP, RECOVERY_SPEED, SAME_SIDE, remaining_gap};
 use crate::math::Real;
 use crate::pegs::PegGrid;
 use crate::robot::Link;
@@ -89,12 +90,11 @@ impl<'a> Situation<'a> {
             travelled = -plane.normal.dot(&moved);
         }
         let depth = (-self.plane(&self.start, peg).gap).max(0.0);
-        let haste = 1.0 + depth / SLIGHT_DEPTH;
-        let floor = -depth * (1.0 - haste * self.elapsed / RECOVERY_TIME).max(0.0);
+        let kept = remaining_gap(depth, self.elapsed);
         StagePeg {
             link: 0,
             direction: Screw { linear: plane.normal, angular: plane.arm.cross(&plane.normal) },
-            offset: ((plane.gap - floor - travelled) / c).max(-RECOVERY_SPEED),
+            offset: ((plane.gap - kept - travelled) / c).max(-RECOVERY_SPEED),
         }
     }
 
@@ -113,19 +113,3 @@ impl<'a> Situation<'a> {
 
 /// Predicted gap up to which a pair takes part \[m\].
 const MARGIN: f64 = 0.02;
-
-/// Predicted penetration, relative to the sum of the radii, beyond which the side is uncertain.
-const DEEP: f64 = 0.1;
-
-/// Cosine between the normals at the start and at the predicted end of a step down to which the link is
-/// certainly still on the same side of the peg.
-const SAME_SIDE: f64 = 0.5;
-
-/// Fastest separation asked of a penetrating contact \[m/s\].
-const RECOVERY_SPEED: f64 = 0.2;
-
-/// Time within which a slight penetration fades \[s\]; deeper ones fade faster.
-const RECOVERY_TIME: f64 = 0.05;
-
-/// Penetration above which haste prevails \[m\].
-const SLIGHT_DEPTH: f64 = 5e-4;

@@ -2,18 +2,23 @@
 
 use nalgebra::Vector2;
 
+use crate::contact::recovery::{RECOVERY_SPEED, RECOVERY_TIME};
+use crate::gait::CardanTarget;
 use crate::math::{Mask, Real};
-use crate::solver::Outcome;
 use crate::spatial::{
-    Certificate, Frame, Newton, Posture, Screw, Speed, Stage, StageDrive, StageFriction, StageLink, StageSolution,
-    certify,
+    Frame, Newton, Posture, Screw, Speed, Stage, StageDrive, StageFriction, StageLink, StageSolution, certify,
+    read_lane, write_lane,
 };
-use crate::stepping::energy::Works;
+use crate::stepping::lanes::{Lanes, active};
+use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
+use crate::stepping::{self, Driven, EnergyLedger, FallbackResult, Members, Push, SolvedStage};
 
-use super::SpatialPlant;
-use super::energy::works_of;
-use super::motion::GroundForces;
-use super::standing::Standing;
+use super::chain_state::GroundForces;
+use super::contact_map::ContactMap;
+use super::energy::work_of;
+use super::lane_fallback::LaneFallback;
+use super::standing::{Standing, is_at_rest};
+use super::{Spatial, SpatialBody, SpatialSystem};
 
 /// Data of the stage at hand, for as many robots as `T` has lanes.
 #[derive(Debug, Clone)]
@@ -51,8 +56,14 @@ pub struct StageWork<T: Real> {
     newton: Newton<T>,
     standing: Standing<T>,
     /// Lanes whose robots' last steps began at rest.
-    pub settled: T::Mask,
-    works: Works<T>,
+    began_at_rest: T::Mask,
+    contacts: ContactMap,
+    fallback: LaneFallback,
+    /// Normal impulses of the ground in the first stage of a step.
+    first_ground: Vec<T>,
+    /// References of one robot.
+    targets: Vec<CardanTarget>,
+    energy: EnergyLedger<T>,
     /// How far the stage ended from its prediction, for any point of the robot \[m\].
     pub deviation: T,
     pub kept: Kept<T>,
@@ -69,130 +80,10 @@ pub struct Kept<T> {
     pub end: Speed<T>,
     pub momentum: Vec<Screw<T>>,
     pub drive: Vec<[T; 2]>,
-    pub works: Works<T>,
+    pub energy: EnergyLedger<T>,
 }
 
 impl<T: Real> StageWork<T> {
-    pub fn new(plant: &SpatialPlant) -> Self {
-        let links = plant.robot.link_count();
-        let zero = T::zero();
-        let none = || vec![Screw::zero(); links];
-        let frames = || vec![Frame::origin(); links];
-        Self {
-            reach: plant.robot.links.iter().map(|link| T::splat(link.reach().max(0.5 * link.length))).collect(),
-            half_length: plant.robot.links.iter().map(|link| T::splat(0.5 * link.length)).collect(),
-            gravity: T::splat(plant.robot.gravity),
-            gains: [plant.controller.kp, plant.controller.kd].map(T::splat),
-            torque_limit: T::splat(f64::INFINITY),
-            target: vec![[[zero; 2]; 2]; links - 1],
-            start: Posture::straight(links),
-            start_speed: Speed::rest(links),
-            start_momentum: none(),
-            start_frames: frames(),
-            start_gap: vec![[zero; 2]; links],
-            base: Posture::straight(links),
-            base_frames: frames(),
-            guess: Speed::rest(links),
-            momentum: none(),
-            predicted: Posture::straight(links),
-            frames: frames(),
-            expected: none(),
-            forces: GroundForces::none(links),
-            stage: empty_stage(plant),
-            solution: StageSolution::new(links),
-            newton: Newton::new(links),
-            standing: Standing::new(&plant.robot),
-            settled: T::Mask::of(|_| false),
-            works: Works::none(),
-            deviation: zero,
-            kept: Kept {
-                end: Speed::rest(links),
-                momentum: none(),
-                drive: vec![[zero; 2]; links - 1],
-                works: Works::none(),
-            },
-            arrival: Posture::straight(links),
-            sinking: zero,
-        }
-    }
-
-    /// Base, guess and reference momenta of a stage that starts with the step.
-    #[inline(always)]
-    pub fn begin(&mut self) {
-        self.base.copy_from(&self.start);
-        self.guess.copy_from(&self.start_speed);
-        self.momentum.copy_from_slice(&self.start_momentum);
-        self.start.place_links(&self.half_length, &mut self.start_frames);
-        self.base_frames.copy_from_slice(&self.start_frames);
-        for (i, frame) in self.start_frames.iter().enumerate() {
-            let link = &self.stage.links[i];
-            self.start_gap[i] = [frame.ground_gap(link, 0), frame.ground_gap(link, 1)];
-        }
-    }
-
-    /// Base, guess and reference momenta of the second stage: the robot moves on for `elapsed` with the velocity of the
-    /// first one, whose changes of momentum and velocity count `share` and `lead` times.
-    #[inline(always)]
-    pub fn extrapolate(&mut self, elapsed: T, share: f64, lead: f64) {
-        let Kept { end, momentum, .. } = &self.kept;
-        self.base.travel(&self.start, end, elapsed);
-        self.base.place_links(&self.half_length, &mut self.base_frames);
-        self.guess.blend(&self.start_speed, end, T::splat(lead));
-        for (reference, (start, end)) in self.momentum.iter_mut().zip(self.start_momentum.iter().zip(momentum)) {
-            let change = end.plus_scaled(start, -T::splat(1.0));
-            *reference = start.plus_scaled(&change, T::splat(share));
-        }
-    }
-
-    /// Predicts the end configuration of a stage of coefficient `c` and builds its links and joints there; `elapsed` is
-    /// the time from the start of the step to there.
-    #[inline(always)]
-    pub fn predict(&mut self, c: T, elapsed: T) {
-        self.stage.coefficient = c;
-        self.predicted.travel(&self.base, &self.guess, c);
-        self.predicted.place_links(&self.half_length, &mut self.frames);
-        self.guess.twists(&self.frames, &self.half_length, &mut self.expected);
-        self.fill_links(elapsed);
-        self.fill_joints();
-    }
-
-    /// Solves the stage from the guess and the last forces, without the solver where the robot stands, and judges the
-    /// solution.
-    #[inline(always)]
-    pub fn solve(&mut self, tolerance: f64, max_iterations: u32, lanes: T::Mask) -> (Outcome<T>, Certificate<T>) {
-        let c = self.stage.coefficient;
-        self.solution.twist.copy_from_slice(&self.expected);
-        let StageSolution { normal, friction, rolling, .. } = &mut self.solution;
-        for (i, forces) in self.forces.normal.iter().enumerate() {
-            normal[i] = [c * forces[0], c * forces[1]];
-            let [front, rear] = &self.forces.friction[i];
-            friction[i] = [impulse(front, c), impulse(rear, c)];
-            rolling[i] = impulse(&self.forces.rolling[i], c);
-        }
-        let stands = self.standing.holds(lanes & self.settled, &self.stage, &self.solution, tolerance);
-        let mut outcome =
-            self.newton.solve(&self.stage, &mut self.solution, tolerance, max_iterations, lanes & !stands);
-        outcome.converged = outcome.converged | stands;
-        self.standing.write(stands, &mut self.solution);
-        (outcome, certify(&self.stage, &self.solution))
-    }
-
-    /// What follows from the solution: forces, in the given lanes, works and deviation.
-    #[inline(always)]
-    pub fn evaluate(&mut self, lanes: T::Mask) {
-        let per_second = T::splat(1.0) / self.stage.coefficient;
-        let GroundForces { normal, friction, rolling } = &mut self.forces;
-        for (i, impulse) in self.solution.normal.iter().enumerate() {
-            for end in 0..2 {
-                normal[i][end] = T::select(lanes, impulse[end] * per_second, normal[i][end]);
-                select_force(&mut friction[i][end], lanes, &self.solution.friction[i][end], per_second);
-            }
-            select_force(&mut rolling[i], lanes, &self.solution.rolling[i], per_second);
-        }
-        self.works = works_of(&self.stage, &self.solution);
-        self.measure_deviation();
-    }
-
     #[inline(always)]
     fn measure_deviation(&mut self) {
         let mut fastest = T::zero();
@@ -204,41 +95,6 @@ impl<T: Real> StageWork<T> {
             fastest = fastest.max(linear + *reach * angular);
         }
         self.deviation = fastest * self.stage.coefficient;
-    }
-
-    /// Keeps the solution in the lanes where it stands; in others it becomes the next guess.
-    #[inline(always)]
-    pub fn keep(&mut self, solved: T::Mask, again: T::Mask) {
-        let StageSolution { twist, rate, drive, .. } = &self.solution;
-        let Kept { end, momentum, drive: kept_drive, works } = &mut self.kept;
-        end.head.select_into(solved, &twist[0]);
-        self.guess.head.select_into(again, &twist[0]);
-        for (j, rates) in rate.iter().enumerate() {
-            for axis in 0..2 {
-                end.rate[j][axis] = T::select(solved, rates[axis], end.rate[j][axis]);
-                self.guess.rate[j][axis] = T::select(again, rates[axis], self.guess.rate[j][axis]);
-                kept_drive[j][axis] = T::select(solved, drive[j][axis], kept_drive[j][axis]);
-            }
-        }
-        for (momentum, (link, x)) in momentum.iter_mut().zip(self.stage.links.iter().zip(twist)) {
-            momentum.select_into(solved, &link.momentum_of(x));
-        }
-        works.select_into(solved, &self.works);
-    }
-
-    /// Where the last stage ends, and whether spheres sink there: a link that turns fast leaves its linearised gap.
-    #[inline(always)]
-    pub fn arrive(&mut self) {
-        self.arrival.travel(&self.base, &self.kept.end, self.stage.coefficient);
-        self.arrival.place_links(&self.half_length, &mut self.frames);
-        self.sinking = T::zero();
-        for (i, frame) in self.frames.iter().enumerate() {
-            for end in 0..2 {
-                let gap = frame.ground_gap(&self.stage.links[i], end);
-                let sunk = gap.lt(T::splat(-SUNK));
-                self.sinking = self.sinking.max(T::select(sunk, self.start_gap[i][end] - gap, T::zero()));
-            }
-        }
     }
 
     #[inline(always)]
@@ -275,13 +131,288 @@ impl<T: Real> StageWork<T> {
     }
 }
 
-/// A stage with the constants of the plant's robot.
-fn empty_stage<T: Real>(plant: &SpatialPlant) -> Stage<T> {
-    let mut stage = Stage::with_capacity(plant.robot.link_count());
+impl<T: Real> stepping::StageWork<T> for StageWork<T> {
+    type Model = Spatial;
+
+    /// Base, guess and reference momenta of a stage that starts with the step.
+    #[inline(always)]
+    fn begin(&mut self) {
+        self.base.copy_from(&self.start);
+        self.guess.copy_from(&self.start_speed);
+        self.momentum.copy_from_slice(&self.start_momentum);
+        self.start.place_links(&self.half_length, &mut self.start_frames);
+        self.base_frames.copy_from_slice(&self.start_frames);
+        for (i, frame) in self.start_frames.iter().enumerate() {
+            let link = &self.stage.links[i];
+            self.start_gap[i] = [frame.ground_gap(link, 0), frame.ground_gap(link, 1)];
+        }
+    }
+
+    /// The robot moves on to the base of the second stage with the velocity of the first one, whose changes of momentum
+    /// and velocity are extrapolated.
+    #[inline(always)]
+    fn extrapolate(&mut self, h: T) {
+        let elapsed = T::splat(1.0 - GAMMA) * h;
+        let Kept { end, momentum, .. } = &self.kept;
+        self.base.travel(&self.start, end, elapsed);
+        self.base.place_links(&self.half_length, &mut self.base_frames);
+        self.guess.blend(&self.start_speed, end, T::splat(1.0 / GAMMA));
+        for (reference, (start, end)) in self.momentum.iter_mut().zip(self.start_momentum.iter().zip(momentum)) {
+            let change = end.plus_scaled(start, -T::splat(1.0));
+            *reference = start.plus_scaled(&change, T::splat(EXTRAPOLATION));
+        }
+    }
+
+    /// Predicts the end configuration of a stage of coefficient `c` and builds its links and joints there; `elapsed` is
+    /// the time from the start of the step to there.
+    #[inline(always)]
+    fn predict(&mut self, c: T, elapsed: T, _: T::Mask) {
+        self.stage.coefficient = c;
+        self.predicted.travel(&self.base, &self.guess, c);
+        self.predicted.place_links(&self.half_length, &mut self.frames);
+        self.guess.twists(&self.frames, &self.half_length, &mut self.expected);
+        self.fill_links(elapsed);
+        self.fill_joints();
+    }
+
+    /// Solves the stage from the guess and the last forces, without the solver where the robot stands, and judges the
+    /// solution.
+    #[inline(always)]
+    fn solve(&mut self, tolerance: f64, max_iterations: u32, lanes: T::Mask) -> SolvedStage<T> {
+        let c = self.stage.coefficient;
+        self.solution.twist.copy_from_slice(&self.expected);
+        let StageSolution { normal, friction, rolling, .. } = &mut self.solution;
+        for (i, forces) in self.forces.normal.iter().enumerate() {
+            normal[i] = [c * forces[0], c * forces[1]];
+            let [front, rear] = &self.forces.friction[i];
+            friction[i] = [impulse(front, c), impulse(rear, c)];
+            rolling[i] = impulse(&self.forces.rolling[i], c);
+        }
+        let stands = self.standing.holds(lanes & self.began_at_rest, &self.stage, &self.solution, tolerance);
+        let mut outcome =
+            self.newton.solve(&self.stage, &mut self.solution, tolerance, max_iterations, lanes & !stands);
+        outcome.converged = outcome.converged | stands;
+        self.standing.write(stands, &mut self.solution);
+        let residual = certify(&self.stage, &self.solution).residual();
+        SolvedStage { outcome, residual, gap: T::zero() }
+    }
+
+    /// What follows from the solution: forces, in the given lanes, works and deviation.
+    #[inline(always)]
+    fn evaluate(&mut self, lanes: T::Mask) {
+        let per_second = T::splat(1.0) / self.stage.coefficient;
+        let GroundForces { normal, friction, rolling } = &mut self.forces;
+        for (i, impulse) in self.solution.normal.iter().enumerate() {
+            for end in 0..2 {
+                normal[i][end] = T::select(lanes, impulse[end] * per_second, normal[i][end]);
+                select_force(&mut friction[i][end], lanes, &self.solution.friction[i][end], per_second);
+            }
+            select_force(&mut rolling[i], lanes, &self.solution.rolling[i], per_second);
+        }
+        self.energy = work_of(&self.stage, &self.solution);
+        self.measure_deviation();
+    }
+
+    /// Keeps the solution in the lanes where it stands; in others it becomes the next guess.
+    #[inline(always)]
+    fn keep(&mut self, solved: T::Mask, again: T::Mask) {
+        let StageSolution { twist, rate, drive, .. } = &self.solution;
+        let Kept { end, momentum, drive: kept_drive, energy } = &mut self.kept;
+        end.head.select_into(solved, &twist[0]);
+        self.guess.head.select_into(again, &twist[0]);
+        for (j, rates) in rate.iter().enumerate() {
+            for axis in 0..2 {
+                end.rate[j][axis] = T::select(solved, rates[axis], end.rate[j][axis]);
+                self.guess.rate[j][axis] = T::select(again, rates[axis], self.guess.rate[j][axis]);
+                kept_drive[j][axis] = T::select(solved, drive[j][axis], kept_drive[j][axis]);
+            }
+        }
+        for (momentum, (link, x)) in momentum.iter_mut().zip(self.stage.links.iter().zip(twist)) {
+            momentum.select_into(solved, &link.momentum_of(x));
+        }
+        energy.select_into(solved, &self.energy);
+    }
+
+    /// Where the last stage ends, and whether spheres sink there: a link that turns fast leaves its linearised gap.
+    #[inline(always)]
+    fn arrive(&mut self) {
+        self.arrival.travel(&self.base, &self.kept.end, self.stage.coefficient);
+        self.arrival.place_links(&self.half_length, &mut self.frames);
+        self.sinking = T::zero();
+        for (i, frame) in self.frames.iter().enumerate() {
+            for end in 0..2 {
+                let gap = frame.ground_gap(&self.stage.links[i], end);
+                let sunk = gap.lt(T::splat(-SUNK));
+                self.sinking = self.sinking.max(T::select(sunk, self.start_gap[i][end] - gap, T::zero()));
+            }
+        }
+    }
+
+    fn new(system: &SpatialSystem) -> Self {
+        let links = system.robot.link_count();
+        let zero = T::zero();
+        let none = || vec![Screw::zero(); links];
+        let frames = || vec![Frame::origin(); links];
+        Self {
+            reach: system.robot.links.iter().map(|link| T::splat(link.reach().max(0.5 * link.length))).collect(),
+            half_length: system.robot.links.iter().map(|link| T::splat(0.5 * link.length)).collect(),
+            gravity: T::splat(system.robot.gravity),
+            gains: [system.controller.kp, system.controller.kd].map(T::splat),
+            torque_limit: T::splat(f64::INFINITY),
+            target: vec![[[zero; 2]; 2]; links - 1],
+            start: Posture::straight(links),
+            start_speed: Speed::rest(links),
+            start_momentum: none(),
+            start_frames: frames(),
+            start_gap: vec![[zero; 2]; links],
+            base: Posture::straight(links),
+            base_frames: frames(),
+            guess: Speed::rest(links),
+            momentum: none(),
+            predicted: Posture::straight(links),
+            frames: frames(),
+            expected: none(),
+            forces: GroundForces::none(links),
+            stage: empty_stage(system),
+            solution: StageSolution::new(links),
+            newton: Newton::new(links),
+            standing: Standing::new(&system.robot),
+            began_at_rest: T::Mask::of(|_| false),
+            contacts: ContactMap::new(links),
+            fallback: LaneFallback::new(links),
+            first_ground: vec![zero; links],
+            targets: vec![CardanTarget::default(); links - 1],
+            energy: EnergyLedger::zero(),
+            deviation: zero,
+            kept: Kept {
+                end: Speed::rest(links),
+                momentum: none(),
+                drive: vec![[zero; 2]; links - 1],
+                energy: EnergyLedger::zero(),
+            },
+            arrival: Posture::straight(links),
+            sinking: zero,
+        }
+    }
+
+    fn load<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>) {
+        for lane in 0..T::LANES {
+            let state = &members.body(lane).warm_start;
+            self.start.set_lane(lane, &state.posture);
+            self.start_speed.set_lane(lane, &state.speed);
+            write_lane::<T, _>(&mut self.start_momentum, lane, &state.momentum);
+            self.forces.set_lane(lane, &state.forces);
+            self.contacts.recall(lane, &state.pairs);
+        }
+        self.began_at_rest = T::Mask::of(|lane| members.body(lane).warm_start.began_at_rest);
+    }
+
+    fn read_references<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>, end: T, _: Lanes) {
+        for lane in 0..T::LANES {
+            let robot = members.robot(lane);
+            let time = robot.body().state.time + end.lane(lane);
+            robot.targets(time, &mut self.targets);
+            for (lanes, CardanTarget { yaw, pitch }) in self.target.iter_mut().zip(&self.targets) {
+                for (lanes, target) in lanes.iter_mut().zip([yaw, pitch]) {
+                    lanes[0].set_lane(lane, target.angle);
+                    lanes[1].set_lane(lane, target.rate);
+                }
+            }
+            self.torque_limit.set_lane(lane, members.system.controller.limit_until(time));
+        }
+    }
+
+    fn find_contacts<D: Driven<Model = Spatial>>(&mut self, members: &mut Members<D>, pending: Lanes, elapsed: T) {
+        let mut contacts = std::mem::take(&mut self.contacts);
+        contacts.clear(self);
+        for (i, link) in members.system.robot.links.iter().enumerate() {
+            let bodies = active(pending).map(|lane| (lane, members.body(lane)));
+            let among_pegs = bodies.filter(|(_, body)| !body.pegs.pegs().is_empty());
+            contacts.add(self, i, link, among_pegs, elapsed);
+        }
+        self.contacts = contacts;
+    }
+
+    fn fall_back(&mut self, lane: usize, tolerance: f64) -> Option<FallbackResult> {
+        self.fallback.solve_lane(&self.stage, &mut self.solution, &self.contacts, lane, tolerance)
+    }
+
+    fn remember(&mut self, lane: usize) {
+        self.contacts.remember(&self.stage, &self.solution, lane);
+    }
+
+    fn deviation(&self) -> T {
+        self.deviation
+    }
+
+    fn is_mispredicted(&self, lane: usize) -> bool {
+        // Also where the deviation is not a number.
+        !matches!(self.deviation.lane(lane), deviation if deviation < MISPREDICTED)
+    }
+
+    fn collect_pushes<D: Driven<Model = Spatial>>(
+        &mut self,
+        _: &mut Members<D>,
+        solved: Lanes,
+        pushes: &mut Vec<Push>,
+    ) {
+        for lane in active(solved) {
+            pushes.extend(self.contacts.pushes(&self.stage, &self.solution, lane));
+        }
+    }
+
+    fn energy(&self) -> &EnergyLedger<T> {
+        &self.kept.energy
+    }
+
+    fn deviation_share(&self, _: usize, is_pushed: impl Fn() -> bool) -> f64 {
+        if is_pushed() { PUSHED } else { 1.0 }
+    }
+
+    fn sinks(&self, lane: usize) -> bool {
+        self.sinking.lane(lane) > SINKING
+    }
+
+    fn keep_first_stage(&mut self) {
+        let c = self.stage.coefficient;
+        for (sum, ends) in self.first_ground.iter_mut().zip(&self.forces.normal) {
+            *sum = ends[0] * c + ends[1] * c;
+        }
+    }
+
+    fn add_first_stage(&self, lane: usize, weight: f64, body: &mut SpatialBody) {
+        for (sum, impulse) in body.ground_impulse.iter_mut().zip(&self.first_ground) {
+            *sum += impulse.lane(lane) * weight;
+        }
+    }
+
+    fn accept(&mut self, _: &SpatialSystem, lane: usize, body: &mut SpatialBody) {
+        let c = self.stage.coefficient.lane(lane);
+        let SpatialBody { warm_start: state, ground_impulse, .. } = body;
+        state.began_at_rest = is_at_rest(&state.speed);
+        self.arrival.read_lane(lane, &mut state.posture);
+        self.kept.end.read_lane(lane, &mut state.speed);
+        read_lane::<T, _>(&self.kept.momentum, lane, &mut state.momentum);
+        self.forces.read_lane(lane, &mut state.forces);
+        state.pairs.clear();
+        state.pairs.extend_from_slice(self.contacts.pairs(lane));
+        for (sum, ends) in ground_impulse.iter_mut().zip(&state.forces.normal) {
+            *sum += ends[0] * c + ends[1] * c;
+        }
+        for (torque, drive) in state.joint_torque.iter_mut().zip(&self.kept.drive) {
+            *torque = -Vector2::new(drive[0].lane(lane), drive[1].lane(lane)) / c;
+        }
+        body.is_plausible = state.speed.is_sane();
+    }
+}
+
+/// A stage with the constants of the system's robot.
+fn empty_stage<T: Real>(system: &SpatialSystem) -> Stage<T> {
+    let mut stage = Stage::with_capacity(system.robot.link_count());
     let zero = T::zero();
-    let sliding = plant.friction.map(T::splat);
-    stage.friction = StageFriction { sliding, rolling: T::splat(plant.rolling_friction) };
-    stage.links.extend(plant.robot.links.iter().map(|link| StageLink {
+    let sliding = system.friction.map(T::splat);
+    stage.friction = StageFriction { sliding, rolling: T::splat(system.rolling_friction) };
+    stage.links.extend(system.robot.links.iter().map(|link| StageLink {
         axes: Frame::origin().axes,
         momentum: Screw::zero(),
         mass: T::splat(link.mass),
@@ -339,14 +470,18 @@ fn opening<T: Real>(still: T, at_start: T, c: T, elapsed: T) -> T {
 /// Gap below which a sphere touches the ground \[m\].
 const TOUCHING: f64 = 1e-6;
 
-/// Time within which a penetration, as the linearisation of the gap leaves it, fades \[s\].
-const RECOVERY_TIME: f64 = 0.05;
-
-/// Fastest separation asked of a penetrating contact \[m/s\].
-const RECOVERY_SPEED: f64 = 0.2;
-
 /// Depth from which on a sphere must not go deeper \[m\].
 const SUNK: f64 = 2e-4;
 
 /// Squared length of the centre line's shadow below which a link is upright.
 const UPRIGHT: f64 = 1e-18;
+
+/// What remains of the tolerance for a deviation where a peg pushes: links that touch down or lift off gain little from
+/// shorter steps, a robot that meets a peg much.
+const PUSHED: f64 = 0.25;
+
+/// A step that takes a sunk sphere deeper by more is divided \[m\].
+const SINKING: f64 = 2e-5;
+
+/// Distance between prediction and end of a stage from which on it is predicted anew \[m\].
+const MISPREDICTED: f64 = 2e-3;

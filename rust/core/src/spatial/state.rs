@@ -2,6 +2,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
 use crate::robot::Robot;
+use crate::stepping::RobotState;
 
 use super::{mass_diagonal, potential_energy};
 
@@ -52,18 +53,6 @@ pub struct SpatialState {
 }
 
 impl SpatialState {
-    /// A robot of `links` links at the origin, at rest.
-    pub fn zero(links: usize) -> Self {
-        Self { time: 0.0, pose: vec![Pose::identity(); links], twist: vec![Twist::zeros(); links] }
-    }
-
-    /// Copies without allocating; both states have the same number of links.
-    pub fn copy_from(&mut self, other: &SpatialState) {
-        self.time = other.time;
-        self.pose.copy_from_slice(&other.pose);
-        self.twist.copy_from_slice(&other.twist);
-    }
-
     /// Kinetic energy of all links \[J\].
     pub fn kinetic_energy(&self, robot: &Robot) -> f64 {
         let energy = |(link, u): (_, &Twist)| 0.5 * u.dot(&mass_diagonal(link).component_mul(u));
@@ -74,6 +63,34 @@ impl SpatialState {
     pub fn potential_energy(&self, robot: &Robot) -> f64 {
         let energy = |(link, pose): (_, &Pose)| potential_energy(link, robot.gravity, pose);
         robot.links.iter().zip(&self.pose).map(energy).sum()
+    }
+}
+
+impl RobotState for SpatialState {
+    fn zero(links: usize) -> Self {
+        Self { time: 0.0, pose: vec![Pose::identity(); links], twist: vec![Twist::zeros(); links] }
+    }
+
+    fn copy_from(&mut self, other: &Self) {
+        self.time = other.time;
+        self.pose.copy_from_slice(&other.pose);
+        self.twist.copy_from_slice(&other.twist);
+    }
+
+    fn time(&self) -> f64 {
+        self.time
+    }
+
+    fn set_time(&mut self, time: f64) {
+        self.time = time;
+    }
+
+    fn stop(&mut self) {
+        self.twist.fill(Twist::zeros());
+    }
+
+    fn fits(&self, links: usize) -> bool {
+        self.pose.len() == links && self.twist.len() == links
     }
 }
 

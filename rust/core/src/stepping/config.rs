@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use crate::error::{ConfigError, positive, require, within};
+use crate::error::{ConfigError, positive, require};
 
 /// Which time-stepping scheme.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, Default)]
@@ -11,8 +11,6 @@ pub enum Method {
     /// Implicit stages with exactly eliminated joints and certified contacts.
     #[default]
     Implicit,
-    /// The implicit stages in steps as long as an accuracy of positions allows, one robot at a time.
-    Adaptive,
 }
 
 /// What a user may choose about time stepping; `None` takes the method's own default.
@@ -20,11 +18,9 @@ pub enum Method {
 #[serde(default, deny_unknown_fields)]
 pub struct IntegratorConfig {
     pub method: Method,
-    /// Largest step \[s\]; a run divides its sampling interval into equal steps no longer than this (`adaptive`:
-    /// into steps of any length up to this).
+    /// Largest step \[s\]; a run divides its sampling interval into equal steps no longer than this.
     pub step: Option<f64>,
     /// `thesis`: epsilon of (T 3.81) \[N s\]. `implicit`: accuracy of the velocities \[m/s\] (T 3.81 != D11).
-    /// `adaptive`: target for the error of positions \[m\].
     pub tolerance: Option<f64>,
     /// Iterations after which a step is given up and counted as a miss (T Remark 3.1).
     pub max_iterations: Option<u32>,
@@ -67,7 +63,7 @@ impl IntegratorConfig {
     /// Names the option that is not admissible.
     pub fn validate(&self) -> Result<(), ConfigError> {
         positive("step", self.step())?;
-        self.validate_tolerance()?;
+        positive("tolerance", self.tolerance())?;
         require(self.max_iterations() >= 1, "max_iterations", self.max_iterations(), "an integer >= 1")?;
         require((1..=2).contains(&self.order), "order", self.order, "1 or 2")?;
         let substeps = self.event_substeps;
@@ -81,30 +77,16 @@ impl IntegratorConfig {
         Ok(())
     }
 
-    fn validate_tolerance(&self) -> Result<(), ConfigError> {
-        let tolerance = positive("tolerance", self.tolerance())?;
-        if self.method == Method::Adaptive {
-            within("tolerance", tolerance, SHARPEST, BLUNTEST)?;
-        }
-        Ok(())
-    }
-
     pub fn step(&self) -> f64 {
         self.step.unwrap_or(match self.method {
             Method::Thesis => 2.5e-4,
             Method::Implicit => 0.025,
-            Method::Adaptive => 0.05,
         })
     }
 
     /// Number of equal steps that divide `duration`.
     pub fn steps_in(&self, duration: f64) -> u32 {
         (duration / self.step() - STEP_SLACK).ceil().max(1.0) as u32
-    }
-
-    /// By default what a change of acceleration by [`JUMP`] does within a full step of length `h`.
-    pub(crate) fn event_tolerance(&self, h: f64) -> f64 {
-        self.event_tolerance.unwrap_or(JUMP * h * h)
     }
 
     /// How often a step in which a peg's force changes abruptly is halved before it is taken as Euler steps.
@@ -121,24 +103,16 @@ impl IntegratorConfig {
         self.tolerance.unwrap_or(match self.method {
             Method::Thesis => 2e-5,
             Method::Implicit => 1e-6,
-            Method::Adaptive => 1e-4,
         })
     }
 
     pub fn max_iterations(&self) -> u32 {
         self.max_iterations.unwrap_or(match self.method {
             Method::Thesis => 10_000,
-            Method::Implicit | Method::Adaptive => 200,
+            Method::Implicit => 200,
         })
     }
 }
 
 /// A ratio of durations this close to a whole number counts as whole.
 const STEP_SLACK: f64 = 1e-9;
-
-/// Change of acceleration that counts as abrupt \[m/s^2\].
-const JUMP: f64 = 0.32;
-
-/// What the adaptive scheme may be asked for \[m\]: below, round-off in the solver shows; above, nothing is gained.
-const SHARPEST: f64 = 1e-7;
-const BLUNTEST: f64 = 0.1;

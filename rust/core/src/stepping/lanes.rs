@@ -1,31 +1,61 @@
-//! Between one robot's plain numbers and its lane of a group.
+//! Between the plain numbers of robots and the lanes of a register.
 
 use nalgebra::Vector3;
 
 use crate::math::{MAX_LANES, Mask, Real};
 
-/// Lanes still on their way through a step.
+use super::body::Body;
+use super::model::{Driven, Model};
+
+/// A truth value for each lane.
 pub type Lanes = [bool; MAX_LANES];
 
 pub const NO_LANES: Lanes = [false; MAX_LANES];
 
-/// The lanes that have a robot.
-pub fn lanes_of(members: &[usize]) -> Lanes {
-    std::array::from_fn(|lane| lane < members.len())
+/// The robots that share a register for one step, with the system that they are copies of.
+pub struct Members<'a, D: Driven> {
+    pub system: &'a <D::Model as Model>::System,
+    robots: &'a mut [D],
+    indices: &'a [usize],
 }
 
-/// The robot of a lane, the first one where there is none: lanes without a robot repeat it.
-pub fn member_of(members: &[usize], lane: usize) -> usize {
-    *members.get(lane).unwrap_or(&members[0])
+impl<'a, D: Driven> Members<'a, D> {
+    pub fn new(system: &'a <D::Model as Model>::System, robots: &'a mut [D], indices: &'a [usize]) -> Self {
+        Self { system, robots, indices }
+    }
+
+    /// The robot of a lane, the first one where there is none: lanes without a robot repeat it.
+    pub fn robot(&self, lane: usize) -> &D {
+        &self.robots[*self.indices.get(lane).unwrap_or(&self.indices[0])]
+    }
+
+    pub fn body(&self, lane: usize) -> &Body<D::Model> {
+        self.robot(lane).body()
+    }
+
+    /// The body of a lane that has a robot.
+    pub fn body_mut(&mut self, lane: usize) -> &mut Body<D::Model> {
+        self.robots[self.indices[lane]].body_mut()
+    }
+
+    /// The lanes that have a robot.
+    pub fn lanes(&self) -> Lanes {
+        std::array::from_fn(|lane| lane < self.indices.len())
+    }
+
+    /// Whether any of the robots is as `is_so` says.
+    pub fn any(&self, is_so: impl Fn(&Body<D::Model>) -> bool) -> bool {
+        self.indices.iter().any(|&index| is_so(self.robots[index].body()))
+    }
 }
 
 pub fn mask<T: Real>(lanes: Lanes) -> T::Mask {
     T::Mask::of(|lane| lanes[lane])
 }
 
-/// Lane and robot of the lanes still in the step.
-pub fn active(members: &[usize], lanes: Lanes) -> impl Iterator<Item = (usize, usize)> + '_ {
-    members.iter().copied().enumerate().filter(move |(lane, _)| lanes[*lane])
+/// The lanes for which `lanes` is true.
+pub fn active(lanes: Lanes) -> impl Iterator<Item = usize> {
+    (0..MAX_LANES).filter(move |&lane| lanes[lane])
 }
 
 #[inline]

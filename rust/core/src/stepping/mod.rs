@@ -1,11 +1,36 @@
 //! Time stepping: what all models share.
+//!
+//! A [`Model`] brings its state, its stage ([`StageWork`]) and how its steps are divided; everything about *when* and
+//! *how often* a stage is solved, in which lanes, and what happens when it is not solved, is here. A [`Fleet`] advances
+//! robots by their [`StepPlan`]s, a [`group::Group`] takes one step of as many of them as a register has lanes.
 
+mod body;
 mod config;
 pub(crate) mod energy;
+mod fleet;
+mod group;
+mod growing;
+mod halving;
+pub(crate) mod kernels;
 pub(crate) mod lanes;
+mod model;
+mod plan;
 pub(crate) mod sdirk;
 pub(crate) mod start;
 mod statistics;
+mod variation;
+mod verdict;
 
+pub use body::{Body, Clock, HasBody, Scripted};
 pub use config::{IntegratorConfig, Method};
-pub use statistics::{StepReport, Tally};
+pub use energy::EnergyLedger;
+pub use fleet::Fleet;
+pub use growing::Growing;
+pub use halving::Halving;
+pub use kernels::CompiledModel;
+pub use lanes::Members;
+pub use model::{Driven, Model, Push, Reference, RobotState, SolvedStage, StageWork, WarmStart};
+pub use plan::StepPlan;
+pub use statistics::StepStatistics;
+pub use variation::Variation;
+pub use verdict::FallbackResult;

@@ -21,13 +21,8 @@ pub fn end_before(time: f64, next_jump: impl Fn(f64) -> f64) -> f64 {
 /// Time before a jump at which the step before it ends \[s\]: the reference there is still that of before.
 const JUST_BEFORE: f64 = 1e-7;
 
-/// How often a step is halved at most to become the first one.
-pub fn halvings_to_start() -> usize {
-    (1.0 / FIRST).log2().ceil() as usize
-}
-
 /// Whether a joint moves with its reference: a robot placed in such motion has no start to resolve.
-pub fn follows(target: &JointTarget, angle: f64, rate: f64) -> bool {
+pub fn is_following(target: &JointTarget, angle: f64, rate: f64) -> bool {
     (target.angle - angle).abs() < AT_REFERENCE && (target.rate - rate).abs() < WITH_REFERENCE
 }
 

@@ -88,7 +88,7 @@ fn a_drop_of_friction_drawn_is_another_ground() {
     assert_same_motion(Randomization { stribeck: [0.3; 2], ..Randomization::default() }, slippery);
 }
 
-/// What is drawn comes on top, within what there can be, and where the plant can have it.
+/// What is drawn comes on top, within what there can be, and where the system can have it.
 #[test]
 fn play_and_drops_that_no_plant_can_have_are_refused_by_name() {
     let play = Randomization { free_play: [0.0, 0.1], ..Randomization::default() };

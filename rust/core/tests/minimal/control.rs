@@ -222,7 +222,7 @@ fn sleeping_actuators_and_held_torques_need_no_short_steps() {
         let mut simulation = straight(&MinimalConfig { controller, ..default_config() });
         assert!(simulation.advance(0.1, &still), "short steps at the start");
         assert!(simulation.advance(0.2, &still));
-        assert_eq!(simulation.tally().steps, 10, "{controller:?}");
+        assert_eq!(simulation.statistics().steps, 10, "{controller:?}");
     }
 }
 

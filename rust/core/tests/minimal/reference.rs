@@ -36,7 +36,7 @@ fn figures(config: &MinimalConfig) -> Figures {
     for row in reference().iter().skip(1) {
         let duration = row[0] - simulation.state().time;
         assert!(simulation.advance(duration, &gait));
-        assert_eq!(simulation.tally().misses, 0);
+        assert_eq!(simulation.statistics().unconverged, 0);
         let error = error_of_joint_5(&simulation, &gait);
         let poses = simulation.poses();
         let centre = poses.iter().map(|pose| pose.x).sum::<f64>() / poses.len() as f64;

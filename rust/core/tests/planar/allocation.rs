@@ -5,7 +5,7 @@ use snake_core::gait::Wave;
 use snake_core::laws::Stribeck;
 use snake_core::robot::RobotConfig;
 use snake_core::scene::{START_7_5, SceneConfig};
-use snake_test_support::planar::{START_FREE, adaptive, aiko, build, ground, implicit, posture, table_7_5, thesis};
+use snake_test_support::planar::{START_FREE, aiko, build, ground, implicit, posture, table_7_5, thesis};
 
 use snake_test_support::allocation::REQUESTS;
 
@@ -16,12 +16,9 @@ fn a_step_asks_for_no_memory() {
     let course = table_7_5();
     let free = ground([0.2, 0.5]);
     let wave = Wave::default();
-    for (name, integrator) in [
-        ("thesis", thesis(2.5e-4, 1e-6)),
-        ("implicit 1", implicit(1e-2, 1)),
-        ("implicit 2", implicit(1e-2, 2)),
-        ("adaptive", adaptive(1e-4)),
-    ] {
+    for (name, integrator) in
+        [("thesis", thesis(2.5e-4, 1e-6)), ("implicit 1", implicit(1e-2, 1)), ("implicit 2", implicit(1e-2, 2))]
+    {
         for (place, scene, start) in [("course", &course, START_7_5), ("free", &free, START_FREE)] {
             let mut simulation = aiko(scene, start, &integrator);
             let state = simulation.state().clone();
@@ -44,7 +41,7 @@ fn nor_does_a_step_of_a_loose_robot() {
     let wave = Wave::default();
     let robot = RobotConfig { free_play: 0.07, ..RobotConfig::default() };
     let scene = SceneConfig { stribeck: Stribeck { drop: 0.3, speed: 0.02 }, ..table_7_5() };
-    for integrator in [implicit(1e-2, 1), implicit(1e-2, 2), adaptive(1e-4)] {
+    for integrator in [implicit(1e-2, 1), implicit(1e-2, 2)] {
         let mut simulation = build(&robot, &scene, &ControllerConfig::default(), &integrator);
         simulation.place_chain(START_7_5[0], START_7_5[1], START_7_5[2], &posture(&wave, 10));
         simulation.advance(0.05, &wave);

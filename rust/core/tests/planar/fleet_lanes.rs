@@ -3,37 +3,36 @@
 use snake_core::control::{ControlLaw, ControllerConfig};
 use snake_core::gait::{JointReference, Wave};
 use snake_core::pegs::PegGrid;
-use snake_core::planar::PlanarState;
-use snake_core::planar::{Fleet, Plant, Scripted};
+use snake_core::planar::{Fleet, PlanarState, PlanarSystem, Scripted};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, START_7_5, TABLE_7_5};
 use snake_core::stepping::IntegratorConfig;
 
 type Undulator = Scripted<Wave>;
 
-fn plant(friction: [f64; 2]) -> Plant {
+fn system(friction: [f64; 2]) -> PlanarSystem {
     plant_under(ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() }, friction)
 }
 
-fn plant_under(controller: ControllerConfig, friction: [f64; 2]) -> Plant {
-    Plant::new(Robot::new(&RobotConfig::default()).unwrap(), friction, controller).unwrap()
+fn plant_under(controller: ControllerConfig, friction: [f64; 2]) -> PlanarSystem {
+    PlanarSystem::new(Robot::new(&RobotConfig::default()).unwrap(), friction, controller).unwrap()
 }
 
 /// Robots that differ in gait and in the number of pegs around them.
-fn robots(plant: &Plant, count: usize) -> Vec<Undulator> {
+fn robots(system: &PlanarSystem, count: usize) -> Vec<Undulator> {
     let undulator = |k: usize| {
         let pegs: Vec<Peg> = TABLE_7_5.iter().take(k % 8).map(|&peg| peg.into()).collect();
         let wave = Wave { omega: 1.0 + 0.2 * k as f64, ..Wave::default() };
         let angles: Vec<f64> = (0..10).map(|joint| wave.target(joint, 0.0).angle).collect();
-        Scripted::new(&plant.robot, PegGrid::new(&pegs), START_7_5, &angles, wave)
+        Scripted::new(&system.robot, PegGrid::new(&pegs), START_7_5, &angles, wave)
     };
     (0..count).map(undulator).collect()
 }
 
-fn run(plant: &Plant, config: IntegratorConfig, robots: &mut [Undulator], width: usize) -> Vec<PlanarState> {
-    let mut fleet = Fleet::new(config, plant, width);
+fn run(system: &PlanarSystem, config: IntegratorConfig, robots: &mut [Undulator], width: usize) -> Vec<PlanarState> {
+    let mut fleet = Fleet::new(config, system, width);
     for _ in 0..20 {
-        fleet.advance(plant, robots, 0.05, |_| true);
+        fleet.advance(system, robots, 0.05, |_| true);
     }
     robots.iter().map(|robot| robot.body.state.clone()).collect()
 }
@@ -41,13 +40,13 @@ fn run(plant: &Plant, config: IntegratorConfig, robots: &mut [Undulator], width:
 #[test]
 fn the_width_of_the_registers_and_the_neighbours_do_not_matter() {
     for (friction, order) in [([0.2, 0.2], 2), ([0.05, 0.6], 2), ([0.2, 0.0], 1)] {
-        let plant = plant(friction);
+        let system = system(friction);
         let config = IntegratorConfig { step: Some(0.0125), order, ..IntegratorConfig::default() };
         let alone: Vec<PlanarState> = (0..13)
-            .map(|k| run(&plant, config, std::slice::from_mut(&mut robots(&plant, 13)[k]), 1).remove(0))
+            .map(|k| run(&system, config, std::slice::from_mut(&mut robots(&system, 13)[k]), 1).remove(0))
             .collect();
         for width in [1, 2, 13] {
-            assert_eq!(run(&plant, config, &mut robots(&plant, 13), width), alone, "fleet made for {width} robots");
+            assert_eq!(run(&system, config, &mut robots(&system, 13), width), alone, "fleet made for {width} robots");
         }
     }
 }
@@ -61,28 +60,29 @@ fn so_it_is_under_input_output_linearisation() {
         torque_limit: Some(10.0),
         ..ControllerConfig::default()
     };
-    let (plant, config) = (plant_under(io, [0.2, 0.2]), IntegratorConfig::default());
+    let (system, config) = (plant_under(io, [0.2, 0.2]), IntegratorConfig::default());
     let alone: Vec<PlanarState> =
-        (0..9).map(|k| run(&plant, config, std::slice::from_mut(&mut robots(&plant, 9)[k]), 1).remove(0)).collect();
+        (0..9).map(|k| run(&system, config, std::slice::from_mut(&mut robots(&system, 9)[k]), 1).remove(0)).collect();
     for width in [2, 9] {
-        assert_eq!(run(&plant, config, &mut robots(&plant, 9), width), alone, "fleet made for {width} robots");
+        assert_eq!(run(&system, config, &mut robots(&system, 9), width), alone, "fleet made for {width} robots");
     }
 }
 
 #[test]
 fn a_robot_that_diverges_leaves_its_neighbours_untouched() {
-    let plant = plant([0.2, 0.2]);
+    let system = system([0.2, 0.2]);
     let config = IntegratorConfig::default();
-    let sound = run(&plant, config, &mut robots(&plant, 9), 9);
-    let mut with_a_sick_one = robots(&plant, 9);
+    let sound = run(&system, config, &mut robots(&system, 9), 9);
+    let mut with_a_sick_one = robots(&system, 9);
     with_a_sick_one[4].body.state.twist[3].x = f64::NAN;
-    let mut fleet = Fleet::new(config, &plant, 9);
-    fleet.advance(&plant, &mut with_a_sick_one, 0.05, |_| true);
+    let mut fleet = Fleet::new(config, &system, 9);
+    fleet.advance(&system, &mut with_a_sick_one, 0.05, |_| true);
     assert!(
-        with_a_sick_one[4].body.diverged && with_a_sick_one.iter().filter(|robot| robot.body.diverged).count() == 1
+        with_a_sick_one[4].body.statistics.diverged
+            && with_a_sick_one.iter().filter(|robot| robot.body.statistics.diverged).count() == 1
     );
     for _ in 1..20 {
-        fleet.advance(&plant, &mut with_a_sick_one, 0.05, |robot| robot != 4);
+        fleet.advance(&system, &mut with_a_sick_one, 0.05, |robot| robot != 4);
     }
     for k in (0..9).filter(|&k| k != 4) {
         assert_eq!(with_a_sick_one[k].body.state, sound[k]);

@@ -1,4 +1,4 @@
-//! Input-output linearisation of the planar model: smooth two-point model in the controller, set-valued plant.
+//! Input-output linearisation of the planar model: smooth two-point model in the controller, set-valued system.
 
 use snake_core::control::ControllerConfig;
 use snake_core::gait::{JointReference, Wave};
@@ -59,7 +59,7 @@ fn largest_error(simulation: &mut PlanarSimulation, duration: f64) -> f64 {
     let (mut worst, mut time) = (0.0_f64, 0.0);
     while time < duration {
         let report = simulation.advance(0.05, &wave);
-        assert!(!report.diverged && report.misses == 0, "{report:?}");
+        assert!(!report.diverged && report.unconverged == 0, "{report:?}");
         time += 0.05;
         if time > 0.5 {
             for joint in 0..10 {

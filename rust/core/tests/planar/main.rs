@@ -1,7 +1,6 @@
 //! Laws, accuracy and solver of the planar model.
 
 mod actuation_laws;
-mod adaptive_accuracy;
 mod allocation;
 mod chain_sweep;
 mod conservation_laws;

@@ -139,7 +139,7 @@ fn sliding_chain(links: usize) -> Stage<Counting> {
     let number = Counting;
     let c = 0.01;
     let mut stage = Stage::with_capacity(links);
-    stage.coefficient = c;
+    stage.coefficient = number(c);
     for i in 0..links {
         let angle = 0.6 * (0.9 * i as f64).sin();
         stage.links.push(StageLink {

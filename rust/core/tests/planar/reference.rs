@@ -24,7 +24,7 @@ fn worst_distance(
     let (mut worst, mut judged, mut time) = (0.0_f64, 0, 0.0);
     for row in rows(name).iter().take_while(|row| row[0] < duration + 1e-6) {
         let report = simulation.advance(row[0] - time, &Wave::default());
-        assert!(!report.diverged && report.misses == 0, "{report:?}");
+        assert!(!report.diverged && report.unconverged == 0, "{report:?}");
         time = row[0];
         for (i, q) in simulation.state().pose.iter().enumerate() {
             worst = worst.max((q.x - row[1 + 3 * i]).hypot(q.y - row[2 + 3 * i]));

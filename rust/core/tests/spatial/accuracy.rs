@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{Vector2, Vector3};
 use snake_core::gait::{CardanGait, CardanReference, Gait, Wave};
-use snake_core::spatial::SpatialSimulation;
+use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::twist_of;
 use snake_core::stepping::IntegratorConfig;
 use snake_test_support::planar::{Unannounced, ground};
@@ -15,7 +15,7 @@ fn worst_distance(name: &str, mut simulation: SpatialSimulation, gait: &CardanGa
     let (mut worst, mut time, mut fallbacks, mut iterations) = (0.0_f64, 0.0, 0, 0);
     for row in rows(name).iter().take_while(|row| row[0] < duration + 1e-6) {
         let report = simulation.advance(row[0] - time, gait);
-        assert!(!report.diverged && report.misses == 0, "{report:?}");
+        assert!(!report.diverged && report.unconverged == 0, "{report:?}");
         time = row[0];
         fallbacks += report.fallbacks;
         iterations += report.iterations;

@@ -4,6 +4,7 @@ use nalgebra::Vector2;
 use snake_core::pegs::PegGrid;
 use snake_core::scene::SceneConfig;
 use snake_core::spatial::{SpatialFleet, SpatialScripted};
+use snake_core::stepping::RobotState;
 use snake_test_support::planar::{table_7_5, thesis};
 use snake_test_support::spatial::{implicit, lying, on_course, sidewinding, straight, undulation};
 
@@ -43,20 +44,20 @@ fn a_step_that_takes_the_fallback_asks_for_no_memory() {
 fn a_step_of_a_fleet_asks_for_no_memory() {
     let config = implicit(0.025, 2);
     let start = on_course(&config);
-    let plant = start.plant();
+    let system = start.system();
     let mut robots: Vec<_> = (0..9)
         .map(|k| {
             let pegs = PegGrid::new(&table_7_5().obstacles[..k.min(7)]);
             let mut robot =
-                SpatialScripted::new(&plant.robot, pegs, start.state().pose[0], &[Vector2::zeros(); 10], undulation());
+                SpatialScripted::new(&system.robot, pegs, start.state().pose[0], &[Vector2::zeros(); 10], undulation());
             robot.body.state.copy_from(start.state());
             robot
         })
         .collect();
-    let mut fleet = SpatialFleet::new(config, plant, robots.len());
-    fleet.advance(plant, &mut robots, 0.1, |_| true);
+    let mut fleet = SpatialFleet::new(config, system, robots.len());
+    fleet.advance(system, &mut robots, 0.1, |_| true);
     let before = REQUESTS.get();
-    fleet.advance(plant, &mut robots, 1.0, |_| true);
+    fleet.advance(system, &mut robots, 1.0, |_| true);
     assert_eq!(REQUESTS.get() - before, 0);
-    assert!(robots.iter().any(|robot| robot.body.tally.events > 0), "no step was divided");
+    assert!(robots.iter().any(|robot| robot.body.statistics.events > 0), "no step was divided");
 }

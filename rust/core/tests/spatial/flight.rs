@@ -4,7 +4,7 @@ use nalgebra::{Vector2, Vector3};
 use snake_core::control::ControllerConfig;
 use snake_core::gait::{CardanGait, Gait, Wave};
 use snake_core::robot::RobotConfig;
-use snake_core::spatial::SpatialSimulation;
+use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::{Pose, orientation_of, twist_of};
 use snake_core::stepping::IntegratorConfig;
 use snake_test_support::planar::ground;
@@ -38,7 +38,7 @@ fn change(links: usize, spin: f64, step: f64, order: u32) -> f64 {
     let kinetic = |simulation: &SpatialSimulation| simulation.state().kinetic_energy(simulation.robot());
     let before = kinetic(&simulation);
     let report = simulation.advance(DURATION, &still);
-    assert!(!report.diverged && report.misses == 0, "{report:?}");
+    assert!(!report.diverged && report.unconverged == 0, "{report:?}");
     (kinetic(&simulation) / before - 1.0) / (spin * DURATION)
 }
 

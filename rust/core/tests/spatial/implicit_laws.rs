@@ -8,7 +8,7 @@ use snake_core::control::ControllerConfig;
 use snake_core::gait::{CardanGait, CardanReference, CardanTarget, Gait, JointTarget, Wave};
 use snake_core::robot::RobotConfig;
 use snake_core::scene::SceneConfig;
-use snake_core::spatial::SpatialSimulation;
+use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::{Pose, SpatialState, orientation_of, turning, twist_of};
 use snake_core::stepping::IntegratorConfig;
 use snake_test_support::planar::{Random, ground};
@@ -40,7 +40,7 @@ fn push(simulation: &mut SpatialSimulation, velocity: Vector3<f64>, spin: Vector
 /// Advances and asserts that every stage was solved to its tolerance.
 fn run(simulation: &mut SpatialSimulation, gait: &impl CardanReference, duration: f64) {
     let report = simulation.advance(duration, gait);
-    assert!(!report.diverged && report.misses == 0, "{report:?}");
+    assert!(!report.diverged && report.unconverged == 0, "{report:?}");
 }
 
 #[test]
@@ -261,7 +261,7 @@ fn a_robot_that_has_straightened_itself_does_not_drift() {
         run(&mut simulation, &still(), 2.0);
         let before = simulation.state().clone();
         let report = simulation.advance(1.0, &still());
-        assert!(!report.diverged && report.misses == 0, "{report:?}");
+        assert!(!report.diverged && report.unconverged == 0, "{report:?}");
         println!("case {case}: {} linear solves, {} fallbacks", report.iterations, report.fallbacks);
         standing += u32::from(report.iterations == 0);
         let moved = largest_way(&before, simulation.state());
@@ -372,7 +372,7 @@ fn odd_starts_are_survived() {
             for _ in 0..10 {
                 let report = simulation.advance(0.3, &undulation());
                 assert!(!report.diverged, "pitch {pitch}, roll {roll}: {report:?}");
-                assert!(report.misses == 0, "pitch {pitch}, roll {roll}: {report:?}");
+                assert!(report.unconverged == 0, "pitch {pitch}, roll {roll}: {report:?}");
             }
             assert!(simulation.min_gap() > -1e-3, "pitch {pitch}, roll {roll}: {}", simulation.min_gap());
             let unit = |pose: &Pose| (pose.orientation.quaternion().norm() - 1.0).abs();

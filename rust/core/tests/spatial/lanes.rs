@@ -6,21 +6,20 @@ use snake_core::gait::{CardanGait, CardanReference, Gait, Wave};
 use snake_core::pegs::PegGrid;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, START_SPATIAL_7_5, Scene, SceneConfig, TABLE_7_5};
-use snake_core::spatial::{Pose, SpatialState, is_sane, orientation_of};
-use snake_core::spatial::{SpatialFleet, SpatialPlant, SpatialScripted};
+use snake_core::spatial::{Pose, SpatialFleet, SpatialScripted, SpatialState, SpatialSystem, is_sane, orientation_of};
 use snake_core::stepping::IntegratorConfig;
 use snake_test_support::spatial::{implicit, sidewinding, undulation};
 
 type Winder = SpatialScripted<CardanGait>;
 
-fn plant(friction: [f64; 2]) -> SpatialPlant {
+fn system(friction: [f64; 2]) -> SpatialSystem {
     let scene = Scene::new(&SceneConfig { friction, ..SceneConfig::default() }).unwrap();
     let controller = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() };
-    SpatialPlant::new(Robot::new(&RobotConfig::default()).unwrap(), &scene, controller).unwrap()
+    SpatialSystem::new(Robot::new(&RobotConfig::default()).unwrap(), &scene, controller).unwrap()
 }
 
 /// Robots that differ in gait, in height above the ground, and in the number of pegs around them.
-fn robots(plant: &SpatialPlant, count: usize) -> Vec<Winder> {
+fn robots(system: &SpatialSystem, count: usize) -> Vec<Winder> {
     let winder = |k: usize| {
         let pegs: Vec<Peg> = TABLE_7_5.iter().take(k % 8).map(|&peg| peg.into()).collect();
         let gait = if k % 3 == 1 { sidewinding() } else { undulation() };
@@ -29,17 +28,17 @@ fn robots(plant: &SpatialPlant, count: usize) -> Vec<Winder> {
             (0..10).map(|joint| Vector2::new(target(joint).yaw.angle, target(joint).pitch.angle)).collect();
         let [x, y, yaw] = START_SPATIAL_7_5;
         let head = Pose { position: Vector3::new(x, y, 0.0), orientation: orientation_of(yaw, 0.0, 0.0) };
-        let mut winder = Winder::new(&plant.robot, PegGrid::new(&pegs), head, &posture, gait);
+        let mut winder = Winder::new(&system.robot, PegGrid::new(&pegs), head, &posture, gait);
         winder.body.state.pose.iter_mut().for_each(|pose| pose.position.z += 0.002 * (k % 5) as f64);
         winder
     };
     (0..count).map(winder).collect()
 }
 
-fn run(plant: &SpatialPlant, config: IntegratorConfig, robots: &mut [Winder], width: usize) -> Vec<SpatialState> {
-    let mut fleet = SpatialFleet::new(config, plant, width);
+fn run(system: &SpatialSystem, config: IntegratorConfig, robots: &mut [Winder], width: usize) -> Vec<SpatialState> {
+    let mut fleet = SpatialFleet::new(config, system, width);
     for _ in 0..10 {
-        fleet.advance(plant, robots, 0.05, |_| true);
+        fleet.advance(system, robots, 0.05, |_| true);
     }
     robots.iter().map(|robot| robot.body.state.clone()).collect()
 }
@@ -48,11 +47,12 @@ fn run(plant: &SpatialPlant, config: IntegratorConfig, robots: &mut [Winder], wi
 #[test]
 fn the_width_of_the_registers_and_the_neighbours_do_not_matter() {
     for (friction, step, order) in [([0.2, 0.2], 0.025, 2), ([0.05, 0.9], 0.05, 2), ([0.2, 0.0], 0.0125, 1)] {
-        let plant = plant(friction);
-        let alone: Vec<SpatialState> =
-            (0..13).map(|k| run(&plant, implicit(step, order), &mut robots(&plant, 13)[k..=k], 1).remove(0)).collect();
+        let system = system(friction);
+        let alone: Vec<SpatialState> = (0..13)
+            .map(|k| run(&system, implicit(step, order), &mut robots(&system, 13)[k..=k], 1).remove(0))
+            .collect();
         for width in [1, 2, 13] {
-            let together = run(&plant, implicit(step, order), &mut robots(&plant, 13), width);
+            let together = run(&system, implicit(step, order), &mut robots(&system, 13), width);
             for (k, (together, alone)) in together.iter().zip(&alone).enumerate() {
                 assert_eq!(together, alone, "robot {k} in a fleet made for {width}, friction {friction:?}");
             }
@@ -63,30 +63,30 @@ fn the_width_of_the_registers_and_the_neighbours_do_not_matter() {
 /// A stage that Newton's method gives up while neighbours go on is handed to the fallback as it would be alone.
 #[test]
 fn lanes_that_are_given_up_do_not_depend_on_neighbours_either() {
-    let plant = plant([2.0, 2.0]);
+    let system = system([2.0, 2.0]);
     let advance = |robots: &mut [Winder]| {
-        let mut fleet = SpatialFleet::new(implicit(0.01, 2), &plant, robots.len());
-        fleet.advance(&plant, robots, 0.1, |_| true);
-        robots.iter().map(|robot| robot.body.tally.fallbacks).sum::<u32>()
+        let mut fleet = SpatialFleet::new(implicit(0.01, 2), &system, robots.len());
+        fleet.advance(&system, robots, 0.1, |_| true);
+        robots.iter().map(|robot| robot.body.statistics.fallbacks).sum::<u32>()
     };
-    let mut together = jolted(&plant);
+    let mut together = jolted(&system);
     assert!(advance(&mut together) > 20, "many stages must be given up");
     for (k, together) in together.iter().enumerate() {
-        let mut alone = jolted(&plant);
+        let mut alone = jolted(&system);
         advance(&mut alone[k..=k]);
         assert_eq!(together.body.state, alone[k].body.state, "robot {k}");
-        assert_eq!(together.body.tally.residual, alone[k].body.tally.residual, "robot {k}");
+        assert_eq!(together.body.statistics.residual, alone[k].body.statistics.residual, "robot {k}");
     }
 }
 
 /// Robots that lie in curves of their own, far from what their motors ask for.
-fn jolted(plant: &SpatialPlant) -> Vec<Winder> {
+fn jolted(system: &SpatialSystem) -> Vec<Winder> {
     let jolted = |k: usize| {
         let posture: Vec<_> = (0..10).map(|j| Vector2::new(0.5 * (1.0 + (7 * j + 13 * k) as f64).sin(), 0.0)).collect();
         let head = Pose { position: Vector3::zeros(), orientation: orientation_of(0.3, 0.0, 0.0) };
         let yaw = Gait::Wave(Wave { amplitude: 0.1 * k as f64, ..Wave::default() });
         Winder::new(
-            &plant.robot,
+            &system.robot,
             PegGrid::new(&[]),
             head,
             &posture,
@@ -98,19 +98,19 @@ fn jolted(plant: &SpatialPlant) -> Vec<Winder> {
 
 #[test]
 fn a_robot_that_diverges_leaves_its_neighbours_untouched() {
-    let plant = plant([0.2, 0.2]);
+    let system = system([0.2, 0.2]);
     let config = implicit(0.025, 2);
-    let sound = run(&plant, config, &mut robots(&plant, 9), 9);
-    let mut with_a_sick_one = robots(&plant, 9);
+    let sound = run(&system, config, &mut robots(&system, 9), 9);
+    let mut with_a_sick_one = robots(&system, 9);
     with_a_sick_one[4].body.state.twist[3].x = f64::NAN;
-    let mut fleet = SpatialFleet::new(config, &plant, 9);
-    fleet.advance(&plant, &mut with_a_sick_one, 0.05, |_| true);
-    let diverged: Vec<usize> = (0..9).filter(|&k| with_a_sick_one[k].body.diverged).collect();
+    let mut fleet = SpatialFleet::new(config, &system, 9);
+    fleet.advance(&system, &mut with_a_sick_one, 0.05, |_| true);
+    let diverged: Vec<usize> = (0..9).filter(|&k| with_a_sick_one[k].body.statistics.diverged).collect();
     assert_eq!(diverged, [4]);
     let sick = &with_a_sick_one[4].body.state;
     assert!(is_sane(&sick.pose, &sick.twist), "a robot that diverged rests where it was last good");
     for _ in 1..10 {
-        fleet.advance(&plant, &mut with_a_sick_one, 0.05, |robot| robot != 4);
+        fleet.advance(&system, &mut with_a_sick_one, 0.05, |robot| robot != 4);
     }
     for k in (0..9).filter(|&k| k != 4) {
         assert_eq!(with_a_sick_one[k].body.state, sound[k]);

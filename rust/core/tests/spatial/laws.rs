@@ -7,7 +7,7 @@ use snake_core::control::ControllerConfig;
 use snake_core::gait::{CardanReference, CardanTarget, JointTarget};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, SceneConfig};
-use snake_core::spatial::SpatialSimulation;
+use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::{Pose, SpatialState, Twist, inertia, orientation_of, smooth_force, travel, turning};
 use snake_core::stepping::IntegratorConfig;
 use snake_test_support::planar::{LIMP, Random, ground, links, thesis};

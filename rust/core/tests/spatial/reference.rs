@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 use snake_core::gait::CardanGait;
-use snake_core::spatial::SpatialSimulation;
+use snake_core::simulation::SpatialSimulation;
 use snake_test_support::planar::thesis;
 use snake_test_support::spatial::{on_course, rows, sidewinding, straight, undulation};
 
@@ -12,7 +12,7 @@ fn worst_distance(name: &str, mut simulation: SpatialSimulation, gait: &CardanGa
     let (mut worst, mut time) = ([0.0_f64; 3], 0.0);
     for row in rows(name).iter().take_while(|row| row[0] < duration + 1e-6) {
         let report = simulation.advance(row[0] - time, gait);
-        assert!(!report.diverged && report.misses == 0, "{report:?}");
+        assert!(!report.diverged && report.unconverged == 0, "{report:?}");
         time = row[0];
         for (k, link) in [5, 0, 10].into_iter().enumerate() {
             let expected = Vector3::from_row_slice(&row[1 + 3 * k..4 + 3 * k]);

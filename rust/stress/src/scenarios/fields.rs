@@ -5,8 +5,7 @@ use snake_core::environment::rng::Rng;
 use snake_core::environment::{
     ActionMode, EnvConfig, Environment, FieldKind, ModelKind, PlanarRobot, SpatialRobot, Task,
 };
-use snake_core::simulation::PlanarSimulation;
-use snake_core::spatial::SpatialSimulation;
+use snake_core::simulation::{PlanarSimulation, SpatialSimulation};
 use snake_core::stepping::IntegratorConfig;
 
 use crate::figures::Figures;

@@ -1,7 +1,7 @@
 //! Friction, and rest under load.
 
 use snake_core::control::ControllerConfig;
-use snake_core::stepping::StepReport;
+use snake_core::stepping::StepStatistics;
 
 use crate::case::{Case, Motion};
 use crate::figures::Figures;
@@ -64,7 +64,7 @@ pub fn stand<S: Watched>(
     mut simulation: S,
     step: f64,
     steps: u64,
-    advance: impl Fn(&mut S, f64) -> StepReport,
+    advance: impl Fn(&mut S, f64) -> StepStatistics,
 ) -> Figures {
     advance(&mut simulation, SETTLE);
     let before = simulation.state().clone();

@@ -9,9 +9,7 @@ pub mod robots;
 pub mod space;
 
 use snake_core::environment::{PlanarRobot, SpatialRobot};
-use snake_core::planar::Problem;
-use snake_core::simulation::PlanarSimulation;
-use snake_core::spatial::SpatialSimulation;
+use snake_core::simulation::{PlanarSimulation, SpatialSimulation};
 
 use crate::case::Case;
 use crate::draw::Draw;
@@ -25,25 +23,19 @@ use neighbours::{Flock, PlanarFlock};
 use space::neighbours::SpatialFlock;
 use space::{fall, gaits, rest};
 
-/// Finds a stage and the linear solves it took.
-pub type Dump = Box<dyn Fn() -> Option<(u32, Problem)> + Send + Sync>;
-
 /// Something to run and measure.
 pub struct Job {
     pub name: String,
     pub run: Box<dyn Fn() -> Figures + Send + Sync>,
-    /// Finds the hardest stage of the job and its linear solves, where it is a simulation.
-    pub hardest: Option<Dump>,
 }
 
 impl Job {
     fn new(name: impl Into<String>, run: impl Fn() -> Figures + Send + Sync + 'static) -> Self {
-        Self { name: name.into(), run: Box::new(run), hardest: None }
+        Self { name: name.into(), run: Box::new(run) }
     }
 
     fn of_case(case: Case) -> Self {
-        let (name, again) = (case.name.clone(), case.clone());
-        Self { hardest: Some(Box::new(move || again.hardest_stage())), ..Self::new(name, move || case.run()) }
+        Self::new(case.name.clone(), move || case.run())
     }
 }
 
@@ -223,11 +215,8 @@ fn poison<F: Flock>(periods: u64) -> Vec<Job> {
 
 fn scenes(count: u64) -> Vec<Job> {
     let job = |index| {
-        let scene = move || Draw::random(SEED, index).case(format!("scene {index}"), 1.0);
-        Job {
-            hardest: Some(Box::new(move || scene().hardest_stage())),
-            ..Job::new(format!("scene {index}"), move || scene().run())
-        }
+        let name = format!("scene {index}");
+        Job::new(name.clone(), move || Draw::random(SEED, index).case(name.clone(), 1.0).run())
     };
     (0..count).map(job).collect()
 }

@@ -2,12 +2,10 @@
 
 use snake_core::gait::{JointReference, Wave};
 use snake_core::pegs::PegGrid;
-use snake_core::planar::is_sane;
-use snake_core::planar::{Body, Fleet, Plant, Scripted};
+use snake_core::planar::{Body, Fleet, PlanarSystem, Scripted, is_sane};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_7_5, TABLE_7_5};
-use snake_core::stepping::StepReport;
-use snake_core::stepping::{IntegratorConfig, Tally};
+use snake_core::stepping::{IntegratorConfig, StepStatistics};
 
 use crate::case::pegs;
 use crate::figures::Figures;
@@ -28,7 +26,7 @@ pub trait Patient: Clone {
     /// Puts `poison` into a velocity; `place` says into which.
     fn poison(&mut self, place: usize, poison: f64);
     /// What happened in the last interval; whether the robot diverged is told apart.
-    fn tally(&self) -> &Tally;
+    fn statistics(&self) -> &StepStatistics;
     /// Whether the robot is flagged and its state sane.
     fn is_contained(&self) -> bool;
     /// Of poses and twists.
@@ -50,7 +48,7 @@ pub fn poisoned<F: Flock>(step: f64, poison: f64, periods: u64) -> Figures {
         sick.advance(PERIOD);
         for k in 0..ROBOTS {
             let [robot, like] = [&sick, &healthy].map(|flock| flock.robot(k));
-            figures.count(&StepReport::new(like.tally(), false));
+            figures.count(&StepStatistics { diverged: false, ..*like.statistics() });
             let sound = if ill && k == patient { robot.is_contained() } else { robot.bits() == like.bits() };
             figures.broken += u64::from(!sound);
         }
@@ -65,7 +63,7 @@ type Undulator = Scripted<Wave>;
 
 /// Robots in the plane.
 pub struct PlanarFlock {
-    plant: Plant,
+    system: PlanarSystem,
     fleet: Fleet,
     robots: Vec<Undulator>,
 }
@@ -76,12 +74,12 @@ impl Flock for PlanarFlock {
     fn new(step: f64, count: usize) -> Self {
         let config = IntegratorConfig { step: Some(step), ..IntegratorConfig::default() };
         let robot = Robot::new(&RobotConfig::default()).expect("Aiko");
-        let plant = Plant::new(robot, [0.2, 0.2], Default::default()).expect("the thesis's controller");
-        Self { fleet: Fleet::new(config, &plant, count), robots: robots(&plant, count), plant }
+        let system = PlanarSystem::new(robot, [0.2, 0.2], Default::default()).expect("the thesis's controller");
+        Self { fleet: Fleet::new(config, &system, count), robots: robots(&system, count), system }
     }
 
     fn advance(&mut self, duration: f64) {
-        self.fleet.advance(&self.plant, &mut self.robots, duration, |_| true);
+        self.fleet.advance(&self.system, &mut self.robots, duration, |_| true);
     }
 
     fn robot(&self, robot: usize) -> &Body {
@@ -98,12 +96,12 @@ impl Patient for Body {
         self.state.twist[place % 11][place % 3] = poison;
     }
 
-    fn tally(&self) -> &Tally {
-        &self.tally
+    fn statistics(&self) -> &StepStatistics {
+        &self.statistics
     }
 
     fn is_contained(&self) -> bool {
-        self.diverged && is_sane(&self.state.pose, &self.state.twist)
+        self.statistics.diverged && is_sane(&self.state.pose, &self.state.twist)
     }
 
     fn bits(&self) -> Vec<u64> {
@@ -112,11 +110,11 @@ impl Patient for Body {
 }
 
 /// Robots that differ in gait and in the number of pegs around them.
-fn robots(plant: &Plant, count: usize) -> Vec<Undulator> {
+fn robots(system: &PlanarSystem, count: usize) -> Vec<Undulator> {
     let undulator = |k: usize| {
         let wave = Wave { omega: 1.0 + 0.2 * k as f64, ..Wave::default() };
         let angles: Vec<f64> = (0..10).map(|joint| wave.target(joint, 0.0).angle).collect();
-        Scripted::new(&plant.robot, PegGrid::new(&pegs(&TABLE_7_5[..k % 8])), START_7_5, &angles, wave)
+        Scripted::new(&system.robot, PegGrid::new(&pegs(&TABLE_7_5[..k % 8])), START_7_5, &angles, wave)
     };
     (0..count).map(undulator).collect()
 }

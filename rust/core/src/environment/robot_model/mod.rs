@@ -12,10 +12,9 @@ use serde::de::DeserializeOwned;
 
 use crate::error::ConfigError;
 use crate::planar::Pose;
-use crate::planar::Variation;
 use crate::robot::Robot;
 use crate::scene::Peg;
-use crate::stepping::StepReport;
+use crate::stepping::{StepStatistics, Variation};
 
 use crate::environment::action::ActionEntry;
 use crate::environment::config::{EnvConfig, ModelKind};
@@ -73,7 +72,7 @@ pub trait RobotModel: Clone + Debug + Send + Sync + 'static {
     fn finish_period(&mut self, period: f64) -> u32;
 
     /// What happened while it was advanced.
-    fn report(&self) -> StepReport;
+    fn report(&self) -> StepStatistics;
 
     fn motion(&self) -> Motion;
 

@@ -5,12 +5,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
 use crate::gait::{JointReference, JointTarget, Wave, WaveJets};
-use crate::planar::{Body, Driven, Variation};
-use crate::planar::{Heading, Pose};
+use crate::planar::{Body, Heading, Planar, Pose};
 use crate::robot::Robot;
 use crate::scene::{Peg, SceneConfig};
-use crate::simulation::{PlanarSimulation, SimulationState};
-use crate::stepping::StepReport;
+use crate::simulation::{PlanarSimulation, PlanarSnapshot};
+use crate::stepping::{Driven, StepStatistics, Variation};
 
 use super::{RobotModel, planar_observation};
 use crate::environment::action::ActionEntry;
@@ -33,7 +32,7 @@ pub struct PlanarRobot {
 /// All that a run changes about a planar robot.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PlanarRobotState {
-    simulation: SimulationState,
+    simulation: PlanarSnapshot,
     reference: ReferenceState,
     pegs: Vec<Peg>,
     contact_force: Vec<f64>,
@@ -95,8 +94,8 @@ impl RobotModel for PlanarRobot {
         self.read_contact_force(period)
     }
 
-    fn report(&self) -> StepReport {
-        StepReport::new(&self.simulation.body().tally, self.simulation.body().diverged)
+    fn report(&self) -> StepStatistics {
+        self.simulation.body().statistics
     }
 
     fn motion(&self) -> Motion {
@@ -166,6 +165,8 @@ impl PlanarRobot {
 }
 
 impl Driven for PlanarRobot {
+    type Model = Planar;
+
     fn body(&self) -> &Body {
         self.simulation.body()
     }

@@ -7,12 +7,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
 use crate::planar;
-use crate::planar::Variation;
 use crate::robot::Robot;
 use crate::scene::{Peg, SceneConfig};
+use crate::simulation::{SpatialSimulation, SpatialSnapshot};
 use crate::spatial::{Pose, SpatialState, joint_angle, joint_rate, orientation_of, turning};
-use crate::spatial::{SpatialSimulation, SpatialSnapshot};
-use crate::stepping::StepReport;
+use crate::stepping::{StepStatistics, Variation};
 
 use super::{RobotModel, spatial_observation};
 use crate::environment::action::ActionEntry;
@@ -148,9 +147,9 @@ impl RobotModel for SpatialRobot {
         self.forces.peg.iter().map(|force| u32::from(*force != Vector2::zeros())).sum()
     }
 
-    fn report(&self) -> StepReport {
+    fn report(&self) -> StepStatistics {
         let body = self.simulation.body();
-        StepReport::new(&body.tally, body.diverged)
+        body.statistics
     }
 
     fn motion(&self) -> Motion {

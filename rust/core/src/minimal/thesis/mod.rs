@@ -8,7 +8,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Rotation2, Vector2};
 use crate::gait::JointReference;
 use crate::laws::{ConvexSet, Ellipse};
 use crate::minimal::{MinimalState, Model, ProcessPlant, SmoothLaw, actuation};
-use crate::stepping::{IntegratorConfig, Tally};
+use crate::stepping::{IntegratorConfig, StepStatistics};
 
 use super::controller::Controller;
 
@@ -45,7 +45,7 @@ impl Thesis {
         controller: &mut Controller,
         reference: &impl JointReference,
         h: f64,
-        tally: &mut Tally,
+        statistics: &mut StepStatistics,
     ) {
         controller.begin_step(model, state, reference);
         self.torque.copy_from_slice(&controller.held);
@@ -61,12 +61,12 @@ impl Thesis {
             return;
         };
         let free = &rate + mass.solve(&force) * h;
-        let end = self.iterate(model, &mass, &slip, &free, h, tally);
+        let end = self.iterate(model, &mass, &slip, &free, h, statistics);
         for (k, q) in state.q.iter_mut().enumerate() {
             *q = midpoint[k] + 0.5 * h * end[k];
         }
         state.rate.copy_from_slice(end.as_slice());
-        tally.steps += 1;
+        statistics.steps += 1;
     }
 
     /// P_T = prox_C(P_T - r_T gamma_T) (T 3.79) until the impulses change by less than epsilon (T 3.81); returns u_E.
@@ -77,7 +77,7 @@ impl Thesis {
         slip: &DMatrix<f64>,
         free: &DVector<f64>,
         h: f64,
-        tally: &mut Tally,
+        statistics: &mut StepStatistics,
     ) -> DVector<f64> {
         let response = mass.solve(&slip.transpose());
         let epsilon = self.config.tolerance.unwrap_or(EPSILON);
@@ -99,7 +99,7 @@ impl Thesis {
             end = free + &response * &self.impulse;
         }
         let converged = change < epsilon;
-        tally.add_solve(iterations, !converged, self.violation(model, &(slip * &end), h), 0.0);
+        statistics.add_solve(iterations, !converged, self.violation(model, &(slip * &end), h), 0.0);
         end
     }
 

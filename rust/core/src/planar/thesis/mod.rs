@@ -12,11 +12,11 @@ use crate::planar::{
 };
 use crate::robot::Link;
 
-use crate::stepping::energy::Works;
-use crate::stepping::{IntegratorConfig, Tally};
+use crate::stepping::{Driven, IntegratorConfig, StepStatistics};
 
+use super::energy::work_of;
 use super::io_drive::ExplicitIo;
-use super::{Body, Driven, Plant};
+use super::{Body, Planar, PlanarSystem};
 
 mod modified_newton;
 
@@ -40,14 +40,14 @@ pub struct Thesis {
 }
 
 impl Thesis {
-    pub fn new(config: IntegratorConfig, plant: &Plant) -> Self {
-        let links = plant.robot.link_count();
+    pub fn new(config: IntegratorConfig, system: &PlanarSystem) -> Self {
+        let links = system.robot.link_count();
         Self {
             config,
             stage: Stage::with_capacity(links),
             solution: StageSolution::new(links),
             iteration: ModifiedNewton::new(links),
-            io: (plant.controller.law == ControlLaw::Io).then(|| ExplicitIo::new(plant)),
+            io: (system.controller.law == ControlLaw::Io).then(|| ExplicitIo::new(system)),
             midpoint: vec![Pose::zeros(); links],
             targets: vec![JointTarget::default(); links - 1],
             near: NearPegs::with_capacity(links),
@@ -64,7 +64,7 @@ impl Thesis {
     }
 
     /// Integrates over `duration` in equal steps no longer than the configured one.
-    pub fn advance<D: Driven>(&mut self, plant: &Plant, robot: &mut D, duration: f64) {
+    pub fn advance<D: Driven<Model = Planar>>(&mut self, system: &PlanarSystem, robot: &mut D, duration: f64) {
         robot.body_mut().begin();
         if duration <= 0.0 {
             return;
@@ -72,12 +72,12 @@ impl Thesis {
         let steps = self.config.steps_in(duration);
         let h = duration / f64::from(steps);
         for k in 1..=steps {
-            self.step(plant, robot, h);
+            self.step(system, robot, h);
             let body = robot.body_mut();
             body.state.time = body.interval_start() + h * f64::from(k);
-            body.sane = is_sane(&body.state.pose, &body.state.twist);
+            body.is_plausible = is_sane(&body.state.pose, &body.state.twist);
             body.contain();
-            if body.diverged {
+            if body.statistics.diverged {
                 self.clear();
                 break;
             }
@@ -85,15 +85,15 @@ impl Thesis {
     }
 
     /// One step of length `h`: q_M, active set and directions there, impulsions, q_E, projection.
-    fn step<D: Driven>(&mut self, plant: &Plant, robot: &mut D, h: f64) {
+    fn step<D: Driven<Model = Planar>>(&mut self, system: &PlanarSystem, robot: &mut D, h: f64) {
         robot.targets(robot.body().state.time, &mut self.targets);
-        let Body { state, pegs, tally, warm_start, .. } = robot.body_mut();
+        let Body { state, pegs, statistics, contact_impulse, warm_start, .. } = robot.body_mut();
         self.move_to_midpoint(state, h);
-        self.find_closed_contacts(plant, state, pegs);
-        self.build_stage(plant, state, pegs, h);
-        self.solve(pegs, tally);
-        self.move_to_end(plant, state, h);
-        self.near.advance(farthest(&plant.robot.links, &self.midpoint, &state.pose));
+        self.find_closed_contacts(system, state, pegs);
+        self.build_stage(system, state, pegs, h);
+        self.solve(pegs, statistics, contact_impulse);
+        self.move_to_end(system, state, h);
+        self.near.advance(farthest(&system.robot.links, &self.midpoint, &state.pose));
         for (torque, drive) in warm_start.joint_torque.iter_mut().zip(&self.solution.drive) {
             *torque = -drive / h;
         }
@@ -107,15 +107,15 @@ impl Thesis {
     }
 
     /// The set H of active contacts at q_M (T 3.47).
-    fn find_closed_contacts(&mut self, plant: &Plant, state: &PlanarState, pegs: &PegGrid) {
-        let lead = farthest(&plant.robot.links, &state.pose, &self.midpoint);
+    fn find_closed_contacts(&mut self, system: &PlanarSystem, state: &PlanarState, pegs: &PegGrid) {
+        let lead = farthest(&system.robot.links, &state.pose, &self.midpoint);
         if !self.near.covers(lead, 0.0) {
-            self.near.rebuild(self.midpoint.iter().copied(), &plant.robot.links, pegs, 0.0, lead);
+            self.near.rebuild(self.midpoint.iter().copied(), &system.robot.links, pegs, 0.0, lead);
         }
         self.near.advance(lead);
         self.closed.clear();
         for pair in self.near.pairs() {
-            let (link, peg) = (&plant.robot.links[pair.link], &pegs.pegs()[pair.peg]);
+            let (link, peg) = (&system.robot.links[pair.link], &pegs.pegs()[pair.peg]);
             if gap(&self.midpoint[pair.link], link, peg) <= 0.0 {
                 self.closed.push(*pair);
             }
@@ -123,22 +123,22 @@ impl Thesis {
     }
 
     /// Directions at q_M, reference velocity u_A, and the torque (T 3.51 != D8) at t_A held over the step.
-    fn build_stage(&mut self, plant: &Plant, state: &PlanarState, pegs: &PegGrid, h: f64) {
+    fn build_stage(&mut self, system: &PlanarSystem, state: &PlanarState, pegs: &PegGrid, h: f64) {
         let Self { stage, midpoint, .. } = self;
         stage.coefficient = h;
         stage.links.clear();
-        stage.links.extend(plant.robot.links.iter().zip(midpoint.iter()).zip(&state.twist).map(|((link, q), u)| {
+        stage.links.extend(system.robot.links.iter().zip(midpoint.iter()).zip(&state.twist).map(|((link, q), u)| {
             StageLink {
                 heading: Heading::of(q.z),
                 reference: *u,
                 mass: link.mass,
                 inertia: link.inertia,
                 half_length: 0.5 * link.length,
-                friction: plant.friction_force(link) * h * plant.stribeck().share(u.xy().norm_squared()),
+                friction: system.friction_force(link) * h * system.stribeck().share(u.xy().norm_squared()),
             }
         }));
-        let ControllerConfig { kp, kd, .. } = plant.controller;
-        let limit = h * plant.controller.limit_at(state.time);
+        let ControllerConfig { kp, kd, .. } = system.controller;
+        let limit = h * system.controller.limit_at(state.time);
         if let Some(io) = &mut self.io {
             io.update(state, &self.targets);
         }
@@ -153,13 +153,13 @@ impl Thesis {
         stage.contacts.clear();
         for pair in &self.closed {
             let (q, heading) = (&midpoint[pair.link], stage.links[pair.link].heading);
-            let (link, peg) = (&plant.robot.links[pair.link], &pegs.pegs()[pair.peg]);
+            let (link, peg) = (&system.robot.links[pair.link], &pegs.pegs()[pair.peg]);
             let direction = link_peg_contact(q, heading.cos, heading.sin, link, peg).direction;
             stage.contacts.push(StageContact { link: pair.link, direction, offset: 0.0 });
         }
     }
 
-    fn solve(&mut self, pegs: &PegGrid, tally: &mut Tally) {
+    fn solve(&mut self, pegs: &PegGrid, statistics: &mut StepStatistics, contact_impulse: &mut [Vector2<f64>]) {
         let links = self.stage.links.len();
         self.last_impulse.resize(links * pegs.pegs().len(), 0.0);
         let place = |pair: &NearPair| pair.peg * links + pair.link;
@@ -171,25 +171,31 @@ impl Thesis {
         for (pair, impulse) in self.closed.iter().zip(&self.solution.contact) {
             self.last_impulse[place(pair)] = *impulse;
         }
-        self.record(iterations, converged, tally);
+        self.record(iterations, converged, statistics, contact_impulse);
     }
 
-    fn record(&self, iterations: u32, converged: bool, tally: &mut Tally) {
+    fn record(
+        &self,
+        iterations: u32,
+        converged: bool,
+        statistics: &mut StepStatistics,
+        contact_impulse: &mut [Vector2<f64>],
+    ) {
         let certificate = certify(&self.stage, &self.solution);
-        tally.steps += 1;
-        tally.add_solve(iterations, !converged, certificate.residual(), certificate.gap);
-        tally.add_works(&Works::of(&self.stage, &self.solution), 0, 1.0);
+        statistics.steps += 1;
+        statistics.add_solve(iterations, !converged, certificate.residual(), certificate.gap);
+        statistics.add_work(&work_of(&self.stage, &self.solution), 0, 1.0);
         for (contact, impulse) in self.stage.contacts.iter().zip(&self.solution.contact) {
-            tally.contact_impulse[contact.link] += contact.direction.xy() * *impulse;
+            contact_impulse[contact.link] += contact.direction.xy() * *impulse;
         }
     }
 
     /// q_E = q_M + h/2 u_E (T 3.74), then the projection of (T 3.6.3).
-    fn move_to_end(&self, plant: &Plant, state: &mut PlanarState, h: f64) {
+    fn move_to_end(&self, system: &PlanarSystem, state: &mut PlanarState, h: f64) {
         for ((q, midpoint), u) in state.pose.iter_mut().zip(&self.midpoint).zip(&self.solution.twist) {
             *q = midpoint + u * (0.5 * h);
         }
-        close_joints(&plant.robot, &mut state.pose);
+        close_joints(&system.robot, &mut state.pose);
         state.twist.copy_from_slice(&self.solution.twist);
     }
 }

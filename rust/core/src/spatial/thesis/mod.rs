@@ -2,16 +2,16 @@
 
 use nalgebra::Vector2;
 
-use crate::gait::{CardanReference, CardanTarget};
+use crate::gait::CardanTarget;
 use crate::pegs::PegGrid;
 use crate::robot::Link;
 use crate::spatial::{
     End, Pose, SpatialState, actuator_torque, close_joints, ground_contact, ground_gap, is_sane, joint_angle,
     joint_rows, mass_diagonal, peg_contact, peg_gap, printed_joint_rate, smooth_force, travel, turning,
 };
-use crate::stepping::{IntegratorConfig, Tally};
+use crate::stepping::{Driven, IntegratorConfig, StepStatistics};
 
-use super::{SpatialBody, SpatialPlant};
+use super::{Spatial, SpatialBody, SpatialSystem};
 
 mod modified_newton;
 mod step;
@@ -40,11 +40,11 @@ pub struct SpatialThesis {
 }
 
 impl SpatialThesis {
-    pub fn new(config: IntegratorConfig, plant: &SpatialPlant) -> Self {
-        let links = plant.robot.link_count();
+    pub fn new(config: IntegratorConfig, system: &SpatialSystem) -> Self {
+        let links = system.robot.link_count();
         Self {
             config,
-            step: Step::with_capacity(links, plant.friction, plant.rolling_friction),
+            step: Step::with_capacity(links, system.friction, system.rolling_friction),
             solution: StepSolution::new(links),
             iteration: ModifiedNewton::new(links),
             midpoint: vec![Pose::identity(); links],
@@ -67,24 +67,20 @@ impl SpatialThesis {
     }
 
     /// Integrates over `duration` in equal steps no longer than the configured one.
-    pub fn advance(
-        &mut self,
-        plant: &SpatialPlant,
-        body: &mut SpatialBody,
-        reference: &impl CardanReference,
-        duration: f64,
-    ) {
-        body.begin();
+    pub fn advance<D: Driven<Model = Spatial>>(&mut self, system: &SpatialSystem, robot: &mut D, duration: f64) {
+        robot.body_mut().begin();
         if duration <= 0.0 {
             return;
         }
         let steps = self.config.steps_in(duration);
         let h = duration / f64::from(steps);
         for k in 1..=steps {
-            self.step(plant, body, reference, h);
+            self.step(system, robot, h);
+            let body = robot.body_mut();
             body.state.time = body.interval_start() + h * f64::from(k);
-            if !is_sane(&body.state.pose, &body.state.twist) {
-                body.contain();
+            body.is_plausible = is_sane(&body.state.pose, &body.state.twist);
+            body.contain();
+            if body.statistics.diverged {
                 self.clear();
                 break;
             }
@@ -92,19 +88,21 @@ impl SpatialThesis {
     }
 
     /// Algorithm 4.1 with step length `h`.
-    fn step(&mut self, plant: &SpatialPlant, body: &mut SpatialBody, reference: &impl CardanReference, h: f64) {
-        let SpatialBody { state, pegs, tally, joint_torque, ground_impulse, .. } = body;
-        reference.targets(state.time, &mut self.targets);
+    fn step<D: Driven<Model = Spatial>>(&mut self, system: &SpatialSystem, robot: &mut D, h: f64) {
+        robot.targets(robot.body().state.time, &mut self.targets);
+        let SpatialBody { state, pegs, statistics, contact_impulse, warm_start, ground_impulse, .. } = robot.body_mut();
+        let joint_torque = &mut warm_start.joint_torque;
         self.move_to_midpoint(state, h);
-        self.command(plant, state, joint_torque);
-        self.build_links(plant, state, joint_torque, h);
-        self.build_joints(&plant.robot.links);
-        self.find_closed_contacts(&plant.robot.links, pegs);
-        self.recall_impulses(plant.robot.link_count(), pegs);
+        self.command(system, state, joint_torque);
+        self.build_links(system, state, joint_torque, h);
+        self.build_joints(&system.robot.links);
+        self.find_closed_contacts(&system.robot.links, pegs);
+        self.recall_impulses(system.robot.link_count(), pegs);
         let (iterations, converged) = self.solve();
         self.keep_impulses(ground_impulse);
-        self.record(iterations, !converged, joint_torque, h, tally);
-        self.move_to_end(plant, state, h);
+        self.record(iterations, !converged, joint_torque, h, statistics);
+        self.add_pushes(contact_impulse);
+        self.move_to_end(system, state, h);
     }
 
     /// q_M = q_A + h/2 F(q_A) u_A (T 4.103).
@@ -115,22 +113,22 @@ impl SpatialThesis {
     }
 
     /// Torques from angles and rates at the start of the step, held over it (T Remark 4.1).
-    fn command(&self, plant: &SpatialPlant, state: &SpatialState, torque: &mut [Vector2<f64>]) {
+    fn command(&self, system: &SpatialSystem, state: &SpatialState, torque: &mut [Vector2<f64>]) {
         let SpatialState { pose, twist, time } = state;
         for (j, (torque, target)) in torque.iter_mut().zip(&self.targets).enumerate() {
             let angle = joint_angle(&pose[j], &pose[j + 1]);
             let rate = printed_joint_rate(&pose[j], &twist[j], &pose[j + 1], &twist[j + 1]);
-            *torque = plant.joint_torque(target, angle, rate, *time);
+            *torque = system.joint_torque(target, angle, rate, *time);
         }
     }
 
     /// u_A + M^-1 (h + tau) dt, torques along the axes at q_M.
-    fn build_links(&mut self, plant: &SpatialPlant, state: &SpatialState, torque: &[Vector2<f64>], h: f64) {
+    fn build_links(&mut self, system: &SpatialSystem, state: &SpatialState, torque: &[Vector2<f64>], h: f64) {
         let Self { step, midpoint, .. } = self;
         step.links.clear();
-        step.links.extend(plant.robot.links.iter().zip(&state.twist).map(|(link, u)| {
+        step.links.extend(system.robot.links.iter().zip(&state.twist).map(|(link, u)| {
             let inverse_mass = mass_diagonal(link).map(f64::recip);
-            let force = smooth_force(link, plant.robot.gravity, u);
+            let force = smooth_force(link, system.robot.gravity, u);
             StepLink { reference: u + inverse_mass.component_mul(&force) * h, inverse_mass }
         }));
         for (j, torque) in torque.iter().enumerate() {
@@ -200,34 +198,45 @@ impl SpatialThesis {
         self.iteration.solve(&self.step, &mut self.solution, r, epsilon, cap)
     }
 
-    fn record(&self, iterations: u32, missed: bool, torque: &[Vector2<f64>], h: f64, tally: &mut Tally) {
+    fn record(
+        &self,
+        iterations: u32,
+        unconverged: bool,
+        torque: &[Vector2<f64>],
+        h: f64,
+        statistics: &mut StepStatistics,
+    ) {
         let Self { step, solution, midpoint, .. } = self;
-        tally.steps += 1;
-        tally.add_solve(iterations, missed, step_residual(step, solution), 0.0);
+        statistics.steps += 1;
+        statistics.add_solve(iterations, unconverged, step_residual(step, solution), 0.0);
         for (contact, impulse) in step.ground.iter().zip(&solution.ground) {
             let u = &solution.twist[contact.link];
             let rows = &contact.rows;
-            tally.friction_work +=
+            statistics.friction_work +=
                 impulse.tangent.dot(&rows.tangent.tr_mul(u)) + impulse.rolling.dot(&rows.rolling.tr_mul(u));
         }
         for (j, torque) in torque.iter().enumerate() {
             let moments = actuator_torque(&midpoint[j], &midpoint[j + 1], *torque);
             let power = |(k, moment)| turning(&solution.twist[j + k]).dot(moment);
             let work = h * moments.iter().enumerate().map(power).sum::<f64>();
-            tally.actuator_work += work;
-            tally.positive_actuator_work += work.max(0.0);
+            statistics.actuator_work += work;
+            statistics.positive_actuator_work += work.max(0.0);
         }
-        for (contact, impulse) in step.pegs.iter().zip(&solution.peg) {
-            tally.contact_impulse[contact.link] += contact.direction.xy() * *impulse;
+    }
+
+    /// What pegs did to the links.
+    fn add_pushes(&self, contact_impulse: &mut [Vector2<f64>]) {
+        for (contact, impulse) in self.step.pegs.iter().zip(&self.solution.peg) {
+            contact_impulse[contact.link] += contact.direction.xy() * *impulse;
         }
     }
 
     /// q_E = q_M + h/2 F(q_M) u_E (T 4.108), then Algorithm 4.3.
-    fn move_to_end(&self, plant: &SpatialPlant, state: &mut SpatialState, h: f64) {
+    fn move_to_end(&self, system: &SpatialSystem, state: &mut SpatialState, h: f64) {
         for ((q, midpoint), u) in state.pose.iter_mut().zip(&self.midpoint).zip(&self.solution.twist) {
             *q = travel(midpoint, u, 0.5 * h);
         }
-        close_joints(&plant.robot, &mut state.pose);
+        close_joints(&system.robot, &mut state.pose);
         state.twist.copy_from_slice(&self.solution.twist);
     }
 }

@@ -6,9 +6,8 @@ use snake_core::gait::{CardanGait, CardanReference, Gait, Wave};
 use snake_core::pegs::PegGrid;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_SPATIAL_7_5, Scene, SceneConfig, TABLE_7_5};
-use snake_core::spatial::{Pose, is_sane, orientation_of};
-use snake_core::spatial::{SpatialBody, SpatialFleet, SpatialPlant, SpatialScripted};
-use snake_core::stepping::{IntegratorConfig, Tally};
+use snake_core::spatial::{Pose, SpatialBody, SpatialFleet, SpatialScripted, SpatialSystem, is_sane, orientation_of};
+use snake_core::stepping::{IntegratorConfig, StepStatistics};
 
 use crate::case::pegs;
 use crate::scenarios::neighbours::{Flock, Patient};
@@ -17,7 +16,7 @@ type Winder = SpatialScripted<CardanGait>;
 
 /// Robots in space that differ in gait, in height, and in the number of pegs around them.
 pub struct SpatialFlock {
-    plant: SpatialPlant,
+    system: SpatialSystem,
     fleet: SpatialFleet,
     robots: Vec<Winder>,
 }
@@ -29,13 +28,13 @@ impl Flock for SpatialFlock {
         let config = IntegratorConfig { step: Some(step), ..IntegratorConfig::default() };
         let robot = Robot::new(&RobotConfig::default()).expect("Aiko");
         let scene = Scene::new(&SceneConfig::default()).expect("the thesis's ground");
-        let plant = SpatialPlant::new(robot, &scene, ControllerConfig::default()).expect("the thesis's controller");
-        let robots = (0..count).map(|k| winder(&plant, k)).collect();
-        Self { fleet: SpatialFleet::new(config, &plant, count), robots, plant }
+        let system = SpatialSystem::new(robot, &scene, ControllerConfig::default()).expect("the thesis's controller");
+        let robots = (0..count).map(|k| winder(&system, k)).collect();
+        Self { fleet: SpatialFleet::new(config, &system, count), robots, system }
     }
 
     fn advance(&mut self, duration: f64) {
-        self.fleet.advance(&self.plant, &mut self.robots, duration, |_| true);
+        self.fleet.advance(&self.system, &mut self.robots, duration, |_| true);
     }
 
     fn robot(&self, robot: usize) -> &SpatialBody {
@@ -52,12 +51,12 @@ impl Patient for SpatialBody {
         self.state.twist[place % 11][place % 6] = poison;
     }
 
-    fn tally(&self) -> &Tally {
-        &self.tally
+    fn statistics(&self) -> &StepStatistics {
+        &self.statistics
     }
 
     fn is_contained(&self) -> bool {
-        self.diverged && is_sane(&self.state.pose, &self.state.twist)
+        self.statistics.diverged && is_sane(&self.state.pose, &self.state.twist)
     }
 
     fn bits(&self) -> Vec<u64> {
@@ -66,7 +65,7 @@ impl Patient for SpatialBody {
     }
 }
 
-fn winder(plant: &SpatialPlant, k: usize) -> Winder {
+fn winder(system: &SpatialSystem, k: usize) -> Winder {
     let pitch = Wave { amplitude: 0.05 * (k % 3) as f64, phase: 1.5, ..Wave::default() };
     let gait = CardanGait { yaw: Gait::Wave(Wave::default()), pitch: Gait::Wave(pitch) };
     let asked = |joint| {
@@ -76,7 +75,7 @@ fn winder(plant: &SpatialPlant, k: usize) -> Winder {
     let posture: Vec<Vector2<f64>> = (0..10).map(asked).collect();
     let [x, y, yaw] = START_SPATIAL_7_5;
     let head = Pose { position: Vector3::new(x, y, 0.0), orientation: orientation_of(yaw, 0.0, 0.0) };
-    let mut winder = Winder::new(&plant.robot, PegGrid::new(&pegs(&TABLE_7_5[..k % 8])), head, &posture, gait);
+    let mut winder = Winder::new(&system.robot, PegGrid::new(&pegs(&TABLE_7_5[..k % 8])), head, &posture, gait);
     winder.body.state.pose.iter_mut().for_each(|pose| pose.position.z += 0.002 * (k % 5) as f64);
     winder
 }

@@ -8,16 +8,18 @@ use crate::scene::Scene;
 
 /// Robot, ground and controller: what no step changes.
 #[derive(Debug, Clone)]
-pub struct SpatialPlant {
+pub struct SpatialSystem {
     pub robot: Robot,
     pub controller: ControllerConfig,
     /// mu_Tx, mu_Ty.
     pub friction: Vector2<f64>,
     /// mu_V.
     pub rolling_friction: f64,
+    /// Half the length of each link \[m\].
+    pub(super) half_length: Vec<f64>,
 }
 
-impl SpatialPlant {
+impl SpatialSystem {
     /// # Errors
     /// Names the gain that is not admissible, or a control law other than PD.
     pub fn new(robot: Robot, scene: &Scene, controller: ControllerConfig) -> Result<Self, ConfigError> {
@@ -25,7 +27,14 @@ impl SpatialPlant {
         let expected = "\"pd\": the spatial model has no input-output linearisation";
         require(controller.law == ControlLaw::Pd, "law", "io", expected)?;
         let Scene { friction, rolling_friction, .. } = scene;
-        Ok(Self { robot, controller, friction: Vector2::from(*friction), rolling_friction: *rolling_friction })
+        let half_length = robot.links.iter().map(|link| 0.5 * link.length).collect();
+        Ok(Self {
+            robot,
+            controller,
+            friction: Vector2::from(*friction),
+            rolling_friction: *rolling_friction,
+            half_length,
+        })
     }
 
     /// tau_C = (yaw, pitch) of a joint from its angles and rates (T 4.101), (T 4.102), within the limit at `time`

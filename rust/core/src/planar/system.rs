@@ -4,10 +4,11 @@ use crate::control::ControllerConfig;
 use crate::error::ConfigError;
 use crate::laws::Stribeck;
 use crate::robot::{Link, Robot};
+use crate::stepping::Variation;
 
 /// Robot, ground and controller: what all robots of a fleet share and no step changes.
 #[derive(Debug, Clone)]
-pub struct Plant {
+pub struct PlanarSystem {
     pub robot: Robot,
     pub controller: ControllerConfig,
     /// mu_Tx, mu_Ty.
@@ -16,7 +17,7 @@ pub struct Plant {
     smallest_radius: f64,
 }
 
-impl Plant {
+impl PlanarSystem {
     /// # Errors
     /// Names the gain that is not admissible.
     pub fn new(robot: Robot, friction: [f64; 2], controller: ControllerConfig) -> Result<Self, ConfigError> {
@@ -30,6 +31,11 @@ impl Plant {
     #[must_use]
     pub fn on_ground_with(self, stribeck: Stribeck) -> Self {
         Self { stribeck, ..self }
+    }
+
+    /// Backlash of the joints of a robot of the fleet \[rad\].
+    pub fn backlash(&self, variation: &Variation) -> f64 {
+        self.robot.free_play + variation.free_play
     }
 
     pub fn stribeck(&self) -> Stribeck {

@@ -1,6 +1,6 @@
 //! A robot as the scheme carries it: in coordinates in which joints cannot open, with the forces of its last stage.
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::gait::CardanTarget;
@@ -10,13 +10,14 @@ use crate::spatial::{
     Frame, Pose, Posture, Screw, SpatialState, Speed, Twist, inertia, joint_angle, joint_rate, read_lane, turning,
     twist_of, write_lane,
 };
-use crate::stepping::start::follows;
+use crate::stepping::WarmStart;
+use crate::stepping::start::is_following;
 
 use super::peg_contacts::Pair;
 
 /// What one step hands to the next.
-#[derive(Debug, Clone)]
-pub struct Motion {
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChainState {
     pub posture: Posture,
     pub speed: Speed,
     /// Momentum of each link, and angular momentum about its CG, frame I: what joints exchange and nothing loses.
@@ -24,14 +25,10 @@ pub struct Motion {
     pub forces: GroundForces,
     /// Pairs of the last stage.
     pub pairs: Vec<Pair>,
-    /// Time since the robot was placed, and since its reference last jumped \[s\].
-    pub elapsed: f64,
-    pub calm: f64,
     /// The last step began at rest.
-    pub settled: bool,
-    /// Linear solves of the last step.
-    pub effort: u32,
-
+    pub began_at_rest: bool,
+    /// tau_C = (yaw, pitch) of each joint in the last step \[N m\] (T 4.89).
+    pub joint_torque: Vec<Vector2<f64>>,
     frames: Vec<Frame>,
 }
 
@@ -82,30 +79,7 @@ impl GroundForces {
     }
 }
 
-impl Motion {
-    pub fn new(links: usize) -> Self {
-        Self {
-            posture: Posture::straight(links),
-            speed: Speed::rest(links),
-            momentum: vec![Screw::zero(); links],
-            forces: GroundForces::none(links),
-            pairs: Vec::with_capacity(4 * links),
-            elapsed: 0.0,
-            calm: 0.0,
-            settled: false,
-            effort: 0,
-            frames: vec![Frame::origin(); links],
-        }
-    }
-
-    /// Forgets all forces: the robot was placed.
-    pub fn forget(&mut self) {
-        (self.elapsed, self.calm) = (0.0, 0.0);
-        (self.settled, self.effort) = (false, 0);
-        self.forces.clear();
-        self.pairs.clear();
-    }
-
+impl ChainState {
     /// Pose of link 1, joint angles, their rates and all momenta from the poses and twists of all links.
     pub fn read(&mut self, robot: &Robot, state: &SpatialState) {
         let (pose, twist) = (&state.pose, &state.twist);
@@ -149,14 +123,62 @@ impl Motion {
     }
 
     /// A robot that was placed in motion with its reference has no start to resolve.
-    pub fn follows(&self, targets: &[CardanTarget]) -> bool {
+    pub fn is_following(&self, targets: &[CardanTarget]) -> bool {
         let mut joints = targets.iter().zip(self.posture.angle.iter().zip(&self.speed.rate));
         joints.all(|(target, (angle, rate))| {
-            follows(&target.yaw, angle[0], rate[0]) && follows(&target.pitch, angle[1], rate[1])
+            is_following(&target.yaw, angle[0], rate[0]) && is_following(&target.pitch, angle[1], rate[1])
         })
     }
 }
 
 fn linear(twist: &Twist) -> Vector3<f64> {
     twist.fixed_rows::<3>(0).into()
+}
+
+/// What continues a run elsewhere beside the state: forces of the last stage.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SavedForces {
+    began_at_rest: bool,
+    forces: GroundForces,
+    pairs: Vec<Pair>,
+}
+
+impl WarmStart for ChainState {
+    type Saved = SavedForces;
+
+    fn new(links: usize) -> Self {
+        Self {
+            posture: Posture::straight(links),
+            speed: Speed::rest(links),
+            momentum: vec![Screw::zero(); links],
+            forces: GroundForces::none(links),
+            pairs: Vec::with_capacity(4 * links),
+            began_at_rest: false,
+            joint_torque: vec![Vector2::zeros(); links - 1],
+            frames: vec![Frame::origin(); links],
+        }
+    }
+
+    fn clear(&mut self) {
+        self.began_at_rest = false;
+        self.forces.clear();
+        self.pairs.clear();
+        self.joint_torque.fill(Vector2::zeros());
+    }
+
+    fn save(&self) -> SavedForces {
+        let Self { began_at_rest, forces, pairs, .. } = self;
+        SavedForces { began_at_rest: *began_at_rest, forces: forces.clone(), pairs: pairs.clone() }
+    }
+
+    fn resume(&mut self, saved: &SavedForces) {
+        self.began_at_rest = saved.began_at_rest;
+        self.forces.copy_from(&saved.forces);
+        self.pairs.clear();
+        self.pairs.extend_from_slice(&saved.pairs);
+    }
+
+    fn fits(saved: &SavedForces, links: usize, pegs: usize) -> bool {
+        saved.forces.fits(links) && saved.pairs.iter().all(|pair| pair.link < links && pair.peg < pegs)
+    }
 }

@@ -1,0 +1,26 @@
+//! How a penetration is undone: the same in all models (T 3.55 != D10).
+
+/// Gap that a contact may keep at the end of a stage, zero or negative \[m\]: what is left of the penetration `depth`
+/// from before the step, `elapsed` after its start.
+pub fn remaining_gap(depth: f64, elapsed: f64) -> f64 {
+    let speed_up = 1.0 + depth / SLIGHT_DEPTH;
+    -depth * (1.0 - speed_up * elapsed / RECOVERY_TIME).max(0.0)
+}
+
+/// Predicted penetration, relative to the sum of the radii, beyond which the side of a peg is uncertain.
+pub const DEEP: f64 = 0.1;
+
+/// Cosine between the normals at the start and at the predicted end of a step down to which the link is certainly still
+/// on the same side of the peg.
+pub const SAME_SIDE: f64 = 0.5;
+
+/// Fastest separation of a penetrating contact \[m/s\]: an initial penetration is undone over several steps instead of
+/// being thrown out within one.
+pub const RECOVERY_SPEED: f64 = 0.2;
+
+/// Time within which a slight penetration, as the linearisation of the gap leaves it, fades \[s\]: undone within a short
+/// stage it would kick the robot. Deeper ones fade faster, so that fast motions do not add them up.
+pub const RECOVERY_TIME: f64 = 0.05;
+
+/// Penetration above which the faster decay dominates \[m\].
+const SLIGHT_DEPTH: f64 = 5e-4;

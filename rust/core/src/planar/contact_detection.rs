@@ -1,0 +1,98 @@
+//! Where the robots of a register touch pegs: found before a stage is solved, kept after it.
+
+use nalgebra::Vector2;
+
+use crate::contact::{NearPair, link_peg_contact};
+use crate::math::Real;
+use crate::pegs::PegGrid;
+use crate::stepping::lanes::{Lanes, active, mask, read_vector};
+use crate::stepping::{Driven, Members, Push};
+
+use super::contacts::Prediction;
+use super::stage_work::StageWork;
+use super::{Planar, PlanarSystem};
+
+impl<T: Real> StageWork<T> {
+    /// Finds the contacts of the `pending` lanes at their predicted ends, `elapsed` after the start of the step.
+    pub(super) fn detect_contacts<D: Driven<Model = Planar>>(
+        &mut self,
+        members: &mut Members<D>,
+        pending: Lanes,
+        elapsed: T,
+    ) {
+        self.contacts.clear();
+        let system = members.system;
+        for lane in active(pending).filter(|_| self.has_pegs) {
+            let body = members.body_mut(lane);
+            if body.pegs.pegs().is_empty() {
+                continue;
+            }
+            let mut contacts = std::mem::take(&mut self.contacts);
+            let prediction = self.prediction(system, &body.pegs, lane, elapsed.lane(lane));
+            let (near, &Prediction { lead, margin, .. }) = (&mut body.warm_start.near, &prediction);
+            if !near.covers(lead, margin) {
+                let poses = prediction.end.iter().map(|pose| read_vector(pose, lane));
+                near.rebuild(poses, &system.robot.links, &body.pegs, margin, lead);
+            }
+            let is_among_pegs = !near.pairs().is_empty();
+            if is_among_pegs {
+                contacts.find(near, &prediction);
+            }
+            self.contacts = contacts;
+            self.near_pegs[lane] = is_among_pegs;
+        }
+        self.among_pegs = self.among_pegs | mask::<T>(self.near_pegs);
+        self.contacts.lay_out(&mut self.stage.contacts, &mut self.contact_force);
+    }
+
+    /// The robot of a lane in the stage at hand.
+    fn prediction<'a>(
+        &'a self,
+        system: &'a PlanarSystem,
+        pegs: &'a PegGrid,
+        lane: usize,
+        elapsed: f64,
+    ) -> Prediction<'a, T> {
+        let Self { stage, base, predicted: end, heading, guess: twist, outlook, start_pose: start, .. } = self;
+        let (lead, coefficient) = (outlook.lead.lane(lane), stage.coefficient.lane(lane));
+        let mut margin = MARGIN.max(2.0 * coefficient * outlook.fastest.lane(lane));
+        if lead > system.smallest_radius() {
+            // Fast enough to pass a peg within the step.
+            margin = margin.max(lead);
+        }
+        let robot = &system.robot;
+        Prediction { robot, pegs, lane, base, start, end, heading, twist, coefficient, elapsed, lead, margin }
+    }
+
+    /// Keeps the forces of the `solved` lanes as the next first guess, and notes which contacts close.
+    pub(super) fn keep_forces<D: Driven<Model = Planar>>(
+        &mut self,
+        members: &mut Members<D>,
+        solved: Lanes,
+        pushes: &mut Vec<Push>,
+    ) {
+        for lane in active(solved) {
+            let warm_start = &mut members.body_mut(lane).warm_start;
+            for (force, all) in warm_start.friction.iter_mut().zip(&self.friction_force) {
+                *force = Vector2::new(all.x.lane(lane), all.y.lane(lane));
+            }
+        }
+        for found in self.contacts.in_lanes(solved) {
+            let pair = &mut members.body_mut(found.lane).warm_start.near.pairs_mut()[found.pair];
+            pair.force = self.contact_force[found.slot].lane(found.lane);
+            self.closing[found.lane] |= !pair.closed && pair.force > 0.0;
+            let impulse = self.solution.contact[found.slot].lane(found.lane);
+            pushes.push(Push { lane: found.lane, link: found.link, impulse: found.direction.xy() * impulse });
+        }
+    }
+
+    /// Gap of a pair at the end of the step \[m\].
+    pub(super) fn end_gap(&self, lane: usize, pair: &NearPair, system: &PlanarSystem, pegs: &PegGrid) -> f64 {
+        let (end, heading) = (read_vector(&self.end[pair.link], lane), &self.heading[pair.link]);
+        let (cos, sin) = (heading.cos.lane(lane), heading.sin.lane(lane));
+        link_peg_contact(&end, cos, sin, &system.robot.links[pair.link], &pegs.pegs()[pair.peg]).gap
+    }
+}
+
+/// Gap below which a pair becomes a contact of the stage \[m\]; faster robots look farther.
+pub(super) const MARGIN: f64 = 0.002;

@@ -1,0 +1,22 @@
+use crate::math::Real;
+use crate::stepping::EnergyLedger;
+
+use super::{Stage, StageSolution};
+
+/// Work of a stage's impulses.
+#[inline(always)]
+pub fn work_of<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> EnergyLedger<T> {
+    let mut work = EnergyLedger::zero();
+    let StageSolution { twist, friction, drive, .. } = solution;
+    for ((link, u), impulse) in stage.links.iter().zip(twist).zip(friction) {
+        let slip = link.heading.to_link(u.xy());
+        work.friction += impulse.x * slip.x + impulse.y * slip.y;
+    }
+    for (j, drive) in drive.iter().enumerate() {
+        let rate = twist[j + 1].z - twist[j].z;
+        let done = *drive * rate;
+        work.actuator += done;
+        work.positive_actuator += done.max(T::zero());
+    }
+    work
+}

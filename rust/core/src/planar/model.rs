@@ -1,0 +1,72 @@
+//! The planar model as the stepper sees it.
+
+use crate::gait::{JointReference, JointTarget, WaveJets};
+use crate::math::Real;
+use crate::pegs::PegGrid;
+use crate::robot::Robot;
+use crate::stepping::kernels::compile_kernels;
+use crate::stepping::start::is_following;
+use crate::stepping::{self, Halving, Model, Reference};
+
+use super::stage_work::StageWork;
+use super::{PlanarState, PlanarSystem, Pose, WarmStart, assemble_chain};
+
+/// The planar model (T ch. 3).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Planar;
+
+/// One planar robot among its pegs.
+pub type Body = stepping::Body<Planar>;
+
+/// Planar robots that are advanced together.
+pub type Fleet = stepping::Fleet<Planar>;
+
+/// A planar robot that follows a reference.
+pub type Scripted<R> = stepping::Scripted<R, Body>;
+
+impl Model for Planar {
+    type System = PlanarSystem;
+    type State = PlanarState;
+    type WarmStart = WarmStart;
+    type Target = JointTarget;
+    type Division = Halving;
+    type Work<T: Real> = StageWork<T>;
+
+    const ABRUPT_CHANGE: f64 = 0.32;
+    const RESIDUAL_FACTOR: f64 = 1.0;
+
+    fn robot(system: &PlanarSystem) -> &Robot {
+        &system.robot
+    }
+
+    fn follows(body: &Body, targets: &[JointTarget]) -> bool {
+        let mut joints = targets.iter().enumerate();
+        joints.all(|(joint, target)| is_following(target, body.state.joint_angle(joint), body.state.joint_rate(joint)))
+    }
+}
+
+compile_kernels!(Planar);
+
+impl<R: JointReference> Reference<Planar> for R {
+    fn targets(&self, time: f64, targets: &mut [JointTarget]) {
+        JointReference::targets(self, time, targets);
+    }
+
+    fn travelling_wave(&self, time: f64) -> Option<WaveJets> {
+        JointReference::travelling_wave(self, time)
+    }
+
+    fn next_jump(&self, time: f64) -> f64 {
+        JointReference::next_jump(self, time)
+    }
+}
+
+impl<R: JointReference> Scripted<R> {
+    /// A robot at rest among `pegs`: `start` is CG and absolute angle of link 1, `joint_angle` its posture.
+    pub fn new(robot: &Robot, pegs: PegGrid, start: [f64; 3], joint_angle: &[f64], reference: R) -> Self {
+        let mut body = Body::new(robot, pegs);
+        assemble_chain(robot, Pose::from(start), joint_angle, &mut body.state.pose);
+        body.forget();
+        Self { body, reference }
+    }
+}

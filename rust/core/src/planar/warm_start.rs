@@ -1,0 +1,52 @@
+use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
+
+use crate::contact::NearPegs;
+use crate::stepping;
+
+/// What one stage hands to the next: forces as a first guess, and which contacts were closed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WarmStart {
+    /// Friction force on each link in its own frame \[N\].
+    pub friction: Vec<Vector2<f64>>,
+    /// tau_C of each joint at the end of the last step, thesis sign (T 3.51) \[N m\].
+    pub joint_torque: Vec<f64>,
+    pub near: NearPegs,
+    /// Where each joint stands in its backlash, phi less the motor's angle \[rad\].
+    pub play: Vec<f64>,
+}
+
+impl stepping::WarmStart for WarmStart {
+    type Saved = Self;
+
+    fn new(links: usize) -> Self {
+        Self {
+            friction: vec![Vector2::zeros(); links],
+            joint_torque: vec![0.0; links - 1],
+            near: NearPegs::with_capacity(links),
+            play: vec![0.0; links - 1],
+        }
+    }
+
+    fn clear(&mut self) {
+        self.friction.fill(Vector2::zeros());
+        self.joint_torque.fill(0.0);
+        self.near.clear();
+        self.play.fill(0.0);
+    }
+
+    fn save(&self) -> Self {
+        self.clone()
+    }
+
+    fn resume(&mut self, saved: &Self) {
+        self.clone_from(saved);
+    }
+
+    fn fits(saved: &Self, links: usize, pegs: usize) -> bool {
+        saved.friction.len() == links
+            && saved.joint_torque.len() == links - 1
+            && saved.play.len() == links - 1
+            && saved.near.fits(links, pegs)
+    }
+}

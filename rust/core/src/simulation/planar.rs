@@ -1,0 +1,87 @@
+use crate::capabilities::ModelName;
+use crate::contact::gap;
+use crate::control::ControllerConfig;
+use crate::error::ConfigError;
+use crate::planar::{Planar, PlanarSystem, Pose, Thesis, Twist, assemble_chain, largest_joint_gap};
+use crate::robot::Robot;
+use crate::scene::Scene;
+use crate::stepping::{Body, Driven, IntegratorConfig};
+
+use super::{SimulatedModel, Simulation, Snapshot};
+
+/// A planar robot in a scene under a joint controller.
+pub type PlanarSimulation = Simulation<Planar>;
+
+/// The changing part of a [`PlanarSimulation`].
+pub type PlanarSnapshot = Snapshot<Planar>;
+
+impl SimulatedModel for Planar {
+    type Thesis = Thesis;
+
+    const NAME: ModelName = ModelName::Planar;
+
+    fn system(robot: Robot, scene: &Scene, controller: &ControllerConfig) -> Result<PlanarSystem, ConfigError> {
+        let system = PlanarSystem::new(robot, scene.friction, *controller).map_err(|e| e.inside("controller"))?;
+        Ok(system.on_ground_with(scene.stribeck))
+    }
+
+    fn place_initially(simulation: &mut PlanarSimulation) {
+        let joints = simulation.robot().joint_count();
+        simulation.place_chain(0.0, 0.0, 0.0, &vec![0.0; joints]);
+    }
+
+    fn new_thesis(config: IntegratorConfig, system: &PlanarSystem) -> Thesis {
+        Thesis::new(config, system)
+    }
+
+    fn advance_thesis<D: Driven<Model = Self>>(
+        scheme: &mut Thesis,
+        system: &PlanarSystem,
+        robot: &mut D,
+        duration: f64,
+    ) {
+        scheme.advance(system, robot, duration);
+    }
+
+    fn clear_thesis(scheme: &mut Thesis) {
+        scheme.clear();
+    }
+}
+
+impl PlanarSimulation {
+    /// Places the robot at rest at time 0: CG of link 1, its absolute angle, and all joint angles.
+    pub fn place_chain(&mut self, x: f64, y: f64, heading: f64, joint_angle: &[f64]) {
+        let state = &mut self.body.state;
+        state.time = 0.0;
+        state.twist.fill(Twist::zeros());
+        assemble_chain(&self.system.robot, Pose::new(x, y, heading), joint_angle, &mut state.pose);
+        self.forget();
+    }
+
+    /// tau_C of each joint in the last step, thesis sign (T 3.51) \[N m\].
+    pub fn joint_torque(&self) -> &[f64] {
+        &self.body.warm_start.joint_torque
+    }
+
+    /// \[J\]
+    pub fn kinetic_energy(&self) -> f64 {
+        self.body.variation.mass * self.body.state.kinetic_energy(&self.system.robot)
+    }
+
+    /// Smallest link-peg gap now \[m\]; infinite without pegs nearby.
+    pub fn min_gap(&self) -> f64 {
+        let Body { state, pegs, .. } = &self.body;
+        let mut smallest = f64::INFINITY;
+        for (pose, link) in state.pose.iter().zip(&self.system.robot.links) {
+            pegs.visit_near(pose.x, pose.y, link.reach(), |peg| {
+                smallest = smallest.min(gap(pose, link, &pegs.pegs()[peg]));
+            });
+        }
+        smallest
+    }
+
+    /// Widest gap of a joint now \[m\].
+    pub fn joint_gap(&self) -> f64 {
+        largest_joint_gap(&self.system.robot, &self.body.state.pose)
+    }
+}

@@ -1,0 +1,106 @@
+use nalgebra::Vector2;
+
+use crate::capabilities::ModelName;
+use crate::control::ControllerConfig;
+use crate::error::ConfigError;
+use crate::robot::Robot;
+use crate::scene::Scene;
+use crate::spatial::{
+    End, Pose, Spatial, SpatialSystem, SpatialThesis, Twist, assemble_chain, ground_gap, largest_joint_gap, peg_gap,
+    rest_on_ground,
+};
+use crate::stepping::{Body, Driven, IntegratorConfig};
+
+use super::{SimulatedModel, Simulation, Snapshot};
+
+/// A spatial robot in a scene under a joint controller.
+pub type SpatialSimulation = Simulation<Spatial>;
+
+/// The changing part of a [`SpatialSimulation`].
+pub type SpatialSnapshot = Snapshot<Spatial>;
+
+impl SimulatedModel for Spatial {
+    type Thesis = SpatialThesis;
+
+    const NAME: ModelName = ModelName::Spatial;
+
+    fn system(robot: Robot, scene: &Scene, controller: &ControllerConfig) -> Result<SpatialSystem, ConfigError> {
+        SpatialSystem::new(robot, scene, *controller).map_err(|e| e.inside("controller"))
+    }
+
+    fn place_initially(simulation: &mut SpatialSimulation) {
+        let joints = simulation.robot().joint_count();
+        simulation.place_chain(Pose::identity(), &vec![Vector2::zeros(); joints]);
+        simulation.rest_on_ground();
+    }
+
+    fn new_thesis(config: IntegratorConfig, system: &SpatialSystem) -> SpatialThesis {
+        SpatialThesis::new(config, system)
+    }
+
+    fn advance_thesis<D: Driven<Model = Self>>(
+        scheme: &mut SpatialThesis,
+        system: &SpatialSystem,
+        robot: &mut D,
+        duration: f64,
+    ) {
+        scheme.advance(system, robot, duration);
+    }
+
+    fn clear_thesis(scheme: &mut SpatialThesis) {
+        scheme.clear();
+    }
+}
+
+impl SpatialSimulation {
+    /// Places the robot at rest at time 0: pose of link 1 and (yaw, pitch) of all joints.
+    pub fn place_chain(&mut self, head: Pose, joint_angle: &[Vector2<f64>]) {
+        let state = &mut self.body.state;
+        state.time = 0.0;
+        state.twist.fill(Twist::zeros());
+        assemble_chain(&self.system.robot, head, joint_angle, &mut state.pose);
+        self.forget();
+    }
+
+    /// Lifts or lowers the robot until its lowest point touches the ground.
+    pub fn rest_on_ground(&mut self) {
+        rest_on_ground(&self.system.robot, &mut self.body.state.pose);
+        self.forget();
+    }
+
+    /// Impulse of the ground's normal forces on each link during the last `advance` \[N s\].
+    pub fn ground_impulse(&self) -> &[f64] {
+        &self.body.ground_impulse
+    }
+
+    /// tau_C = (yaw, pitch) of each joint in the last step (T 4.89) \[N m\].
+    pub fn joint_torque(&self) -> &[Vector2<f64>] {
+        &self.body.warm_start.joint_torque
+    }
+
+    /// Kinetic and potential energy, the latter zero with every CG in the ground plane \[J\].
+    pub fn energy(&self) -> f64 {
+        let state = &self.body.state;
+        state.kinetic_energy(&self.system.robot) + state.potential_energy(&self.system.robot)
+    }
+
+    /// Smallest gap of a link to the ground or a peg now \[m\].
+    pub fn min_gap(&self) -> f64 {
+        let Body { state, pegs, .. } = &self.body;
+        let mut smallest = f64::INFINITY;
+        for (pose, link) in state.pose.iter().zip(&self.system.robot.links) {
+            for end in End::BOTH {
+                smallest = smallest.min(ground_gap(link, pose, end));
+            }
+            pegs.visit_near(pose.position.x, pose.position.y, link.reach(), |peg| {
+                smallest = smallest.min(peg_gap(link, pose, &pegs.pegs()[peg]));
+            });
+        }
+        smallest
+    }
+
+    /// Widest gap of a joint now \[m\].
+    pub fn joint_gap(&self) -> f64 {
+        largest_joint_gap(&self.system.robot, &self.body.state.pose)
+    }
+}

@@ -1,0 +1,88 @@
+//! The spatial model as the stepper sees it.
+
+use nalgebra::Vector2;
+
+use crate::gait::{CardanReference, CardanTarget};
+use crate::math::Real;
+use crate::pegs::PegGrid;
+use crate::robot::Robot;
+use crate::solver::RESIDUAL_LIMIT;
+use crate::stepping::kernels::compile_kernels;
+use crate::stepping::{self, Growing, IntegratorConfig, Model, Reference};
+
+use super::stage_work::StageWork;
+use super::{ChainState, Pose, SpatialState, SpatialSystem, assemble_chain, rest_on_ground};
+
+/// The spatial model (T ch. 4).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spatial;
+
+/// One spatial robot among its pegs.
+pub type SpatialBody = stepping::Body<Spatial>;
+
+/// Spatial robots that are advanced together.
+pub type SpatialFleet = stepping::Fleet<Spatial>;
+
+/// A spatial robot that follows a reference.
+pub type SpatialScripted<R> = stepping::Scripted<R, SpatialBody>;
+
+impl Model for Spatial {
+    type System = SpatialSystem;
+    type State = SpatialState;
+    type WarmStart = ChainState;
+    type Target = CardanTarget;
+    type Division = Growing;
+    type Work<T: Real> = StageWork<T>;
+
+    // More than in the plane: links touch down all the time.
+    const ABRUPT_CHANGE: f64 = 4.0;
+    const RESIDUAL_FACTOR: f64 = RESIDUAL_LIMIT;
+
+    fn configured(config: IntegratorConfig) -> IntegratorConfig {
+        IntegratorConfig { step: Some(config.step.unwrap_or(STEP)), ..config }
+    }
+
+    fn robot(system: &SpatialSystem) -> &Robot {
+        &system.robot
+    }
+
+    fn follows(body: &SpatialBody, targets: &[CardanTarget]) -> bool {
+        body.warm_start.is_following(targets)
+    }
+
+    fn enter(system: &SpatialSystem, body: &mut SpatialBody) {
+        body.warm_start.read(&system.robot, &body.state);
+    }
+
+    fn leave(system: &SpatialSystem, body: &mut SpatialBody) {
+        body.warm_start.write(&system.robot, &system.half_length, &mut body.state);
+    }
+}
+
+compile_kernels!(Spatial);
+
+impl<R: CardanReference> Reference<Spatial> for R {
+    fn targets(&self, time: f64, targets: &mut [CardanTarget]) {
+        CardanReference::targets(self, time, targets);
+    }
+
+    fn next_jump(&self, time: f64) -> f64 {
+        CardanReference::next_jump(self, time)
+    }
+}
+
+impl<R: CardanReference> SpatialScripted<R> {
+    /// A robot at rest on the ground among `pegs`: pose of link 1, which is lifted or lowered, and (yaw, pitch) of all
+    /// joints.
+    pub fn new(robot: &Robot, pegs: PegGrid, head: Pose, joint_angle: &[Vector2<f64>], reference: R) -> Self {
+        let mut body = SpatialBody::new(robot, pegs);
+        assemble_chain(robot, head, joint_angle, &mut body.state.pose);
+        rest_on_ground(robot, &mut body.state.pose);
+        body.forget();
+        Self { body, reference }
+    }
+}
+
+/// Default step \[s\]: tenths of a millimetre in the peg course, some millimetres in sidewinding, where the
+/// indeterminate normal forces leave as much open.
+const STEP: f64 = 0.01;

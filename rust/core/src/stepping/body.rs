@@ -1,0 +1,164 @@
+//! One robot among its pegs, as the schemes see it.
+
+use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
+
+use crate::gait::WaveJets;
+use crate::pegs::PegGrid;
+use crate::robot::Robot;
+
+use super::model::{Driven, Model, Reference, RobotState, WarmStart};
+use super::{StepStatistics, Variation};
+
+/// State, surroundings, warm start and counters of one robot.
+#[derive(Debug, Clone)]
+pub struct Body<M: Model> {
+    pub state: M::State,
+    pub pegs: PegGrid,
+    pub warm_start: M::WarmStart,
+    pub clock: Clock,
+    pub variation: Variation,
+    /// What happened since [`Self::begin`].
+    pub statistics: StepStatistics,
+    /// Impulse of the pegs on each link since [`Self::begin`], world frame \[N s\]; over an interval's length it is
+    /// (T 7.6).
+    pub contact_impulse: Vec<Vector2<f64>>,
+    /// Impulse of the ground's normal forces on each link since [`Self::begin`] \[N s\]; zero in models without them.
+    pub ground_impulse: Vec<f64>,
+    /// Linear solves of the last step.
+    pub(super) solves: u32,
+    /// Whether the state is that of a robot rather than of a diverged computation; schemes tell.
+    pub(crate) is_plausible: bool,
+    /// State at the last instant known to be good.
+    last_good: M::State,
+}
+
+/// How long ago what steps depend on happened.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Clock {
+    /// Time since the robot was placed \[s\].
+    pub since_start: f64,
+    /// Time since the reference last jumped \[s\].
+    pub since_jump: f64,
+    /// Whether a part of the last step had to be retaken because a peg's force changed abruptly.
+    pub was_divided: bool,
+}
+
+impl<M: Model> Body<M> {
+    pub fn new(robot: &Robot, pegs: PegGrid) -> Self {
+        let links = robot.link_count();
+        Self {
+            state: M::State::zero(links),
+            pegs,
+            warm_start: M::WarmStart::new(links),
+            clock: Clock::default(),
+            variation: Variation::default(),
+            statistics: StepStatistics::default(),
+            contact_impulse: vec![Vector2::zeros(); links],
+            ground_impulse: vec![0.0; links],
+            solves: 0,
+            is_plausible: true,
+            last_good: M::State::zero(links),
+        }
+    }
+
+    /// Forgets forces and counters; the present state counts as good.
+    pub fn forget(&mut self) {
+        self.begin();
+        self.warm_start.clear();
+        self.clock = Clock::default();
+        self.solves = 0;
+    }
+
+    /// Begins an interval of integration.
+    pub fn begin(&mut self) {
+        self.last_good.copy_from(&self.state);
+        self.statistics = StepStatistics::default();
+        self.contact_impulse.fill(Vector2::zeros());
+        self.ground_impulse.fill(0.0);
+    }
+
+    /// Time at which the present interval began \[s\].
+    pub fn interval_start(&self) -> f64 {
+        self.last_good.time()
+    }
+
+    /// If the state is absurd, puts the robot to rest where it last was good and flags it. The counters keep what led
+    /// there.
+    pub fn contain(&mut self) {
+        if !self.is_plausible {
+            self.state.copy_from(&self.last_good);
+            self.state.stop();
+            self.warm_start.clear();
+            self.clock = Clock::default();
+            self.solves = 0;
+            self.statistics.clear_work();
+            self.contact_impulse.fill(Vector2::zeros());
+            self.ground_impulse.fill(0.0);
+            self.is_plausible = true;
+            self.statistics.diverged = true;
+        }
+    }
+}
+
+/// A body, owned or borrowed.
+pub trait HasBody {
+    type Model: Model;
+    fn body(&self) -> &Body<Self::Model>;
+    fn body_mut(&mut self) -> &mut Body<Self::Model>;
+}
+
+impl<M: Model> HasBody for Body<M> {
+    type Model = M;
+
+    fn body(&self) -> &Body<M> {
+        self
+    }
+
+    fn body_mut(&mut self) -> &mut Body<M> {
+        self
+    }
+}
+
+impl<M: Model> HasBody for &mut Body<M> {
+    type Model = M;
+
+    fn body(&self) -> &Body<M> {
+        self
+    }
+
+    fn body_mut(&mut self) -> &mut Body<M> {
+        self
+    }
+}
+
+/// A body that follows a reference; both may be borrowed.
+#[derive(Debug, Clone)]
+pub struct Scripted<R, B> {
+    pub body: B,
+    pub reference: R,
+}
+
+impl<B: HasBody, R: Reference<B::Model>> Driven for Scripted<R, B> {
+    type Model = B::Model;
+
+    fn body(&self) -> &Body<B::Model> {
+        self.body.body()
+    }
+
+    fn body_mut(&mut self) -> &mut Body<B::Model> {
+        self.body.body_mut()
+    }
+
+    fn targets(&self, time: f64, targets: &mut [<B::Model as Model>::Target]) {
+        self.reference.targets(time, targets);
+    }
+
+    fn travelling_wave(&self, time: f64) -> Option<WaveJets> {
+        self.reference.travelling_wave(time)
+    }
+
+    fn next_jump(&self, time: f64) -> f64 {
+        self.reference.next_jump(time)
+    }
+}

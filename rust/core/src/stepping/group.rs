@@ -1,0 +1,200 @@
+//! Steps of as many robots at once as a register has lanes.
+//!
+//! A stage with base configuration q_B, reference velocity u_R and coefficient c solves
+//! `M (u - u_R) = impulses over c`, `q = q_B + c u`, (T 3.65 != D2).
+//!
+//! * Order 1, implicit Euler: one stage (q_A, u_A, h).
+//! * Order 2 (T 3.66 != D12), the L-stable SDIRK with gamma = 1 - 1/sqrt 2 applied to the inclusion itself:
+//!   stage (q_A, u_A, gamma h) gives u_1; stage (q_A + (1 - gamma) h u_1,
+//!   u_A + (1 - gamma)/gamma (u_1 - u_A), gamma h) gives u_E.
+//!   The second reference velocity extrapolates the impulses of the first stage, which is wrong where they
+//!   change abruptly. The second stage then ends far from its prediction, which extrapolates too, and the step
+//!   is rejected, to be retaken in parts and at last as Euler steps (T 3.58 != D6).
+
+use nalgebra::Vector2;
+
+use crate::math::{MAX_LANES, Real};
+
+use super::IntegratorConfig;
+use super::energy::EnergyLedger;
+use super::kernels::{Compiled, Part, Request};
+use super::lanes::{Lanes, Members, NO_LANES, active, mask};
+use super::model::{Driven, Model, Push, RobotState, StageWork};
+use super::sdirk::{EXTRAPOLATION, GAMMA};
+
+/// Workspace for up to `T::LANES` robots of one system.
+#[derive(Debug, Clone)]
+pub struct Group<M: Model, T: Real> {
+    config: IntegratorConfig,
+    work: M::Work<T>,
+    /// Work of the first stage and what pegs did in it, until the step is accepted.
+    first_energy: EnergyLedger<T>,
+    first_pushes: Vec<Push>,
+    /// What pegs did in the last stage.
+    pushes: Vec<Push>,
+    /// How far the last stage ended from its first prediction \[m\].
+    deviation: T,
+    /// Deviation beyond which a step is rejected \[m\].
+    pub event_tolerance: f64,
+    /// Linear solves of the step at hand.
+    solves: [u32; MAX_LANES],
+}
+
+impl<T: Real, M: Compiled<T>> Group<M, T> {
+    pub fn new(config: IntegratorConfig, system: &M::System) -> Self {
+        let links = M::robot(system).link_count();
+        let pushes = || Vec::with_capacity(PUSHES_PER_LINK * links * T::LANES);
+        Self {
+            config,
+            work: M::Work::new(system),
+            first_energy: EnergyLedger::zero(),
+            first_pushes: pushes(),
+            pushes: pushes(),
+            deviation: T::zero(),
+            event_tolerance: f64::INFINITY,
+            solves: [0; MAX_LANES],
+        }
+    }
+
+    /// Euler steps of lengths `h`. Those that `may_fail` and deepen a penetration are rejected; the lanes of the others
+    /// are returned.
+    pub fn euler_step<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, h: T, may_fail: Lanes) -> Lanes {
+        self.load(members);
+        self.run_stage(members, h, h);
+        M::run_part(&mut self.work, Part::Arrive);
+        let lanes = members.lanes();
+        let accepted = std::array::from_fn(|lane| lanes[lane] && !(may_fail[lane] && self.work.sinks(lane)));
+        self.accept(members, accepted, h);
+        accepted
+    }
+
+    /// Steps of second order of lengths `h`. Those in which forces change abruptly or that deepen a penetration are
+    /// rejected; the lanes of the others are returned.
+    pub fn sdirk_step<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, h: T) -> Lanes {
+        let c = T::splat(GAMMA) * h;
+        self.load(members);
+        self.run_stage(members, c, c);
+        self.keep_first_stage();
+        M::run_part(&mut self.work, Part::Extrapolate { h });
+        self.run_stage(members, c, h);
+        M::run_part(&mut self.work, Part::Arrive);
+        let lanes = members.lanes();
+        let accepted = std::array::from_fn(|lane| lanes[lane] && self.is_smooth(lane) && !self.work.sinks(lane));
+        self.add_first_stage(members, accepted);
+        self.accept(members, accepted, h);
+        accepted
+    }
+
+    /// Whether the forces of the first stage predict the end of the second.
+    fn is_smooth(&self, lane: usize) -> bool {
+        let is_pushed = || {
+            let mut pushes = self.first_pushes.iter().chain(&self.pushes).filter(|push| push.lane == lane);
+            pushes.any(|push| push.impulse != Vector2::zeros())
+        };
+        let abrupt = self.deviation.lane(lane) > self.work.deviation_share(lane, is_pushed) * self.event_tolerance;
+        !abrupt
+    }
+
+    fn load<D: Driven<Model = M>>(&mut self, members: &Members<D>) {
+        self.work.load(members);
+        self.solves.fill(0);
+        M::run_part(&mut self.work, Part::Begin);
+    }
+
+    /// Solves one stage of coefficient `c` that ends `end` after the start of the step. Where it ends far from its
+    /// prediction, it is predicted anew from its own end and solved again.
+    fn run_stage<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, c: T, end: T) {
+        self.read_references(members, end);
+        self.pushes.clear();
+        let mut pending = members.lanes();
+        for repetition in 1..=MAX_PREDICTIONS {
+            M::run_part(&mut self.work, Part::Predict { c, elapsed: end, pending: mask::<T>(pending) });
+            self.work.find_contacts(members, pending, end);
+            self.solve(members, pending);
+            if repetition == 1 {
+                self.deviation = self.work.deviation();
+            }
+            let is_last = repetition == MAX_PREDICTIONS;
+            let again: Lanes = std::array::from_fn(|lane| pending[lane] && !is_last && self.work.is_mispredicted(lane));
+            let solved = std::array::from_fn(|lane| pending[lane] && !again[lane]);
+            M::run_part(&mut self.work, Part::Keep { solved: mask::<T>(solved), again: mask::<T>(again) });
+            self.work.collect_pushes(members, solved, &mut self.pushes);
+            pending = again;
+            if pending == NO_LANES {
+                break;
+            }
+        }
+    }
+
+    fn read_references<D: Driven<Model = M>>(&mut self, members: &Members<D>, end: T) {
+        let waving = self.work.read_waves(members, end);
+        if waving != NO_LANES {
+            M::run_part(&mut self.work, Part::FollowWaves);
+        }
+        self.work.read_references(members, end, waving);
+    }
+
+    /// Solves the stage in all lanes, and by the fallback where that fails; see [`super::verdict`].
+    fn solve<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, lanes: Lanes) {
+        let (tolerance, max_iterations) = (self.config.tolerance(), self.config.max_iterations());
+        let solved = M::solve(&mut self.work, Request { tolerance, max_iterations, lanes: mask::<T>(lanes) });
+        for lane in active(lanes) {
+            let iterations = solved.outcome.iterations.lane(lane) as u32;
+            let statistics = &mut members.body_mut(lane).statistics;
+            let before = statistics.iterations;
+            let is_solved = solved.is_solved::<M>(lane, tolerance);
+            match (!is_solved).then(|| self.work.fall_back(lane, tolerance)).flatten() {
+                Some(result) => statistics.add_fallback(iterations, &result),
+                None => statistics.add_solve(iterations, !is_solved, solved.residual.lane(lane), solved.gap.lane(lane)),
+            }
+            self.solves[lane] += statistics.iterations - before;
+            self.work.remember(lane);
+        }
+        M::run_part(&mut self.work, Part::Evaluate { lanes: mask::<T>(lanes) });
+    }
+
+    /// Keeps work and pushes of the first stage until the step is accepted.
+    fn keep_first_stage(&mut self) {
+        self.first_energy = *self.work.energy();
+        std::mem::swap(&mut self.first_pushes, &mut self.pushes);
+        self.work.keep_first_stage();
+    }
+
+    /// Adds the first stage's share, `EXTRAPOLATION` times its impulses.
+    fn add_first_stage<D: Driven<Model = M>>(&self, members: &mut Members<D>, lanes: Lanes) {
+        for lane in active(lanes) {
+            let body = members.body_mut(lane);
+            body.statistics.add_work(&self.first_energy, lane, EXTRAPOLATION);
+            self.work.add_first_stage(lane, EXTRAPOLATION, body);
+        }
+        add_pushes(&self.first_pushes, members, lanes, EXTRAPOLATION);
+    }
+
+    /// The stage's end becomes the robots' state after steps of lengths `h`; its work and impulses count once.
+    fn accept<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, lanes: Lanes, h: T) {
+        let system = members.system;
+        for lane in active(lanes) {
+            let (body, h) = (members.body_mut(lane), h.lane(lane));
+            self.work.accept(system, lane, body);
+            body.state.set_time(body.state.time() + h);
+            body.clock.since_start += h;
+            body.clock.since_jump += h;
+            body.solves = self.solves[lane];
+            body.statistics.add_work(self.work.energy(), lane, 1.0);
+        }
+        add_pushes(&self.pushes, members, lanes, 1.0);
+    }
+}
+
+/// Adds what pegs did, taken `weight` times, to the robots' sums.
+fn add_pushes<D: Driven>(pushes: &[Push], members: &mut Members<D>, lanes: Lanes, weight: f64) {
+    for push in pushes.iter().filter(|push| lanes[push.lane]) {
+        members.body_mut(push.lane).contact_impulse[push.link] += push.impulse * weight;
+    }
+}
+
+/// How often a stage may be predicted: the second prediction starts from a solution of the stage.
+const MAX_PREDICTIONS: u32 = 4;
+
+/// Pushes reserved for each link of a lane; a denser field grows the list once.
+const PUSHES_PER_LINK: usize = 8;

@@ -1,0 +1,127 @@
+use super::body::Clock;
+use super::plan::{Division, Ends, Interval, Part};
+use super::start::longest_step;
+
+/// Halves a step, and its halves again.
+///
+/// * A part in which a peg's force changes abruptly is halved, and at last taken in Euler steps. Such steps come in
+///   groups, so the step after one is halved without being tried.
+/// * A robot that starts from rest meets a reference in motion, so its first step is halved towards the start until it
+///   resolves the boundary layer of a stiff controller, and the steps that follow grow slowly.
+/// * A step ends a piece where the reference jumps (T 7.2.2): links that a jump sets in motion are as those of a robot
+///   just placed. A step across would smear the jump over its length.
+///
+/// Parts of all robots have one of few lengths, whatever their number.
+#[derive(Debug, Clone, Copy)]
+pub struct Halving {
+    /// The piece at hand, up to a jump of the reference or the end of the step \[s\].
+    piece: f64,
+    ends: Ends,
+    /// End of a step with jumps \[s\]; steps without are not measured by the clock, which has round-off.
+    step_end: f64,
+    /// Depth of the part at hand, and for each depth whether it is in the second half.
+    depth: u32,
+    second_half: u32,
+    /// The part at hand was rejected at this depth: it is divided.
+    is_rejected: bool,
+    /// Euler steps left of the part at hand.
+    euler_steps: u32,
+}
+
+impl Halving {
+    fn length(&self) -> f64 {
+        self.piece / f64::from(1u32 << self.depth)
+    }
+
+    /// Begins the piece of a step with jumps that starts at `time`, from where on the reference jumps after `jump`.
+    fn begin_piece(&mut self, time: f64, jump: f64) {
+        (self.piece, self.ends) =
+            if jump >= self.step_end { (self.step_end - time, Ends::Step) } else { (jump - time, Ends::Jump) };
+        (self.depth, self.second_half) = (0, 0);
+    }
+
+    fn halve(&mut self) {
+        self.depth += 1;
+        self.second_half &= !(1 << self.depth);
+    }
+
+    /// Moves on behind a finished part; whether the piece is done.
+    fn advance(&mut self) -> bool {
+        while self.depth > 0 && self.second_half >> self.depth & 1 == 1 {
+            self.depth -= 1;
+        }
+        self.second_half |= 1 << self.depth;
+        self.depth == 0
+    }
+}
+
+impl Division for Halving {
+    fn begin_step(interval: &Interval, time: f64, _: &mut Clock, next_jump: impl Fn(f64) -> f64) -> Self {
+        let (jump, step_end) = (next_jump(time), time + interval.step);
+        let mut division = Self {
+            piece: interval.step,
+            ends: Ends::Step,
+            step_end,
+            depth: 0,
+            second_half: 0,
+            is_rejected: false,
+            euler_steps: 0,
+        };
+        if jump < step_end {
+            division.begin_piece(time, jump);
+        }
+        division
+    }
+
+    fn next_part(&mut self, interval: &Interval, time: f64, clock: &mut Clock, next_jump: impl Fn(f64) -> f64) -> Part {
+        if self.ends == Ends::Jump && self.second_half & 1 == 1 {
+            self.begin_piece(time, next_jump(time));
+        }
+        if interval.is_euler {
+            return Part { length: self.piece, is_euler: true, may_fail: false };
+        }
+        if self.is_rejected {
+            self.is_rejected = false;
+            if self.depth < interval.halvings {
+                self.halve();
+            } else {
+                self.euler_steps = interval.euler_steps;
+            }
+        }
+        if self.euler_steps > 0 {
+            let length = self.length() / f64::from(interval.euler_steps);
+            return Part { length, is_euler: true, may_fail: false };
+        }
+        if self.depth == 0 {
+            let was_divided = std::mem::take(&mut clock.was_divided);
+            if was_divided && interval.halvings > 0 {
+                self.halve();
+            }
+        }
+        while self.length() > longest_step(interval.configured, clock.since_start) {
+            self.halve();
+        }
+        Part { length: self.length(), is_euler: false, may_fail: true }
+    }
+
+    fn accept(&mut self, interval: &Interval, _: &Part, clock: &mut Clock) -> Ends {
+        if self.euler_steps > 1 {
+            self.euler_steps -= 1;
+            return Ends::Nothing;
+        }
+        self.euler_steps = 0;
+        if !interval.is_euler && !self.advance() {
+            return Ends::Nothing;
+        }
+        self.second_half = 1;
+        if self.ends == Ends::Jump {
+            clock.since_start = 0.0;
+        }
+        self.ends
+    }
+
+    fn reject(&mut self, _: &Interval, _: &Part, clock: &mut Clock) {
+        self.is_rejected = true;
+        clock.was_divided = true;
+    }
+}

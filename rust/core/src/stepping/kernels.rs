@@ -1,0 +1,113 @@
+//! The arithmetic of stages, compiled once for every width of register.
+//!
+//! [`Real::run`] switches the instruction set on and inlines all of a kernel. Without the non-generic functions that
+//! [`compile_kernels!`] writes, every crate that steps robots would compile all kernels again.
+
+use crate::math::{Kernel, Real};
+#[cfg(target_arch = "x86_64")]
+use crate::math::{Wide4, Wide8};
+
+use super::model::{Model, SolvedStage, StageWork};
+
+/// Parts of a step; see the methods of [`StageWork`].
+#[derive(Debug, Clone, Copy)]
+pub enum Part<T: Real> {
+    Begin,
+    FollowWaves,
+    Extrapolate { h: T },
+    Predict { c: T, elapsed: T, pending: T::Mask },
+    Evaluate { lanes: T::Mask },
+    Keep { solved: T::Mask, again: T::Mask },
+    Arrive,
+}
+
+/// Accuracy, limit and lanes of a solve.
+#[derive(Debug, Clone, Copy)]
+pub struct Request<T: Real> {
+    pub tolerance: f64,
+    pub max_iterations: u32,
+    pub lanes: T::Mask,
+}
+
+/// A model whose kernels are compiled for the width of `T`.
+pub trait Compiled<T: Real>: Model {
+    fn run_part(work: &mut Self::Work<T>, part: Part<T>);
+    fn solve(work: &mut Self::Work<T>, request: Request<T>) -> SolvedStage<T>;
+}
+
+/// A model whose kernels are compiled for every width.
+#[cfg(target_arch = "x86_64")]
+pub trait CompiledModel: Compiled<f64> + Compiled<Wide4> + Compiled<Wide8> {}
+#[cfg(target_arch = "x86_64")]
+impl<M: Compiled<f64> + Compiled<Wide4> + Compiled<Wide8>> CompiledModel for M {}
+#[cfg(not(target_arch = "x86_64"))]
+pub trait CompiledModel: Compiled<f64> {}
+#[cfg(not(target_arch = "x86_64"))]
+impl<M: Compiled<f64>> CompiledModel for M {}
+
+pub struct RunPart<'a, T: Real, W> {
+    pub work: &'a mut W,
+    pub part: Part<T>,
+}
+
+impl<T: Real, W: StageWork<T>> Kernel for RunPart<'_, T, W> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let work = self.work;
+        match self.part {
+            Part::Begin => work.begin(),
+            Part::FollowWaves => work.follow_waves(),
+            Part::Extrapolate { h } => work.extrapolate(h),
+            Part::Predict { c, elapsed, pending } => work.predict(c, elapsed, pending),
+            Part::Evaluate { lanes } => work.evaluate(lanes),
+            Part::Keep { solved, again } => work.keep(solved, again),
+            Part::Arrive => work.arrive(),
+        }
+    }
+}
+
+pub struct Solve<'a, T: Real, W> {
+    pub work: &'a mut W,
+    pub request: Request<T>,
+}
+
+impl<T: Real, W: StageWork<T>> Kernel for Solve<'_, T, W> {
+    type Output = SolvedStage<T>;
+
+    #[inline(always)]
+    fn run(self) -> SolvedStage<T> {
+        let Request { tolerance, max_iterations, lanes } = self.request;
+        self.work.solve(tolerance, max_iterations, lanes)
+    }
+}
+
+/// Compiles the kernels of a model for every width.
+macro_rules! compile_kernels {
+    ($model:ty) => {
+        $crate::stepping::kernels::compile_kernels!($model, f64);
+        #[cfg(target_arch = "x86_64")]
+        $crate::stepping::kernels::compile_kernels!($model, $crate::math::Wide4);
+        #[cfg(target_arch = "x86_64")]
+        $crate::stepping::kernels::compile_kernels!($model, $crate::math::Wide8);
+    };
+    ($model:ty, $real:ty) => {
+        impl $crate::stepping::kernels::Compiled<$real> for $model {
+            fn run_part(
+                work: &mut <$model as $crate::stepping::Model>::Work<$real>,
+                part: $crate::stepping::kernels::Part<$real>,
+            ) {
+                <$real as $crate::math::Real>::run($crate::stepping::kernels::RunPart { work, part });
+            }
+
+            fn solve(
+                work: &mut <$model as $crate::stepping::Model>::Work<$real>,
+                request: $crate::stepping::kernels::Request<$real>,
+            ) -> $crate::stepping::SolvedStage<$real> {
+                <$real as $crate::math::Real>::run($crate::stepping::kernels::Solve { work, request })
+            }
+        }
+    };
+}
+pub(crate) use compile_kernels;
