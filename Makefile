@@ -27,7 +27,7 @@ test-ray: build .venv-ray/.packages
 
 # What the suite asks of fixed inputs, asked of fresh random ones.
 fuzz: build
-	SNAKE_ENV_FUZZ=search $(BIN)/python -m pytest tests/package/test_fuzz.py tests/package/test_native.py tests/package/test_sheets.py $(PYTEST)
+	SNAKE_ENV_FUZZ=search $(BIN)/python -m pytest tests/package/test_fuzz.py tests/package/test_native.py tests/package/test_buffers.py $(PYTEST)
 
 bench: build .venv/.peers
 	$(BIN)/python -m benchmarks $(BENCH)

@@ -223,6 +223,33 @@ def test_what_a_model_does_not_have_is_refused_with_what_it_needs():
             snake_env.simulate(robot=Robot(free_play=0.1), **keywords)
 
 
+USES = {
+    "contact with pegs": {"scene": Scene.preset("table-7.5")},
+    "the Stribeck effect": {"scene": Scene(stribeck=Stribeck(drop=0.1))},
+    "backlash of the joints": {"robot": Robot(free_play=0.1)},
+    "input-output linearisation": {"controller": IOLinearizing()},
+    "a torque held over steps or periods": {"controller": PD(treatment="step")},
+    "noise on the controller's measurements": {"noise": Noise(heading=0.1)},
+    "viscous friction": {"scene": Scene(viscous=(0.1, 0.1))},
+    "a smooth friction law": {"scene": Scene(friction_law="arctan")},
+    "a vertical wave": {"gait": Gait(vertical_amplitude=0.1)},
+    "pitch and roll at the start": {"start": Start(pitch=0.1)},
+}
+
+
+@pytest.mark.parametrize("method", ["implicit", "thesis"])
+@pytest.mark.parametrize("model", ["planar", "spatial", "minimal"])
+@pytest.mark.parametrize("feature", USES)
+def test_a_model_has_what_the_table_says_and_refuses_the_rest(feature, model, method):
+    support = next(row[model] for row in _native.capabilities() if row["name"] == feature)
+    arguments = {"model": model, "integrator": Integrator(method=method), "duration": 0.01, "sample": 0.01}
+    if support is True or support == method:
+        snake_env.simulate(**arguments, **USES[feature])
+    else:
+        with pytest.raises(ConfigError):
+            snake_env.simulate(**arguments, **USES[feature])
+
+
 def test_numpy_values_and_lists_are_welcome():
     masses = np.linspace(0.5, 0.7, 11)
     one = snake_env.simulate(robot=Robot(mass=masses, links=np.int64(11)), duration=0.1)
