@@ -82,8 +82,8 @@ fn describe_action(dict: &Bound<'_, PyDict>, entry: &ActionEntry) -> PyResult<()
     dict.set_item("low", entry.low())?;
     dict.set_item("high", entry.high())?;
     dict.set_item("slew", entry.slew)?;
-    dict.set_item("unit", entry.unit)?;
-    dict.set_item("mirror", entry.parity.sign())?;
+    dict.set_item("unit", entry.parameter.unit())?;
+    dict.set_item("mirror", entry.parameter.parity().sign())?;
     dict.set_item("meaning", entry.meaning)
 }
 

@@ -352,7 +352,7 @@ impl Environment<PlanarRobot> {
     }
 
     /// The joints' reference generator, for rendering and tests.
-    pub fn reference(&self) -> &ReferenceGenerator {
+    pub fn reference(&self) -> &ReferenceGenerator<1> {
         &self.model.reference
     }
 

@@ -7,7 +7,6 @@
 //! All this is the same for every model; a [`RobotModel`] does what is not.
 
 pub mod action;
-pub mod cardan_reference;
 pub mod config;
 pub mod default_gait;
 pub mod env;

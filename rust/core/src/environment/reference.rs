@@ -1,26 +1,29 @@
 //! The reference generator: joint references that stay smooth whatever the actions do.
 //!
-//! The reference of joint i (0-based) is the travelling wave (T 2.14) plus an offset of its own,
-//! `phi_i = A sin(psi + i beta) + gamma + offset_i` with `psi' = omega`. Every parameter is a
-//! [`FilteredParameter`]; `psi` is the closed-form integral of the channel omega, so the wave never jumps, and
-//! rate and acceleration follow by the chain rule.
+//! The reference of joint i (0-based) about an axis is the travelling wave (T 2.14) plus an angle of its own,
+//! `phi_i = A sin(psi + delta + i beta) + gamma + offset_i` with `psi' = omega`. The waves of all axes share omega and
+//! beta; delta is the phase of a wave relative to that of the yaw angles. Every parameter is a [`FilteredParameter`];
+//! `psi` is the closed-form integral of omega, so the wave never jumps, and rate and acceleration follow by the chain
+//! rule.
 
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::gait::{Jet, JointReference, JointTarget, Wave, WaveJets, turned};
+use crate::gait::{CardanReference, CardanTarget, Jet, JointReference, JointTarget, WaveJets, turned};
 
-use super::action::{ActionEntry, WAVE_PARAMETERS, entries};
-use super::config::ActionMode;
+use super::action::{ActionEntry, PITCH, Parameter, YAW};
+use super::default_gait::DefaultGait;
 use super::filtered_parameter::{Filter, FilteredParameter, Limits};
 use super::motion::wrap_angle;
 
-/// Joint references driven by actions, one control period after the other.
+/// References of joints with `AXES` axes, driven by actions, one control period after the other.
 #[derive(Debug, Clone)]
-pub struct ReferenceGenerator {
+pub struct ReferenceGenerator<const AXES: usize> {
     filter: Filter,
-    mode: ActionMode,
+    gait: DefaultGait,
+    /// Whether actions set the parameters of waves.
+    has_wave: bool,
     /// Shared by all robots of a batch.
     entries: Arc<[ActionEntry]>,
     limits: Arc<[Limits]>,
@@ -32,46 +35,52 @@ pub struct ReferenceGenerator {
 pub struct ReferenceState {
     /// Time of the last control instant \[s\].
     instant: f64,
-    /// Phase psi of the wave at that instant, in [-pi, pi].
+    /// Phase psi of the wave of the yaw angles at that instant, in [-pi, pi].
     phase: f64,
-    amplitude: FilteredParameter,
     frequency: FilteredParameter,
     phase_shift: FilteredParameter,
+    axes: Vec<Axis>,
+}
+
+/// The wave of one axis of the joints, and what single joints add to it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Axis {
+    amplitude: FilteredParameter,
+    /// delta, relative to the wave of the yaw angles.
+    phase: FilteredParameter,
     offset: FilteredParameter,
-    /// Offsets of single joints; empty in mode `gait`.
+    /// Empty where no action sets single joints.
     joints: Vec<FilteredParameter>,
 }
 
-impl ReferenceGenerator {
-    pub fn new(mode: ActionMode, joints: usize, period: f64) -> Self {
-        Self::with_entries(entries(mode, joints), mode, joints, period)
-    }
-
-    /// A generator with ranges of its own; `entries` are those of the mode, in the same order.
-    pub fn with_entries(entries: Vec<ActionEntry>, mode: ActionMode, joints: usize, period: f64) -> Self {
-        let entries: Arc<[ActionEntry]> = entries.into();
-        let limits = entries.iter().map(ActionEntry::limits).collect();
-        let channels = if mode == ActionMode::Gait { 0 } else { joints };
+impl<const AXES: usize> ReferenceGenerator<AXES> {
+    /// A generator for an action with these entries, whose centres hold `gait`.
+    pub fn new(entries: Vec<ActionEntry>, gait: DefaultGait, period: f64) -> Self {
+        let axis = |axis: usize| {
+            let is_of_axis =
+                |entry: &&ActionEntry| matches!(entry.parameter, Parameter::Joint { axis: a, .. } if a == axis);
+            Axis::at_rest(entries.iter().filter(is_of_axis).count())
+        };
         let state = ReferenceState {
             instant: 0.0,
             phase: 0.0,
-            amplitude: FilteredParameter::at_rest(0.0),
             frequency: FilteredParameter::at_rest(0.0),
             phase_shift: FilteredParameter::at_rest(0.0),
-            offset: FilteredParameter::at_rest(0.0),
-            joints: vec![FilteredParameter::at_rest(0.0); channels],
+            axes: (0..AXES).map(axis).collect(),
         };
-        Self { filter: Filter::new(period), mode, entries, limits, state }
+        Self {
+            filter: Filter::new(period),
+            gait,
+            has_wave: entries.iter().any(|entry| entry.parameter.is_of_wave()),
+            limits: entries.iter().map(ActionEntry::limits).collect(),
+            entries: entries.into(),
+            state,
+        }
     }
 
     /// The entries of an action.
     pub fn entries(&self) -> &[ActionEntry] {
         &self.entries
-    }
-
-    /// Time of the last control instant \[s\].
-    pub fn instant(&self) -> f64 {
-        self.state.instant
     }
 
     pub fn filter(&self) -> &Filter {
@@ -84,47 +93,51 @@ impl ReferenceGenerator {
 
     /// Takes over a saved state if it has the shape of this generator's.
     pub fn restore(&mut self, state: &ReferenceState) -> bool {
-        let fits = state.joints.len() == self.state.joints.len();
+        let shape = |state: &ReferenceState| state.axes.iter().map(|axis| axis.joints.len()).collect::<Vec<_>>();
+        let fits = shape(state) == shape(&self.state);
         if fits {
             self.state.clone_from(state);
         }
         fits
     }
 
-    /// Rests in the posture of `wave` at phase `phase`, at time zero.
+    /// Rests in the flat posture of the gait at phase `phase`, at time zero.
     ///
     /// Where a wave is commanded its frequency starts at zero, so that a robot at rest in this posture
-    /// follows the reference from the first moment.
-    pub fn rest_in_posture(&mut self, wave: &Wave, phase: f64) {
-        let state = &mut self.state;
+    /// follows the reference from the first moment; a vertical wave grows from zero.
+    pub fn rest_in_posture(&mut self, phase: f64) {
+        let (state, wave) = (&mut self.state, &self.gait.yaw);
         (state.instant, state.phase) = (0.0, phase);
-        let wave_is_commanded = self.mode != ActionMode::Joints;
-        let of_wave = |value: f64| FilteredParameter::at_rest(if wave_is_commanded { value } else { 0.0 });
-        state.amplitude = of_wave(wave.amplitude);
+        let has_wave = self.has_wave;
+        let of_wave = |value: f64| FilteredParameter::at_rest(if has_wave { value } else { 0.0 });
         state.frequency = FilteredParameter::at_rest(0.0);
         state.phase_shift = of_wave(wave.beta);
-        state.offset = of_wave(wave.gamma);
-        for (joint, channel) in state.joints.iter_mut().enumerate() {
-            let angle = wave.amplitude * (phase + joint as f64 * wave.beta).sin() + wave.gamma;
-            *channel = FilteredParameter::at_rest(if wave_is_commanded { 0.0 } else { angle });
+        for axis in &mut state.axes {
+            *axis = Axis { joints: std::mem::take(&mut axis.joints), ..Axis::at_rest(0) };
+            axis.phase = of_wave(self.gait.lift_phase);
+            axis.joints.fill(FilteredParameter::at_rest(0.0));
+        }
+        let yaw = &mut state.axes[YAW];
+        yaw.amplitude = of_wave(wave.amplitude);
+        yaw.phase = FilteredParameter::at_rest(0.0);
+        yaw.offset = of_wave(wave.gamma);
+        if !has_wave {
+            for (joint, parameter) in yaw.joints.iter_mut().enumerate() {
+                let angle = wave.amplitude * (phase + joint as f64 * wave.beta).sin() + wave.gamma;
+                *parameter = FilteredParameter::at_rest(angle);
+            }
         }
     }
 
-    /// Steers the channels towards an action in [-1, 1]; the new period begins at `time` \[s\].
+    /// Moves the parameters towards an action in [-1, 1]; the new period begins at `time` \[s\].
     pub fn set_action(&mut self, action: &[f64], time: f64) {
         self.state.instant = time;
-        let (filter, state) = (&self.filter, &mut self.state);
-        let channels = [&mut state.amplitude, &mut state.frequency, &mut state.phase_shift, &mut state.offset];
-        let wave_channels = if self.mode == ActionMode::Joints { 0 } else { WAVE_PARAMETERS };
-        let channels = channels.into_iter().take(wave_channels).chain(&mut state.joints);
-        for (((channel, entry), limits), &action) in
-            channels.zip(self.entries.iter()).zip(self.limits.iter()).zip(action)
-        {
-            channel.set_target(entry.value(action), limits, filter);
+        for ((entry, limits), &action) in self.entries.iter().zip(self.limits.iter()).zip(action) {
+            self.state.parameter_mut(entry.parameter).set_target(entry.value(action), limits, &self.filter);
         }
     }
 
-    /// Keeps the targets of the channels; the new period begins at `time` \[s\].
+    /// Keeps the targets of the parameters; the new period begins at `time` \[s\].
     pub fn hold_reference(&mut self, time: f64) {
         self.state.instant = time;
     }
@@ -136,96 +149,161 @@ impl ReferenceGenerator {
         let turned = state.phase + state.frequency.integral(period, filter.period_decay(), filter);
         state.phase = wrap_angle(turned);
         state.instant += period;
-        let channels = [&mut state.amplitude, &mut state.frequency, &mut state.phase_shift, &mut state.offset];
-        channels.into_iter().chain(&mut state.joints).for_each(|channel| channel.finish_period(filter));
+        state.frequency.finish_period(filter);
+        state.phase_shift.finish_period(filter);
+        for Axis { amplitude, phase, offset, joints } in &mut state.axes {
+            [amplitude, phase, offset].into_iter().chain(joints).for_each(|parameter| parameter.finish_period(filter));
+        }
     }
 
-    /// Phase psi of the wave at the control instant \[rad\].
+    /// Phase psi of the wave of the yaw angles at the control instant \[rad\].
     pub fn phase(&self) -> f64 {
         self.state.phase
     }
 
-    /// Sine and cosine of the phase, then the wave's parameters at the control instant as actions that would hold them.
+    /// Sine and cosine of the phase, then the waves' parameters at the control instant as actions that would hold them.
     pub fn describe_wave(&self, values: &mut [f64]) {
         (values[0], values[1]) = self.phase().sin_cos();
-        for ((value, entry), parameter) in values[2..].iter_mut().zip(self.entries()).zip(self.wave()) {
-            *value = entry.normalised(parameter);
+        let entries = self.entries.iter().filter(|entry| entry.parameter.is_of_wave());
+        for (value, entry) in values[2..].iter_mut().zip(entries) {
+            let parameter = self.state.parameter(entry.parameter);
+            *value = entry.normalised(parameter.jet(0.0, 1.0, &self.filter).value);
         }
     }
 
-    /// Reference angle of a joint at the control instant \[rad\].
-    pub fn angle(&self, joint: usize) -> f64 {
-        self.target(joint, self.state.instant).angle
+    /// Reference angles at the control instant, joint by joint, the yaw angle of a joint first \[rad\].
+    pub fn angles(&self, values: &mut [f64]) {
+        let (waves, decay) = self.waves_at(self.state.instant);
+        for (joint, values) in values.chunks_exact_mut(AXES).enumerate() {
+            for (axis, value) in values.iter_mut().enumerate() {
+                *value = self.joint_target(axis, &waves[axis], joint, decay, 0.0).angle;
+            }
+        }
     }
 
-    /// The wave's parameters at the control instant, in the order of the action.
-    pub fn wave(&self) -> [f64; WAVE_PARAMETERS] {
-        let state = &self.state;
-        [state.amplitude, state.frequency, state.phase_shift, state.offset]
-            .map(|channel| channel.jet(0.0, 1.0, &self.filter).value)
+    /// The references of a joint about its axes at `time` \[s\].
+    pub fn joint_targets(&self, joint: usize, time: f64) -> [JointTarget; AXES] {
+        let (waves, decay) = self.waves_at(time);
+        let elapsed = time - self.state.instant;
+        std::array::from_fn(|axis| self.joint_target(axis, &waves[axis], joint, decay, elapsed))
     }
-}
 
-impl ReferenceGenerator {
-    /// The wave at `time`, and the filter's decay since the control instant.
-    pub(super) fn wave_at(&self, time: f64) -> (WaveJets, f64) {
+    /// The waves at `time`, and the filter's decay since the control instant.
+    fn waves_at(&self, time: f64) -> ([WaveJets; AXES], f64) {
         let (filter, state) = (&self.filter, &self.state);
         let elapsed = time - state.instant;
         let decay = filter.decay(elapsed);
-        let wave = WaveJets {
-            phase: state.phase + state.frequency.integral(elapsed, decay, filter),
-            amplitude: state.amplitude.jet(elapsed, decay, filter),
-            frequency: state.frequency.jet(elapsed, decay, filter),
-            phase_shift: state.phase_shift.jet(elapsed, decay, filter),
-            offset: state.offset.jet(elapsed, decay, filter),
-        };
-        (wave, decay)
+        let phase = state.phase + state.frequency.integral(elapsed, decay, filter);
+        let frequency = state.frequency.jet(elapsed, decay, filter);
+        let phase_shift = state.phase_shift.jet(elapsed, decay, filter);
+        let waves = std::array::from_fn(|axis| {
+            let axis = &state.axes[axis];
+            let delta = axis.phase.jet(elapsed, decay, filter);
+            WaveJets {
+                phase: phase + delta.value,
+                amplitude: axis.amplitude.jet(elapsed, decay, filter),
+                frequency: Jet {
+                    value: frequency.value + delta.rate,
+                    rate: frequency.rate + delta.acceleration,
+                    ..frequency
+                },
+                phase_shift,
+                offset: axis.offset.jet(elapsed, decay, filter),
+            }
+        });
+        (waves, decay)
     }
 
-    /// The joint's own offset.
-    pub(super) fn own(&self, joint: usize, time: f64, decay: f64) -> Jet {
-        let elapsed = time - self.state.instant;
-        self.state.joints.get(joint).map_or(Jet::default(), |channel| channel.jet(elapsed, decay, &self.filter))
+    /// What a joint adds to the wave of an axis.
+    fn own(&self, axis: usize, joint: usize, decay: f64, elapsed: f64) -> Jet {
+        let parameter = self.state.axes[axis].joints.get(joint);
+        parameter.map_or(Jet::default(), |parameter| parameter.jet(elapsed, decay, &self.filter))
+    }
+
+    /// One joint.
+    fn joint_target(&self, axis: usize, wave: &WaveJets, joint: usize, decay: f64, elapsed: f64) -> JointTarget {
+        let phase = wave.phase + joint as f64 * wave.phase_shift.value;
+        sum(wave.joint(joint, phase.sin_cos()), self.own(axis, joint, decay, elapsed))
+    }
+
+    /// All joints with two evaluations of sine and cosine: the phase is turned from joint to joint.
+    fn all_targets<'a>(
+        &self,
+        axis: usize,
+        wave: &WaveJets,
+        targets: impl Iterator<Item = &'a mut JointTarget>,
+        decay: f64,
+        elapsed: f64,
+    ) {
+        let (mut phase, phase_shift) = (wave.phase.sin_cos(), wave.phase_shift.value.sin_cos());
+        for (joint, target) in targets.enumerate() {
+            *target = sum(wave.joint(joint, phase), self.own(axis, joint, decay, elapsed));
+            phase = turned(phase, phase_shift);
+        }
     }
 }
 
-impl JointReference for ReferenceGenerator {
+impl ReferenceState {
+    fn parameter(&self, parameter: Parameter) -> &FilteredParameter {
+        match parameter {
+            Parameter::Frequency => &self.frequency,
+            Parameter::PhaseShift => &self.phase_shift,
+            Parameter::Amplitude(axis) => &self.axes[axis].amplitude,
+            Parameter::Phase(axis) => &self.axes[axis].phase,
+            Parameter::Offset(axis) => &self.axes[axis].offset,
+            Parameter::Joint { axis, joint } => &self.axes[axis].joints[joint],
+        }
+    }
+
+    fn parameter_mut(&mut self, parameter: Parameter) -> &mut FilteredParameter {
+        match parameter {
+            Parameter::Frequency => &mut self.frequency,
+            Parameter::PhaseShift => &mut self.phase_shift,
+            Parameter::Amplitude(axis) => &mut self.axes[axis].amplitude,
+            Parameter::Phase(axis) => &mut self.axes[axis].phase,
+            Parameter::Offset(axis) => &mut self.axes[axis].offset,
+            Parameter::Joint { axis, joint } => &mut self.axes[axis].joints[joint],
+        }
+    }
+}
+
+impl Axis {
+    fn at_rest(joints: usize) -> Self {
+        let zero = FilteredParameter::at_rest(0.0);
+        Self { amplitude: zero, phase: zero, offset: zero, joints: vec![zero; joints] }
+    }
+}
+
+impl JointReference for ReferenceGenerator<1> {
     fn target(&self, joint: usize, time: f64) -> JointTarget {
-        let (wave, decay) = self.wave_at(time);
-        bend_joint(&wave, joint, self.own(joint, time, decay))
+        self.joint_targets(joint, time)[YAW]
     }
 
     fn targets(&self, time: f64, targets: &mut [JointTarget]) {
-        let (wave, decay) = self.wave_at(time);
-        bend_joints(&wave, targets.iter_mut(), |joint| self.own(joint, time, decay));
+        let ([wave], decay) = self.waves_at(time);
+        self.all_targets(YAW, &wave, targets.iter_mut(), decay, time - self.state.instant);
     }
 
     fn travelling_wave(&self, time: f64) -> Option<WaveJets> {
-        self.state.joints.is_empty().then(|| self.wave_at(time).0)
+        self.state.axes[YAW].joints.is_empty().then(|| self.waves_at(time).0[YAW])
     }
 }
 
-/// All joints with two evaluations of sine and cosine: the phase is turned from joint to joint. `own` is what a joint
-/// adds to the wave.
-pub(super) fn bend_joints<'a>(
-    wave: &WaveJets,
-    targets: impl Iterator<Item = &'a mut JointTarget>,
-    own: impl Fn(usize) -> Jet,
-) {
-    let (mut phase, phase_shift) = (wave.phase.sin_cos(), wave.phase_shift.value.sin_cos());
-    for (joint, target) in targets.enumerate() {
-        *target = bent(wave.joint(joint, phase), own(joint));
-        phase = turned(phase, phase_shift);
+impl CardanReference for ReferenceGenerator<2> {
+    fn target(&self, joint: usize, time: f64) -> CardanTarget {
+        let [yaw, pitch] = self.joint_targets(joint, time);
+        CardanTarget { yaw, pitch }
+    }
+
+    fn targets(&self, time: f64, targets: &mut [CardanTarget]) {
+        let ([yaw, pitch], decay) = self.waves_at(time);
+        let elapsed = time - self.state.instant;
+        self.all_targets(YAW, &yaw, targets.iter_mut().map(|target| &mut target.yaw), decay, elapsed);
+        self.all_targets(PITCH, &pitch, targets.iter_mut().map(|target| &mut target.pitch), decay, elapsed);
     }
 }
 
-/// One joint, which adds `own` to the wave.
-pub(super) fn bend_joint(wave: &WaveJets, joint: usize, own: Jet) -> JointTarget {
-    let phase = wave.phase + joint as f64 * wave.phase_shift.value;
-    bent(wave.joint(joint, phase.sin_cos()), own)
-}
-
-fn bent(wave: Jet, own: Jet) -> JointTarget {
+fn sum(wave: Jet, own: Jet) -> JointTarget {
     JointTarget {
         angle: wave.value + own.value,
         rate: wave.rate + own.rate,

@@ -133,7 +133,9 @@ fn a_delay_shifts_the_joint_references_in_time() {
         environment.reset(Some(0), &mut observation);
         let mut step = |_| {
             environment.step(&[0.5, 1.0, 0.0, 0.3], &mut observation);
-            environment.reference().angle(4)
+            let mut angles = [0.0; 10];
+            environment.reference().angles(&mut angles);
+            angles[4]
         };
         (0..30).map(&mut step).collect::<Vec<f64>>()
     };

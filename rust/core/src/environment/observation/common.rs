@@ -82,7 +82,7 @@ impl<M: RobotModel> BlockRow<M> {
             present: always,
             elements: |setup| {
                 let entries = setup.actions.iter();
-                entries.map(|entry| Element { name: entry.name.clone(), parity: entry.parity }).collect()
+                entries.map(|entry| Element { name: entry.name.clone(), parity: entry.parameter.parity() }).collect()
             },
             scale: |_| 1.0,
             bound: 1.0,

@@ -4,7 +4,7 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
-use crate::gait::{JointReference, JointTarget, Wave, WaveJets};
+use crate::gait::{JointReference, JointTarget, WaveJets};
 use crate::planar::{Body, Heading, Planar, Pose};
 use crate::robot::Robot;
 use crate::scene::{Peg, SceneConfig};
@@ -12,7 +12,7 @@ use crate::simulation::{PlanarSimulation, PlanarSnapshot};
 use crate::stepping::{Driven, StepStatistics, Variation};
 
 use super::{RobotModel, planar_observation};
-use crate::environment::action::ActionEntry;
+use crate::environment::action::{ActionEntry, planar_entries};
 use crate::environment::config::{EnvConfig, ModelKind};
 use crate::environment::motion::Motion;
 use crate::environment::observation::BlockRow;
@@ -24,7 +24,7 @@ use crate::environment::start::Start;
 #[derive(Debug, Clone)]
 pub struct PlanarRobot {
     pub simulation: PlanarSimulation,
-    pub reference: ReferenceGenerator,
+    pub reference: ReferenceGenerator<1>,
     /// Mean obstacle force on each link over the last control period, to its left \[N\].
     contact_force: Vec<f64>,
 }
@@ -49,7 +49,8 @@ impl RobotModel for PlanarRobot {
         let scene = SceneConfig { friction: config.friction(), stribeck: config.stribeck, ..SceneConfig::default() };
         let simulation = PlanarSimulation::new(&config.robot, &scene, &config.controller, &config.integrator)?;
         let robot = simulation.robot();
-        let reference = ReferenceGenerator::new(config.action_mode, robot.joint_count(), config.control_period);
+        let entries = planar_entries(config.action_mode, robot.joint_count());
+        let reference = ReferenceGenerator::new(entries, config.default_gait(), config.control_period);
         Ok(Self { contact_force: vec![0.0; robot.link_count()], simulation, reference })
     }
 
@@ -69,7 +70,7 @@ impl RobotModel for PlanarRobot {
         let Start { position, angle, phase } = start;
         self.simulation.set_scene_pegs(pegs);
         self.simulation.place_chain(position.x, position.y, *angle, joint_angle);
-        self.reference.rest_in_posture(&Wave::default(), *phase);
+        self.reference.rest_in_posture(*phase);
         self.contact_force.fill(0.0);
     }
 

@@ -53,10 +53,7 @@ pub const CONTACT_AND_REFERENCE: &[BlockRow<PlanarRobot>] = &[
         scale: |_| FRAC_PI_2,
         bound: 1.0,
         memory: false,
-        read: |view, values| {
-            let reference = &view.model.reference;
-            values.iter_mut().enumerate().for_each(|(joint, value)| *value = reference.angle(joint));
-        },
+        read: |view, values| view.model.reference.angles(values),
     },
     BlockRow {
         name: "wave",

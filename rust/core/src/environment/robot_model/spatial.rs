@@ -14,11 +14,11 @@ use crate::spatial::{Pose, SpatialState, joint_angle, joint_rate, orientation_of
 use crate::stepping::{StepStatistics, Variation};
 
 use super::{RobotModel, spatial_observation};
-use crate::environment::action::ActionEntry;
-use crate::environment::cardan_reference::{CardanGenerator, CardanReferenceState};
+use crate::environment::action::{ActionEntry, spatial_entries};
 use crate::environment::config::{EnvConfig, ModelKind};
 use crate::environment::motion::Motion;
 use crate::environment::observation::BlockRow;
+use crate::environment::reference::{ReferenceGenerator, ReferenceState};
 use crate::environment::signal::{Signal, float, integer};
 use crate::environment::start::Start;
 
@@ -26,7 +26,7 @@ use crate::environment::start::Start;
 #[derive(Debug, Clone)]
 pub struct SpatialRobot {
     pub simulation: SpatialSimulation,
-    pub reference: CardanGenerator,
+    pub reference: ReferenceGenerator<2>,
     /// (yaw, pitch) of the joints at the start \[rad\].
     posture: Vec<Vector2<f64>>,
     forces: Forces,
@@ -45,7 +45,7 @@ struct Forces {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SpatialRobotState {
     simulation: SpatialSnapshot,
-    reference: CardanReferenceState,
+    reference: ReferenceState,
     pegs: Vec<Peg>,
     forces: Forces,
 }
@@ -84,9 +84,10 @@ impl RobotModel for SpatialRobot {
         let scene = SceneConfig { friction: config.friction(), ..SceneConfig::default() };
         let simulation = SpatialSimulation::new(&config.robot, &scene, &config.controller, &config.integrator)?;
         let (links, joints) = (simulation.robot().link_count(), simulation.robot().joint_count());
-        let (nominal, period) = (config.default_gait(), config.control_period);
+        let gait = config.default_gait();
+        let entries = spatial_entries(config.action_mode, &gait, joints);
         Ok(Self {
-            reference: CardanGenerator::new(config.action_mode, &nominal, joints, period),
+            reference: ReferenceGenerator::new(entries, gait, config.control_period),
             posture: vec![Vector2::zeros(); joints],
             forces: Forces { peg: vec![Vector2::zeros(); links], ground: vec![0.0; links] },
             simulation,
@@ -193,7 +194,7 @@ impl RobotModel for SpatialRobot {
     fn save(&self) -> SpatialRobotState {
         SpatialRobotState {
             simulation: self.simulation.snapshot(),
-            reference: self.reference.state(),
+            reference: self.reference.state().clone(),
             pegs: self.pegs().to_vec(),
             forces: self.forces.clone(),
         }
