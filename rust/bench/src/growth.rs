@@ -4,10 +4,10 @@ use serde::Serialize;
 use snake_core::ConfigError;
 use snake_core::batch::Batched;
 use snake_core::control::ControllerConfig;
-use snake_core::environment::perception::PegSensor;
+use snake_core::environment::perception::{LinkPose, PegSensor};
 use snake_core::environment::{EnvConfig, FieldKind, PlanarRobot, SpatialRobot, Task};
 use snake_core::gait::{JointReference, Wave};
-use snake_core::planar::{Fleet, PlanarSystem, Pose};
+use snake_core::planar::{Fleet, PlanarSystem};
 use snake_core::robot::RobotConfig;
 use snake_core::scene::{Peg, START_7_5, START_FREE, TABLE_7_5};
 use snake_core::stepping::IntegratorConfig;
@@ -169,7 +169,8 @@ fn course_in_a_field(count: usize) -> Vec<Peg> {
 fn us_per_look(pegs: &[Peg]) -> f64 {
     const LOOKS: usize = 200;
     let mut sensor = PegSensor::new(EnvConfig::default().nearest_pegs, 1.342);
-    let pose = Pose::from(START_7_5);
+    let [x, y, angle] = START_7_5;
+    let pose = LinkPose { x, y, angle };
     let times: Vec<f64> = (0..9)
         .map(|_| spent(|| (0..LOOKS).for_each(|_| sensor.scan(std::hint::black_box(&pose), pegs))).1.cpu)
         .collect();

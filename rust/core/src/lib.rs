@@ -18,6 +18,7 @@ mod judge;
 pub mod laws;
 pub mod math;
 pub mod minimal;
+pub mod noise;
 pub mod pegs;
 pub mod planar;
 pub mod robot;

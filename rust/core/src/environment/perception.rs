@@ -1,9 +1,18 @@
 //! Locating pegs: the nearest ones as the leading link sees them, and the nearest one as each link does (T 5.4).
 
-use crate::planar::Pose;
 use crate::scene::Peg;
 
 use super::config::Perception;
+
+/// A link seen from above.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinkPose {
+    /// Its CG \[m\].
+    pub x: f64,
+    pub y: f64,
+    /// Angle from +x to its axis, which points to the next link \[rad\].
+    pub angle: f64,
+}
 
 /// A peg in the frame of a link: x forward, y to the left.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,7 +44,7 @@ impl PegView {
     }
 
     /// Looks around from the links, whose poses `link` tells.
-    pub fn scan(&mut self, link: impl Fn(usize) -> Pose, pegs: &[Peg]) {
+    pub fn scan(&mut self, link: impl Fn(usize) -> LinkPose, pegs: &[Peg]) {
         self.ahead.scan(&link(0), pegs);
         for (i, sensor) in self.along.iter_mut().enumerate() {
             sensor.scan(&link(i), pegs);
@@ -73,9 +82,9 @@ impl PegSensor {
     }
 
     /// Looks around from a link at `pose`.
-    pub fn scan(&mut self, pose: &Pose, pegs: &[Peg]) {
+    pub fn scan(&mut self, pose: &LinkPose, pegs: &[Peg]) {
         self.located.clear();
-        let (sin, cos) = pose.z.sin_cos();
+        let (sin, cos) = pose.angle.sin_cos();
         for peg in pegs {
             let (x, y) = (peg.x - pose.x, peg.y - pose.y);
             let distance = (x * x + y * y).sqrt() - peg.radius;
@@ -104,7 +113,7 @@ mod tests {
     #[test]
     fn finds_the_nearest_pegs_in_the_frame_of_the_leading_link() {
         // The link looks along +x: theta is pi.
-        let pose = Pose::new(1.0, 0.0, PI);
+        let pose = LinkPose { x: 1.0, y: 0.0, angle: PI };
         let pegs = [[0.1, 1.5, 0.2], [0.1, 1.3, -0.1], [0.3, 0.2, 0.0], [0.1, 9.0, 0.0]].map(Peg::from);
         let mut sensor = PegSensor::new(2, 1.0);
         sensor.scan(&pose, &pegs);
@@ -117,7 +126,7 @@ mod tests {
     #[test]
     fn a_robot_that_looks_from_all_its_links_sees_what_a_sensor_on_each_would() {
         let pegs = [[0.1, 0.3, 0.2], [0.1, 1.2, -0.25], [0.05, 2.0, 0.0]].map(Peg::from);
-        let link = |i: usize| Pose::new(0.1 + 0.6 * i as f64, 0.0, PI + 0.2 * i as f64);
+        let link = |i: usize| LinkPose { x: 0.1 + 0.6 * i as f64, y: 0.0, angle: PI + 0.2 * i as f64 };
         let mut peg_view = PegView::new(Perception::Body, 2, 3, 1.2);
         peg_view.scan(link, &pegs);
         for (i, along) in peg_view.along.iter().enumerate() {
@@ -140,7 +149,7 @@ mod tests {
                 y: 0.2 * f64::from(k % 11),
             })
             .collect();
-        let pose = Pose::new(0.9, 0.7, 1.0);
+        let pose = LinkPose { x: 0.9, y: 0.7, angle: 1.0 };
         let mut sensor = PegSensor::new(6, 0.8);
         sensor.scan(&pose, &pegs);
         let distance = |p: &Peg| ((p.x - 0.9).powi(2) + (p.y - 0.7).powi(2)).sqrt() - p.radius;

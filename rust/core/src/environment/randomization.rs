@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::capabilities::{Feature, ModelName};
 use crate::control::ControlLaw;
 use crate::error::{ConfigError, require, within};
-use crate::minimal::NoiseConfig;
+use crate::noise::NoiseConfig;
 use crate::robot::MOST_PLAY;
 use crate::scene::Peg;
 use crate::stepping::{Method, Variation};

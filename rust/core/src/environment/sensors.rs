@@ -1,6 +1,6 @@
 //! What the robot takes its motion and the pegs to be: the truth, with the noise of its sensors.
 
-use crate::minimal::NoiseConfig;
+use crate::noise::NoiseConfig;
 use crate::scene::Peg;
 
 use super::episode::Episode;

@@ -33,6 +33,7 @@ mod state;
 mod thesis;
 
 pub use crate::laws::SmoothLaw;
+pub use crate::noise::NoiseConfig;
 pub use certificate::{Certificate, certify};
 pub use control_plant::{ControlPlant, JointDynamics, velocity_transform};
 pub use feedback::{Feedback, Measurement};
@@ -41,7 +42,7 @@ pub use friction::Friction;
 pub use inverse_dynamics::{InverseDynamics, LinkInertia};
 pub use model::{FrictionLaw, Ground, Model, ModelLink};
 pub use motion::{Base, LinkMotion, Motion, Twist};
-pub use noise::{Noise, NoiseConfig};
+pub use noise::Noise;
 pub use process_plant::{ProcessPlant, actuation};
 pub use simulation::{MinimalConfig, MinimalSimulation};
 pub use solver::Newton;

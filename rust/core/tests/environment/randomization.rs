@@ -5,7 +5,7 @@ use snake_core::control::{ControlLaw, ControllerConfig};
 use snake_core::environment::rng::Rng;
 use snake_core::environment::signal::COUNT;
 use snake_core::environment::*;
-use snake_core::minimal::NoiseConfig;
+use snake_core::noise::NoiseConfig;
 use snake_core::robot::{PerLink, RobotConfig};
 use snake_core::stepping::Method;
 

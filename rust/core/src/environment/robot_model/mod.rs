@@ -11,7 +11,6 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::error::ConfigError;
-use crate::planar::Pose;
 use crate::robot::Robot;
 use crate::scene::Peg;
 use crate::stepping::{StepStatistics, Variation};
@@ -20,6 +19,7 @@ use crate::environment::action::ActionEntry;
 use crate::environment::config::{EnvConfig, ModelKind};
 use crate::environment::motion::Motion;
 use crate::environment::observation::BlockRow;
+use crate::environment::perception::LinkPose;
 use crate::environment::signal::Signal;
 use crate::environment::start::Start;
 
@@ -83,7 +83,7 @@ pub trait RobotModel: Clone + Debug + Send + Sync + 'static {
     fn read_joints(&self, angle: &mut [f64], rate: &mut [f64]);
 
     /// A link seen from above; the one with index 0 leads.
-    fn link(&self, index: usize) -> Pose;
+    fn link(&self, index: usize) -> LinkPose;
 
     fn save(&self) -> Self::State;
 

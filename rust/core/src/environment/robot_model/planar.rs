@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
 use crate::gait::{JointReference, JointTarget, WaveJets};
-use crate::planar::{Body, Heading, Planar, Pose};
+use crate::planar::{Body, Heading, Planar};
 use crate::robot::Robot;
 use crate::scene::{Peg, SceneConfig};
 use crate::simulation::{PlanarSimulation, PlanarSnapshot};
@@ -16,6 +16,7 @@ use crate::environment::action::{ActionEntry, planar_entries};
 use crate::environment::config::{EnvConfig, ModelKind};
 use crate::environment::motion::Motion;
 use crate::environment::observation::BlockRow;
+use crate::environment::perception::LinkPose;
 use crate::environment::reference::{ReferenceGenerator, ReferenceState};
 use crate::environment::signal::Signal;
 use crate::environment::start::Start;
@@ -113,8 +114,9 @@ impl RobotModel for PlanarRobot {
         rate.iter_mut().enumerate().for_each(|(joint, value)| *value = state.joint_rate(joint));
     }
 
-    fn link(&self, index: usize) -> Pose {
-        self.simulation.state().pose[index]
+    fn link(&self, index: usize) -> LinkPose {
+        let pose = &self.simulation.state().pose[index];
+        LinkPose { x: pose.x, y: pose.y, angle: pose.z }
     }
 
     fn save(&self) -> PlanarRobotState {

@@ -6,7 +6,6 @@ use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
-use crate::planar;
 use crate::robot::Robot;
 use crate::scene::{Peg, SceneConfig};
 use crate::simulation::{SpatialSimulation, SpatialSnapshot};
@@ -18,6 +17,7 @@ use crate::environment::action::{ActionEntry, spatial_entries};
 use crate::environment::config::{EnvConfig, ModelKind};
 use crate::environment::motion::Motion;
 use crate::environment::observation::BlockRow;
+use crate::environment::perception::LinkPose;
 use crate::environment::reference::{ReferenceGenerator, ReferenceState};
 use crate::environment::signal::{Signal, float, integer};
 use crate::environment::start::Start;
@@ -185,10 +185,10 @@ impl RobotModel for SpatialRobot {
         }
     }
 
-    fn link(&self, index: usize) -> planar::Pose {
+    fn link(&self, index: usize) -> LinkPose {
         let pose = &self.simulation.state().pose[index];
         let axis = pose.axis();
-        planar::Pose::new(pose.position.x, pose.position.y, axis.y.atan2(axis.x))
+        LinkPose { x: pose.position.x, y: pose.position.y, angle: axis.y.atan2(axis.x) }
     }
 
     fn save(&self) -> SpatialRobotState {
