@@ -127,7 +127,7 @@ impl Feature {
     pub fn is_in(self, model: ModelName, method: Method) -> bool {
         match self.capability().of(model) {
             Support::Never => false,
-            Support::Implicit => method != Method::Thesis,
+            Support::Implicit => method == Method::Implicit,
             Support::Always => true,
         }
     }
