@@ -22,7 +22,7 @@ CORE = "rust/core/src"
 LAYERS: tuple[dict[str, str], ...] = (
     {"error": "ConfigError", "math": "lanes, trigonometry"},
     {"laws": "force laws as convex sets", "judge": "verification of laws"},
-    {"robot": "", "scene": "", "gait": "references"},
+    {"robot": "", "scene": "", "gait": "references", "noise": ""},
     {"control": "joint controllers"},
     {"pegs": "grid of pegs"},
     {"contact": "gaps, near lists"},
