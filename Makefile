@@ -8,7 +8,7 @@ RUST_SOURCES := Cargo.toml Cargo.lock $(shell find rust -name '*.rs' -o -name Ca
 build: .venv/.native
 
 train: build
-	$(BIN)/python -m training.pipeline $(TRAIN)
+	$(BIN)/python -m training pipeline $(TRAIN)
 
 test: test-rust test-python
 

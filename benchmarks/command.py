@@ -2,54 +2,55 @@
 
 from __future__ import annotations
 
-import argparse
 import importlib.util
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal, get_args
 
 from benchmarks import figures, native, page, throughput
 from benchmarks.results import Record, Results
 from benchmarks.targets import QUICKEST, all_targets
-from snake_env._markdown import table
-from training.cli import help_format
+from training.cli import answer
+from training.tables import table
 
 PEER, INTERFACE = "peer", "interface"
-PARTS = (*native.PARTS, PEER, INTERFACE)
+Part = Literal["precision", "spatial", "growth", "skip", "certificate", "peer", "interface"]
+PARTS: tuple[Part, ...] = get_args(Part)
 DOCS = native.ROOT / "docs"
 RESULTS = "results.json"
 
 Progress = Callable[[str], None]
 
 
-def parser() -> argparse.ArgumentParser:
-    """The command line."""
-    cli = argparse.ArgumentParser("benchmarks", description=DESCRIPTION, formatter_class=help_format)
-    cli.add_argument("--quick", action="store_true", help="few settings and repetitions: within two minutes")
-    cli.add_argument("--parts", type=names_of(PARTS), default=list(PARTS), help=f"of {', '.join(PARTS)}")
-    cli.add_argument("--scenes", help="scenes of the parts precision, certificate and peer, comma separated")
-    cli.add_argument("--out", type=Path, default=Path("runs/bench"), help="folder for results, pictures and page")
-    cli.add_argument("--write-docs", action="store_true", help="also replace the committed page, pictures and results")
-    return cli
+@dataclass
+class Options:
+    """What is measured.
 
+    Args:
+        quick: Few settings and repetitions: within two minutes.
+        parts: What is measured.
+        scenes: Scenes of the parts precision, certificate and peer; all if absent.
+        out: Folder for results, pictures and page.
+        write_docs: Also replace the committed page, pictures and results.
+    """
 
-def names_of(known: tuple[str, ...]) -> Callable[[str], list[str]]:
-    """Reads a list of names."""
-
-    def read(text: str) -> list[str]:
-        names = text.split(",")
-        unknown = [name for name in names if name not in known]
-        if unknown:
-            raise argparse.ArgumentTypeError(f"{', '.join(unknown)}: expected names of {', '.join(known)}")
-        return names
-
-    return read
+    quick: bool = False
+    parts: tuple[Part, ...] = PARTS
+    scenes: tuple[str, ...] | None = None
+    out: Path = Path("runs/bench")
+    write_docs: bool = False
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command; 130 if it was interrupted."""
-    args = parser().parse_args(arguments)
+    return answer(Options, run, DESCRIPTION, arguments)
+
+
+def run(args: Options) -> int:
+    """Measures, and writes the page; 130 if it was interrupted."""
     args.out.mkdir(parents=True, exist_ok=True)
     results = Results.begin("make bench" + (" BENCH=--quick" if args.quick else ""), args.quick)
     progress = Clock()
@@ -90,7 +91,7 @@ class Clock:
         print(f"[{minutes:2d}:{seconds:02d}] {what}", file=sys.stderr, flush=True)
 
 
-def measure(args: argparse.Namespace, results: Results, progress: Progress) -> Iterator[Record]:
+def measure(args: Options, results: Results, progress: Progress) -> Iterator[Record]:
     """All records of the parts asked for; what is already in ``results`` may be built on."""
     parts = [part for part in native.PARTS if part in args.parts]
     if parts:
@@ -103,10 +104,10 @@ def measure(args: argparse.Namespace, results: Results, progress: Progress) -> I
         yield from ({"kind": "interface", **row} for row in interface(args.quick))
 
 
-def native_arguments(args: argparse.Namespace, parts: list[str]) -> list[str]:
+def native_arguments(args: Options, parts: Sequence[str]) -> list[str]:
     """Command line of ``snake-bench``; only a quick look takes references from an earlier run."""
     options = ["--quick", "--cache", str(args.out)] if args.quick else []
-    return [*parts, *options, *(["--scenes", args.scenes] if args.scenes else [])]
+    return [*parts, *options, *(["--scenes", ",".join(args.scenes)] if args.scenes else [])]
 
 
 def peers(results: Results, quick: bool, progress: Progress) -> Iterator[Record]:
@@ -141,7 +142,7 @@ def write(results: Results, folder: Path, pictures: Path, data: str, text: str, 
 DESCRIPTION = """Speed against error, growth, cost of features, certificates; peers on the same scenes.
 
     python -m benchmarks
-    python -m benchmarks --quick --parts precision,peer --scenes free,course-7.5
+    python -m benchmarks --quick --parts precision peer --scenes free course-7.5
 
 Parts: precision (error against run time), spatial (the same in space), growth (links, pegs, robots and threads), skip
 (what features cost), certificate (residuals, gaps, iterations), peer (MuJoCo, if the extra `bench` is installed),

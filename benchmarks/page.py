@@ -8,7 +8,7 @@ from typing import Any
 from benchmarks import comparison, texts
 from benchmarks.results import Record, Results
 from benchmarks.targets import all_targets
-from snake_env._markdown import table
+from training.tables import table
 
 BUSY = 0.5
 """Load above which other work is mentioned."""

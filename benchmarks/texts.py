@@ -48,7 +48,7 @@ HOW = """## How to reproduce
 
     make bench                       # everything, within 20 minutes; runs/bench
     make bench BENCH=--quick         # within 2 minutes
-    make bench BENCH="--parts precision,peer --scenes free,course-7.5"
+    make bench BENCH="--parts precision peer --scenes free course-7.5"
     make bench BENCH=--write-docs    # everything, and this page
 
 Ctrl-C stops cleanly and keeps the results so far. `cargo bench -p snake-core` times single kernels."""

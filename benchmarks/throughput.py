@@ -1,7 +1,7 @@
 """Measure how many environment steps a second the native batch takes, and what the interface costs.
 
     python -m benchmarks.throughput
-    python -m benchmarks.throughput --env SnakeCourse-v0 --batches 64,256 --threads 1,2 --seconds 2
+    python -m benchmarks.throughput --env SnakeCourse-v0 --batches 64 256 --threads 1 2 --seconds 2
 
 The robots follow the thesis's gait. Figures are medians over repetitions, taken in turn so that other work on
 the machine weighs on all alike; CPU time counts all threads of the process and is what a busy machine disturbs
@@ -10,54 +10,64 @@ least. The interface is the whole of ``step`` around the physics, timed with the
 
 from __future__ import annotations
 
-import argparse
+import os
 import statistics
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import snake_env.sb3
-from snake_env._threads import cores
-from training.cli import answer, help_format, numbers
+from snake_env.testing import remove_physics
+from training.cli import answer
 from training.rollout import make_env
 from training.runs import versions, write_json
 
 
-def parser() -> argparse.ArgumentParser:
-    """The command line."""
-    cli = argparse.ArgumentParser("benchmarks.throughput", description=__doc__, formatter_class=help_format)
-    cli.add_argument("--env", default="SnakeCourse-v0", help="environment id")
-    cli.add_argument("--batches", type=numbers, default=[1, 16, 64, 256], help="numbers of robots, comma separated")
-    cli.add_argument("--threads", type=numbers, default=[1, 2], help="numbers of threads, comma separated")
-    cli.add_argument("--seconds", type=float, default=0.5, help="wall time of a repetition")
-    cli.add_argument("--repetitions", type=int, default=7, help="repetitions of each case")
-    cli.add_argument("--out", type=Path, default=Path("runs/throughput.json"), help="JSON file")
-    return cli
+@dataclass
+class Options:
+    """What is measured.
+
+    Args:
+        env: Environment.
+        batches: Numbers of robots.
+        threads: Numbers of threads.
+        seconds: Wall time of a repetition.
+        repetitions: Of each case.
+        out: JSON file.
+    """
+
+    env: str = "SnakeCourse-v0"
+    batches: tuple[int, ...] = (1, 16, 64, 256)
+    threads: tuple[int, ...] = (1, 2)
+    seconds: float = 0.5
+    repetitions: int = 7
+    out: Path = Path("runs/throughput.json")
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command."""
-    return answer(parser(), measure, arguments)
+    return answer(Options, measure, __doc__, arguments)
 
 
-def measure(args: argparse.Namespace) -> int:
+def measure(args: Options) -> int:
     """Measures, prints and writes the rates."""
-    cases = [Case(args.env, int(n), int(threads)) for n in args.batches for threads in args.threads]
+    cases = [Case(args.env, n, threads) for n in args.batches for threads in args.threads]
     for _ in range(args.repetitions):
         for case in cases:
             case.repeat(args.seconds)
     rows = [case.row() for case in cases]
-    print(f"{args.env}, {cores()} cores\n{_table(rows)}\n")
-    overheads = [overhead(args.env, int(n), args.repetitions) for n in args.batches]
+    print(f"{args.env}, {os.cpu_count()} cores\n{_table(rows)}\n")
+    overheads = [overhead(args.env, n, args.repetitions) for n in args.batches]
     print(f"interface without physics\n{_table(overheads)}")
     args.out.parent.mkdir(parents=True, exist_ok=True)
     content = {
         "env": args.env,
-        "cores": cores(),
+        "cores": os.cpu_count(),
         "versions": versions(),
         "stepping": rows,
         "interface": overheads,
@@ -108,20 +118,12 @@ def overhead(env_id: str, num_envs: int, repetitions: int) -> dict[str, Any]:
     learner.reset()
     actions = np.zeros(vector.action_space.shape, np.float32)
     for env in (vector.unwrapped, learner.env.unwrapped):
-        env._robots.native = Idle()
+        remove_physics(env)
     return {
         "robots": num_envs,
         "Gymnasium [us]": round(_microseconds(lambda: vector.step(actions), repetitions), 2),
         "SB3 [us]": round(_microseconds(lambda: learner.step(actions), repetitions), 2),
     }
-
-
-class Idle:
-    """Stands in for the native batch: a step that takes no time and ends no episode."""
-
-    def step(self, *arguments: Any) -> int:
-        """Does nothing."""
-        return 0
 
 
 def _microseconds(function: Callable[[], Any], repetitions: int, calls: int = 2000) -> float:

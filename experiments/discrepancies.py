@@ -9,7 +9,6 @@ references and the motors' torques. One table of Markdown; some seconds.
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
 import math
 import sys
@@ -17,12 +16,12 @@ from collections.abc import Iterator
 from itertools import product
 
 import numpy as np
+import tyro
 from numpy.typing import NDArray
 
 import snake_env
 from snake_env import Gait, Robot, Scene, Stribeck, Trajectory
-from snake_env._markdown import table
-from training.cli import help_format
+from training.tables import table
 
 SETTLED, DURATION, SAMPLE = 2.0, 6.5, 0.02
 COURSE, OPEN = Scene.preset("table-7.5"), Scene.preset("free", friction=(0.2, 0.5))
@@ -75,8 +74,7 @@ def summary(values: NDArray[np.float64]) -> str:
 
 def main(arguments: list[str] | None = None) -> int:
     """Prints the table."""
-    cli = argparse.ArgumentParser("experiments.discrepancies", description=__doc__, formatter_class=help_format)
-    cli.parse_args(arguments)
+    tyro.cli(lambda: None, args=arguments, description=__doc__)
     print(table(HEAD, rows()))
     return 0
 

@@ -3,31 +3,31 @@
     python -m experiments.open_loop_search --env SnakePerturbed-v0 --options '{"perturbation": {"course": "table-7.3", \
 "without": [3], "removed": 0, "shifted": 0}}'
 
-The cross-entropy method over actions that are held for a few seconds each. A script found proves that the start can be
+CMA-ES (Hansen 2016) over actions that are held for a few seconds each. A script found proves that the start can be
 solved; none found proves nothing.
 """
 
 from __future__ import annotations
 
-import argparse
 import sys
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+import cma
 import numpy as np
 from numpy.typing import NDArray
 
 from training import seeds
-from training.cli import answer, help_format, json_mapping
+from training.cli import answer
+from training.config import JsonObject
 from training.rollout import make_env
 
 ROBOTS = 384
 """Scripts tried at a time."""
-ELITE = 20
-"""Best of them, from which the next ones are drawn."""
 SEGMENTS = 8
 """Actions of a script; the last one goes on to the end."""
-FIRST_SPREAD, LEAST_SPREAD = 0.7, 0.1
-"""Standard deviation of the actions at first, and what is added to that of the elite."""
+FIRST_SPREAD = 0.7
+"""Standard deviation of the actions at first."""
 
 
 class Trial(NamedTuple):
@@ -42,18 +42,31 @@ class Trial(NamedTuple):
         return self.covered + np.where(self.success, 1.0 + 1.0 / (1.0 + self.time), 0.0)
 
 
+@dataclass
+class Options:
+    """What is searched.
+
+    Args:
+        env: Environment.
+        options: Keywords of the environment.
+        starts: Episodes to solve, with seeds meant for choosing.
+        rounds: Batches of scripts tried for each start.
+        hold: Time for which an action is held [s].
+    """
+
+    env: str = "SnakePerturbed-v0"
+    options: JsonObject = field(default_factory=dict)
+    starts: int = 10
+    rounds: int = 12
+    hold: float = 3.0
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command."""
-    cli = argparse.ArgumentParser("experiments.open_loop_search", description=__doc__, formatter_class=help_format)
-    cli.add_argument("--env", default="SnakePerturbed-v0", help="environment id")
-    cli.add_argument("--options", type=json_mapping, default={}, help="keywords of the environment, as JSON")
-    cli.add_argument("--starts", type=int, default=10, help="episodes to solve, with seeds meant for choosing")
-    cli.add_argument("--rounds", type=int, default=12, help="batches of scripts tried for each start")
-    cli.add_argument("--hold", type=float, default=3.0, help="time for which an action is held [s]")
-    return answer(cli, solve, arguments)
+    return answer(Options, solve, __doc__, arguments)
 
 
-def solve(args: argparse.Namespace) -> int:
+def solve(args: Options) -> int:
     """Searches a script for each start."""
     solved = 0
     for seed in seeds.selection(args.starts):
@@ -67,22 +80,21 @@ def solve(args: argparse.Namespace) -> int:
 def search(env_id: str, options: dict[str, Any], seed: int, rounds: int, hold: float) -> Trial:
     """The best script found for one start, as a trial of one."""
     env = make_env(env_id, ROBOTS, **options)
-    rng = np.random.default_rng(seed)
     size = env.single_action_space.shape[0]
-    mean, spread = np.zeros((SEGMENTS, size)), np.full((SEGMENTS, size), FIRST_SPREAD)
-    elite = np.zeros((1, SEGMENTS, size))
+    options_of_cma = {"bounds": [-1.0, 1.0], "popsize": ROBOTS, "seed": seed % 2**32 + 1, "verbose": -9}
+    strategy = cma.CMAEvolutionStrategy(np.zeros(SEGMENTS * size), FIRST_SPREAD, options_of_cma)
     best = None
     for _ in range(rounds):
-        drawn = rng.normal(mean, spread, (ROBOTS - len(elite), SEGMENTS, size))
-        scripts = np.clip(np.concatenate([elite, drawn]), -1.0, 1.0)
-        trial = play(env, scripts, seed, hold)
-        order = np.argsort(-trial.score())
-        first = order[:1]
-        best = Trial(trial.covered[first], trial.success[first], trial.time[first])
+        scripts = np.array(strategy.ask())
+        trial = play(env, scripts.reshape(ROBOTS, SEGMENTS, size), seed, hold)
+        score = trial.score()
+        strategy.tell(list(scripts), list(-score))
+        first = np.argsort(-score)[:1]
+        found = Trial(trial.covered[first], trial.success[first], trial.time[first])
+        if best is None or found.score()[0] > best.score()[0]:
+            best = found
         if best.success[0]:
             break
-        elite = scripts[order[:ELITE]]
-        mean, spread = elite.mean(axis=0), elite.std(axis=0) + LEAST_SPREAD
     env.close()
     assert best is not None
     return best

@@ -8,8 +8,6 @@ process. They show how many collecting cores keep one learner busy.
 
 from __future__ import annotations
 
-import argparse
-import dataclasses
 import pickle
 import statistics
 import sys
@@ -21,9 +19,10 @@ from pathlib import Path
 import torch
 
 from training import config as configs
-from training.cli import answer, help_format
-from training.config import Config
+from training.cli import answer
+from training.config import PpoConfig
 from training.learners import ppo
+from training.learners.collector import ARRAYS
 
 HEADING = "## The cost of a training step"
 REPETITIONS = 3
@@ -50,17 +49,17 @@ class Parts:
     gradients: int
 
 
-def measure(config: Config) -> Parts:
+def measure(config: PpoConfig) -> Parts:
     """Measures the parts on one thread, medians of some repetitions."""
     torch.set_num_threads(1)
-    config = dataclasses.replace(config, num_threads=1)
+    config = config.with_changes(num_threads=1)
     learner = ppo.Learner(config, 0, lambda *episode: None)
     learner.collect()
     learner.learn(0.0)
     collect = seconds(learner.collect)
     learn = seconds(lambda: learner.learn(0.0))
     rollout = learner.collector.rollout
-    arrays = {name: getattr(rollout, name) for name in ppo.ROLLOUT}
+    arrays = {name: getattr(rollout, name) for name in ARRAYS}
     record = pickle.dumps(arrays, protocol=5)
     hand_over = seconds(lambda: pickle.loads(pickle.dumps(arrays, protocol=5)))
     steps = rollout.reward.size
@@ -105,22 +104,27 @@ bottleneck: beyond a handful of cores learning has to be distributed too, or eac
 """
 
 
-def parser() -> argparse.ArgumentParser:
-    """The command line."""
-    cli = argparse.ArgumentParser("experiments.scaling", description=__doc__, formatter_class=help_format)
-    cli.add_argument("--config", type=Path, default=Path("field-hard"), help="file or name in training/configs")
-    cli.add_argument("--write", type=Path, help="a page whose last section is replaced")
-    return cli
+@dataclass
+class Options:
+    """What is measured.
+
+    Args:
+        config: File or name in training/configs.
+        write: A page whose last section is replaced.
+    """
+
+    config: Path = Path("field-hard")
+    write: Path | None = None
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command."""
-    return answer(parser(), write, arguments)
+    return answer(Options, write, __doc__, arguments)
 
 
-def write(args: argparse.Namespace) -> int:
+def write(args: Options) -> int:
     """Prints the section, and puts it in its page."""
-    section = page(measure(configs.load(args.config)), args.config.stem)
+    section = page(measure(configs.load_as(PpoConfig, args.config)), args.config.stem)
     print(section)
     if args.write is not None:
         kept = args.write.read_text().split(HEADING)[0]

@@ -11,21 +11,21 @@ seconds a second of this thread's CPU time. Variants have friction between 80 an
 
 from __future__ import annotations
 
-import argparse
 import sys
 import time
 import warnings
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from itertools import product
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 import snake_env
 from snake_env import PD, Gait, Integrator, Scene, Start, Trajectory
-from snake_env._markdown import table
-from training.cli import help_format
+from training.cli import answer
+from training.tables import table
 
 DURATION = 5.0
 MIDDLE = 5
@@ -136,13 +136,27 @@ HEADS = {
 ROWS = {"steps": errors, "variants": means, "stages": stages}
 
 
+@dataclass
+class Options:
+    """What is printed.
+
+    Args:
+        tables: Names.
+    """
+
+    tables: tuple[Literal["steps", "variants", "stages"], ...] = ("steps", "variants", "stages")
+
+
 def main(arguments: list[str] | None = None) -> int:
+    """Runs the command."""
+    return answer(Options, print_tables, __doc__, arguments)
+
+
+def print_tables(args: Options) -> int:
     """Prints the tables."""
-    cli = argparse.ArgumentParser("experiments.spatial_tables", description=__doc__, formatter_class=help_format)
-    cli.add_argument("--tables", nargs="+", choices=HEADS, default=list(HEADS), help="which")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # misses and penetrations are what is counted
-        for name in cli.parse_args(arguments).tables:
+        for name in args.tables:
             print(table(HEADS[name], ROWS[name]()), end="\n\n", flush=True)
     return 0
 

@@ -213,6 +213,11 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
             return list(range(self.num_envs))
         return [int(i) for i in np.flatnonzero(_checks.mask("mask", mask, self.num_envs))]
 
+    def snapshot(self, i: int) -> dict[str, Any]:
+        """What the renderer draws of robot ``i``: pose, pegs, forces, goal."""
+        self._require_open()
+        return self._robots.native.snapshot(i)
+
     def render(self) -> tuple[NDArray[np.uint8], ...] | None:
         """The images of all robots ("rgb_array"); None otherwise."""
         images = self._images(range(self.num_envs))

@@ -1,72 +1,93 @@
-"""What the command lines share."""
+"""The command line: ``python -m training <command> ...``, one module per command.
+
+A command is a dataclass of options, from which tyro makes the parser and the help, and a function of it.
+"""
 
 from __future__ import annotations
 
-import argparse
-import json
+import sys
 from collections.abc import Callable
-from typing import Any
+from importlib import import_module
+from typing import Annotated, TypeVar
 
 import gymnasium as gym
+import tyro
 
 from snake_env import ConfigError
 from training.policies.gaits import DEGREE, GaitParameters
 
+COMMANDS = {
+    "train": ("training.train", "train a policy, or resume a run"),
+    "evaluate": ("training.evaluate", "score policies and gaits on held-out fields"),
+    "benchmark": ("training.evaluation.benchmark", "score every policy in every task"),
+    "inspect": ("training.evaluation.inspection", "show how a policy moves and fails"),
+    "video": ("training.evaluation.video", "film an episode"),
+    "tune": ("training.search.tune", "choose the parameters of the scripted controllers"),
+    "gaits": ("training.search.compare_gaits", "search the best constant gait"),
+    "sweep": ("training.search.sweep", "train many seeds of many configurations"),
+    "pipeline": ("training.pipeline", "search a gait, train, evaluate, draw: what `make train` runs"),
+}
+"""Module and description by name."""
 
-def help_format(prog: str) -> argparse.HelpFormatter:
-    """Keeps the line breaks of a module's text and shows defaults."""
-    return _Format(prog, width=100)
+Options = TypeVar("Options")
 
 
-def answer(cli: argparse.ArgumentParser, work: Callable[[argparse.Namespace], int], given: list[str] | None) -> int:
-    """Does the work that a command line asks for; input that does not do ends it with one line and status 2.
+def main(arguments: list[str] | None = None) -> int:
+    """Runs the command that the first argument names."""
+    given = sys.argv[1:] if arguments is None else arguments
+    if not given or given[0] not in COMMANDS:
+        wanted = bool(given) and given[0] in ("-h", "--help")
+        width = max(map(len, COMMANDS))
+        lines = [f"  {name.ljust(width)}  {about}" for name, (_, about) in COMMANDS.items()]
+        print(
+            "usage: python -m training <command> [options]", "", *lines, sep="\n", file=None if wanted else sys.stderr
+        )
+        return 0 if wanted else 2
+    module, _ = COMMANDS[given[0]]
+    status: int = import_module(module).main(given[1:])
+    return status
+
+
+def answer(
+    kind: type[Options], work: Callable[[Options], int], text: str | None, arguments: list[str] | None = None
+) -> int:
+    """Runs a command; 2 after one line about what is wrong with its input, 130 when it was interrupted.
 
     Args:
-        cli: the command line.
-        work: what it asks for, with its exit status.
-        given: arguments; None: those of the process.
+        kind: Class of its options.
+        work: The command, with its exit status.
+        text: Its description.
+        arguments: Of the command line; None: those of the process.
     """
-    args = cli.parse_args(given)
+    options = tyro.cli(kind, args=arguments, description=text)
     try:
-        return work(args)
+        return work(options)
     except (FileNotFoundError, ConfigError, gym.error.Error) as error:
-        cli.error(str(error))
+        print(error, file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("\nstopped", file=sys.stderr)
+        return 130
 
 
-class _Format(argparse.RawDescriptionHelpFormatter, argparse.ArgumentDefaultsHelpFormatter):
-    pass
-
-
-def gait_from_text(text: str) -> GaitParameters:
-    """'thesis', or 'A,omega,beta' in degrees and degrees per second."""
-    if text == "thesis":
+def _gait(words: list[str]) -> GaitParameters:
+    if words[0] == "thesis":
         return GaitParameters()
     try:
-        amplitude, omega, beta = (float(part) * DEGREE for part in text.split(","))
+        amplitude, omega, beta = (float(part) * DEGREE for part in words[0].split(","))
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r}: expected 'thesis' or A,omega,beta in degrees") from None
+        raise ValueError(f"{words[0]!r}: expected 'thesis' or A,omega,beta in degrees") from None
     return GaitParameters(amplitude, omega, beta)
 
 
-def json_mapping(text: str) -> dict[str, Any]:
-    """A JSON object."""
-    try:
-        value = json.loads(text)
-    except json.JSONDecodeError as error:
-        raise argparse.ArgumentTypeError(f"{text!r}: expected a JSON object ({error})") from None
-    if not isinstance(value, dict):
-        raise argparse.ArgumentTypeError(f"{text!r}: expected a JSON object")
-    return value
-
-
-def numbers(text: str) -> list[float]:
-    """Numbers separated by commas."""
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r}: expected numbers separated by commas") from None
-
-
-def names(text: str) -> list[str]:
-    """Words separated by commas."""
-    return [part.strip() for part in text.split(",")]
+Gait = Annotated[
+    GaitParameters,
+    tyro.constructors.PrimitiveConstructorSpec(
+        nargs=1,
+        metavar="GAIT",
+        instance_from_str=_gait,
+        is_instance=lambda value: isinstance(value, GaitParameters),
+        str_from_instance=lambda gait: [",".join(f"{v / DEGREE:g}" for v in (gait.amplitude, gait.omega, gait.beta))],
+    ),
+]
+"""'thesis', or A,omega,beta in degrees and degrees per second."""

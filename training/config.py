@@ -1,17 +1,14 @@
-"""What a training run is made from: a YAML or JSON file over defaults."""
+"""Configuration of a training run: one class per learner, read from a YAML or JSON file over defaults."""
 
 from __future__ import annotations
 
-import dataclasses
 import json
-import math
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from operator import attrgetter
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
 import gymnasium as gym
+import tyro
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from snake_env import ConfigError
 from snake_env.registration import OWN_ID
@@ -21,329 +18,339 @@ from training import seeds
 ROOT = Path(__file__).parents[1]
 CONFIGS = ROOT / "training" / "configs"
 
-
-class Range(NamedTuple):
-    """What a value may be, and how that is said."""
-
-    said: str
-    admits: Callable[[Any], bool]
+Count = Annotated[int, Field(ge=1)]
+Positive = Annotated[float, Field(gt=0.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
-def _whole(value: Any) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool)
+def _json_object(words: list[str]) -> dict[str, Any]:
+    value = json.loads(words[0])
+    if not isinstance(value, dict):
+        raise ValueError(f"{words[0]!r}: expected a JSON object")
+    return value
 
 
-def _real(value: Any) -> bool:
-    return (_whole(value) or isinstance(value, float)) and math.isfinite(value)
+JsonObject = Annotated[
+    dict[str, Any],
+    tyro.constructors.PrimitiveConstructorSpec(
+        nargs=1,
+        metavar="JSON",
+        instance_from_str=_json_object,
+        is_instance=lambda value: isinstance(value, dict),
+        str_from_instance=lambda value: [json.dumps(value)],
+    ),
+]
+"""A mapping, on the command line one JSON object."""
+
+Self = TypeVar("Self", bound="Section")
 
 
-def _all(admissible: Range, values: Any) -> bool:
-    return isinstance(values, (list, tuple)) and all(map(admissible.admits, values))
+class Section(BaseModel):
+    """Options that are checked when they are set and never change after that."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+    def with_changes(self: Self, **changes: Any) -> Self:
+        """A copy with other values, which are checked too."""
+        return type(self)(**{name: getattr(self, name) for name in type(self).model_fields} | changes)
 
 
-_COUNT = Range("an integer >= 1", lambda value: _whole(value) and value >= 1)
-_FROM_ZERO = Range("an integer >= 0", lambda value: _whole(value) and value >= 0)
-_NUMBER = Range("a number", _real)
-_POSITIVE = Range("a number > 0", lambda value: _real(value) and value > 0.0)
-_NOT_NEGATIVE = Range("a number >= 0", lambda value: _real(value) and value >= 0.0)
-_SHARE = Range("a number in [0, 1]", lambda value: _real(value) and 0.0 <= value <= 1.0)
-_SWITCH = Range("true or false", lambda value: isinstance(value, bool))
-_TEXT = Range("text", lambda value: isinstance(value, str))
-
-
-@dataclass(frozen=True)
-class Policy:
-    """The two networks (actor and critic alike) and the noise that explores.
+class Networks(Section):
+    """Actor and critic, two networks with equal hidden layers, and the noise that explores.
 
     Args:
-        hidden: units of each hidden layer.
-        log_std: logarithm of the standard deviation of the action noise at the start.
-        mirror: the networks treat left and right alike; the lean learner and evolution only.
-        traces: time constants [s] of running means of what was felt, which the networks see too; the lean learner only.
-        bfloat16: hidden layers learn in half precision, faster where the processor has it; the lean learner only.
+        hidden: Units of each hidden layer.
+        log_std: Logarithm of the standard deviation of the action noise at the start.
     """
 
-    hidden: tuple[int, ...] = (64, 64)
+    hidden: tuple[Count, ...] = (64, 64)
     log_std: float = -1.0
-    mirror: bool = False
-    traces: tuple[float, ...] = ()
+
+
+class PpoNetworks(Networks):
+    """Actor and critic of the learner ``ppo``.
+
+    Args:
+        symmetric: Both networks treat left and right alike.
+        memory: Time constants [s] of running means of the observation, which are inputs too.
+        bfloat16: Hidden layers compute in bfloat16, faster where the processor supports it.
+    """
+
+    symmetric: bool = False
+    memory: tuple[Positive, ...] = ()
     bfloat16: bool = False
 
-    def __post_init__(self) -> None:
-        _require(_all(_COUNT, self.hidden), "policy.hidden", self.hidden, "integers >= 1")
-        _require(_all(_POSITIVE, self.traces), "policy.traces", self.traces, "times > 0")
-        _check(self, "policy.", _NUMBER, "log_std")
-        _check(self, "policy.", _SWITCH, "mirror", "bfloat16")
+
+class EvolutionNetworks(Section):
+    """The actor of the learner ``evolution``.
+
+    Args:
+        hidden: Units of each hidden layer.
+        symmetric: The network treats left and right alike.
+    """
+
+    hidden: tuple[Count, ...] = (64, 64)
+    symmetric: bool = False
 
 
-@dataclass(frozen=True)
-class Ppo:
+class Ppo(Section):
     """Proximal policy optimisation; names as in Stable-Baselines3.
 
     Args:
-        n_steps: steps of each robot between two updates.
-        batch_size: samples of a gradient step.
-        n_epochs: passes over the samples.
-        learning_rate: at the start; falls linearly with the share of the budget that is used.
-        final_learning_rate: share of the learning rate at the end.
-        gamma: discount of a control period.
-        gae_lambda: trade-off of bias and variance in the advantage.
-        clip_range: largest relative change of an action's probability that is rewarded.
-        ent_coef: weight of the entropy bonus.
-        vf_coef: weight of the critic's error.
-        max_grad_norm: gradients are shortened to this norm.
-        target_kl: an update stops early when the policy has moved by this much; None: never.
+        n_steps: Steps of each robot between two updates.
+        batch_size: Samples per gradient step.
+        n_epochs: Passes over the samples.
+        learning_rate: At the start; falls linearly with the share of the budget that is used.
+        final_learning_rate: Share of the learning rate that is left at the end.
+        gamma: Discount per control period.
+        gae_lambda: Trade-off of bias and variance in the advantage.
+        clip_range: Largest relative change of an action's probability that is rewarded.
+        ent_coef: Weight of the entropy bonus.
+        vf_coef: Weight of the critic's error.
+        max_grad_norm: Gradients are shortened to this norm.
+        target_kl: An update stops early when the policy has moved by this much; None: never.
     """
 
-    n_steps: int = 128
-    batch_size: int = 2048
-    n_epochs: int = 6
-    learning_rate: float = 5e-4
-    final_learning_rate: float = 0.1
-    gamma: float = 0.99
-    gae_lambda: float = 0.95
-    clip_range: float = 0.2
-    ent_coef: float = 0.0
-    vf_coef: float = 0.5
-    max_grad_norm: float = 0.5
-    target_kl: float | None = None
-
-    def __post_init__(self) -> None:
-        _check(self, "ppo.", _COUNT, "n_steps", "batch_size", "n_epochs")
-        _check(self, "ppo.", _POSITIVE, "learning_rate", "clip_range", "max_grad_norm")
-        _check(self, "ppo.", _SHARE, "final_learning_rate", "gamma", "gae_lambda")
-        _check(self, "ppo.", _NOT_NEGATIVE, "ent_coef", "vf_coef")
-        if self.target_kl is not None:
-            _check(self, "ppo.", _POSITIVE, "target_kl")
+    n_steps: Count = 128
+    batch_size: Count = 2048
+    n_epochs: Count = 6
+    learning_rate: Positive = 5e-4
+    final_learning_rate: Share = 0.1
+    gamma: Share = 0.99
+    gae_lambda: Share = 0.95
+    clip_range: Positive = 0.2
+    ent_coef: NotNegative = 0.0
+    vf_coef: NotNegative = 0.5
+    max_grad_norm: Positive = 0.5
+    target_kl: Positive | None = None
 
 
-@dataclass(frozen=True)
-class Evolution:
+class Evolution(Section):
     """Evolution strategies; weights count in units of one over the root of a layer's inputs.
 
     Args:
-        fields: fields on which each candidate plays an episode, >= 1; all candidates of a generation on the same.
-        spread: standard deviation of the candidates around their mean, > 0.
-        learning_rate: step of Adam at the start; falls linearly with the share of the budget that is used.
-        final_learning_rate: share of the learning rate at the end.
-        senses: blocks of the observation, or single elements as in "wave: sin_phase", that are the networks' inputs;
-            None: all.
+        fields: Fields on which each candidate plays an episode; all candidates of a generation on the same.
+        spread: Standard deviation of the candidates around their mean.
+        learning_rate: Step of Adam at the start; falls linearly with the share of the budget that is used.
+        final_learning_rate: Share of the learning rate that is left at the end.
+        inputs: Blocks of the observation, or single elements as in "wave: sin_phase", that the network sees; None: all.
     """
 
-    fields: int = 4
-    spread: float = 0.2
-    learning_rate: float = 0.03
-    final_learning_rate: float = 0.3
-    senses: tuple[str, ...] | None = None
-
-    def __post_init__(self) -> None:
-        _check(self, "evolution.", _COUNT, "fields")
-        _check(self, "evolution.", _POSITIVE, "spread", "learning_rate")
-        _check(self, "evolution.", _SHARE, "final_learning_rate")
-        _require(self.senses is None or _all(_TEXT, self.senses), "evolution.senses", self.senses, "names, or none")
+    fields: Count = 4
+    spread: Positive = 0.2
+    learning_rate: Positive = 0.03
+    final_learning_rate: Share = 0.3
+    inputs: tuple[str, ...] | None = None
 
 
-@dataclass(frozen=True)
-class Clone:
-    """What to begin as: a scripted controller, or a policy trained before.
+class BehaviourCloning(Section):
+    """What the agent imitates before its first update: a scripted controller, or a policy trained before.
 
     Args:
-        controller: name of a scripted controller.
-        task: task of the benchmark whose tuned numbers it has.
-        policy: in their place, a file with a policy of the same hidden layers.
-        rounds: rollouts on which the actor learns the controller's actions.
-        critic_rounds: rollouts on which the critic alone learns, after that.
-        epochs: passes over the samples in each round.
+        controller: Name of a scripted controller.
+        task: Task of the benchmark for which the controller was tuned.
+        policy: Instead of both, a file with a policy of the same hidden layers.
+        rounds: Rollouts on which the actor learns the controller's actions.
+        critic_rounds: Rollouts on which only the critic learns, after that.
+        epochs: Passes over the samples in each round.
     """
 
     controller: str | None = None
     task: str | None = None
     policy: str | None = None
-    rounds: int = 12
-    critic_rounds: int = 12
-    epochs: int = 4
+    rounds: Annotated[int, Field(ge=0)] = 12
+    critic_rounds: Annotated[int, Field(ge=0)] = 12
+    epochs: Count = 4
 
-    def __post_init__(self) -> None:
-        given = (self.controller, self.task, self.policy)
-        _require(
-            [value is None for value in given] in ([False, False, True], [True, True, False]),
-            "clone",
-            given,
-            "controller and task, or a policy",
-        )
-        _check(self, "clone.", _COUNT, "epochs")
-        _check(self, "clone.", _FROM_ZERO, "rounds", "critic_rounds")
+    @model_validator(mode="after")
+    def _one_source(self) -> BehaviourCloning:
+        given = self.controller, self.task, self.policy
+        if [value is None for value in given] not in ([False, False, True], [True, True, False]):
+            raise ConfigError("behaviour_cloning", given, "controller and task, or a policy")
+        return self
 
 
-@dataclass(frozen=True)
-class Config:
-    """A training run.
+class RunConfig(Section):
+    """What the configurations of all learners have.
 
     Args:
-        about: what it is for; changes nothing.
-        env_id: environment.
-        env: keywords of the environment.
-        num_envs: robots in the batch.
-        num_threads: threads of the simulator.
-        torch_threads: threads of the learner; it waits while the simulator runs, and the other way round.
-        seed: of networks, noise and fields, >= 0.
-        total_steps: environment steps to take, summed over the robots.
-        max_minutes: wall time of training after which it ends all the same; None: no limit.
-        checkpoint_seconds: wall time between checkpoints; zero: one after every update.
-        curriculum: share of the budget over which the difficulty grows from zero to that of ``env``, in [0, 1];
-            zero: no curriculum.
-        clone: what the policy begins as; None: random weights.
-        policy: networks.
-        ppo: learner.
-        evolution: the learner without gradients, which asks for it; the others refuse it.
+        about: What the run is for; has no effect.
+        env_id: Environment.
+        env: Keywords of the environment.
+        num_envs: Robots in the batch.
+        num_threads: Threads of the simulator.
+        torch_threads: Threads of the learner, which waits while the simulator runs, and vice versa.
+        seed: Of networks, noise and fields.
+        total_steps: Environment steps after which training ends, summed over the robots.
+        max_minutes: Wall time after which training ends; None: no limit.
+        checkpoint_seconds: Wall time between checkpoints; zero: one after every update.
     """
 
+    learner: str
     about: str = ""
     env_id: str = "SnakeField-v0"
-    env: dict[str, Any] = field(default_factory=dict)
-    num_envs: int = 64
-    num_threads: int = 2
-    torch_threads: int = 1
-    seed: int = 0
-    total_steps: int = 10_000_000
-    max_minutes: float | None = None
-    checkpoint_seconds: float = 30.0
-    curriculum: float = 0.0
-    clone: Clone | None = None
-    policy: Policy = field(default_factory=Policy)
-    ppo: Ppo = field(default_factory=Ppo)
-    evolution: Evolution | None = None
+    env: JsonObject = {}
+    num_envs: Count = 64
+    num_threads: Count = 2
+    torch_threads: Count = 1
+    seed: Annotated[int, Field(ge=0, lt=seeds.TRAINING.stop)] = 0
+    total_steps: Count = 10_000_000
+    max_minutes: Positive | None = None
+    checkpoint_seconds: NotNegative = 30.0
 
-    def __post_init__(self) -> None:
-        _require_environment(self.env_id)
-        _require(isinstance(self.env, dict), "env", self.env, _MAPPING)
-        _check(self, "", _COUNT, "num_envs", "num_threads", "torch_threads", "total_steps")
-        _check(self, "", _NOT_NEGATIVE, "checkpoint_seconds")
-        _check(self, "", _SHARE, "curriculum")
-        limit = self.max_minutes
-        _require(limit is None or _POSITIVE.admits(limit), "max_minutes", limit, "a number > 0, or none")
-        _require(self.seed in seeds.TRAINING, "seed", self.seed, f"an integer in [0, {seeds.TRAINING.stop})")
+    ADJUSTABLE: ClassVar = ("max_minutes", "total_steps", "num_threads", "torch_threads", "checkpoint_seconds")
+    """Fields that may change when a run is resumed."""
+
+    @field_validator("env_id")
+    @classmethod
+    def _own_environment(cls, env_id: str) -> str:
+        """An id of this package, or one that a module has yet to register, as in "module:id"."""
+        if ":" not in env_id and env_id not in gym.registry:
+            raise ConfigError("env_id", env_id, OWN_ID)
+        refuse_others(env_id)
+        return env_id
+
+
+class CurriculumConfig(RunConfig):
+    """A run of PPO, whose episodes may grow harder.
+
+    Args:
+        curriculum: Share of the budget over which the difficulty grows from zero to that of ``env``; zero: none.
+    """
+
+    curriculum: Share = 0.0
+    ppo: Ppo = Ppo()
 
     def difficulty(self, used: float, hardest: float) -> float:
         """Difficulty of the episodes that begin when the share ``used`` of the budget is used up.
 
         Args:
-            used: in [0, 1].
-            hardest: the environment's difficulty.
+            used: In [0, 1].
+            hardest: The environment's difficulty.
         """
         return hardest * min(1.0, used / self.curriculum) if self.curriculum else hardest
 
-    def refuse(self, learner: str, *names: str) -> None:
-        """Refuses what a learner does not have.
 
-        Args:
-            learner: its name.
-            names: options it has not, dotted as in ``policy.mirror``.
+class Sb3Config(CurriculumConfig):
+    """A run of Stable-Baselines3's PPO."""
 
-        Raises:
-            ConfigError: one of them is not at its default.
-        """
-        for name in names:
-            value, default = attrgetter(name)(self), attrgetter(name)(type(self)())
-            _require(value == default, name, value, f"{default}, {learner} has nothing else")
-
-    def refuse_evolution(self, learner: str) -> None:
-        """Refuses, for another learner, to begin with a configuration that is for evolution.
-
-        Runs that began before this was asked noted a section whatever their learner was; they may go on.
-
-        Args:
-            learner: its name.
-
-        Raises:
-            ConfigError: there is a section ``evolution``.
-        """
-        expected = f"none: this configuration is for training.evolution, not for {learner}"
-        _require(self.evolution is None, "evolution", self.evolution, expected)
-
-    @classmethod
-    def from_mapping(cls, values: dict[str, Any]) -> Config:
-        """The configuration with ``values`` over the defaults; unknown names are errors."""
-        values = dict(values)
-        if "policy" in values:
-            values["policy"] = _section(Policy, "policy", values["policy"], "hidden", "traces")
-        if values.get("clone") is not None:
-            values["clone"] = _section(Clone, "clone", values["clone"])
-        if "ppo" in values:
-            values["ppo"] = _section(Ppo, "ppo", values["ppo"])
-        if values.get("evolution") is not None:
-            values["evolution"] = _section(Evolution, "evolution", values["evolution"], "senses")
-        return _section(cls, "config", values)
-
-    def to_mapping(self) -> dict[str, Any]:
-        """Plain lists, mappings and numbers, for a file."""
-        values = dataclasses.asdict(self)
-        values["policy"] |= {"hidden": list(self.policy.hidden), "traces": list(self.policy.traces)}
-        if self.evolution is not None and self.evolution.senses is not None:
-            values["evolution"]["senses"] = list(self.evolution.senses)
-        return values
+    learner: Annotated[Literal["sb3"], tyro.conf.Suppress] = "sb3"
+    policy: Networks = Networks()
 
 
-def load(path: Path) -> Config:
-    """Reads a YAML or JSON file; a bare name is one of ``training/configs``. JSON needs no further package.
+class PpoConfig(CurriculumConfig):
+    """A run of this package's PPO.
+
+    Args:
+        behaviour_cloning: What the policy imitates first; None: it begins with random weights.
+    """
+
+    learner: Annotated[Literal["ppo"], tyro.conf.Suppress] = "ppo"
+    behaviour_cloning: BehaviourCloning | None = None
+    policy: PpoNetworks = PpoNetworks()
+
+
+class EvolutionConfig(RunConfig):
+    """A run of evolution strategies."""
+
+    learner: Annotated[Literal["evolution"], tyro.conf.Suppress] = "evolution"
+    policy: EvolutionNetworks = EvolutionNetworks()
+    evolution: Evolution = Evolution()
+
+
+LEARNERS: dict[str, type[RunConfig]] = {"sb3": Sb3Config, "ppo": PpoConfig, "evolution": EvolutionConfig}
+LearnerName = Literal["sb3", "ppo", "evolution"]
+
+Kind = TypeVar("Kind", bound=RunConfig)
+
+
+def load(path: Path | str, learner: str | None = None) -> RunConfig:
+    """Reads a YAML or JSON file; a bare name is one of ``training/configs``.
+
+    Args:
+        path: File or name.
+        learner: Instead of the file's ``learner``, which is ``sb3`` where it has none.
 
     Raises:
         ConfigError: there is no such file or name, it cannot be read, or a value in it is not admissible.
     """
-    bare = [CONFIGS / f"{path}{suffix}" for suffix in (".yaml", ".json")]
-    found = next((one for one in bare if one.exists()), path)
-    _require(found.is_file(), "config", path, "a YAML or JSON file, or a name in training/configs")
-    values = _from_json(found) if found.suffix == ".json" else _from_yaml(found)
-    _require(isinstance(values, dict), "config", found, _MAPPING)
-    return Config.from_mapping(values)
+    values = read(path)
+    name = values.get("learner", "sb3") if learner is None else learner
+    if name not in LEARNERS:
+        raise ConfigError("learner", name, f"one of {', '.join(LEARNERS)}")
+    return parse(LEARNERS[name], values | {"learner": name})
 
 
-def _from_json(path: Path) -> Any:
-    try:
-        return json.loads(path.read_text())
-    except ValueError as error:
-        raise ConfigError("config", path, f"JSON ({error})") from None
+def load_as(kind: type[Kind], path: Path | str) -> Kind:
+    """Reads a file as the configuration of one learner, whichever it names.
+
+    Raises:
+        ConfigError: as :func:`load`.
+    """
+    return parse(kind, read(path) | {"learner": kind.model_fields["learner"].default})
 
 
-def _from_yaml(path: Path) -> Any:
+def read(path: Path | str) -> dict[str, Any]:
+    """The values of a configuration file, not yet checked.
+
+    Raises:
+        ConfigError: there is no such file or name, or it is not a mapping in YAML or JSON.
+    """
     import yaml
 
+    bare = [CONFIGS / f"{path}{suffix}" for suffix in (".yaml", ".json")]
+    found = next((one for one in bare if one.exists()), Path(path))
+    if not found.is_file():
+        raise ConfigError("config", path, "a YAML or JSON file, or a name in training/configs")
+    kind = "JSON" if found.suffix == ".json" else "YAML"
     try:
-        values = yaml.safe_load(path.read_text())
+        text = found.read_text()
+        values = json.loads(text) if kind == "JSON" else yaml.safe_load(text) or {}
     except (ValueError, yaml.YAMLError) as error:
-        raise ConfigError("config", path, f"YAML ({' '.join(str(error).split())})") from None
-    return {} if values is None else values
+        raise ConfigError("config", found, f"{kind} ({' '.join(str(error).split())})") from None
+    if not isinstance(values, dict):
+        raise ConfigError("config", found, "a mapping of names to values")
+    return values
 
 
-def save(config: Config, path: Path) -> None:
+def parse(kind: type[Kind], values: dict[str, Any]) -> Kind:
+    """The configuration with ``values`` over the defaults.
+
+    Raises:
+        ConfigError: names the field, its value and what is admissible.
+    """
+    try:
+        return kind.model_validate_json(json.dumps(values))
+    except ValidationError as error:
+        raise _config_error(kind, error) from None
+
+
+def _config_error(kind: type[BaseModel], error: ValidationError) -> ConfigError:
+    """The first of pydantic's errors."""
+    first = error.errors()[0]
+    cause = first.get("ctx", {}).get("error")
+    if isinstance(cause, ConfigError):
+        return cause
+    *path, last = first["loc"]
+    section = kind
+    for name in path:
+        section = _section(section, str(name))
+    expected = first["msg"].removeprefix("Input should be ")
+    if first["type"] == "extra_forbidden":
+        expected = f"one of {', '.join(section.model_fields)}"
+    elif first["type"] in ("model_type", "dict_type"):
+        expected = "a mapping of names to values"
+    return ConfigError(".".join(map(str, (*path, last))), first["input"], expected)
+
+
+def _section(kind: type[BaseModel], name: str) -> type[BaseModel]:
+    """The class of a field that is a section, or else ``kind``."""
+    annotation = kind.model_fields[name].annotation if name in kind.model_fields else None
+    options = getattr(annotation, "__args__", (annotation,))
+    return next((one for one in options if isinstance(one, type) and issubclass(one, BaseModel)), kind)
+
+
+def save(config: RunConfig, path: Path) -> None:
     """Writes a JSON file that :func:`load` reads."""
-    path.write_text(json.dumps(config.to_mapping(), indent=2) + "\n")
-
-
-_MAPPING = "a mapping of names to values"
-
-
-def _section(kind: type, name: str, values: Any, *lists: str) -> Any:
-    """A section from its mapping; the lists in it that ``lists`` names become tuples."""
-    _require(isinstance(values, dict), name, values, _MAPPING)
-    known = [f.name for f in dataclasses.fields(kind)]
-    for key in values:
-        _require(key in known, f"{name}.{key}", values[key], "one of " + ", ".join(known))
-    return kind(**values | {key: tuple(values[key]) for key in lists if isinstance(values.get(key), list)})
-
-
-def _require_environment(env_id: Any) -> None:
-    """An id of this package, or one that a module has still to register, as in "module:id"."""
-    _require(isinstance(env_id, str) and (":" in env_id or env_id in gym.registry), "env_id", env_id, OWN_ID)
-    refuse_others(env_id)
-
-
-def _check(section: object, prefix: str, admissible: Range, *names: str) -> None:
-    for name in names:
-        value = getattr(section, name)
-        _require(admissible.admits(value), prefix + name, value, admissible.said)
-
-
-def _require(ok: bool, name: str, value: object, expected: str) -> None:
-    if not ok:
-        raise ConfigError(name, value, expected)
+    path.write_text(config.model_dump_json(indent=2) + "\n")

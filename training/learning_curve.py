@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,10 @@ EPISODES = 200
 
 SIGNALS = ("is_success", "distance", "speed", "jam_ratio", "left_corridor")
 """Signals of an episode's last step that the curve shows."""
+
+
+Note = Callable[[float, Mapping[str, Any]], None]
+"""Receives a finished episode: the sum of its rewards, the signals of its last step."""
 
 
 class LearningCurve:

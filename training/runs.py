@@ -29,20 +29,20 @@ class StaleRun(ValueError):
     """A run that this version cannot go on with; says what it was begun with."""
 
 
+POLICIES = ("policy.safetensors", "model.zip")
+"""Names of the policy at the end: that of Stable-Baselines3 is a zip file."""
+
+
 class RunFolder:
     """Reads and writes the files of one run.
 
     Args:
-        path: the folder.
-        model: name of the file with the policy at the end.
-        checkpoint: suffix of checkpoints.
+        path: The folder.
     """
 
-    def __init__(self, path: Path, model: str = "model.zip", checkpoint: str = ".zip") -> None:
+    def __init__(self, path: Path) -> None:
         self.path = path
         self.checkpoints = path / "checkpoints"
-        self.model = path / model
-        self._suffix = checkpoint
         self.curve = path / "curve.jsonl"
         self._progress = path / "progress.json"
         self._finished = path / "finished.json"
@@ -50,7 +50,7 @@ class RunFolder:
         self._versions = path / "versions.json"
         self._begun_with = json.loads(self._versions.read_text()) if self._versions.exists() else {}
 
-    def create(self, config: configs.Config) -> None:
+    def create(self, config: configs.RunConfig) -> None:
         """Makes the folder and notes what the run is made from."""
         self.checkpoints.mkdir(parents=True, exist_ok=True)
         configs.save(config, self._config)
@@ -64,9 +64,14 @@ class RunFolder:
             with suppress(OSError):  # what holds something stays
                 folder.rmdir()
 
-    def config(self) -> configs.Config:
-        """The configuration the run was begun with."""
-        return configs.load(self._config)
+    def config(self) -> configs.RunConfig:
+        """The configuration that the run was begun with.
+
+        Raises:
+            StaleRun: it is not one of this version.
+        """
+        with self.resumed():
+            return configs.load(self._config)
 
     @contextmanager
     def resumed(self) -> Iterator[None]:
@@ -101,18 +106,24 @@ class RunFolder:
     @property
     def finished(self) -> bool:
         """The run has used up its budget."""
-        return self._finished.exists() and self.model.exists()
+        return self._finished.exists() and self.policy.exists()
+
+    @property
+    def policy(self) -> Path:
+        """The policy at the end of the run."""
+        found = [self.path / name for name in POLICIES if (self.path / name).exists()]
+        return found[0] if found else self.path / POLICIES[0]
 
     def latest(self) -> Path | None:
         """The checkpoint after the most steps."""
-        return max(self.checkpoints.glob(f"[0-9]*{self._suffix}"), key=lambda path: int(path.stem), default=None)
+        return max(self.checkpoints.glob("[0-9]*"), key=lambda path: int(path.stem), default=None)
 
-    def save_checkpoint(self, save: Callable[[Path], None], steps: int, seconds: float) -> Path:
+    def save_checkpoint(self, save: Callable[[Path], None], steps: int, seconds: float, suffix: str) -> Path:
         """Saves a checkpoint: whole or not at all; the two before it are kept."""
-        path = self.checkpoints / f"{steps:09d}{self._suffix}"
+        path = self.checkpoints / f"{steps:09d}{suffix}"
         replace(path, save)
         replace(self._progress, lambda part: write_json(part, self._seconds() | {path.stem: seconds}))
-        for old in sorted(self.checkpoints.glob(f"[0-9]*{self._suffix}"))[:-3]:
+        for old in sorted(self.checkpoints.glob("[0-9]*"))[:-3]:
             old.unlink()
         return path
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,8 @@ from snake_env import ConfigError
 from training.config import CONFIGS
 
 TASKS = CONFIGS / "tasks.json"
+GOAL = 2.0
+"""Distance of the goal by default [m]."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +42,7 @@ def load(path: Path = TASKS) -> dict[str, BenchmarkTask]:
     }
 
 
-def chosen(names: list[str] | None, path: Path = TASKS) -> list[BenchmarkTask]:
+def chosen(names: Sequence[str] | None, path: Path = TASKS) -> list[BenchmarkTask]:
     """The tasks of these names; None: all.
 
     Raises:

@@ -1,8 +1,167 @@
-"""``python -m training.train``: see :mod:`training.learners.sb3`."""
+"""Train a policy: begin a run in a folder, or resume the one in it.
 
+    python -m training train --config field-hard --seed 0 --out runs/field
+    python -m training train --config field-hard --learner sb3 --ppo.learning-rate 3e-4 --out runs/sb3
+    python -m training train --resume --out runs/field
+
+Learners are ppo (this package's PPO), sb3 (that of Stable-Baselines3) and evolution (evolution strategies). Every value
+of a configuration has an option; which ones there are depends on the learner. Ctrl-C saves and stops.
+"""
+
+from __future__ import annotations
+
+import dataclasses
 import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Annotated, Any, Literal, TypeVar
 
-from training.learners.sb3 import main
+import gymnasium as gym
+import tyro
+
+from snake_env import ConfigError
+from training import config as configs
+from training.config import LearnerName, RunConfig
+from training.runs import RunFolder, StaleRun
+
+MODULES = {
+    "sb3": "training.learners.sb3",
+    "ppo": "training.learners.ppo",
+    "evolution": "training.learners.evolution",
+}
+"""What trains a configuration, by its ``learner``."""
+
+
+@dataclass
+class Options:
+    """Which run.
+
+    Args:
+        out: Folder of the run.
+        config: YAML or JSON file, or a name in training/configs.
+        resume: Continue from the latest checkpoint, if the folder has a run.
+        seconds: Wall time of training; a resumed run counts what it used before.
+        action_mode: Meaning of the actions, over the configuration's env.
+        bar: Show progress.
+    """
+
+    out: Path = Path("runs/train")
+    config: Path = Path("default")
+    resume: bool = False
+    seconds: float | None = None
+    action_mode: Literal["gait", "joints", "residual"] | None = None
+    bar: bool = True
+
+
+@dataclass
+class TrainOptions(Options):
+    """Which run.
+
+    Args:
+        learner: Instead of the configuration's.
+    """
+
+    learner: LearnerName | None = None
+
+
+Kind = TypeVar("Kind", bound=Options)
+Load = Callable[[Kind], RunConfig]
+"""Reads the configuration that options name."""
+Train = Callable[[RunFolder, Any, bool], int]
+"""Trains the run of a folder from its latest checkpoint on; the flag asks for a progress display."""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Runs the command; 0 when the budget is used up, 130 when it was stopped, 2 when the run cannot begin."""
+    return command(TrainOptions, __doc__, arguments, lambda one: configs.load(one.config, one.learner), _train)
+
+
+def _train(options: TrainOptions, folder: RunFolder, config: RunConfig) -> int:
+    train: Train = import_module(MODULES[config.learner]).train
+    return train(folder, config, options.bar)
+
+
+def command(
+    kind: type[Kind],
+    text: str | None,
+    arguments: list[str] | None,
+    load: Load[Kind],
+    train: Callable[[Kind, RunFolder, Any], int],
+) -> int:
+    """The command of a learner.
+
+    Args:
+        kind: Its options.
+        text: Its description.
+        arguments: Of the command line; None: those of the process.
+        load: Reads the configuration.
+        train: Trains the run of a folder.
+    """
+    try:
+        options, config = _parse(kind, text, sys.argv[1:] if arguments is None else arguments, load)
+        return _run(options, config, train)
+    except (StaleRun, ConfigError, gym.error.Error) as error:
+        print(error, file=sys.stderr)
+        return 2
+
+
+def _parse(kind: type[Kind], text: str | None, given: list[str], load: Load[Kind]) -> tuple[Kind, RunConfig]:
+    """Options and configuration; the configuration that the options name has the defaults of its own options.
+
+    Raises:
+        ConfigError: the configuration, or what overrides it, is not admissible.
+        StaleRun: the run in the folder does not fit this version.
+    """
+    options, _ = tyro.cli(kind, args=[one for one in given if one not in ("-h", "--help")], return_unknown_args=True)
+    folder = RunFolder(options.out)
+    begun = folder.config() if options.resume and folder.exists else None
+    default = begun or load(options)
+    both = dataclasses.make_dataclass(
+        "Both",
+        [
+            ("options", Annotated[kind, tyro.conf.arg(name="")]),
+            ("values", Annotated[type(default), tyro.conf.arg(name="")], default),
+        ],
+    )
+    config: RunConfig = tyro.cli(both, args=given, description=text, config=(tyro.conf.AvoidSubcommands,)).values
+    if options.seconds is not None:
+        config = config.with_changes(max_minutes=options.seconds / 60.0)
+    if options.action_mode is not None:
+        config = config.with_changes(env=config.env | {"action_mode": options.action_mode})
+    if begun is not None:
+        _require_same_run(begun, config)
+    return options, config
+
+
+def _require_same_run(begun: RunConfig, config: RunConfig) -> None:
+    """Raises unless only budget, threads and checkpoints of a resumed run are new."""
+    for name in type(begun).model_fields:
+        before, now = getattr(begun, name), getattr(config, name)
+        if now != before and name not in RunConfig.ADJUSTABLE:
+            raise ConfigError(name, now, f"{before}, with which the run was begun")
+
+
+def _run(options: Kind, config: RunConfig, train: Callable[[Kind, RunFolder, Any], int]) -> int:
+    folder = RunFolder(options.out)
+    new = not folder.exists
+    if not new and not options.resume:
+        print(f"{options.out} holds a run: choose another --out, or --resume", file=sys.stderr)
+        return 2
+    if new and options.resume:
+        print(f"{options.out} holds no run yet: begins one", flush=True)
+    folder.create(config)
+    try:
+        status = train(options, folder, config)
+    except Exception:
+        if new and not folder.has_begun:
+            folder.discard()
+        raise
+    if status == 130:
+        print(f"go on with --resume --out {options.out}")
+    return status
+
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import argparse
-import sys
 from importlib.util import find_spec
+
+from snake_env import ConfigError
 
 MODULES = {"ray": ("Ray", "ray"), "rllib": ("RLlib", "ray.rllib")}
 """By extra of the package: what it installs."""
@@ -12,18 +12,15 @@ MODULES = {"ray": ("Ray", "ray"), "rllib": ("RLlib", "ray.rllib")}
 REMEDY = "`make .venv-ray/.packages` makes an environment with it; then PYTHONPATH=. .venv-ray/bin/python -m ..."
 
 
-def add_address(cli: argparse.ArgumentParser) -> None:
-    """Adds the option that says which cluster."""
-    cli.add_argument("--address", help="of a running cluster, or 'auto'; without it Ray starts on this machine")
+def require(extra: str) -> None:
+    """Raises unless an extra of the package is installed.
 
-
-def installed(extra: str) -> bool:
-    """Whether an extra of the package is installed; says how to if it is not."""
+    Raises:
+        ConfigError: tells how to install it.
+    """
     name, module = MODULES[extra]
-    found = find_spec("ray") is not None and find_spec(module) is not None
-    if not found:
-        print(f"{name} is not installed. {REMEDY}", file=sys.stderr)
-    return found
+    if find_spec("ray") is None or find_spec(module) is None:
+        raise ConfigError(name, "missing", REMEDY)
 
 
 def join(address: str | None) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import Any, cast
 
 import ray
@@ -10,9 +9,10 @@ import torch
 from torch import Tensor
 
 from snake_env import ConfigError
-from training.config import Config
-from training.learners import ppo
-from training.learners.ppo import ROLLOUT, Agent, Note, Rollout, make_agent
+from training.config import PpoConfig
+from training.learners.agent import Agent, make_agent
+from training.learners.collector import ARRAYS, Collector, Rollout
+from training.learning_curve import Note
 
 
 @ray.remote
@@ -25,10 +25,10 @@ class Worker:
         used: share of the training budget used up before.
     """
 
-    def __init__(self, config: Config, seed: int, used: float) -> None:
+    def __init__(self, config: PpoConfig, seed: int, used: float) -> None:
         torch.set_num_threads(1)
         self._ended: list[tuple[float, dict[str, float]]] = []
-        self._collector = ppo.Collector(config, seed, used, lambda *episode: self._ended.append(episode))
+        self._collector = Collector(config, seed, used, lambda *episode: self._ended.append(episode))
         self._agent = make_agent(config, *self.sizes())
         self._noise = torch.Generator().manual_seed(seed)
 
@@ -41,7 +41,7 @@ class Worker:
         self._agent.load_state_dict(weights)
         rollout, last_value = self._collector.collect(self._agent, self._noise, gamma)
         ended, self._ended = self._ended, []
-        arrays = {name: getattr(rollout, name) for name in ROLLOUT}
+        arrays = {name: getattr(rollout, name) for name in ARRAYS}
         return arrays, last_value, ended
 
     def advance(self, used: float) -> None:
@@ -50,7 +50,7 @@ class Worker:
 
 
 class RayCollector:
-    """Stands for a :class:`training.learners.ppo.Collector` whose robots are shared among actors.
+    """Stands for a :class:`training.learners.collector.Collector` whose robots are shared among actors.
 
     Args:
         config: of the run.
@@ -63,11 +63,11 @@ class RayCollector:
         ConfigError: it does not.
     """
 
-    def __init__(self, config: Config, seed: int, used: float, note: Note, workers: int) -> None:
+    def __init__(self, config: PpoConfig, seed: int, used: float, note: Note, workers: int) -> None:
         if workers < 1 or config.num_envs % workers:
             raise ConfigError("workers", workers, f"a divisor of num_envs = {config.num_envs}")
         self._share = config.num_envs // workers
-        of_worker = dataclasses.replace(config, num_envs=self._share)
+        of_worker = config.with_changes(num_envs=self._share)
         make = cast(Any, Worker).options(num_cpus=config.num_threads)
         self._workers = [make.remote(of_worker, seed + k * self._share, used) for k in range(workers)]
         self.observations, self.actions = ray.get(self._workers[0].sizes.remote())

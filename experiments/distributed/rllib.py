@@ -3,32 +3,52 @@
     python -m experiments.distributed.rllib --runners 2 --config field-hard --out runs/rllib
     python -m experiments.distributed.rllib --address auto --runners 64 --num-envs 16384 --out runs/large
 
-Each environment runner of RLlib has a batch of robots of its own, on whatever node Ray puts it. Ctrl-C saves and
-stops, ``--resume`` goes on from the latest checkpoint. At the end the folder holds ``policy.safetensors``, which
-``training.evaluation.evaluate`` plays as it plays those of the lean learner (``experiments/distributed/ppo.py`` is
-that learner on a cluster, and the faster of the two). Needs the extra ``rllib``.
+Each environment runner of RLlib has a batch of robots of its own, on whatever node Ray puts it; --num-threads counts
+the threads and CPUs of a runner. Ctrl-C saves and stops, ``--resume`` goes on from the latest checkpoint. At the end
+the folder holds ``policy.safetensors``. ``experiments/distributed/ppo.py`` is the faster of the two on a cluster. Needs
+the extra ``rllib``.
 """
 
 from __future__ import annotations
 
-import argparse
 import sys
-from functools import partial
-from typing import Any
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
 
 import numpy as np
+import tyro
+from pydantic import field_validator
 
 from experiments.distributed import cluster
 from snake_env import ConfigError
-from training import run_command, seeds
+from training import seeds
 from training.budget import Budget, StopRequest
-from training.config import Config
+from training.config import LEARNERS, Networks, Ppo, RunConfig, load_as
 from training.learning_curve import EPISODES, SIGNALS, text
 from training.policies import files
 from training.runs import RunFolder
+from training.train import Options, command
 
 
-def settings(config: Config, runners: int) -> Any:
+class RllibConfig(RunConfig):
+    """A run of RLlib's PPO."""
+
+    learner: Annotated[Literal["rllib"], tyro.conf.Suppress] = "rllib"
+    policy: Networks = Networks()
+    ppo: Ppo = Ppo()
+
+    @field_validator("ppo")
+    @classmethod
+    def _no_target(cls, ppo: Ppo) -> Ppo:
+        if ppo.target_kl is not None:
+            raise ConfigError("ppo.target_kl", ppo.target_kl, "none, RLlib's PPO does not have it")
+        return ppo
+
+
+LEARNERS["rllib"] = RllibConfig
+
+
+def settings(config: RllibConfig, runners: int) -> Any:
     """RLlib's configuration of a run.
 
     The robots start anew in the step after the one that ends an episode (Gymnasium's next-step mode), which is the
@@ -50,8 +70,6 @@ def settings(config: Config, runners: int) -> Any:
 
     if runners < 1 or config.num_envs % runners:
         raise ConfigError("runners", runners, f"a divisor of num_envs = {config.num_envs}")
-    lean = ("clone", "policy.mirror", "policy.traces", "policy.bfloat16", "ppo.target_kl")
-    config.refuse("RLlib's PPO", "curriculum", *lean)
     ppo = config.ppo
     rates = [[0, ppo.learning_rate], [config.total_steps, ppo.learning_rate * ppo.final_learning_rate]]
     return (
@@ -114,11 +132,9 @@ def actor(weights: dict[str, Any]) -> files.Arrays:
     }
 
 
-def train(folder: RunFolder, config: Config, show: bool, runners: int) -> int:
+def train(folder: RunFolder, config: RllibConfig, show: bool, runners: int) -> int:
     """Trains from the folder's latest checkpoint, or from the start; 130 when it was stopped."""
     saved = folder.path / "algorithm"
-    if not saved.exists():
-        config.refuse_evolution("RLlib's PPO")
     algorithm = settings(config, runners).build_algo()
     seconds = 0.0
     if saved.exists():
@@ -141,7 +157,8 @@ def train(folder: RunFolder, config: Config, show: bool, runners: int) -> int:
             if ends:
                 break
     weights = algorithm.get_module().get_state()
-    files.write(folder.model, actor(weights), config.to_mapping() | {"steps": int(row["steps"])})
+    policy = folder.path / files.NAME
+    files.write(policy, actor(weights), config.model_dump(mode="json") | {"steps": int(row["steps"])})
     algorithm.stop()
     if stop.received:
         print(f"saved after {row['steps']:.0f} steps")
@@ -163,23 +180,29 @@ def curve_row(result: dict[str, Any], budget: Budget) -> dict[str, float]:
     return row | {name: round(float(mean), 4) for name, mean in means.items() if mean is not None and mean == mean}
 
 
-def parser() -> argparse.ArgumentParser:
-    """The command line."""
-    cli = run_command.parser("experiments.distributed.rllib", __doc__)
-    cli.add_argument("--runners", type=int, default=2, help="environment runners, each with an equal share of robots")
-    cli.add_argument("--runner-threads", type=int, help="threads and CPUs of a runner, over the config's num_threads")
-    cluster.add_address(cli)
-    return cli
+@dataclass
+class RllibOptions(Options):
+    """Which run, and where.
+
+    Args:
+        runners: Environment runners, each with an equal share of the robots.
+        address: Of a running cluster, or 'auto'; None: Ray starts on this machine.
+    """
+
+    runners: int = 2
+    address: str | None = None
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Runs the command; 0 when the budget has been used up, 130 when it was stopped, 2 without RLlib."""
-    args = parser().parse_args(arguments)
-    if not cluster.installed("rllib"):
-        return 2
-    args.num_threads = args.runner_threads or args.num_threads
-    cluster.join(args.address)
-    return run_command.run(args, RunFolder(args.out, files.NAME), partial(train, runners=args.runners))
+    """Runs the command; 0 when the budget is used up, 130 when it was stopped, 2 without RLlib."""
+    return command(RllibOptions, __doc__, arguments, lambda one: load_as(RllibConfig, one.config), begin)
+
+
+def begin(options: RllibOptions, folder: RunFolder, config: RllibConfig) -> int:
+    """Trains on the cluster."""
+    cluster.require("rllib")
+    cluster.join(options.address)
+    return train(folder, config, options.bar, options.runners)
 
 
 if __name__ == "__main__":

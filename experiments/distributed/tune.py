@@ -11,16 +11,15 @@ after equal numbers of steps and goes on with the better third. ``best.json`` in
 
 from __future__ import annotations
 
-import argparse
-import dataclasses
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from experiments.distributed import cluster
 from training import config as configs
-from training.cli import answer, help_format
-from training.config import Config
+from training.cli import answer
+from training.config import Sb3Config
 from training.runs import RunFolder
 
 FIRST_LOOK = 0.1
@@ -53,19 +52,19 @@ class Reporting(RunFolder):
         tune.report({**row, "score": row.get("is_success", 0.0) + row.get("speed", 0.0)})
 
 
-def trial(drawn: dict[str, Any], config: Config) -> None:
+def trial(drawn: dict[str, Any], config: Sb3Config) -> None:
     """Trains with the hyper-parameters that were drawn, in the working directory that Tune gives the trial."""
     from ray import tune
 
     from training.learners import sb3
 
     folder = Reporting(Path(tune.get_context().get_trial_dir()))
-    mine = dataclasses.replace(config, ppo=dataclasses.replace(config.ppo, **drawn))
+    mine = config.with_changes(ppo=config.ppo.with_changes(**drawn))
     folder.create(mine)
     sb3.train(folder, mine, bar=False)
 
 
-def search(config: Config, trials: int, out: Path) -> Config:
+def search(config: Sb3Config, trials: int, out: Path) -> Sb3Config:
     """Runs or goes on with a search in a folder.
 
     Args:
@@ -93,38 +92,43 @@ def search(config: Config, trials: int, out: Path) -> Config:
             run_config=tune.RunConfig(name=out.name, storage_path=str(out.parent)),
         )
     best = tuner.fit().get_best_result("score", "max", scope="last-5-avg")
-    return dataclasses.replace(config, ppo=dataclasses.replace(config.ppo, **best.config))
+    return config.with_changes(ppo=config.ppo.with_changes(**best.config))
 
 
-def parser() -> argparse.ArgumentParser:
-    """The command line."""
-    cli = argparse.ArgumentParser("experiments.distributed.tune", description=__doc__, formatter_class=help_format)
-    cli.add_argument("--config", type=Path, default=Path("field-hard"), help="file or name in training/configs")
-    cli.add_argument("--trials", type=int, default=16, help="hyper-parameters to draw")
-    cli.add_argument("--total-steps", type=int, help="environment steps of a full trial, over the config's")
-    cluster.add_address(cli)
-    cli.add_argument("--out", type=Path, default=Path("runs/search"), help="folder of the search")
-    return cli
+@dataclass
+class Options:
+    """What is searched.
+
+    Args:
+        config: File or name in training/configs.
+        trials: Hyper-parameters to draw.
+        total_steps: Environment steps of a full trial, over the configuration's.
+        address: Of a running cluster, or 'auto'; None: Ray starts on this machine.
+        out: Folder of the search.
+    """
+
+    config: Path = Path("field-hard")
+    trials: int = 16
+    total_steps: int | None = None
+    address: str | None = None
+    out: Path = Path("runs/search")
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command; 2 without Ray."""
-    return answer(parser(), run, arguments)
+    return answer(Options, run, __doc__, arguments)
 
 
-def run(args: argparse.Namespace) -> int:
+def run(args: Options) -> int:
     """Searches, and writes the best configuration."""
-    if not cluster.installed("ray"):
-        return 2
-    config = dataclasses.replace(configs.load(args.config), num_threads=1, torch_threads=1)
-    config.refuse_evolution("experiments.distributed.tune")
-    if args.total_steps is not None:
-        config = dataclasses.replace(config, total_steps=args.total_steps)
+    cluster.require("ray")
+    steps = {} if args.total_steps is None else {"total_steps": args.total_steps}
+    config = configs.load_as(Sb3Config, args.config).with_changes(num_threads=1, torch_threads=1, **steps)
     cluster.join(args.address)
     best = search(config, args.trials, args.out.resolve())
     configs.save(best, args.out / "best.json")
     print(f"best hyper-parameters: {best.ppo}")
-    print(f"{args.out / 'best.json'}: a configuration for every learner but evolution")
+    print(f"{args.out / 'best.json'}: a configuration of the learners sb3 and ppo")
     return 0
 
 

@@ -272,7 +272,7 @@ EMIT = f"records = json.loads({json.dumps(json.dumps(RECORDS))})\nfor r in recor
 def test_the_command_measures_and_writes_results_pictures_and_page(monkeypatch, tmp_path, capsys):
     pretend(monkeypatch, tmp_path, "print('working', sys.argv[1:], file=sys.stderr)\n" + EMIT)
     out = tmp_path / "out"
-    assert command.main(["--quick", "--parts", "precision,skip", "--scenes", "free", "--out", str(out)]) == 0
+    assert command.main(["--quick", "--parts", "precision", "skip", "--scenes", "free", "--out", str(out)]) == 0
     printed = capsys.readouterr()
     assert "working ['precision', 'skip', '--quick'" in printed.err
     assert "| target | aim | measured |" in printed.out

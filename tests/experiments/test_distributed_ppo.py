@@ -6,23 +6,22 @@ import pytest
 pytest.importorskip("torch")
 pytest.importorskip("ray")
 
-import dataclasses
-
 import torch
 
 from experiments.distributed import ppo as distributed_ppo
 from experiments.distributed.collector import RayCollector
 from training import config
-from training.learners import ppo
+from training.learners import agent as agents
+from training.learners.collector import Collector
 from training.policies import files
 
-SMOKE = dataclasses.replace(config.load("smoke"), total_steps=512)
+SMOKE = config.load("smoke", "ppo").with_changes(total_steps=512)
 
 
 def test_actors_begin_with_the_robots_of_one_process(cluster):
     shared = RayCollector(SMOKE, 5, 0.0, lambda *episode: None, workers=2)
-    alone = ppo.Collector(SMOKE, 5, 0.0, lambda *episode: None)
-    agent = ppo.Agent(alone.observations, alone.actions, SMOKE.policy, None)
+    alone = Collector(SMOKE, 5, 0.0, lambda *episode: None)
+    agent = agents.Agent(alone.observations, alone.actions, SMOKE.policy, None)
     noise = torch.Generator().manual_seed(0)
     together, last_value = shared.collect(agent, noise, 0.99)
     apart, _ = alone.collect(agent, noise, 0.99)
@@ -37,7 +36,7 @@ def test_training_on_two_nodes_repeats_itself(cluster, tmp_path):
     for name in ("first", "second"):
         arguments = ["--out", str(tmp_path / name), "--config", "smoke", "--no-bar", "--total-steps", "512"]
         assert distributed_ppo.main([*arguments, "--workers", "2"]) == 0
-    first, second = (files.read(tmp_path / name / ppo.POLICY)[0] for name in ("first", "second"))
+    first, second = (files.read(tmp_path / name / files.NAME)[0] for name in ("first", "second"))
     assert all(np.array_equal(first[name], second[name]) for name in first)
 
 

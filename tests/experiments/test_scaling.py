@@ -1,7 +1,5 @@
 """The measured cost of a training step."""
 
-import dataclasses
-
 import pytest
 
 pytest.importorskip("torch")
@@ -14,7 +12,7 @@ def test_the_section_of_a_page_is_replaced(tmp_path, capsys):
     page = tmp_path / "scaling.md"
     page.write_text(f"# Scaling\n\nKept.\n\n{scaling.HEADING}\n\nOld.\n")
     smoke = tmp_path / "smoke.json"
-    config.save(dataclasses.replace(config.load("smoke"), num_envs=4), smoke)
+    config.save(config.load("smoke").with_changes(num_envs=4), smoke)
     assert scaling.main(["--config", str(smoke), "--write", str(page)]) == 0
     assert "Kept." in page.read_text()
     assert "Old." not in page.read_text()

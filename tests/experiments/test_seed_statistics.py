@@ -11,9 +11,9 @@ from experiments import seed_statistics
 from training import config, runs, seeds
 from training.evaluation import benchmark
 from training.learners import ppo
-from training.search import sweep
 
 SMOKE = {
+    "learner": "ppo",
     "env_id": "SnakeFree-v0",
     "env": {"max_episode_steps": 40},
     "num_envs": 8,
@@ -28,31 +28,32 @@ def swept(tmp_path_factory):
     """Two seeds of two configurations that differ in name alone, and a run that has not been finished."""
     folder = tmp_path_factory.mktemp("swept")
     for name in ("one", "two"):
-        config.save(config.Config.from_mapping(SMOKE), folder / f"{name}.json")
-    names = f"{folder / 'one.json'},{folder / 'two.json'}"
-    arguments = ["--configs", names, "--seeds", "2", "--jobs", "2", "--fields", "2", "--out", str(folder / "sweep")]
-    assert sweep.main(arguments) == 0
-    runs.RunFolder(folder / "sweep" / "one" / "seed-10", ppo.POLICY, ".pt").create(config.Config())
+        for seed in range(2):
+            settings = config.parse(config.PpoConfig, SMOKE | {"seed": seed})
+            run = runs.RunFolder(folder / "sweep" / name / f"seed-{seed}")
+            run.create(settings)
+            assert ppo.train(run, settings, show=False) == 0
+    runs.RunFolder(folder / "sweep" / "one" / "seed-10").create(config.PpoConfig())
     return folder / "sweep"
 
 
 def test_equal_runs_do_not_differ_and_unfinished_ones_do_not_count(swept, tmp_path, capsys):
-    arguments = ["--sweep", str(swept), "--configs", "one,two", "--fields", "3", "--out", str(tmp_path)]
+    arguments = ["--sweep", str(swept), "--configs", "one", "two", "--fields", "3", "--out", str(tmp_path)]
     assert seed_statistics.main([*arguments, "--num-threads", "1"]) == 0
-    found = json.loads((tmp_path / "seed-table.json").read_text())
+    found = json.loads((tmp_path / "seed-statistics.json").read_text())
     assert found["scores"]["one"] == found["scores"]["two"]
     assert [len(values) for values in found["scores"]["one"].values()] == [2, 2]
     printed = capsys.readouterr().out
-    assert "one against two, seed by seed: success +0.000 [+0.000, +0.000]" in printed
+    assert "one against two, seed by seed: success +0.000 [+0.000, +0.000], better with probability 0.50" in printed
     assert (tmp_path / "learning-curves.png").stat().st_size > 5000
 
 
 def test_a_score_is_that_of_the_seeds_own_policy(swept, tmp_path):
     """A seed keeps its score when the other one is gone."""
     bench = benchmark.Benchmark(tmp_path / "cells", seeds.held_out(3), 1)
-    both = seed_statistics.judge(seed_statistics.finished(swept / "two"), bench)
+    both = seed_statistics.score(seed_statistics.finished(swept / "two"), bench)
     shutil.copytree(swept / "two" / "seed-1", tmp_path / "alone" / "seed-1")
-    alone = seed_statistics.judge(seed_statistics.finished(tmp_path / "alone"), bench)
+    alone = seed_statistics.score(seed_statistics.finished(tmp_path / "alone"), bench)
     speed = both["speed [m/s]"]
     assert alone["speed [m/s]"] == {"seed-1": speed["seed-1"]}
     assert speed["seed-0"] != speed["seed-1"]
@@ -66,7 +67,7 @@ def test_the_interval_is_students_over_seeds():
     table = {"success": {"seed-0": 2.0, "seed-1": 9.0, "seed-2": 4.0, "seed-3": 6.0}}
     reference = {"success": {"seed-0": 1.0, "seed-2": 2.0, "seed-3": 3.0}}
     said = seed_statistics.against(table, reference, "a", "b")
-    assert said == "a against b, seed by seed: success +2.000 [-0.484, +4.484]."
+    assert said == "a against b, seed by seed: success +2.000 [-0.484, +4.484], better with probability 0.88."
     assert (
         seed_statistics.against(table, {"success": {"seed-1000": 1.0}}, "a", "b") == "a and b have no seed in common."
     )
@@ -78,6 +79,5 @@ def test_one_seed_has_no_interval():
 
 
 def test_a_configuration_without_finished_runs_is_named(tmp_path, capsys):
-    with pytest.raises(SystemExit):
-        seed_statistics.main(["--sweep", str(tmp_path), "--configs", "absent"])
+    assert seed_statistics.main(["--sweep", str(tmp_path), "--configs", "absent"]) == 2
     assert "configs = absent: expected one with finished runs" in capsys.readouterr().err

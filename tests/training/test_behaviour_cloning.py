@@ -1,7 +1,5 @@
 """A run that begins as a clone acts like its controller, with a critic that knows what that is worth."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
@@ -11,28 +9,28 @@ import torch
 
 from snake_env import ConfigError
 from training import config, rollout, runs, seeds
-from training.config import Clone
-from training.learners import behaviour_cloning, ppo
+from training.config import BehaviourCloning
+from training.learners import agent, behaviour_cloning, ppo
 from training.policies import Network, files, memory
 from training.policies.scripted import catalogue
 
-HEADING = Clone("heading control", "field-hard", rounds=6, critic_rounds=2)
+HEADING = BehaviourCloning(controller="heading control", task="field-hard", rounds=6, critic_rounds=2)
 
 
 def settings(mode="residual", start=HEADING):
-    return config.Config(
+    return config.PpoConfig(
         env={"action_mode": mode, "difficulty": 1.0},
         num_envs=32,
         num_threads=1,
-        clone=start,
-        ppo=dataclasses.replace(config.Ppo(), n_steps=32),
-        policy=config.Policy(hidden=(32, 32), log_std=-1.5),
+        behaviour_cloning=start,
+        ppo=config.Ppo(n_steps=32),
+        policy=config.PpoNetworks(hidden=(32, 32), log_std=-1.5),
     )
 
 
 def begun(run):
     learner = ppo.Learner(run, 0, lambda *episode: None)
-    behaviour_cloning.begin(learner, run.clone)
+    behaviour_cloning.begin(learner, run.behaviour_cloning)
     return learner
 
 
@@ -69,21 +67,21 @@ def test_an_expert_says_what_the_controller_does_in_its_own_mode():
 
 
 def test_the_critic_learns_while_the_actor_rests():
-    with_critic, without = (begun(settings(start=dataclasses.replace(HEADING, critic_rounds=k))).agent for k in (3, 0))
+    with_critic, without = (begun(settings(start=HEADING.with_changes(critic_rounds=k))).agent for k in (3, 0))
     assert torch.equal(with_critic.actor[-1].weight, without.actor[-1].weight)
     assert not torch.equal(with_critic.critic[-1].weight, without.critic[-1].weight)
 
 
 def test_controllers_of_other_modes_are_named():
     _, layout = observations("gait")
-    with pytest.raises(ValueError, match=r"clone\.controller = contact reflex: expected one that acts by gait"):
-        behaviour_cloning.Expert(Clone("contact reflex", "field-hard"), layout, 1)
+    with pytest.raises(ValueError, match="controller = contact reflex: expected one that acts by gait"):
+        behaviour_cloning.Expert(BehaviourCloning(controller="contact reflex", task="field-hard"), layout, 1)
 
 
 def test_controllers_with_a_memory_forget_when_episodes_end():
     """Labels along a rollout are those of fresh controllers after each end."""
     seen, layout = observations("residual")
-    jammed = Clone("jam resolving", "field-hard")
+    jammed = BehaviourCloning(controller="jam resolving", task="field-hard")
     stay = torch.from_numpy(np.repeat(seen[None, :1] * 0.0, 24, axis=0))
     never, once = np.zeros((24, 1), np.bool_), np.zeros((24, 1), np.bool_)
     once[11] = True
@@ -97,12 +95,12 @@ def test_controllers_with_a_memory_forget_when_episodes_end():
 
 
 def test_a_run_that_begins_as_a_clone_leaves_a_policy_that_moves(tmp_path):
-    run = runs.RunFolder(tmp_path, ppo.POLICY, ".pt")
-    made = dataclasses.replace(settings(), total_steps=1)
+    run = runs.RunFolder(tmp_path)
+    made = settings().with_changes(total_steps=1)
     run.create(made)
     assert run.config() == made
     assert ppo.train(run, made, False) == 0
-    policy = Network(run.model)
+    policy = Network(run.policy)
     cloned = rollout.run_episodes(policy, "SnakeField-v0", seeds.selection(12), 1, difficulty=1.0, max_episode_steps=60)
     expert = catalogue.tuned("heading control", "field-hard")
     told = rollout.run_episodes(expert, "SnakeField-v0", seeds.selection(12), 1, difficulty=1.0, max_episode_steps=60)
@@ -111,23 +109,23 @@ def test_a_run_that_begins_as_a_clone_leaves_a_policy_that_moves(tmp_path):
 
 def donor(path, mode, observations, actions, hidden=(8, 8)):
     """A policy with random weights and biases, and its file."""
-    agent = ppo.Agent(observations, actions, config.Policy(hidden), None)
-    torch.nn.init.normal_(agent.actor[-1].bias)
+    actor_critic = agent.Agent(observations, actions, config.PpoNetworks(hidden=hidden), None)
+    torch.nn.init.normal_(actor_critic.actor[-1].bias)
     env = {"action_mode": mode}
-    files.write(path, agent.arrays(), {"env_id": "SnakeField-v0", "env": env})
-    return agent
+    files.write(path, actor_critic.arrays(), {"env_id": "SnakeField-v0", "env": env})
+    return actor_critic
 
 
 def test_a_policy_trained_before_is_taken_over(tmp_path):
     giver = donor(tmp_path / "giver.safetensors", "gait", 63, 4)
-    heir = ppo.Agent(63, 4, config.Policy((8, 8)), None)
+    heir = agent.Agent(63, 4, config.PpoNetworks(hidden=(8, 8)), None)
     behaviour_cloning.take_over(heir, observations("gait")[1], (), tmp_path / "giver.safetensors")
     seen = torch.rand(5, 63)
     assert torch.equal(heir.actor(seen), giver.actor(seen))
-    wider = ppo.Agent(63, 4, config.Policy((9, 8)), None)
-    with pytest.raises(ValueError, match=r"clone\.policy = .*giver\.safetensors: expected hidden layers \[9, 8\]"):
+    wider = agent.Agent(63, 4, config.PpoNetworks(hidden=(9, 8)), None)
+    with pytest.raises(ValueError, match=r"policy = .*giver\.safetensors: expected hidden layers \[9, 8\]"):
         behaviour_cloning.take_over(wider, observations("gait")[1], (), tmp_path / "giver.safetensors")
-    with pytest.raises(ConfigError, match=r"clone\.policy = .*nobody\.safetensors: expected the policy\.safetensors"):
+    with pytest.raises(ConfigError, match=r"policy = .*nobody\.safetensors: expected the policy\.safetensors"):
         behaviour_cloning.take_over(wider, observations("gait")[1], (), tmp_path / "nobody.safetensors")
 
 
@@ -135,10 +133,10 @@ def test_a_policy_of_another_interface_is_taken_over_by_name(tmp_path):
     """From the wave alone to the wave with offsets: the wave is steered as before, offsets are zero."""
     giver = donor(tmp_path / "giver.safetensors", "gait", 63, 4)
     seen, layout = observations("residual")
-    heir = ppo.Agent(seen.shape[1], 14, config.Policy((8, 8)), None)
+    heir = agent.Agent(seen.shape[1], 14, config.PpoNetworks(hidden=(8, 8)), None)
     behaviour_cloning.take_over(heir, layout, (), tmp_path / "giver.safetensors")
-    known = memory.observed(observations("gait")[1], ())
-    places = [memory.observed(layout, ()).index(name) for name in known]
+    known = memory.network_inputs(observations("gait")[1], ())
+    places = [memory.network_inputs(layout, ()).index(name) for name in known]
     acted = heir.actor(torch.from_numpy(seen))
     torch.testing.assert_close(acted[:, :4], giver.actor(torch.from_numpy(seen[:, places])))
     assert not acted[:, 4:].any()
@@ -146,5 +144,5 @@ def test_a_policy_of_another_interface_is_taken_over_by_name(tmp_path):
 
 def test_a_beginning_is_a_controller_of_a_task_or_a_policy():
     for values in ({}, {"controller": "heading control"}, {"policy": "a", "task": "b"}):
-        with pytest.raises(ValueError, match=r"clone = .*: expected controller and task, or a policy"):
-            config.Config.from_mapping({"clone": values})
+        with pytest.raises(ValueError, match=r"behaviour_cloning = .*: expected controller and task, or a policy"):
+            config.parse(config.PpoConfig, {"behaviour_cloning": values})

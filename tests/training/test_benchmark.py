@@ -23,59 +23,53 @@ def small(monkeypatch):
     tuned = {"amplitude": 45 * DEGREE, "omega": 110 * DEGREE, "beta": -50 * DEGREE, "steering": 0.3, "look_ahead": 1.0}
     table = {name: {"heading control": {"values": tuned}} for name in ("free", "field")}
     monkeypatch.setattr(cached_scores.catalogue, "read", lambda path=None: table)
-    return ["--policies", "thesis gait,heading control", "--episodes", "6", "--num-threads", "1"]
+    return ["--policies", "thesis gait", "heading control", "--episodes", "6", "--num-threads", "1"]
 
 
 def test_two_runs_are_equal_bit_for_bit(small, tmp_path):
     for name in ("first", "second"):
         assert benchmark.main([*small, "--out", str(tmp_path / name)]) == 0
-    written = sorted(path.relative_to(tmp_path / "first") for path in (tmp_path / "first").rglob("*.*"))
-    assert len(written) == 2 + 2 + 4, "JSON and Markdown, a picture a task, a cell a policy and task"
+    written = sorted(path.relative_to(tmp_path / "first") for path in (tmp_path / "first").glob("*.*"))
+    assert len(written) == 2 + 2, "JSON and Markdown, a picture per task"
     for path in written:
         assert (tmp_path / "first" / path).read_bytes() == (tmp_path / "second" / path).read_bytes(), path
 
 
-def test_finished_cells_are_not_played_again(small, tmp_path, monkeypatch, capsys):
+def test_what_has_been_played_is_not_played_again(small, tmp_path, monkeypatch, capsys):
     played = []
-    play = cached_scores.play
+    play = rollout.run_episodes
 
-    def interrupted(task, entry, *rest):
+    def interrupted(policy, env_id, *rest, **options):
         if len(played) == 2:
             raise KeyboardInterrupt
-        played.append((task.name, entry.name))
-        return play(task, entry, *rest)
+        played.append((env_id, policy.name))
+        return play(policy, env_id, *rest, **options)
 
-    monkeypatch.setattr(cached_scores, "play", interrupted)
+    monkeypatch.setattr(rollout, "run_episodes", interrupted)
     assert benchmark.main([*small, "--out", str(tmp_path)]) == 130
     assert "the same command goes on" in capsys.readouterr().out
     played.clear()
     assert benchmark.main([*small, "--out", str(tmp_path)]) == 0
-    assert played == [("field", "thesis gait"), ("field", "heading control")]
+    assert played == [("SnakeField-v0", "thesis gait"), ("SnakeField-v0", "heading control")]
 
 
-def test_a_cell_belongs_to_its_task_and_fields(tmp_path):
-    entry = cached_scores.scripted("thesis gait")
-    harder = tasks.BenchmarkTask("field", "SnakeField-v0", {"difficulty": 1.0}, "")
-    fields = seeds.held_out(4)
-    places = {
-        cached_scores.path(tmp_path, FIELD, entry, fields),
-        cached_scores.path(tmp_path, harder, entry, fields),
-        cached_scores.path(tmp_path, FIELD, entry, fields[:3]),
-    }
-    assert len(places) == 3
-    assert cached_scores.path(tmp_path, FIELD, entry, fields) in places
-
-
-def test_a_cell_belongs_to_the_code_that_played_it(tmp_path, monkeypatch):
+def test_cached_episodes_belong_to_task_fields_and_code(tmp_path, monkeypatch):
+    played = []
+    play = rollout.run_episodes
+    monkeypatch.setattr(rollout, "run_episodes", lambda *given, **options: played.append(1) or play(*given, **options))
+    entry, fields = cached_scores.scripted("thesis gait"), seeds.held_out(2)
+    harder = tasks.BenchmarkTask("field", "SnakeField-v0", {"difficulty": 1.0, "max_episode_steps": 40}, "")
+    for task, some in ((FIELD, fields), (FIELD, fields), (harder, fields), (FIELD, fields[:1])):
+        cached_scores.scores(tmp_path, task, entry, some, 1)
+    assert len(played) == 3
     code = cached_scores.sources()
     played_by = ("snake_env/vector_env.py", "snake_env/registration.py", "snake_env/config/robot.py")
     assert {cached_scores.ROOT / one for one in (*played_by, "training/policies/network.py")} <= set(code)
-    entry, fields = cached_scores.scripted("thesis gait"), seeds.held_out(4)
-    before = cached_scores.path(tmp_path, FIELD, entry, fields)
     changed = tmp_path / "vector_env.py"
     changed.write_text("another")
     monkeypatch.setattr(cached_scores, "sources", lambda: [changed, *code])
-    assert cached_scores.path(tmp_path, FIELD, entry, fields) != before
+    cached_scores.scores(tmp_path, FIELD, entry, fields, 1)
+    assert len(played) == 4
 
 
 def test_fields_are_held_out():

@@ -11,36 +11,37 @@ from pathlib import Path
 import pytest
 
 import snake_env
+from training import cli, train
 
 ROOT = Path(__file__).parents[2]
 
 
-def test_the_ray_learner_explains_itself_without_ray(monkeypatch, capsys):
+def test_the_ray_learner_explains_itself_without_ray(monkeypatch, capsys, tmp_path):
     pytest.importorskip("torch")
     monkeypatch.setitem(sys.modules, "ray", None)
-    monkeypatch.delitem(sys.modules, "experiments.distributed.ppo", raising=False)
-    ppo_ray = import_module("experiments.distributed.ppo")
+    from experiments.distributed import ppo
+
     with pytest.raises(SystemExit, match="0"):
-        ppo_ray.main(["--help"])
+        ppo.main(["--help"])
     assert "--workers" in capsys.readouterr().out
-    assert ppo_ray.main([]) == 2
+    assert ppo.main(["--out", str(tmp_path / "run")]) == 2
     assert "make .venv-ray/.packages" in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()
 
 
 @pytest.mark.parametrize("what", ["option", "networks"])
 def test_a_run_that_does_not_fit_says_what_it_was_begun_with(tmp_path, capsys, what):
     pytest.importorskip("torch")
-    from training.learners import ppo
 
     folder = tmp_path / "run"
     arguments = ["--out", str(folder), "--config", "smoke", "--no-bar", "--total-steps", "512"]
-    assert ppo.main(arguments) == 0
+    assert train.main(["--learner", "ppo", *arguments]) == 0
     config = json.loads((folder / "config.json").read_text())
     config["policy"] |= {"hidden": [7]} if what == "networks" else {"layers": 3}
     (folder / "config.json").write_text(json.dumps(config))
     versions = json.loads((folder / "versions.json").read_text()) | {"snake_env": "0.0.1"}
     (folder / "versions.json").write_text(json.dumps(versions))
-    assert ppo.main([*arguments[:2], "--resume", "--total-steps", "1024", "--no-bar"]) == 2
+    assert train.main(["--learner", "ppo", *arguments[:2], "--resume", "--total-steps", "1024", "--no-bar"]) == 2
     told = capsys.readouterr().err
     assert f"{folder} does not resume: " in told
     assert ("size mismatch" if what == "networks" else "policy.layers = 3: expected one of hidden, log_std") in told
@@ -51,53 +52,44 @@ def test_a_run_that_does_not_fit_says_what_it_was_begun_with(tmp_path, capsys, w
 @pytest.mark.parametrize(
     ("command", "told"),
     [
-        ("training.evaluation.benchmark --tasks nowhere", "task = nowhere: expected one of course, "),
-        ("training.evaluation.benchmark --policies nobody", "policy = nobody: expected one of thesis gait, "),
-        ("training.search.compare_gaits --env Nowhere-v0", "Environment `Nowhere` doesn't exist"),
+        ("benchmark --tasks nowhere", "task = nowhere: expected one of course, "),
+        ("benchmark --policies nobody", "policy = nobody: expected one of thesis gait, "),
+        ("gaits --env Nowhere-v0", "Environment `Nowhere` doesn't exist"),
         ("experiments.difficulty --tasks nowhere", "task = nowhere: expected one of field, "),
         (
-            "training.evaluate --env CartPole-v1",
+            "evaluate --env CartPole-v1",
             "env_id = CartPole-v1: expected an id of one of this package's environments",
         ),
         (
-            f"training.evaluate --policy {ROOT}/pretrained/field-hard.safetensors --env CartPole-v1",
+            f"evaluate --policy {ROOT}/pretrained/field-hard.safetensors --env CartPole-v1",
             "env_id = CartPole-v1: expected an id of one of this package's environments",
         ),
         (
-            "training.evaluate --policy nowhere.zip",
+            "evaluate --policy nowhere.zip",
             "policy = nowhere.zip: expected the policy.safetensors or model.zip",
         ),
         (
-            "training.evaluate --gait 300,120,-50",
+            "evaluate --gait 300,120,-50",
             "gait = A 300, omega 120, beta -50 deg: expected values the environment can",
         ),
         (
-            "training.evaluation.inspection --policy nowhere",
+            "inspect --policy nowhere",
             "policy = nowhere: expected the policy.safetensors or model.zip",
         ),
         ("experiments.sb3_comparison --config nowhere", "config = nowhere: expected a YAML or JSON file, or a name"),
-        ("training.pipeline --config nowhere", "config = nowhere: expected a YAML or JSON file, or a name"),
-        ("training.search.tune --controllers nobody", "policy = nobody: expected one of best gait, "),
+        ("pipeline --config nowhere", "config = nowhere: expected a YAML or JSON file, or a name"),
+        ("tune --controllers nobody", "policy = nobody: expected one of best gait, "),
     ],
 )
 def test_a_name_that_does_not_exist_ends_a_command_with_one_line(capsys, command, told):
     pytest.importorskip("torch")
     module, *arguments = command.split()
-    with pytest.raises(SystemExit, match="2"):
-        import_module(module).main(arguments)
+    status = import_module(module).main(arguments) if "." in module else cli.main([module, *arguments])
+    assert status == 2
     assert told in capsys.readouterr().err.splitlines()[-1]
 
 
-@pytest.mark.parametrize(
-    "learner",
-    [
-        "training.learners.ppo",
-        "training.train",
-        "training.learners.evolution",
-        "training.pipeline",
-        "training.search.sweep",
-    ],
-)
+@pytest.mark.parametrize("command", ["train", "pipeline", "sweep"])
 @pytest.mark.parametrize(
     ("file", "content", "told"),
     [
@@ -113,17 +105,39 @@ def test_a_name_that_does_not_exist_ends_a_command_with_one_line(capsys, command
         ),
     ],
 )
-def test_a_broken_configuration_ends_a_command_with_one_line(tmp_path, capsys, learner, file, content, told):
+def test_a_broken_configuration_ends_a_command_with_one_line(tmp_path, capsys, command, file, content, told):
     pytest.importorskip("torch")
-    if learner in ("training.train", "training.pipeline"):
-        pytest.importorskip("stable_baselines3")
     path = tmp_path / file
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    given = "--configs" if learner == "training.search.sweep" else "--config"
-    try:
-        status = import_module(learner).main([given, str(path), "--out", str(tmp_path / "run")])
-    except SystemExit as end:
-        status = end.code
-    assert status == 2
+    given = "--configs" if command == "sweep" else "--config"
+    assert cli.main([command, given, str(path), "--out", str(tmp_path / "run")]) == 2
     assert told in capsys.readouterr().err.splitlines()[-1]
     assert not (tmp_path / "run").exists(), "the folder is left free"
+
+
+def test_what_the_command_line_overrides_is_checked(tmp_path, capsys):
+    arguments = ["train", "--config", "smoke", "--out", str(tmp_path / "run")]
+    with pytest.raises(SystemExit, match="2"):
+        cli.main([*arguments, "--ppo.gamma", "1.5"])
+    told = capsys.readouterr().err
+    assert "gamma" in told
+    assert "less than or equal to 1" in told
+    with pytest.raises(SystemExit, match="2"):
+        cli.main([*arguments, "--policy.symmetric"])
+    assert "symmetric" in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_resumed_run_keeps_its_configuration(tmp_path, capsys):
+    arguments = ["train", "--config", "smoke", "--no-bar", "--out", str(tmp_path / "run"), "--total-steps", "256"]
+    assert cli.main(arguments) == 0
+    assert cli.main([*arguments[:-1], "512", "--resume", "--seed", "7"]) == 2
+    assert "seed = 7: expected 0, with which the run was begun" in capsys.readouterr().err
+    assert cli.main([*arguments[:-1], "512", "--resume"]) == 0
+
+
+def test_the_commands_are_listed(capsys):
+    assert cli.main(["--help"]) == 0
+    listed = capsys.readouterr().out
+    assert all(name in listed for name in cli.COMMANDS)
+    assert cli.main(["fly"]) == 2

@@ -13,7 +13,7 @@ from PIL import Image, ImageSequence
 
 from training import rollout, seeds
 from training.evaluation import inspection, inspection_figures, video
-from training.evaluation.record_episodes import KINDS, Watch, push_ahead
+from training.evaluation.record_episodes import KINDS, RecordedPolicy, push_ahead
 from training.policies import ConstantAction, GaitParameters, Network, files
 from training.policies.scripted.senses import Senses
 
@@ -50,7 +50,7 @@ def test_pushes_are_the_pegs_forces_along_the_way():
 
 def test_ends_are_told_apart():
     """Four robots of forty periods: one arrives, one leaves, one stands still at the end, one moves to the end."""
-    watch = Watch(ConstantAction(np.zeros(4, np.float32)))
+    watch = RecordedPolicy(ConstantAction(np.zeros(4, np.float32)))
     watch.period = 0.5
     moving, standing = np.linspace(1.0, 0.1, 40), np.maximum(np.linspace(1.0, 0.1, 40), 0.6)
     watch.remaining = list(np.stack([moving, moving, standing, moving], axis=1))
@@ -68,7 +68,7 @@ def test_a_watched_policy_acts_as_it_does_alone(random_policy):
     policy = Network(random_policy)
     played = [
         rollout.run_episodes(one, "SnakeField-v0", seeds.selection(3), 1, max_episode_steps=60)["distance"]
-        for one in (policy, Watch(policy))
+        for one in (policy, RecordedPolicy(policy))
     ]
     assert np.array_equal(*played)
 

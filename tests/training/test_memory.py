@@ -1,6 +1,5 @@
 """Traces are running means of what was felt; learner, files and clones agree on them."""
 
-import dataclasses
 import math
 
 import numpy as np
@@ -11,9 +10,9 @@ pytest.importorskip("torch")
 import torch
 
 from training import config, rollout
-from training.learners import behaviour_cloning, ppo
+from training.learners import agent, behaviour_cloning, ppo
 from training.policies import Network, files
-from training.policies.memory import Traces, observed, remembered
+from training.policies.memory import MemoryTraces, network_inputs, remembered
 
 TIMES = (0.5, 3.0)
 LAYOUT = {
@@ -27,41 +26,41 @@ LAYOUT = {
 
 
 def settings(**policy):
-    return config.Config(
+    return config.PpoConfig(
         num_envs=16,
         num_threads=1,
         env={"max_episode_steps": 10, "perception": "body"},
-        policy=config.Policy(hidden=(16, 16), traces=TIMES, **policy),
-        ppo=dataclasses.replace(config.Ppo(), n_steps=16, batch_size=128, n_epochs=2),
+        policy=config.PpoNetworks(hidden=(16, 16), memory=TIMES, **policy),
+        ppo=config.Ppo(n_steps=16, batch_size=128, n_epochs=2),
     )
 
 
 def test_a_trace_follows_a_step_like_a_first_order_lag():
-    memory = Traces(LAYOUT, TIMES, 1)
+    memory = MemoryTraces(LAYOUT, TIMES, 1)
     memory(np.zeros((1, 4), np.float32))
     for _ in range(40):
         seen = memory(np.array([[1.0, -2.0, 5.0, 4.0]], np.float32))
     lag = [1.0 - math.exp(-40 * 0.05 / time) for time in TIMES]
     expected = [share * felt for share in lag for felt in (1.0, -2.0, 4.0)]
     np.testing.assert_allclose(seen[0], [1.0, -2.0, 5.0, 4.0, *expected], rtol=1e-5)
-    assert observed(LAYOUT, TIMES)[4:6] == ["velocity: x, over 0.5 s", "velocity: y, over 0.5 s"]
+    assert network_inputs(LAYOUT, TIMES)[4:6] == ["velocity: x, over 0.5 s", "velocity: y, over 0.5 s"]
 
 
 def test_an_episode_begins_without_a_past():
-    memory = Traces(LAYOUT, TIMES, 2)
+    memory = MemoryTraces(LAYOUT, TIMES, 2)
     memory(np.ones((2, 4), np.float32))
-    memory.forget(np.array([True, False]))
+    memory.reset(np.array([True, False]))
     seen = memory(np.zeros((2, 4), np.float32))
     assert not seen[0].any()
     assert seen[1].any()
 
 
 def test_foreseeing_is_what_moving_on_gives_and_does_not_move_on():
-    memory = Traces(LAYOUT, TIMES, 3)
+    memory = MemoryTraces(LAYOUT, TIMES, 3)
     rng = np.random.default_rng(0)
     first, second = rng.standard_normal((2, 3, 4)).astype(np.float32)
     memory(first)
-    foreseen = memory.foresee(second[1:], np.array([1, 2]))
+    foreseen = memory.peek(second[1:], np.array([1, 2]))
     assert np.array_equal(foreseen, memory(second)[1:])
 
 
@@ -72,18 +71,18 @@ def test_the_collector_hands_on_traces_that_follow_from_its_observations():
     layout = rollout.layout_of("SnakeField-v0", learner.config.env)
     played = learner.rollout
     plain = sum(block["size"] for block in layout["observation"])
-    memory = Traces(layout, TIMES, 16)
+    memory = MemoryTraces(layout, TIMES, 16)
     assert played.done.any()
     for seen, done in zip(played.observation.numpy(), played.done, strict=True):
         assert np.array_equal(memory(seen[:, :plain]), seen)
-        memory.forget(done)
+        memory.reset(done)
 
 
 def test_numpy_plays_the_memory_that_torch_has_learnt(tmp_path):
-    learner = ppo.Learner(settings(mirror=True), 0, lambda *episode: None)
+    learner = ppo.Learner(settings(symmetric=True), 0, lambda *episode: None)
     learner.collect()
     learner.learn(0.0)
-    files.write(tmp_path / "policy.safetensors", learner.agent.arrays(), learner.config.to_mapping())
+    files.write(tmp_path / "policy.safetensors", learner.agent.arrays(), learner.config.model_dump(mode="json"))
     policy = Network(tmp_path / "policy.safetensors")
     layout = rollout.layout_of("SnakeField-v0", learner.config.env)
     plain = sum(block["size"] for block in layout["observation"])
@@ -98,23 +97,23 @@ def test_numpy_plays_the_memory_that_torch_has_learnt(tmp_path):
 
 def test_a_policy_that_remembers_asks_to_begin(tmp_path):
     learner = ppo.Learner(settings(), 0, lambda *episode: None)
-    files.write(tmp_path / "policy.safetensors", learner.agent.arrays(), learner.config.to_mapping())
+    files.write(tmp_path / "policy.safetensors", learner.agent.arrays(), learner.config.model_dump(mode="json"))
     with pytest.raises(RuntimeError, match=r"call begin\(\) first"):
         Network(tmp_path / "policy.safetensors")(np.zeros((1, 3), np.float32))
 
 
 def test_a_policy_that_sees_other_things_is_named(tmp_path):
     learner = ppo.Learner(settings(), 0, lambda *episode: None)
-    files.write(tmp_path / "policy.safetensors", learner.agent.arrays(), learner.config.to_mapping())
+    files.write(tmp_path / "policy.safetensors", learner.agent.arrays(), learner.config.model_dump(mode="json"))
     policy = Network(tmp_path / "policy.safetensors")
     with pytest.raises(ValueError, match="expected one that sees 71 elements as here, this one sees 152"):
         policy.begin(rollout.layout_of("SnakeFree-v0", {}), 1)
 
 
 def test_the_mirror_turns_traces_like_what_they_are_traces_of():
-    run = settings(mirror=True)
+    run = settings(symmetric=True)
     layout = rollout.layout_of(run.env_id, run.env)
-    signs = ppo.mirror_of(run).observation
+    signs = agent.reflection_of(run).observation
     plain = sum(block["size"] for block in layout["observation"])
     felt = len(remembered(layout))
     assert len(signs) == plain + 2 * felt
@@ -123,19 +122,19 @@ def test_the_mirror_turns_traces_like_what_they_are_traces_of():
 
 def test_a_policy_without_a_memory_can_be_taken_over_by_one_with(tmp_path):
     """It acts as before, whatever it remembers, until it learns to use it."""
-    before = dataclasses.replace(settings(), policy=config.Policy(hidden=(16, 16)), env={})
-    agent = ppo.Learner(before, 0, lambda *episode: None).agent
-    files.write(tmp_path / "policy.safetensors", agent.arrays(), before.to_mapping())
+    before = settings().with_changes(policy=config.PpoNetworks(hidden=(16, 16)), env={})
+    giver = ppo.Learner(before, 0, lambda *episode: None).agent
+    files.write(tmp_path / "policy.safetensors", giver.arrays(), before.model_dump(mode="json"))
     learner = ppo.Learner(settings(), 0, lambda *episode: None)
     layout = rollout.layout_of(before.env_id, learner.config.env)
     behaviour_cloning.take_over(learner.agent, layout, TIMES, tmp_path / "policy.safetensors")
-    plain = len(observed(rollout.layout_of(before.env_id, before.env), ()))
+    plain = len(network_inputs(rollout.layout_of(before.env_id, before.env), ()))
     seen = torch.rand(5, learner.collector.observations)
-    torch.testing.assert_close(learner.agent.actor(seen), agent.actor(seen[:, :plain]))
+    torch.testing.assert_close(learner.agent.actor(seen), giver.actor(seen[:, :plain]))
 
 
 def test_half_precision_is_that_of_the_hidden_layers_alone():
-    whole, half = (ppo.make_agent(settings(bfloat16=half), 40, 4) for half in (False, True))
+    whole, half = (agent.make_agent(settings(bfloat16=half), 40, 4) for half in (False, True))
     half.load_state_dict(whole.state_dict())
     seen = torch.rand(64, 40)
     with torch.no_grad():
@@ -145,11 +144,13 @@ def test_half_precision_is_that_of_the_hidden_layers_alone():
 
 
 def test_networks_without_hidden_layers_are_linear():
-    agent = ppo.make_agent(config.Config(policy=config.Policy(hidden=())), 40, 4)
+    actor_critic = agent.make_agent(config.PpoConfig(policy=config.PpoNetworks(hidden=())), 40, 4)
     seen = torch.rand(2, 40)
-    torch.testing.assert_close(agent.actor(seen[0] + seen[1]), agent.actor(seen[0]) + agent.actor(seen[1]))
+    torch.testing.assert_close(
+        actor_critic.actor(seen[0] + seen[1]), actor_critic.actor(seen[0]) + actor_critic.actor(seen[1])
+    )
 
 
 def test_times_are_positive():
-    with pytest.raises(ValueError, match=r"policy\.traces = \(0\.0,\): expected times > 0"):
-        config.Policy(traces=(0.0,))
+    with pytest.raises(ValueError, match="greater than 0"):
+        config.PpoNetworks(memory=(0.0,))

@@ -12,11 +12,11 @@ import pytest
 pytest.importorskip("torch")
 
 from training import config, seeds
-from training.learners import ppo
 from training.policies import files
 from training.search import sweep
 
 SMOKE = {
+    "learner": "ppo",
     "env_id": "SnakeFree-v0",
     "env": {"max_episode_steps": 40},
     "num_envs": 8,
@@ -30,7 +30,7 @@ SMOKE = {
 def tiny(tmp_path):
     """A configuration that trains in a second."""
     path = tmp_path / "tiny.json"
-    config.save(config.Config.from_mapping(SMOKE), path)
+    config.save(config.parse(config.PpoConfig, SMOKE), path)
     return path
 
 
@@ -43,12 +43,12 @@ def test_every_seed_trains_and_the_best_is_kept(tiny, tmp_path, capsys):
     best = max(found["seeds"], key=lambda row: row["is_success"] + row["speed"])["run"]
     assert found["best"] == best
     kept = (out / "tiny" / "best.safetensors").read_bytes()
-    assert kept == (out / "tiny" / best / ppo.POLICY).read_bytes()
-    assert files.read(out / "tiny" / "seed-1" / ppo.POLICY)[1]["seed"] == 1
+    assert kept == (out / "tiny" / best / files.NAME).read_bytes()
+    assert files.read(out / "tiny" / "seed-1" / files.NAME)[1]["seed"] == 1
     assert (out / "tiny" / "learning-curves.png").stat().st_size > 5000
-    before = (out / "tiny" / "seed-0" / ppo.POLICY).stat().st_mtime_ns
+    before = (out / "tiny" / "seed-0" / files.NAME).stat().st_mtime_ns
     assert sweep.main([*arguments, "--total-steps", "1024"]) == 0
-    assert (out / "tiny" / "seed-0" / ppo.POLICY).stat().st_mtime_ns == before, "finished runs stay"
+    assert (out / "tiny" / "seed-0" / files.NAME).stat().st_mtime_ns == before, "finished runs stay"
 
 
 def test_a_run_that_fails_is_named(tmp_path, capsys):
@@ -60,7 +60,7 @@ def test_a_run_that_fails_is_named(tmp_path, capsys):
 
 def test_a_stopped_sweep_is_saved_and_the_same_command_goes_on(tiny, tmp_path):
     out = tmp_path / "sweep"
-    command = [sys.executable, "-m", "training.search.sweep", "--configs", str(tiny), "--seeds", "2", "--jobs", "2"]
+    command = [sys.executable, "-m", "training", "sweep", "--configs", str(tiny), "--seeds", "2", "--jobs", "2"]
     command += ["--out", str(out), "--fields", "2"]
     process = subprocess.Popen([*command, "--total-steps", "100000000"], stdout=subprocess.PIPE, text=True)
     end = time.monotonic() + 100

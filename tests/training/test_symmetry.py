@@ -1,7 +1,5 @@
 """Left and right are alike: to the simulator, to the signs, to the networks and to the files that play them."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
@@ -11,7 +9,7 @@ import torch
 
 from snake_env import ConfigError
 from training import config, rollout, seeds
-from training.learners import ppo
+from training.learners import agent
 from training.policies import GaitParameters, Network, files, symmetry
 
 MODES = ("gait", "residual", "joints")
@@ -26,7 +24,7 @@ def layout(mode):
 
 @pytest.mark.parametrize("mode", MODES)
 def test_mirroring_twice_changes_nothing(mode):
-    found = symmetry.Mirror.of(layout(mode))
+    found = symmetry.Reflection.of(layout(mode))
     assert len(found.observation) == sum(block["size"] for block in layout(mode)["observation"])
     assert np.array_equal(np.abs(found.observation), np.ones_like(found.observation))
     assert np.array_equal(np.abs(found.action), np.ones_like(found.action))
@@ -41,7 +39,7 @@ def test_half_a_period_of_a_steady_wave_is_a_reflection():
     seen = [env.step(gait.action(env.unwrapped.layout["action"])[None])[0][0] for _ in range(160)]
     blocks = {block["name"]: np.arange(block["size"]) + block["start"] for block in env.unwrapped.layout["observation"]}
     steady = np.concatenate([blocks[name] for name in ("joint_angle", "joint_rate", "velocity", "yaw_rate", "wave")])
-    signs = symmetry.Mirror.of(env.unwrapped.layout).observation[steady]
+    signs = symmetry.Reflection.of(env.unwrapped.layout).observation[steady]
     assert np.abs(seen[-1][steady] - seen[-1 - half][steady]).max() > 0.5
     np.testing.assert_allclose(seen[-1][steady], seen[-1 - half][steady] * signs, atol=0.03)
 
@@ -60,7 +58,7 @@ def in_space(mode, mirrored, steps=16):
         start_jitter=0.0,
     )
     layout = env.unwrapped.layout
-    signs = symmetry.Mirror.of(layout)
+    signs = symmetry.Reflection.of(layout)
     still = np.zeros(len(layout["action"]), np.float32)
     # In the mirror the waves are half a period ahead.
     wait = 25
@@ -89,35 +87,37 @@ def test_in_space_a_mirrored_robot_moves_as_the_mirror_image(mode):
 
 
 def test_a_wave_that_lifts_one_side_first_has_no_mirror():
-    settings = config.Config(env_id="SnakeSpatial-v0", policy=config.Policy(hidden=(16,), mirror=True))
-    with pytest.raises(ConfigError, match="mirror"):
-        ppo.mirror_of(settings)
-    assert ppo.mirror_of(dataclasses.replace(settings, env={"action_mode": "joints"})) is not None
+    settings = config.PpoConfig(env_id="SnakeSpatial-v0", policy=config.PpoNetworks(hidden=(16,), symmetric=True))
+    with pytest.raises(ConfigError, match="symmetric"):
+        agent.reflection_of(settings)
+    assert agent.reflection_of(settings.with_changes(env={"action_mode": "joints"})) is not None
 
 
 @pytest.mark.parametrize("mode", MODES)
 def test_an_agent_with_a_mirror_treats_left_and_right_alike(mode):
-    settings = config.Config(env={"action_mode": mode}, policy=config.Policy(hidden=(16,), mirror=True))
-    signs = ppo.mirror_of(settings)
-    agent = ppo.make_agent(settings, len(signs.observation), len(signs.action))
-    torch.nn.init.normal_(agent.actor.network[-1].bias)
+    settings = config.PpoConfig(env={"action_mode": mode}, policy=config.PpoNetworks(hidden=(16,), symmetric=True))
+    signs = agent.reflection_of(settings)
+    actor_critic = agent.make_agent(settings, len(signs.observation), len(signs.action))
+    torch.nn.init.normal_(actor_critic.actor.network[-1].bias)
     seen = torch.rand(7, len(signs.observation)) - 0.5
     turned = seen * torch.from_numpy(signs.observation)
-    torch.testing.assert_close(agent.actor(turned), agent.actor(seen) * torch.from_numpy(signs.action))
-    torch.testing.assert_close(agent.value(turned), agent.value(seen))
-    plain = ppo.make_agent(dataclasses.replace(settings, policy=config.Policy((16,))), seen.shape[1], len(signs.action))
+    torch.testing.assert_close(actor_critic.actor(turned), actor_critic.actor(seen) * torch.from_numpy(signs.action))
+    torch.testing.assert_close(actor_critic.value(turned), actor_critic.value(seen))
+    plain = agent.make_agent(
+        settings.with_changes(policy=config.PpoNetworks(hidden=(16,))), seen.shape[1], len(signs.action)
+    )
     torch.nn.init.ones_(plain.actor[-1].bias)
     assert not torch.allclose(plain.actor(turned), plain.actor(seen) * torch.from_numpy(signs.action), atol=0.1)
 
 
 def test_files_carry_the_mirror_along(tmp_path):
-    settings = config.Config(policy=config.Policy(hidden=(16,), mirror=True))
-    agent = ppo.make_agent(settings, 63, 4)
-    torch.nn.init.normal_(agent.actor.network[-1].bias)
-    files.write(tmp_path / "policy.safetensors", agent.arrays(), {})
+    settings = config.PpoConfig(policy=config.PpoNetworks(hidden=(16,), symmetric=True))
+    actor_critic = agent.make_agent(settings, 63, 4)
+    torch.nn.init.normal_(actor_critic.actor.network[-1].bias)
+    files.write(tmp_path / "policy.safetensors", actor_critic.arrays(), {})
     seen = torch.rand(5, 63)
     with torch.no_grad():
-        expected = agent.actor(seen).numpy()
+        expected = actor_critic.actor(seen).numpy()
     played = Network(tmp_path / "policy.safetensors")(seen.numpy())
     np.testing.assert_allclose(played, expected, rtol=1e-5, atol=1e-6)
 
@@ -136,7 +136,7 @@ def test_left_and_right_policies_do_equally_well():
             self._policy, self.env_options = policy, policy.env_options
 
         def begin(self, layout, num_envs):
-            self._signs = symmetry.Mirror.of(layout)
+            self._signs = symmetry.Reflection.of(layout)
             self._policy.begin(layout, num_envs)
 
         def __call__(self, observation):

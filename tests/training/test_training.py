@@ -1,8 +1,8 @@
 """Training keeps what it has learnt, evaluation is fair and says how sure it is."""
 
-import dataclasses
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -17,11 +17,12 @@ import pytest
 pytest.importorskip("stable_baselines3")
 
 from benchmarks import throughput
-from training import config, pipeline, rollout, runs, seeds
-from training.evaluation import cached_scores, evaluate, scores, statistics
+from training import cli, config, evaluate, pipeline, rollout, runs, seeds, train
+from training.evaluation import cached_scores, loading, scores, statistics
 from training.learners import sb3
 from training.policies import DEGREE, GaitParameters
 from training.search import compare_gaits, gait_search
+from training.search.optimise import Plan
 
 SMOKE = ["--config", "smoke", "--no-bar"]
 
@@ -30,7 +31,7 @@ SMOKE = ["--config", "smoke", "--no-bar"]
 def trained(tmp_path_factory):
     """A finished run of 4096 steps."""
     out = tmp_path_factory.mktemp("run")
-    assert sb3.main(["--out", str(out), *SMOKE]) == 0
+    assert train.main(["--out", str(out), *SMOKE]) == 0
     return runs.RunFolder(out)
 
 
@@ -51,14 +52,14 @@ def test_checkpoints_are_kept_in_small_number(trained):
 
 
 def test_a_folder_with_a_run_is_not_overwritten(trained, capsys):
-    assert sb3.main(["--out", str(trained.path), *SMOKE]) == 2
+    assert train.main(["--out", str(trained.path), *SMOKE]) == 2
     assert "--resume" in capsys.readouterr().err
 
 
 def test_resuming_goes_on_from_the_latest_checkpoint(tmp_path):
     out = tmp_path / "run"
-    assert sb3.main(["--out", str(out), *SMOKE, "--total-steps", "1024"]) == 0
-    assert sb3.main(["--out", str(out), "--resume", "--no-bar", "--total-steps", "2048"]) == 0
+    assert train.main(["--out", str(out), *SMOKE, "--total-steps", "1024"]) == 0
+    assert train.main(["--out", str(out), "--resume", "--no-bar", "--total-steps", "2048"]) == 0
     folder = runs.RunFolder(out)
     steps = [row["steps"] for row in folder.read_curve()]
     assert steps == list(range(256, 2049, 256))
@@ -83,13 +84,13 @@ def test_a_stopped_run_is_saved_and_resumes(tmp_path, number, capsys):
 
     user = threading.Thread(target=stop)
     user.start()
-    assert sb3.main(["--out", str(folder.path), *SMOKE, "--total-steps", "100000000"]) == 130
+    assert train.main(["--out", str(folder.path), *SMOKE, "--total-steps", "100000000"]) == 130
     user.join()
     assert "--resume" in capsys.readouterr().out
     steps = int(folder.latest().stem)
     assert steps > 0
     assert not folder.finished
-    assert sb3.main(["--out", str(folder.path), "--resume", "--no-bar", "--total-steps", str(steps + 256)]) == 0
+    assert train.main(["--out", str(folder.path), "--resume", "--no-bar", "--total-steps", str(steps + 256)]) == 0
     assert folder.finished
 
 
@@ -98,7 +99,8 @@ def test_a_killed_run_leaves_whole_checkpoints(tmp_path):
     command = [
         sys.executable,
         "-m",
-        "training.learners.sb3",
+        "training",
+        "train",
         "--out",
         str(folder.path),
         *SMOKE,
@@ -110,14 +112,14 @@ def test_a_killed_run_leaves_whole_checkpoints(tmp_path):
     process.kill()
     process.wait()
     steps = int(folder.latest().stem)
-    assert sb3.main(["--out", str(folder.path), "--resume", "--no-bar", "--total-steps", str(steps + 256)]) == 0
+    assert train.main(["--out", str(folder.path), "--resume", "--no-bar", "--total-steps", str(steps + 256)]) == 0
 
 
 def test_the_time_budget_ends_a_run(tmp_path):
     out = tmp_path / "run"
     start = time.monotonic()
     options = ["--total-steps", "100000000", "--max-minutes", "0.03"]
-    assert sb3.main(["--out", str(out), *SMOKE, *options]) == 0
+    assert train.main(["--out", str(out), *SMOKE, *options]) == 0
     assert time.monotonic() - start < 30
     assert runs.RunFolder(out).finished
 
@@ -144,7 +146,7 @@ def test_held_out_seeds_reach_the_environment():
 
 
 def test_evaluation_prints_a_table_and_writes_json(trained, tmp_path, capsys):
-    arguments = ["--model", str(trained.model), "--gait", "thesis", "--gait", "30,120,-50", "--fields", "4"]
+    arguments = ["--model", str(trained.policy), "--gait", "thesis", "--gait", "30,120,-50", "--fields", "4"]
     options = ["--options", '{"max_episode_steps": 20}', "--out", str(tmp_path), "--video"]
     assert evaluate.main([*arguments, *options]) == 0
     text = capsys.readouterr().out
@@ -169,23 +171,21 @@ def test_policies_of_one_name_are_told_apart_by_their_paths(tmp_path):
     for path in paths:
         path.parent.mkdir(parents=True)
         shutil.copy(cached_scores.ROOT / "pretrained/field-hard.safetensors", path)
-    assert [policy.name for policy in evaluate.load_models(paths)] == [str(path) for path in paths]
-    assert [policy.name for policy in evaluate.load_models(paths[:1])] == ["seed-0"]
+    assert [policy.name for policy in loading.load_models(paths)] == [str(path) for path in paths]
+    assert [policy.name for policy in loading.load_models(paths[:1])] == ["seed-0"]
 
 
 def test_what_a_policy_brings_along_cannot_be_asked_for_otherwise(tmp_path, capsys):
     path = str(cached_scores.ROOT / "pretrained/field-hard.safetensors")
     arguments = ["--policy", path, "--fields", "2", "--out", str(tmp_path)]
-    with pytest.raises(SystemExit):
-        evaluate.main([*arguments, "--options", '{"perception": "blind"}'])
+    assert evaluate.main([*arguments, "--options", '{"perception": "blind"}']) == 2
     assert "options.perception = blind: expected body, which field-hard acts with" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("where", [["--options", '{"model": "spatial"}'], ["--env", "SnakeSpatial-v0"]])
 def test_a_policy_of_the_plane_does_not_play_in_space(where, tmp_path, capsys):
     path = str(cached_scores.ROOT / "pretrained/field-hard.safetensors")
-    with pytest.raises(SystemExit):
-        evaluate.main(["--policy", path, "--fields", "1", "--out", str(tmp_path), *where])
+    assert evaluate.main(["--policy", path, "--fields", "1", "--out", str(tmp_path), *where]) == 2
     assert f"model = spatial: expected planar, which {path} was trained in; --env and" in capsys.readouterr().err
 
 
@@ -201,7 +201,7 @@ def test_a_gait_plays_in_space_without_a_vertical_wave(tmp_path):
 
 
 def test_evaluation_repeats_itself_whatever_the_threads():
-    gait = evaluate.gait_policy(GaitParameters(), "SnakeField-v0")
+    gait = loading.gait_policy(GaitParameters(), "SnakeField-v0")
     first = rollout.run_episodes(gait, "SnakeField-v0", seeds.held_out(6), 1, max_episode_steps=30)
     second = rollout.run_episodes(gait, "SnakeField-v0", seeds.held_out(6), 2, max_episode_steps=30)
     for name, values in first.items():
@@ -209,7 +209,7 @@ def test_evaluation_repeats_itself_whatever_the_threads():
 
 
 def test_an_episode_counts_its_first_end_only():
-    gait = evaluate.gait_policy(GaitParameters(), "SnakeField-v0")
+    gait = loading.gait_policy(GaitParameters(), "SnakeField-v0")
     short = rollout.run_episodes(gait, "SnakeField-v0", seeds.held_out(3), 1, max_episode_steps=10)
     assert np.all(short["time"] <= 0.5 + 1e-9)
 
@@ -223,19 +223,22 @@ def test_the_thesis_gait_is_action_zero_and_gaits_out_of_reach_are_refused():
     env.close()
 
 
-def test_the_grid_search_finds_the_faster_gait_on_open_ground(tmp_path):
-    """Without pegs on orthotropic ground a wave twice as fast gets further, one of no amplitude nowhere."""
-    arguments = ["--env", "SnakeFree-v0", "--amplitudes", "15,40", "--omegas", "80,160", "--betas=-50", "--quick"]
+def test_the_search_finds_the_faster_gait_on_open_ground(tmp_path, monkeypatch):
+    """Without pegs on orthotropic ground a wave twice as fast gets further."""
+    monkeypatch.setattr(compare_gaits, "PLAN", Plan(3, 8, 1, 2, 1))
+    ranges = ["--amplitude", "40", "40", "--omega", "80", "160", "--beta", "-50", "-50"]
+    arguments = ["--env", "SnakeFree-v0", *ranges]
     options = ["--fields", "2", "--options", '{"max_episode_steps": 60}', "--out", str(tmp_path)]
     assert compare_gaits.main([*arguments, *options]) == 0
     content = json.loads((tmp_path / "gaits.json").read_text())
-    assert content["best"] == {"amplitude": 40.0, "omega": 160.0, "beta": -50.0}
-    assert (tmp_path / "heat-map.png").stat().st_size > 5000
+    assert content["best"]["omega"] > 140.0
+    assert content["gaits"][0]["omega"] == 80.0, "the thesis's gait is tried first"
+    assert (tmp_path / "gaits.png").stat().st_size > 5000
 
 
 def test_throughput_prints_rates_and_overheads(tmp_path, capsys):
     out = tmp_path / "throughput.json"
-    arguments = ["--batches", "1,8", "--threads", "1", "--seconds", "0.05", "--repetitions", "2", "--out", str(out)]
+    arguments = ["--batches", "1", "8", "--threads", "1", "--seconds", "0.05", "--repetitions", "2", "--out", str(out)]
     assert throughput.main(arguments) == 0
     content = json.loads(out.read_text())
     assert [row["robots"] for row in content["stepping"]] == [1, 8]
@@ -245,8 +248,7 @@ def test_throughput_prints_rates_and_overheads(tmp_path, capsys):
 
 
 def test_the_pipeline_makes_every_file_and_repeats_no_finished_stage(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(pipeline, "ROUNDS", (gait_search.Round(1, 1),))
-    monkeypatch.setattr(pipeline, "grid", lambda: gait_search.grid([40], [80, 160], [-50]))
+    monkeypatch.setattr(pipeline, "PLAN", Plan(1, 2, 1, 1, 1))
     arguments = ["--out", str(tmp_path), "--config", "smoke", "--fields", "3"]
     assert pipeline.main(arguments) == 0
     names = {path.name for path in tmp_path.iterdir()}
@@ -260,25 +262,18 @@ def test_the_pipeline_makes_every_file_and_repeats_no_finished_stage(tmp_path, m
     assert "beginning anew" in capsys.readouterr().out
 
 
-def test_a_run_of_the_pipeline_is_the_same_whatever_is_told_about_it():
+def test_a_run_of_the_pipeline_is_the_same_whatever_is_told_about_it(tmp_path):
     smoke = config.load("smoke")
-    assert pipeline._same_run(smoke, dataclasses.replace(smoke, about="in other words"))
-    assert not pipeline._same_run(smoke, dataclasses.replace(smoke, seed=5))
-
-
-def test_the_pipeline_refuses_what_it_cannot_train_before_it_touches_the_folder(tmp_path, capsys):
-    (tmp_path / "policy").mkdir()
-    (tmp_path / "policy" / "config.json").write_text("{}")
-    with pytest.raises(SystemExit, match="2"):
-        pipeline.main(["--out", str(tmp_path), "--config", "field-hard-mirrored"])
-    assert "training.learners.sb3 has nothing else" in capsys.readouterr().err
-    assert (tmp_path / "policy" / "config.json").read_text() == "{}"
+    folder = runs.RunFolder(tmp_path)
+    folder.create(smoke)
+    assert pipeline._holds(folder, smoke.with_changes(about="in other words", max_minutes=1.0))
+    assert not pipeline._holds(folder, smoke.with_changes(seed=5))
+    assert not pipeline._holds(folder, config.load("smoke", "ppo"))
 
 
 @pytest.mark.parametrize("stage", ["search", "train", "run_episodes"])
 def test_the_pipeline_stopped_in_any_stage_goes_on(stage, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(pipeline, "ROUNDS", (gait_search.Round(1, 1),))
-    monkeypatch.setattr(pipeline, "grid", lambda: gait_search.grid([40], [80, 160], [-50]))
+    monkeypatch.setattr(pipeline, "PLAN", Plan(1, 2, 1, 1, 1))
     monkeypatch.setattr(gait_search, "SHOW_SECONDS", 0.0)
     arguments = ["--out", str(tmp_path), "--config", "smoke", "--fields", "3"]
 
@@ -287,20 +282,26 @@ def test_the_pipeline_stopped_in_any_stage_goes_on(stage, tmp_path, monkeypatch,
         time.sleep(60.0)
 
     with monkeypatch.context() as patch:
-        patch.setattr(pipeline.training_stage if stage == "train" else pipeline, stage, stop)
+        place = {"search": gait_search, "train": sb3, "run_episodes": pipeline}[stage]
+        patch.setattr(place, stage, stop)
         assert pipeline.main(arguments) == 130
     assert capsys.readouterr().out.splitlines()[-1] == "stopped; the same command goes on"
     assert pipeline.main(arguments) == 0
     told = capsys.readouterr().out
     assert "beginning anew" not in told
-    searched = "round 1 of 1: 2 gaits on 1 fields each\n0 of at most 40 steps\n" in told
+    searched = "batch 1 of 1: 2 candidates on 1 fields each\n1 control periods\n" in told
     assert searched == (stage == "search"), "finished stages are not repeated"
 
 
-@pytest.mark.parametrize("module", [sb3, evaluate, compare_gaits, throughput, pipeline])
-def test_every_argument_has_a_help_text(module):
-    for action in module.parser()._actions:
-        assert action.help, action.option_strings
+@pytest.mark.parametrize("command", cli.COMMANDS)
+def test_every_option_has_a_help_text(command, capsys):
+    with pytest.raises(SystemExit, match="0"):
+        cli.main([command, "--help"])
+    options = re.split(r"\n\W*--", re.sub(r"[│╭╮╰╯─]", " ", capsys.readouterr().out))[1:]
+    assert options
+    for option in options:
+        described = re.sub(r"\(default:.*?\)", "", " ".join(option.split()), count=1)
+        assert len(described.split()) > 2, option
 
 
 def test_the_curve_forgets_steps_that_were_undone(tmp_path):
@@ -314,7 +315,7 @@ def test_bootstrap_intervals_cover_the_truth_as_often_as_they_say():
     """300 samples of 60 exponential variables of mean 1: coverage 95 % less the known undercoverage of a skewed
     distribution (about 2 %), within three standard errors of a proportion from 300 trials (3.8 %)."""
     rng = np.random.default_rng(1)
-    intervals = [statistics.bootstrap(statistics.mean, rng.exponential(size=60), 400) for _ in range(300)]
+    intervals = [statistics.bootstrap(np.mean, rng.exponential(size=60), resamples=400) for _ in range(300)]
     covered = np.mean([one.low <= 1.0 <= one.high for one in intervals])
     assert 0.89 <= covered <= 0.985
 
@@ -331,6 +332,24 @@ def test_statistics_of_few_or_no_episodes():
     assert statistics.ratio_interval(np.ones(4), np.full(4, 2.0)) == (0.5, 0.5, 0.5)
     assert statistics.ratio_interval(np.ones(4), -np.ones(4)).value == np.inf
     assert statistics.paired_difference(np.array([1.0, 2.0]), np.array([0.0, 1.0])) == (1.0, 1.0, 1.0)
+
+
+def test_student_interval_of_three_values():
+    """Values 1, 2 and 3: mean 2, standard error 1 / sqrt 3, and 4.303 of these to either side."""
+    assert statistics.student_interval([1.0, 2.0, 3.0]) == pytest.approx((2.0, -0.484, 4.484), abs=1e-3)
+    assert np.isnan(statistics.student_interval([1.0]).low)
+
+
+def test_aggregates_are_those_of_rliable():
+    """Against their definitions written out; the values of two tasks count together."""
+    scores = [0.0, 1.0, 2.0, 3.0], [4.0, 5.0, 6.0, 70.0]
+    middle = statistics.interquartile_mean(*scores)
+    assert middle.value == np.mean([2.0, 3.0, 4.0, 5.0])
+    assert middle.low < middle.value < middle.high
+    better = statistics.probability_of_improvement([1.0, 2.0, 2.0], [0.0, 2.0])
+    assert better.value == pytest.approx((1.0 + 0.0 + 1.0 + 0.5 + 1.0 + 0.5) / 6.0)
+    assert 0.0 <= better.low <= better.high <= 1.0
+    np.testing.assert_allclose(statistics.performance_profile([0.2, 0.4, 0.8], [0.0, 0.4, 0.9]), [1.0, 1 / 3, 0.0])
 
 
 def test_scores_say_nothing_of_times_where_no_goal_was_reached():

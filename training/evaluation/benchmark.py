@@ -1,26 +1,27 @@
-"""The benchmark: every task, every policy, on fields that nothing was trained or tuned on.
+"""The benchmark: every task, every policy, on fields on which nothing was trained or tuned.
 
-    python -m training.evaluation.benchmark
-    python -m training.evaluation.benchmark --tasks field-hard --policies "thesis gait,heading control" --episodes 100
-    python -m training.evaluation.benchmark --policy mine=runs/field/policy.safetensors --tasks field-hard
+    python -m training benchmark
+    python -m training benchmark --tasks field-hard --policies "thesis gait" "heading control" --episodes 100
+    python -m training benchmark --policy mine=runs/field/policy.safetensors --tasks field-hard
 
 Tasks are those of ``training/configs/tasks.json``; policies, scripted and trained, those of
-``training/configs/benchmark.json`` and of ``--policy``; scripted controllers play where they have been tuned. Episode k
-of every policy is on field k. Writes ``benchmark.json``, ``benchmark.md`` and pictures; the same command gives the same
-files, bit for bit. Each cell of the table is kept under ``cells/`` and is not played again as long as task, policy and
-simulator are the same: after Ctrl-C the same command goes on.
+``training/configs/benchmark.json`` and of --policy; scripted controllers play where they have been tuned. Episode k of
+every policy is on field k. Writes ``benchmark.json``, ``benchmark.md`` and pictures; the same command gives the same
+files, bit for bit. Episodes are cached and not played again as long as task, policy and simulator are the same: after
+Ctrl-C the same command goes on.
 """
 
 from __future__ import annotations
 
-import argparse
 import sys
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import tyro
+
 from training import seeds, tasks
-from training.cli import answer, help_format, names
+from training.cli import answer
 from training.evaluation import benchmark_page, cached_scores
 from training.evaluation.cached_scores import Entry
 from training.policies.interface import title
@@ -28,49 +29,53 @@ from training.rollout import Episodes
 from training.tasks import BenchmarkTask
 
 EPISODES = 500
-WRITE_DOCS = "also write docs/learning-benchmark.* and its pictures; tasks that are not chosen stay as they are there"
-
-
-def parser() -> argparse.ArgumentParser:
-    """The command line."""
-    cli = argparse.ArgumentParser("training.evaluation.benchmark", description=__doc__, formatter_class=help_format)
-    cli.add_argument("--tasks", type=names, help="comma separated; all if absent")
-    cli.add_argument("--policies", type=names, help="of the configuration, comma separated; all if absent")
-    cli.add_argument(
-        "--policy",
-        type=named_path,
-        action="append",
-        default=[],
-        help="one more: a policy.safetensors or model.zip, as NAME=PATH or PATH; may be repeated",
-    )
-    cli.add_argument("--episodes", type=int, default=EPISODES, help="of each policy in each task")
-    cli.add_argument("--config", type=Path, default=cached_scores.CONFIG, help="JSON file with the policies")
-    cli.add_argument("--num-threads", type=int, help="threads of the simulator")
-    cli.add_argument("--out", type=Path, default=Path("runs/benchmark"), help="folder for everything")
-    cli.add_argument("--write-docs", action="store_true", help=WRITE_DOCS)
-    return cli
 
 
 def named_path(text: str) -> tuple[str, Path]:
-    """NAME=PATH, or PATH, which has its :func:`policies.title`."""
+    """NAME=PATH, or PATH, which has its :func:`training.policies.title`."""
     name, equals, path = text.rpartition("=")
     return (name, Path(path)) if equals else (title(Path(text)), Path(text))
 
 
+@dataclass
+class Options:
+    """What is played.
+
+    Args:
+        tasks: Names; all if absent.
+        policies: Of the configuration; all if absent.
+        policy: One more, as NAME=PATH or PATH; may be repeated.
+        episodes: Of each policy in each task.
+        config: JSON file with the policies.
+        num_threads: Threads of the simulator.
+        out: Folder for everything.
+        write_docs: Also write docs/learning-benchmark.* and its pictures; tasks that are not chosen stay as they are.
+    """
+
+    tasks: tuple[str, ...] | None = None
+    policies: tuple[str, ...] | None = None
+    policy: tyro.conf.UseAppendAction[tuple[str, ...]] = ()
+    episodes: int = EPISODES
+    config: Path = cached_scores.CONFIG
+    num_threads: int | None = None
+    out: Path = Path("runs/benchmark")
+    write_docs: bool = False
+
+
 def main(arguments: list[str] | None = None) -> int:
-    """Runs the command; 130 when it was stopped, 2 when a task or policy does not exist."""
-    return answer(parser(), play, arguments)
+    """Runs the command."""
+    return answer(Options, play, __doc__, arguments)
 
 
-def play(args: argparse.Namespace) -> int:
-    """Plays the cells and writes the page; 130 when it was stopped."""
+def play(args: Options) -> int:
+    """Plays what is not cached and writes the page; 130 when it was stopped."""
     chosen = tasks.chosen(args.tasks)
-    entries = cached_scores.entries(args.config, args.policies, args.policy)
+    entries = cached_scores.entries(args.config, args.policies, [named_path(one) for one in args.policy])
     bench = Benchmark(args.out, seeds.held_out(args.episodes), args.num_threads)
     try:
         bench.play(chosen, entries)
     except KeyboardInterrupt:
-        print("\nstopped; finished cells stay, the same command goes on")
+        print("\nstopped; what was played stays, the same command goes on")
         return 130
     pages = benchmark_page.write(bench.played, chosen, args.episodes, args.out)
     if args.write_docs:
@@ -82,7 +87,7 @@ def play(args: argparse.Namespace) -> int:
 
 @dataclass
 class Benchmark:
-    """Plays cells, or takes them from the folder.
+    """Plays policies in tasks, or takes their episodes from the cache.
 
     Args:
         out: folder.
@@ -105,16 +110,13 @@ class Benchmark:
         for number, (task, entry) in enumerate(pairs, 1):
             start = time.monotonic()
             print(f"[{number}/{len(pairs)}] {task.name}, {entry.name}: ", end="", flush=True)
-            episodes = self.cell(task, entry)
+            episodes = self.episodes(task, entry)
             self.played.setdefault(task.name, {})[entry.name] = episodes
             print(f"success {episodes['is_success'].mean():.3f} ({time.monotonic() - start:.1f} s)", flush=True)
 
-    def cell(self, task: BenchmarkTask, entry: Entry) -> Episodes:
+    def episodes(self, task: BenchmarkTask, entry: Entry) -> Episodes:
         """Episodes of a policy in a task."""
-        path = cached_scores.path(self.out, task, entry, self.fields)
-        if not path.exists():
-            cached_scores.write(path, cached_scores.play(task, entry, self.fields, self.num_threads))
-        return cached_scores.read(path)
+        return cached_scores.scores(self.out, task, entry, self.fields, self.num_threads)
 
 
 if __name__ == "__main__":

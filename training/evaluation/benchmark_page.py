@@ -6,7 +6,6 @@ import json
 from pathlib import Path
 from typing import Any
 
-from snake_env._markdown import table
 from training import seeds
 from training.config import ROOT
 from training.evaluation import figures, reference_limits, scores
@@ -14,6 +13,7 @@ from training.evaluation.scores import SCORES, Row
 from training.policies.gaits import GaitParameters
 from training.rollout import Episodes
 from training.runs import versions, write_json
+from training.tables import table
 from training.tasks import BenchmarkTask
 
 DOCS = ROOT / "docs"
@@ -27,7 +27,7 @@ HEADING = "\n## "
 
 HEAD = """# Benchmark of learning and control
 
-Printed by `python -m training.evaluation.benchmark`. {episodes} episodes per policy and task on test scenes that were
+Printed by `python -m training benchmark`. {episodes} episodes per policy and task on test scenes that were
 used for neither training nor tuning, the same scenes for all policies, under the same torque limit; brackets are 95 %
 bootstrap intervals over scenes.
 

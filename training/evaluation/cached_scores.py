@@ -1,33 +1,30 @@
-"""Cells of the benchmark: one policy in one task, played once and kept."""
+"""Scores of one policy in one task, played once and cached."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-import numpy as np
+from joblib import Memory
 
 import snake_env
 from snake_env import ConfigError, _native
 from training import rollout
 from training.config import CONFIGS, ROOT
-from training.evaluation.evaluate import gait_policy, load_model
+from training.evaluation.loading import gait_policy, load_model
 from training.policies.gaits import GaitParameters
 from training.policies.interface import Policy
 from training.policies.scripted import catalogue
 from training.rollout import Episodes
-from training.runs import replace
 from training.tasks import BenchmarkTask
 
 CONFIG = CONFIGS / "benchmark.json"
 
 KEPT = ("is_success", "distance", "speed", "time", "jam_ratio", "cost_of_transport", "left_corridor", "diverged")
-"""Signals of an episode's last step that a cell holds."""
+"""Signals of an episode's last step that are kept."""
 
 
 @dataclass(frozen=True)
@@ -37,8 +34,8 @@ class Entry:
     Args:
         name: in tables.
         make: the policy for a task.
-        plays: whether it has a cell in a task's table.
-        source: what it is made from: its bytes tell one policy from another.
+        plays: Whether it is in a task's table.
+        source: What it is made from: its bytes tell one policy from another.
     """
 
     name: str
@@ -47,7 +44,7 @@ class Entry:
     source: Callable[[BenchmarkTask], bytes]
 
 
-def entries(config: Path, chosen: list[str] | None, more: list[tuple[str, Path]]) -> list[Entry]:
+def entries(config: Path, chosen: Sequence[str] | None, more: list[tuple[str, Path]]) -> list[Entry]:
     """The configuration's scripted and trained policies, those in ``chosen`` alone if given, and ``more`` files.
 
     Raises:
@@ -95,46 +92,39 @@ def trained(name: str, path: Path, of_tasks: tuple[str, ...] | None) -> Entry:
     )
 
 
-def play(task: BenchmarkTask, entry: Entry, fields: list[int], num_threads: int | None) -> Episodes:
-    """The first episode of each field."""
+def scores(out: Path, task: BenchmarkTask, entry: Entry, fields: list[int], num_threads: int | None) -> Episodes:
+    """The first episode of each field, played unless the same policy, task, fields and code have been before.
+
+    Args:
+        out: Folder of the cache.
+        task: Environment.
+        entry: Policy.
+        fields: Seeds, one per episode.
+        num_threads: Threads of the simulator.
+    """
+    memory = Memory(out / "cache", verbose=0)
+    play = memory.cache(_play, ignore=["entry", "task", "num_threads"])
+    known_by = (task.env_id, task.options, entry.name, entry.source(task))
+    episodes: Episodes = play(entry, task, fields, num_threads, known_by, code())
+    return episodes
+
+
+def _play(
+    entry: Entry, task: BenchmarkTask, fields: list[int], num_threads: int | None, known_by: object, code: str
+) -> Episodes:
+    """``known_by`` and ``code`` only tell cached results apart."""
     episodes = rollout.run_episodes(entry.make(task), task.env_id, fields, num_threads, **task.options)
     return {name: episodes[name] for name in KEPT}
 
 
-def path(out: Path, task: BenchmarkTask, entry: Entry, fields: list[int]) -> Path:
-    """Where a cell is kept; its name changes with task, policy, fields, simulator, environments and policies' code."""
-    parts = [repr((task.env_id, sorted(task.options.items()), fields[0], len(fields))).encode(), entry.source(task)]
-    parts += [Path(str(_native.__file__)).read_bytes(), *(file.read_bytes() for file in sources())]
-    digest = hashlib.sha256(b"".join(hashlib.sha256(part).digest() for part in parts)).hexdigest()[:16]
-    return out / "cells" / task.name / f"{slug(entry.name)}-{digest}.npz"
+def code() -> str:
+    """A digest of the simulator and of the code that acts."""
+    parts = [Path(str(_native.__file__)).read_bytes(), *(file.read_bytes() for file in sources())]
+    return hashlib.sha256(b"".join(hashlib.sha256(part).digest() for part in parts)).hexdigest()
 
 
 def sources() -> list[Path]:
     """The code of the environments, whose ids and defaults make the task, and that which acts for policies."""
     package, folder = Path(snake_env.__file__).parent, ROOT / "training"
     environments = [*package.glob("*.py"), *(package / "config").glob("*.py")]
-    policies = [folder / "rollout.py", *(folder / "policies").rglob("*.py")]
-    return sorted(environments) + sorted(policies)
-
-
-def slug(name: str) -> str:
-    """A name for files."""
-    return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
-
-
-def write(path: Path, episodes: Episodes) -> None:
-    """Keeps a cell: whole or not at all."""
-    arrays: dict[str, Any] = dict(episodes)
-
-    def save(part: Path) -> None:
-        with part.open("wb") as file:
-            np.savez(file, **arrays)
-
-    path.parent.mkdir(parents=True, exist_ok=True)
-    replace(path, save)
-
-
-def read(path: Path) -> Episodes:
-    """A cell that was kept."""
-    with np.load(path) as content:
-        return {name: content[name] for name in content.files}
+    return sorted(environments) + sorted([folder / "rollout.py", *(folder / "policies").rglob("*.py")])

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from snake_env.reproduce import drawing
 from training.evaluation.scores import Row
-from training.policies.gaits import DEGREE, GaitParameters
-from training.search.gait_search import Search
 
 COLOURS = ("#8a8f98", "#d98a2b", "#1f5fa8")
 """The thesis's gait, the best gait of the grid, the policy."""
@@ -116,35 +114,20 @@ def benchmark(rows: dict[str, Row], path: Path) -> Path:
         return drawing.save(drawn, path)
 
 
-def heat_map(result: Search, path: Path) -> Path:
-    """Mean progress over the grid: one panel an omega, amplitude by beta; a circle marks the best gait."""
-    omegas = sorted({gait.omega for gait in result.gaits})
-    amplitudes = sorted({gait.amplitude for gait in result.gaits})
-    betas = sorted({gait.beta for gait in result.gaits})
-    scale = {"vmin": min(0.0, float(result.progress.min())), "vmax": float(result.progress.max())}
+def gaits(tried: list[dict[str, float]], progress: NDArray[np.float64], best: dict[str, float], path: Path) -> Path:
+    """Mean progress of every gait tried, coloured, over pairs of its parameters; a circle marks the best gait."""
+    pairs = (("omega", "amplitude"), ("beta", "amplitude"), ("omega", "beta"))
+    units = {"amplitude": "amplitude [deg]", "omega": "omega [deg/s]", "beta": "beta [deg]"}
     with drawing.style():
-        drawn, axes = drawing.figure(1, len(omegas), 1.0 + 1.7 * len(omegas), 2.7)
-        for one, omega in zip(axes[0], omegas, strict=True):
-            values = np.full((len(amplitudes), len(betas)), np.nan)
-            for gait, progress in zip(result.gaits, result.progress, strict=True):
-                if gait.omega == omega:
-                    values[amplitudes.index(gait.amplitude), betas.index(gait.beta)] = progress
-            image = one.imshow(values, origin="lower", aspect="auto", cmap="viridis", **scale)
-            one.grid(visible=False)
-            one.set_xticks(range(len(betas)), [f"{beta / DEGREE:.0f}" for beta in betas])
-            one.set_yticks(range(len(amplitudes)), [f"{a / DEGREE:.0f}" for a in amplitudes])
-            one.set(title=f"omega {omega / DEGREE:.0f} deg/s", xlabel="beta [deg]")
-            _mark(one, result.best, omega, amplitudes, betas)
-        axes[0, 0].set_ylabel("amplitude [deg]")
+        drawn, axes = drawing.figure(1, len(pairs), 8.0, 2.7)
+        order = np.argsort(progress)
+        for one, (x, y) in zip(axes[0], pairs, strict=True):
+            places = np.array([[values[x], values[y]] for values in tried])[order]
+            image = one.scatter(*places.T, c=progress[order], s=14, cmap="viridis")
+            one.plot(best[x], best[y], "o", markersize=12, markerfacecolor="none", markeredgecolor="#c0272d")
+            one.set(xlabel=units[x], ylabel=units[y])
         drawn.colorbar(image, ax=list(axes[0]), label="mean progress [m]")
         return drawing.save(drawn, path)
-
-
-def _mark(axes: Axes, best: GaitParameters, omega: float, amplitudes: list[float], betas: list[float]) -> None:
-    """A circle around the best gait."""
-    if best.omega == omega:
-        place = betas.index(best.beta), amplitudes.index(best.amplitude)
-        axes.plot(*place, "o", markersize=13, markerfacecolor="none", markeredgecolor="#c0272d", markeredgewidth=2)
 
 
 def paths(walks: dict[str, NDArray[np.float64]], pegs: NDArray[np.float64], goal: float, path: Path) -> Path:

@@ -1,4 +1,4 @@
-"""A policy watched at work: which links the pegs push, and how episodes end."""
+"""Records of a policy at work: which links the pegs push, and how episodes end."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ STUCK_TIME, STUCK_WAY = 5.0, 0.1
 KINDS = ("goal reached", "left the corridor", "time up, stuck", "time up, on its way")
 
 
-class Watch:
-    """A policy that remembers what it saw.
+class RecordedPolicy:
+    """A policy that records what it senses.
 
     Args:
         policy: acts.

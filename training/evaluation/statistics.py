@@ -1,14 +1,22 @@
-"""Bootstrap confidence intervals over episodes."""
+"""Statistics over episodes and over seeds: bootstrap and Student intervals, aggregates of Agarwal et al. (2021).
+
+The aggregates are defined as in rliable; the package itself is not used, since it brings arch, statsmodels and seaborn
+along for four short formulas.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
 Array = NDArray[np.float64]
+
+CONFIDENCE = 0.95
+RESAMPLES = 2000
 
 
 class Estimate(NamedTuple):
@@ -20,52 +28,78 @@ class Estimate(NamedTuple):
 
 
 def bootstrap(
-    statistic: Callable[[Array], Array],
-    episodes: Array,
-    resamples: int = 2000,
-    confidence: float = 0.95,
-    seed: int = 0,
+    statistic: Callable[..., Any], *samples: Any, paired: bool = False, resamples: int = RESAMPLES
 ) -> Estimate:
-    """Percentile bootstrap: the spread of a statistic over episodes drawn again with replacement.
+    """Percentile bootstrap of a statistic.
 
     Args:
-        statistic: maps rows (..., n, columns) to values (...).
-        episodes: (n,) or (n, columns), one row an episode.
-        resamples: number of resamples.
-        confidence: coverage of the interval, in (0, 1).
-        seed: of the resampling.
+        statistic: Of the samples, with keyword ``axis``.
+        *samples: (n,) each. Unpaired samples are drawn again one by one: a stratified bootstrap.
+        paired: The samples have one entry per episode and are drawn again together.
+        resamples: Number of resamples.
     """
-    if not len(episodes):
+    data = [np.asarray(one, np.float64) for one in samples]
+    if min(len(one) for one in data) == 0:
         return Estimate(np.nan, np.nan, np.nan)
-    rows = episodes.reshape(len(episodes), -1)
-    draws = np.random.default_rng(seed).integers(len(rows), size=(resamples, len(rows)))
-    values = statistic(rows[draws])
-    tail = 50.0 * (1.0 - confidence)
-    low, high = np.percentile(values, [tail, 100.0 - tail], method="closest_observation")
-    return Estimate(float(statistic(rows[None])[0]), float(low), float(high))
+    value = float(statistic(*data, axis=-1))
+    if min(len(one) for one in data) == 1:
+        return Estimate(value, value, value)
+    with np.errstate(invalid="ignore"):  # of infinite values; the percentiles below have no need of differences
+        found = stats.bootstrap(
+            data, statistic, n_resamples=resamples, paired=paired, method="percentile", rng=np.random.default_rng(0)
+        )
+    tail = 50.0 * (1.0 - CONFIDENCE)
+    low, high = np.percentile(found.bootstrap_distribution, [tail, 100.0 - tail], method="closest_observation")
+    return Estimate(value, float(low), float(high))
 
 
-def mean(rows: Array) -> Array:
-    """Mean of the first column."""
-    return rows[..., 0].mean(axis=-1)
+def mean_interval(values: Any) -> Estimate:
+    """Mean over episodes."""
+    return bootstrap(np.mean, values)
 
 
-def ratio(rows: Array) -> Array:
-    """Sum of the first column over sum of the second; infinite where the second sum is not positive."""
-    above, below = rows[..., 0].sum(axis=-1), rows[..., 1].sum(axis=-1)
+def ratio_interval(numerator: Any, denominator: Any) -> Estimate:
+    """Ratio of sums over episodes, e.g. energy over distance; infinite where the denominator is not positive."""
+    return bootstrap(_ratio, numerator, denominator, paired=True)
+
+
+def _ratio(numerator: Array, denominator: Array, axis: int) -> Any:
+    above, below = numerator.sum(axis=axis), denominator.sum(axis=axis)
     return np.where(below > 0.0, above / np.where(below > 0.0, below, 1.0), np.inf)
 
 
-def mean_interval(values: Array) -> Estimate:
-    """Mean over episodes."""
-    return bootstrap(mean, np.asarray(values, np.float64))
-
-
-def ratio_interval(numerator: Array, denominator: Array) -> Estimate:
-    """Ratio of sums over episodes, e.g. energy over distance."""
-    return bootstrap(ratio, np.stack([numerator, denominator], axis=-1).astype(np.float64))
-
-
-def paired_difference(values: Array, reference: Array) -> Estimate:
-    """Mean of ``values - reference``, episode by episode on the same fields."""
+def paired_difference(values: Any, reference: Any) -> Estimate:
+    """Mean difference, episode by episode."""
     return mean_interval(np.asarray(values, np.float64) - np.asarray(reference, np.float64))
+
+
+def student_interval(values: Sequence[float]) -> Estimate:
+    """Mean over a few runs with Student's interval, which is not a number for fewer than two."""
+    if len(values) < 2:
+        return Estimate(float(np.mean(values)), np.nan, np.nan)
+    mean, error = float(np.mean(values)), float(stats.sem(values))
+    half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, len(values) - 1)) * error
+    return Estimate(mean, mean - half, mean + half)
+
+
+def interquartile_mean(*tasks: Any) -> Estimate:
+    """Mean of the middle half of the scores of all runs in all tasks, (runs,) each; stratified bootstrap over runs."""
+    return bootstrap(lambda *runs, axis: stats.trim_mean(np.concatenate(runs, axis=axis), 0.25, axis=axis), *tasks)
+
+
+def probability_of_improvement(scores: Any, reference: Any) -> Estimate:
+    """Probability that a run scores higher than one of the reference, (runs,) each; ties count half."""
+    return bootstrap(_superiority, scores, reference)
+
+
+def _superiority(scores: Array, reference: Array, axis: int) -> Any:
+    assert axis == -1
+    difference = scores[..., :, None] - reference[..., None, :]
+    return np.mean(0.5 * (1.0 + np.sign(difference)), axis=(-2, -1))
+
+
+def performance_profile(scores: Any, thresholds: Any) -> Array:
+    """Share of the runs (runs,) that score above each threshold (t,)."""
+    above = np.asarray(scores, np.float64)[:, None] > np.asarray(thresholds, np.float64)
+    share: Array = above.mean(axis=0)
+    return share

@@ -1,18 +1,63 @@
-"""One episode as a video and as a path."""
+"""Film an episode.
+
+python -m training video --policy pretrained/field-hard.safetensors --seed 8589934600 --out runs/film
+"""
 
 from __future__ import annotations
 
+import sys
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from training import seeds
+from training.cli import answer
+from training.config import JsonObject
+from training.evaluation import loading
+from training.policies.gaits import GaitParameters
 from training.policies.interface import Policy
 from training.rollout import make_env
 
 if TYPE_CHECKING:
     from PIL import Image
+
+
+@dataclass
+class Options:
+    """What is filmed.
+
+    Args:
+        policy: policy.safetensors or model.zip of a run; None: the thesis's gait.
+        env: Environment; by default that of the policy, or SnakeField-v0.
+        options: Keywords of the environment.
+        seed: Of the episode; by default the first held-out one.
+        out: File without its suffix, mp4 or, without ffmpeg, gif.
+    """
+
+    policy: Path | None = None
+    env: str | None = None
+    options: JsonObject = field(default_factory=dict)
+    seed: int = seeds.HELD_OUT.start
+    out: Path = Path("runs/episode")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Runs the command."""
+    return answer(Options, film, __doc__, arguments)
+
+
+def film(args: Options) -> int:
+    """Plays and writes one episode."""
+    paths = [] if args.policy is None else [args.policy]
+    env_id, options = loading.task(args.env, args.options, paths)
+    loading.refuse_other_model(paths, env_id, options)
+    policies = loading.load_models(paths) or [loading.gait_policy(GaitParameters(), env_id, **options)]
+    args.out.parent.mkdir(parents=True, exist_ok=True)
+    print(write(play(policies[0], env_id, args.seed, film=True, **options).frames, args.out))
+    return 0
 
 
 class Episode(NamedTuple):
@@ -53,7 +98,7 @@ def play(policy: Policy, env_id: str, seed: int, film: bool = False, **options: 
     success = False
 
     def note() -> None:
-        snapshots.append(_snapshot(env))
+        snapshots.append(env.unwrapped.snapshot(0))
         observations.append(observation[0].copy())
         if film:
             frames.append(env.render()[0])
@@ -66,11 +111,6 @@ def play(policy: Policy, env_id: str, seed: int, film: bool = False, **options: 
     env.close()
     walk = np.array([one["centre"] for one in snapshots])
     return Episode(walk, np.array(snapshots[0]["pegs"]), frames, success, snapshots, np.array(observations))
-
-
-def _snapshot(env: Any) -> dict[str, Any]:
-    """What the renderer draws of robot 0."""
-    return env.unwrapped._robots.native.snapshot(0)
 
 
 def write(frames: list[NDArray[np.uint8]], path: Path, frames_per_second: int = 20) -> Path:
@@ -118,3 +158,7 @@ def _palette(pictures: list[Image.Image], common: int = 8, rare: int = 16, sampl
     found = Image.new("P", (1, 1))
     found.putpalette([value for palette in palettes for value in palette])
     return found
+
+
+if __name__ == "__main__":
+    sys.exit(main())

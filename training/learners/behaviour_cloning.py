@@ -1,11 +1,10 @@
-"""Begin with what a scripted controller or another policy knows, and with a critic that knows what that is worth.
+"""Behaviour cloning: an agent begins as a scripted controller or as a policy trained before.
 
-A configuration with a section ``clone`` begins like this, before the first update of ``training.learners.ppo``. The
-agent acts, the controller says what it would have done, and the actor learns that by least squares; the samples of
-all rounds are kept (DAgger; Ross, Gordon and Bagnell 2011), so that the actor knows the right action where its own
-mistakes lead to. Labels are exact, since the controller sees the same observations. Of a policy trained before the
-weights are taken. Then the actor rests while the critic learns the returns: an untrained critic would undo in a few
-updates what was cloned.
+A configuration with a section ``behaviour_cloning`` begins like this, before the first update of PPO. The agent acts,
+and the actor learns by least squares what the controller would have done; the samples of all rounds are kept (DAgger;
+Ross, Gordon and Bagnell 2011), so that the actor knows the right action where its own mistakes lead to. Labels are
+exact, since the controller sees the same observations. From a policy trained before, the weights are copied. Then only
+the critic learns: an untrained critic would undo in a few updates what was cloned.
 """
 
 from __future__ import annotations
@@ -20,9 +19,9 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from snake_env import ConfigError
-from training.config import Clone
+from training.config import BehaviourCloning
 from training.policies import files
-from training.policies.memory import observed, times_of
+from training.policies.memory import network_inputs, time_constants
 from training.policies.scripted import catalogue
 from training.rollout import layout_of
 
@@ -37,7 +36,7 @@ class Expert:
     """A scripted controller, tuned for a task, that tells actions of the learner's action mode.
 
     Args:
-        clone: which controller.
+        cloning: which controller.
         layout: of the learner's environment.
         num_envs: robots.
 
@@ -45,12 +44,12 @@ class Expert:
         ConfigError: the controller acts in a mode whose actions the learner does not have.
     """
 
-    def __init__(self, clone: Clone, layout: dict[str, Any], num_envs: int) -> None:
-        self._controller = catalogue.tuned(str(clone.controller), str(clone.task))
+    def __init__(self, cloning: BehaviourCloning, layout: dict[str, Any], num_envs: int) -> None:
+        self._controller = catalogue.tuned(str(cloning.controller), str(cloning.task))
         modes = {"gait": ("gait", "residual"), "residual": ("residual",), "joints": ("joints",)}
         mode = _action_mode(layout)
         if mode not in modes[self._controller.mode]:
-            raise ConfigError("clone.controller", clone.controller, f"one that acts by {mode} or by gait")
+            raise ConfigError("behaviour_cloning.controller", cloning.controller, f"one that acts by {mode} or by gait")
         self._observations = sum(block["size"] for block in layout["observation"])
         self._actions = len(layout["action"])
         known = WAVE_ACTIONS if self._controller.mode == "gait" else self._actions
@@ -72,18 +71,18 @@ def _action_mode(layout: dict[str, Any]) -> str:
     return {WAVE_ACTIONS: "gait", joints: "joints"}.get(len(layout["action"]), "residual")
 
 
-def begin(learner: Any, clone: Clone) -> None:
-    """Makes the agent of a :class:`training.learners.ppo.Learner` what ``clone`` says, then warms its critic up."""
+def begin(learner: Any, cloning: BehaviourCloning) -> None:
+    """Makes the agent of a :class:`training.learners.ppo.Learner` what ``cloning`` says, then warms its critic up."""
     layout = layout_of(learner.config.env_id, learner.config.env)
-    if clone.policy is not None:
-        take_over(learner.agent, layout, learner.config.policy.traces, Path(clone.policy))
+    if cloning.policy is not None:
+        take_over(learner.agent, layout, learner.config.policy.memory, Path(cloning.policy))
     else:
-        imitate(learner, Expert(clone, layout, learner.config.num_envs), clone)
-    for _ in range(clone.critic_rounds):
+        imitate(learner, Expert(cloning, layout, learner.config.num_envs), cloning)
+    for _ in range(cloning.critic_rounds):
         learner.collect()
         _, target = learner.targets()
         observation = learner.rollout.observation.flatten(0, 1)
-        fit(learner.agent.critic, observation, target[:, None], clone.epochs, learner.rng)
+        fit(learner.agent.critic, observation, target[:, None], cloning.epochs, learner.rng)
 
 
 def take_over(agent: Any, layout: dict[str, Any], times: Sequence[float], path: Path) -> None:
@@ -102,20 +101,20 @@ def take_over(agent: Any, layout: dict[str, Any], times: Sequence[float], path: 
         ConfigError: there is no such file, it cannot be read, or its hidden layers are not the agent's.
     """
     if not path.is_file():
-        raise ConfigError("clone.policy", path, "the policy.safetensors of a run")
+        raise ConfigError("behaviour_cloning.policy", path, "the policy.safetensors of a run")
     try:
         arrays, run = files.read(path)
     except ValueError as error:
-        raise ConfigError("clone.policy", path, "a file that training wrote") from error
+        raise ConfigError("behaviour_cloning.policy", path, "a file that training wrote") from error
     own = {name: array for name, array in agent.arrays().items() if name.startswith("actor.")}
     hidden, expected = (
         [len(those[name]) for name in sorted(own) if name.endswith("bias")][:-1]
         for those in ({name: arrays.get(name, np.zeros(0)) for name in own}, own)
     )
     if hidden != expected or f"actor.{len(expected) + 1}.bias" in arrays:
-        raise ConfigError("clone.policy", path, f"hidden layers {expected}, found {hidden}")
+        raise ConfigError("behaviour_cloning.policy", path, f"hidden layers {expected}, found {hidden}")
     theirs = layout_of(run["env_id"], run["env"])
-    inputs = _matches(observed(layout, times), observed(theirs, times_of(run)))
+    inputs = _matches(network_inputs(layout, times), network_inputs(theirs, time_constants(run)))
     outputs = _matches(done(layout), done(theirs))
     last = len(expected)
     for name, weights in own.items():  # they share their memory with the agent's parameters
@@ -139,14 +138,14 @@ def _taken(rows: NDArray[np.float32], places: list[int]) -> NDArray[np.float32]:
     return np.stack([rows[k] if k >= 0 else np.zeros_like(rows[0]) for k in places])
 
 
-def imitate(learner: Any, expert: Expert, clone: Clone) -> None:
+def imitate(learner: Any, expert: Expert, cloning: BehaviourCloning) -> None:
     """Teaches the actor a controller's actions along its own way."""
     seen, told = [], []
-    for _ in range(clone.rounds):
+    for _ in range(cloning.rounds):
         learner.collect()
         seen.append(learner.rollout.observation.flatten(0, 1).clone())
         told.append(labels(expert, learner.rollout.observation, learner.rollout.done))
-        fit(learner.agent.actor, torch.cat(seen), torch.cat(told), clone.epochs, learner.rng)
+        fit(learner.agent.actor, torch.cat(seen), torch.cat(told), cloning.epochs, learner.rng)
 
 
 def labels(expert: Expert, observation: Tensor, done: NDArray[np.bool_]) -> Tensor:

@@ -1,51 +1,29 @@
-"""Train a policy with Stable-Baselines3's PPO over the native batch of robots.
-
-    python -m training.train --out runs/mine --config default --max-minutes 10
-
-The run's folder (see ``training/runs.py``) holds everything needed to go on: ``--resume`` continues from
-its latest checkpoint with the configuration it was begun with. Ctrl-C saves and stops.
-"""
+"""Stable-Baselines3's PPO over the native batch of robots."""
 
 from __future__ import annotations
 
-import argparse
-import dataclasses
-import sys
 from pathlib import Path
 from typing import Any
 
 import torch
 from stable_baselines3 import PPO
+from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import configure
+from tqdm import tqdm
 
 import snake_env.sb3
-from training import run_command, seeds
+from training import seeds
 from training.budget import Budget, StopRequest
-from training.config import Config
-from training.learners.callbacks import Keeper
+from training.config import Sb3Config
+from training.learning_curve import LearningCurve, text
 from training.runs import RunFolder
 
-LACKS = ("clone", "policy.mirror", "policy.traces", "policy.bfloat16")
-"""What ``training.learners.ppo`` has and this learner has not."""
+BAR_FORMAT = "{percentage:3.0f}%|{bar:25}| {elapsed}, {postfix}"
 
 
-def parser() -> argparse.ArgumentParser:
-    """The command line."""
-    return run_command.parser("training.learners.sb3", __doc__)
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Runs the command; 0 when the budget has been used up, 130 when it was stopped."""
-    args = parser().parse_args(arguments)
-    return run_command.run(args, RunFolder(args.out), train)
-
-
-def train(folder: RunFolder, config: Config, bar: bool = True) -> int:
+def train(folder: RunFolder, config: Sb3Config, bar: bool = True) -> int:
     """Trains from the folder's latest checkpoint, or from the start."""
     checkpoint = folder.latest()
-    if checkpoint is None:
-        config.refuse_evolution("training.learners.sb3")
-    config.refuse("training.learners.sb3", *LACKS)
     torch.set_num_threads(config.torch_threads)
     seconds = 0.0 if checkpoint is None else folder.seconds(checkpoint)
     budget = Budget(config.total_steps, config.max_minutes, seconds)
@@ -59,20 +37,20 @@ def train(folder: RunFolder, config: Config, bar: bool = True) -> int:
             model = _resumed_model(checkpoint, config, env, budget)
     model.set_logger(configure(str(folder.path / "tensorboard"), ["tensorboard"]))
     with StopRequest() as stop:
-        keeper = Keeper(folder, config, budget, stop, bar)
-        model.learn(config.total_steps - steps_taken, keeper, reset_num_timesteps=checkpoint is None)
-        keeper.save()
-        keeper.close()
+        callback = RunCallback(folder, config, budget, stop, bar)
+        model.learn(config.total_steps - steps_taken, callback, reset_num_timesteps=checkpoint is None)
+        callback.save()
+        callback.close()
         if stop.received:
             print(f"saved after {model.num_timesteps} steps")
             return 130
-    model.save(folder.model)
+    model.save(folder.path / "model.zip")
     folder.finish({"steps": model.num_timesteps, "seconds": round(budget.seconds, 1)})
     env.close()
     return 0
 
 
-def _new_model(config: Config, env: Any, budget: Budget) -> PPO:
+def _new_model(config: Sb3Config, env: Any, budget: Budget) -> PPO:
     return PPO(
         "MlpPolicy",
         env,
@@ -83,18 +61,68 @@ def _new_model(config: Config, env: Any, budget: Budget) -> PPO:
     )
 
 
-def _resumed_model(checkpoint: Path, config: Config, env: Any, budget: Budget) -> PPO:
+def _resumed_model(checkpoint: Path, config: Sb3Config, env: Any, budget: Budget) -> PPO:
     model = PPO.load(checkpoint, env, device="cpu", **_learner(config, budget))
     model.set_random_seed(config.seed + model.num_timesteps)
     return model
 
 
-def _learner(config: Config, budget: Budget) -> dict[str, Any]:
+def _learner(config: Sb3Config, budget: Budget) -> dict[str, Any]:
     """Keywords of the learner; the learning rate falls with the share of the budget that is used."""
-    values = dataclasses.asdict(config.ppo)
+    values = config.ppo.model_dump()
     start, end = values.pop("learning_rate"), values.pop("final_learning_rate")
     return {**values, "learning_rate": lambda _: start * (1.0 - (1.0 - end) * budget.used)}
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+class RunCallback(BaseCallback):
+    """Ends the run on time or on request, saves checkpoints, writes the curve and draws the progress bar."""
+
+    def __init__(self, folder: RunFolder, config: Sb3Config, budget: Budget, stop: StopRequest, bar: bool) -> None:
+        super().__init__()
+        self._folder = folder
+        self._budget = budget
+        self._stop = stop
+        self._config = config
+        self._interval = config.checkpoint_seconds
+        self._last_save = budget.seconds
+        self._bar = tqdm(total=100.0, unit="%", disable=not bar, bar_format=BAR_FORMAT)
+
+    def _on_training_start(self) -> None:
+        self._curve = LearningCurve(self._budget, self.num_timesteps)
+
+    def _on_rollout_start(self) -> None:
+        """Sets the difficulty of the episodes that begin from now on."""
+        if self._config.curriculum:
+            layout = self.training_env.get_attr("layout", [0])[0]
+            hardest = float(layout["config"]["difficulty"])
+            self.training_env.env_method("set_difficulty", self._config.difficulty(self._budget.used, hardest))
+
+    def _on_step(self) -> bool:
+        for done, info in zip(self.locals["dones"], self.locals["infos"], strict=True):
+            if done:
+                self._curve.note(info["episode"]["r"], info)
+        self._budget.note(self.num_timesteps)
+        return not (self._budget.out_of_time or self._stop.received)
+
+    def _on_rollout_end(self) -> None:
+        """Between the collection of samples and the update."""
+        row = self._curve.row(self.num_timesteps)
+        for key, value in row.items():
+            self.logger.record(f"snake/{key}", value)
+        self._folder.append_curve(row)
+        self._show(row)
+        if self._budget.seconds - self._last_save >= self._interval:
+            self.save()
+
+    def save(self) -> None:
+        """Saves a checkpoint."""
+        self._folder.save_checkpoint(self.model.save, self.num_timesteps, self._budget.seconds, ".zip")
+        self._last_save = self._budget.seconds
+
+    def close(self) -> None:
+        """Ends the progress bar."""
+        self._bar.close()
+
+    def _show(self, row: dict[str, float]) -> None:
+        self._bar.update(100.0 * self._budget.used - self._bar.n)
+        self._bar.set_postfix_str(text(row))

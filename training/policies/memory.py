@@ -1,9 +1,9 @@
-"""A memory without recurrence: running means of what a robot has felt, beside what it feels now.
+"""Memory traces: running means of the observation as further inputs of a network, instead of recurrence.
 
-A trace of an element x of the observation follows z' = (x - z) / T; with one or two times T a network knows where the
-robot comes from: whether it has made way lately, and on which links pegs have pushed. Memory traces are as good as
-windows of the past for such questions, and smaller (Eberhard, Muehlebach, Vernade 2025). They belong to the policy: the
-environment, its observations and what scripted controllers see stay as they are.
+The trace z of an element x of the observation follows z' = (x - z) / T. With one or two time constants T a network has
+inputs that tell whether the robot has made way lately, and on which links pegs have pushed. For such questions memory
+traces are as good as windows of the past, and smaller (Eberhard, Muehlebach, Vernade 2025). They belong to the policy:
+the environment, its observations and what scripted controllers see stay as they are.
 """
 
 from __future__ import annotations
@@ -16,15 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-def observed(layout: dict[str, Any], times: Sequence[float]) -> list[str]:
+def network_inputs(layout: dict[str, Any], times: Sequence[float]) -> list[str]:
     """Names of what a network sees: the elements of an observation, then their traces."""
     names = _names(layout)
     return names + [f"{names[k]}, over {float(time)} s" for time in times for k in remembered(layout)]
 
 
-def times_of(run: dict[str, Any]) -> Sequence[float]:
+def time_constants(run: dict[str, Any]) -> Sequence[float]:
     """Time constants [s] of the traces of a policy, from the configuration in its file."""
-    times: Sequence[float] = run.get("policy", {}).get("traces", ())
+    policy = run.get("policy", {})
+    times: Sequence[float] = policy.get("memory", policy.get("traces", ()))  # its earlier name, as in the shipped files
     return times
 
 
@@ -38,7 +39,7 @@ def remembered(layout: dict[str, Any]) -> list[int]:
     return [k for block in blocks for k in range(block["start"], block["start"] + block["size"])]
 
 
-class Traces:
+class MemoryTraces:
     """The traces of a batch of robots.
 
     Args:
@@ -60,11 +61,11 @@ class Traces:
         self._new[:] = False
         return self._joined(observation, self._traces)
 
-    def foresee(self, observation: NDArray[np.float32], rows: NDArray[np.int64]) -> NDArray[np.float32]:
+    def peek(self, observation: NDArray[np.float32], rows: NDArray[np.int64]) -> NDArray[np.float32]:
         """What networks would see of these robots' next observations (k, o), without moving on."""
         return self._joined(observation, self._after(observation, rows))
 
-    def forget(self, rows: NDArray[np.bool_]) -> None:
+    def reset(self, rows: NDArray[np.bool_]) -> None:
         """The next observation of the robots in ``rows`` (n,) begins an episode."""
         self._new |= rows
 

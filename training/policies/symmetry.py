@@ -1,10 +1,10 @@
-"""Left and right are alike: what a mirror does to observations and actions, and networks that know it.
+"""Left-right symmetry: what a reflection does to observations and actions, and networks that respect it.
 
-Seen in a mirror along the goal direction, a robot in a field is a robot in a mirrored field, drawn as often as the
+Reflected about the goal direction, a robot in a field is a robot in the reflected field, which is drawn as often as the
 first. A policy f loses nothing by treating both alike, f(S o) = S f(o), and learns from each step for both. S changes
-signs alone: of angles, of what points to the left, and of the wave's phase, which lies half a turn further. In space
-pitch and height stay, so with the phase the amplitude of the vertical wave changes its sign; angular velocities change
-theirs but about the axis to the left.
+only signs: of angles, of what points to the left, and of the wave's phase, which lies half a turn further. In 3D pitch
+and height stay, so with the phase the amplitude of the vertical wave changes its sign; angular velocities change theirs
+except about the axis to the left.
 """
 
 from __future__ import annotations
@@ -21,48 +21,48 @@ from snake_env import ConfigError
 Signs = NDArray[np.float32]
 
 
-class Mirror(NamedTuple):
+class Reflection(NamedTuple):
     """Signs, 1 or -1, of the elements of an observation (o,) and an action (a,)."""
 
     observation: Signs
     action: Signs
 
     @classmethod
-    def of(cls, layout: dict[str, Any]) -> Mirror:
+    def of(cls, layout: dict[str, Any]) -> Reflection:
         """For an environment's ``layout``, whose rows state the signs ("mirror").
 
         Raises:
-            ConfigError: action zero lifts: half a turn later the vertical wave is the mirror image with the opposite
+            ConfigError: action zero lifts: half a turn later the vertical wave is the reflection with the opposite
                 amplitude, which is then no change of sign.
         """
         for entry in layout["action"]:
             if entry["name"] == "lift" and entry["low"] != -entry["high"]:
-                asked = 'false, another task, or action_mode "joints": in task "free" action zero lifts'
-                raise ConfigError("policy.mirror", True, asked)
+                expected = 'false, another task, or action_mode "joints": in task "free" action zero lifts'
+                raise ConfigError("policy.symmetric", True, expected)
         observation = [sign for block in layout["observation"] for sign in block["mirror"]]
         action = [entry["mirror"] for entry in layout["action"]]
         return cls(np.array(observation, np.float32), np.array(action, np.float32))
 
     def arrays(self) -> dict[str, Signs]:
         """The signs as the file of a policy names them."""
-        return {f"mirror.{name}": of for name, of in self._asdict().items()}
+        return {f"mirror.{name}": signs for name, signs in self._asdict().items()}
 
 
-class Mirrored(nn.Module):
-    """The mean of what a network says and of what it says in the mirror, mirrored back.
+class SymmetricNetwork(nn.Module):
+    """The mean of a network's output and of its reflected output for the reflected observation.
 
     Args:
-        network: from observations (n, o) to outputs (n, k).
-        seen: signs of the observation (o,).
-        said: signs of the outputs (k,).
+        network: From observations (n, o) to outputs (n, k).
+        inputs: Signs of the observation (o,).
+        outputs: Signs of the outputs (k,).
     """
 
-    def __init__(self, network: nn.Module, seen: Signs, said: Signs) -> None:
+    def __init__(self, network: nn.Module, inputs: Signs, outputs: Signs) -> None:
         super().__init__()
         self.network = network
-        self._seen, self._said = torch.from_numpy(seen), torch.from_numpy(said)
+        self._inputs, self._outputs = torch.from_numpy(inputs), torch.from_numpy(outputs)
 
     def forward(self, observation: Tensor) -> Tensor:
         """Outputs (n, k)."""
-        plain, mirrored = self.network(torch.cat([observation, observation * self._seen])).chunk(2)
-        return 0.5 * (plain + mirrored * self._said)
+        plain, reflected = self.network(torch.cat([observation, observation * self._inputs])).chunk(2)
+        return 0.5 * (plain + reflected * self._outputs)

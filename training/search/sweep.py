@@ -1,17 +1,16 @@
-"""Train several seeds of several configurations side by side with the lean PPO, and choose among them.
+"""Train several seeds of several configurations side by side, and choose among them.
 
-    python -m training.search.sweep --configs field-hard,field-hard-blind --seeds 5 --jobs 8 --seconds 1500
+    python -m training sweep --configs field-hard perturbed --seeds 5 --jobs 8 --seconds 1500
 
 One process a run, one thread each. Each run has a folder ``<out>/<config>/seed-<k>`` and a log in it. Run the same
 command again to go on: finished runs stay, others resume from their checkpoints. Ctrl-C or a termination signal, as
-that of ``timeout 540 python -m training.search.sweep ...``, stops all runs, which save. At the end each configuration
+that of ``timeout 540 python -m training sweep ...``, stops all runs, which save. At the end each configuration
 has ``best.safetensors``, the policy of the highest success rate plus speed [m/s] on fields for choosing,
 ``seeds.json`` with all of them, and, with matplotlib, ``learning-curves.png`` with the spread over seeds.
 """
 
 from __future__ import annotations
 
-import argparse
 import os
 import shutil
 import signal
@@ -24,10 +23,9 @@ from typing import Any
 
 from training import config as configs
 from training import rollout, seeds
-from training.cli import help_format, names
-from training.learners import ppo
+from training.cli import answer
+from training.evaluation.loading import load_model
 from training.learning_curve import text
-from training.policies.network import Network
 from training.runs import RunFolder, write_json
 
 FIELDS = 200
@@ -36,31 +34,40 @@ SKIP = 100_000
 """Of the seeds for choosing: those before are for tuning scripted controllers."""
 
 
-def parser() -> argparse.ArgumentParser:
-    """The command line."""
-    cli = argparse.ArgumentParser("training.search.sweep", description=__doc__, formatter_class=help_format)
-    cli.add_argument("--configs", type=names, required=True, help="names in training/configs or files, comma separated")
-    cli.add_argument("--seeds", type=int, default=5, help="runs of each configuration, with seeds 0, 1, ...")
-    cli.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes at a time")
-    cli.add_argument("--seconds", type=float, help="wall time of each run, over the config's")
-    cli.add_argument("--total-steps", type=int, help="environment steps of each run, over the config's")
-    cli.add_argument("--fields", type=int, default=FIELDS, help="fields for choosing among seeds")
-    cli.add_argument("--out", type=Path, default=Path("runs/sweep"), help="folder for everything")
-    return cli
+@dataclass
+class Options:
+    """What is trained.
+
+    Args:
+        configs: Names in training/configs, or files.
+        seeds: Runs of each configuration, with seeds 0, 1, ...
+        jobs: Processes at a time.
+        seconds: Wall time of each run, over the configuration's.
+        total_steps: Environment steps of each run, over the configuration's.
+        fields: Fields for choosing among seeds.
+        out: Folder for everything.
+    """
+
+    configs: tuple[str, ...]
+    seeds: int = 5
+    jobs: int = os.cpu_count() or 1
+    seconds: float | None = None
+    total_steps: int | None = None
+    fields: int = FIELDS
+    out: Path = Path("runs/sweep")
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command; 130 when it was stopped, 1 when a run failed."""
-    cli = parser()
-    args = cli.parse_args(arguments)
+    return answer(Options, sweep, __doc__, arguments)
+
+
+def sweep(args: Options) -> int:
+    """Trains all seeds, then chooses among those of each configuration."""
     for name in args.configs:
-        try:
-            configs.load(Path(name)).refuse_evolution("training.search.sweep")
-        except (OSError, ValueError) as error:
-            cli.error(f"--configs {name}: {error}")
-    limits = [
-        f"--{name.replace('_', '-')}={value}" for name in ("seconds", "total_steps") if (value := getattr(args, name))
-    ]
+        configs.load(name)
+    given = {"--seconds": args.seconds, "--total-steps": args.total_steps}
+    limits = [f"{name}={value}" for name, value in given.items() if value]
     runs = [Run(name, seed, args.out, limits) for seed in range(args.seeds) for name in args.configs]
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.default_int_handler)
@@ -93,7 +100,7 @@ class Run:
     @property
     def folder(self) -> RunFolder:
         """Where it trains."""
-        return RunFolder(self.out / Path(self.config).stem / f"seed-{self.seed}", ppo.POLICY, ".pt")
+        return RunFolder(self.out / Path(self.config).stem / f"seed-{self.seed}")
 
     @property
     def log(self) -> Path:
@@ -106,7 +113,7 @@ class Run:
         command = [
             sys.executable,
             "-m",
-            "training.learners.ppo",
+            "training.train",
             "--config",
             self.config,
             "--seed",
@@ -166,16 +173,17 @@ def stop(runs: list[Run]) -> None:
 
 def choose(out: Path, folders: list[RunFolder], fields: int) -> str:
     """Judges the seeds of a configuration on fields for choosing, keeps the best, draws the curves."""
-    config: configs.Config = folders[0].config()
+    config: configs.RunConfig = folders[0].config()
     rows: list[dict[str, Any]] = []
     for folder in folders:
         episodes = rollout.run_episodes(
-            Network(folder.model), config.env_id, seeds.selection(fields, SKIP), config.num_threads, **config.env
+            load_model(folder.policy), config.env_id, seeds.selection(fields, SKIP), config.num_threads, **config.env
         )
         means = {name: float(episodes[name].mean()) for name in ("is_success", "speed", "distance", "jam_ratio")}
         rows.append({"run": folder.path.name, **means})
     best = max(rows, key=lambda row: row["is_success"] + row["speed"])
-    shutil.copyfile(out / best["run"] / ppo.POLICY, out / "best.safetensors")
+    chosen = RunFolder(out / best["run"]).policy
+    shutil.copyfile(chosen, out / f"best{chosen.suffix}")
     write_json(out / "seeds.json", {"best": best["run"], "fields": fields, "seeds": rows})
     draw({out.name: folders}, out)
     return f"{out}: best is {best['run']}, success {best['is_success']:.3f}, speed {best['speed']:.3f} m/s"

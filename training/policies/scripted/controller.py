@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 from training.policies.gaits import DEGREE
 from training.policies.scripted.senses import Array, Senses
 
-AMPLITUDES = tuple(a * DEGREE for a in (25, 35, 45, 55, 65))
-OMEGAS = tuple(omega * DEGREE for omega in (80, 110, 140, 170, 200))
-BETAS = tuple(beta * DEGREE for beta in (-65, -50, -40, -32, -25))
+AMPLITUDES = (25 * DEGREE, 65 * DEGREE)
+OMEGAS = (80 * DEGREE, 200 * DEGREE)
+BETAS = (-65 * DEGREE, -25 * DEGREE)
 """Waves that the tuning tries [rad, rad/s, rad]."""
 
 
 class Controller:
     """A scripted policy with named parameters.
 
-    A subclass gives ``levels``, the values that tuning may choose for each parameter, and :meth:`command`.
+    A subclass gives ``ranges``, the bounds within which tuning chooses each parameter, and :meth:`command`.
 
     Args:
         values: each parameter by name: one number, or an array (n,) with one a robot, as tuning uses it.
@@ -30,11 +30,11 @@ class Controller:
     title: ClassVar[str]
     mode: ClassVar[str]
     """Action mode of the environment."""
-    levels: ClassVar[Mapping[str, Sequence[float]]]
+    ranges: ClassVar[Mapping[str, tuple[float, float]]]
 
     def __init__(self, values: Mapping[str, Any], name: str | None = None) -> None:
-        if set(values) != set(self.levels):
-            raise ValueError(f"{self.title}: {sorted(values)}: expected values for {sorted(self.levels)}")
+        if set(values) != set(self.ranges):
+            raise ValueError(f"{self.title}: {sorted(values)}: expected values for {sorted(self.ranges)}")
         self.name = name or self.title
         self.env_options: dict[str, Any] = {"action_mode": self.mode}
         self._values = dict(values)

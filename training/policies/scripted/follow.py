@@ -28,18 +28,18 @@ class FollowTheLeader(HeadingGait):
 
     title = "follow the leader"
     mode = "joints"
-    levels: ClassVar = {
+    ranges: ClassVar = {
         "speed": (0.2, 0.3),
-        "bend": (50 * DEGREE,),
+        "bend": (50 * DEGREE, 50 * DEGREE),
         "slack": (0.03, 0.045),
-        "grip": (10.0,),
-        "straight": (1.0,),
+        "grip": (10.0, 10.0),
+        "straight": (1.0, 1.0),
         "trust": (0.2, 0.3),
-        "amplitude": (45 * DEGREE,),
-        "omega": (140 * DEGREE,),
-        "beta": (-32 * DEGREE,),
-        "steering": (0.3,),
-        "look_ahead": (1.0,),
+        "amplitude": (45 * DEGREE, 45 * DEGREE),
+        "omega": (140 * DEGREE, 140 * DEGREE),
+        "beta": (-32 * DEGREE, -32 * DEGREE),
+        "steering": (0.3, 0.3),
+        "look_ahead": (1.0, 1.0),
     }
     """``speed``: along a planned track [m/s]; ``trust``: lack of grip, from 0 to 1, beyond which the wave takes over;
     the wave has an amplitude, omega, beta and heading control; the others are those of :class:`Wishes`."""

@@ -23,11 +23,11 @@ class TaperedGait(Controller):
 
     title = "best gait"
     mode = "residual"
-    levels: ClassVar = {
+    ranges: ClassVar = {
         "amplitude": AMPLITUDES,
         "omega": OMEGAS,
         "beta": BETAS,
-        "taper": (-0.3, 0.0, 0.3),
+        "taper": (-0.3, 0.3),
     }
 
     def command(self) -> Array:
@@ -49,12 +49,12 @@ class HeadingGait(Controller):
 
     title = "heading control"
     mode = "gait"
-    levels: ClassVar = {
+    ranges: ClassVar = {
         "amplitude": AMPLITUDES,
         "omega": OMEGAS,
         "beta": BETAS,
-        "steering": (0.15, 0.3, 0.6),
-        "look_ahead": (0.5, 1.0, 2.0),
+        "steering": (0.15, 0.6),
+        "look_ahead": (0.5, 2.0),
     }
 
     def command(self) -> Array:

@@ -28,15 +28,15 @@ class JamResolving(HeadingGait):
 
     title = "jam resolving"
     mode = "residual"
-    levels: ClassVar = {
+    ranges: ClassVar = {
         "amplitude": AMPLITUDES,
         "omega": OMEGAS,
-        "beta": (-65 * DEGREE, -50 * DEGREE, -40 * DEGREE, -32 * DEGREE),
+        "beta": (-65 * DEGREE, -32 * DEGREE),
         "steering": (0.15, 0.3),
         "look_ahead": (0.5, 1.0),
-        "rotation": (8 * DEGREE, 14 * DEGREE, 20 * DEGREE),
+        "rotation": (8 * DEGREE, 20 * DEGREE),
         "slow": (0.02, 0.04),
-        "creep": (0.0, 0.5, 1.0),
+        "creep": (0.0, 1.0),
     }
     """``slow``: speed below which the robot counts as stuck [m/s]; ``creep``: share of omega kept meanwhile."""
 

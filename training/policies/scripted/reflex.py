@@ -27,15 +27,15 @@ class ContactReflex(HeadingGait):
 
     title = "contact reflex"
     mode = "joints"
-    levels: ClassVar = {
-        "amplitude": tuple(a * DEGREE for a in (25, 35, 45, 55)),
+    ranges: ClassVar = {
+        "amplitude": (25 * DEGREE, 55 * DEGREE),
         "omega": OMEGAS,
-        "beta": (-65 * DEGREE, -50 * DEGREE, -40 * DEGREE, -32 * DEGREE),
-        "steering": (0.15, 0.3, 0.6),
+        "beta": (-65 * DEGREE, -32 * DEGREE),
+        "steering": (0.15, 0.6),
         "look_ahead": (0.5, 1.0),
-        "compliance": (0.0, 0.3, 0.7, 1.0),
-        "reflex_ahead": (-0.02, -0.01, 0.0, 0.01, 0.02),
-        "reflex_behind": (-0.02, -0.01, 0.0, 0.01, 0.02),
+        "compliance": (0.0, 1.0),
+        "reflex_ahead": (-0.02, 0.02),
+        "reflex_behind": (-0.02, 0.02),
     }
     """``compliance``: weight of the measured angle against the commanded one in what travels backwards; the reflexes'
     gains are in rad/N."""

@@ -1,0 +1,109 @@
+"""Actor and critic of PPO."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import cast
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from training.config import PpoConfig, PpoNetworks
+from training.policies import files, memory
+from training.policies.symmetry import Reflection, SymmetricNetwork
+from training.rollout import layout_of
+
+LOG_SQRT_TAU = 0.5 * float(np.log(2.0 * np.pi))
+
+
+class Agent(nn.Module):
+    """Actor and critic: two networks with tanh, and a Gaussian whose spread does not depend on the observation.
+
+    Args:
+        observations: Elements of an observation.
+        actions: Elements of an action.
+        policy: Hidden layers, their precision, and the standard deviation at the start.
+        reflection: Signs that make both networks treat left and right alike; None: they need not.
+    """
+
+    def __init__(self, observations: int, actions: int, policy: PpoNetworks, reflection: Reflection | None) -> None:
+        super().__init__()
+        self.actor: nn.Module = network(observations, policy, actions, last_gain=0.01)
+        self.critic: nn.Module = network(observations, policy, 1, last_gain=1.0)
+        if reflection is not None:
+            self.actor = SymmetricNetwork(self.actor, reflection.observation, reflection.action)
+            self.critic = SymmetricNetwork(self.critic, reflection.observation, np.ones(1, np.float32))
+        self._reflection = reflection
+        self.log_std = nn.Parameter(torch.full((actions,), policy.log_std))
+
+    def value(self, observation: Tensor) -> Tensor:
+        """Expected discounted return (n,)."""
+        return self.critic(observation).squeeze(-1)
+
+    def act(self, observation: Tensor, noise: torch.Generator) -> tuple[Tensor, Tensor]:
+        """Random actions (n, a) and the logarithm of their density (n,)."""
+        mean = self.actor(observation)
+        deviation = torch.empty_like(mean).normal_(generator=noise)
+        return mean + deviation * self.log_std.exp(), self._log_density(deviation)
+
+    def log_density(self, observation: Tensor, action: Tensor) -> Tensor:
+        """Logarithm of the density of given actions (n,)."""
+        return self._log_density((action - self.actor(observation)) * (-self.log_std).exp())
+
+    def _log_density(self, deviation: Tensor) -> Tensor:
+        """Of a deviation from the mean in standard deviations."""
+        return -(0.5 * deviation.square() + self.log_std + LOG_SQRT_TAU).sum(-1)
+
+    def entropy(self) -> Tensor:
+        """Of the Gaussian."""
+        return (self.log_std + 0.5 + LOG_SQRT_TAU).sum()
+
+    def arrays(self) -> files.Arrays:
+        """Arrays of the policy file: the actor's layers, numbered without the tanh between them, and the signs."""
+        layers = [layer for layer in self.actor.modules() if isinstance(layer, nn.Linear)]
+        named = {
+            f"actor.{k}.{name}": value for k, layer in enumerate(layers) for name, value in layer.named_parameters()
+        }
+        signs = {} if self._reflection is None else self._reflection.arrays()
+        return {name: value.detach().numpy() for name, value in named.items()} | signs
+
+
+def make_agent(config: PpoConfig, observations: int, actions: int) -> Agent:
+    """The agent of a run before it has learned anything."""
+    return Agent(observations, actions, config.policy, reflection_of(config))
+
+
+def reflection_of(config: PpoConfig) -> Reflection | None:
+    """Signs of what the networks of a run see and do, memory included; None if the run does not use symmetry."""
+    if not config.policy.symmetric:
+        return None
+    layout = layout_of(config.env_id, config.env)
+    signs = Reflection.of(layout)
+    remembered = np.tile(signs.observation[memory.remembered(layout)], len(config.policy.memory))
+    return Reflection(np.concatenate([signs.observation, remembered]), signs.action)
+
+
+def network(inputs: int, policy: PpoNetworks, outputs: int, last_gain: float) -> nn.Sequential:
+    """Hidden layers with tanh, in the precision that the policy learns in, and a last one that is linear."""
+    sizes = pairwise([inputs, *policy.hidden])
+    layers = [layer for wide, high in sizes for layer in (linear(wide, high, 2.0**0.5), nn.Tanh())]
+    hidden = HalfPrecision(*layers) if policy.bfloat16 else nn.Sequential(*layers)
+    return nn.Sequential(hidden, linear([inputs, *policy.hidden][-1], outputs, last_gain))
+
+
+def linear(inputs: int, outputs: int, gain: float) -> nn.Linear:
+    """A layer with orthogonal weights and zero biases."""
+    layer = nn.Linear(inputs, outputs)
+    nn.init.orthogonal_(layer.weight, gain)
+    nn.init.zeros_(layer.bias)
+    return layer
+
+
+class HalfPrecision(nn.Sequential):
+    """Layers whose products are of bfloat16 numbers; what they leave is in single precision again."""
+
+    def forward(self, inputs: Tensor) -> Tensor:
+        """Outputs (n, k)."""
+        with torch.autocast("cpu", torch.bfloat16):
+            return cast(Tensor, super().forward(inputs)).float()

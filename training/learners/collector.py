@@ -1,0 +1,112 @@
+"""Rollouts of a batch of robots that act by an agent."""
+
+from __future__ import annotations
+
+from typing import Any, cast
+
+import gymnasium as gym
+import numpy as np
+import torch
+from torch import Tensor
+
+import snake_env  # noqa: F401
+from training.config import Ppo, PpoConfig
+from training.learners.agent import Agent
+from training.learning_curve import SIGNALS, Note
+from training.policies.memory import MemoryTraces, network_inputs
+
+ARRAYS = ("observation", "action", "log_density", "value", "reward", "done")
+"""Arrays of a :class:`Rollout`."""
+
+
+class Rollout:
+    """T steps of n robots; every array begins with (T, n).
+
+    Args:
+        steps: T.
+        num_envs: n.
+        observations: elements of an observation.
+        actions: elements of an action.
+    """
+
+    def __init__(self, steps: int, num_envs: int, observations: int, actions: int) -> None:
+        shape = (steps, num_envs)
+        self.observation = torch.zeros(*shape, observations)
+        self.action = torch.zeros(*shape, actions)
+        self.log_density = torch.zeros(shape)
+        self.value = torch.zeros(shape)
+        self.reward = np.zeros(shape, np.float32)
+        self.done = np.zeros(shape, np.bool_)
+
+    def advantages(self, last_value: Tensor, ppo: Ppo) -> tuple[Tensor, Tensor]:
+        """Generalised advantages (Schulman et al. 2016) and the returns they imply, (T n,) each."""
+        value = self.value.numpy()
+        advantage = np.zeros_like(value)
+        following, next_value = np.zeros_like(value[0]), last_value.numpy()
+        for t in reversed(range(len(value))):
+            goes_on = 1.0 - self.done[t]
+            error = self.reward[t] + ppo.gamma * goes_on * next_value - value[t]
+            following = error + ppo.gamma * ppo.gae_lambda * goes_on * following
+            advantage[t], next_value = following, value[t]
+        return torch.from_numpy(advantage).flatten(), torch.from_numpy(advantage + value).flatten()
+
+
+class Collector:
+    """Robots that act by the agent, start anew by themselves, and report their finished episodes.
+
+    Args:
+        config: of the run.
+        seed: of the first robot's fields; the others take the seeds after it.
+        used: share of the training budget used up before.
+        note: Is called with each finished episode.
+    """
+
+    def __init__(self, config: PpoConfig, seed: int, used: float, note: Note) -> None:
+        options = {"num_threads": config.num_threads, "autoreset_mode": "SameStep", **config.env}
+        self._env = cast(Any, gym.make_vec(config.env_id, num_envs=config.num_envs, **options))
+        layout = self._env.layout
+        self._traces = MemoryTraces(layout, config.policy.memory, config.num_envs)
+        self.observations = len(network_inputs(layout, config.policy.memory))
+        self.actions = len(layout["action"])
+        self._hardest = float(layout["config"]["difficulty"])
+        self.rollout = Rollout(config.ppo.n_steps, config.num_envs, self.observations, self.actions)
+        self._note = note
+        self._returns = np.zeros(config.num_envs)
+        self._config = config
+        self.advance(used)
+        self.observation = torch.from_numpy(self._traces(self._env.reset(seed=seed)[0]))
+
+    def advance(self, used: float) -> None:
+        """Sets the difficulty of the episodes that begin from now on; ``used`` is the share of the budget used up."""
+        if self._config.curriculum:
+            self._env.set_difficulty(self._config.difficulty(used, self._hardest))
+
+    @torch.no_grad()
+    def collect(self, agent: Agent, noise: torch.Generator, gamma: float) -> tuple[Rollout, Tensor]:
+        """Fills the rollout with fresh steps; also returns the value of what comes after them (n,)."""
+        rollout = self.rollout
+        for t in range(len(rollout.reward)):
+            rollout.observation[t] = self.observation
+            rollout.action[t], rollout.log_density[t] = agent.act(self.observation, noise)
+            observation, reward, terminated, truncated, infos = self._env.step(rollout.action[t].numpy())
+            self._returns += reward
+            rollout.reward[t], rollout.done[t] = reward, terminated | truncated
+            if "final_obs" in infos:
+                self._note_ends(infos)
+                cut = np.flatnonzero(truncated & ~terminated)
+                if len(cut):  # time was up: what would have come counts as the critic sees it
+                    last = self._traces.peek(np.stack(infos["final_obs"][cut]), cut)
+                    rollout.reward[t, cut] += gamma * agent.value(torch.from_numpy(last)).numpy()
+                self._traces.reset(rollout.done[t])
+            self.observation = torch.from_numpy(self._traces(observation))
+        rollout.value[:] = agent.value(rollout.observation)
+        return rollout, agent.value(self.observation)
+
+    def _note_ends(self, infos: dict[str, Any]) -> None:
+        for i in np.flatnonzero(infos["_final_obs"]):
+            self._note(self._returns[i], {name: infos["final_info"][name][i] for name in SIGNALS})
+            self._returns[i] = 0.0
+
+    def close(self) -> None:
+        """Closes the batch."""
+        self._env.close()
