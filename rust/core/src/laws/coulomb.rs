@@ -2,7 +2,7 @@ use nalgebra::Vector2;
 
 use crate::math::Real;
 
-use super::{Disc, DiscEvaluation, Symmetric2};
+use super::disc::{Disc, DiscEvaluation, Radius, Symmetric2, Unit};
 
 /// Orthotropic Coulomb friction in proximal form (T 3.63 != D4), in coordinates in which its ellipse is a disc.
 ///
@@ -10,10 +10,10 @@ use super::{Disc, DiscEvaluation, Symmetric2};
 /// `x = centre - r S gamma`. Where `-gamma in N_C(S p)` holds for the ellipse C, `-S gamma in N_disc(p)` holds for the
 /// disc and the other way round. A zero axis, or a zero radius, is harmless: no impulse, no stiffness.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Coulomb<T = f64> {
+pub struct Coulomb<T = f64, R = T> {
     /// Semi-axes of the ellipse over the radius of the disc.
     pub shape: Vector2<T>,
-    pub disc: Disc<T>,
+    pub disc: Disc<R>,
 }
 
 /// Impulse of a friction law and its stiffness against the slip.
@@ -25,28 +25,47 @@ pub struct Evaluation<T = f64> {
     pub stiffness: Symmetric2<T>,
 }
 
-impl<T: Real> Coulomb<T> {
+impl<T: Real> Coulomb<T, Unit> {
     /// The ellipse with the given semi-axes as a unit disc.
     #[inline(always)]
     pub fn with_axes(axes: Vector2<T>) -> Self {
-        Self { shape: axes, disc: Disc::unit() }
+        Self { shape: axes, disc: Disc { radius: Unit } }
     }
+}
 
+impl<T: Real> Coulomb<T> {
+    /// As [`Self::evaluate`], but the lanes `held` stick whatever their slip.
+    #[inline(always)]
+    pub fn evaluate_held(&self, centre: &Vector2<T>, r: T, gamma: &Vector2<T>, held: T::Mask) -> Evaluation<T> {
+        self.stiffness_of(self.disc.evaluate_held(&self.argument(centre, r, gamma), held), r)
+    }
+}
+
+impl<T: Real, R: Radius<T>> Coulomb<T, R> {
     /// S v.
     #[inline(always)]
     pub fn scaled(&self, v: &Vector2<T>) -> Vector2<T> {
         Vector2::new(self.shape.x * v.x, self.shape.y * v.y)
     }
 
-    /// p and stiffness at the slip `gamma`; the lanes `held` stick whatever their slip.
+    /// p and stiffness at the slip `gamma`.
     #[inline(always)]
-    pub fn evaluate(&self, centre: &Vector2<T>, r: T, gamma: &Vector2<T>, held: T::Mask) -> Evaluation<T> {
+    pub fn evaluate(&self, centre: &Vector2<T>, r: T, gamma: &Vector2<T>) -> Evaluation<T> {
+        self.stiffness_of(self.disc.evaluate(&self.argument(centre, r, gamma)), r)
+    }
+
+    /// x = centre - r S gamma.
+    #[inline(always)]
+    fn argument(&self, centre: &Vector2<T>, r: T, gamma: &Vector2<T>) -> Vector2<T> {
+        let s = &self.shape;
+        Vector2::new(centre.x - r * s.x * gamma.x, centre.y - r * s.y * gamma.y)
+    }
+
+    #[inline(always)]
+    fn stiffness_of(&self, DiscEvaluation { value, jacobian: d }: DiscEvaluation<T>, r: T) -> Evaluation<T> {
         let s = &self.shape;
         let (rx, ry) = (r * s.x, r * s.y);
-        let x = Vector2::new(centre.x - rx * gamma.x, centre.y - ry * gamma.y);
-        let DiscEvaluation { value, jacobian: d } = self.disc.evaluate(&x, held);
-        let stiffness = Symmetric2 { xx: rx * s.x * d.xx, xy: rx * s.y * d.xy, yy: ry * s.y * d.yy };
-        Evaluation { value, stiffness }
+        Evaluation { value, stiffness: Symmetric2 { xx: rx * s.x * d.xx, xy: rx * s.y * d.xy, yy: ry * s.y * d.yy } }
     }
 
     /// First and second derivative by alpha of the law's convex function at `gamma + alpha rate`.
@@ -62,8 +81,7 @@ impl<T: Real> Coulomb<T> {
     /// jumps. NaN where the rate is zero.
     #[inline(always)]
     pub fn kink(&self, centre: &Vector2<T>, r: T, gamma: &Vector2<T>, rate: &Vector2<T>) -> T {
-        let (s, d) = (&self.shape, self.scaled(rate));
-        let x = Vector2::new(centre.x - r * s.x * gamma.x, centre.y - r * s.y * gamma.y);
+        let (d, x) = (self.scaled(rate), self.argument(centre, r, gamma));
         (x.x * d.x + x.y * d.y) / (r * (d.x * d.x + d.y * d.y))
     }
 }

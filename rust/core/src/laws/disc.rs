@@ -1,6 +1,6 @@
 use nalgebra::Vector2;
 
-use crate::math::{Mask, Real};
+use crate::math::Real;
 
 use super::ConvexSet;
 
@@ -9,8 +9,49 @@ use super::ConvexSet;
 /// All of friction in the plane, isotropic or not, is projected here: an ellipse is a disc in the coordinates of
 /// [`Coulomb`](super::Coulomb).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Disc<T = f64> {
-    pub radius: T,
+pub struct Disc<R = f64> {
+    pub radius: R,
+}
+
+/// Radius of a disc: a number, or [`Unit`], for which the projection takes fewer operations.
+pub trait Radius<T: Real>: Copy {
+    /// 1 / max(length, radius), given the square of the length, and whether the length is within the radius: on the
+    /// boundary included, since friction at its bound holds what does not slip, but not in a disc of radius zero.
+    fn inverse_length(self, squared: T) -> (T, T::Mask);
+
+    /// Factor from a point to its projection, given the above: radius / max(length, radius), or 1 within.
+    fn shrink(self, inverse: T, within: T::Mask) -> T;
+}
+
+/// The radius 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unit;
+
+impl<T: Real> Radius<T> for T {
+    #[inline(always)]
+    fn inverse_length(self, squared: T) -> (T, T::Mask) {
+        let bound = self * self;
+        let inverse = T::splat(1.0) / squared.max(bound).max(T::splat(TINY)).sqrt();
+        (inverse, squared.le(bound) & T::zero().lt(self))
+    }
+
+    #[inline(always)]
+    fn shrink(self, inverse: T, within: T::Mask) -> T {
+        T::select(within, T::splat(1.0), self * inverse)
+    }
+}
+
+impl<T: Real> Radius<T> for Unit {
+    #[inline(always)]
+    fn inverse_length(self, squared: T) -> (T, T::Mask) {
+        let one = T::splat(1.0);
+        (one / squared.max(one).sqrt(), squared.le(one))
+    }
+
+    #[inline(always)]
+    fn shrink(self, inverse: T, _within: T::Mask) -> T {
+        inverse
+    }
 }
 
 /// A symmetric 2 x 2 matrix.
@@ -30,60 +71,62 @@ pub struct DiscEvaluation<T = f64> {
     pub jacobian: Symmetric2<T>,
 }
 
-/// What scales a point to its projection.
-struct Scaling<T: Real> {
-    /// 1 / max(|x|, radius).
-    inverse: T,
-    /// Factor from x to its projection.
-    shrink: T,
-    /// Whether the projection is the identity.
-    inner: T::Mask,
-}
-
-impl<T: Real> Disc<T> {
-    /// The disc of radius 1.
+impl<R> Disc<R> {
+    /// The projection and its derivative at `x`.
     #[inline(always)]
-    pub fn unit() -> Self {
-        Self { radius: T::splat(1.0) }
-    }
-
-    /// The projection and its derivative at `x`; in the lanes `held` of a disc that is more than a point, of the inner
-    /// branch wherever `x` lies.
-    #[inline(always)]
-    pub fn evaluate(&self, x: &Vector2<T>, held: T::Mask) -> DiscEvaluation<T> {
-        let (zero, one) = (T::zero(), T::splat(1.0));
-        let Scaling { inverse, shrink, inner } = self.scaling(x, held);
-        let (ex, ey) = (x.x * inverse, x.y * inverse);
-        let slide = ey * shrink;
-        DiscEvaluation {
-            value: Vector2::new(x.x * shrink, x.y * shrink),
-            jacobian: Symmetric2 {
-                xx: T::select(inner, one, ey * slide),
-                xy: -T::select(inner, zero, ex * slide),
-                yy: T::select(inner, one, ex * ex * shrink),
-            },
-        }
+    pub fn evaluate<T: Real>(&self, x: &Vector2<T>) -> DiscEvaluation<T>
+    where
+        R: Radius<T>,
+    {
+        let (inverse, within) = self.radius.inverse_length(squared_length(x));
+        on_branch(x, inverse, self.radius.shrink(inverse, within), within)
     }
 
     /// `p . d` and `r d^T D d` with p = prox_C(x) and D its Jacobian: along x - alpha r d, the first two derivatives by
     /// alpha of the function whose gradient is p but for the sign of the first.
     #[inline(always)]
-    pub fn along(&self, x: &Vector2<T>, d: &Vector2<T>, r: T) -> (T, T) {
-        let Scaling { inverse, shrink, inner } = self.scaling(x, T::Mask::of(|_| false));
+    pub fn along<T: Real>(&self, x: &Vector2<T>, d: &Vector2<T>, r: T) -> (T, T)
+    where
+        R: Radius<T>,
+    {
+        let (inverse, within) = self.radius.inverse_length(squared_length(x));
+        let shrink = self.radius.shrink(inverse, within);
         let along = x.x * d.x + x.y * d.y;
         // Inside, p follows x; outside, only its component across p does, shrunk.
         let across = along * inverse;
-        let lost = T::select(inner, T::zero(), across * across);
+        let lost = T::select(within, T::zero(), across * across);
         (shrink * along, r * shrink * (d.x * d.x + d.y * d.y - lost))
     }
+}
 
+impl<T: Real> Disc<T> {
+    /// As [`Self::evaluate`], but on the inner branch in the lanes `held`, wherever `x` lies, unless the disc is a point.
     #[inline(always)]
-    fn scaling(&self, x: &Vector2<T>, held: T::Mask) -> Scaling<T> {
-        let (squared, bound) = (x.x * x.x + x.y * x.y, self.radius * self.radius);
-        let inverse = T::splat(1.0) / squared.max(bound).max(T::splat(TINY)).sqrt();
-        // On the boundary included: friction at its bound holds what does not slip.
-        let inner = (squared.le(bound) | held) & T::zero().lt(self.radius);
-        Scaling { inverse, shrink: T::select(inner, T::splat(1.0), self.radius * inverse), inner }
+    pub fn evaluate_held(&self, x: &Vector2<T>, held: T::Mask) -> DiscEvaluation<T> {
+        let (inverse, within) = self.radius.inverse_length(squared_length(x));
+        let inner = within | (held & T::zero().lt(self.radius));
+        on_branch(x, inverse, self.radius.shrink(inverse, inner), inner)
+    }
+}
+
+#[inline(always)]
+fn squared_length<T: Real>(x: &Vector2<T>) -> T {
+    x.x * x.x + x.y * x.y
+}
+
+/// Value and derivative of the inner branch in the lanes `inner`, of the outer one elsewhere.
+#[inline(always)]
+fn on_branch<T: Real>(x: &Vector2<T>, inverse: T, shrink: T, inner: T::Mask) -> DiscEvaluation<T> {
+    let (zero, one) = (T::zero(), T::splat(1.0));
+    let (ex, ey) = (x.x * inverse, x.y * inverse);
+    let slide = ey * shrink;
+    DiscEvaluation {
+        value: Vector2::new(x.x * shrink, x.y * shrink),
+        jacobian: Symmetric2 {
+            xx: T::select(inner, one, ey * slide),
+            xy: -T::select(inner, zero, ex * slide),
+            yy: T::select(inner, one, ex * ex * shrink),
+        },
     }
 }
 
@@ -93,7 +136,8 @@ impl<T: Real> ConvexSet for Disc<T> {
 
     #[inline(always)]
     fn project(&self, x: Vector2<T>) -> Vector2<T> {
-        let shrink = self.scaling(&x, T::Mask::of(|_| false)).shrink;
+        let (inverse, within) = self.radius.inverse_length(squared_length(&x));
+        let shrink = self.radius.shrink(inverse, within);
         Vector2::new(x.x * shrink, x.y * shrink)
     }
 

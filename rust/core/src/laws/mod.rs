@@ -26,7 +26,7 @@ mod stribeck;
 pub use actuator::LimitedActuator;
 pub use backlash::Backlash;
 pub use coulomb::{Coulomb, Evaluation};
-pub use disc::{Disc, DiscEvaluation, Symmetric2};
+pub use disc::{Disc, DiscEvaluation, Radius, Symmetric2, Unit};
 pub use ellipse::Ellipse;
 pub use half_line::HalfLine;
 pub use interval::Interval;

@@ -1,13 +1,13 @@
 use nalgebra::Vector2;
 
-use crate::laws::{Coulomb, Evaluation, Symmetric2};
-use crate::math::{Mask, Real};
+use crate::laws::{Coulomb, Evaluation, Symmetric2, Unit};
+use crate::math::Real;
 
 /// Friction with given semi-axes in proximal form around a multiplier, in coordinates in which its ellipse is the unit
 /// disc.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FrictionTerm<T> {
-    law: Coulomb<T>,
+    law: Coulomb<T, Unit>,
     /// r \[1/(kg m^2/s^2)\]: the stiffness of sticking along the longer axis over the square of that axis.
     penalty: T,
     centre: Vector2<T>,
@@ -34,8 +34,7 @@ impl<T: Real> FrictionTerm<T> {
     /// Moves to a slip velocity; returns the stiffness there.
     #[inline(always)]
     pub fn evaluate(&mut self, slip: &Vector2<T>) -> Symmetric2<T> {
-        let none = T::Mask::of(|_| false);
-        let Evaluation { value, stiffness } = self.law.evaluate(&self.centre, self.penalty, slip, none);
+        let Evaluation { value, stiffness } = self.law.evaluate(&self.centre, self.penalty, slip);
         self.value = value;
         stiffness
     }

@@ -4,7 +4,9 @@
 use nalgebra::Vector2;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use snake_core::laws::{Backlash, ConvexSet, Coulomb, Disc, HalfLine, Interval, LimitedActuator, SmoothLaw, Stribeck};
+use snake_core::laws::{
+    Backlash, ConvexSet, Coulomb, Disc, HalfLine, Interval, LimitedActuator, SmoothLaw, Stribeck, Unit,
+};
 
 /// Step of central differences, and their error for functions of size and curvature of about one.
 const STEP: f64 = 1e-6;
@@ -61,7 +63,7 @@ proptest! {
     fn jacobian_of_the_disc_is_the_derivative_of_its_projection(radius in 0.1..2.0_f64, x in vector(), d in vector()) {
         let disc = Disc { radius };
         prop_assume!(away_from(x.norm(), radius));
-        let evaluation = disc.evaluate(&x, false);
+        let evaluation = disc.evaluate(&x);
         let j = evaluation.jacobian;
         prop_assert_eq!(evaluation.value, disc.project(x));
         let expected = Vector2::from_fn(|k, _| difference(|s| disc.project(x + d * s)[k]));
@@ -69,12 +71,20 @@ proptest! {
         prop_assert!((found - expected).norm() < DIFFERENCE * 100.0, "{found} against {expected}");
     }
 
+    /// The disc of radius 1 takes a shorter way to the same bits.
+    #[test]
+    fn the_unit_disc_is_the_disc_of_radius_one(x in vector(), d in vector(), r in 0.1..3.0_f64) {
+        let (unit, one) = (Disc { radius: Unit }, Disc { radius: 1.0 });
+        prop_assert_eq!(unit.evaluate(&x), one.evaluate(&x));
+        prop_assert_eq!(unit.along(&x, &d, r), one.along(&x, &d, r));
+    }
+
     /// A contact held on the inner branch has the identity for its projection, wherever its argument lies.
     #[test]
     fn a_held_disc_is_the_identity_but_for_a_point(radius in 0.1..2.0_f64, x in vector()) {
-        let held = Disc { radius }.evaluate(&x, true);
+        let held = Disc { radius }.evaluate_held(&x, true);
         prop_assert_eq!((held.value, held.jacobian.xx, held.jacobian.xy, held.jacobian.yy), (x, 1.0, 0.0, 1.0));
-        let point = Disc { radius: 0.0 }.evaluate(&x, true);
+        let point = Disc { radius: 0.0 }.evaluate_held(&x, true);
         prop_assert_eq!(point.value, Vector2::zeros());
         prop_assert_eq!((point.jacobian.xx, point.jacobian.yy), (0.0, 0.0));
     }
@@ -86,13 +96,13 @@ proptest! {
     ) {
         let x = centre - law.scaled(&slip) * r;
         prop_assume!(away_from(x.norm(), law.disc.radius));
-        let impulse = |slip: Vector2<f64>| law.scaled(&law.evaluate(&centre, r, &slip, false).value);
-        let k = law.evaluate(&centre, r, &slip, false).stiffness;
+        let impulse = |slip: Vector2<f64>| law.scaled(&law.evaluate(&centre, r, &slip).value);
+        let k = law.evaluate(&centre, r, &slip).stiffness;
         let expected = Vector2::from_fn(|i, _| difference(|s| -impulse(slip + d * s)[i]));
         let found = Vector2::new(k.xx * d.x + k.xy * d.y, k.xy * d.x + k.yy * d.y);
         prop_assert!((found - expected).norm() < DIFFERENCE * 1000.0, "{found} against {expected}");
         prop_assert!(found.dot(&d) >= -1e-12);
-        prop_assert!((law.evaluate(&centre, r, &slip, false).value - law.disc.project(x)).norm() < 1e-14);
+        prop_assert!((law.evaluate(&centre, r, &slip).value - law.disc.project(x)).norm() < 1e-14);
     }
 
     /// Along a ray the slope is minus the power of the impulse, and the curvature its derivative.
@@ -102,9 +112,9 @@ proptest! {
     ) {
         let at = slip + rate * alpha;
         let (slope, curvature) = law.along(&centre, r, &slip, &rate, alpha);
-        let impulse = law.scaled(&law.evaluate(&centre, r, &at, false).value);
+        let impulse = law.scaled(&law.evaluate(&centre, r, &at).value);
         prop_assert!((slope + impulse.dot(&rate)).abs() < 1e-12);
-        let k = law.evaluate(&centre, r, &at, false).stiffness;
+        let k = law.evaluate(&centre, r, &at).stiffness;
         let bend = rate.x * (k.xx * rate.x + k.xy * rate.y) + rate.y * (k.xy * rate.x + k.yy * rate.y);
         prop_assert!((curvature - bend).abs() < 1e-11, "{curvature} against {bend}");
     }

@@ -119,7 +119,7 @@ impl<T: Real> FrictionTerm<T> {
     #[inline(always)]
     pub fn evaluate(&mut self, law: &FrictionLaw<T>, gamma: &Vector2<T>) -> Symmetric2<T> {
         let coulomb = law.with_radius(self.radius);
-        let Evaluation { value, stiffness } = coulomb.evaluate(&self.centre, law.penalty, gamma, self.held);
+        let Evaluation { value, stiffness } = coulomb.evaluate_held(&self.centre, law.penalty, gamma, self.held);
         self.value = value;
         stiffness
     }
