@@ -13,7 +13,7 @@ use crate::minimal::{
     Base, InverseDynamics, MinimalState, Model, Motion, Newton, SmoothLaw, Stage, StageJoint, StageLink, StageSolution,
     Twist, certify,
 };
-use crate::solver::Outcome;
+use crate::solver::{Outcome, RESIDUAL_LIMIT, is_unconverged};
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
 use crate::stepping::{IntegratorConfig, StepStatistics};
 
@@ -91,7 +91,7 @@ impl Implicit {
     }
 
     /// The references or the torques jump: what was predicted no longer holds.
-    pub fn meet_jump(&mut self) {
+    pub fn handle_discontinuity(&mut self) {
         self.acceleration.fill(0.0);
     }
 
@@ -273,7 +273,10 @@ impl Implicit {
             *force = impulse.map(|impulse| impulse / c);
         }
         let certificate = certify(&self.stage, &self.solution);
-        statistics.add_solve(outcome.iterations as u32, !outcome.converged, certificate.residual(), 0.0);
+        let residual = certificate.residual();
+        let limit = RESIDUAL_LIMIT * self.config.tolerance();
+        let unconverged = is_unconverged(outcome.converged, residual, limit);
+        statistics.add_solve(outcome.iterations as u32, unconverged, residual, 0.0);
     }
 
     /// How far the stage ended from its prediction, for any point of the robot \[m\].

@@ -124,7 +124,7 @@ impl MinimalSimulation {
         match &mut self.scheme {
             Scheme::Implicit(scheme) => scheme.clear(),
             Scheme::Thesis(scheme) => scheme.clear(),
-            Scheme::Smooth(scheme) => scheme.meet_jump(),
+            Scheme::Smooth(scheme) => scheme.handle_discontinuity(),
         }
     }
 
@@ -141,17 +141,17 @@ impl MinimalSimulation {
             let jumps = jump <= end + ROUND_OFF;
             self.run_to(if jumps { jump } else { end }, reference);
             if jumps {
-                self.meet_jump();
+                self.handle_discontinuity();
             }
         }
         !self.diverged
     }
 
-    fn meet_jump(&mut self) {
+    fn handle_discontinuity(&mut self) {
         self.last_jump = self.state.time;
         match &mut self.scheme {
-            Scheme::Implicit(scheme) => scheme.meet_jump(),
-            Scheme::Smooth(scheme) => scheme.meet_jump(),
+            Scheme::Implicit(scheme) => scheme.handle_discontinuity(),
+            Scheme::Smooth(scheme) => scheme.handle_discontinuity(),
             Scheme::Thesis(_) => {}
         }
     }
@@ -186,7 +186,7 @@ impl MinimalSimulation {
                 }
             }
             self.state.time = end;
-            self.diverged = !self.state.is_sane();
+            self.diverged = !self.state.is_plausible();
         }
     }
 

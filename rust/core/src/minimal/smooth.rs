@@ -39,7 +39,7 @@ impl Smooth {
     }
 
     /// Something jumps: the history no longer holds.
-    pub fn meet_jump(&mut self) {
+    pub fn handle_discontinuity(&mut self) {
         self.history = None;
     }
 

@@ -58,7 +58,7 @@ impl MinimalState {
     }
 
     /// Finite, and slow enough to be a robot rather than a diverged computation.
-    pub fn is_sane(&self) -> bool {
+    pub fn is_plausible(&self) -> bool {
         self.q.iter().all(|x| x.is_finite()) && self.rate.iter().all(|v| v.abs() < MAX_RATE)
     }
 }

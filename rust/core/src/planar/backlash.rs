@@ -49,7 +49,7 @@ impl<T: Real> Backlash<T> {
         for lane in 0..T::LANES {
             let body = members.body(lane);
             self.half.set_lane(lane, 0.5 * system.backlash(&body.variation));
-            for (lanes, &e) in self.start.iter_mut().zip(&body.warm_start.play) {
+            for (lanes, &e) in self.start.iter_mut().zip(&body.warm_start.backlash) {
                 lanes.set_lane(lane, e);
             }
         }
@@ -72,7 +72,7 @@ impl<T: Real> Backlash<T> {
 
     /// Loosens the drives of tight joints in a stage of coefficient `c`; k_D is `kd`.
     #[inline(always)]
-    pub fn loosen(&self, c: T, kd: T, joints: &mut [StageJoint<T>]) {
+    pub fn apply(&self, c: T, kd: T, joints: &mut [StageJoint<T>]) {
         let rate = self.half / c;
         for (joint, e) in joints.iter_mut().zip(&self.base) {
             joint.drive -= kd * *e;
@@ -85,10 +85,10 @@ impl<T: Real> Backlash<T> {
     pub fn end_stage(&mut self, c: T, joints: &[StageJoint<T>], twist: &[Vector3<T>]) {
         for (j, (end, joint)) in self.end.iter_mut().zip(joints).enumerate() {
             let tight = joint.drive - joint.stiffness * (twist[j + 1].z - twist[j].z);
-            let swallowed = tight.min(joint.slack).max(-joint.slack);
+            let absorbed = tight.min(joint.slack).max(-joint.slack);
             // A motor without gains gives no torque wherever it stands.
             let compliance = T::select(T::zero().lt(joint.stiffness), c / joint.stiffness, T::zero());
-            *end = -(compliance * swallowed);
+            *end = -(compliance * absorbed);
         }
     }
 

@@ -6,7 +6,7 @@ use crate::contact::{NearPair, link_peg_contact};
 use crate::math::Real;
 use crate::pegs::PegGrid;
 use crate::stepping::lanes::{Lanes, active, mask, read_vector};
-use crate::stepping::{Driven, Members, Push};
+use crate::stepping::{Driven, Members, PegImpulse};
 
 use super::contacts::Prediction;
 use super::stage_work::StageWork;
@@ -53,9 +53,9 @@ impl<T: Real> StageWork<T> {
         lane: usize,
         elapsed: f64,
     ) -> Prediction<'a, T> {
-        let Self { stage, base, predicted: end, heading, guess: twist, outlook, start_pose: start, .. } = self;
-        let (lead, coefficient) = (outlook.lead.lane(lane), stage.coefficient.lane(lane));
-        let mut margin = MARGIN.max(2.0 * coefficient * outlook.fastest.lane(lane));
+        let Self { stage, base, predicted: end, heading, guess: twist, motion_bound, start_pose: start, .. } = self;
+        let (lead, coefficient) = (motion_bound.lead.lane(lane), stage.coefficient.lane(lane));
+        let mut margin = MARGIN.max(2.0 * coefficient * motion_bound.fastest.lane(lane));
         if lead > system.smallest_radius() {
             // Fast enough to pass a peg within the step.
             margin = margin.max(lead);
@@ -69,7 +69,7 @@ impl<T: Real> StageWork<T> {
         &mut self,
         members: &mut Members<D>,
         solved: Lanes,
-        pushes: &mut Vec<Push>,
+        peg_impulses: &mut Vec<PegImpulse>,
     ) {
         for lane in active(solved) {
             let warm_start = &mut members.body_mut(lane).warm_start;
@@ -82,7 +82,11 @@ impl<T: Real> StageWork<T> {
             pair.force = self.contact_force[found.slot].lane(found.lane);
             self.closing[found.lane] |= !pair.closed && pair.force > 0.0;
             let impulse = self.solution.contact[found.slot].lane(found.lane);
-            pushes.push(Push { lane: found.lane, link: found.link, impulse: found.direction.xy() * impulse });
+            peg_impulses.push(PegImpulse {
+                lane: found.lane,
+                link: found.link,
+                impulse: found.direction.xy() * impulse,
+            });
         }
     }
 

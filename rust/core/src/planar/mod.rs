@@ -37,7 +37,7 @@ pub use model::{Body, Fleet, Planar, Scripted};
 pub use problem::{Answer, ContactRow, JointRow, LinkRow, Problem};
 pub use solver::{Descent, Fallback, InteriorPoint, Newton};
 pub use stage::{Stage, StageContact, StageJoint, StageLink, StageSolution};
-pub use state::{PlanarState, Pose, Twist, is_sane};
+pub use state::{PlanarState, Pose, Twist, is_plausible};
 pub use system::PlanarSystem;
 pub use thesis::{ModifiedNewton, Penalties, Thesis};
 pub use warm_start::WarmStart;

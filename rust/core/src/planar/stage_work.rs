@@ -6,12 +6,12 @@ use crate::contact::PAIRS_PER_LINK;
 use crate::control::ControlLaw;
 use crate::gait::{Jet, JointTarget, WaveJets, turned};
 use crate::math::{Mask, Real, add_scaled, select_into};
-use crate::planar::{Heading, Newton, Stage, StageJoint, StageLink, StageSolution, certify, is_sane, travel};
+use crate::planar::{Heading, Newton, Stage, StageJoint, StageLink, StageSolution, certify, is_plausible, travel};
 use crate::robot::Link;
 
 use crate::stepping::lanes::{Lanes, NO_LANES, mask, read_lane, set_vector};
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
-use crate::stepping::{self, Driven, EnergyLedger, FallbackResult, Members, Push, SolvedStage, Variation};
+use crate::stepping::{self, Driven, EnergyLedger, FallbackResult, Members, PegImpulse, SolvedStage, Variation};
 
 use super::backlash::Backlash;
 use super::contact_detection::MARGIN;
@@ -55,7 +55,7 @@ pub struct StageWork<T: Real> {
     /// Lanes in which a contact has closed during the step that was open after the last accepted one.
     pub closing: Lanes,
     /// How far away pegs may matter to the stage.
-    pub outlook: Outlook<T>,
+    pub motion_bound: MotionBound<T>,
     /// Input-output linearisation instead of PD.
     pub io: Option<IoDrive<T>>,
     pub backlash: Backlash<T>,
@@ -99,7 +99,7 @@ pub struct LinkConstants<T> {
 
 /// How far away pegs may matter to a stage.
 #[derive(Debug, Clone, Copy)]
-pub struct Outlook<T> {
+pub struct MotionBound<T> {
     /// Largest speed of any point of the robot, at the start of the stage or expected at its end \[m/s\].
     pub fastest: T,
     /// Largest way of any point of the robot from the start of the step to the predicted end \[m\].
@@ -184,7 +184,7 @@ impl<T: Real> StageWork<T> {
             });
         }
         if self.backlash.is_any {
-            self.backlash.loosen(c, kd, &mut self.stage.joints);
+            self.backlash.apply(c, kd, &mut self.stage.joints);
         }
     }
 
@@ -335,8 +335,8 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
         if self.has_pegs {
             let fastest = self.fastest(&self.guess).max(self.fastest(&self.reference));
             let lead = self.bound(&self.predicted, &self.start_pose);
-            let Outlook { fastest: last_fastest, lead: last_lead } = self.outlook;
-            self.outlook = Outlook {
+            let MotionBound { fastest: last_fastest, lead: last_lead } = self.motion_bound;
+            self.motion_bound = MotionBound {
                 fastest: T::select(pending, fastest, last_fastest),
                 lead: T::select(pending, lead, last_lead),
             };
@@ -384,7 +384,7 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
         let c = self.stage.coefficient;
         travel(&self.half_length, &self.base, &self.kept_twist, c, &mut self.end, &mut self.heading);
         self.misprediction = if self.has_pegs { self.bound(&self.end, &self.predicted) } else { T::zero() };
-        self.plausible = is_sane(&self.end, &self.kept_twist);
+        self.plausible = is_plausible(&self.end, &self.kept_twist);
     }
 
     fn new(system: &PlanarSystem) -> Self {
@@ -416,7 +416,7 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
             near_pegs: NO_LANES,
             contacts: Contacts::with_capacity(links, T::LANES),
             closing: NO_LANES,
-            outlook: Outlook { fastest: zero, lead: zero },
+            motion_bound: MotionBound { fastest: zero, lead: zero },
             friction_force: vec![Vector2::new(zero, zero); links],
             deviation: zero,
             kept_twist: rest.clone(),
@@ -503,13 +503,13 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
         self.near_pegs[lane] && self.deviation.lane(lane) > MARGIN
     }
 
-    fn collect_pushes<D: Driven<Model = Planar>>(
+    fn collect_peg_impulses<D: Driven<Model = Planar>>(
         &mut self,
         members: &mut Members<D>,
         solved: Lanes,
-        pushes: &mut Vec<Push>,
+        peg_impulses: &mut Vec<PegImpulse>,
     ) {
-        self.keep_forces(members, solved, pushes);
+        self.keep_forces(members, solved, peg_impulses);
     }
 
     fn energy(&self) -> &EnergyLedger<T> {
@@ -528,9 +528,9 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
     fn accept(&mut self, system: &PlanarSystem, lane: usize, body: &mut Body) {
         read_lane(&self.end, lane, &mut body.state.pose);
         read_lane(&self.kept_twist, lane, &mut body.state.twist);
-        self.backlash.save(lane, &mut body.warm_start.play);
+        self.backlash.save(lane, &mut body.warm_start.backlash);
         body.is_plausible = self.plausible.lane(lane);
-        body.warm_start.near.arrive(self.outlook.lead.lane(lane), self.misprediction.lane(lane));
+        body.warm_start.near.arrive(self.motion_bound.lead.lane(lane), self.misprediction.lane(lane));
         body.warm_start.near.end_step(|pair| self.end_gap(lane, pair, system, &body.pegs));
         for (torque, drive) in body.warm_start.joint_torque.iter_mut().zip(&self.kept_drive) {
             *torque = -drive.lane(lane) / self.stage.coefficient.lane(lane);

@@ -70,7 +70,7 @@ impl RobotState for PlanarState {
 
 /// Whether states are finite, and slow enough to be robots rather than diverged computations.
 #[inline(always)]
-pub fn is_sane<T: Real>(pose: &[Vector3<T>], twist: &[Vector3<T>]) -> T::Mask {
+pub fn is_plausible<T: Real>(pose: &[Vector3<T>], twist: &[Vector3<T>]) -> T::Mask {
     let (speed, rate, anywhere) = (T::splat(MAX_SPEED), T::splat(MAX_RATE), T::splat(f64::INFINITY));
     let mut sane = T::Mask::of(|_| true);
     for (q, u) in pose.iter().zip(twist) {

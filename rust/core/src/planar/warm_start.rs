@@ -13,7 +13,7 @@ pub struct WarmStart {
     pub joint_torque: Vec<f64>,
     pub near: NearPegs,
     /// Where each joint stands in its backlash, phi less the motor's angle \[rad\].
-    pub play: Vec<f64>,
+    pub backlash: Vec<f64>,
 }
 
 impl stepping::WarmStart for WarmStart {
@@ -24,7 +24,7 @@ impl stepping::WarmStart for WarmStart {
             friction: vec![Vector2::zeros(); links],
             joint_torque: vec![0.0; links - 1],
             near: NearPegs::with_capacity(links),
-            play: vec![0.0; links - 1],
+            backlash: vec![0.0; links - 1],
         }
     }
 
@@ -32,7 +32,7 @@ impl stepping::WarmStart for WarmStart {
         self.friction.fill(Vector2::zeros());
         self.joint_torque.fill(0.0);
         self.near.clear();
-        self.play.fill(0.0);
+        self.backlash.fill(0.0);
     }
 
     fn save(&self) -> Self {
@@ -46,7 +46,7 @@ impl stepping::WarmStart for WarmStart {
     fn fits(saved: &Self, links: usize, pegs: usize) -> bool {
         saved.friction.len() == links
             && saved.joint_torque.len() == links - 1
-            && saved.play.len() == links - 1
+            && saved.backlash.len() == links - 1
             && saved.near.fits(links, pegs)
     }
 }

@@ -5,7 +5,7 @@ use nalgebra::Vector2;
 use crate::math::{MAX_LANES, Real};
 use crate::robot::Link;
 use crate::spatial::{Screw, SpatialBody, Stage, StagePeg, StageSolution};
-use crate::stepping::Push;
+use crate::stepping::PegImpulse;
 
 use super::peg_contacts::{Pair, Situation};
 use super::stage_work::StageWork;
@@ -89,16 +89,16 @@ impl ContactMap {
     }
 
     /// What pegs did in a lane's solved stage.
-    pub fn pushes<'a, T: Real>(
+    pub fn peg_impulses<'a, T: Real>(
         &'a self,
         stage: &'a Stage<T>,
         solution: &'a StageSolution<T>,
         lane: usize,
-    ) -> impl Iterator<Item = Push> + 'a {
+    ) -> impl Iterator<Item = PegImpulse> + 'a {
         self.of_lane(lane).map(move |index| {
             let StagePeg { link, direction: Screw { linear, .. }, .. } = &stage.pegs[index];
             let impulse = Vector2::new(linear.x.lane(lane), linear.y.lane(lane)) * solution.peg[index].lane(lane);
-            Push { lane, link: *link, impulse }
+            PegImpulse { lane, link: *link, impulse }
         })
     }
 }

@@ -54,7 +54,7 @@ pub use posture::{Frame, Posture, Speed};
 pub use screw::Screw;
 pub use solver::{CoulombNewton, Fallback, Newton};
 pub use stage::{Stage, StageDrive, StageFriction, StageLink, StagePeg, StageSolution};
-pub use state::{Pose, SpatialState, Twist, is_sane, turning, twist_of};
+pub use state::{Pose, SpatialState, Twist, is_plausible, turning, twist_of};
 pub use system::SpatialSystem;
 pub use thesis::{
     ContactPenalties, GroundImpulse, ModifiedNewton, SpatialThesis, Step, StepGround, StepLink, StepPeg, StepSolution,

@@ -122,7 +122,7 @@ impl<T: Real> Speed<T> {
 
 impl Speed {
     /// Whether the velocity is finite, and that of a robot rather than of a diverged computation.
-    pub fn is_sane(&self) -> bool {
+    pub fn is_plausible(&self) -> bool {
         let Screw { linear, angular } = &self.head;
         let turns = self.rate.iter().flatten().chain(angular.iter());
         linear.iter().all(|v| v.abs() < MAX_SPEED) && turns.into_iter().all(|omega| omega.abs() < MAX_RATE)

@@ -11,7 +11,7 @@ use crate::spatial::{
 };
 use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
-use crate::stepping::{self, Driven, EnergyLedger, FallbackResult, Members, Push, SolvedStage};
+use crate::stepping::{self, Driven, EnergyLedger, FallbackResult, Members, PegImpulse, SolvedStage};
 
 use super::chain_state::GroundForces;
 use super::contact_map::ContactMap;
@@ -350,14 +350,14 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
         !matches!(self.deviation.lane(lane), deviation if deviation < MISPREDICTED)
     }
 
-    fn collect_pushes<D: Driven<Model = Spatial>>(
+    fn collect_peg_impulses<D: Driven<Model = Spatial>>(
         &mut self,
         _: &mut Members<D>,
         solved: Lanes,
-        pushes: &mut Vec<Push>,
+        peg_impulses: &mut Vec<PegImpulse>,
     ) {
         for lane in active(solved) {
-            pushes.extend(self.contacts.pushes(&self.stage, &self.solution, lane));
+            peg_impulses.extend(self.contacts.peg_impulses(&self.stage, &self.solution, lane));
         }
     }
 
@@ -402,7 +402,7 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
         for (torque, drive) in state.joint_torque.iter_mut().zip(&self.kept.drive) {
             *torque = -Vector2::new(drive[0].lane(lane), drive[1].lane(lane)) / c;
         }
-        body.is_plausible = state.speed.is_sane();
+        body.is_plausible = state.speed.is_plausible();
     }
 }
 

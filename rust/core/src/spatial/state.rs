@@ -95,7 +95,7 @@ impl RobotState for SpatialState {
 }
 
 /// Whether states are finite, and slow enough to be robots rather than diverged computations.
-pub fn is_sane(pose: &[Pose], twist: &[Twist]) -> bool {
+pub fn is_plausible(pose: &[Pose], twist: &[Twist]) -> bool {
     let placed = |pose: &Pose| pose.position.iter().chain(pose.orientation.coords.iter()).all(|x| x.is_finite());
     let slow = |u: &Twist| {
         u.iter().take(3).all(|v| v.abs() < MAX_SPEED) && u.iter().skip(3).all(|omega| omega.abs() < MAX_RATE)

@@ -85,7 +85,7 @@ impl<M: Model> Body<M> {
 
     /// If the state is absurd, puts the robot to rest where it last was good and flags it. The counters keep what led
     /// there.
-    pub fn contain(&mut self) {
+    pub fn quarantine(&mut self) {
         if !self.is_plausible {
             self.state.copy_from(&self.last_good);
             self.state.stop();

@@ -19,7 +19,7 @@ use super::IntegratorConfig;
 use super::energy::EnergyLedger;
 use super::kernels::{Compiled, Part, Request};
 use super::lanes::{Lanes, Members, NO_LANES, active, mask};
-use super::model::{Driven, Model, Push, RobotState, StageWork};
+use super::model::{Driven, Model, PegImpulse, RobotState, StageWork};
 use super::sdirk::{EXTRAPOLATION, GAMMA};
 
 /// Workspace for up to `T::LANES` robots of one system.
@@ -29,9 +29,9 @@ pub struct Group<M: Model, T: Real> {
     work: M::Work<T>,
     /// Work of the first stage and what pegs did in it, until the step is accepted.
     first_energy: EnergyLedger<T>,
-    first_pushes: Vec<Push>,
+    first_peg_impulses: Vec<PegImpulse>,
     /// What pegs did in the last stage.
-    pushes: Vec<Push>,
+    peg_impulses: Vec<PegImpulse>,
     /// How far the last stage ended from its first prediction \[m\].
     deviation: T,
     /// Deviation beyond which a step is rejected \[m\].
@@ -43,13 +43,13 @@ pub struct Group<M: Model, T: Real> {
 impl<T: Real, M: Compiled<T>> Group<M, T> {
     pub fn new(config: IntegratorConfig, system: &M::System) -> Self {
         let links = M::robot(system).link_count();
-        let pushes = || Vec::with_capacity(PUSHES_PER_LINK * links * T::LANES);
+        let peg_impulses = || Vec::with_capacity(PEG_IMPULSES_PER_LINK * links * T::LANES);
         Self {
             config,
             work: M::Work::new(system),
             first_energy: EnergyLedger::zero(),
-            first_pushes: pushes(),
-            pushes: pushes(),
+            first_peg_impulses: peg_impulses(),
+            peg_impulses: peg_impulses(),
             deviation: T::zero(),
             event_tolerance: f64::INFINITY,
             solves: [0; MAX_LANES],
@@ -88,8 +88,9 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
     /// Whether the forces of the first stage predict the end of the second.
     fn is_smooth(&self, lane: usize) -> bool {
         let is_pushed = || {
-            let mut pushes = self.first_pushes.iter().chain(&self.pushes).filter(|push| push.lane == lane);
-            pushes.any(|push| push.impulse != Vector2::zeros())
+            let mut peg_impulses =
+                self.first_peg_impulses.iter().chain(&self.peg_impulses).filter(|each| each.lane == lane);
+            peg_impulses.any(|each| each.impulse != Vector2::zeros())
         };
         let abrupt = self.deviation.lane(lane) > self.work.deviation_share(lane, is_pushed) * self.event_tolerance;
         !abrupt
@@ -105,7 +106,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
     /// prediction, it is predicted anew from its own end and solved again.
     fn run_stage<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, c: T, end: T) {
         self.read_references(members, end);
-        self.pushes.clear();
+        self.peg_impulses.clear();
         let mut pending = members.lanes();
         for repetition in 1..=MAX_PREDICTIONS {
             M::run_part(&mut self.work, Part::Predict { c, elapsed: end, pending: mask::<T>(pending) });
@@ -118,7 +119,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
             let again: Lanes = std::array::from_fn(|lane| pending[lane] && !is_last && self.work.is_mispredicted(lane));
             let solved = std::array::from_fn(|lane| pending[lane] && !again[lane]);
             M::run_part(&mut self.work, Part::Keep { solved: mask::<T>(solved), again: mask::<T>(again) });
-            self.work.collect_pushes(members, solved, &mut self.pushes);
+            self.work.collect_peg_impulses(members, solved, &mut self.peg_impulses);
             pending = again;
             if pending == NO_LANES {
                 break;
@@ -153,10 +154,10 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         M::run_part(&mut self.work, Part::Evaluate { lanes: mask::<T>(lanes) });
     }
 
-    /// Keeps work and pushes of the first stage until the step is accepted.
+    /// Keeps work and impulses of pegs of the first stage until the step is accepted.
     fn keep_first_stage(&mut self) {
         self.first_energy = *self.work.energy();
-        std::mem::swap(&mut self.first_pushes, &mut self.pushes);
+        std::mem::swap(&mut self.first_peg_impulses, &mut self.peg_impulses);
         self.work.keep_first_stage();
     }
 
@@ -167,7 +168,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
             body.statistics.add_work(&self.first_energy, lane, EXTRAPOLATION);
             self.work.add_first_stage(lane, EXTRAPOLATION, body);
         }
-        add_pushes(&self.first_pushes, members, lanes, EXTRAPOLATION);
+        add_peg_impulses(&self.first_peg_impulses, members, lanes, EXTRAPOLATION);
     }
 
     /// The stage's end becomes the robots' state after steps of lengths `h`; its work and impulses count once.
@@ -182,14 +183,14 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
             body.solves = self.solves[lane];
             body.statistics.add_work(self.work.energy(), lane, 1.0);
         }
-        add_pushes(&self.pushes, members, lanes, 1.0);
+        add_peg_impulses(&self.peg_impulses, members, lanes, 1.0);
     }
 }
 
 /// Adds what pegs did, taken `weight` times, to the robots' sums.
-fn add_pushes<D: Driven>(pushes: &[Push], members: &mut Members<D>, lanes: Lanes, weight: f64) {
-    for push in pushes.iter().filter(|push| lanes[push.lane]) {
-        members.body_mut(push.lane).contact_impulse[push.link] += push.impulse * weight;
+fn add_peg_impulses<D: Driven>(peg_impulses: &[PegImpulse], members: &mut Members<D>, lanes: Lanes, weight: f64) {
+    for each in peg_impulses.iter().filter(|each| lanes[each.lane]) {
+        members.body_mut(each.lane).contact_impulse[each.link] += each.impulse * weight;
     }
 }
 
@@ -197,4 +198,4 @@ fn add_pushes<D: Driven>(pushes: &[Push], members: &mut Members<D>, lanes: Lanes
 const MAX_PREDICTIONS: u32 = 4;
 
 /// Pushes reserved for each link of a lane; a denser field grows the list once.
-const PUSHES_PER_LINK: usize = 8;
+const PEG_IMPULSES_PER_LINK: usize = 8;

@@ -29,7 +29,7 @@ pub use growing::Growing;
 pub use halving::Halving;
 pub use kernels::CompiledModel;
 pub use lanes::Members;
-pub use model::{Driven, Model, Push, Reference, RobotState, SolvedStage, StageWork, WarmStart};
+pub use model::{Driven, Model, PegImpulse, Reference, RobotState, SolvedStage, StageWork, WarmStart};
 pub use plan::StepPlan;
 pub use statistics::StepStatistics;
 pub use variation::Variation;

@@ -153,11 +153,11 @@ pub trait StageWork<T: Real>: Debug + Clone {
     /// Whether the stage ended so far from its prediction that it has to be predicted anew.
     fn is_mispredicted(&self, lane: usize) -> bool;
     /// Adds what pegs did to the robots of the `solved` lanes.
-    fn collect_pushes<D: Driven<Model = Self::Model>>(
+    fn collect_peg_impulses<D: Driven<Model = Self::Model>>(
         &mut self,
         members: &mut Members<D>,
         solved: Lanes,
-        pushes: &mut Vec<Push>,
+        peg_impulses: &mut Vec<PegImpulse>,
     );
     /// Work of the kept stage.
     fn energy(&self) -> &EnergyLedger<T>;
@@ -167,7 +167,7 @@ pub trait StageWork<T: Real>: Debug + Clone {
     fn sinks(&self, _lane: usize) -> bool {
         false
     }
-    /// Keeps what the first stage of a step adds to the sums of a body, besides work and pushes.
+    /// Keeps what the first stage of a step adds to the sums of a body, besides work and impulses of pegs.
     fn keep_first_stage(&mut self) {}
     /// Adds it, weighted.
     fn add_first_stage(&self, _lane: usize, _weight: f64, _body: &mut Body<Self::Model>) {}
@@ -187,7 +187,7 @@ pub struct SolvedStage<T: Real> {
 
 /// What a peg did to a link over a stage.
 #[derive(Debug, Clone, Copy)]
-pub struct Push {
+pub struct PegImpulse {
     pub lane: usize,
     pub link: usize,
     /// World frame \[N s\].

@@ -120,6 +120,6 @@ impl<V: Division> StepPlan<V> {
         self.steps += 1;
         body.statistics.steps += 1;
         body.state.set_time(body.interval_start() + interval.step * f64::from(self.steps));
-        body.contain();
+        body.quarantine();
     }
 }

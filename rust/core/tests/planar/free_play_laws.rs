@@ -90,7 +90,7 @@ fn play_never_creates_energy() {
             let pd = ControllerConfig { kd, ..ControllerConfig::default() };
             let mut pair = swinging_pair(&loose(2), &pd, 3.0, &implicit(step, 1));
             let energy = |pair: &PlanarSimulation| {
-                let motor = pair.state().joint_angle(0) - pair.body().warm_start.play[0];
+                let motor = pair.state().joint_angle(0) - pair.body().warm_start.backlash[0];
                 pair.kinetic_energy() + 0.5 * pd.kp * motor * motor
             };
             let (start, mut before) = (energy(&pair), energy(&pair));
@@ -171,7 +171,7 @@ fn play_and_torque_stay_within_their_limits_and_torque_takes_contact() {
             for k in 0..200 {
                 let report = robot.advance(step, &Hold(if (k / 20) % 2 == 0 { 0.5 } else { -0.5 }));
                 assert!(!report.diverged && report.residual < 1e-8, "order {order}, h {step}, step {k}: {report:?}");
-                for (torque, e) in robot.joint_torque().iter().zip(&robot.body().warm_start.play) {
+                for (torque, e) in robot.joint_torque().iter().zip(&robot.body().warm_start.backlash) {
                     assert!(torque.abs() <= 1.5 * (1.0 + 1e-14) && e.abs() <= 0.5 * PLAY * (1.0 + 1e-12));
                     // The thesis's sign: a positive tau_C drives phi down, from the upper end of the play.
                     assert!(*torque == 0.0 || (e * torque.signum() - 0.5 * PLAY).abs() < 1e-12, "{torque} at {e}");

@@ -6,7 +6,9 @@ use snake_core::gait::{CardanGait, CardanReference, Gait, Wave};
 use snake_core::pegs::PegGrid;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, START_SPATIAL_7_5, Scene, SceneConfig, TABLE_7_5};
-use snake_core::spatial::{Pose, SpatialFleet, SpatialScripted, SpatialState, SpatialSystem, is_sane, orientation_of};
+use snake_core::spatial::{
+    Pose, SpatialFleet, SpatialScripted, SpatialState, SpatialSystem, is_plausible, orientation_of,
+};
 use snake_core::stepping::IntegratorConfig;
 use snake_test_support::spatial::{implicit, sidewinding, undulation};
 
@@ -108,7 +110,7 @@ fn a_robot_that_diverges_leaves_its_neighbours_untouched() {
     let diverged: Vec<usize> = (0..9).filter(|&k| with_a_sick_one[k].body.statistics.diverged).collect();
     assert_eq!(diverged, [4]);
     let sick = &with_a_sick_one[4].body.state;
-    assert!(is_sane(&sick.pose, &sick.twist), "a robot that diverged rests where it was last good");
+    assert!(is_plausible(&sick.pose, &sick.twist), "a robot that diverged rests where it was last good");
     for _ in 1..10 {
         fleet.advance(&system, &mut with_a_sick_one, 0.05, |robot| robot != 4);
     }

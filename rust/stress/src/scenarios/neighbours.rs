@@ -2,7 +2,7 @@
 
 use snake_core::gait::{JointReference, Wave};
 use snake_core::pegs::PegGrid;
-use snake_core::planar::{Body, Fleet, PlanarSystem, Scripted, is_sane};
+use snake_core::planar::{Body, Fleet, PlanarSystem, Scripted, is_plausible};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_7_5, TABLE_7_5};
 use snake_core::stepping::{IntegratorConfig, StepStatistics};
@@ -101,7 +101,7 @@ impl Patient for Body {
     }
 
     fn is_contained(&self) -> bool {
-        self.statistics.diverged && is_sane(&self.state.pose, &self.state.twist)
+        self.statistics.diverged && is_plausible(&self.state.pose, &self.state.twist)
     }
 
     fn bits(&self) -> Vec<u64> {

@@ -8,7 +8,7 @@ use crate::gait::JointTarget;
 use crate::pegs::PegGrid;
 use crate::planar::{
     Heading, PlanarState, Pose, Stage, StageContact, StageJoint, StageLink, StageSolution, certify, close_joints,
-    is_sane,
+    is_plausible,
 };
 use crate::robot::Link;
 
@@ -75,8 +75,8 @@ impl Thesis {
             self.step(system, robot, h);
             let body = robot.body_mut();
             body.state.time = body.interval_start() + h * f64::from(k);
-            body.is_plausible = is_sane(&body.state.pose, &body.state.twist);
-            body.contain();
+            body.is_plausible = is_plausible(&body.state.pose, &body.state.twist);
+            body.quarantine();
             if body.statistics.diverged {
                 self.clear();
                 break;

@@ -6,7 +6,7 @@ use crate::gait::CardanTarget;
 use crate::pegs::PegGrid;
 use crate::robot::Link;
 use crate::spatial::{
-    End, Pose, SpatialState, actuator_torque, close_joints, ground_contact, ground_gap, is_sane, joint_angle,
+    End, Pose, SpatialState, actuator_torque, close_joints, ground_contact, ground_gap, is_plausible, joint_angle,
     joint_rows, mass_diagonal, peg_contact, peg_gap, printed_joint_rate, smooth_force, travel, turning,
 };
 use crate::stepping::{Driven, IntegratorConfig, StepStatistics};
@@ -78,8 +78,8 @@ impl SpatialThesis {
             self.step(system, robot, h);
             let body = robot.body_mut();
             body.state.time = body.interval_start() + h * f64::from(k);
-            body.is_plausible = is_sane(&body.state.pose, &body.state.twist);
-            body.contain();
+            body.is_plausible = is_plausible(&body.state.pose, &body.state.twist);
+            body.quarantine();
             if body.statistics.diverged {
                 self.clear();
                 break;
@@ -101,7 +101,7 @@ impl SpatialThesis {
         let (iterations, converged) = self.solve();
         self.keep_impulses(ground_impulse);
         self.record(iterations, !converged, joint_torque, h, statistics);
-        self.add_pushes(contact_impulse);
+        self.add_peg_impulses(contact_impulse);
         self.move_to_end(system, state, h);
     }
 
@@ -225,7 +225,7 @@ impl SpatialThesis {
     }
 
     /// What pegs did to the links.
-    fn add_pushes(&self, contact_impulse: &mut [Vector2<f64>]) {
+    fn add_peg_impulses(&self, contact_impulse: &mut [Vector2<f64>]) {
         for (contact, impulse) in self.step.pegs.iter().zip(&self.solution.peg) {
             contact_impulse[contact.link] += contact.direction.xy() * *impulse;
         }

@@ -6,7 +6,9 @@ use snake_core::gait::{CardanGait, CardanReference, Gait, Wave};
 use snake_core::pegs::PegGrid;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_SPATIAL_7_5, Scene, SceneConfig, TABLE_7_5};
-use snake_core::spatial::{Pose, SpatialBody, SpatialFleet, SpatialScripted, SpatialSystem, is_sane, orientation_of};
+use snake_core::spatial::{
+    Pose, SpatialBody, SpatialFleet, SpatialScripted, SpatialSystem, is_plausible, orientation_of,
+};
 use snake_core::stepping::{IntegratorConfig, StepStatistics};
 
 use crate::case::pegs;
@@ -56,7 +58,7 @@ impl Patient for SpatialBody {
     }
 
     fn is_contained(&self) -> bool {
-        self.statistics.diverged && is_sane(&self.state.pose, &self.state.twist)
+        self.statistics.diverged && is_plausible(&self.state.pose, &self.state.twist)
     }
 
     fn bits(&self) -> Vec<u64> {
