@@ -468,12 +468,12 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
     }
 
     fn read_references<D: Driven<Model = Planar>>(&mut self, members: &Members<D>, end: T, waving: Lanes) {
-        for lane in 0..T::LANES {
+        for (lane, is_waving) in waving.into_iter().enumerate().take(T::LANES) {
             let robot = members.robot(lane);
             let time = robot.body().state.time + end.lane(lane);
             let share = robot.body().variation.torque_limit;
             self.torque_limit.set_lane(lane, share * members.system.controller.limit_until(time));
-            if waving[lane] {
+            if is_waving {
                 continue;
             }
             robot.targets(time, &mut self.targets);
@@ -512,7 +512,7 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
         self.keep_forces(members, solved, peg_impulses);
     }
 
-    fn energy(&self) -> &EnergyLedger<T> {
+    fn kept_energy(&self) -> &EnergyLedger<T> {
         &self.kept_energy
     }
 

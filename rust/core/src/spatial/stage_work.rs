@@ -361,7 +361,7 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
         }
     }
 
-    fn energy(&self) -> &EnergyLedger<T> {
+    fn kept_energy(&self) -> &EnergyLedger<T> {
         &self.kept.energy
     }
 

@@ -79,7 +79,7 @@ impl<M: CompiledModel> Fleet<M> {
         members.iter().for_each(|&member| enter(system, &mut robots[member], targets));
         let interval = Interval::new(config, duration);
         plans.clear();
-        plans.resize(robots.len(), StepPlan::new());
+        plans.resize(robots.len(), StepPlan::at_start());
         let mut run = Run { config, system, robots, members, plans, pending, interval };
         match width {
             Width::One(group) => run.advance(group),

@@ -156,7 +156,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
 
     /// Keeps work and impulses of pegs of the first stage until the step is accepted.
     fn keep_first_stage(&mut self) {
-        self.first_energy = *self.work.energy();
+        self.first_energy = *self.work.kept_energy();
         std::mem::swap(&mut self.first_peg_impulses, &mut self.peg_impulses);
         self.work.keep_first_stage();
     }
@@ -181,7 +181,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
             body.clock.since_start += h;
             body.clock.since_jump += h;
             body.solves = self.solves[lane];
-            body.statistics.add_work(self.work.energy(), lane, 1.0);
+            body.statistics.add_work(self.work.kept_energy(), lane, 1.0);
         }
         add_peg_impulses(&self.peg_impulses, members, lanes, 1.0);
     }

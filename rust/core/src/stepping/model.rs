@@ -160,7 +160,7 @@ pub trait StageWork<T: Real>: Debug + Clone {
         peg_impulses: &mut Vec<PegImpulse>,
     );
     /// Work of the kept stage.
-    fn energy(&self) -> &EnergyLedger<T>;
+    fn kept_energy(&self) -> &EnergyLedger<T>;
     /// Share of the tolerance for a deviation that a lane's step has; infinite if deviations do not count.
     fn deviation_share(&self, lane: usize, is_pushed: impl Fn() -> bool) -> f64;
     /// Whether the step takes a penetration too much deeper.

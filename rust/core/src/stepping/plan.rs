@@ -82,7 +82,7 @@ pub struct StepPlan<V> {
 }
 
 impl<V: Division> StepPlan<V> {
-    pub fn new() -> Self {
+    pub fn at_start() -> Self {
         Self { steps: 0, division: None, part: Part { length: 0.0, is_euler: false, may_fail: false } }
     }
 
