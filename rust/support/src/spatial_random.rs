@@ -2,7 +2,7 @@
 use nalgebra::{Matrix3, UnitQuaternion, Vector2, Vector3, Vector6};
 use snake_core::robot::Link;
 use snake_core::scene::Peg;
-use snake_core::spatial::{Pose, Twist, peg_gap};
+use snake_core::spatial::{Pose, StackedTwist, peg_gap};
 
 use crate::planar::Random;
 
@@ -28,8 +28,8 @@ pub fn random_pose(random: &mut Random) -> Pose {
     }
 }
 
-pub fn random_twist(random: &mut Random) -> Twist {
-    Twist::from_fn(|_, _| random.between(-1.0, 1.0))
+pub fn random_twist(random: &mut Random) -> StackedTwist {
+    StackedTwist::from_fn(|_, _| random.between(-1.0, 1.0))
 }
 
 /// Yaw and pitch of one joint, each within `limit`.
@@ -62,7 +62,7 @@ pub fn turned(pose: &Pose, by: Vector3<f64>) -> Pose {
 }
 
 /// The pose moved by a small twist, component by component of frames I and B.
-pub fn nudged(pose: &Pose, by: &Twist) -> Pose {
+pub fn nudged(pose: &Pose, by: &StackedTwist) -> Pose {
     let shifted = Pose { position: pose.position + by.fixed_rows::<3>(0), ..*pose };
     turned(&shifted, by.fixed_rows::<3>(3).into_owned())
 }
@@ -73,7 +73,7 @@ pub const D: f64 = 1e-6;
 /// Derivative of `f` along each of the six directions of a twist.
 pub fn gradient(pose: &Pose, f: impl Fn(&Pose) -> f64) -> Vector6<f64> {
     Vector6::from_fn(|k, _| {
-        let mut step = Twist::zeros();
+        let mut step = StackedTwist::zeros();
         step[k] = D;
         (f(&nudged(pose, &step)) - f(&nudged(pose, &-step))) / (2.0 * D)
     })

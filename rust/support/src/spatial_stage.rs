@@ -1,7 +1,7 @@
 //! A stage of the spatial model solved the slow way: full matrices and projected Gauss-Seidel on its contacts.
 
 use nalgebra::{DMatrix, DVector, Vector2, Vector3};
-use snake_core::spatial::{Frame, Screw, Speed, Stage};
+use snake_core::spatial::{Frame, Momentum, SpatialVector, Speed, Stage, Twist};
 
 /// The stage on matrices: unknowns are the twist of link 1 and the joint rates.
 pub struct Dense {
@@ -89,7 +89,7 @@ fn jacobian_of(stage: &Stage) -> DMatrix<f64> {
             3..6 => speed.head.angular[k - 3] = 1.0,
             _ => speed.rate[(k - 6) / 2][k % 2] = 1.0,
         }
-        let mut twist = vec![Screw::zero(); n];
+        let mut twist = vec![Twist::zero(); n];
         speed.twists(&frames, &half_length, &mut twist);
         jacobian.set_column(k, &stacked(&twist));
     }
@@ -102,7 +102,7 @@ fn inertia_of(stage: &Stage) -> (DMatrix<f64>, DVector<f64>) {
     let mut mass = DMatrix::zeros(6 * n, 6 * n);
     for (i, link) in stage.links.iter().enumerate() {
         for k in 0..6 {
-            let mut unit = Screw::zero();
+            let mut unit = Twist::zero();
             if k < 3 {
                 unit.linear[k] = 1.0
             } else {
@@ -111,7 +111,7 @@ fn inertia_of(stage: &Stage) -> (DMatrix<f64>, DVector<f64>) {
             mass.view_mut((6 * i, 6 * i + k), (6, 1)).copy_from(&stacked(&[link.momentum_of(&unit)]));
         }
     }
-    let momentum: Vec<Screw> = stage.links.iter().map(|link| link.momentum).collect();
+    let momentum: Vec<Momentum> = stage.links.iter().map(|link| link.momentum).collect();
     (mass, stacked(&momentum))
 }
 
@@ -160,7 +160,7 @@ fn into_ellipse(p: Vector2<f64>, a: Vector2<f64>) -> Vector2<f64> {
 }
 
 /// Linear and angular parts below each other.
-pub fn stacked(screws: &[Screw]) -> DVector<f64> {
-    let numbers = screws.iter().flat_map(|x| x.linear.iter().chain(x.angular.iter()).copied());
-    DVector::from_iterator(6 * screws.len(), numbers)
+pub fn stacked(vectors: &[SpatialVector]) -> DVector<f64> {
+    let numbers = vectors.iter().flat_map(|x| x.linear.iter().chain(x.angular.iter()).copied());
+    DVector::from_iterator(6 * vectors.len(), numbers)
 }

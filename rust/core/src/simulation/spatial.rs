@@ -6,8 +6,8 @@ use crate::error::ConfigError;
 use crate::robot::Robot;
 use crate::scene::Scene;
 use crate::spatial::{
-    End, Pose, Spatial, SpatialSystem, SpatialThesis, Twist, assemble_chain, ground_gap, largest_joint_gap, peg_gap,
-    rest_on_ground,
+    End, Pose, Spatial, SpatialSystem, SpatialThesis, StackedTwist, assemble_chain, ground_gap, largest_joint_gap,
+    peg_gap, rest_on_ground,
 };
 use crate::stepping::{Body, Driven, IntegratorConfig};
 
@@ -57,7 +57,7 @@ impl SpatialSimulation {
     pub fn place_chain(&mut self, head: Pose, joint_angle: &[Vector2<f64>]) {
         let state = &mut self.body.state;
         state.time = 0.0;
-        state.twist.fill(Twist::zeros());
+        state.twist.fill(StackedTwist::zeros());
         assemble_chain(&self.system.robot, head, joint_angle, &mut state.pose);
         self.forget();
     }

@@ -8,7 +8,7 @@ use nalgebra::{Vector2, Vector3};
 use crate::judge::{self, worse};
 use crate::math::Real;
 
-use super::screw::Screw;
+use super::spatial_vector::{Twist, Wrench};
 use super::stage::{Stage, StageLink, StageSolution};
 
 /// Violations of a stage's equations; zero for the exact solution.
@@ -172,12 +172,12 @@ fn joint_point<T: Real>(link: &StageLink<T>, side: f64) -> Vector3<T> {
 }
 
 #[inline(always)]
-fn point_velocity<T: Real>(u: &Screw<T>, arm: &Vector3<T>) -> Vector3<T> {
+fn point_velocity<T: Real>(u: &Twist<T>, arm: &Vector3<T>) -> Vector3<T> {
     plus(&u.linear, &vector(&u.angular, arm))
 }
 
 #[inline(always)]
-fn power<T: Real>(w: &Screw<T>, u: &Screw<T>) -> T {
+fn power<T: Real>(w: &Wrench<T>, u: &Twist<T>) -> T {
     scalar(&w.linear, &u.linear) + scalar(&w.angular, &u.angular)
 }
 

@@ -7,8 +7,8 @@ use crate::gait::CardanTarget;
 use crate::math::Real;
 use crate::robot::Robot;
 use crate::spatial::{
-    Frame, Pose, Posture, Screw, SpatialState, Speed, Twist, inertia, joint_angle, joint_rate, read_lane, turning,
-    twist_of, write_lane,
+    Frame, Momentum, Pose, Posture, SpatialState, Speed, StackedTwist, Twist, inertia, joint_angle, joint_rate,
+    read_lane, turning, twist_of, write_lane,
 };
 use crate::stepping::WarmStart;
 use crate::stepping::start::is_following;
@@ -21,7 +21,7 @@ pub struct ChainState {
     pub posture: Posture,
     pub speed: Speed,
     /// Momentum of each link, and angular momentum about its CG, frame I: what joints exchange and nothing loses.
-    pub momentum: Vec<Screw>,
+    pub momentum: Vec<Momentum>,
     pub forces: GroundForces,
     /// Pairs of the last stage.
     pub pairs: Vec<Pair>,
@@ -86,14 +86,14 @@ impl ChainState {
         let Self { posture, speed, momentum, .. } = self;
         let q = pose[0].orientation.quaternion();
         (posture.position, posture.orientation) = (pose[0].position, [q.w, q.i, q.j, q.k]);
-        speed.head = Screw { linear: linear(&twist[0]), angular: pose[0].orientation * turning(&twist[0]) };
+        speed.head = Twist { linear: linear(&twist[0]), angular: pose[0].orientation * turning(&twist[0]) };
         for (j, (angle, rate)) in posture.angle.iter_mut().zip(&mut speed.rate).enumerate() {
             *angle = joint_angle(&pose[j], &pose[j + 1]).into();
             *rate = joint_rate(&pose[j], &twist[j], &pose[j + 1], &twist[j + 1]).into();
         }
         for (i, link) in robot.links.iter().enumerate() {
             let spin = turning(&twist[i]).component_mul(&inertia(link));
-            momentum[i] = Screw { linear: linear(&twist[i]) * link.mass, angular: pose[i].orientation * spin };
+            momentum[i] = Momentum { linear: linear(&twist[i]) * link.mass, angular: pose[i].orientation * spin };
         }
     }
 
@@ -102,7 +102,7 @@ impl ChainState {
         let SpatialState { pose, twist, .. } = state;
         self.place_links(half_length, pose);
         for (i, link) in robot.links.iter().enumerate() {
-            let Screw { linear, angular } = &self.momentum[i];
+            let Momentum { linear, angular } = &self.momentum[i];
             let spin = pose[i].orientation.inverse_transform_vector(angular);
             twist[i] = twist_of(linear / link.mass, spin.component_div(&inertia(link)));
         }
@@ -131,7 +131,7 @@ impl ChainState {
     }
 }
 
-fn linear(twist: &Twist) -> Vector3<f64> {
+fn linear(twist: &StackedTwist) -> Vector3<f64> {
     twist.fixed_rows::<3>(0).into()
 }
 
@@ -150,7 +150,7 @@ impl WarmStart for ChainState {
         Self {
             posture: Posture::straight(links),
             speed: Speed::rest(links),
-            momentum: vec![Screw::zero(); links],
+            momentum: vec![Momentum::zero(); links],
             forces: GroundForces::none(links),
             pairs: Vec::with_capacity(4 * links),
             began_at_rest: false,

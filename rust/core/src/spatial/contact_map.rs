@@ -4,7 +4,7 @@ use nalgebra::Vector2;
 
 use crate::math::{MAX_LANES, Real};
 use crate::robot::Link;
-use crate::spatial::{Screw, SpatialBody, Stage, StagePeg, StageSolution};
+use crate::spatial::{SpatialBody, Stage, StagePeg, StageSolution, Wrench};
 use crate::stepping::PegImpulse;
 
 use super::peg_contacts::{Pair, Situation};
@@ -96,7 +96,7 @@ impl ContactMap {
         lane: usize,
     ) -> impl Iterator<Item = PegImpulse> + 'a {
         self.of_lane(lane).map(move |index| {
-            let StagePeg { link, direction: Screw { linear, .. }, .. } = &stage.pegs[index];
+            let StagePeg { link, direction: Wrench { linear, .. }, .. } = &stage.pegs[index];
             let impulse = Vector2::new(linear.x.lane(lane), linear.y.lane(lane)) * solution.peg[index].lane(lane);
             PegImpulse { lane, link: *link, impulse }
         })

@@ -4,7 +4,7 @@ use nalgebra::{Vector3, Vector6};
 
 use crate::robot::Link;
 
-use super::{Pose, Twist, turning, twist_of};
+use super::{Pose, StackedTwist, turning, twist_of};
 
 /// Moments of inertia about the axes of frame B, (Theta_psi, Theta_psi, Theta_rho) \[kg m^2\].
 pub fn inertia(link: &Link) -> Vector3<f64> {
@@ -17,7 +17,7 @@ pub fn mass_diagonal(link: &Link) -> Vector6<f64> {
 }
 
 /// h_i = (0, 0, -m g; -omega x Theta omega) (T 4.72) \[N, N m\].
-pub fn smooth_force(link: &Link, gravity: f64, u: &Twist) -> Vector6<f64> {
+pub fn smooth_force(link: &Link, gravity: f64, u: &StackedTwist) -> Vector6<f64> {
     let omega = turning(u);
     let momentum = inertia(link).component_mul(&omega);
     twist_of(Vector3::new(0.0, 0.0, -link.mass * gravity), -omega.cross(&momentum))

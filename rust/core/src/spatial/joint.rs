@@ -4,7 +4,7 @@ use nalgebra::{Matrix6x4, Vector2, Vector3, Vector4};
 
 use crate::robot::Link;
 
-use super::{Pose, Twist, force_direction, turning, twist_of};
+use super::{Pose, StackedTwist, force_direction, turning, twist_of};
 
 /// W_J of one joint: gamma_J = near^T u_i + far^T u_{i+1}, columns x, y, z and rotation (T 4.63), (T 4.65).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,14 +64,19 @@ pub fn joint_angle(near: &Pose, far: &Pose) -> Vector2<f64> {
 }
 
 /// (phi_h', phi_v') of a closed joint: the relative angular velocity along its axes \[rad/s\] (T 4.98 != D30).
-pub fn joint_rate(near: &Pose, near_twist: &Twist, far: &Pose, far_twist: &Twist) -> Vector2<f64> {
+pub fn joint_rate(near: &Pose, near_twist: &StackedTwist, far: &Pose, far_twist: &StackedTwist) -> Vector2<f64> {
     let relative = far.orientation * turning(far_twist) - near.orientation * turning(near_twist);
     let JointAxes { yaw, pitch } = joint_axes(near, far);
     Vector2::new(yaw.dot(&relative), pitch.dot(&relative))
 }
 
 /// (omega_h, omega_v) as printed: the first is cos(phi_v) phi_h' (T 4.98)-(T 4.100) \[rad/s\].
-pub fn printed_joint_rate(near: &Pose, near_twist: &Twist, far: &Pose, far_twist: &Twist) -> Vector2<f64> {
+pub fn printed_joint_rate(
+    near: &Pose,
+    near_twist: &StackedTwist,
+    far: &Pose,
+    far_twist: &StackedTwist,
+) -> Vector2<f64> {
     let seen_from_far = far.orientation.inverse_transform_vector(&(near.orientation * turning(near_twist)));
     let relative = turning(far_twist) - seen_from_far;
     Vector2::new(relative.y, relative.x)

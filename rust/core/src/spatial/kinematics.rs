@@ -4,14 +4,14 @@ use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector2, Vector3}
 
 use crate::robot::Robot;
 
-use super::{End, Pose, Twist, ground_gap, joint_gap, turning};
+use super::{End, Pose, StackedTwist, ground_gap, joint_gap, turning};
 
 /// The pose after moving with `u` for `duration`: q + duration F(q) u, with the quaternion back on the unit sphere
 /// (T 4.103 != D44), (T 4.104), (T 4.105), (T 4.123).
 ///
 /// F(q) turns the angular velocity into p' = 1/2 p (0, omega). Scaling p scales p' alike, so it does not matter whether
 /// the quaternion is normalised after each half step or once at the end.
-pub fn travel(pose: &Pose, u: &Twist, duration: f64) -> Pose {
+pub fn travel(pose: &Pose, u: &StackedTwist, duration: f64) -> Pose {
     let p = pose.orientation.into_inner();
     let rate = p * Quaternion::from_imag(turning(u) * 0.5);
     Pose {

@@ -4,7 +4,7 @@ use crate::math::Real;
 use crate::stepping::FallbackResult;
 
 use super::contact_map::ContactMap;
-use super::{Fallback, Screw, Stage, StageSolution, certify};
+use super::{Fallback, SpatialVector, Stage, StageSolution, certify};
 
 /// Workspace for one robot at a time.
 #[derive(Debug, Clone)]
@@ -40,6 +40,6 @@ impl LaneFallback {
     }
 }
 
-fn is_finite(Screw { linear, angular }: &Screw) -> bool {
+fn is_finite(SpatialVector { linear, angular }: &SpatialVector) -> bool {
     linear.iter().chain(angular.iter()).all(|number| number.is_finite())
 }

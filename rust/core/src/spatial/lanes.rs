@@ -4,7 +4,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::math::Real;
 
-use super::{Frame, Posture, Screw, Speed, Stage, StageDrive, StageLink, StagePeg, StageSolution};
+use super::{Frame, Posture, SpatialVector, Speed, Stage, StageDrive, StageLink, StagePeg, StageSolution, Wrench};
 
 /// Data of several robots side by side.
 pub trait Laned<T: Real> {
@@ -79,7 +79,7 @@ macro_rules! laned {
 }
 
 laned! {
-    Screw { linear, angular };
+    SpatialVector { linear, angular };
     Frame { position, axes };
     StageDrive { drive, stiffness, limit };
     StageLink {
@@ -121,7 +121,7 @@ impl<T: Real> Laned<T> for Vector3<T> {
 impl<T: Real> StagePeg<T> {
     /// A contact that is in no lane yet.
     pub fn nowhere(link: usize) -> Self {
-        Self { link, direction: Screw::zero(), offset: T::splat(1.0) }
+        Self { link, direction: Wrench::zero(), offset: T::splat(1.0) }
     }
 
     pub fn lane(&self, lane: usize) -> StagePeg {

@@ -3,7 +3,8 @@
 //! | symbol | name here | meaning | frame, unit |
 //! | --- | --- | --- | --- |
 //! | q_i | `Pose` | position of the CG of link i and unit quaternion | I; m |
-//! | u_i | `Twist` | velocity of the CG and angular velocity | v in I, omega in B_i; m/s, rad/s |
+//! | u_i | `StackedTwist` | velocity of the CG and angular velocity | v in I, omega in B_i; m/s, rad/s |
+//! | x_i | `Twist` | velocity of the CG and angular velocity, the unknown of a stage | I; m/s, rad/s |
 //! | M | `mass_diagonal` | diag(m, m, m, Theta_psi, Theta_psi, Theta_rho) | kg, kg m^2 |
 //! | h | `smooth_force` | gravity and gyroscopic moment | N, N m |
 //! | W_N, W_T, W_V | `GroundContact` | directions of normal, friction and rolling friction | m/s per twist |
@@ -29,8 +30,8 @@ mod model;
 mod peg;
 mod peg_contacts;
 mod posture;
-mod screw;
 mod solver;
+mod spatial_vector;
 mod stage;
 mod stage_work;
 mod standing;
@@ -51,10 +52,10 @@ pub use lanes::{Laned, read_lane, write_lane};
 pub use model::{Spatial, SpatialBody, SpatialFleet, SpatialScripted};
 pub use peg::{PegContact, nearest_point, peg_contact, peg_gap};
 pub use posture::{Frame, Posture, Speed};
-pub use screw::Screw;
 pub use solver::{CoulombNewton, Fallback, Newton};
+pub use spatial_vector::{Momentum, SpatialVector, Twist, Wrench};
 pub use stage::{Stage, StageDrive, StageFriction, StageLink, StagePeg, StageSolution};
-pub use state::{Pose, SpatialState, Twist, is_plausible, turning, twist_of};
+pub use state::{Pose, SpatialState, StackedTwist, is_plausible, turning, twist_of};
 pub use system::SpatialSystem;
 pub use thesis::{
     ContactPenalties, GroundImpulse, ModifiedNewton, SpatialThesis, Step, StepGround, StepLink, StepPeg, StepSolution,

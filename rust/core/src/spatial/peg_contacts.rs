@@ -8,7 +8,7 @@ use crate::math::Real;
 use crate::pegs::PegGrid;
 use crate::robot::Link;
 use crate::scene::Peg;
-use crate::spatial::{Frame, Laned, Screw, StagePeg, nearest_point};
+use crate::spatial::{Frame, Laned, StagePeg, Twist, Wrench, nearest_point};
 
 use super::stage_work::StageWork;
 
@@ -28,7 +28,7 @@ pub struct Situation<'a> {
     base: Frame,
     end: Frame,
     /// Twist with which the end is predicted.
-    expected: Screw,
+    expected: Twist,
     /// c \[s\].
     coefficient: f64,
     /// Time from the start of the step to the end of the stage \[s\].
@@ -93,7 +93,7 @@ impl<'a> Situation<'a> {
         let kept = remaining_gap(depth, self.elapsed);
         StagePeg {
             link: 0,
-            direction: Screw { linear: plane.normal, angular: plane.arm.cross(&plane.normal) },
+            direction: Wrench { linear: plane.normal, angular: plane.arm.cross(&plane.normal) },
             offset: ((plane.gap - kept - travelled) / c).max(-RECOVERY_SPEED),
         }
     }

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use crate::math::Real;
 
 use super::StageLink;
-use super::screw::{Screw, along, cross, scaled, sum};
+use super::spatial_vector::{Twist, along, cross, scaled, sum};
 
 /// Configuration: every value of it is one that the joints allow.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,7 +21,7 @@ pub struct Posture<T = f64> {
 /// Velocity: the twist of link 1, frame I, and the joint rates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Speed<T = f64> {
-    pub head: Screw<T>,
+    pub head: Twist<T>,
     /// (phi_h', phi_v') of each joint \[rad/s\].
     pub rate: Vec<[T; 2]>,
 }
@@ -86,7 +86,7 @@ impl<T: Real> Posture<T> {
 
 impl<T: Real> Speed<T> {
     pub fn rest(links: usize) -> Self {
-        Self { head: Screw::zero(), rate: vec![[T::zero(); 2]; links - 1] }
+        Self { head: Twist::zero(), rate: vec![[T::zero(); 2]; links - 1] }
     }
 
     pub fn copy_from(&mut self, other: &Self) {
@@ -98,7 +98,7 @@ impl<T: Real> Speed<T> {
     #[inline(always)]
     pub fn blend(&mut self, u: &Self, v: &Self, factor: T) {
         let rest = T::splat(1.0) - factor;
-        let part = Screw { linear: scaled(&u.head.linear, rest), angular: scaled(&u.head.angular, rest) };
+        let part = Twist { linear: scaled(&u.head.linear, rest), angular: scaled(&u.head.angular, rest) };
         self.head = part.plus_scaled(&v.head, factor);
         for (rate, (u, v)) in self.rate.iter_mut().zip(u.rate.iter().zip(&v.rate)) {
             *rate = [rest * u[0] + factor * v[0], rest * u[1] + factor * v[1]];
@@ -107,7 +107,7 @@ impl<T: Real> Speed<T> {
 
     /// Twists of all links placed at `frames`.
     #[inline(always)]
-    pub fn twists(&self, frames: &[Frame<T>], half_length: &[T], twist: &mut [Screw<T>]) {
+    pub fn twists(&self, frames: &[Frame<T>], half_length: &[T], twist: &mut [Twist<T>]) {
         twist[0] = self.head;
         for (i, rate) in self.rate.iter().enumerate() {
             let (near, far) = (&frames[i], &frames[i + 1]);
@@ -115,7 +115,7 @@ impl<T: Real> Speed<T> {
             let joint = before.velocity_at(&scaled(&near.axes[2], half_length[i]));
             let angular = along(&along(&before.angular, &near.axes[1], rate[0]), &far.axes[0], rate[1]);
             let linear = sum(&joint, &cross(&angular, &scaled(&far.axes[2], half_length[i + 1])));
-            twist[i + 1] = Screw { linear, angular };
+            twist[i + 1] = Twist { linear, angular };
         }
     }
 }
@@ -123,7 +123,7 @@ impl<T: Real> Speed<T> {
 impl Speed {
     /// Whether the velocity is finite, and that of a robot rather than of a diverged computation.
     pub fn is_plausible(&self) -> bool {
-        let Screw { linear, angular } = &self.head;
+        let Twist { linear, angular } = &self.head;
         let turns = self.rate.iter().flatten().chain(angular.iter());
         linear.iter().all(|v| v.abs() < MAX_SPEED) && turns.into_iter().all(|omega| omega.abs() < MAX_RATE)
     }

@@ -19,7 +19,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::math::Real;
 
-use super::screw::{Screw, cross, scaled, sum};
+use super::spatial_vector::{Momentum, Twist, Wrench, cross, scaled, sum};
 
 /// One link in a stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,7 +27,7 @@ pub struct StageLink<T = f64> {
     /// e_x^B, e_y^B, e_z^B at the predicted end configuration.
     pub axes: [Vector3<T>; 3],
     /// p: linear momentum, and angular momentum about the CG \[kg m/s\], \[kg m^2/s\].
-    pub momentum: Screw<T>,
+    pub momentum: Momentum<T>,
     pub mass: T,
     /// Theta_psi, about axes across the link \[kg m^2\].
     pub inertia: T,
@@ -61,7 +61,7 @@ pub struct StageDrive<T = f64> {
 pub struct StagePeg<T = f64> {
     pub link: usize,
     /// w_H with its angular part in frame I.
-    pub direction: Screw<T>,
+    pub direction: Wrench<T>,
     /// Gap over coefficient: the contact closes when `w_H . x + offset` reaches zero \[m/s\].
     pub offset: T,
 }
@@ -129,23 +129,23 @@ impl<T: Real> StageLink<T> {
 
     /// What the link's twist gains from the rate of a joint at its rear end about `axis`.
     #[inline(always)]
-    pub fn hinge(&self, axis: &Vector3<T>) -> Screw<T> {
-        Screw { linear: cross(axis, &self.joint_arm()), angular: *axis }
+    pub fn hinge(&self, axis: &Vector3<T>) -> Twist<T> {
+        Twist { linear: cross(axis, &self.joint_arm()), angular: *axis }
     }
 
     /// M x.
     #[inline(always)]
-    pub fn momentum_of(&self, twist: &Screw<T>) -> Screw<T> {
+    pub fn momentum_of(&self, twist: &Twist<T>) -> Momentum<T> {
         self.momentum_along(&self.axes[2], twist)
     }
 
     /// M x with the link's centre line along `z`.
     #[inline(always)]
-    pub fn momentum_along(&self, z: &Vector3<T>, twist: &Screw<T>) -> Screw<T> {
+    pub fn momentum_along(&self, z: &Vector3<T>, twist: &Twist<T>) -> Momentum<T> {
         let w = &twist.angular;
         let excess = (self.roll_inertia - self.inertia) * (z.x * w.x + z.y * w.y + z.z * w.z);
         let across = scaled(w, self.inertia);
-        Screw { linear: scaled(&twist.linear, self.mass), angular: sum(&across, &scaled(z, excess)) }
+        Momentum { linear: scaled(&twist.linear, self.mass), angular: sum(&across, &scaled(z, excess)) }
     }
 }
 
@@ -153,7 +153,7 @@ impl<T: Real> StageLink<T> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct StageSolution<T = f64> {
     /// x of each link, frame I.
-    pub twist: Vec<Screw<T>>,
+    pub twist: Vec<Twist<T>>,
     /// (phi_h', phi_v') of each joint \[rad/s\].
     pub rate: Vec<[T; 2]>,
     /// P_N at the front and the rear sphere of each link \[N s\].
@@ -173,7 +173,7 @@ impl<T: Real> StageSolution<T> {
         let zero = T::zero();
         let none = Vector2::new(zero, zero);
         Self {
-            twist: vec![Screw::zero(); links],
+            twist: vec![Twist::zero(); links],
             rate: vec![[zero; 2]; links - 1],
             normal: vec![[zero; 2]; links],
             friction: vec![[none; 2]; links],

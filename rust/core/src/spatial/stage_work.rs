@@ -6,8 +6,8 @@ use crate::contact::recovery::{RECOVERY_SPEED, RECOVERY_TIME};
 use crate::gait::CardanTarget;
 use crate::math::{Mask, Real};
 use crate::spatial::{
-    Frame, Newton, Posture, Screw, Speed, Stage, StageDrive, StageFriction, StageLink, StageSolution, certify,
-    read_lane, write_lane,
+    Frame, Momentum, Newton, Posture, SpatialVector, Speed, Stage, StageDrive, StageFriction, StageLink, StageSolution,
+    Twist, certify, read_lane, write_lane,
 };
 use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
@@ -35,7 +35,7 @@ pub struct StageWork<T: Real> {
     /// Robots at the start of the step.
     pub start: Posture<T>,
     pub start_speed: Speed<T>,
-    pub start_momentum: Vec<Screw<T>>,
+    pub start_momentum: Vec<Momentum<T>>,
     pub start_frames: Vec<Frame<T>>,
     /// Heights of the spheres' lowest points there \[m\].
     start_gap: Vec<[T; 2]>,
@@ -44,11 +44,11 @@ pub struct StageWork<T: Real> {
     pub base_frames: Vec<Frame<T>>,
     guess: Speed<T>,
     /// Reference momenta p_R, without gravity.
-    momentum: Vec<Screw<T>>,
+    momentum: Vec<Momentum<T>>,
     /// Expected end configuration, and the twists of the guess there.
     predicted: Posture<T>,
     pub frames: Vec<Frame<T>>,
-    pub expected: Vec<Screw<T>>,
+    pub expected: Vec<Twist<T>>,
     /// Forces of the last stage.
     pub forces: GroundForces<T>,
     pub stage: Stage<T>,
@@ -78,7 +78,7 @@ pub struct StageWork<T: Real> {
 pub struct Kept<T> {
     /// The stage's end velocity and momenta.
     pub end: Speed<T>,
-    pub momentum: Vec<Screw<T>>,
+    pub momentum: Vec<Momentum<T>>,
     pub drive: Vec<[T; 2]>,
     pub energy: EnergyLedger<T>,
 }
@@ -251,7 +251,7 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
     fn new(system: &SpatialSystem) -> Self {
         let links = system.robot.link_count();
         let zero = T::zero();
-        let none = || vec![Screw::zero(); links];
+        let none = || vec![SpatialVector::zero(); links];
         let frames = || vec![Frame::origin(); links];
         Self {
             reach: system.robot.links.iter().map(|link| T::splat(link.reach().max(0.5 * link.length))).collect(),
@@ -414,7 +414,7 @@ fn empty_stage<T: Real>(system: &SpatialSystem) -> Stage<T> {
     stage.friction = StageFriction { sliding, rolling: T::splat(system.rolling_friction) };
     stage.links.extend(system.robot.links.iter().map(|link| StageLink {
         axes: Frame::origin().axes,
-        momentum: Screw::zero(),
+        momentum: Momentum::zero(),
         mass: T::splat(link.mass),
         inertia: T::splat(link.inertia),
         roll_inertia: T::splat(link.roll_inertia),

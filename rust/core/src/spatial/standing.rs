@@ -5,7 +5,7 @@
 
 use crate::math::{Mask, Real};
 use crate::robot::Robot;
-use crate::spatial::{Screw, Speed, Stage, StageSolution, certify};
+use crate::spatial::{Speed, Stage, StageSolution, Twist, certify};
 
 /// What is tried: no velocity, under the impulses from which a solver would start.
 #[derive(Debug, Clone)]
@@ -43,7 +43,7 @@ impl<T: Real> Standing<T> {
         }
         let solution = &mut self.solution;
         solution.copy_from(start);
-        solution.twist.fill(Screw::zero());
+        solution.twist.fill(Twist::zero());
         solution.rate.fill([T::zero(); 2]);
         for (drive, joint) in solution.drive.iter_mut().zip(&stage.joints) {
             for axis in 0..2 {
@@ -72,7 +72,7 @@ impl<T: Real> Standing<T> {
 #[inline(always)]
 fn fastest<T: Real>(stage: &Stage<T>, start: &StageSolution<T>) -> T {
     let mut fastest = T::zero();
-    for (link, Screw { linear, angular }) in stage.links.iter().zip(&start.twist) {
+    for (link, Twist { linear, angular }) in stage.links.iter().zip(&start.twist) {
         let moving = linear.x.abs().max(linear.y.abs()).max(linear.z.abs());
         let turning = angular.x.abs().max(angular.y.abs()).max(angular.z.abs());
         fastest = fastest.max(moving.max(turning * link.half_length));
@@ -83,7 +83,7 @@ fn fastest<T: Real>(stage: &Stage<T>, start: &StageSolution<T>) -> T {
 /// Whether a robot moves so little that the forces of a step from there on are those of one that stands, not those that
 /// stopped it.
 pub fn is_at_rest(speed: &Speed) -> bool {
-    let Screw { linear, angular } = &speed.head;
+    let Twist { linear, angular } = &speed.head;
     let mut numbers = linear.iter().chain(angular.iter()).chain(speed.rate.iter().flatten());
     numbers.all(|number| number.abs() <= AT_REST)
 }

@@ -30,8 +30,9 @@ impl Pose {
     }
 }
 
-/// u_i: velocity of a link's CG in frame I \[m/s\], then its angular velocity in frame B \[rad/s\] (T 4.2).
-pub type Twist = Vector6<f64>;
+/// u_i: velocity of a link's CG in frame I \[m/s\], stacked on its angular velocity in frame B \[rad/s\] (T 4.2).
+/// The solvers use [`super::Twist`], whose parts are both in frame I.
+pub type StackedTwist = Vector6<f64>;
 
 /// A twist, or a force and moment, from its two parts.
 pub fn twist_of(linear: Vector3<f64>, angular: Vector3<f64>) -> Vector6<f64> {
@@ -49,13 +50,13 @@ pub struct SpatialState {
     /// \[s\]
     pub time: f64,
     pub pose: Vec<Pose>,
-    pub twist: Vec<Twist>,
+    pub twist: Vec<StackedTwist>,
 }
 
 impl SpatialState {
     /// Kinetic energy of all links \[J\].
     pub fn kinetic_energy(&self, robot: &Robot) -> f64 {
-        let energy = |(link, u): (_, &Twist)| 0.5 * u.dot(&mass_diagonal(link).component_mul(u));
+        let energy = |(link, u): (_, &StackedTwist)| 0.5 * u.dot(&mass_diagonal(link).component_mul(u));
         robot.links.iter().zip(&self.twist).map(energy).sum()
     }
 
@@ -68,7 +69,7 @@ impl SpatialState {
 
 impl RobotState for SpatialState {
     fn zero(links: usize) -> Self {
-        Self { time: 0.0, pose: vec![Pose::identity(); links], twist: vec![Twist::zeros(); links] }
+        Self { time: 0.0, pose: vec![Pose::identity(); links], twist: vec![StackedTwist::zeros(); links] }
     }
 
     fn copy_from(&mut self, other: &Self) {
@@ -86,7 +87,7 @@ impl RobotState for SpatialState {
     }
 
     fn stop(&mut self) {
-        self.twist.fill(Twist::zeros());
+        self.twist.fill(StackedTwist::zeros());
     }
 
     fn fits(&self, links: usize) -> bool {
@@ -95,9 +96,9 @@ impl RobotState for SpatialState {
 }
 
 /// Whether states are finite, and slow enough to be robots rather than diverged computations.
-pub fn is_plausible(pose: &[Pose], twist: &[Twist]) -> bool {
+pub fn is_plausible(pose: &[Pose], twist: &[StackedTwist]) -> bool {
     let placed = |pose: &Pose| pose.position.iter().chain(pose.orientation.coords.iter()).all(|x| x.is_finite());
-    let slow = |u: &Twist| {
+    let slow = |u: &StackedTwist| {
         u.iter().take(3).all(|v| v.abs() < MAX_SPEED) && u.iter().skip(3).all(|omega| omega.abs() < MAX_RATE)
     };
     pose.iter().all(placed) && twist.iter().all(slow)

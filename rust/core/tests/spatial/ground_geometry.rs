@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 use nalgebra::{DMatrix, Matrix3, Matrix6x2, Quaternion, Vector2, Vector3, Vector6};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::spatial::{
-    End, Pose, Twist, assemble_chain, ground_contact, ground_frame, ground_gap, orientation_of, rest_on_ground, travel,
+    End, Pose, StackedTwist, assemble_chain, ground_contact, ground_frame, ground_gap, orientation_of, rest_on_ground,
+    travel,
 };
 use snake_test_support::planar::{Random, links};
 use snake_test_support::spatial_random::{
@@ -144,7 +145,7 @@ fn rolling_through_360_degrees_changes_neither_gaps_nor_slip() {
         // Rolling without slipping about e_z^B = (cos 0.4, sin 0.4, 0): v = omega x (radius e_z^I).
         let omega = 2.0;
         let v = (pose.axis() * omega).cross(&(Vector3::z() * link.radius));
-        let u = Twist::new(v.x, v.y, v.z, 0.0, 0.0, omega);
+        let u = StackedTwist::new(v.x, v.y, v.z, 0.0, 0.0, omega);
         for end in End::BOTH {
             let contact = ground_contact(&link, &pose, end);
             assert!(contact.gap.abs() < 1e-16);

@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use nalgebra::Vector2;
 use snake_core::robot::{Link, Robot};
 use snake_core::spatial::{
-    Pose, Twist, assemble_chain, close_joints, joint_angle, joint_gap, joint_rate, joint_rows, largest_joint_gap,
-    printed_joint_rate,
+    Pose, StackedTwist, assemble_chain, close_joints, joint_angle, joint_gap, joint_rate, joint_rows,
+    largest_joint_gap, printed_joint_rate,
 };
 use snake_test_support::planar::{Random, links};
 use snake_test_support::spatial_random::{
@@ -52,7 +52,7 @@ fn joint_rates_are_the_derivatives_of_the_joint_angles() {
         let at_joint = u.fixed_rows::<3>(0).into_owned() + omega.cross(&(q.axis() * (0.5 * near.length)));
         let v = at_joint + omega_far.cross(&(p.axis() * (0.5 * far.length)));
         let far_body = p.orientation.inverse_transform_vector(&omega_far);
-        let w = Twist::new(v.x, v.y, v.z, far_body.x, far_body.y, far_body.z);
+        let w = StackedTwist::new(v.x, v.y, v.z, far_body.x, far_body.y, far_body.z);
         let gap_rate = joint_rows(&near, &q, &far, &p);
         assert!((gap_rate.near.tr_mul(&u) + gap_rate.far.tr_mul(&w)).norm() < 1e-14, "W_J^T u = 0");
         let angle = |d: f64| joint_angle(&nudged(&q, &(u * d)), &nudged(&p, &(w * d)));

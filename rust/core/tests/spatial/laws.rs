@@ -8,7 +8,7 @@ use snake_core::gait::{CardanReference, CardanTarget, JointTarget};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, SceneConfig};
 use snake_core::simulation::SpatialSimulation;
-use snake_core::spatial::{Pose, SpatialState, Twist, inertia, orientation_of, smooth_force, travel, turning};
+use snake_core::spatial::{Pose, SpatialState, StackedTwist, inertia, orientation_of, smooth_force, travel, turning};
 use snake_core::stepping::IntegratorConfig;
 use snake_test_support::planar::{LIMP, Random, ground, links, thesis};
 
@@ -53,13 +53,13 @@ fn a_free_link_precesses_as_euler_says() {
     let link = Robot::new(&RobotConfig::default()).unwrap().links[0];
     let (h, steps) = (1e-5, 50_000);
     let mut q = straight(0.0, 0.4, 0.2);
-    let mut u = Twist::new(0.0, 0.0, 0.0, 3.0, -1.0, 8.0);
+    let mut u = StackedTwist::new(0.0, 0.0, 0.0, 3.0, -1.0, 8.0);
     let start = turning(&u);
     let l = q.orientation * inertia(&link).component_mul(&start);
     let axis = q.axis();
     for _ in 0..steps {
         // Heun's method: second order, so that 5e4 steps of 1e-5 s err by about 1e-8.
-        let slope = |u: &Twist| turning(&smooth_force(&link, G, u)).component_div(&inertia(&link));
+        let slope = |u: &StackedTwist| turning(&smooth_force(&link, G, u)).component_div(&inertia(&link));
         let first = slope(&u);
         let mut ahead = u;
         let mut turn = ahead.fixed_rows_mut::<3>(3);
@@ -121,7 +121,7 @@ fn a_rolling_cylinder_stops_where_rolling_friction_stops_it() {
     let sideways = state.pose[0].axis().cross(&Vector3::z());
     for u in &mut state.twist {
         let v = sideways * speed;
-        *u = Twist::new(v.x, v.y, 0.0, 0.0, 0.0, speed / RADIUS);
+        *u = StackedTwist::new(v.x, v.y, 0.0, 0.0, 0.0, speed / RADIUS);
     }
     simulation.place(&state);
     let rate = 0.05 * G / (1.0 + link.roll_inertia / (link.mass * RADIUS * RADIUS));
@@ -144,7 +144,7 @@ fn a_sliding_robot_stops_after_the_distance_of_coulomb() {
     let mut state = simulation.state().clone();
     let speed = 1.0;
     let axis = state.pose[0].axis();
-    state.twist.fill(Twist::new(axis.x * speed, axis.y * speed, 0.0, 0.0, 0.0, 0.0));
+    state.twist.fill(StackedTwist::new(axis.x * speed, axis.y * speed, 0.0, 0.0, 0.0, 0.0));
     simulation.place(&state);
     simulation.advance(1.2 * speed / (0.3 * G), &Hold(0.0, 0.0));
     let travelled = simulation.state().pose[2].position - state.pose[2].position;
@@ -247,7 +247,7 @@ fn a_robot_rolls_through_360_degrees() {
     let mut state = simulation.state().clone();
     let rate = 2.0 * PI;
     let sideways = state.pose[0].axis().cross(&Vector3::z()) * (rate * RADIUS);
-    state.twist.fill(Twist::new(sideways.x, sideways.y, 0.0, 0.0, 0.0, rate));
+    state.twist.fill(StackedTwist::new(sideways.x, sideways.y, 0.0, 0.0, 0.0, rate));
     simulation.place(&state);
     simulation.advance(1.0, &Hold(0.0, 0.0));
     for (q, p) in simulation.state().pose.iter().zip(&state.pose) {

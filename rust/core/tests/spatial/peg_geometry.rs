@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::{Matrix3, Vector2, Vector3, Vector6};
 use snake_core::robot::{Link, Robot, RobotConfig};
 use snake_core::scene::Peg;
-use snake_core::spatial::{End, Pose, Twist, ground_contact, orientation_of, peg_contact, peg_gap};
+use snake_core::spatial::{End, Pose, StackedTwist, ground_contact, orientation_of, peg_contact, peg_gap};
 use snake_test_support::planar::Random;
 use snake_test_support::spatial_random::{gradient, random_link, random_peg, random_pose, random_twist, tilde};
 
@@ -125,7 +125,7 @@ fn gaps_and_velocities_do_not_change_when_the_scene_is_moved_in_the_plane() {
         let hub = turn * Vector3::new(peg.x, peg.y, 0.0) + shift;
         let moved_peg = Peg { x: hub.x, y: hub.y, ..peg };
         let v = turn * u.fixed_rows::<3>(0).into_owned();
-        let moved_u = Twist::new(v.x, v.y, v.z, u[3], u[4], u[5]);
+        let moved_u = StackedTwist::new(v.x, v.y, v.z, u[3], u[4], u[5]);
         let (before, after) = (peg_contact(&link, &pose, &peg), peg_contact(&link, &moved, &moved_peg));
         assert!((before.gap - after.gap).abs() < 1e-14);
         assert!((before.direction.dot(&u) - after.direction.dot(&moved_u)).abs() < 1e-11);

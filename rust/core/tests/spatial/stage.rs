@@ -5,8 +5,8 @@ use nalgebra::{DVector, Vector2, Vector3};
 use snake_core::robot::Robot;
 use snake_core::solver::SolveStatus;
 use snake_core::spatial::{
-    CoulombNewton, Fallback, Frame, Newton, Posture, Screw, Stage, StageDrive, StageFriction, StageLink, StagePeg,
-    StageSolution, certify,
+    CoulombNewton, Fallback, Frame, Momentum, Newton, Posture, Stage, StageDrive, StageFriction, StageLink, StagePeg,
+    StageSolution, Wrench, certify,
 };
 use snake_test_support::planar::Random;
 use snake_test_support::spatial_stage::{Dense, stacked};
@@ -35,7 +35,7 @@ fn chain(random: &mut Random, links: usize, bend: f64, tilt: f64) -> Stage {
         let shadow = frame.axes[2].xy().normalize();
         StageLink {
             axes: frame.axes,
-            momentum: Screw { linear: Vector3::z() * (-link.mass * GRAVITY * C), angular: Vector3::zeros() },
+            momentum: Momentum { linear: Vector3::z() * (-link.mass * GRAVITY * C), angular: Vector3::zeros() },
             mass: link.mass,
             inertia: link.inertia,
             roll_inertia: link.roll_inertia,
@@ -66,7 +66,7 @@ fn moving(random: &mut Random, links: usize) -> Stage {
             let angle = random.between(-3.0, 3.0_f64);
             let normal = Vector3::new(angle.cos(), angle.sin(), 0.0);
             let arm = stage.links[link].axes[2] * random.between(-0.04, 0.04);
-            let direction = Screw { linear: normal, angular: arm.cross(&normal) };
+            let direction = Wrench { linear: normal, angular: arm.cross(&normal) };
             stage.pegs.push(StagePeg { link, direction, offset: random.between(-0.02, 0.05) });
         }
     }
@@ -226,7 +226,7 @@ fn contradicting_pegs_are_eased() {
     let mut random = Random::new(2);
     let mut stage = chain(&mut random, 3, 0.1, 0.0);
     for sign in [1.0, -1.0] {
-        let direction = Screw { linear: Vector3::x() * sign, angular: Vector3::zeros() };
+        let direction = Wrench { linear: Vector3::x() * sign, angular: Vector3::zeros() };
         stage.pegs.push(StagePeg { link: 1, direction, offset: -0.1 });
     }
     let mut solution = blank(&stage);

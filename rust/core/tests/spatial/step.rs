@@ -3,9 +3,9 @@
 use nalgebra::{DMatrix, DVector, Vector2};
 use snake_core::robot::Robot;
 use snake_core::spatial::{
-    ContactPenalties, End, GroundImpulse, ModifiedNewton, Pose, Step, StepGround, StepLink, StepPeg, StepSolution,
-    Twist, assemble_chain, ground_contact, joint_rows, mass_diagonal, orientation_of, peg_contact, rest_on_ground,
-    step_residual,
+    ContactPenalties, End, GroundImpulse, ModifiedNewton, Pose, StackedTwist, Step, StepGround, StepLink, StepPeg,
+    StepSolution, assemble_chain, ground_contact, joint_rows, mass_diagonal, orientation_of, peg_contact,
+    rest_on_ground, step_residual,
 };
 use snake_test_support::planar::{Random, links};
 use snake_test_support::spatial_random::{random_angle, random_peg, random_twist};
@@ -60,7 +60,7 @@ fn joint_impulses_hold_the_joints() {
         let (iterations, converged) = ModifiedNewton::new(count).solve(&step, &mut solution, R, 1e-12, 10);
         assert!(converged && iterations == 1, "without contacts one elimination is exact");
         let w = joint_matrix(&step);
-        let stacked = |of: &dyn Fn(usize) -> Twist| {
+        let stacked = |of: &dyn Fn(usize) -> StackedTwist| {
             DVector::from_iterator(6 * count, (0..count).flat_map(|i| of(i).iter().copied().collect::<Vec<_>>()))
         };
         let reference = stacked(&|i| step.links[i].reference);

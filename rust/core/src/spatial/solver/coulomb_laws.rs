@@ -10,9 +10,9 @@
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2, Vector3, Vector6};
 
 use crate::laws::{ConvexSet, Disc, HalfLine};
-use crate::spatial::{Screw, Stage, StageFriction, StageLink, StageSolution};
+use crate::spatial::{Stage, StageFriction, StageLink, StageSolution, Wrench};
 
-use super::coulomb_sweep::six;
+use super::coulomb_sweep::stacked;
 
 /// The proximal form in which laws are evaluated.
 #[derive(Debug, Clone, Copy)]
@@ -181,7 +181,7 @@ impl PegLaw {
         let peg = &stage.pegs[k];
         Self {
             link: peg.link,
-            direction: six(&peg.direction),
+            direction: stacked(&peg.direction),
             offset: peg.offset,
             impulse: solution.peg[k],
             centre: 0.0,
@@ -255,15 +255,15 @@ fn rows_of(link: &StageLink, shape: &Vector2<f64>) -> Rows {
     let along = link.tangent.push(0.0);
     let across = Vector3::z().cross(&along);
     let mut rows = Rows::zeros();
-    let mut set = |row: usize, screw: Screw| rows.set_row(row, &six(&screw).transpose());
+    let mut set = |row: usize, wrench: Wrench| rows.set_row(row, &stacked(&wrench).transpose());
     for (end, slip) in DISCS.into_iter().take(2).enumerate() {
         let arm = link.ground_arm(end);
-        let force = |axis: Vector3<f64>| Screw { linear: axis, angular: arm.cross(&axis) };
+        let force = |axis: Vector3<f64>| Wrench { linear: axis, angular: arm.cross(&axis) };
         set(end, force(Vector3::z()));
         set(slip, force(along * shape.x));
         set(slip + 1, force(across * shape.y));
     }
-    let turn = |axis: Vector3<f64>| Screw { linear: Vector3::zeros(), angular: axis };
+    let turn = |axis: Vector3<f64>| Wrench { linear: Vector3::zeros(), angular: axis };
     set(DISCS[2], turn(Vector3::new(0.0, -link.radius, 0.0)));
     set(DISCS[2] + 1, turn(Vector3::new(link.radius, 0.0, 0.0)));
     rows

@@ -16,7 +16,7 @@ use crate::laws::LimitedActuator;
 use crate::spatial::{Stage, StageSolution};
 
 use super::coulomb_laws::{GroundLaws, LawForm, PegLaw};
-use super::coulomb_sweep::{Balance, ChainLink, mass_matrix, screw, six};
+use super::coulomb_sweep::{Balance, ChainLink, mass_matrix, spatial_vector, stacked};
 use super::newton::PENALTY;
 use super::terms::actuator;
 
@@ -123,14 +123,14 @@ impl CoulombNewton {
                 let rates = [before.axes[1].dot(&relative), link.axes[0].dot(&relative)];
                 (chain.follow(&last.twist, &rates), rates, [0, 1].map(|axis| actuator(&stage.joints[i - 1][axis])))
             }
-            None => (six(&solution.twist[0]), [0.0; 2], [LimitedActuator::none(); 2]),
+            None => (stacked(&solution.twist[0]), [0.0; 2], [LimitedActuator::none(); 2]),
         };
         Link {
             chain,
             laws: GroundLaws::new(stage, solution, i),
             actuators,
             mass_matrix: mass_matrix(link),
-            momentum: six(&link.momentum),
+            momentum: stacked(&link.momentum),
             mass: link.mass,
             half_length: link.half_length,
             twist,
@@ -297,7 +297,7 @@ impl CoulombNewton {
 
     fn write(&self, solution: &mut StageSolution) {
         for (i, link) in self.links.iter().enumerate() {
-            solution.twist[i] = screw(&link.twist);
+            solution.twist[i] = spatial_vector(&link.twist);
             link.laws.write(solution, i);
             if i > 0 {
                 solution.rate[i - 1] = link.rates;

@@ -6,7 +6,7 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector6};
 
-use crate::spatial::{Screw, StageLink};
+use crate::spatial::{SpatialVector, StageLink};
 
 /// What the balance of a link, and of all that hangs on it, asks of a change x of its twist: `matrix x = load`.
 #[derive(Debug, Clone, Copy)]
@@ -32,7 +32,7 @@ impl ChainLink {
         let arm = before.joint_arm() + link.joint_arm();
         let mut carry = Matrix6::identity();
         carry.fixed_view_mut::<3, 3>(0, 3).copy_from(&-arm.cross_matrix());
-        let hinge = [link.hinge(&before.axes[1]), link.hinge(&link.axes[0])].map(|hinge| six(&hinge));
+        let hinge = [link.hinge(&before.axes[1]), link.hinge(&link.axes[0])].map(|hinge| stacked(&hinge));
         Self { carry, hinge, row: [Vector6::zeros(); 2], constant: [0.0; 2] }
     }
 
@@ -90,11 +90,11 @@ pub(super) fn mass_matrix(link: &StageLink) -> Matrix6<f64> {
 }
 
 /// (v, omega) or (force, moment).
-pub(super) fn six(screw: &Screw) -> Vector6<f64> {
-    let (v, w) = (&screw.linear, &screw.angular);
+pub(super) fn stacked(vector: &SpatialVector) -> Vector6<f64> {
+    let (v, w) = (&vector.linear, &vector.angular);
     Vector6::new(v.x, v.y, v.z, w.x, w.y, w.z)
 }
 
-pub(super) fn screw(six: &Vector6<f64>) -> Screw {
-    Screw { linear: six.fixed_rows::<3>(0).into(), angular: six.fixed_rows::<3>(3).into() }
+pub(super) fn spatial_vector(stacked: &Vector6<f64>) -> SpatialVector {
+    SpatialVector { linear: stacked.fixed_rows::<3>(0).into(), angular: stacked.fixed_rows::<3>(3).into() }
 }

@@ -5,7 +5,7 @@
 use nalgebra::Vector2;
 
 use crate::solver::{RESIDUAL_LIMIT, SolveStatus};
-use crate::spatial::{Screw, Stage, StageLink, StageSolution, certify};
+use crate::spatial::{Stage, StageLink, StageSolution, Twist, certify};
 
 use super::{CoulombNewton, Newton};
 
@@ -110,10 +110,10 @@ fn merit(stage: &Stage, solution: &StageSolution, tolerance: f64) -> f64 {
 }
 
 /// M^-1 p.
-fn free_twist(link: &StageLink) -> Screw {
+fn free_twist(link: &StageLink) -> Twist {
     let (z, l) = (&link.axes[2], &link.momentum.angular);
     let spin = z.dot(l);
-    Screw {
+    Twist {
         linear: link.momentum.linear / link.mass,
         angular: (l - z * spin) / link.inertia + z * (spin / link.roll_inertia),
     }

@@ -8,7 +8,7 @@ use crate::math::{Mask, Real};
 use super::friction_term::{FrictionLaw, FrictionTerm};
 use super::sweep::{Quadratic, Segment, Symmetric};
 use super::terms::{ActuatorTerm, ContactTerm, horizontal};
-use crate::spatial::screw::{Screw, cross, difference, scaled, sum};
+use crate::spatial::spatial_vector::{Twist, cross, difference, scaled, sum};
 use crate::spatial::{Stage, StageFriction, StageLink, StageSolution};
 
 /// What all contacts with the ground share.
@@ -39,9 +39,9 @@ pub(super) struct LinkTerm<T: Real> {
     /// The joint to the link before; none for the first.
     pub actuators: [ActuatorTerm<T>; 2],
     /// Twist and rates before the present Newton step, the step, and where it leads.
-    pub start: Screw<T>,
-    pub step: Screw<T>,
-    pub twist: Screw<T>,
+    pub start: Twist<T>,
+    pub step: Twist<T>,
+    pub twist: Twist<T>,
     pub start_rates: [T; 2],
     pub step_rates: [T; 2],
     pub rates: [T; 2],
@@ -99,7 +99,7 @@ impl<T: Real> GroundTerm<T> {
 
     /// Slip in frame Pi and vertical velocity of the contact point (T 4.24), (T 4.39).
     #[inline(always)]
-    pub fn velocity(&self, x: &Screw<T>, tangent: &Vector2<T>) -> (Vector2<T>, T) {
+    pub fn velocity(&self, x: &Twist<T>, tangent: &Vector2<T>) -> (Vector2<T>, T) {
         let v = x.velocity_at(&self.arm);
         (into_frame(tangent, &horizontal(&v)), v.z)
     }
@@ -259,7 +259,7 @@ impl<T: Real> LinkTerm<T> {
 
 /// L_SC (omega_x, omega_y): gamma_V of (T 4.43) turned by a right angle.
 #[inline(always)]
-fn rolling_velocity<T: Real>(link: &StageLink<T>, x: &Screw<T>) -> Vector2<T> {
+fn rolling_velocity<T: Real>(link: &StageLink<T>, x: &Twist<T>) -> Vector2<T> {
     Vector2::new(link.radius * x.angular.x, link.radius * x.angular.y)
 }
 

@@ -26,7 +26,7 @@ use super::link_term::{GroundLaws, GroundTerm, LinkTerm, Ray};
 use super::progress::{Assembly, Corrections, Progress};
 use super::sweep::{Quadratic, Segment};
 use super::terms::{ActuatorTerm, PegTerm};
-use crate::spatial::screw::{Screw, difference, inner, sum};
+use crate::spatial::spatial_vector::{Twist, difference, inner, sum};
 use crate::spatial::{Stage, StageFriction, StageSolution};
 
 /// Workspace of the solver, re-used from stage to stage.
@@ -36,7 +36,7 @@ pub struct Newton<T: Real = f64> {
     pub(super) pegs: Vec<PegTerm<T>>,
     pub(super) laws: GroundLaws<T>,
     /// Step of link 1's twist.
-    head: Screw<T>,
+    head: Twist<T>,
     /// Mass of the lightest link.
     lightest: T,
     /// Whether friction radii may follow the normal impulses before the convex problem is solved.
@@ -60,7 +60,7 @@ impl<T: Real> Newton<T> {
             links: Vec::with_capacity(links),
             pegs: Vec::with_capacity(4 * links),
             laws: GroundLaws::new(&StageFriction { sliding: Vector2::new(zero, zero), rolling: zero }, zero),
-            head: Screw::zero(),
+            head: Twist::zero(),
             lightest: zero,
             patient,
         }
@@ -160,7 +160,7 @@ impl<T: Real> Newton<T> {
             rolling: FrictionTerm::new(&laws.rolling, laws.rolling.radius(front + rear), &solution.rolling[i]),
             actuators,
             start: twist,
-            step: Screw::zero(),
+            step: Twist::zero(),
             twist,
             start_rates: rates,
             step_rates: [zero; 2],

@@ -9,7 +9,9 @@ use nalgebra::Vector3;
 
 use crate::math::Real;
 
-use crate::spatial::screw::{Screw, along, cross, difference, inner, scaled, sum};
+use crate::spatial::spatial_vector::{
+    Momentum, SpatialVector, Twist, Wrench, along, cross, difference, inner, scaled, sum,
+};
 
 /// Symmetric 3 x 3 matrix.
 #[derive(Debug, Clone, Copy)]
@@ -29,13 +31,13 @@ pub(super) struct Quadratic<T> {
     /// Rows of the block that couples v (rows) with omega (columns).
     pub mixed: [Vector3<T>; 3],
     pub angular: Symmetric<T>,
-    pub gradient: Screw<T>,
+    pub gradient: Momentum<T>,
 }
 
 /// What eliminating one rate leaves behind for the back substitution: `rate = row . x + constant`.
 #[derive(Debug, Clone, Copy)]
 struct Elimination<T> {
-    row: Screw<T>,
+    row: SpatialVector<T>,
     constant: T,
 }
 
@@ -45,7 +47,7 @@ pub(super) struct Segment<T> {
     /// From the CG of the link before to this one's.
     shift: Vector3<T>,
     /// S_h, S_v.
-    hinge: [Screw<T>; 2],
+    hinge: [Twist<T>; 2],
     elimination: [Elimination<T>; 2],
 }
 
@@ -110,7 +112,7 @@ impl<T: Real> Quadratic<T> {
     pub fn zero() -> Self {
         let none = Vector3::new(T::zero(), T::zero(), T::zero());
         let symmetric = Symmetric::diagonal(T::zero());
-        Self { linear: symmetric, mixed: [none; 3], angular: symmetric, gradient: Screw::zero() }
+        Self { linear: symmetric, mixed: [none; 3], angular: symmetric, gradient: Momentum::zero() }
     }
 
     #[inline(always)]
@@ -120,7 +122,7 @@ impl<T: Real> Quadratic<T> {
             linear: self.linear.plus(&other.linear),
             mixed: [sum(a, p), sum(b, q), sum(c, r)],
             angular: self.angular.plus(&other.angular),
-            gradient: Screw {
+            gradient: Momentum {
                 linear: sum(&self.gradient.linear, &other.gradient.linear),
                 angular: sum(&self.gradient.angular, &other.gradient.angular),
             },
@@ -129,7 +131,7 @@ impl<T: Real> Quadratic<T> {
 
     /// H x.
     #[inline(always)]
-    fn times(&self, x: &Screw<T>) -> Screw<T> {
+    fn times(&self, x: &Twist<T>) -> Momentum<T> {
         let [a, b, c] = &self.mixed;
         let (v, w) = (&x.linear, &x.angular);
         let coupled = Vector3::new(inner(a, w), inner(b, w), inner(c, w));
@@ -138,12 +140,12 @@ impl<T: Real> Quadratic<T> {
             a.y * v.x + b.y * v.y + c.y * v.z,
             a.z * v.x + b.z * v.y + c.z * v.z,
         );
-        Screw { linear: sum(&self.linear.times(v), &coupled), angular: sum(&self.angular.times(w), &back) }
+        Momentum { linear: sum(&self.linear.times(v), &coupled), angular: sum(&self.angular.times(w), &back) }
     }
 
     /// Adds `force w . x + penalty (w . x)^2 / 2`.
     #[inline(always)]
-    pub fn add_rank_one(&mut self, w: &Screw<T>, penalty: T, force: T) {
+    pub fn add_rank_one(&mut self, w: &Wrench<T>, penalty: T, force: T) {
         let (linear, angular) = (scaled(&w.linear, penalty), scaled(&w.angular, penalty));
         self.linear.add_outer(&w.linear, &linear);
         self.mixed[0] = along(&self.mixed[0], &angular, w.linear.x);
@@ -156,14 +158,15 @@ impl<T: Real> Quadratic<T> {
     /// Minimises over a rate that moves x along `hinge`, given the drive of that rate. Also returns twice the
     /// decrease.
     #[inline(always)]
-    fn eliminate(&mut self, hinge: &Screw<T>, actuator: &ActuatorModel<T>) -> (Elimination<T>, T) {
+    fn eliminate(&mut self, hinge: &Twist<T>, actuator: &ActuatorModel<T>) -> (Elimination<T>, T) {
         let column = self.times(hinge);
         let pivot = hinge.dot(&column) + actuator.stiffness;
         let force = hinge.dot(&self.gradient) - actuator.impulse;
         let inverse = T::splat(1.0) / pivot;
         let constant = force * inverse;
         self.add_rank_one(&column, -inverse, -constant);
-        let row = Screw { linear: scaled(&column.linear, -inverse), angular: scaled(&column.angular, -inverse) };
+        let row =
+            SpatialVector { linear: scaled(&column.linear, -inverse), angular: scaled(&column.angular, -inverse) };
         (Elimination { row, constant: -constant }, force * constant)
     }
 
@@ -201,14 +204,14 @@ impl<T: Real> Quadratic<T> {
                 yz: self.angular.yz + lifted[2].y - old[1].z,
                 zz: self.angular.zz + lifted[2].z - old[2].z,
             },
-            gradient: Screw { linear: g.linear, angular: sum(&g.angular, &cross(arm, &g.linear)) },
+            gradient: Momentum { linear: g.linear, angular: sum(&g.angular, &cross(arm, &g.linear)) },
             ..*self
         }
     }
 
     /// The twist that minimises the function, and twice the decrease: an L D L^T factorisation.
     #[inline(always)]
-    pub fn minimiser(&self) -> (Screw<T>, T) {
+    pub fn minimiser(&self) -> (Twist<T>, T) {
         let mut rows = self.dense();
         let (v, w) = (&self.gradient.linear, &self.gradient.angular);
         let gradient = [v.x, v.y, v.z, w.x, w.y, w.z];
@@ -238,7 +241,7 @@ impl<T: Real> Quadratic<T> {
         for (x, g) in x.iter().zip(&gradient) {
             decrease -= *x * *g;
         }
-        (Screw { linear: Vector3::new(x[0], x[1], x[2]), angular: Vector3::new(x[3], x[4], x[5]) }, decrease)
+        (Twist { linear: Vector3::new(x[0], x[1], x[2]), angular: Vector3::new(x[3], x[4], x[5]) }, decrease)
     }
 
     /// Lower half of H, angular variables last.
@@ -261,8 +264,8 @@ impl<T: Real> Quadratic<T> {
 impl<T: Real> Segment<T> {
     /// A link that lies `shift` from the one before, whose rear joint moves it along `hinge`.
     #[inline(always)]
-    pub fn new(shift: Vector3<T>, hinge: [Screw<T>; 2]) -> Self {
-        let none = Elimination { row: Screw::zero(), constant: T::zero() };
+    pub fn new(shift: Vector3<T>, hinge: [Twist<T>; 2]) -> Self {
+        let none = Elimination { row: SpatialVector::zero(), constant: T::zero() };
         Self { shift, hinge, elimination: [none; 2] }
     }
 
@@ -278,7 +281,7 @@ impl<T: Real> Segment<T> {
 
     /// Steps of the rates and of the link's twist, given the step of the link before.
     #[inline(always)]
-    pub fn substitute(&self, before: &Screw<T>) -> ([T; 2], Screw<T>) {
+    pub fn substitute(&self, before: &Twist<T>) -> ([T; 2], Twist<T>) {
         let mut x = self.carried(before);
         let mut rates = [T::zero(); 2];
         for (axis, rate) in rates.iter_mut().enumerate() {
@@ -291,12 +294,12 @@ impl<T: Real> Segment<T> {
 
     /// The link's twist, given the twist of the link before and the rates.
     #[inline(always)]
-    pub fn follow(&self, before: &Screw<T>, rates: &[T; 2]) -> Screw<T> {
+    pub fn follow(&self, before: &Twist<T>, rates: &[T; 2]) -> Twist<T> {
         self.carried(before).plus_scaled(&self.hinge[0], rates[0]).plus_scaled(&self.hinge[1], rates[1])
     }
 
     #[inline(always)]
-    fn carried(&self, before: &Screw<T>) -> Screw<T> {
-        Screw { linear: before.velocity_at(&self.shift), angular: before.angular }
+    fn carried(&self, before: &Twist<T>) -> Twist<T> {
+        Twist { linear: before.velocity_at(&self.shift), angular: before.angular }
     }
 }

@@ -10,7 +10,7 @@ use crate::laws::{HalfLine, LimitedActuator};
 use crate::math::{Mask, Real};
 
 use super::sweep::ActuatorModel;
-use crate::spatial::screw::Screw;
+use crate::spatial::spatial_vector::Wrench;
 use crate::spatial::{StageDrive, StagePeg};
 
 /// Unilateral contact: P = max(centre - r (gamma + offset), 0).
@@ -110,7 +110,7 @@ pub(super) fn actuator<T: Real>(data: &StageDrive<T>) -> LimitedActuator<T> {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PegTerm<T: Real> {
     pub link: usize,
-    pub direction: Screw<T>,
+    pub direction: Wrench<T>,
     pub contact: ContactTerm<T>,
 }
 

@@ -6,7 +6,7 @@ use nalgebra::{Matrix4, Vector4, Vector6};
 
 use crate::laws::{ConvexSet, HalfLine};
 
-use crate::spatial::{JointRows, Twist};
+use crate::spatial::{JointRows, StackedTwist};
 
 use super::step::{Step, StepSolution};
 
@@ -26,7 +26,7 @@ pub struct ModifiedNewton {
     inverse_pivot: Vec<Matrix4<f64>>,
     coupling: Vec<Matrix4<f64>>,
     /// u_R + M^-1 S: the velocity without joints.
-    free: Vec<Twist>,
+    free: Vec<StackedTwist>,
 }
 
 impl ModifiedNewton {
@@ -34,7 +34,7 @@ impl ModifiedNewton {
         Self {
             inverse_pivot: vec![Matrix4::zeros(); links - 1],
             coupling: vec![Matrix4::zeros(); links - 1],
-            free: vec![Twist::zeros(); links],
+            free: vec![StackedTwist::zeros(); links],
         }
     }
 

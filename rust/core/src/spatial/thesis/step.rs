@@ -13,12 +13,12 @@ use nalgebra::{Vector2, Vector4, Vector6};
 
 use crate::laws::{Disc, Ellipse};
 
-use crate::spatial::{GroundContact, JointRows, Twist};
+use crate::spatial::{GroundContact, JointRows, StackedTwist};
 
 /// One link: its velocity without contacts and joints, and the inverse of its mass matrix's diagonal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepLink {
-    pub reference: Twist,
+    pub reference: StackedTwist,
     pub inverse_mass: Vector6<f64>,
 }
 
@@ -96,7 +96,7 @@ impl GroundImpulse {
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepSolution {
     /// u_E.
-    pub twist: Vec<Twist>,
+    pub twist: Vec<StackedTwist>,
     /// P_J.
     pub joint: Vec<Vector4<f64>>,
     pub ground: Vec<GroundImpulse>,
@@ -107,7 +107,7 @@ pub struct StepSolution {
 impl StepSolution {
     pub fn new(links: usize) -> Self {
         Self {
-            twist: vec![Twist::zeros(); links],
+            twist: vec![StackedTwist::zeros(); links],
             joint: vec![Vector4::zeros(); links - 1],
             ground: Vec::with_capacity(2 * links),
             peg: Vec::with_capacity(2 * links),

@@ -2,7 +2,7 @@
 
 use crate::laws::{ConvexSet, HalfLine};
 
-use crate::spatial::Twist;
+use crate::spatial::StackedTwist;
 
 use super::step::{GroundImpulse, Step, StepGround, StepSolution};
 
@@ -27,7 +27,7 @@ fn mass(step: &Step, link: usize) -> f64 {
     1.0 / step.links[link].inverse_mass.x
 }
 
-fn ground_error(step: &Step, contact: &StepGround, impulse: &GroundImpulse, u: &Twist, mass: f64) -> f64 {
+fn ground_error(step: &Step, contact: &StepGround, impulse: &GroundImpulse, u: &StackedTwist, mass: f64) -> f64 {
     let GroundImpulse { normal, tangent, rolling } = *impulse;
     let rows = &contact.rows;
     let apart = (normal - HalfLine.project(normal - mass * rows.normal.dot(u))).abs();
@@ -48,8 +48,8 @@ fn momentum_errors<'a>(step: &'a Step, solution: &'a StepSolution) -> impl Itera
         let link = &step.links[i];
         let on_ground = step.ground.iter().zip(&solution.ground).filter(|(contact, _)| contact.link == i);
         let at_pegs = step.pegs.iter().zip(&solution.peg).filter(|(contact, _)| contact.link == i);
-        let mut impulse = on_ground.map(|(contact, impulse)| impulse.on_link(&contact.rows)).sum::<Twist>();
-        impulse += at_pegs.map(|(contact, impulse)| contact.direction * *impulse).sum::<Twist>();
+        let mut impulse = on_ground.map(|(contact, impulse)| impulse.on_link(&contact.rows)).sum::<StackedTwist>();
+        impulse += at_pegs.map(|(contact, impulse)| contact.direction * *impulse).sum::<StackedTwist>();
         if let Some(rows) = step.joints.get(i) {
             impulse += rows.near * solution.joint[i];
         }

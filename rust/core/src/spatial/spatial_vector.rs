@@ -1,17 +1,26 @@
-//! Vectors of a link in frame I: a linear and an angular part.
+//! Spatial vectors of a link: a linear and an angular part about the CG, both in frame I.
 
 use nalgebra::Vector3;
 
 use crate::math::Real;
 
-/// A velocity of a link's CG with its angular velocity, or an impulse with its moment about the CG: frame I.
+/// Linear and angular part of a twist, wrench or momentum of a link, about its CG, frame I.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Screw<T = f64> {
+pub struct SpatialVector<T = f64> {
     pub linear: Vector3<T>,
     pub angular: Vector3<T>,
 }
 
-impl<T: Real> Screw<T> {
+/// Velocity of the CG \[m/s\] and angular velocity \[rad/s\].
+pub type Twist<T = f64> = SpatialVector<T>;
+
+/// Force and moment about the CG, or the direction of such a force: its power is its inner product with the twist.
+pub type Wrench<T = f64> = SpatialVector<T>;
+
+/// Linear momentum \[kg m/s\] and angular momentum about the CG \[kg m^2/s\].
+pub type Momentum<T = f64> = SpatialVector<T>;
+
+impl<T: Real> SpatialVector<T> {
     #[inline(always)]
     pub fn zero() -> Self {
         Self { linear: zero_vector(), angular: zero_vector() }
