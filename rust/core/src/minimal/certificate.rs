@@ -55,7 +55,7 @@ fn verify_actuators(stage: &Stage, solution: &StageSolution, certificate: &mut C
         moment += momentum.z - half.perp(&momentum.xy()) - 2.0 * half.perp(&before);
         before += momentum.xy();
         let rate = solution.twist[j + 1].z - solution.twist[j].z;
-        let wanted = joint.drive - joint.stiffness * rate + stage.following * moment;
+        let wanted = joint.drive - joint.stiffness * rate + stage.momentum_feedforward * moment;
         let violation = judge::clamp(solution.drive[j], wanted, joint.limit) / (link.mass * link.half_length);
         certificate.law = worse(certificate.law, violation);
     }

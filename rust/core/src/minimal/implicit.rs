@@ -65,7 +65,7 @@ impl Implicit {
                 coefficient: 0.0,
                 links: Vec::with_capacity(links),
                 joints: Vec::with_capacity(links - 1),
-                following: 0.0,
+                momentum_feedforward: 0.0,
             },
             solution: StageSolution::new(links),
             newton: Newton::new(links),
@@ -217,7 +217,7 @@ impl Implicit {
         let Self { stage, control, predicted, base, .. } = self;
         let (config, c) = (controller.config(), stage.coefficient);
         stage.joints.clear();
-        stage.following = 0.0;
+        stage.momentum_feedforward = 0.0;
         if config.treatment != Treatment::Implicit || limit == 0.0 {
             // An implicit controller holds nothing: asleep, it exerts no torque.
             stage.joints.extend(controller.held.iter().map(|tau| constant_drive(c * tau)));
@@ -235,7 +235,7 @@ impl Implicit {
             ControlLaw::Io => {
                 control.find_torques(model, predicted);
                 stage.joints.extend(control.tau.iter().map(|tau| constant_drive(c * tau)));
-                stage.following = stiffness;
+                stage.momentum_feedforward = stiffness;
             }
         }
     }
@@ -244,8 +244,8 @@ impl Implicit {
     /// guess, which is good in the short steps taken at the limit. M_22_bar within the clamps has no potential.
     fn limit_torques(&mut self, model: &Model, controller: &Controller, limit: f64) {
         let Self { stage, control, predicted, predicted_q, guess, .. } = self;
-        let (config, c, f) = (controller.config(), stage.coefficient, stage.following);
-        stage.following = 0.0;
+        let (config, c, f) = (controller.config(), stage.coefficient, stage.momentum_feedforward);
+        stage.momentum_feedforward = 0.0;
         for (j, (u, target)) in control.u.iter_mut().zip(&controller.targets).enumerate() {
             *u = config.output(target, predicted_q[3 + j], guess[3 + j]);
         }

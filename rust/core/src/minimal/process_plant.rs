@@ -26,13 +26,13 @@ pub struct ProcessPlant {
 }
 
 /// Absolute angles of the links, and places of the joints O_2, O_3, ... and of points on the links.
-struct Posture {
+struct Configuration {
     angle: Vec<f64>,
     /// O_i of the rear end of each link.
     rear_end: Vec<Vector2<f64>>,
 }
 
-impl Posture {
+impl Configuration {
     fn new(model: &Model, q: &[f64]) -> Self {
         let (mut at, mut theta) = (Vector2::new(q[0], q[1]), q[2]);
         let (mut angle, mut rear_end) = (Vec::new(), Vec::new());
@@ -58,10 +58,10 @@ fn axial(theta: f64) -> Vector2<f64> {
 impl ProcessPlant {
     /// At coordinates `q` and velocities `rate`, both of length n (T 6.3).
     pub fn new(model: &Model, law: SmoothLaw, q: &[f64], rate: &[f64]) -> Self {
-        let posture = Posture::new(model, q);
-        let jacobian = |side: f64| jacobian(model, &posture, side);
+        let configuration = Configuration::new(model, q);
+        let jacobian = |side: f64| jacobian(model, &configuration, side);
         let (centre, front, rear) = (jacobian(0.0), jacobian(1.0), jacobian(-1.0));
-        let change = jacobian_rate(model, &posture, rate);
+        let change = jacobian_rate(model, &configuration, rate);
         let turning = rotation_jacobian(model);
         let weight = |i: usize| model.links[i / 2].mass;
         let weighted = DMatrix::from_fn(centre.nrows(), centre.ncols(), |i, j| weight(i) * centre[(i, j)]);
@@ -72,8 +72,8 @@ impl ProcessPlant {
             mass: weighted.tr_mul(&centre) + turning.tr_mul(&inertia),
             // c_ijk of (T 6.17) is sum m dr/dq_i . d2r/dq_j dq_k, since omega is linear in q'.
             coriolis: weighted.tr_mul(&change),
-            friction_front: friction(model, &posture, law, &front * &velocity),
-            friction_rear: friction(model, &posture, law, &rear * &velocity),
+            friction_front: friction(model, &configuration, law, &front * &velocity),
+            friction_rear: friction(model, &configuration, law, &rear * &velocity),
             jacobian_centre: centre,
             jacobian_front: front,
             jacobian_rear: rear,
@@ -93,14 +93,14 @@ pub fn actuation(model: &Model) -> DMatrix<f64> {
 }
 
 /// J of the points `side * L_GS` ahead of each G_i: G for 0, F for 1, R for -1 (T 6.6), (T 6.12).
-fn jacobian(model: &Model, posture: &Posture, side: f64) -> DMatrix<f64> {
+fn jacobian(model: &Model, configuration: &Configuration, side: f64) -> DMatrix<f64> {
     let mut jacobian = DMatrix::zeros(2 * model.link_count(), model.degrees());
     for (i, link) in model.links.iter().enumerate() {
-        let point = posture.point(model, i, side * link.lever);
+        let point = configuration.point(model, i, side * link.lever);
         jacobian[(2 * i, 0)] = 1.0;
         jacobian[(2 * i + 1, 1)] = 1.0;
         for k in 0..=i {
-            let column = quarter_turn(point - posture.rear_end[k]);
+            let column = quarter_turn(point - configuration.rear_end[k]);
             jacobian.fixed_view_mut::<2, 1>(2 * i, 2 + k).copy_from(&column);
         }
     }
@@ -108,14 +108,14 @@ fn jacobian(model: &Model, posture: &Posture, side: f64) -> DMatrix<f64> {
 }
 
 /// dJ_vG/dt.
-fn jacobian_rate(model: &Model, posture: &Posture, rate: &[f64]) -> DMatrix<f64> {
+fn jacobian_rate(model: &Model, configuration: &Configuration, rate: &[f64]) -> DMatrix<f64> {
     let mut change = DMatrix::zeros(2 * model.link_count(), model.degrees());
     let (mut omega, mut velocity) = (0.0, Vector2::new(rate[0], rate[1]));
     let mut rear_velocity = Vec::new();
     for i in 0..model.link_count() {
         omega += rate[2 + i];
         rear_velocity.push(velocity);
-        let swing = quarter_turn(axial(posture.angle[i])) * (model.links[i].half_length * omega);
+        let swing = quarter_turn(axial(configuration.angle[i])) * (model.links[i].half_length * omega);
         for (k, rear) in rear_velocity.iter().enumerate() {
             let column = quarter_turn(velocity + swing - rear);
             change.fixed_view_mut::<2, 1>(2 * i, 2 + k).copy_from(&column);
@@ -131,10 +131,10 @@ fn rotation_jacobian(model: &Model) -> DMatrix<f64> {
 }
 
 /// Friction at one point of each link, turned into the links' frames and back (T 6.1).
-fn friction(model: &Model, posture: &Posture, law: SmoothLaw, velocity: DVector<f64>) -> DVector<f64> {
+fn friction(model: &Model, configuration: &Configuration, law: SmoothLaw, velocity: DVector<f64>) -> DVector<f64> {
     let mut force = DVector::zeros(velocity.len());
     for (i, link) in model.links.iter().enumerate() {
-        let turn = Rotation2::new(posture.angle[i]);
+        let turn = Rotation2::new(configuration.angle[i]);
         let slip = turn.inverse() * velocity.fixed_rows::<2>(2 * i);
         force.fixed_rows_mut::<2>(2 * i).copy_from(&(turn * link.friction.force(law, slip)));
     }

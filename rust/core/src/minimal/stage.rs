@@ -73,8 +73,8 @@ pub struct Stage {
     pub coefficient: f64,
     pub links: Vec<StageLink>,
     pub joints: Vec<StageJoint>,
-    /// f.
-    pub following: f64,
+    /// f: weight of the relative momentum in the drives' laws, zero without input-output linearisation.
+    pub momentum_feedforward: f64,
 }
 
 /// What a solver returns, and what the certificate judges.
@@ -143,7 +143,7 @@ impl Stage {
         for (j, (wanted, joint)) in drive.iter_mut().zip(&self.joints).enumerate() {
             *wanted = joint.drive - joint.stiffness * (twist[j + 1].z - twist[j].z);
         }
-        if self.following > 0.0 {
+        if self.momentum_feedforward > 0.0 {
             let mean = self.mean_motion(&self.composite(), twist);
             let (mut behind, mut moment) = (Vector2::zeros(), 0.0);
             for i in (1..self.links.len()).rev() {
@@ -152,7 +152,7 @@ impl Stage {
                 let momentum = Self::relative_momentum(link, &twist[i], &mean);
                 moment += momentum.z + cross(half, momentum.xy()) + 2.0 * cross(half, behind);
                 behind += momentum.xy();
-                drive[i - 1] -= self.following * moment;
+                drive[i - 1] -= self.momentum_feedforward * moment;
             }
         }
     }

@@ -7,7 +7,7 @@ use crate::gait::CardanTarget;
 use crate::math::Real;
 use crate::robot::Robot;
 use crate::spatial::{
-    Frame, Momentum, Pose, Posture, SpatialState, Speed, StackedTwist, Twist, inertia, joint_angle, joint_rate,
+    Configuration, Frame, Momentum, Pose, SpatialState, Speed, StackedTwist, Twist, inertia, joint_angle, joint_rate,
     read_lane, turning, twist_of, write_lane,
 };
 use crate::stepping::WarmStart;
@@ -18,7 +18,7 @@ use super::peg_contacts::Pair;
 /// What one step hands to the next.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChainState {
-    pub posture: Posture,
+    pub configuration: Configuration,
     pub speed: Speed,
     /// Momentum of each link, and angular momentum about its CG, frame I: what joints exchange and nothing loses.
     pub momentum: Vec<Momentum>,
@@ -83,11 +83,11 @@ impl ChainState {
     /// Pose of link 1, joint angles, their rates and all momenta from the poses and twists of all links.
     pub fn read(&mut self, robot: &Robot, state: &SpatialState) {
         let (pose, twist) = (&state.pose, &state.twist);
-        let Self { posture, speed, momentum, .. } = self;
+        let Self { configuration, speed, momentum, .. } = self;
         let q = pose[0].orientation.quaternion();
-        (posture.position, posture.orientation) = (pose[0].position, [q.w, q.i, q.j, q.k]);
+        (configuration.position, configuration.orientation) = (pose[0].position, [q.w, q.i, q.j, q.k]);
         speed.head = Twist { linear: linear(&twist[0]), angular: pose[0].orientation * turning(&twist[0]) };
-        for (j, (angle, rate)) in posture.angle.iter_mut().zip(&mut speed.rate).enumerate() {
+        for (j, (angle, rate)) in configuration.angle.iter_mut().zip(&mut speed.rate).enumerate() {
             *angle = joint_angle(&pose[j], &pose[j + 1]).into();
             *rate = joint_rate(&pose[j], &twist[j], &pose[j + 1], &twist[j + 1]).into();
         }
@@ -109,13 +109,13 @@ impl ChainState {
     }
 
     fn place_links(&mut self, half_length: &[f64], pose: &mut [Pose]) {
-        self.posture.place_links(half_length, &mut self.frames);
+        self.configuration.place_links(half_length, &mut self.frames);
         let about = UnitQuaternion::from_axis_angle;
-        let [w, x, y, z] = self.posture.orientation;
+        let [w, x, y, z] = self.configuration.orientation;
         let mut orientation = UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z));
         for (i, (pose, frame)) in pose.iter_mut().zip(&self.frames).enumerate() {
             if i > 0 {
-                let [yaw, pitch] = self.posture.angle[i - 1];
+                let [yaw, pitch] = self.configuration.angle[i - 1];
                 orientation = orientation * about(&Vector3::y_axis(), yaw) * about(&Vector3::x_axis(), pitch);
             }
             *pose = Pose { position: frame.position, orientation };
@@ -124,7 +124,7 @@ impl ChainState {
 
     /// A robot that was placed in motion with its reference has no start to resolve.
     pub fn is_following(&self, targets: &[CardanTarget]) -> bool {
-        let mut joints = targets.iter().zip(self.posture.angle.iter().zip(&self.speed.rate));
+        let mut joints = targets.iter().zip(self.configuration.angle.iter().zip(&self.speed.rate));
         joints.all(|(target, (angle, rate))| {
             is_following(&target.yaw, angle[0], rate[0]) && is_following(&target.pitch, angle[1], rate[1])
         })
@@ -148,7 +148,7 @@ impl WarmStart for ChainState {
 
     fn new(links: usize) -> Self {
         Self {
-            posture: Posture::straight(links),
+            configuration: Configuration::straight(links),
             speed: Speed::rest(links),
             momentum: vec![Momentum::zero(); links],
             forces: GroundForces::none(links),

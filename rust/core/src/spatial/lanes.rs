@@ -4,7 +4,9 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::math::Real;
 
-use super::{Frame, Posture, SpatialVector, Speed, Stage, StageDrive, StageLink, StagePeg, StageSolution, Wrench};
+use super::{
+    Configuration, Frame, SpatialVector, Speed, Stage, StageDrive, StageLink, StagePeg, StageSolution, Wrench,
+};
 
 /// Data of several robots side by side.
 pub trait Laned<T: Real> {
@@ -134,13 +136,13 @@ impl<T: Real> StagePeg<T> {
     }
 }
 
-impl<T: Real> Posture<T> {
-    pub fn read_lane(&self, lane: usize, to: &mut Posture) {
+impl<T: Real> Configuration<T> {
+    pub fn read_lane(&self, lane: usize, to: &mut Configuration) {
         (to.position, to.orientation) = (self.position.lane(lane), Laned::<T>::lane(&self.orientation, lane));
         read_lane::<T, _>(&self.angle, lane, &mut to.angle);
     }
 
-    pub fn set_lane(&mut self, lane: usize, from: &Posture) {
+    pub fn set_lane(&mut self, lane: usize, from: &Configuration) {
         self.position.set_lane(lane, &from.position);
         Laned::<T>::set_lane(&mut self.orientation, lane, &from.orientation);
         write_lane::<T, _>(&mut self.angle, lane, &from.angle);

@@ -18,6 +18,7 @@
 
 mod certificate;
 mod chain_state;
+mod configuration;
 mod contact_map;
 mod dynamics;
 mod energy;
@@ -29,7 +30,6 @@ mod lanes;
 mod model;
 mod peg;
 mod peg_contacts;
-mod posture;
 mod solver;
 mod spatial_vector;
 mod stage;
@@ -41,6 +41,7 @@ mod thesis;
 
 pub use certificate::{Certificate, certify};
 pub use chain_state::ChainState;
+pub use configuration::{Configuration, Frame, Speed};
 pub use dynamics::{inertia, mass_diagonal, potential_energy, smooth_force};
 pub use ground::{End, GroundContact, ground_contact, ground_frame, ground_gap};
 pub use joint::{
@@ -51,7 +52,6 @@ pub use kinematics::{assemble_chain, close_joints, largest_joint_gap, orientatio
 pub use lanes::{Laned, read_lane, write_lane};
 pub use model::{Spatial, SpatialBody, SpatialFleet, SpatialScripted};
 pub use peg::{PegContact, nearest_point, peg_contact, peg_gap};
-pub use posture::{Frame, Posture, Speed};
 pub use solver::{CoulombNewton, Fallback, Newton};
 pub use spatial_vector::{Momentum, SpatialVector, Twist, Wrench};
 pub use stage::{Stage, StageDrive, StageFriction, StageLink, StagePeg, StageSolution};

@@ -6,8 +6,8 @@ use crate::contact::recovery::{RECOVERY_SPEED, RECOVERY_TIME};
 use crate::gait::CardanTarget;
 use crate::math::{Mask, Real};
 use crate::spatial::{
-    Frame, Momentum, Newton, Posture, SpatialVector, Speed, Stage, StageDrive, StageFriction, StageLink, StageSolution,
-    Twist, certify, read_lane, write_lane,
+    Configuration, Frame, Momentum, Newton, SpatialVector, Speed, Stage, StageDrive, StageFriction, StageLink,
+    StageSolution, Twist, certify, read_lane, write_lane,
 };
 use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
@@ -33,20 +33,20 @@ pub struct StageWork<T: Real> {
     /// Joint references at the end of the stage: yaw and pitch, angle and rate.
     pub target: Vec<[[T; 2]; 2]>,
     /// Robots at the start of the step.
-    pub start: Posture<T>,
+    pub start: Configuration<T>,
     pub start_speed: Speed<T>,
     pub start_momentum: Vec<Momentum<T>>,
     pub start_frames: Vec<Frame<T>>,
     /// Heights of the spheres' lowest points there \[m\].
     start_gap: Vec<[T; 2]>,
     /// q_B and the expected end velocity of the stage.
-    base: Posture<T>,
+    base: Configuration<T>,
     pub base_frames: Vec<Frame<T>>,
     guess: Speed<T>,
     /// Reference momenta p_R, without gravity.
     momentum: Vec<Momentum<T>>,
     /// Expected end configuration, and the twists of the guess there.
-    predicted: Posture<T>,
+    predicted: Configuration<T>,
     pub frames: Vec<Frame<T>>,
     pub expected: Vec<Twist<T>>,
     /// Forces of the last stage.
@@ -68,7 +68,7 @@ pub struct StageWork<T: Real> {
     pub deviation: T,
     pub kept: Kept<T>,
     /// Configuration at the end of the step.
-    pub arrival: Posture<T>,
+    pub arrival: Configuration<T>,
     /// How much deeper the step takes a sphere that has sunk, at most \[m\].
     pub sinking: T,
 }
@@ -260,16 +260,16 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
             gains: [system.controller.kp, system.controller.kd].map(T::splat),
             torque_limit: T::splat(f64::INFINITY),
             target: vec![[[zero; 2]; 2]; links - 1],
-            start: Posture::straight(links),
+            start: Configuration::straight(links),
             start_speed: Speed::rest(links),
             start_momentum: none(),
             start_frames: frames(),
             start_gap: vec![[zero; 2]; links],
-            base: Posture::straight(links),
+            base: Configuration::straight(links),
             base_frames: frames(),
             guess: Speed::rest(links),
             momentum: none(),
-            predicted: Posture::straight(links),
+            predicted: Configuration::straight(links),
             frames: frames(),
             expected: none(),
             forces: GroundForces::none(links),
@@ -290,7 +290,7 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
                 drive: vec![[zero; 2]; links - 1],
                 energy: EnergyLedger::zero(),
             },
-            arrival: Posture::straight(links),
+            arrival: Configuration::straight(links),
             sinking: zero,
         }
     }
@@ -298,7 +298,7 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
     fn load<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>) {
         for lane in 0..T::LANES {
             let state = &members.body(lane).warm_start;
-            self.start.set_lane(lane, &state.posture);
+            self.start.set_lane(lane, &state.configuration);
             self.start_speed.set_lane(lane, &state.speed);
             write_lane::<T, _>(&mut self.start_momentum, lane, &state.momentum);
             self.forces.set_lane(lane, &state.forces);
@@ -390,7 +390,7 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
         let c = self.stage.coefficient.lane(lane);
         let SpatialBody { warm_start: state, ground_impulse, .. } = body;
         state.began_at_rest = is_at_rest(&state.speed);
-        self.arrival.read_lane(lane, &mut state.posture);
+        self.arrival.read_lane(lane, &mut state.configuration);
         self.kept.end.read_lane(lane, &mut state.speed);
         read_lane::<T, _>(&self.kept.momentum, lane, &mut state.momentum);
         self.forces.read_lane(lane, &mut state.forces);

@@ -6,8 +6,8 @@ use snake_core::minimal::{
 };
 use snake_test_support::minimal::{Uniform, uneven_model};
 
-/// A random stage of `links` links; `following` is f, `limit` the drives' bound \[N m s\].
-fn random_stage(links: usize, seed: u64, following: f64, limit: f64) -> (Stage, StageSolution) {
+/// A random stage of `links` links; `momentum_feedforward` is f, `limit` the drives' bound \[N m s\].
+fn random_stage(links: usize, seed: u64, momentum_feedforward: f64, limit: f64) -> (Stage, StageSolution) {
     let mut uniform = Uniform::new(seed);
     let model = uneven_model(links, &mut uniform);
     let joints = links - 1;
@@ -21,9 +21,9 @@ fn random_stage(links: usize, seed: u64, following: f64, limit: f64) -> (Stage, 
     let scale = 10.0_f64.powf(uniform.next(-4.0, 0.0));
     let pairs = model.links.iter().zip(&motion.links);
     let stage_links = pairs.map(|(link, at)| StageLink::new(link, at, at.twist * scale, c));
-    let mut stage = Stage { coefficient: c, links: stage_links.collect(), joints: Vec::new(), following };
+    let mut stage = Stage { coefficient: c, links: stage_links.collect(), joints: Vec::new(), momentum_feedforward };
     for _ in 0..joints {
-        let stiffness = if following > 0.0 { 0.0 } else { uniform.next(0.0, 0.02) };
+        let stiffness = if momentum_feedforward > 0.0 { 0.0 } else { uniform.next(0.0, 0.02) };
         stage.joints.push(StageJoint { drive: uniform.next(-0.02, 0.02), stiffness, limit });
     }
     let mut solution = StageSolution::new(links);
@@ -33,10 +33,10 @@ fn random_stage(links: usize, seed: u64, following: f64, limit: f64) -> (Stage, 
     (stage, solution)
 }
 
-fn solved(links: usize, seed: u64, following: f64, limit: f64) -> (Stage, StageSolution, u32) {
-    let (stage, mut solution) = random_stage(links, seed, following, limit);
+fn solved(links: usize, seed: u64, momentum_feedforward: f64, limit: f64) -> (Stage, StageSolution, u32) {
+    let (stage, mut solution) = random_stage(links, seed, momentum_feedforward, limit);
     let outcome = Newton::new(links).solve(&stage, &mut solution, 1e-9, 500);
-    assert!(outcome.converged, "{links} links, seed {seed}, f = {following}");
+    assert!(outcome.converged, "{links} links, seed {seed}, f = {momentum_feedforward}");
     (stage, solution, outcome.iterations as u32)
 }
 
@@ -47,10 +47,13 @@ fn the_judge_accepts_what_the_solver_finds_on_random_stages() {
     let (mut iterations, mut count) = (0, 0);
     for links in [2, 3, 11, 30] {
         for seed in 0..60 {
-            for (following, limit) in DRIVES {
-                let (stage, solution, n) = solved(links, seed, following, limit);
+            for (momentum_feedforward, limit) in DRIVES {
+                let (stage, solution, n) = solved(links, seed, momentum_feedforward, limit);
                 let certificate = certify(&stage, &solution);
-                assert!(certificate.residual() < 1e-7, "{links} links, seed {seed}, f = {following}: {certificate:?}");
+                assert!(
+                    certificate.residual() < 1e-7,
+                    "{links} links, seed {seed}, f = {momentum_feedforward}: {certificate:?}"
+                );
                 iterations += n;
                 count += 1;
             }
@@ -61,8 +64,8 @@ fn the_judge_accepts_what_the_solver_finds_on_random_stages() {
 
 #[test]
 fn the_judge_rejects_every_mutilation() {
-    for (following, limit) in DRIVES {
-        let (stage, solution, _) = solved(11, 4, following, limit);
+    for (momentum_feedforward, limit) in DRIVES {
+        let (stage, solution, _) = solved(11, 4, momentum_feedforward, limit);
         type Mutilation = fn(&mut StageSolution);
         let mutilations: [Mutilation; 6] = [
             |s| s.twist[3].x += 1e-3,
@@ -77,16 +80,16 @@ fn the_judge_rejects_every_mutilation() {
             mutilate(&mut worse);
             let residual = certify(&stage, &worse).residual();
             let rejected = residual.is_nan() || residual >= 1e-6;
-            assert!(rejected, "mutilation {k}, f = {following}: {residual:e}");
+            assert!(rejected, "mutilation {k}, f = {momentum_feedforward}: {residual:e}");
         }
     }
 }
 
 #[test]
 fn the_velocities_do_not_depend_on_where_the_solver_starts() {
-    for (following, limit) in DRIVES {
-        let (stage, one, _) = solved(11, 9, following, limit);
-        let (_, mut other) = random_stage(11, 9, following, limit);
+    for (momentum_feedforward, limit) in DRIVES {
+        let (stage, one, _) = solved(11, 9, momentum_feedforward, limit);
+        let (_, mut other) = random_stage(11, 9, momentum_feedforward, limit);
         other.friction.iter_mut().flatten().for_each(|p| *p = Vector2::new(5e-3, -5e-3));
         assert!(Newton::new(11).solve(&stage, &mut other, 1e-9, 500).converged);
         for (a, b) in one.twist.iter().zip(&other.twist) {
@@ -114,7 +117,7 @@ fn the_drives_of_input_output_linearisation_are_linear_with_the_inertia_of_the_j
     let nu: Vec<f64> = rate.iter().copied().chain(phi_rate.iter().copied()).collect();
     let mass = ControlPlant::new(&model, SmoothLaw::PRINTED, &phi, &nu).joint_dynamics().mass;
     let constant = DVector::from_iterator(links - 1, stage.joints.iter().map(|joint| joint.drive));
-    let expected = constant - mass * DVector::from_row_slice(&phi_rate) * stage.following;
+    let expected = constant - mass * DVector::from_row_slice(&phi_rate) * stage.momentum_feedforward;
     stage.wanted_drives(&solution.twist, &mut solution.drive);
     let found = DVector::from_row_slice(&solution.drive);
     assert!((&found - &expected).norm() < 1e-12 * expected.norm());

@@ -5,8 +5,8 @@ use nalgebra::{DVector, Vector2, Vector3};
 use snake_core::robot::Robot;
 use snake_core::solver::SolveStatus;
 use snake_core::spatial::{
-    CoulombNewton, Fallback, Frame, Momentum, Newton, Posture, Stage, StageDrive, StageFriction, StageLink, StagePeg,
-    StageSolution, Wrench, certify,
+    Configuration, CoulombNewton, Fallback, Frame, Momentum, Newton, Stage, StageDrive, StageFriction, StageLink,
+    StagePeg, StageSolution, Wrench, certify,
 };
 use snake_test_support::planar::Random;
 use snake_test_support::spatial_stage::{Dense, stacked};
@@ -14,20 +14,20 @@ use snake_test_support::spatial_stage::{Dense, stacked};
 const C: f64 = 3e-3;
 const GRAVITY: f64 = 9.81;
 
-/// A chain in a random posture near the ground, without momentum, pegs or drives.
+/// A chain in a random configuration near the ground, without momentum, pegs or drives.
 fn chain(random: &mut Random, links: usize, bend: f64, tilt: f64) -> Stage {
     let robot = Robot::new(&snake_test_support::planar::links(links)).expect("admissible");
-    let mut posture = Posture::straight(links);
+    let mut configuration = Configuration::straight(links);
     let q = nalgebra::UnitQuaternion::from_scaled_axis(Vector3::from_fn(|_, _| random.between(-tilt, tilt)));
     let flat = snake_core::spatial::orientation_of(random.between(-3.0, 3.0), 0.0, 0.0);
     let q = (q * flat).into_inner();
-    posture.orientation = [q.w, q.i, q.j, q.k];
-    for angle in &mut posture.angle {
+    configuration.orientation = [q.w, q.i, q.j, q.k];
+    for angle in &mut configuration.angle {
         *angle = [random.between(-bend, bend), random.between(-tilt, tilt)];
     }
     let half_length: Vec<f64> = robot.links.iter().map(|link| 0.5 * link.length).collect();
     let mut frames = vec![Frame::origin(); links];
-    posture.place_links(&half_length, &mut frames);
+    configuration.place_links(&half_length, &mut frames);
     let mut stage = Stage::with_capacity(links);
     stage.coefficient = C;
     stage.friction = StageFriction { sliding: Vector2::new(0.2, 0.3), rolling: 0.02 };

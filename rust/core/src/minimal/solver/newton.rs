@@ -76,7 +76,7 @@ impl Newton {
             let penalty = TUNING.penalty * link.mass;
             *pair = impulses.map(|impulse| FrictionTerm::new(link.coulomb, &impulse, penalty));
         }
-        if stage.following > 0.0 {
+        if stage.momentum_feedforward > 0.0 {
             self.composite = stage.composite();
             let Composite { mass, centre, inertia } = self.composite;
             let (linear, angular) = (mass.sqrt().recip(), inertia.sqrt().recip());
@@ -94,7 +94,7 @@ impl Newton {
         let Self { factor, curvature, gradient, scratch, direction, rigid, response, .. } = self;
         factor.factorise(curvature);
         factor.solve(gradient, scratch, direction);
-        let f = stage.following;
+        let f = stage.momentum_feedforward;
         if f == 0.0 {
             return;
         }
@@ -143,7 +143,7 @@ impl Newton {
 
     /// Impulses, gradient and generalised Hessian of the inner function at the present twists.
     fn linearise(&mut self, stage: &Stage, twist: &[Twist]) {
-        let f = stage.following;
+        let f = stage.momentum_feedforward;
         let mean = if f > 0.0 { stage.mean_motion(&self.composite, twist) } else { Vector3::zeros() };
         for (i, link) in stage.links.iter().enumerate() {
             let u = &twist[i];

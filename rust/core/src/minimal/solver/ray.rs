@@ -22,7 +22,7 @@ pub(super) struct Step<'a> {
 impl<'a> Step<'a> {
     pub fn new(newton: &'a Newton, stage: &'a Stage, start: &'a [Twist], change: &'a [Twist]) -> Self {
         let (mut slope, mut rise) = (0.0, 0.0);
-        let f = stage.following;
+        let f = stage.momentum_feedforward;
         let mean = |u: &[Twist]| if f > 0.0 { stage.mean_motion(&newton.composite, u) } else { Vector3::zeros() };
         let means = [mean(start), mean(change)];
         for ((link, u), du) in stage.links.iter().zip(start).zip(change) {

@@ -7,9 +7,9 @@ use crate::math::Real;
 use super::StageLink;
 use super::spatial_vector::{Twist, along, cross, scaled, sum};
 
-/// Configuration: every value of it is one that the joints allow.
+/// Pose of link 1 and joint angles: all values are admissible, and joints stay closed.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Posture<T = f64> {
+pub struct Configuration<T = f64> {
     /// CG of link 1, frame I \[m\].
     pub position: Vector3<T>,
     /// Unit quaternion of link 1, R_B^I: w, x, y, z.
@@ -35,7 +35,7 @@ pub struct Frame<T = f64> {
     pub axes: [Vector3<T>; 3],
 }
 
-impl<T: Real> Posture<T> {
+impl<T: Real> Configuration<T> {
     /// Link 1 at the origin, frame B parallel to frame I, all joints straight.
     pub fn straight(links: usize) -> Self {
         let (zero, one) = (T::zero(), T::splat(1.0));
