@@ -1,4 +1,4 @@
-//! The link-peg pairs worth looking at, kept while the robot moves little.
+//! The link-peg pairs near contact, listed anew only after the robot has moved some way.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -39,9 +39,9 @@ pub struct NearPegs {
     pairs: Vec<NearPair>,
     #[serde(skip)]
     previous: Vec<NearPair>,
-    /// The pairs that the last look took into account.
+    /// Indices of the pairs that the last visit evaluated.
     #[serde(skip)]
-    sighted: Vec<u32>,
+    candidates: Vec<u32>,
     /// How far any point of the robot has moved since the list was made, and may move, with the margin added, before
     /// pairs could be missing \[m\].
     travelled: f64,
@@ -53,7 +53,7 @@ impl NearPegs {
         Self {
             pairs: Vec::with_capacity(PAIRS_PER_LINK * links),
             previous: Vec::with_capacity(PAIRS_PER_LINK * links),
-            sighted: Vec::with_capacity(PAIRS_PER_LINK * links),
+            candidates: Vec::with_capacity(PAIRS_PER_LINK * links),
             travelled: 0.0,
             horizon: NOTHING_LISTED,
         }
@@ -63,26 +63,26 @@ impl NearPegs {
         &self.pairs
     }
 
-    /// Visits the pairs whose gap may be below `margin` at poses that lead by up to `lead`, with their index; the
-    /// visitor returns the gap there \[m\].
-    pub fn visit_within(&mut self, lead: f64, margin: f64, mut visit: impl FnMut(usize, &NearPair) -> f64) {
-        self.sight(self.travelled + lead + margin);
-        let Self { pairs, sighted, travelled, .. } = self;
-        for &index in sighted.iter() {
+    /// Visits the pairs whose gap may be below `margin` at poses up to `displacement` \[m\] from the present ones, with
+    /// their index; the visitor returns the gap there \[m\].
+    pub fn visit_within(&mut self, displacement: f64, margin: f64, mut visit: impl FnMut(usize, &NearPair) -> f64) {
+        self.select_candidates(self.travelled + displacement + margin);
+        let Self { pairs, candidates, travelled, .. } = self;
+        for &index in candidates.iter() {
             let pair = &mut pairs[index as usize];
-            pair.clearance = visit(index as usize, pair) - lead + *travelled;
+            pair.clearance = visit(index as usize, pair) - displacement + *travelled;
         }
     }
 
-    /// Takes note of the pairs of a clearance below `bound`, without a branch that no processor would foresee.
-    fn sight(&mut self, bound: f64) {
-        self.sighted.resize(self.pairs.len(), 0);
+    /// Selects the pairs of a clearance below `bound`, without a branch that would be mispredicted.
+    fn select_candidates(&mut self, bound: f64) {
+        self.candidates.resize(self.pairs.len(), 0);
         let mut count = 0;
         for (index, pair) in self.pairs.iter().enumerate() {
-            self.sighted[count] = index as u32;
+            self.candidates[count] = index as u32;
             count += usize::from(pair.clearance < bound);
         }
-        self.sighted.truncate(count);
+        self.candidates.truncate(count);
     }
 
     pub fn pairs_mut(&mut self) -> &mut [NearPair] {
@@ -95,37 +95,39 @@ impl NearPegs {
             && self.pairs.is_sorted_by_key(|pair| pair.link)
     }
 
-    /// Forgets pairs and warm starts.
+    /// Clears pairs and warm starts.
     pub fn clear(&mut self) {
         self.pairs.clear();
-        self.sighted.clear();
+        self.candidates.clear();
         (self.travelled, self.horizon) = (0.0, NOTHING_LISTED);
     }
 
-    /// Whether the list is complete up to `margin` for poses whose points are at most `lead` from those that
-    /// [`Self::advance`] was last told of.
-    pub fn covers(&self, lead: f64, margin: f64) -> bool {
-        self.travelled + lead + margin <= self.horizon
+    /// Whether the list is complete up to `margin` for poses whose points are at most `displacement` from those of the
+    /// last call of [`Self::advance`].
+    pub fn covers(&self, displacement: f64, margin: f64) -> bool {
+        self.travelled + displacement + margin <= self.horizon
     }
 
     /// The robot has moved, no point of it by more than `distance` \[m\].
     pub fn advance(&mut self, distance: f64) {
         self.travelled += distance;
-        self.sighted.clear();
+        self.candidates.clear();
     }
 
-    /// The robot has moved to the poses of the last look, which led by `lead`, but for `astray` \[m\]. What was seen
-    /// there is known of the new poses, so that pairs which the robot passes at some distance are rarely looked at.
-    pub fn arrive(&mut self, lead: f64, astray: f64) {
-        for &index in &self.sighted {
-            // From gap - lead, as seen from where the robot was, to gap - astray after lead + astray.
-            self.pairs[index as usize].clearance += 2.0 * lead;
+    /// The robot has moved to within `prediction_error` of the poses of the last visit, which were up to `displacement`
+    /// away \[m\]. The gaps found there bound those at the new poses, so that pairs which the robot passes at some
+    /// distance are rarely evaluated.
+    pub fn arrive(&mut self, displacement: f64, prediction_error: f64) {
+        for &index in &self.candidates {
+            // From gap - displacement at the old poses to gap - prediction_error at the new ones, which are
+            // displacement + prediction_error away.
+            self.pairs[index as usize].clearance += 2.0 * displacement;
         }
-        self.advance(lead + astray);
+        self.advance(displacement + prediction_error);
     }
 
-    /// Ends a step: remembers which contacts carry force, and what penetration is left; `gap` finds the gap of a
-    /// pair, and is asked for those that may touch.
+    /// Ends a step: records which contacts carry force, and what penetration is left; `gap` returns the gap of a pair
+    /// and is called for those that may touch.
     pub fn end_step(&mut self, mut gap: impl FnMut(&NearPair) -> f64) {
         for pair in &mut self.pairs {
             let may_touch = pair.clearance < self.travelled;
@@ -137,15 +139,15 @@ impl NearPegs {
     }
 
     /// Lists all pairs with a gap below `margin` at poses no point of which is more than [`SKIN`] from
-    /// `poses`; these lead by up to `lead` \[m\]. What is known of a pair is kept. A list without pairs serves all the
-    /// way to the nearest peg.
+    /// `poses`; these are up to `displacement` \[m\] from the present ones. What the previous list holds of a pair is kept.
+    /// A list without pairs is valid up to the nearest peg.
     pub fn rebuild(
         &mut self,
         poses: impl Iterator<Item = Vector3<f64>> + Clone,
         links: &[Link],
         pegs: &PegGrid,
         margin: f64,
-        lead: f64,
+        displacement: f64,
     ) {
         std::mem::swap(&mut self.pairs, &mut self.previous);
         self.clear();
@@ -154,17 +156,17 @@ impl NearPegs {
             pegs.visit_near(pose.x, pose.y, link.reach() + margin + SKIN, |peg| {
                 let gap = link_peg_contact(&pose, cos, sin, link, &pegs.pegs()[peg]).gap;
                 if gap < margin + SKIN {
-                    self.pairs.push(NearPair::open(i, peg, gap - lead));
+                    self.pairs.push(NearPair::open(i, peg, gap - displacement));
                 }
             });
         }
         let listed = if self.pairs.is_empty() { pegs.clear_way(poses, links) } else { 0.0 };
-        self.horizon = listed.max(margin + SKIN) - lead;
-        self.recall();
+        self.horizon = listed.max(margin + SKIN) - displacement;
+        self.keep_known();
     }
 
-    /// Keeps what the previous list knows of the pairs.
-    fn recall(&mut self) {
+    /// Keeps what the previous list holds of the pairs.
+    fn keep_known(&mut self) {
         let mut known = self.previous.as_slice();
         for pair in &mut self.pairs {
             known = &known[known.iter().take_while(|old| old.link < pair.link).count()..];

@@ -306,14 +306,14 @@ impl<M: RobotModel> Environment<M> {
         self.source.episode = episode;
         self.take_drawn(self.randomization.draw(&mut rng));
         self.latency.begin((self.drawn.delay / self.rules.period).round() as u32);
-        self.episode = Episode::begin(scene.target, self.model.motion(), self.drawn.variation.mass);
+        self.episode = Episode::begin(scene.target, self.model.motion(), self.drawn.parameters.mass);
         self.action.fill(0.0);
     }
 
     /// Makes the robot the one that was drawn; its sensors err about the pegs as they stand.
     fn take_drawn(&mut self, drawn: EpisodeParameters) {
         self.drawn = drawn;
-        self.model.set_parameters(drawn.variation);
+        self.model.set_parameters(drawn.parameters);
         let mut rng = Rng::of_step(self.source.seed, self.source.episode, u32::MAX);
         self.sensors.begin(self.model.pegs(), &mut rng);
     }

@@ -12,7 +12,7 @@ use crate::error::{ConfigError, require, within};
 use crate::noise::NoiseConfig;
 use crate::robot::MOST_PLAY;
 use crate::scene::Peg;
-use crate::stepping::{Method, Variation};
+use crate::stepping::{Method, PlantParameters};
 
 use super::rng::Rng;
 
@@ -63,7 +63,7 @@ impl Default for Randomization {
 /// What an episode has drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct EpisodeParameters {
-    pub variation: Variation,
+    pub parameters: PlantParameters,
     /// \[s\]
     pub delay: f64,
 }
@@ -132,7 +132,7 @@ impl Randomization {
         let (mass, torque_limit) = (factor(self.mass), factor(self.torque_limit));
         let delay = factor(self.reference_delay);
         let (free_play, stribeck) = (factor(self.free_play), factor(self.stribeck));
-        EpisodeParameters { variation: Variation { friction, mass, torque_limit, free_play, stribeck }, delay }
+        EpisodeParameters { parameters: PlantParameters { friction, mass, torque_limit, free_play, stribeck }, delay }
     }
 
     /// The pegs as the robot takes them to be, each off by a vector uniform in a disc.
@@ -188,13 +188,13 @@ mod tests {
             let near = 0.05 * (high - low);
             assert!(low <= least && least < low + near && high - near < most && most <= high, "{least} {most}");
         };
-        spans(|drawn| drawn.variation.friction.x, ranges.friction);
-        spans(|drawn| drawn.variation.friction.y / drawn.variation.friction.x, ranges.anisotropy);
-        spans(|drawn| drawn.variation.mass, ranges.mass);
-        spans(|drawn| drawn.variation.torque_limit, ranges.torque_limit);
+        spans(|drawn| drawn.parameters.friction.x, ranges.friction);
+        spans(|drawn| drawn.parameters.friction.y / drawn.parameters.friction.x, ranges.anisotropy);
+        spans(|drawn| drawn.parameters.mass, ranges.mass);
+        spans(|drawn| drawn.parameters.torque_limit, ranges.torque_limit);
         spans(|drawn| drawn.delay, ranges.reference_delay);
-        spans(|drawn| drawn.variation.free_play, ranges.free_play);
-        spans(|drawn| drawn.variation.stribeck, ranges.stribeck);
+        spans(|drawn| drawn.parameters.free_play, ranges.free_play);
+        spans(|drawn| drawn.parameters.stribeck, ranges.stribeck);
     }
 
     #[test]

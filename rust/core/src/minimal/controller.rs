@@ -35,7 +35,7 @@ impl Controller {
         }
     }
 
-    /// Forgets held torques; control periods count from `time`.
+    /// Clears held torques; control periods count from `time`.
     pub fn restart(&mut self, time: f64) {
         self.held.fill(0.0);
         (self.periods, self.start) = (0, time);

@@ -84,7 +84,7 @@ impl Implicit {
         }
     }
 
-    /// Forgets forces and predictions.
+    /// Clears forces and predictions.
     pub fn clear(&mut self) {
         self.acceleration.fill(0.0);
         self.friction.fill([Vector2::zeros(); 2]);
@@ -156,7 +156,7 @@ impl Implicit {
         }
     }
 
-    /// Predicts, solves and judges a stage that ends at `time`; predicts anew where the end is far from the prediction.
+    /// Predicts, solves and certifies a stage that ends at `time`; predicts anew where the end is far from the prediction.
     fn run_stage(
         &mut self,
         model: &Model,
@@ -260,7 +260,7 @@ impl Implicit {
         self.newton.solve(&self.stage, &mut self.solution, self.config.tolerance(), self.config.max_iterations())
     }
 
-    /// Takes velocities and forces over, and judges them.
+    /// Takes over velocities and forces, and certifies them.
     fn keep(&mut self, outcome: Outcome, statistics: &mut StepStatistics) {
         let c = self.stage.coefficient;
         let twist = &self.solution.twist;

@@ -114,7 +114,7 @@ impl MinimalSimulation {
         &self.statistics
     }
 
-    /// Takes a state over and forgets the past.
+    /// Sets the state and clears what earlier steps left.
     pub fn place(&mut self, state: &MinimalState) {
         self.state.copy_from(state);
         self.torque.fill(0.0);
@@ -128,7 +128,7 @@ impl MinimalSimulation {
         }
     }
 
-    /// Integrates over `duration`; returns whether the state stayed sane.
+    /// Integrates over `duration`; returns whether the state stayed plausible.
     ///
     /// Steps end where the reference jumps, the actuators awake or a control period begins.
     pub fn advance(&mut self, duration: f64, reference: &impl JointReference) -> bool {

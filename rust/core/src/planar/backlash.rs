@@ -42,13 +42,13 @@ impl<T: Real> Backlash<T> {
     /// Gathers the robots' play and where their joints stand in it.
     pub fn load<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
         let system = members.system;
-        self.is_any = members.any(|body| system.backlash(&body.variation) > 0.0);
+        self.is_any = members.any(|body| system.backlash(&body.parameters) > 0.0);
         if !self.is_any {
             return;
         }
         for lane in 0..T::LANES {
             let body = members.body(lane);
-            self.half.set_lane(lane, 0.5 * system.backlash(&body.variation));
+            self.half.set_lane(lane, 0.5 * system.backlash(&body.parameters));
             for (lanes, &e) in self.start.iter_mut().zip(&body.warm_start.backlash) {
                 lanes.set_lane(lane, e);
             }

@@ -29,10 +29,10 @@ impl<T: Real> StageWork<T> {
             }
             let mut contacts = std::mem::take(&mut self.contacts);
             let prediction = self.prediction(system, &body.pegs, lane, elapsed.lane(lane));
-            let (near, &Prediction { lead, margin, .. }) = (&mut body.warm_start.near, &prediction);
-            if !near.covers(lead, margin) {
+            let (near, &Prediction { displacement, margin, .. }) = (&mut body.warm_start.near, &prediction);
+            if !near.covers(displacement, margin) {
                 let poses = prediction.end.iter().map(|pose| read_vector(pose, lane));
-                near.rebuild(poses, &system.robot.links, &body.pegs, margin, lead);
+                near.rebuild(poses, &system.robot.links, &body.pegs, margin, displacement);
             }
             let is_among_pegs = !near.pairs().is_empty();
             if is_among_pegs {
@@ -54,14 +54,14 @@ impl<T: Real> StageWork<T> {
         elapsed: f64,
     ) -> Prediction<'a, T> {
         let Self { stage, base, predicted: end, heading, guess: twist, motion_bound, start_pose: start, .. } = self;
-        let (lead, coefficient) = (motion_bound.lead.lane(lane), stage.coefficient.lane(lane));
+        let (displacement, coefficient) = (motion_bound.displacement.lane(lane), stage.coefficient.lane(lane));
         let mut margin = MARGIN.max(2.0 * coefficient * motion_bound.fastest.lane(lane));
-        if lead > system.smallest_radius() {
+        if displacement > system.smallest_radius() {
             // Fast enough to pass a peg within the step.
-            margin = margin.max(lead);
+            margin = margin.max(displacement);
         }
         let robot = &system.robot;
-        Prediction { robot, pegs, lane, base, start, end, heading, twist, coefficient, elapsed, lead, margin }
+        Prediction { robot, pegs, lane, base, start, end, heading, twist, coefficient, elapsed, displacement, margin }
     }
 
     /// Keeps the forces of the `solved` lanes as the next first guess, and notes which contacts close.

@@ -53,8 +53,8 @@ pub struct Prediction<'a, T> {
     pub coefficient: f64,
     /// Time from the start of the step to the end of the stage \[s\].
     pub elapsed: f64,
-    /// Largest way of any point of the robot from the start of the step to the predicted end \[m\].
-    pub lead: f64,
+    /// Largest displacement of any point of the robot from the start of the step to the predicted end \[m\].
+    pub displacement: f64,
     /// Predicted gap up to which a pair takes part \[m\].
     pub margin: f64,
 }
@@ -94,7 +94,7 @@ impl Contacts {
     /// Collects the pairs within the margin, without a branch that no processor would foresee.
     fn look<T: Real>(&mut self, near: &mut NearPegs, prediction: &Prediction<T>) {
         let (close, mut count) = (&mut self.close, 0);
-        near.visit_within(prediction.lead, prediction.margin, |index, pair| {
+        near.visit_within(prediction.displacement, prediction.margin, |index, pair| {
             let at_end = prediction.contact(pair);
             close.truncate(count);
             close.push((index, at_end));
@@ -150,7 +150,7 @@ impl<T: Real> Prediction<'_, T> {
         let touching = peg.radius + link.radius;
         let mut plane = *at_end;
         let mut travelled = c * at_end.direction.dot(&read_vector(&self.twist[i], lane));
-        if at_end.gap < -DEEP * touching || self.lead > touching {
+        if at_end.gap < -DEEP * touching || self.displacement > touching {
             let start = read_vector(&self.start[i], lane);
             let heading = Heading::of(start.z);
             let at_start = link_peg_contact(&start, heading.cos, heading.sin, link, peg);

@@ -66,7 +66,7 @@ impl<R: JointReference> Scripted<R> {
     pub fn new(robot: &Robot, pegs: PegGrid, start: [f64; 3], joint_angle: &[f64], reference: R) -> Self {
         let mut body = Body::new(robot, pegs);
         assemble_chain(robot, Pose::from(start), joint_angle, &mut body.state.pose);
-        body.forget();
+        body.clear_memory();
         Self { body, reference }
     }
 }

@@ -11,7 +11,7 @@ use crate::robot::Link;
 
 use crate::stepping::lanes::{Lanes, NO_LANES, mask, read_lane, set_vector};
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
-use crate::stepping::{self, Driven, EnergyLedger, FallbackResult, Members, PegImpulse, SolvedStage, Variation};
+use crate::stepping::{self, Driven, EnergyLedger, FallbackResult, Members, PegImpulse, PlantParameters, SolvedStage};
 
 use super::backlash::Backlash;
 use super::contact_detection::MARGIN;
@@ -103,7 +103,7 @@ pub struct MotionBound<T> {
     /// Largest speed of any point of the robot, at the start of the stage or expected at its end \[m/s\].
     pub fastest: T,
     /// Largest way of any point of the robot from the start of the step to the predicted end \[m\].
-    pub lead: T,
+    pub displacement: T,
 }
 
 impl<T: Real> LinkConstants<T> {
@@ -253,12 +253,12 @@ impl<T: Real> StageWork<T> {
     /// Constants of the lanes' own robots; nothing to do where all are as the system's.
     fn load_variations<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
         let was_varied = self.is_varied;
-        self.is_varied = members.any(|body| body.variation != Variation::default());
+        self.is_varied = members.any(|body| body.parameters != PlantParameters::default());
         if !self.is_varied && !was_varied {
             return;
         }
         for lane in 0..T::LANES {
-            let Variation { mass, friction, .. } = members.body(lane).variation;
+            let PlantParameters { mass, friction, .. } = members.body(lane).parameters;
             for (constants, link) in self.constants.iter_mut().zip(&members.system.robot.links) {
                 let bound = members.system.friction_force(link).component_mul(&friction) * mass;
                 constants.mass.set_lane(lane, link.mass * mass);
@@ -334,11 +334,11 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
         travel(&self.half_length, &self.base, &self.guess, c, &mut self.predicted, &mut self.heading);
         if self.has_pegs {
             let fastest = self.fastest(&self.guess).max(self.fastest(&self.reference));
-            let lead = self.bound(&self.predicted, &self.start_pose);
-            let MotionBound { fastest: last_fastest, lead: last_lead } = self.motion_bound;
+            let displacement = self.bound(&self.predicted, &self.start_pose);
+            let MotionBound { fastest: last_fastest, displacement: last_displacement } = self.motion_bound;
             self.motion_bound = MotionBound {
                 fastest: T::select(pending, fastest, last_fastest),
-                lead: T::select(pending, lead, last_lead),
+                displacement: T::select(pending, displacement, last_displacement),
             };
         }
     }
@@ -416,7 +416,7 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
             near_pegs: NO_LANES,
             contacts: Contacts::with_capacity(links, T::LANES),
             closing: NO_LANES,
-            motion_bound: MotionBound { fastest: zero, lead: zero },
+            motion_bound: MotionBound { fastest: zero, displacement: zero },
             friction_force: vec![Vector2::new(zero, zero); links],
             deviation: zero,
             kept_twist: rest.clone(),
@@ -471,7 +471,7 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
         for (lane, is_waving) in waving.into_iter().enumerate().take(T::LANES) {
             let robot = members.robot(lane);
             let time = robot.body().state.time + end.lane(lane);
-            let share = robot.body().variation.torque_limit;
+            let share = robot.body().parameters.torque_limit;
             self.torque_limit.set_lane(lane, share * members.system.controller.limit_until(time));
             if is_waving {
                 continue;
@@ -530,7 +530,7 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
         read_lane(&self.kept_twist, lane, &mut body.state.twist);
         self.backlash.save(lane, &mut body.warm_start.backlash);
         body.is_plausible = self.plausible.lane(lane);
-        body.warm_start.near.arrive(self.motion_bound.lead.lane(lane), self.misprediction.lane(lane));
+        body.warm_start.near.arrive(self.motion_bound.displacement.lane(lane), self.misprediction.lane(lane));
         body.warm_start.near.end_step(|pair| self.end_gap(lane, pair, system, &body.pegs));
         for (torque, drive) in body.warm_start.joint_torque.iter_mut().zip(&self.kept_drive) {
             *torque = -drive.lane(lane) / self.stage.coefficient.lane(lane);

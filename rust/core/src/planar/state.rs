@@ -72,12 +72,12 @@ impl RobotState for PlanarState {
 #[inline(always)]
 pub fn is_plausible<T: Real>(pose: &[Vector3<T>], twist: &[Vector3<T>]) -> T::Mask {
     let (speed, rate, anywhere) = (T::splat(MAX_SPEED), T::splat(MAX_RATE), T::splat(f64::INFINITY));
-    let mut sane = T::Mask::of(|_| true);
+    let mut plausible = T::Mask::of(|_| true);
     for (q, u) in pose.iter().zip(twist) {
-        sane = sane & u.x.abs().lt(speed) & u.y.abs().lt(speed) & u.z.abs().lt(rate);
-        sane = sane & q.x.abs().lt(anywhere) & q.y.abs().lt(anywhere) & q.z.abs().lt(anywhere);
+        plausible = plausible & u.x.abs().lt(speed) & u.y.abs().lt(speed) & u.z.abs().lt(rate);
+        plausible = plausible & q.x.abs().lt(anywhere) & q.y.abs().lt(anywhere) & q.z.abs().lt(anywhere);
     }
-    sane
+    plausible
 }
 
 /// \[m/s\]

@@ -37,7 +37,7 @@ impl<T: Real> StribeckBounds<T> {
     }
 
     pub fn load<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
-        let drop = |body: &Body| members.system.stribeck().drop + body.variation.stribeck;
+        let drop = |body: &Body| members.system.stribeck().drop + body.parameters.stribeck;
         self.is_any = members.any(|body| drop(body) > 0.0);
         for lane in 0..T::LANES {
             self.drop.set_lane(lane, drop(members.body(lane)));

@@ -4,7 +4,7 @@ use crate::control::ControllerConfig;
 use crate::error::ConfigError;
 use crate::laws::Stribeck;
 use crate::robot::{Link, Robot};
-use crate::stepping::Variation;
+use crate::stepping::PlantParameters;
 
 /// Robot, ground and controller: what all robots of a fleet share and no step changes.
 #[derive(Debug, Clone)]
@@ -34,8 +34,8 @@ impl PlanarSystem {
     }
 
     /// Backlash of the joints of a robot of the fleet \[rad\].
-    pub fn backlash(&self, variation: &Variation) -> f64 {
-        self.robot.free_play + variation.free_play
+    pub fn backlash(&self, parameters: &PlantParameters) -> f64 {
+        self.robot.free_play + parameters.free_play
     }
 
     pub fn stribeck(&self) -> Stribeck {

@@ -142,13 +142,13 @@ impl<M: SimulatedModel> Simulation<M> {
     /// Replaces the pegs; the caller has validated them.
     pub fn set_scene_pegs(&mut self, pegs: &[Peg]) {
         self.body.pegs.rebuild(pegs);
-        self.forget();
+        self.clear_memory();
     }
 
     /// Takes poses and twists over and forgets the past.
     pub fn place(&mut self, state: &M::State) {
         self.body.state.copy_from(state);
-        self.forget();
+        self.clear_memory();
     }
 
     /// Integrates over `duration` in equal steps no longer than the configured one.
@@ -180,8 +180,8 @@ impl<M: SimulatedModel> Simulation<M> {
         self.body.warm_start.resume(&snapshot.warm_start);
     }
 
-    fn forget(&mut self) {
-        self.body.forget();
+    fn clear_memory(&mut self) {
+        self.body.clear_memory();
         if let Scheme::Thesis(scheme) = &mut self.scheme {
             M::clear_thesis(scheme);
         }

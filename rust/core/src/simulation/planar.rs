@@ -55,7 +55,7 @@ impl PlanarSimulation {
         state.time = 0.0;
         state.twist.fill(Twist::zeros());
         assemble_chain(&self.system.robot, Pose::new(x, y, heading), joint_angle, &mut state.pose);
-        self.forget();
+        self.clear_memory();
     }
 
     /// tau_C of each joint in the last step, thesis sign (T 3.51) \[N m\].
@@ -65,7 +65,7 @@ impl PlanarSimulation {
 
     /// \[J\]
     pub fn kinetic_energy(&self) -> f64 {
-        self.body.variation.mass * self.body.state.kinetic_energy(&self.system.robot)
+        self.body.parameters.mass * self.body.state.kinetic_energy(&self.system.robot)
     }
 
     /// Smallest link-peg gap now \[m\]; infinite without pegs nearby.

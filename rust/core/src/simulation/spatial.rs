@@ -59,13 +59,13 @@ impl SpatialSimulation {
         state.time = 0.0;
         state.twist.fill(StackedTwist::zeros());
         assemble_chain(&self.system.robot, head, joint_angle, &mut state.pose);
-        self.forget();
+        self.clear_memory();
     }
 
     /// Lifts or lowers the robot until its lowest point touches the ground.
     pub fn rest_on_ground(&mut self) {
         rest_on_ground(&self.system.robot, &mut self.body.state.pose);
-        self.forget();
+        self.clear_memory();
     }
 
     /// Impulse of the ground's normal forces on each link during the last `advance` \[N s\].

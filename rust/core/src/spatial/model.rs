@@ -50,11 +50,11 @@ impl Model for Spatial {
         body.warm_start.is_following(targets)
     }
 
-    fn enter(system: &SpatialSystem, body: &mut SpatialBody) {
+    fn to_reduced(system: &SpatialSystem, body: &mut SpatialBody) {
         body.warm_start.read(&system.robot, &body.state);
     }
 
-    fn leave(system: &SpatialSystem, body: &mut SpatialBody) {
+    fn from_reduced(system: &SpatialSystem, body: &mut SpatialBody) {
         body.warm_start.write(&system.robot, &system.half_length, &mut body.state);
     }
 }
@@ -78,7 +78,7 @@ impl<R: CardanReference> SpatialScripted<R> {
         let mut body = SpatialBody::new(robot, pegs);
         assemble_chain(robot, head, joint_angle, &mut body.state.pose);
         rest_on_ground(robot, &mut body.state.pose);
-        body.forget();
+        body.clear_memory();
         Self { body, reference }
     }
 }

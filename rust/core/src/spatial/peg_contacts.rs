@@ -59,11 +59,11 @@ impl<'a> Situation<'a> {
 
     /// Calls `add` with every peg that may matter and its contact.
     pub fn visit(&self, index: usize, pegs: &PegGrid, mut add: impl FnMut(usize, StagePeg)) {
-        let lead = (self.end.position - self.start.position).norm();
-        let reach = self.link.reach() + lead + MARGIN;
+        let displacement = (self.end.position - self.start.position).norm();
+        let reach = self.link.reach() + displacement + MARGIN;
         let near = &self.end.position;
         pegs.visit_near(near.x, near.y, reach, |peg| {
-            let contact = self.contact(&pegs.pegs()[peg], lead);
+            let contact = self.contact(&pegs.pegs()[peg], displacement);
             if contact.offset * self.coefficient < MARGIN {
                 add(peg, StagePeg { link: index, ..contact });
             }
@@ -75,14 +75,14 @@ impl<'a> Situation<'a> {
     /// The end-of-stage gap is linearised at the predicted end configuration, so that a sustained contact is exact to
     /// second order. Where the prediction runs deep into a peg, or past it, the side is uncertain, and the gap is
     /// linearised at the start of the step.
-    fn contact(&self, peg: &Peg, lead: f64) -> StagePeg {
+    fn contact(&self, peg: &Peg, displacement: f64) -> StagePeg {
         let touching = peg.radius + self.link.radius;
         let at_start = self.plane(&self.start, peg);
         let mut plane = self.plane(&self.end, peg);
         let c = self.coefficient;
         let mut travelled = c * plane.normal.dot(&self.expected.velocity_at(&plane.arm));
         let deep = plane.gap < -DEEP * touching;
-        if deep || (lead > touching && at_start.normal.dot(&plane.normal) < SAME_SIDE) {
+        if deep || (displacement > touching && at_start.normal.dot(&plane.normal) < SAME_SIDE) {
             // Where the point of the start lies at the base of the stage.
             let along = at_start.arm.dot(&self.start.axes[2]);
             let moved = self.base.position + self.base.axes[2] * along - (self.start.position + at_start.arm);

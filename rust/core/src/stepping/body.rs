@@ -8,7 +8,7 @@ use crate::pegs::PegGrid;
 use crate::robot::Robot;
 
 use super::model::{Driven, Model, Reference, RobotState, WarmStart};
-use super::{StepStatistics, Variation};
+use super::{PlantParameters, StepStatistics};
 
 /// State, surroundings, warm start and counters of one robot.
 #[derive(Debug, Clone)]
@@ -17,7 +17,7 @@ pub struct Body<M: Model> {
     pub pegs: PegGrid,
     pub warm_start: M::WarmStart,
     pub clock: Clock,
-    pub variation: Variation,
+    pub parameters: PlantParameters,
     /// What happened since [`Self::begin`].
     pub statistics: StepStatistics,
     /// Impulse of the pegs on each link since [`Self::begin`], world frame \[N s\]; over an interval's length it is
@@ -52,7 +52,7 @@ impl<M: Model> Body<M> {
             pegs,
             warm_start: M::WarmStart::new(links),
             clock: Clock::default(),
-            variation: Variation::default(),
+            parameters: PlantParameters::default(),
             statistics: StepStatistics::default(),
             contact_impulse: vec![Vector2::zeros(); links],
             ground_impulse: vec![0.0; links],
@@ -62,8 +62,8 @@ impl<M: Model> Body<M> {
         }
     }
 
-    /// Forgets forces and counters; the present state counts as good.
-    pub fn forget(&mut self) {
+    /// Clears forces and counters; the present state counts as good.
+    pub fn clear_memory(&mut self) {
         self.begin();
         self.warm_start.clear();
         self.clock = Clock::default();

@@ -76,7 +76,7 @@ impl<M: CompiledModel> Fleet<M> {
         if duration <= 0.0 {
             return;
         }
-        members.iter().for_each(|&member| enter(system, &mut robots[member], targets));
+        members.iter().for_each(|&member| prepare(system, &mut robots[member], targets));
         let interval = Interval::new(config, duration);
         plans.clear();
         plans.resize(robots.len(), StepPlan::at_start());
@@ -91,7 +91,7 @@ impl<M: CompiledModel> Fleet<M> {
         for &member in members.iter() {
             let body = robots[member].body_mut();
             if !body.statistics.diverged {
-                M::leave(system, body);
+                M::from_reduced(system, body);
             }
         }
     }
@@ -112,10 +112,14 @@ impl<M: CompiledModel> Width<M> {
     }
 }
 
-/// The robot in the coordinates of the stages; one that was placed in motion with its reference has no start to
-/// resolve.
-fn enter<D: Driven>(system: &<D::Model as Model>::System, robot: &mut D, targets: &mut [<D::Model as Model>::Target]) {
-    D::Model::enter(system, robot.body_mut());
+/// Prepares a robot for an interval: its reduced coordinates, and whether its start is to be resolved by short steps,
+/// which one that was placed in motion with its reference does not need.
+fn prepare<D: Driven>(
+    system: &<D::Model as Model>::System,
+    robot: &mut D,
+    targets: &mut [<D::Model as Model>::Target],
+) {
+    D::Model::to_reduced(system, robot.body_mut());
     if robot.body().clock.since_start > 0.0 {
         return;
     }

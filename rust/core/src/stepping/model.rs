@@ -1,4 +1,4 @@
-//! What a robot model tells the stepper: its data, its stage, and how its steps are divided.
+//! What a robot model provides to the stepper: its data, its stage, and how its steps are divided.
 
 use std::fmt::Debug;
 
@@ -46,11 +46,11 @@ pub trait Model: Debug + Clone + Copy + PartialEq + 'static {
     /// Whether all joints move with their references: a robot placed in such motion has no start to resolve.
     fn follows(body: &Body<Self>, targets: &[Self::Target]) -> bool;
 
-    /// Takes the state over into the coordinates of the stages, before an interval.
-    fn enter(_system: &Self::System, _body: &mut Body<Self>) {}
+    /// Computes the reduced coordinates of the stages from the state, before an interval.
+    fn to_reduced(_system: &Self::System, _body: &mut Body<Self>) {}
 
-    /// Writes the state from the coordinates of the stages, after an interval.
-    fn leave(_system: &Self::System, _body: &mut Body<Self>) {}
+    /// Computes the state from the reduced coordinates of the stages, after an interval.
+    fn from_reduced(_system: &Self::System, _body: &mut Body<Self>) {}
 }
 
 /// Configuration, velocity and time of one robot: plain data.

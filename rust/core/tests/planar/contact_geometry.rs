@@ -201,13 +201,13 @@ fn near_list_never_misses_a_pair_below_the_margin() {
         for _ in 0..400 {
             let size = random.magnitude(1e-4, 0.2);
             let next = disturbed(&mut random, &poses, size);
-            let (margin, lead) = (random.between(0.0, 0.05), farthest(&links, &poses, &next));
+            let (margin, displacement) = (random.between(0.0, 0.05), farthest(&links, &poses, &next));
             poses = next;
-            if !near.covers(lead, margin) {
-                near.rebuild(poses.iter().copied(), &links, &grid, margin, lead);
+            if !near.covers(displacement, margin) {
+                near.rebuild(poses.iter().copied(), &links, &grid, margin, displacement);
                 rebuilt += 1;
             }
-            near.advance(lead);
+            near.advance(displacement);
             for_pairs(&links, &poses, &pegs, |i, j, gap| {
                 listed += usize::from(gap < margin);
                 assert!(gap >= margin || near.pairs().iter().any(|pair| pair.link == i && pair.peg == j));
@@ -232,12 +232,12 @@ fn a_look_ahead_passes_no_pair_below_the_margin_over() {
         let mut near = NearPegs::with_capacity(4);
         for step in 0..300 {
             let ahead = disturbed(&mut random, &poses, 4e-3);
-            let (margin, lead) = (random.between(0.0, 0.01), farthest(&links, &poses, &ahead));
-            if !near.covers(lead, margin) {
-                near.rebuild(ahead.iter().copied(), &links, &grid, margin, lead);
+            let (margin, displacement) = (random.between(0.0, 0.01), farthest(&links, &poses, &ahead));
+            if !near.covers(displacement, margin) {
+                near.rebuild(ahead.iter().copied(), &links, &grid, margin, displacement);
             }
             let mut looked_at = Vec::new();
-            near.visit_within(lead, margin, |_, pair| {
+            near.visit_within(displacement, margin, |_, pair| {
                 looked_at.push((pair.link, pair.peg));
                 gap(&ahead[pair.link], &links[pair.link], &pegs[pair.peg])
             });
@@ -248,7 +248,7 @@ fn a_look_ahead_passes_no_pair_below_the_margin_over() {
             (seen, listed) = (seen + looked_at.len(), listed + near.pairs().len());
             if step % 5 > 0 {
                 poses = disturbed(&mut random, &ahead, 2e-4);
-                near.arrive(lead, farthest(&links, &ahead, &poses));
+                near.arrive(displacement, farthest(&links, &ahead, &poses));
             }
         }
     }

@@ -11,7 +11,7 @@ use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, START_7_5, SceneConfig, TABLE_7_5};
 use snake_core::simulation::PlanarSimulation;
 use snake_core::solver::SolveStatus;
-use snake_core::stepping::{IntegratorConfig, Variation};
+use snake_core::stepping::{IntegratorConfig, PlantParameters};
 use snake_test_support::planar::{Hold, LIMP, Random, build, ground, implicit, links, moving_chain};
 use snake_test_support::planar_stage::{self as dense, Kind};
 
@@ -238,7 +238,7 @@ fn crowd(system: &PlanarSystem, count: usize) -> Vec<Scripted<Wave>> {
         let wave = Wave { omega: 1.0 + 0.2 * k as f64, ..Wave::default() };
         let angles = snake_test_support::planar::posture(&wave, 10);
         let mut robot = Scripted::new(&system.robot, PegGrid::new(&pegs), START_7_5, &angles, wave);
-        robot.body.variation = Variation { free_play: 0.02 * (k % 4) as f64, ..Variation::default() };
+        robot.body.parameters = PlantParameters { free_play: 0.02 * (k % 4) as f64, ..PlantParameters::default() };
         robot
     };
     (0..count).map(one).collect()
@@ -263,7 +263,7 @@ fn neighbours_with_play_do_not_matter() {
         let alone = run(&system, std::slice::from_mut(&mut one), 1).remove(0);
         assert_eq!(*among_others, alone, "robot {k}");
         let mut tight = crowd(&system, 11).swap_remove(k);
-        tight.body.variation = Variation::default();
+        tight.body.parameters = PlantParameters::default();
         let tight = run(&system, std::slice::from_mut(&mut tight), 1).remove(0);
         assert_eq!(tight == alone, k % 4 == 0, "robot {k}: play must show, and only where there is some");
     }

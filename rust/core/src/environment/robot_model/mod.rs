@@ -13,7 +13,7 @@ use serde::de::DeserializeOwned;
 use crate::error::ConfigError;
 use crate::robot::Robot;
 use crate::scene::Peg;
-use crate::stepping::{StepStatistics, Variation};
+use crate::stepping::{PlantParameters, StepStatistics};
 
 use crate::environment::action::ActionEntry;
 use crate::environment::config::{EnvConfig, ModelKind};
@@ -63,7 +63,7 @@ pub trait RobotModel: Clone + Debug + Send + Sync + 'static {
     fn hold_reference(&mut self);
 
     /// Sets how the robot differs from the configured one.
-    fn set_parameters(&mut self, variation: Variation);
+    fn set_parameters(&mut self, parameters: PlantParameters);
 
     /// Advances the robot by a control period \[s\].
     fn advance(&mut self, period: f64);

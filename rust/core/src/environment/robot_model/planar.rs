@@ -9,7 +9,7 @@ use crate::planar::{Body, Heading, Planar};
 use crate::robot::Robot;
 use crate::scene::{Peg, SceneConfig};
 use crate::simulation::{PlanarSimulation, PlanarSnapshot};
-use crate::stepping::{Driven, StepStatistics, Variation};
+use crate::stepping::{Driven, PlantParameters, StepStatistics};
 
 use super::{RobotModel, planar_observation};
 use crate::environment::action::{ActionEntry, planar_entries};
@@ -83,8 +83,8 @@ impl RobotModel for PlanarRobot {
         self.reference.hold_reference(self.simulation.state().time);
     }
 
-    fn set_parameters(&mut self, variation: Variation) {
-        self.simulation.body_mut().variation = variation;
+    fn set_parameters(&mut self, parameters: PlantParameters) {
+        self.simulation.body_mut().parameters = parameters;
     }
 
     fn advance(&mut self, period: f64) {

@@ -10,7 +10,7 @@ use crate::robot::Robot;
 use crate::scene::{Peg, SceneConfig};
 use crate::simulation::{SpatialSimulation, SpatialSnapshot};
 use crate::spatial::{Pose, SpatialState, joint_angle, joint_rate, orientation_of, turning};
-use crate::stepping::{StepStatistics, Variation};
+use crate::stepping::{PlantParameters, StepStatistics};
 
 use super::{RobotModel, spatial_observation};
 use crate::environment::action::{ActionEntry, spatial_entries};
@@ -129,8 +129,8 @@ impl RobotModel for SpatialRobot {
     }
 
     /// The configuration refuses other robots than its own.
-    fn set_parameters(&mut self, variation: Variation) {
-        debug_assert_eq!(variation, Variation::default());
+    fn set_parameters(&mut self, parameters: PlantParameters) {
+        debug_assert_eq!(parameters, PlantParameters::default());
     }
 
     fn advance(&mut self, period: f64) {

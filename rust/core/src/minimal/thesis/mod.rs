@@ -32,7 +32,7 @@ impl Thesis {
         }
     }
 
-    /// Forgets impulses.
+    /// Clears impulses.
     pub fn clear(&mut self) {
         self.impulse.fill(0.0);
     }

@@ -108,11 +108,11 @@ impl Thesis {
 
     /// The set H of active contacts at q_M (T 3.47).
     fn find_closed_contacts(&mut self, system: &PlanarSystem, state: &PlanarState, pegs: &PegGrid) {
-        let lead = farthest(&system.robot.links, &state.pose, &self.midpoint);
-        if !self.near.covers(lead, 0.0) {
-            self.near.rebuild(self.midpoint.iter().copied(), &system.robot.links, pegs, 0.0, lead);
+        let displacement = farthest(&system.robot.links, &state.pose, &self.midpoint);
+        if !self.near.covers(displacement, 0.0) {
+            self.near.rebuild(self.midpoint.iter().copied(), &system.robot.links, pegs, 0.0, displacement);
         }
-        self.near.advance(lead);
+        self.near.advance(displacement);
         self.closed.clear();
         for pair in self.near.pairs() {
             let (link, peg) = (&system.robot.links[pair.link], &pegs.pegs()[pair.peg]);

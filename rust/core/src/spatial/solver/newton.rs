@@ -87,7 +87,7 @@ impl<T: Real> Newton<T> {
         while progress.active.any() {
             here = self.descend(&here, &mut progress);
             self.release();
-            let corrections = progress.judge(&here);
+            let corrections = progress.update(&here);
             self.correct(&corrections);
             progress.prepare(&here);
         }
@@ -191,7 +191,7 @@ impl<T: Real> Newton<T> {
                 }
             }
         }
-        progress.note(moving, coupled & !undone, undone);
+        progress.record(moving, coupled & !undone, undone);
         there
     }
 
@@ -258,8 +258,8 @@ impl<T: Real> Newton<T> {
     /// Moves friction radii and multipliers, but for those that the next assembly couples.
     #[inline(always)]
     fn correct(&mut self, corrections: &Corrections<T>) {
-        if corrections.settle.any() {
-            self.move_radii(corrections.settle, corrections.fraction);
+        if corrections.move_radii.any() {
+            self.move_radii(corrections.move_radii, corrections.fraction);
         }
         if corrections.recentre.any() {
             self.recentre(corrections.recentre);

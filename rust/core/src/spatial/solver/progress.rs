@@ -1,4 +1,4 @@
-//! How a solve goes on: which lanes have converged, which may couple friction to normal impulses, which need
+//! Progress of a solve: which lanes have converged, which may couple friction to normal impulses, which need
 //! correction.
 
 use crate::math::{Mask, Real};
@@ -26,7 +26,7 @@ pub(super) struct Corrections<T: Real> {
     /// Friction radii take the normal impulses, as trustworthy as they are by now.
     pub couple: T::Mask,
     /// The convex problem is solved: radii move by this fraction of the way.
-    pub settle: T::Mask,
+    pub move_radii: T::Mask,
     pub fraction: T,
     /// All is solved but for the compliance: multipliers move to the impulses.
     pub recentre: T::Mask,
@@ -44,7 +44,7 @@ pub(super) struct Progress<T: Real> {
     pub coupled: T::Mask,
     /// What has been done since the last pass over the chain.
     pub corrections: Corrections<T>,
-    /// Lanes whose laws the next pass asks where they are with the friction radii of before.
+    /// Lanes whose laws the next pass evaluates at the same velocities with the friction radii of before.
     still: T::Mask,
     /// Whether there has been a pass.
     begun: bool,
@@ -77,7 +77,7 @@ impl<T: Real> Assembly<T> {
 impl<T: Real> Corrections<T> {
     #[inline(always)]
     pub fn lanes(&self) -> T::Mask {
-        self.couple | self.settle | self.recentre
+        self.couple | self.move_radii | self.recentre
     }
 }
 
@@ -92,7 +92,7 @@ impl<T: Real> Progress<T> {
             mass,
             active: lanes,
             coupled: if patient { lanes } else { none },
-            corrections: Corrections { couple: none, settle: none, fraction: T::zero(), recentre: none },
+            corrections: Corrections { couple: none, move_radii: none, fraction: T::zero(), recentre: none },
             still: none,
             begun: false,
             arrived: none,
@@ -104,35 +104,35 @@ impl<T: Real> Progress<T> {
         }
     }
 
-    /// The lanes that take a step: others have converged, or have their laws asked anew where they are, as all have at
-    /// first.
+    /// The lanes that take a step. In others the solve has converged, or their laws are evaluated anew at the same
+    /// velocities, as all are at first.
     #[inline(always)]
     pub fn moving(&self) -> T::Mask {
         let begun = T::Mask::of(|_| self.begun);
         begun & self.active & !self.corrections.lanes() & !self.still
     }
 
-    /// Takes note of a pass in which some lanes moved, in some of them with `kept` friction radii, and in others left
+    /// Records a pass in which some lanes moved, in some of them with `kept` friction radii, and in others left
     /// `undone` for the next one.
     #[inline(always)]
-    pub fn note(&mut self, moving: T::Mask, kept: T::Mask, undone: T::Mask) {
+    pub fn record(&mut self, moving: T::Mask, kept: T::Mask, undone: T::Mask) {
         self.outcome.iterations += T::select(moving, T::splat(1.0), T::zero());
         self.arrived = (moving & !undone) | self.still;
         self.kept = kept;
         self.still = undone;
     }
 
-    /// Learns from the steps that ended `here`.
+    /// Updates the state of the solve by the steps that ended `here`; returns what is to be corrected.
     #[inline(always)]
-    pub fn judge(&mut self, here: &Assembly<T>) -> Corrections<T> {
+    pub fn update(&mut self, here: &Assembly<T>) -> Corrections<T> {
         let tolerance = self.tolerance;
-        // The length of the next step as a velocity; `max` would swallow NaN.
+        // The length of the next step as a velocity; `max` would drop NaN.
         let next = (here.descent.abs() / self.mass).sqrt();
         let stubborn = self.is_stubborn();
         let mistaken = self.arrived & tolerance.lt(here.radius_error);
         let couple = mistaken & !stubborn & !self.kept & next.le(T::splat(TRUST) * here.radius_error);
-        let settle = mistaken & stubborn & next.le(tolerance);
-        self.pace(settle, here.radius_error);
+        let move_radii = mistaken & stubborn & next.le(tolerance);
+        self.adapt_fraction(move_radii, here.radius_error);
         let solved = self.arrived & !mistaken & next.le(T::splat(ACCURACY) * tolerance);
         let at_rest = T::select(stubborn, T::splat(EXACT_AT_LAST), T::splat(EXACT_AT_REST));
         let exact = here.multiplier_error.le(T::splat(EXACT) * here.fastest + at_rest * tolerance);
@@ -143,14 +143,14 @@ impl<T: Real> Progress<T> {
         self.active = self.active & !(self.arrived & (self.outcome.converged | !goes_on));
         // A lane that has ended keeps its impulses, however long others go on.
         let recentre = solved & !exact & self.active;
-        let (couple, settle) = (couple & self.active, settle & self.active);
-        self.corrections = Corrections { couple, settle, fraction: self.fraction, recentre };
+        let (couple, move_radii) = (couple & self.active, move_radii & self.active);
+        self.corrections = Corrections { couple, move_radii, fraction: self.fraction, recentre };
         self.corrections
     }
 
     /// Moves of the radii become shorter while they gain little, and longer again when they gain much.
     #[inline(always)]
-    fn pace(&mut self, lanes: T::Mask, error: T) {
+    fn adapt_fraction(&mut self, lanes: T::Mask, error: T) {
         let slow = (T::splat(SLOW_GAIN) * self.last_error).lt(error);
         let fast = error.lt(T::splat(FAST_GAIN) * self.last_error);
         let shorter = (T::splat(0.5) * self.fraction).max(T::splat(SHORTEST_MOVE));
@@ -203,7 +203,7 @@ const EXACT: f64 = 1e-6;
 const EXACT_AT_REST: f64 = 1e-7;
 
 /// The same over the tolerance in a hard stage: where a contact at rest is all but slipping, multipliers may turn by
-/// ever so little a step for hundreds of steps. With a thousandth soft robots crept by a micrometre a second.
+/// ever so little a step for hundreds of steps. With a thousandth soft robots crept by a micrometre per second.
 const EXACT_AT_LAST: f64 = 1e-6;
 
 /// Decrease below which nothing is searched for, in squared tolerances.

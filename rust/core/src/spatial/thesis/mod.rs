@@ -60,7 +60,7 @@ impl SpatialThesis {
         &self.config
     }
 
-    /// Forgets all impulses.
+    /// Clears all impulses.
     pub fn clear(&mut self) {
         self.last_ground.fill(Default::default());
         self.last_peg.fill(0.0);

@@ -3,9 +3,9 @@
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-/// Factors on quantities of the plant, which one leaves as they are, and what comes on top of others.
+/// Factors on quantities of the shared plant, 1 for no change, and additions to others.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Variation {
+pub struct PlantParameters {
     /// Mass and inertia of all links, and with them the friction bounds.
     pub mass: f64,
     /// Friction coefficients mu_Tx, mu_Ty.
@@ -18,7 +18,7 @@ pub struct Variation {
     pub stribeck: f64,
 }
 
-impl Default for Variation {
+impl Default for PlantParameters {
     fn default() -> Self {
         let friction = Vector2::new(1.0, 1.0);
         Self { mass: 1.0, friction, torque_limit: 1.0, free_play: 0.0, stribeck: 0.0 }
