@@ -6,12 +6,14 @@ from dataclasses import dataclass
 
 from snake_env.config.section import Section, core_defaults
 
-_IMPLICIT = core_defaults("integrator")
+_DEFAULT = core_defaults("integrator")
 
 
 @dataclass(frozen=True)
 class Integrator(Section):
-    """Time stepping; None takes the method's own default, and ``Integrator()`` is the environments'.
+    """Time stepping; ``Integrator()`` is the environments'.
+
+    None takes the default of the method and the model; an option of the other method is refused.
 
     Args:
         method: "implicit", the fast default; or "thesis", the time stepping and Modified Newton iteration as printed
@@ -20,32 +22,33 @@ class Integrator(Section):
             2.5e-4. "implicit": 0.025, and shorter in the first 0.2 s after the robot was placed; 0.01 for the spatial
             model; 0.02 for the minimal model, 2.5e-4 if torques are held over steps. The minimal model's smooth plants
             have a solver that chooses its own.
-        tolerance: > 0. "thesis": the iteration stops when the impulses change by less [N s] (T 3.81), default 2e-5.
-            "implicit": accuracy of the velocities in a stage [m/s], default 1e-6. A smooth plant of the minimal model:
-            relative tolerance, default 1e-6.
-        max_iterations: after which a solve is given up and counts as unconverged, >= 1.
-        order: 1 or 2. "implicit": implicit Euler, or the two-stage SDIRK scheme.
-        event_substeps: "implicit", order 2: Euler steps that at most replace a step in which a peg's force changes
-            abruptly.
-        event_tolerance: "implicit", order 2: deviation of a stage from its prediction beyond which that is so [m],
-            > 0; None: the squared step times 0.32 m/s^2, in the spatial model 4 m/s^2.
-        r_t: r_T of (T 3.79), > 0; None takes the thesis's, 1.3, 0.2 for the minimal model, 0.01 for the spatial
-            model. "thesis" only.
-        r_h: r_H of (T 3.78), > 0. "thesis" only.
-        r_n: r_N of (T 4.113), > 0. "thesis", the spatial model only.
-        r_v: r_V of (T 4.115), > 0. "thesis", the spatial model only.
+        tolerance: > 0. "thesis": the iteration stops when the impulses change by less [N s] (T 3.81), default 2e-5,
+            1e-5 for the minimal model. "implicit": accuracy of the velocities in a stage [m/s], default 1e-6; of a
+            smooth plant of the minimal model the relative tolerance.
+        max_iterations: after which a solve is given up and counts as unconverged, >= 1; "thesis": 10,000, "implicit":
+            200.
+        order: "implicit" only: 1, implicit Euler, or 2, the default, the two-stage SDIRK scheme.
+        event_substeps: "implicit" only, order 2: Euler steps that at most replace a step in which a peg's force changes
+            abruptly, 1 to 1000; default 4.
+        event_tolerance: "implicit" only, order 2: deviation of a stage from its prediction beyond which that is so [m],
+            > 0; default the squared step times 0.32 m/s^2, in the spatial model 4 m/s^2.
+        r_t: "thesis" only: r_T of (T 3.79), > 0; default the thesis's, 1.3, 0.2 for the minimal model, 0.01 for the
+            spatial model.
+        r_h: "thesis" only: r_H of (T 3.78), > 0; default 0.01.
+        r_n: "thesis" only, the spatial model: r_N of (T 4.113), > 0; default 0.1.
+        r_v: "thesis" only, the spatial model: r_V of (T 4.115), > 0; default 0.05.
     """
 
     _section = "integrator"
 
-    method: str = _IMPLICIT.method
+    method: str = _DEFAULT.method
     step: float | None = None
     tolerance: float | None = None
     max_iterations: int | None = None
-    order: int = _IMPLICIT.order
-    event_substeps: int = _IMPLICIT.event_substeps
+    order: int | None = None
+    event_substeps: int | None = None
     event_tolerance: float | None = None
     r_t: float | None = None
-    r_h: float = _IMPLICIT.r_h
-    r_n: float = _IMPLICIT.r_n
-    r_v: float = _IMPLICIT.r_v
+    r_h: float | None = None
+    r_n: float | None = None
+    r_v: float | None = None

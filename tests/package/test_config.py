@@ -74,11 +74,9 @@ SECTIONS = [
     (Integrator, "method", ["rk4", "Thesis", 1, None]),
     *[(Integrator, name, [0.0, -1.0, NAN, INF, "x"]) for name in ("step", "tolerance")],
     (Integrator, "max_iterations", [0, -1, 2.5, "x"]),
-    (Integrator, "order", [0, 3, 1.5, None]),
-    (Integrator, "event_substeps", [0, -1, None]),
+    (Integrator, "order", [0, 3, 1.5, "x"]),
+    (Integrator, "event_substeps", [0, -1, 1001, 2.5]),
     (Integrator, "event_tolerance", [0.0, -1.0, NAN, "x"]),
-    (Integrator, "r_t", [0.0, -1.0, NAN]),
-    *[(Integrator, name, [0.0, -1.0, NAN, None]) for name in ("r_h", "r_n", "r_v")],
 ]
 
 BAD_SECTIONS = [(kind, name, value) for kind, name, values in SECTIONS for value in values]
@@ -92,6 +90,41 @@ def test_every_field_of_a_section_is_checked_where_it_is_made(kind, name, value)
     assert caught.value.field.startswith(f"{section}.{name}"), caught.value
     assert caught.value.expected
     assert str(caught.value).startswith(f"{section}.{name}")
+
+
+@pytest.mark.parametrize("name", ["step", "tolerance", "r_t", "r_h", "r_n", "r_v"])
+@pytest.mark.parametrize("value", [0.0, -1.0, NAN, INF, "x"])
+def test_the_numbers_of_the_thesis_method_are_checked(name, value):
+    with pytest.raises(ConfigError, match=rf"^integrator\.{name} = .*: expected a finite number"):
+        Integrator(method="thesis", **{name: value})
+
+
+IMPLICIT_OPTIONS = {"order": 1, "event_substeps": 2, "event_tolerance": 1e-3}
+THESIS_OPTIONS = {"r_t": 1.0, "r_h": 0.02, "r_n": 0.2, "r_v": 0.1}
+SHARED_OPTIONS = {"step": 1e-3, "tolerance": 1e-8, "max_iterations": 500}
+
+
+@pytest.mark.parametrize(
+    ("method", "own", "others"),
+    [("implicit", IMPLICIT_OPTIONS, THESIS_OPTIONS), ("thesis", THESIS_OPTIONS, IMPLICIT_OPTIONS)],
+)
+def test_an_option_of_the_other_method_is_refused(method, own, others):
+    Integrator(method=method, **SHARED_OPTIONS, **own)
+    known = ", ".join([*SHARED_OPTIONS, *own])
+    for name, value in others.items():
+        message = rf'^integrator\.{name} = {value}: expected an option of method="{method}": {known}$'
+        with pytest.raises(ConfigError, match=message):
+            Integrator(method=method, **{name: value})
+        with pytest.raises(ConfigError, match=message):
+            _native.check("integrator", {name: value, "method": method})
+
+
+def test_an_integrator_without_a_method_is_implicit():
+    _native.check("integrator", {"order": 1})
+    with pytest.raises(ConfigError, match=r'^integrator\.r_h = 0\.02: expected an option of method="implicit"'):
+        _native.check("integrator", {"r_h": 0.02})
+    with pytest.raises(ConfigError, match=r'^integrator\.ordre = 1: expected an option of method="implicit"'):
+        _native.check("integrator", {"ordre": 1})
 
 
 THESIS = Integrator(method="thesis")
@@ -185,7 +218,7 @@ def test_the_error_is_a_value_error_that_can_be_pickled():
 SECTION_KINDS = [Robot, Gait, PD, Integrator, Scene, Stribeck, Noise, Start, Randomization]
 
 
-@pytest.mark.parametrize("kind", SECTION_KINDS)
+@pytest.mark.parametrize("kind", [kind for kind in SECTION_KINDS if kind is not Integrator])
 def test_the_fields_and_defaults_of_a_section_are_those_of_the_core(kind):
     core = _native.defaults(kind._section)
     ours = {field.name: getattr(kind(), field.name) for field in dataclasses.fields(kind) if not field.metadata}
@@ -193,6 +226,14 @@ def test_the_fields_and_defaults_of_a_section_are_those_of_the_core(kind):
     for name, value in ours.items():
         expected = dataclasses.asdict(value) if dataclasses.is_dataclass(value) else value
         assert expected == (tuple(core[name]) if isinstance(core[name], list) else core[name]), name
+
+
+def test_the_fields_of_an_integrator_are_those_of_the_methods():
+    implicit, thesis = _native.defaults("integrator"), _native.defaults("thesis_integrator")
+    assert [field.name for field in dataclasses.fields(Integrator)] == list(implicit | thesis)
+    assert (implicit["method"], thesis["method"]) == (Integrator().method, "thesis")
+    assert list(implicit) == ["method", *SHARED_OPTIONS, *IMPLICIT_OPTIONS]
+    assert list(thesis) == ["method", *SHARED_OPTIONS, *THESIS_OPTIONS]
 
 
 @pytest.mark.parametrize("kind", [*SECTION_KINDS, IOLinearizing])

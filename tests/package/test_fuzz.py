@@ -150,7 +150,7 @@ def admissible(draw):
     mu = st.floats(0.0, 1e3)
     gains = st.floats(0.0, 1e9)
     limit = draw(st.none() | positive)
-    method = draw(st.sampled_from(["implicit", "implicit", "thesis"]))
+    methods = [{"method": "implicit", "order": 1}, {"method": "implicit", "order": 2}, {"method": "thesis"}]
     return {
         "robot": robot,
         "scene": Scene(obstacles=pegs, friction=(draw(mu), draw(mu))),
@@ -158,7 +158,7 @@ def admissible(draw):
         "gait": Gait(
             amplitude=draw(st.floats(-3.1, 3.1)), omega=draw(st.floats(-100, 100)), beta=draw(st.floats(-10, 10))
         ),
-        "integrator": Integrator(method=method, step=0.02, order=draw(st.sampled_from([1, 2])), max_iterations=200),
+        "integrator": Integrator(**draw(st.sampled_from(methods)), step=0.02, max_iterations=200),
     }
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from snake_env import Integrator
+from snake_env import Integrator, _native
 from snake_env.reproduce.experiment import TABLE_7_2, Runs
 from snake_env.reproduce.experiments import experiments
 
@@ -12,7 +12,8 @@ IMPLICIT = ("solved", "implicit", "arctan", "ellipse", "PD high, set-valued")
 
 def test_table_7_2_is_the_scheme_of_the_thesis():
     assert Integrator(method="thesis") == TABLE_7_2
-    assert (TABLE_7_2.r_h, TABLE_7_2.r_n, TABLE_7_2.r_v) == (0.01, 0.1, 0.05)
+    printed = _native.defaults("thesis_integrator")
+    assert (printed["r_h"], printed["r_n"], printed["r_v"]) == (0.01, 0.1, 0.05)
     assert TABLE_7_2.step is TABLE_7_2.tolerance is TABLE_7_2.r_t is None, "each model has its own column"
 
 

@@ -4,7 +4,7 @@ use snake_core::ConfigError;
 use snake_core::gait::Wave;
 use snake_core::pegs::PegGrid;
 use snake_core::planar::{Fleet, PlanarSystem, Scripted};
-use snake_core::stepping::{IntegratorConfig, StepStatistics};
+use snake_core::stepping::{ImplicitConfig, StepStatistics};
 
 use crate::clock::{Spent, spent};
 use crate::scenes::Scenario;
@@ -31,7 +31,7 @@ pub fn at_start(scenario: &Scenario, system: &PlanarSystem) -> Undulator {
 /// The scenario is not admissible.
 pub fn staggered(scenario: &Scenario, system: &PlanarSystem, count: usize) -> Result<Vec<Undulator>, ConfigError> {
     let mut robots = vec![at_start(scenario, system); count];
-    let mut fleet = Fleet::new(IntegratorConfig::default(), system, count);
+    let mut fleet = Fleet::new(ImplicitConfig::default(), system, count);
     for k in 1..count {
         // Robot k takes part in the first k of all moves.
         fleet.advance(system, &mut robots, STAGGER, |robot| robot >= k);

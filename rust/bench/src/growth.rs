@@ -10,7 +10,7 @@ use snake_core::gait::{JointReference, Wave};
 use snake_core::planar::{Fleet, PlanarSystem};
 use snake_core::robot::RobotConfig;
 use snake_core::scene::{Peg, START_7_5, START_FREE, TABLE_7_5};
-use snake_core::stepping::IntegratorConfig;
+use snake_core::stepping::ImplicitConfig;
 
 use crate::clock::{Spent, median, spent, spent_by_all};
 use crate::environments::{Actions, Robots, in_space, of_id, pool};
@@ -71,7 +71,7 @@ impl Squad {
         progress(&format!("growth: {} links, {} pegs", scenario.robot.links, scenario.scene.obstacles.len()));
         let system = scenario.system()?;
         let robots = staggered(&scenario, &system, ROBOTS)?;
-        let fleet = Fleet::new(IntegratorConfig::default(), &system, ROBOTS);
+        let fleet = Fleet::new(ImplicitConfig::default(), &system, ROBOTS);
         Ok(Self { scenario, system, fleet, robots, windows: Vec::new() })
     }
 
@@ -278,7 +278,7 @@ impl<M: Batched> Crowd<M> {
 mod tests {
     use super::*;
     use crate::fleet::at_start;
-    use snake_core::stepping::Driven;
+    use snake_core::stepping::{Driven, IntegratorConfig};
 
     #[test]
     fn fields_have_as_many_pegs_as_asked_for_and_the_new_ones_are_out_of_reach() {
@@ -291,7 +291,7 @@ mod tests {
             let ends = [&few, &many].map(|scenario| {
                 let system = scenario.system().unwrap();
                 let mut robots = vec![at_start(scenario, &system)];
-                Fleet::new(IntegratorConfig::default(), &system, 1).advance(&system, &mut robots, 10.0, |_| true);
+                Fleet::new(ImplicitConfig::default(), &system, 1).advance(&system, &mut robots, 10.0, |_| true);
                 robots[0].body().state.pose.clone()
             });
             let distance = ends[0].iter().zip(&ends[1]).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);

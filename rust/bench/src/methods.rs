@@ -1,6 +1,6 @@
 //! The ways to integrate that are compared: plain configurations with a name.
 
-use snake_core::stepping::{IntegratorConfig, Method};
+use snake_core::stepping::{ImplicitConfig, IntegratorConfig, ThesisConfig};
 
 /// One point of a work-precision plot.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,20 +20,20 @@ const THESIS_STEPS: [f64; 3] = [2.5e-4, 1.25e-4, 6.25e-5];
 /// Everything that is compared; `pegs`: whether the scene has any.
 pub fn choices(quick: bool, pegs: bool) -> Vec<Choice> {
     let mut choices = thesis(quick);
-    let default = IntegratorConfig::default();
+    let default = ImplicitConfig::default();
     let steps = if quick { &QUICK_STEPS[..] } else { &STEPS[..] };
-    choices.extend(curve("implicit order 1", steps, IntegratorConfig { order: 1, ..default }));
+    choices.extend(curve("implicit order 1", steps, ImplicitConfig { order: 1, ..default }));
     choices.extend(curve("implicit order 2", &with_default(steps), default));
     if !quick {
         for tolerance in [1e-5, 1e-8, 1e-10] {
             let name = format!("implicit order 2, tolerance {tolerance:e}");
-            choices.extend(curve(&name, steps, IntegratorConfig { tolerance: Some(tolerance), ..default }));
+            choices.extend(curve(&name, steps, ImplicitConfig { tolerance, ..default }));
         }
     }
     if !quick && pegs {
         for event_substeps in [2, 8, 16] {
             let name = format!("implicit order 2, {event_substeps} event substeps");
-            choices.extend(curve(&name, steps, IntegratorConfig { event_substeps, ..default }));
+            choices.extend(curve(&name, steps, ImplicitConfig { event_substeps, ..default }));
         }
     }
     choices
@@ -49,25 +49,21 @@ fn with_default(steps: &[f64]) -> Vec<f64> {
 /// Whether a choice is what a user gets who asks for nothing.
 pub fn is_default(integrator: &IntegratorConfig) -> bool {
     let default = IntegratorConfig::default();
-    integrator.step() == default.step() && IntegratorConfig { step: default.step, ..*integrator } == default
+    integrator.with_step(integrator.step()) == default.with_step(default.step())
 }
 
 /// One configuration at several steps.
-fn curve(name: &str, steps: &[f64], integrator: IntegratorConfig) -> Vec<Choice> {
-    let choice =
-        |&step| Choice { curve: name.to_owned(), integrator: IntegratorConfig { step: Some(step), ..integrator } };
+fn curve(name: &str, steps: &[f64], integrator: impl Into<IntegratorConfig>) -> Vec<Choice> {
+    let integrator = integrator.into();
+    let choice = |&step| Choice { curve: name.to_owned(), integrator: integrator.with_step(step) };
     steps.iter().map(choice).collect()
 }
 
 /// Algorithm 3.1 with the r's of (T Table 7.2), at its own epsilon and at a tight one.
 fn thesis(quick: bool) -> Vec<Choice> {
     let steps = if quick { &THESIS_STEPS[..1] } else { &THESIS_STEPS[..] };
-    let with = |epsilon| IntegratorConfig {
-        method: Method::Thesis,
-        tolerance: Some(epsilon),
-        max_iterations: Some(1_000_000),
-        ..IntegratorConfig::default()
-    };
+    let with =
+        |epsilon| ThesisConfig { tolerance: Some(epsilon), max_iterations: 1_000_000, ..ThesisConfig::default() };
     let mut choices = curve("thesis, own tolerance", steps, with(2e-5));
     choices.extend(curve("thesis, tolerance 1e-8", steps, with(1e-8)));
     choices

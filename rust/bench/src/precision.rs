@@ -7,7 +7,6 @@ use snake_core::ConfigError;
 use snake_core::gait::Wave;
 use snake_core::planar::{Fleet, PlanarSystem};
 use snake_core::simulation::PlanarSimulation;
-use snake_core::stepping::Method;
 
 use crate::clock::{Spent, spent};
 use crate::fleet::{ROBOTS, Undulator, WINDOW, staggered, time_window};
@@ -91,8 +90,7 @@ impl<'a> Case<'a> {
     ) -> Result<Self, ConfigError> {
         let start = scenario.simulation(&choice.integrator)?;
         let run = Run::to_the_end(start.clone(), scenario.duration, limits.run);
-        let laned = choice.integrator.method == Method::Implicit;
-        let fleet = laned.then(|| Fleet::new(choice.integrator, system, ROBOTS));
+        let fleet = choice.integrator.implicit().map(|config| Fleet::new(config, system, ROBOTS));
         Ok(Self {
             choice,
             start,

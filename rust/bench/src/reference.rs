@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use snake_core::ConfigError;
 use snake_core::gait::Wave;
-use snake_core::stepping::IntegratorConfig;
+use snake_core::stepping::{ImplicitConfig, IntegratorConfig};
 
 use crate::report::progress;
 use crate::scenes::Scenario;
@@ -78,13 +78,14 @@ impl Reference {
 }
 
 fn fine(step: f64) -> IntegratorConfig {
-    IntegratorConfig {
+    ImplicitConfig {
         step: Some(step),
-        tolerance: Some(TOLERANCE),
+        tolerance: TOLERANCE,
         event_substeps: EVENT_SUBSTEPS,
-        max_iterations: Some(2000),
-        ..IntegratorConfig::default()
+        max_iterations: 2000,
+        ..ImplicitConfig::default()
     }
+    .into()
 }
 
 /// Link CGs at the end of a run.

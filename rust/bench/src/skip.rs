@@ -11,7 +11,7 @@ use snake_core::control::ControllerConfig;
 use snake_core::environment::{EnvConfig, Perception, PlanarRobot, Task};
 use snake_core::planar::{Fleet, PlanarSystem};
 use snake_core::scene::{Peg, START_7_5, START_FREE, TABLE_7_5};
-use snake_core::stepping::IntegratorConfig;
+use snake_core::stepping::ImplicitConfig;
 
 use crate::clock::{median, spent};
 use crate::environments::{Actions, Robots, of_id, pool};
@@ -120,7 +120,7 @@ impl Crew {
     fn new(scenario: &Scenario) -> Result<Self, ConfigError> {
         let system = scenario.system()?;
         let robots = staggered(scenario, &system, ROBOTS)?;
-        let fleet = Fleet::new(IntegratorConfig::default(), &system, ROBOTS);
+        let fleet = Fleet::new(ImplicitConfig::default(), &system, ROBOTS);
         Ok(Self { system, fleet, robots })
     }
 
@@ -194,7 +194,7 @@ mod tests {
         let [alone, far, nearly] = [free, among_far_pegs, elliptic].map(|scenario| {
             let system = scenario.system().unwrap();
             let mut robots = vec![at_start(&scenario, &system)];
-            Fleet::new(IntegratorConfig::default(), &system, 1).advance(&system, &mut robots, 5.0, |_| true);
+            Fleet::new(ImplicitConfig::default(), &system, 1).advance(&system, &mut robots, 5.0, |_| true);
             robots[0].body().state.clone()
         });
         assert_eq!(alone, far);

@@ -13,7 +13,7 @@ use snake_core::pegs::PegGrid;
 use snake_core::planar::{Fleet, Newton, PlanarSystem, Scripted, Stage, StageSolution, certify};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_7_5, SceneConfig};
-use snake_core::stepping::IntegratorConfig;
+use snake_core::stepping::{ImplicitConfig, IntegratorConfig};
 use snake_test_support::planar::{Random, START_FREE, aiko, ground, posture, table_7_5, thesis};
 use snake_test_support::planar_stage::{Kind, random_stage};
 
@@ -97,7 +97,7 @@ fn period_of_eight_robots(criterion: &mut Criterion) {
     for (name, scene, start) in [("free", ground([0.2, 0.2]), START_FREE), ("course", table_7_5(), START_7_5)] {
         let robot = Robot::new(&RobotConfig::default()).expect("a valid robot");
         let system = PlanarSystem::new(robot, scene.friction, ControllerConfig::default()).expect("a valid controller");
-        let mut fleet = Fleet::new(IntegratorConfig::default(), &system, 8);
+        let mut fleet = Fleet::new(ImplicitConfig::default(), &system, 8);
         let robots = staggered(&system, &scene, start, &mut fleet);
         group.bench_function(name, |bencher| {
             let period = |robots: &mut Vec<Undulator>| fleet.advance(&system, robots, 0.05, |_| true);

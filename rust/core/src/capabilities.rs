@@ -5,7 +5,7 @@ use serde::Deserialize;
 use crate::control::{ControlLaw, ControllerConfig, Treatment};
 use crate::error::{ConfigError, require};
 use crate::robot::RobotConfig;
-use crate::scene::{FrictionLawName, SceneConfig};
+use crate::scene::{FrictionLaw, SceneConfig};
 use crate::stepping::Method;
 
 /// The models of the robot.
@@ -168,7 +168,7 @@ pub fn require_supported(
     let viscous = scene.viscous;
     Feature::ViscousFriction.require(on, viscous != [0.0; 2], "scene.viscous", format!("{viscous:?}"))?;
     let law = scene.friction_law;
-    let smooth = law != FrictionLawName::SetValued;
+    let smooth = law != FrictionLaw::SetValued;
     Feature::SmoothFriction.require(on, smooth, "scene.friction_law", format!("\"{}\"", law.name()))?;
     let is_io = controller.law == ControlLaw::Io;
     Feature::IoLinearization.require(on, is_io, "controller.law", "\"io\"")?;

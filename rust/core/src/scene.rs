@@ -1,6 +1,7 @@
 //! The scene: circular pegs and the ground's friction (T 3.3.1, T Tables 7.3 and 7.5).
 
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::error::{ConfigError, finite, non_negative, positive};
 use crate::laws::{SmoothLaw, Stribeck};
@@ -28,32 +29,30 @@ impl From<Peg> for [f64; 3] {
     }
 }
 
-/// A law of dry friction, by the name that users write.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum FrictionLawName {
-    /// The exact Coulomb law.
+/// A law of dry friction.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum FrictionLaw {
+    /// The exact Coulomb law; for the minimal model the ellipse (T 6.24)-(T 6.25).
     #[default]
     SetValued,
-    /// (T 6.21); the minimal model only.
-    Arctan,
-    /// The smoothed (T 6.25); the minimal model only.
-    Ellipse,
+    /// The minimal model only.
+    Smooth(SmoothLaw),
 }
 
-impl FrictionLawName {
+impl FrictionLaw {
+    /// The name that users write.
     pub fn name(self) -> &'static str {
         match self {
-            FrictionLawName::SetValued => "set-valued",
-            FrictionLawName::Arctan => "arctan",
-            FrictionLawName::Ellipse => "ellipse",
+            FrictionLaw::SetValued => "set-valued",
+            FrictionLaw::Smooth(SmoothLaw::Arctan { .. }) => "arctan",
+            FrictionLaw::Smooth(SmoothLaw::Ellipse { .. }) => "ellipse",
         }
     }
 }
 
 /// What a user may choose about the scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[serde(from = "SceneFields", into = "SceneFields")]
 pub struct SceneConfig {
     pub obstacles: Vec<Peg>,
     /// Coulomb friction coefficients along and across a link, (mu_Tx, mu_Ty).
@@ -64,9 +63,7 @@ pub struct SceneConfig {
     pub stribeck: Stribeck,
     /// Viscous coefficients along and across a link, (mu_Vx, mu_Vy) \[s/m\]; the minimal model only.
     pub viscous: [f64; 2],
-    pub friction_law: FrictionLawName,
-    /// eps of the smooth laws: \[m/s\] for `Arctan`, \[N m/s\] for `Ellipse`.
-    pub smoothing: f64,
+    pub friction_law: FrictionLaw,
 }
 
 impl Default for SceneConfig {
@@ -77,10 +74,67 @@ impl Default for SceneConfig {
             rolling_friction: 0.02,
             stribeck: Stribeck::default(),
             viscous: [0.0; 2],
-            friction_law: FrictionLawName::SetValued,
-            smoothing: SmoothLaw::SMOOTHING,
+            friction_law: FrictionLaw::SetValued,
         }
     }
+}
+
+/// What a user writes: the law of friction by name, next to the parameter of the smooth laws.
+#[derive(Serialize, Deserialize)]
+#[serde(rename = "SceneConfig", default, deny_unknown_fields)]
+struct SceneFields {
+    obstacles: Vec<Peg>,
+    friction: [f64; 2],
+    rolling_friction: f64,
+    stribeck: Stribeck,
+    viscous: [f64; 2],
+    friction_law: FrictionLawName,
+    /// Read and checked under every law, used by the smooth ones.
+    #[serde(deserialize_with = "positive_number")]
+    smoothing: f64,
+}
+
+#[derive(Clone, Copy, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum FrictionLawName {
+    SetValued,
+    Arctan,
+    Ellipse,
+}
+
+impl Default for SceneFields {
+    fn default() -> Self {
+        SceneConfig::default().into()
+    }
+}
+
+impl From<SceneFields> for SceneConfig {
+    fn from(fields: SceneFields) -> Self {
+        let SceneFields { obstacles, friction, rolling_friction, stribeck, viscous, friction_law, smoothing } = fields;
+        let friction_law = match friction_law {
+            FrictionLawName::SetValued => FrictionLaw::SetValued,
+            FrictionLawName::Arctan => FrictionLaw::Smooth(SmoothLaw::Arctan { smoothing }),
+            FrictionLawName::Ellipse => FrictionLaw::Smooth(SmoothLaw::Ellipse { smoothing }),
+        };
+        Self { obstacles, friction, rolling_friction, stribeck, viscous, friction_law }
+    }
+}
+
+impl From<SceneConfig> for SceneFields {
+    fn from(config: SceneConfig) -> Self {
+        let SceneConfig { obstacles, friction, rolling_friction, stribeck, viscous, friction_law } = config;
+        let (friction_law, smoothing) = match friction_law {
+            FrictionLaw::SetValued => (FrictionLawName::SetValued, SmoothLaw::SMOOTHING),
+            FrictionLaw::Smooth(SmoothLaw::Arctan { smoothing }) => (FrictionLawName::Arctan, smoothing),
+            FrictionLaw::Smooth(SmoothLaw::Ellipse { smoothing }) => (FrictionLawName::Ellipse, smoothing),
+        };
+        Self { obstacles, friction, rolling_friction, stribeck, viscous, friction_law, smoothing }
+    }
+}
+
+fn positive_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    let number = f64::deserialize(deserializer)?;
+    positive("", number).map_err(|error| D::Error::custom(error.expected))
 }
 
 /// A validated scene.
@@ -108,7 +162,11 @@ impl Scene {
         stribeck.validate().map_err(|e| e.inside("stribeck"))?;
         non_negative("viscous[0]", config.viscous[0])?;
         non_negative("viscous[1]", config.viscous[1])?;
-        positive("smoothing", config.smoothing)?;
+        if let FrictionLaw::Smooth(SmoothLaw::Arctan { smoothing } | SmoothLaw::Ellipse { smoothing }) =
+            config.friction_law
+        {
+            positive("smoothing", smoothing)?;
+        }
         Ok(Self { pegs: config.obstacles.clone(), friction, rolling_friction, stribeck })
     }
 }

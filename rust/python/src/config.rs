@@ -11,7 +11,7 @@ use snake_core::laws::Stribeck;
 use snake_core::minimal::NoiseConfig;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Scene, SceneConfig};
-use snake_core::stepping::IntegratorConfig;
+use snake_core::stepping::{IntegratorConfig, Method};
 
 use crate::ffi::CoreError;
 use crate::from_python::from_python;
@@ -65,6 +65,7 @@ pub fn defaults<'py>(py: Python<'py>, section: &str, model: Option<&Bound<'py, P
         "controller" => to_python(py, &default_controller(model)),
         "io_controller" => to_python(py, &ControllerConfig::io()),
         "integrator" => to_python(py, &IntegratorConfig::default()),
+        "thesis_integrator" => to_python(py, &IntegratorConfig::of(Method::Thesis)),
         "noise" => to_python(py, &NoiseConfig::default()),
         "randomization" => to_python(py, &Randomization::default()),
         "start" => to_python(py, &StartConfig::default()),

@@ -2,7 +2,7 @@
 
 use snake_core::ConfigError;
 use snake_core::gait::Gait;
-use snake_core::minimal::{FrictionLaw, Ground, MinimalState, Model};
+use snake_core::minimal::{Ground, MinimalState, Model};
 use snake_core::minimal::{MinimalConfig, MinimalSimulation};
 use snake_core::scene::Scene;
 use snake_core::stepping::StepStatistics;
@@ -24,7 +24,7 @@ impl MinimalRobot {
         let mut simulation = MinimalSimulation::new(&MinimalConfig {
             robot: config.robot.clone(),
             ground: Ground::of(&scene),
-            friction_law: FrictionLaw::of(&scene),
+            friction_law: scene.friction_law,
             controller: config.controller(),
             integrator: config.integrator,
             noise: config.noise.unwrap_or_default(),

@@ -61,7 +61,7 @@ impl Default for RunConfig {
 impl RunConfig {
     /// Model and method.
     pub fn on(&self) -> (ModelName, Method) {
-        (self.model, self.integrator.method)
+        (self.model, self.integrator.method())
     }
 
     /// # Errors
@@ -69,7 +69,7 @@ impl RunConfig {
     pub fn validate(&self) -> Result<(), ConfigError> {
         let noise = format!("{:?}", self.noise);
         Feature::MeasurementNoise.require(self.on(), self.noise.is_some(), "noise", noise)?;
-        require_supported(self.model, self.integrator.method, &self.robot, &self.scene(), &self.controller())
+        require_supported(self.model, self.integrator.method(), &self.robot, &self.scene(), &self.controller())
     }
 
     pub fn scene(&self) -> SceneConfig {

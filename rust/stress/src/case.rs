@@ -6,7 +6,7 @@ use snake_core::planar::{PlanarState, Twist};
 use snake_core::robot::{PerLink, RobotConfig};
 use snake_core::scene::{Peg, START_7_5, SceneConfig, TABLE_7_5};
 use snake_core::simulation::PlanarSimulation;
-use snake_core::stepping::IntegratorConfig;
+use snake_core::stepping::ImplicitConfig;
 
 use crate::figures::Figures;
 
@@ -43,7 +43,7 @@ pub struct Case {
     pub robot: RobotConfig,
     pub scene: SceneConfig,
     pub controller: ControllerConfig,
-    pub integrator: IntegratorConfig,
+    pub integrator: ImplicitConfig,
     pub motion: Motion,
     /// CG and angle of link 1.
     pub place: [f64; 3],
@@ -62,7 +62,7 @@ impl Case {
             robot: RobotConfig::default(),
             scene: SceneConfig { obstacles: pegs(&TABLE_7_5), ..SceneConfig::default() },
             controller: ControllerConfig::default(),
-            integrator: IntegratorConfig { step: Some(step), ..IntegratorConfig::default() },
+            integrator: ImplicitConfig { step: Some(step), ..ImplicitConfig::default() },
             motion: Motion::Wave(Wave::default()),
             place: START_7_5,
             posture: None,
@@ -89,7 +89,7 @@ impl Case {
     /// # Panics
     /// If the case is not admissible.
     pub fn simulation(&self) -> PlanarSimulation {
-        let mut simulation = PlanarSimulation::new(&self.robot, &self.scene, &self.controller, &self.integrator)
+        let mut simulation = PlanarSimulation::new(&self.robot, &self.scene, &self.controller, &self.integrator.into())
             .unwrap_or_else(|error| panic!("{}: {error}", self.name));
         let asked = |joint| self.motion.target(joint, 0.0).angle;
         let posture = self.posture.clone().unwrap_or_else(|| (0..self.robot.links - 1).map(asked).collect());

@@ -6,7 +6,7 @@ use snake_core::gait::Wave;
 use snake_core::planar::{Pose, assemble_chain};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, SceneConfig};
-use snake_core::stepping::IntegratorConfig;
+use snake_core::stepping::ImplicitConfig;
 
 use crate::case::{Case, Motion, weighted};
 use crate::stages::magnitude;
@@ -84,11 +84,11 @@ impl Draw {
                 torque_limit: self.torque_limit,
                 ..ControllerConfig::default()
             },
-            integrator: IntegratorConfig {
+            integrator: ImplicitConfig {
                 step: Some(self.step),
                 order: self.order,
-                tolerance: Some(self.tolerance),
-                ..IntegratorConfig::default()
+                tolerance: self.tolerance,
+                ..ImplicitConfig::default()
             },
             motion: Motion::Wave(self.wave),
             place: [0.0; 3],

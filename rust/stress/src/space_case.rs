@@ -9,7 +9,7 @@ use snake_core::robot::RobotConfig;
 use snake_core::scene::{START_SPATIAL_7_5, SceneConfig, TABLE_7_5};
 use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::{Pose, SpatialState, orientation_of, twist_of};
-use snake_core::stepping::IntegratorConfig;
+use snake_core::stepping::ImplicitConfig;
 
 use crate::case::{Motion, pegs};
 use crate::figures::Figures;
@@ -58,7 +58,7 @@ pub struct SpaceCase {
     pub robot: RobotConfig,
     pub scene: SceneConfig,
     pub controller: ControllerConfig,
-    pub integrator: IntegratorConfig,
+    pub integrator: ImplicitConfig,
     pub motion: CardanMotion,
     /// CG of link 1, and yaw, pitch and roll of its centre line.
     pub place: [f64; 3],
@@ -81,7 +81,7 @@ impl SpaceCase {
             robot: RobotConfig::default(),
             scene: SceneConfig::default(),
             controller: ControllerConfig::default(),
-            integrator: IntegratorConfig { step: Some(step), ..IntegratorConfig::default() },
+            integrator: ImplicitConfig { step: Some(step), ..ImplicitConfig::default() },
             motion: CardanMotion::still(),
             place: [0.0; 3],
             attitude: [PI, 0.0, 0.0],
@@ -117,8 +117,9 @@ impl SpaceCase {
     /// # Panics
     /// If the case is not admissible.
     pub fn simulation(&self) -> SpatialSimulation {
-        let mut simulation = SpatialSimulation::new(&self.robot, &self.scene, &self.controller, &self.integrator)
-            .unwrap_or_else(|error| panic!("{}: {error}", self.name));
+        let mut simulation =
+            SpatialSimulation::new(&self.robot, &self.scene, &self.controller, &self.integrator.into())
+                .unwrap_or_else(|error| panic!("{}: {error}", self.name));
         let asked = |joint| {
             let CardanTarget { yaw, pitch } = self.motion.target(joint, 0.0);
             Vector2::new(yaw.angle, pitch.angle)

@@ -8,7 +8,7 @@ use snake_core::planar::{PlanarState, Pose, Twist};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, SceneConfig, TABLE_7_3, TABLE_7_5};
 use snake_core::simulation::PlanarSimulation;
-use snake_core::stepping::{IntegratorConfig, Method};
+use snake_core::stepping::{ImplicitConfig, IntegratorConfig, ThesisConfig};
 
 /// Start of the free-undulation reference: CG of link 1 and its angle.
 pub const START_FREE: [f64; 3] = [0.507175344325, -0.011634455967, 3.755516615855];
@@ -54,18 +54,11 @@ pub fn schemes(step: f64) -> [(&'static str, IntegratorConfig); 3] {
 
 /// The thesis's scheme with contacts solved to `epsilon` \[N s\].
 pub fn thesis(step: f64, epsilon: f64) -> IntegratorConfig {
-    let cap = Some(1_000_000);
-    IntegratorConfig {
-        method: Method::Thesis,
-        step: Some(step),
-        tolerance: Some(epsilon),
-        max_iterations: cap,
-        ..IntegratorConfig::default()
-    }
+    ThesisConfig { step, tolerance: Some(epsilon), max_iterations: 1_000_000, ..ThesisConfig::default() }.into()
 }
 
 pub fn implicit(step: f64, order: u32) -> IntegratorConfig {
-    IntegratorConfig { step: Some(step), order, tolerance: Some(1e-10), ..IntegratorConfig::default() }
+    ImplicitConfig { step: Some(step), order, tolerance: 1e-10, ..ImplicitConfig::default() }.into()
 }
 
 pub fn links(links: usize) -> RobotConfig {

@@ -8,7 +8,7 @@ use snake_core::robot::RobotConfig;
 use snake_core::scene::SceneConfig;
 use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::{Pose, orientation_of};
-use snake_core::stepping::{IntegratorConfig, Method};
+use snake_core::stepping::{ImplicitConfig, IntegratorConfig};
 
 use crate::planar::{ground, table_7_5};
 
@@ -60,5 +60,9 @@ pub fn straight(integrator: &IntegratorConfig) -> SpatialSimulation {
 
 /// The default scheme of the spatial model.
 pub fn implicit(step: f64, order: u32) -> IntegratorConfig {
-    IntegratorConfig { method: Method::Implicit, step: Some(step), order, ..IntegratorConfig::default() }
+    implicit_options(step, order).into()
+}
+
+pub fn implicit_options(step: f64, order: u32) -> ImplicitConfig {
+    ImplicitConfig { step: Some(step), order, ..ImplicitConfig::default() }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 use snake_core::ConfigError;
 use snake_core::spatial::{SpatialFleet, SpatialSystem};
-use snake_core::stepping::IntegratorConfig;
+use snake_core::stepping::{ImplicitConfig, IntegratorConfig};
 
 use crate::clock::{Spent, spent};
 use crate::fleet::{ROBOTS, WINDOW};
@@ -68,11 +68,7 @@ fn choices(quick: bool) -> Vec<Choice> {
                 1e-6 => "implicit order 2".to_owned(),
                 _ => format!("implicit order 2, tolerance {tolerance:e}"),
             };
-            let integrator = IntegratorConfig {
-                step: Some(step),
-                tolerance: (tolerance != 1e-6).then_some(tolerance),
-                ..IntegratorConfig::default()
-            };
+            let integrator = ImplicitConfig { step: Some(step), tolerance, ..ImplicitConfig::default() }.into();
             choices.push(Choice { curve, integrator });
         }
     }
@@ -81,7 +77,7 @@ fn choices(quick: bool) -> Vec<Choice> {
 
 /// Whether a choice is what a user of the spatial model gets who asks for nothing.
 fn is_default(integrator: &IntegratorConfig) -> bool {
-    *integrator == IntegratorConfig { step: Some(DEFAULT_STEP), ..IntegratorConfig::default() }
+    *integrator == ImplicitConfig { step: Some(DEFAULT_STEP), ..ImplicitConfig::default() }.into()
 }
 
 /// The spatial model's own default step \[s\].
@@ -95,7 +91,8 @@ fn measure_choice<'a>(
     choice: &'a Choice,
     rounds: usize,
 ) -> Result<Point<'a>, ConfigError> {
-    let mut fleet = SpatialFleet::new(choice.integrator, system, ROBOTS);
+    let config = choice.integrator.implicit().expect("all curves of the spatial model are of the implicit method");
+    let mut fleet = SpatialFleet::new(config, system, ROBOTS);
     let (mut alone, mut together) = (Vec::new(), Vec::new());
     let mut run = Run::of(scenario, &choice.integrator)?;
     alone.push(run.spent);

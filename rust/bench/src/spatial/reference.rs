@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use snake_core::ConfigError;
-use snake_core::stepping::IntegratorConfig;
+use snake_core::stepping::{ImplicitConfig, IntegratorConfig};
 
 use crate::reference::Distance;
 use crate::report::progress;
@@ -75,7 +75,7 @@ impl SpatialReference {
 }
 
 fn fine(step: f64) -> IntegratorConfig {
-    IntegratorConfig { step: Some(step), tolerance: Some(TOLERANCE), ..IntegratorConfig::default() }
+    ImplicitConfig { step: Some(step), tolerance: TOLERANCE, ..ImplicitConfig::default() }.into()
 }
 
 /// What is not there, not readable or of another scenario is computed anew.

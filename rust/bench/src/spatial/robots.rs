@@ -4,7 +4,7 @@ use snake_core::ConfigError;
 use snake_core::gait::CardanGait;
 use snake_core::pegs::PegGrid;
 use snake_core::spatial::{SpatialFleet, SpatialScripted, SpatialSystem};
-use snake_core::stepping::IntegratorConfig;
+use snake_core::stepping::ImplicitConfig;
 
 use crate::clock::{Spent, spent};
 use crate::fleet::{ROBOTS, WINDOW};
@@ -25,7 +25,7 @@ pub fn staggered(scenario: &SpatialScenario, system: &SpatialSystem) -> Result<V
     let pegs = PegGrid::new(&scenario.scene.obstacles);
     let start = Robot::new(&system.robot, pegs, scenario.head(), &scenario.posture(), scenario.gait());
     let mut robots = vec![start; ROBOTS];
-    let mut fleet = SpatialFleet::new(IntegratorConfig::default(), system, ROBOTS);
+    let mut fleet = SpatialFleet::new(ImplicitConfig::default(), system, ROBOTS);
     for k in 1..ROBOTS {
         // Robot k takes part in the first k of all moves.
         fleet.advance(system, &mut robots, STAGGER, |robot| robot >= k);

@@ -6,7 +6,7 @@ use crate::environment::{Environment, PlanarRobot, RobotModel, SpatialRobot};
 use crate::gait::{CardanReference, CardanTarget, JointTarget, WaveJets};
 use crate::planar::{Body, Fleet, Planar};
 use crate::spatial::{Spatial, SpatialBody, SpatialFleet};
-use crate::stepping::{Driven, IntegratorConfig, Method};
+use crate::stepping::{Driven, IntegratorConfig};
 
 use super::chunk::Row;
 
@@ -26,8 +26,7 @@ impl Batched for PlanarRobot {
     type Stepper = Fleet;
 
     fn stepper(prototype: &Environment, integrator: &IntegratorConfig, rows: usize) -> Option<Fleet> {
-        let laned = integrator.method == Method::Implicit;
-        laned.then(|| Fleet::new(*integrator, prototype.system(), rows))
+        integrator.implicit().map(|config| Fleet::new(config, prototype.system(), rows))
     }
 
     fn step_batch(fleet: &mut Fleet, prototype: &Environment, rows: &mut [Row<Self>], active: &[bool]) {
@@ -59,8 +58,7 @@ impl Batched for SpatialRobot {
     type Stepper = SpatialFleet;
 
     fn stepper(prototype: &Environment<Self>, integrator: &IntegratorConfig, rows: usize) -> Option<SpatialFleet> {
-        let laned = integrator.method == Method::Implicit;
-        laned.then(|| SpatialFleet::new(*integrator, prototype.model().simulation.system(), rows))
+        integrator.implicit().map(|config| SpatialFleet::new(config, prototype.model().simulation.system(), rows))
     }
 
     fn step_batch(fleet: &mut SpatialFleet, prototype: &Environment<Self>, rows: &mut [Row<Self>], active: &[bool]) {

@@ -169,7 +169,7 @@ impl EnvConfig {
         self.perturbation.validate().map_err(|e| e.inside("perturbation"))?;
         let points = self.push_points;
         require(points <= MOST_PUSH_POINTS, "push_points", points, "an integer in [0, 4]")?;
-        let on = (self.model.name(), self.integrator.method);
+        let on = (self.model.name(), self.integrator.method());
         self.randomization.validate_for(self.control_period, on).map_err(|e| e.inside("randomization"))?;
         within("difficulty", self.difficulty, 0.0, 1.0)?;
         within("start_jitter", self.start_jitter, 0.0, 1.0)?;
@@ -209,7 +209,7 @@ impl EnvConfig {
     /// What the model does not have, and free play and the Stribeck effect on top of the configured ones.
     fn validate_features(&self) -> Result<(), ConfigError> {
         self.stribeck.validate().map_err(|e| e.inside("stribeck"))?;
-        let on = (self.model.name(), self.integrator.method);
+        let on = (self.model.name(), self.integrator.method());
         let drop = self.stribeck.drop;
         Feature::StribeckEffect.require(on, drop != 0.0, "stribeck.drop", drop)?;
         let treatment = self.controller.treatment;

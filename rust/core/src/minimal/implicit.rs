@@ -15,14 +15,14 @@ use crate::minimal::{
 };
 use crate::solver::{Outcome, RESIDUAL_LIMIT, is_unconverged};
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
-use crate::stepping::{IntegratorConfig, StepStatistics};
+use crate::stepping::{ImplicitConfig, StepStatistics};
 
 use super::controller::{Controller, ROUND_OFF};
 
 /// Workspace of the scheme.
 #[derive(Debug, Clone)]
 pub struct Implicit {
-    config: IntegratorConfig,
+    config: ImplicitConfig,
     stage: Stage,
     solution: StageSolution,
     newton: Newton,
@@ -56,7 +56,7 @@ struct ControlModel {
 }
 
 impl Implicit {
-    pub fn new(config: IntegratorConfig, model: &Model) -> Self {
+    pub fn new(config: ImplicitConfig, model: &Model) -> Self {
         let (links, degrees) = (model.link_count(), model.degrees());
         let zero = vec![0.0; degrees];
         Self {
@@ -257,7 +257,7 @@ impl Implicit {
     }
 
     fn solve(&mut self) -> Outcome {
-        self.newton.solve(&self.stage, &mut self.solution, self.config.tolerance(), self.config.max_iterations())
+        self.newton.solve(&self.stage, &mut self.solution, self.config.tolerance, self.config.max_iterations)
     }
 
     /// Takes over velocities and forces, and certifies them.
@@ -274,7 +274,7 @@ impl Implicit {
         }
         let certificate = certify(&self.stage, &self.solution);
         let residual = certificate.residual();
-        let limit = RESIDUAL_LIMIT * self.config.tolerance();
+        let limit = RESIDUAL_LIMIT * self.config.tolerance;
         let unconverged = is_unconverged(outcome.converged, residual, limit);
         statistics.add_solve(outcome.iterations as u32, unconverged, residual, 0.0);
     }

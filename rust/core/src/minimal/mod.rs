@@ -34,13 +34,14 @@ mod thesis;
 
 pub use crate::laws::SmoothLaw;
 pub use crate::noise::NoiseConfig;
+pub use crate::scene::FrictionLaw;
 pub use certificate::{Certificate, certify};
 pub use control_plant::{ControlPlant, JointDynamics, velocity_transform};
 pub use feedback::{Feedback, Measurement};
 pub use forward_dynamics::ForwardDynamics;
 pub use friction::Friction;
 pub use inverse_dynamics::{InverseDynamics, LinkInertia};
-pub use model::{FrictionLaw, Ground, Model, ModelLink};
+pub use model::{Ground, Model, ModelLink};
 pub use motion::{Base, LinkMotion, Motion, Twist};
 pub use noise::Noise;
 pub use process_plant::{ProcessPlant, actuation};

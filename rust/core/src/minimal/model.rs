@@ -2,9 +2,7 @@ use nalgebra::{DMatrix, Vector3};
 
 use crate::error::{ConfigError, non_negative};
 use crate::robot::Robot;
-use crate::scene::{FrictionLawName, SceneConfig};
-
-use crate::laws::SmoothLaw;
+use crate::scene::SceneConfig;
 
 use super::friction::Friction;
 use super::inverse_dynamics::{InverseDynamics, LinkInertia};
@@ -114,25 +112,5 @@ impl Model {
     /// n: two virtual prismatic joints, one virtual revolute joint and the real joints (T 6.3).
     pub fn degrees(&self) -> usize {
         self.links.len() + 2
-    }
-}
-
-/// Which law of Coulomb friction the plant obeys; the controller's model is always smooth.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum FrictionLaw {
-    /// The ellipse (T 6.24)-(T 6.25).
-    SetValued,
-    Smooth(SmoothLaw),
-}
-
-impl FrictionLaw {
-    /// The law of a scene.
-    pub fn of(scene: &SceneConfig) -> Self {
-        let smoothing = scene.smoothing;
-        match scene.friction_law {
-            FrictionLawName::SetValued => Self::SetValued,
-            FrictionLawName::Arctan => Self::Smooth(SmoothLaw::Arctan { smoothing }),
-            FrictionLawName::Ellipse => Self::Smooth(SmoothLaw::Ellipse { smoothing }),
-        }
     }
 }

@@ -8,7 +8,7 @@ use crate::error::ConfigError;
 use crate::gait::JointReference;
 use crate::minimal::{FrictionLaw, Ground, MinimalState, Model, Motion, Noise, NoiseConfig};
 use crate::robot::{Robot, RobotConfig};
-use crate::stepping::{IntegratorConfig, Method, StepStatistics};
+use crate::stepping::{ImplicitConfig, IntegratorConfig, Method, StepStatistics};
 
 use super::controller::{Controller, ROUND_OFF};
 use super::implicit::Implicit;
@@ -20,6 +20,7 @@ use super::thesis::Thesis;
 pub struct MinimalConfig {
     pub robot: RobotConfig,
     pub ground: Ground,
+    /// Of the plant; the controller's model is always smooth.
     pub friction_law: FrictionLaw,
     pub controller: ControllerConfig,
     pub integrator: IntegratorConfig,
@@ -56,7 +57,7 @@ impl MinimalSimulation {
     /// Names the section, the field, the value and what is admissible.
     pub fn new(config: &MinimalConfig) -> Result<Self, ConfigError> {
         let robot = Robot::new(&config.robot).map_err(|e| e.inside("robot"))?;
-        let on = (ModelName::Minimal, config.integrator.method);
+        let on = (ModelName::Minimal, config.integrator.method());
         Feature::Backlash.require(on, robot.free_play != 0.0, "robot.free_play", robot.free_play)?;
         config.ground.validate().map_err(|e| e.inside("scene"))?;
         config.controller.validate().map_err(|e| e.inside("controller"))?;
@@ -66,18 +67,18 @@ impl MinimalSimulation {
         let links = model.link_count();
         let feedback = ControllerConfig { treatment: treatment_of(config), ..config.controller };
         let controller = Controller::new(feedback, Noise::new(config.noise, config.seed), &model);
-        let mut integrator = config.integrator;
-        if integrator.method == Method::Implicit {
-            let held = feedback.treatment == Treatment::Step;
-            integrator.step = integrator.step.or(Some(if held { THESIS_STEP } else { STEP }));
-        }
-        let scheme = match (config.friction_law, integrator.method) {
-            (FrictionLaw::SetValued, Method::Thesis) => Scheme::Thesis(Box::new(Thesis::new(integrator, &model))),
-            (FrictionLaw::SetValued, Method::Implicit) => Scheme::Implicit(Box::new(Implicit::new(integrator, &model))),
-            (FrictionLaw::Smooth(law), Method::Implicit) => {
-                Scheme::Smooth(Box::new(Smooth::new(&integrator, &model, law, &controller)))
+        let integrator = with_default_step(config.integrator, feedback.treatment);
+        let scheme = match (config.friction_law, integrator) {
+            (FrictionLaw::SetValued, IntegratorConfig::Thesis(chosen)) => {
+                Scheme::Thesis(Box::new(Thesis::new(chosen, &model)))
             }
-            (FrictionLaw::Smooth(_), Method::Thesis) => {
+            (FrictionLaw::SetValued, IntegratorConfig::Implicit(chosen)) => {
+                Scheme::Implicit(Box::new(Implicit::new(chosen, &model)))
+            }
+            (FrictionLaw::Smooth(law), IntegratorConfig::Implicit(chosen)) => {
+                Scheme::Smooth(Box::new(Smooth::new(&chosen, &model, law, &controller)))
+            }
+            (FrictionLaw::Smooth(_), IntegratorConfig::Thesis(_)) => {
                 let expected = "\"implicit\" for a smooth friction law: time stepping is for set-valued laws";
                 return Err(ConfigError::new("integrator.method", "\"thesis\"", expected));
             }
@@ -234,10 +235,19 @@ impl MinimalSimulation {
 fn treatment_of(config: &MinimalConfig) -> Treatment {
     let smooth = matches!(config.friction_law, FrictionLaw::Smooth(_));
     match config.controller.treatment {
-        Treatment::Implicit if config.integrator.method == Method::Thesis => Treatment::Step,
+        Treatment::Implicit if config.integrator.method() == Method::Thesis => Treatment::Step,
         Treatment::Implicit if !config.noise.is_silent() => Treatment::Period(THESIS_STEP),
-        Treatment::Step if smooth => Treatment::Period(config.integrator.step.unwrap_or(THESIS_STEP)),
+        Treatment::Step if smooth => Treatment::Period(with_default_step(config.integrator, Treatment::Step).step()),
         chosen => chosen,
+    }
+}
+
+/// The configuration with this model's default step.
+fn with_default_step(config: IntegratorConfig, treatment: Treatment) -> IntegratorConfig {
+    let step = if treatment == Treatment::Step { THESIS_STEP } else { STEP };
+    match config {
+        IntegratorConfig::Implicit(chosen) => ImplicitConfig { step: chosen.step.or(Some(step)), ..chosen }.into(),
+        IntegratorConfig::Thesis(_) => config,
     }
 }
 

@@ -9,7 +9,7 @@ use diffsol::{
 
 use crate::gait::JointReference;
 use crate::minimal::{MinimalState, Model, SmoothLaw};
-use crate::stepping::{IntegratorConfig, StepStatistics};
+use crate::stepping::{ImplicitConfig, StepStatistics};
 
 use super::controller::{Controller, ROUND_OFF};
 use super::smooth_plant::SmoothPlant;
@@ -32,10 +32,14 @@ impl std::fmt::Debug for Smooth {
 }
 
 impl Smooth {
-    pub fn new(config: &IntegratorConfig, model: &Model, law: SmoothLaw, controller: &Controller) -> Self {
+    pub fn new(config: &ImplicitConfig, model: &Model, law: SmoothLaw, controller: &Controller) -> Self {
         let plant = SmoothPlant::new(model, law, *controller.config());
-        let tolerance = config.tolerance.unwrap_or(TOLERANCE);
-        Self { plant: RefCell::new(plant), tolerance, history: None, y: vec![0.0; 2 * model.degrees()] }
+        Self {
+            plant: RefCell::new(plant),
+            tolerance: config.tolerance,
+            history: None,
+            y: vec![0.0; 2 * model.degrees()],
+        }
     }
 
     /// Something jumps: the history no longer holds.
@@ -123,9 +127,6 @@ impl Smooth {
         Ok(())
     }
 }
-
-/// Default relative tolerance.
-const TOLERANCE: f64 = 1e-6;
 
 /// Absolute over relative tolerance.
 const ABSOLUTE: f64 = 1e-2;

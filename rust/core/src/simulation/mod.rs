@@ -18,8 +18,8 @@ use crate::pegs::PegGrid;
 use crate::robot::{Robot, RobotConfig};
 use crate::scene::{Peg, Scene, SceneConfig};
 use crate::stepping::{
-    Body, Clock, CompiledModel, Driven, Fleet, IntegratorConfig, Method, Model, Reference, RobotState, Scripted,
-    StepStatistics, WarmStart,
+    Body, Clock, CompiledModel, Driven, Fleet, IntegratorConfig, Model, Reference, RobotState, Scripted,
+    StepStatistics, ThesisConfig, WarmStart,
 };
 
 /// A model of which a robot can be simulated by itself.
@@ -36,7 +36,7 @@ pub trait SimulatedModel: CompiledModel {
     /// Places the robot straight and at rest.
     fn place_initially(simulation: &mut Simulation<Self>);
 
-    fn new_thesis(config: IntegratorConfig, system: &Self::System) -> Self::Thesis;
+    fn new_thesis(config: ThesisConfig, system: &Self::System) -> Self::Thesis;
 
     /// Integrates over `duration` in equal steps no longer than the configured one.
     fn advance_thesis<D: Driven<Model = Self>>(
@@ -92,17 +92,17 @@ impl<M: SimulatedModel> Simulation<M> {
         controller: &ControllerConfig,
         integrator: &IntegratorConfig,
     ) -> Result<Self, ConfigError> {
-        require_supported(M::NAME, integrator.method, robot, scene, controller)?;
+        require_supported(M::NAME, integrator.method(), robot, scene, controller)?;
         let robot = Robot::new(robot).map_err(|e| e.inside("robot"))?;
         let scene = Scene::new(scene).map_err(|e| e.inside("scene"))?;
         integrator.validate().map_err(|e| e.inside("integrator"))?;
         let body = Body::new(&robot, PegGrid::new(&scene.pegs));
         let system = M::system(robot, &scene, controller)?;
-        let (integrator, scheme) = match integrator.method {
-            Method::Thesis => (*integrator, Scheme::Thesis(Box::new(M::new_thesis(*integrator, &system)))),
-            Method::Implicit => {
-                let fleet = Fleet::new(*integrator, &system, 1);
-                (*fleet.config(), Scheme::Implicit(Box::new(fleet)))
+        let (integrator, scheme) = match *integrator {
+            IntegratorConfig::Thesis(config) => (*integrator, Scheme::Thesis(Box::new(M::new_thesis(config, &system)))),
+            IntegratorConfig::Implicit(config) => {
+                let fleet = Fleet::new(config, &system, 1);
+                ((*fleet.config()).into(), Scheme::Implicit(Box::new(fleet)))
             }
         };
         let mut simulation = Self { system, body, integrator, scheme };

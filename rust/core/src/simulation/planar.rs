@@ -5,7 +5,7 @@ use crate::error::ConfigError;
 use crate::planar::{Planar, PlanarSystem, Pose, Thesis, Twist, assemble_chain, largest_joint_gap};
 use crate::robot::Robot;
 use crate::scene::Scene;
-use crate::stepping::{Body, Driven, IntegratorConfig};
+use crate::stepping::{Body, Driven, ThesisConfig};
 
 use super::{SimulatedModel, Simulation, Snapshot};
 
@@ -30,7 +30,7 @@ impl SimulatedModel for Planar {
         simulation.place_chain(0.0, 0.0, 0.0, &vec![0.0; joints]);
     }
 
-    fn new_thesis(config: IntegratorConfig, system: &PlanarSystem) -> Thesis {
+    fn new_thesis(config: ThesisConfig, system: &PlanarSystem) -> Thesis {
         Thesis::new(config, system)
     }
 

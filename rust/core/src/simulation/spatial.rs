@@ -9,7 +9,7 @@ use crate::spatial::{
     End, Pose, Spatial, SpatialSystem, SpatialThesis, StackedTwist, assemble_chain, ground_gap, largest_joint_gap,
     peg_gap, rest_on_ground,
 };
-use crate::stepping::{Body, Driven, IntegratorConfig};
+use crate::stepping::{Body, Driven, ThesisConfig};
 
 use super::{SimulatedModel, Simulation, Snapshot};
 
@@ -34,7 +34,7 @@ impl SimulatedModel for Spatial {
         simulation.rest_on_ground();
     }
 
-    fn new_thesis(config: IntegratorConfig, system: &SpatialSystem) -> SpatialThesis {
+    fn new_thesis(config: ThesisConfig, system: &SpatialSystem) -> SpatialThesis {
         SpatialThesis::new(config, system)
     }
 

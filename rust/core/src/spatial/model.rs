@@ -8,7 +8,7 @@ use crate::pegs::PegGrid;
 use crate::robot::Robot;
 use crate::solver::RESIDUAL_LIMIT;
 use crate::stepping::kernels::compile_kernels;
-use crate::stepping::{self, Growing, IntegratorConfig, Model, Reference};
+use crate::stepping::{self, Growing, ImplicitConfig, Model, Reference};
 
 use super::stage_work::StageWork;
 use super::{ChainState, Pose, SpatialState, SpatialSystem, assemble_chain, rest_on_ground};
@@ -38,8 +38,8 @@ impl Model for Spatial {
     const ABRUPT_CHANGE: f64 = 4.0;
     const RESIDUAL_FACTOR: f64 = RESIDUAL_LIMIT;
 
-    fn configured(config: IntegratorConfig) -> IntegratorConfig {
-        IntegratorConfig { step: Some(config.step.unwrap_or(STEP)), ..config }
+    fn configured(config: ImplicitConfig) -> ImplicitConfig {
+        ImplicitConfig { step: Some(config.step.unwrap_or(STEP)), ..config }
     }
 
     fn robot(system: &SpatialSystem) -> &Robot {

@@ -1,3 +1,8 @@
+//! What a user may choose about time stepping: one type per method.
+
+use std::fmt;
+
+use serde::de::{DeserializeSeed, Deserializer, Error, IntoDeserializer, MapAccess, Visitor, value};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, positive, require};
@@ -13,80 +18,101 @@ pub enum Method {
     Implicit,
 }
 
-/// What a user may choose about time stepping; `None` takes the method's own default.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct IntegratorConfig {
-    pub method: Method,
-    /// Largest step \[s\]; a run divides its sampling interval into equal steps no longer than this.
-    pub step: Option<f64>,
-    /// `thesis`: epsilon of (T 3.81) \[N s\]. `implicit`: accuracy of the velocities \[m/s\] (T 3.81 != D11).
-    pub tolerance: Option<f64>,
-    /// Iterations after which a step is given up and counted as a miss (T Remark 3.1).
-    pub max_iterations: Option<u32>,
-    /// `implicit`: 1 is implicit Euler, 2 the two-stage L-stable SDIRK.
-    pub order: u32,
-    /// `implicit`, order 2: implicit-Euler steps that at most replace a step in which a peg's force changes abruptly.
-    pub event_substeps: u32,
-    /// `implicit`, order 2: deviation of a stage from its prediction beyond which that is so \[m\].
-    pub event_tolerance: Option<f64>,
-    /// `thesis`: r_T of (T 3.79), (T 4.114).
-    pub r_t: Option<f64>,
-    /// `thesis`: r_H of (T 3.78), (T 4.116).
-    pub r_h: f64,
-    /// `thesis`, spatial model: r_N of (T 4.113).
-    pub r_n: f64,
-    /// `thesis`, spatial model: r_V of (T 4.115).
-    pub r_v: f64,
-}
+impl Method {
+    /// The name that users write.
+    pub fn name(self) -> &'static str {
+        match self {
+            Method::Thesis => "thesis",
+            Method::Implicit => "implicit",
+        }
+    }
 
-impl Default for IntegratorConfig {
-    fn default() -> Self {
-        Self {
-            method: Method::Implicit,
-            step: None,
-            tolerance: None,
-            max_iterations: None,
-            order: 2,
-            event_substeps: 4,
-            event_tolerance: None,
-            r_t: None,
-            r_h: 0.01,
-            r_n: 0.1,
-            r_v: 0.05,
+    /// The options that the method has.
+    fn options(self) -> &'static [&'static str] {
+        match self {
+            Method::Thesis => &["step", "tolerance", "max_iterations", "r_t", "r_h", "r_n", "r_v"],
+            Method::Implicit => &["step", "tolerance", "max_iterations", "order", "event_substeps", "event_tolerance"],
         }
     }
 }
 
-impl IntegratorConfig {
-    /// # Errors
-    /// Names the option that is not admissible.
-    pub fn validate(&self) -> Result<(), ConfigError> {
-        positive("step", self.step())?;
-        positive("tolerance", self.tolerance())?;
-        require(self.max_iterations() >= 1, "max_iterations", self.max_iterations(), "an integer >= 1")?;
-        require((1..=2).contains(&self.order), "order", self.order, "1 or 2")?;
-        let substeps = self.event_substeps;
-        require((1..=1000).contains(&substeps), "event_substeps", substeps, "an integer in [1, 1000]")?;
-        for (name, value) in [("event_tolerance", self.event_tolerance), ("r_t", self.r_t)] {
-            value.map_or(Ok(0.0), |value| positive(name, value))?;
-        }
+/// Options of the method `thesis`; `None` takes the model's own default.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct ThesisConfig {
+    /// Largest step \[s\]; a run divides its sampling interval into equal steps no longer than this.
+    pub step: f64,
+    /// epsilon of (T 3.81) \[N s\].
+    pub tolerance: Option<f64>,
+    /// Iterations after which a step is given up and counts as unconverged (T Remark 3.1).
+    pub max_iterations: u32,
+    /// r_T of (T 3.79), (T 4.114).
+    pub r_t: Option<f64>,
+    /// r_H of (T 3.78), (T 4.116).
+    pub r_h: f64,
+    /// r_N of (T 4.113); the spatial model only.
+    pub r_n: f64,
+    /// r_V of (T 4.115); the spatial model only.
+    pub r_v: f64,
+}
+
+impl Default for ThesisConfig {
+    fn default() -> Self {
+        Self { step: 2.5e-4, tolerance: None, max_iterations: 10_000, r_t: None, r_h: 0.01, r_n: 0.1, r_v: 0.05 }
+    }
+}
+
+impl ThesisConfig {
+    /// Number of equal steps that divide `duration`.
+    pub fn steps_in(&self, duration: f64) -> u32 {
+        steps_in(duration, self.step)
+    }
+
+    fn validate(&self) -> Result<(), ConfigError> {
+        positive("step", self.step)?;
+        self.tolerance.map_or(Ok(0.0), |value| positive("tolerance", value))?;
+        require(self.max_iterations >= 1, "max_iterations", self.max_iterations, "an integer >= 1")?;
+        self.r_t.map_or(Ok(0.0), |value| positive("r_t", value))?;
         for (name, value) in [("r_h", self.r_h), ("r_n", self.r_n), ("r_v", self.r_v)] {
             positive(name, value)?;
         }
         Ok(())
     }
+}
 
+/// Options of the method `implicit`; `None` takes the model's own default.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct ImplicitConfig {
+    /// Largest step \[s\]; a run divides its sampling interval into equal steps no longer than this.
+    pub step: Option<f64>,
+    /// Accuracy of the velocities \[m/s\] (T 3.81 != D11); of a smooth plant of the minimal model, relative.
+    pub tolerance: f64,
+    /// Iterations after which a stage is given up and counts as unconverged (T Remark 3.1).
+    pub max_iterations: u32,
+    /// 1 is implicit Euler, 2 the two-stage L-stable SDIRK.
+    pub order: u32,
+    /// Order 2: implicit-Euler steps that at most replace a step in which a peg's force changes abruptly.
+    pub event_substeps: u32,
+    /// Order 2: deviation of a stage from its prediction beyond which that is so \[m\].
+    pub event_tolerance: Option<f64>,
+}
+
+impl Default for ImplicitConfig {
+    fn default() -> Self {
+        Self { step: None, tolerance: 1e-6, max_iterations: 200, order: 2, event_substeps: 4, event_tolerance: None }
+    }
+}
+
+impl ImplicitConfig {
+    /// Largest step; that of the planar model if no other was chosen \[s\].
     pub fn step(&self) -> f64 {
-        self.step.unwrap_or(match self.method {
-            Method::Thesis => 2.5e-4,
-            Method::Implicit => 0.025,
-        })
+        self.step.unwrap_or(0.025)
     }
 
     /// Number of equal steps that divide `duration`.
     pub fn steps_in(&self, duration: f64) -> u32 {
-        (duration / self.step() - STEP_SLACK).ceil().max(1.0) as u32
+        steps_in(duration, self.step())
     }
 
     /// How often a step in which a peg's force changes abruptly is halved before it is taken as Euler steps.
@@ -99,20 +125,176 @@ impl IntegratorConfig {
         self.event_substeps.div_ceil(1 << self.event_halvings())
     }
 
-    pub fn tolerance(&self) -> f64 {
-        self.tolerance.unwrap_or(match self.method {
-            Method::Thesis => 2e-5,
-            Method::Implicit => 1e-6,
-        })
+    fn validate(&self) -> Result<(), ConfigError> {
+        positive("step", self.step())?;
+        positive("tolerance", self.tolerance)?;
+        require(self.max_iterations >= 1, "max_iterations", self.max_iterations, "an integer >= 1")?;
+        require((1..=2).contains(&self.order), "order", self.order, "1 or 2")?;
+        let substeps = self.event_substeps;
+        require((1..=1000).contains(&substeps), "event_substeps", substeps, "an integer in [1, 1000]")?;
+        self.event_tolerance.map_or(Ok(0.0), |value| positive("event_tolerance", value)).map(drop)
+    }
+}
+
+/// The method and its options.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(tag = "method", rename_all = "lowercase")]
+pub enum IntegratorConfig {
+    Thesis(ThesisConfig),
+    Implicit(ImplicitConfig),
+}
+
+impl Default for IntegratorConfig {
+    fn default() -> Self {
+        ImplicitConfig::default().into()
+    }
+}
+
+impl From<ThesisConfig> for IntegratorConfig {
+    fn from(config: ThesisConfig) -> Self {
+        Self::Thesis(config)
+    }
+}
+
+impl From<ImplicitConfig> for IntegratorConfig {
+    fn from(config: ImplicitConfig) -> Self {
+        Self::Implicit(config)
+    }
+}
+
+impl IntegratorConfig {
+    /// A method with its default options.
+    pub fn of(method: Method) -> Self {
+        match method {
+            Method::Thesis => ThesisConfig::default().into(),
+            Method::Implicit => ImplicitConfig::default().into(),
+        }
     }
 
-    pub fn max_iterations(&self) -> u32 {
-        self.max_iterations.unwrap_or(match self.method {
-            Method::Thesis => 10_000,
-            Method::Implicit => 200,
-        })
+    /// # Errors
+    /// Names the option that is not admissible.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        match self {
+            Self::Thesis(config) => config.validate(),
+            Self::Implicit(config) => config.validate(),
+        }
     }
+
+    pub fn method(&self) -> Method {
+        match self {
+            Self::Thesis(_) => Method::Thesis,
+            Self::Implicit(_) => Method::Implicit,
+        }
+    }
+
+    /// The options of `implicit`; `None` for the other method.
+    pub fn implicit(&self) -> Option<ImplicitConfig> {
+        match *self {
+            Self::Implicit(config) => Some(config),
+            Self::Thesis(_) => None,
+        }
+    }
+
+    /// Largest step \[s\].
+    pub fn step(&self) -> f64 {
+        match self {
+            Self::Thesis(config) => config.step,
+            Self::Implicit(config) => config.step(),
+        }
+    }
+
+    /// The same with another largest step \[s\].
+    #[must_use]
+    pub fn with_step(self, step: f64) -> Self {
+        match self {
+            Self::Thesis(config) => ThesisConfig { step, ..config }.into(),
+            Self::Implicit(config) => ImplicitConfig { step: Some(step), ..config }.into(),
+        }
+    }
+
+    /// Number of equal steps that divide `duration`.
+    pub fn steps_in(&self, duration: f64) -> u32 {
+        steps_in(duration, self.step())
+    }
+}
+
+fn steps_in(duration: f64, step: f64) -> u32 {
+    (duration / step - STEP_SLACK).ceil().max(1.0) as u32
 }
 
 /// A ratio of durations this close to a whole number counts as whole.
 const STEP_SLACK: f64 = 1e-9;
+
+// By hand: the derived reading of a tagged enum loses at which field it fails.
+impl<'de> Deserialize<'de> for IntegratorConfig {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_struct("IntegratorConfig", &["method"], MethodFirst)
+    }
+}
+
+/// Reads the method, `implicit` if left out, which must come first, and then its options.
+struct MethodFirst;
+
+impl<'de> Visitor<'de> for MethodFirst {
+    type Value = IntegratorConfig;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a method and its options")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<IntegratorConfig, A::Error> {
+        let mut pending = map.next_key::<String>()?;
+        let mut method = Method::default();
+        if pending.as_deref() == Some("method") {
+            method = map.next_value()?;
+            pending = map.next_key()?;
+        }
+        let options = value::MapAccessDeserializer::new(Options { map, pending, method });
+        match method {
+            Method::Thesis => ThesisConfig::deserialize(options).map(IntegratorConfig::Thesis),
+            Method::Implicit => ImplicitConfig::deserialize(options).map(IntegratorConfig::Implicit),
+        }
+    }
+}
+
+/// The options of a method; any other is refused.
+struct Options<A> {
+    map: A,
+    /// A name that was read before.
+    pending: Option<String>,
+    method: Method,
+}
+
+impl<'de, A: MapAccess<'de>> MapAccess<'de> for Options<A> {
+    type Error = A::Error;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, A::Error> {
+        let name = match self.pending.take() {
+            Some(name) => name,
+            None => match self.map.next_key::<String>()? {
+                Some(name) => name,
+                None => return Ok(None),
+            },
+        };
+        if !self.method.options().contains(&name.as_str()) {
+            self.map.next_value_seed(Refusal(self.method))?;
+        }
+        seed.deserialize(name.into_deserializer()).map(Some)
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, A::Error> {
+        self.map.next_value_seed(seed)
+    }
+}
+
+/// In place of the value of something that is no option of the method: the error is then told at that field.
+struct Refusal(Method);
+
+impl<'de> DeserializeSeed<'de> for Refusal {
+    type Value = ();
+
+    fn deserialize<D: Deserializer<'de>>(self, _: D) -> Result<(), D::Error> {
+        let (method, options) = (self.0.name(), self.0.options().join(", "));
+        Err(D::Error::custom(format!("an option of method=\"{method}\": {options}")))
+    }
+}

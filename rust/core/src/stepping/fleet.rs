@@ -4,7 +4,7 @@ use crate::math::Real;
 #[cfg(target_arch = "x86_64")]
 use crate::math::{Wide4, Wide8};
 
-use super::IntegratorConfig;
+use super::ImplicitConfig;
 use super::group::Group;
 use super::kernels::{Compiled, CompiledModel};
 use super::lanes::{Lanes, Members};
@@ -16,7 +16,7 @@ use super::start::START_LASTS;
 /// its neighbours, or on their number.
 #[derive(Debug, Clone)]
 pub struct Fleet<M: Model> {
-    config: IntegratorConfig,
+    config: ImplicitConfig,
     width: Width<M>,
     members: Vec<usize>,
     plans: Vec<StepPlan<M::Division>>,
@@ -43,7 +43,7 @@ struct Pending {
 
 impl<M: CompiledModel> Fleet<M> {
     /// A fleet of about `robots` robots; a few are faster one by one than in a wide group.
-    pub fn new(config: IntegratorConfig, system: &M::System, robots: usize) -> Self {
+    pub fn new(config: ImplicitConfig, system: &M::System, robots: usize) -> Self {
         let config = M::configured(config);
         Self {
             config,
@@ -56,7 +56,7 @@ impl<M: CompiledModel> Fleet<M> {
     }
 
     /// The configuration with the model's defaults.
-    pub fn config(&self) -> &IntegratorConfig {
+    pub fn config(&self) -> &ImplicitConfig {
         &self.config
     }
 
@@ -98,7 +98,7 @@ impl<M: CompiledModel> Fleet<M> {
 }
 
 impl<M: CompiledModel> Width<M> {
-    fn choose(config: IntegratorConfig, system: &M::System, robots: usize) -> Self {
+    fn choose(config: ImplicitConfig, system: &M::System, robots: usize) -> Self {
         #[cfg(target_arch = "x86_64")]
         {
             if robots > 2 && Wide8::is_available() {
@@ -132,7 +132,7 @@ fn prepare<D: Driven>(
 
 /// One call of [`Fleet::advance`].
 struct Run<'a, D: Driven> {
-    config: &'a IntegratorConfig,
+    config: &'a ImplicitConfig,
     system: &'a <D::Model as Model>::System,
     robots: &'a mut [D],
     members: &'a [usize],

@@ -15,7 +15,7 @@ use nalgebra::Vector2;
 
 use crate::math::{MAX_LANES, Real};
 
-use super::IntegratorConfig;
+use super::ImplicitConfig;
 use super::energy::EnergyLedger;
 use super::kernels::{Compiled, Part, Request};
 use super::lanes::{Lanes, Members, NO_LANES, active, mask};
@@ -25,7 +25,7 @@ use super::sdirk::{EXTRAPOLATION, GAMMA};
 /// Workspace for up to `T::LANES` robots of one system.
 #[derive(Debug, Clone)]
 pub struct Group<M: Model, T: Real> {
-    config: IntegratorConfig,
+    config: ImplicitConfig,
     work: M::Work<T>,
     /// Work of the first stage and what pegs did in it, until the step is accepted.
     first_energy: EnergyLedger<T>,
@@ -41,7 +41,7 @@ pub struct Group<M: Model, T: Real> {
 }
 
 impl<T: Real, M: Compiled<T>> Group<M, T> {
-    pub fn new(config: IntegratorConfig, system: &M::System) -> Self {
+    pub fn new(config: ImplicitConfig, system: &M::System) -> Self {
         let links = M::robot(system).link_count();
         let peg_impulses = || Vec::with_capacity(PEG_IMPULSES_PER_LINK * links * T::LANES);
         Self {
@@ -137,7 +137,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
 
     /// Solves the stage in all lanes, and by the fallback where that fails; see [`super::verdict`].
     fn solve<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, lanes: Lanes) {
-        let (tolerance, max_iterations) = (self.config.tolerance(), self.config.max_iterations());
+        let (tolerance, max_iterations) = (self.config.tolerance, self.config.max_iterations);
         let solved = M::solve(&mut self.work, Request { tolerance, max_iterations, lanes: mask::<T>(lanes) });
         for lane in active(lanes) {
             let iterations = solved.outcome.iterations.lane(lane) as u32;

@@ -22,7 +22,7 @@ mod statistics;
 mod verdict;
 
 pub use body::{Body, Clock, HasBody, Scripted};
-pub use config::{IntegratorConfig, Method};
+pub use config::{ImplicitConfig, IntegratorConfig, Method, ThesisConfig};
 pub use energy::EnergyLedger;
 pub use fleet::Fleet;
 pub use growing::Growing;

@@ -11,7 +11,7 @@ use crate::math::Real;
 use crate::robot::Robot;
 use crate::solver::Outcome;
 
-use super::IntegratorConfig;
+use super::ImplicitConfig;
 use super::body::Body;
 use super::energy::EnergyLedger;
 use super::lanes::{Lanes, Members, NO_LANES};
@@ -37,7 +37,7 @@ pub trait Model: Debug + Clone + Copy + PartialEq + 'static {
     const RESIDUAL_FACTOR: f64;
 
     /// The configuration with the model's own defaults.
-    fn configured(config: IntegratorConfig) -> IntegratorConfig {
+    fn configured(config: ImplicitConfig) -> ImplicitConfig {
         config
     }
 

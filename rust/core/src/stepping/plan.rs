@@ -6,7 +6,7 @@
 
 use std::fmt::Debug;
 
-use super::IntegratorConfig;
+use super::ImplicitConfig;
 use super::body::{Body, Clock};
 use super::model::{Driven, Model, RobotState};
 use super::start::end_before;
@@ -27,7 +27,7 @@ pub struct Interval {
 }
 
 impl Interval {
-    pub fn new(config: &IntegratorConfig, duration: f64) -> Self {
+    pub fn new(config: &ImplicitConfig, duration: f64) -> Self {
         let steps = config.steps_in(duration);
         Self {
             step: duration / f64::from(steps),

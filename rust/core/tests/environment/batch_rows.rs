@@ -3,7 +3,7 @@
 use snake_core::batch::{Batch, Batched, Outputs};
 use snake_core::environment::rng::Rng;
 use snake_core::environment::{EnvConfig, Environment, ModelKind, PlanarRobot, SpatialRobot, Task};
-use snake_core::stepping::{IntegratorConfig, Method};
+use snake_core::stepping::{ImplicitConfig, ThesisConfig};
 
 /// Arrays that a batch writes to.
 #[derive(Clone, PartialEq, Debug)]
@@ -101,7 +101,7 @@ fn results_do_not_depend_on_threads_or_batch_size() {
 
 #[test]
 fn spatial_rows_do_not_depend_on_threads_or_batch_size() {
-    let integrator = IntegratorConfig { step: Some(0.025), ..IntegratorConfig::default() };
+    let integrator = ImplicitConfig { step: Some(0.025), ..ImplicitConfig::default() }.into();
     rows_are_alone::<SpatialRobot>(&EnvConfig { model: ModelKind::Spatial, integrator, ..short_field() });
 }
 
@@ -160,7 +160,7 @@ fn diverge_in_row_three<M: Batched>(config: &EnvConfig) {
 
 #[test]
 fn a_batch_of_the_thesis_method_steps_like_its_environments() {
-    let integrator = IntegratorConfig { method: Method::Thesis, ..IntegratorConfig::default() };
+    let integrator = ThesisConfig::default().into();
     let config = EnvConfig { task: Task::COURSE, integrator, ..EnvConfig::default() };
     let mut batch = Batch::<PlanarRobot>::new(&config, 2, 1).unwrap();
     let mut arrays = Arrays::of(&batch);

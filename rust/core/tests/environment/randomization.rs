@@ -7,7 +7,7 @@ use snake_core::environment::signal::COUNT;
 use snake_core::environment::*;
 use snake_core::noise::NoiseConfig;
 use snake_core::robot::{PerLink, RobotConfig};
-use snake_core::stepping::Method;
+use snake_core::stepping::ThesisConfig;
 
 fn field(randomization: Randomization) -> EnvConfig {
     EnvConfig { task: Task::FIELD, randomization, ..EnvConfig::default() }
@@ -100,13 +100,13 @@ fn play_and_drops_that_no_plant_can_have_are_refused_by_name() {
     };
     for change in [
         (|config| config.controller.law = ControlLaw::Io) as fn(&mut EnvConfig),
-        |config| config.integrator.method = Method::Thesis,
+        |config| config.integrator = ThesisConfig::default().into(),
         |config| config.robot.free_play = 1.5,
     ] {
         assert_eq!(refused(play, change), "randomization.free_play");
     }
     for change in [(|config| config.stribeck.drop = 0.6) as fn(&mut EnvConfig), |config| {
-        config.integrator.method = Method::Thesis;
+        config.integrator = ThesisConfig::default().into();
     }] {
         assert_eq!(refused(drop, change), "randomization.stribeck");
     }

@@ -4,7 +4,7 @@ use snake_core::control::{ControllerConfig, Treatment};
 use snake_core::gait::{JointReference, Wave};
 use snake_core::minimal::{FrictionLaw, MinimalState, NoiseConfig, SmoothLaw};
 use snake_core::minimal::{MinimalConfig, MinimalSimulation};
-use snake_core::stepping::{IntegratorConfig, Method};
+use snake_core::stepping::{ImplicitConfig, IntegratorConfig, Method};
 use snake_test_support::minimal::{default_config, error_of_joint_5, io_for_period, soft_start, straight};
 
 fn io() -> MinimalConfig {
@@ -17,11 +17,11 @@ fn limited() -> ControllerConfig {
 }
 
 fn with_step(config: MinimalConfig, step: f64) -> MinimalConfig {
-    MinimalConfig { integrator: IntegratorConfig { step: Some(step), ..config.integrator }, ..config }
+    MinimalConfig { integrator: config.integrator.with_step(step), ..config }
 }
 
 fn on(config: MinimalConfig, law: SmoothLaw, tolerance: f64) -> MinimalConfig {
-    let integrator = IntegratorConfig { tolerance: Some(tolerance), ..IntegratorConfig::default() };
+    let integrator = ImplicitConfig { tolerance, ..ImplicitConfig::default() }.into();
     MinimalConfig { friction_law: FrictionLaw::Smooth(law), integrator, ..config }
 }
 
@@ -79,7 +79,7 @@ fn the_velocities_of_the_virtual_joints_stay_bounded_in_all_runs() {
     let laws = [FrictionLaw::SetValued, FrictionLaw::Smooth(SmoothLaw::PRINTED)];
     for friction_law in laws {
         for config in [io(), default_config()] {
-            let integrator = IntegratorConfig { step: Some(0.01), ..IntegratorConfig::default() };
+            let integrator = ImplicitConfig { step: Some(0.01), ..ImplicitConfig::default() }.into();
             let (w, _) = observe(&MinimalConfig { friction_law, integrator, ..config }, 20.0);
             assert!(w < 10.0, "{w}");
         }
@@ -110,7 +110,7 @@ fn implicit_feedback_has_no_limit_on_the_step() {
 /// Whether a straight robot whose joint 5 is pushed comes to rest, its torques held for `period`.
 fn recovers(law: ControllerConfig, period: f64) -> bool {
     let controller = ControllerConfig { treatment: Treatment::Period(period), ..law };
-    let integrator = IntegratorConfig { step: Some(period), tolerance: Some(1e-7), ..IntegratorConfig::default() };
+    let integrator = ImplicitConfig { step: Some(period), tolerance: 1e-7, ..ImplicitConfig::default() }.into();
     let config = MinimalConfig { controller, integrator, ..default_config() };
     let mut simulation = MinimalSimulation::new(&config).expect("admissible");
     let mut state = MinimalState::zero(13);
@@ -232,7 +232,7 @@ fn the_jumps_of_the_soft_start_take_1326_newton_metres_of_the_printed_gains_and_
     for (law, expected) in [(ControllerConfig::io(), 1326.5), (ControllerConfig::minimal_pd(), 10.28)] {
         for (method, treatment) in [(Method::Thesis, Treatment::Implicit), (Method::Implicit, Treatment::Step)] {
             let controller = ControllerConfig { treatment, ..law };
-            let integrator = IntegratorConfig { method, step: Some(2.5e-4), ..IntegratorConfig::default() };
+            let integrator = IntegratorConfig::of(method).with_step(2.5e-4);
             let (mut simulation, gait) =
                 (straight(&MinimalConfig { controller, integrator, ..default_config() }), soft_start());
             let mut largest = 0.0_f64;
@@ -256,7 +256,7 @@ fn noisy(seed: u64, method: Method, treatment: Treatment) -> Vec<f64> {
         joint_rate: 0.1 * degree,
     };
     let controller = ControllerConfig { treatment, ..ControllerConfig::io() };
-    let integrator = IntegratorConfig { method, step: Some(2.5e-4), ..IntegratorConfig::default() };
+    let integrator = IntegratorConfig::of(method).with_step(2.5e-4);
     let mut simulation = straight(&MinimalConfig { controller, integrator, noise, seed, ..default_config() });
     assert!(simulation.advance(0.2, &soft_start()));
     simulation.state().q.clone()

@@ -3,7 +3,7 @@
 
 use snake_core::control::ControllerConfig;
 use snake_core::minimal::MinimalConfig;
-use snake_core::stepping::{IntegratorConfig, Method};
+use snake_core::stepping::{ImplicitConfig, Method, ThesisConfig};
 use snake_test_support::minimal::{default_config, error_of_joint_5, soft_start, straight};
 
 /// Rows of t, phi_d5, e5, tau5, x_cm, y_cm, w.
@@ -14,8 +14,10 @@ fn reference() -> Vec<Vec<f64>> {
 }
 
 fn with(method: Method, step: f64, tolerance: f64) -> MinimalConfig {
-    let integrator =
-        IntegratorConfig { method, step: Some(step), tolerance: Some(tolerance), ..IntegratorConfig::default() };
+    let integrator = match method {
+        Method::Thesis => ThesisConfig { step, tolerance: Some(tolerance), ..ThesisConfig::default() }.into(),
+        Method::Implicit => ImplicitConfig { step: Some(step), tolerance, ..ImplicitConfig::default() }.into(),
+    };
     MinimalConfig { integrator, ..default_config() }
 }
 
@@ -54,7 +56,7 @@ fn figures(config: &MinimalConfig) -> Figures {
     f.rms_torque = (f.rms_torque / count).sqrt();
     println!(
         "{:?} at {} s: max {:.4} deg, RMS {:.4} deg, torque {:.4} N m, {:.4} m; off by {:.1e} rad, {:.1e} m",
-        config.integrator.method,
+        config.integrator.method(),
         config.integrator.step(),
         f.max_error.to_degrees(),
         f.rms_error.to_degrees(),
@@ -105,7 +107,7 @@ fn distance(one: &MinimalConfig, other: &MinimalConfig, duration: f64) -> [f64; 
             worst[0] = worst[0].max((p - q).abs());
         }
     }
-    println!("{:?}: {:.1e} rad, {:.1e} m", one.integrator.step, worst[0], worst[1]);
+    println!("{}: {:.1e} rad, {:.1e} m", one.integrator.step(), worst[0], worst[1]);
     worst
 }
 

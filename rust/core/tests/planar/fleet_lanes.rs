@@ -6,7 +6,7 @@ use snake_core::pegs::PegGrid;
 use snake_core::planar::{Fleet, PlanarState, PlanarSystem, Scripted};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, START_7_5, TABLE_7_5};
-use snake_core::stepping::IntegratorConfig;
+use snake_core::stepping::ImplicitConfig;
 
 type Undulator = Scripted<Wave>;
 
@@ -29,7 +29,7 @@ fn robots(system: &PlanarSystem, count: usize) -> Vec<Undulator> {
     (0..count).map(undulator).collect()
 }
 
-fn run(system: &PlanarSystem, config: IntegratorConfig, robots: &mut [Undulator], width: usize) -> Vec<PlanarState> {
+fn run(system: &PlanarSystem, config: ImplicitConfig, robots: &mut [Undulator], width: usize) -> Vec<PlanarState> {
     let mut fleet = Fleet::new(config, system, width);
     for _ in 0..20 {
         fleet.advance(system, robots, 0.05, |_| true);
@@ -41,7 +41,7 @@ fn run(system: &PlanarSystem, config: IntegratorConfig, robots: &mut [Undulator]
 fn the_width_of_the_registers_and_the_neighbours_do_not_matter() {
     for (friction, order) in [([0.2, 0.2], 2), ([0.05, 0.6], 2), ([0.2, 0.0], 1)] {
         let system = system(friction);
-        let config = IntegratorConfig { step: Some(0.0125), order, ..IntegratorConfig::default() };
+        let config = ImplicitConfig { step: Some(0.0125), order, ..ImplicitConfig::default() };
         let alone: Vec<PlanarState> = (0..13)
             .map(|k| run(&system, config, std::slice::from_mut(&mut robots(&system, 13)[k]), 1).remove(0))
             .collect();
@@ -60,7 +60,7 @@ fn so_it_is_under_input_output_linearisation() {
         torque_limit: Some(10.0),
         ..ControllerConfig::default()
     };
-    let (system, config) = (plant_under(io, [0.2, 0.2]), IntegratorConfig::default());
+    let (system, config) = (plant_under(io, [0.2, 0.2]), ImplicitConfig::default());
     let alone: Vec<PlanarState> =
         (0..9).map(|k| run(&system, config, std::slice::from_mut(&mut robots(&system, 9)[k]), 1).remove(0)).collect();
     for width in [2, 9] {
@@ -71,7 +71,7 @@ fn so_it_is_under_input_output_linearisation() {
 #[test]
 fn a_robot_that_diverges_leaves_its_neighbours_untouched() {
     let system = system([0.2, 0.2]);
-    let config = IntegratorConfig::default();
+    let config = ImplicitConfig::default();
     let sound = run(&system, config, &mut robots(&system, 9), 9);
     let mut with_a_sick_one = robots(&system, 9);
     with_a_sick_one[4].body.state.twist[3].x = f64::NAN;

@@ -11,7 +11,7 @@ use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, START_7_5, SceneConfig, TABLE_7_5};
 use snake_core::simulation::PlanarSimulation;
 use snake_core::solver::SolveStatus;
-use snake_core::stepping::{IntegratorConfig, PlantParameters};
+use snake_core::stepping::{ImplicitConfig, IntegratorConfig, PlantParameters};
 use snake_test_support::planar::{Hold, LIMP, Random, build, ground, implicit, links, moving_chain};
 use snake_test_support::planar_stage::{self as dense, Kind};
 
@@ -245,7 +245,7 @@ fn crowd(system: &PlanarSystem, count: usize) -> Vec<Scripted<Wave>> {
 }
 
 fn run(system: &PlanarSystem, robots: &mut [Scripted<Wave>], width: usize) -> Vec<PlanarState> {
-    let mut fleet = Fleet::new(IntegratorConfig::default(), system, width);
+    let mut fleet = Fleet::new(ImplicitConfig::default(), system, width);
     for _ in 0..20 {
         fleet.advance(system, robots, 0.05, |_| true);
     }
@@ -316,7 +316,7 @@ fn long_steps_follow_short_ones() {
         let fine = end(implicit(1e-3, 2));
         for (scheme, most) in [(IntegratorConfig::default(), 5e-4)] {
             let error = (end(scheme) - fine).norm();
-            println!("{name}, {:?}: {:.3} mm", scheme.method, 1e3 * error);
+            println!("{name}: {:.3} mm", 1e3 * error);
             assert!(error < most, "{name}: {error:e}");
         }
     }

@@ -4,7 +4,7 @@ use snake_core::control::ControllerConfig;
 use snake_core::gait::{JointReference, Wave};
 use snake_core::scene::{START_7_5, SceneConfig};
 use snake_core::simulation::PlanarSimulation;
-use snake_core::stepping::{IntegratorConfig, Method};
+use snake_core::stepping::{ImplicitConfig, IntegratorConfig, Method, ThesisConfig};
 use snake_test_support::planar::{START_FREE, ground, table_7_5};
 
 fn io(torque_limit: Option<f64>) -> ControllerConfig {
@@ -24,7 +24,12 @@ fn undulating(
 }
 
 fn with_step(method: Method, step: f64) -> IntegratorConfig {
-    IntegratorConfig { method, step: Some(step), tolerance: Some(1e-9), order: 1, ..IntegratorConfig::default() }
+    match method {
+        Method::Thesis => ThesisConfig { step, tolerance: Some(1e-9), ..ThesisConfig::default() }.into(),
+        Method::Implicit => {
+            ImplicitConfig { step: Some(step), tolerance: 1e-9, order: 1, ..ImplicitConfig::default() }.into()
+        }
+    }
 }
 
 /// As the step shrinks, the torque of a stage is that of (6.58) at the state it starts from.
@@ -35,7 +40,7 @@ fn planar_input_output_linearisation_tends_to_the_explicit_torque() {
         &ground([0.2, 0.5]),
         START_FREE,
         io(None),
-        IntegratorConfig { step: Some(0.01), ..IntegratorConfig::default() },
+        ImplicitConfig { step: Some(0.01), ..ImplicitConfig::default() }.into(),
     );
     moving.advance(0.73, &wave);
     let torque_after = |method, step| {
@@ -75,7 +80,7 @@ fn largest_error(simulation: &mut PlanarSimulation, duration: f64) -> f64 {
 fn it_tracks_at_any_step_far_better_than_pd() {
     let pd = ControllerConfig { kp: 200.0, kd: 1.2, ..ControllerConfig::default() };
     for step in [0.005, 0.025, 0.05] {
-        let config = IntegratorConfig { step: Some(step), ..IntegratorConfig::default() };
+        let config = ImplicitConfig { step: Some(step), ..ImplicitConfig::default() }.into();
         let error = |law| largest_error(&mut undulating(&ground([0.2, 0.5]), START_FREE, law, config), 4.0);
         let (ours, theirs) = (error(io(None)), error(pd));
         println!("{step} s: IO {ours:.4} deg, PD {theirs:.4} deg");

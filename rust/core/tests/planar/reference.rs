@@ -31,12 +31,7 @@ fn worst_distance(
         }
         judged += 1;
     }
-    println!(
-        "{name}, {:?} order {} at {} s: within {worst:.2e} m over {judged} samples",
-        integrator.method,
-        integrator.order,
-        integrator.step()
-    );
+    println!("{name}, {integrator:?}: within {worst:.2e} m over {judged} samples");
     assert!(judged as f64 > 10.0 * duration - 1.0);
     worst
 }

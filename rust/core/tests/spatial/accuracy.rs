@@ -6,9 +6,11 @@ use nalgebra::{Vector2, Vector3};
 use snake_core::gait::{CardanGait, CardanReference, Gait, Wave};
 use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::twist_of;
-use snake_core::stepping::IntegratorConfig;
+use snake_core::stepping::ImplicitConfig;
 use snake_test_support::planar::{Unannounced, ground};
-use snake_test_support::spatial::{implicit, lying, on_course, rows, sidewinding, straight, undulation};
+use snake_test_support::spatial::{
+    implicit, implicit_options, lying, on_course, rows, sidewinding, straight, undulation,
+};
 
 /// Worst distance of the CG of link 6 from the reference up to `duration` \[m\]; no stage may miss its tolerance.
 fn worst_distance(name: &str, mut simulation: SpatialSimulation, gait: &CardanGait, duration: f64) -> f64 {
@@ -74,7 +76,7 @@ fn sidewound(friction: f64, step: f64, gait: &impl CardanReference) -> Vector3<f
 /// same way, though most of the time the model leaves open how its contacts share the weight.
 #[test]
 fn the_path_does_not_depend_on_warm_starts() {
-    let config = IntegratorConfig { tolerance: Some(1e-8), ..implicit(0.005, 1) };
+    let config = ImplicitConfig { tolerance: 1e-8, ..implicit_options(0.005, 1) }.into();
     let mut remembering = on_course(&config);
     let mut forgetting = on_course(&config);
     for _ in 0..40 {
@@ -92,7 +94,8 @@ fn the_path_does_not_depend_on_warm_starts() {
 #[test]
 fn the_schemes_have_their_orders() {
     let end = |step: f64, order: u32| {
-        let config = IntegratorConfig { tolerance: Some(1e-8), event_tolerance: Some(1.0), ..implicit(step, order) };
+        let config =
+            ImplicitConfig { tolerance: 1e-8, event_tolerance: Some(1.0), ..implicit_options(step, order) }.into();
         let mut simulation = straight(&config);
         let mut state = simulation.state().clone();
         let (centre, spin) = (state.pose[5].position, Vector3::z() * 2.0);

@@ -6,7 +6,7 @@ use snake_core::scene::SceneConfig;
 use snake_core::spatial::{SpatialFleet, SpatialScripted};
 use snake_core::stepping::RobotState;
 use snake_test_support::planar::{table_7_5, thesis};
-use snake_test_support::spatial::{implicit, lying, on_course, sidewinding, straight, undulation};
+use snake_test_support::spatial::{implicit, implicit_options, lying, on_course, sidewinding, straight, undulation};
 
 use snake_test_support::allocation::REQUESTS;
 
@@ -42,8 +42,8 @@ fn a_step_that_takes_the_fallback_asks_for_no_memory() {
 /// Robots side by side, of which all but one are among pegs; some steps are divided.
 #[test]
 fn a_step_of_a_fleet_asks_for_no_memory() {
-    let config = implicit(0.025, 2);
-    let start = on_course(&config);
+    let config = implicit_options(0.025, 2);
+    let start = on_course(&config.into());
     let system = start.system();
     let mut robots: Vec<_> = (0..9)
         .map(|k| {

@@ -6,7 +6,7 @@ use snake_core::environment::{
     ActionMode, EnvConfig, Environment, FieldKind, ModelKind, PlanarRobot, SpatialRobot, Task,
 };
 use snake_core::simulation::{PlanarSimulation, SpatialSimulation};
-use snake_core::stepping::IntegratorConfig;
+use snake_core::stepping::ImplicitConfig;
 
 use crate::figures::Figures;
 use crate::watched::Watched;
@@ -84,7 +84,7 @@ impl Inhabitant for SpatialRobot {
 /// Steps `steps` environment steps, a batch at a time, with uniformly random actions that change now and then.
 pub fn random_steps<M: Inhabitant>(kind: Kind, steps: u64, seed: u64) -> Figures {
     let Kind { task, mode, field, difficulty, step, tolerance } = kind;
-    let integrator = IntegratorConfig { step: Some(step), tolerance: Some(tolerance), ..IntegratorConfig::default() };
+    let integrator = ImplicitConfig { step: Some(step), tolerance, ..ImplicitConfig::default() }.into();
     let config = EnvConfig {
         model: <M as Inhabitant>::KIND,
         task,

@@ -5,7 +5,7 @@ use snake_core::pegs::PegGrid;
 use snake_core::planar::{Body, Fleet, PlanarSystem, Scripted, is_plausible};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_7_5, TABLE_7_5};
-use snake_core::stepping::{IntegratorConfig, StepStatistics};
+use snake_core::stepping::{ImplicitConfig, StepStatistics};
 
 use crate::case::pegs;
 use crate::figures::Figures;
@@ -72,7 +72,7 @@ impl Flock for PlanarFlock {
     type Patient = Body;
 
     fn new(step: f64, count: usize) -> Self {
-        let config = IntegratorConfig { step: Some(step), ..IntegratorConfig::default() };
+        let config = ImplicitConfig { step: Some(step), ..ImplicitConfig::default() };
         let robot = Robot::new(&RobotConfig::default()).expect("Aiko");
         let system = PlanarSystem::new(robot, [0.2, 0.2], Default::default()).expect("the thesis's controller");
         Self { fleet: Fleet::new(config, &system, count), robots: robots(&system, count), system }

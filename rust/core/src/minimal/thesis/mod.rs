@@ -8,14 +8,14 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Rotation2, Vector2};
 use crate::gait::JointReference;
 use crate::laws::{ConvexSet, Ellipse};
 use crate::minimal::{MinimalState, Model, ProcessPlant, SmoothLaw, actuation};
-use crate::stepping::{IntegratorConfig, StepStatistics};
+use crate::stepping::{StepStatistics, ThesisConfig};
 
 use super::controller::Controller;
 
 /// Workspace of the scheme.
 #[derive(Debug, Clone)]
 pub struct Thesis {
-    config: IntegratorConfig,
+    config: ThesisConfig,
     actuation: DMatrix<f64>,
     /// P_T of F_i of all links, then of R_i, in the links' frames \[N s\].
     impulse: DVector<f64>,
@@ -23,7 +23,7 @@ pub struct Thesis {
 }
 
 impl Thesis {
-    pub fn new(config: IntegratorConfig, model: &Model) -> Self {
+    pub fn new(config: ThesisConfig, model: &Model) -> Self {
         Self {
             config,
             actuation: actuation(model),
@@ -81,7 +81,7 @@ impl Thesis {
     ) -> DVector<f64> {
         let response = mass.solve(&slip.transpose());
         let epsilon = self.config.tolerance.unwrap_or(EPSILON);
-        let (cap, r) = (self.config.max_iterations(), self.config.r_t.unwrap_or(R_T));
+        let (cap, r) = (self.config.max_iterations, self.config.r_t.unwrap_or(R_T));
         let mut end = free + &response * &self.impulse;
         let (mut iterations, mut change) = (0, f64::INFINITY);
         while iterations < cap && change >= epsilon {

@@ -12,7 +12,7 @@ use crate::planar::{
 };
 use crate::robot::Link;
 
-use crate::stepping::{Driven, IntegratorConfig, StepStatistics};
+use crate::stepping::{Driven, StepStatistics, ThesisConfig};
 
 use super::energy::work_of;
 use super::io_drive::ExplicitIo;
@@ -25,7 +25,7 @@ pub use modified_newton::{ModifiedNewton, Penalties};
 /// Workspace of the scheme, for one robot.
 #[derive(Debug, Clone)]
 pub struct Thesis {
-    config: IntegratorConfig,
+    config: ThesisConfig,
     stage: Stage,
     solution: StageSolution,
     iteration: ModifiedNewton,
@@ -40,7 +40,7 @@ pub struct Thesis {
 }
 
 impl Thesis {
-    pub fn new(config: IntegratorConfig, system: &PlanarSystem) -> Self {
+    pub fn new(config: ThesisConfig, system: &PlanarSystem) -> Self {
         let links = system.robot.link_count();
         Self {
             config,
@@ -166,7 +166,7 @@ impl Thesis {
         self.solution.contact.clear();
         self.solution.contact.extend(self.closed.iter().map(|pair| self.last_impulse[place(pair)]));
         let r = Penalties { friction: self.config.r_t.unwrap_or(R_T), contact: self.config.r_h };
-        let (epsilon, cap) = (self.config.tolerance(), self.config.max_iterations());
+        let (epsilon, cap) = (self.config.tolerance.unwrap_or(EPSILON), self.config.max_iterations);
         let (iterations, converged) = self.iteration.solve(&self.stage, &mut self.solution, r, epsilon, cap);
         for (pair, impulse) in self.closed.iter().zip(&self.solution.contact) {
             self.last_impulse[place(pair)] = *impulse;
@@ -211,3 +211,6 @@ fn farthest(links: &[Link], from: &[Pose], to: &[Pose]) -> f64 {
 
 /// r_T of (T Table 7.2), planar model.
 const R_T: f64 = 1.3;
+
+/// epsilon of (T 3.81) \[N s\].
+const EPSILON: f64 = 2e-5;

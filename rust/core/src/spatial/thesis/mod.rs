@@ -9,7 +9,7 @@ use crate::spatial::{
     End, Pose, SpatialState, actuator_torque, close_joints, ground_contact, ground_gap, is_plausible, joint_angle,
     joint_rows, mass_diagonal, peg_contact, peg_gap, printed_joint_rate, smooth_force, travel, turning,
 };
-use crate::stepping::{Driven, IntegratorConfig, StepStatistics};
+use crate::stepping::{Driven, StepStatistics, ThesisConfig};
 
 use super::{Spatial, SpatialBody, SpatialSystem};
 
@@ -24,7 +24,7 @@ pub use step_residual::step_residual;
 /// Workspace of the scheme, for one robot.
 #[derive(Debug, Clone)]
 pub struct SpatialThesis {
-    config: IntegratorConfig,
+    config: ThesisConfig,
     step: Step,
     solution: StepSolution,
     iteration: ModifiedNewton,
@@ -40,7 +40,7 @@ pub struct SpatialThesis {
 }
 
 impl SpatialThesis {
-    pub fn new(config: IntegratorConfig, system: &SpatialSystem) -> Self {
+    pub fn new(config: ThesisConfig, system: &SpatialSystem) -> Self {
         let links = system.robot.link_count();
         Self {
             config,
@@ -54,10 +54,6 @@ impl SpatialThesis {
             ground: Vec::with_capacity(2 * links),
             pegs: Vec::with_capacity(2 * links),
         }
-    }
-
-    pub fn config(&self) -> &IntegratorConfig {
-        &self.config
     }
 
     /// Clears all impulses.
@@ -192,9 +188,9 @@ impl SpatialThesis {
     }
 
     fn solve(&mut self) -> (u32, bool) {
-        let IntegratorConfig { r_n, r_t, r_v, r_h, .. } = self.config;
+        let ThesisConfig { r_n, r_t, r_v, r_h, .. } = self.config;
         let r = ContactPenalties { normal: r_n, friction: r_t.unwrap_or(R_T), rolling: r_v, peg: r_h };
-        let (epsilon, cap) = (self.config.tolerance(), self.config.max_iterations());
+        let (epsilon, cap) = (self.config.tolerance.unwrap_or(EPSILON), self.config.max_iterations);
         self.iteration.solve(&self.step, &mut self.solution, r, epsilon, cap)
     }
 
@@ -243,3 +239,6 @@ impl SpatialThesis {
 
 /// r_T of (T Table 7.2), 3D model.
 const R_T: f64 = 0.01;
+
+/// epsilon of (T 3.81) \[N s\].
+const EPSILON: f64 = 2e-5;

@@ -9,7 +9,7 @@ use snake_core::scene::{START_SPATIAL_7_5, Scene, SceneConfig, TABLE_7_5};
 use snake_core::spatial::{
     Pose, SpatialBody, SpatialFleet, SpatialScripted, SpatialSystem, is_plausible, orientation_of,
 };
-use snake_core::stepping::{IntegratorConfig, StepStatistics};
+use snake_core::stepping::{ImplicitConfig, StepStatistics};
 
 use crate::case::pegs;
 use crate::scenarios::neighbours::{Flock, Patient};
@@ -27,7 +27,7 @@ impl Flock for SpatialFlock {
     type Patient = SpatialBody;
 
     fn new(step: f64, count: usize) -> Self {
-        let config = IntegratorConfig { step: Some(step), ..IntegratorConfig::default() };
+        let config = ImplicitConfig { step: Some(step), ..ImplicitConfig::default() };
         let robot = Robot::new(&RobotConfig::default()).expect("Aiko");
         let scene = Scene::new(&SceneConfig::default()).expect("the thesis's ground");
         let system = SpatialSystem::new(robot, &scene, ControllerConfig::default()).expect("the thesis's controller");
