@@ -1,4 +1,4 @@
-//! How well stages are solved, and with how much work.
+//! Certified accuracy of stages, and the work they take.
 
 use serde::Serialize;
 use snake_core::ConfigError;
@@ -26,14 +26,14 @@ struct Statistics<'a> {
     gap: [f64; 4],
     /// Linear solves for each step, mean of the interval.
     iterations: [f64; 4],
-    /// Steps, and parts of steps, retaken because a peg's force changed abruptly, and stages given up before their
-    /// tolerance, in all.
+    /// Steps, and parts of steps, retaken because a peg's force changed abruptly, and unconverged stages, in
+    /// all.
     events: u64,
     misses: u64,
-    /// Intervals with a miss, and intervals with a residual above the tolerance asked for.
+    /// Intervals with an unconverged stage, and intervals with a residual above the tolerance asked for.
     missed_intervals: u64,
     above_tolerance: u64,
-    /// Robots whose state became absurd.
+    /// Robots whose state became implausible.
     diverged: u64,
 }
 
@@ -95,7 +95,7 @@ fn random_motion(config: &EnvConfig, rows: usize, steps: usize) -> Result<Sample
     Ok(sample)
 }
 
-/// What is known about every interval.
+/// Figures of every interval.
 #[derive(Default)]
 struct Sample {
     residual: Vec<f64>,

@@ -1,4 +1,4 @@
-//! CPU time, repetitions in turn, and what they have in common.
+//! CPU time and statistics of repetitions.
 
 use std::time::Instant;
 
@@ -7,12 +7,12 @@ use cpu_time::{ProcessTime, ThreadTime};
 /// Time spent on something \[s\].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Spent {
-    /// CPU time of the calling thread: what a busy machine disturbs least.
+    /// CPU time of the calling thread: which depends least on the load of the machine.
     pub cpu: f64,
     pub wall: f64,
 }
 
-/// Runs `work` on this thread and says how long it took.
+/// Runs `work` on this thread and returns the time it took.
 pub fn spent<R>(work: impl FnOnce() -> R) -> (R, Spent) {
     let (cpu, wall) = (ThreadTime::now(), Instant::now());
     let result = work();

@@ -11,11 +11,11 @@ pub fn of_id(task: Task) -> (&'static str, EnvConfig) {
 }
 
 /// The configuration behind `SnakeSpatial-v0`.
-pub fn in_space() -> (&'static str, EnvConfig) {
+pub fn spatial_env() -> (&'static str, EnvConfig) {
     ("SnakeSpatial-v0", EnvConfig { task: Task::FREE, model: ModelKind::Spatial, ..EnvConfig::default() })
 }
 
-/// What the robots are told to do.
+/// Actions of the robots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Actions {
     /// Action zero of the mode `gait`: the thesis's gait.
@@ -35,7 +35,7 @@ impl Actions {
     }
 }
 
-/// A batch that starts ended rows anew by itself.
+/// A batch that resets ended rows.
 pub struct Robots<M: Batched = PlanarRobot> {
     pub batch: Batch<M>,
     actions: Actions,

@@ -1,4 +1,4 @@
-//! Robots side by side, none of which does what its neighbour does.
+//! A fleet whose robots are at different phases of their motion.
 
 use snake_core::ConfigError;
 use snake_core::gait::Wave;

@@ -13,7 +13,7 @@ use snake_core::scene::{Peg, START_7_5, START_FREE, TABLE_7_5};
 use snake_core::stepping::ImplicitConfig;
 
 use crate::clock::{Spent, median, spent, spent_by_all};
-use crate::environments::{Actions, Robots, in_space, of_id, pool};
+use crate::environments::{Actions, Robots, of_id, pool, spatial_env};
 use crate::fleet::{ROBOTS, Undulator, Window, staggered, time_window};
 use crate::report::{emit, progress};
 use crate::scenes::{self, Scenario};
@@ -21,8 +21,8 @@ use crate::scenes::{self, Scenario};
 const LINKS: [usize; 5] = [11, 25, 50, 100, 200];
 const PEGS: [usize; 4] = [10, 100, 1_000, 10_000];
 const BATCHES: [usize; 8] = [1, 8, 16, 64, 256, 1_024, 4_096, 16_384];
-/// Robots in space cost ten times as much; beyond this number a row costs what it costs at this number.
-const MOST_IN_SPACE: usize = 1_024;
+/// Robots of the 3D model cost ten times as much; beyond this number a row costs what it costs at this number.
+const MOST_SPATIAL: usize = 1_024;
 const QUICK_BATCHES: [usize; 3] = [1, 64, 1_024];
 const THREADS: [usize; 2] = [1, 2];
 
@@ -49,7 +49,7 @@ struct FleetPoint<'a> {
     /// CPU time of one step of one robot \[us\], median of the repetitions.
     us_per_step: f64,
     us_per_link: f64,
-    /// Why a step costs what it costs: linear solves, and the parts of steps retaken, over steps.
+    /// What the cost of a step depends on: linear solves, and the parts of steps retaken, over steps.
     iterations_per_step: f64,
     events_per_step: f64,
     /// CPU time in which the leading link looks once for its nearest pegs \[us\]; only where pegs are counted.
@@ -58,7 +58,7 @@ struct FleetPoint<'a> {
 }
 
 /// A fleet that is timed over and over.
-struct Squad {
+struct TimedFleet {
     scenario: Scenario,
     system: PlanarSystem,
     fleet: Fleet,
@@ -66,7 +66,7 @@ struct Squad {
     windows: Vec<Window>,
 }
 
-impl Squad {
+impl TimedFleet {
     fn new(scenario: Scenario) -> Result<Self, ConfigError> {
         progress(&format!("growth: {} links, {} pegs", scenario.robot.links, scenario.scene.obstacles.len()));
         let system = scenario.system()?;
@@ -99,22 +99,22 @@ impl Squad {
     }
 }
 
-/// Times all squads in turn.
-fn take_turns(squads: &mut [Squad], rounds: usize) {
+/// Times all fleets in turn.
+fn take_turns(fleets: &mut [TimedFleet], rounds: usize) {
     for _ in 0..rounds {
-        squads.iter_mut().for_each(Squad::repeat);
+        fleets.iter_mut().for_each(TimedFleet::repeat);
     }
 }
 
 /// The same gait with more links, free and threaded through a track of pegs along the whole body.
 fn with_links(links: &[usize], rounds: usize) -> Result<(), ConfigError> {
-    let mut squads = Vec::new();
+    let mut fleets = Vec::new();
     for &n in links {
-        squads.push(Squad::new(long_free(n))?);
-        squads.push(Squad::new(long_track(n)?)?);
+        fleets.push(TimedFleet::new(long_free(n))?);
+        fleets.push(TimedFleet::new(long_track(n)?)?);
     }
-    take_turns(&mut squads, rounds);
-    squads.iter().for_each(|squad| emit("growth", &squad.point("links", None)));
+    take_turns(&mut fleets, rounds);
+    fleets.iter().for_each(|fleet| emit("growth", &fleet.point("links", None)));
     Ok(())
 }
 
@@ -138,16 +138,16 @@ fn long_track(links: usize) -> Result<Scenario, ConfigError> {
 
 /// The course of (T Table 7.5) in a field of more and more pegs, none of them within reach.
 fn with_pegs(rounds: usize) -> Result<(), ConfigError> {
-    let mut squads = Vec::new();
+    let mut fleets = Vec::new();
     for count in PEGS {
         let mut scenario = scenes::aiko("course-7.5", "course in a field", &[], [0.2, 0.2], START_7_5);
         scenario.scene.obstacles = course_in_a_field(count);
-        squads.push(Squad::new(scenario)?);
+        fleets.push(TimedFleet::new(scenario)?);
     }
-    take_turns(&mut squads, rounds);
-    for squad in &squads {
-        let look = us_per_look(&squad.scenario.scene.obstacles);
-        emit("growth", &squad.point("pegs", Some(look)));
+    take_turns(&mut fleets, rounds);
+    for fleet in &fleets {
+        let look = us_per_look(&fleet.scenario.scene.obstacles);
+        emit("growth", &fleet.point("pegs", Some(look)));
     }
     Ok(())
 }
@@ -191,7 +191,7 @@ struct BatchPoint<'a> {
     highest: f64,
     /// Environment steps per second of CPU time of all threads together.
     steps_per_cpu_second: f64,
-    /// CPU time over wall time and threads: 1 when no thread ever sits idle.
+    /// CPU time over wall time and threads: 1 when no thread is ever idle.
     utilisation: f64,
     repetitions: usize,
 }
@@ -202,8 +202,8 @@ fn with_batch(quick: bool) -> Result<(), ConfigError> {
         let (env, config) = of_id(task);
         with_robots::<PlanarRobot>(env, &config, batches, quick)?;
     }
-    let (env, config) = in_space();
-    let few = batches.partition_point(|&rows| rows <= MOST_IN_SPACE);
+    let (env, config) = spatial_env();
+    let few = batches.partition_point(|&rows| rows <= MOST_SPATIAL);
     with_robots::<SpatialRobot>(env, &config, &batches[..few], quick)
 }
 
@@ -213,27 +213,27 @@ fn with_robots<M: Batched>(env: &str, config: &EnvConfig, batches: &[usize], qui
         let pool = pool::<M>(config, actions)?;
         for &rows in batches {
             progress(&format!("growth: {env}, {}, {rows} robots", actions.name()));
-            let mut crowds = Vec::new();
+            let mut timed = Vec::new();
             for threads in THREADS {
-                crowds.push(Crowd::new(Robots::<M>::in_motion(config, rows, threads, actions, &pool)?));
+                timed.push(TimedBatch::new(Robots::<M>::in_motion(config, rows, threads, actions, &pool)?));
             }
             for _ in 0..rounds {
-                crowds.iter_mut().for_each(|crowd| crowd.repeat(seconds));
+                timed.iter_mut().for_each(|batch| batch.repeat(seconds));
             }
-            crowds.iter().for_each(|crowd| emit("growth", &crowd.point(env, actions)));
+            timed.iter().for_each(|batch| emit("growth", &batch.point(env, actions)));
         }
     }
     Ok(())
 }
 
 /// A batch that is timed over and over.
-struct Crowd<M: Batched> {
+struct TimedBatch<M: Batched> {
     robots: Robots<M>,
     /// Steps of all rows together, and the time they took.
     repetitions: Vec<(f64, Spent)>,
 }
 
-impl<M: Batched> Crowd<M> {
+impl<M: Batched> TimedBatch<M> {
     /// The first step, which touches memory for the first time, is not measured.
     fn new(mut robots: Robots<M>) -> Self {
         robots.step();

@@ -1,4 +1,4 @@
-//! Measures snake-core and prints results as JSON, one object a line; progress goes to standard error.
+//! Measures snake-core and prints results as JSON, one object per line; progress goes to standard error.
 //!
 //!     snake-bench PART... [--quick] [--scenes NAME,...] [--cache FOLDER]
 //!
@@ -7,6 +7,7 @@
 mod certificate;
 mod clock;
 mod environments;
+mod feature_cost;
 mod fleet;
 mod growth;
 mod methods;
@@ -15,7 +16,6 @@ mod precision;
 mod reference;
 mod report;
 mod scenes;
-mod skip;
 mod spatial;
 
 use std::path::PathBuf;
@@ -65,7 +65,7 @@ impl Options {
             match part.as_str() {
                 "precision" => precision::measure(&self.scenes, self.quick, self.cache.as_deref()),
                 "growth" => growth::measure(self.quick),
-                "skip" => skip::measure(self.quick),
+                "skip" => feature_cost::measure(self.quick),
                 "spatial" => spatial::measure(self.quick, self.cache.as_deref()),
                 "certificate" => certificate::measure(&self.scenes, self.quick),
                 _ => return Err(format!("{part}: no such part")),

@@ -17,7 +17,7 @@ const QUICK_STEPS: [f64; 4] = [0.05, 0.02, 0.01, 0.0025];
 /// Steps of the thesis's scheme \[s\]: its own (T Table 7.2) and smaller.
 const THESIS_STEPS: [f64; 3] = [2.5e-4, 1.25e-4, 6.25e-5];
 
-/// Everything that is compared; `pegs`: whether the scene has any.
+/// All choices that are compared; `pegs`: whether the scene has any.
 pub fn choices(quick: bool, pegs: bool) -> Vec<Choice> {
     let mut choices = thesis(quick);
     let default = ImplicitConfig::default();
@@ -46,7 +46,7 @@ fn with_default(steps: &[f64]) -> Vec<f64> {
     others.chain([default]).collect()
 }
 
-/// Whether a choice is what a user gets who asks for nothing.
+/// Whether a choice is the default one.
 pub fn is_default(integrator: &IntegratorConfig) -> bool {
     let default = IntegratorConfig::default();
     integrator.with_step(integrator.step()) == default.with_step(default.step())

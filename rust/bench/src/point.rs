@@ -1,4 +1,4 @@
-//! One point of a work-precision plot, in the plane or in space.
+//! One point of a work-precision plot, of the planar or the 3D model.
 
 use serde::Serialize;
 use snake_core::stepping::{IntegratorConfig, StepStatistics};
@@ -11,11 +11,11 @@ pub struct Point<'a> {
     pub scene: &'a str,
     pub curve: &'a str,
     pub integrator: IntegratorConfig,
-    /// It is what a user of the model gets who asks for nothing.
+    /// Whether it is the default configuration of the model.
     pub default: bool,
     /// Distance from the reference at the end \[m\]; none if the run did not end in its time, or diverged.
     pub error: Option<Distance>,
-    /// Simulated seconds per CPU second of one thread: one robot alone, and a fleet.
+    /// Simulated seconds per CPU second of one thread: a single robot, and a fleet.
     pub speed_alone: f64,
     pub speed_fleet: Option<f64>,
     /// The same by wall clock.
@@ -28,7 +28,7 @@ pub struct Point<'a> {
     pub work: Work,
 }
 
-/// What the run whose error is judged took.
+/// Work of the run whose error is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct Work {
     pub steps: u32,

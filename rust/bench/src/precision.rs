@@ -16,7 +16,7 @@ use crate::reference::{Distance, Positions, Reference};
 use crate::report::{emit, progress};
 use crate::scenes::Scenario;
 
-/// What a scene's measurements are compared with.
+/// Reference and time limits of a scene's measurements.
 #[derive(Serialize)]
 struct SceneRecord<'a> {
     scene: &'a str,
@@ -27,7 +27,7 @@ struct SceneRecord<'a> {
 
 /// How long one may take \[s of CPU time\].
 struct Limits {
-    /// The run whose error is judged; it is given up after this.
+    /// The run whose error is measured; it is given up after this.
     run: f64,
     /// Repetitions are made while one takes less than this.
     repetition: f64,
@@ -81,7 +81,7 @@ struct Case<'a> {
 }
 
 impl<'a> Case<'a> {
-    /// Makes the run whose error is judged.
+    /// Makes the run whose error is measured.
     fn new(
         scenario: &Scenario,
         system: &PlanarSystem,

@@ -1,4 +1,4 @@
-//! Where the robot really is at the end of a run: two fine runs, and how far they are apart.
+//! Reference solution at the end of a run: two fine runs, and the distance between them.
 
 use std::path::Path;
 
@@ -35,7 +35,7 @@ impl Distance {
 pub struct Reference {
     /// Link CGs at the end, from the finer run \[m\].
     pub links: Positions,
-    /// Distance between the two runs: Richardson's check of what the reference is worth \[m\].
+    /// Distance between the two runs: Richardson's estimate of the accuracy of the reference \[m\].
     pub uncertainty: Distance,
     pub steps: [f64; 2],
     pub tolerance: f64,
@@ -95,7 +95,7 @@ fn end(scenario: &Scenario, integrator: &IntegratorConfig) -> Result<Positions, 
     Ok(simulation.state().pose.iter().map(|pose| [pose.x, pose.y]).collect())
 }
 
-/// A reference on disk, with what it is the reference of.
+/// A reference on disk, with the scenario and steps it belongs to.
 #[derive(Serialize, Deserialize)]
 struct Kept {
     key: String,

@@ -1,4 +1,4 @@
-//! Results on standard output, one JSON object a line; progress on standard error.
+//! Results on standard output, one JSON object per line; progress on standard error.
 
 use std::io::Write;
 
@@ -7,7 +7,7 @@ use serde::Serialize;
 /// Writes one result, at once.
 ///
 /// # Panics
-/// If nobody reads any more.
+/// If standard output is closed.
 pub fn emit(kind: &str, result: &impl Serialize) {
     let mut line = serde_json::to_value(result).expect("plain data");
     line["kind"] = kind.into();
@@ -15,7 +15,7 @@ pub fn emit(kind: &str, result: &impl Serialize) {
     writeln!(out, "{line}").and_then(|()| out.flush()).expect("a reader");
 }
 
-/// Says what is being done.
+/// Prints what is being measured to standard error.
 pub fn progress(what: &str) {
     eprintln!("{what}");
 }

@@ -11,7 +11,7 @@ use snake_core::scene::{Peg, START_7_3, START_7_5, START_FREE, SceneConfig, TABL
 use snake_core::simulation::PlanarSimulation;
 use snake_core::stepping::IntegratorConfig;
 
-/// Simulated time after which errors are judged \[s\], where nothing else is said.
+/// Simulated time after which errors are measured \[s\], by default.
 pub const DURATION: f64 = 5.0;
 
 /// A robot at rest among its pegs, ready for the gait (T 7.3).
@@ -25,7 +25,7 @@ pub struct Scenario {
     /// CG of link 1 \[m\] and its absolute angle \[rad\].
     pub start: [f64; 3],
     pub joint_angle: Vec<f64>,
-    /// Simulated time after which errors are judged \[s\], a whole number of seconds.
+    /// Simulated time after which errors are measured \[s\], a whole number of seconds.
     pub duration: f64,
 }
 
@@ -130,7 +130,7 @@ const FIELD_SEED: u64 = 3;
 /// The robot threads the first pegs of (T Table 7.5) and then presses against a wall without a passage.
 ///
 /// It touches the wall after a second. After three it is about to buckle to one side or the other, and
-/// errors of a millimetre grow to centimetres whatever the method: it is judged before.
+/// errors of a millimetre grow to centimetres whatever the method: errors are measured before.
 fn jam() -> Scenario {
     let behind = TABLE_7_5.iter().copied().filter(|peg| peg[1] < 1.2);
     let wall = (0..6).map(|k| [0.05, 1.45, -0.2 + 0.13 * f64::from(k)]);

@@ -1,4 +1,4 @@
-//! One robot in one scene, run for a while and watched.
+//! One robot in one scene, simulated for some time and observed.
 
 use snake_core::control::ControllerConfig;
 use snake_core::gait::{JointReference, JointTarget, Wave};
@@ -10,7 +10,7 @@ use snake_core::stepping::ImplicitConfig;
 
 use crate::figures::Figures;
 
-/// What the joints are asked to do.
+/// Reference of the joints.
 #[derive(Debug, Clone, Copy)]
 pub enum Motion {
     Wave(Wave),
@@ -47,7 +47,7 @@ pub struct Case {
     pub motion: Motion,
     /// CG and angle of link 1.
     pub place: [f64; 3],
-    /// Joint angles at the start; `None`: those the motion asks for.
+    /// Joint angles at the start; `None`: those of the motion.
     pub posture: Option<Vec<f64>>,
     /// Velocity of the whole robot at the start.
     pub velocity: [f64; 2],
@@ -91,8 +91,8 @@ impl Case {
     pub fn simulation(&self) -> PlanarSimulation {
         let mut simulation = PlanarSimulation::new(&self.robot, &self.scene, &self.controller, &self.integrator.into())
             .unwrap_or_else(|error| panic!("{}: {error}", self.name));
-        let asked = |joint| self.motion.target(joint, 0.0).angle;
-        let posture = self.posture.clone().unwrap_or_else(|| (0..self.robot.links - 1).map(asked).collect());
+        let start_angle = |joint| self.motion.target(joint, 0.0).angle;
+        let posture = self.posture.clone().unwrap_or_else(|| (0..self.robot.links - 1).map(start_angle).collect());
         let [x, y, heading] = self.place;
         simulation.place_chain(x, y, heading, &posture);
         if self.velocity != [0.0; 2] {

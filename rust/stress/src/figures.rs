@@ -1,9 +1,9 @@
-//! What is measured while a scenario runs.
+//! Figures measured while a scenario runs.
 
 use serde::Serialize;
 use snake_core::stepping::StepStatistics;
 
-use crate::watched::Watched;
+use crate::observable::Observable;
 
 /// Figures of one case, worst over its steps.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -12,18 +12,18 @@ pub struct Figures {
     pub steps: u64,
     /// Linear solves.
     pub iterations: u64,
-    /// Stages that no solver brought to its tolerance.
-    pub misses: u64,
+    /// Stages that stay unconverged.
+    pub unconverged: u64,
     /// Stages that the fallback solved, and those of them whose contacts contradicted each other.
     pub fallbacks: u64,
-    pub eased: u64,
+    pub relaxed: u64,
     /// Steps, and parts of steps, retaken because a peg's force changed abruptly.
     pub events: u64,
     /// States that were not finite or absurd.
     pub broken: u64,
     /// Links found on the other side of a peg.
     pub tunnels: u64,
-    /// Certified residual \[m/s\], over steps that report neither a miss nor an eased stage, and over the others.
+    /// Certified residual \[m/s\], over steps that report neither an unconverged nor a relaxed stage, and over the others.
     pub residual: f64,
     pub counted_residual: f64,
     /// Duality gap over the energy at hand, over the same steps.
@@ -35,50 +35,50 @@ pub struct Figures {
     pub joint_gap: f64,
     /// How far orientations are from rotations \[-\].
     pub skew: f64,
-    /// Largest energy that came from nowhere since the start \[J\], and the same over all energy turned over.
+    /// Largest energy created since the start by nothing in the model \[J\], and the same over all energy turned over.
     pub created: f64,
     pub relative_created: f64,
-    /// Books: net energy created and energy turned over so far \[J\].
+    /// Energy balance: net energy created and energy turned over so far \[J\].
     #[serde(skip)]
-    books: [f64; 2],
-    /// Distance between two states that ought to be one \[m\].
+    balance: [f64; 2],
+    /// Distance between two states that should be equal \[m\].
     pub drift: f64,
-    /// Longest way of a link in one step \[m\].
+    /// Longest travel of a link in one step \[m\].
     pub travel: f64,
 }
 
 impl Figures {
-    /// Figures of `steps` steps, each by itself.
-    pub fn of_run<S: Watched>(mut simulation: S, steps: u32, advance: impl Fn(&mut S) -> StepStatistics) -> Self {
+    /// Figures of `steps` steps, observed one by one.
+    pub fn of_run<S: Observable>(mut simulation: S, steps: u32, advance: impl Fn(&mut S) -> StepStatistics) -> Self {
         let mut figures = Self::default();
         figures.measure(&simulation, 0.0);
         for _ in 0..steps {
-            figures.watch(&mut simulation, &advance);
+            figures.observe(&mut simulation, &advance);
         }
         figures
     }
 
-    /// Advances `simulation` with `advance` and takes the measures of it.
-    pub fn watch<S: Watched>(&mut self, simulation: &mut S, advance: impl FnOnce(&mut S) -> StepStatistics) {
+    /// Advances `simulation` by `advance` and measures it.
+    pub fn observe<S: Observable>(&mut self, simulation: &mut S, advance: impl FnOnce(&mut S) -> StepStatistics) {
         let before = simulation.state().clone();
         let (energy, time) = (simulation.energy(), simulation.time());
         let report = advance(simulation);
         self.count(&report);
         let now = simulation.energy();
-        let works = report.actuator_work.abs() + report.friction_work.abs();
+        let work = report.actuator_work.abs() + report.friction_work.abs();
         if !report.diverged {
-            self.book(now - energy - report.actuator_work - report.friction_work, works, energy);
+            self.add_to_balance(now - energy - report.actuator_work - report.friction_work, work, energy);
         }
         if report.unconverged + report.relaxed == 0 {
-            self.relative_gap = worse(self.relative_gap, report.gap / (energy.max(now) + works).max(SMALLEST_ENERGY));
+            self.relative_gap = worse(self.relative_gap, report.gap / (energy.max(now) + work).max(SMALLEST_ENERGY));
         }
         self.tunnels += simulation.tunnels(&before);
         self.measure(simulation, simulation.time() - time);
     }
 
-    fn book(&mut self, created: f64, works: f64, energy: f64) {
-        let [net, turnover] = &mut self.books;
-        *turnover = (*turnover + works).max(energy);
+    fn add_to_balance(&mut self, created: f64, work: f64, energy: f64) {
+        let [net, turnover] = &mut self.balance;
+        *turnover = (*turnover + work).max(energy);
         *net += created;
         self.created = worse(self.created, *net);
         self.relative_created = self.created / turnover.max(SMALLEST_ENERGY);
@@ -88,9 +88,9 @@ impl Figures {
     pub fn count(&mut self, report: &StepStatistics) {
         self.steps += u64::from(report.steps);
         self.iterations += u64::from(report.iterations);
-        self.misses += u64::from(report.unconverged);
+        self.unconverged += u64::from(report.unconverged);
         self.fallbacks += u64::from(report.fallbacks);
-        self.eased += u64::from(report.relaxed);
+        self.relaxed += u64::from(report.relaxed);
         self.events += u64::from(report.events);
         self.broken += u64::from(report.diverged);
         let counted = report.unconverged + report.relaxed > 0;
@@ -98,8 +98,8 @@ impl Figures {
         *residual = worse(*residual, report.residual);
     }
 
-    /// Takes the measures of the present state, after a step of length `step` \[s\].
-    pub fn measure(&mut self, simulation: &impl Watched, step: f64) {
+    /// Measures the present state, after a step of length `step` \[s\].
+    pub fn measure(&mut self, simulation: &impl Observable, step: f64) {
         self.last_penetration = (-simulation.min_gap()).max(0.0);
         self.penetration = worse(self.penetration, self.last_penetration);
         self.joint_gap = worse(self.joint_gap, simulation.joint_gap());
@@ -111,9 +111,9 @@ impl Figures {
     pub fn merge(&mut self, other: &Figures) {
         self.steps += other.steps;
         self.iterations += other.iterations;
-        self.misses += other.misses;
+        self.unconverged += other.unconverged;
         self.fallbacks += other.fallbacks;
-        self.eased += other.eased;
+        self.relaxed += other.relaxed;
         self.tunnels += other.tunnels;
         self.events += other.events;
         self.broken += other.broken;

@@ -3,9 +3,9 @@
 pub mod case;
 pub mod draw;
 pub mod figures;
+pub mod observable;
 pub mod requirements;
 pub mod scenarios;
-pub mod space_case;
+pub mod spatial_case;
 pub mod stages;
 pub mod table;
-pub mod watched;

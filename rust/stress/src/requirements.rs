@@ -1,32 +1,32 @@
-//! What must hold, and what is said where it does not.
+//! Requirements, and messages for those that are violated.
 
 use serde::Serialize;
 
 use crate::figures::Figures;
 use snake_core::solver::RESIDUAL_LIMIT;
 
-/// Bounds of a scenario; what is infinite is reported and not judged.
+/// Bounds of a scenario; figures with an infinite bound are reported but not tested.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Bounds {
-    /// Deepest penetration \[m\] of links that travel little in a step; where it is not judged, no more is which side
-    /// of a peg they are on.
+    /// Deepest penetration \[m\] of links that travel little in a step; where it is not tested, passing through
+    /// pegs is not tested either.
     pub penetration: f64,
-    /// Energy that came from nowhere over all energy turned over.
+    /// Energy created over all energy turned over.
     pub energy: f64,
     /// Creep \[m\].
     pub drift: f64,
-    /// Stages that no solver closed.
-    pub misses: u64,
+    /// Stages that stay unconverged.
+    pub unconverged: u64,
 }
 
 impl Default for Bounds {
     fn default() -> Self {
-        Self { penetration: 0.002, energy: 0.1, drift: f64::INFINITY, misses: 0 }
+        Self { penetration: 0.002, energy: 0.1, drift: f64::INFINITY, unconverged: 0 }
     }
 }
 
-/// Names what `figures` break of the bounds and of what holds everywhere: states are sane, joints closed, and every
-/// stage has its certificate or is counted.
+/// Lists the bounds that `figures` violate, and the requirements of all scenarios: states are plausible, joints closed,
+/// and every stage is certified or counted.
 pub fn broken(figures: &Figures, bounds: &Bounds) -> Vec<String> {
     let mut broken = Vec::new();
     let mut at_most = |what: &str, value: f64, bound: f64| {
@@ -36,18 +36,18 @@ pub fn broken(figures: &Figures, bounds: &Bounds) -> Vec<String> {
     };
     at_most("broken states", figures.broken as f64, 0.0);
     at_most("residual [m/s]", figures.residual, RESIDUAL);
-    at_most("misses", figures.misses as f64, bounds.misses as f64);
+    at_most("unconverged", figures.unconverged as f64, bounds.unconverged as f64);
     at_most("joint gap [m]", figures.joint_gap, JOINT_GAP);
     at_most("skew", figures.skew, SKEW);
     at_most("penetration [m]", figures.penetration, bounds.penetration.max(sagitta(figures.travel)));
-    let judged = figures.travel < WIDTH && bounds.penetration.is_finite();
-    at_most("tunnels", figures.tunnels as f64, if judged { 0.0 } else { f64::INFINITY });
+    let is_tested = figures.travel < WIDTH && bounds.penetration.is_finite();
+    at_most("tunnels", figures.tunnels as f64, if is_tested { 0.0 } else { f64::INFINITY });
     at_most("energy created", figures.relative_created, bounds.energy);
     at_most("drift [m]", figures.drift, bounds.drift);
     broken
 }
 
-/// How deep a way of this length may cut into a cap of a link: contacts are planes, a step long \[m\].
+/// How deep travel of this length may cut into a cap of a link, as a contact is a plane during a step \[m\].
 fn sagitta(travel: f64) -> f64 {
     travel * travel / WIDTH
 }

@@ -16,7 +16,7 @@ pub fn magnitude(random: &mut Rng, low: f64, high: f64) -> f64 {
 }
 
 /// Stage problem `index` of the family `seed`.
-pub fn brutal(seed: u64, index: u64) -> Stage {
+pub fn random_stage(seed: u64, index: u64) -> Stage {
     let random = &mut Rng::new(seed, index);
     let links = [2, 3, 5, 8, 11, 16, 30][random.index(7)];
     let mut stage = Stage::with_capacity(links);
@@ -130,12 +130,12 @@ pub fn cold(stage: &Stage) -> StageSolution {
 }
 
 /// Solves the given stages as a simulation would, from a cold start: Newton's method, and the fallback where that
-/// does not close. An iteration is a linear solve, a step a stage.
+/// does not close. An iteration is a linear solve, and a step is a stage.
 pub fn solve_many(seed: u64, indices: std::ops::Range<u64>) -> Figures {
     let mut figures = Figures::default();
     let mut solvers: BTreeMap<usize, (Newton, Fallback)> = BTreeMap::new();
     for index in indices {
-        let stage = brutal(seed, index);
+        let stage = random_stage(seed, index);
         let links = stage.links.len();
         let (newton, fallback) = solvers.entry(links).or_insert_with(|| (Newton::new(links), Fallback::new(links)));
         let mut solution = cold(&stage);
@@ -146,8 +146,8 @@ pub fn solve_many(seed: u64, indices: std::ops::Range<u64>) -> Figures {
             let (solves, closing) = fallback.solve_hard(&stage, &mut solution, TOLERANCE);
             figures.fallbacks += 1;
             figures.iterations += u64::from(solves);
-            figures.eased += u64::from(closing == SolveStatus::Relaxed);
-            figures.misses += u64::from(closing == SolveStatus::Unsolved);
+            figures.relaxed += u64::from(closing == SolveStatus::Relaxed);
+            figures.unconverged += u64::from(closing == SolveStatus::Unsolved);
         }
     }
     figures

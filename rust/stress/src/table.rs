@@ -1,4 +1,4 @@
-//! Runs scenarios and writes their figures down.
+//! Runs scenarios and formats their figures.
 
 use std::fmt::Write;
 use std::time::Instant;
@@ -10,7 +10,7 @@ use crate::figures::Figures;
 use crate::requirements::{Bounds, broken};
 use crate::scenarios::Scenario;
 
-/// A scenario's figures, put together, and what it broke.
+/// A scenario's figures, merged, and the requirements it violates.
 #[derive(Debug, Serialize)]
 pub struct Row {
     pub name: String,
@@ -43,8 +43,8 @@ pub fn measure(scenario: &Scenario) -> Row {
 }
 
 pub const HEADER: &str = "\
-| scenario | cases | steps | linear solves a step | fallbacks | eased | misses | residual [m/s] | relative gap \
-| penetration [m] | joint gap [m] | energy created | passed pegs | travel a step [m] | drift [m] |
+| scenario | cases | steps | linear solves per step | fallbacks | relaxed | unconverged | residual [m/s] | relative gap \
+| penetration [m] | joint gap [m] | energy created | passed pegs | travel per step [m] | drift [m] |
 | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |";
 
 impl Row {
@@ -53,7 +53,7 @@ impl Row {
         let f = &self.figures;
         let solves = f.iterations as f64 / f.steps as f64;
         let mut line = format!("| {} | {} | {} | {solves:.1} ", self.name, self.cases, f.steps);
-        let _ = write!(line, "| {} | {} | {} ", f.fallbacks, f.eased, f.misses);
+        let _ = write!(line, "| {} | {} | {} ", f.fallbacks, f.relaxed, f.unconverged);
         let measured = [f.residual, f.relative_gap, f.penetration, f.joint_gap, f.relative_created];
         for value in measured {
             let _ = write!(line, "| {value:.0e} ");

@@ -1,4 +1,4 @@
-//! Robots in space: error against run time, alone and in lanes.
+//! The 3D model: error against run time, of one robot and of a fleet in lanes.
 
 mod precision;
 mod reference;

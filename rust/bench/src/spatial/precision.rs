@@ -1,4 +1,4 @@
-//! Error at the end of a run in space against simulated seconds per second of one thread.
+//! Error at the end of a run of the 3D model against simulated seconds per second of one thread.
 
 use std::path::Path;
 
@@ -75,7 +75,7 @@ fn choices(quick: bool) -> Vec<Choice> {
     choices
 }
 
-/// Whether a choice is what a user of the spatial model gets who asks for nothing.
+/// Whether a choice is the default one of the spatial model.
 fn is_default(integrator: &IntegratorConfig) -> bool {
     *integrator == ImplicitConfig { step: Some(DEFAULT_STEP), ..ImplicitConfig::default() }.into()
 }

@@ -1,4 +1,4 @@
-//! Where a robot in space really is at the end of a run: two fine runs, and how far they are apart.
+//! Reference solution of the 3D model at the end of a run: two fine runs, and the distance between them.
 
 use std::path::Path;
 
@@ -26,7 +26,7 @@ const TOLERANCE: f64 = 1e-9;
 pub struct SpatialReference {
     /// Link CGs at the end, from the finer run \[m\].
     pub links: Positions,
-    /// Distance between the two runs: what the reference is worth \[m\].
+    /// Distance between the two runs: the accuracy of the reference \[m\].
     pub uncertainty: Distance,
     pub steps: [f64; 2],
     pub tolerance: f64,

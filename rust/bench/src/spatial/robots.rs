@@ -1,4 +1,4 @@
-//! Robots in space side by side, none of which does what its neighbour does.
+//! A fleet of the 3D model whose robots are at different phases of their motion.
 
 use snake_core::ConfigError;
 use snake_core::gait::CardanGait;
@@ -17,7 +17,7 @@ const STAGGER: f64 = 0.07;
 /// A robot that follows a gait.
 pub type Robot = SpatialScripted<CardanGait>;
 
-/// The robots of one scenario, robot k by k * 0.07 s ahead: they cover the five seconds that are judged.
+/// The robots of one scenario, robot k by k * 0.07 s ahead: they cover the five seconds over which errors are measured.
 ///
 /// # Errors
 /// The scenario is not admissible.

@@ -1,4 +1,4 @@
-//! Robots in space to measure: scene, gait and start, by name.
+//! Scenes of the 3D model to measure: scene, gait and start, by name.
 
 use std::f64::consts::PI;
 
@@ -13,7 +13,7 @@ use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::{Pose, SpatialSystem, orientation_of};
 use snake_core::stepping::IntegratorConfig;
 
-/// A robot in space, flat on the ground and at rest, ready for its gait.
+/// A robot of the 3D model, flat on the ground and at rest, ready for its gait.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SpatialScenario {
     pub name: &'static str,
@@ -27,7 +27,7 @@ pub struct SpatialScenario {
     pub soft_start: bool,
     /// CG of link 1 \[m\] and the yaw of its centre line \[rad\].
     pub start: [f64; 3],
-    /// Simulated time after which errors are judged \[s\], a whole number of seconds.
+    /// Simulated time after which errors are measured \[s\], a whole number of seconds.
     pub duration: f64,
 }
 
@@ -82,7 +82,7 @@ pub fn positions(simulation: &SpatialSimulation) -> Vec<[f64; 3]> {
 fn course() -> SpatialScenario {
     SpatialScenario {
         name: "spatial-course-7.5",
-        title: "in space: course of Table 7.5",
+        title: "3D: course of Table 7.5",
         scene: SceneConfig {
             obstacles: TABLE_7_5.iter().map(|&peg| Peg::from(peg)).collect(),
             ..SceneConfig::default()
@@ -99,7 +99,7 @@ fn course() -> SpatialScenario {
 fn sidewinding() -> SpatialScenario {
     SpatialScenario {
         name: "spatial-sidewinding",
-        title: "in space: sidewinding from rest, isotropic ground",
+        title: "3D: sidewinding from rest, isotropic ground",
         robot: RobotConfig::default(),
         scene: SceneConfig::default(),
         controller: ControllerConfig::default(),

@@ -12,7 +12,7 @@ use snake_core::spatial::{
 use snake_core::stepping::ImplicitConfig;
 use snake_test_support::spatial::{implicit_options, sidewinding, undulation};
 
-type Winder = SpatialScripted<CardanGait>;
+type CardanRobot = SpatialScripted<CardanGait>;
 
 fn system(friction: [f64; 2]) -> SpatialSystem {
     let scene = Scene::new(&SceneConfig { friction, ..SceneConfig::default() }).unwrap();
@@ -21,8 +21,8 @@ fn system(friction: [f64; 2]) -> SpatialSystem {
 }
 
 /// Robots that differ in gait, in height above the ground, and in the number of pegs around them.
-fn robots(system: &SpatialSystem, count: usize) -> Vec<Winder> {
-    let winder = |k: usize| {
+fn robots(system: &SpatialSystem, count: usize) -> Vec<CardanRobot> {
+    let robot = |k: usize| {
         let pegs: Vec<Peg> = TABLE_7_5.iter().take(k % 8).map(|&peg| peg.into()).collect();
         let gait = if k % 3 == 1 { sidewinding() } else { undulation() };
         let target = |joint| gait.target(joint, 0.0);
@@ -30,14 +30,14 @@ fn robots(system: &SpatialSystem, count: usize) -> Vec<Winder> {
             (0..10).map(|joint| Vector2::new(target(joint).yaw.angle, target(joint).pitch.angle)).collect();
         let [x, y, yaw] = START_SPATIAL_7_5;
         let head = Pose { position: Vector3::new(x, y, 0.0), orientation: orientation_of(yaw, 0.0, 0.0) };
-        let mut winder = Winder::new(&system.robot, PegGrid::new(&pegs), head, &posture, gait);
-        winder.body.state.pose.iter_mut().for_each(|pose| pose.position.z += 0.002 * (k % 5) as f64);
-        winder
+        let mut robot = CardanRobot::new(&system.robot, PegGrid::new(&pegs), head, &posture, gait);
+        robot.body.state.pose.iter_mut().for_each(|pose| pose.position.z += 0.002 * (k % 5) as f64);
+        robot
     };
-    (0..count).map(winder).collect()
+    (0..count).map(robot).collect()
 }
 
-fn run(system: &SpatialSystem, config: ImplicitConfig, robots: &mut [Winder], width: usize) -> Vec<SpatialState> {
+fn run(system: &SpatialSystem, config: ImplicitConfig, robots: &mut [CardanRobot], width: usize) -> Vec<SpatialState> {
     let mut fleet = SpatialFleet::new(config, system, width);
     for _ in 0..10 {
         fleet.advance(system, robots, 0.05, |_| true);
@@ -66,7 +66,7 @@ fn the_width_of_the_registers_and_the_neighbours_do_not_matter() {
 #[test]
 fn lanes_that_are_given_up_do_not_depend_on_neighbours_either() {
     let system = system([2.0, 2.0]);
-    let advance = |robots: &mut [Winder]| {
+    let advance = |robots: &mut [CardanRobot]| {
         let mut fleet = SpatialFleet::new(implicit_options(0.01, 2), &system, robots.len());
         fleet.advance(&system, robots, 0.1, |_| true);
         robots.iter().map(|robot| robot.body.statistics.fallbacks).sum::<u32>()
@@ -82,12 +82,12 @@ fn lanes_that_are_given_up_do_not_depend_on_neighbours_either() {
 }
 
 /// Robots that lie in curves of their own, far from what their motors ask for.
-fn jolted(system: &SpatialSystem) -> Vec<Winder> {
+fn jolted(system: &SpatialSystem) -> Vec<CardanRobot> {
     let jolted = |k: usize| {
         let posture: Vec<_> = (0..10).map(|j| Vector2::new(0.5 * (1.0 + (7 * j + 13 * k) as f64).sin(), 0.0)).collect();
         let head = Pose { position: Vector3::zeros(), orientation: orientation_of(0.3, 0.0, 0.0) };
         let yaw = Gait::Wave(Wave { amplitude: 0.1 * k as f64, ..Wave::default() });
-        Winder::new(
+        CardanRobot::new(
             &system.robot,
             PegGrid::new(&[]),
             head,

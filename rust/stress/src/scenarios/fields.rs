@@ -9,7 +9,7 @@ use snake_core::simulation::{PlanarSimulation, SpatialSimulation};
 use snake_core::stepping::ImplicitConfig;
 
 use crate::figures::Figures;
-use crate::watched::Watched;
+use crate::observable::Observable;
 
 /// One kind of environment.
 #[derive(Debug, Clone, Copy)]
@@ -36,7 +36,7 @@ pub fn kinds() -> Vec<Kind> {
 }
 
 /// Every action mode of the spatial model in every task, on the fields most of all.
-pub fn kinds_in_space() -> Vec<Kind> {
+pub fn spatial_kinds() -> Vec<Kind> {
     let mut kinds = Vec::new();
     for mode in [ActionMode::Gait, ActionMode::Joints, ActionMode::Residual] {
         for (task, field) in [
@@ -55,15 +55,15 @@ pub fn kinds_in_space() -> Vec<Kind> {
     kinds
 }
 
-/// A robot of the environment whose figures can be taken.
-pub trait Inhabitant: Batched {
-    type Simulation: Watched;
+/// A robot model of the environment that can be observed.
+pub trait ObservableModel: Batched {
+    type Simulation: Observable;
     const KIND: ModelKind;
 
     fn simulation(environment: &Environment<Self>) -> &Self::Simulation;
 }
 
-impl Inhabitant for PlanarRobot {
+impl ObservableModel for PlanarRobot {
     type Simulation = PlanarSimulation;
     const KIND: ModelKind = ModelKind::Planar;
 
@@ -72,7 +72,7 @@ impl Inhabitant for PlanarRobot {
     }
 }
 
-impl Inhabitant for SpatialRobot {
+impl ObservableModel for SpatialRobot {
     type Simulation = SpatialSimulation;
     const KIND: ModelKind = ModelKind::Spatial;
 
@@ -81,12 +81,12 @@ impl Inhabitant for SpatialRobot {
     }
 }
 
-/// Steps `steps` environment steps, a batch at a time, with uniformly random actions that change now and then.
-pub fn random_steps<M: Inhabitant>(kind: Kind, steps: u64, seed: u64) -> Figures {
+/// Takes `steps` environment steps, batch by batch, with uniformly random actions that change now and then.
+pub fn random_steps<M: ObservableModel>(kind: Kind, steps: u64, seed: u64) -> Figures {
     let Kind { task, mode, field, difficulty, step, tolerance } = kind;
     let integrator = ImplicitConfig { step: Some(step), tolerance, ..ImplicitConfig::default() }.into();
     let config = EnvConfig {
-        model: <M as Inhabitant>::KIND,
+        model: <M as ObservableModel>::KIND,
         task,
         action_mode: mode,
         field,
@@ -116,7 +116,7 @@ struct Run<M: Batched> {
     figures: Figures,
 }
 
-impl<M: Inhabitant> Run<M> {
+impl<M: ObservableModel> Run<M> {
     fn new(config: &EnvConfig, seed: u64) -> Self {
         let batch = Batch::<M>::new(config, ROWS, 1).expect("an admissible environment");
         let mut run = Self {
@@ -165,12 +165,12 @@ impl<M: Inhabitant> Run<M> {
         };
         figures.steps += ROWS as u64;
         for row in 0..ROWS {
-            let (misses, residual) = (signal("misses", row), signal("residual", row));
-            figures.misses += misses as u64;
+            let (unconverged, residual) = (signal("misses", row), signal("residual", row));
+            figures.unconverged += unconverged as u64;
             figures.fallbacks += signal("fallbacks", row) as u64;
             figures.iterations += signal("iterations", row) as u64;
             figures.broken += u64::from(signal("diverged", row) != 0.0);
-            let worst = if misses > 0.0 { &mut figures.counted_residual } else { &mut figures.residual };
+            let worst = if unconverged > 0.0 { &mut figures.counted_residual } else { &mut figures.residual };
             *worst = worst.max(residual);
             figures.measure(M::simulation(self.batch.environment(row)), self.step);
         }

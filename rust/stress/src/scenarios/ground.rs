@@ -5,7 +5,7 @@ use snake_core::stepping::StepStatistics;
 
 use crate::case::{Case, Motion};
 use crate::figures::Figures;
-use crate::watched::Watched;
+use crate::observable::Observable;
 
 /// From ice to glue, and runners of ratio up to a thousand.
 pub fn friction(duration: f64) -> Vec<Case> {
@@ -60,7 +60,7 @@ fn pressed(name: &str, step: f64) -> Case {
 }
 
 /// Lets a robot come to rest, then stands `steps` steps; `drift` is how far any link crept.
-pub fn stand<S: Watched>(
+pub fn stand<S: Observable>(
     mut simulation: S,
     step: f64,
     steps: u64,

@@ -6,7 +6,7 @@ pub mod ground;
 pub mod neighbours;
 pub mod pegs;
 pub mod robots;
-pub mod space;
+pub mod spatial;
 
 use snake_core::environment::{PlanarRobot, SpatialRobot};
 use snake_core::simulation::{PlanarSimulation, SpatialSimulation};
@@ -15,13 +15,13 @@ use crate::case::Case;
 use crate::draw::Draw;
 use crate::figures::Figures;
 use crate::requirements::Bounds;
-use crate::space_case::SpaceCase;
+use crate::spatial_case::SpatialCase;
 use crate::stages;
 
-use fields::Inhabitant;
-use neighbours::{Flock, PlanarFlock};
-use space::neighbours::SpatialFlock;
-use space::{fall, gaits, rest};
+use fields::ObservableModel;
+use neighbours::{PlanarTestFleet, TestFleet};
+use spatial::neighbours::SpatialTestFleet;
+use spatial::{fall, gaits, rest};
 
 /// Something to run and measure.
 pub struct Job {
@@ -112,11 +112,11 @@ fn in_the_plane(effort: Effort) -> Vec<Scenario> {
         Scenario {
             name: "NaN in one robot of 19",
             bounds: default,
-            jobs: poison::<PlanarFlock>(effort.of(8, 100, 1000)),
+            jobs: poison::<PlanarTestFleet>(effort.of(8, 100, 1000)),
         },
         Scenario {
             name: "random scenes",
-            bounds: Bounds { misses: u64::MAX, ..inside },
+            bounds: Bounds { unconverged: u64::MAX, ..inside },
             jobs: scenes(effort.of(50, 1000, 20_000)),
         },
         Scenario {
@@ -126,7 +126,7 @@ fn in_the_plane(effort: Effort) -> Vec<Scenario> {
         },
         Scenario {
             name: "random stage problems",
-            bounds: Bounds { misses: u64::MAX, ..default },
+            bounds: Bounds { unconverged: u64::MAX, ..default },
             jobs: problems(effort.of(2_000, 100_000, 10_000_000)),
         },
     ]
@@ -138,40 +138,40 @@ fn in_space(effort: Effort) -> Vec<Scenario> {
     let default = Bounds::default();
     // Three of four gaits start inside pegs.
     let inside = Bounds { penetration: f64::INFINITY, energy: f64::INFINITY, ..default };
-    let name = "in space: NaN in one robot of 19";
+    let name = "3D: NaN in one robot of 19";
     vec![
-        run_in_space("in space: drops in steps to 50 ms", default, fall::drops(time)),
-        run_in_space("in space: upright, on its side, upside down", default, fall::postures(time)),
-        run_in_space("in space: limp chain in flight", Bounds { energy: 1e-3, ..default }, fall::flight(time)),
-        run_in_space("in space: pegs in the cracks", default, fall::crack(time)),
-        run_in_space("in space: friction 0", inside, gaits::friction([0.0; 2], time)),
-        run_in_space("in space: friction 0.2", inside, gaits::friction([0.2; 2], time)),
-        run_in_space("in space: friction 0.01, 1", inside, gaits::friction([0.01, 1.0], time)),
-        run_in_space("in space: friction 1", Bounds { misses: 5, ..inside }, gaits::friction([1.0; 2], time)),
-        run_in_space("in space: friction 2", Bounds { misses: 100, ..inside }, gaits::friction([2.0; 2], time)),
-        run_in_space("in space: k_P 0 to 1e5", default, gaits::gains(time)),
-        run_in_space("in space: mass ratios to 1e3", default, gaits::mass_ratios(time)),
-        run_in_space("in space: 2 to 50 links", default, gaits::links(0.5 * time)),
+        run_spatial("3D: drops in steps to 50 ms", default, fall::drops(time)),
+        run_spatial("3D: upright, on its side, upside down", default, fall::postures(time)),
+        run_spatial("3D: limp chain in flight", Bounds { energy: 1e-3, ..default }, fall::flight(time)),
+        run_spatial("3D: pegs in the cracks", default, fall::crack(time)),
+        run_spatial("3D: friction 0", inside, gaits::friction([0.0; 2], time)),
+        run_spatial("3D: friction 0.2", inside, gaits::friction([0.2; 2], time)),
+        run_spatial("3D: friction 0.01, 1", inside, gaits::friction([0.01, 1.0], time)),
+        run_spatial("3D: friction 1", Bounds { unconverged: 5, ..inside }, gaits::friction([1.0; 2], time)),
+        run_spatial("3D: friction 2", Bounds { unconverged: 100, ..inside }, gaits::friction([2.0; 2], time)),
+        run_spatial("3D: k_P 0 to 1e5", default, gaits::gains(time)),
+        run_spatial("3D: mass ratios to 1e3", default, gaits::mass_ratios(time)),
+        run_spatial("3D: 2 to 50 links", default, gaits::links(0.5 * time)),
         Scenario {
-            name: "in space: lying on 22 contacts",
+            name: "3D: lying on 22 contacts",
             bounds: Bounds { drift: 1e-9, ..default },
-            jobs: stand_in_space(rest::flat(), standing),
+            jobs: stand_spatial(rest::flat(), standing),
         },
         Scenario {
-            name: "in space: lying pushed in vain",
+            name: "3D: lying, pushed below the limit of friction",
             bounds: Bounds { drift: CREEP * standing as f64, ..default },
-            jobs: stand_in_space(rest::pushed(), standing / 10),
+            jobs: stand_spatial(rest::pushed(), standing / 10),
         },
         Scenario {
-            name: "in space: straightened itself",
+            name: "3D: straightened itself",
             bounds: Bounds { drift: CREEP * standing as f64, ..default },
-            jobs: stand_in_space(rest::straightened(), standing / 10),
+            jobs: stand_spatial(rest::straightened(), standing / 10),
         },
-        Scenario { name, bounds: default, jobs: poison::<SpatialFlock>(effort.of(8, 40, 400)) },
+        Scenario { name, bounds: default, jobs: poison::<SpatialTestFleet>(effort.of(8, 40, 400)) },
         Scenario {
-            name: "in space: random environment steps",
+            name: "3D: random environment steps",
             bounds: default,
-            jobs: environments::<SpatialRobot>(fields::kinds_in_space(), effort.of(1_200, 40_000, 1_000_000)),
+            jobs: environments::<SpatialRobot>(fields::spatial_kinds(), effort.of(1_200, 40_000, 1_000_000)),
         },
     ]
 }
@@ -180,8 +180,8 @@ fn run(name: &'static str, bounds: Bounds, cases: Vec<Case>) -> Scenario {
     Scenario { name, bounds, jobs: cases.into_iter().map(Job::of_case).collect() }
 }
 
-fn run_in_space(name: &'static str, bounds: Bounds, cases: Vec<SpaceCase>) -> Scenario {
-    let job = |case: SpaceCase| Job::new(case.name.clone(), move || case.run());
+fn run_spatial(name: &'static str, bounds: Bounds, cases: Vec<SpatialCase>) -> Scenario {
+    let job = |case: SpatialCase| Job::new(case.name.clone(), move || case.run());
     Scenario { name, bounds, jobs: cases.into_iter().map(job).collect() }
 }
 
@@ -195,8 +195,8 @@ fn stand(cases: Vec<Case>, steps: u64) -> Vec<Job> {
     cases.into_iter().map(job).collect()
 }
 
-fn stand_in_space(cases: Vec<SpaceCase>, steps: u64) -> Vec<Job> {
-    let job = |case: SpaceCase| {
+fn stand_spatial(cases: Vec<SpatialCase>, steps: u64) -> Vec<Job> {
+    let job = |case: SpatialCase| {
         Job::new(case.name.clone(), move || {
             let advance = |simulation: &mut SpatialSimulation, time| simulation.advance(time, &case.motion);
             ground::stand(case.simulation(), case.integrator.step(), steps, advance)
@@ -205,7 +205,7 @@ fn stand_in_space(cases: Vec<SpaceCase>, steps: u64) -> Vec<Job> {
     cases.into_iter().map(job).collect()
 }
 
-fn poison<F: Flock>(periods: u64) -> Vec<Job> {
+fn poison<F: TestFleet>(periods: u64) -> Vec<Job> {
     let kinds = [1e-2, 5e-2].into_iter().flat_map(|step| [f64::NAN, f64::INFINITY, 1e300].map(|poison| (step, poison)));
     let job = |(step, poison): (f64, f64)| {
         Job::new(format!("{poison:e}, h {step} s"), move || neighbours::poisoned::<F>(step, poison, periods))
@@ -221,7 +221,7 @@ fn scenes(count: u64) -> Vec<Job> {
     (0..count).map(job).collect()
 }
 
-fn environments<M: Inhabitant>(kinds: Vec<fields::Kind>, steps: u64) -> Vec<Job> {
+fn environments<M: ObservableModel>(kinds: Vec<fields::Kind>, steps: u64) -> Vec<Job> {
     let each = steps / kinds.len() as u64;
     let job = |(seed, kind): (usize, fields::Kind)| {
         Job::new(format!("{kind:?}"), move || fields::random_steps::<M>(kind, each, seed as u64))
@@ -242,5 +242,5 @@ const SEED: u64 = 2007;
 
 const BATCHES: u64 = 20;
 
-/// Creep of a robot whose links stopped at the very limit of friction \[m\] a step: a micrometre in a million.
+/// Creep of a robot whose links stopped at the very limit of friction \[m\] per step: a micrometre in a million steps.
 const CREEP: f64 = 1e-12;

@@ -1,4 +1,4 @@
-//! One sick robot in a fleet.
+//! One faulty robot in a fleet.
 
 use snake_core::gait::{JointReference, Wave};
 use snake_core::pegs::PegGrid;
@@ -10,50 +10,50 @@ use snake_core::stepping::{ImplicitConfig, StepStatistics};
 use crate::case::pegs;
 use crate::figures::Figures;
 
-/// Robots side by side, one of which may fall sick.
-pub trait Flock {
-    type Patient: Patient;
+/// Robots side by side, one of which may receive an invalid velocity.
+pub trait TestFleet {
+    type Robot: FaultyRobot;
 
     /// `robots` robots that differ, advanced in steps of `step` \[s\].
     fn new(step: f64, robots: usize) -> Self;
     fn advance(&mut self, duration: f64);
-    fn robot(&self, robot: usize) -> &Self::Patient;
-    fn robot_mut(&mut self, robot: usize) -> &mut Self::Patient;
+    fn robot(&self, robot: usize) -> &Self::Robot;
+    fn robot_mut(&mut self, robot: usize) -> &mut Self::Robot;
 }
 
-/// A robot that may fall sick.
-pub trait Patient: Clone {
-    /// Puts `poison` into a velocity; `place` says into which.
+/// A robot that may receive an invalid velocity.
+pub trait FaultyRobot: Clone {
+    /// Puts `poison` into a velocity; `place` chooses which.
     fn poison(&mut self, place: usize, poison: f64);
-    /// What happened in the last interval; whether the robot diverged is told apart.
+    /// Statistics of the last interval.
     fn statistics(&self) -> &StepStatistics;
-    /// Whether the robot is flagged and its state sane.
+    /// Whether the robot is flagged and its state plausible.
     fn is_contained(&self) -> bool;
-    /// Of poses and twists.
+    /// Bits of poses and twists.
     fn bits(&self) -> Vec<u64>;
 }
 
 /// Puts NaN or infinity into one robot of `ROBOTS` after a while, goes on for `periods` control periods, and
-/// compares the others bit for bit with a healthy fleet; `broken` counts what differs, and a sick robot unnoticed.
-pub fn poisoned<F: Flock>(step: f64, poison: f64, periods: u64) -> Figures {
-    let (mut healthy, mut sick) = (F::new(step, ROBOTS), F::new(step, ROBOTS));
+/// compares the others bit for bit with a healthy fleet; `broken` counts those that differ, and faulty robots that are not flagged.
+pub fn poisoned<F: TestFleet>(step: f64, poison: f64, periods: u64) -> Figures {
+    let (mut healthy, mut faulty) = (F::new(step, ROBOTS), F::new(step, ROBOTS));
     let mut figures = Figures::default();
     for period in 0..periods as usize {
-        let patient = (period * 5) % ROBOTS;
-        let ill = period % 4 == 3;
-        if ill {
-            sick.robot_mut(patient).poison(period, poison);
+        let victim = (period * 5) % ROBOTS;
+        let is_poisoned = period % 4 == 3;
+        if is_poisoned {
+            faulty.robot_mut(victim).poison(period, poison);
         }
         healthy.advance(PERIOD);
-        sick.advance(PERIOD);
+        faulty.advance(PERIOD);
         for k in 0..ROBOTS {
-            let [robot, like] = [&sick, &healthy].map(|flock| flock.robot(k));
+            let [robot, like] = [&faulty, &healthy].map(|fleet| fleet.robot(k));
             figures.count(&StepStatistics { diverged: false, ..*like.statistics() });
-            let sound = if ill && k == patient { robot.is_contained() } else { robot.bits() == like.bits() };
+            let sound = if is_poisoned && k == victim { robot.is_contained() } else { robot.bits() == like.bits() };
             figures.broken += u64::from(!sound);
         }
-        if ill {
-            sick.robot_mut(patient).clone_from(healthy.robot(patient));
+        if is_poisoned {
+            faulty.robot_mut(victim).clone_from(healthy.robot(victim));
         }
     }
     figures
@@ -62,14 +62,14 @@ pub fn poisoned<F: Flock>(step: f64, poison: f64, periods: u64) -> Figures {
 type Undulator = Scripted<Wave>;
 
 /// Robots in the plane.
-pub struct PlanarFlock {
+pub struct PlanarTestFleet {
     system: PlanarSystem,
     fleet: Fleet,
     robots: Vec<Undulator>,
 }
 
-impl Flock for PlanarFlock {
-    type Patient = Body;
+impl TestFleet for PlanarTestFleet {
+    type Robot = Body;
 
     fn new(step: f64, count: usize) -> Self {
         let config = ImplicitConfig { step: Some(step), ..ImplicitConfig::default() };
@@ -91,7 +91,7 @@ impl Flock for PlanarFlock {
     }
 }
 
-impl Patient for Body {
+impl FaultyRobot for Body {
     fn poison(&mut self, place: usize, poison: f64) {
         self.state.twist[place % 11][place % 3] = poison;
     }

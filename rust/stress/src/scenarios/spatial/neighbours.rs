@@ -1,4 +1,4 @@
-//! One sick robot in a fleet in space.
+//! One faulty robot in a fleet of the 3D model.
 
 use nalgebra::{Vector2, Vector3};
 use snake_core::control::ControllerConfig;
@@ -12,26 +12,26 @@ use snake_core::spatial::{
 use snake_core::stepping::{ImplicitConfig, StepStatistics};
 
 use crate::case::pegs;
-use crate::scenarios::neighbours::{Flock, Patient};
+use crate::scenarios::neighbours::{FaultyRobot, TestFleet};
 
-type Winder = SpatialScripted<CardanGait>;
+type CardanRobot = SpatialScripted<CardanGait>;
 
-/// Robots in space that differ in gait, in height, and in the number of pegs around them.
-pub struct SpatialFlock {
+/// Robots of the 3D model that differ in gait, in height, and in the number of pegs around them.
+pub struct SpatialTestFleet {
     system: SpatialSystem,
     fleet: SpatialFleet,
-    robots: Vec<Winder>,
+    robots: Vec<CardanRobot>,
 }
 
-impl Flock for SpatialFlock {
-    type Patient = SpatialBody;
+impl TestFleet for SpatialTestFleet {
+    type Robot = SpatialBody;
 
     fn new(step: f64, count: usize) -> Self {
         let config = ImplicitConfig { step: Some(step), ..ImplicitConfig::default() };
         let robot = Robot::new(&RobotConfig::default()).expect("Aiko");
         let scene = Scene::new(&SceneConfig::default()).expect("the thesis's ground");
         let system = SpatialSystem::new(robot, &scene, ControllerConfig::default()).expect("the thesis's controller");
-        let robots = (0..count).map(|k| winder(&system, k)).collect();
+        let robots = (0..count).map(|k| robot_of(&system, k)).collect();
         Self { fleet: SpatialFleet::new(config, &system, count), robots, system }
     }
 
@@ -48,7 +48,7 @@ impl Flock for SpatialFlock {
     }
 }
 
-impl Patient for SpatialBody {
+impl FaultyRobot for SpatialBody {
     fn poison(&mut self, place: usize, poison: f64) {
         self.state.twist[place % 11][place % 6] = poison;
     }
@@ -67,17 +67,17 @@ impl Patient for SpatialBody {
     }
 }
 
-fn winder(system: &SpatialSystem, k: usize) -> Winder {
+fn robot_of(system: &SpatialSystem, k: usize) -> CardanRobot {
     let pitch = Wave { amplitude: 0.05 * (k % 3) as f64, phase: 1.5, ..Wave::default() };
     let gait = CardanGait { yaw: Gait::Wave(Wave::default()), pitch: Gait::Wave(pitch) };
-    let asked = |joint| {
+    let start_angles = |joint| {
         let target = gait.target(joint, 0.0);
         Vector2::new(target.yaw.angle, target.pitch.angle)
     };
-    let posture: Vec<Vector2<f64>> = (0..10).map(asked).collect();
+    let posture: Vec<Vector2<f64>> = (0..10).map(start_angles).collect();
     let [x, y, yaw] = START_SPATIAL_7_5;
     let head = Pose { position: Vector3::new(x, y, 0.0), orientation: orientation_of(yaw, 0.0, 0.0) };
-    let mut winder = Winder::new(&system.robot, PegGrid::new(&pegs(&TABLE_7_5[..k % 8])), head, &posture, gait);
-    winder.body.state.pose.iter_mut().for_each(|pose| pose.position.z += 0.002 * (k % 5) as f64);
-    winder
+    let mut robot = CardanRobot::new(&system.robot, PegGrid::new(&pegs(&TABLE_7_5[..k % 8])), head, &posture, gait);
+    robot.body.state.pose.iter_mut().for_each(|pose| pose.position.z += 0.002 * (k % 5) as f64);
+    robot
 }

@@ -6,17 +6,17 @@ use nalgebra::{Vector2, Vector3};
 use snake_core::control::ControllerConfig;
 use snake_core::scene::Peg;
 
-use crate::space_case::{CardanMotion, SpaceCase};
+use crate::spatial_case::{CardanMotion, SpatialCase};
 
 /// Dropped from 10 cm, level and tilted, in steps from the thesis's to a whole control period.
-pub fn drops(duration: f64) -> Vec<SpaceCase> {
+pub fn drops(duration: f64) -> Vec<SpatialCase> {
     let mut cases = Vec::new();
     for step in [2.5e-4, 1e-3, 1e-2, 2.5e-2, 5e-2] {
         for order in [1, 2] {
             for (name, pitch, roll) in [("level", 0.0, 0.0), ("tilted", 0.2, 0.4)] {
                 // As many steps for all but the longest.
                 let lasts = duration.min(2000.0 * step);
-                let mut case = SpaceCase::straight(format!("{name}, h {step} s, order {order}"), step, lasts);
+                let mut case = SpatialCase::straight(format!("{name}, h {step} s, order {order}"), step, lasts);
                 case.integrator.order = order;
                 case.attitude = [0.3, pitch, roll];
                 case.height = 0.1;
@@ -27,8 +27,8 @@ pub fn drops(duration: f64) -> Vec<SpaceCase> {
     cases
 }
 
-/// Upright, on its side, upside down, folded; with motors that hold and without.
-pub fn postures(duration: f64) -> Vec<SpaceCase> {
+/// Upright, on its side, upside down, folded; with drives that hold and without.
+pub fn postures(duration: f64) -> Vec<SpatialCase> {
     let attitudes: [(&str, [f64; 3]); 5] = [
         ("upright", [0.0, FRAC_PI_2, 0.0]),
         ("head down", [0.0, -FRAC_PI_2, 0.3]),
@@ -42,7 +42,7 @@ pub fn postures(duration: f64) -> Vec<SpaceCase> {
             for step in [1e-2, 5e-2] {
                 for (drives, kp, kd) in [("held", 800.0, 2.0), ("limp", 0.0, 0.0)] {
                     let name = format!("{name}, joints {bend} rad, {drives}, h {step} s");
-                    let mut case = SpaceCase::straight(name, step, duration);
+                    let mut case = SpatialCase::straight(name, step, duration);
                     case.attitude = attitude;
                     case.posture = Some((0..10).map(|j| Vector2::new(bend, -bend * f64::from(j % 3 - 1))).collect());
                     case.controller = ControllerConfig { kp, kd, ..ControllerConfig::default() };
@@ -54,14 +54,14 @@ pub fn postures(duration: f64) -> Vec<SpaceCase> {
     cases
 }
 
-/// A limp chain without friction thrown high up, spinning: nothing touches it.
-pub fn flight(duration: f64) -> Vec<SpaceCase> {
+/// A limp chain without friction thrown high up, spinning: without contacts.
+pub fn flight(duration: f64) -> Vec<SpatialCase> {
     let mut cases = Vec::new();
     for spin in [1.0, 5.0, 20.0] {
         for step in [1e-3, 1e-2, 2.5e-2, 5e-2] {
             for order in [1, 2] {
                 let name = format!("{spin} rad/s, h {step} s, order {order}");
-                let mut case = SpaceCase::straight(name, step, duration).limp();
+                let mut case = SpatialCase::straight(name, step, duration).limp();
                 case.integrator.order = order;
                 case.height = 1e4;
                 case.posture = Some((0..10).map(|j| Vector2::new(0.3, 0.2 * (f64::from(j) * 1.3).sin())).collect());
@@ -76,7 +76,7 @@ pub fn flight(duration: f64) -> Vec<SpaceCase> {
 
 /// Pegs that touch the end spheres of both links at a joint, from one side and, with a little play, from both, while
 /// the robot moves.
-pub fn crack(duration: f64) -> Vec<SpaceCase> {
+pub fn crack(duration: f64) -> Vec<SpatialCase> {
     let (half, sphere, cap) = (0.061, 0.0393, 0.0525);
     // The chain lies towards -x.
     let notch = |joint: u32, side: f64, radius: f64, play: f64| {
@@ -94,7 +94,7 @@ pub fn crack(duration: f64) -> Vec<SpaceCase> {
             for (name, motion) in motions {
                 for step in [1e-2, 2.5e-2] {
                     let name = format!("{name}, pegs of {radius} m, both sides {both}, h {step} s");
-                    let mut case = SpaceCase::straight(name, step, duration);
+                    let mut case = SpatialCase::straight(name, step, duration);
                     let side = |joint: u32| if joint.is_multiple_of(2) { 1.0 } else { -1.0 };
                     let alternating = (1..11).step_by(3).map(|joint| notch(joint, side(joint), radius, 0.0));
                     case.scene.obstacles = alternating.collect();

@@ -1,4 +1,4 @@
-//! What the models tell about a simulation that is watched.
+//! What the stress suite observes of a simulation, for either model.
 
 use nalgebra::Vector2;
 use snake_core::contact::link_peg_contact;
@@ -8,15 +8,15 @@ use snake_core::scene::Peg;
 use snake_core::simulation::{PlanarSimulation, SpatialSimulation};
 use snake_core::spatial::{self, SpatialState, nearest_point};
 
-/// A simulation that figures are taken of.
-pub trait Watched {
-    /// Where the links are and how they move.
+/// A simulation that can be observed step by step.
+pub trait Observable {
+    /// Poses and twists of the links.
     type State: Clone;
 
     fn state(&self) -> &Self::State;
     /// \[s\]
     fn time(&self) -> f64;
-    /// What actuators and friction alone may change, and impacts decrease \[J\].
+    /// Energy that only actuators and friction may change, and impacts decrease \[J\].
     fn energy(&self) -> f64;
     /// Smallest gap of a link, and widest joint, now \[m\].
     fn min_gap(&self) -> f64;
@@ -31,7 +31,7 @@ pub trait Watched {
     fn moved(&self, before: &Self::State) -> f64;
 }
 
-impl Watched for PlanarSimulation {
+impl Observable for PlanarSimulation {
     type State = PlanarState;
 
     fn state(&self) -> &PlanarState {
@@ -72,7 +72,7 @@ impl Watched for PlanarSimulation {
     }
 }
 
-impl Watched for SpatialSimulation {
+impl Observable for SpatialSimulation {
     type State = SpatialState;
 
     fn state(&self) -> &SpatialState {

@@ -1,4 +1,4 @@
-//! What each feature costs, and what it costs a scene that does not need it.
+//! Cost of each feature, where it acts and in a scene that does not need it.
 //!
 //! Three kinds of rows. *Off*: the feature is not there. *Idle*: it is there but can never act, so the
 //! robot's motion is that of *off* and the difference in cost is what a scene pays for what it does not
@@ -75,7 +75,7 @@ fn physics(rounds: usize) -> Result<(), ConfigError> {
     ];
     for (feature, off, on, idle, without, with) in rows {
         progress(&format!("skip: {feature}, {on}"));
-        let (mut without, mut with) = (Crew::new(&without)?, Crew::new(&with)?);
+        let (mut without, mut with) = (TimedFleet::new(&without)?, TimedFleet::new(&with)?);
         let pairs = pairs(rounds, || without.us_per_step(), || with.us_per_step());
         emit("skip", &Comparison::of(feature, off, on, idle, step, &pairs));
     }
@@ -110,13 +110,13 @@ fn far_field() -> Vec<Peg> {
 }
 
 /// Robots of one scene.
-struct Crew {
+struct TimedFleet {
     system: PlanarSystem,
     fleet: Fleet,
     robots: Vec<Undulator>,
 }
 
-impl Crew {
+impl TimedFleet {
     fn new(scenario: &Scenario) -> Result<Self, ConfigError> {
         let system = scenario.system()?;
         let robots = staggered(scenario, &system, ROBOTS)?;

@@ -1,4 +1,4 @@
-//! One robot in space, run for a while and watched.
+//! One robot of the 3D model in one scene, simulated for some time and observed.
 
 use std::f64::consts::PI;
 
@@ -14,7 +14,7 @@ use snake_core::stepping::ImplicitConfig;
 use crate::case::{Motion, pegs};
 use crate::figures::Figures;
 
-/// What yaw and pitch of the joints are asked to do.
+/// References of yaw and pitch of the joints.
 #[derive(Debug, Clone, Copy)]
 pub struct CardanMotion {
     pub yaw: Motion,
@@ -28,7 +28,7 @@ impl CardanReference for CardanMotion {
 }
 
 impl CardanMotion {
-    /// Straight joints, for ever.
+    /// Straight joints at all times.
     pub fn still() -> Self {
         Self { yaw: Motion::Hold(0.0), pitch: Motion::Hold(0.0) }
     }
@@ -51,9 +51,9 @@ impl CardanMotion {
     }
 }
 
-/// A case of a scenario in space.
+/// A case of a scenario of the 3D model.
 #[derive(Debug, Clone)]
-pub struct SpaceCase {
+pub struct SpatialCase {
     pub name: String,
     pub robot: RobotConfig,
     pub scene: SceneConfig,
@@ -63,7 +63,7 @@ pub struct SpaceCase {
     /// CG of link 1, and yaw, pitch and roll of its centre line.
     pub place: [f64; 3],
     pub attitude: [f64; 3],
-    /// Yaw and pitch of the joints at the start; `None`: those the motion asks for.
+    /// Yaw and pitch of the joints at the start; `None`: those of the motion.
     pub posture: Option<Vec<Vector2<f64>>>,
     /// Height of the lowest point above the ground at the start \[m\].
     pub height: f64,
@@ -73,7 +73,7 @@ pub struct SpaceCase {
     pub duration: f64,
 }
 
-impl SpaceCase {
+impl SpatialCase {
     /// Aiko lying straight along the x axis, link 1 at the origin and the others behind it, towards -x.
     pub fn straight(name: impl Into<String>, step: f64, duration: f64) -> Self {
         Self {
@@ -105,7 +105,7 @@ impl SpaceCase {
         }
     }
 
-    /// Without drives and friction: nothing can give the robot energy.
+    /// Without drives and friction, so that the energy cannot increase.
     pub fn limp(mut self) -> Self {
         self.controller = ControllerConfig { kp: 0.0, kd: 0.0, ..ControllerConfig::default() };
         (self.scene.friction, self.scene.rolling_friction) = ([0.0; 2], 0.0);
@@ -120,11 +120,11 @@ impl SpaceCase {
         let mut simulation =
             SpatialSimulation::new(&self.robot, &self.scene, &self.controller, &self.integrator.into())
                 .unwrap_or_else(|error| panic!("{}: {error}", self.name));
-        let asked = |joint| {
+        let start_angles = |joint| {
             let CardanTarget { yaw, pitch } = self.motion.target(joint, 0.0);
             Vector2::new(yaw.angle, pitch.angle)
         };
-        let posture = self.posture.clone().unwrap_or_else(|| (0..self.robot.links - 1).map(asked).collect());
+        let posture = self.posture.clone().unwrap_or_else(|| (0..self.robot.links - 1).map(start_angles).collect());
         let [yaw, pitch, roll] = self.attitude;
         let head = Pose { position: self.place.into(), orientation: orientation_of(yaw, pitch, roll) };
         simulation.place_chain(head, &posture);

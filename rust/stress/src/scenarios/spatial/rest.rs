@@ -4,17 +4,17 @@ use nalgebra::Vector2;
 use snake_core::control::ControllerConfig;
 
 use crate::case::Motion;
-use crate::space_case::{CardanMotion, SpaceCase};
+use crate::spatial_case::{CardanMotion, SpatialCase};
 
 /// Lying straight: 22 normal impulses on 12 freedoms.
-pub fn flat() -> Vec<SpaceCase> {
-    vec![SpaceCase::straight("straight", 1e-2, 0.0)]
+pub fn flat() -> Vec<SpatialCase> {
+    vec![SpatialCase::straight("straight", 1e-2, 0.0)]
 }
 
-/// Lying in a curve that joints push against in vain.
-pub fn pushed() -> Vec<SpaceCase> {
+/// Lying in a curve, with joints that push against friction below its limit.
+pub fn pushed() -> Vec<SpatialCase> {
     let curved = |name: &str, step, bend, angle| {
-        let mut case = SpaceCase::straight(name, step, 0.0);
+        let mut case = SpatialCase::straight(name, step, 0.0);
         case.posture = Some(curve(bend));
         case.motion = CardanMotion { yaw: Motion::Hold(angle), ..CardanMotion::still() };
         case.controller = ControllerConfig { kp: 0.5, kd: 0.05, ..ControllerConfig::default() };
@@ -24,8 +24,8 @@ pub fn pushed() -> Vec<SpaceCase> {
 }
 
 /// A robot that straightened itself: contacts stand where they stopped sliding.
-pub fn straightened() -> Vec<SpaceCase> {
-    let mut case = SpaceCase::straight("straightened itself", 1e-2, 0.0);
+pub fn straightened() -> Vec<SpatialCase> {
+    let mut case = SpatialCase::straight("straightened itself", 1e-2, 0.0);
     case.posture = Some(curve(0.4));
     vec![case]
 }
