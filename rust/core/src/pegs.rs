@@ -140,7 +140,7 @@ impl PegGrid {
 /// Smallest cell \[m\].
 const MIN_CELL: f64 = 0.1;
 
-/// As far as anybody looks for the nearest peg \[m\].
+/// Largest distance at which the nearest peg is searched for \[m\].
 const FARTHEST: f64 = 1e6;
 
 #[cfg(test)]

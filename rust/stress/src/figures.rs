@@ -23,7 +23,8 @@ pub struct Figures {
     pub broken: u64,
     /// Links found on the other side of a peg.
     pub tunnels: u64,
-    /// Certified residual \[m/s\], over steps that report neither an unconverged nor a relaxed stage, and over the others.
+    /// Certified residual \[m/s\], over steps that report neither an unconverged nor a relaxed stage, and over the
+    /// others.
     pub residual: f64,
     pub counted_residual: f64,
     /// Duality gap over the energy at hand, over the same steps.

@@ -13,7 +13,7 @@ use super::stepper::Batched;
 pub struct Chunk<M: Batched> {
     first: usize,
     pub rows: Vec<Row<M>>,
-    /// Rows that take part in the step at hand.
+    /// Rows that take part in the current step.
     active: Vec<bool>,
     /// Advances the robots side by side; `None`: each environment advances its own.
     stepper: Option<M::Stepper>,

@@ -19,8 +19,8 @@ impl Workers {
         self.count
     }
 
-    /// The pool for `parts` parts of work, or `None` where the calling thread does better alone: with one
-    /// thread or part, and where no threads can be started.
+    /// The pool for `parts` parts of work, or `None` where the calling thread by itself is faster: with one thread or
+    /// part, and where no threads can be started.
     pub fn pool(&mut self, parts: usize) -> Option<&rayon::ThreadPool> {
         if self.count == 1 || parts < 2 {
             return None;
@@ -34,7 +34,7 @@ impl Workers {
         self.pool.as_ref()
     }
 
-    /// Leaves the pool of the parent process alone: its locks may be held by threads that are gone.
+    /// Never uses the pool of the parent process: its locks may be held by threads that are gone.
     fn abandon(&mut self) {
         std::mem::forget(self.pool.take());
         self.process = std::process::id();

@@ -138,9 +138,9 @@ impl NearPegs {
         }
     }
 
-    /// Lists all pairs with a gap below `margin` at poses no point of which is more than [`SKIN`] from
-    /// `poses`; these are up to `displacement` \[m\] from the present ones. What the previous list holds of a pair is kept.
-    /// A list without pairs is valid up to the nearest peg.
+    /// Lists all pairs with a gap below `margin` at poses no point of which is more than [`SKIN`] from `poses`; these
+    /// are up to `displacement` \[m\] from the present ones. What the previous list holds of a pair is kept. A list
+    /// without pairs is valid up to the nearest peg.
     pub fn rebuild(
         &mut self,
         poses: impl Iterator<Item = Vector3<f64>> + Clone,

@@ -18,8 +18,8 @@ pub const SAME_SIDE: f64 = 0.5;
 /// being thrown out within one.
 pub const RECOVERY_SPEED: f64 = 0.2;
 
-/// Time within which a slight penetration, as the linearisation of the gap leaves it, fades \[s\]: undone within a short
-/// stage it would kick the robot. Deeper ones fade faster, so that fast motions do not add them up.
+/// Time within which a slight penetration, as the linearisation of the gap leaves it, fades \[s\]: undone within a
+/// short stage it would kick the robot. Deeper ones fade faster, so that fast motions do not add them up.
 pub const RECOVERY_TIME: f64 = 0.05;
 
 /// Penetration above which the faster decay dominates \[m\].

@@ -1,4 +1,4 @@
-//! What a user may choose about an environment; read by constructors alone.
+//! What a user may choose about an environment; read by constructors only.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -23,7 +23,7 @@ use super::scenarios::{GoalKind, Task};
 pub enum ModelKind {
     /// Links that slide in the plane (T ch. 3).
     Planar,
-    /// Links in space on cardan joints, which lift and roll (T ch. 4).
+    /// Links in 3D on cardan joints, which lift and roll (T ch. 4).
     Spatial,
 }
 

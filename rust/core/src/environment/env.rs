@@ -254,7 +254,8 @@ impl<M: RobotModel> Environment<M> {
         &self.episode.goal
     }
 
-    /// The smallest number of push-points in any body length on the way to the goal, see [`super::scenarios::PushPointCounter`].
+    /// The smallest number of push-points in any body length on the way to the goal, see
+    /// [`super::scenarios::PushPointCounter`].
     pub fn push_points(&self) -> usize {
         self.sampler.push_points(&self.episode.goal, self.model.pegs())
     }

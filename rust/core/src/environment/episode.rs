@@ -139,7 +139,7 @@ impl Episode {
         f64::from(self.slow_steps) * rules.period > JAM_TIME * (1.0 + 1e-9)
     }
 
-    /// The part of the summary that does not depend on the last period alone.
+    /// The part of the summary that does not depend only on the last period.
     fn so_far(&self, rules: &Rules) -> Summary {
         let time = f64::from(self.steps) * rules.period;
         let distance = self.distance();
@@ -191,7 +191,7 @@ mod tests {
     fn a_robot_is_jammed_after_more_than_three_tenths_of_a_second_below_two_centimetres_a_second() {
         let rules = rules();
         let mut episode = Episode::begin(LINE, at(0.0, 0.1), 1.0);
-        // 0.05 s a step: six slow steps are 0.3 s, the seventh exceeds them.
+        // 0.05 s per step: six slow steps are 0.3 s, the seventh exceeds them.
         for step in 1..=8 {
             episode.record(&rules, at(0.0009 * f64::from(step), 0.1), &report(0.0), 0.0, 0);
             assert_eq!(episode.summary.jam, step > 6, "step {step}");

@@ -1,10 +1,10 @@
 //! The environment: actions, observations, rewards and episodes around a simulation.
 //!
 //! One control period: [`action`] maps an action to gait parameters, [`reference`] turns them into smooth joint
-//! references, which are [`filtered_parameter`]s, the simulation advances, [`episode`] evaluates reward and termination,
-//! [`observation`] reports what a policy may observe and [`signal`] everything else. At the start of an episode
-//! one of the [`scenarios`] places the robot ([`start`], [`path`]), the pegs and the goal.
-//! All this is the same for every model; a [`RobotModel`] does what is not.
+//! references, which are [`filtered_parameter`]s, the simulation advances, [`episode`] evaluates reward and
+//! termination, [`observation`] reports what a policy may observe and [`signal`] everything else. At the start of an
+//! episode one of the [`scenarios`] places the robot ([`start`], [`path`]), the pegs and the goal. All this is the same
+//! for every model; a [`RobotModel`] does what is not.
 
 pub mod action;
 pub mod config;

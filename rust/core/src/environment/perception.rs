@@ -32,7 +32,7 @@ const REACH: f64 = 0.25;
 pub struct PegView {
     /// From the leading link.
     pub ahead: PegSensor,
-    /// From each link; none where it looks from the leading one alone.
+    /// From each link; none where only the leading one has a sensor.
     pub along: Vec<PegSensor>,
 }
 

@@ -109,8 +109,8 @@ impl Perturbation {
         pegs
     }
 
-    /// Draws the pegs that are taken away and those that are shifted, by how much; `pegs` are the table's.
-    /// As many numbers are drawn at every difficulty, so that difficulty alone changes a seed's course.
+    /// Draws the pegs that are taken away and those that are shifted, by how much; `pegs` are the table's. As many
+    /// numbers are drawn at every difficulty, so that only the difficulty changes a seed's course.
     pub fn draw(&self, difficulty: f64, rng: &mut Rng, pegs: &mut [Option<Peg>], shifts: &mut Vec<Shift>) {
         shifts.clear();
         let is_fixed = |j: usize| self.without.contains(&j) || self.moved.iter().any(|moved| moved.0 == j);

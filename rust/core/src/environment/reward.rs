@@ -1,7 +1,7 @@
 //! The reward: a weighted sum of named terms.
 //!
-//! A term is one row of [`TERMS`]. The weights of the configuration, the `info` entries `reward_<name>`, the sum and the
-//! documentation follow from the table.
+//! A term is one row of [`TERMS`]. The weights of the configuration, the `info` entries `reward_<name>`, the sum and
+//! the documentation follow from the table.
 
 use std::fmt;
 

@@ -3,8 +3,8 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng};
 
-/// Random numbers of one episode: they depend on seed and episode alone, never on other environments,
-/// threads, or how many numbers an earlier episode has drawn.
+/// Random numbers of one episode: they depend only on seed and episode, never on other environments, threads, or how
+/// many numbers an earlier episode has drawn.
 pub struct Rng(ChaCha8Rng);
 
 impl Rng {

@@ -77,7 +77,7 @@ impl<T: Real, R: Radius<T>> Coulomb<T, R> {
         (-first, second)
     }
 
-    /// The alpha at which `|centre - r S (gamma + alpha rate)|` is least: there the slope of the law's function all but
+    /// The alpha at which `|centre - r S (gamma + alpha rate)|` is least: there the slope of the law's function nearly
     /// jumps. NaN where the rate is zero.
     #[inline(always)]
     pub fn kink(&self, centre: &Vector2<T>, r: T, gamma: &Vector2<T>, rate: &Vector2<T>) -> T {

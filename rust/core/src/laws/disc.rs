@@ -100,7 +100,8 @@ impl<R> Disc<R> {
 }
 
 impl<T: Real> Disc<T> {
-    /// As [`Self::evaluate`], but on the inner branch in the lanes `held`, wherever `x` lies, unless the disc is a point.
+    /// As [`Self::evaluate`], but on the inner branch in the lanes `held`, wherever `x` lies, unless the disc is a
+    /// point.
     #[inline(always)]
     pub fn evaluate_held(&self, x: &Vector2<T>, held: T::Mask) -> DiscEvaluation<T> {
         let (inverse, within) = self.radius.inverse_length(squared_length(x));

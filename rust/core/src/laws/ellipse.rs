@@ -4,7 +4,7 @@ use super::{ConvexSet, Interval};
 
 /// Orthotropic Coulomb friction, C_T2 = {(x / a_x)^2 + (y / a_y)^2 <= 1} (T 3.63 != D4).
 ///
-/// Either semi-axis may be zero: the set is then a segment, or the origin alone.
+/// Either semi-axis may be zero: the set is then a segment, or only the origin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ellipse {
     /// Semi-axes along e_x^B and e_y^B.

@@ -19,8 +19,8 @@ impl HalfLine {
         T::zero().lt(x)
     }
 
-    /// Impulse and stiffness of the branch that the mask `closed` selects, whichever branch `x` lies on, where `x` falls
-    /// by `penalty` per velocity.
+    /// Impulse and stiffness of the branch that the mask `closed` selects, whichever branch `x` lies on, where `x`
+    /// falls by `penalty` per velocity.
     #[inline(always)]
     pub fn evaluate<T: Real>(self, x: T, penalty: T, closed: T::Mask) -> (T, T) {
         (T::select(closed, x, T::zero()), T::select(closed, penalty, T::zero()))

@@ -23,7 +23,7 @@ pub trait Real:
 {
     /// Robots side by side.
     const LANES: usize;
-    /// One truth value a lane.
+    /// One truth value per lane.
     type Mask: Mask;
 
     /// The same number in every lane.
@@ -66,9 +66,9 @@ pub trait Real:
     }
 }
 
-/// One truth value a lane.
+/// One truth value per lane.
 pub trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
-    /// True in the lanes for which `is_true` says so.
+    /// True in the lanes for which `is_true` returns true.
     fn of(is_true: impl Fn(usize) -> bool) -> Self;
     fn any(self) -> bool;
     fn lane(self, lane: usize) -> bool;

@@ -1,16 +1,16 @@
 //! Four robots in an AVX2 register, eight in an AVX-512 one.
 //!
-//! Values of these types may be computed with only where `is_available` has said yes; they are fast
-//! only in code inlined into a function with the matching `target_feature`.
+//! Values of these types may be computed with only where `is_available` has returned true; they are fast only in code
+//! inlined into a function with the matching `target_feature`.
 
 use std::arch::x86_64::*;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign};
 
 use super::{Kernel, Mask, Real};
 
-// SAFETY of every block of this file: values of these types are made by fleets alone, which choose a
-// width only after `is_available` has found its instruction set; and a register has the size of its
-// array of lanes and a larger alignment.
+// SAFETY of every block of this file: values of these types are made by fleets only, which choose a width only after
+// `is_available` has found its instruction set; and a register has the size of its array of lanes and a larger
+// alignment.
 
 /// Implements arithmetic and [`Real`] but for what differs between AVX2 and AVX-512: comparisons and
 /// selection, given as closures over registers.

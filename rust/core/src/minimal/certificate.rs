@@ -1,8 +1,8 @@
 //! The certificate of a stage's solution, computed from the stage's data and [`crate::judge`] only.
 //!
-//! It rebuilds the joint impulses from the momentum balance of one link after the other and reports the worst
-//! violation of balance, joints and laws as a velocity. Kinematics are its own: velocities of points in the frame of the
-//! stage, and momenta about the centre of mass.
+//! It rebuilds the joint impulses from the momentum balance of one link after the other and reports the worst violation
+//! of balance, joints and laws as a velocity. Kinematics are its own: velocities of points in the frame of the stage,
+//! and momenta about the centre of mass.
 
 use nalgebra::{Vector2, Vector3};
 

@@ -1,4 +1,4 @@
-//! What the controller knows at each instant: measurements with noise, references, a held torque.
+//! Inputs of the controller at each instant: measurements with noise, references, a held torque.
 
 use crate::control::{ControllerConfig, Treatment};
 use crate::gait::{JointReference, JointTarget};

@@ -156,7 +156,8 @@ impl Implicit {
         }
     }
 
-    /// Predicts, solves and certifies a stage that ends at `time`; predicts anew where the end is far from the prediction.
+    /// Predicts, solves and certifies a stage that ends at `time`; predicts again where the end is far from the
+    /// prediction.
     fn run_stage(
         &mut self,
         model: &Model,
@@ -307,6 +308,6 @@ fn constant_drive(drive: f64) -> StageJoint {
     StageJoint { drive, stiffness: 0.0, limit: f64::INFINITY }
 }
 
-/// A stage that ends farther than this from its prediction is predicted anew \[m\].
+/// A stage that ends farther than this from its prediction is predicted again \[m\].
 const MAX_DEVIATION: f64 = 2e-3;
 const MAX_PREDICTIONS: u32 = 4;

@@ -10,7 +10,7 @@ use crate::laws::SmoothLaw;
 /// A link's velocity: (v_x, v_y) of its CG and omega.
 pub type Twist = Vector3<f64>;
 
-/// Where a link is and how it moves.
+/// Position and velocity of a link.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinkMotion<T = f64> {
     /// e_x^Bi.

@@ -191,7 +191,7 @@ impl MinimalSimulation {
         }
     }
 
-    /// The end of the next step on the way to `until`; the smooth plant's solver chooses its own steps.
+    /// The end of the next step towards `until`; the smooth plant's solver chooses its own steps.
     ///
     /// Feedback is stiff: after a jump, and while a torque is at its limit, steps grow from `RAMP` of the usual length.
     /// Torques that are held over steps are not.

@@ -1,6 +1,6 @@
 //! The problem of one stage on the set-valued plant: data, without any algorithm.
 //!
-//! A stage looks for the velocity u at its end, a motion of the chain, such that
+//! The unknown of a stage is the velocity u at its end, a motion of the chain, such that
 //!
 //! `M (u - u_ref) + c V u = W_T P_T + W_tau D`, `-W_T^T u in N_{C_T}(P_T)` at both contact points of each link,
 //! `D = clamp(b - k omega_J - f M_22_bar omega_J, +-limit)`
@@ -77,7 +77,7 @@ pub struct Stage {
     pub momentum_feedforward: f64,
 }
 
-/// What a solver returns, and what the certificate judges.
+/// What a solver returns and the certificate verifies.
 #[derive(Debug, Clone)]
 pub struct StageSolution {
     pub twist: Vec<Twist>,
@@ -138,7 +138,7 @@ impl Stage {
         (linear * link.mass).push(link.inertia * (u.z - mean.z))
     }
 
-    /// What the drives want: b - k omega_J - f M_22_bar omega_J, before any limit.
+    /// Drives without any limit: b - k omega_J - f M_22_bar omega_J.
     pub fn wanted_drives(&self, twist: &[Twist], drive: &mut [f64]) {
         for (j, (wanted, joint)) in drive.iter_mut().zip(&self.joints).enumerate() {
             *wanted = joint.drive - joint.stiffness * (twist[j + 1].z - twist[j].z);

@@ -145,7 +145,7 @@ impl<M: SimulatedModel> Simulation<M> {
         self.clear_memory();
     }
 
-    /// Takes poses and twists over and forgets the past.
+    /// Sets poses and twists and clears warm starts.
     pub fn place(&mut self, state: &M::State) {
         self.body.state.copy_from(state);
         self.clear_memory();
@@ -162,7 +162,8 @@ impl<M: SimulatedModel> Simulation<M> {
         body.statistics
     }
 
-    /// Impulse of the pegs on each link during the last `advance`, x and y of the world frame \[N s\]; it has no z part.
+    /// Impulse of the pegs on each link during the last `advance`, x and y of the world frame \[N s\]; it has no z
+    /// part.
     pub fn contact_impulse(&self) -> &[Vector2<f64>] {
         &self.body.contact_impulse
     }

@@ -25,8 +25,8 @@ pub(crate) trait StageProblem<T: Real> {
     /// Forces and stiffnesses of all laws at the present velocities.
     fn evaluate(&mut self, form: LawForm);
 
-    /// One Newton step in the lanes `active`, shortened by the ray search where it overshoots and `damped` is true; laws
-    /// are evaluated at its end.
+    /// One Newton step in the lanes `active`, shortened by the ray search where it overshoots and `damped` is true;
+    /// laws are evaluated at its end.
     fn newton_step(&mut self, active: T::Mask, damped: bool) -> NewtonStep<T>;
 
     /// How far the velocities are from obeying the laws because the multipliers are not yet the impulses \[m/s\].
@@ -53,7 +53,7 @@ pub(crate) struct NewtonStep<T> {
 pub(crate) struct Tuning {
     /// Penalty r of sticking and of closed contacts, over the mass of the link.
     pub penalty: f64,
-    /// Distance from the inner minimum, over the tolerance, within which the multipliers are looked at.
+    /// Distance from the inner minimum, over the tolerance, within which the multipliers are checked.
     pub close: f64,
     /// Multipliers move when the distance to the inner minimum is below this times their error: the step after a short
     /// Newton step is quadratically shorter.
@@ -71,7 +71,7 @@ pub(crate) struct Tuning {
 }
 
 impl Tuning {
-    /// What all models have in common.
+    /// Constants that all models share.
     pub const COMMON: Self = Self {
         penalty: 1e6,
         close: 1e3,
@@ -84,8 +84,8 @@ impl Tuning {
     };
 }
 
-/// Iterates in `lanes` until the velocities are within about `tolerance` \[m/s\], or `max_iterations` linear solves have
-/// been made. A lane that has converged keeps its velocities and impulses while others go on.
+/// Iterates in `lanes` until the velocities are within about `tolerance` \[m/s\], or `max_iterations` linear solves
+/// have been made. A lane that has converged keeps its velocities and impulses while others continue.
 #[inline(always)]
 pub(crate) fn solve<T: Real, P: StageProblem<T>>(
     problem: &mut P,

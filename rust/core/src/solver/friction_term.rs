@@ -15,8 +15,8 @@ pub(crate) struct FrictionTerm<T> {
 }
 
 impl<T: Real> FrictionTerm<T> {
-    /// Friction within `axes` \[N s\] around the impulse of the last stage; `penalty` is the stiffness of sticking along
-    /// the longer axis \[kg\].
+    /// Friction within `axes` \[N s\] around the impulse of the last stage; `penalty` is the stiffness of sticking
+    /// along the longer axis \[kg\].
     #[inline(always)]
     pub fn new(axes: Vector2<T>, impulse: &Vector2<T>, penalty: T) -> Self {
         let largest = axes.x.max(axes.y);
@@ -45,14 +45,14 @@ impl<T: Real> FrictionTerm<T> {
         self.law.along(&self.centre, self.penalty, slip, rate, alpha)
     }
 
-    /// The alpha at which the slope of the law's function all but jumps; NaN where the rate is zero.
+    /// The alpha at which the slope of the law's function nearly jumps; NaN where the rate is zero.
     #[inline(always)]
     pub fn kink(&self, slip: &Vector2<T>, rate: &Vector2<T>) -> T {
         self.law.kink(&self.centre, self.penalty, slip, rate)
     }
 
-    /// Square of how far the velocity of a link of mass `mass` is from obeying the law because the multiplier is not yet
-    /// the impulse \[m^2/s^2\].
+    /// Square of how far the velocity of a link of mass `mass` is from obeying the law because the multiplier is not
+    /// yet the impulse \[m^2/s^2\].
     ///
     /// Sticking, the constraint is violated by |P - P_centre| / r. Sliding at speed gamma, the friction's direction is
     /// off by |P - P_centre| / (r gamma), which changes the link's velocity by that angle times a / m, but by no more

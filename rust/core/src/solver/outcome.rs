@@ -5,11 +5,11 @@ use crate::math::Real;
 pub struct Outcome<T: Real = f64> {
     /// Linear solves, a whole number.
     pub iterations: T,
-    /// Whether the solver's own stopping rule was met; the certificate judges independently.
+    /// Whether the solver's own stopping rule was met; the certificate does not depend on it.
     pub converged: T::Mask,
 }
 
-/// How far a fallback came.
+/// Result of a fallback.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SolveStatus {
     /// The stage is solved.
@@ -22,7 +22,7 @@ pub enum SolveStatus {
 }
 
 /// Largest residual of a solved stage over the solver's tolerance: solvers bound velocities in the norm of the energy,
-/// certificates look at every link by itself.
+/// certificates check every link separately.
 pub const RESIDUAL_LIMIT: f64 = 100.0;
 
 /// Whether a stage counts as unconverged and is handed to the fallback: the solver's stopping rule was not met, or the

@@ -8,7 +8,7 @@ pub(crate) trait Ray<T: Real> {
     /// First and generalised second derivative by alpha.
     fn derivatives(&self, alpha: T) -> (T, T);
 
-    /// Shows `nearest` every alpha at which the slope all but jumps.
+    /// Passes `nearest` every alpha at which the slope nearly jumps.
     #[inline(always)]
     fn show_kinks(&self, _nearest: &mut NearestKink<T>) {}
 }
@@ -18,7 +18,7 @@ pub(crate) trait Ray<T: Real> {
 ///
 /// Newton's method from the end, which crosses a stiff contact or a stuck link in one step, kept within a bracket.
 /// Where it leaves the bracket it is replaced by the kink nearest to the bracket's middle, since the zero often lies in
-/// one: where a contact comes to rest the slope all but jumps.
+/// one: where a contact comes to rest the slope nearly jumps.
 #[inline(always)]
 pub(crate) fn step_length<T: Real>(function: &impl Ray<T>, accuracy: T, lanes: T::Mask) -> (T, T::Mask) {
     let (mut low, mut high) = (T::zero(), T::splat(1.0));
@@ -67,7 +67,7 @@ pub(crate) struct NearestKink<T> {
 }
 
 impl<T: Real> NearestKink<T> {
-    /// Looks at one more; not a number is none.
+    /// Considers one more kink; NaN is ignored.
     #[inline(always)]
     pub fn see(&mut self, kink: T) {
         let away = (kink - self.middle).abs();

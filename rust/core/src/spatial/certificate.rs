@@ -1,7 +1,7 @@
 //! The certificate of a stage's solution, computed from the stage's data and [`crate::judge`] only.
 //!
 //! Impulses and velocities solve a stage exactly when the equations of motion balance, the joints hold, and every law
-//! holds with the normal impulse at hand as the radius of friction. Each violation is reported as a velocity.
+//! holds with the present normal impulse as the radius of friction. Each violation is reported as a velocity.
 
 use nalgebra::{Vector2, Vector3};
 

@@ -13,7 +13,7 @@ use super::stage_work::StageWork;
 /// The pegs that lanes have in one contact of the stage.
 type Slot = [Option<usize>; MAX_LANES];
 
-/// Peg contacts of the stage at hand, and the pairs of the one before.
+/// Peg contacts of the current stage, and the pairs of the one before.
 #[derive(Debug, Clone, Default)]
 pub struct ContactMap {
     slots: Vec<Slot>,
@@ -88,7 +88,7 @@ impl ContactMap {
         }
     }
 
-    /// What pegs did in a lane's solved stage.
+    /// Impulses of pegs in a lane's solved stage.
     pub fn peg_impulses<'a, T: Real>(
         &'a self,
         stage: &'a Stage<T>,

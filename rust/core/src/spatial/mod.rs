@@ -1,4 +1,4 @@
-//! The spatial model (T ch. 4): n links in space, joined by cardan joints, 6 n velocities.
+//! The spatial model (T ch. 4): n links in 3D, joined by cardan joints, 6 n velocities.
 //!
 //! | symbol | name here | meaning | frame, unit |
 //! | --- | --- | --- | --- |

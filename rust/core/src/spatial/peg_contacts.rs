@@ -44,7 +44,7 @@ struct Plane {
 }
 
 impl<'a> Situation<'a> {
-    /// Link `index` of a lane's robot in the stage at hand.
+    /// Link `index` of a lane's robot in the current stage.
     pub fn of<T: Real>(work: &StageWork<T>, lane: usize, index: usize, link: &'a Link, elapsed: f64) -> Self {
         Self {
             link,

@@ -1,6 +1,6 @@
 //! The problem of one stage of the spatial model: data, without any algorithm.
 //!
-//! A stage looks for the twists x = (v, omega) of all links, frame I, and the joint rates, with
+//! The unknowns of a stage are the twists x = (v, omega) of all links, frame I, and the joint rates, with
 //!
 //! `M x - p = W_N P_N + W_T P_T + W_V P_V + W_H P_H + W_J P_J + W_tau D`, `W_J^T x = 0` (T 4.69), (T 4.112 != D41),
 //! `0 <= P_N  _|_  W_N^T x + offset >= 0` (T 4.78), the same for pegs (T 4.79),
@@ -102,7 +102,7 @@ impl<T: Real> Stage<T> {
 }
 
 impl<T: Real> Stage<T> {
-    /// Copies without giving memory back.
+    /// Copies without freeing memory.
     pub fn copy_from(&mut self, other: &Self) {
         (self.coefficient, self.friction) = (other.coefficient, other.friction);
         self.links.clone_from(&other.links);
@@ -127,7 +127,7 @@ impl<T: Real> StageLink<T> {
         scaled(&self.axes[2], self.half_length)
     }
 
-    /// What the link's twist gains from the rate of a joint at its rear end about `axis`.
+    /// Change of the link's twist with the rate of a joint at its rear end about `axis`.
     #[inline(always)]
     pub fn hinge(&self, axis: &Vector3<T>) -> Twist<T> {
         Twist { linear: cross(axis, &self.joint_arm()), angular: *axis }
@@ -149,7 +149,7 @@ impl<T: Real> StageLink<T> {
     }
 }
 
-/// What a solver returns, and what the certificate judges.
+/// What a solver returns and the certificate verifies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StageSolution<T = f64> {
     /// x of each link, frame I.
@@ -185,7 +185,7 @@ impl<T: Real> StageSolution<T> {
 }
 
 impl<T: Real> StageSolution<T> {
-    /// Copies without giving memory back.
+    /// Copies without freeing memory.
     pub fn copy_from(&mut self, other: &Self) {
         self.twist.clone_from(&other.twist);
         self.rate.clone_from(&other.rate);

@@ -1,4 +1,4 @@
-//! The arithmetic of a stage over lanes: what surrounds the solver.
+//! The arithmetic of a stage over lanes: all but the solver.
 
 use nalgebra::Vector2;
 
@@ -20,7 +20,7 @@ use super::lane_fallback::LaneFallback;
 use super::standing::{Standing, is_at_rest};
 use super::{Spatial, SpatialBody, SpatialSystem};
 
-/// Data of the stage at hand, for as many robots as `T` has lanes.
+/// Data of the current stage, for as many robots as `T` has lanes.
 #[derive(Debug, Clone)]
 pub struct StageWork<T: Real> {
     /// Farthest point of each link's surface from its CG \[m\].
@@ -73,7 +73,7 @@ pub struct StageWork<T: Real> {
     pub sinking: T,
 }
 
-/// What is kept of a stage, lane by lane, once its solution stands: some lanes may need another prediction.
+/// What is kept of a stage, lane by lane, once its solution is accepted; some lanes may need another prediction.
 #[derive(Debug, Clone)]
 pub struct Kept<T> {
     /// The stage's end velocity and momenta.
@@ -175,8 +175,8 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
         self.fill_joints();
     }
 
-    /// Solves the stage from the guess and the last forces, without the solver where the robot stands, and judges the
-    /// solution.
+    /// Solves the stage from the guess and the last forces, without the solver where the robot stays at rest, and
+    /// certifies the solution.
     #[inline(always)]
     fn solve(&mut self, tolerance: f64, max_iterations: u32, lanes: T::Mask) -> SolvedStage<T> {
         let c = self.stage.coefficient;
@@ -197,7 +197,7 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
         SolvedStage { outcome, residual, gap: T::zero() }
     }
 
-    /// What follows from the solution: forces, in the given lanes, works and deviation.
+    /// What follows from the solution: forces in the given lanes, work and deviation.
     #[inline(always)]
     fn evaluate(&mut self, lanes: T::Mask) {
         let per_second = T::splat(1.0) / self.stage.coefficient;
@@ -213,7 +213,7 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
         self.measure_deviation();
     }
 
-    /// Keeps the solution in the lanes where it stands; in others it becomes the next guess.
+    /// Keeps the solution in the lanes where it is accepted; in others it becomes the next guess.
     #[inline(always)]
     fn keep(&mut self, solved: T::Mask, again: T::Mask) {
         let StageSolution { twist, rate, drive, .. } = &self.solution;
@@ -233,7 +233,8 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
         energy.select_into(solved, &self.energy);
     }
 
-    /// Where the last stage ends, and whether spheres sink there: a link that turns fast leaves its linearised gap.
+    /// End configuration of the last stage, and whether spheres sink there: a link that turns fast leaves its
+    /// linearised gap.
     #[inline(always)]
     fn arrive(&mut self) {
         self.arrival.travel(&self.base, &self.kept.end, self.stage.coefficient);
@@ -477,7 +478,7 @@ const SUNK: f64 = 2e-4;
 const UPRIGHT: f64 = 1e-18;
 
 /// What remains of the tolerance for a deviation where a peg pushes: links that touch down or lift off gain little from
-/// shorter steps, a robot that meets a peg much.
+/// shorter steps, a robot that hits a peg gains much.
 const PUSHED: f64 = 0.25;
 
 /// A step that takes a sunk sphere deeper by more is divided \[m\].

@@ -1,20 +1,20 @@
-//! A robot that stands still goes on standing where nothing has changed: its stage is solved without a solver.
+//! Robots at rest: a stage that keeps a robot at rest is solved without a linear solve.
 //!
-//! Where many links are all but slipping, a stage at rest takes hundreds of linear solves, although its solution is
-//! known: the forces of the last stage, and no velocity. That is judged first, as every solution is.
+//! Where many links are close to slipping, a stage at rest takes hundreds of linear solves, although its solution is
+//! known: the forces of the last stage and zero velocity. That candidate is certified first, like every solution.
 
 use crate::math::{Mask, Real};
 use crate::robot::Robot;
 use crate::spatial::{Speed, Stage, StageSolution, Twist, certify};
 
-/// What is tried: no velocity, under the impulses from which a solver would start.
+/// The candidate: zero velocity under the impulses from which a solver would start.
 #[derive(Debug, Clone)]
 pub struct Standing<T> {
     solution: StageSolution<T>,
     /// Acceleration against which a robot may be held \[m/s^2\].
     weak: T,
-    /// The least of the links' inertias, over their lengths, over the largest. The judge divides what a joint lacks by
-    /// the inertia of the link in front; the link behind may be lighter by as much.
+    /// The least of the links' inertias, over their lengths, over the largest. The certificate divides the imbalance of
+    /// a joint by the inertia of the link in front; the link behind may be lighter by as much.
     evenness: T,
 }
 
@@ -29,8 +29,8 @@ impl<T: Real> Standing<T> {
         }
     }
 
-    /// Those of the given lanes in which no velocity, under the impulses of the solver's `start`, solves the stage to
-    /// `tolerance` \[m/s\], and to what gravity and the robot allow besides: see [`Self::bound`].
+    /// Those of the given lanes in which zero velocity, under the impulses of the solver's `start`, solves the stage to
+    /// `tolerance` \[m/s\], and to the bound that follows from gravity and the robot, see [`Self::bound`].
     #[inline(always)]
     pub fn holds(&mut self, lanes: T::Mask, stage: &Stage<T>, start: &StageSolution<T>, tolerance: f64) -> T::Mask {
         if !lanes.any() {
@@ -53,15 +53,15 @@ impl<T: Real> Standing<T> {
         tried & certify(stage, solution).residual().le(bound)
     }
 
-    /// What may be left unbalanced of a robot that stands, as a velocity a stage \[m/s\]: for as long as it stands it is
-    /// held against an acceleration of this over the stage's coefficient. So it is no more than a share of gravity,
-    /// however short the step.
+    /// Largest imbalance of a robot at rest, as a velocity per stage \[m/s\]. While the robot is at rest it is held
+    /// against an acceleration of this over the stage's coefficient, hence a share of gravity bounds it however short
+    /// the step.
     #[inline(always)]
     fn bound(&self, coefficient: T, tolerance: f64) -> T {
         T::splat(tolerance.min(LOOSEST)).min(self.weak * coefficient) * self.evenness
     }
 
-    /// Takes what [`Self::holds`] tried for the solution in the given lanes.
+    /// Makes the candidate of [`Self::holds`] the solution in the given lanes.
     #[inline(always)]
     pub fn write(&self, lanes: T::Mask, solution: &mut StageSolution<T>) {
         solution.select_into(lanes, &self.solution);
@@ -80,18 +80,18 @@ fn fastest<T: Real>(stage: &Stage<T>, start: &StageSolution<T>) -> T {
     fastest
 }
 
-/// Whether a robot moves so little that the forces of a step from there on are those of one that stands, not those that
-/// stopped it.
+/// Whether a robot moves so little that the forces of a step from there on are those of rest, not those that stopped
+/// it.
 pub fn is_at_rest(speed: &Speed) -> bool {
     let Twist { linear, angular } = &speed.head;
     let mut numbers = linear.iter().chain(angular.iter()).chain(speed.rate.iter().flatten());
     numbers.all(|number| number.abs() <= AT_REST)
 }
 
-/// Speed over the bound below which a robot is tried.
+/// Speed over the bound below which rest is tried.
 const SLOW: f64 = 1e-2;
 
-/// Loosest tolerance to which a robot may stand \[m/s\], the default one.
+/// Loosest tolerance of a robot at rest \[m/s\], the default one.
 const LOOSEST: f64 = 1e-6;
 
 /// Acceleration against which a robot may be held, over gravity.

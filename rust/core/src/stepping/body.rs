@@ -1,4 +1,4 @@
-//! One robot among its pegs, as the schemes see it.
+//! One robot among its pegs, as the schemes advance it.
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -17,8 +17,9 @@ pub struct Body<M: Model> {
     pub pegs: PegGrid,
     pub warm_start: M::WarmStart,
     pub clock: Clock,
+    /// Deviations of this robot from the system that all share.
     pub parameters: PlantParameters,
-    /// What happened since [`Self::begin`].
+    /// Statistics since [`Self::begin`].
     pub statistics: StepStatistics,
     /// Impulse of the pegs on each link since [`Self::begin`], world frame \[N s\]; over an interval's length it is
     /// (T 7.6).
@@ -27,13 +28,13 @@ pub struct Body<M: Model> {
     pub ground_impulse: Vec<f64>,
     /// Linear solves of the last step.
     pub(super) solves: u32,
-    /// Whether the state is that of a robot rather than of a diverged computation; schemes tell.
+    /// Whether the state is that of a robot rather than of a diverged computation; set by the schemes.
     pub(crate) is_plausible: bool,
-    /// State at the last instant known to be good.
+    /// Last plausible state.
     last_good: M::State,
 }
 
-/// How long ago what steps depend on happened.
+/// Times since the events that the choice of steps depends on.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Clock {
     /// Time since the robot was placed \[s\].
@@ -83,8 +84,8 @@ impl<M: Model> Body<M> {
         self.last_good.time()
     }
 
-    /// If the state is absurd, puts the robot to rest where it last was good and flags it. The counters keep what led
-    /// there.
+    /// If the state is implausible, resets the robot to its last plausible state, at rest, and flags it. The counters
+    /// are kept.
     pub fn quarantine(&mut self) {
         if !self.is_plausible {
             self.state.copy_from(&self.last_good);

@@ -1,4 +1,4 @@
-//! What a user may choose about time stepping: one type per method.
+//! Options of time stepping: one type per method.
 
 use std::fmt;
 
@@ -19,7 +19,7 @@ pub enum Method {
 }
 
 impl Method {
-    /// The name that users write.
+    /// Name in configurations.
     pub fn name(self) -> &'static str {
         match self {
             Method::Thesis => "thesis",

@@ -1,4 +1,4 @@
-//! What friction and actuators do over a stage.
+//! Work of friction and actuators over a stage.
 
 use crate::math::Real;
 
@@ -8,7 +8,7 @@ pub struct EnergyLedger<T> {
     /// Never positive.
     pub friction: T,
     pub actuator: T,
-    /// Without what actuators absorb.
+    /// Without the energy that actuators absorb.
     pub positive_actuator: T,
 }
 

@@ -42,7 +42,7 @@ struct Pending {
 }
 
 impl<M: CompiledModel> Fleet<M> {
-    /// A fleet of about `robots` robots; a few are faster one by one than in a wide group.
+    /// A fleet of about `robots` robots; few of them are faster one by one than in a wide group.
     pub fn new(config: ImplicitConfig, system: &M::System, robots: usize) -> Self {
         let config = M::configured(config);
         Self {
@@ -61,7 +61,7 @@ impl<M: CompiledModel> Fleet<M> {
     }
 
     /// Integrates the robots chosen by `takes_part` over `duration` in equal steps no longer than the configured one. A
-    /// robot whose state becomes absurd stays where it last was good, flagged.
+    /// robot whose state becomes implausible keeps its last plausible one and is flagged.
     pub fn advance<D: Driven<Model = M>>(
         &mut self,
         system: &M::System,
@@ -142,7 +142,7 @@ struct Run<'a, D: Driven> {
 }
 
 impl<D: Driven> Run<'_, D> {
-    /// Each robot follows its own plan to the end of the interval; those that have not come to it are grouped anew for
+    /// Each robot follows its own plan to the end of the interval; those that have not reached it are regrouped for
     /// every part.
     fn advance<T: Real>(&mut self, group: &mut Group<D::Model, T>)
     where
@@ -168,7 +168,7 @@ impl<D: Driven> Run<'_, D> {
         }
     }
 
-    /// Chooses the next part of every robot that has not come to the end; whether there is any.
+    /// Chooses the next part of every robot that has not reached the end; returns whether there is any.
     fn choose_parts(&mut self) -> bool {
         let Pending { second_order, euler } = &mut *self.pending;
         second_order.clear();
@@ -181,7 +181,7 @@ impl<D: Driven> Run<'_, D> {
             plan.choose_part(&self.interval, robot);
             if plan.part.is_euler { euler.push(member) } else { second_order.push(member) }
         }
-        // A register is as slow as its slowest lane.
+        // A register takes as long as its slowest lane.
         let robots = &*self.robots;
         for list in [&mut *second_order, &mut *euler] {
             list.sort_unstable_by_key(|&member| (robots[member].body().solves, member));

@@ -27,16 +27,16 @@ use super::sdirk::{EXTRAPOLATION, GAMMA};
 pub struct Group<M: Model, T: Real> {
     config: ImplicitConfig,
     work: M::Work<T>,
-    /// Work of the first stage and what pegs did in it, until the step is accepted.
+    /// Work and peg impulses of the first stage, until the step is accepted.
     first_energy: EnergyLedger<T>,
     first_peg_impulses: Vec<PegImpulse>,
-    /// What pegs did in the last stage.
+    /// Peg impulses of the last stage.
     peg_impulses: Vec<PegImpulse>,
     /// How far the last stage ended from its first prediction \[m\].
     deviation: T,
     /// Deviation beyond which a step is rejected \[m\].
     pub event_tolerance: f64,
-    /// Linear solves of the step at hand.
+    /// Linear solves of the current step.
     solves: [u32; MAX_LANES],
 }
 
@@ -103,7 +103,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
     }
 
     /// Solves one stage of coefficient `c` that ends `end` after the start of the step. Where it ends far from its
-    /// prediction, it is predicted anew from its own end and solved again.
+    /// prediction, it is predicted again from its own end and solved again.
     fn run_stage<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, c: T, end: T) {
         self.read_references(members, end);
         self.peg_impulses.clear();
@@ -187,7 +187,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
     }
 }
 
-/// Adds what pegs did, taken `weight` times, to the robots' sums.
+/// Adds peg impulses, times `weight`, to the robots' sums.
 fn add_peg_impulses<D: Driven>(peg_impulses: &[PegImpulse], members: &mut Members<D>, lanes: Lanes, weight: f64) {
     for each in peg_impulses.iter().filter(|each| lanes[each.lane]) {
         members.body_mut(each.lane).contact_impulse[each.link] += each.impulse * weight;
@@ -197,5 +197,5 @@ fn add_peg_impulses<D: Driven>(peg_impulses: &[PegImpulse], members: &mut Member
 /// How often a stage may be predicted: the second prediction starts from a solution of the stage.
 const MAX_PREDICTIONS: u32 = 4;
 
-/// Pushes reserved for each link of a lane; a denser field grows the list once.
+/// Peg impulses reserved for each link of a lane; a denser field grows the list once.
 const PEG_IMPULSES_PER_LINK: usize = 8;

@@ -5,17 +5,17 @@ use super::start::{first_step, longest_step};
 /// Halves parts that have to be retaken, and doubles those that follow.
 ///
 /// * A part in which forces change abruptly is halved and halved again, and at last taken in Euler steps.
-/// * A part ends where the joints' reference jumps, as soft start lets it: forces of the time before are no guess at
-///   those after. Parts then double, beginning with a short one that resolves how the joints jump after it.
+/// * A part ends where the joints' reference jumps, as in soft start: forces before the jump do not predict those after
+///   it. Parts then double, beginning with a short one that resolves how the joints jump after it.
 /// * The first parts after a robot was placed are short.
 #[derive(Debug, Clone, Copy)]
 pub struct Growing {
-    /// How much of the step is done \[s\].
+    /// Elapsed part of the step \[s\].
     done: f64,
     ends: PartEnd,
     /// Longest part to be tried \[s\].
     next: f64,
-    /// Euler steps at hand, if any.
+    /// Remaining Euler steps, if any.
     euler: Option<EulerSteps>,
 }
 

@@ -2,29 +2,29 @@ use super::body::Clock;
 use super::plan::{Division, Ends, Interval, Part};
 use super::start::longest_step;
 
-/// Halves a step, and its halves again.
+/// Halves a step repeatedly.
 ///
 /// * A part in which a peg's force changes abruptly is halved, and at last taken in Euler steps. Such steps come in
 ///   groups, so the step after one is halved without being tried.
-/// * A robot that starts from rest meets a reference in motion, so its first step is halved towards the start until it
+/// * A robot starts from rest with a reference in motion, so its first step is halved towards the start until it
 ///   resolves the boundary layer of a stiff controller, and the steps that follow grow slowly.
-/// * A step ends a piece where the reference jumps (T 7.2.2): links that a jump sets in motion are as those of a robot
-///   just placed. A step across would smear the jump over its length.
+/// * A piece of a step ends where the reference jumps (T 7.2.2): links that a jump sets in motion are treated like
+///   those of a robot just placed. A step across would smear the jump over its length.
 ///
 /// Parts of all robots have one of few lengths, whatever their number.
 #[derive(Debug, Clone, Copy)]
 pub struct Halving {
-    /// The piece at hand, up to a jump of the reference or the end of the step \[s\].
+    /// The current piece, up to a jump of the reference or the end of the step \[s\].
     piece: f64,
     ends: Ends,
     /// End of a step with jumps \[s\]; steps without are not measured by the clock, which has round-off.
     step_end: f64,
-    /// Depth of the part at hand, and for each depth whether it is in the second half.
+    /// Depth of the current part, and for each depth whether it is in the second half.
     depth: u32,
     second_half: u32,
-    /// The part at hand was rejected at this depth: it is divided.
+    /// The current part was rejected at this depth: it is divided.
     is_rejected: bool,
-    /// Euler steps left of the part at hand.
+    /// Remaining Euler steps of the current part.
     euler_steps: u32,
 }
 
@@ -45,7 +45,7 @@ impl Halving {
         self.second_half &= !(1 << self.depth);
     }
 
-    /// Moves on behind a finished part; whether the piece is done.
+    /// Moves on after a finished part; returns whether the piece is done.
     fn advance(&mut self) -> bool {
         while self.depth > 0 && self.second_half >> self.depth & 1 == 1 {
             self.depth -= 1;

@@ -43,7 +43,7 @@ impl<'a, D: Driven> Members<'a, D> {
         std::array::from_fn(|lane| lane < self.indices.len())
     }
 
-    /// Whether any of the robots is as `is_so` says.
+    /// Whether any of the robots satisfies `is_so`.
     pub fn any(&self, is_so: impl Fn(&Body<D::Model>) -> bool) -> bool {
         self.indices.iter().any(|&index| is_so(self.robots[index].body()))
     }

@@ -1,8 +1,9 @@
 //! Time stepping: what all models share.
 //!
 //! A [`Model`] brings its state, its stage ([`StageWork`]) and how its steps are divided; everything about *when* and
-//! *how often* a stage is solved, in which lanes, and what happens when it is not solved, is here. A [`Fleet`] advances
-//! robots by their [`StepPlan`]s, a [`group::Group`] takes one step of as many of them as a register has lanes.
+//! *how often* a stage is solved, in which lanes, and what happens when it is not solved, is decided here. A [`Fleet`]
+//! advances robots by their [`StepPlan`]s, a [`group::Group`] takes one step of as many of them as a register has
+//! lanes.
 
 mod body;
 mod config;

@@ -28,7 +28,7 @@ pub trait Model: Debug + Clone + Copy + PartialEq + 'static {
     type Target: Debug + Clone + Copy + Default;
     /// How a step is divided where it cannot be taken whole.
     type Division: Division;
-    /// The stage at hand for as many robots as `T` has lanes.
+    /// The current stage of as many robots as `T` has lanes.
     type Work<T: Real>: StageWork<T, Model = Self>;
 
     /// Change of acceleration within a step that counts as abrupt \[m/s^2\].
@@ -68,13 +68,13 @@ pub trait RobotState: Debug + Clone + PartialEq + Serialize + DeserializeOwned {
     fn fits(&self, links: usize) -> bool;
 }
 
-/// What one step hands to the next beside the state.
+/// Data that one step passes to the next besides the state.
 pub trait WarmStart: Debug + Clone {
     /// The part of it that continues a run elsewhere.
     type Saved: Debug + Clone + PartialEq + Serialize + DeserializeOwned;
 
     fn new(links: usize) -> Self;
-    /// The robot was placed: nothing is known.
+    /// The robot was placed: no earlier forces.
     fn clear(&mut self);
     fn save(&self) -> Self::Saved;
     fn resume(&mut self, saved: &Self::Saved);
@@ -109,7 +109,7 @@ pub trait Reference<M: Model> {
     fn next_jump(&self, time: f64) -> f64;
 }
 
-/// The stage at hand over lanes: the only stepping code that a model writes.
+/// The current stage over lanes: the only stepping code of a model.
 ///
 /// The first group of methods is arithmetic over lanes, compiled once for every width of register
 /// ([`super::kernels`]) and `#[inline(always)]`; the second passes data between robots and their lanes.
@@ -146,13 +146,13 @@ pub trait StageWork<T: Real>: Debug + Clone {
     fn find_contacts<D: Driven<Model = Self::Model>>(&mut self, members: &mut Members<D>, pending: Lanes, elapsed: T);
     /// Solves the stage of one lane by the fallback; `None` if it is not made of numbers.
     fn fall_back(&mut self, lane: usize, tolerance: f64) -> Option<FallbackResult>;
-    /// Takes note of the forces of a lane's solution, before it is known whether it is kept.
+    /// Records the forces of a lane's solution, before it is known whether it is kept.
     fn remember(&mut self, _lane: usize) {}
     /// How far the stage ended from its prediction, for any point of the robot \[m\].
     fn deviation(&self) -> T;
-    /// Whether the stage ended so far from its prediction that it has to be predicted anew.
+    /// Whether the stage ended so far from its prediction that it has to be predicted again.
     fn is_mispredicted(&self, lane: usize) -> bool;
-    /// Adds what pegs did to the robots of the `solved` lanes.
+    /// Collects the impulses of pegs on the robots of the `solved` lanes.
     fn collect_peg_impulses<D: Driven<Model = Self::Model>>(
         &mut self,
         members: &mut Members<D>,
@@ -185,7 +185,7 @@ pub struct SolvedStage<T: Real> {
     pub gap: T,
 }
 
-/// What a peg did to a link over a stage.
+/// Impulse of a peg on a link over a stage.
 #[derive(Debug, Clone, Copy)]
 pub struct PegImpulse {
     pub lane: usize,

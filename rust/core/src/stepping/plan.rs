@@ -1,8 +1,8 @@
 //! The plan of one robot's interval: equal steps, taken in parts where forces or references change abruptly.
 //!
-//! Each robot follows its own plan; those that have not come to the end of the interval are grouped anew for every
-//! part, so that robots at different depths of division share registers. How a step is divided is the model's
-//! [`Division`]: [`super::Halving`] in the plane, [`super::Growing`] in 3D.
+//! Each robot follows its own plan; those that have not reached the end of the interval are regrouped for every part,
+//! so that robots at different depths of division share registers. How a step is divided is the model's [`Division`]:
+//! [`super::Halving`] in the plane, [`super::Growing`] in 3D.
 
 use std::fmt::Debug;
 
@@ -65,13 +65,13 @@ pub trait Division: Debug + Clone + Copy {
     /// Begins a step at `time`; `next_jump` tells the latest end of a part from a time on.
     fn begin_step(interval: &Interval, time: f64, clock: &mut Clock, next_jump: impl Fn(f64) -> f64) -> Self;
     fn next_part(&mut self, interval: &Interval, time: f64, clock: &mut Clock, next_jump: impl Fn(f64) -> f64) -> Part;
-    /// The part stands; tells what ends with it, and resets the clock where the reference jumps.
+    /// Accepts the part; returns what ends with it, and resets the clock where the reference jumps.
     fn accept(&mut self, interval: &Interval, part: &Part, clock: &mut Clock) -> Ends;
     /// The part has to be retaken in shorter parts.
     fn reject(&mut self, interval: &Interval, part: &Part, clock: &mut Clock);
 }
 
-/// Where a robot is within its interval, and what it tries next.
+/// Position of a robot within its interval, and the part it takes next.
 #[derive(Debug, Clone, Copy)]
 pub struct StepPlan<V> {
     /// Whole steps done.
@@ -99,7 +99,7 @@ impl<V: Division> StepPlan<V> {
         robot.body_mut().clock = clock;
     }
 
-    /// The part stands: the robot has moved on by its length.
+    /// Accepts the part: the robot has moved on by its length.
     pub fn accept<M: Model>(&mut self, interval: &Interval, body: &mut Body<M>) {
         let Some(division) = &mut self.division else { return };
         if division.accept(interval, &self.part, &mut body.clock) == Ends::Step {

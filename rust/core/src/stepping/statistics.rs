@@ -29,7 +29,7 @@ pub struct StepStatistics {
     pub actuator_work: f64,
     /// Work of the actuators without what they absorb, joint by joint \[J\].
     pub positive_actuator_work: f64,
-    /// The state became absurd; the robot stays at its last good state.
+    /// The state became implausible; the robot keeps its last plausible state.
     pub diverged: bool,
 }
 

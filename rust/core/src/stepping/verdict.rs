@@ -6,13 +6,13 @@
 //!   [`Model::RESIDUAL_FACTOR`] times the tolerance. A residual that is not a number solves nothing.
 //! * A stage that Newton's method did not solve is given to the **fallback**, one robot at a time. The fallback counts
 //!   in `fallbacks` whether or not it succeeds.
-//! * A stage is **unconverged** if the fallback did not solve it either, or could not be tried because the stage
-//!   itself is not made of numbers. (The minimal model has no fallback: its stages have no contacts.)
+//! * A stage is **unconverged** if the fallback did not solve it either, or could not be tried because the stage itself
+//!   has a value that is not finite. (The minimal model has no fallback: its stages have no contacts.)
 //!
 //! The factor relates two norms: solvers bound velocities in the norm of the kinetic energy of all links, certificates
-//! look at every law and every link by itself, relative to its own mass and inertia. In the plane solutions meet their
+//! check every law and every link separately, relative to its own mass and inertia. In the plane solutions meet their
 //! tolerance in both norms but for rare stages, and the factor is 1: those go to the fallback. In 3D, with two contacts
-//! and six balances a link, the certificate is commonly above the tolerance where the velocities are not, and the
+//! and six balances per link, the certificate is commonly above the tolerance where the velocities are not, and the
 //! factor is [`crate::solver::RESIDUAL_LIMIT`]. A solution of a fallback counts as solved up to that limit in both.
 
 use crate::math::{Mask, Real};

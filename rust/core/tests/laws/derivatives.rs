@@ -1,5 +1,5 @@
-//! What solvers need of the laws besides projections: Jacobians against finite differences, behaviour along a ray against
-//! direct evaluation, and branches that are held.
+//! What solvers need of the laws besides projections: Jacobians against finite differences, behaviour along a ray
+//! against direct evaluation, and branches that are held.
 
 use nalgebra::Vector2;
 use proptest::prelude::*;

@@ -33,8 +33,9 @@ pub trait FaultyRobot: Clone {
     fn bits(&self) -> Vec<u64>;
 }
 
-/// Puts NaN or infinity into one robot of `ROBOTS` after a while, goes on for `periods` control periods, and
-/// compares the others bit for bit with a healthy fleet; `broken` counts those that differ, and faulty robots that are not flagged.
+/// Puts NaN or infinity into one robot of `ROBOTS` after a while, goes on for `periods` control periods, and compares
+/// the others bit for bit with a healthy fleet; `broken` counts those that differ, and faulty robots that are not
+/// flagged.
 pub fn poisoned<F: TestFleet>(step: f64, poison: f64, periods: u64) -> Figures {
     let (mut healthy, mut faulty) = (F::new(step, ROBOTS), F::new(step, ROBOTS));
     let mut figures = Figures::default();

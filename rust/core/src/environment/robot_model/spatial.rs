@@ -22,7 +22,7 @@ use crate::environment::reference::{ReferenceGenerator, ReferenceState};
 use crate::environment::signal::{Signal, float, integer};
 use crate::environment::start::Start;
 
-/// Simulation and references of a robot in space.
+/// Simulation and references of a robot of the spatial model.
 #[derive(Debug, Clone)]
 pub struct SpatialRobot {
     pub simulation: SpatialSimulation,
@@ -41,7 +41,7 @@ struct Forces {
     ground: Vec<f64>,
 }
 
-/// All that a run changes about a robot in space.
+/// All that a run changes about a robot of the spatial model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SpatialRobotState {
     simulation: SpatialSnapshot,
@@ -50,7 +50,7 @@ pub struct SpatialRobotState {
     forces: Forces,
 }
 
-/// How the body as a whole lies.
+/// Attitude of the body as a whole.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Attitude {
     /// Mean of the links' turns about their own axes, positive: the left side comes up; in \[-pi, pi\] \[rad\].

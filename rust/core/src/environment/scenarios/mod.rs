@@ -68,6 +68,9 @@ impl GoalKind {
     }
 }
 
+/// Builds the scenario of a family from a configuration.
+type BuildScenario = fn(&EnvConfig, &Robot) -> Result<Arc<dyn Scenario>, ConfigError>;
+
 /// A family of scenes: one row of the registry.
 pub struct Family {
     /// Value of the option `task`.
@@ -83,7 +86,7 @@ pub struct Family {
     pub gait: fn(ModelKind) -> DefaultGait,
     /// Checks what only this family requires of a configuration.
     pub validate: fn(&EnvConfig) -> Result<(), ConfigError>,
-    pub scenario: fn(&EnvConfig, &Robot) -> Result<Arc<dyn Scenario>, ConfigError>,
+    pub scenario: BuildScenario,
 }
 
 impl Family {

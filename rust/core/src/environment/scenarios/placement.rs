@@ -8,7 +8,7 @@ use crate::planar::{Pose, assemble_chain};
 use crate::robot::Robot;
 use crate::scene::Peg;
 
-/// Pegs and posture of the episode at hand.
+/// Pegs and posture of the current episode.
 #[derive(Debug, Clone)]
 pub struct Placement {
     robot: Robot,

@@ -1,5 +1,5 @@
-//! Solver of a stage of the minimal model. Its parts are private to this folder: the certificate, a sibling, cannot name
-//! them.
+//! Solver of a stage of the minimal model. Its parts are private to this folder: the certificate, a sibling, cannot
+//! name them.
 //!
 //! ```compile_fail,E0603
 //! use snake_core::minimal::solver::chain::ChainFactor;

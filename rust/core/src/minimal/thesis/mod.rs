@@ -1,7 +1,7 @@
 //! The set-valued plant by the time stepping of chapter 3, dense matrices and all (T 3.6.1), (T 6.24).
 //!
 //! Midpoint q_M, torque and gyroscopic terms from the start of the step (T 3.51 != D8), and Algorithm 3.1 with the
-//! friction of two points a link. There are no joint impulses: the coordinates are minimal.
+//! friction of two points per link. There are no joint impulses: the coordinates are minimal.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Rotation2, Vector2};
 
@@ -117,7 +117,7 @@ impl Thesis {
     }
 }
 
-/// r_T of (T Table 7.2), "robot model": with two contact points a link the iteration diverges above 0.68.
+/// r_T of (T Table 7.2), "robot model": with two contact points per link the iteration diverges above 0.68.
 const R_T: f64 = 0.2;
 
 /// epsilon of (T Table 7.2), "robot model" \[N s\].

@@ -1,8 +1,8 @@
 //! The laws of contact with impulses as unknowns of their own, and their joint tangents.
 //!
 //! A law holds if P = prox_C(z) with z = P - rho (gamma + delta (P - centre)) (T 4.88). Around the centre zero that is
-//! the law with a compliance delta, whose impulses are the shortest (T 4.78 != D43); rho only selects
-//! the form of the law. The friction sets are those of the normal impulse at hand, and a tangent knows by how much they grow with it.
+//! the law with a compliance delta, whose impulses are the shortest (T 4.78 != D43); rho only selects the form of the
+//! law. The friction sets are those of the present normal impulse, and the tangent includes their growth with it.
 //!
 //! In coordinates in which the longer semi-axis of an ellipse stays and the shorter one is stretched to it, every set
 //! of friction is a disc.
@@ -29,7 +29,7 @@ type Rows = SMatrix<f64, LAWS, 6>;
 type Impulses = SVector<f64, LAWS>;
 const LAWS: usize = 8;
 
-/// Where the slips of the ends and rolling begin.
+/// First rows of the slips of the ends and of rolling.
 const DISCS: [usize; 3] = [2, 4, 6];
 
 /// Laws of both end spheres of a link.
@@ -78,7 +78,7 @@ impl GroundLaws {
         }
     }
 
-    /// Asks all laws at the link's twist. Returns the sum of the squared defects and the largest one \[N s\].
+    /// Evaluates all laws at the link's twist. Returns the sum of the squared defects and the largest one \[N s\].
     pub fn measure(&mut self, twist: &Vector6<f64>, form: &LawForm) -> (f64, f64) {
         let mut velocity = self.rows * twist;
         velocity[0] += self.offset[0];
@@ -103,7 +103,7 @@ impl GroundLaws {
         }
     }
 
-    /// Finds how the impulses change with the twist so that the laws, linearised, hold: `constant + slope x`.
+    /// Computes the change of the impulses with the twist for which the linearised laws hold: `constant + slope x`.
     pub fn linearise(&mut self, form: &LawForm) {
         let mut grows = [0.0; 2];
         for (end, grows) in grows.iter_mut().enumerate() {
@@ -133,7 +133,7 @@ impl GroundLaws {
         }
     }
 
-    /// What the linearised laws add to the link's tangent and to its load.
+    /// Contribution of the linearised laws to the link's tangent and to its load.
     pub fn tangent(&self) -> (SMatrix<f64, 6, 6>, Vector6<f64>) {
         (-self.rows.tr_mul(&self.slope), self.rows.tr_mul(&self.constant))
     }

@@ -1,14 +1,13 @@
 //! Newton's method on a stage with Coulomb's law as it stands: friction follows the normal impulse in the tangent, too.
 //!
-//! The solver of the lanes takes friction radii for given and lets them follow, which converges where friction is weak:
-//! a normal impulse changed by dP changes friction by mu dP at the height of the CG, which turns the link and changes
-//! normal impulses in turn. Here velocities and impulses are unknowns side by side, `P = prox_C(P)(...)` is asked of
-//! each law with the [set that belongs to the present normal impulse](super::coulomb_laws), and the tangent is the
-//! unsymmetric one of all that. There is no function to minimise: a step is halved until the squared defects of all
-//! laws and balances fall below the largest of the last few, and where no part of it does that, a tenth is taken all
-//! the same, which leaves the kink that held it. From soft contacts the way is easier: their compliance lets normal
-//! impulses change but little, so the path of solutions begins at a problem as good as convex, and is followed to that
-//! of the stiff ones.
+//! The solver of the lanes holds friction radii fixed in each step and updates them afterwards, which converges where
+//! friction is weak: a change dP of a normal impulse changes friction by mu dP at the height of the CG, which turns the
+//! link and changes normal impulses again. Here velocities and impulses are both unknowns, each law is imposed as
+//! `P = prox_C(P)(...)` with the [set that belongs to the present normal impulse](super::coulomb_laws), and the tangent
+//! is the unsymmetric one of all that. There is no function to minimise: a step is halved until the squared defects of
+//! all laws and balances fall below the largest of the last few, and where no fraction of it achieves that, a tenth is
+//! taken anyway, which leaves the kink. Continuation starts from soft contacts: with their compliance normal impulses
+//! change little and the problem is nearly convex; its solution is followed to that of the stiff contacts.
 
 use nalgebra::{Matrix6, Vector6};
 
@@ -26,7 +25,7 @@ pub struct CoulombNewton {
     links: Vec<Link>,
     pegs: Vec<PegLaw>,
     form: LawForm,
-    /// Speed at which something is no error \[m/s\].
+    /// Speed below which a defect is no error \[m/s\].
     tolerance: f64,
 }
 
@@ -46,7 +45,7 @@ struct Link {
     rates: [f64; 2],
     start_rates: [f64; 2],
     step_rates: [f64; 2],
-    /// What is missing in the link's own balance.
+    /// Imbalance of the link.
     missing: Vector6<f64>,
 }
 
@@ -76,8 +75,8 @@ impl CoulombNewton {
         (solves, solved)
     }
 
-    /// The same along the path of solutions from soft contacts to stiff ones; if it does not come there, `solution` is
-    /// the last one found.
+    /// The same by continuation from soft contacts to stiff ones; if it does not reach these, `solution` is the last
+    /// one found.
     pub fn continuation(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, bool) {
         let (mut softness, mut ratio, mut solves) = (SOFTEST, FIRST_RATIO, 0);
         let mut next = softness;
@@ -144,7 +143,7 @@ impl CoulombNewton {
     }
 
     /// Solves the problem with the compliance, which selects the impulses, and then moves the centres to them, with
-    /// less compliance, until none shows.
+    /// less compliance, until its effect is negligible.
     fn close(&mut self) -> (u32, bool) {
         let (mut solves, mut solved) = self.converge();
         self.form.compliance *= STIFFER;
@@ -160,14 +159,14 @@ impl CoulombNewton {
         (solves, solved)
     }
 
-    /// Whether the compliance leaves the velocities as they ought to be.
+    /// Whether the effect of the compliance on the velocities is negligible.
     fn is_exact(&self) -> bool {
         let ground = self.links.iter().map(|link| (link.laws.impulse - link.laws.centre).amax());
         let pegs = self.pegs.iter().map(|peg| (peg.impulse - peg.centre).abs());
         ground.chain(pegs).fold(0.0, f64::max) * self.form.compliance <= self.exact()
     }
 
-    /// Error that is none \[m/s\].
+    /// Error that is negligible \[m/s\].
     fn exact(&self) -> f64 {
         let fastest = self.links.iter().map(|link| link.twist.fixed_rows::<3>(0).norm()).fold(0.0, f64::max);
         EXACT * fastest + EXACT_AT_REST * self.tolerance
@@ -194,7 +193,7 @@ impl CoulombNewton {
         (MAX_ITERATIONS, here.speed <= self.exact())
     }
 
-    /// Goes as far along the step as the defects allow, if they do.
+    /// Takes the largest fraction of the step that decreases the defects, if there is one.
     fn search(&mut self, reference: f64) -> Option<Defect> {
         let mut fraction = 1.0;
         for _ in 0..MAX_HALVINGS {
@@ -212,7 +211,7 @@ impl CoulombNewton {
         self.measure()
     }
 
-    /// Asks all laws and balances where the robot is.
+    /// Evaluates all laws and balances at the present velocities and impulses.
     fn measure(&mut self) -> Defect {
         let Self { links, pegs, form, .. } = self;
         let mut defect = Defect { energy: 0.0, speed: 0.0 };

@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Matrix6, Vector6};
 
 use crate::spatial::{SpatialVector, StageLink};
 
-/// What the balance of a link, and of all that hangs on it, asks of a change x of its twist: `matrix x = load`.
+/// Linearised balance of a link and of the chain behind it, for a change x of its twist: `matrix x = load`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Balance {
     pub matrix: Matrix6<f64>,

@@ -90,7 +90,7 @@ impl<T: Real> FrictionTerm<T> {
         self.value = Vector2::new(T::zero(), T::zero());
     }
 
-    /// From now on the contact sticks or slips as its velocity says.
+    /// From now on the contact sticks or slips as its velocity determines.
     #[inline(always)]
     pub fn release(&mut self) {
         self.held = T::Mask::of(|_| false);
@@ -101,14 +101,13 @@ impl<T: Real> FrictionTerm<T> {
         self.remembered = self.radius;
     }
 
-    /// Takes the remembered radius back.
+    /// Restores the saved radius.
     #[inline(always)]
     pub fn restore(&mut self, lanes: T::Mask) {
         self.radius = T::select(lanes, self.remembered, self.radius);
     }
 
-    /// A fraction of the way from the remembered radius to the present one in the given lanes, in others the remembered
-    /// one.
+    /// A fraction of the change from the saved radius to the present one in the given lanes, in others the saved one.
     #[inline(always)]
     pub fn move_part_way(&mut self, fraction: T, lanes: T::Mask) {
         let there = self.remembered + fraction * (self.radius - self.remembered);
@@ -142,7 +141,7 @@ impl<T: Real> FrictionTerm<T> {
     #[inline(always)]
     pub fn recentre(&mut self, lanes: T::Mask) {
         self.centre = select(lanes, &self.value, &self.centre);
-        // The velocity still says what the multiplier does now: both together would make what sticks slip.
+        // Velocity and multiplier now carry the same friction: both together would make a sticking contact slip.
         self.held = lanes & sticks(&self.centre, self.radius);
     }
 

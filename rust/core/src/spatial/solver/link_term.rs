@@ -1,4 +1,4 @@
-//! One link as the solver sees it: inertia, the laws that act on it, and its motion during a Newton step.
+//! One link in the solver: inertia, the laws that act on it, and its motion during a Newton step.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -104,7 +104,7 @@ impl<T: Real> GroundTerm<T> {
         (into_frame(tangent, &horizontal(&v)), v.z)
     }
 
-    /// Adds gradient and Hessian of both laws at the velocities they were last asked at.
+    /// Adds gradient and Hessian of both laws at the velocities of their last evaluation.
     #[inline(always)]
     fn add_to(
         &self,
@@ -171,7 +171,7 @@ impl<T: Real> LinkTerm<T> {
             let held = end.friction.radius;
             let touches = T::zero().lt(normal) | T::zero().lt(held);
             if !touches.any() {
-                // A sphere in the air: its laws have nothing to say.
+                // A sphere in the air: its laws contribute nothing.
                 end.friction.vanish();
                 continue;
             }
@@ -210,7 +210,7 @@ impl<T: Real> LinkTerm<T> {
         [&mut front.friction, &mut rear.friction, &mut self.rolling]
     }
 
-    /// Friction radii that belong to the normal impulses at hand.
+    /// Friction radii that belong to the present normal impulses.
     #[inline(always)]
     pub fn take_radii(&mut self, laws: &GroundLaws<T>) {
         for end in &mut self.ends {
@@ -234,7 +234,7 @@ impl<T: Real> LinkTerm<T> {
         gradient.y -= arm * impulse.y;
     }
 
-    /// What the line search asks of the step at hand.
+    /// Prepares the line search along the current step.
     #[inline(always)]
     pub fn look_along_step(&mut self) {
         let tangent = &self.link.tangent;

@@ -1,20 +1,21 @@
 //! Solver of a stage: semismooth Newton on a convex problem whose friction radii follow the normal impulses.
 //!
 //! Every set-valued law is replaced by its [proximal form](super::terms) around the multiplier zero,
-//! P = prox_C(-r gamma): contacts with a vanishing compliance 1/r, the same for all of them, which selects the shortest
-//! of all impulses that move the robot alike. For given friction radii the velocities then minimise a strongly convex,
-//! piecewise smooth function: Newton's method on it, one O(n) [`sweep`](super::sweep) a step and a [search along the
-//! ray](super::ray) that brackets the zero of the slope, converges from anywhere. At the end the multipliers move to
-//! the impulses, once, which undoes the compliance to round-off where it would show.
+//! `P = prox_C(-r gamma)`: contacts with a vanishing compliance 1/r, the same for all of them, which selects the
+//! shortest of all impulses that move the robot alike. For given friction radii the velocities then minimise a strongly
+//! convex, piecewise smooth function: Newton's method on it, one O(n) [`sweep`](super::sweep) per step and a [search
+//! along the ray](super::ray) that brackets the zero of the slope, converges from any start. At the end the multipliers
+//! move to the impulses, once, which removes the compliance to round-off.
 //!
-//! Coulomb's law asks for radii mu P_N of the normal impulses found. Each assembly takes them from the normal impulses
-//! at hand, so that forces are those of the coupled problem, and only the tangent neglects that the radii vary: errors
-//! shrink some twentyfold a step. Normal impulses in the middle of a search may be absurd, as penalties make them; then
-//! the radii of before are kept until the convex problem is all but solved. Where all this does not converge soon,
-//! radii are held until it is solved entirely, and move then, by shorter ways while that gains little.
+//! Coulomb's law requires the radii mu P_N of the resulting normal impulses. Each assembly takes them from the present
+//! normal impulses, so that forces are those of the coupled problem and only the tangent neglects that the radii vary:
+//! errors shrink about twentyfold per step. In the middle of a search penalties may make normal impulses implausible;
+//! then the previous radii are kept until the convex problem is nearly solved. Where that does not converge within a
+//! few steps, radii are held until the convex problem is solved and moved afterwards, by smaller fractions while the
+//! gain is small.
 //!
-//! Several robots are solved side by side: a lane that has converged keeps its velocities and impulses
-//! while the others go on, so that each takes exactly the steps it would take alone.
+//! Several robots are solved side by side: a lane that has converged keeps its velocities and impulses while the others
+//! continue, so that each takes exactly the steps it would take without neighbours.
 
 use nalgebra::Vector2;
 
@@ -82,7 +83,7 @@ impl<T: Real> Newton<T> {
     ) -> Outcome<T> {
         self.warm_up(stage, solution);
         let mut progress = Progress::new(T::splat(tolerance), self.patient, self.lightest, lanes, max_iterations);
-        // The first pass moves nobody.
+        // The first pass moves no lane.
         let mut here = Assembly::nowhere();
         while progress.active.any() {
             here = self.descend(&here, &mut progress);
@@ -95,7 +96,7 @@ impl<T: Real> Newton<T> {
         progress.outcome
     }
 
-    /// From now on contacts are open or closed, and stick or slip, as their velocities say.
+    /// From now on contacts are open or closed, and stick or slip, as their velocities determine.
     #[inline(always)]
     fn release(&mut self) {
         for link in &mut self.links {
@@ -170,7 +171,7 @@ impl<T: Real> Newton<T> {
     }
 
     /// One damped Newton step from `here` in the lanes that move. In coupled lanes the friction radii follow the normal
-    /// impulses, unless the step overshoots or the impulses are beyond belief: those of contacts that close during the
+    /// impulses, unless the step overshoots or the impulses are implausible: those of contacts that close during the
     /// step are as large as their penalties make them. Where they are, the next pass takes the radii of before.
     #[inline(always)]
     fn descend(&mut self, here: &Assembly<T>, progress: &mut Progress<T>) -> Assembly<T> {
@@ -237,7 +238,7 @@ impl<T: Real> Newton<T> {
         }
     }
 
-    /// From head to tail: the Newton step, and what the line search asks of it. Friction radii are remembered.
+    /// From head to tail: the Newton step, and the data of the line search along it. Friction radii are saved.
     #[inline(always)]
     fn substitute(&mut self) {
         let mut before = self.head;
@@ -266,7 +267,7 @@ impl<T: Real> Newton<T> {
         }
     }
 
-    /// Moves the radii towards those of the normal impulses at hand in the given lanes.
+    /// Moves the radii towards those of the present normal impulses in the given lanes.
     #[inline(always)]
     fn move_radii(&mut self, lanes: T::Mask, fraction: T) {
         for link in &mut self.links {
@@ -302,7 +303,7 @@ impl<T: Real> Newton<T> {
             let [front, rear] = &link.ends;
             let law = &self.laws.sliding;
             solution.friction[i] = [front.friction.impulse(law), rear.friction.impulse(law)];
-            // The law was asked for (omega_x, omega_y), the rolling velocity is (-omega_y, omega_x).
+            // The law was evaluated at (omega_x, omega_y), the rolling velocity is (-omega_y, omega_x).
             let rolling = link.rolling.impulse(&self.laws.rolling);
             solution.rolling[i] = Vector2::new(-rolling.y, rolling.x);
             if i > 0 {
@@ -316,9 +317,9 @@ impl<T: Real> Newton<T> {
     }
 }
 
-/// Stiffness r of a contact over the mean mass of a link. The compliance lets a contact that bears a link's weight give
-/// way by g c / r, some 1e-6 m/s, which moving the multipliers undoes. A stiffer one takes more steps: where it sticks
-/// or slips is decided within a narrower range of velocities.
+/// Stiffness r of a contact over the mean mass of a link. The compliance lets a contact that bears a link's weight
+/// yield by g c / r, some 1e-6 m/s, which moving the multipliers removes. A stiffer one takes more steps: where it
+/// sticks or slips is decided within a narrower range of velocities.
 pub(super) const PENALTY: f64 = 1e5;
 
 /// A step is damped if the slope at its end exceeds this times the descent at its start.

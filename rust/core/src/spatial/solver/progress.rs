@@ -4,7 +4,7 @@
 use crate::math::{Mask, Real};
 use crate::solver::Outcome;
 
-/// What a pass over the chain finds at the trial velocities.
+/// Results of a pass over the chain at the trial velocities.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Assembly<T> {
     /// How steeply the convex function descends along the next step: g H^-1 g \[J\].
@@ -19,13 +19,13 @@ pub(super) struct Assembly<T> {
     pub multiplier_error: T,
 }
 
-/// What is to be done before the next step; a lane needs at most one of these. It stays where it is during the next
-/// pass over the chain, in which others take their steps.
+/// What is to be done before the next step; a lane needs at most one of these. Its velocities do not change during the
+/// next pass over the chain, in which others take their steps.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Corrections<T: Real> {
-    /// Friction radii take the normal impulses, as trustworthy as they are by now.
+    /// Friction radii take the normal impulses, which are accurate enough by now.
     pub couple: T::Mask,
-    /// The convex problem is solved: radii move by this fraction of the way.
+    /// The convex problem is solved: radii move by this fraction of the difference.
     pub move_radii: T::Mask,
     pub fraction: T,
     /// All is solved but for the compliance: multipliers move to the impulses.
@@ -51,7 +51,7 @@ pub(super) struct Progress<T: Real> {
     /// Lanes at the end of a step, and those of them in which the friction radii followed.
     arrived: T::Mask,
     kept: T::Mask,
-    /// Linear solves after which a lane is given up.
+    /// Linear solves after which a lane is abandoned.
     most: T,
     /// Error of the friction radii when they last moved for a solved convex problem, and how far they move.
     last_error: T,
@@ -141,7 +141,7 @@ impl<T: Real> Progress<T> {
         // velocities.
         let goes_on = next.lt(T::splat(f64::INFINITY)) & self.outcome.iterations.lt(self.most);
         self.active = self.active & !(self.arrived & (self.outcome.converged | !goes_on));
-        // A lane that has ended keeps its impulses, however long others go on.
+        // A lane that has ended keeps its impulses while others continue.
         let recentre = solved & !exact & self.active;
         let (couple, move_radii) = (couple & self.active, move_radii & self.active);
         self.corrections = Corrections { couple, move_radii, fraction: self.fraction, recentre };
@@ -189,21 +189,21 @@ const SLOW_GAIN: f64 = 0.7;
 const FAST_GAIN: f64 = 0.2;
 const SHORTEST_MOVE: f64 = 0.1;
 
-/// Length of a step over the error of the friction radii below which the normal impulses are trusted: forces of closed
-/// contacts show in it diminished by the square root of the penalty.
+/// Length of a step over the error of the friction radii below which the normal impulses count as accurate: in it
+/// errors of the forces of closed contacts are divided by the square root of the penalty.
 const TRUST: f64 = 1e-2;
 
 /// Length of the next step over the tolerance below which none is needed. Imbalances of closed contacts are longer than
 /// it by the square root of the penalty.
 const ACCURACY: f64 = 0.1;
 
-/// Violation of the laws that is left to the compliance, over the speed of the robot, and over the tolerance: what
-/// creeps is slower than what moves by so much, and at rest nothing creeps.
+/// Violation of the laws that is left to the compliance, over the speed of the robot, and over the tolerance: creep is
+/// slower than motion by this factor, and at rest there is none.
 const EXACT: f64 = 1e-6;
 const EXACT_AT_REST: f64 = 1e-7;
 
-/// The same over the tolerance in a hard stage: where a contact at rest is all but slipping, multipliers may turn by
-/// ever so little a step for hundreds of steps. With a thousandth soft robots crept by a micrometre per second.
+/// The same over the tolerance in a hard stage: where a contact at rest is close to slipping, multipliers may turn by a
+/// tiny angle per step for hundreds of steps. With a thousandth soft robots crept by a micrometre per second.
 const EXACT_AT_LAST: f64 = 1e-6;
 
 /// Decrease below which nothing is searched for, in squared tolerances.

@@ -1,4 +1,4 @@
-//! What the line search asks of the convex function along start + alpha step.
+//! Derivatives of the convex function along start + alpha step, for the line search.
 
 use crate::math::Real;
 use crate::solver::{NearestKink, Ray, step_length};

@@ -1,9 +1,9 @@
 //! One linear solve of the chain in O(n): elimination from tail to head with a value function.
 //!
 //! A link has the twist x_i = X x_{i-1} + S_h phi_h' + S_v phi_v', with X the shift from one CG to the next. Given the
-//! minimum V_{i+1}(x_{i+1}) of all that lies behind, a quadratic of six variables, minimising over the two rates of a
+//! minimum V_{i+1}(x_{i+1}) of the chain behind it, a quadratic of six variables, minimising over the two rates of a
 //! joint is two scalar pivots, and a shift leaves V_i of the same form: the articulated body inertia, or the Riccati
-//! recursion of linear-quadratic control. All vectors are along the axes of frame I, so that nothing has to be turned.
+//! recursion of linear-quadratic control. All vectors are along the axes of frame I, so that no rotation is needed.
 
 use nalgebra::Vector3;
 
@@ -34,14 +34,14 @@ pub(super) struct Quadratic<T> {
     pub gradient: Momentum<T>,
 }
 
-/// What eliminating one rate leaves behind for the back substitution: `rate = row . x + constant`.
+/// Result of eliminating one rate, for the back substitution: `rate = row . x + constant`.
 #[derive(Debug, Clone, Copy)]
 struct Elimination<T> {
     row: SpatialVector<T>,
     constant: T,
 }
 
-/// A link in the chain: its place, and what the elimination of the joint before it left.
+/// A link in the chain: its position, and the elimination of the joint before it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Segment<T> {
     /// From the CG of the link before to this one's.
