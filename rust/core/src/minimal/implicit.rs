@@ -173,14 +173,15 @@ impl Implicit {
         for _ in 0..MAX_PREDICTIONS {
             self.predict(model, c);
             self.fill_joints(model, controller, limit);
-            let mut outcome = self.solve();
+            let mut outcome = self.solve(self.config.tolerance);
             if self.solution.drive.iter().any(|drive| drive.abs() > c * limit) {
                 self.saturated = true;
                 self.load_guess();
                 self.limit_torques(model, controller, limit);
-                outcome.iterations += self.solve().iterations;
+                outcome.iterations += self.solve(self.config.tolerance).iterations;
             }
-            self.keep(outcome, statistics);
+            self.judge(outcome, statistics);
+            self.keep();
             if self.deviation() <= MAX_DEVIATION {
                 break;
             }
@@ -257,12 +258,26 @@ impl Implicit {
         }
     }
 
-    fn solve(&mut self) -> Outcome {
-        self.newton.solve(&self.stage, &mut self.solution, self.config.tolerance, self.config.max_iterations)
+    fn solve(&mut self, tolerance: f64) -> Outcome {
+        self.newton.solve(&self.stage, &mut self.solution, tolerance, self.config.max_iterations)
     }
 
-    /// Takes over velocities and forces, and certifies them.
-    fn keep(&mut self, outcome: Outcome, statistics: &mut StepStatistics) {
+    /// Certifies the solution. Newton's method bounds the velocity of its last step; where that step ends between
+    /// sticking and slipping, the stiffness of sticking makes a larger imbalance of it, and the stage is solved further.
+    fn judge(&mut self, mut outcome: Outcome, statistics: &mut StepStatistics) {
+        let tolerance = self.config.tolerance;
+        let limit = RESIDUAL_LIMIT * tolerance;
+        let mut residual = certify(&self.stage, &self.solution).residual();
+        if outcome.converged && residual > limit {
+            outcome.iterations += self.solve(tolerance / RESIDUAL_LIMIT).iterations;
+            residual = certify(&self.stage, &self.solution).residual();
+        }
+        let unconverged = is_unconverged(outcome.converged, residual, limit);
+        statistics.add_solve(outcome.iterations as u32, unconverged, residual, 0.0);
+    }
+
+    /// Takes over velocities and forces.
+    fn keep(&mut self) {
         let c = self.stage.coefficient;
         let twist = &self.solution.twist;
         let base = twist[0].xy() - self.stage.links[0].swing() * twist[0].z;
@@ -273,11 +288,6 @@ impl Implicit {
         for (force, impulse) in self.friction.iter_mut().zip(&self.solution.friction) {
             *force = impulse.map(|impulse| impulse / c);
         }
-        let certificate = certify(&self.stage, &self.solution);
-        let residual = certificate.residual();
-        let limit = RESIDUAL_LIMIT * self.config.tolerance;
-        let unconverged = is_unconverged(outcome.converged, residual, limit);
-        statistics.add_solve(outcome.iterations as u32, unconverged, residual, 0.0);
     }
 
     /// How far the stage ended from its prediction, for any point of the robot \[m\].

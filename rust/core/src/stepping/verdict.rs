@@ -7,7 +7,9 @@
 //! * A stage that Newton's method did not solve is given to the **fallback**, one robot at a time. The fallback counts
 //!   in `fallbacks` whether or not it succeeds.
 //! * A stage is **unconverged** if the fallback did not solve it either, or could not be tried because the stage itself
-//!   has a value that is not finite. (The minimal model has no fallback: its stages have no contacts.)
+//!   has a value that is not finite. The minimal model has no fallback because its stages have no contacts: a stage
+//!   whose residual is above [`crate::solver::RESIDUAL_LIMIT`] times the tolerance is solved again from its solution,
+//!   with the tolerance divided by that factor.
 //!
 //! The factor relates two norms: solvers bound velocities in the norm of the kinetic energy of all links, certificates
 //! check every law and every link separately, relative to its own mass and inertia. In the plane solutions meet their
