@@ -13,8 +13,8 @@ pub(crate) struct DiscViolation<T> {
     pub gap: T,
 }
 
-/// Violation of `-gamma in N_C(P)` for the ellipse with semi-axes `a` \[N s\] under a link of mass `mass` (T 3.63 !=
-/// D4).
+/// Violation of `-gamma in N_C(P)` for the ellipse with semi-axes `a` \[N s\] under a link of mass `mass`
+/// (T 3.63 != D4).
 ///
 /// The projection is taken in coordinates in which the ellipse is the unit disc: P = A p, gamma^ = A gamma; along a
 /// zero axis any impulse is a violation.
