@@ -61,11 +61,14 @@ impl<'de> MapAccess<'de> for Fields<'_> {
     }
 }
 
+/// Names and values of an object's fields.
+type NamedValues<'py> = Vec<(String, Bound<'py, PyAny>)>;
+
 /// The fields of a mapping; `None` for another object.
 ///
 /// # Errors
 /// A key is not text, or the object cannot be read.
-pub fn fields_of<'py>(value: &Bound<'py, PyAny>) -> Result<Option<Vec<(String, Bound<'py, PyAny>)>>, Error> {
+pub fn fields_of<'py>(value: &Bound<'py, PyAny>) -> Result<Option<NamedValues<'py>>, Error> {
     if let Some(names) = dataclass_fields(value) {
         return read_dataclass(value, &names).map(Some).map_err(|_| Error::new("an object whose fields can be read"));
     }
@@ -88,10 +91,7 @@ fn dataclass_fields<'py>(value: &Bound<'py, PyAny>) -> Option<Bound<'py, PyDict>
 }
 
 /// A field that is None by default is left out where it is: the core's own default takes its place.
-fn read_dataclass<'py>(
-    value: &Bound<'py, PyAny>,
-    fields: &Bound<'py, PyDict>,
-) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
+fn read_dataclass<'py>(value: &Bound<'py, PyAny>, fields: &Bound<'py, PyDict>) -> PyResult<NamedValues<'py>> {
     let mut read = Vec::with_capacity(fields.len());
     for (name, field) in fields {
         let item = value.getattr(name.cast::<PyString>()?)?;
