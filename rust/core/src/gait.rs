@@ -126,7 +126,7 @@ impl JointReference for Wave {
     }
 }
 
-/// References below which the soft start lets a joint join its wave \[rad\] (T 7.2.2).
+/// References below which a joint joins its wave in the soft start \[rad\] (T 7.2.2).
 const SOFT_START_THRESHOLD: f64 = 3.0 * PI / 180.0;
 
 /// A wave whose joints wait at zero until their reference first comes within 3 degrees of zero after start-up.

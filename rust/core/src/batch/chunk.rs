@@ -81,7 +81,7 @@ impl<M: Batched> Chunk<M> {
         }
     }
 
-    /// Runs `part` of a step in the active rows. A row in which it panics is given up.
+    /// Runs `part` of a step in the active rows. A row in which it panics is abandoned.
     fn for_active(
         &mut self,
         prototype: &Environment<M>,

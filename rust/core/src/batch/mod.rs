@@ -1,10 +1,10 @@
 //! Many environments stepped side by side.
 //!
-//! Each row is an environment of its own: its results depend on its seed, its episode and its actions,
-//! never on the number of rows or threads, bit for bit. Rows are kept in chunks; a chunk belongs to one
-//! thread at a time and advances its robots together, in the lanes of a [`Fleet`]. A row that diverges
-//! is flagged and leaves the others alone; so does a panic while a row is reset, commanded or observed,
-//! and a panic while robots are advanced ends at their chunk.
+//! Each row is an environment of its own: its results depend on its seed, its episode and its actions, never on the
+//! number of rows or threads, bit for bit. Rows are kept in chunks; a chunk belongs to one thread at a time and
+//! advances its robots together, in the lanes of a [`Fleet`]. A row that diverges is flagged and does not affect the
+//! others; nor does a panic while a row is reset, commanded or observed. A panic while robots are advanced ends at their
+//! chunk.
 
 mod chunk;
 mod stepper;

@@ -64,7 +64,7 @@ pub enum Perception {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum FieldKind {
-    /// One of the others, drawn anew each episode with equal chances.
+    /// One of the others, drawn again each episode with equal chances.
     Mixed,
     /// Pegs alternating along the natural path of the gait, as in the thesis's courses.
     Track,
@@ -101,7 +101,7 @@ pub struct EnvConfig {
     pub difficulty: f64,
     /// Kind of random field.
     pub field: FieldKind,
-    /// Random fields and mazes are drawn anew until every body length of the way has so many push-points; 0: as they
+    /// Random fields and mazes are drawn again until every body length of the way has so many push-points; 0: as they
     /// come.
     #[serde(deserialize_with = "integer_in::<_, 0, MOST_PUSH_POINTS>")]
     pub push_points: usize,

@@ -292,7 +292,7 @@ impl<M: RobotModel> Environment<M> {
         Ok(())
     }
 
-    /// Becomes a fresh environment after a panic, but goes on with the episodes of its own seed.
+    /// Resets everything after a panic, but continues with the episodes of its own seed.
     pub fn recover(&mut self, prototype: &Self) {
         let (source, difficulty) = (self.source, self.sampler.difficulty());
         self.clone_from(prototype);
@@ -311,7 +311,7 @@ impl<M: RobotModel> Environment<M> {
         self.action.fill(0.0);
     }
 
-    /// Makes the robot the one that was drawn; its sensors err about the pegs as they stand.
+    /// Sets the drawn parameters of the robot and the errors of its sensors for the present pegs.
     fn take_drawn(&mut self, drawn: EpisodeParameters) {
         self.drawn = drawn;
         self.model.set_parameters(drawn.parameters);
@@ -331,7 +331,7 @@ impl<M: RobotModel> Environment<M> {
     }
 }
 
-/// The link between policy and references that a configuration asks for.
+/// The latency between policy and references that a configuration selects.
 fn latency(config: &EnvConfig, action_size: usize) -> Latency {
     let periods = |time: f64| (time / config.control_period).round() as u32;
     let every = config.randomization.reference_rate.map_or(1, |rate| periods(1.0 / rate));

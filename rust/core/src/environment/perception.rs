@@ -1,4 +1,4 @@
-//! Locating pegs: the nearest ones as the leading link sees them, and the nearest one as each link does (T 5.4).
+//! Locating pegs: the nearest ones in the view of the leading link, and the nearest one of each link (T 5.4).
 
 use crate::scene::Peg;
 
@@ -24,10 +24,10 @@ pub struct LocatedPeg {
     pub distance: f64,
 }
 
-/// How far a robot that looks from all its links sees from each, as a share of its length.
+/// Range of the sensor of each link, where all links have one, as a share of the robot's length.
 const REACH: f64 = 0.25;
 
-/// Where a robot looks from.
+/// Which links have a sensor.
 #[derive(Debug, Clone)]
 pub struct PegView {
     /// From the leading link.
@@ -43,7 +43,7 @@ impl PegView {
         Self { ahead: PegSensor::new(count, length), along: vec![PegSensor::new(1, REACH * length); watchful] }
     }
 
-    /// Looks around from the links, whose poses `link` tells.
+    /// Updates the sensors of the links; `link` returns their poses.
     pub fn scan(&mut self, link: impl Fn(usize) -> LinkPose, pegs: &[Peg]) {
         self.ahead.scan(&link(0), pegs);
         for (i, sensor) in self.along.iter_mut().enumerate() {

@@ -18,7 +18,7 @@ pub enum Course {
     /// Seven pegs of 12.5 cm radius (T Table 7.5), continued to the goal.
     #[serde(rename = "table-7.5")]
     Table75,
-    /// One of the two, drawn anew each episode.
+    /// One of the two, drawn in each episode.
     #[serde(rename = "mixed")]
     Mixed,
 }
@@ -54,9 +54,9 @@ impl Course {
 #[serde(default, deny_unknown_fields)]
 pub struct Perturbation {
     pub course: Course,
-    /// Pegs drawn anew each episode, each of which is taken away with the probability `difficulty`.
+    /// Pegs drawn in each episode, each of which is taken away with the probability `difficulty`.
     pub removed: usize,
-    /// Pegs drawn anew each episode to be shifted.
+    /// Pegs drawn in each episode to be shifted.
     pub shifted: usize,
     /// Longest shift, at difficulty one \[m\]; shifts are uniform in a disc of `difficulty` times this radius.
     pub shift: f64,

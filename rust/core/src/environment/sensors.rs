@@ -39,7 +39,7 @@ impl Sensors {
         }
     }
 
-    /// The pegs as the robot believes them to be.
+    /// The pegs as the robot's sensors report them.
     pub fn pegs<'a>(&'a self, pegs: &'a [Peg]) -> &'a [Peg] {
         if self.pegs.is_empty() { pegs } else { &self.pegs }
     }

@@ -1,6 +1,6 @@
 //! Free play between the motors and the joints of a stage's robots (T 7.5.4).
 //!
-//! Behind its gear a motor stands at phi_m, a joint at phi; e = phi - phi_m lies within half the play, `|e| <= d / 2`.
+//! A motor is at phi_m behind its gear, a joint at phi; e = phi - phi_m lies within half the play, `|e| <= d / 2`.
 //! Inside the play no torque passes, at its ends a unilateral one: the torque D on the joint obeys `-D in N_C(e)`, C =
 //! \[-d/2, d/2\]. The motor has no inertia, so D is also what its PD law (T 3.51), at phi_m and within its limit,
 //! gives. Over a stage with e = e_B + c (omega_J - omega_m) both together are one monotone, single-valued law of the
@@ -9,7 +9,7 @@
 //! `D = clamp(y - prox_S(y))`, `y = b - k_D e_B - k omega_J`, `S = [-s, s]`, `s = k d / (2 c)`,
 //!
 //! with b, k and the limit of the tight joint: the play swallows prox_S(y), and at the end `e = -(c / k) prox_S(y)`.
-//! Where D = 0 the motor follows its reference alone. e is all that a robot carries from step to step.
+//! Where D = 0 the motor only follows its reference. e is the only state carried from step to step.
 
 use nalgebra::Vector3;
 
@@ -39,7 +39,7 @@ impl<T: Real> Backlash<T> {
         Self { is_any: false, half: T::zero(), start: tight.clone(), base: tight.clone(), end: tight }
     }
 
-    /// Gathers the robots' play and where their joints stand in it.
+    /// Gathers the robots' backlash and the positions of their joints in it.
     pub fn load<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
         let system = members.system;
         self.is_any = members.any(|body| system.backlash(&body.parameters) > 0.0);
@@ -86,7 +86,7 @@ impl<T: Real> Backlash<T> {
         for (j, (end, joint)) in self.end.iter_mut().zip(joints).enumerate() {
             let tight = joint.drive - joint.stiffness * (twist[j + 1].z - twist[j].z);
             let absorbed = tight.min(joint.slack).max(-joint.slack);
-            // A motor without gains gives no torque wherever it stands.
+            // A motor without gains gives no torque at any angle.
             let compliance = T::select(T::zero().lt(joint.stiffness), c / joint.stiffness, T::zero());
             *end = -(compliance * absorbed);
         }

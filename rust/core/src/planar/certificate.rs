@@ -1,11 +1,11 @@
 //! The certificate of a stage's solution, computed from the stage's data and [`crate::judge`] only.
 //!
-//! For the convex problem of [`super::stage`] a velocity u and impulses (P, D) are optimal exactly
-//! when the equations of motion balance, the joints hold, and every law holds. Fenchel's inequality
-//! turns the laws into one number, the duality gap: the sum of `support_C(-gamma) + P . gamma` over
-//! friction, of `P_H (w . u + offset)` over contacts, and of half the squared imbalance in the norm of
-//! M^-1. For admissible impulses, open or touching contacts and drives that obey their law, all of which
-//! the other figures judge, it bounds the distance to the exact velocity: |u - u*|_M^2 / 2 <= gap.
+//! For the convex problem of [`super::stage`] a velocity u and impulses (P, D) are optimal exactly when the equations
+//! of motion balance, the joints hold, and every law holds. Fenchel's inequality turns the laws into one number, the
+//! duality gap: the sum of `support_C(-gamma) + P . gamma` over friction, of `P_H (w . u + offset)` over contacts, and
+//! of half the squared imbalance in the norm of M^-1. For admissible impulses, open or touching contacts and drives
+//! that obey their law, all of which the other figures measure, it bounds the distance to the exact velocity:
+//! |u - u*|_M^2 / 2 <= gap.
 
 use nalgebra::{Vector2, Vector3};
 

@@ -45,7 +45,7 @@ impl<T: Real> StageWork<T> {
         self.contacts.lay_out(&mut self.stage.contacts, &mut self.contact_force);
     }
 
-    /// The robot of a lane in the stage at hand.
+    /// The robot of a lane in the current stage.
     fn prediction<'a>(
         &'a self,
         system: &'a PlanarSystem,
@@ -98,5 +98,5 @@ impl<T: Real> StageWork<T> {
     }
 }
 
-/// Gap below which a pair becomes a contact of the stage \[m\]; faster robots look farther.
+/// Gap below which a pair becomes a contact of the stage \[m\]; faster robots have a larger margin.
 pub(super) const MARGIN: f64 = 0.002;

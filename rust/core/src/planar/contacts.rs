@@ -11,7 +11,7 @@ use crate::robot::Robot;
 
 use crate::stepping::lanes::{Lanes, read_vector, set_vector};
 
-/// The contacts of the stage at hand, of all lanes.
+/// The contacts of the current stage, of all lanes.
 #[derive(Debug, Clone, Default)]
 pub struct Contacts {
     found: Vec<Found>,
@@ -91,7 +91,7 @@ impl Contacts {
         near.pairs_mut().iter_mut().for_each(|pair| pair.force = 0.0);
     }
 
-    /// Collects the pairs within the margin, without a branch that no processor would foresee.
+    /// Collects the pairs within the margin, without a branch that would be mispredicted.
     fn look<T: Real>(&mut self, near: &mut NearPegs, prediction: &Prediction<T>) {
         let (close, mut count) = (&mut self.close, 0);
         near.visit_within(prediction.displacement, prediction.margin, |index, pair| {
@@ -105,7 +105,7 @@ impl Contacts {
     }
 
     /// Gives every contact its slot in `contacts`, sorted by link and in each lane in the order found, so that a
-    /// robot's contacts come in the same order alone and among others; `forces` receives their last forces.
+    /// robot's contacts come in the same order whatever its neighbours; `forces` receives their last forces.
     pub fn lay_out<T: Real>(&mut self, contacts: &mut Vec<StageContact<T>>, forces: &mut Vec<T>) {
         let zero = T::zero();
         let direction = Vector3::new(zero, zero, zero);

@@ -39,7 +39,7 @@ pub struct IoDrive<T: Real> {
     tau: Vec<T>,
 }
 
-/// What a stage tells the controller.
+/// Input of the controller from a stage.
 pub struct Situation<'a, T: Real> {
     /// Headings at the predicted end of the stage.
     pub heading: &'a [Heading<T>],

@@ -18,7 +18,7 @@ impl LaneFallback {
         Self { fallback: Fallback::new(links), stage: Stage::with_capacity(links), solution: StageSolution::new(links) }
     }
 
-    /// Solves the stage of `lane` anew; `None` for a diverged robot, whose stage is not made of numbers.
+    /// Solves the stage of `lane` anew; `None` for a diverged robot, whose stage has a value that is not finite.
     pub fn solve_lane<T: Real>(
         &mut self,
         stage: &Stage<T>,

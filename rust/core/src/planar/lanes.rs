@@ -135,7 +135,8 @@ mod tests {
         1.0 + 0.3 * lane as f64
     }
 
-    /// Every golden stage in all lanes, and each lane by itself: the same bits, whether Newton's method arrives or not.
+    /// Every golden stage in all lanes, and each lane separately: the same bits, whether Newton's method converges or
+    /// not.
     fn lanes_agree<T: Real>() {
         for file in std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden")).unwrap() {
             let path = file.unwrap().path();

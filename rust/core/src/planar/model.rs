@@ -1,4 +1,4 @@
-//! The planar model as the stepper sees it.
+//! The planar model for the stepper.
 
 use crate::gait::{JointReference, JointTarget, WaveJets};
 use crate::math::Real;

@@ -1,6 +1,6 @@
 //! The problem of one stage: data, without any algorithm.
 //!
-//! A stage looks for the end velocity u of the inclusion
+//! The unknown of a stage is the end velocity u of the inclusion
 //!
 //! `M (u - u_ref) = W_T P_T + W_H P_H + W_J P_J + W_tau D`, `W_J^T u = 0`,
 //! `-W_T^T u in N_{C_T}(P_T)`, `0 <= P_H  _|_  W_H^T u + offset >= 0`, `D = clamp(shrink(b - k W_tau^T u))`
@@ -43,7 +43,7 @@ pub struct StageJoint<T = f64> {
     pub stiffness: T,
     /// c times the torque limit \[N m s\].
     pub limit: T,
-    /// What free play swallows, `stiffness` times half the play over c; zero without play \[N m s\].
+    /// Part of the drive that backlash absorbs, `stiffness` times half the backlash over c; zero without \[N m s\].
     pub slack: T,
 }
 
@@ -110,7 +110,7 @@ impl Stage {
     }
 }
 
-/// What a solver returns, and what the certificate judges.
+/// What a solver returns and the certificate verifies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StageSolution<T = f64> {
     /// u of each link.

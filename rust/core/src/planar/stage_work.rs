@@ -1,4 +1,4 @@
-//! The stage at hand over lanes: its data, how it is built, and what follows from its solution.
+//! The current stage over lanes: its data, how it is built, and what follows from its solution.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -22,7 +22,7 @@ use super::lane_fallback::LaneFallback;
 use super::stribeck::StribeckBounds;
 use super::{Body, Planar, PlanarSystem};
 
-/// Data of the stage at hand, for as many robots as `T` has lanes.
+/// Data of the current stage, for as many robots as `T` has lanes.
 #[derive(Debug, Clone)]
 pub struct StageWork<T: Real> {
     /// Constants of the links, in every lane.
@@ -78,11 +78,11 @@ pub struct StageWork<T: Real> {
     energy: EnergyLedger<T>,
     /// How far the stage ended from its prediction, for any point of the robot \[m\].
     pub deviation: T,
-    /// Solution lane by lane, once it stands: some lanes may need another prediction.
+    /// Solution lane by lane, once it is accepted; some lanes may need another prediction.
     pub kept_twist: Vec<Vector3<T>>,
     pub kept_drive: Vec<T>,
     kept_energy: EnergyLedger<T>,
-    /// Bound on the way of any point of the robot from where the step was predicted to end \[m\].
+    /// Bound on the distance of any point of the robot from the predicted end of the step \[m\].
     misprediction: T,
     /// Whether the end of the step is the state of a robot rather than of a diverged computation.
     plausible: T::Mask,
@@ -102,7 +102,7 @@ pub struct LinkConstants<T> {
 pub struct MotionBound<T> {
     /// Largest speed of any point of the robot, at the start of the stage or expected at its end \[m/s\].
     pub fastest: T,
-    /// Largest way of any point of the robot from the start of the step to the predicted end \[m\].
+    /// Largest displacement of any point of the robot from the start of the step to the predicted end \[m\].
     pub displacement: T,
 }
 

@@ -12,7 +12,7 @@ pub struct WarmStart {
     /// tau_C of each joint at the end of the last step, thesis sign (T 3.51) \[N m\].
     pub joint_torque: Vec<f64>,
     pub near: NearPegs,
-    /// Where each joint stands in its backlash, phi less the motor's angle \[rad\].
+    /// Position of each joint in its backlash, phi less the motor's angle \[rad\].
     pub backlash: Vec<f64>,
 }
 

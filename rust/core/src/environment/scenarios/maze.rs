@@ -1,8 +1,8 @@
 //! A lattice maze after Liu, Onal and Fu (2021), scaled to Aiko: 5 x 6 posts between start and goal.
 //!
-//! Kept from there: the number of posts, their radius of 2 cm, jitter of the gaps, a goal 2 m away at an angle
-//! of 0 to 90 degrees to the robot. Scaled: Aiko is thicker and longer, so posts stand half a wave of its gait
-//! apart, which leaves passages of three body widths and lets a body length meet three columns.
+//! Kept from there: the number of posts, their radius of 2 cm, jitter of the gaps, a goal 2 m away at an angle of 0 to
+//! 90 degrees to the robot. Scaled: Aiko is thicker and longer, so posts stand half a wave of its gait apart, which
+//! leaves passages of three body widths and three columns per body length.
 
 use std::sync::Arc;
 

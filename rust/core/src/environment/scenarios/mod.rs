@@ -1,7 +1,7 @@
 //! Families of scenes: where an episode starts, which pegs stand there and what the goal is.
 //!
 //! A family is one type that implements [`Scenario`] and one row, a [`Family`], which [`Task`] registers. Nothing
-//! outside of a family's file asks which one it is.
+//! outside of a family's file depends on which one it is.
 
 mod corridor;
 mod course;

@@ -70,5 +70,5 @@ impl OpenGround {
     }
 }
 
-/// Scenes drawn at most until one has as many push-points as are asked for; the last one stands.
+/// Scenes drawn at most until one has as many push-points as required; the last one is kept.
 const MAX_DRAWS: u32 = 100;

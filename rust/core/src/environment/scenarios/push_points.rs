@@ -7,8 +7,8 @@
 //! 2. the robot passes it: on one side at least no other peg stands nearer than a body's width;
 //! 3. it is a push-point of its own: at least a quarter of a wave after the one before.
 //!
-//! It tells the thesis's cases apart (T 7.3.4): three on the courses of (T Tables 7.3 and 7.5), also with peg 3 moved,
-//! two with peg 3 removed. It is a rule, neither sufficient nor necessary: it knows no forces.
+//! It distinguishes the thesis's cases (T 7.3.4): three on the courses of (T Tables 7.3 and 7.5), also with peg 3
+//! moved, two with peg 3 removed. It is a rule, neither sufficient nor necessary: it ignores forces.
 
 use nalgebra::Vector2;
 
@@ -21,7 +21,7 @@ use crate::scene::Peg;
 
 use super::peg_region::largest_radius;
 
-/// What the rule has to know about a robot \[m\].
+/// Data of a robot that the rule needs \[m\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PushPointCounter {
     /// Length of the stretched robot.

@@ -18,7 +18,7 @@ struct Solvers {
     interior_point: InteriorPoint,
     newton: Newton,
     polished: StageSolution,
-    /// Energies of the stage as it was asked for \[J\].
+    /// Energies of the original stage \[J\].
     energy: f64,
 }
 
@@ -88,7 +88,7 @@ impl Solvers {
         let lightest = stage.links.iter().map(|link| link.mass).fold(f64::INFINITY, f64::min);
         let enough = (0.5 * lightest * tolerance * tolerance).max(RELATIVE_GAP * self.energy);
         let residual = certificate.residual() / tolerance;
-        // Impulses of a jam may be so large that even a small residual leaves more than the gap asked for.
+        // Impulses of a jam may be so large that even a small residual leaves more than the required gap.
         let merit = (certificate.gap / enough).min(10.0 * residual).max(residual / RESIDUAL_LIMIT);
         let is_number = !certificate.gap.is_nan() && !residual.is_nan();
         (if is_number { merit } else { f64::INFINITY }, residual)

@@ -6,8 +6,8 @@
 //! that lies behind, a quadratic of three variables, minimising over omega_i is one scalar pivot and
 //! leaves V_i(p_i, omega_{i-1}) of the same form: the recursion of linear-quadratic control.
 //!
-//! Everything is written in the frame of the link at hand, where the arm is along e_y and friction is
-//! diagonal; a value function is turned by the joint angle when it passes a joint.
+//! Everything is written in the frame of the present link, where the arm is along e_y and friction is diagonal; a value
+//! function is turned by the joint angle when it passes a joint.
 
 use nalgebra::{Vector2, Vector3};
 
