@@ -48,6 +48,7 @@ pub enum Feature {
     Pegs,
     StribeckEffect,
     Backlash,
+    SelfContact,
     IoLinearization,
     HeldTorques,
     MeasurementNoise,
@@ -74,7 +75,7 @@ pub struct Capability {
 }
 
 /// All features that not every model has.
-pub const CAPABILITIES: [Capability; 14] = {
+pub const CAPABILITIES: [Capability; 15] = {
     use Support::{Always, Implicit, Never};
     const fn row(feature: Feature, name: &'static str, off: &'static str, support: [Support; 3]) -> Capability {
         Capability { feature, name, off, support }
@@ -83,6 +84,7 @@ pub const CAPABILITIES: [Capability; 14] = {
         row(Feature::Pegs, "contact with pegs", "no obstacles", [Always, Always, Never]),
         row(Feature::StribeckEffect, "the Stribeck effect", "0", [Always, Never, Never]),
         row(Feature::Backlash, "backlash of the joints", "0", [Implicit, Never, Never]),
+        row(Feature::SelfContact, "contact of the robot with itself", "False", [Implicit, Never, Never]),
         row(Feature::IoLinearization, "input-output linearisation", "\"pd\"", [Always, Never, Always]),
         row(Feature::HeldTorques, "a torque held over steps or periods", "\"implicit\"", [Never, Never, Always]),
         row(Feature::MeasurementNoise, "noise on the controller's measurements", "None", [Never, Never, Always]),
@@ -175,6 +177,7 @@ pub fn require_supported(
     let held = controller.treatment != Treatment::Implicit;
     Feature::HeldTorques.require(on, held, "controller.treatment", controller.treatment)?;
     Feature::Backlash.require(on, robot.free_play != 0.0, "robot.free_play", robot.free_play)?;
+    Feature::SelfContact.require(on, robot.self_contact, "robot.self_contact", "True")?;
     let expected = "0 with an input-output linearising controller";
     require(!is_io || robot.free_play == 0.0, "robot.free_play", robot.free_play, expected)
 }

@@ -56,6 +56,8 @@ pub struct RobotConfig {
     pub gravity: f64,
     /// Free play of a joint, from end to end (T 7.5.4) \[rad\]; the planar model only.
     pub free_play: f64,
+    /// Whether links that are not neighbours touch each other; the planar model only.
+    pub self_contact: bool,
 }
 
 impl Default for RobotConfig {
@@ -70,6 +72,7 @@ impl Default for RobotConfig {
             roll_inertia: PerLink::Same(9.40e-4),
             gravity: 9.81,
             free_play: 0.0,
+            self_contact: false,
         }
     }
 }
@@ -98,6 +101,7 @@ pub struct Robot {
     pub links: Vec<Link>,
     pub gravity: f64,
     pub free_play: f64,
+    pub self_contact: bool,
 }
 
 impl Robot {
@@ -124,7 +128,7 @@ impl Robot {
             .collect();
         let gravity = positive("gravity", config.gravity)?;
         let free_play = within("free_play", config.free_play, 0.0, MOST_PLAY)?;
-        Ok(Self { links, gravity, free_play })
+        Ok(Self { links, gravity, free_play, self_contact: config.self_contact })
     }
 
     pub fn link_count(&self) -> usize {

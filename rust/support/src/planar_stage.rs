@@ -5,7 +5,7 @@
 //! ever asked for points next to it.
 use nalgebra::{DMatrix, DVector, Vector2};
 use snake_core::laws::{ConvexSet, Ellipse};
-use snake_core::planar::{Stage, StageContact, StageJoint, StageLink, Twist};
+use snake_core::planar::{Stage, StageContact, StageJoint, StageLink, StagePair, Twist};
 
 use crate::planar::Random;
 
@@ -107,6 +107,16 @@ pub fn solve(stage: &Stage, accuracy: f64) -> Option<Vec<Twist>> {
         w.fixed_rows_mut::<3>(3 * contact.link).copy_from(&contact.direction);
         columns.push(w);
         offset.push(contact.offset);
+        compliance.push(0.0);
+    }
+    for pair in &stage.pairs {
+        laws.push((Law::Contact, columns.len(), 1));
+        let mut w = DVector::zeros(3 * n);
+        for (link, direction) in pair.links.into_iter().zip(&pair.direction) {
+            w.fixed_rows_mut::<3>(3 * link).copy_from(direction);
+        }
+        columns.push(w);
+        offset.push(pair.offset);
         compliance.push(0.0);
     }
     let mut given = DVector::zeros(3 * n);
@@ -231,6 +241,23 @@ pub fn random_stage(kind: Kind, random: &mut Random) -> Stage {
     }
     stage.contacts.sort_by_key(|contact| contact.link);
     stage
+}
+
+/// Adds contacts between links that are not neighbours.
+pub fn fold(stage: &mut Stage, pairs: usize, random: &mut Random) {
+    let n = stage.links.len();
+    for _ in 0..pairs {
+        let i = random.below(n - 2);
+        let links = [i, i + 2 + random.below(n - i - 2)];
+        let normal = random.angle();
+        let n = Vector2::new(normal.cos(), normal.sin());
+        let mut direction = [Twist::zeros(); 2];
+        for (w, (link, sign)) in direction.iter_mut().zip(links.into_iter().zip([1.0, -1.0])) {
+            let lateral = stage.links[link].heading.lateral();
+            *w = Twist::new(n.x, n.y, random.between(-0.06, 0.06) * n.dot(&lateral)) * sign;
+        }
+        stage.pairs.push(StagePair { links, direction, offset: random.between(0.0, 2e-3) });
+    }
 }
 
 /// Gives the joints free play: what it swallows is up to twice what the drive asks for at rest.

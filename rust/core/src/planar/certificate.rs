@@ -12,7 +12,7 @@ use nalgebra::{Vector2, Vector3};
 use crate::judge::{self, DiscViolation, norm, worse};
 use crate::math::Real;
 
-use super::stage::{Stage, StageContact, StageJoint, StageLink, StageSolution};
+use super::stage::{Stage, StageContact, StageJoint, StageLink, StagePair, StageSolution};
 
 /// Violations of a stage's equations; zero for the exact solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,6 +46,9 @@ pub fn certify<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Certif
     for (contact, &impulse) in stage.contacts.iter().zip(&solution.contact) {
         let link = &stage.links[contact.link];
         verify_contact(contact, link, &solution.twist[contact.link], impulse, &mut certificate);
+    }
+    for (pair, &impulse) in stage.pairs.iter().zip(&solution.pair) {
+        verify_pair(pair, stage, solution, impulse, &mut certificate);
     }
     let mut squared_joint = zero;
     for (j, joint) in stage.joints.iter().enumerate() {
@@ -89,6 +92,24 @@ fn verify_contact<T: Real>(
 }
 
 #[inline(always)]
+fn verify_pair<T: Real>(
+    pair: &StagePair<T>,
+    stage: &Stage<T>,
+    solution: &StageSolution<T>,
+    impulse: T,
+    certificate: &mut Certificate<T>,
+) {
+    let mut opening = pair.offset;
+    for (link, w) in pair.links.into_iter().zip(&pair.direction) {
+        let u = &solution.twist[link];
+        opening += w.x * u.x + w.y * u.y + w.z * u.z;
+    }
+    let mass = stage.links[pair.links[0]].mass;
+    certificate.law = worse(certificate.law, judge::half_line(impulse, opening, mass));
+    certificate.gap += worse(T::zero(), impulse * opening);
+}
+
+#[inline(always)]
 fn verify_actuator<T: Real>(
     joint: &StageJoint<T>,
     link: &StageLink<T>,
@@ -123,6 +144,11 @@ fn verify_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certif
         while let Some((contact, &impulse)) = contacts.next_if(|(contact, _)| contact.link == i) {
             let w = &contact.direction;
             applied = Vector3::new(applied.x + w.x * impulse, applied.y + w.y * impulse, applied.z + w.z * impulse);
+        }
+        for (pair, &impulse) in stage.pairs.iter().zip(&solution.pair) {
+            for (_, w) in pair.links.iter().zip(&pair.direction).filter(|(link, _)| **link == i) {
+                applied = Vector3::new(applied.x + w.x * impulse, applied.y + w.y * impulse, applied.z + w.z * impulse);
+            }
         }
         let left = Vector2::new(
             applied.x + from_before.x - link.mass * (u.x - reference.x),

@@ -6,7 +6,7 @@ use crate::contact::{NearPair, link_peg_contact};
 use crate::math::Real;
 use crate::pegs::PegGrid;
 use crate::stepping::lanes::{Lanes, active, mask, read_vector};
-use crate::stepping::{Driven, Members, PegImpulse};
+use crate::stepping::{ContactImpulse, Driven, Members};
 
 use super::contacts::Prediction;
 use super::stage_work::StageWork;
@@ -43,6 +43,7 @@ impl<T: Real> StageWork<T> {
         }
         self.among_pegs = self.among_pegs | mask::<T>(self.near_pegs);
         self.contacts.lay_out(&mut self.stage.contacts, &mut self.contact_force);
+        self.detect_self_contacts(members, pending, elapsed);
     }
 
     /// The robot of a lane in the current stage.
@@ -69,7 +70,7 @@ impl<T: Real> StageWork<T> {
         &mut self,
         members: &mut Members<D>,
         solved: Lanes,
-        peg_impulses: &mut Vec<PegImpulse>,
+        contact_impulses: &mut Vec<ContactImpulse>,
     ) {
         for lane in active(solved) {
             let warm_start = &mut members.body_mut(lane).warm_start;
@@ -82,10 +83,11 @@ impl<T: Real> StageWork<T> {
             pair.force = self.contact_force[found.slot].lane(found.lane);
             self.closing[found.lane] |= !pair.closed && pair.force > 0.0;
             let impulse = self.solution.contact[found.slot].lane(found.lane);
-            peg_impulses.push(PegImpulse {
+            contact_impulses.push(ContactImpulse {
                 lane: found.lane,
                 link: found.link,
                 impulse: found.direction.xy() * impulse,
+                is_internal: false,
             });
         }
     }

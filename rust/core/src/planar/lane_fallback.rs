@@ -30,9 +30,9 @@ impl LaneFallback {
         if !self.stage.energy().is_finite() {
             return None;
         }
-        solution.copy_lane(&stage.contacts, lane, &mut self.solution);
+        solution.copy_lane(stage, lane, &mut self.solution);
         let (solves, status) = self.fallback.solve_hard(&self.stage, &mut self.solution, tolerance);
-        solution.set_lane(&stage.contacts, lane, &self.solution);
+        solution.set_lane(stage, lane, &self.solution);
         let certificate = certify(&self.stage, &self.solution);
         Some(FallbackResult { solves, status, residual: certificate.residual(), gap: certificate.gap })
     }

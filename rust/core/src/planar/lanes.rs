@@ -4,7 +4,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::math::Real;
 
-use super::{Heading, Stage, StageContact, StageJoint, StageLink, StageSolution};
+use super::{Heading, Stage, StageContact, StageJoint, StageLink, StagePair, StageSolution};
 
 impl<T: Real> Stage<T> {
     /// Copies the stage of `lane` into `one`, with the contacts that the lane has.
@@ -33,20 +33,36 @@ impl<T: Real> Stage<T> {
             direction: vector(&contact.direction),
             offset: contact.offset.lane(lane),
         }));
+        one.pairs.clear();
+        one.pairs.extend(self.pairs.iter().filter(|pair| pair.is_in(lane)).map(|pair| StagePair {
+            links: pair.links,
+            direction: pair.direction.each_ref().map(vector),
+            offset: pair.offset.lane(lane),
+        }));
     }
 }
 
 impl<T: Real> StageContact<T> {
     /// Whether the lane has this contact: a force has a direction.
     pub fn is_in(&self, lane: usize) -> bool {
-        let w = &self.direction;
-        w.x.lane(lane) != 0.0 || w.y.lane(lane) != 0.0 || w.z.lane(lane) != 0.0
+        has_direction(&self.direction, lane)
     }
 }
 
+impl<T: Real> StagePair<T> {
+    /// Whether the lane has this contact.
+    pub fn is_in(&self, lane: usize) -> bool {
+        has_direction(&self.direction[0], lane)
+    }
+}
+
+fn has_direction<T: Real>(w: &Vector3<T>, lane: usize) -> bool {
+    w.x.lane(lane) != 0.0 || w.y.lane(lane) != 0.0 || w.z.lane(lane) != 0.0
+}
+
 impl<T: Real> StageSolution<T> {
-    /// Copies the solution of `lane` into `one`, with the impulses of the `contacts` that the lane has.
-    pub fn copy_lane(&self, contacts: &[StageContact<T>], lane: usize, one: &mut StageSolution) {
+    /// Copies the solution of `lane` into `one`, with the impulses of those contacts of `stage` that the lane has.
+    pub fn copy_lane(&self, stage: &Stage<T>, lane: usize, one: &mut StageSolution) {
         let vector = |v: &Vector3<T>| Vector3::new(v.x.lane(lane), v.y.lane(lane), v.z.lane(lane));
         one.twist.clear();
         one.twist.extend(self.twist.iter().map(vector));
@@ -55,12 +71,15 @@ impl<T: Real> StageSolution<T> {
         one.drive.clear();
         one.drive.extend(self.drive.iter().map(|drive| drive.lane(lane)));
         one.contact.clear();
-        let impulses = self.contact.iter().zip(contacts).filter(|(_, contact)| contact.is_in(lane));
+        let impulses = self.contact.iter().zip(&stage.contacts).filter(|(_, contact)| contact.is_in(lane));
         one.contact.extend(impulses.map(|(impulse, _)| impulse.lane(lane)));
+        one.pair.clear();
+        let impulses = self.pair.iter().zip(&stage.pairs).filter(|(_, pair)| pair.is_in(lane));
+        one.pair.extend(impulses.map(|(impulse, _)| impulse.lane(lane)));
     }
 
-    /// Takes the solution of `lane` over from `one`; both are of the same stage, which has these `contacts`.
-    pub fn set_lane(&mut self, contacts: &[StageContact<T>], lane: usize, one: &StageSolution) {
+    /// Takes the solution of `lane` over from `one`; both are of the same `stage`.
+    pub fn set_lane(&mut self, stage: &Stage<T>, lane: usize, one: &StageSolution) {
         for (many, one) in self.twist.iter_mut().zip(&one.twist) {
             many.x.set_lane(lane, one.x);
             many.y.set_lane(lane, one.y);
@@ -73,8 +92,12 @@ impl<T: Real> StageSolution<T> {
         for (many, one) in self.drive.iter_mut().zip(&one.drive) {
             many.set_lane(lane, *one);
         }
-        let impulses = self.contact.iter_mut().zip(contacts).filter(|(_, contact)| contact.is_in(lane));
+        let impulses = self.contact.iter_mut().zip(&stage.contacts).filter(|(_, contact)| contact.is_in(lane));
         for ((many, _), one) in impulses.zip(&one.contact) {
+            many.set_lane(lane, *one);
+        }
+        let impulses = self.pair.iter_mut().zip(&stage.pairs).filter(|(_, pair)| pair.is_in(lane));
+        for ((many, _), one) in impulses.zip(&one.pair) {
             many.set_lane(lane, *one);
         }
     }
@@ -149,10 +172,10 @@ mod tests {
                 lonely.contact.resize(one.contacts.len(), 0.0);
                 let alone = f64::run(Solve(&one, &mut lonely));
                 let mut copy = StageSolution::new(2);
-                solution.copy_lane(&stage.contacts, lane, &mut copy);
+                solution.copy_lane(&stage, lane, &mut copy);
                 assert_eq!(copy, lonely, "{} lane {lane}", path.display());
                 assert_eq!(iterations.lane(lane), alone);
-                solution.set_lane(&stage.contacts, lane, &lonely);
+                solution.set_lane(&stage, lane, &lonely);
             }
         }
     }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, finite, non_negative, positive, require};
 
-use super::{Heading, Stage, StageContact, StageJoint, StageLink, StageSolution, Twist};
+use super::{Heading, Stage, StageContact, StageJoint, StageLink, StagePair, StageSolution, Twist};
 
 /// A stage with a name. JSON has no infinity: a drive without limit has none in the file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -18,6 +18,9 @@ pub struct Problem {
     pub links: Vec<LinkRow>,
     pub joints: Vec<JointRow>,
     pub contacts: Vec<ContactRow>,
+    /// Not written where no links touch.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pairs: Vec<PairRow>,
 }
 
 /// [`StageLink`] as a row.
@@ -54,6 +57,15 @@ pub struct ContactRow {
     pub offset: f64,
 }
 
+/// [`StagePair`] as a row.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PairRow {
+    pub links: [usize; 2],
+    pub direction: [Twist; 2],
+    pub offset: f64,
+}
+
 /// A velocity and the impulses that certify it, as a file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -62,6 +74,8 @@ pub struct Answer {
     pub friction: Vec<Vector2<f64>>,
     pub drive: Vec<f64>,
     pub contact: Vec<f64>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pair: Vec<f64>,
 }
 
 impl Problem {
@@ -82,6 +96,8 @@ impl Problem {
             slack: joint.slack,
         };
         let contact = |c: &StageContact| ContactRow { link: c.link, direction: c.direction, offset: c.offset };
+        let pair = |p: &StagePair| PairRow { links: p.links, direction: p.direction, offset: p.offset };
+        let real_pairs = stage.pairs.iter().filter(|pair| pair.is_in(0));
         let real = stage.contacts.iter().filter(|contact| contact.direction != Twist::zeros());
         Self {
             name: name.into(),
@@ -89,6 +105,7 @@ impl Problem {
             links: stage.links.iter().map(link).collect(),
             joints: stage.joints.iter().map(joint).collect(),
             contacts: real.map(contact).collect(),
+            pairs: real_pairs.map(pair).collect(),
         }
     }
 
@@ -103,6 +120,7 @@ impl Problem {
             links: self.links.iter().map(StageLink::from).collect(),
             joints: self.joints.iter().map(StageJoint::from).collect(),
             contacts: self.contacts.iter().map(StageContact::from).collect(),
+            pairs: self.pairs.iter().map(StagePair::from).collect(),
         })
     }
 
@@ -135,6 +153,18 @@ impl Problem {
             require(contact.link >= first, &field("link"), contact.link, "contacts sorted by link")?;
             finite(&field("offset"), contact.offset)?;
             contact.direction.iter().try_for_each(|&w| finite(&field("direction"), w).map(drop))?;
+        }
+        for (k, pair) in self.pairs.iter().enumerate() {
+            let field = |name: &str| format!("pairs[{k}].{name}");
+            let [i, j] = pair.links;
+            require(
+                i + 1 < j && j < n,
+                &field("links"),
+                format!("{i}, {j}"),
+                "two links that are not neighbours, in order",
+            )?;
+            finite(&field("offset"), pair.offset)?;
+            pair.direction.iter().flatten().try_for_each(|&w| finite(&field("direction"), w).map(drop))?;
         }
         Ok(())
     }
@@ -170,16 +200,22 @@ impl From<&ContactRow> for StageContact {
     }
 }
 
+impl From<&PairRow> for StagePair {
+    fn from(row: &PairRow) -> Self {
+        Self { links: row.links, direction: row.direction, offset: row.offset }
+    }
+}
+
 impl From<&StageSolution> for Answer {
     fn from(solution: &StageSolution) -> Self {
-        let StageSolution { twist, friction, drive, contact } = solution.clone();
-        Self { twist, friction, drive, contact }
+        let StageSolution { twist, friction, drive, contact, pair } = solution.clone();
+        Self { twist, friction, drive, contact, pair }
     }
 }
 
 impl From<Answer> for StageSolution {
     fn from(answer: Answer) -> Self {
-        let Answer { twist, friction, drive, contact } = answer;
-        Self { twist, friction, drive, contact }
+        let Answer { twist, friction, drive, contact, pair } = answer;
+        Self { twist, friction, drive, contact, pair }
     }
 }

@@ -57,6 +57,17 @@ pub struct StageContact<T = f64> {
     pub offset: T,
 }
 
+/// One contact between two links in a stage. A lane without this contact has directions 0 and offset 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StagePair<T = f64> {
+    /// Two links that are not neighbours.
+    pub links: [usize; 2],
+    /// w of either link.
+    pub direction: [Vector3<T>; 2],
+    /// Gap over coefficient: the contact closes when `w_0 . u_0 + w_1 . u_1 + offset` reaches zero \[m/s\].
+    pub offset: T,
+}
+
 /// Data of one stage, of one robot or of several side by side.
 #[derive(Debug, Clone)]
 pub struct Stage<T = f64> {
@@ -66,6 +77,8 @@ pub struct Stage<T = f64> {
     pub joints: Vec<StageJoint<T>>,
     /// Sorted by link.
     pub contacts: Vec<StageContact<T>>,
+    /// Contacts of the robot with itself.
+    pub pairs: Vec<StagePair<T>>,
 }
 
 impl<T: Real> Stage<T> {
@@ -75,7 +88,33 @@ impl<T: Real> Stage<T> {
             links: Vec::with_capacity(links),
             joints: Vec::with_capacity(links - 1),
             contacts: Vec::with_capacity(PAIRS_PER_LINK * links),
+            pairs: Vec::with_capacity(links),
         }
+    }
+}
+
+impl StageContact {
+    /// Rate at which the gap opens under the twists of the links \[m/s\].
+    pub fn rate(&self, twist: &[Vector3<f64>]) -> f64 {
+        self.direction.dot(&twist[self.link])
+    }
+
+    /// The rate and the offset: nonnegative where the contact is admissible \[m/s\].
+    pub fn opening(&self, twist: &[Vector3<f64>]) -> f64 {
+        self.rate(twist) + self.offset
+    }
+}
+
+impl StagePair {
+    /// Rate at which the gap opens under the twists of the links \[m/s\].
+    pub fn rate(&self, twist: &[Vector3<f64>]) -> f64 {
+        let [i, j] = self.links;
+        self.direction[0].dot(&twist[i]) + self.direction[1].dot(&twist[j])
+    }
+
+    /// The rate and the offset: nonnegative where the contact is admissible \[m/s\].
+    pub fn opening(&self, twist: &[Vector3<f64>]) -> f64 {
+        self.rate(twist) + self.offset
     }
 }
 
@@ -106,6 +145,9 @@ impl Stage {
         for contact in &self.contacts {
             energy += 0.5 * self.links[contact.link].mass * contact.offset.min(0.0).powi(2);
         }
+        for pair in &self.pairs {
+            energy += 0.5 * self.links[pair.links[0]].mass * pair.offset.min(0.0).powi(2);
+        }
         energy
     }
 }
@@ -121,6 +163,8 @@ pub struct StageSolution<T = f64> {
     pub drive: Vec<T>,
     /// P_H of each entry of [`Stage::contacts`] \[N s\].
     pub contact: Vec<T>,
+    /// Impulse of each entry of [`Stage::pairs`] \[N s\].
+    pub pair: Vec<T>,
 }
 
 impl<T: Real> StageSolution<T> {
@@ -130,6 +174,7 @@ impl<T: Real> StageSolution<T> {
             friction: vec![Vector2::new(T::zero(), T::zero()); links],
             drive: vec![T::zero(); links - 1],
             contact: Vec::with_capacity(PAIRS_PER_LINK * links),
+            pair: Vec::with_capacity(links),
         }
     }
 }

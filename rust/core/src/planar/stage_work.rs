@@ -11,7 +11,7 @@ use crate::robot::Link;
 
 use crate::stepping::lanes::{Lanes, NO_LANES, mask, read_lane, set_vector};
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
-use crate::stepping::{self, Driven, EnergyLedger, FallbackResult, Members, PegImpulse, PlantParameters, SolvedStage};
+use crate::stepping::{self, Driven, EnergyLedger, FallbackResult, Members, ContactImpulse, PlantParameters, SolvedStage};
 
 use super::backlash::Backlash;
 use super::contact_detection::MARGIN;
@@ -19,6 +19,7 @@ use super::contacts::Contacts;
 use super::energy::work_of;
 use super::io_drive::{IoDrive, Situation};
 use super::lane_fallback::LaneFallback;
+use super::self_contact::SelfContactDetection;
 use super::stribeck::StribeckBounds;
 use super::{Body, Planar, PlanarSystem};
 
@@ -52,6 +53,7 @@ pub struct StageWork<T: Real> {
     pub among_pegs: T::Mask,
     pub near_pegs: Lanes,
     pub contacts: Contacts,
+    pub self_contacts: SelfContactDetection<T>,
     /// Lanes in which a contact has closed during the step that was open after the last accepted one.
     pub closing: Lanes,
     /// How far away pegs may matter to the stage.
@@ -202,6 +204,12 @@ impl<T: Real> StageWork<T> {
         for force in &self.contact_force {
             self.solution.contact.push(*force * c);
         }
+        self.self_contacts.load_forces(&self.stage, &mut self.solution.pair);
+    }
+
+    /// Whether a lane's robot may touch a peg or itself.
+    fn is_near_contact(&self, lane: usize) -> bool {
+        self.near_pegs[lane] || self.self_contacts.is_near(lane)
     }
 
     #[inline(always)]
@@ -248,6 +256,7 @@ impl<T: Real> StageWork<T> {
         for (force, impulse) in self.contact_force.iter_mut().zip(&self.solution.contact) {
             *force = *impulse * per_second;
         }
+        self.self_contacts.store_forces(&self.solution.pair, per_second);
     }
 
     /// Constants of the lanes' own robots; nothing to do where all are as the system's.
@@ -291,6 +300,7 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
         self.backlash.begin_step();
         self.stribeck.begin_step(&self.start_twist);
         self.closing = NO_LANES;
+        self.self_contacts.begin_step();
     }
 
     /// Joint references along the wave, whose phase is turned from joint to joint.
@@ -332,7 +342,8 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
     fn predict(&mut self, c: T, _: T, pending: T::Mask) {
         self.stage.coefficient = c;
         travel(&self.half_length, &self.base, &self.guess, c, &mut self.predicted, &mut self.heading);
-        if self.has_pegs {
+        self.self_contacts.predict(&self.predicted);
+        if self.has_pegs || self.self_contacts.is_any_folded() {
             let fastest = self.fastest(&self.guess).max(self.fastest(&self.reference));
             let displacement = self.bound(&self.predicted, &self.start_pose);
             let MotionBound { fastest: last_fastest, displacement: last_displacement } = self.motion_bound;
@@ -358,7 +369,7 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
     fn evaluate(&mut self, _: T::Mask) {
         self.energy = work_of(&self.stage, &self.solution);
         self.store_forces();
-        if self.among_pegs.any() {
+        if self.among_pegs.any() || !self.stage.pairs.is_empty() {
             self.measure_deviation();
         }
     }
@@ -415,6 +426,7 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
             among_pegs: T::Mask::of(|_| false),
             near_pegs: NO_LANES,
             contacts: Contacts::with_capacity(links, T::LANES),
+            self_contacts: SelfContactDetection::new(&system.robot.links, system.robot.self_contact),
             closing: NO_LANES,
             motion_bound: MotionBound { fastest: zero, displacement: zero },
             friction_force: vec![Vector2::new(zero, zero); links],
@@ -500,25 +512,26 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
 
     /// Gaps linearised at the prediction may then be wrong, or contacts missing.
     fn is_mispredicted(&self, lane: usize) -> bool {
-        self.near_pegs[lane] && self.deviation.lane(lane) > MARGIN
+        self.is_near_contact(lane) && self.deviation.lane(lane) > MARGIN
     }
 
-    fn collect_peg_impulses<D: Driven<Model = Planar>>(
+    fn collect_contact_impulses<D: Driven<Model = Planar>>(
         &mut self,
         members: &mut Members<D>,
         solved: Lanes,
-        peg_impulses: &mut Vec<PegImpulse>,
+        contact_impulses: &mut Vec<ContactImpulse>,
     ) {
-        self.keep_forces(members, solved, peg_impulses);
+        self.keep_forces(members, solved, contact_impulses);
+        self.keep_self_contacts(members, solved, contact_impulses);
     }
 
     fn kept_energy(&self) -> &EnergyLedger<T> {
         &self.kept_energy
     }
 
-    /// Away from pegs deviations do not count: friction is bounded and the schemes keep their stability.
+    /// Away from contacts deviations do not count: friction is bounded and the schemes keep their stability.
     fn deviation_share(&self, lane: usize, _: impl Fn() -> bool) -> f64 {
-        match (self.near_pegs[lane], self.closing[lane]) {
+        match (self.is_near_contact(lane), self.closing[lane]) {
             (true, true) => CLOSING,
             (true, false) => 1.0,
             (false, _) => f64::INFINITY,
@@ -532,6 +545,7 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
         body.is_plausible = self.plausible.lane(lane);
         body.warm_start.near.arrive(self.motion_bound.displacement.lane(lane), self.misprediction.lane(lane));
         body.warm_start.near.end_step(|pair| self.end_gap(lane, pair, system, &body.pegs));
+        self.end_self_contacts(&system.robot.links, lane, &mut body.warm_start.self_contacts);
         for (torque, drive) in body.warm_start.joint_torque.iter_mut().zip(&self.kept_drive) {
             *torque = -drive.lane(lane) / self.stage.coefficient.lane(lane);
         }

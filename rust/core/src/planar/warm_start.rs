@@ -4,6 +4,8 @@ use serde::{Deserialize, Serialize};
 use crate::contact::NearPegs;
 use crate::stepping;
 
+use super::SelfContact;
+
 /// What one stage hands to the next: forces as a first guess, and which contacts were closed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WarmStart {
@@ -12,6 +14,8 @@ pub struct WarmStart {
     /// tau_C of each joint at the end of the last step, thesis sign (T 3.51) \[N m\].
     pub joint_torque: Vec<f64>,
     pub near: NearPegs,
+    /// Contacts of the robot with itself.
+    pub self_contacts: Vec<SelfContact>,
     /// Position of each joint in its backlash, phi less the motor's angle \[rad\].
     pub backlash: Vec<f64>,
 }
@@ -24,6 +28,7 @@ impl stepping::WarmStart for WarmStart {
             friction: vec![Vector2::zeros(); links],
             joint_torque: vec![0.0; links - 1],
             near: NearPegs::with_capacity(links),
+            self_contacts: Vec::with_capacity(links),
             backlash: vec![0.0; links - 1],
         }
     }
@@ -32,6 +37,7 @@ impl stepping::WarmStart for WarmStart {
         self.friction.fill(Vector2::zeros());
         self.joint_torque.fill(0.0);
         self.near.clear();
+        self.self_contacts.clear();
         self.backlash.fill(0.0);
     }
 
@@ -48,5 +54,6 @@ impl stepping::WarmStart for WarmStart {
             && saved.joint_torque.len() == links - 1
             && saved.backlash.len() == links - 1
             && saved.near.fits(links, pegs)
+            && saved.self_contacts.iter().all(|contact| contact.place.fits(links))
     }
 }

@@ -1,5 +1,7 @@
+use nalgebra::Vector2;
+
 use crate::capabilities::ModelName;
-use crate::contact::gap;
+use crate::contact::{gap, self_gap};
 use crate::control::ControllerConfig;
 use crate::error::ConfigError;
 use crate::planar::{Planar, PlanarSystem, Pose, Thesis, Twist, assemble_chain, largest_joint_gap};
@@ -78,6 +80,16 @@ impl PlanarSimulation {
             });
         }
         smallest
+    }
+
+    /// Smallest gap of two links that are not neighbours now \[m\]; infinite where none are close to each other.
+    pub fn self_gap(&self) -> f64 {
+        self_gap(&self.system.robot.links, &self.body.state.pose, 0.0)
+    }
+
+    /// Impulse of the robot's other links on each link during the last `advance`, world frame \[N s\].
+    pub fn self_contact_impulse(&self) -> &[Vector2<f64>] {
+        &self.body.self_contact_impulse
     }
 
     /// Widest gap of a joint now \[m\].

@@ -5,7 +5,7 @@ use nalgebra::Vector2;
 use crate::math::{MAX_LANES, Real};
 use crate::robot::Link;
 use crate::spatial::{SpatialBody, Stage, StagePeg, StageSolution, Wrench};
-use crate::stepping::PegImpulse;
+use crate::stepping::ContactImpulse;
 
 use super::peg_contacts::{Pair, Situation};
 use super::stage_work::StageWork;
@@ -89,16 +89,16 @@ impl ContactMap {
     }
 
     /// Impulses of pegs in a lane's solved stage.
-    pub fn peg_impulses<'a, T: Real>(
+    pub fn contact_impulses<'a, T: Real>(
         &'a self,
         stage: &'a Stage<T>,
         solution: &'a StageSolution<T>,
         lane: usize,
-    ) -> impl Iterator<Item = PegImpulse> + 'a {
+    ) -> impl Iterator<Item = ContactImpulse> + 'a {
         self.of_lane(lane).map(move |index| {
             let StagePeg { link, direction: Wrench { linear, .. }, .. } = &stage.pegs[index];
             let impulse = Vector2::new(linear.x.lane(lane), linear.y.lane(lane)) * solution.peg[index].lane(lane);
-            PegImpulse { lane, link: *link, impulse }
+            ContactImpulse { lane, link: *link, impulse, is_internal: false }
         })
     }
 }

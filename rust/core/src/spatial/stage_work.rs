@@ -11,7 +11,7 @@ use crate::spatial::{
 };
 use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
-use crate::stepping::{self, Driven, EnergyLedger, FallbackResult, Members, PegImpulse, SolvedStage};
+use crate::stepping::{self, ContactImpulse, Driven, EnergyLedger, FallbackResult, Members, SolvedStage};
 
 use super::chain_state::GroundForces;
 use super::contact_map::ContactMap;
@@ -351,14 +351,14 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
         !matches!(self.deviation.lane(lane), deviation if deviation < MISPREDICTED)
     }
 
-    fn collect_peg_impulses<D: Driven<Model = Spatial>>(
+    fn collect_contact_impulses<D: Driven<Model = Spatial>>(
         &mut self,
         _: &mut Members<D>,
         solved: Lanes,
-        peg_impulses: &mut Vec<PegImpulse>,
+        contact_impulses: &mut Vec<ContactImpulse>,
     ) {
         for lane in active(solved) {
-            peg_impulses.extend(self.contacts.peg_impulses(&self.stage, &self.solution, lane));
+            contact_impulses.extend(self.contacts.contact_impulses(&self.stage, &self.solution, lane));
         }
     }
 
@@ -484,5 +484,5 @@ const PUSHED: f64 = 0.25;
 /// A step that takes a sunk sphere deeper by more is divided \[m\].
 const SINKING: f64 = 2e-5;
 
-/// Distance between prediction and end of a stage from which on it is predicted anew \[m\].
+/// Distance between prediction and end of a stage from which on it is predicted again \[m\].
 const MISPREDICTED: f64 = 2e-3;

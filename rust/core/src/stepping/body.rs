@@ -24,6 +24,8 @@ pub struct Body<M: Model> {
     /// Impulse of the pegs on each link since [`Self::begin`], world frame \[N s\]; over an interval's length it is
     /// (T 7.6).
     pub contact_impulse: Vec<Vector2<f64>>,
+    /// Impulse of the robot's other links on each link since [`Self::begin`], world frame \[N s\].
+    pub self_contact_impulse: Vec<Vector2<f64>>,
     /// Impulse of the ground's normal forces on each link since [`Self::begin`] \[N s\]; zero in models without them.
     pub ground_impulse: Vec<f64>,
     /// Linear solves of the last step.
@@ -56,6 +58,7 @@ impl<M: Model> Body<M> {
             parameters: PlantParameters::default(),
             statistics: StepStatistics::default(),
             contact_impulse: vec![Vector2::zeros(); links],
+            self_contact_impulse: vec![Vector2::zeros(); links],
             ground_impulse: vec![0.0; links],
             solves: 0,
             is_plausible: true,
@@ -76,6 +79,7 @@ impl<M: Model> Body<M> {
         self.last_good.copy_from(&self.state);
         self.statistics = StepStatistics::default();
         self.contact_impulse.fill(Vector2::zeros());
+        self.self_contact_impulse.fill(Vector2::zeros());
         self.ground_impulse.fill(0.0);
     }
 
@@ -95,6 +99,7 @@ impl<M: Model> Body<M> {
             self.solves = 0;
             self.statistics.clear_work();
             self.contact_impulse.fill(Vector2::zeros());
+            self.self_contact_impulse.fill(Vector2::zeros());
             self.ground_impulse.fill(0.0);
             self.is_plausible = true;
             self.statistics.diverged = true;

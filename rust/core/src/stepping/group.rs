@@ -19,7 +19,7 @@ use super::ImplicitConfig;
 use super::energy::EnergyLedger;
 use super::kernels::{Compiled, Part, Request};
 use super::lanes::{Lanes, Members, NO_LANES, active, mask};
-use super::model::{Driven, Model, PegImpulse, RobotState, StageWork};
+use super::model::{ContactImpulse, Driven, Model, RobotState, StageWork};
 use super::sdirk::{EXTRAPOLATION, GAMMA};
 
 /// Workspace for up to `T::LANES` robots of one system.
@@ -27,11 +27,11 @@ use super::sdirk::{EXTRAPOLATION, GAMMA};
 pub struct Group<M: Model, T: Real> {
     config: ImplicitConfig,
     work: M::Work<T>,
-    /// Work and peg impulses of the first stage, until the step is accepted.
+    /// Work and contact impulses of the first stage, until the step is accepted.
     first_energy: EnergyLedger<T>,
-    first_peg_impulses: Vec<PegImpulse>,
-    /// Peg impulses of the last stage.
-    peg_impulses: Vec<PegImpulse>,
+    first_contact_impulses: Vec<ContactImpulse>,
+    /// Contact impulses of the last stage.
+    contact_impulses: Vec<ContactImpulse>,
     /// How far the last stage ended from its first prediction \[m\].
     deviation: T,
     /// Deviation beyond which a step is rejected \[m\].
@@ -43,13 +43,13 @@ pub struct Group<M: Model, T: Real> {
 impl<T: Real, M: Compiled<T>> Group<M, T> {
     pub fn new(config: ImplicitConfig, system: &M::System) -> Self {
         let links = M::robot(system).link_count();
-        let peg_impulses = || Vec::with_capacity(PEG_IMPULSES_PER_LINK * links * T::LANES);
+        let contact_impulses = || Vec::with_capacity(PEG_IMPULSES_PER_LINK * links * T::LANES);
         Self {
             config,
             work: M::Work::new(system),
             first_energy: EnergyLedger::zero(),
-            first_peg_impulses: peg_impulses(),
-            peg_impulses: peg_impulses(),
+            first_contact_impulses: contact_impulses(),
+            contact_impulses: contact_impulses(),
             deviation: T::zero(),
             event_tolerance: f64::INFINITY,
             solves: [0; MAX_LANES],
@@ -88,9 +88,9 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
     /// Whether the forces of the first stage predict the end of the second.
     fn is_smooth(&self, lane: usize) -> bool {
         let is_pushed = || {
-            let mut peg_impulses =
-                self.first_peg_impulses.iter().chain(&self.peg_impulses).filter(|each| each.lane == lane);
-            peg_impulses.any(|each| each.impulse != Vector2::zeros())
+            let mut contact_impulses =
+                self.first_contact_impulses.iter().chain(&self.contact_impulses).filter(|each| each.lane == lane);
+            contact_impulses.any(|each| each.impulse != Vector2::zeros())
         };
         let abrupt = self.deviation.lane(lane) > self.work.deviation_share(lane, is_pushed) * self.event_tolerance;
         !abrupt
@@ -106,7 +106,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
     /// prediction, it is predicted again from its own end and solved again.
     fn run_stage<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, c: T, end: T) {
         self.read_references(members, end);
-        self.peg_impulses.clear();
+        self.contact_impulses.clear();
         let mut pending = members.lanes();
         for repetition in 1..=MAX_PREDICTIONS {
             M::run_part(&mut self.work, Part::Predict { c, elapsed: end, pending: mask::<T>(pending) });
@@ -119,7 +119,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
             let again: Lanes = std::array::from_fn(|lane| pending[lane] && !is_last && self.work.is_mispredicted(lane));
             let solved = std::array::from_fn(|lane| pending[lane] && !again[lane]);
             M::run_part(&mut self.work, Part::Keep { solved: mask::<T>(solved), again: mask::<T>(again) });
-            self.work.collect_peg_impulses(members, solved, &mut self.peg_impulses);
+            self.work.collect_contact_impulses(members, solved, &mut self.contact_impulses);
             pending = again;
             if pending == NO_LANES {
                 break;
@@ -157,7 +157,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
     /// Keeps work and impulses of pegs of the first stage until the step is accepted.
     fn keep_first_stage(&mut self) {
         self.first_energy = *self.work.kept_energy();
-        std::mem::swap(&mut self.first_peg_impulses, &mut self.peg_impulses);
+        std::mem::swap(&mut self.first_contact_impulses, &mut self.contact_impulses);
         self.work.keep_first_stage();
     }
 
@@ -168,7 +168,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
             body.statistics.add_work(&self.first_energy, lane, EXTRAPOLATION);
             self.work.add_first_stage(lane, EXTRAPOLATION, body);
         }
-        add_peg_impulses(&self.first_peg_impulses, members, lanes, EXTRAPOLATION);
+        add_contact_impulses(&self.first_contact_impulses, members, lanes, EXTRAPOLATION);
     }
 
     /// The stage's end becomes the robots' state after steps of lengths `h`; its work and impulses count once.
@@ -183,14 +183,21 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
             body.solves = self.solves[lane];
             body.statistics.add_work(self.work.kept_energy(), lane, 1.0);
         }
-        add_peg_impulses(&self.peg_impulses, members, lanes, 1.0);
+        add_contact_impulses(&self.contact_impulses, members, lanes, 1.0);
     }
 }
 
-/// Adds peg impulses, times `weight`, to the robots' sums.
-fn add_peg_impulses<D: Driven>(peg_impulses: &[PegImpulse], members: &mut Members<D>, lanes: Lanes, weight: f64) {
-    for each in peg_impulses.iter().filter(|each| lanes[each.lane]) {
-        members.body_mut(each.lane).contact_impulse[each.link] += each.impulse * weight;
+/// Adds contact impulses, times `weight`, to the robots' sums.
+fn add_contact_impulses<D: Driven>(
+    contact_impulses: &[ContactImpulse],
+    members: &mut Members<D>,
+    lanes: Lanes,
+    weight: f64,
+) {
+    for each in contact_impulses.iter().filter(|each| lanes[each.lane]) {
+        let body = members.body_mut(each.lane);
+        let sums = if each.is_internal { &mut body.self_contact_impulse } else { &mut body.contact_impulse };
+        sums[each.link] += each.impulse * weight;
     }
 }
 

@@ -30,7 +30,7 @@ pub use growing::Growing;
 pub use halving::Halving;
 pub use kernels::CompiledModel;
 pub use lanes::Members;
-pub use model::{Driven, Model, PegImpulse, Reference, RobotState, SolvedStage, StageWork, WarmStart};
+pub use model::{ContactImpulse, Driven, Model, Reference, RobotState, SolvedStage, StageWork, WarmStart};
 pub use plan::StepPlan;
 pub use plant_parameters::PlantParameters;
 pub use statistics::StepStatistics;

@@ -152,12 +152,12 @@ pub trait StageWork<T: Real>: Debug + Clone {
     fn deviation(&self) -> T;
     /// Whether the stage ended so far from its prediction that it has to be predicted again.
     fn is_mispredicted(&self, lane: usize) -> bool;
-    /// Collects the impulses of pegs on the robots of the `solved` lanes.
-    fn collect_peg_impulses<D: Driven<Model = Self::Model>>(
+    /// Collects the contact impulses on the robots of the `solved` lanes.
+    fn collect_contact_impulses<D: Driven<Model = Self::Model>>(
         &mut self,
         members: &mut Members<D>,
         solved: Lanes,
-        peg_impulses: &mut Vec<PegImpulse>,
+        contact_impulses: &mut Vec<ContactImpulse>,
     );
     /// Work of the kept stage.
     fn kept_energy(&self) -> &EnergyLedger<T>;
@@ -185,11 +185,13 @@ pub struct SolvedStage<T: Real> {
     pub gap: T,
 }
 
-/// Impulse of a peg on a link over a stage.
+/// Impulse of a peg or of another link on a link over a stage.
 #[derive(Debug, Clone, Copy)]
-pub struct PegImpulse {
+pub struct ContactImpulse {
     pub lane: usize,
     pub link: usize,
     /// World frame \[N s\].
     pub impulse: Vector2<f64>,
+    /// Whether it is of another link of the robot.
+    pub is_internal: bool,
 }

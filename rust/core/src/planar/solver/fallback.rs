@@ -43,12 +43,15 @@ impl Fallback {
         }
         let (more, closed) = self.solvers.start_again(stage, solution, tolerance);
         solves += more;
-        let can_relax = stage.contacts.iter().any(|contact| contact.offset < 0.0);
+        let mut offsets =
+            stage.contacts.iter().map(|contact| contact.offset).chain(stage.pairs.iter().map(|pair| pair.offset));
+        let can_relax = offsets.any(|offset| offset < 0.0);
         if closed || !can_relax {
             return (solves, if closed { SolveStatus::Solved } else { SolveStatus::Unsolved });
         }
         stage.copy_lane(0, &mut self.relaxed);
         self.relaxed.contacts.iter_mut().for_each(|contact| contact.offset = contact.offset.max(0.0));
+        self.relaxed.pairs.iter_mut().for_each(|pair| pair.offset = pair.offset.max(0.0));
         let (more, closed) = self.solvers.start_again(&self.relaxed, solution, tolerance);
         (solves + more, if closed { SolveStatus::Relaxed } else { SolveStatus::Unsolved })
     }
@@ -72,11 +75,11 @@ impl Solvers {
         if before.max(residual) <= 1.0 || !before.is_finite() {
             return (0, before <= 1.0);
         }
-        solution.copy_lane(&stage.contacts, 0, &mut self.polished);
+        solution.copy_lane(stage, 0, &mut self.polished);
         let outcome = self.newton.solve(stage, &mut self.polished, POLISH * tolerance, MAX_POLISH, true);
         let (after, polished_residual) = self.merit(stage, &self.polished, tolerance);
         if (after.max(1.0), polished_residual) < (before.max(1.0), residual) {
-            self.polished.copy_lane(&stage.contacts, 0, solution);
+            self.polished.copy_lane(stage, 0, solution);
         }
         (outcome.iterations as u32, before.min(after) <= 1.0)
     }

@@ -7,10 +7,13 @@
 mod fallback;
 mod interior_point;
 mod link_term;
+mod low_rank;
 mod newton;
 mod ray;
+mod self_contacts;
 mod sweep;
 mod terms;
+mod unilateral;
 
 pub use fallback::Fallback;
 pub use interior_point::{Descent, InteriorPoint};

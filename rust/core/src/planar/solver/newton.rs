@@ -16,6 +16,7 @@ use crate::planar::{Stage, StageLink, StageSolution};
 use crate::solver::{self, FrictionTerm, LawForm, NewtonStep, Outcome, StageProblem, Tuning};
 
 use super::link_term::{LinkTerm, in_frame, linear};
+use super::self_contacts::SelfContacts;
 use super::sweep::{Quadratic, Segment};
 use super::terms::{ActuatorTerm, ContactTerm};
 
@@ -24,8 +25,11 @@ use super::terms::{ActuatorTerm, ContactTerm};
 pub struct Newton<T = f64> {
     pub(super) links: Vec<LinkTerm<T>>,
     pub(super) contacts: Vec<ContactTerm<T>>,
+    pub(super) self_contacts: SelfContacts<T>,
     /// Step of the velocity of link 1's free end, in the frame of link 1.
     head: Vector2<T>,
+    /// Value of the whole chain at that end.
+    chain: Quadratic<T>,
     /// Inverse of the least mass and of the least inertia of a link.
     mobility: [T; 2],
 }
@@ -44,7 +48,9 @@ impl<T: Real> Newton<T> {
         Self {
             links: Vec::with_capacity(links),
             contacts: Vec::with_capacity(PAIRS_PER_LINK * links),
+            self_contacts: SelfContacts::new(links),
             head: Vector2::new(T::zero(), T::zero()),
+            chain: Quadratic::zero(),
             mobility: [T::zero(); 2],
         }
     }
@@ -99,13 +105,14 @@ impl<T: Real> Newton<T> {
             let link = &stage.links[contact.link];
             self.contacts.push(ContactTerm::new(contact, link, impulse, T::splat(TUNING.penalty) * link.mass));
         }
+        self.self_contacts.warm_up(stage, &solution.pair, TUNING.penalty);
     }
 
     /// Takes the step that [`Self::eliminate`] prepared, in the given lanes, and shortens it where it overshoots and
     /// `damped` is true; the slope falls by `descent` at its start.
     #[inline(always)]
     fn descend(&mut self, descent: T, active: T::Mask, damped: bool) -> StepEnd<T> {
-        self.substitute(active);
+        self.advance(active);
         let full = self.evaluate_laws(LawForm::Present);
         let accuracy = T::splat(TUNING.overshoot) * descent;
         let overshoots = active & accuracy.lt(full.slope);
@@ -127,6 +134,10 @@ impl<T: Real> Newton<T> {
     fn evaluate_laws(&mut self, form: LawForm) -> StepEnd<T> {
         let zero = T::zero();
         let (mut slope, mut forces, mut moments) = (zero, zero, zero);
+        let coupled = !self.self_contacts.is_empty();
+        if coupled {
+            slope = self.self_contacts.evaluate(form, &self.links);
+        }
         let mut contacts = self.contacts.iter_mut().peekable();
         let (mut omega, mut change) = (zero, zero);
         for (i, link) in self.links.iter_mut().enumerate() {
@@ -135,10 +146,14 @@ impl<T: Real> Newton<T> {
             model.add_friction(&stiffness, &link.friction.impulse());
             while let Some(contact) = contacts.next_if(|contact| contact.link == i) {
                 let stiffness = contact.evaluate(form, &link.twist);
-                model.add_rank_one(&contact.direction, stiffness, -contact.impulse);
+                model.add_rank_one(&contact.direction, stiffness, -contact.law.impulse);
             }
             let expected = link.model.gradient_after(&link.step);
-            let (x, y, moment) = (model.gx - expected.x, model.gy - expected.y, model.gw - expected.z);
+            let (mut x, mut y, mut moment) = (model.gx - expected.x, model.gy - expected.y, model.gw - expected.z);
+            if coupled {
+                let coupled = &self.self_contacts.remainder[i];
+                (x, y, moment) = (x - coupled.x, y - coupled.y, moment - coupled.z);
+            }
             link.model = model;
             let (joint_rate, joint_step) = (link.twist.z - omega, link.step.z - change);
             (omega, change) = (link.twist.z, link.step.z);
@@ -158,8 +173,12 @@ impl<T: Real> Newton<T> {
     fn eliminate(&mut self) -> T {
         let mut behind = Quadratic::zero();
         let (mut actuator_behind, mut descent) = (T::zero(), T::zero());
-        for link in self.links.iter_mut().rev() {
+        let coupled = !self.self_contacts.is_empty();
+        for (i, link) in self.links.iter_mut().enumerate().rev() {
             let mut own = link.model;
+            if coupled {
+                own.subtract_force(&self.self_contacts.force[i]);
+            }
             own.gw += actuator_behind - link.actuator.impulse;
             actuator_behind = link.actuator.impulse;
             let (before, decrease) = link.segment.eliminate(behind, own, link.actuator_stiffness);
@@ -167,16 +186,28 @@ impl<T: Real> Newton<T> {
             descent += decrease;
         }
         let (head, decrease) = behind.minimiser();
-        self.head = head;
-        descent + decrease
+        (self.head, self.chain) = (head, behind);
+        descent += decrease;
+        self.substitute();
+        if coupled {
+            descent = descent - self.self_contacts.correct(&mut self.links, &self.chain);
+        }
+        descent
     }
 
-    /// From head to tail: the Newton step, taken in full in the given lanes.
+    /// From head to tail: the Newton step.
     #[inline(always)]
-    fn substitute(&mut self, lanes: T::Mask) {
+    fn substitute(&mut self) {
         let (mut end, mut omega) = (self.head, T::zero());
         for link in &mut self.links {
             link.step = link.segment.substitute(&mut end, &mut omega);
+        }
+    }
+
+    /// Takes the Newton step in full in the given lanes.
+    #[inline(always)]
+    fn advance(&mut self, lanes: T::Mask) {
+        for link in &mut self.links {
             link.start = link.twist;
             let full = add_scaled(&link.start, &link.step, T::splat(1.0));
             select_into(&mut link.twist, lanes, &full);
@@ -195,8 +226,9 @@ impl<T: Real> Newton<T> {
             }
         }
         for (impulse, contact) in solution.contact.iter_mut().zip(&self.contacts) {
-            *impulse = contact.impulse;
+            *impulse = contact.law.impulse;
         }
+        self.self_contacts.write(&mut solution.pair);
     }
 }
 
@@ -226,21 +258,23 @@ impl<T: Real> StageProblem<T> for Newton<T> {
             squared = squared.max(link.friction.squared_error(&linear(&link.twist), link.mass));
         }
         for contact in &self.contacts {
-            squared = squared.max(contact.squared_error());
+            squared = squared.max(contact.law.squared_error());
         }
-        squared.sqrt()
+        squared.max(self.self_contacts.squared_error()).sqrt()
     }
 
     #[inline(always)]
     fn stiffen(&mut self, factor: T) {
         self.links.iter_mut().for_each(|link| link.friction.stiffen(factor));
-        self.contacts.iter_mut().for_each(|contact| contact.stiffen(factor));
+        self.contacts.iter_mut().for_each(|contact| contact.law.stiffen(factor));
+        self.self_contacts.stiffen(factor);
     }
 
     #[inline(always)]
     fn recentre(&mut self, lanes: T::Mask) {
         self.links.iter_mut().for_each(|link| link.friction.recentre(lanes));
-        self.contacts.iter_mut().for_each(|contact| contact.recentre(lanes));
+        self.contacts.iter_mut().for_each(|contact| contact.law.recentre(lanes));
+        self.self_contacts.recentre(lanes);
     }
 }
 

@@ -53,6 +53,7 @@ impl<T: Real> Ray<T> for Step<'_, T> {
             let link = &newton.links[contact.link];
             add(contact.along(&link.start, &link.step, alpha));
         }
+        add(newton.self_contacts.along(&newton.links, alpha));
         (slope, curvature)
     }
 

@@ -47,6 +47,8 @@ struct Elimination<T> {
     py: T,
     previous: T,
     constant: T,
+    /// 1 / H_omega.
+    inverse: T,
 }
 
 impl<T: Real> Quadratic<T> {
@@ -94,6 +96,14 @@ impl<T: Real> Quadratic<T> {
         self.yy += stiffness.yy;
         self.gx -= impulse.x;
         self.gy -= impulse.y;
+    }
+
+    /// Adds a constant force.
+    #[inline(always)]
+    pub fn subtract_force(&mut self, force: &Vector3<T>) {
+        self.gx = self.gx - force.x;
+        self.gy = self.gy - force.y;
+        self.gw = self.gw - force.z;
     }
 
     /// Derivative along `step`.
@@ -160,23 +170,30 @@ impl<T: Real> Quadratic<T> {
             gy: self.gy - self.yw * constant,
             gw: k * constant,
         };
-        (Elimination { px: -px, py: -py, previous, constant: -constant }, left, self.gw * constant)
+        (Elimination { px: -px, py: -py, previous, constant: -constant, inverse }, left, self.gw * constant)
     }
 
     /// The velocity that minimises V(p, 0), and twice the decrease.
     #[inline(always)]
     pub fn minimiser(&self) -> (Vector2<T>, T) {
+        let step = self.minimiser_under(Vector2::new(self.gx, self.gy));
+        (step, -(self.gx * step.x + self.gy * step.y))
+    }
+
+    /// The velocity that minimises V(p, 0) with another linear term.
+    #[inline(always)]
+    pub fn minimiser_under(&self, g: Vector2<T>) -> Vector2<T> {
         let determinant = self.xx * self.yy - self.xy * self.xy;
-        let x = (self.xy * self.gy - self.yy * self.gx) / determinant;
-        let y = (self.xy * self.gx - self.xx * self.gy) / determinant;
-        (Vector2::new(x, y), -(self.gx * x + self.gy * y))
+        let x = (self.xy * g.y - self.yy * g.x) / determinant;
+        let y = (self.xy * g.x - self.xx * g.y) / determinant;
+        Vector2::new(x, y)
     }
 }
 
 impl<T: Real> Elimination<T> {
     fn zero() -> Self {
         let zero = T::zero();
-        Self { px: zero, py: zero, previous: zero, constant: zero }
+        Self { px: zero, py: zero, previous: zero, constant: zero, inverse: zero }
     }
 }
 
@@ -203,8 +220,26 @@ impl<T: Real> Segment<T> {
     /// the angular velocity of that; both go on to the next link.
     #[inline(always)]
     pub fn substitute(&self, end: &mut Vector2<T>, omega: &mut T) -> Vector3<T> {
+        self.substitute_with(self.elimination.constant, end, omega)
+    }
+
+    /// Repeats the last elimination with another linear term `own` of the link at its CG and `behind` of all that lies
+    /// behind its far end, (g_x, g_y, g_omega) in its frame. Returns that at the near end in the frame of the link
+    /// before, and the constant for [`Self::substitute_with`].
+    #[inline(always)]
+    pub fn eliminate_linear(&self, behind: &Vector3<T>, own: &Vector3<T>) -> (Vector3<T>, T) {
+        let (e, length) = (&self.elimination, self.half_length + self.half_length);
+        let turning = own.z + self.half_length * own.y + behind.z + length * behind.y;
+        let (x, y) = (own.x + behind.x + e.px * turning, own.y + behind.y + e.py * turning);
+        let before = self.turn.to_world(Vector2::new(x, y));
+        (Vector3::new(before.x, before.y, e.previous * turning), -(turning * e.inverse))
+    }
+
+    /// [`Self::substitute`] with the constant of another linear term.
+    #[inline(always)]
+    pub fn substitute_with(&self, constant: T, end: &mut Vector2<T>, omega: &mut T) -> Vector3<T> {
         let (e, near) = (&self.elimination, self.turn.to_link(*end));
-        *omega = e.px * near.x + e.py * near.y + e.previous * *omega + e.constant;
+        *omega = e.px * near.x + e.py * near.y + e.previous * *omega + constant;
         self.move_along(near, *omega, end)
     }
 

@@ -97,7 +97,7 @@ impl SpatialThesis {
         let (iterations, converged) = self.solve();
         self.keep_impulses(ground_impulse);
         self.record(iterations, !converged, joint_torque, h, statistics);
-        self.add_peg_impulses(contact_impulse);
+        self.add_contact_impulses(contact_impulse);
         self.move_to_end(system, state, h);
     }
 
@@ -221,7 +221,7 @@ impl SpatialThesis {
     }
 
     /// What pegs did to the links.
-    fn add_peg_impulses(&self, contact_impulse: &mut [Vector2<f64>]) {
+    fn add_contact_impulses(&self, contact_impulse: &mut [Vector2<f64>]) {
         for (contact, impulse) in self.step.pegs.iter().zip(&self.solution.peg) {
             contact_impulse[contact.link] += contact.direction.xy() * *impulse;
         }

@@ -1,8 +1,3 @@
-use nalgebra::Vector3;
-
-use crate::planar::solver::sweep::Quadratic;
-use crate::planar::{StageContact, StageLink};
-
 use super::pair::Pair;
 
 /// Opening and impulse of one contact, and the impulse around which the contact is soft.
@@ -20,10 +15,9 @@ impl Contact {
         Self { pair: Pair::default(), centre: 0.0, softness: 1.0 / (STIFFEST * mass) }
     }
 
-    /// A pair at the velocity `u` whose product is `mu`.
-    pub fn begin(&mut self, contact: &StageContact, link: &StageLink, u: &Vector3<f64>, mu: f64) {
-        let opening = contact.direction.dot(u) + contact.offset;
-        let s = opening.max((2.0 * mu / link.mass).sqrt());
+    /// A pair whose product is `mu`, of a contact that opens at the velocity `opening` on a link of mass `mass`.
+    pub fn begin(&mut self, opening: f64, mass: f64, mu: f64) {
+        let s = opening.max((2.0 * mu / mass).sqrt());
         self.pair = Pair::new(s, mu / s);
     }
 
@@ -37,19 +31,16 @@ impl Contact {
         self.centre = self.pair.z;
     }
 
-    /// Adds the linearised contact to the model of its link.
-    pub fn condense(&self, contact: &StageContact, link: &StageLink, u: &Vector3<f64>, model: &mut Quadratic<f64>) {
+    /// Impulse and stiffness of the contact, linearised at the velocity `opening`.
+    pub fn linearised(&self, opening: f64) -> (f64, f64) {
         let pair = &self.pair;
         let resistance = pair.s + pair.z * self.softness;
-        let impulse = pair.z + (pair.right - pair.z * self.mismatch(contact, u)) / resistance;
-        let in_plane = link.heading.to_link(contact.direction.xy());
-        let direction = Vector3::new(in_plane.x, in_plane.y, contact.direction.z);
-        model.add_rank_one(&direction, pair.z / resistance, -impulse);
+        (pair.z + (pair.right - pair.z * self.mismatch(opening)) / resistance, pair.z / resistance)
     }
 
-    /// Lets the pair follow the velocity and its change.
-    pub fn follow(&mut self, contact: &StageContact, u: &Vector3<f64>, du: &Vector3<f64>) {
-        let closing = self.mismatch(contact, u) + contact.direction.dot(du);
+    /// Lets the pair follow the velocity `opening` and its change.
+    pub fn follow(&mut self, opening: f64, change: f64) {
+        let closing = self.mismatch(opening) + change;
         let Self { pair, softness, .. } = self;
         pair.dz = (pair.right - pair.z * closing) / (pair.s + pair.z * *softness);
         pair.ds = closing + *softness * pair.dz;
@@ -61,9 +52,9 @@ impl Contact {
         if z < mass * s { 0.0 } else { z }
     }
 
-    /// What the opening at the velocity `u` exceeds the pair's by.
-    fn mismatch(&self, contact: &StageContact, u: &Vector3<f64>) -> f64 {
-        contact.direction.dot(u) + contact.offset + self.yielding() - self.pair.s
+    /// What the opening exceeds the pair's by.
+    fn mismatch(&self, opening: f64) -> f64 {
+        opening + self.yielding() - self.pair.s
     }
 }
 

@@ -21,6 +21,8 @@ use self::contact::Contact;
 use self::disc::Disc;
 use self::drive::Drive;
 use self::pair::Pair;
+use crate::planar::solver::link_term::in_frame;
+use crate::planar::solver::low_rank::{Coupling, EliminatedChain, LowRank};
 use crate::planar::solver::sweep::{Quadratic, Segment};
 use crate::planar::{Stage, StageLink, StageSolution};
 
@@ -38,6 +40,10 @@ pub struct Descent {
 pub struct InteriorPoint {
     friction: Vec<Disc>,
     contact: Vec<Contact>,
+    /// Contacts of the robot with itself, and their rows in the linear system.
+    self_contact: Vec<Contact>,
+    couplings: Vec<Coupling<f64>>,
+    low_rank: LowRank<f64>,
     bends: Vec<Bend>,
     segments: Vec<Segment<f64>>,
     models: Vec<Quadratic<f64>>,
@@ -53,6 +59,9 @@ impl InteriorPoint {
         Self {
             friction: vec![Disc::new(); links],
             contact: Vec::with_capacity(crate::contact::PAIRS_PER_LINK * links),
+            self_contact: Vec::with_capacity(links),
+            couplings: Vec::with_capacity(links),
+            low_rank: LowRank::new(links),
             bends: Vec::with_capacity(2 * (links - 1)),
             segments: Vec::with_capacity(links),
             models: vec![Quadratic::zero(); links],
@@ -118,6 +127,10 @@ impl InteriorPoint {
         self.lightest = stage.links.iter().map(|link| link.mass).fold(f64::INFINITY, f64::min);
         self.contact.clear();
         self.contact.extend(stage.contacts.iter().map(|contact| Contact::new(stage.links[contact.link].mass)));
+        self.self_contact.clear();
+        self.self_contact.extend(stage.pairs.iter().map(|pair| Contact::new(stage.links[pair.links[0]].mass)));
+        self.couplings.clear();
+        self.couplings.extend(stage.pairs.iter().map(|pair| Coupling::of(pair, stage)));
     }
 
     /// A point inside the cones at the twists of `solution`, with products of about `mu`.
@@ -130,7 +143,10 @@ impl InteriorPoint {
             *drive = Drive::begin(law, twist[*joint + 1].z - twist[*joint].z, mu);
         }
         for (soft, contact) in self.contact.iter_mut().zip(&stage.contacts) {
-            soft.begin(contact, &stage.links[contact.link], &twist[contact.link], mu);
+            soft.begin(contact.opening(twist), stage.links[contact.link].mass, mu);
+        }
+        for (soft, pair) in self.self_contact.iter_mut().zip(&stage.pairs) {
+            soft.begin(pair.opening(twist), stage.links[pair.links[0]].mass, mu);
         }
     }
 
@@ -185,8 +201,16 @@ impl InteriorPoint {
             self.add_drive(j, impulse, stiffness);
         }
         for (contact, soft) in stage.contacts.iter().zip(&self.contact) {
-            let i = contact.link;
-            soft.condense(contact, &stage.links[i], &twist[i], &mut self.models[i]);
+            let (impulse, stiffness) = soft.linearised(contact.opening(twist));
+            let direction = in_frame(&stage.links[contact.link].heading, &contact.direction);
+            self.models[contact.link].add_rank_one(&direction, stiffness, -impulse);
+        }
+        for ((pair, soft), coupling) in stage.pairs.iter().zip(&self.self_contact).zip(&mut self.couplings) {
+            let (impulse, stiffness) = soft.linearised(pair.opening(twist));
+            coupling.stiffness = stiffness;
+            for (link, w) in coupling.links.into_iter().zip(&coupling.direction) {
+                self.models[link].subtract_force(&(w * impulse));
+            }
         }
         self.solve_linear_system(stage);
         self.follow(stage, twist);
@@ -204,10 +228,16 @@ impl InteriorPoint {
             (behind, _) = segment.eliminate(behind, *own, stiffness);
         }
         let ((mut end, _), mut omega) = (behind.minimiser(), 0.0);
-        for ((segment, link), direction) in self.segments.iter().zip(&stage.links).zip(&mut self.direction) {
-            let du = segment.substitute(&mut end, &mut omega);
-            let velocity = link.heading.to_world(du.xy());
-            *direction = Vector3::new(velocity.x, velocity.y, du.z);
+        for (segment, direction) in self.segments.iter().zip(&mut self.direction) {
+            *direction = segment.substitute(&mut end, &mut omega);
+        }
+        if !self.couplings.is_empty() {
+            let mut chain = Chain { segments: &self.segments, steps: &mut self.direction };
+            self.low_rank.correct(self.couplings.iter().copied(), &mut chain, &behind);
+        }
+        for (link, direction) in stage.links.iter().zip(&mut self.direction) {
+            let velocity = link.heading.to_world(direction.xy());
+            (direction.x, direction.y) = (velocity.x, velocity.y);
         }
     }
 
@@ -223,7 +253,10 @@ impl InteriorPoint {
             bend.follow(twist[j + 1].z - twist[j].z, direction[j + 1].z - direction[j].z);
         }
         for (contact, soft) in stage.contacts.iter().zip(&mut self.contact) {
-            soft.follow(contact, &twist[contact.link], &direction[contact.link]);
+            soft.follow(contact.opening(twist), contact.rate(direction));
+        }
+        for (pair, soft) in stage.pairs.iter().zip(&mut self.self_contact) {
+            soft.follow(pair.opening(twist), pair.rate(direction));
         }
     }
 
@@ -242,7 +275,7 @@ impl InteriorPoint {
 
     /// Visits the pairs of contacts and bounded drives.
     fn pairs(&mut self, mut visit: impl FnMut(&mut Pair)) {
-        self.contact.iter_mut().for_each(|contact| visit(&mut contact.pair));
+        self.contact.iter_mut().chain(&mut self.self_contact).for_each(|contact| visit(&mut contact.pair));
         for Bend { drive, .. } in &mut self.bends {
             visit(&mut drive.upper);
             visit(&mut drive.lower);
@@ -260,14 +293,14 @@ impl InteriorPoint {
     ) -> f64 {
         let discs = self.friction.iter().zip(&stage.links).filter(|(_, link)| has_friction(link));
         let drives = self.bends.iter().map(|bend| &bend.drive);
-        let figures =
-            discs.map(|(disc, _)| of_disc(disc)).chain(self.contact.iter().map(|contact| of_pair(&contact.pair)));
+        let contacts = self.contact.iter().chain(&self.self_contact);
+        let figures = discs.map(|(disc, _)| of_disc(disc)).chain(contacts.map(|contact| of_pair(&contact.pair)));
         figures.chain(drives.flat_map(|drive| [of_pair(&drive.upper), of_pair(&drive.lower)])).fold(start, with)
     }
 
     fn cones(&self, stage: &Stage) -> f64 {
         let discs = stage.links.iter().filter(|link| has_friction(link)).count();
-        (discs + stage.contacts.len() + 2 * self.bends.len()).max(1) as f64
+        (discs + stage.contacts.len() + stage.pairs.len() + 2 * self.bends.len()).max(1) as f64
     }
 
     fn gap(&self, stage: &Stage) -> f64 {
@@ -285,7 +318,7 @@ impl InteriorPoint {
     /// Fastest yielding of a contact \[m/s\]; the impulses become the new centres.
     fn recentre(&mut self) -> f64 {
         let mut fastest: f64 = 0.0;
-        for contact in &mut self.contact {
+        for contact in self.contact.iter_mut().chain(&mut self.self_contact) {
             fastest = fastest.max(contact.yielding().abs());
             contact.recentre();
         }
@@ -306,6 +339,28 @@ impl InteriorPoint {
         for (impulse, (soft, contact)) in solution.contact.iter_mut().zip(self.contact.iter().zip(&stage.contacts)) {
             *impulse = soft.impulse(stage.links[contact.link].mass);
         }
+        for (impulse, (soft, pair)) in solution.pair.iter_mut().zip(self.self_contact.iter().zip(&stage.pairs)) {
+            *impulse = soft.impulse(stage.links[pair.links[0]].mass);
+        }
+    }
+}
+
+struct Chain<'a> {
+    segments: &'a [Segment<f64>],
+    steps: &'a mut [Vector3<f64>],
+}
+
+impl EliminatedChain<f64> for Chain<'_> {
+    fn len(&self) -> usize {
+        self.segments.len()
+    }
+
+    fn segment(&self, link: usize) -> &Segment<f64> {
+        &self.segments[link]
+    }
+
+    fn step(&mut self, link: usize) -> &mut Vector3<f64> {
+        &mut self.steps[link]
     }
 }
 

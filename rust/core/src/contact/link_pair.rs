@@ -1,0 +1,111 @@
+//! Distance between two stadium-shaped links that are not neighbours.
+//!
+//! Two centre lines that do not cross are nearest to each other at an end of one of them, and parallel ones at two ends
+//! at once. A pair of links is therefore described by the distances of the ends of either centre line to the other
+//! line, at most four contacts. Each is a convex function of the relative translation of the links, like the distance
+//! of a link to a peg, so that its tangent plane never overestimates it.
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::robot::Link;
+
+/// A link in the plane.
+#[derive(Debug, Clone, Copy)]
+pub struct PlacedLink<'a> {
+    pub link: &'a Link,
+    /// (x, y, theta) of the CG.
+    pub pose: Vector3<f64>,
+    /// e_x^B = (cos theta, sin theta).
+    pub axis: Vector2<f64>,
+}
+
+/// An end of one centre line and the nearest point of the other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinkPairContact {
+    /// Distance of the surfaces around these points, negative where they overlap \[m\].
+    pub gap: f64,
+    /// Unit vector from the second link to the first.
+    pub normal: Vector2<f64>,
+    /// Coordinates of the points along the centre lines \[m\].
+    pub along: [f64; 2],
+    /// w of both links: `gap' = w[0] . u_0 + w[1] . u_1` for their twists (T 3.16), (T 3.18).
+    pub direction: [Vector3<f64>; 2],
+}
+
+/// The ends of a pair of links that are to be looked at: 0 and 1 are the first link's ends in front and behind, 2 and 3
+/// the second's. A contact of two ends is listed once, as the first link's.
+pub fn link_pair_ends(links: [&PlacedLink; 2]) -> impl Iterator<Item = usize> {
+    let of_first = [0, 1].map(|end| nearest_points(links, end));
+    let seconds = [2, 3].map(|end| (!of_first.contains(&nearest_points(links, end))).then_some(end));
+    [0, 1].into_iter().chain(seconds.into_iter().flatten())
+}
+
+/// The contact of one end, numbered as in [`link_pair_ends`].
+pub fn link_pair_contact(links: [&PlacedLink; 2], end: usize) -> LinkPairContact {
+    contact_at(links, nearest_points(links, end))
+}
+
+/// Coordinates along both centre lines of an end of one and the nearest point of the other.
+fn nearest_points([first, second]: [&PlacedLink; 2], end: usize) -> [f64; 2] {
+    let end_of = |link: &PlacedLink| link.link.contact_half_length * if end % 2 == 0 { -1.0 } else { 1.0 };
+    if end < 2 {
+        let s = end_of(first);
+        [s, second.nearest(&first.point(s))]
+    } else {
+        let s = end_of(second);
+        [first.nearest(&second.point(s)), s]
+    }
+}
+
+/// Whether the centre lines cross: no distance tells how deep the links then overlap.
+pub fn centre_lines_cross(links: [&PlacedLink; 2]) -> bool {
+    let [first, second] = links;
+    let sides = |of: &PlacedLink, line: &PlacedLink| {
+        let half = of.link.contact_half_length;
+        [-half, half].map(|s| (of.point(s) - line.pose.xy()).dot(&line.lateral()))
+    };
+    let apart = |[a, b]: [f64; 2]| a * b > 0.0 || (a == 0.0 && b == 0.0);
+    !apart(sides(first, second)) && !apart(sides(second, first))
+}
+
+fn contact_at(links: [&PlacedLink; 2], along: [f64; 2]) -> LinkPairContact {
+    let [first, second] = links;
+    let offset = first.point(along[0]) - second.point(along[1]);
+    let distance = offset.norm();
+    // An end exactly on the other centre line leaves the side open: take e_y^B of the second link.
+    let normal = if distance > 0.0 { offset / distance } else { second.lateral() };
+    LinkPairContact {
+        gap: distance - (first.link.radius + second.link.radius),
+        normal,
+        along,
+        direction: [first.impulse_direction(&normal, along[0]), -second.impulse_direction(&normal, along[1])],
+    }
+}
+
+impl<'a> PlacedLink<'a> {
+    pub fn new(link: &'a Link, pose: Vector3<f64>) -> Self {
+        let (sin, cos) = pose.z.sin_cos();
+        Self { link, pose, axis: Vector2::new(cos, sin) }
+    }
+
+    /// Point of the centre line at the coordinate `s`.
+    fn point(&self, s: f64) -> Vector2<f64> {
+        self.pose.xy() + self.axis * s
+    }
+
+    /// Coordinate of the point of the centre line that is nearest to `point`.
+    fn nearest(&self, point: &Vector2<f64>) -> f64 {
+        let half = self.link.contact_half_length;
+        (point - self.pose.xy()).dot(&self.axis).clamp(-half, half)
+    }
+
+    /// e_y^B.
+    fn lateral(&self) -> Vector2<f64> {
+        Vector2::new(-self.axis.y, self.axis.x)
+    }
+
+    /// Generalised direction of a unit impulse `normal` at the coordinate `s`.
+    fn impulse_direction(&self, normal: &Vector2<f64>, s: f64) -> Vector3<f64> {
+        Vector3::new(normal.x, normal.y, s * normal.dot(&self.lateral()))
+    }
+}

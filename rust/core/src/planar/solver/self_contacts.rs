@@ -1,0 +1,146 @@
+//! Contacts of a robot with itself, whose rows couple two links of the chain. A stage without them pays for none.
+
+use nalgebra::Vector3;
+
+use crate::math::{Real, add_scaled};
+use crate::planar::{Stage, StagePair};
+use crate::solver::LawForm;
+
+use super::link_term::{LinkTerm, in_frame};
+use super::low_rank::{Coupling, EliminatedChain, LowRank};
+use super::sweep::{Quadratic, Segment};
+use super::unilateral::UnilateralTerm;
+
+/// The contacts of the stage at hand.
+#[derive(Debug, Clone)]
+pub(super) struct SelfContacts<T> {
+    terms: Vec<PairTerm<T>>,
+    /// Force of all contacts on each link, w P, in the link's frame.
+    pub force: Vec<Vector3<T>>,
+    /// Difference of that force to its linearisation at the start of the step.
+    pub remainder: Vec<Vector3<T>>,
+    low_rank: LowRank<T>,
+}
+
+/// One contact between two links.
+#[derive(Debug, Clone, Copy)]
+struct PairTerm<T> {
+    coupling: Coupling<T>,
+    law: UnilateralTerm<T>,
+}
+
+impl<T: Real> SelfContacts<T> {
+    pub fn new(links: usize) -> Self {
+        let none = vec![Vector3::new(T::zero(), T::zero(), T::zero()); links];
+        Self { terms: Vec::with_capacity(links), force: none.clone(), remainder: none, low_rank: LowRank::new(links) }
+    }
+
+    #[inline(always)]
+    pub fn is_empty(&self) -> bool {
+        self.terms.is_empty()
+    }
+
+    /// Laws around the impulses of a warm start; `penalty` is the stiffness of a closed contact over the mass of its
+    /// first link.
+    #[inline(always)]
+    pub fn warm_up(&mut self, stage: &Stage<T>, impulses: &[T], penalty: f64) {
+        self.terms.clear();
+        for (pair, &impulse) in stage.pairs.iter().zip(impulses) {
+            let penalty = T::splat(penalty) * stage.links[pair.links[0]].mass;
+            let law = UnilateralTerm::new(pair.offset, impulse, penalty);
+            self.terms.push(PairTerm { coupling: Coupling::of(pair, stage), law });
+        }
+    }
+
+    /// Forces and stiffnesses at the present twists; returns the slope of the laws' function along the step \[J\].
+    #[inline(always)]
+    pub fn evaluate(&mut self, form: LawForm, links: &[LinkTerm<T>]) -> T {
+        let zero = Vector3::new(T::zero(), T::zero(), T::zero());
+        self.force.fill(zero);
+        self.remainder.fill(zero);
+        let mut slope = T::zero();
+        for PairTerm { coupling, law } in &mut self.terms {
+            let step = coupling.along(|link| links[link].step);
+            let expected = law.impulse - coupling.stiffness * step;
+            coupling.stiffness = law.evaluate(form, coupling.along(|link| links[link].twist));
+            slope = slope - law.impulse * step;
+            for (link, w) in coupling.links.into_iter().zip(&coupling.direction) {
+                self.force[link] = add_scaled(&self.force[link], w, law.impulse);
+                self.remainder[link] = add_scaled(&self.remainder[link], w, law.impulse - expected);
+            }
+        }
+        slope
+    }
+
+    /// Turns the steps of the links without the contacts' stiffness into those with it, see [`LowRank::correct`].
+    #[inline(always)]
+    pub fn correct(&mut self, links: &mut [LinkTerm<T>], head: &Quadratic<T>) -> T {
+        let couplings = self.terms.iter().map(|term| term.coupling);
+        self.low_rank.correct(couplings, &mut Links(links), head)
+    }
+
+    /// First and second derivative of all laws' functions along the step.
+    #[inline(always)]
+    pub fn along(&self, links: &[LinkTerm<T>], alpha: T) -> (T, T) {
+        let (mut slope, mut curvature) = (T::zero(), T::zero());
+        for PairTerm { coupling, law } in &self.terms {
+            let (velocity, rate) = (coupling.along(|link| links[link].start), coupling.along(|link| links[link].step));
+            let (first, second) = law.along(velocity, rate, alpha);
+            slope += first;
+            curvature += second;
+        }
+        (slope, curvature)
+    }
+
+    /// The largest squared violation.
+    #[inline(always)]
+    pub fn squared_error(&self) -> T {
+        self.terms.iter().fold(T::zero(), |worst, term| worst.max(term.law.squared_error()))
+    }
+
+    #[inline(always)]
+    pub fn stiffen(&mut self, factor: T) {
+        self.terms.iter_mut().for_each(|term| term.law.stiffen(factor));
+    }
+
+    #[inline(always)]
+    pub fn recentre(&mut self, lanes: T::Mask) {
+        self.terms.iter_mut().for_each(|term| term.law.recentre(lanes));
+    }
+
+    #[inline(always)]
+    pub fn write(&self, impulses: &mut [T]) {
+        for (impulse, term) in impulses.iter_mut().zip(&self.terms) {
+            *impulse = term.law.impulse;
+        }
+    }
+}
+
+impl<T: Real> Coupling<T> {
+    /// The row of a contact, without stiffness.
+    #[inline(always)]
+    pub fn of(pair: &StagePair<T>, stage: &Stage<T>) -> Self {
+        let [first, second] = pair.links.map(|link| &stage.links[link].heading);
+        let direction = [in_frame(first, &pair.direction[0]), in_frame(second, &pair.direction[1])];
+        Self { links: pair.links, direction, stiffness: T::zero() }
+    }
+}
+
+struct Links<'a, T>(&'a mut [LinkTerm<T>]);
+
+impl<T> EliminatedChain<T> for Links<'_, T> {
+    #[inline(always)]
+    fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    #[inline(always)]
+    fn segment(&self, link: usize) -> &Segment<T> {
+        &self.0[link].segment
+    }
+
+    #[inline(always)]
+    fn step(&mut self, link: usize) -> &mut Vector3<T> {
+        &mut self.0[link].step
+    }
+}

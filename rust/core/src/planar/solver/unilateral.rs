@@ -1,0 +1,55 @@
+use crate::laws::HalfLine;
+use crate::math::Real;
+use crate::solver::LawForm;
+
+/// A unilateral contact in proximal form, P = max(centre - r gamma, 0) with gamma the velocity at which it opens.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct UnilateralTerm<T> {
+    offset: T,
+    penalty: T,
+    centre: T,
+    /// P_H \[N s\].
+    pub impulse: T,
+}
+
+impl<T: Real> UnilateralTerm<T> {
+    /// `penalty` is the stiffness of the closed contact \[kg\].
+    #[inline(always)]
+    pub fn new(offset: T, impulse: T, penalty: T) -> Self {
+        Self { offset, penalty, centre: impulse, impulse }
+    }
+
+    /// Moves to the velocity `w . u`; returns the stiffness along the contact's direction.
+    #[inline(always)]
+    pub fn evaluate(&mut self, form: LawForm, velocity: T) -> T {
+        let wanted = self.centre - self.penalty * (velocity + self.offset);
+        let closed = HalfLine.is_closed(if form == LawForm::LastBranch { self.centre } else { wanted });
+        let (impulse, stiffness) = HalfLine.evaluate(wanted, self.penalty, closed);
+        self.impulse = impulse;
+        stiffness
+    }
+
+    /// First and second derivative of the law's function at velocity + alpha rate by alpha.
+    #[inline(always)]
+    pub fn along(&self, velocity: T, rate: T, alpha: T) -> (T, T) {
+        let wanted = self.centre - self.penalty * (velocity + self.offset + alpha * rate);
+        HalfLine.along(wanted, self.penalty, rate)
+    }
+
+    /// Square of the violation |P - P_centre| / r.
+    #[inline(always)]
+    pub fn squared_error(&self) -> T {
+        let violation = (self.impulse - self.centre) / self.penalty;
+        violation * violation
+    }
+
+    #[inline(always)]
+    pub fn stiffen(&mut self, factor: T) {
+        self.penalty = self.penalty * factor;
+    }
+
+    #[inline(always)]
+    pub fn recentre(&mut self, lanes: T::Mask) {
+        self.centre = T::select(lanes, self.impulse, self.centre);
+    }
+}

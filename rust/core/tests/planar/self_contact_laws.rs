@@ -1,0 +1,136 @@
+//! What holds when a robot touches itself.
+
+use nalgebra::Vector2;
+use snake_core::control::ControllerConfig;
+use snake_core::gait::Wave;
+use snake_core::planar::{PlanarState, Pose, Twist};
+use snake_core::robot::RobotConfig;
+use snake_core::simulation::PlanarSimulation;
+use snake_test_support::allocation::REQUESTS;
+use snake_test_support::planar::{Hold, LIMP, build, ground, implicit, momentum, moving_chain, posture};
+
+fn solid(links: usize) -> RobotConfig {
+    RobotConfig { links, self_contact: true, ..RobotConfig::default() }
+}
+
+/// Seven links bent into a C, without friction or actuators, whose ends move towards each other.
+fn closing_ring(step: f64) -> PlanarSimulation {
+    let mut simulation = build(&solid(7), &ground([0.0, 0.0]), &LIMP, &implicit(step, 2));
+    simulation.place_chain(0.0, 0.0, 0.3, &[0.8; 6]);
+    let pose: Vec<Pose> = simulation.state().pose.clone();
+    let state =
+        moving_chain(simulation.robot(), &pose, Twist::new(0.1, -0.05, -1.5), &[-1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5]);
+    simulation.place(&state);
+    simulation
+}
+
+fn angular_momentum_and_linear(simulation: &PlanarSimulation) -> (Vector2<f64>, f64) {
+    momentum(simulation.robot(), simulation.state())
+}
+
+#[test]
+fn an_impact_of_two_links_keeps_momentum_and_creates_no_energy() {
+    let mut simulation = closing_ring(2e-3);
+    let (linear, angular) = angular_momentum_and_linear(&simulation);
+    let mut energy = simulation.kinetic_energy();
+    let (before, mut touched) = (energy, false);
+    for _ in 0..300 {
+        simulation.advance(2e-3, &Hold(0.0));
+        touched |= simulation.self_contact_impulse().iter().any(|impulse| impulse.norm() > 0.0);
+        let now = simulation.kinetic_energy();
+        // The scheme between events is not algebraically stable: energies may rise by what one step's order leaves.
+        assert!(now < energy + 1e-6 * before, "{now} after {energy}");
+        energy = energy.min(now);
+        assert!(simulation.self_gap() > -1e-4, "{}", simulation.self_gap());
+    }
+    let (linear_after, angular_after) = angular_momentum_and_linear(&simulation);
+    assert!(touched && energy < 0.95 * before, "an inelastic impact: {energy} of {before}");
+    assert!((linear - linear_after).norm() < 1e-9, "{linear} {linear_after}");
+    // Forces act at the predicted configuration, which the end of a step leaves by an order of the step.
+    assert!((angular - angular_after).abs() < 1e-3 * angular.abs().max(1e-2), "{angular} {angular_after}");
+}
+
+#[test]
+fn impulses_between_links_cancel() {
+    let mut simulation = closing_ring(5e-3);
+    for _ in 0..60 {
+        simulation.advance(5e-3, &Hold(0.0));
+        let sum: Vector2<f64> = simulation.self_contact_impulse().iter().sum();
+        assert!(sum.norm() < 1e-12, "{sum}");
+    }
+}
+
+/// Joints driven to where links would overlap by centimetres: links end up pressed against each other.
+fn coil(robot: &RobotConfig) -> (PlanarSimulation, f64) {
+    let limited = ControllerConfig { torque_limit: Some(5.0), ..ControllerConfig::default() };
+    let mut simulation = build(robot, &ground([0.2, 0.2]), &limited, &implicit(1e-2, 2));
+    simulation.place_chain(0.0, 0.0, 0.0, &[0.0; 10]);
+    let mut smallest = f64::INFINITY;
+    for _ in 0..300 {
+        simulation.advance(1e-2, &Hold(1.1));
+        smallest = smallest.min(simulation.self_gap());
+    }
+    (simulation, smallest)
+}
+
+#[test]
+fn a_robot_that_coils_up_does_not_pass_through_itself() {
+    let (solid, gap) = coil(&solid(11));
+    assert!(gap > -1e-3, "penetration of {} m", -gap);
+    assert!(!solid.body().statistics.diverged);
+    let (_, without) = coil(&RobotConfig::default());
+    assert!(without < -0.02, "the same motion without self-contact overlaps by {} m", -without);
+}
+
+#[test]
+fn a_coiled_robot_pressed_on_itself_stands_still() {
+    let (mut simulation, _) = coil(&solid(11));
+    simulation.advance(5.0, &Hold(1.1));
+    let before = simulation.state().pose.clone();
+    let statistics = simulation.advance(10.0, &Hold(1.1));
+    let moved = before.iter().zip(&simulation.state().pose).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+    assert!(moved < 1e-9, "moved by {moved} m in ten seconds");
+    assert_eq!(statistics.unconverged, 0);
+    let pressed = simulation.self_contact_impulse().iter().map(|impulse| impulse.norm()).fold(0.0, f64::max);
+    assert!(pressed / 10.0 > 1.0, "{} N", pressed / 10.0);
+}
+
+/// A mirrored robot moves as the mirror image.
+#[test]
+fn self_contact_has_no_handedness() {
+    let run = |sign: f64| {
+        let mut simulation = build(&solid(11), &ground([0.2, 0.3]), &ControllerConfig::default(), &implicit(1e-2, 2));
+        simulation.place_chain(0.0, 0.0, 0.0, &[0.0; 10]);
+        for _ in 0..60 {
+            simulation.advance(1e-2, &Hold(1.1 * sign));
+        }
+        simulation.state().clone()
+    };
+    let (left, right): (PlanarState, PlanarState) = (run(1.0), run(-1.0));
+    for (a, b) in left.pose.iter().zip(&right.pose) {
+        assert!((a.x - b.x).abs() < 1e-6 && (a.y + b.y).abs() < 1e-6 && (a.z + b.z).abs() < 1e-5, "{a} {b}");
+    }
+}
+
+/// Robots whose gait does not fold them do not pay for self-contact, and do not move otherwise by a bit.
+#[test]
+fn a_robot_that_does_not_touch_itself_moves_as_without_self_contact() {
+    let wave = Wave::default();
+    let run = |robot: &RobotConfig| {
+        let mut simulation = build(robot, &ground([0.2, 0.5]), &ControllerConfig::default(), &implicit(1e-2, 2));
+        simulation.place_chain(0.0, 0.0, 0.0, &posture(&wave, 10));
+        simulation.advance(3.0, &wave);
+        simulation.state().clone()
+    };
+    assert_eq!(run(&solid(11)), run(&RobotConfig::default()));
+}
+
+#[test]
+fn touching_itself_asks_for_no_memory() {
+    let (mut simulation, _) = coil(&solid(11));
+    let before = REQUESTS.get();
+    for _ in 0..50 {
+        simulation.advance(1e-2, &Hold(1.1));
+    }
+    assert_eq!(REQUESTS.get() - before, 0);
+}

@@ -1,0 +1,108 @@
+//! Stages in which a robot touches itself, against full matrices and before the certificate.
+
+use snake_core::planar::{InteriorPoint, Newton, Stage, StageSolution, Twist, certify};
+use snake_test_support::planar::Random;
+use snake_test_support::planar_stage::{self as dense, Kind};
+
+const FREE: Kind =
+    Kind { links: 6, contacts: 0, stiff: true, limited: false, friction: false, mass_ratio: 1.0, orthotropy: 1.0 };
+
+fn solve(stage: &Stage, tolerance: f64) -> (StageSolution, f64) {
+    let mut solution = StageSolution::new(stage.links.len());
+    solution.contact.resize(stage.contacts.len(), 0.0);
+    solution.pair.resize(stage.pairs.len(), 0.0);
+    let outcome = Newton::new(stage.links.len()).solve(stage, &mut solution, tolerance, 2000, true);
+    (solution, outcome.iterations)
+}
+
+fn distance(a: &[Twist], b: &[Twist]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).component_mul(&Twist::new(1.0, 1.0, 0.1)).norm()).fold(0.0, f64::max)
+}
+
+/// The couplings of links that are not neighbours enter by low-rank corrections of the chain's elimination; the dense
+/// solver knows nothing of chains.
+#[test]
+fn the_velocities_are_those_of_the_dense_solver() {
+    let mut random = Random::new(21);
+    let (mut worst, mut closed, mut finished): (f64, usize, usize) = (0.0, 0, 0);
+    for links in [3, 5, 8, 11] {
+        for case in 0..30 {
+            let kind = Kind {
+                links,
+                contacts: case % 3,
+                stiff: case % 2 == 0,
+                limited: case % 5 == 0,
+                friction: case % 4 != 0,
+                mass_ratio: 3.0,
+                orthotropy: 1.0,
+            };
+            let mut stage = dense::random_stage(kind, &mut random);
+            dense::fold(&mut stage, [1, 2, 5][case % 3], &mut random);
+            let (solution, _) = solve(&stage, 1e-11);
+            let certificate = certify(&stage, &solution);
+            assert!(certificate.residual() < 1e-8, "{links} links, case {case}: {certificate:?}");
+            closed += solution.pair.iter().filter(|impulse| **impulse > 0.0).count();
+            if let Some(exact) = dense::solve(&stage, 1e-12) {
+                finished += 1;
+                let error = distance(&solution.twist, &exact);
+                worst = worst.max(error);
+                assert!(error < 1e-7, "{links} links, case {case}: {error:e} m/s");
+            }
+        }
+    }
+    println!("worst velocity {worst:.1e} m/s in {finished} stages, {closed} closed contacts");
+    assert!(closed > 60 && finished > 80, "{closed} closed contacts, {finished} stages of 120");
+}
+
+/// The interior point method shares the correction of low rank with Newton's method, but not its laws.
+#[test]
+fn the_interior_point_method_finds_the_same_velocities() {
+    let mut random = Random::new(24);
+    let mut worst: f64 = 0.0;
+    for case in 0..40 {
+        let kind = Kind { friction: true, links: 3 + case % 9, stiff: case % 2 == 0, ..FREE };
+        let mut stage = dense::random_stage(kind, &mut random);
+        dense::fold(&mut stage, 1 + case % 5, &mut random);
+        let (solution, _) = solve(&stage, 1e-11);
+        let mut from_inside = solution.clone();
+        from_inside.twist.fill(Twist::zeros());
+        InteriorPoint::new(stage.links.len()).solve(&stage, &mut from_inside, 1e-10);
+        worst = worst.max(distance(&solution.twist, &from_inside.twist));
+    }
+    println!("worst velocity {worst:.1e} m/s");
+    assert!(worst < 1e-6, "{worst:e} m/s");
+}
+
+/// A solution whose contact impulse is wrong by little fails, whichever law it then breaks.
+#[test]
+fn the_certificate_finds_a_wrong_impulse_between_links() {
+    let mut random = Random::new(22);
+    let kind = Kind { friction: true, ..FREE };
+    for _ in 0..20 {
+        let mut stage = dense::random_stage(kind, &mut random);
+        dense::fold(&mut stage, 2, &mut random);
+        let (solution, _) = solve(&stage, 1e-11);
+        for k in 0..2 {
+            let mut wrong = solution.clone();
+            wrong.pair[k] += 1e-4;
+            assert!(certify(&stage, &wrong).residual() > 1e-6);
+        }
+    }
+}
+
+/// Impulses between links of one robot are internal: without friction and actuation they change no momentum.
+#[test]
+fn impulses_between_links_conserve_linear_momentum() {
+    let mut random = Random::new(23);
+    let kind = Kind { links: 7, stiff: false, mass_ratio: 3.0, ..FREE };
+    for _ in 0..20 {
+        let mut stage = dense::random_stage(kind, &mut random);
+        dense::fold(&mut stage, 3, &mut random);
+        let (solution, _) = solve(&stage, 1e-11);
+        let momentum = |of: &dyn Fn(usize) -> Twist| {
+            stage.links.iter().enumerate().map(|(i, link)| of(i).xy() * link.mass).sum::<nalgebra::Vector2<f64>>()
+        };
+        let change = momentum(&|i| solution.twist[i]) - momentum(&|i| stage.links[i].reference);
+        assert!(change.norm() < 1e-10, "{change}");
+    }
+}
