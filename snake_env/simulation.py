@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import warnings
 from typing import Any
 
@@ -27,6 +28,7 @@ def simulate(
     sample: float = 0.1,
     noise: Noise | None = None,
     seed: int = 0,
+    self_contact: bool | None = None,
 ) -> Trajectory:
     """Simulate one robot that follows a gait.
 
@@ -43,6 +45,8 @@ def simulate(
         sample: interval between samples [s], > 0; the last sample is at the last multiple not after ``duration``.
         noise: noise on the measurements of the controller, "minimal" only; None for none.
         seed: seed of the noise.
+        self_contact: whether links that are not neighbours touch each other, instead of ``robot.self_contact``;
+            "planar" only.
 
     Raises:
         ConfigError: names the field, the value and what is admissible.
@@ -52,6 +56,8 @@ def simulate(
         UserWarning: a link overlapped a peg, or in the spatial model the ground, by more than a millimetre, as when the
             robot starts inside one; or solves ended before their tolerance.
     """
+    if self_contact is not None:
+        robot = dataclasses.replace(Robot() if robot is None else robot, self_contact=self_contact)
     config = {"model": model, "duration": duration, "sample": sample, "seed": seed}
     sections = {
         "robot": robot,

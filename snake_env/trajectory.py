@@ -24,13 +24,16 @@ class Trajectory:
             (T, n - 1, 2), tau_C of (T 4.89), yaw and pitch.
         contact_force: (T, n, 2) obstacle force on each link, averaged over the sample interval (T 7.6) [N]; (T, n, 3)
             in the spatial model.
+        self_contact_force: (T, n, 2) force of the robot's other links on each link, averaged over the sample interval
+            [N]; None without self-contact.
         residual: (T,) worst contact-solver residual since the last sample [m/s].
         iterations: (T,) solver iterations since the last sample.
         unconverged: (T,) solves since the last sample that ended before their tolerance; also as ``misses``.
         fallbacks: (T,) solves since the last sample that Newton's method left to the fallback.
         energy: (T,) kinetic energy, in the spatial model also potential energy over the ground plane [J].
         max_joint_gap: largest distance between the two ends that meet in a joint, at any step [m].
-        max_penetration: deepest overlap of a link and a peg, in the spatial model also the ground, at any step [m].
+        max_penetration: deepest overlap of a link and a peg, in the spatial model also the ground, with self-contact also
+            another link, at any step [m].
         passive_velocity: (T, 3) w of (T 6.41), velocity of O_2 in the first link's frame and yaw rate [m/s, rad/s];
             the minimal model only.
         quaternion: (T, n, 4) orientations of the links, w first, from their own frame to the inertial one (T 4.1); the
@@ -50,6 +53,7 @@ class Trajectory:
     energy: Array
     max_joint_gap: float
     max_penetration: float
+    self_contact_force: Array | None = None
     passive_velocity: Array | None = None
     quaternion: Array | None = None
 

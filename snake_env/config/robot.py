@@ -16,7 +16,7 @@ _AIKO = core_defaults("robot")
 class Robot(Section):
     """A chain of rigid links; the default is Aiko (T Table 7.1).
 
-    Every quantity but ``links``, ``gravity`` and ``free_play`` is a number for all links or a sequence, one per link.
+    Every quantity but ``links``, ``gravity``, ``free_play`` and ``self_contact`` is a number for all links or a sequence, one per link.
 
     Args:
         links: number of links n >= 2.
@@ -27,6 +27,8 @@ class Robot(Section):
         inertia: moment of inertia about an axis across the link through the CG, Theta_psi [kg m^2], > 0.
         roll_inertia: moment of inertia about the link's centre line, Theta_rho [kg m^2], > 0; the spatial model only.
         gravity: acceleration of gravity [m/s^2], > 0.
+        self_contact: whether links that are not neighbours touch each other instead of passing through each other. The
+            planar model only, not with the method "thesis".
         free_play: angle by which a joint can turn while its motor stands still (T 7.5.4) [rad], 0 to pi/2; Aiko has 3
             to 5 degrees. The planar model only, not with the method "thesis" nor with :class:`IOLinearizing`.
     """
@@ -42,3 +44,4 @@ class Robot(Section):
     roll_inertia: PerLink = _AIKO.roll_inertia
     gravity: float = _AIKO.gravity
     free_play: float = _AIKO.free_play
+    self_contact: bool = _AIKO.self_contact

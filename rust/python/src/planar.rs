@@ -52,12 +52,19 @@ impl Scripted for PlanarRobot {
         sum.iter_mut().zip(impulses).for_each(|(sum, impulse)| *sum += impulse);
     }
 
+    fn add_self_contact_impulse(&self, sum: &mut [f64]) -> bool {
+        let impulses = self.simulation.self_contact_impulse().iter().flatten();
+        sum.iter_mut().zip(impulses).for_each(|(sum, impulse)| *sum += impulse);
+        self.simulation.robot().self_contact
+    }
+
     fn joint_gap(&self) -> f64 {
         self.simulation.joint_gap()
     }
 
     fn min_gap(&self) -> f64 {
-        self.simulation.min_gap()
+        let to_pegs = self.simulation.min_gap();
+        if self.simulation.robot().self_contact { to_pegs.min(self.simulation.self_gap()) } else { to_pegs }
     }
 
     fn write(&mut self, samples: &mut Samples) {

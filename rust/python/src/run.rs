@@ -134,12 +134,18 @@ pub trait Scripted {
     /// Adds the impulses of the pegs on each link during the last `advance` \[N s\].
     fn add_contact_impulse(&self, _sum: &mut [f64]) {}
 
+    /// Adds the impulses of the robot's other links on each link during the last `advance`; false where the robot does
+    /// not touch itself \[N s\].
+    fn add_self_contact_impulse(&self, _sum: &mut [f64]) -> bool {
+        false
+    }
+
     /// Widest gap of a joint now \[m\].
     fn joint_gap(&self) -> f64 {
         0.0
     }
 
-    /// Smallest gap to a peg or the ground now \[m\].
+    /// Smallest gap to a peg, the ground or, where the robot touches itself, of two links now \[m\].
     fn min_gap(&self) -> f64 {
         0.0
     }
@@ -194,6 +200,9 @@ impl<R: Scripted> Run<R> {
         self.robot.write(samples);
         let shape = [self.robot.link_count(), R::COORDINATES];
         samples.put("contact_force", &shape, interval.contact_force.iter().copied());
+        if interval.has_self_contact {
+            samples.put("self_contact_force", &shape, interval.self_contact_force.iter().copied());
+        }
         samples.put("residual", &[], [interval.residual]);
         samples.put("iterations", &[], [interval.iterations]);
         samples.put("unconverged", &[], [interval.unconverged]);
@@ -207,6 +216,9 @@ impl<R: Scripted> Run<R> {
 struct Interval {
     /// Impulses of the pegs on each link \[N s\]; after `finish` mean forces \[N\].
     contact_force: Vec<f64>,
+    /// The same of the robot's other links.
+    self_contact_force: Vec<f64>,
+    has_self_contact: bool,
     residual: f64,
     iterations: f64,
     unconverged: f64,
@@ -218,8 +230,11 @@ struct Interval {
 impl Interval {
     /// An interval of no length at the present state.
     fn new<R: Scripted>(robot: &R) -> Self {
+        let no_force = vec![0.0; R::COORDINATES * robot.link_count()];
         Self {
-            contact_force: vec![0.0; R::COORDINATES * robot.link_count()],
+            contact_force: no_force.clone(),
+            has_self_contact: robot.add_self_contact_impulse(&mut no_force.clone()),
+            self_contact_force: no_force,
             residual: 0.0,
             iterations: 0.0,
             unconverged: 0.0,
@@ -231,6 +246,7 @@ impl Interval {
 
     fn add<R: Scripted>(&mut self, report: &StepStatistics, robot: &R) {
         robot.add_contact_impulse(&mut self.contact_force);
+        robot.add_self_contact_impulse(&mut self.self_contact_force);
         self.residual = self.residual.max(report.residual); // never NaN: the core sees to that
         self.iterations += f64::from(report.iterations);
         self.unconverged += f64::from(report.unconverged);
@@ -241,7 +257,7 @@ impl Interval {
 
     /// Impulses become mean forces (T 7.6).
     fn finish(&mut self, duration: f64) {
-        self.contact_force.iter_mut().for_each(|impulse| *impulse /= duration);
+        self.contact_force.iter_mut().chain(&mut self.self_contact_force).for_each(|impulse| *impulse /= duration);
     }
 }
 
