@@ -57,6 +57,15 @@ fn nearest_points([first, second]: [&PlacedLink; 2], end: usize) -> [f64; 2] {
     }
 }
 
+/// Distance of the surfaces of two links, negative where they overlap \[m\]; links whose centre lines cross overlap by the
+/// sum of their radii.
+pub fn link_pair_gap(links: [&PlacedLink; 2]) -> f64 {
+    if centre_lines_cross(links) {
+        return -(links[0].link.radius + links[1].link.radius);
+    }
+    (0..4).map(|end| link_pair_contact(links, end).gap).fold(f64::INFINITY, f64::min)
+}
+
 /// Whether the centre lines cross: no distance tells how deep the links then overlap.
 pub fn centre_lines_cross(links: [&PlacedLink; 2]) -> bool {
     let [first, second] = links;

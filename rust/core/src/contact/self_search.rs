@@ -4,21 +4,26 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::robot::Link;
 
-use super::link_pair::{PlacedLink, centre_lines_cross, link_pair_contact};
+use super::link_pair::{PlacedLink, link_pair_gap};
 
 /// Visits all pairs `i < j` of links that are not neighbours and whose surfaces may be within `margin` of each other;
-/// `centre` holds the positions of the links' CGs.
+/// `centre` gives the positions of the links' CGs.
 ///
 /// Along the chain the distance of a link from link `i` changes by at most the distance of neighbouring CGs, so that a
 /// far link rules out those next to it: a stretched robot takes O(n log n) distances, a coiled one as many as it has
 /// close pairs.
-pub fn visit_close_pairs(links: &[Link], centre: &[Vector2<f64>], margin: f64, mut visit: impl FnMut(usize, usize)) {
+pub fn visit_close_pairs(
+    links: &[Link],
+    centre: impl Fn(usize) -> Vector2<f64>,
+    margin: f64,
+    mut visit: impl FnMut(usize, usize),
+) {
     let longest = links.iter().map(|link| link.length).fold(0.0, f64::max);
     let farthest = links.iter().map(Link::reach).fold(0.0, f64::max);
     for i in 0..links.len() {
         let mut j = i + 2;
         while j < links.len() {
-            let distance = (centre[j] - centre[i]).norm();
+            let distance = (centre(j) - centre(i)).norm();
             if distance <= links[i].reach() + links[j].reach() + margin {
                 visit(i, j);
             }
@@ -28,17 +33,18 @@ pub fn visit_close_pairs(links: &[Link], centre: &[Vector2<f64>], margin: f64, m
     }
 }
 
-/// Smallest gap of two links of a robot that are not neighbours \[m\]; infinite where none are within `margin` of each
-/// other. Links whose centre lines cross overlap by the sum of their radii.
+/// Smallest [`link_pair_gap`] of a robot's links that are not neighbours \[m\]; infinite where none are within `margin` of
+/// each other.
 pub fn self_gap(links: &[Link], poses: &[Vector3<f64>], margin: f64) -> f64 {
-    let centre: Vec<Vector2<f64>> = poses.iter().map(|pose| pose.xy()).collect();
     let mut smallest = f64::INFINITY;
-    visit_close_pairs(links, &centre, margin, |i, j| {
-        let placed = [i, j].map(|link| PlacedLink::new(&links[link], poses[link]));
-        let pair = [&placed[0], &placed[1]];
-        let gap = (0..4).map(|end| link_pair_contact(pair, end).gap).fold(f64::INFINITY, f64::min);
-        let crossed = -(links[i].radius + links[j].radius);
-        smallest = smallest.min(if centre_lines_cross(pair) { crossed } else { gap });
-    });
+    visit_close_pairs(
+        links,
+        |link| poses[link].xy(),
+        margin,
+        |i, j| {
+            let placed = [i, j].map(|link| PlacedLink::new(&links[link], poses[link]));
+            smallest = smallest.min(link_pair_gap([&placed[0], &placed[1]]));
+        },
+    );
     smallest
 }

@@ -5,9 +5,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::recovery::{DEEP, RECOVERY_SPEED, SAME_SIDE, remaining_gap};
 use crate::contact::{
-    FoldingBound, LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contact, link_pair_ends, visit_close_pairs,
+    FoldingBound, LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contact, link_pair_ends, link_pair_gap,
+    visit_close_pairs,
 };
-use crate::math::{Mask, Real};
+use crate::math::{MAX_LANES, Mask, Real};
 use crate::robot::Link;
 use crate::stepping::lanes::{Lanes, NO_LANES, active, read_vector, set_vector};
 use crate::stepping::{ContactImpulse, Driven, Members};
@@ -54,10 +55,11 @@ pub struct SelfContactDetection<T: Real> {
     /// The lanes that had contacts in the step at hand.
     near: Lanes,
     found: Vec<Found>,
+    /// Deepest penetration of each lane's robot into itself at the start of the step \[m\].
+    deepest: [f64; MAX_LANES],
+    links: Vec<Link>,
     /// All places of all lanes, sorted: a robot's contacts come in the same order alone and among others.
     places: Vec<PairPlace>,
-    /// Positions of one robot's links.
-    centre: Vec<Vector2<f64>>,
     /// Force of each entry of the stage's pairs in the last stage.
     force: Vec<T>,
 }
@@ -77,8 +79,9 @@ impl<T: Real> SelfContactDetection<T> {
             folded: T::Mask::of(|_| false),
             near: NO_LANES,
             found: Vec::with_capacity(links.len() * T::LANES),
+            deepest: [0.0; MAX_LANES],
+            links: links.to_vec(),
             places: Vec::with_capacity(links.len() * T::LANES),
-            centre: Vec::with_capacity(links.len()),
             force: Vec::with_capacity(links.len() * T::LANES),
         }
     }
@@ -88,6 +91,14 @@ impl<T: Real> SelfContactDetection<T> {
     pub fn predict(&mut self, poses: &[Vector3<T>]) {
         if let Some(bound) = &self.bound {
             self.folded = bound.exceeded_by(poses.iter().map(|pose| pose.z));
+        }
+    }
+
+    /// Takes note of how deep the robots of a register are in themselves.
+    pub fn load<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
+        for lane in 0..T::LANES {
+            let contacts = &members.body(lane).warm_start.self_contacts;
+            self.deepest[lane] = contacts.iter().fold(0.0, |deepest, contact| contact.depth.max(deepest));
         }
     }
 
@@ -182,9 +193,8 @@ impl<T: Real> StageWork<T> {
     ) {
         let c = self.stage.coefficient.lane(lane);
         let margin = MARGIN.max(2.0 * c * self.motion_bound.fastest.lane(lane));
-        let SelfContactDetection { found, centre, .. } = detection;
-        centre.clear();
-        centre.extend(self.predicted.iter().map(|pose| read_vector(pose, lane).xy()));
+        let found = &mut detection.found;
+        let centre = |link: usize| read_vector(&self.predicted[link], lane).xy();
         visit_close_pairs(links, centre, margin, |i, j| {
             let pair = [i, j];
             let at_end = pair.map(|link| place_in_lane(links, link, lane, &self.predicted, &self.heading));
@@ -267,12 +277,36 @@ impl<T: Real> StageWork<T> {
         }
     }
 
+    /// Whether the end of the step takes links of a lane's robot too much deeper into each other than they were: they
+    /// turn so fast that their linearised gaps say little.
+    pub(super) fn sinks_into_itself(&self, lane: usize) -> bool {
+        let SelfContactDetection { links, deepest, near, .. } = &self.self_contacts;
+        if !near[lane] {
+            return false;
+        }
+        let mut sinks = false;
+        visit_close_pairs(
+            links,
+            |link| read_vector(&self.end[link], lane).xy(),
+            0.0,
+            |i, j| {
+                let at_end = [i, j].map(|link| place_in_lane(links, link, lane, &self.end, &self.heading));
+                sinks |= link_pair_gap([&at_end[0], &at_end[1]]) < -deepest[lane] - SINKING;
+            },
+        );
+        sinks
+    }
+
+    /// Gap at a place at the end of the step \[m\].
+    fn end_gap_of_pair(&self, links: &[Link], lane: usize, place: &PairPlace) -> f64 {
+        let at_end = place.links.map(|link| place_in_lane(links, link, lane, &self.end, &self.heading));
+        link_pair_contact([&at_end[0], &at_end[1]], place.end).gap
+    }
+
     /// Ends a step of a lane's robot: remembers which contacts carry force, and what penetration is left.
     pub(super) fn end_self_contacts(&self, links: &[Link], lane: usize, known: &mut [SelfContact]) {
         for contact in known {
-            let at_end = contact.place.links.map(|link| place_in_lane(links, link, lane, &self.end, &self.heading));
-            let gap = link_pair_contact([&at_end[0], &at_end[1]], contact.place.end).gap;
-            contact.depth = (-gap).max(0.0);
+            contact.depth = (-self.end_gap_of_pair(links, lane, &contact.place)).max(0.0);
             let touches = contact.force > 0.0;
             contact.closed = touches && contact.touches;
             contact.touches = touches;
@@ -292,6 +326,9 @@ fn place_in_lane<'a, T: Real>(
     let axis = Vector2::new(cos.lane(lane), sin.lane(lane));
     PlacedLink { link: &links[link], pose: read_vector(&pose[link], lane), axis }
 }
+
+/// A step that takes links deeper into each other by more is divided \[m\].
+const SINKING: f64 = 1e-4;
 
 /// Clearance at which links are looked at \[m\]: more than they move between a prediction and the end of its stage.
 const CLEARANCE: f64 = 0.01;

@@ -451,6 +451,7 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
         self.load_variations(members);
         self.backlash.load(members);
         self.stribeck.load(members);
+        self.self_contacts.load(members);
         self.has_pegs = members.any(|body| !body.pegs.pegs().is_empty());
         self.near_pegs =
             std::array::from_fn(|lane| lane < T::LANES && !members.body(lane).warm_start.near.pairs().is_empty());
@@ -536,6 +537,10 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
             (true, false) => 1.0,
             (false, _) => f64::INFINITY,
         }
+    }
+
+    fn sinks(&self, lane: usize) -> bool {
+        self.sinks_into_itself(lane)
     }
 
     fn accept(&mut self, system: &PlanarSystem, lane: usize, body: &mut Body) {

@@ -140,7 +140,7 @@ fn the_search_along_the_chain_finds_every_close_pair_and_skips_the_others() {
             assemble_chain(&robot, Pose::new(0.0, 0.0, 1.0), &angles, &mut poses);
             let centre: Vec<Vector2<f64>> = poses.iter().map(|pose| pose.xy()).collect();
             let mut found = Vec::new();
-            visit_close_pairs(&robot.links, &centre, 0.01, |i, j| found.push((i, j)));
+            visit_close_pairs(&robot.links, |link| centre[link], 0.01, |i, j| found.push((i, j)));
             let reach = 2.0 * robot.links[0].reach() + 0.01;
             let close = |i: usize, j: usize| (centre[i] - centre[j]).norm() <= reach;
             let expected: Vec<(usize, usize)> =
