@@ -11,7 +11,9 @@ use crate::robot::Link;
 
 use crate::stepping::lanes::{Lanes, NO_LANES, mask, read_lane, set_vector};
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
-use crate::stepping::{self, Driven, EnergyLedger, FallbackResult, Members, ContactImpulse, PlantParameters, SolvedStage};
+use crate::stepping::{
+    self, ContactImpulse, Driven, EnergyLedger, FallbackResult, Members, PlantParameters, SolvedStage,
+};
 
 use super::backlash::Backlash;
 use super::contact_detection::MARGIN;
