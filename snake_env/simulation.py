@@ -70,7 +70,7 @@ def simulate(
     }
     given = {name: section for name, section in sections.items() if section is not None}
     trajectory = Trajectory(**native_simulate(config | given))
-    _warn_of_penetration(trajectory, "a peg or the ground" if model == "spatial" else "a peg")
+    _warn_of_penetration(trajectory, _others(model, trajectory))
     _warn_of_unconverged(trajectory)
     return trajectory
 
@@ -80,6 +80,13 @@ def _start(model: str, scene: Any) -> Start | None:
     if getattr(scene, "course", None) is None:
         return None
     return Start.on_course(scene, "spatial" if model == "spatial" else "planar")
+
+
+def _others(model: str, trajectory: Trajectory) -> str:
+    """What a link may overlap."""
+    if model == "spatial":
+        return "a peg or the ground"
+    return "a peg" if trajectory.self_contact_force is None else "a peg or another link"
 
 
 def _warn_of_penetration(trajectory: Trajectory, where: str) -> None:

@@ -32,8 +32,8 @@ class Trajectory:
         fallbacks: (T,) solves since the last sample that Newton's method left to the fallback.
         energy: (T,) kinetic energy, in the spatial model also potential energy over the ground plane [J].
         max_joint_gap: largest distance between the two ends that meet in a joint, at any step [m].
-        max_penetration: deepest overlap of a link and a peg, in the spatial model also the ground, with self-contact also
-            another link, at any step [m].
+        max_penetration: deepest overlap of a link and a peg, in the spatial model also the ground, with self-contact
+            also another link, at any step [m].
         passive_velocity: (T, 3) w of (T 6.41), velocity of O_2 in the first link's frame and yaw rate [m/s, rad/s];
             the minimal model only.
         quaternion: (T, n, 4) orientations of the links, w first, from their own frame to the inertial one (T 4.1); the
