@@ -16,8 +16,8 @@ _AIKO = core_defaults("robot")
 class Robot(Section):
     """A chain of rigid links; the default is Aiko (T Table 7.1).
 
-    Every quantity but ``links``, ``gravity``, ``free_play`` and ``self_contact`` is a number for all links or a sequence,
-    one per link.
+    Every quantity except ``links``, ``gravity``, ``free_play`` and ``self_contact`` is a number for all links or a
+    sequence, one per link.
 
     Args:
         links: number of links n >= 2.
