@@ -371,7 +371,7 @@ impl<T: Real> stepping::StageWork<T> for StageWork<T> {
     fn evaluate(&mut self, _: T::Mask) {
         self.energy = work_of(&self.stage, &self.solution);
         self.store_forces();
-        if self.among_pegs.any() || !self.stage.pairs.is_empty() {
+        if self.among_pegs.any() || self.self_contacts.is_any_near() {
             self.measure_deviation();
         }
     }

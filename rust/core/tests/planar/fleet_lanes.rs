@@ -7,6 +7,7 @@ use snake_core::planar::{Fleet, PlanarState, PlanarSystem, Scripted};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, START_7_5, TABLE_7_5};
 use snake_core::stepping::ImplicitConfig;
+use snake_test_support::planar::Hold;
 
 type Undulator = Scripted<Wave>;
 
@@ -66,6 +67,40 @@ fn so_it_is_under_input_output_linearisation() {
     for width in [2, 9] {
         assert_eq!(run(&system, config, &mut robots(&system, 9), width), alone, "fleet made for {width} robots");
     }
+}
+
+/// Robots that coil up, each at its own pace, so that their contacts come and go at different places and times.
+#[test]
+fn so_it_is_where_robots_touch_themselves() {
+    let config = RobotConfig { self_contact: true, ..RobotConfig::default() };
+    let controller = ControllerConfig { torque_limit: Some(6.0), ..ControllerConfig::default() };
+    let system = PlanarSystem::new(Robot::new(&config).unwrap(), [0.2, 0.3], controller).unwrap();
+    let coiling = || -> Vec<Scripted<Hold>> {
+        let robot = |k: usize| {
+            let angle = (0.85 + 0.04 * k as f64) * if k % 2 == 0 { 1.0 } else { -1.0 };
+            Scripted::new(&system.robot, PegGrid::new(&[]), [0.0; 3], &[0.0; 10], Hold(angle))
+        };
+        (0..9).map(robot).collect()
+    };
+    let run = |robots: &mut [Scripted<Hold>], width: usize| -> Vec<PlanarState> {
+        let mut fleet = Fleet::new(ImplicitConfig::default(), &system, width);
+        for _ in 0..40 {
+            fleet.advance(&system, robots, 0.05, |_| true);
+        }
+        assert!(robots.iter().all(|robot| robot.body.self_contact_impulse.iter().any(|impulse| impulse.norm() > 0.0)));
+        robots.iter().map(|robot| robot.body.state.clone()).collect()
+    };
+    let alone: Vec<PlanarState> = (0..9).map(|k| run_alone(&run, &mut coiling()[k])).collect();
+    for width in [2, 9] {
+        assert_eq!(run(&mut coiling(), width), alone, "fleet made for {width} robots");
+    }
+}
+
+fn run_alone(
+    run: &dyn Fn(&mut [Scripted<Hold>], usize) -> Vec<PlanarState>,
+    robot: &mut Scripted<Hold>,
+) -> PlanarState {
+    run(std::slice::from_mut(robot), 1).remove(0)
 }
 
 #[test]
