@@ -47,7 +47,7 @@ pub fn link_pair_contact(links: [&PlacedLink; 2], end: usize) -> LinkPairContact
 
 /// Coordinates along both centre lines of an end of one and the nearest point of the other.
 fn nearest_points([first, second]: [&PlacedLink; 2], end: usize) -> [f64; 2] {
-    let end_of = |link: &PlacedLink| link.link.contact_half_length * if end % 2 == 0 { -1.0 } else { 1.0 };
+    let end_of = |link: &PlacedLink| link.link.contact_half_length * if end.is_multiple_of(2) { -1.0 } else { 1.0 };
     if end < 2 {
         let s = end_of(first);
         [s, second.nearest(&first.point(s))]

@@ -77,7 +77,7 @@ fn so_it_is_where_robots_touch_themselves() {
     let system = PlanarSystem::new(Robot::new(&config).unwrap(), [0.2, 0.3], controller).unwrap();
     let coiling = || -> Vec<Scripted<Hold>> {
         let robot = |k: usize| {
-            let angle = (0.85 + 0.04 * k as f64) * if k % 2 == 0 { 1.0 } else { -1.0 };
+            let angle = (0.85 + 0.04 * k as f64) * if k.is_multiple_of(2) { 1.0 } else { -1.0 };
             Scripted::new(&system.robot, PegGrid::new(&[]), [0.0; 3], &[0.0; 10], Hold(angle))
         };
         (0..9).map(robot).collect()
@@ -90,17 +90,10 @@ fn so_it_is_where_robots_touch_themselves() {
         assert!(robots.iter().all(|robot| robot.body.self_contact_impulse.iter().any(|impulse| impulse.norm() > 0.0)));
         robots.iter().map(|robot| robot.body.state.clone()).collect()
     };
-    let alone: Vec<PlanarState> = (0..9).map(|k| run_alone(&run, &mut coiling()[k])).collect();
+    let alone: Vec<PlanarState> = (0..9).map(|k| run(std::slice::from_mut(&mut coiling()[k]), 1).remove(0)).collect();
     for width in [2, 9] {
         assert_eq!(run(&mut coiling(), width), alone, "fleet made for {width} robots");
     }
-}
-
-fn run_alone(
-    run: &dyn Fn(&mut [Scripted<Hold>], usize) -> Vec<PlanarState>,
-    robot: &mut Scripted<Hold>,
-) -> PlanarState {
-    run(std::slice::from_mut(robot), 1).remove(0)
 }
 
 #[test]

@@ -131,7 +131,7 @@ impl<T: Real> LowRank<T> {
             for b in 0..=a {
                 let mut sum = matrix[row(a) + b];
                 for c in 0..b {
-                    sum = sum - matrix[row(a) + c] * matrix[row(b) + c] * matrix[row(c) + c];
+                    sum -= matrix[row(a) + c] * matrix[row(b) + c] * matrix[row(c) + c];
                 }
                 matrix[row(a) + b] = if a == b { sum } else { sum / matrix[row(b) + b] };
             }

@@ -190,7 +190,7 @@ impl<T: Real> Newton<T> {
         descent += decrease;
         self.substitute();
         if coupled {
-            descent = descent - self.self_contacts.correct(&mut self.links, &self.chain);
+            descent -= self.self_contacts.correct(&mut self.links, &self.chain);
         }
         descent
     }

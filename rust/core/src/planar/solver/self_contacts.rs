@@ -63,7 +63,7 @@ impl<T: Real> SelfContacts<T> {
             let step = coupling.along(|link| links[link].step);
             let expected = law.impulse - coupling.stiffness * step;
             coupling.stiffness = law.evaluate(form, coupling.along(|link| links[link].twist));
-            slope = slope - law.impulse * step;
+            slope -= law.impulse * step;
             for (link, w) in coupling.links.into_iter().zip(&coupling.direction) {
                 self.force[link] = add_scaled(&self.force[link], w, law.impulse);
                 self.remainder[link] = add_scaled(&self.remainder[link], w, law.impulse - expected);

@@ -101,9 +101,9 @@ impl<T: Real> Quadratic<T> {
     /// Adds a constant force.
     #[inline(always)]
     pub fn subtract_force(&mut self, force: &Vector3<T>) {
-        self.gx = self.gx - force.x;
-        self.gy = self.gy - force.y;
-        self.gw = self.gw - force.z;
+        self.gx -= force.x;
+        self.gy -= force.y;
+        self.gw -= force.z;
     }
 
     /// Derivative along `step`.
