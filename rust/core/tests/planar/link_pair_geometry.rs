@@ -2,7 +2,8 @@
 
 use nalgebra::{Vector2, Vector3};
 use snake_core::contact::{
-    LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contact, link_pair_ends, visit_close_pairs,
+    FoldingBound, LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contact, link_pair_ends, self_gap,
+    visit_close_pairs,
 };
 use snake_core::planar::{Pose, assemble_chain};
 use snake_core::robot::{Link, Robot};
@@ -148,4 +149,27 @@ fn the_search_along_the_chain_finds_every_close_pair_and_skips_the_others() {
             assert_eq!(found, expected, "{count} links bent by up to {bend}");
         }
     }
+}
+
+/// Postures within the bound keep the clearance; the search is left out for them.
+#[test]
+fn links_are_apart_while_the_posture_is_within_the_folding_bound() {
+    const CLEARANCE: f64 = 0.01;
+    let mut random = Random::new(5);
+    let (mut within, mut beyond_and_close) = (0, 0);
+    for _ in 0..20_000 {
+        let robot = Robot::new(&links(3 + random.below(9))).expect("a robot");
+        let bend = random.between(0.1, 1.5);
+        let angles: Vec<f64> = (1..robot.link_count()).map(|_| random.between(-bend, bend)).collect();
+        let mut poses = vec![Pose::zeros(); robot.link_count()];
+        assemble_chain(&robot, Pose::new(0.0, 0.0, 1.0), &angles, &mut poses);
+        let gap = self_gap(&robot.links, &poses, 2.0 * CLEARANCE);
+        if FoldingBound::new(&robot.links, CLEARANCE).exceeded_by(poses.iter().map(|pose| pose.z)) {
+            beyond_and_close += usize::from(gap < CLEARANCE);
+        } else {
+            within += 1;
+            assert!(gap >= CLEARANCE, "{gap} m at {angles:?}");
+        }
+    }
+    assert!(within > 2_000 && beyond_and_close > 50, "{within} postures within, {beyond_and_close} close ones beyond");
 }
