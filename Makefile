@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 RUST_SOURCES := Cargo.toml Cargo.lock $(shell find rust -name '*.rs' -o -name Cargo.toml)
 
-.PHONY: build train test test-rust test-python test-ray fuzz bench stress reproduce docs lint format venv constraints clean
+.PHONY: build train test test-rust test-python test-ray test-arm fuzz bench stress reproduce docs site wheels check-wheels lint-workflows lint format venv constraints clean
 
 build: .venv/.native
 
@@ -15,7 +15,8 @@ test: test-rust test-python
 test-rust:
 	cargo test --quiet --package snake-core --package snake-bench --package snake-stress
 
-test-python: build
+# With the release build where there is one, else with one that compiles in less time.
+test-python: $(if $(wildcard .venv/.native),.venv/.native,.venv/.native-test)
 	$(BIN)/python -m pytest $(PYTEST)
 
 RAY_TESTS := $(addprefix tests/experiments/test_distributed_,ppo.py rllib.py tune.py) $(addprefix tests/package/test_, \
@@ -24,6 +25,14 @@ RAY_TESTS := $(addprefix tests/experiments/test_distributed_,ppo.py rllib.py tun
 # Ray in an environment of its own: RLlib pins an earlier Gymnasium, with which the interface is tested too.
 test-ray: build .venv-ray/.packages
 	PYTHONPATH=$(CURDIR) .venv-ray/bin/python -m pytest $(RAY_TESTS) $(PYTEST)
+
+# The core in NEON lanes, emulated on any machine that has rustup, aarch64-linux-gnu-gcc and qemu-aarch64.
+ARM := aarch64-unknown-linux-gnu
+test-arm: export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER = aarch64-linux-gnu-gcc
+test-arm: export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER = qemu-aarch64 -L /usr/aarch64-linux-gnu
+test-arm:
+	rustup target add $(ARM)
+	cargo test --quiet --package snake-core --target $(ARM)
 
 # What the suite asks of fixed inputs, asked of fresh random ones.
 fuzz: build
@@ -43,7 +52,44 @@ docs: build
 	$(BIN)/python -m snake_env card --write docs/environments.md
 	$(BIN)/python -m experiments.architecture --write
 
-lint: build
+# The documentation site in site/; any warning is an error.
+site: build .venv/.site-tools
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
+
+.venv/.site-tools: .venv/.packages
+	$(BIN)/uv pip install --quiet --python $(BIN)/python --constraint constraints.txt \
+		--requirement pyproject.toml --extra all --group docs
+	touch $@
+
+# Wheels for Linux on two processors, for glibc 2.28 and later, and the source distribution, all in dist/.
+WHEEL_TARGETS := x86_64-unknown-linux-gnu aarch64-unknown-linux-gnu
+# Oldest and newest supported Python and Gymnasium; interpreters that are not there are left out.
+WHEEL_PYTHONS := 3.10 3.13 3.14
+GYMNASIUMS := 1.1 1
+
+wheels: .venv/.wheel-tools
+	rm -rf dist
+	rustup target add $(WHEEL_TARGETS)
+	for target in $(WHEEL_TARGETS); do \
+		PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/maturin build --release --locked --zig \
+			--compatibility manylinux_2_28 --target $$target --out dist || exit 1; \
+	done
+	$(BIN)/maturin sdist --out dist
+	$(MAKE) check-wheels
+
+check-wheels: .venv/.wheel-tools
+	BIN=$(CURDIR)/$(BIN) .ci/check-wheels "$(WHEEL_PYTHONS)" "$(GYMNASIUMS)"
+
+.venv/.wheel-tools: .venv/.packages
+	$(BIN)/uv pip install --quiet --python $(BIN)/python --constraint constraints.txt maturin ziglang twine
+	touch $@
+
+# Workflow files and citation, by their linters.
+lint-workflows: venv
+	$(BIN)/uv tool run check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
+	$(BIN)/uv tool run cffconvert --validate
+
+lint: venv
 	cargo fmt --all --check
 	cargo clippy --quiet --workspace --all-targets -- -D warnings
 	$(BIN)/ruff check .
@@ -61,20 +107,20 @@ venv: .venv/.packages
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt uv
 	$(BIN)/uv pip install --quiet --python $(BIN)/python --constraint constraints.txt \
-		--requirement pyproject.toml --extra test maturin
+		--requirement pyproject.toml --extra all --group test maturin
 	touch $@
 
 # Peers to compare with; the bench does without those that cannot be installed.
 .venv/.peers: .venv/.packages
 	-$(BIN)/uv pip install --quiet --python $(BIN)/python --constraint constraints.txt \
-		--requirement pyproject.toml --extra bench
+		--requirement pyproject.toml --extra all --group bench
 	touch $@
 
 .venv-ray/.packages: pyproject.toml constraints.txt .venv/.packages
 	test -x .venv-ray/bin/python || $(PYTHON) -m venv .venv-ray
 	grep -v '^gymnasium==' constraints.txt > .venv-ray/constraints.txt
 	$(BIN)/uv pip install --quiet --python .venv-ray/bin/python --constraint .venv-ray/constraints.txt \
-		--requirement pyproject.toml --extra test --extra rllib
+		--requirement pyproject.toml --extra all --group test --group rllib
 	touch $@
 
 # The extension is compiled in release mode into snake_env/; Python sources are used where they are.
@@ -82,10 +128,14 @@ venv: .venv/.packages
 	PATH="$(CURDIR)/$(BIN):$$PATH" VIRTUAL_ENV="$(CURDIR)/.venv" $(BIN)/maturin develop --release --uv --quiet
 	touch $@
 
+.venv/.native-test: .venv/.packages $(RUST_SOURCES)
+	PATH="$(CURDIR)/$(BIN):$$PATH" VIRTUAL_ENV="$(CURDIR)/.venv" $(BIN)/maturin develop --profile checked --uv --quiet
+	touch $@
+
 # Pin the whole tree anew; torch pins its own CUDA libraries.
 constraints: venv
 	printf 'maturin\nuv\n' | $(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.10 \
-		--extra test --extra bench --extra ray --no-annotate --no-header pyproject.toml - | grep -vE '^(nvidia-|cuda-|triton)' > constraints.new
+		--extra all --group test --group bench --group ray --no-annotate --no-header pyproject.toml - | grep -vE '^(nvidia-|cuda-|triton)' > constraints.new
 	mv constraints.new constraints.txt
 
 clean:

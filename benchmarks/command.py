@@ -13,8 +13,8 @@ from typing import Literal, get_args
 from benchmarks import figures, native, page, throughput
 from benchmarks.results import Record, Results
 from benchmarks.targets import QUICKEST, all_targets
+from snake_env.markdown import table
 from training.cli import answer
-from training.tables import table
 
 PEER, INTERFACE = "peer", "interface"
 Part = Literal["precision", "spatial", "growth", "skip", "certificate", "peer", "interface"]
@@ -129,7 +129,7 @@ def peers(results: Results, quick: bool, progress: Progress) -> Iterator[Record]
 def interface(quick: bool) -> Iterator[Record]:
     """What ``step`` costs around the physics."""
     for robots in (256,) if quick else (1, 16, 64, 256):
-        yield throughput.overhead("SnakeCourse-v0", robots, 3 if quick else 7)
+        yield throughput.overhead("SnakeCourse-v1", robots, 3 if quick else 7)
 
 
 def write(results: Results, folder: Path, pictures: Path, data: str, text: str, images: str) -> None:
@@ -145,5 +145,5 @@ DESCRIPTION = """Speed against error, growth, cost of features, certificates; pe
     python -m benchmarks --quick --parts precision peer --scenes free course-7.5
 
 Parts: precision (error against run time), spatial (the same in space), growth (links, pegs, robots and threads), skip
-(what features cost), certificate (residuals, gaps, iterations), peer (MuJoCo, if the extra `bench` is installed),
+(what features cost), certificate (residuals, gaps, iterations), peer (MuJoCo, if the group `bench` is installed),
 interface (Python's share of a step)."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from benchmarks import curves, independent, texts
 from benchmarks.results import Record, Results
-from training.tables import table
+from snake_env.markdown import table
 
-ERRORS = (10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
+ERRORS = (10.0, 2.0, 0.5, 0.1, 0.02)
 """Errors of link 6 at which curves are compared [mm]."""
 
 

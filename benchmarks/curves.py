@@ -13,10 +13,10 @@ OURS = "implicit"
 """Our methods' curves begin with this; the thesis's with the next."""
 THESIS = "thesis"
 TRUST = 3.0
-"""Errors below this many times the reference's own uncertainty say nothing."""
+"""Errors below this multiple of the reference's uncertainty are not resolved."""
 
 LOST = 0.1
-"""Errors above this say that the robot is somewhere else [m]: about a link's length. Nobody's such points count."""
+"""Points with larger errors are left out [m]: about a link's length."""
 
 
 class Point(NamedTuple):

@@ -11,7 +11,7 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 from benchmarks import curves
 from benchmarks.curves import Point
 from benchmarks.results import Record, Results
-from snake_env.reproduce import drawing
+from snake_env import drawing
 
 OURS, ALONE, PEER, THESIS, VARIANT = "#1f5fa8", "#6ea0d8", "#c0272d", "#8a8f98", "#cfd6de"
 TARGET = "#3a8f4d"
@@ -89,7 +89,7 @@ def growth(results: Results, folder: Path) -> Path:
         links.set(xlabel="links", ylabel="CPU time per link and step [us]", title="links, default method")
         _growth_line(pegs, results.of("growth", axis="pegs"), "pegs", "us_per_step", OURS, "Table 7.5 among far pegs")
         pegs.set(xlabel="pegs in the field", ylabel="CPU time per step [us]", title="pegs out of reach")
-        for env, colour in (("SnakeCourse-v0", OURS), ("SnakeField-v0", PEER)):
+        for env, colour in (("SnakeCourse-v1", OURS), ("SnakeField-v1", PEER)):
             for threads, style in ((1, "o-"), (2, "s--")):
                 rows = results.of("growth", axis="batch", env=env, actions="gait", threads=threads)
                 label = f"{env}, {threads} thread{'s' * (threads > 1)}"

@@ -12,7 +12,7 @@ DATA = ROOT / "rust" / "core" / "tests" / "data"
 FILES = {"free": "planar-isotropic-converged.csv", "course-7.5": "planar-table-7.5-converged.csv"}
 """Scene -> file with rows t, then x, y, theta of links 1..n."""
 DURATION = 5.0
-"""Time at which errors are judged [s]."""
+"""Time at which errors are measured [s]."""
 
 
 def distance(scene: dict[str, Any]) -> float | None:

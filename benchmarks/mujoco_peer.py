@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from benchmarks import mujoco_spatial
 from benchmarks.mujoco_model import Setup, build, placed
 from benchmarks.mujoco_spatial import SpatialSetup
-from training.policies.gaits import GaitParameters
+from snake_env.policies.gaits import GaitParameters
 
 Record = dict[str, Any]
 
@@ -57,7 +57,7 @@ def in_space(scenario: Record) -> bool:
 def _points_in_space(
     name: str, scenario: Record, ours: NDArray[np.float64], quick: bool, progress: Callable[[str], None]
 ) -> Iterator[Record]:
-    """The same in space, where soft contacts converge to a motion of their own: MuJoCo is judged by that one."""
+    """The same in 3D, where soft contacts converge to a different motion, which is MuJoCo's reference."""
     coarse, fine = (_reference(name, scenario, setup, progress) for setup in mujoco_spatial.reference_setups(quick))
     own = {
         "uncertainty": _errors(fine, coarse),
@@ -140,7 +140,7 @@ class Run:
         return spent
 
     def positions(self) -> NDArray[np.float64]:
-        """CGs of the links (n, 2), in space (n, 3), at the end of the last run [m]."""
+        """CGs of the links (n, 2), in 3D (n, 3), at the end of the last run [m]."""
         mujoco.mj_setState(self._model, self._data, self._end, STATE)
         mujoco.mj_kinematics(self._model, self._data)
         return self._data.xipos[1:, : self._coordinates].copy()

@@ -1,4 +1,4 @@
-"""The snake in space as a MuJoCo model, in the set-up in which MuJoCo does best here.
+"""The 3D snake as a MuJoCo model, in the set-up that is best for MuJoCo.
 
 Cardan joints are two hinges, yaw before pitch, under position servos with the torque law of (T 4.101), (T 4.102).
 Capsules touch the ground with their two end spheres (elliptic cones, condim 3) and vertical capsules, the pegs, without
@@ -25,7 +25,7 @@ default."""
 STEPS = (0.05, 0.025, 0.02, 0.0125, 0.01, 0.005, 0.002, 0.001, 0.0005)
 QUICK_STEPS = (0.02, 0.005)
 REFERENCE_STEPS = (1e-4, 5e-5)
-"""Of the two runs that MuJoCo is judged by; the second is the reference, their distance its uncertainty."""
+"""Steps of the two reference runs of MuJoCo; the second is the reference, their distance its uncertainty."""
 QUICK_REFERENCE_STEPS = (1e-3, 5e-4)
 
 PEG_HEIGHT = 2.0

@@ -8,7 +8,7 @@ from typing import Any
 from benchmarks import comparison, texts
 from benchmarks.results import Record, Results
 from benchmarks.targets import all_targets
-from training.tables import table
+from snake_env.markdown import table
 
 BUSY = 0.5
 """Load above which other work is mentioned."""
@@ -44,7 +44,7 @@ def _head(results: Results) -> str:
         load = f"{machine['load']:.1f} runnable processes at the start"
         notes.append(f"**The machine was busy**: {load}. This affects wall-clock rates much more than CPU times.")
     if not results.of("peer"):
-        notes.append("MuJoCo was not installed (extra `bench`): no comparison with it.")
+        notes.append("MuJoCo was not installed (dependency group `bench`): no comparison with it.")
     lines = [
         "# Benchmarks",
         "",

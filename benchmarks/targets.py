@@ -93,7 +93,7 @@ def _against(results: Results, whose: str, what: str, spatial: bool = False) -> 
 
 def _batch(results: Results) -> Iterator[Target]:
     """The rate of one thread by CPU time, which other work on the machine disturbs least; the gain by wall clock."""
-    what = "SnakeCourse-v0, native batch, gait: "
+    what = "SnakeCourse-v1, native batch, gait: "
     best = max(_course(results, 1), key=lambda r: r["steps_per_cpu_second"], default=None)
     aim = f"{ENV_STEPS:,} (floor {ENV_STEPS_FLOOR:,})"
     if best is None:
@@ -121,7 +121,7 @@ def _gains(results: Results) -> dict[int, float]:
 
 
 def _course(results: Results, threads: int) -> list[Record]:
-    return results.of("growth", axis="batch", env="SnakeCourse-v0", actions="gait", threads=threads)
+    return results.of("growth", axis="batch", env="SnakeCourse-v1", actions="gait", threads=threads)
 
 
 def _growth(results: Results) -> Iterator[Target]:

@@ -1,31 +1,39 @@
-"""Measure how many environment steps a second the native batch takes, and what the interface costs.
+"""Measure environment steps per second of the native batch, and the cost of the interface.
 
     python -m benchmarks.throughput
-    python -m benchmarks.throughput --env SnakeCourse-v0 --batches 64 256 --threads 1 2 --seconds 2
+    python -m benchmarks.throughput --env SnakeCourse-v1 --batches 64 256 --threads 1 2 --seconds 2
+    python -m benchmarks.throughput --lanes 1 4 8 --batches 256 --threads 1
 
-The robots follow the thesis's gait. Figures are medians over repetitions, taken in turn so that other work on
-the machine weighs on all alike; CPU time counts all threads of the process and is what a busy machine disturbs
-least. The interface is the whole of ``step`` around the physics, timed with the physics replaced by nothing.
+Robots take uniformly random actions, as at the start of learning, or follow the thesis's gait (the zero action).
+Figures are medians over repetitions, taken in turn so that other work on the machine weighs on all alike; CPU time
+counts all threads of the process and is what a busy machine disturbs least. The interface is the whole of ``step``
+around the physics, timed with the physics replaced by nothing. Registers narrower than the processor's widest are
+measured in processes of their own, in which the environment variable SNAKE_ENV_LANES prescribes them.
 """
 
 from __future__ import annotations
 
+import itertools
 import os
 import statistics
+import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 import snake_env.sb3
+from snake_env import _native
+from snake_env.evaluation.rollout import make_env
 from snake_env.testing import remove_physics
 from training.cli import answer
-from training.rollout import make_env
 from training.runs import versions, write_json
+
+Actions = Literal["random", "gait"]
 
 
 @dataclass
@@ -36,14 +44,18 @@ class Options:
         env: Environment.
         batches: Numbers of robots.
         threads: Numbers of threads.
+        actions: "random" or "gait".
+        lanes: Numbers of robots in a register; none: the widest that the processor has.
         seconds: Wall time of a repetition.
         repetitions: Of each case.
         out: JSON file.
     """
 
-    env: str = "SnakeCourse-v0"
+    env: str = "SnakeCourse-v1"
     batches: tuple[int, ...] = (1, 16, 64, 256)
     threads: tuple[int, ...] = (1, 2)
+    actions: tuple[Actions, ...] = ("random", "gait")
+    lanes: tuple[int, ...] = ()
     seconds: float = 0.5
     repetitions: int = 7
     out: Path = Path("runs/throughput.json")
@@ -56,18 +68,21 @@ def main(arguments: list[str] | None = None) -> int:
 
 def measure(args: Options) -> int:
     """Measures, prints and writes the rates."""
-    cases = [Case(args.env, n, threads) for n in args.batches for threads in args.threads]
+    if args.lanes:
+        return max(_measure_in_own_process(lanes) for lanes in args.lanes)
+    cases = [Case(args.env, n, k, actions) for n in args.batches for k in args.threads for actions in args.actions]
     for _ in range(args.repetitions):
         for case in cases:
             case.repeat(args.seconds)
     rows = [case.row() for case in cases]
-    print(f"{args.env}, {os.cpu_count()} cores\n{_table(rows)}\n")
+    print(f"{args.env}, {os.cpu_count()} cores, {_native.lanes()} robots per register\n{_table(rows)}\n")
     overheads = [overhead(args.env, n, args.repetitions) for n in args.batches]
     print(f"interface without physics\n{_table(overheads)}")
     args.out.parent.mkdir(parents=True, exist_ok=True)
     content = {
         "env": args.env,
         "cores": os.cpu_count(),
+        "lanes": _native.lanes(),
         "versions": versions(),
         "stepping": rows,
         "interface": overheads,
@@ -76,25 +91,41 @@ def measure(args: Options) -> int:
     return 0
 
 
-class Case:
-    """One batch size and number of threads."""
+def _measure_in_own_process(lanes: int) -> int:
+    """The same command without ``--lanes`` at a given width; returns its exit status."""
+    words = sys.argv[1:]
+    first = words.index("--lanes")
+    last = next((k for k in range(first + 1, len(words)) if words[k].startswith("--")), len(words))
+    command = [sys.executable, "-m", "benchmarks.throughput", *words[:first], *words[last:]]
+    return subprocess.run(command, env={**os.environ, "SNAKE_ENV_LANES": str(lanes)}, check=False).returncode
 
-    def __init__(self, env_id: str, num_envs: int, num_threads: int) -> None:
+
+class Case:
+    """One batch size, number of threads and kind of actions."""
+
+    def __init__(self, env_id: str, num_envs: int, num_threads: int, actions: Actions) -> None:
         self._env = make_env(env_id, num_envs, num_threads, action_mode="gait")
         self._env.reset(seed=0)
-        self._actions = np.zeros(self._env.action_space.shape, np.float32)
-        self._name = {"robots": num_envs, "threads": num_threads}
+        self._actions = self._cycle(actions)
+        self._name = {"robots": num_envs, "threads": num_threads, "actions": actions}
         self._rates: list[float] = []
         self._cpu_rates: list[float] = []
         self.repeat(0.1)
         self._rates.clear()
         self._cpu_rates.clear()
 
+    def _cycle(self, actions: Actions) -> Iterator[Any]:
+        """Actions without end, drawn beforehand."""
+        if actions == "gait":
+            return itertools.repeat(np.zeros(self._env.action_space.shape, np.float32))
+        self._env.action_space.seed(0)
+        return itertools.cycle([self._env.action_space.sample() for _ in range(DRAWN_STEPS)])
+
     def repeat(self, seconds: float) -> None:
         """Steps for a while."""
         steps, start, cpu_start = 0, time.perf_counter(), time.process_time()
         while time.perf_counter() - start < seconds:
-            self._env.step(self._actions)
+            self._env.step(next(self._actions))
             steps += self._env.num_envs
         self._rates.append(steps / (time.perf_counter() - start))
         self._cpu_rates.append(steps / (time.process_time() - cpu_start))
@@ -138,9 +169,16 @@ def _microseconds(function: Callable[[], Any], repetitions: int, calls: int = 20
 
 
 def _table(rows: list[dict[str, Any]]) -> str:
-    lines = [list(rows[0]), *([f"{value:,}" for value in row.values()] for row in rows)]
+    lines = [
+        list(rows[0]),
+        *([value if isinstance(value, str) else f"{value:,}" for value in row.values()] for row in rows),
+    ]
     widths = [max(len(line[k]) for line in lines) for k in range(len(lines[0]))]
     return "\n".join("  ".join(cell.rjust(width) for cell, width in zip(line, widths, strict=True)) for line in lines)
+
+
+#: Steps of random actions, repeated for as long as the measurement lasts.
+DRAWN_STEPS = 200
 
 
 if __name__ == "__main__":

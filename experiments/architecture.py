@@ -22,6 +22,7 @@ CORE = "rust/core/src"
 LAYERS: tuple[dict[str, str], ...] = (
     {"error": "ConfigError", "math": "lanes, trigonometry"},
     {"laws": "force laws as convex sets", "judge": "verification of laws"},
+    {"obstacles": "shapes, distances", "slope": ""},
     {"robot": "", "scene": "", "gait": "references", "noise": ""},
     {"control": "joint controllers"},
     {"pegs": "grid of pegs"},
@@ -36,7 +37,10 @@ LAYERS: tuple[dict[str, str], ...] = (
     {"batch": "robots on threads"},
     {"rust/bench": "", "rust/python": "bindings", "rust/stress": ""},
     {"snake_env": "Python package"},
-    {"snake_env/reproduce": "the thesis"},
+    {"snake_env/reproduce": "the thesis", "snake_env/policies": "gaits, controllers, networks"},
+    {"snake_env/evaluation": "test scenes, statistics"},
+    {"snake_env/viewer": "in the browser"},
+    {"snake_env/commands": "snake-env"},
     {"training": "learners, policies, evaluation"},
     {"benchmarks": "simulator", "experiments": "tables of the docs"},
 )

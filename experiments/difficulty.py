@@ -13,16 +13,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from snake_env import ConfigError
+from snake_env import ConfigError, drawing
+from snake_env.evaluation import seeds
+from snake_env.evaluation.acting import gait_policy
+from snake_env.evaluation.rollout import run_episodes
+from snake_env.evaluation.statistics import Estimate, mean_interval
+from snake_env.markdown import table
+from snake_env.policies.gaits import GaitParameters
 from snake_env.registration import TASKS
-from snake_env.reproduce import drawing
-from training import seeds
 from training.cli import answer
-from training.evaluation.loading import gait_policy
-from training.evaluation.statistics import Estimate, mean_interval
-from training.policies.gaits import GaitParameters
-from training.rollout import run_episodes
-from training.tables import table
 
 OPTIONS: dict[str, dict[str, Any]] = {
     "field": {"task": "field"},
@@ -31,7 +30,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "maze": {"task": "maze"},
     "corridor": {"task": "corridor"},
 }
-"""The tasks that have a difficulty; "solvable" are fields with three push-points in every body length of the way."""
+"""The tasks that have a difficulty; "solvable" are fields with three push-points in every body length."""
 DIFFICULTIES = (0.0, 0.25, 0.5, 0.75, 1.0)
 
 Curve = list[Estimate]

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 import snake_env
 from snake_env import Gait, Robot, Scene, Stribeck, Trajectory
-from training.tables import table
+from snake_env.markdown import table
 
 SETTLED, DURATION, SAMPLE = 2.0, 6.5, 0.02
 COURSE, OPEN = Scene.preset("table-7.5"), Scene.preset("free", friction=(0.2, 0.5))
@@ -63,8 +63,8 @@ def run(robot: Robot, scene: Scene) -> Trajectory:
 def speed(trajectory: Trajectory) -> float:
     """Mean forward speed of the CG once the start is over [m/s]."""
     first = int(np.searchsorted(trajectory.time, SETTLED - 0.5 * SAMPLE))
-    way = trajectory.position[-1].mean(axis=0) - trajectory.position[first].mean(axis=0)
-    return float(way[0] / (trajectory.time[-1] - trajectory.time[first]))
+    moved = trajectory.position[-1].mean(axis=0) - trajectory.position[first].mean(axis=0)
+    return float(moved[0] / (trajectory.time[-1] - trajectory.time[first]))
 
 
 def summary(values: NDArray[np.float64]) -> str:

@@ -1,6 +1,6 @@
 """Can a task be done at all? A search over scripts of actions, start by start, without any feedback.
 
-    python -m experiments.open_loop_search --env SnakePerturbed-v0 --options '{"perturbation": {"course": "table-7.3", \
+    python -m experiments.open_loop_search --env SnakePerturbed-v1 --options '{"perturbation": {"course": "table-7.3", \
 "without": [3], "removed": 0, "shifted": 0}}'
 
 CMA-ES (Hansen 2016) over actions that are held for a few seconds each. A script found proves that the start can be
@@ -17,15 +17,15 @@ import cma
 import numpy as np
 from numpy.typing import NDArray
 
-from training import seeds
+from snake_env.evaluation import seeds
+from snake_env.evaluation.rollout import make_env
 from training.cli import answer
 from training.config import JsonObject
-from training.rollout import make_env
 
 ROBOTS = 384
 """Scripts tried at a time."""
 SEGMENTS = 8
-"""Actions of a script; the last one goes on to the end."""
+"""Actions of a script; the last one is held to the end."""
 FIRST_SPREAD = 0.7
 """Standard deviation of the actions at first."""
 
@@ -49,12 +49,12 @@ class Options:
     Args:
         env: Environment.
         options: Keywords of the environment.
-        starts: Episodes to solve, with seeds meant for choosing.
+        starts: Episodes to solve, with validation seeds.
         rounds: Batches of scripts tried for each start.
         hold: Time for which an action is held [s].
     """
 
-    env: str = "SnakePerturbed-v0"
+    env: str = "SnakePerturbed-v1"
     options: JsonObject = field(default_factory=dict)
     starts: int = 10
     rounds: int = 12

@@ -19,13 +19,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from snake_env.evaluation import rollout, seeds
+from snake_env.policies.interface import Policy
 from training import config as configs
-from training import rollout, seeds
 from training.cli import answer
 from training.config import RunConfig
 from training.evaluation.loading import load_model
 from training.learners import ppo, sb3
-from training.policies.interface import Policy
 from training.runs import RunFolder, versions, write_json
 
 LEARNERS: dict[str, tuple[Any, str, dict[str, bool]]] = {
@@ -103,7 +103,7 @@ def run(name: str, values: dict[str, Any], path: Path) -> dict[str, float]:
 
 
 def judge(policy: Policy, config: RunConfig) -> dict[str, float]:
-    """Success rate and progress on fields for choosing."""
+    """Success rate and progress on validation fields."""
     episodes = rollout.run_episodes(policy, config.env_id, seeds.selection(FIELDS), 1, **config.env)
     return {"success": float(episodes["is_success"].mean()), "progress [m]": float(episodes["distance"].mean())}
 

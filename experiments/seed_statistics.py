@@ -3,10 +3,10 @@
     python -m training sweep --configs corridor-cloned perturbed-2 --seeds 5 --out runs/sweep
     python -m experiments.seed_statistics --sweep runs/sweep --configs corridor-cloned perturbed-2
 
-Plays the policy that each finished seed left, on held-out fields of its own task, the same for all, and keeps the
-scores: after Ctrl-C, or with more seeds, the same command goes on. Prints Markdown: mean, sample standard deviation and
-interquartile mean with its bootstrap interval over the seeds; and of the first configuration against each other one the
-mean difference between equal seeds with Student's 95 % interval, and the probability that one of its seeds is the
+Plays the policy that each finished seed left, on held-out fields of its own task, the same for all, and caches the
+scores: after Ctrl-C, or with more seeds, the same command continues. Prints Markdown: mean, sample standard deviation
+and interquartile mean with its bootstrap interval over the seeds; and of the first configuration against each other one
+the mean difference between equal seeds with Student's 95 % interval, and the probability that one of its seeds is the
 better (Agarwal et al. 2021). Writes ``seed-statistics.json`` and ``learning-curves.png``.
 """
 
@@ -20,15 +20,15 @@ from pathlib import Path
 import numpy as np
 
 from snake_env import ConfigError
-from training import seeds
+from snake_env.evaluation import seeds
+from snake_env.evaluation.statistics import interquartile_mean, probability_of_improvement, student_interval
+from snake_env.evaluation.tasks import BenchmarkTask
+from snake_env.markdown import table
 from training.cli import answer
 from training.evaluation import cached_scores
 from training.evaluation.benchmark import Benchmark
-from training.evaluation.statistics import interquartile_mean, probability_of_improvement, student_interval
 from training.runs import RunFolder, versions, write_json
 from training.search import sweep
-from training.tables import table
-from training.tasks import BenchmarkTask
 
 FIELDS = 500
 SCORES = {"is_success": "success", "speed": "speed [m/s]"}

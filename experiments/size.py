@@ -11,7 +11,7 @@ import subprocess
 from collections import Counter
 from pathlib import Path, PurePath
 
-from training.tables import table
+from snake_env.markdown import table
 
 ROOT = Path(__file__).resolve().parent.parent
 DEEP = ("rust", "snake_env", "training", "tests")

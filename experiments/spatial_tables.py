@@ -1,11 +1,11 @@
-"""The tables of docs/spatial-method.md, and means over variants: errors and rates by step, and how stages fare as
+"""The tables of docs/spatial-method.md, and means over variants: errors and rates by step, and unconverged stages as
 friction grows.
 
     python -m experiments.spatial_tables
     python -m experiments.spatial_tables --tables stages
 
 Errors are those of link 6 after 5 s against steps of 0.25 ms, worst of all samples in brackets; rates are simulated
-seconds a second of this thread's CPU time. Variants have friction between 80 and 120 % and joint rates between 90 and
+seconds per second of this thread's CPU time. Variants have friction between 80 and 120 % and joint rates between 90 and
 110 % of the scene's; brackets then hold the least and the largest error. Three tables of Markdown; some minutes.
 """
 
@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 
 import snake_env
 from snake_env import PD, Gait, Integrator, Scene, Start, Trajectory
+from snake_env.markdown import table
 from training.cli import answer
-from training.tables import table
 
 DURATION = 5.0
 MIDDLE = 5
@@ -65,7 +65,7 @@ LIMITS = ((0.01, None), (0.025, 5.0))
 
 
 def run(**keywords: Any) -> tuple[Trajectory, float]:
-    """A trajectory in space, and its simulated seconds a second."""
+    """A trajectory in 3D, and its simulated seconds per second."""
     start = time.thread_time()
     trajectory = snake_env.simulate("spatial", duration=DURATION, **keywords)
     return trajectory, DURATION / (time.thread_time() - start)
@@ -138,10 +138,10 @@ ROWS = {"steps": errors, "variants": means, "stages": stages}
 
 @dataclass
 class Options:
-    """What is printed.
+    """Selection.
 
     Args:
-        tables: Names.
+        tables: Tables to print.
     """
 
     tables: tuple[Literal["steps", "variants", "stages"], ...] = ("steps", "variants", "stages")

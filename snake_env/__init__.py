@@ -1,23 +1,61 @@
 """Wheel-less snake robots, batched, with exact Coulomb friction and obstacle contact.
 
-Importing the package registers the environments with Gymnasium, SnakeField-v0 among them; see docs/environments.md.
+Importing the package registers the environments with Gymnasium, SnakeField-v1 among them; see docs/environments.md.
 """
 
 from __future__ import annotations
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 try:
     from snake_env._native import __version__
 except ImportError as error:
-    raise ImportError("snake_env's compiled core cannot be loaded: run `make build` in the repository") from error
+    raise ImportError(
+        f"the compiled core of snake_env cannot be loaded ({error}): reinstall snake-robot-env for this Python and "
+        "platform, or run `make build` in a clone of the repository"
+    ) from error
 
-from snake_env import minimal
-from snake_env.config import PD, Gait, Integrator, IOLinearizing, Noise, Randomization, Robot, Scene, Start, Stribeck
+from snake_env import minimal, obstacles, rewards
+from snake_env.config import (
+    PD,
+    Gait,
+    Integrator,
+    IOLinearizing,
+    JointTrajectory,
+    Noise,
+    Randomization,
+    Robot,
+    Scene,
+    Start,
+    Stribeck,
+)
 from snake_env.env import SnakeEnv
 from snake_env.errors import ConfigError, DivergenceError, InternalError
+from snake_env.picture import Picture
 from snake_env.registration import register
 from snake_env.simulation import simulate
+from snake_env.state import State
 from snake_env.trajectory import Trajectory
 from snake_env.vector_env import SnakeVectorEnv
+
+if TYPE_CHECKING:
+    from snake_env.policies.shipped import load_policy
+
+LAZY_MODULES = ("sb3", "testing", "zoo", "policies", "evaluation")
+"""Modules that ``import snake_env`` leaves out, since they import others; they are loaded when they are first named."""
+
+LAZY_NAMES = {"load_policy": "snake_env.policies.shipped"}
+"""Functions in such modules."""
+
+
+def __getattr__(name: str) -> Any:
+    if name in LAZY_NAMES:
+        return getattr(import_module(LAZY_NAMES[name]), name)
+    if name not in LAZY_MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return import_module(f"{__name__}.{name}")
+
 
 __all__ = [
     "PD",
@@ -27,17 +65,23 @@ __all__ = [
     "IOLinearizing",
     "Integrator",
     "InternalError",
+    "JointTrajectory",
     "Noise",
+    "Picture",
     "Randomization",
     "Robot",
     "Scene",
     "SnakeEnv",
     "SnakeVectorEnv",
     "Start",
+    "State",
     "Stribeck",
     "Trajectory",
     "__version__",
+    "load_policy",
     "minimal",
+    "obstacles",
+    "rewards",
     "simulate",
 ]
 

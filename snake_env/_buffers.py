@@ -7,13 +7,16 @@ cost more than all other work of the interface.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 Mask = NDArray[np.bool_]
+
+OWN_REWARD = "reward_custom"
+"""Entry of ``info`` with the reward of a reward function, in place of those of the built-in terms."""
 
 POOL_SIZE = 3
 """Enough for a caller who holds the results of the last two steps."""
@@ -47,17 +50,30 @@ class Arrays(NamedTuple):
 class StepBuffers:
     """Arrays for the results of one step, and the infos made of views of them.
 
+    Args:
+        num_envs: n.
+        observation_size: o.
+        signals: as the layout lists them.
+        has_own_reward: a reward function replaces the built-in terms.
+
     Attributes:
         arrays: what the core writes.
+        own_reward: what the reward function returned (n,).
         values: the signals by name, each (n,), of type float64, bool or int64.
     """
 
-    def __init__(self, num_envs: int, observation_size: int, signals: list[dict[str, str]]) -> None:
+    def __init__(
+        self, num_envs: int, observation_size: int, signals: list[dict[str, str]], has_own_reward: bool = False
+    ) -> None:
         self.arrays = _zeros(num_envs, observation_size, [signal["kind"] for signal in signals])
         self.values = _values(self.arrays, signals)
-        self._everyone = np.ones(num_envs, np.bool_)
-        self._infos = self.values | {f"_{name}": self._everyone for name in self.values}
-        self._watched = [*self.arrays, *self.values.values(), self._everyone]
+        self.own_reward = np.zeros(num_envs)
+        if has_own_reward:
+            others = {name: values for name, values in self.values.items() if not name.startswith("reward_")}
+            self.values = {OWN_REWARD: self.own_reward, **others}
+        self._everyone = np.ones((len(self.values), num_envs), np.bool_)
+        self._infos = self.values | _masks(self.values, self._everyone)
+        self._watched = [*self.arrays, self._everyone, *self._infos.values()]
         self._idle = self._references() if counts_references() else None
 
     def _references(self) -> list[int]:
@@ -76,7 +92,7 @@ class StepBuffers:
     def masked_infos(self, mask: Mask) -> dict[str, NDArray[Any]]:
         """Gymnasium's ``infos`` where the robots in ``mask`` report: copies, zero outside the mask."""
         infos = {name: np.where(mask, values, values.dtype.type(0)) for name, values in self.values.items()}
-        return infos | {f"_{name}": mask for name in self.values}
+        return infos | _masks(self.values, np.tile(mask, (len(self.values), 1)))
 
     def numbers(self) -> dict[str, float | bool | int]:
         """The info of robot 0."""
@@ -95,6 +111,11 @@ def _zeros(num_envs: int, observation_size: int, kinds: list[str]) -> Arrays:
     )
 
 
+def _masks(names: Iterable[str], rows: Mask) -> dict[str, Mask]:
+    """Gymnasium's masks of ``infos``, an array for each, so that a caller may write to one of them."""
+    return {f"_{name}": row for name, row in zip(names, rows, strict=True)}
+
+
 def _values(arrays: Arrays, signals: list[dict[str, str]]) -> dict[str, NDArray[Any]]:
     """Views of the rows that hold each signal with its own type."""
     typed = {"bool": iter(arrays.flags), "int": iter(arrays.counts)}
@@ -110,8 +131,10 @@ class BufferPool:
     What a caller holds is never written again: buffers are reused when they are idle, and replaced otherwise.
     """
 
-    def __init__(self, num_envs: int, observation_size: int, signals: list[dict[str, str]]) -> None:
-        self._shape = (num_envs, observation_size, signals)
+    def __init__(
+        self, num_envs: int, observation_size: int, signals: list[dict[str, str]], has_own_reward: bool = False
+    ) -> None:
+        self._shape = (num_envs, observation_size, signals, has_own_reward)
         self._pool: list[StepBuffers] = []
 
     def new(self) -> StepBuffers:

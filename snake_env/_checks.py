@@ -91,6 +91,33 @@ def actions(value: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float32]:
     return np.ascontiguousarray(array, np.float32)
 
 
+def finite(field: str, array: NDArray[Any]) -> None:
+    """Numbers only; the error names the first element that is none."""
+    if not np.isfinite(array).all():
+        index = tuple(np.argwhere(~np.isfinite(array))[0].tolist())
+        raise ConfigError(f"{field}{list(index)}", array[index], "a finite number")
+
+
+def function(field: str, value: Any, call: str) -> Any:
+    """None or something that can be called."""
+    if value is not None and not callable(value):
+        raise ConfigError(field, repr(value), f"None or a function {call}")
+    return value
+
+
+def step_limit(value: Any, default: int | None) -> int | None:
+    """Steps of an episode; ``default`` for None, and None, no limit, for -1."""
+    if value is None:
+        return default
+    try:
+        number = integer("max_episode_steps", value, -1)
+    except ConfigError:
+        number = 0
+    if number == 0:
+        raise ConfigError("max_episode_steps", repr(value), "an integer >= 1, None, or -1 for no limit")
+    return None if number == -1 else number
+
+
 def same(value: Any, expected: Any) -> bool:
     """Whether two values are equal; arrays and the like, whose equality is not one truth value, are not."""
     try:

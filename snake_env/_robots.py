@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,8 +12,10 @@ from snake_env import _checks, _threads
 from snake_env._buffers import BufferPool, Mask, StepBuffers
 from snake_env._native import Batch
 from snake_env._task import Task
+from snake_env.config import Scene
 from snake_env.errors import ConfigError
-from snake_env.options import RewardFn
+from snake_env.options import RewardFn, TerminationFn
+from snake_env.state import State, state_of
 
 
 class RobotState(NamedTuple):
@@ -27,32 +29,69 @@ class RobotState(NamedTuple):
     previous_action: NDArray[np.float32]
 
 
+class Functions(NamedTuple):
+    """Functions of the user's, called after each step."""
+
+    reward: RewardFn | None = None
+    termination: TerminationFn | None = None
+
+    @classmethod
+    def checked(cls, reward_fn: RewardFn | None, termination_fn: TerminationFn | None) -> Functions:
+        """Both can be called, or are None."""
+        arguments = "(state, action, previous_action)"
+        return cls(
+            _checks.function("reward_fn", reward_fn, f"reward_fn{arguments}"),
+            _checks.function("termination_fn", termination_fn, f"termination_fn{arguments}"),
+        )
+
+
 class Robots:
     """A batch of robots of one task."""
 
-    def __init__(self, task: Task, num_envs: int, num_threads: int | None, reward_fn: RewardFn | None) -> None:
+    def __init__(self, task: Task, num_envs: int, num_threads: int | None, functions: Functions) -> None:
         self.task = task
         self.num_envs = _checks.integer("num_envs", num_envs, 1)
         self.num_threads = _threads.resolve(num_threads, self.num_envs)
         self.native = Batch(task.config, self.num_envs, self.num_threads)
         self.everyone: Mask = np.ones(self.num_envs, np.bool_)
-        self._buffers = BufferPool(self.num_envs, task.observation_space.shape[0], task.layout["signals"])
-        self._reward_fn = reward_fn
+        has_own_reward = functions.reward is not None
+        self._buffers = BufferPool(self.num_envs, task.observation_size, task.layout["signals"], has_own_reward)
+        self._functions = functions
+        self._calls_functions = any(function is not None for function in functions)
         self._seeded = np.zeros(self.num_envs, np.bool_)
         self._action_shape = (self.num_envs, *task.action_space.shape)
         self._previous_action = np.zeros(self._action_shape, np.float32)
+        if task.worlds.tells:
+            self._tell(0, 0, {})
 
-    def reset(self, mask: Mask, seeds: Sequence[int | None], rng: np.random.Generator) -> StepBuffers:
+    def reset(
+        self,
+        mask: Mask,
+        seeds: Sequence[int | None],
+        rng: np.random.Generator,
+        options: Sequence[Mapping[str, Any]] | None = None,
+    ) -> StepBuffers:
         """Starts a new episode of the robots in ``mask``, the next of its stream where the seed is None.
 
-        The other robots report their present observation, and zeros.
+        The other robots report their present observation, and zeros. ``options`` tells each robot where its episode
+        takes place.
         """
         buffers = self._buffers.new()
         seeds = [self._seed(i, seeds[i], rng) if mask[i] else None for i in range(self.num_envs)]
+        if options is not None or self.task.worlds.tells:
+            for i in np.flatnonzero(mask).tolist():
+                self._tell(i, seeds[i], options[i] if options is not None else {})
         self.native.reset(mask, seeds, buffers.arrays)
         self.native.observe(~mask, buffers.arrays.observation)
         self._previous_action[mask] = 0.0
         return buffers
+
+    def _tell(self, i: int, seed: int | None, options: Mapping[str, Any]) -> None:
+        """Tells the next episode of robot ``i`` where it takes place."""
+        episode = self.native.next_episode(i) if seed is None else (seed, 0)
+        world = self.task.worlds.world(episode, float(self.difficulty[i]), options)
+        if world:
+            self.native.set_next_world(i, world)
 
     def _seed(self, i: int, seed: int | None, rng: np.random.Generator) -> int | None:
         """The seed of a robot; one that never had any takes a random one."""
@@ -73,28 +112,37 @@ class Robots:
         if keep_flags:
             other = self._buffers.new().arrays
             arrays = arrays._replace(reward=other.reward, terminated=other.terminated, truncated=other.truncated)
+        if self.task.worlds.tells:
+            for i in np.flatnonzero(mask).tolist():
+                self._tell(i, None, {})
         self.native.reset(mask, None, arrays)
         self._previous_action[mask] = 0.0
+        buffers.own_reward[mask] = 0.0
 
     def step(self, actions: ArrayLike, active: Mask) -> tuple[StepBuffers, int]:
         """Moves the active robots on by a control period; returns the results and how many episodes ended."""
         checked = _checks.actions(actions, self._action_shape)
         buffers = self._buffers.take()
         ended = self.native.step(checked, active, buffers.arrays)
-        if self._reward_fn is not None:
-            self._replace_reward(self._reward_fn, checked, active, buffers)
+        if self._calls_functions:
+            ended = self._call_functions(checked, active, buffers)
         return buffers, ended
 
-    def _replace_reward(
-        self, reward_fn: RewardFn, action: NDArray[np.float32], active: Mask, buffers: StepBuffers
-    ) -> None:
-        signals = {name: values[active] for name, values in buffers.values.items()}
-        reward = np.asarray(reward_fn(signals, action[active], self._previous_action[active]), np.float64)
-        expected = (int(np.count_nonzero(active)),)
-        if reward.shape != expected:
-            raise ConfigError("reward_fn", f"rewards of shape {reward.shape}", f"shape {expected}")
-        buffers.arrays.reward[active] = reward
+    def _call_functions(self, action: NDArray[np.float32], active: Mask, buffers: StepBuffers) -> int:
+        """Replaces rewards and adds terminations; returns how many episodes have ended."""
+        info = {name: values[active] for name, values in buffers.values.items()}
+        state = state_of(self.native, self.task.layout, np.flatnonzero(active).tolist(), info)
+        arguments = state, action[active], self._previous_action[active]
+        arrays = buffers.arrays
+        if self._functions.reward is not None:
+            reward = _result("reward_fn", "rewards", self._functions.reward(*arguments), np.float64, len(state.time))
+            buffers.own_reward.fill(0.0)
+            buffers.own_reward[active] = arrays.reward[active] = reward
+        if self._functions.termination is not None:
+            ends = self._functions.termination(*arguments)
+            arrays.terminated[active] |= _result("termination_fn", "flags", ends, np.bool_, len(state.time))
         self._previous_action[active] = action[active]
+        return int(np.count_nonzero((arrays.terminated | arrays.truncated) & active))
 
     def set_difficulty(self, difficulty: ArrayLike, indices: Sequence[int]) -> None:
         """Sets the difficulty of the episodes that the robots begin from now on: one for all, or one each."""
@@ -102,8 +150,20 @@ class Robots:
             values = np.broadcast_to(np.asarray(difficulty, np.float64), (len(indices),))
         except (TypeError, ValueError):
             raise ConfigError("difficulty", repr(difficulty), f"a number, or {len(indices)} of them") from None
-        for i, value in zip(indices, values.tolist(), strict=True):
-            self.native.set_difficulty(i, value)
+        self.native.set_difficulty(indices, values.tolist())
+
+    @property
+    def difficulty(self) -> NDArray[np.float64]:
+        """The difficulty of the episodes to come (n,)."""
+        return np.array(self.native.difficulty())
+
+    def state(self, rows: Sequence[int]) -> State:
+        """The state of some robots."""
+        return state_of(self.native, self.task.layout, rows)
+
+    def scene(self, i: int) -> Scene:
+        """The scene of robot ``i``."""
+        return Scene.from_mapping(self.native.scene(i))
 
     def observation(self) -> NDArray[np.float32]:
         """The present observations of all robots."""
@@ -115,8 +175,19 @@ class Robots:
         """The state of robot ``i``."""
         return RobotState(self.native.get_state(i), finished, self._previous_action[i].copy())
 
-    def set_state(self, i: int, state: RobotState) -> None:
-        """Replaces the state of robot ``i``."""
-        self.native.set_state(i, state.core)
-        self._previous_action[i] = state.previous_action
-        self._seeded[i] = True
+    def set_states(self, states: Sequence[RobotState], indices: Sequence[int]) -> None:
+        """Replaces the states of some robots, or of none where one of the states does not fit."""
+        self.native.set_states(indices, [state.core for state in states])
+        for i, state in zip(indices, states, strict=True):
+            self._previous_action[i] = state.previous_action
+            self._seeded[i] = True
+
+
+def _result(field: str, what: str, value: Any, dtype: Any, rows: int) -> NDArray[Any]:
+    """What a function of the user's returned, one number per robot."""
+    array = np.asarray(value)
+    if array.shape != (rows,):
+        raise ConfigError(field, f"{what} of shape {array.shape}", f"shape {(rows,)}")
+    if dtype is np.bool_ and array.dtype != np.bool_:
+        raise ConfigError(field, f"{what} of dtype {array.dtype}", "dtype bool")
+    return array.astype(dtype)

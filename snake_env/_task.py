@@ -7,19 +7,21 @@ from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
-from gymnasium.spaces import Box
+from gymnasium.spaces import Box, Dict, Space
+from numpy.typing import NDArray
 
 from snake_env import _checks as checks
+from snake_env import _worlds
 from snake_env._native import defaults, layout
-from snake_env.config import IOLinearizing, Scene
+from snake_env.config import IOLinearizing
 from snake_env.errors import ConfigError
 from snake_env.options import TaskOptions
 
 NO_STEP_LIMIT = 2**32 - 1
 
-SINGLE_KEYWORDS = ["max_episode_steps", "render_mode", "reward_fn"]
+SINGLE_KEYWORDS = ["max_episode_steps", "render_mode", "reward_fn", "termination_fn", "observation", "picture"]
 """Keywords that the class of one environment takes itself."""
-BATCH_KEYWORDS = ["num_envs", "max_episode_steps", "render_mode", "autoreset_mode", "num_threads", "reward_fn"]
+BATCH_KEYWORDS = [*SINGLE_KEYWORDS, "num_envs", "autoreset_mode", "num_threads"]
 """Keywords that the class of a batch takes itself."""
 
 
@@ -29,9 +31,11 @@ class Task:
     Args:
         options: see :class:`snake_env.options.TaskOptions`.
         max_episode_steps: None for no limit.
+        observation: "flat", one array, or "dict", an array for each block.
         keywords: those that the environment's class takes itself, for the message about one that it does not.
 
     Attributes:
+        worlds: where episodes take place.
         layout: description by the core: "observation", "action" and "signals" entry by entry, "control_period" [s],
             and "config".
         config: the whole configuration with its defaults.
@@ -44,15 +48,31 @@ class Task:
         options: Mapping[str, Any],
         max_episode_steps: int | None,
         keywords: Sequence[str] = SINGLE_KEYWORDS,
+        observation: str = "flat",
     ) -> None:
         _require_known(options, keywords)
+        self.worlds, options = _worlds.split(options)
         limit = NO_STEP_LIMIT if max_episode_steps is None else max_episode_steps
         self.layout: dict[str, Any] = layout({**options, **_controller(options), "max_episode_steps": limit})
         self.config: dict[str, Any] = self.layout["config"]
         self.control_period: float = self.layout["control_period"]
-        low, high = _bounds(self.layout["observation"])
-        self.observation_space = Box(low, high, dtype=np.float32)
+        blocks = self.layout["observation"]
+        low, high = _bounds(blocks)
+        self.observation_size = len(low)
+        self._blocks = {block["name"]: slice(block["start"], block["start"] + block["size"]) for block in blocks}
+        self._is_dict = checks.choice("observation", observation, ["flat", "dict"]) == "dict"
+        self.observation_space: Space[Any] = (
+            Dict({name: Box(low[part], high[part], dtype=np.float32) for name, part in self._blocks.items()})
+            if self._is_dict
+            else Box(low, high, dtype=np.float32)
+        )
         self.action_space = Box(-1.0, 1.0, (len(self.layout["action"]),), dtype=np.float32)
+
+    def observed(self, observation: NDArray[np.float32]) -> Any:
+        """Flat observations (..., o) as the observation space has them; the arrays of blocks are views."""
+        if not self._is_dict:
+            return observation
+        return {name: observation[..., part] for name, part in self._blocks.items()}
 
 
 RATES_PER_PERIOD = 10
@@ -80,18 +100,10 @@ def _io(control_period: Any, torque_limit: float) -> IOLinearizing:
     return IOLinearizing.for_period(period, torque_limit=torque_limit, treatment="implicit")
 
 
-NO_SCENE = (
-    "no scene: the pegs of an environment come from its task (keywords task, field, difficulty, push_points and "
-    "perturbation), its ground from friction and stribeck; a Scene goes to snake_env.simulate"
-)
-
-
 def _require_known(options: Mapping[str, Any], keywords: Sequence[str]) -> None:
     """A keyword that the environment does not have gets an error that says where it belongs, or the nearest one."""
     known = [*TaskOptions.__annotations__, *keywords]
     for name, value in options.items():
-        if name == "scene":
-            raise ConfigError(name, "Scene(...)" if isinstance(value, Scene) else repr(value), NO_SCENE)
         if name not in TaskOptions.__annotations__:
             raise ConfigError(name, value, f"{_instead_of(name, known)}; known are {', '.join(known)}")
 

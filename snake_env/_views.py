@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from gymnasium.error import DependencyNotInstalled
 from numpy.typing import NDArray
 
+from snake_env.config import Scene
+from snake_env.picture import Picture
+from snake_env.state import State
+
 if TYPE_CHECKING:
-    from snake_env.rendering import TopView
+    from snake_env.rendering import TopView, Trail, Window
 
 RENDER_MODES = ["human", "rgb_array"]
 
@@ -19,40 +25,66 @@ def frame_rate(control_period: float) -> int:
 
 
 class Views:
-    """One view a robot, made when it is first drawn: from above, and in space from the side too."""
+    """One canvas for all robots and a window, made when the first picture is drawn; robots have trails of their own."""
 
-    def __init__(self) -> None:
-        self._views: dict[int, TopView] = {}
+    def __init__(self, picture: Picture) -> None:
+        self._picture = picture
+        self._canvas: TopView | None = None
+        self._window: Window | None = None
+        self._trails: dict[int, Trail] = {}
 
-    def image(self, i: int, snapshot: dict[str, Any]) -> NDArray[np.uint8]:
+    def image(self, i: int, state: State, scene: Scene) -> NDArray[np.uint8]:
         """Picture of robot ``i`` (height, width, 3)."""
-        return self._view(i, snapshot).image(snapshot)
+        self.require_pygame()
+        return self._open(state).image(state, scene, self._trail(i))
 
-    def show(self, snapshot: dict[str, Any], frames_per_second: int) -> None:
+    def show(self, state: State, scene: Scene, frames_per_second: int) -> None:
         """Shows robot 0 in a window, in real time."""
-        self._view(0, snapshot).show(snapshot, frames_per_second)
+        self.require_pygame()
+        from snake_env.rendering import Window
+
+        self._window = self._window or Window()
+        canvas = self._open(state)
+        self._window.show(canvas.draw(state, scene, self._trail(0)), frames_per_second)
+        canvas.zoom(self._window.zoomed)
 
     def close(self) -> None:
         """Closes the window, if there is one."""
-        for view in self._views.values():
-            view.close()
-        self._views.clear()
+        if self._window is not None:
+            self._window.close()
+        self._canvas = None
+        self._trails.clear()
 
     def __getstate__(self) -> dict[str, Any]:
         """Pictures are not part of what is pickled or copied."""
-        return {"_views": {}}
+        return {"_picture": self._picture, "_canvas": None, "_window": None, "_trails": {}}
 
-    def _view(self, i: int, snapshot: dict[str, Any]) -> TopView:
-        if i not in self._views:
-            self._views[i] = _new_view("axis" in snapshot)
-        return self._views[i]
+    @staticmethod
+    def require_pygame() -> None:
+        """Says how pygame is installed.
+
+        Raises:
+            DependencyNotInstalled: it is missing.
+        """
+        if find_spec("pygame") is None:
+            raise DependencyNotInstalled('pygame is not installed: run `pip install "snake-robot-env[render]"`')
+
+    def _open(self, state: State) -> TopView:
+        if self._canvas is None:
+            self._canvas = _new_canvas(state.link_quaternion is not None, self._picture)
+        return self._canvas
+
+    def _trail(self, i: int) -> Trail:
+        from snake_env.rendering import Trail
+
+        return self._trails.setdefault(i, Trail())
 
 
-def _new_view(in_space: bool) -> TopView:
+def _new_canvas(in_space: bool, picture: Picture) -> TopView:
     if in_space:
         from snake_env.side_view import TwoViews
 
-        return TwoViews()
+        return TwoViews(picture)
     from snake_env.rendering import TopView
 
-    return TopView()
+    return TopView(picture)

@@ -1,7 +1,8 @@
-"""Top view of one robot, drawn with pygame: pegs, links, contact forces, trail, goal line."""
+"""Top view of one robot, drawn with pygame: obstacles, links, contact forces, trail, goal line."""
 
 from __future__ import annotations
 
+import itertools
 import os
 from typing import Any
 
@@ -12,19 +13,24 @@ os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 
 import pygame
 
-SIZE = (800, 480)
-"""Width and height of the picture [pixels]."""
+from snake_env.config import Scene
+from snake_env.obstacles import circles, outlines
+from snake_env.picture import Picture
+from snake_env.state import State
+
+REFERENCE_WIDTH = 800
+"""Width of a picture that shows VIEW_WIDTH at zoom 1 [pixels]."""
 OVERSAMPLING = 2
 """Pixels drawn for each pixel of the picture and direction, for smooth edges."""
 VIEW_WIDTH = 2.8
-"""Width of the ground that is seen [m]."""
+"""Width of the ground that is seen there [m]."""
+MARGIN = 0.2
+"""Ground around everything where all of the scene is shown [m]."""
 FORCE_SCALE = 0.012
 """Length of an arrow [m/N]."""
 
 CAPTION_HEIGHT = 36
 """Height of the strip with the caption, at the top [pixels]."""
-
-CANVAS = (OVERSAMPLING * SIZE[0], OVERSAMPLING * SIZE[1])
 
 GROUND = (238, 234, 224)
 GRID = (221, 215, 202)
@@ -40,158 +46,259 @@ TEXT = (40, 40, 40)
 CAPTION = (250, 249, 245)
 
 Point = tuple[float, float]
+Array = NDArray[np.float64]
 
 
-def caption(snapshot: dict[str, Any]) -> str:
-    """Time, way and speed in words; what rounds to zero has no sign."""
-    distance, speed = round(snapshot["distance"], 2) + 0.0, round(snapshot["speed"], 2) + 0.0
-    return f"t = {snapshot['time']:.2f} s    distance {distance:.2f} m    speed {speed:.2f} m/s"
+def caption(time: float, distance: float) -> str:
+    """Time, distance towards the goal and mean speed in words; what rounds to zero has no sign."""
+    speed = distance / time if time > 0.0 else 0.0
+    distance, speed = round(distance, 2) + 0.0, round(speed, 2) + 0.0
+    return f"t = {time:.2f} s    distance {distance:.2f} m    speed {speed:.2f} m/s"
 
 
 class Camera:
-    """Maps the ground to pixels; it follows a point and keeps +y up."""
+    """Maps the ground to pixels and keeps +y up.
 
-    def __init__(self) -> None:
-        self.scale = OVERSAMPLING * SIZE[0] / VIEW_WIDTH
-        self.centre: NDArray[np.float64] = np.zeros(2)
+    Attributes:
+        canvas: width and height of what is drawn on, with oversampling [pixels].
+        scale: pixels of it per metre.
+        centre: the point in its middle [m].
+        zoom: the picture's times what the user has pressed.
+    """
+
+    def __init__(self, picture: Picture) -> None:
+        self._picture = picture
+        self.canvas = (OVERSAMPLING * picture.size[0], OVERSAMPLING * picture.size[1])
+        self.zoom = picture.zoom
+        self.scale = 1.0
+        self.centre: Array = np.zeros(2)
+
+    def aim(self, state: State, scene: Scene, trail: Trail) -> None:
+        """Turns to where the camera of the picture looks."""
+        self.scale = OVERSAMPLING * REFERENCE_WIDTH / VIEW_WIDTH * self.zoom
+        self.centre = np.asarray(state.position)
+        if self._picture.camera == "fixed":
+            centre = self._picture.centre
+            self.centre = np.asarray(trail.start if centre is None else centre, np.float64)
+        elif self._picture.camera == "scene":
+            low, high = extent(state, scene, trail)
+            self.centre = 0.5 * (low + high)
+            room = np.array([self.canvas[0], self.canvas[1] - OVERSAMPLING * 2 * CAPTION_HEIGHT])
+            self.scale = float((room / (high - low)).min())
 
     def pixel(self, point: Any) -> Point:
         """Pixel of a point on the ground [m]."""
         x, y = (np.asarray(point) - self.centre) * self.scale
-        return float(CANVAS[0] / 2 + x), float(CANVAS[1] / 2 - y)
+        return float(self.canvas[0] / 2 + x), float(self.canvas[1] / 2 - y)
+
+
+def extent(state: State, scene: Scene, trail: Trail) -> tuple[Array, Array]:
+    """Lower and upper corner of what robot, start, goal and obstacles take up, with a margin [m]."""
+    points = [
+        *state.link_position[:, :2],
+        trail.start,
+        *(corner for line in outlines(scene.obstacles) for corner in line),
+    ]
+    low, high = np.min(points, axis=0), np.max(points, axis=0)
+    discs = [(radius, np.array([x, y])) for radius, x, y in circles(scene.obstacles)]
+    if np.isfinite(state.goal).all():
+        discs.append((float(state.goal_radius), state.goal))
+    for radius, centre in discs:
+        low, high = np.minimum(low, centre - radius), np.maximum(high, centre + radius)
+    return low - MARGIN, high + MARGIN
+
+
+class Trail:
+    """Where the CG of one robot was in the pictures of the present episode."""
+
+    def __init__(self) -> None:
+        self.points: list[NDArray[np.float64]] = []
+        self._last_time = float("inf")
+
+    @property
+    def start(self) -> Array:
+        """The first of them."""
+        return self.points[0]
+
+    def follow(self, state: State) -> None:
+        """Adds the present place; a new episode begins a new trail."""
+        if state.time < self._last_time:
+            self.points.clear()
+        if state.time != self._last_time:
+            self.points.append(state.position)
+        self._last_time = float(state.time)
+
+
+KEYS_OF_ZOOM = {pygame.K_PLUS: 1, pygame.K_EQUALS: 1, pygame.K_KP_PLUS: 1, pygame.K_MINUS: -1, pygame.K_KP_MINUS: -1}
+ZOOM_STEP = 1.25
+
+
+class Window:
+    """A window on the screen; where the user closes it, also by the escape key, it stays closed until :meth:`close`.
+
+    The keys + and - zoom.
+    """
+
+    def __init__(self) -> None:
+        self._surface: Any = None
+        self._clock: Any = None
+        self._dismissed = False
+        self.zoomed = 1.0
+        """Factor on the zoom by the keys pressed since the last picture."""
+
+    def show(self, picture: pygame.Surface, frames_per_second: int) -> None:
+        """Shows a picture and waits for the time of the next one."""
+        if self._dismissed:
+            return
+        # Another user of pygame may have closed the display.
+        if self._surface is None or pygame.display.get_surface() is not self._surface:
+            self._open(picture.get_size())
+        self._surface.blit(picture, (0, 0))
+        pygame.display.flip()
+        self._clock.tick(frames_per_second)
+        keys = [event.key for event in pygame.event.get(pygame.KEYDOWN)]
+        self.zoomed = ZOOM_STEP ** sum(KEYS_OF_ZOOM.get(key, 0) for key in keys)
+        if pygame.event.get(pygame.QUIT) or pygame.K_ESCAPE in keys:
+            self.close()
+            self._dismissed = True
+
+    def _open(self, size: tuple[int, int]) -> None:
+        pygame.display.init()
+        pygame.display.set_caption("snake_env")
+        self._surface = pygame.display.set_mode(size)
+        self._clock = pygame.time.Clock()
+
+    def close(self) -> None:
+        """Closes it, if it is open."""
+        if self._surface is not None:
+            pygame.display.quit()
+        self._surface, self._dismissed = None, False
 
 
 class TopView:
-    """The picture of one robot; it keeps the trail of its CG from one picture to the next."""
+    """Draws robots, one picture after another on the same canvas."""
 
-    def __init__(self) -> None:
-        self._surface = pygame.Surface(CANVAS)
-        self._camera = Camera()
-        self._trail: list[NDArray[np.float64]] = []
-        self._last_time = float("inf")
-        self._font: Any = None
-        self._window: Any = None
-        self._clock: Any = None
+    def __init__(self, picture: Picture) -> None:
+        self._picture = picture
+        self._camera = Camera(picture)
+        self._surface = pygame.Surface(self._camera.canvas)
 
-    def image(self, snapshot: dict[str, Any]) -> NDArray[np.uint8]:
-        """Picture (height, width, 3)."""
-        pixels = pygame.surfarray.array3d(self._draw(snapshot))
+    def zoom(self, factor: float) -> None:
+        """Shows less of the ground from now on, by a factor."""
+        self._camera.zoom *= factor
+
+    def image(self, state: State, scene: Scene, trail: Trail) -> NDArray[np.uint8]:
+        """Picture of one robot (height, width, 3)."""
+        pixels = pygame.surfarray.array3d(self.draw(state, scene, trail))
         return np.ascontiguousarray(np.transpose(pixels, (1, 0, 2)))
 
-    def show(self, snapshot: dict[str, Any], frames_per_second: int) -> None:
-        """Shows the picture in a window and waits for the time of the next one."""
-        picture = self._draw(snapshot)
-        if self._window is None:
-            pygame.display.init()
-            pygame.display.set_caption("snake_env")
-            self._window = pygame.display.set_mode(picture.get_size())
-            self._clock = pygame.time.Clock()
-        self._window.blit(picture, (0, 0))
-        pygame.event.pump()
-        pygame.display.flip()
-        self._clock.tick(frames_per_second)
-
-    def close(self) -> None:
-        """Closes the window, if there is one."""
-        if self._window is not None:
-            pygame.display.quit()
-            self._window = None
-
-    def _draw(self, snapshot: dict[str, Any]) -> pygame.Surface:
-        self._follow(snapshot)
+    def draw(self, state: State, scene: Scene, trail: Trail) -> pygame.Surface:
+        """Picture as a surface."""
+        trail.follow(state)
+        self._camera.aim(state, scene, trail)
         self._surface.fill(GROUND)
-        self._draw_grid()
-        self._draw_goal(snapshot)
-        self._draw_pegs(snapshot["pegs"])
-        self._draw_trail()
-        self._draw_links(snapshot)
-        self._draw_forces(snapshot)
-        picture = pygame.transform.smoothscale(self._surface, SIZE)
-        self._write(picture, caption(snapshot))
+        layers = {
+            "grid": lambda: self._draw_grid(),
+            "goal": lambda: self._draw_goal(state),
+            "obstacles": lambda: self._draw_obstacles(scene),
+            "trail": lambda: self._draw_trail(trail),
+            "links": lambda: self._draw_links(state),
+            "forces": lambda: self._draw_forces(state),
+        }
+        for name, draw in layers.items():
+            if self._picture.shows(name):
+                draw()
+        picture = pygame.transform.smoothscale(self._surface, self._picture.size)
+        if self._picture.shows("caption"):
+            self._write(picture, caption(float(state.time), float(state.distance)))
         return picture
 
-    def _follow(self, snapshot: dict[str, Any]) -> None:
-        centre = np.array(snapshot["centre"])
-        if snapshot["time"] < self._last_time:
-            self._trail.clear()
-        if snapshot["time"] != self._last_time:
-            self._trail.append(centre)
-        self._last_time = snapshot["time"]
-        self._camera.centre = centre
-
     def _draw_grid(self, spacing: float = 0.25) -> None:
-        half = np.array(CANVAS) / (2 * self._camera.scale)
+        width, height = self._camera.canvas
+        half = np.array([width, height]) / (2 * self._camera.scale)
         first, last = np.ceil((self._camera.centre - half) / spacing), (self._camera.centre + half) / spacing
         for x in np.arange(first[0], last[0] + 1) * spacing:
             px = self._camera.pixel((x, 0.0))[0]
-            pygame.draw.line(self._surface, GRID, (px, 0), (px, CANVAS[1]), OVERSAMPLING)
+            pygame.draw.line(self._surface, GRID, (px, 0), (px, height), OVERSAMPLING)
         for y in np.arange(first[1], last[1] + 1) * spacing:
             py = self._camera.pixel((0.0, y))[1]
-            pygame.draw.line(self._surface, GRID, (0, py), (CANVAS[0], py), OVERSAMPLING)
+            pygame.draw.line(self._surface, GRID, (0, py), (width, py), OVERSAMPLING)
 
-    def _draw_goal(self, snapshot: dict[str, Any]) -> None:
-        """The goal disc, or the goal line across the corridor and the corridor's bounds."""
-        if "goal_disc" in snapshot:
-            x, y, radius = snapshot["goal_disc"]
-            self._disc((x, y), radius, GOAL)
-            self._disc((x, y), radius - 0.02, GROUND)
+    def _draw_goal(self, state: State) -> None:
+        """The path, the goal disc, the goal line with the corridor's bounds, or the commanded direction."""
+        if len(state.path):
+            for start, end in itertools.pairwise(state.path):
+                self._line(start, end, GOAL, 4)
             return
-        goal, half_width = snapshot["goal_line"], snapshot["corridor_half_width"]
-        right, left = snapshot["centre_line"] - half_width, snapshot["centre_line"] + half_width
+        if np.isnan(state.goal_radius):
+            direction = np.array([np.cos(state.goal_direction), np.sin(state.goal_direction)])
+            self._arrow(state.position, state.position + 0.6 * direction, 0.08, GOAL)
+            return
+        if state.goal_radius > 0.0:
+            self._disc(state.goal, float(state.goal_radius), GOAL)
+            self._disc(state.goal, float(state.goal_radius) - 0.02, GROUND)
+            return
+        (goal, centre_line), half_width = state.goal, state.corridor_half_width
+        right, left = centre_line - half_width, centre_line + half_width
         self._line((goal, right), (goal, left), GOAL, 4)
-        back = self._camera.centre[0] - VIEW_WIDTH
+        back = self._camera.centre[0] - self._camera.canvas[0] / self._camera.scale
         for y in (right, left):
             self._line((back, y), (goal, y), BORDER, 3)
 
-    def _draw_pegs(self, pegs: NDArray[np.float64]) -> None:
-        for radius, x, y in pegs:
+    def _draw_obstacles(self, scene: Scene) -> None:
+        for radius, x, y in circles(scene.obstacles):
             self._disc((x, y), radius, PEG)
+        for corners in outlines(scene.obstacles):
+            if len(corners) > 2:
+                self._polygon(corners, PEG)
+            self._line(corners[0], corners[-1], PEG, 3)
 
-    def _draw_trail(self) -> None:
-        if len(self._trail) > 1:
-            points = [self._camera.pixel(point) for point in self._trail]
+    def _draw_trail(self, trail: Trail) -> None:
+        if len(trail.points) > 1:
+            points = [self._camera.pixel(point) for point in trail.points]
             pygame.draw.lines(self._surface, TRAIL, False, points, 2 * OVERSAMPLING)
 
-    def _draw_links(self, snapshot: dict[str, Any]) -> None:
+    def _draw_links(self, state: State) -> None:
         """Each link as a stadium: straight sides and round ends."""
-        links = list(zip(snapshot["pose"], snapshot["shape"], strict=True))
+        half_axes = state.link_half_length[:, np.newaxis] * state.link_axis
+        links = list(zip(state.link_position, half_axes, state.link_radius, strict=True))
         outline = 2 * OVERSAMPLING / self._camera.scale
-        for pose, (half_length, radius) in links:
-            self._stadium(pose, half_length, radius, OUTLINE)
-        for i, (pose, (half_length, radius)) in reversed(list(enumerate(links))):
-            self._stadium(pose, half_length, radius - outline, HEAD if i == 0 else BODY[i % 2])
+        for place, half_axis, radius in links:
+            self._stadium(place, half_axis, radius, OUTLINE)
+        for i, (place, half_axis, radius) in reversed(list(enumerate(links))):
+            self._stadium(place, half_axis, radius - outline, HEAD if i == 0 else BODY[i % 2])
 
-    def _stadium(self, pose: NDArray[np.float64], half_length: float, radius: float, colour: Any) -> None:
-        x, y, angle = pose
-        along = np.array([np.cos(angle), np.sin(angle)])
+    def _stadium(self, centre: Array, half_axis: Array, radius: float, colour: Any) -> None:
+        half_length = float(np.hypot(*half_axis))
+        along = half_axis / half_length if half_length > 0.0 else np.array([1.0, 0.0])
         across = np.array([-along[1], along[0]])
-        centre = np.array([x, y])
         ends = centre + half_length * along, centre - half_length * along
         corners = [end + side * radius * across for end, side in zip((*ends, *ends[::-1]), (1, 1, -1, -1), strict=True)]
         self._polygon(corners, colour)
         for end in ends:
             self._disc(end, radius, colour)
 
-    def _draw_forces(self, snapshot: dict[str, Any]) -> None:
+    def _draw_forces(self, state: State) -> None:
         """The mean force of the pegs on each link during the last control period."""
-        for pose, force in zip(snapshot["pose"], snapshot["contact_force"], strict=True):
+        for place, force in zip(state.link_position[:, :2], state.contact_force[:, :2], strict=True):
             if np.hypot(*force) * FORCE_SCALE > 0.005:
-                self._arrow(pose[:2], pose[:2] + FORCE_SCALE * force)
+                self._arrow(place, place + FORCE_SCALE * force)
 
-    def _arrow(self, start: NDArray[np.float64], end: NDArray[np.float64], head: float = 0.04) -> None:
+    def _arrow(self, start: Array, end: Array, head: float = 0.04, colour: Any = FORCE) -> None:
         along = (end - start) / np.hypot(*(end - start))
         across = np.array([-along[1], along[0]])
         base = end - head * along
-        self._line(start, base, FORCE, 3)
-        self._polygon([end, base + 0.5 * head * across, base - 0.5 * head * across], FORCE)
+        self._line(start, base, colour, 3)
+        self._polygon([end, base + 0.5 * head * across, base - 0.5 * head * across], colour)
 
     def _write(self, picture: pygame.Surface, text: str) -> None:
         """The caption on a strip of its own, large enough to be read in a picture half as wide."""
-        if self._font is None:
-            pygame.font.init()
-            self._font = pygame.font.Font(None, 38)
-        pygame.draw.rect(picture, CAPTION, (0, 0, SIZE[0], CAPTION_HEIGHT))
-        picture.blit(self._font.render(text, True, TEXT), (10, 6))
+        # A font kept from the last picture would be lost where another user of pygame has called pygame.quit.
+        pygame.font.init()
+        width = self._picture.size[0]
+        font = pygame.font.Font(None, max(10, min(38, 38 * width // 640)))
+        pygame.draw.rect(picture, CAPTION, (0, 0, width, CAPTION_HEIGHT))
+        picture.blit(font.render(text, True, TEXT), (10, 6))
 
     def _line(self, start: Any, end: Any, colour: Any, width: int) -> None:
         ends = self._camera.pixel(start), self._camera.pixel(end)

@@ -14,12 +14,12 @@ from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import VecEnv, VecMonitor
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvStepReturn
 
-from snake_env._robots import RobotState
+from snake_env._robot_view import RobotView
 from snake_env.errors import ConfigError
 from snake_env.vector_env import SnakeVectorEnv, refuse_others
 
 
-def make(env_id: str = "SnakeField-v0", num_envs: int = 1, *, monitor: bool = True, **options: Any) -> SnakeVecEnv:
+def make(env_id: str = "SnakeField-v1", num_envs: int = 1, *, monitor: bool = True, **options: Any) -> SnakeVecEnv:
     """A native batch as a Stable-Baselines3 ``VecEnv``.
 
     Args:
@@ -36,11 +36,11 @@ def make(env_id: str = "SnakeField-v0", num_envs: int = 1, *, monitor: bool = Tr
     return SnakeVecEnv(gym.make_vec(env_id, num_envs=num_envs, **options), monitor=monitor)  # type: ignore[arg-type]
 
 
-def native(venv: VecEnv, env_id: str = "SnakeField-v0", seed: int | None = None, **options: Any) -> VecMonitor:
+def native(venv: VecEnv, env_id: str = "SnakeField-v1", seed: int | None = None, **options: Any) -> VecMonitor:
     """RL Zoo's ``vec_env_wrapper`` hook: puts the native batch in the place of the Zoo's environments.
 
     The Zoo's keywords and seed go to the environments that are thrown away: give them here,
-    ``vec_env_wrapper: {snake_env.sb3.native: {env_id: SnakeField-v0, seed: 0}}``.
+    ``vec_env_wrapper: {snake_env.sb3.native: {env_id: SnakeField-v1, seed: 0}}``.
     """
     num_envs = venv.num_envs
     render_mode = venv.render_mode
@@ -73,21 +73,30 @@ class SnakeVecEnv(VecEnv):
         self._return = np.zeros(env.num_envs)
         self._length = np.zeros(env.num_envs, np.int64)
         self._start_time = time.time()
-        self._robots = [_Robot(env, i) for i in range(env.num_envs)]
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
         self.metadata = env.metadata
 
     def reset(self) -> NDArray[np.float32]:
         """Starts new episodes with the seeds and options set since the last reset."""
         options = next((one for one in self._options if one), None)
-        observation, infos = self.env.reset(seed=self._seeds, options=options)
+        observation = self._reset(self._seeds, options)
         self._reset_seeds()
         self._reset_options()
-        self._return[:] = 0.0
-        self._length[:] = 0
-        self.reset_infos = [_row(infos, i) for i in range(self.num_envs)]
-        self._infos = infos
         return observation
+
+    def _reset(self, seeds: Sequence[int | None], options: dict[str, Any] | None) -> NDArray[np.float32]:
+        """Starts new episodes of the robots that the options name; the others keep return and length."""
+        observation, self._infos = self.env.reset(seed=seeds, options=options)
+        fresh = self._infos["_time"]
+        self.clear_books(fresh)
+        for i in np.flatnonzero(fresh).tolist():
+            self.reset_infos[i] = _row(self._infos, i)
+        return observation
+
+    def clear_books(self, mask: NDArray[np.bool_]) -> None:
+        """Return and length of the episodes of the robots in ``mask`` count from zero."""
+        self._return[mask] = 0.0
+        self._length[mask] = 0
 
     def step_async(self, actions: NDArray[Any]) -> None:
         """Takes the actions of the next step."""
@@ -132,16 +141,24 @@ class SnakeVecEnv(VecEnv):
         return [getattr(robot, attr_name) for robot in self._chosen(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
-        """Sets an attribute of the batch; the robots share it, so ``indices`` must name all of them."""
-        if len(self._chosen(indices)) != self.num_envs:
+        """Sets ``difficulty`` of some robots, or another attribute, which the robots share, of all of them."""
+        robots = self._chosen(indices)
+        if attr_name == "difficulty":
+            self.env.set_difficulty(value, np.isin(np.arange(self.num_envs), [robot.index for robot in robots]))
+            return
+        if len(robots) != self.num_envs:
             raise ConfigError("indices", indices, "None: the robots of a native batch share their attributes")
         setattr(self.env, attr_name, value)
 
     def env_method(
         self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any
     ) -> list[Any]:
-        """Calls ``render``, ``set_difficulty``, ``get_state``, ``set_state`` robot by robot, others of the batch."""
-        return [getattr(robot, method_name)(*method_args, **method_kwargs) for robot in self._chosen(indices)]
+        """Calls a method robot by robot.
+
+        Raises:
+            ConfigError: it is a method of the batch, such as ``step``; call it on ``env``.
+        """
+        return [robot.call(method_name, *method_args, **method_kwargs) for robot in self._chosen(indices)]
 
     def env_is_wrapped(self, wrapper_class: type[gym.Wrapper], indices: VecEnvIndices = None) -> list[bool]:
         """True for ``Monitor`` if episodes are reported; no robot has other wrappers."""
@@ -153,40 +170,21 @@ class SnakeVecEnv(VecEnv):
 
     def _chosen(self, indices: VecEnvIndices) -> list[_Robot]:
         chosen: Iterable[int] = self._get_indices(indices)
-        return [self._robots[i] for i in chosen]
+        return [_Robot(self, i) for i in chosen]
 
 
-class _Robot:
-    """One robot of a batch, for the ``VecEnv`` methods that address robots one by one."""
+class _Robot(RobotView):
+    """One robot of a batch, whose books a reset clears."""
 
-    def __init__(self, env: SnakeVectorEnv, i: int) -> None:
-        self._env = env
-        self._mask = np.arange(env.num_envs) == i
-        self.observation_space = env.single_observation_space
-        self.action_space = env.single_action_space
-        self._index = i
+    def __init__(self, venv: SnakeVecEnv, index: int) -> None:
+        super().__init__(venv.env, index)
+        self._venv = venv
 
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("__") or "_env" not in self.__dict__:
-            raise AttributeError(name)
-        return getattr(self._env, name)
-
-    @property
-    def unwrapped(self) -> _Robot:
-        return self
-
-    def render(self) -> Any:
-        images = self._env.render()
-        return None if images is None else images[self._index]
-
-    def set_difficulty(self, difficulty: float) -> None:
-        self._env.set_difficulty(difficulty, self._mask)
-
-    def get_state(self) -> RobotState:
-        return self._env.get_state(self._mask)[0]
-
-    def set_state(self, state: RobotState) -> NDArray[np.float32]:
-        return self._env.set_state([state], self._mask)[self._index]
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        observation, info = super().reset(seed=seed, options=options)
+        self._venv.clear_books(self._mask)
+        self._venv.reset_infos[self.index] = info
+        return observation, info
 
 
 def _row(infos: dict[str, Any], i: int) -> dict[str, Any]:

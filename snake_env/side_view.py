@@ -8,6 +8,8 @@ import numpy as np
 import pygame
 from numpy.typing import NDArray
 
+from snake_env.config import Scene
+from snake_env.picture import Picture
 from snake_env.rendering import (
     BODY,
     FORCE,
@@ -15,10 +17,11 @@ from snake_env.rendering import (
     HEAD,
     OUTLINE,
     OVERSAMPLING,
-    SIZE,
     Point,
     TopView,
+    Trail,
 )
+from snake_env.state import State
 
 STRIP_HEIGHT = 110
 """Height of the side view [pixels]."""
@@ -28,46 +31,47 @@ STRIP = (250, 249, 245)
 NORMAL_FORCE_SCALE = 0.004
 """Length of a line under a link that the ground carries [m/N]."""
 
-CANVAS = (OVERSAMPLING * SIZE[0], OVERSAMPLING * STRIP_HEIGHT)
-
 
 class TwoViews(TopView):
     """The top view with a strip that looks at the robot across its body; pegs are seen from above alone."""
 
-    def __init__(self) -> None:
-        super().__init__()
-        self._strip = pygame.Surface(CANVAS)
+    def __init__(self, picture: Picture) -> None:
+        super().__init__(picture)
+        self._strip = pygame.Surface((self._camera.canvas[0], OVERSAMPLING * STRIP_HEIGHT))
 
-    def _draw(self, snapshot: dict[str, Any]) -> pygame.Surface:
-        self._draw_strip(snapshot)
-        picture = pygame.Surface((SIZE[0], SIZE[1] + STRIP_HEIGHT))
-        picture.blit(super()._draw(snapshot), (0, 0))
-        picture.blit(pygame.transform.smoothscale(self._strip, (SIZE[0], STRIP_HEIGHT)), (0, SIZE[1]))
+    def draw(self, state: State, scene: Scene, trail: Trail) -> pygame.Surface:
+        """Picture as a surface."""
+        width, height = self._picture.size
+        picture = pygame.Surface((width, height + STRIP_HEIGHT))
+        picture.blit(super().draw(state, scene, trail), (0, 0))
+        self._draw_strip(state)
+        picture.blit(pygame.transform.smoothscale(self._strip, (width, STRIP_HEIGHT)), (0, height))
         return picture
 
-    def _draw_links(self, snapshot: dict[str, Any]) -> None:
+    def _draw_links(self, state: State) -> None:
         """Each link as a stadium, foreshortened where it points up or down; higher links over lower ones."""
-        axis, height = snapshot["axis"], snapshot["position"][:, 2]
-        half_length = snapshot["shape"][:, 0] * np.hypot(axis[:, 0], axis[:, 1])
+        half_axes = state.link_half_length[:, np.newaxis] * state.link_axis[:, :2]
         outline = 2 * OVERSAMPLING / self._camera.scale
-        for i in np.argsort(height, kind="stable"):
-            pose, radius = snapshot["pose"][i], snapshot["shape"][i, 1]
-            self._stadium(pose, half_length[i], radius, OUTLINE)
-            self._stadium(pose, half_length[i], radius - outline, _colour(i))
+        for i in np.argsort(state.link_position[:, 2], kind="stable"):
+            place, radius = state.link_position[i, :2], state.link_radius[i]
+            self._stadium(place, half_axes[i], radius, OUTLINE)
+            self._stadium(place, half_axes[i], radius - outline, _colour(i))
 
-    def _draw_strip(self, snapshot: dict[str, Any]) -> None:
+    def _draw_strip(self, state: State) -> None:
         self._strip.fill(STRIP)
-        ground = CANVAS[1] - OVERSAMPLING * GROUND_LEVEL
-        pygame.draw.rect(self._strip, GRID, (0, ground, CANVAS[0], CANVAS[1] - ground))
-        ahead = _body_direction(snapshot["axis"])
+        width, height = self._strip.get_size()
+        ground = height - OVERSAMPLING * GROUND_LEVEL
+        pygame.draw.rect(self._strip, GRID, (0, ground, width, height - ground))
+        axes = state.link_axis
+        ahead = _body_direction(axes)
         across = np.array([-ahead[1], ahead[0]])
-        places = snapshot["position"] - [*snapshot["centre"], 0.0]
+        places = state.link_position - [*state.position, 0.0]
         depth = places[:, :2] @ across
         for i in np.argsort(-depth, kind="stable"):
             centre = np.array([places[i, :2] @ ahead, places[i, 2]])
-            axis = np.array([snapshot["axis"][i, :2] @ ahead, snapshot["axis"][i, 2]])
-            self._capsule(centre, axis, snapshot["shape"][i], _colour(i))
-            self._load(centre, snapshot["normal_force"][i])
+            axis = np.array([axes[i, :2] @ ahead, axes[i, 2]])
+            self._capsule(centre, axis, (state.link_half_length[i], state.link_radius[i]), _colour(i))
+            self._load(centre, np.asarray(state.normal_force)[i])
 
     def _capsule(self, centre: NDArray[np.float64], axis: NDArray[np.float64], shape: Any, colour: Any) -> None:
         """Two discs and what lies between them."""
@@ -93,7 +97,8 @@ class TwoViews(TopView):
     def _on_strip(self, point: Any) -> Point:
         """Pixel of a point given by its place along the body and its height [m]."""
         x, z = np.asarray(point) * self._camera.scale
-        return float(CANVAS[0] / 2 + x), float(CANVAS[1] - OVERSAMPLING * GROUND_LEVEL - z)
+        width, height = self._strip.get_size()
+        return float(width / 2 + x), float(height - OVERSAMPLING * GROUND_LEVEL - z)
 
 
 def _colour(link: int) -> Any:

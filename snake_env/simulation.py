@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import warnings
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from snake_env._native import simulate as native_simulate
-from snake_env.config import PD, Gait, Integrator, IOLinearizing, Noise, Robot, Scene, Start
+from snake_env.config import PD, Gait, Integrator, IOLinearizing, JointTrajectory, Noise, Robot, Scene, Start
+from snake_env.config.joint_trajectory import JointReference
 from snake_env.trajectory import Trajectory
 
 VISIBLE_PENETRATION = 1e-3
@@ -20,7 +22,7 @@ def simulate(
     model: str = "planar",
     robot: Robot | None = None,
     scene: Scene | None = None,
-    gait: Gait | None = None,
+    gait: Gait | JointTrajectory | JointReference | None = None,
     controller: PD | IOLinearizing | None = None,
     integrator: Integrator | None = None,
     start: Start | None = None,
@@ -29,6 +31,9 @@ def simulate(
     noise: Noise | None = None,
     seed: int = 0,
     self_contact: bool | None = None,
+    reference_rate: float | None = None,
+    reference_delay: float = 0.0,
+    record: str | Sequence[str] = (),
 ) -> Trajectory:
     """Simulate one robot that follows a gait.
 
@@ -37,7 +42,8 @@ def simulate(
             model of chapter 6 in minimal coordinates.
         robot: default :class:`Robot`, Aiko.
         scene: default :class:`Scene`, flat ground with isotropic friction; for "minimal" the ground of (T Table 7.2).
-        gait: default lateral undulation.
+        gait: default lateral undulation; also a :class:`JointTrajectory`, or an object whose ``angle(time)`` and
+            ``rate(time)`` return the references of all joints, sampled every 5 ms.
         controller: default :class:`PD`, for "minimal" with the gains of (T Table 7.2).
         integrator: default :class:`Integrator`, that of the environments.
         start: default the start of a preset course, otherwise :class:`Start`.
@@ -45,8 +51,14 @@ def simulate(
         sample: interval between samples [s], > 0; the last sample is at the last multiple not after ``duration``.
         noise: noise on the measurements of the controller, "minimal" only; None for none.
         seed: seed of the noise.
-        self_contact: whether links that are not neighbours touch each other, instead of ``robot.self_contact``;
-            "planar" only.
+        self_contact: whether links that are not neighbours touch each other; None: as ``robot.self_contact``, which is
+            True by default where the model and its method have it.
+        reference_rate: how often the joints receive a sample of the reference [Hz], 0.1 to 10000: cubics lead from one
+            to the next; None: all the time.
+        reference_delay: time from a reference to its arrival at the joints [s], 0 to 10.
+        record: what the trajectory holds besides the motion, one name or several of "velocity", "ground", "obstacles",
+            "self_contacts" and "power": the optional arrays of :class:`Trajectory`. The minimal model has no
+            obstacles and no contact with itself, and sums forces and power up with set-valued friction only.
 
     Raises:
         ConfigError: names the field, the value and what is admissible.
@@ -58,21 +70,40 @@ def simulate(
     """
     if self_contact is not None:
         robot = dataclasses.replace(Robot() if robot is None else robot, self_contact=self_contact)
-    config = {"model": model, "duration": duration, "sample": sample, "seed": seed}
+    if reference_rate is not None or reference_delay != 0.0 or not _is_section(gait):
+        joints = _link_count(robot) - 1
+        gait = JointTrajectory.sampled(gait or Gait(), duration, joints, reference_rate, reference_delay)
+    groups = [record] if isinstance(record, str) else list(record)
+    config = {"model": model, "duration": duration, "sample": sample, "seed": seed, "record": groups}
     sections = {
         "robot": robot,
         "scene": scene,
-        "gait": gait,
+        "gait": None if isinstance(gait, JointTrajectory) else gait,
+        "joint_trajectory": gait.fields() if isinstance(gait, JointTrajectory) else None,
         "controller": controller,
         "integrator": integrator,
         "start": _start(model, scene) if start is None else start,
         "noise": noise,
     }
     given = {name: section for name, section in sections.items() if section is not None}
-    trajectory = Trajectory(**native_simulate(config | given))
+    arrays: dict[str, Any] = native_simulate(config | given)
+    arrays["scene"] = scene if isinstance(scene, Scene) else None
+    arrays["robot"] = robot if isinstance(robot, Robot) else None
+    trajectory = Trajectory(**arrays)
     _warn_of_penetration(trajectory, _others(model, trajectory))
     _warn_of_unconverged(trajectory)
     return trajectory
+
+
+def _is_section(gait: Any) -> bool:
+    """Whether the core reads the gait as it is, or refuses it by name."""
+    return isinstance(gait, Gait | JointTrajectory | Mapping) or not hasattr(gait, "angle")
+
+
+def _link_count(robot: Any) -> int:
+    if isinstance(robot, Mapping):
+        return int(robot.get("links", Robot.links))
+    return Robot.links if robot is None else robot.links
 
 
 def _start(model: str, scene: Any) -> Start | None:

@@ -143,7 +143,9 @@ def check_seeds(make: MakeVector, num_envs: int, seed: int) -> None:
     alone = make(num_envs=1, autoreset_mode=NEXT_STEP)
     for seeds, (observation, _) in zip((seed + last, None), runs[0], strict=True):
         row, _ = alone.reset(seed=seeds)
-        assert_identical(row[0], observation[last], f"environment {last} of {num_envs} and the same seed alone")
+        assert_identical(
+            _part(row, 0), _part(observation, last), f"environment {last} of {num_envs} and the same seed alone"
+        )
     alone.close()
 
 
@@ -158,9 +160,12 @@ def check_reset_mask(make: MakeVector, num_envs: int, seed: int) -> None:
     options = {"reset_mask": mask}
     after, infos = env.reset(seed=seed, options=options)
     _require(list(options) == ["reset_mask"], "reset removed the mask from the caller's options")
-    assert_identical(after[1:], observation[1:], "rows outside reset_mask")  # type: ignore[index]
+    others = slice(1, None)
+    assert_identical(_part(after, others), _part(observation, others), "rows outside reset_mask")
     fresh = make(num_envs=1, autoreset_mode=DISABLED)
-    assert_identical(after[0], fresh.reset(seed=seed)[0][0], "the row inside reset_mask and a fresh environment")
+    assert_identical(
+        _part(after, 0), _part(fresh.reset(seed=seed)[0], 0), "the row inside reset_mask and a fresh environment"
+    )
     _check_infos(infos, num_envs, "a partial reset")
     for bad in (mask.astype(np.int8), mask[:-1], np.zeros(num_envs, np.bool_), mask.tolist()):
         try:
@@ -253,6 +258,13 @@ def _actions(env: VectorEnv, steps: int, seed: int) -> np.ndarray:
     """Random actions (steps, num_envs, a)."""
     env.action_space.seed(seed)
     return np.array([env.action_space.sample() for _ in range(steps)])
+
+
+def _part(observation: Any, rows: int | slice) -> Any:
+    """Rows of an observation, an array or a mapping of arrays."""
+    if isinstance(observation, dict):
+        return {name: _part(values, rows) for name, values in observation.items()}
+    return observation[rows]
 
 
 def _arrays(result: Any) -> list[np.ndarray]:

@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from snake_env.config import Robot, Scene
+from snake_env.errors import ConfigError
 
 Array = NDArray[np.float64]
 
@@ -25,7 +31,7 @@ class Trajectory:
         contact_force: (T, n, 2) obstacle force on each link, averaged over the sample interval (T 7.6) [N]; (T, n, 3)
             in the spatial model.
         self_contact_force: (T, n, 2) force of the robot's other links on each link, averaged over the sample interval
-            [N]; None without self-contact.
+            [N]; (T, n, 3) in the spatial model; None without self-contact.
         residual: (T,) worst contact-solver residual since the last sample [m/s].
         iterations: (T,) solver iterations since the last sample.
         unconverged: (T,) solves since the last sample that ended before their tolerance; also as ``misses``.
@@ -38,6 +44,25 @@ class Trajectory:
             the minimal model only.
         quaternion: (T, n, 4) orientations of the links, w first, from their own frame to the inertial one (T 4.1); the
             spatial model only.
+        scene: obstacles and ground of the run.
+        robot: of the run.
+
+    Where ``record`` of :func:`snake_env.simulate` names them, otherwise None; forces and power are means over the
+    sample interval, zero in row 0 but for constant normal forces. A link touches the ground in c contacts: 1 in the
+    planar model, under its CG; 2 in the others, in front and behind.
+
+        velocity: (T, n, 2) of the links' CGs [m/s]; (T, n, 3) in the spatial model ("velocity").
+        angular_velocity: (T, n) of the links [rad/s]; (T, n, 3), frame I, in the spatial model ("velocity").
+        joint_rate: (T, n - 1) [rad/s]; (T, n - 1, 2) in the spatial model, yaw and pitch ("velocity").
+        ground_friction: (T, n, c, 2) friction of the ground on each link, x and y of the inertial frame, with viscous
+            friction, without the moment of rolling friction [N] ("ground").
+        ground_normal: (T, n, c) normal force of the ground [N] ("ground").
+        obstacle_force: (T, m, 2) force of each of the m obstacles of the scene on the robot [N] ("obstacles").
+        pair_force: (T, n, n, 2) force on each link of each other link, ``[:, i, j]`` on link i of link j [N];
+            (T, n, n, 3) in the spatial model ("self_contacts").
+        actuator_power: (T, n - 1) power of each actuator [W]; (T, n - 1, 2) in the spatial model ("power").
+        friction_power: (T,) power of all friction, that of rolling and at obstacles included, never positive [W]
+            ("power").
     """
 
     time: Array
@@ -56,11 +81,52 @@ class Trajectory:
     self_contact_force: Array | None = None
     passive_velocity: Array | None = None
     quaternion: Array | None = None
+    scene: Scene | None = None
+    robot: Robot | None = None
+    velocity: Array | None = None
+    angular_velocity: Array | None = None
+    joint_rate: Array | None = None
+    ground_friction: Array | None = None
+    ground_normal: Array | None = None
+    obstacle_force: Array | None = None
+    pair_force: Array | None = None
+    actuator_power: Array | None = None
+    friction_power: Array | None = None
 
     @property
     def misses(self) -> Array:
         """The same as ``unconverged``."""
         return self.unconverged
+
+    def view(self, host: str = "127.0.0.1", port: int = 8080) -> Any:
+        """Plays the run in the browser; needs the extra ``view``.
+
+        Args:
+            host: interface that serves the page; by default only this machine sees it.
+            port: of the page; the next free one if it is taken.
+
+        Returns:
+            The page: ``.url``, ``.wait()`` until the process is interrupted, ``.stop()``.
+        """
+        frames = import_module("snake_env.viewer.frames").Frames.of_trajectory(self)
+        return import_module("snake_env.viewer.player").Player(frames, host, port)
+
+    def save(self, path: str | Path) -> Path:
+        """Writes the run as a page that needs no server (``.html``; extra ``view``) or a film (``.mp4``, ``video``).
+
+        Returns:
+            What was written: a film is a gif where no ffmpeg is found.
+
+        Raises:
+            ConfigError: another ending.
+        """
+        path = Path(path)
+        if path.suffix == ".html":
+            frames = import_module("snake_env.viewer.frames").Frames.of_trajectory(self)
+            return Path(import_module("snake_env.viewer.export").page(frames, path))
+        if path.suffix == ".mp4":
+            return Path(import_module("snake_env.viewer.film").film(self, path))
+        raise ConfigError("path", str(path), "a name that ends in .html or .mp4")
 
     def __repr__(self) -> str:
         samples, links = self.angle.shape

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 from gymnasium.envs.registration import load_env_creator
-from gymnasium.error import ResetNeeded
+from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
@@ -16,14 +16,18 @@ from typing_extensions import Unpack
 
 from snake_env import _checks
 from snake_env._buffers import Mask, StepBuffers
-from snake_env._robots import Robots, RobotState
+from snake_env._robot_view import METHODS, RobotView
+from snake_env._robots import Functions, Robots, RobotState
 from snake_env._shared import RobotsEnvironment
 from snake_env._task import BATCH_KEYWORDS, Task
+from snake_env.config import Scene
 from snake_env.errors import ConfigError
-from snake_env.options import RewardFn, TaskOptions
+from snake_env.options import RewardFn, TaskOptions, TerminationFn
+from snake_env.picture import Picture
 from snake_env.registration import MAX_EPISODE_STEPS, OWN_ID
+from snake_env.state import State
 
-StepResult = tuple[NDArray[np.float32], NDArray[np.float64], Mask, Mask, dict[str, Any]]
+StepResult = tuple[Any, NDArray[np.float64], Mask, Mask, dict[str, Any]]
 
 
 class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
@@ -39,7 +43,8 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
 
     Args:
         num_envs: number of robots, >= 1.
-        max_episode_steps: control periods after which an episode is truncated, >= 1; None: never.
+        max_episode_steps: control periods after which an episode is truncated, >= 1; None: 600, as registered;
+            -1: never.
         render_mode: None, "rgb_array" (``render`` returns a tuple of n uint8 images (height, width, 3)) or
             "human" (a window that shows robot 0).
         autoreset_mode: "NextStep", "SameStep" or "Disabled", or a member of ``gymnasium.vector.AutoresetMode``;
@@ -47,29 +52,33 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
         num_threads: threads that step the batch, >= 1; None: the environment variable SNAKE_ENV_NUM_THREADS, else
             min(cores, ceil(num_envs / 8)).
         reward_fn: replaces the reward; see :data:`snake_env.options.RewardFn`.
+        termination_fn: ends episodes too; see :data:`snake_env.options.TerminationFn`.
+        observation: "flat", one array (n, o), or "dict", an array for each block of the observation.
+        picture: size, camera, zoom and layers of pictures; a :class:`snake_env.Picture` or a mapping of its fields.
         **options: the task; see :class:`snake_env.options.TaskOptions`.
 
-    Attributes:
-        control_period: simulated time of one step [s].
-        num_threads: threads in use.
     """
 
     def __init__(
         self,
         num_envs: int = 1,
         *,
-        max_episode_steps: int | None = MAX_EPISODE_STEPS,
+        max_episode_steps: int | None = None,
         render_mode: str | None = None,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
         num_threads: int | None = None,
         reward_fn: RewardFn | None = None,
+        termination_fn: TerminationFn | None = None,
+        observation: str = "flat",
+        picture: Picture | Mapping[str, Any] | None = None,
         **options: Unpack[TaskOptions],
     ) -> None:
         self._mode = _autoreset_mode(autoreset_mode)
-        robots = Robots(Task(options, max_episode_steps, BATCH_KEYWORDS), num_envs, num_threads, reward_fn)
-        task = self._set_up(robots, render_mode)
+        limit = _checks.step_limit(max_episode_steps, MAX_EPISODE_STEPS)
+        task = Task(options, limit, BATCH_KEYWORDS, observation)
+        robots = Robots(task, num_envs, num_threads, Functions.checked(reward_fn, termination_fn))
+        self._set_up(robots, render_mode, picture)
         self.num_envs = robots.num_envs
-        self.num_threads = robots.num_threads
         self.single_observation_space = task.observation_space
         self.single_action_space = task.action_space
         self.observation_space = batch_space(task.observation_space, self.num_envs)
@@ -80,29 +89,32 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+    ) -> tuple[Any, dict[str, Any]]:
         """Starts new episodes, of all robots or of those in ``options["reset_mask"]``.
 
-        Robots outside the mask keep their state and return their present observation.
+        Robots outside the mask keep their state and return their present observation. ``options`` may also have the
+        ``scene``, ``start`` and ``goal`` of these episodes, one for all or a list of one per robot, as the keywords of
+        the environment, and the ``difficulty`` of these robots from now on.
 
         Raises:
             ConfigError: names the seed, option or mask that is not admissible.
         """
         self._require_open()
         seeds = _checks.seeds(seed, self.num_envs)
-        known = _checks.options(options, ["reset_mask"])
+        given = options or {}
         mask = self._robots.everyone
-        if "reset_mask" in known:
-            mask = _checks.mask("options['reset_mask']", known["reset_mask"], self.num_envs)
-        elif seed is not None:
+        if "reset_mask" in given:
+            mask = _checks.mask("options['reset_mask']", given["reset_mask"], self.num_envs)
+        told = self._told(given, ["reset_mask"], mask)
+        if seed is not None and "reset_mask" not in given:
             super().reset(seed=next((one for one in seeds if one is not None), None))
         if not self._ready:
             self._require_all(mask)
-        buffers = self._robots.reset(mask, seeds, self.np_random)
+        buffers = self._robots.reset(mask, seeds, self.np_random, told)
         self._set_finished(self._finished & ~mask)
         self._ready = True
         self._show()
-        return buffers.arrays.observation, buffers.masked_infos(mask.copy())
+        return self._observed(buffers.arrays.observation), buffers.masked_infos(mask)
 
     def step(self, actions: ArrayLike) -> StepResult:
         """Moves the robots on by one control period.
@@ -124,7 +136,7 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
             buffers, infos = self._step_disabled(actions)
         self._show()
         observation, reward, terminated, truncated, *_ = buffers.arrays
-        return observation, reward, terminated, truncated, infos
+        return self._observed(observation), reward, terminated, truncated, infos
 
     def _step_next(self, actions: ArrayLike) -> tuple[StepBuffers, dict[str, Any]]:
         """Robots that have finished start anew instead of taking a step."""
@@ -144,12 +156,12 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
         done = buffers.arrays.terminated | buffers.arrays.truncated
         final_obs = np.full(self.num_envs, None, dtype=object)
         for i in np.flatnonzero(done):
-            final_obs[i] = buffers.arrays.observation[i].copy()
+            final_obs[i] = self._observed(buffers.arrays.observation[i].copy())
         final = {
             "final_obs": final_obs,
-            "_final_obs": done,
+            "_final_obs": done.copy(),
             "final_info": buffers.masked_infos(done),
-            "_final_info": done,
+            "_final_info": done.copy(),
         }
         self._robots.next_episode(done, buffers, keep_flags=True)
         return buffers, final | buffers.infos()
@@ -192,7 +204,7 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
         self._require_open()
         return [self._robots.get_state(i, bool(self._finished[i])) for i in self._indices(mask)]
 
-    def set_state(self, states: Sequence[RobotState], mask: Mask | None = None) -> NDArray[np.float32]:
+    def set_state(self, states: Sequence[RobotState], mask: Mask | None = None) -> Any:
         """Replaces the states of the robots in ``mask`` (None: all), in order; returns all present observations."""
         self._require_open()
         indices = self._indices(mask)
@@ -200,28 +212,79 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
             raise ConfigError("states", f"{len(states)} states", f"{len(indices)} states, one per robot in the mask")
         if not self._ready:
             self._require_all(self._robots.everyone if mask is None else mask)
+        self._robots.set_states(states, indices)
         finished = self._finished.copy()
-        for i, state in zip(indices, states, strict=True):
-            self._robots.set_state(i, state)
-            finished[i] = state.finished
+        finished[indices] = [state.finished for state in states]
         self._set_finished(finished)
         self._ready = True
-        return self._robots.observation()
+        return self._observed(self._robots.observation())
 
     def _indices(self, mask: Mask | None) -> list[int]:
         if mask is None:
             return list(range(self.num_envs))
         return [int(i) for i in np.flatnonzero(_checks.mask("mask", mask, self.num_envs))]
 
-    def snapshot(self, i: int) -> dict[str, Any]:
-        """What the renderer draws of robot ``i``: pose, pegs, forces, goal."""
+    def state(self) -> State:
+        """The state of all robots: poses, velocities, torques, forces, goals; see :class:`snake_env.State`."""
         self._require_open()
-        return self._robots.native.snapshot(i)
+        return self._robots.state(range(self.num_envs))
+
+    def scene(self, i: int) -> Scene:
+        """The obstacles and the ground of robot ``i``."""
+        self._require_open()
+        return self._robots.scene(_checks.integer("robot", i, 0, self.num_envs - 1))
 
     def render(self) -> tuple[NDArray[np.uint8], ...] | None:
         """The images of all robots ("rgb_array"); None otherwise."""
+        self._require_open()
         images = self._images(range(self.num_envs))
         return None if images is None else tuple(images)
+
+    def render_robot(self, i: int) -> NDArray[np.uint8] | None:
+        """The image of robot ``i`` ("rgb_array"); None otherwise."""
+        self._require_open()
+        images = self._images([_checks.integer("robot", i, 0, self.num_envs - 1)])
+        return None if images is None else images[0]
+
+    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """Calls a method robot by robot, or reads an attribute, as Gymnasium's own vector environments do.
+
+        Raises:
+            ConfigError: it is a method of the batch, such as ``step``.
+        """
+        robots = [RobotView(self, i) for i in range(self.num_envs)]
+        if name in METHODS or callable(getattr(self, name)):
+            return tuple(robot.call(name, *args, **kwargs) for robot in robots)
+        return tuple(getattr(robot, name) for robot in robots)
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """An attribute, once for each robot."""
+        return self.call(name)
+
+    def set_attr(self, name: str, values: Any) -> None:
+        """Sets ``difficulty`` of each robot, or an attribute that the robots share to one value."""
+        if name != "difficulty" and isinstance(values, list | tuple):
+            expected = "one value: the robots of a native batch share their attributes"
+            raise ConfigError("values", f"{len(values)} values of {name}", expected)
+        setattr(self, name, values)
+
+    @property
+    def num_threads(self) -> int:
+        """Threads that step the batch."""
+        return self._robots.num_threads
+
+    @property
+    def difficulty(self) -> NDArray[np.float64]:
+        """The difficulty of the episodes to come (n,); setting it is :meth:`set_difficulty`."""
+        return self._robots.difficulty
+
+    @difficulty.setter
+    def difficulty(self, value: ArrayLike) -> None:
+        self.set_difficulty(value)
+
+    def _require_open(self) -> None:
+        if self.closed:
+            raise ClosedEnvironmentError("this batch has been closed")
 
     def _require_all(self, mask: Mask) -> None:
         if not mask.all():

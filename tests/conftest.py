@@ -8,6 +8,7 @@ os.environ.setdefault("SNAKE_ENV_NUM_THREADS", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 
+import re
 import subprocess
 import sys
 import textwrap
@@ -55,7 +56,7 @@ def env_id(request: pytest.FixtureRequest) -> str:
 @pytest.fixture
 def make() -> Callable[..., Any]:
     """Short episodes of the field, natively."""
-    return partial(gym.make_vec, "SnakeField-v0", max_episode_steps=9)
+    return partial(gym.make_vec, "SnakeField-v1", max_episode_steps=9)
 
 
 def check_arrays(trajectory: snake_env.Trajectory, **shapes: tuple[int, ...]) -> None:
@@ -80,3 +81,22 @@ def run_python(code: str, *, timeout: float = 60, **variables: str) -> str:
     )
     assert result.returncode == 0, result.stderr
     return result.stdout.strip()
+
+
+NUMBER = re.compile(r"-?\d[\d,]*\.?\d*(?:e-?\d+)?")
+
+
+def check_rows(printed: str, page: str, key: int = 1) -> None:
+    """Every row of a Markdown table that a command prints is in the page: the same words, numbers within a tenth.
+
+    Round-off decides about the last digit of figures with two digits, and of largest values over chattering joints.
+    The first ``key`` cells identify a row.
+    """
+    head, _, *rows = printed.strip().splitlines()
+    assert rows
+    table = {tuple(line.split("|")[: key + 1]): line for line in page[page.index(head) :].split("\n\n")[0].splitlines()}
+    for row in rows:
+        expected = table[tuple(row.split("|")[: key + 1])]
+        assert NUMBER.sub("#", row) == NUMBER.sub("#", expected)
+        values = ([float(text.replace(",", "")) for text in NUMBER.findall(line)] for line in (row, expected))
+        np.testing.assert_allclose(*values, rtol=0.1, err_msg=f"{row}\n{expected}")

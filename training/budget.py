@@ -45,9 +45,9 @@ class Budget:
 
 
 class StopRequest:
-    """Ctrl-C or a termination signal asks the run to save and stop; a second one interrupts at once.
+    """Ctrl-C or a termination signal makes the run save and stop; a second one interrupts at once.
 
-    Signals reach the main thread alone; in another one nothing is asked for.
+    Signals reach only the main thread; in another thread this does nothing.
     """
 
     def __init__(self) -> None:

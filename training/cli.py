@@ -14,7 +14,7 @@ import gymnasium as gym
 import tyro
 
 from snake_env import ConfigError
-from training.policies.gaits import DEGREE, GaitParameters
+from snake_env.policies.gaits import DEGREE, GaitParameters
 
 COMMANDS = {
     "train": ("training.train", "train a policy, or resume a run"),

@@ -11,9 +11,9 @@ import tyro
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from snake_env import ConfigError
+from snake_env.evaluation import seeds
 from snake_env.registration import OWN_ID
 from snake_env.vector_env import refuse_others
-from training import seeds
 
 ROOT = Path(__file__).parents[1]
 CONFIGS = ROOT / "training" / "configs"
@@ -189,7 +189,7 @@ class RunConfig(Section):
 
     learner: str
     about: str = ""
-    env_id: str = "SnakeField-v0"
+    env_id: str = "SnakeField-v1"
     env: JsonObject = {}
     num_envs: Count = 64
     num_threads: Count = 2

@@ -1,7 +1,7 @@
 """Score policies and scripted gaits on held-out fields.
 
     python -m training evaluate --policy runs/field/policy.safetensors --video
-    python -m training evaluate --gait thesis --gait 30,120,-50 --env SnakeFree-v0
+    python -m training evaluate --gait thesis --gait 30,120,-50 --env SnakeFree-v1
 
 Without --env the task is the one that the first policy was trained in. Every policy meets the same fields, on none of
 which anything was trained. Prints success, progress, speed, time to the goal, share of jammed time, cost of transport
@@ -18,14 +18,14 @@ from typing import Annotated
 
 import tyro
 
-from training import seeds
+from snake_env.evaluation import acting, scores, seeds
+from snake_env.evaluation.rollout import run_episodes
+from snake_env.policies.gaits import GaitParameters
+from snake_env.policies.interface import Policy
 from training.cli import Gait, answer
 from training.config import JsonObject
-from training.evaluation import loading, scores
+from training.evaluation import loading
 from training.evaluation.report import FIELDS, film, report
-from training.policies.gaits import GaitParameters
-from training.policies.interface import Policy
-from training.rollout import run_episodes
 
 
 @dataclass
@@ -35,7 +35,7 @@ class Options:
     Args:
         policy: policy.safetensors or model.zip of a run; may be repeated.
         gait: 'thesis' (used if none is given), or A,omega,beta in degrees and degrees per second; may be repeated.
-        env: Environment; by default that of the first policy, or SnakeField-v0.
+        env: Environment; by default that of the first policy, or SnakeField-v1.
         options: Keywords of the environment.
         fields: Number of held-out fields.
         num_threads: Threads of the simulator.
@@ -63,7 +63,7 @@ def evaluate(given: Options) -> int:
     paths = list(given.policy)
     env_id, options = loading.task(given.env, given.options, paths)
     gaits = given.gait or (GaitParameters(),)
-    policies: list[Policy] = [loading.gait_policy(gait, env_id, **options) for gait in gaits]
+    policies: list[Policy] = [acting.gait_policy(gait, env_id, **options) for gait in gaits]
     policies += loading.load_models(paths)
     loading.refuse_other_model(paths, env_id, options)
     for policy in policies:

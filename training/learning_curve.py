@@ -25,7 +25,7 @@ class LearningCurve:
     """Collects finished episodes and makes a line of them after each update.
 
     Args:
-        budget: of the run; tells the time.
+        budget: of the run; gives the time.
         steps: environment steps taken before.
     """
 

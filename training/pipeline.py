@@ -3,11 +3,10 @@
     python -m training pipeline
     python -m training pipeline --out runs/second --max-minutes 30 --seed 1
 
-Three stages, each kept in the folder when it is done: the search for the best gait (``gaits/``), training
-(``policy/``) and the evaluation (``evaluation.json``, figures, video). A run that was killed goes on where it was:
-finished stages are not repeated, and training continues from its latest checkpoint with the wall time it has
-left. It begins anew with ``--fresh``, or by itself when configuration or seed are not those of the run in the
-folder. The evaluation is always done again. Ctrl-C stops in any stage; the same command goes on.
+Three stages: the search for the best gait (``gaits/``), training (``policy/``) and the evaluation (``evaluation.json``,
+figures, video). The same command continues a stopped run: finished stages are not repeated, and training resumes from
+its latest checkpoint with the remaining wall time; only the evaluation is always repeated. The run starts over with
+``--fresh``, or if configuration or seed differ from those of the run in the folder.
 """
 
 from __future__ import annotations
@@ -21,16 +20,18 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from snake_env.evaluation import film, scores, seeds
+from snake_env.evaluation.acting import gait_policy
+from snake_env.evaluation.rollout import Episodes, run_episodes
+from snake_env.policies.gaits import GaitParameters
+from snake_env.policies.interface import Policy
 from training import config as configs
-from training import seeds
 from training.cli import answer
 from training.config import RunConfig
-from training.evaluation import figures, scores, video
-from training.evaluation.loading import gait_policy, load_model
-from training.evaluation.report import FIELDS, film, report
-from training.policies.gaits import GaitParameters
-from training.policies.interface import Policy
-from training.rollout import Episodes, run_episodes
+from training.evaluation import figures
+from training.evaluation.loading import load_model
+from training.evaluation.report import FIELDS, report
+from training.evaluation.report import film as film_of
 from training.runs import RunFolder, StaleRun
 from training.search import gait_search
 from training.train import MODULES
@@ -40,15 +41,15 @@ PLAN = gait_search.PLAN
 
 @dataclass
 class Options:
-    """What is trained.
+    """The run.
 
     Args:
-        out: Folder for everything.
+        out: Output folder.
         config: YAML or JSON file, or a name in training/configs.
-        max_minutes: Wall time of training, over the configuration's.
-        seed: Of training, over the configuration's.
-        fields: Held-out fields of the evaluation.
-        fresh: Begin anew, whatever is in the folder.
+        max_minutes: Wall time of training; overrides the configuration.
+        seed: Seed of training; overrides the configuration.
+        fields: Number of held-out fields in the evaluation.
+        fresh: Start over even if the folder holds a matching run.
     """
 
     out: Path = Path("runs/train")
@@ -60,19 +61,19 @@ class Options:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Runs the command; 130 when it was stopped."""
+    """Runs the command; returns 130 after a stop."""
     return answer(Options, run, __doc__, arguments)
 
 
 def run(args: Options) -> int:
-    """Searches the gait, trains, judges; 130 when it was stopped."""
+    """Searches for the gait, trains, evaluates; returns 130 after a stop."""
     try:
         status = _stages(args)
     except KeyboardInterrupt:
         print()
         status = 130
     if status == 130:
-        print(f"stopped; the same command{' without --fresh' if args.fresh else ''} goes on")
+        print(f"stopped; the same command{' without --fresh' if args.fresh else ''} continues")
     return status
 
 
@@ -81,7 +82,7 @@ def _stages(args: Options) -> int:
     config = configs.load(args.config).with_changes(**changes)
     folder = RunFolder(args.out / "policy")
     if args.fresh or (folder.exists and not _holds(folder, config)):
-        print(f"beginning anew in {args.out}")
+        print(f"starting over in {args.out}")
         for name in ("policy", "gaits"):
             shutil.rmtree(args.out / name, ignore_errors=True)
     folder.create(config)
@@ -99,7 +100,7 @@ def _stages(args: Options) -> int:
 
 
 def _holds(folder: RunFolder, wanted: RunConfig) -> bool:
-    """The folder's run is the one wanted; budget, threads and description may differ."""
+    """Whether the folder's run has the wanted configuration; budget, threads and description may differ."""
     try:
         found = folder.config()
     except StaleRun:
@@ -113,17 +114,17 @@ def _say(start: float, text: str) -> None:
 
 
 def _gait_stage(out: Path, config: RunConfig) -> GaitParameters:
-    """The best constant gait, searched for once."""
+    """The best constant gait; searched for once."""
     found = out / "gaits.json"
     if not found.exists():
-        print("searching the best constant gait")
+        print("searching for the best constant gait")
         options = {name: value for name, value in config.env.items() if name != "action_mode"}
         gait_search.write(gait_search.search(config.env_id, plan=PLAN, show=True, **options), out)
     return gait_search.gait(json.loads(found.read_text())["best"])
 
 
 def _training_stage(folder: RunFolder, config: RunConfig) -> int:
-    """Trains, or goes on from the latest checkpoint."""
+    """Trains, from the latest checkpoint if there is one."""
     checkpoint = folder.latest()
     if checkpoint is not None:
         used = folder.seconds(checkpoint) / 60.0
@@ -133,7 +134,7 @@ def _training_stage(folder: RunFolder, config: RunConfig) -> int:
 
 
 def _evaluation_stage(out: Path, folder: RunFolder, config: RunConfig, best: GaitParameters, fields: int) -> None:
-    """Scores on held-out fields, figures and a video."""
+    """Writes scores on held-out fields, figures and a video."""
     options = {name: value for name, value in config.env.items() if name != "action_mode"}
     thesis, tuned = (gait_policy(gait, config.env_id, **options) for gait in (GaitParameters(), best))
     thesis.name, tuned.name = "thesis gait", "best gait"
@@ -146,7 +147,7 @@ def _evaluation_stage(out: Path, folder: RunFolder, config: RunConfig, best: Gai
     figures.learning_curve(folder.read_curve(), gaits, out / "learning-curve.png")
     figures.comparison(rows, out / "comparison.png")
     _draw_paths(policies, config, played, options, out / "paths.png")
-    print(film(policies[-1], config.env_id, played["policy"], out / "policy", options))
+    print(film_of(policies[-1], config.env_id, played["policy"], out / "policy", options))
 
 
 def _draw_paths(
@@ -156,10 +157,10 @@ def _draw_paths(
     passed, missed = played["policy"]["is_success"], ~played["thesis gait"]["is_success"]
     candidates = [*(passed & missed).nonzero()[0], *passed.nonzero()[0], 0]
     seed = seeds.HELD_OUT[int(candidates[0])]
-    walks = {one.name: video.play(one, config.env_id, seed, **options) for one in policies}
+    walks = {one.name: film.play(one, config.env_id, seed, **options) for one in policies}
     walk = next(iter(walks.values()))
     goal = float(walk.walk[0, 0]) + float(config.env.get("goal_distance", 2.0))
-    figures.paths({name: one.walk for name, one in walks.items()}, walk.pegs, goal, path)
+    figures.paths({name: one.walk for name, one in walks.items()}, walk.scene, goal, path)
 
 
 if __name__ == "__main__":

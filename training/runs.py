@@ -20,13 +20,14 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+import snake_env
 from training import config as configs
 
 PACKAGES = ("snake_env", "gymnasium", "stable_baselines3", "torch", "numpy")
 
 
 class StaleRun(ValueError):
-    """A run that this version cannot go on with; says what it was begun with."""
+    """A run that this version cannot continue; the message names the version it was started with."""
 
 
 POLICIES = ("policy.safetensors", "model.zip")
@@ -171,7 +172,8 @@ def write_json(path: Path, content: Any) -> None:
 def versions() -> dict[str, Any]:
     """Versions of what a result depends on, and the machine's kind."""
     found = {"python": platform.python_version(), "machine": platform.machine(), "cores": os.cpu_count()}
-    for package in PACKAGES:
+    found["snake_env"] = snake_env.__version__
+    for package in PACKAGES[1:]:
         try:
             found[package] = version(package)
         except PackageNotFoundError:

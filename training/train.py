@@ -1,11 +1,11 @@
-"""Train a policy: begin a run in a folder, or resume the one in it.
+"""Train a policy: start a run in a folder, or resume the run in it.
 
     python -m training train --config field-hard --seed 0 --out runs/field
     python -m training train --config field-hard --learner sb3 --ppo.learning-rate 3e-4 --out runs/sb3
     python -m training train --resume --out runs/field
 
-Learners are ppo (this package's PPO), sb3 (that of Stable-Baselines3) and evolution (evolution strategies). Every value
-of a configuration has an option; which ones there are depends on the learner. Ctrl-C saves and stops.
+Learners are ppo (the PPO of this package), sb3 (the PPO of Stable-Baselines3) and evolution (evolution strategies).
+Every value of a configuration has an option; the options depend on the learner. Ctrl-C saves and stops.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ MODULES = {
 
 @dataclass
 class Options:
-    """Which run.
+    """The run.
 
     Args:
         out: Folder of the run.
         config: YAML or JSON file, or a name in training/configs.
-        resume: Continue from the latest checkpoint, if the folder has a run.
-        seconds: Wall time of training; a resumed run counts what it used before.
-        action_mode: Meaning of the actions, over the configuration's env.
+        resume: Continue from the latest checkpoint if the folder holds a run.
+        seconds: Wall time of training, that before a resumption included.
+        action_mode: Meaning of the actions; overrides the configuration.
         bar: Show progress.
     """
 
@@ -57,10 +57,10 @@ class Options:
 
 @dataclass
 class TrainOptions(Options):
-    """Which run.
+    """The run.
 
     Args:
-        learner: Instead of the configuration's.
+        learner: Overrides the configuration.
     """
 
     learner: LearnerName | None = None
@@ -147,10 +147,10 @@ def _run(options: Kind, config: RunConfig, train: Callable[[Kind, RunFolder, Any
     folder = RunFolder(options.out)
     new = not folder.exists
     if not new and not options.resume:
-        print(f"{options.out} holds a run: choose another --out, or --resume", file=sys.stderr)
+        print(f"{options.out} already holds a run: choose another --out, or add --resume", file=sys.stderr)
         return 2
     if new and options.resume:
-        print(f"{options.out} holds no run yet: begins one", flush=True)
+        print(f"{options.out} holds no run: starting one", flush=True)
     folder.create(config)
     try:
         status = train(options, folder, config)
@@ -159,7 +159,7 @@ def _run(options: Kind, config: RunConfig, train: Callable[[Kind, RunFolder, Any
             folder.discard()
         raise
     if status == 130:
-        print(f"go on with --resume --out {options.out}")
+        print(f"continue with --resume --out {options.out}")
     return status
 
 

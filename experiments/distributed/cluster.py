@@ -16,7 +16,7 @@ def require(extra: str) -> None:
     """Raises unless an extra of the package is installed.
 
     Raises:
-        ConfigError: tells how to install it.
+        ConfigError: explains how to install it.
     """
     name, module = MODULES[extra]
     if find_spec("ray") is None or find_spec(module) is None:

@@ -6,7 +6,7 @@
 Each environment runner of RLlib has a batch of robots of its own, on whatever node Ray puts it; --num-threads counts
 the threads and CPUs of a runner. Ctrl-C saves and stops, ``--resume`` goes on from the latest checkpoint. At the end
 the folder holds ``policy.safetensors``. ``experiments/distributed/ppo.py`` is the faster of the two on a cluster. Needs
-the extra ``rllib``.
+the dependency group ``rllib``.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from pydantic import field_validator
 
 from experiments.distributed import cluster
 from snake_env import ConfigError
-from training import seeds
+from snake_env.evaluation import seeds
+from snake_env.policies import files
 from training.budget import Budget, StopRequest
 from training.config import LEARNERS, Networks, Ppo, RunConfig, load_as
 from training.learning_curve import EPISODES, SIGNALS, text
-from training.policies import files
 from training.runs import RunFolder
 from training.train import Options, command
 
@@ -51,7 +51,7 @@ LEARNERS["rllib"] = RllibConfig
 def settings(config: RllibConfig, runners: int) -> Any:
     """RLlib's configuration of a run.
 
-    The robots start anew in the step after the one that ends an episode (Gymnasium's next-step mode), which is the
+    The robots are reset in the step after the one that ends an episode (Gymnasium's next-step mode), which is the
     one RLlib expects; with same-step resets it would take the first observation of an episode for the last of the
     one before, without a word.
 
@@ -63,7 +63,7 @@ def settings(config: RllibConfig, runners: int) -> Any:
         A ``ray.rllib.algorithms.ppo.PPOConfig``.
 
     Raises:
-        ConfigError: the robots cannot be shared evenly, or the run asks for what RLlib's PPO does not have.
+        ConfigError: the robots cannot be shared evenly, or the run uses an option that RLlib's PPO does not have.
     """
     from ray.rllib.algorithms.ppo import PPOConfig
     from ray.rllib.core.rl_module.default_model_config import DefaultModelConfig
@@ -168,7 +168,7 @@ def train(folder: RunFolder, config: RllibConfig, show: bool, runners: int) -> i
 
 
 def curve_row(result: dict[str, Any], budget: Budget) -> dict[str, float]:
-    """A line of the learning curve from what RLlib says of an update."""
+    """A line of the learning curve from RLlib's result of an update."""
     found = result["env_runners"]
     row: dict[str, float] = {
         "steps": int(found["num_env_steps_sampled_lifetime"]),

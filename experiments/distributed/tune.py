@@ -6,7 +6,7 @@
 A trial is a run of ``training.learners.sb3`` with hyper-parameters drawn from :func:`space`, one CPU each, on
 whatever node Ray puts it. Successive halving (Li et al. 2020) compares the success rate plus speed [m/s] of trials
 after equal numbers of steps and goes on with the better third. ``best.json`` in the folder is a configuration for
-``--config`` of every learner but evolution. Ctrl-C stops; the same command goes on. Needs the extra ``ray``.
+``--config`` of every learner but evolution. Ctrl-C stops; the same command goes on. Needs the dependency group ``ray``.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def space() -> dict[str, Any]:
 
 
 class Reporting(RunFolder):
-    """A run's folder that also tells Tune each line of the learning curve."""
+    """A run's folder that also reports each line of the learning curve to Tune."""
 
     def append_curve(self, row: dict[str, Any]) -> None:
         """Adds a line to the learning curve."""
@@ -65,7 +65,7 @@ def trial(drawn: dict[str, Any], config: Sb3Config) -> None:
 
 
 def search(config: Sb3Config, trials: int, out: Path) -> Sb3Config:
-    """Runs or goes on with a search in a folder.
+    """Runs or resumes a search in a folder.
 
     Args:
         config: what the trials share.
@@ -101,7 +101,7 @@ class Options:
 
     Args:
         config: File or name in training/configs.
-        trials: Hyper-parameters to draw.
+        trials: Number of samples of hyper-parameters.
         total_steps: Environment steps of a full trial, over the configuration's.
         address: Of a running cluster, or 'auto'; None: Ray starts on this machine.
         out: Folder of the search.

@@ -8,6 +8,7 @@ from __future__ import annotations
 from snake_env.config.controllers import PD, IOLinearizing
 from snake_env.config.gait import Gait
 from snake_env.config.integrator import Integrator
+from snake_env.config.joint_trajectory import JointTrajectory
 from snake_env.config.noise import Noise
 from snake_env.config.randomization import Randomization
 from snake_env.config.robot import PerLink, Robot
@@ -19,6 +20,7 @@ __all__ = [
     "Gait",
     "IOLinearizing",
     "Integrator",
+    "JointTrajectory",
     "Noise",
     "PerLink",
     "Randomization",

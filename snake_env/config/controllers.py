@@ -34,6 +34,15 @@ class PD(Section):
     treatment: str | float = _PD.treatment
     law: str = field(default="pd", init=False, repr=False)
 
+    @classmethod
+    def aiko(cls, **changes: Any) -> PD:
+        """Aiko's joints: P control and motors that saturate (T 7.4), (T 7.5.4); keywords replace these values.
+
+        The thesis gives neither gain nor torque. k_P = 50 N m/rad and 5 N m are estimates: the lifted links of
+        sidewinding then sag by some degrees, and the course of Table 7.5 needs up to 5 N m.
+        """
+        return cls(**({"kp": 50.0, "kd": 0.0, "torque_limit": 5.0} | changes))
+
 
 @dataclass(frozen=True)
 class IOLinearizing(Section):

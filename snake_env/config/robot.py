@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
-from snake_env.config.section import Section, core_defaults
+from snake_env.config.section import DEGREE, Section, core_defaults
 
 PerLink = float | Sequence[float]
 
@@ -16,8 +17,8 @@ _AIKO = core_defaults("robot")
 class Robot(Section):
     """A chain of rigid links; the default is Aiko (T Table 7.1).
 
-    Every quantity except ``links``, ``gravity``, ``free_play`` and ``self_contact`` is a number for all links or a
-    sequence, one per link.
+    Every quantity except ``links``, ``gravity``, ``free_play``, ``self_contact``, ``joint_limit``, ``locked`` and
+    ``limp`` is a number for all links or a sequence, one per link.
 
     Args:
         links: number of links n >= 2.
@@ -28,10 +29,16 @@ class Robot(Section):
         inertia: moment of inertia about an axis across the link through the CG, Theta_psi [kg m^2], > 0.
         roll_inertia: moment of inertia about the link's centre line, Theta_rho [kg m^2], > 0; the spatial model only.
         gravity: acceleration of gravity [m/s^2], > 0.
-        self_contact: whether links that are not neighbours touch each other instead of passing through each other. The
-            planar model only, not with the method "thesis".
+        self_contact: whether links that are not neighbours touch each other, or pass through each other as in the
+            thesis; None: True in the planar and the spatial model with the method "implicit".
+        joint_limit: largest angle of a joint to either side [rad], > 0, ``inf`` for none; None: a right angle in the
+            planar model with the method "implicit", none elsewhere.
         free_play: angle by which a joint can turn while its motor stands still (T 7.5.4) [rad], 0 to pi/2; Aiko has 3
             to 5 degrees. The planar model only, not with the method "thesis" nor with :class:`IOLinearizing`.
+        locked: joints that keep the angle of the start, numbered from 0 as in ``joint_angle``: springs of 1e9 N m/rad
+            hold them within 1e-9 rad per N m whatever their torque, with neither play nor torque limit, and without
+            drift. ``simulate`` with the method "implicit", set-valued friction and :class:`PD` only.
+        limp: joints without an actuator, numbered likewise; the same holds.
     """
 
     _section = "robot"
@@ -45,4 +52,16 @@ class Robot(Section):
     roll_inertia: PerLink = _AIKO.roll_inertia
     gravity: float = _AIKO.gravity
     free_play: float = _AIKO.free_play
-    self_contact: bool = _AIKO.self_contact
+    self_contact: bool | None = _AIKO.self_contact
+    joint_limit: float | None = _AIKO.joint_limit
+    locked: Sequence[int] = _AIKO.locked
+    limp: Sequence[int] = _AIKO.limp
+
+    @classmethod
+    def aiko(cls, **changes: Any) -> Robot:
+        """Aiko as it was built: (T Table 7.1) and joints with 4 degrees of free play (T 7.5.4); keywords replace these.
+
+        The planar model only. Its 10 references per second are ``simulate(reference_rate=10)``, its motors
+        :meth:`PD.aiko`.
+        """
+        return cls(**({"free_play": 4 * DEGREE} | changes))

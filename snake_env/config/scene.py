@@ -1,16 +1,25 @@
-"""Pegs and ground."""
+"""Obstacles and ground."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from snake_env import _checks
 from snake_env._native import courses
+from snake_env.config import scene_file
 from snake_env.config.section import PYTHON_ONLY, Section, core_defaults
 from snake_env.errors import ConfigError
+from snake_env.obstacles import Obstacle, from_plain, moved
+
+if TYPE_CHECKING:
+    from snake_env.config.controllers import PD
+    from snake_env.config.gait import Gait
+    from snake_env.config.robot import Robot
+    from snake_env.config.start import Start
 
 _GROUND = core_defaults("scene")
 _CONSTANT = core_defaults("stribeck")
@@ -32,32 +41,43 @@ class Stribeck(Section):
     drop: float = _CONSTANT.drop
     speed: float = _CONSTANT.speed
 
+    @classmethod
+    def from_fields(cls, fields: dict[str, Any]) -> Stribeck:
+        """From a mapping of fields."""
+        for name, value in fields.items():
+            if name not in ("drop", "speed"):
+                raise ConfigError(f"scene.stribeck.{name}", repr(value), "a known field: drop, speed")
+        return cls(**fields)
+
 
 @dataclass(frozen=True)
 class Scene(Section):
-    """Circular pegs fixed to the ground, and the ground's friction.
+    """Obstacles fixed to the ground, the ground's friction and its slope.
 
     Args:
-        obstacles: pegs as triples (radius, x, y) [m]; radius > 0.
+        obstacles: circles as triples (radius, x, y) [m], radius > 0, and objects of :mod:`snake_env.obstacles`.
         friction: Coulomb coefficients along and across a link (mu_x, mu_y), >= 0.
         rolling_friction: coefficient mu_V of the friction that resists rolling (T 4.87), >= 0; the spatial model only.
         stribeck: how friction falls in sliding; the planar model only.
         viscous: viscous coefficients along and across a link (mu_Vx, mu_Vy) [s/m], >= 0; the minimal model only.
         friction_law: "set-valued", the exact Coulomb law; for the minimal model also "arctan" (T 6.21), a box, and
             "ellipse", -D^2 v / sqrt(v^T D^2 v + eps^2) with D = diag(friction) times a contact point's normal force.
+        slope: inclination of the ground (angle, direction) [rad]: the angle to the horizontal, 0 to pi/2, and the
+            direction in which the ground rises, from the x axis. Coordinates stay those of the ground: z is its normal.
         smoothing: eps of the smooth laws, > 0: [m/s] for "arctan", [N m/s] for "ellipse".
         course: name of the preset that the scene was made from, for :meth:`Start.on_course`.
     """
 
     _section = "scene"
 
-    obstacles: Sequence[tuple[float, float, float]] = _GROUND.obstacles
+    obstacles: Sequence[tuple[float, float, float] | Obstacle] = _GROUND.obstacles
     friction: tuple[float, float] = _GROUND.friction
     rolling_friction: float = _GROUND.rolling_friction
     stribeck: Stribeck = Stribeck()
     viscous: tuple[float, float] = _GROUND.viscous
     friction_law: str = _GROUND.friction_law
     smoothing: float = _GROUND.smoothing
+    slope: tuple[float, float] = _GROUND.slope
     course: str | None = field(default=None, metadata=PYTHON_ONLY)
 
     def __post_init__(self) -> None:
@@ -72,6 +92,13 @@ class Scene(Section):
         pegs = [tuple(peg) for peg in course(name)["obstacles"]]
         return cls(obstacles=pegs, friction=friction, course=name)
 
+    @classmethod
+    def from_mapping(cls, fields: Mapping[str, Any]) -> Scene:
+        """A scene from its fields as lists and mappings of numbers."""
+        obstacles = [from_plain(obstacle, f"scene.obstacles[{j}]") for j, obstacle in enumerate(fields["obstacles"])]
+        pairs = {name: tuple(fields[name]) for name in ("friction", "viscous", "slope")}
+        return cls(**{**fields, **pairs, "obstacles": obstacles, "stribeck": Stribeck(**fields["stribeck"])})
+
     def without(self, j: int) -> Scene:
         """The scene without obstacle ``j`` (1-based, as in the thesis)."""
         k = self._index(j)
@@ -80,9 +107,69 @@ class Scene(Section):
     def moved(self, j: int, dx: float, dy: float) -> Scene:
         """The scene with obstacle ``j`` (1-based) shifted by (dx, dy) [m]."""
         k = self._index(j)
-        radius, x, y = self.obstacles[k]
-        shifted = (radius, x + dx, y + dy)
+        shifted = moved(self.obstacles[k], dx, dy)
         return dataclasses.replace(self, obstacles=[*self.obstacles[:k], shifted, *self.obstacles[k + 1 :]])
+
+    def save(self, path: str | Path) -> None:
+        """Write the scene to a file in JSON, or in YAML (.yaml, .yml) where PyYAML is installed."""
+        scene_file.write(path, {each.name: getattr(self, each.name) for each in dataclasses.fields(self)})
+
+    @classmethod
+    def load(cls, path: str | Path) -> Scene:
+        """Read a scene that :meth:`save` or a user has written; fields left out have their defaults.
+
+        Raises:
+            ConfigError: the file is not a scene, or names the field, the value and what is admissible.
+        """
+        return cls.from_fields(scene_file.read(path))
+
+    def to_mjcf(
+        self,
+        robot: Robot | None = None,
+        controller: PD | None = None,
+        start: Start | None = None,
+        gait: Gait | None = None,
+        step: float = 0.001,
+    ) -> str:
+        """Robot and scene as a model of MuJoCo in 3D, an MJCF document for ``mujoco.MjModel.from_xml_string``.
+
+        Links are capsules ``link_1`` to ``link_n`` on a free joint, joints the hinges ``yaw_i`` and ``pitch_i`` with
+        position servos of the same names, and the keyframe "start" has the robot at its start, flat on the ground.
+        Contacts are those of MuJoCo, which are soft; rolling friction is left out.
+
+        Args:
+            robot: default Aiko.
+            controller: gains and torque limit of the servos; default those of the environments.
+            start: where link 1 starts, and the posture.
+            gait: the posture "gait" is its reference at t = 0; default lateral undulation.
+            step: of the time stepping [s], > 0.
+
+        Raises:
+            ConfigError: names what MuJoCo does not have, such as friction that differs along and across a link.
+        """
+        # These modules build on this one.
+        from snake_env import mjcf
+        from snake_env.config.controllers import PD
+        from snake_env.config.gait import Gait
+        from snake_env.config.robot import Robot
+        from snake_env.config.start import Start
+
+        if isinstance(step, bool) or not isinstance(step, int | float) or not step > 0.0:
+            raise ConfigError("step", repr(step), "a number > 0")
+        controller = PD(torque_limit=10.0) if controller is None else controller
+        return mjcf.write(self, robot or Robot(), controller, start or Start(), gait or Gait(), float(step))
+
+    @classmethod
+    def from_fields(cls, fields: Mapping[str, Any]) -> Scene:
+        """A scene from some of its fields, as a file has them; the others have their defaults.
+
+        Raises:
+            ConfigError: names the field, the value and what is admissible.
+        """
+        fields = scene_file.arguments(fields, [each.name for each in dataclasses.fields(cls)])
+        if isinstance(stribeck := fields.get("stribeck"), dict):
+            fields["stribeck"] = Stribeck.from_fields(stribeck)
+        return cls(**fields)
 
     def _index(self, j: int) -> int:
         count = len(self.obstacles)

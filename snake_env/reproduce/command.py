@@ -1,7 +1,8 @@
 """Reproduce the findings of the thesis: figures and one table.
 
-Sections 2.4.2 (gaits), 7.3.1 (Fig. 7.3), 7.3.2 (Fig. 7.4), 7.3.3 (Fig. 7.5), 7.3.4 (Fig. 7.6 to 7.9), 7.3.5 (Fig. 7.10
-and 7.11), 7.5.1 (Fig. 7.12), 7.5.2 (Fig. 7.14), 7.5.3 (Fig. 7.15 and 7.16) and 7.6. Writes PNG files, findings.md and
+Sections 2.3.2 (other models), 2.4.1 (slopes), 2.4.2 (gaits), 5.3 (Fig. 5.2), 6.3.3 (Theorem 6.1), 7.3.1 (Fig. 7.2 and
+7.3), 7.3.2 (Fig. 7.4), 7.3.3 (Fig. 7.5), 7.3.4 (Fig. 7.6 to 7.9), 7.3.5 (Fig. 7.10 and 7.11), 7.5.1 (Fig. 7.12 and
+7.13), 7.5.2 (Fig. 7.14), 7.5.3 (Fig. 7.15 and 7.16), 7.6 and 8 (broken joints). Writes PNG files, findings.md and
 findings.json. Each row is a statement of the thesis that is reproduced, one that is refuted or refined, or a finding of
 our own; the exit status is 1 if a row is not within its bound.
 """

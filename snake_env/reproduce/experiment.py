@@ -17,6 +17,8 @@ from snake_env.trajectory import Trajectory
 DEGREE = math.pi / 180.0
 PERIOD = 4.5
 """Period of the gaits (7.3), (7.4) and (7.5) [s]."""
+AIKO = Robot()
+"""With the values of (T Table 7.1)."""
 DEFAULT = Integrator()
 """The environments' method."""
 TABLE_7_2 = Integrator(method="thesis")
@@ -38,6 +40,10 @@ class Experiment:
         model: of the thesis.
         controller: None: the model's PD controller.
         noise: on the measurements.
+        robot: the chain of links.
+        sample: interval between samples [s]; None: that of the runs.
+        reference_rate: how often the joints take over a reference [1/s]; None: continuously.
+        reference_delay: by how much it is late [s].
         integrator: for the method "implicit".
         printed: for the method "thesis": what the section of the experiment prescribes.
     """
@@ -49,22 +55,28 @@ class Experiment:
     model: str = "planar"
     controller: PD | IOLinearizing | None = None
     noise: Noise | None = None
+    robot: Robot = AIKO
+    sample: float | None = None
+    reference_rate: float | None = None
+    reference_delay: float = 0.0
     integrator: Integrator = DEFAULT
     printed: Integrator = TABLE_7_2
 
-    def simulate(self, method: Method = "implicit", sample: float = 0.01, robot: Robot | None = None) -> Trajectory:
-        """The run, sampled every ``sample`` seconds."""
+    def simulate(self, method: Method = "implicit", sample: float = 0.01) -> Trajectory:
+        """The run, sampled every ``sample`` seconds unless the experiment has its own interval."""
         return simulate(
             model=self.model,
-            robot=robot,
+            robot=self.robot,
             scene=self.scene,
             gait=self.gait,
             controller=self.controller,
             integrator=self.printed if method == "thesis" else self.integrator,
             start=self.start,
             duration=self.duration,
-            sample=sample,
+            sample=sample if self.sample is None else self.sample,
             noise=self.noise,
+            reference_rate=self.reference_rate,
+            reference_delay=self.reference_delay,
         )
 
 
@@ -76,8 +88,6 @@ class Runs:
         method: of integration.
         sample: interval between samples [s].
     """
-
-    robot = Robot()
 
     def __init__(
         self, experiments: Mapping[str, Experiment], method: Method = "implicit", sample: float = 0.01
@@ -93,9 +103,10 @@ class Runs:
 
     def no_slip_speed(self, name: str) -> float:
         """Upper bound of an experiment's mean speed [m/s]."""
-        return NaturalPath(self.experiment(name).gait, float(np.mean(self.robot.length))).no_slip_speed
+        experiment = self.experiment(name)
+        return NaturalPath(experiment.gait, float(np.mean(experiment.robot.length))).no_slip_speed
 
     def __getitem__(self, name: str) -> Trajectory:
         if name not in self._done:
-            self._done[name] = self.experiment(name).simulate(self._method, self._sample, self.robot)
+            self._done[name] = self.experiment(name).simulate(self._method, self._sample)
         return self._done[name]

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 from functools import cache
+from typing import Any
 
-from snake_env.config import PD, Gait, Integrator, IOLinearizing, Noise, Scene, Start
+from snake_env.config import PD, Gait, Integrator, IOLinearizing, Noise, Robot, Scene, Start
 from snake_env.minimal import TABLE_7_2_GROUND, TABLE_7_2_PD
-from snake_env.reproduce import placement
+from snake_env.reproduce import broken, comparison, compliant, lyapunov, mechanism, placement, slope
 from snake_env.reproduce.experiment import DEFAULT, DEGREE, PERIOD, TABLE_7_2, Experiment
 
 FRICTION_PAIRS = ((0.2, 0.2), (0.2, 0.5), (0.01, 1.0))
@@ -17,6 +18,28 @@ LINK_DIAMETER = 0.105
 """2 L_SC, by which (T 7.7) moves peg 3 [m]."""
 LIFTS = (0.25, 0.5, 1.0, 2.0, 3.0)
 """Vertical amplitudes of sinus-lifting [deg]."""
+FRICTIONS = (0.1, 0.2, 0.4)
+"""Isotropic coefficients of section 7.5.2: half of, as, and twice of (T Table 7.1)."""
+RATES = (0.5, 1.0, 2.0)
+"""Of the gait on the course of Table 7.3, over that of (T 7.3)."""
+FAST = (2.0, 4.0, 8.0)
+"""The same on the course of Table 7.5, with motors that give ``WEAK_TORQUE``."""
+WEAK_TORQUE = 3.0
+"""A third of the largest torque among the pegs of Table 7.3 [N m]."""
+FREE_PLAY = (3, 5)
+"""Of Aiko's joints (T 7.5.4) [deg]."""
+AS_BUILT = ("free play", "10 Hz", "10 Hz, late", "motors", "all")
+"""Of Aiko, on the course of Table 7.5."""
+WEAK_GAIN = 15.0
+"""k_P of joints that sag by as much as Aiko's play while they lift its links [N m/rad]."""
+SATURATED = 1.5
+"""Torque limit at which the motors no longer lift the links as asked [N m]."""
+PHASES = (-90, 60, 90, 120)
+"""beta_0 of sidewinding [deg]."""
+OFFSETS = (-10, 0, 10)
+"""gamma_h of sidewinding [deg]."""
+FILLED = Robot(contact_half_length=0.061)
+"""Aiko with straight sides up to the joints, without the cracks between the round ends of its links."""
 STRAIGHT = Start(position=(0.061, 0.0), heading=0.0, posture="straight")
 """O_2 at the origin, along +x."""
 FEEDBACK: dict[str, PD | IOLinearizing] = {
@@ -36,8 +59,11 @@ Experiments = dict[str, Experiment]
 @cache
 def experiments() -> Experiments:
     """All of them."""
+    others = comparison.experiments() | compliant.experiments() | mechanism.experiments() | lyapunov.experiments()
     flat = _obstacle_aided() | _free()
-    return flat | _in_3d(flat) | _lifting() | _drop() | _rolling() | _sidewinding() | _control() | _noise()
+    others |= broken.experiments(flat) | slope.experiments()
+    spatial = _in_3d(flat) | _lifting() | _drop() | _rolling() | _sidewinding() | _steered_sidewinding()
+    return others | flat | _parameters() | _free_play() | _as_built() | spatial | _weak_joints() | _control() | _noise()
 
 
 def _obstacle_aided() -> Experiments:
@@ -57,17 +83,66 @@ def _obstacle_aided() -> Experiments:
     return found
 
 
+def _parameters() -> Experiments:
+    """What sections 7.3.4 and 7.5.3 tell of the body, amplitude and rate of the gait among pegs."""
+    course = Scene.preset("table-7.3")
+    found = {"table 7.3, filled": Experiment(course, 15.0, robot=FILLED)}
+    flat = Gait.lateral_undulation(amplitude=30 * DEGREE)
+    scene, start = placement.course(flat)
+    found["amplitude 30"] = Experiment(scene, 2 * PERIOD, flat, start)
+    found["amplitude 30, no pegs"] = Experiment(Scene(), 2 * PERIOD, flat)
+    for rate in RATES:
+        gait = Gait(omega=rate * Gait().omega)
+        found[f"rate {rate:g}"] = Experiment(course, 15.0 / rate, gait, integrator=Integrator(step=2.5e-3))
+    for rate in FAST:
+        gait, motors = Gait(omega=rate * Gait().omega), PD(torque_limit=WEAK_TORQUE)
+        found[f"rate {rate:g}, weak motors"] = Experiment(
+            Scene.preset("table-7.5"), 2 * PERIOD / rate, gait, controller=motors, integrator=Integrator(step=2.5e-3)
+        )
+    return found
+
+
 def _free() -> Experiments:
     """Section 7.5.2 with the planar model."""
     return {
         "free": Experiment(Scene.preset("free", ISOTROPIC), 2 * PERIOD),
         "orthotropic": Experiment(Scene.preset("free", ORTHOTROPIC), 2 * PERIOD),
+    } | {f"free, mu {mu:g}": Experiment(Scene.preset("free", (mu, mu)), 2 * PERIOD) for mu in FRICTIONS}
+
+
+def _free_play() -> Experiments:
+    """Section 7.5.4 on the ground of section 7.5.2; the printed scheme has no free play."""
+    ground = Scene.preset("free", ISOTROPIC)
+    return {
+        f"free play {angle}": _always(DEFAULT, Experiment(ground, 2 * PERIOD, robot=Robot(free_play=angle * DEGREE)))
+        for angle in FREE_PLAY
     }
+
+
+def _as_built() -> Experiments:
+    """Aiko's discrepancies (T 7.5.4) on the course of section 7.5.3, each by itself and all together."""
+    held, late = {"reference_rate": 10.0}, {"reference_rate": 10.0, "reference_delay": 0.1}
+    course = Experiment(Scene.preset("table-7.5"), 2 * PERIOD, integrator=DEFAULT, printed=DEFAULT)
+    changes: dict[str, dict[str, Any]] = {
+        "free play": {"robot": Robot.aiko()},
+        "10 Hz": held,
+        "10 Hz, late": late,
+        "motors": {"controller": PD.aiko()},
+        "all": {"robot": Robot.aiko(), "controller": PD.aiko(), **late},
+    }
+    return {f"as built: {name}": dataclasses.replace(course, **change) for name, change in changes.items()}
 
 
 def _in_3d(flat: Experiments) -> Experiments:
     """Experiments of the planar model with the spatial one, from that model's own start."""
-    names = ("free", "table 7.5", "table 7.3", "peg 3 moved", "peg 3 removed")
+    names = (
+        "free",
+        *(f"free, mu {mu:g}" for mu in FRICTIONS),
+        "table 7.5",
+        "table 7.3",
+        "peg 3 moved",
+        "peg 3 removed",
+    )
     starts = {name: Start.on_course(flat[name].scene, "spatial") for name in names}
     return {f"{name}, 3D": dataclasses.replace(flat[name], start=starts[name], model="spatial") for name in names}
 
@@ -121,6 +196,27 @@ def _sidewinding() -> Experiments:
     gait, start = Gait.sidewinding(soft_start=True), Start(posture="straight")
     found = {f"sidewinding {pair}": _spatial(pair, gait, start, 15.0) for pair in FRICTION_PAIRS}
     return found | _loose_and_solved(f"sidewinding {WHEELED}", found)
+
+
+def _steered_sidewinding() -> Experiments:
+    """Section 2.4.2: the parameters that control the direction of sidewinding."""
+    straight = Start(posture="straight")
+    phases = {f"beta_0 {phase}": {"vertical_phase": phase * DEGREE} for phase in PHASES}
+    offsets = {f"gamma_h {offset}": {"gamma": offset * DEGREE} for offset in OFFSETS}
+    return {
+        f"sidewinding, {name}": _spatial(ISOTROPIC, Gait.sidewinding(soft_start=True, **changes), straight, 15.0)
+        for name, changes in (phases | offsets).items()
+    }
+
+
+def _weak_joints() -> Experiments:
+    """Section 7.5.4 while sidewinding: joints that sag, motors that saturate."""
+    exact = _sidewinding()[f"sidewinding {ISOTROPIC}"]
+    controllers = {"weak joints": PD(kp=WEAK_GAIN, kd=0.5), "saturated": PD(torque_limit=SATURATED)}
+    return {
+        f"sidewinding, {name}": dataclasses.replace(exact, controller=controller)
+        for name, controller in controllers.items()
+    }
 
 
 def _control() -> Experiments:

@@ -8,8 +8,9 @@ from typing import Any
 
 from matplotlib.axes import Axes
 
-from snake_env.reproduce import drawing, figures_7_3_5, figures_spatial
-from snake_env.reproduce.experiment import Runs
+from snake_env import drawing
+from snake_env.reproduce import figures_2_3, figures_5_3, figures_6_3, figures_7_3_5, figures_spatial
+from snake_env.reproduce.experiment import AIKO, Runs
 from snake_env.reproduce.measures import MIDDLE, at, between, mean_force
 
 Line = dict[str, Any]
@@ -39,7 +40,7 @@ def figure_7_7(runs: Runs, path: Path) -> Path:
     drawn, axes = drawing.figure(3, 1, 7.0, 8.0)
     shown = at(run, SHOWN)
     drawing.pegs(axes[0, 0], scene)
-    drawing.body(axes[0, 0], runs.robot, run.position[shown], run.angle[shown], numbered=(1, 2, 7, 10, 11))
+    drawing.body(axes[0, 0], AIKO, run.position[shown], run.angle[shown], numbered=(1, 2, 7, 10, 11))
     drawing.forces(axes[0, 0], run.position[shown], mean_force(run, SHOWN - 0.05, SHOWN + 0.05))
     title = f"(a) t = {SHOWN} s; red: forces of the pegs, black: their sum ({drawing.FORCE_SCALE:g} m/N)"
     drawing.ground(axes[0, 0], title, x=(0.6, 2.1), y=(-0.12, 0.32))
@@ -77,7 +78,7 @@ def figure_7_9(runs: Runs, path: Path) -> Path:
         name = f"beta {beta}"
         run = runs[name]
         drawing.pegs(axes[i, 0], runs.experiment(name).scene)
-        drawing.body(axes[i, 0], runs.robot, run.position[0], run.angle[0])
+        drawing.body(axes[i, 0], AIKO, run.position[0], run.angle[0])
         walk = run.position[: at(run, 5.0) + 1, MIDDLE]
         axes[i, 0].plot(*walk.T, color=drawing.FORCE, linestyle="--", label="link 6, t = 0 to 5 s")
         title = f"({'ab'[i]}) beta_h = {beta} deg, posture at t = 0"
@@ -111,6 +112,9 @@ def figure_7_16(runs: Runs, path: Path) -> Path:
 
 
 FIGURES: dict[str, tuple[str, Callable[[Runs, Path], Path]]] = {
+    **figures_2_3.FIGURES,
+    **figures_5_3.FIGURES,
+    **figures_6_3.FIGURES,
     **figures_spatial.FIGURES,
     "figure-7.6.png": ("7.3.4", figure_7_6),
     "figure-7.7.png": ("7.3.4", figure_7_7),

@@ -9,8 +9,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from snake_env import drawing
 from snake_env.config import PD, Gait, IOLinearizing
-from snake_env.reproduce import drawing, stability, theorem, tracking
+from snake_env.reproduce import stability, theorem, tracking
 from snake_env.reproduce.experiment import Runs
 from snake_env.reproduce.experiments import FEEDBACK
 
@@ -70,7 +71,7 @@ def figure_box_and_ellipse(runs: Runs, path: Path) -> Path:
         centre = run.position[:, :, 0].mean(axis=1)
         _curve(axes[0, 2], run.time, centre - centre[0], colour, law)
     axes[0, 1].set(title="PD error of joint 5", xlabel="time [s]", ylabel="[deg]", xlim=(9.0, 14.0), ylim=(-0.7, 0.7))
-    axes[0, 2].set(title="way of the centre of mass", xlabel="time [s]", ylabel="x - x(0) [m]")
+    axes[0, 2].set(title="displacement of the centre of mass", xlabel="time [s]", ylabel="x - x(0) [m]")
     axes[0, 2].legend()
     return drawing.save(drawn, path)
 

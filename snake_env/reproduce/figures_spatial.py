@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from snake_env.reproduce import drawing
+from snake_env import drawing
 from snake_env.reproduce.checks.drop import SWITCHED_ON
-from snake_env.reproduce.experiment import PERIOD, Runs
-from snake_env.reproduce.experiments import FRICTION_PAIRS
+from snake_env.reproduce.experiment import AIKO, PERIOD, Runs
+from snake_env.reproduce.experiments import FRICTION_PAIRS, WEAK_GAIN
 from snake_env.reproduce.measures import MIDDLE, at
 from snake_env.reproduce.measures_spatial import axes as link_axes
 from snake_env.reproduce.measures_spatial import vertical_velocity
@@ -41,10 +41,21 @@ def gaits(runs: Runs, path: Path) -> Path:
         drawing.ground(row[0], f"{title}: from above, path of link 6", (-1.5, 0.7), (-0.6, 0.9))
         shown = run.position[at(run, 2 * PERIOD)]
         along = np.linalg.norm(shown[:, :2] - shown[0, :2], axis=1)
-        height = 1e3 * (shown[:, 2] - np.asarray(runs.robot.radius))
+        height = 1e3 * (shown[:, 2] - np.asarray(AIKO.radius))
         row[1].plot(along, height, "o-", color=drawing.PATH, markersize=3)
         row[1].set(title="height of the links", xlabel="from link 1 [m]", ylabel="z - radius [mm]")
         row[1].set(ylim=(-0.1, max(1.0, 1.1 * height.max())))
+    return drawing.save(drawn, path)
+
+
+def figure_7_2(runs: Runs, path: Path) -> Path:
+    """The robot from the side while it falls and comes to rest, and link 1 as it lands."""
+    drawn, axes = drawing.figure(2, 4, 10.0, 4.2)
+    for k, (ax, time) in enumerate(zip(axes.flat, (0.0, 0.15, 0.23, 0.27, 0.32, 0.37, 0.45, 0.9), strict=True)):
+        ax.axhline(0.0, color=drawing.OUTLINE, linewidth=1.0)
+        _links(ax, runs, "drop", time, (0, 2))
+        drawing.ground(ax, f"({'abcdefgh'[k]}) t = {time:g} s", (-1.4, 0.3), (-0.05, 1.1))
+        ax.set(ylabel="z [m]")
     return drawing.save(drawn, path)
 
 
@@ -89,6 +100,23 @@ def figure_7_12(runs: Runs, path: Path) -> Path:
     return drawing.save(drawn, path)
 
 
+def figure_7_13(runs: Runs, path: Path) -> Path:
+    """Position of link 6 during sidewinding: stiff joints as in the thesis's model, and joints as weak as Aiko's."""
+    drawn, axes = drawing.figure(1, 3, 9.0, 3.2)
+    curves = {"k_P = 800": f"sidewinding {FRICTION_PAIRS[0]}", f"k_P = {WEAK_GAIN:g}": "sidewinding, weak joints"}
+    for (label, name), colour in zip(curves.items(), COLOURS, strict=False):
+        run = runs[name]
+        way = run.position[:, MIDDLE] - run.position[0, MIDDLE]
+        for k in range(2):
+            axes[0, k].plot(run.time, way[:, k], color=colour, label=label)
+        axes[0, 2].plot(way[:, 0], way[:, 1], color=colour)
+    for k in range(2):
+        axes[0, k].set(title=f"({'ab'[k]})", xlabel="time [s]", ylabel=f"{'xy'[k]} [m]")
+    axes[0, 0].legend(title="[N m/rad]")
+    drawing.ground(axes[0, 2], "(c) sidewinding, link 6", (-0.4, 0.8))
+    return drawing.save(drawn, path)
+
+
 def figure_7_15(runs: Runs, path: Path) -> Path:
     """The robot on the course of Table 7.5 at t = 0, 3, 6 and 9 s."""
     drawn, axes = drawing.figure(4, 1, 7.0, 7.6)
@@ -101,10 +129,12 @@ def figure_7_15(runs: Runs, path: Path) -> Path:
 
 FIGURES: dict[str, tuple[str, Callable[[Runs, Path], Path]]] = {
     "gaits.png": ("2.4.2", gaits),
+    "figure-7.2.png": ("7.3.1", figure_7_2),
     "figure-7.3.png": ("7.3.1", figure_7_3),
     "figure-7.4.png": ("7.3.2", figure_7_4),
     "figure-7.5.png": ("7.3.3", figure_7_5),
     "figure-7.12.png": ("7.5.1", figure_7_12),
+    "figure-7.13.png": ("7.5.1", figure_7_13),
     "figure-7.15.png": ("7.5.3", figure_7_15),
 }
 """File name -> section and function."""
@@ -127,7 +157,7 @@ def _paths_and_components(runs: Runs, motion: str, title: str, path: Path) -> Pa
 
 def _links(drawn: Axes, runs: Runs, name: str, time: float, view: tuple[int, int]) -> None:
     """The links' outlines at one time, seen along the axis that is not in ``view``."""
-    run, robot = runs[name], runs.robot
+    run, robot = runs[name], runs.experiment(name).robot
     sample = at(run, time)
     axis = link_axes(run)[1][sample][:, view]
     half, radius = (np.broadcast_to(value, robot.links) for value in (robot.contact_half_length, robot.radius))

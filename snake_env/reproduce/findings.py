@@ -8,7 +8,23 @@ from enum import Enum
 
 from snake_env.reproduce.experiment import Runs
 
-SECTIONS = ("2.4.2", "7.3.1", "7.3.2", "7.3.3", "7.3.4", "7.3.5", "7.5.1", "7.5.2", "7.5.3", "7.6")
+SECTIONS = (
+    "2.3.2",
+    "2.4.1",
+    "2.4.2",
+    "5.3",
+    "6.3.3",
+    "7.3.1",
+    "7.3.2",
+    "7.3.3",
+    "7.3.4",
+    "7.3.5",
+    "7.5.1",
+    "7.5.2",
+    "7.5.3",
+    "7.6",
+    "8",
+)
 """Sections of the thesis with results of its three models."""
 
 Result = tuple[str, bool]

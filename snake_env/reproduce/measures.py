@@ -16,6 +16,10 @@ MIDDLE = 5
 """Index of link 6, which the thesis follows."""
 TOUCH = 0.3
 """Mean force above which a link counts as pushed [N]."""
+SPIKE = 4.0
+"""Force of a spike, over the median force of a pushed link."""
+AFTER_COLLISION = 0.02
+"""Time in which a collision ends [s]."""
 
 
 def between(run: Trajectory, start: float, end: float) -> slice:
@@ -76,3 +80,32 @@ def torque(run: Trajectory, start: float, end: float) -> Torque:
     """Joint torques over a time, all joints together."""
     torques = run.joint_torque[between(run, start, end)]
     return Torque(float(np.sqrt(np.mean(torques**2))), float(np.abs(torques).max()))
+
+
+def torque_beyond(run: Trajectory, other: Trajectory, start: float, end: float) -> float:
+    """Root mean square of what the joint torques have beyond those of another run [N m]."""
+    return float(np.sqrt(torque(run, start, end).rms ** 2 - torque(other, start, end).rms ** 2))
+
+
+def roughness(run: Trajectory, window: float = 0.03) -> float:
+    """Root mean square distance of the path of link 6 along +x from its own mean over a window [m]."""
+    path, grid = run.position[:, MIDDLE], 1e-3
+    order = np.argsort(path[:, 0])
+    x = np.arange(path[:, 0].min(), path[:, 0].max(), grid)
+    y = np.interp(x, path[order, 0], path[order, 1])
+    weights = np.hanning(2 * round(0.5 * window / grid) + 1)[1:-1]
+    off = np.convolve(y, weights / weights.sum(), "valid")
+    first = len(weights) // 2
+    return float(np.sqrt(np.mean((y[first : first + len(off)] - off) ** 2)))
+
+
+def collisions(run: Trajectory) -> tuple[float, float]:
+    """Share of the spikes of contact force, and of all samples, that come just after a link touches a peg anew."""
+    force = np.linalg.norm(run.contact_force, axis=-1)
+    touching = force > TOUCH
+    anew = np.zeros(len(force), np.bool_)
+    anew[2:] = (touching[2:] & ~touching[1:-1] & ~touching[:-2]).any(axis=1)
+    reach = round(AFTER_COLLISION / (run.time[1] - run.time[0]))
+    recent = np.convolve(anew, np.ones(reach + 1))[: len(anew)] > 0.0
+    spike = (force > SPIKE * np.median(force[touching])).any(axis=1)
+    return float(recent[spike].mean()), float(recent.mean())

@@ -67,6 +67,12 @@ def angle_between(a: Array, b: Array) -> float:
     return float(np.degrees(np.arctan2(a[0] * b[1] - a[1] * b[0], a @ b)))
 
 
+def body_turn(run: Trajectory, start: float, end: float) -> float:
+    """How far the line from the last to the first link turns to the left [deg]."""
+    before, after = (run.position[at(run, time), 0, :2] - run.position[at(run, time), -1, :2] for time in (start, end))
+    return angle_between(before, after)
+
+
 def sway(run: Trajectory) -> float:
     """Farthest that link 6 gets from the straight line between its first and last place, over that line's length."""
     path = run.position[:, MIDDLE, :2] - run.position[0, MIDDLE, :2]

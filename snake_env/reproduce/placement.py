@@ -33,12 +33,19 @@ GRID = 0.001
 
 
 def course(
-    gait: Gait, robot: Robot | None = None, radius: float = RADIUS, clearance: float = CLEARANCE
+    gait: Gait,
+    robot: Robot | None = None,
+    radius: float = RADIUS,
+    clearance: float = CLEARANCE,
+    off_centre: float = 0.0,
 ) -> tuple[Scene, Start]:
-    """The scene whose pegs are placed for ``gait``, and the start in its posture, CG of link 1 at x = 0."""
+    """The scene whose pegs are placed for ``gait``, and the start in its posture, CG of link 1 at x = 0.
+
+    ``off_centre`` is the least distance of a peg's centre from the centre line, to the bend's inner side [m].
+    """
     robot = Robot() if robot is None else robot
     path = NaturalPath(gait, float(np.mean(robot.length)))
-    x, y = peg_offset(path, robot, radius, clearance)
+    x, y = peg_offset(path, robot, radius, clearance, off_centre)
     pegs = []
     first = math.ceil((path.beta * (robot.links - 1) - path.crossing) / math.pi)
     last = math.floor((AHEAD / path.advance_per_phase - path.crossing) / math.pi)
@@ -51,7 +58,9 @@ def course(
     return Scene(obstacles=pegs), start
 
 
-def peg_offset(path: NaturalPath, robot: Robot, radius: float, clearance: float) -> tuple[float, float]:
+def peg_offset(
+    path: NaturalPath, robot: Robot, radius: float, clearance: float, off_centre: float = 0.0
+) -> tuple[float, float]:
     """Centre of the peg of an upward crossing, relative to the crossing [m].
 
     x runs from the crossing (0) back to the bend before it (a quarter wave), y from the centre line to the
@@ -59,7 +68,7 @@ def peg_offset(path: NaturalPath, robot: Robot, radius: float, clearance: float)
     """
     crossing = path.position(path.crossing)
     x = -np.arange(0.0, 0.5 * path.half_wave, GRID)
-    for y in np.arange(0.0, path.half_wave, GRID):
+    for y in np.arange(off_centre, path.half_wave, GRID):
         places = np.stack([crossing[0] + x, np.full_like(x, y)], axis=-1)
         fits = swept_distance(path, robot, places) >= radius + clearance
         if fits.any():

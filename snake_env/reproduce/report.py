@@ -8,7 +8,7 @@ import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
-from snake_env._markdown import table
+from snake_env.markdown import table
 from snake_env.reproduce.findings import Finding, Verdict
 
 HEADER = ("verdict", "section", "finding", "the thesis", "here", "bound and reason")

@@ -1,6 +1,6 @@
 """Hyperparameters for RL Zoo.
 
-``python -m rl_zoo3.train --algo ppo --env SnakeField-v0 --gym-packages snake_env --conf-file snake_env.zoo``; for SAC
+``python -m rl_zoo3.train --algo ppo --env SnakeField-v1 --gym-packages snake_env --conf-file snake_env.zoo``; for SAC
 and TQC take ``snake_env.zoo.sac`` and ``snake_env.zoo.tqc``.
 """
 

@@ -72,7 +72,7 @@ def crowd_record(robots, threads, rate):
     return {
         "kind": "growth",
         "axis": "batch",
-        "env": "SnakeCourse-v0",
+        "env": "SnakeCourse-v1",
         "actions": "gait",
         "robots": robots,
         "threads": threads,
@@ -217,8 +217,8 @@ def test_targets_are_judged_by_the_least_favourable_point(results):
     assert mujoco.met is False
     assert mujoco.measured.startswith("32.0x (free at 4 mm)"), mujoco
     assert rows["free undulation, error of link 6 <= 0.3 mm"].measured.startswith("4,000 s/s")
-    assert "above the floor" in rows["SnakeCourse-v0, native batch, gait: env-steps/s of one core"].measured
-    assert rows["SnakeCourse-v0, native batch, gait: two threads over one"].met
+    assert "above the floor" in rows["SnakeCourse-v1, native batch, gait: env-steps/s of one core"].measured
+    assert rows["SnakeCourse-v1, native batch, gait: two threads over one"].met
     assert rows["growth with links, free: time per link"].met
     assert rows["growth with pegs in the field: time per step"].met
     assert rows["a feature the scene does not need"].met is False

@@ -26,7 +26,7 @@ def test_every_task_with_a_difficulty_is_measured():
 
 def test_a_script_is_found_where_almost_any_does(capsys, monkeypatch):
     monkeypatch.setattr(open_loop_search, "ROBOTS", 8)
-    command = ["--env", "SnakeFree-v0", "--options", '{"goal_distance": 0.1}', "--starts", "2", "--rounds", "3"]
+    command = ["--env", "SnakeFree-v1", "--options", '{"goal_distance": 0.1}', "--starts", "2", "--rounds", "3"]
     assert open_loop_search.main(command) == 0
     assert "2 of 2 starts solved" in capsys.readouterr().out
 

@@ -10,10 +10,10 @@ import torch
 
 from experiments.distributed import ppo as distributed_ppo
 from experiments.distributed.collector import RayCollector
+from snake_env.policies import files
 from training import config
 from training.learners import agent as agents
 from training.learners.collector import Collector
-from training.policies import files
 
 SMOKE = config.load("smoke", "ppo").with_changes(total_steps=512)
 

@@ -10,9 +10,9 @@ import gymnasium as gym
 import torch
 
 from experiments.distributed import rllib
+from snake_env.policies import files
+from snake_env.policies.network import Network
 from training import config
-from training.policies import files
-from training.policies.network import Network
 from training.runs import RunFolder
 
 SMOKE = config.load_as(rllib.RllibConfig, "smoke").with_changes(total_steps=1024)

@@ -26,7 +26,7 @@ def found(tmp_path_factory):
 
 def test_the_best_hyper_parameters_are_a_configuration_for_the_learners(found):
     best = config.load(found[0] / "best.json")
-    assert best.env_id == "SnakeField-v0"
+    assert best.env_id == "SnakeField-v1"
     assert best.ppo != config.load(Path("smoke")).ppo
 
 

@@ -8,13 +8,14 @@ import pytest
 pytest.importorskip("torch")
 
 from experiments import seed_statistics
-from training import config, runs, seeds
+from snake_env.evaluation import seeds
+from training import config, runs
 from training.evaluation import benchmark
 from training.learners import ppo
 
 SMOKE = {
     "learner": "ppo",
-    "env_id": "SnakeFree-v0",
+    "env_id": "SnakeFree-v1",
     "env": {"max_episode_steps": 40},
     "num_envs": 8,
     "total_steps": 1024,

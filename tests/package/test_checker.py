@@ -99,14 +99,14 @@ def test_each_mistake_is_found(kind, complaint):
     with pytest.raises(AssertionError, match=complaint):
         check_vector_env(
             lambda **given: kind(**keywords, **given),
-            lambda: gym.make("SnakeField-v0", max_episode_steps=6),
+            lambda: gym.make("SnakeField-v1", max_episode_steps=6),
             steps=10,
         )
 
 
 def test_gymnasiums_own_class_does_not_take_numpy_seeds():
     def make(num_envs, autoreset_mode):
-        single = [lambda: gym.make("SnakeFree-v0", max_episode_steps=6)]
+        single = [lambda: gym.make("SnakeFree-v1", max_episode_steps=6)]
         return gym.vector.SyncVectorEnv(single * num_envs, autoreset_mode=autoreset_mode)
 
     with pytest.raises(AssertionError, match=r"reset does not take the seed"):

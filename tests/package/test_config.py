@@ -6,6 +6,7 @@ import dataclasses
 import inspect
 import pickle
 
+import gymnasium
 import numpy as np
 import pytest
 
@@ -35,7 +36,8 @@ SECTIONS = [
     ],
     (Robot, "contact_half_length", [-1e-9, NAN, [0.1] * 12, "x"]),
     (Robot, "free_play", [-0.1, 2.0, NAN, "x", None, [0.0] * 10]),
-    (Robot, "self_contact", [2, "x", None, 0.5]),
+    (Robot, "self_contact", [2, "x", 0.5]),
+    (Robot, "joint_limit", [0.0, -1.0, NAN, "x", [1.0] * 10]),
     (Stribeck, "drop", [-0.1, 1.1, NAN, "x", None]),
     (Stribeck, "speed", [0.0, -1.0, NAN, INF, "x", None]),
     (Scene, "stribeck", [0.3, None, "x", {"drop": 0.3}]),
@@ -48,6 +50,7 @@ SECTIONS = [
     (Scene, "friction", [0.2, (0.2,), (0.2, 0.2, 0.2), (-0.1, 0.2), (0.2, NAN), "x"]),
     (Scene, "rolling_friction", [-0.1, NAN, INF, "x", None, (0.02, 0.02)]),
     (Scene, "viscous", [(-0.1, 0.0), (0.1,), (0.1, NAN), "x"]),
+    (Scene, "slope", [0.1, (0.1,), (-0.1, 0.0), (1.6, 0.0), (NAN, 0.0), (0.1, INF), "x", None]),
     (Scene, "friction_law", ["sticky", None]),
     (Scene, "smoothing", [0.0, -1.0, NAN, "x"]),
     *[
@@ -270,6 +273,7 @@ USES = {
     "the Stribeck effect": {"scene": Scene(stribeck=Stribeck(drop=0.1))},
     "backlash of the joints": {"robot": Robot(free_play=0.1)},
     "contact of the robot with itself": {"robot": Robot(self_contact=True)},
+    "limits of the joint angles": {"robot": Robot(joint_limit=1.2)},
     "input-output linearisation": {"controller": IOLinearizing()},
     "a torque held over steps or periods": {"controller": PD(treatment="step")},
     "noise on the controller's measurements": {"noise": Noise(heading=0.1)},
@@ -349,3 +353,14 @@ def test_gaits_take_keywords_over_the_thesis_values():
     assert (crawling.amplitude, crawling.vertical_omega, crawling.vertical_phase) == (0.0, 1.0, 0.0)
     rolling = Gait.lateral_rolling(amplitude=0.2)
     assert (rolling.vertical_amplitude, rolling.vertical_phase, rolling.beta) == (0.2, 90 * degree, 0.0)
+
+
+def test_joints_without_limits_are_given_by_an_infinite_one():
+    folded = np.array([0.9, 2.0, 2.0, *[0.0] * 7])
+    limp = {"controller": PD(kp=0.0, kd=0.0), "self_contact": False, "duration": 0.05, "sample": 0.05}
+    free, limited = (
+        snake_env.simulate(robot=Robot(joint_limit=limit), start=Start(posture=folded), **limp) for limit in (INF, None)
+    )
+    assert abs(free.joint_angle[-1] - folded).max() < 1e-9
+    assert limited.joint_angle[-1].max() < 1.99
+    gymnasium.make_vec("SnakeFree-v1", num_envs=1, robot={"joint_limit": INF}).close()

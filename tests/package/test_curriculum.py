@@ -37,7 +37,7 @@ def test_each_robot_may_have_a_difficulty_of_its_own():
 
 
 def test_single_environments_and_copies_have_it_too():
-    env = gym.make("SnakeField-v0")
+    env = gym.make("SnakeField-v1")
     env.unwrapped.set_difficulty(0.9)
     expected = after_reset(SnakeEnv(task="field", difficulty=0.9))
     assert_identical(after_reset(env), expected, "a single environment")
@@ -48,7 +48,7 @@ def test_single_environments_and_copies_have_it_too():
 
 def test_a_callback_of_stable_baselines_reaches_it():
     sb3 = pytest.importorskip("snake_env.sb3")
-    env = sb3.make("SnakeField-v0", 3)
+    env = sb3.make("SnakeField-v1", 3)
     env.env_method("set_difficulty", 1.0, indices=[1])
     env.seed(4)
     rows = [after_reset(SnakeEnv(task="field", difficulty=d), 4 + i) for i, d in enumerate([0.5, 1.0, 0.5])]

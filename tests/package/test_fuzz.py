@@ -196,10 +196,10 @@ def test_an_environment_is_made_or_names_its_keyword(make):
 def test_the_number_of_environments_is_checked(value):
     if isinstance(value, int | np.integer) and value > 100:
         value = 100
-    check_rejection(lambda: gymnasium.make_vec("SnakeFree-v0", num_envs=value).close())
+    check_rejection(lambda: gymnasium.make_vec("SnakeFree-v1", num_envs=value).close())
 
 
 @FEWER
 @given(st.sampled_from([*OPTIONS, "controller", "integrator", "robot"]), dicts | json_values)
 def test_make_vec_takes_any_mapping(name, value):
-    check_rejection(lambda: gymnasium.make_vec("SnakeField-v0", num_envs=2, **{name: value}).close())
+    check_rejection(lambda: gymnasium.make_vec("SnakeField-v1", num_envs=2, **{name: value}).close())

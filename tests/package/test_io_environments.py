@@ -77,7 +77,7 @@ def test_it_takes_at_most_half_as_much_again_as_pd(name, random):
 
 def test_it_trains():
     sb3 = pytest.importorskip("stable_baselines3")
-    venv = snake_env.sb3.make("SnakeFree-v0", num_envs=8, controller="io")
+    venv = snake_env.sb3.make("SnakeFree-v1", num_envs=8, controller="io")
     model = sb3.PPO("MlpPolicy", venv, n_steps=32, batch_size=64, n_epochs=2, seed=0).learn(1024)
     assert model.num_timesteps >= 1024
     venv.close()

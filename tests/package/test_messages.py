@@ -14,7 +14,7 @@ import gymnasium as gym
 import pytest
 
 import snake_env
-from snake_env import ConfigError, Gait, Integrator, Robot, Scene, SnakeEnv, SnakeVectorEnv, Start, _native
+from snake_env import ConfigError, Gait, Integrator, Robot, SnakeEnv, SnakeVectorEnv, Start, _native
 from snake_env.options import TaskOptions
 
 ROOT = Path(__file__).parents[2]
@@ -59,23 +59,15 @@ def test_a_value_of_the_wrong_kind_is_told_what_to_write(call, message):
 @pytest.mark.parametrize(("name", "value"), [("num_envs", 4), ("num_threads", 1), ("autoreset_mode", "SameStep")])
 def test_a_keyword_of_batches_is_told_where_it_belongs(name, value):
     with pytest.raises(ConfigError, match=f"{name} belongs to batches, gymnasium.make_vec; known are ") as caught:
-        gym.make("SnakeField-v0", **{name: value})
+        gym.make("SnakeField-v1", **{name: value})
     known = caught.value.expected.partition("known are ")[2].split(", ")
     taken = [one for one in signature(SnakeEnv).parameters if one != "options"]
     assert sorted(known) == sorted([*TaskOptions.__annotations__, *taken])
 
 
-@pytest.mark.parametrize("make", [gym.make, gym.make_vec])
-def test_a_scene_is_told_where_the_pegs_of_an_environment_come_from(make):
-    with pytest.raises(ConfigError, match=r"^scene = Scene\(\.\.\.\): expected no scene: .*simulate$") as caught:
-        make("SnakeCourse-v0", scene=Scene.preset("table-7.5"))
-    named = caught.value.expected.partition("(keywords ")[2].partition(")")[0].replace(" and ", ", ").split(", ")
-    assert set(named) < set(TaskOptions.__annotations__)
-
-
 def test_a_misspelt_keyword_of_batches_is_told_the_nearest():
     with pytest.raises(ConfigError, match=r"num_thread = 1: expected a known keyword, perhaps num_threads; ") as caught:
-        gym.make_vec("SnakeField-v0", num_envs=2, num_thread=1)
+        gym.make_vec("SnakeField-v1", num_envs=2, num_thread=1)
     known = caught.value.expected.partition("known are ")[2].split(", ")
     taken = [one for one in signature(SnakeVectorEnv).parameters if one != "options"]
     assert sorted(known) == sorted([*TaskOptions.__annotations__, *taken])

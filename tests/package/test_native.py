@@ -87,7 +87,12 @@ def test_one_array_twice_in_the_step_buffers_is_refused():
 @pytest.mark.parametrize("row", [N, 10**9, -1])
 def test_rows_that_do_not_exist(row):
     batch = new_batch()
-    for call in (batch.get_state, batch.snapshot, lambda row: batch.set_state(row, b"")):
+    for call in (
+        batch.get_state,
+        batch.scene,
+        lambda row: batch.state([row]),
+        lambda row: batch.set_states([row], [b""]),
+    ):
         with pytest.raises((ValueError, OverflowError)):
             call(row)
 
@@ -106,7 +111,7 @@ def test_any_bytes_as_a_state(data):
         state = bytearray(data.draw(st.binary(max_size=300)))
     # A panic would be an InternalError.
     with contextlib.suppress(ConfigError):
-        batch.set_state(0, bytes(state))
+        batch.set_states([0], [bytes(state)])
         batch.step(np.zeros((N, A), np.float32), np.ones(N, np.bool_), new_buffers())
 
 

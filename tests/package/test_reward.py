@@ -6,7 +6,8 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from snake_env import ConfigError
+from snake_env import ConfigError, SnakeEnv, SnakeVectorEnv, rewards
+from snake_env.testing import check_vector_env
 
 
 def test_reward_terms_add_up_to_the_reward(env_id):
@@ -14,7 +15,7 @@ def test_reward_terms_add_up_to_the_reward(env_id):
     _, infos = env.reset(seed=0)
     env.action_space.seed(0)
     terms = [name for name in infos if name.startswith("reward_")]
-    assert len(terms) == 4
+    assert len(terms) == 5
     for _ in range(40):
         actions = env.action_space.sample()
         _, reward, _, _, infos = env.step(actions)
@@ -24,12 +25,13 @@ def test_reward_terms_add_up_to_the_reward(env_id):
 def test_the_reward_can_be_replaced(make):
     seen = []
 
-    def reward_fn(signals, action, previous_action):
+    def reward_fn(state, action, previous_action):
         seen.append((action.copy(), previous_action.copy()))
-        return signals["distance"] - 0.5 * np.square(action - previous_action).sum(axis=1)
+        assert state.link_position.shape == (len(action), 11, 2)
+        return state["distance"] - 0.5 * np.square(action - previous_action).sum(axis=1)
 
     env = make(num_envs=3, reward_fn=reward_fn)
-    single = gym.make("SnakeField-v0", max_episode_steps=9, reward_fn=reward_fn)
+    single = gym.make("SnakeField-v1", max_episode_steps=9, reward_fn=reward_fn)
     env.reset(seed=4)
     single.reset(seed=4)
     env.action_space.seed(0)
@@ -42,6 +44,8 @@ def test_the_reward_can_be_replaced(make):
         np.testing.assert_array_equal(seen[0][1], previous)
         change = 0.5 * np.square(actions - previous).sum(axis=1)
         np.testing.assert_allclose(reward, infos["distance"] - change, rtol=1e-6)
+        np.testing.assert_array_equal(infos["reward_custom"], reward)
+        assert [name for name in infos if name.startswith("reward_")] == ["reward_custom"]
         assert single.step(actions[0])[1] == reward[0]
         previous = actions
     seen.clear()
@@ -53,7 +57,63 @@ def test_the_reward_can_be_replaced(make):
 
 
 def test_a_reward_of_the_wrong_shape_is_named(make):
-    env = make(num_envs=3, reward_fn=lambda signals, action, previous_action: 0.0)
+    env = make(num_envs=3, reward_fn=lambda state, action, previous_action: 0.0)
     env.reset(seed=0)
     with pytest.raises(ConfigError, match=r"reward_fn = rewards of shape \(\): expected shape \(3,\)"):
         env.step(np.zeros((3, 4)))
+
+
+def to_goal(state, action, previous_action):
+    return -np.linalg.norm(state.goal - state.link_position[:, 0], axis=1)
+
+
+def too_far(state, action, previous_action):
+    return state["time"] > 0.17
+
+
+def test_own_functions_keep_the_rules_of_batches():
+    options = {"task": "field", "reward_fn": to_goal, "termination_fn": too_far}
+    check_vector_env(lambda **given: SnakeVectorEnv(**options, **given), lambda: SnakeEnv(**options), steps=12)
+
+
+def test_a_function_ends_episodes():
+    env = SnakeEnv(task="free", termination_fn=too_far)
+    env.reset(seed=0)
+    assert [env.step(np.zeros(4))[2] for _ in range(4)] == [False, False, False, True]
+
+
+def test_flags_of_a_termination_function_are_bool(make):
+    env = make(num_envs=2, termination_fn=lambda state, action, previous_action: np.zeros(2))
+    env.reset(seed=0)
+    with pytest.raises(ConfigError, match=r"^termination_fn = flags of dtype float64: expected dtype bool"):
+        env.step(np.zeros((2, 4)))
+
+
+@pytest.mark.parametrize(("ends", "terminated"), [(True, True), (False, False)])
+def test_the_built_in_terminations_can_be_switched_off(ends, terminated):
+    env = SnakeEnv(task="free", goal_distance=0.1, corridor_half_width=5.0, termination={"is_success": ends})
+    env.reset(seed=0)
+    results = [env.step(np.zeros(4)) for _ in range(60)]
+    assert any(result[2] for result in results) == terminated
+    assert any(result[4]["is_success"] for result in results)
+    paid = [result[4]["reward_success"] for result in results]
+    assert np.count_nonzero(paid) == 1
+
+
+@pytest.mark.parametrize("term", ["progress", "energy", "smoothness", "success"])
+def test_the_functions_of_the_built_in_terms_are_those_of_the_core(make, term):
+    """Episodes end with success, so that every term is paid."""
+    options = {"goal_distance": 0.1, "max_episode_steps": 60, "autoreset_mode": "SameStep"}
+    weights = dict.fromkeys(("progress", "energy", "smoothness", "success"), 0.0) | {term: 1.0}
+    built_in, own = make(num_envs=3, reward_weights=weights, **options), None
+    own = make(num_envs=3, reward_fn=getattr(rewards, term), **options)
+    for env in (built_in, own):
+        env.reset(seed=0)
+    built_in.action_space.seed(0)
+    total = 0.0
+    for _ in range(60):
+        actions = built_in.action_space.sample() * 0.2
+        expected, found = built_in.step(actions)[1], own.step(actions)[1]
+        np.testing.assert_allclose(found, expected, atol=1e-7)
+        total += np.abs(expected).sum()
+    assert total > 0.0

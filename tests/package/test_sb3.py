@@ -37,12 +37,12 @@ def small(algorithm, env, **keywords):
 
 
 def new_env(num_envs=2, **keywords):
-    return snake_env.sb3.make("SnakeField-v0", num_envs, **{"max_episode_steps": 9, **keywords})
+    return snake_env.sb3.make("SnakeField-v1", num_envs, **{"max_episode_steps": 9, **keywords})
 
 
 def test_trajectories_are_those_of_dummy_vec_env():
     native = new_env(3)
-    dummy = DummyVecEnv([lambda: gym.make("SnakeField-v0", max_episode_steps=9)] * 3)
+    dummy = DummyVecEnv([lambda: gym.make("SnakeField-v1", max_episode_steps=9)] * 3)
     for env in (native, dummy):
         env.seed(5)
     assert_identical(native.reset(), dummy.reset(), "reset")
@@ -91,7 +91,7 @@ def test_attributes_and_methods_are_addressed_by_index():
     env.reset()
     assert env.get_attr("control_period") == [0.05] * 3
     assert env.get_attr("render_mode", indices=1) == ["rgb_array"]
-    assert env.get_attr("spec", indices=[0, 2])[0].id == "SnakeField-v0"
+    assert env.get_attr("spec", indices=[0, 2])[0].id == "SnakeField-v1"
     assert env.has_attr("layout")
     assert not env.has_attr("nonsense")
     assert [image.shape for image in env.env_method("render", indices=[2])] == [(480, 800, 3)]
@@ -108,6 +108,64 @@ def test_attributes_and_methods_are_addressed_by_index():
     env.close()
 
 
+def test_a_reset_by_index_is_of_that_robot():
+    env = new_env(3)
+    env.seed(0)
+    env.reset()
+    for _ in range(4):
+        before = env.step(np.ones((3, 4)))[0]
+    [(observation, info)] = env.env_method("reset", seed=7, indices=[1])
+    other = new_env(1)
+    other.seed(7)
+    np.testing.assert_array_equal(observation, other.reset()[0])
+    assert info == other.reset_infos[0] == env.reset_infos[1]
+    states = env.env.get_state()
+    assert [info["time"] for info in env.reset_infos] == [0.0] * 3
+    infos = [env.step(np.ones((3, 4)))[3] for _ in range(9)]
+    assert [bool(row[0]) for row in infos].index(True) == 4
+    assert [bool(row[1]) for row in infos].index(True) == 8
+    assert infos[4][0]["episode"]["l"] == infos[8][1]["episode"]["l"] == 9
+    env.env.set_state(states)
+    assert len(env.env_method("reset")) == 3
+    assert before.shape == (3, observation.size)
+
+
+def test_a_reset_of_some_robots_keeps_the_books_of_the_others():
+    env = new_env(2)
+    env.reset()
+    for _ in range(4):
+        env.step(np.ones((2, 4)))
+    env.set_options({"reset_mask": np.array([True, False])})
+    env.reset()
+    infos = [env.step(np.ones((2, 4)))[3] for _ in range(9)]
+    assert infos[4][1]["episode"]["l"] == 9
+    assert infos[8][0]["episode"]["l"] == 9
+
+
+def test_methods_of_the_batch_are_refused_by_name():
+    env = new_env()
+    with pytest.raises(ConfigError, match=r"^method_name = step: expected one of reset, render"):
+        env.env_method("step", np.zeros((2, 4)))
+
+
+def test_one_robot_is_drawn_for_one_robot(monkeypatch):
+    env = new_env(3, render_mode="rgb_array")
+    env.reset()
+    expected = env.get_images()[2]
+    monkeypatch.setattr(type(env.env), "render", None)
+    np.testing.assert_array_equal(env.env_method("render", indices=[2])[0], expected)
+
+
+def test_difficulty_is_an_attribute_of_each_robot():
+    env = new_env(3)
+    env.set_attr("difficulty", 1.0, indices=[1])
+    assert env.get_attr("difficulty") == [0.5, 1.0, 0.5]
+    env.set_attr("difficulty", 0.25)
+    assert env.get_attr("difficulty", indices=2) == [0.25]
+    with pytest.raises(AttributeError):
+        env.set_attr("control_period", 0.5)
+
+
 def test_signals_of_every_step_are_at_hand():
     env = new_env()
     env.reset()
@@ -122,7 +180,7 @@ def test_only_the_mode_of_sb3_is_accepted():
         new_env(autoreset_mode="NextStep")
     new_env(autoreset_mode="SameStep")
     with pytest.raises(ConfigError, match="autoreset_mode = NextStep"):
-        snake_env.sb3.SnakeVecEnv(gym.make_vec("SnakeFree-v0"))
+        snake_env.sb3.SnakeVecEnv(gym.make_vec("SnakeFree-v1"))
 
 
 @pytest.mark.parametrize("env_id", ["CartPole-v1", "Pendulum-v1"])
@@ -151,7 +209,7 @@ class Counter(snake_env.sb3.SnakeVecEnv):
 
 def test_ppo_stores_each_observation_before_the_step():
     """A reused buffer would shift the stored observations by one step without an error."""
-    env = Counter(gym.make_vec("SnakeFree-v0", num_envs=2, autoreset_mode="SameStep"))
+    env = Counter(gym.make_vec("SnakeFree-v1", num_envs=2, autoreset_mode="SameStep"))
     model = small(PPO, env, n_steps=8, batch_size=8, n_epochs=1)
     model.learn(8)
     first_element = model.rollout_buffer.observations.reshape(2, 8, -1)[:, :, 0]
@@ -159,7 +217,7 @@ def test_ppo_stores_each_observation_before_the_step():
 
 
 def test_sac_stores_observation_and_next_observation():
-    env = Counter(gym.make_vec("SnakeFree-v0", num_envs=2, autoreset_mode="SameStep"))
+    env = Counter(gym.make_vec("SnakeFree-v1", num_envs=2, autoreset_mode="SameStep"))
     model = small(SAC, env, buffer_size=64, learning_starts=100)
     model.learn(16)
     stored = model.replay_buffer
@@ -209,12 +267,12 @@ def test_frame_stack_and_video(tmp_path):
 
 
 def test_rl_zoo_hook_puts_the_native_batch_in_place():
-    dummy = DummyVecEnv([lambda: gym.make("SnakeField-v0")] * 3)
-    env = snake_env.sb3.native(dummy, env_id="SnakeFree-v0", seed=4, max_episode_steps=5)
+    dummy = DummyVecEnv([lambda: gym.make("SnakeField-v1")] * 3)
+    env = snake_env.sb3.native(dummy, env_id="SnakeFree-v1", seed=4, max_episode_steps=5)
     assert isinstance(env, VecMonitor)
     assert isinstance(env.venv, snake_env.sb3.SnakeVecEnv)
     assert env.num_envs == 3
-    expected = snake_env.sb3.make("SnakeFree-v0", 3, max_episode_steps=5)
+    expected = snake_env.sb3.make("SnakeFree-v1", 3, max_episode_steps=5)
     expected.seed(4)
     np.testing.assert_array_equal(env.reset(), expected.reset())
     infos = [env.step(np.zeros((3, 4)))[3] for _ in range(5)][-1]

@@ -55,7 +55,7 @@ def test_what_the_model_has_not_is_refused(options, field):
 
 
 def test_infos_tell_how_the_robot_lies():
-    env = gym.make("SnakeSpatial-v0", start_jitter=0.0)
+    env = gym.make("SnakeSpatial-v1", start_jitter=0.0)
     _, info = env.reset(seed=0)
     assert info["height"] == pytest.approx(0.0525)
     assert (info["roll"], info["pitch"]) == (pytest.approx(0.0), pytest.approx(0.0))

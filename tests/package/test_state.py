@@ -135,8 +135,8 @@ def test_the_spec_survives_json_and_makes_the_same_environment(env_id):
 def test_the_prefixed_id_works_in_a_fresh_process():
     code = """
         import gymnasium
-        env = gymnasium.make("snake_env:SnakeCourse-v0")
-        batch = gymnasium.make_vec("snake_env:SnakeField-v0", num_envs=2)
+        env = gymnasium.make("snake_env:SnakeCourse-v1")
+        batch = gymnasium.make_vec("snake_env:SnakeField-v1", num_envs=2)
         print(type(env.unwrapped).__name__, type(batch).__name__, batch.reset(seed=0)[0].shape[0])
     """
     assert run_python(code) == "SnakeEnv SnakeVectorEnv 2"
@@ -173,8 +173,8 @@ def test_a_stepped_batch_works_in_a_child_process(method, tmp_path):
 
 
 def test_async_vector_env_runs_the_single_environment():
-    env = gym.make_vec("SnakeFree-v0", num_envs=2, vectorization_mode="async")
-    sync = gym.make_vec("SnakeFree-v0", num_envs=2)
+    env = gym.make_vec("SnakeFree-v1", num_envs=2, vectorization_mode="async")
+    sync = gym.make_vec("SnakeFree-v1", num_envs=2)
     np.testing.assert_array_equal(env.reset(seed=0)[0], sync.reset(seed=0)[0])
     np.testing.assert_array_equal(env.step(np.ones((2, 4), np.float32))[0], sync.step(np.ones((2, 4)))[0])
     env.close()

@@ -41,22 +41,22 @@ def test_equals_sync_by_gymnasiums_own_measure(env_id, mode):
         if mode == "Disabled" and finished.any():
             mask = {"reset_mask": finished}
             assert data_equivalence(native.reset(options=dict(mask)), sync.reset(options=dict(mask)))
-    assert terminations > 0 or env_id != "SnakeCourse-v0"
+    assert terminations > 0 or env_id != "SnakeCourse-v1"
     native.close()
     sync.close()
 
 
 def test_a_goal_reached_in_the_last_step_is_terminated_and_truncated_as_gymnasium_has_it():
     keywords = {"goal_distance": 0.1, "goal_radius": 0.05, "start_jitter": 0.0}
-    env = gym.make_vec("SnakeCourse-v0", num_envs=1, **keywords)
+    env = gym.make_vec("SnakeCourse-v1", num_envs=1, **keywords)
     env.reset(seed=0)
     steps = 0
     terminated = np.array([False])
     while not terminated[0]:
         terminated = env.step(np.zeros((1, 4)))[2]
         steps += 1
-    native = gym.make_vec("SnakeCourse-v0", num_envs=1, max_episode_steps=steps, **keywords)
-    single = gym.make("SnakeCourse-v0", max_episode_steps=steps, **keywords)
+    native = gym.make_vec("SnakeCourse-v1", num_envs=1, max_episode_steps=steps, **keywords)
+    single = gym.make("SnakeCourse-v1", max_episode_steps=steps, **keywords)
     native.reset(seed=0)
     single.reset(seed=0)
     for _ in range(steps):
@@ -79,7 +79,7 @@ def test_row_zero_is_the_single_environment(env_id):
 
 
 def test_a_robot_does_not_depend_on_the_size_of_the_batch():
-    small, large = (gym.make_vec("SnakeField-v0", num_envs=n) for n in (2, 9))
+    small, large = (gym.make_vec("SnakeField-v1", num_envs=n) for n in (2, 9))
     small.reset(seed=[8, 3])
     large.reset(seed=list(range(9)))
     actions = np.linspace(-1, 1, 36).reshape(9, 4)

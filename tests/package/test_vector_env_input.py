@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import gc
 
+import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 
 import snake_env
-from snake_env import ConfigError, SnakeVectorEnv
+from snake_env import ConfigError, SnakeEnv, SnakeVectorEnv
 from snake_env.testing import assert_identical
 
 
@@ -115,6 +116,8 @@ def test_actions_beyond_the_box_are_clipped(make):
         ({"render_mode": "bogus"}, "render_mode"),
         ({"max_episode_steps": 0}, "max_episode_steps"),
         ({"max_episode_steps": -5}, "max_episode_steps"),
+        ({"max_episode_steps": True}, "max_episode_steps"),
+        ({"reward_fn": 3}, "reward_fn"),
         ({"task": "labyrinth"}, "task"),
         ({"action_mode": "torque"}, "action_mode"),
         ({"perception": "lidar"}, "perception"),
@@ -149,6 +152,59 @@ def test_actions_beyond_the_box_are_clipped(make):
 def test_every_keyword_is_checked(keywords, field):
     with pytest.raises(ConfigError, match=f"^{field} = "):
         SnakeVectorEnv(**{"num_envs": 2, "task": "field", **keywords})
+
+
+@pytest.mark.parametrize(("given", "limit"), [(None, 600), (-1, None), (605, 605)])
+def test_step_limits_mean_what_they_mean_to_gymnasium(given, limit):
+    options = {"goal_distance": 20.0, "corridor_half_width": 5.0, "max_episode_steps": given}
+    ends = []
+    for mode in ("vector_entry_point", "sync"):
+        env = gym.make_vec("SnakeFree-v1", num_envs=1, vectorization_mode=mode, **options)
+        env.reset(seed=0)
+        truncated = [bool(env.step(np.zeros((1, 4)))[3][0]) for _ in range(606)]
+        ends.append(truncated.index(True) + 1 if any(truncated) else None)
+    assert ends == [limit, limit]
+
+
+def test_the_message_about_a_step_limit_names_what_is_admissible():
+    for bad in (0, -5, 2.5):
+        with pytest.raises(ConfigError, match=r"an integer >= 1, None, or -1 for no limit"):
+            SnakeEnv(task="field", max_episode_steps=bad)
+
+
+def test_a_refused_call_changes_nothing(make):
+    env = make(num_envs=2)
+    env.reset(seed=0)
+    with pytest.raises(ConfigError, match=r"^difficulty = 7"):
+        env.set_difficulty([0.9, 7.0])
+    assert env.difficulty.tolist() == [0.5, 0.5]
+    env.step(np.ones((2, 4)))
+    states = env.get_state()
+    env.step(np.ones((2, 4)))
+    after = env.get_state()
+    with pytest.raises(ConfigError, match=r"^state = "):
+        env.set_state([states[0], states[1]._replace(core=b"nonsense")])
+    assert [state.core for state in env.get_state()] == [state.core for state in after]
+
+
+def test_attributes_that_nothing_would_heed_cannot_be_set(make):
+    env = make(num_envs=2)
+    for name in ("control_period", "num_threads", "layout"):
+        with pytest.raises(AttributeError):
+            setattr(env, name, 2)
+    env.difficulty = 0.75
+    assert env.difficulty.tolist() == [0.75, 0.75]
+
+
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
+def test_each_mask_of_the_infos_is_an_array_of_its_own(make, mode):
+    env = make(num_envs=2, max_episode_steps=1, autoreset_mode=mode)
+    results = [env.reset(seed=0)[1], env.step(np.zeros((2, 4)))[4]]
+    results += [infos["final_info"] for infos in results if "final_info" in infos]
+    for infos in results:
+        masks = [mask for name, mask in infos.items() if name.startswith("_")]
+        for k, mask in enumerate(masks):
+            assert not any(np.shares_memory(mask, other) for other in masks[:k])
 
 
 def test_sections_may_be_dataclasses_or_mappings():

@@ -84,7 +84,7 @@ def test_videos_are_recorded(make, tmp_path):
 
 
 def test_single_wrappers_run():
-    env = gym.make("SnakeField-v0", max_episode_steps=9)
+    env = gym.make("SnakeField-v1", max_episode_steps=9)
     env = gym.wrappers.FrameStackObservation(gym.wrappers.RecordEpisodeStatistics(env), 3)
     env.reset(seed=0)
     infos = [env.step(env.action_space.sample())[4] for _ in range(9)]

@@ -2,7 +2,7 @@
 
 from conftest import run_python
 
-DRAWING = {"drawing", "figures", "figures_7_3_5", "figures_spatial"}
+DRAWING = {"drawing"} | {f"reproduce.figures{part}" for part in ("", "_2_3", "_5_3", "_6_3", "_7_3_5", "_spatial")}
 
 
 def test_nothing_but_the_figures_needs_matplotlib(tmp_path):
@@ -13,7 +13,7 @@ def test_nothing_but_the_figures_needs_matplotlib(tmp_path):
         names = [module.name for module in pkgutil.walk_packages(snake_env.__path__, "snake_env.")]
         optional = {{"snake_env.sb3", "snake_env.rendering", "snake_env.__main__"}}
         for name in names:
-            if name not in optional and name.removeprefix("snake_env.reproduce.") not in {DRAWING}:
+            if name not in optional and name.removeprefix("snake_env.") not in {DRAWING}:
                 importlib.import_module(name)
         from snake_env.__main__ import main
         assert main(["reproduce", "--quick", "--section", "7.5.2", "--out", {str(tmp_path)!r}]) == 0
@@ -28,7 +28,7 @@ def test_the_figures_do_need_it():
             import sys
             sys.modules["matplotlib"] = None
             try:
-                import snake_env.reproduce.{name}
+                import snake_env.{name}
             except ImportError:
                 print("refused")
         """

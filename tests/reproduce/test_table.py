@@ -44,10 +44,10 @@ def test_every_section_has_rows_and_every_row_says_what_it_demands():
         assert bool(check.reason) == (check.verdict == Verdict.CORRECTED), check.name
 
 
-def test_the_readme_counts_the_verdicts():
+def test_the_page_counts_the_verdicts():
     counts = Counter(check.verdict for check in CHECKS)
-    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
-    sentence = re.search(r"Of \d+ findings, [^.]*\.", readme)
+    page = (Path(__file__).parents[2] / "docs/reproduction.md").read_text(encoding="utf-8")
+    sentence = re.search(r"Of \d+ findings, [^.]*\.", page)
     assert sentence, "a sentence that begins with `Of 64 findings,`"
     assert [int(number) for number in re.findall(r"\d+", sentence[0])] == [len(CHECKS), *map(counts.get, Verdict)]
 

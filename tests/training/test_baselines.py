@@ -6,17 +6,17 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from training import rollout, seeds, tasks
-from training.policies.gaits import DEGREE
-from training.policies.scripted import catalogue
-from training.policies.scripted.controller import Controller
-from training.policies.scripted.gaits import HeadingGait
-from training.policies.scripted.reflex import ContactReflex
-from training.policies.scripted.senses import Senses
+from snake_env.evaluation import rollout, seeds, tasks
+from snake_env.policies.gaits import DEGREE
+from snake_env.policies.scripted import catalogue
+from snake_env.policies.scripted.controller import Controller
+from snake_env.policies.scripted.gaits import HeadingGait
+from snake_env.policies.scripted.reflex import ContactReflex
+from snake_env.policies.scripted.senses import Senses
 from training.search import tune
 from training.search.optimise import Plan, maximise
 
-FIELD = tasks.BenchmarkTask("field", "SnakeField-v0", {"difficulty": 0.5, "max_episode_steps": 60}, "short")
+FIELD = tasks.BenchmarkTask("field", "SnakeField-v1", {"difficulty": 0.5, "max_episode_steps": 60}, "short")
 
 ANY = {
     title: {name: float(np.median(kind.ranges[name])) for name in kind.ranges}
@@ -24,7 +24,7 @@ ANY = {
 }
 
 
-def begun(title, env_id="SnakeField-v0", num_envs=3, **changes):
+def begun(title, env_id="SnakeField-v1", num_envs=3, **changes):
     """A controller with middling parameters on a fresh batch: controller, environment, first observation."""
     policy = catalogue.CONTROLLERS[title](ANY[title] | changes)
     env = rollout.make_env(env_id, num_envs, 1, **policy.env_options)
@@ -67,10 +67,10 @@ def test_robots_do_not_depend_on_their_neighbours(title):
         for (name, value), bounds in zip(ANY[title].items(), catalogue.CONTROLLERS[title].ranges.values(), strict=True)
     }
     together = rollout.run_episodes(
-        catalogue.CONTROLLERS[title](values), "SnakeField-v0", [7, 8, 9], 1, max_episode_steps=40
+        catalogue.CONTROLLERS[title](values), "SnakeField-v1", [7, 8, 9], 1, max_episode_steps=40
     )
     alone = rollout.run_episodes(
-        catalogue.CONTROLLERS[title](ANY[title]), "SnakeField-v0", [7], 1, max_episode_steps=40
+        catalogue.CONTROLLERS[title](ANY[title]), "SnakeField-v1", [7], 1, max_episode_steps=40
     )
     assert together["distance"][0] == alone["distance"][0]
 
@@ -103,8 +103,7 @@ def test_link_directions_are_those_of_the_links():
         observation = env.step(policy(observation))[0]
     senses = Senses(env.unwrapped.layout)
     senses.see(observation)
-    poses = np.array(env.unwrapped._robots.native.snapshot(0)["pose"])
-    angles = poses[:, 2] + np.pi
+    angles = env.unwrapped.state().link_angle[0] + np.pi
     wrapped = (senses.link_directions[0] - angles + np.pi) % (2 * np.pi) - np.pi
     # Single precision of the observation.
     np.testing.assert_allclose(wrapped, 0.0, atol=1e-5)
@@ -126,7 +125,7 @@ def test_heading_control_keeps_a_line_that_the_plain_wave_leaves():
 
     def errors(steering):
         policy = HeadingGait(values | {"steering": steering})
-        return np.abs(rollout.run_episodes(policy, "SnakeFree-v0", seeds.selection(6), 1, **options)["lateral_offset"])
+        return np.abs(rollout.run_episodes(policy, "SnakeFree-v1", seeds.selection(6), 1, **options)["lateral_offset"])
 
     assert errors(0.3).mean() < 0.5 * errors(0.0).mean()
 
@@ -211,7 +210,7 @@ class Limp(Controller):
 
 
 def test_tuning_finds_what_moves():
-    task = tasks.BenchmarkTask("free", "SnakeFree-v0", {"max_episode_steps": 60}, "open ground")
+    task = tasks.BenchmarkTask("free", "SnakeFree-v1", {"max_episode_steps": 60}, "open ground")
     found = tune.tune(Limp, task, Plan(4, 8, 2, 2, 2), 1)
     assert found["values"]["omega"] == pytest.approx(150 * DEGREE, rel=0.2)
 

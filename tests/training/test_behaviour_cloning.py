@@ -8,11 +8,12 @@ pytest.importorskip("torch")
 import torch
 
 from snake_env import ConfigError
-from training import config, rollout, runs, seeds
+from snake_env.evaluation import rollout, seeds
+from snake_env.policies import Network, files, memory
+from snake_env.policies.scripted import catalogue
+from training import config, runs
 from training.config import BehaviourCloning
 from training.learners import agent, behaviour_cloning, ppo
-from training.policies import Network, files, memory
-from training.policies.scripted import catalogue
 
 HEADING = BehaviourCloning(controller="heading control", task="field-hard", rounds=6, critic_rounds=2)
 
@@ -36,7 +37,7 @@ def begun(run):
 
 def observations(mode):
     """What robots that move at random see on a few fields (n, o), and the layout."""
-    env = rollout.make_env("SnakeField-v0", 16, 1, action_mode=mode, difficulty=1.0)
+    env = rollout.make_env("SnakeField-v1", 16, 1, action_mode=mode, difficulty=1.0)
     seen, _ = env.reset(seed=seeds.selection(16))
     rng = np.random.default_rng(0)
     for _ in range(30):
@@ -101,9 +102,9 @@ def test_a_run_that_begins_as_a_clone_leaves_a_policy_that_moves(tmp_path):
     assert run.config() == made
     assert ppo.train(run, made, False) == 0
     policy = Network(run.policy)
-    cloned = rollout.run_episodes(policy, "SnakeField-v0", seeds.selection(12), 1, difficulty=1.0, max_episode_steps=60)
+    cloned = rollout.run_episodes(policy, "SnakeField-v1", seeds.selection(12), 1, difficulty=1.0, max_episode_steps=60)
     expert = catalogue.tuned("heading control", "field-hard")
-    told = rollout.run_episodes(expert, "SnakeField-v0", seeds.selection(12), 1, difficulty=1.0, max_episode_steps=60)
+    told = rollout.run_episodes(expert, "SnakeField-v1", seeds.selection(12), 1, difficulty=1.0, max_episode_steps=60)
     assert cloned["distance"].mean() > 0.7 * told["distance"].mean() > 0.2
 
 
@@ -112,7 +113,7 @@ def donor(path, mode, observations, actions, hidden=(8, 8)):
     actor_critic = agent.Agent(observations, actions, config.PpoNetworks(hidden=hidden), None)
     torch.nn.init.normal_(actor_critic.actor[-1].bias)
     env = {"action_mode": mode}
-    files.write(path, actor_critic.arrays(), {"env_id": "SnakeField-v0", "env": env})
+    files.write(path, actor_critic.arrays(), {"env_id": "SnakeField-v1", "env": env})
     return actor_critic
 
 

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from snake_env import ConfigError, Scene
-from training import rollout, seeds, tasks
+from snake_env.evaluation import rollout, seeds, tasks
+from snake_env.policies import interface
+from snake_env.policies.gaits import DEGREE, GaitParameters
 from training.evaluation import benchmark, benchmark_page, cached_scores, reference_limits
-from training.policies import interface
-from training.policies.gaits import DEGREE, GaitParameters
 
-FREE = tasks.BenchmarkTask("free", "SnakeFree-v0", {"max_episode_steps": 40}, "open ground, for tests")
-FIELD = tasks.BenchmarkTask("field", "SnakeField-v0", {"max_episode_steps": 40}, "short fields, for tests")
+FREE = tasks.BenchmarkTask("free", "SnakeFree-v1", {"max_episode_steps": 40}, "open ground, for tests")
+FIELD = tasks.BenchmarkTask("field", "SnakeField-v1", {"max_episode_steps": 40}, "short fields, for tests")
 
 
 @pytest.fixture
@@ -47,10 +47,10 @@ def test_what_has_been_played_is_not_played_again(small, tmp_path, monkeypatch, 
 
     monkeypatch.setattr(rollout, "run_episodes", interrupted)
     assert benchmark.main([*small, "--out", str(tmp_path)]) == 130
-    assert "the same command goes on" in capsys.readouterr().out
+    assert "the same command continues" in capsys.readouterr().out
     played.clear()
     assert benchmark.main([*small, "--out", str(tmp_path)]) == 0
-    assert played == [("SnakeField-v0", "thesis gait"), ("SnakeField-v0", "heading control")]
+    assert played == [("SnakeField-v1", "thesis gait"), ("SnakeField-v1", "heading control")]
 
 
 def test_cached_episodes_belong_to_task_fields_and_code(tmp_path, monkeypatch):
@@ -58,13 +58,13 @@ def test_cached_episodes_belong_to_task_fields_and_code(tmp_path, monkeypatch):
     play = rollout.run_episodes
     monkeypatch.setattr(rollout, "run_episodes", lambda *given, **options: played.append(1) or play(*given, **options))
     entry, fields = cached_scores.scripted("thesis gait"), seeds.held_out(2)
-    harder = tasks.BenchmarkTask("field", "SnakeField-v0", {"difficulty": 1.0, "max_episode_steps": 40}, "")
+    harder = tasks.BenchmarkTask("field", "SnakeField-v1", {"difficulty": 1.0, "max_episode_steps": 40}, "")
     for task, some in ((FIELD, fields), (FIELD, fields), (harder, fields), (FIELD, fields[:1])):
         cached_scores.scores(tmp_path, task, entry, some, 1)
     assert len(played) == 3
     code = cached_scores.sources()
     played_by = ("snake_env/vector_env.py", "snake_env/registration.py", "snake_env/config/robot.py")
-    assert {cached_scores.ROOT / one for one in (*played_by, "training/policies/network.py")} <= set(code)
+    assert {cached_scores.ROOT / one for one in (*played_by, "snake_env/policies/network.py")} <= set(code)
     changed = tmp_path / "vector_env.py"
     changed.write_text("another")
     monkeypatch.setattr(cached_scores, "sources", lambda: [changed, *code])
@@ -165,7 +165,7 @@ def test_no_commanded_wave_is_faster_than_the_fastest():
 def test_among_pegs_the_thesis_gait_keeps_below_its_bounds():
     """On the course of Table 7.5, made for it: nearly the speed without slip, and no cost below mu."""
     gait = cached_scores.scripted("thesis gait").make(tasks.load()["course"])
-    played = rollout.run_episodes(gait, "SnakeCourse-v0", seeds.selection(2), 1)
+    played = rollout.run_episodes(gait, "SnakeCourse-v1", seeds.selection(2), 1)
     assert (
         0.9 * reference_limits.no_slip_speed(GaitParameters())
         < played["speed"].mean()
@@ -177,7 +177,7 @@ def test_among_pegs_the_thesis_gait_keeps_below_its_bounds():
 def test_paths_may_have_names():
     assert benchmark.named_path("mine=a/b.zip")[0] == "mine"
     assert benchmark.named_path("runs/field/policy.safetensors")[0] == "field"
-    assert benchmark.named_path("pretrained/field-hard.safetensors")[0] == "field-hard"
+    assert benchmark.named_path("snake_env/policies/shipped/field-hard.safetensors")[0] == "field-hard"
 
 
 def test_two_policies_of_one_name_are_refused():

@@ -61,7 +61,7 @@ def test_a_run_that_does_not_fit_says_what_it_was_begun_with(tmp_path, capsys, w
             "env_id = CartPole-v1: expected an id of one of this package's environments",
         ),
         (
-            f"evaluate --policy {ROOT}/pretrained/field-hard.safetensors --env CartPole-v1",
+            f"evaluate --policy {ROOT}/snake_env/policies/shipped/field-hard.safetensors --env CartPole-v1",
             "env_id = CartPole-v1: expected an id of one of this package's environments",
         ),
         (
@@ -100,8 +100,8 @@ def test_a_name_that_does_not_exist_ends_a_command_with_one_line(capsys, command
         ("section.json", '{"ppo": 3}', "ppo = 3: expected a mapping of names to values"),
         (
             "river.json",
-            '{"env_id": "SnakeRiver-v0"}',
-            "env_id = SnakeRiver-v0: expected an id of one of this package's",
+            '{"env_id": "SnakeRiver-v1"}',
+            "env_id = SnakeRiver-v1: expected an id of one of this package's",
         ),
     ],
 )

@@ -7,13 +7,14 @@ import pytest
 
 pytest.importorskip("torch")
 
-from training import config, rollout, runs, seeds, train
+from snake_env.evaluation import rollout, seeds
+from snake_env.policies import Network, files, memory
+from training import config, runs, train
 from training.learners import evolution
-from training.policies import Network, files, memory
 from training.policies.symmetry import Reflection
 
 SMALL = config.EvolutionConfig(
-    env_id="SnakePerturbed-v0",
+    env_id="SnakePerturbed-v1",
     env={"max_episode_steps": 10, "action_mode": "residual", "difficulty": 1.0},
     num_envs=16,
     num_threads=1,
@@ -70,7 +71,7 @@ def test_ranks_alone_count():
 def test_learning_makes_way():
     """Where nothing is random but the candidates, the mean gets farther than with the gait that it begins as."""
     settings = SMALL.with_changes(
-        env_id="SnakeFree-v0",
+        env_id="SnakeFree-v1",
         env={"max_episode_steps": 40, "action_mode": "gait", "start_jitter": 0.0},
         num_envs=32,
         evolution=config.Evolution(fields=1, learning_rate=0.1),

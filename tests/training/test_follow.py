@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from training import rollout, seeds
-from training.policies.gaits import DEGREE
-from training.policies.scripted import grip
-from training.policies.scripted.chain import Link, middles, shifted, touch, unit
-from training.policies.scripted.follow import NEAR, PEGS, FollowTheLeader
-from training.policies.scripted.planner import CLEARANCE, DEPTH, Planner, Wishes
+from snake_env.evaluation import rollout, seeds
+from snake_env.policies.gaits import DEGREE
+from snake_env.policies.scripted import grip
+from snake_env.policies.scripted.chain import Link, middles, shifted, touch, unit
+from snake_env.policies.scripted.follow import NEAR, PEGS, FollowTheLeader
+from snake_env.policies.scripted.planner import CLEARANCE, DEPTH, Planner, Wishes
 
 AIKO = Link(0.122, 0.0393, 0.0525)
 LINKS = 11
@@ -28,7 +28,7 @@ VALUES = {
 SPREAD = np.random.default_rng(5)
 
 
-def started(env_id="SnakeCourse-v0", num_envs=3, **options):
+def started(env_id="SnakeCourse-v1", num_envs=3, **options):
     """A controller that has seen the first observation of robots."""
     policy = FollowTheLeader(VALUES)
     env = rollout.make_env(env_id, num_envs, 1, **policy.env_options, **options)
@@ -155,9 +155,8 @@ def test_located_pegs_are_where_they_are():
     """Against the scene of the simulation, which no policy sees."""
     policy, env, _ = started(num_envs=1)
     seen = policy.senses.pegs[..., 0]
-    scene = env.unwrapped._robots.native.snapshot(0)
-    radius, x, y = np.array(scene["pegs"]).T
-    at = np.array(scene["pose"])[0, :2]
+    radius, x, y = np.array(env.unwrapped.scene(0).obstacles).T
+    at = env.unwrapped.state().link_position[0, 0]
     for peg in seen[:, seen[0] < 10.0].T:
         assert np.hypot(x - at[0] - peg[0], y - at[1] - peg[1]).min() < 1e-5
         assert peg[2] == pytest.approx(radius[0], abs=1e-5)
@@ -177,7 +176,7 @@ def test_where_there_is_no_grip_a_wave_goes_on_from_the_bend_at_the_head():
 
 def test_a_robot_follows_its_head_through_the_course_and_repeats_itself():
     def played():
-        return rollout.run_episodes(FollowTheLeader(VALUES), "SnakeCourse-v0", seeds.selection(2), 1)
+        return rollout.run_episodes(FollowTheLeader(VALUES), "SnakeCourse-v1", seeds.selection(2), 1)
 
     first, again = played(), played()
     assert first["is_success"].all()

@@ -1,5 +1,6 @@
 """What is told about a policy's episodes is what happened in them."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -11,11 +12,12 @@ pytest.importorskip("pygame")
 from matplotlib.patches import FancyArrowPatch
 from PIL import Image, ImageSequence
 
-from training import rollout, seeds
+from snake_env import Scene, SnakeEnv
+from snake_env.evaluation import film, rollout, seeds
+from snake_env.policies import ConstantAction, GaitParameters, Network, files
+from snake_env.policies.scripted.senses import Senses
 from training.evaluation import inspection, inspection_figures, video
 from training.evaluation.record_episodes import KINDS, RecordedPolicy, push_ahead
-from training.policies import ConstantAction, GaitParameters, Network, files
-from training.policies.scripted.senses import Senses
 
 
 @pytest.fixture
@@ -25,13 +27,13 @@ def random_policy(tmp_path):
     arrays = {"actor.0.weight": rng.normal(0, 0.3, (4, 63)), "actor.0.bias": np.array([0.2, 1.0, 0.5, 0.0])}
     path = tmp_path / "mine.safetensors"
     options = {"difficulty": 1.0, "max_episode_steps": 60}
-    files.write(path, {k: v.astype(np.float32) for k, v in arrays.items()}, {"env_id": "SnakeField-v0", "env": options})
+    files.write(path, {k: v.astype(np.float32) for k, v in arrays.items()}, {"env_id": "SnakeField-v1", "env": options})
     return path
 
 
 def test_pushes_are_the_pegs_forces_along_the_way():
     """The mean force over a control period against the change of momentum and the friction, which no policy sees."""
-    env = rollout.make_env("SnakeField-v0", 1, 1)
+    env = rollout.make_env("SnakeField-v1", 1, 1)
     senses = Senses(env.unwrapped.layout)
     observation, _ = env.reset(seed=seeds.selection(1))
     gait = GaitParameters().action(env.unwrapped.layout["action"])
@@ -40,7 +42,7 @@ def test_pushes_are_the_pegs_forces_along_the_way():
         observation = env.step(gait[None])[0]
         senses.see(observation)
         told.append(push_ahead(senses)[0])
-        felt.append(np.array(env.unwrapped._robots.native.snapshot(0)["contact_force"])[:, 0])
+        felt.append(env.unwrapped.state().contact_force[0, :, 0])
     told, felt = np.array(told), np.array(felt)
     pushing = (np.abs(told) > 1.0) & (np.abs(felt) > 1.0)
     assert pushing.sum() > 20
@@ -67,7 +69,7 @@ def test_ends_are_told_apart():
 def test_a_watched_policy_acts_as_it_does_alone(random_policy):
     policy = Network(random_policy)
     played = [
-        rollout.run_episodes(one, "SnakeField-v0", seeds.selection(3), 1, max_episode_steps=60)["distance"]
+        rollout.run_episodes(one, "SnakeField-v1", seeds.selection(3), 1, max_episode_steps=60)["distance"]
         for one in (policy, RecordedPolicy(policy))
     ]
     assert np.array_equal(*played)
@@ -98,8 +100,8 @@ def drawn(monkeypatch):
 def test_the_panels_of_a_timeline_share_one_time_axis(random_policy, tmp_path, drawn):
     """An instant is at the same place in each, beside the colour bar too."""
     policy = Network(random_policy)
-    episode = video.play(policy, "SnakeField-v0", seeds.selection(1)[0], max_episode_steps=60)
-    inspection_figures.timeline(episode, rollout.layout_of("SnakeField-v0", {}), "title", tmp_path / "timeline.png")
+    episode = film.play(policy, "SnakeField-v1", seeds.selection(1)[0], max_episode_steps=60)
+    inspection_figures.timeline(episode, rollout.layout_of("SnakeField-v1", {}), "title", tmp_path / "timeline.png")
     drawn[0].draw_without_rendering()
     pushes, gait, speed = drawn[0].axes[:3]
     for other in (gait, speed):
@@ -111,37 +113,41 @@ def test_an_episode_is_shown_to_its_end(random_policy):
     """The state in which it ended, too: what left the corridor is outside in the last picture."""
     policy = Network(random_policy)
     options = {"corridor_half_width": 0.1, "max_episode_steps": 400}
-    episode = video.play(policy, "SnakeField-v0", seeds.selection(1)[0], film=True, **options)
-    last = episode.snapshots[-1]
-    assert len(episode.walk) == len(episode.snapshots) == len(episode.observations) == len(episode.frames)
-    np.testing.assert_allclose(np.diff([one["time"] for one in episode.snapshots]), 0.05)
-    assert last["time"] < 20.0
-    assert abs(episode.walk[-1, 1] - last["centre_line"]) > 0.1 >= abs(episode.walk[-2, 1] - last["centre_line"])
+    episode = film.play(policy, "SnakeField-v1", seeds.selection(1)[0], render_mode="rgb_array", **options)
+    last, centre_line = episode.states[-1], episode.states[-1].goal[1]
+    assert len(episode.walk) == len(episode.states) == len(episode.observations) == len(episode.frames)
+    np.testing.assert_allclose(np.diff([one.time for one in episode.states]), 0.05)
+    assert last.time < 20.0
+    assert abs(episode.walk[-1, 1] - centre_line) > 0.1 >= abs(episode.walk[-2, 1] - centre_line)
 
 
-def snapshot(force, **goal):
-    """What the renderer draws: eleven links in a row, the fifth of which is pushed."""
-    pose = np.zeros((11, 3))
-    pose[:, 0] = -0.12 * np.arange(11)
+def episode_of(force, goal, goal_radius):
+    """Five times the same state: eleven links in a row, the fifth of which is pushed, and a peg."""
+    env = SnakeEnv(task="free", corridor_half_width=0.5)
+    env.reset(seed=0)
+    links = np.zeros((11, 2))
+    links[:, 0] = -0.12 * np.arange(11)
     contact_force = np.zeros((11, 2))
     contact_force[4] = force
-    pegs = np.array([[0.1, 0.0, 0.3]])
-    return {
-        "pose": pose,
-        "centre": pose[:, :2].mean(0),
-        "contact_force": contact_force,
-        "pegs": pegs,
-        "time": 1.0,
-    } | goal
+    state = dataclasses.replace(
+        env.state(),
+        link_position=links,
+        link_angle=np.zeros(11),
+        position=links.mean(0),
+        contact_force=contact_force,
+        goal=np.array(goal),
+        goal_radius=np.array(goal_radius),
+    )
+    return film.Episode(None, Scene(obstacles=[(0.1, 0.0, 0.3)]), [], True, [state] * 5, None)
 
 
-LINE = {"goal_line": 0.5, "centre_line": 0.1, "corridor_half_width": 0.5}
-DISC = {"goal_disc": (0.2, 0.1, 0.25)}
+LINE = {"goal": (0.5, 0.1), "goal_radius": 0.0}
+DISC = {"goal": (0.2, 0.1), "goal_radius": 0.25}
 
 
 @pytest.mark.parametrize(("force", "newtons"), [((0.0, 10.0), "50 N"), ((-400.0, 300.0), "200 N")])
 def test_arrows_of_force_end_inside_the_frame_and_have_a_scale(force, newtons, tmp_path, drawn):
-    episode = video.Episode(None, None, [], True, [snapshot(force, **LINE)] * 5, None)
+    episode = episode_of(force, **LINE)
     inspection_figures.frames(episode, "title", 2, tmp_path / "frames.png")
     drawn[0].draw_without_rendering()
     for axes in drawn[0].axes:
@@ -156,7 +162,7 @@ def test_arrows_of_force_end_inside_the_frame_and_have_a_scale(force, newtons, t
 
 @pytest.mark.parametrize(("goal", "bordered"), [(LINE, True), (DISC, False)])
 def test_a_legend_names_what_is_drawn(goal, bordered, tmp_path, drawn):
-    episode = video.Episode(None, None, [], True, [snapshot((0.0, 0.0), **goal)] * 5, None)
+    episode = episode_of((0.0, 0.0), **goal)
     inspection_figures.frames(episode, "title", 2, tmp_path / "frames.png")
     names = [one.get_text() for one in drawn[0].legends[0].get_texts()]
     assert names == ["centre of gravity", "goal"] + ["border of the corridor"] * bordered
@@ -176,8 +182,8 @@ def test_a_small_film_has_the_same_colours_from_end_to_end(tmp_path):
         frame[:, ::71] = frame[::71] = (221, 215, 202)
         frame[200:300, 200:300] = (120, 128, 138)
         frame[300:400, 10 * k : 10 * k + 50] = (190, 40, 8 * k)
-    with Image.open(video.write_small_gif(frames, tmp_path / "film.gif")) as film:
-        shown = [np.asarray(one.convert("RGB")) for one in ImageSequence.Iterator(film)]
+    with Image.open(video.write_small_gif(frames, tmp_path / "film.gif")) as small:
+        shown = [np.asarray(one.convert("RGB")) for one in ImageSequence.Iterator(small)]
     assert len(shown) == 11
     for one in shown:
         np.testing.assert_array_equal(one[:130], shown[0][:130])

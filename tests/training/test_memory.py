@@ -9,10 +9,11 @@ pytest.importorskip("torch")
 
 import torch
 
-from training import config, rollout
+from snake_env.evaluation import rollout
+from snake_env.policies import Network, files
+from snake_env.policies.memory import MemoryTraces, network_inputs, remembered
+from training import config
 from training.learners import agent, behaviour_cloning, ppo
-from training.policies import Network, files
-from training.policies.memory import MemoryTraces, network_inputs, remembered
 
 TIMES = (0.5, 3.0)
 LAYOUT = {
@@ -68,7 +69,7 @@ def test_the_collector_hands_on_traces_that_follow_from_its_observations():
     """Recomputed from the plain observations of a rollout with ends in it."""
     learner = ppo.Learner(settings(), 0, lambda *episode: None)
     learner.collect()
-    layout = rollout.layout_of("SnakeField-v0", learner.config.env)
+    layout = rollout.layout_of("SnakeField-v1", learner.config.env)
     played = learner.rollout
     plain = sum(block["size"] for block in layout["observation"])
     memory = MemoryTraces(layout, TIMES, 16)
@@ -84,7 +85,7 @@ def test_numpy_plays_the_memory_that_torch_has_learnt(tmp_path):
     learner.learn(0.0)
     files.write(tmp_path / "policy.safetensors", learner.agent.arrays(), learner.config.model_dump(mode="json"))
     policy = Network(tmp_path / "policy.safetensors")
-    layout = rollout.layout_of("SnakeField-v0", learner.config.env)
+    layout = rollout.layout_of("SnakeField-v1", learner.config.env)
     plain = sum(block["size"] for block in layout["observation"])
     policy.begin(layout, 16)
     for t in range(16):
@@ -107,7 +108,7 @@ def test_a_policy_that_sees_other_things_is_named(tmp_path):
     files.write(tmp_path / "policy.safetensors", learner.agent.arrays(), learner.config.model_dump(mode="json"))
     policy = Network(tmp_path / "policy.safetensors")
     with pytest.raises(ValueError, match="expected one that sees 71 elements as here, this one sees 152"):
-        policy.begin(rollout.layout_of("SnakeFree-v0", {}), 1)
+        policy.begin(rollout.layout_of("SnakeFree-v1", {}), 1)
 
 
 def test_the_mirror_turns_traces_like_what_they_are_traces_of():

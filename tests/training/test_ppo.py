@@ -13,11 +13,12 @@ import safetensors.numpy
 import torch
 
 import snake_env
-from training import config, evaluate, rollout, runs, seeds, train
+from snake_env.evaluation import acting, rollout, seeds
+from snake_env.policies import GaitParameters, Network, files
+from training import config, evaluate, runs, train
 from training.evaluation import loading
 from training.learners import agent, ppo, sb3
 from training.learners.collector import Rollout
-from training.policies import GaitParameters, Network, files
 
 SMOKE = ["--config", "smoke", "--no-bar"]
 
@@ -83,9 +84,9 @@ def test_an_episode_does_not_depend_on_the_size_of_its_batch(trained):
     """A film plays one robot of the many that were scored."""
     policy = Network(trained.policy)
     options = {"difficulty": 1.0, "max_episode_steps": 200}
-    together = rollout.run_episodes(policy, "SnakeField-v0", seeds.selection(40), 1, **options)
+    together = rollout.run_episodes(policy, "SnakeField-v1", seeds.selection(40), 1, **options)
     for k in (0, 17):
-        alone = rollout.run_episodes(policy, "SnakeField-v0", [seeds.selection(40)[k]], 1, **options)
+        alone = rollout.run_episodes(policy, "SnakeField-v1", [seeds.selection(40)[k]], 1, **options)
         assert alone["distance"][0] == together["distance"][k]
 
 
@@ -114,10 +115,10 @@ def test_evaluation_plays_policies_of_ppo(trained, tmp_path, capsys):
 
 
 def test_a_policy_is_judged_where_it_was_trained_unless_asked_otherwise(trained):
-    assert loading.task(None, {}, [trained.policy]) == ("SnakeField-v0", {"max_episode_steps": 40})
+    assert loading.task(None, {}, [trained.policy]) == ("SnakeField-v1", {"max_episode_steps": 40})
     assert loading.task(None, {"difficulty": 1.0}, [trained.policy])[1] == {"max_episode_steps": 40, "difficulty": 1.0}
-    assert loading.task("SnakeFree-v0", {}, [trained.policy]) == ("SnakeFree-v0", {})
-    assert loading.task(None, {}, []) == ("SnakeField-v0", {})
+    assert loading.task("SnakeFree-v1", {}, [trained.policy]) == ("SnakeFree-v1", {})
+    assert loading.task(None, {}, []) == ("SnakeField-v1", {})
 
 
 def test_the_difficulty_grows_with_the_budget_that_is_used():
@@ -194,7 +195,7 @@ def test_it_learns_to_go_faster_on_open_ground(tmp_path):
     On 20 fields for choosing, for 8 s; untrained action zero is the thesis's gait.
     """
     settings = config.PpoConfig(
-        env_id="SnakeFree-v0",
+        env_id="SnakeFree-v1",
         env={"max_episode_steps": 160},
         num_envs=32,
         num_threads=1,
@@ -205,9 +206,9 @@ def test_it_learns_to_go_faster_on_open_ground(tmp_path):
     run = folder(tmp_path / "run")
     run.create(settings)
     assert ppo.train(run, settings, show=False) == 0
-    learnt = rollout.run_episodes(Network(run.policy), "SnakeFree-v0", seeds.selection(20), 1, max_episode_steps=160)
-    gait = loading.gait_policy(GaitParameters(), "SnakeFree-v0")
-    still = rollout.run_episodes(gait, "SnakeFree-v0", seeds.selection(20), 1, max_episode_steps=160)
+    learnt = rollout.run_episodes(Network(run.policy), "SnakeFree-v1", seeds.selection(20), 1, max_episode_steps=160)
+    gait = acting.gait_policy(GaitParameters(), "SnakeFree-v1")
+    still = rollout.run_episodes(gait, "SnakeFree-v1", seeds.selection(20), 1, max_episode_steps=160)
     assert learnt["speed"].mean() > 2.0 * still["speed"].mean() > 0.0
 
 
@@ -215,7 +216,7 @@ def test_it_needs_no_other_learner_and_no_pictures():
     """Training and playing work where Stable-Baselines3, matplotlib, Optuna and SciPy cannot be imported."""
     code = (
         "import sys; sys.modules.update(dict.fromkeys(('stable_baselines3', 'matplotlib', 'optuna', 'scipy')));"
-        "import training.learners.ppo, training.policies, training.rollout; from training import config;"
+        "import training.learners.ppo, training.policies, snake_env.evaluation.rollout; from training import config;"
         "config.load('field-hard')"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

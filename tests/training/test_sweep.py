@@ -3,21 +3,21 @@
 import json
 import os
 import signal
-import subprocess
-import sys
+import threading
 import time
 
 import pytest
 
 pytest.importorskip("torch")
 
-from training import config, seeds
-from training.policies import files
+from snake_env.evaluation import seeds
+from snake_env.policies import files
+from training import config, runs
 from training.search import sweep
 
 SMOKE = {
     "learner": "ppo",
-    "env_id": "SnakeFree-v0",
+    "env_id": "SnakeFree-v1",
     "env": {"max_episode_steps": 40},
     "num_envs": 8,
     "policy": {"hidden": [8]},
@@ -34,10 +34,22 @@ def tiny(tmp_path):
     return path
 
 
-def test_every_seed_trains_and_the_best_is_kept(tiny, tmp_path, capsys):
+def test_a_stopped_sweep_goes_on_to_its_end_and_the_best_is_kept(tiny, tmp_path, capsys):
     out = tmp_path / "sweep"
     arguments = ["--configs", str(tiny), "--seeds", "2", "--jobs", "2", "--out", str(out), "--fields", "3"]
-    assert sweep.main([*arguments, "--total-steps", "1024"]) == 0
+
+    def stop():
+        end = time.monotonic() + 100
+        while len(list(out.glob("tiny/*/checkpoints/*.pt"))) < 2 and time.monotonic() < end:
+            time.sleep(0.1)
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    threading.Thread(target=stop).start()
+    assert sweep.main([*arguments, "--total-steps", "100000000"]) == 130
+    assert "the same command continues" in capsys.readouterr().out
+    assert not list(out.glob("tiny/*/finished.json"))
+    steps = max(int(path.stem) for path in out.glob("tiny/*/checkpoints/*.pt"))
+    assert sweep.main([*arguments, "--total-steps", str(steps + 256)]) == 0
     found = json.loads((out / "tiny" / "seeds.json").read_text())
     assert [row["run"] for row in found["seeds"]] == ["seed-0", "seed-1"]
     best = max(found["seeds"], key=lambda row: row["is_success"] + row["speed"])["run"]
@@ -47,31 +59,16 @@ def test_every_seed_trains_and_the_best_is_kept(tiny, tmp_path, capsys):
     assert files.read(out / "tiny" / "seed-1" / files.NAME)[1]["seed"] == 1
     assert (out / "tiny" / "learning-curves.png").stat().st_size > 5000
     before = (out / "tiny" / "seed-0" / files.NAME).stat().st_mtime_ns
-    assert sweep.main([*arguments, "--total-steps", "1024"]) == 0
+    assert sweep.main([*arguments, "--total-steps", str(steps + 256)]) == 0
     assert (out / "tiny" / "seed-0" / files.NAME).stat().st_mtime_ns == before, "finished runs stay"
 
 
-def test_a_run_that_fails_is_named(tmp_path, capsys):
-    broken = tmp_path / "broken.json"
-    broken.write_text('{"env_id": "SnakeFree-v0", "env": {"colour": 1}}')
-    assert sweep.main(["--configs", str(broken), "--seeds", "1", "--out", str(tmp_path / "out")]) == 1
+def test_a_run_that_fails_is_named(tiny, tmp_path, capsys):
+    other = runs.RunFolder(tmp_path / "out" / "tiny" / "seed-0")
+    other.create(config.load(tiny).with_changes(seed=3))
+    assert sweep.main(["--configs", str(tiny), "--seeds", "1", "--out", str(tmp_path / "out")]) == 1
     assert "seed-0 failed: see" in capsys.readouterr().err
-
-
-def test_a_stopped_sweep_is_saved_and_the_same_command_goes_on(tiny, tmp_path):
-    out = tmp_path / "sweep"
-    command = [sys.executable, "-m", "training", "sweep", "--configs", str(tiny), "--seeds", "2", "--jobs", "2"]
-    command += ["--out", str(out), "--fields", "2"]
-    process = subprocess.Popen([*command, "--total-steps", "100000000"], stdout=subprocess.PIPE, text=True)
-    end = time.monotonic() + 100
-    while len(list(out.glob("tiny/*/checkpoints/*.pt"))) < 2 and time.monotonic() < end:
-        time.sleep(0.1)
-    os.kill(process.pid, signal.SIGTERM)
-    assert "the same command goes on" in process.communicate(timeout=60)[0]
-    assert process.returncode == 130
-    steps = [int(path.stem) for path in out.glob("tiny/*/checkpoints/*.pt")]
-    assert subprocess.run([*command, "--total-steps", str(max(steps) + 256)], check=False).returncode == 0
-    assert len(list(out.glob("tiny/*/finished.json"))) == 2
+    assert "seed = 0: expected 3" in (other.path / "log.txt").read_text()
 
 
 def test_seeds_for_comparing_runs_are_for_choosing():

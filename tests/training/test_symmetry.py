@@ -8,15 +8,17 @@ pytest.importorskip("torch")
 import torch
 
 from snake_env import ConfigError
-from training import config, rollout, seeds
+from snake_env.evaluation import rollout, seeds
+from snake_env.policies import GaitParameters, Network, files
+from training import config
 from training.learners import agent
-from training.policies import GaitParameters, Network, files, symmetry
+from training.policies import symmetry
 
 MODES = ("gait", "residual", "joints")
 
 
 def layout(mode):
-    env = rollout.make_env("SnakeField-v0", 1, 1, action_mode=mode)
+    env = rollout.make_env("SnakeField-v1", 1, 1, action_mode=mode)
     found = env.unwrapped.layout
     env.close()
     return found
@@ -32,7 +34,7 @@ def test_mirroring_twice_changes_nothing(mode):
 
 def test_half_a_period_of_a_steady_wave_is_a_reflection():
     """Lateral undulation half a period later is its own mirror image: the simulator and the signs agree on it."""
-    env = rollout.make_env("SnakeFree-v0", 1, 1, start_jitter=0.0, perception="blind")
+    env = rollout.make_env("SnakeFree-v1", 1, 1, start_jitter=0.0, perception="blind")
     half = 36
     gait = GaitParameters(omega=np.pi / (half * env.unwrapped.control_period))
     env.reset(seed=[0])
@@ -48,7 +50,7 @@ def in_space(mode, mirrored, steps=16):
     """Blocks of the observation of a robot in space that from lying straight makes random movements, or those in the
     mirror, seen in the mirror."""
     env = rollout.make_env(
-        "SnakeSpatial-v0",
+        "SnakeSpatial-v1",
         1,
         1,
         action_mode=mode,
@@ -87,7 +89,7 @@ def test_in_space_a_mirrored_robot_moves_as_the_mirror_image(mode):
 
 
 def test_a_wave_that_lifts_one_side_first_has_no_mirror():
-    settings = config.PpoConfig(env_id="SnakeSpatial-v0", policy=config.PpoNetworks(hidden=(16,), symmetric=True))
+    settings = config.PpoConfig(env_id="SnakeSpatial-v1", policy=config.PpoNetworks(hidden=(16,), symmetric=True))
     with pytest.raises(ConfigError, match="symmetric"):
         agent.reflection_of(settings)
     assert agent.reflection_of(settings.with_changes(env={"action_mode": "joints"})) is not None
@@ -127,7 +129,7 @@ def test_left_and_right_policies_do_equally_well():
 
     A wrong sign anywhere would break its steering.
     """
-    from training.policies.scripted import catalogue
+    from snake_env.policies.scripted import catalogue
 
     class InTheMirror:
         name = "mirrored"
@@ -143,7 +145,7 @@ def test_left_and_right_policies_do_equally_well():
             return self._signs.action * self._policy(observation * self._signs.observation)
 
     def way(policy):
-        return rollout.run_episodes(policy, "SnakeMaze-v0", seeds.selection(24), 1, difficulty=0.0)["distance"].mean()
+        return rollout.run_episodes(policy, "SnakeMaze-v1", seeds.selection(24), 1, difficulty=0.0)["distance"].mean()
 
     plain = catalogue.tuned("heading control", "maze")
     assert way(InTheMirror(plain)) == pytest.approx(way(plain), rel=0.1)

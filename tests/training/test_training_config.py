@@ -29,9 +29,9 @@ from training import config
         ({"policy": None}, "policy = None: expected a mapping of names to values"),
         ({"ppo": 3}, "ppo = 3: expected a mapping of names to values"),
         ({"behaviour_cloning": "best gait"}, "behaviour_cloning = best gait: expected a mapping of names to values"),
-        ({"env_id": "SnakeRiver-v0"}, "env_id = SnakeRiver-v0: expected an id of one of this package's environments"),
+        ({"env_id": "SnakeRiver-v1"}, "env_id = SnakeRiver-v1: expected an id of one of this package's environments"),
         ({"env_id": "CartPole-v1"}, "env_id = CartPole-v1: expected an id of one of this package's environments"),
-        ({"env_id": ["SnakeField-v0"]}, "env_id = ['SnakeField-v0']: expected a valid string"),
+        ({"env_id": ["SnakeField-v1"]}, "env_id = ['SnakeField-v1']: expected a valid string"),
         ({"colour": 1}, "colour = 1: expected one of learner, about, env_id"),
     ],
 )

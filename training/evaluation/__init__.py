@@ -1,1 +1,1 @@
-"""How policies are judged: scores, the benchmark, inspection, pictures and films."""
+"""Evaluation of policies: scores, benchmark, inspection, figures and films."""

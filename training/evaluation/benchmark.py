@@ -4,11 +4,11 @@
     python -m training benchmark --tasks field-hard --policies "thesis gait" "heading control" --episodes 100
     python -m training benchmark --policy mine=runs/field/policy.safetensors --tasks field-hard
 
-Tasks are those of ``training/configs/tasks.json``; policies, scripted and trained, those of
+Tasks are those of ``snake_env/evaluation/tasks.json``; policies, scripted and trained, those of
 ``training/configs/benchmark.json`` and of --policy; scripted controllers play where they have been tuned. Episode k of
 every policy is on field k. Writes ``benchmark.json``, ``benchmark.md`` and pictures; the same command gives the same
 files, bit for bit. Episodes are cached and not played again as long as task, policy and simulator are the same: after
-Ctrl-C the same command goes on.
+Ctrl-C the same command continues.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from pathlib import Path
 
 import tyro
 
-from training import seeds, tasks
+from snake_env.evaluation import seeds, tasks
+from snake_env.evaluation.rollout import Episodes
+from snake_env.evaluation.tasks import BenchmarkTask
+from snake_env.policies.interface import title
 from training.cli import answer
 from training.evaluation import benchmark_page, cached_scores
 from training.evaluation.cached_scores import Entry
-from training.policies.interface import title
-from training.rollout import Episodes
-from training.tasks import BenchmarkTask
 
 EPISODES = 500
 
@@ -75,7 +75,7 @@ def play(args: Options) -> int:
     try:
         bench.play(chosen, entries)
     except KeyboardInterrupt:
-        print("\nstopped; what was played stays, the same command goes on")
+        print("\nstopped; finished episodes are kept, the same command continues")
         return 130
     pages = benchmark_page.write(bench.played, chosen, args.episodes, args.out)
     if args.write_docs:

@@ -6,15 +6,15 @@ import json
 from pathlib import Path
 from typing import Any
 
-from training import seeds
+from snake_env.evaluation import scores, seeds
+from snake_env.evaluation.rollout import Episodes
+from snake_env.evaluation.scores import SCORES, Row
+from snake_env.evaluation.tasks import BenchmarkTask
+from snake_env.markdown import table
+from snake_env.policies.gaits import GaitParameters
 from training.config import ROOT
-from training.evaluation import figures, reference_limits, scores
-from training.evaluation.scores import SCORES, Row
-from training.policies.gaits import GaitParameters
-from training.rollout import Episodes
+from training.evaluation import figures, reference_limits
 from training.runs import versions, write_json
-from training.tables import table
-from training.tasks import BenchmarkTask
 
 DOCS = ROOT / "docs"
 
@@ -74,7 +74,7 @@ def write(
             "scores": {name: scores.plain(row) for name, row in rows.items()},
         }
     page.write_text(text + "".join(sections.values()))
-    held_out = f"{seeds.HELD_OUT.start} to {seeds.HELD_OUT.start + episodes - 1}, one a field"
+    held_out = f"{seeds.HELD_OUT.start} to {seeds.HELD_OUT.start + episodes - 1}, one per field"
     write_json(data, {"episodes": episodes, "seeds": held_out, "versions": versions(), "tasks": content})
     return page
 

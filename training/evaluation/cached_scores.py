@@ -12,14 +12,15 @@ from joblib import Memory
 
 import snake_env
 from snake_env import ConfigError, _native
-from training import rollout
+from snake_env.evaluation import rollout
+from snake_env.evaluation.acting import gait_policy
+from snake_env.evaluation.rollout import Episodes
+from snake_env.evaluation.tasks import BenchmarkTask
+from snake_env.policies.gaits import GaitParameters
+from snake_env.policies.interface import Policy
+from snake_env.policies.scripted import catalogue
 from training.config import CONFIGS, ROOT
-from training.evaluation.loading import gait_policy, load_model
-from training.policies.gaits import GaitParameters
-from training.policies.interface import Policy
-from training.policies.scripted import catalogue
-from training.rollout import Episodes
-from training.tasks import BenchmarkTask
+from training.evaluation.loading import load_model
 
 CONFIG = CONFIGS / "benchmark.json"
 
@@ -35,7 +36,7 @@ class Entry:
         name: in tables.
         make: the policy for a task.
         plays: Whether it is in a task's table.
-        source: What it is made from: its bytes tell one policy from another.
+        source: File or class it is made from, whose bytes identify the policy.
     """
 
     name: str
@@ -45,7 +46,7 @@ class Entry:
 
 
 def entries(config: Path, chosen: Sequence[str] | None, more: list[tuple[str, Path]]) -> list[Entry]:
-    """The configuration's scripted and trained policies, those in ``chosen`` alone if given, and ``more`` files.
+    """The configuration's scripted and trained policies, only those in ``chosen`` if given, and ``more`` files.
 
     Raises:
         ConfigError: a chosen name that the configuration does not have, or two policies of one name.
@@ -112,7 +113,7 @@ def scores(out: Path, task: BenchmarkTask, entry: Entry, fields: list[int], num_
 def _play(
     entry: Entry, task: BenchmarkTask, fields: list[int], num_threads: int | None, known_by: object, code: str
 ) -> Episodes:
-    """``known_by`` and ``code`` only tell cached results apart."""
+    """``known_by`` and ``code`` are keys of the cache only."""
     episodes = rollout.run_episodes(entry.make(task), task.env_id, fields, num_threads, **task.options)
     return {name: episodes[name] for name in KEPT}
 
@@ -125,6 +126,7 @@ def code() -> str:
 
 def sources() -> list[Path]:
     """The code of the environments, whose ids and defaults make the task, and that which acts for policies."""
-    package, folder = Path(snake_env.__file__).parent, ROOT / "training"
+    package = Path(snake_env.__file__).parent
     environments = [*package.glob("*.py"), *(package / "config").glob("*.py")]
-    return sorted(environments) + sorted([folder / "rollout.py", *(folder / "policies").rglob("*.py")])
+    acting = [package / "evaluation/rollout.py", *(package / "policies").rglob("*.py")]
+    return sorted(environments) + sorted([*acting, *(ROOT / "training/policies").rglob("*.py")])

@@ -10,8 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
-from snake_env.reproduce import drawing
-from training.evaluation.scores import Row
+from snake_env import Scene, drawing
+from snake_env.evaluation.scores import Row
+from snake_env.obstacles import circles
 
 COLOURS = ("#8a8f98", "#d98a2b", "#1f5fa8")
 """The thesis's gait, the best gait of the grid, the policy."""
@@ -130,12 +131,12 @@ def gaits(tried: list[dict[str, float]], progress: NDArray[np.float64], best: di
         return drawing.save(drawn, path)
 
 
-def paths(walks: dict[str, NDArray[np.float64]], pegs: NDArray[np.float64], goal: float, path: Path) -> Path:
+def paths(walks: dict[str, NDArray[np.float64]], scene: Scene, goal: float, path: Path) -> Path:
     """Paths of the robots' CGs (T, 2) [m] through one field; the goal line at x = goal [m]."""
     with drawing.style():
         drawn, axes = drawing.figure(1, 1, 7.0, 3.8)
         one = axes[0, 0]
-        for radius, x, y in pegs:
+        for radius, x, y in circles(scene.obstacles):
             one.add_patch(Circle((x, y), radius, facecolor=drawing.PEG, edgecolor="#50555c", linewidth=0.6))
         for (name, walk), colour in zip(walks.items(), COLOURS, strict=False):
             one.plot(*walk.T, color=colour, linewidth=2.0, label=name)

@@ -1,10 +1,11 @@
-"""What has a policy learned? How it ends, which links push and when, its gait over time, and films of both ends.
+"""Inspect a policy: how episodes end, which links push and when, gait over time, films of successes and failures.
 
-    python -m training inspect --policy pretrained/field-hard.safetensors --out runs/inspect
+    python -m training inspect --policy field-hard --out runs/inspect
 
-Plays the policy and the scripted controllers of ``--beside`` on held-out fields of the policy's own task, prints how
-episodes ended and the mean force of the pegs on each link, writes both as JSON, and draws: ``links.png``; and of one
-success and one failure of each kind ``<kind>-frames.png`` with the forces, ``<kind>-timeline.png`` and ``<kind>.gif``.
+Plays the policy and the scripted controllers of ``--beside`` on held-out fields of the policy's own task. Prints the
+counts of outcomes; writes them and the mean force of the pegs on each link as JSON; draws ``links.png`` and, for the
+first episode of each outcome, ``<outcome>-frames.png`` with the forces, ``<outcome>-timeline.png`` and
+``<outcome>.gif``.
 """
 
 from __future__ import annotations
@@ -16,31 +17,31 @@ from typing import Any
 
 import numpy as np
 
-from training import rollout, seeds, tasks
+from snake_env.evaluation import film, rollout, seeds, tasks
+from snake_env.evaluation.tasks import GOAL
+from snake_env.policies.interface import Policy
+from snake_env.policies.scripted import catalogue
+from snake_env.policies.scripted.senses import Array
 from training.cli import answer
 from training.evaluation import inspection_figures, video
 from training.evaluation.loading import load_model, task
 from training.evaluation.record_episodes import KINDS, RecordedPolicy
-from training.policies.interface import Policy
-from training.policies.scripted import catalogue
-from training.policies.scripted.senses import Array
 from training.runs import write_json
-from training.tasks import GOAL
 
 FRAMES = 4
 
 
 @dataclass
 class Options:
-    """What is inspected.
+    """Policies, task and output.
 
     Args:
         policy: policy.safetensors or model.zip of a run.
-        beside: Scripted controllers.
+        beside: Scripted controllers to compare with.
         task: Task for which the controllers are tuned.
         fields: Number of held-out fields.
         num_threads: Threads of the simulator.
-        out: Folder for everything.
+        out: Output folder.
     """
 
     policy: Path
@@ -95,9 +96,10 @@ def _plain(found: dict[str, Any]) -> dict[str, Any]:
 
 def show(policy: Policy, kind: str, env_id: str, seed: int, out: Path, options: dict[str, Any]) -> None:
     """Frames, timeline and film of one episode."""
-    episode = video.play(policy, env_id, seed, film=True, **options)
+    episode = film.play(policy, env_id, seed, render_mode="rgb_array", **options)
     layout = rollout.layout_of(env_id, options | policy.env_options)
-    stem, title = kind.replace(",", "").replace(" ", "-"), f"{policy.name}, held-out field {seed}: {kind}"
+    stem = kind.replace(",", "").replace(" ", "-")
+    title = f"{policy.name}, held-out field {seed - seeds.HELD_OUT.start}: {kind}"
     inspection_figures.frames(episode, title, FRAMES, out / f"{stem}-frames.png")
     inspection_figures.timeline(episode, layout, title, out / f"{stem}-timeline.png")
     print(video.write_small_gif(episode.frames, out / f"{stem}.gif"))

@@ -10,12 +10,13 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 
-from snake_env.config import Robot
-from snake_env.reproduce import drawing
+from snake_env import State, drawing
+from snake_env.config import Robot, Scene
+from snake_env.evaluation.film import Episode
+from snake_env.obstacles import circles
+from snake_env.policies.scripted.senses import Array, Senses
 from training.evaluation.figures import COLOURS
 from training.evaluation.record_episodes import push_ahead
-from training.evaluation.video import Episode
-from training.policies.scripted.senses import Array, Senses
 
 HALF_VIEW = (0.95, 0.75)
 """Half of the ground that a frame shows along and across [m]."""
@@ -27,14 +28,14 @@ REFERENCES = (20.0, 50.0, 100.0, 200.0)
 
 def frames(episode: Episode, title: str, count: int, path: Path) -> Path:
     """The robot, the pegs and their forces at equidistant times, the last at the end; one scale of forces for all."""
-    times = np.linspace(0, len(episode.snapshots) - 1, count + 1).round().astype(int)[1:]
-    chosen = [episode.snapshots[k] for k in times]
+    times = np.linspace(0, len(episode.states) - 1, count + 1).round().astype(int)[1:]
+    chosen = [episode.states[k] for k in times]
     scale = min(_largest_scale(one) for one in chosen)
     with drawing.style():
         drawn, axes = drawing.figure(1, count, 2.6 * count, 2.7)
-        for one, snapshot in zip(axes[0], chosen, strict=True):
-            _frame(one, snapshot, scale)
-        pushed = any(np.hypot(*_forces(one).T).max() > drawing.FORCE_SHOWN for one in chosen)
+        for one, state in zip(axes[0], chosen, strict=True):
+            _frame(one, state, episode.scene, scale)
+        pushed = any(np.hypot(*one.contact_force.T).max() > drawing.FORCE_SHOWN for one in chosen)
         if pushed:
             _reference(axes[0, 0], scale)
         drawn.legend(handles=_legend(chosen[-1], pushed), loc="outside lower center", ncols=5, fontsize=7)
@@ -42,43 +43,40 @@ def frames(episode: Episode, title: str, count: int, path: Path) -> Path:
         return drawing.save(drawn, path)
 
 
-def _forces(snapshot: dict[str, Any]) -> Array:
-    """Of the pegs on each link (links, 2) [N]."""
-    return np.array(snapshot["contact_force"])
-
-
-def _largest_scale(snapshot: dict[str, Any], margin: float = 0.04, smallest: float = 0.001) -> float:
+def _largest_scale(state: State, margin: float = 0.04, smallest: float = 0.001) -> float:
     """The scale [m/N], up to that of other pictures, at which every arrow ends inside the frame, or the smallest."""
-    start = np.array(snapshot["pose"])[:, :2]
-    start = np.vstack([start, start.mean(axis=0)]) - snapshot["centre"]
-    force = np.vstack([_forces(snapshot), _forces(snapshot).sum(axis=0)])
+    start = np.vstack([state.link_position, state.link_position.mean(axis=0)]) - state.position
+    force = np.vstack([state.contact_force, state.contact_force.sum(axis=0)])
     room = np.maximum(np.array(HALF_VIEW) - margin - np.sign(force) * start, 0.0)
     return max(float(np.min(room / np.maximum(np.abs(force), 1e-9), initial=drawing.FORCE_SCALE)), smallest)
 
 
-def _frame(axes: Axes, snapshot: dict[str, Any], scale: float) -> None:
+def _frame(axes: Axes, state: State, scene: Scene, scale: float) -> None:
     """One time: links, pegs, an arrow for the pegs' force on each link, and a black one for their sum."""
-    (x, y), (along, across) = snapshot["centre"], HALF_VIEW
-    for radius, *centre in snapshot["pegs"]:
-        axes.add_patch(Circle(centre, radius, facecolor=drawing.PEG, edgecolor=BORDER, linewidth=0.6))
-    pose = np.array(snapshot["pose"])
-    drawing.body(axes, Robot(links=len(pose)), pose[:, :2], pose[:, 2], (1,))
-    drawing.forces(axes, pose[:, :2], _forces(snapshot), scale)
+    (x, y), (along, across) = state.position, HALF_VIEW
+    for radius, *centre in circles(scene.obstacles):
+        axes.add_patch(Circle((centre[0], centre[1]), radius, facecolor=drawing.PEG, edgecolor=BORDER, linewidth=0.6))
+    links = state.link_position
+    drawing.body(axes, Robot(links=len(links)), links, np.asarray(state.link_angle), (1,))
+    drawing.forces(axes, links, state.contact_force, scale)
     axes.plot(x, y, "o", color="black", markersize=3.0, zorder=5)
-    _goal(axes, snapshot)
-    drawing.ground(axes, f"t = {snapshot['time']:.1f} s", (x - along, x + along), (y - across, y + across))
+    _goal(axes, state)
+    drawing.ground(axes, f"t = {state.time:.1f} s", (x - along, x + along), (y - across, y + across))
 
 
-def _goal(axes: Axes, snapshot: dict[str, Any]) -> None:
+def _goal(axes: Axes, state: State) -> None:
     """The goal, a disc or a line, and with the line the corridor's borders."""
-    if "goal_disc" in snapshot:
-        *centre, radius = snapshot["goal_disc"]
-        axes.add_patch(Circle(centre, radius, fill=False, edgecolor=GOAL, linewidth=1.0, linestyle="--", zorder=3))
+    x, y = state.goal.tolist()
+    if state.goal_radius > 0.0:
+        axes.add_patch(
+            Circle(
+                (x, y), float(state.goal_radius), fill=False, edgecolor=GOAL, linewidth=1.0, linestyle="--", zorder=3
+            )
+        )
         return
-    axes.axvline(snapshot["goal_line"], color=GOAL, linewidth=1.0, linestyle="--")
+    axes.axvline(x, color=GOAL, linewidth=1.0, linestyle="--")
     for side in (-1, 1):
-        border = snapshot["centre_line"] + side * snapshot["corridor_half_width"]
-        axes.axhline(border, color=BORDER, linewidth=1.2, linestyle="-.")
+        axes.axhline(y + side * float(state.corridor_half_width), color=BORDER, linewidth=1.2, linestyle="-.")
 
 
 def _reference(axes: Axes, scale: float, shortest: float = 0.25) -> None:
@@ -93,7 +91,7 @@ def _reference(axes: Axes, scale: float, shortest: float = 0.25) -> None:
     axes.text(x - newtons * scale - 0.04, height, f"{newtons:g} N", **beside)
 
 
-def _legend(snapshot: dict[str, Any], pushed: bool) -> list[Line2D]:
+def _legend(state: State, pushed: bool) -> list[Line2D]:
     """Names of what is drawn."""
     arrow: dict[str, Any] = {"marker": ">", "markersize": 4}
     dashed: dict[str, Any] = {"color": GOAL, "linewidth": 1.0, "linestyle": "--"}
@@ -102,7 +100,7 @@ def _legend(snapshot: dict[str, Any], pushed: bool) -> list[Line2D]:
         found.append(Line2D([], [], color=drawing.FORCE, linewidth=1.2, label="force of the pegs on a link", **arrow))
         found.append(Line2D([], [], color="black", linewidth=2.0, label="sum of these forces", **arrow))
     found.append(Line2D([], [], label="goal", **dashed))
-    if "corridor_half_width" in snapshot:
+    if state.goal_radius == 0.0:
         found.append(Line2D([], [], color=BORDER, linewidth=1.2, linestyle="-.", label="border of the corridor"))
     return found
 

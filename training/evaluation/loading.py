@@ -8,19 +8,12 @@ from typing import Any
 import gymnasium as gym
 
 from snake_env import ConfigError
+from snake_env.policies.interface import INTERFACE, Policy, title
+from snake_env.policies.network import Network
+from snake_env.policies.shipped import NAMES, policy_path
 from training.config import Sb3Config
-from training.policies.gaits import GaitParameters, scripted
-from training.policies.interface import INTERFACE, Policy, title
-from training.policies.network import Network
 from training.policies.sb3_model import Model
-from training.rollout import layout_of
 from training.runs import RunFolder
-
-
-def gait_policy(gait: GaitParameters, env_id: str, **options: Any) -> Policy:
-    """A gait as a policy for an environment with these keywords, named after its parameters."""
-    name = "thesis gait" if gait == GaitParameters() else str(gait)
-    return scripted(gait, layout_of(env_id, options | {"action_mode": "gait"})["action"], name)
 
 
 def load_model(path: Path, name: str | None = None) -> Policy:
@@ -29,8 +22,9 @@ def load_model(path: Path, name: str | None = None) -> Policy:
     Raises:
         ConfigError: there is no such file, or it is of another kind.
     """
+    path = policy_path(path)
     if not path.is_file() or path.suffix not in (".safetensors", ".zip"):
-        raise ConfigError("policy", path, "the policy.safetensors or model.zip of a run")
+        raise ConfigError("policy", path, f"one of {', '.join(NAMES)}, or the policy.safetensors or model.zip of a run")
     if path.suffix == ".safetensors":
         return Network(path, name)
     return Model(path, name or title(path), _origin(path)[1])
@@ -43,9 +37,9 @@ def load_models(paths: list[Path]) -> list[Policy]:
 
 
 def task(env_id: str | None, options: dict[str, Any], paths: list[Path]) -> tuple[str, dict[str, Any]]:
-    """Environment and keywords: those asked for, over those that the first policy was trained with."""
+    """Environment and keywords: those of the first policy's training, overridden by those given."""
     if env_id is not None or not paths:
-        return env_id or "SnakeField-v0", options
+        return env_id or "SnakeField-v1", options
     env_id, trained_with = _origin(paths[0])
     of_task = {name: value for name, value in trained_with.items() if name not in INTERFACE}
     return env_id, of_task | options
@@ -53,6 +47,7 @@ def task(env_id: str | None, options: dict[str, Any], paths: list[Path]) -> tupl
 
 def _origin(path: Path) -> tuple[str, dict[str, Any]]:
     """Environment and keywords of the run that a policy comes from."""
+    path = policy_path(path)
     if path.suffix == ".safetensors":
         found = Network(path).config
         return found["env_id"], found["env"]
@@ -62,7 +57,7 @@ def _origin(path: Path) -> tuple[str, dict[str, Any]]:
 
 
 def refuse_other_interface(policy: Policy, options: dict[str, Any]) -> None:
-    """Refuses keywords of the environment that a policy brings along and that were asked for otherwise.
+    """Refuses keywords that differ from those with which a policy acts.
 
     Raises:
         ConfigError: names the keyword.
@@ -74,7 +69,7 @@ def refuse_other_interface(policy: Policy, options: dict[str, Any]) -> None:
 
 
 def refuse_other_model(paths: list[Path], env_id: str, options: dict[str, Any]) -> None:
-    """Refuses to play policies of the plane in space, and the other way round; gaits play in both.
+    """Refuses to play planar policies in 3D and 3D policies in the plane; gaits play in both.
 
     Raises:
         ConfigError: names the model and the policy.

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from training.policies.interface import Policy
-from training.policies.scripted.senses import Array, Senses
-from training.rollout import Episodes
+from snake_env.evaluation.rollout import Episodes
+from snake_env.policies.interface import Policy
+from snake_env.policies.scripted.senses import Array, Senses
 
 STUCK_TIME, STUCK_WAY = 5.0, 0.1
-"""A robot is stuck at the end when it has made less way than this [m] in the last seconds [s]."""
+"""A robot is stuck at the end if it has moved less than this [m] in the last seconds [s]."""
 
 KINDS = ("goal reached", "left the corridor", "time up, stuck", "time up, on its way")
 

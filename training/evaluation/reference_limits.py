@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from snake_env import Robot, Scene
-from training.policies.gaits import DEGREE, GaitParameters
+from snake_env.policies.gaits import DEGREE, GaitParameters
 
 LINK_LENGTH = 0.122
 """Of Aiko [m] (T Table 7.1)."""
@@ -40,15 +40,15 @@ def least_cost(mu: float) -> float:
 
 
 def follow_the_leader_cost(mu: float, gait: GaitParameters | None = None) -> float:
-    """Cost of transport of a body that follows the curve of a wave without slip: mu times path over way made."""
+    """Cost of transport of a body that follows the curve of a wave without slip: mu times path length over progress."""
     return mu / straightness(gait or GaitParameters())
 
 
 def weaving(scene: Scene | None = None, half_width: float | None = None) -> float:
-    """Least length of path over way made of anything that passes successive pegs on alternating sides.
+    """Least path length over progress of anything that passes successive pegs on alternating sides.
 
-    Between two pegs whose centres are D apart and alpha off the way, a taut string at the distance rho from both runs
-    straight for sqrt(D^2 - 4 rho^2) and along each for rho theta, theta = asin(2 rho / D) - alpha.
+    Between two pegs whose centres are D apart and alpha off the direction of travel, a taut string at the distance rho
+    from both runs straight for sqrt(D^2 - 4 rho^2) and along each for rho theta, theta = asin(2 rho / D) - alpha.
 
     Args:
         scene: pegs of one radius in the order in which they are passed; None: the course of Table 7.5.
@@ -65,7 +65,7 @@ def weaving(scene: Scene | None = None, half_width: float | None = None) -> floa
 def weaving_cost(mu: float) -> float:
     """Least cost of transport on the course of Table 7.5 for a robot whose links weave through its pegs.
 
-    As :func:`least_cost`, but the CG of each link, at least half a body's width from every peg, goes a longer way than
+    As :func:`least_cost`, but the CG of each link, at least half a body's width from every peg, travels farther than
     the robot makes.
     """
     return mu * weaving()

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from training import seeds
-from training.evaluation import scores, video
-from training.policies.interface import Policy
-from training.rollout import Episodes
+from snake_env.evaluation import film as films
+from snake_env.evaluation import scores, seeds
+from snake_env.evaluation.rollout import Episodes
+from snake_env.policies.interface import Policy
 from training.runs import versions, write_json
 
 FIELDS = 200
@@ -25,7 +25,7 @@ def report(rows: dict[str, scores.Row], played: dict[str, Episodes], out: Path, 
     out.mkdir(parents=True, exist_ok=True)
     content = {
         **what,
-        "seeds": f"{seeds.HELD_OUT.start} and on, one a field",
+        "seeds": f"{seeds.HELD_OUT.start} and on, one per field",
         "versions": versions(),
         "scores": {name: scores.plain(row) for name, row in rows.items()},
         f"against {first}": {name: scores.plain(row) for name, row in differences.items()},
@@ -37,4 +37,4 @@ def film(policy: Policy, env_id: str, episodes: Episodes, path: Path, options: d
     """A video of the first field that the policy passes, or of the first of all."""
     passed = episodes["is_success"].nonzero()[0]
     seed = seeds.HELD_OUT[int(passed[0]) if len(passed) else 0]
-    return video.write(video.play(policy, env_id, seed, film=True, **options).frames, path)
+    return films.write(films.play(policy, env_id, seed, render_mode="rgb_array", **options).frames, path)

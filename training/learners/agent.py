@@ -9,10 +9,10 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from snake_env.evaluation.rollout import layout_of
+from snake_env.policies import files, memory
 from training.config import PpoConfig, PpoNetworks
-from training.policies import files, memory
 from training.policies.symmetry import Reflection, SymmetricNetwork
-from training.rollout import layout_of
 
 LOG_SQRT_TAU = 0.5 * float(np.log(2.0 * np.pi))
 

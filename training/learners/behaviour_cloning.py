@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from snake_env import ConfigError
+from snake_env.evaluation.rollout import layout_of
+from snake_env.policies import files
+from snake_env.policies.memory import network_inputs, time_constants
+from snake_env.policies.scripted import catalogue
 from training.config import BehaviourCloning
-from training.policies import files
-from training.policies.memory import network_inputs, time_constants
-from training.policies.scripted import catalogue
-from training.rollout import layout_of
 
 WAVE_ACTIONS = 4
 """Actions of mode ``gait``; mode ``residual`` has them first, and the offsets of joints after them."""
@@ -33,7 +33,7 @@ BATCH = 1024
 
 
 class Expert:
-    """A scripted controller, tuned for a task, that tells actions of the learner's action mode.
+    """A scripted controller, tuned for a task, in the learner's action mode.
 
     Args:
         cloning: which controller.
@@ -56,7 +56,7 @@ class Expert:
         self._controller.begin({**layout, "action": layout["action"][:known]}, num_envs)
 
     def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Actions (n, a); zero where the controller knows of none. It does not see the learner's traces."""
+        """Actions (n, a); zero where the controller has none. It does not observe the learner's memory."""
         action = self._controller(observation[:, : self._observations])
         return np.pad(action, ((0, 0), (0, self._actions - action.shape[1])))
 
@@ -66,7 +66,7 @@ class Expert:
 
 
 def _action_mode(layout: dict[str, Any]) -> str:
-    """By the number of actions: the wave alone, joints alone, or both."""
+    """By the number of actions: only the wave, only joints, or both."""
     joints = next(block["size"] for block in layout["observation"] if block["name"] == "joint_angle")
     return {WAVE_ACTIONS: "gait", joints: "joints"}.get(len(layout["action"]), "residual")
 
@@ -139,7 +139,7 @@ def _taken(rows: NDArray[np.float32], places: list[int]) -> NDArray[np.float32]:
 
 
 def imitate(learner: Any, expert: Expert, cloning: BehaviourCloning) -> None:
-    """Teaches the actor a controller's actions along its own way."""
+    """Trains the actor on a controller's actions along the actor's own trajectories (DAgger)."""
     seen, told = [], []
     for _ in range(cloning.rounds):
         learner.collect()

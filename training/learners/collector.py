@@ -10,10 +10,10 @@ import torch
 from torch import Tensor
 
 import snake_env  # noqa: F401
+from snake_env.policies.memory import MemoryTraces, network_inputs
 from training.config import Ppo, PpoConfig
 from training.learners.agent import Agent
 from training.learning_curve import SIGNALS, Note
-from training.policies.memory import MemoryTraces, network_inputs
 
 ARRAYS = ("observation", "action", "log_density", "value", "reward", "done")
 """Arrays of a :class:`Rollout`."""
@@ -52,7 +52,7 @@ class Rollout:
 
 
 class Collector:
-    """Robots that act by the agent, start anew by themselves, and report their finished episodes.
+    """Robots that act by the agent, with automatic reset, and report finished episodes.
 
     Args:
         config: of the run.

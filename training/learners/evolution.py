@@ -23,15 +23,15 @@ import torch
 from numpy.typing import NDArray
 
 from snake_env import ConfigError
-from training import seeds
+from snake_env.evaluation import seeds
+from snake_env.evaluation.rollout import Episodes, make_env, play
+from snake_env.policies import files
+from snake_env.policies.memory import network_inputs
+from snake_env.policies.network import Layers, outputs
 from training.config import EvolutionConfig
 from training.learners import loop
 from training.learning_curve import SIGNALS, Note
-from training.policies import files
-from training.policies.memory import network_inputs
-from training.policies.network import Layers, outputs
 from training.policies.symmetry import Reflection
-from training.rollout import Episodes, make_env, play
 from training.runs import RunFolder
 
 Array = NDArray[np.float64]
@@ -108,7 +108,7 @@ def slope(changes: Array, score: Array) -> Array:
 
     Args:
         changes: of the first of each pair (p, size); the second has the opposite.
-        score: of the first ones, then of the second ones (2 p,); ranks alone count.
+        score: of the first ones, then of the second ones (2 p,); only ranks count.
     """
     rank = np.empty(len(score))
     rank[np.argsort(score, kind="stable")] = np.linspace(-0.5, 0.5, len(score))
@@ -117,7 +117,7 @@ def slope(changes: Array, score: Array) -> Array:
 
 
 def sensed(layout: dict[str, Any], inputs: tuple[str, ...] | None) -> list[int]:
-    """Places of the elements of an observation that are named, alone or by their block; None: of all.
+    """Indices of the elements of an observation that are named, or whose block is; None: all.
 
     Raises:
         ConfigError: the environment has no such block or element.

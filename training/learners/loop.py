@@ -6,10 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Protocol
 
+from snake_env.policies import files
 from training.budget import Budget, StopRequest
 from training.config import RunConfig
 from training.learning_curve import LearningCurve, Note, text
-from training.policies import files
 from training.runs import RunFolder
 
 SHOW_SECONDS = 5.0

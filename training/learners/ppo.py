@@ -1,7 +1,7 @@
 """Proximal policy optimisation with torch, over the native batch of robots.
 
 After Schulman et al. 2017 in the manner of CleanRL. A run whose budget is steps alone repeats itself bit for bit; where
-a budget of wall time ends depends on the machine. A resumed run goes on with other fields.
+a budget of wall time ends depends on the machine. A resumed run continues on other fields.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from training import seeds
+from snake_env.evaluation import seeds
+from snake_env.policies import files
 from training.config import Ppo, PpoConfig
 from training.learners import behaviour_cloning, loop
 from training.learners.agent import Agent, make_agent
 from training.learners.collector import Collector, Rollout
 from training.learning_curve import Note
-from training.policies import files
 from training.runs import RunFolder
 
 

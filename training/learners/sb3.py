@@ -12,7 +12,7 @@ from stable_baselines3.common.logger import configure
 from tqdm import tqdm
 
 import snake_env.sb3
-from training import seeds
+from snake_env.evaluation import seeds
 from training.budget import Budget, StopRequest
 from training.config import Sb3Config
 from training.learning_curve import LearningCurve, text
@@ -75,7 +75,7 @@ def _learner(config: Sb3Config, budget: Budget) -> dict[str, Any]:
 
 
 class RunCallback(BaseCallback):
-    """Ends the run on time or on request, saves checkpoints, writes the curve and draws the progress bar."""
+    """Ends the run at the end of its budget or on request; saves checkpoints, the curve and shows the progress bar."""
 
     def __init__(self, folder: RunFolder, config: Sb3Config, budget: Budget, stop: StopRequest, bar: bool) -> None:
         super().__init__()

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from training.policies.interface import Stateless, interface
+from snake_env.policies.interface import Stateless, interface
 
 
 class Model(Stateless):

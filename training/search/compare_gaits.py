@@ -1,10 +1,10 @@
-"""Search the best constant gait and compare it with the thesis's, both under the same torque limit.
+"""Search for the best constant gait and compare it with the thesis's under the same torque limit.
 
     python -m training gaits
-    python -m training gaits --env SnakeCourse-v0 --amplitude 30 50 --omega 80 120 --beta -60 -50
+    python -m training gaits --env SnakeCourse-v1 --amplitude 30 50 --omega 80 120 --beta -60 -50
 
-The search plays on fields meant for choosing; winner and thesis's gait are then scored on held-out fields. Writes a
-picture and JSON.
+The search plays on validation fields; the best gait and the thesis's are then scored on held-out fields. Writes a
+figure and JSON.
 """
 
 from __future__ import annotations
@@ -13,35 +13,34 @@ import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from training import seeds
+from snake_env.evaluation import scores, seeds
+from snake_env.evaluation.acting import gait_policy
+from snake_env.evaluation.rollout import run_episodes
+from snake_env.policies.gaits import GaitParameters
 from training.cli import answer
 from training.config import JsonObject
-from training.evaluation import scores
-from training.evaluation.loading import gait_policy
 from training.evaluation.report import FIELDS, report
-from training.policies.gaits import GaitParameters
-from training.rollout import run_episodes
 from training.search.gait_search import PLAN, RANGES, gait, search, write
 from training.search.optimise import Range
 
 
 @dataclass
 class Options:
-    """Where the gaits play, and which are tried.
+    """Environment and ranges of the search.
 
     Args:
         env: Environment.
         options: Keywords of the environment.
-        amplitude: Least and largest A [deg].
-        omega: Least and largest omega [deg/s].
-        beta: Least and largest beta [deg].
+        amplitude: Range of A [deg].
+        omega: Range of omega [deg/s].
+        beta: Range of beta [deg].
         fields: Held-out fields of the comparison.
-        quick: About a tenth of the search.
+        quick: A tenth of the candidates and fields.
         num_threads: Threads of the simulator.
-        out: Folder for picture and JSON.
+        out: Output folder.
     """
 
-    env: str = "SnakeField-v0"
+    env: str = "SnakeField-v1"
     options: JsonObject = field(default_factory=dict)
     amplitude: Range = RANGES["amplitude"]
     omega: Range = RANGES["omega"]
@@ -58,7 +57,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def compare(args: Options) -> int:
-    """Searches, then scores the winner beside the thesis's gait."""
+    """Searches, then scores the best gait and the thesis's."""
     ranges = {"amplitude": args.amplitude, "omega": args.omega, "beta": args.beta}
     plan = PLAN.quick() if args.quick else PLAN
     found = search(args.env, ranges, plan, args.num_threads, show=True, **args.options)

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from snake_env.evaluation.rollout import layout_of, run_episodes
+from snake_env.policies.gaits import DEGREE, ConstantAction, GaitParameters
 from training.evaluation import figures
-from training.policies.gaits import DEGREE, ConstantAction, GaitParameters
-from training.rollout import layout_of, run_episodes
 from training.runs import write_json
 from training.search.optimise import Found, Plan, Range, Values, maximise
 
@@ -31,7 +31,7 @@ def search(
     show: bool = False,
     **options: Any,
 ) -> Found:
-    """Finds the gait of most progress [m] on the fields meant for choosing.
+    """Finds the gait of most progress [m] on validation fields.
 
     Args:
         env_id: Environment; its torque limit holds for every gait.

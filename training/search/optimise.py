@@ -1,4 +1,4 @@
-"""Search over a few numbers: Optuna proposes candidates, many of which play in one batch of robots."""
+"""Search over a few numbers: Optuna proposes candidates, which are evaluated in batches of robots."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from optuna.distributions import BaseDistribution, FloatDistribution
 from optuna.samplers import TPESampler
 from optuna.trial import FrozenTrial
 
-from training import seeds
+from snake_env.evaluation import seeds
 
 Values = dict[str, float]
 Range = tuple[float, float]
@@ -22,13 +22,13 @@ Score = Callable[[list[Values], list[int]], NDArray[np.float64]]
 
 @dataclass(frozen=True)
 class Plan:
-    """How much is tried.
+    """Size of a search.
 
     Args:
-        batches: Batches of candidates; the later ones are drawn where the earlier ones scored well.
+        batches: Batches of candidates; later batches concentrate where earlier ones scored well.
         candidates: Candidates per batch.
         fields: Fields on which each candidate plays, the same for all.
-        finalists: Best candidates, which play again on other fields, so that luck does not decide.
+        finalists: Best candidates, which play again on other fields.
         final_fields: Fields of the finalists.
     """
 
@@ -39,7 +39,7 @@ class Plan:
     final_fields: int = 64
 
     def quick(self) -> Plan:
-        """A tenth of it."""
+        """A plan of a tenth of the size."""
         return Plan(2, max(1, self.candidates // 4), max(1, self.fields // 4), 2, max(1, self.final_fields // 8))
 
 

@@ -1,12 +1,12 @@
-"""Train several seeds of several configurations side by side, and choose among them.
+"""Train several seeds of several configurations in parallel, and select the best.
 
     python -m training sweep --configs field-hard perturbed --seeds 5 --jobs 8 --seconds 1500
 
-One process a run, one thread each. Each run has a folder ``<out>/<config>/seed-<k>`` and a log in it. Run the same
-command again to go on: finished runs stay, others resume from their checkpoints. Ctrl-C or a termination signal, as
-that of ``timeout 540 python -m training sweep ...``, stops all runs, which save. At the end each configuration
-has ``best.safetensors``, the policy of the highest success rate plus speed [m/s] on fields for choosing,
-``seeds.json`` with all of them, and, with matplotlib, ``learning-curves.png`` with the spread over seeds.
+Each run is a process with one thread and has a folder ``<out>/<config>/seed-<k>`` with a log. Ctrl-C or a termination
+signal, as that of ``timeout 540 python -m training sweep ...``, stops all runs, which save. The same command resumes a
+stopped sweep: finished runs are kept, others continue from their checkpoints. At the end each configuration has
+``best.safetensors``, the policy of the highest success rate plus speed [m/s] on validation fields, ``seeds.json`` with
+the scores of all, and, with matplotlib, ``learning-curves.png`` with the spread over seeds.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from snake_env.evaluation import rollout, seeds
 from training import config as configs
-from training import rollout, seeds
 from training.cli import answer
 from training.evaluation.loading import load_model
 from training.learning_curve import text
@@ -31,7 +31,7 @@ from training.runs import RunFolder, write_json
 FIELDS = 200
 """Fields on which the seeds of a configuration are compared."""
 SKIP = 100_000
-"""Of the seeds for choosing: those before are for tuning scripted controllers."""
+"""Validation seeds before this one are for tuning scripted controllers."""
 
 
 @dataclass
@@ -41,11 +41,11 @@ class Options:
     Args:
         configs: Names in training/configs, or files.
         seeds: Runs of each configuration, with seeds 0, 1, ...
-        jobs: Processes at a time.
-        seconds: Wall time of each run, over the configuration's.
-        total_steps: Environment steps of each run, over the configuration's.
-        fields: Fields for choosing among seeds.
-        out: Folder for everything.
+        jobs: Parallel processes.
+        seconds: Wall time of each run; overrides the configuration.
+        total_steps: Environment steps of each run; overrides the configuration.
+        fields: Validation fields for the comparison of seeds.
+        out: Output folder.
     """
 
     configs: tuple[str, ...]
@@ -58,12 +58,12 @@ class Options:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Runs the command; 130 when it was stopped, 1 when a run failed."""
+    """Runs the command; returns 130 after a stop, 1 if a run failed."""
     return answer(Options, sweep, __doc__, arguments)
 
 
 def sweep(args: Options) -> int:
-    """Trains all seeds, then chooses among those of each configuration."""
+    """Trains all seeds, then selects the best of each configuration."""
     for name in args.configs:
         configs.load(name)
     given = {"--seconds": args.seconds, "--total-steps": args.total_steps}
@@ -75,7 +75,7 @@ def sweep(args: Options) -> int:
         work([run for run in runs if not run.folder.finished], args.jobs)
     except KeyboardInterrupt:
         stop(runs)
-        print("\nstopped; the same command goes on")
+        print("\nstopped; the same command continues")
         return 130
     failed = [run for run in runs if not run.folder.finished]
     for run in failed:
@@ -108,7 +108,7 @@ class Run:
         return self.folder.path / "log.txt"
 
     def start(self) -> None:
-        """Begins, or goes on from the latest checkpoint; on one core, apart from the terminal's Ctrl-C."""
+        """Starts or resumes the run, in a session of its own so that the terminal's Ctrl-C does not reach it."""
         self.folder.path.mkdir(parents=True, exist_ok=True)
         command = [
             sys.executable,
@@ -152,7 +152,7 @@ SHOW_SECONDS = 30.0
 
 
 def show(running: list[Run], waiting: int) -> None:
-    """One line a running process."""
+    """Prints one line per running process."""
     for run in running:
         curve = run.folder.read_curve()
         if curve:
@@ -161,7 +161,7 @@ def show(running: list[Run], waiting: int) -> None:
 
 
 def stop(runs: list[Run]) -> None:
-    """Asks all processes to save and stop, and waits for them."""
+    """Makes all processes save and stop, and waits for them."""
     running = [run for run in runs if run.running]
     for run in running:
         if run.process is not None:
@@ -172,7 +172,7 @@ def stop(runs: list[Run]) -> None:
 
 
 def choose(out: Path, folders: list[RunFolder], fields: int) -> str:
-    """Judges the seeds of a configuration on fields for choosing, keeps the best, draws the curves."""
+    """Scores the seeds of a configuration on validation fields, copies the best policy, draws the curves."""
     config: configs.RunConfig = folders[0].config()
     rows: list[dict[str, Any]] = []
     for folder in folders:
@@ -190,7 +190,7 @@ def choose(out: Path, folders: list[RunFolder], fields: int) -> str:
 
 
 def draw(runs: dict[str, list[RunFolder]], out: Path) -> None:
-    """Draws the curves where matplotlib is installed; a budget too short for one update leaves none."""
+    """Draws the learning curves if matplotlib is installed and any run has one."""
     curves = {name: [curve for folder in of if (curve := folder.read_curve())] for name, of in runs.items()}
     drawn = {name: of for name, of in curves.items() if of}
     if not drawn:

@@ -1,11 +1,11 @@
-"""Choose the parameters of the scripted controllers, on fields that are only for choosing.
+"""Tune the parameters of the scripted controllers on validation fields.
 
     python -m training tune
     python -m training tune --tasks field-hard --controllers "best gait" "heading control"
 
 For each task and controller Optuna searches within the controller's ranges for the highest success rate plus share of
-the way made, under the task's limits of torque and time. Results go to ``training/policies/scripted/tuned.json``, where
-those of other tasks and controllers stay.
+the way made, under the task's limits of torque and time. Results go to ``snake_env/policies/scripted/tuned.json``,
+where those of other tasks and controllers stay.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from training import rollout, seeds, tasks
+from snake_env.evaluation import rollout, seeds, tasks
+from snake_env.evaluation.tasks import GOAL, BenchmarkTask
+from snake_env.policies.scripted import catalogue
+from snake_env.policies.scripted.controller import Controller
 from training.cli import answer
-from training.policies.scripted import catalogue
-from training.policies.scripted.controller import Controller
 from training.runs import replace, write_json
 from training.search.optimise import Plan, Values, maximise
-from training.tasks import GOAL, BenchmarkTask
 
 PLAN = Plan(batches=6, candidates=48, fields=8, finalists=10, final_fields=100)
 
@@ -35,7 +35,7 @@ class Options:
     """What is tuned.
 
     Args:
-        tasks: Of training/configs/tasks.json; all if absent.
+        tasks: Of snake_env/evaluation/tasks.json; all if absent.
         controllers: Names.
         num_threads: Threads of the simulator.
         quick: About a tenth of the search.

@@ -1,18 +1,18 @@
 //! Batches of environments in the middle of their episodes.
 
 use snake_core::ConfigError;
-use snake_core::batch::{Batch, Batched, Outputs};
+use snake_core::batch::{Batch, Outputs};
 use snake_core::environment::rng::Rng;
-use snake_core::environment::{EnvConfig, EnvironmentState, ModelKind, PlanarRobot, Task};
+use snake_core::environment::{EnvConfig, EnvironmentState, ModelKind, PlanarRobot, RobotModel, Task};
 
 /// The configuration behind an environment id.
 pub fn of_id(task: Task) -> (&'static str, EnvConfig) {
     (task.family().id, EnvConfig { task, ..EnvConfig::default() })
 }
 
-/// The configuration behind `SnakeSpatial-v0`.
+/// The configuration behind `SnakeSpatial-v1`.
 pub fn spatial_env() -> (&'static str, EnvConfig) {
-    ("SnakeSpatial-v0", EnvConfig { task: Task::FREE, model: ModelKind::Spatial, ..EnvConfig::default() })
+    ("SnakeSpatial-v1", EnvConfig { task: Task::FREE, model: ModelKind::Spatial, ..EnvConfig::default() })
 }
 
 /// Actions of the robots.
@@ -36,7 +36,7 @@ impl Actions {
 }
 
 /// A batch that resets ended rows.
-pub struct Robots<M: Batched = PlanarRobot> {
+pub struct Robots<M: RobotModel = PlanarRobot> {
     pub batch: Batch<M>,
     actions: Actions,
     action: Vec<f64>,
@@ -57,7 +57,7 @@ struct Results {
 }
 
 impl Results {
-    fn of<M: Batched>(batch: &Batch<M>) -> Self {
+    fn of<M: RobotModel>(batch: &Batch<M>) -> Self {
         let rows = batch.num_envs();
         Self {
             observation: vec![0.0; rows * batch.observation_size()],
@@ -74,7 +74,7 @@ impl Results {
     }
 }
 
-impl<M: Batched> Robots<M> {
+impl<M: RobotModel> Robots<M> {
     /// Row k at the start of episode 0 of seed k.
     ///
     /// # Errors
@@ -109,7 +109,7 @@ impl<M: Batched> Robots<M> {
     ) -> Result<Self, ConfigError> {
         let mut robots = Self::new(config, rows, threads, actions)?;
         for row in 0..rows {
-            robots.batch.restore(row, &pool[(row * SCATTER) % pool.len()])?;
+            robots.batch.restore(&[row], std::slice::from_ref(&pool[(row * SCATTER) % pool.len()]))?;
         }
         Ok(robots)
     }
@@ -138,7 +138,10 @@ impl<M: Batched> Robots<M> {
 ///
 /// # Errors
 /// The configuration is not admissible.
-pub fn pool<M: Batched>(config: &EnvConfig, actions: Actions) -> Result<Vec<EnvironmentState<M::State>>, ConfigError> {
+pub fn pool<M: RobotModel>(
+    config: &EnvConfig,
+    actions: Actions,
+) -> Result<Vec<EnvironmentState<M::State>>, ConfigError> {
     let mut robots = Robots::<M>::new(config, POOL, 0, actions)?;
     let mut states = Vec::with_capacity(POOL);
     for step in 0..POOL_STEPS {

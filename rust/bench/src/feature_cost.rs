@@ -10,6 +10,7 @@ use snake_core::ConfigError;
 use snake_core::control::ControllerConfig;
 use snake_core::environment::{EnvConfig, Perception, PlanarRobot, Task};
 use snake_core::planar::{Fleet, PlanarSystem};
+use snake_core::robot::RobotConfig;
 use snake_core::scene::{Peg, START_7_5, START_FREE, TABLE_7_5};
 use snake_core::stepping::ImplicitConfig;
 
@@ -53,7 +54,7 @@ fn physics(rounds: usize) -> Result<(), ConfigError> {
     let free = || aiko("free", "", &[], [0.2, 0.2], START_FREE);
     let with_pegs = |pegs: Vec<Peg>| {
         let mut scenario = free();
-        scenario.scene.obstacles = pegs;
+        scenario.scene.obstacles = pegs.into_iter().map(Into::into).collect();
         scenario
     };
     let with_friction = |friction| aiko("free", "", &[], friction, START_FREE);
@@ -62,6 +63,9 @@ fn physics(rounds: usize) -> Result<(), ConfigError> {
         ..scenario
     };
     let course = || aiko("course", "", &TABLE_7_5, [0.2, 0.2], START_7_5);
+    let with_robot = |robot| Scenario { robot, ..free() };
+    let hollow = RobotConfig { self_contact: Some(false), ..RobotConfig::default() };
+    let unlimited = RobotConfig { joint_limit: Some(f64::INFINITY), ..RobotConfig::default() };
     let step = "step";
     let rows = [
         ("pegs", "none", "one, 100 m away", true, free(), with_pegs(vec![FAR_PEG])),
@@ -70,6 +74,8 @@ fn physics(rounds: usize) -> Result<(), ConfigError> {
         ("elliptic friction", "isotropic", "coefficients apart by 1e-12", true, free(), with_friction(NEARLY_EQUAL)),
         ("elliptic friction", "isotropic", "0.2 and 0.5", false, free(), with_friction([0.2, 0.5])),
         ("friction", "none", "isotropic, 0.2", false, with_friction([0.0, 0.0]), free()),
+        ("self-contact", "none", "links that stay apart", true, with_robot(hollow), free()),
+        ("joint limits", "none", "a right angle, never met", true, with_robot(unlimited), free()),
         ("torque limit", "none", "1e9 N m, never reached", true, free(), with_limit(free(), 1e9)),
         ("torque limit", "none", "10 N m, on the course", false, course(), with_limit(course(), 10.0)),
     ];
@@ -87,16 +93,36 @@ fn environment(rounds: usize) -> Result<(), ConfigError> {
     let [(_, course), (_, free)] = [Task::COURSE, Task::FREE].map(of_id);
     let keen = EnvConfig { nearest_pegs: 64, ..course.clone() };
     let rows = [
-        ("no pegs to see, SnakeFree-v0", true, blind(&free), free),
-        ("5 nearest pegs, SnakeCourse-v0", false, blind(&course), course.clone()),
-        ("64 nearest pegs, SnakeCourse-v0", false, blind(&course), keen),
+        ("no pegs to see, SnakeFree-v1", true, blind(&free), free),
+        ("5 nearest pegs, SnakeCourse-v1", false, blind(&course), course.clone()),
+        ("64 nearest pegs, SnakeCourse-v1", false, blind(&course), keen),
     ];
     for (on, idle, without, with) in rows {
         progress(&format!("skip: peg sensor, {on}"));
-        let (mut without, mut with) = (company(&without)?, company(&with)?);
-        let pairs = pairs(rounds, || us_per_env_step(&mut without), || us_per_env_step(&mut with));
-        emit("skip", &Comparison::of("peg sensor", "blind", on, idle, "env step", &pairs));
+        compare_environments(rounds, "peg sensor", "blind", on, idle, [&without, &with])?;
     }
+    let hollow = RobotConfig { self_contact: Some(false), ..RobotConfig::default() };
+    for task in [Task::FREE, Task::FIELD, Task::COURSE] {
+        let (id, with) = of_id(task);
+        let without = EnvConfig { robot: hollow.clone(), ..with.clone() };
+        progress(&format!("skip: self-contact, {id}"));
+        compare_environments(rounds, "self-contact", "none", &format!("{id}, random gaits"), false, [&without, &with])?;
+    }
+    Ok(())
+}
+
+/// Times environments without and with a feature.
+fn compare_environments(
+    rounds: usize,
+    feature: &str,
+    off: &str,
+    on: &str,
+    idle: bool,
+    [without, with]: [&EnvConfig; 2],
+) -> Result<(), ConfigError> {
+    let (mut without, mut with) = (company(without)?, company(with)?);
+    let pairs = pairs(rounds, || us_per_env_step(&mut without), || us_per_env_step(&mut with));
+    emit("skip", &Comparison::of(feature, off, on, idle, "env step", &pairs));
     Ok(())
 }
 
@@ -189,7 +215,7 @@ mod tests {
     fn features_that_cannot_act_do_not_change_the_motion() {
         let free = aiko("free", "", &[], [0.2, 0.2], START_FREE);
         let mut among_far_pegs = free.clone();
-        among_far_pegs.scene.obstacles = far_field();
+        among_far_pegs.scene.obstacles = far_field().into_iter().map(Into::into).collect();
         let elliptic = aiko("free", "", &[], NEARLY_EQUAL, START_FREE);
         let [alone, far, nearly] = [free, among_far_pegs, elliptic].map(|scenario| {
             let system = scenario.system().unwrap();

@@ -21,7 +21,7 @@ pub type Undulator = Scripted<Wave>;
 
 /// The robot of a scenario at its start.
 pub fn at_start(scenario: &Scenario, system: &PlanarSystem) -> Undulator {
-    let pegs = PegGrid::new(&scenario.scene.obstacles);
+    let pegs = PegGrid::of(&scenario.scene.obstacles);
     Scripted::new(&system.robot, pegs, scenario.start, &scenario.joint_angle, Wave::default())
 }
 

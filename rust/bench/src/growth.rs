@@ -2,11 +2,11 @@
 
 use serde::Serialize;
 use snake_core::ConfigError;
-use snake_core::batch::Batched;
 use snake_core::control::ControllerConfig;
 use snake_core::environment::perception::{LinkPose, PegSensor};
-use snake_core::environment::{EnvConfig, FieldKind, PlanarRobot, SpatialRobot, Task};
-use snake_core::gait::{JointReference, Wave};
+use snake_core::environment::{EnvConfig, FieldKind, PlanarRobot, RobotModel, SpatialRobot, Task};
+use snake_core::gait::{Reference, Wave};
+use snake_core::pegs::PegGrid;
 use snake_core::planar::{Fleet, PlanarSystem};
 use snake_core::robot::RobotConfig;
 use snake_core::scene::{Peg, START_7_5, START_FREE, TABLE_7_5};
@@ -141,12 +141,12 @@ fn with_pegs(rounds: usize) -> Result<(), ConfigError> {
     let mut fleets = Vec::new();
     for count in PEGS {
         let mut scenario = scenes::aiko("course-7.5", "course in a field", &[], [0.2, 0.2], START_7_5);
-        scenario.scene.obstacles = course_in_a_field(count);
+        scenario.scene.obstacles = course_in_a_field(count).into_iter().map(Into::into).collect();
         fleets.push(TimedFleet::new(scenario)?);
     }
     take_turns(&mut fleets, rounds);
     for fleet in &fleets {
-        let look = us_per_look(&fleet.scenario.scene.obstacles);
+        let look = us_per_look(PegGrid::of(&fleet.scenario.scene.obstacles).pegs());
         emit("growth", &fleet.point("pegs", Some(look)));
     }
     Ok(())
@@ -172,7 +172,7 @@ fn us_per_look(pegs: &[Peg]) -> f64 {
     let [x, y, angle] = START_7_5;
     let pose = LinkPose { x, y, angle };
     let times: Vec<f64> = (0..9)
-        .map(|_| spent(|| (0..LOOKS).for_each(|_| sensor.scan(std::hint::black_box(&pose), pegs))).1.cpu)
+        .map(|_| spent(|| (0..LOOKS).for_each(|_| sensor.scan(std::hint::black_box(&pose), pegs, &[]))).1.cpu)
         .collect();
     1e6 * median(&times) / LOOKS as f64
 }
@@ -207,7 +207,12 @@ fn with_batch(quick: bool) -> Result<(), ConfigError> {
     with_robots::<SpatialRobot>(env, &config, &batches[..few], quick)
 }
 
-fn with_robots<M: Batched>(env: &str, config: &EnvConfig, batches: &[usize], quick: bool) -> Result<(), ConfigError> {
+fn with_robots<M: RobotModel>(
+    env: &str,
+    config: &EnvConfig,
+    batches: &[usize],
+    quick: bool,
+) -> Result<(), ConfigError> {
     let (rounds, seconds) = if quick { (3, 0.1) } else { (5, 0.3) };
     for actions in Actions::ALL {
         let pool = pool::<M>(config, actions)?;
@@ -227,13 +232,13 @@ fn with_robots<M: Batched>(env: &str, config: &EnvConfig, batches: &[usize], qui
 }
 
 /// A batch that is timed over and over.
-struct TimedBatch<M: Batched> {
+struct TimedBatch<M: RobotModel> {
     robots: Robots<M>,
     /// Steps of all rows together, and the time they took.
     repetitions: Vec<(f64, Spent)>,
 }
 
-impl<M: Batched> TimedBatch<M> {
+impl<M: RobotModel> TimedBatch<M> {
     /// The first step, which touches memory for the first time, is not measured.
     fn new(mut robots: Robots<M>) -> Self {
         robots.step();
@@ -287,7 +292,7 @@ mod tests {
             let pegs = course_in_a_field(count);
             assert_eq!(pegs.len(), count);
             let mut many = few.clone();
-            many.scene.obstacles = pegs;
+            many.scene.obstacles = pegs.into_iter().map(Into::into).collect();
             let ends = [&few, &many].map(|scenario| {
                 let system = scenario.system().unwrap();
                 let mut robots = vec![at_start(scenario, &system)];

@@ -4,10 +4,10 @@ use serde::Serialize;
 use snake_core::ConfigError;
 use snake_core::control::ControllerConfig;
 use snake_core::environment::{EnvConfig, Environment, FieldKind, Task};
-use snake_core::gait::{JointReference, Wave};
+use snake_core::gait::{Reference, Wave};
 use snake_core::planar::PlanarSystem;
 use snake_core::robot::{Robot, RobotConfig};
-use snake_core::scene::{Peg, START_7_3, START_7_5, START_FREE, SceneConfig, TABLE_7_3, TABLE_7_5};
+use snake_core::scene::{START_7_3, START_7_5, START_FREE, SceneConfig, TABLE_7_3, TABLE_7_5};
 use snake_core::simulation::PlanarSimulation;
 use snake_core::stepping::IntegratorConfig;
 
@@ -70,7 +70,7 @@ pub fn aiko(
     friction: [f64; 2],
     start: [f64; 3],
 ) -> Scenario {
-    let obstacles = pegs.iter().map(|&peg| Peg::from(peg)).collect();
+    let obstacles = pegs.iter().map(|&peg| peg.into()).collect();
     Scenario {
         name,
         title,
@@ -102,7 +102,7 @@ pub fn of_environment(
         title,
         robot: config.robot.clone(),
         scene: SceneConfig {
-            obstacles: environment.pegs().to_vec(),
+            obstacles: environment.pegs().iter().map(|&peg| peg.into()).collect(),
             friction: config.friction(),
             ..SceneConfig::default()
         },

@@ -108,7 +108,7 @@ fn period_of_eight_robots(criterion: &mut Criterion) {
 }
 
 fn staggered(system: &PlanarSystem, scene: &SceneConfig, start: [f64; 3], fleet: &mut Fleet) -> Vec<Undulator> {
-    let (pegs, angles) = (PegGrid::new(&scene.obstacles), posture(&Wave::default(), LINKS - 1));
+    let (pegs, angles) = (PegGrid::of(&scene.obstacles), posture(&Wave::default(), LINKS - 1));
     let mut robots = vec![Scripted::new(&system.robot, pegs, start, &angles, Wave::default()); 8];
     for k in 0..8 {
         fleet.advance(system, &mut robots, 0.1, |robot| robot >= k);

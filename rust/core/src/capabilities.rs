@@ -1,4 +1,4 @@
-//! What each model of the robot has: one table, from which refusals and the table of the docs follow.
+//! What each model of the robot has: one table, from which error messages and the table of the docs follow.
 
 use serde::Deserialize;
 
@@ -46,9 +46,13 @@ pub enum Support {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Feature {
     Pegs,
+    Walls,
+    ObstacleFriction,
     StribeckEffect,
     Backlash,
     SelfContact,
+    JointLimits,
+    BrokenJoints,
     IoLinearization,
     HeldTorques,
     MeasurementNoise,
@@ -75,16 +79,20 @@ pub struct Capability {
 }
 
 /// All features that not every model has.
-pub const CAPABILITIES: [Capability; 15] = {
+pub const CAPABILITIES: [Capability; 19] = {
     use Support::{Always, Implicit, Never};
     const fn row(feature: Feature, name: &'static str, off: &'static str, support: [Support; 3]) -> Capability {
         Capability { feature, name, off, support }
     }
     [
         row(Feature::Pegs, "contact with pegs", "no obstacles", [Always, Always, Never]),
+        row(Feature::Walls, "contact with segments, boxes and polygons", "circles only", [Implicit, Implicit, Never]),
+        row(Feature::ObstacleFriction, "friction at obstacles", "0", [Implicit, Never, Never]),
         row(Feature::StribeckEffect, "the Stribeck effect", "0", [Always, Never, Never]),
         row(Feature::Backlash, "backlash of the joints", "0", [Implicit, Never, Never]),
-        row(Feature::SelfContact, "contact of the robot with itself", "False", [Implicit, Never, Never]),
+        row(Feature::SelfContact, "contact of the robot with itself", "False", [Implicit, Implicit, Never]),
+        row(Feature::JointLimits, "limits of the joint angles", "inf", [Implicit, Never, Never]),
+        row(Feature::BrokenJoints, "locked and limp joints", "()", [Implicit, Implicit, Implicit]),
         row(Feature::IoLinearization, "input-output linearisation", "\"pd\"", [Always, Never, Always]),
         row(Feature::HeldTorques, "a torque held over steps or periods", "\"implicit\"", [Never, Never, Always]),
         row(Feature::MeasurementNoise, "noise on the controller's measurements", "None", [Never, Never, Always]),
@@ -134,7 +142,7 @@ impl Feature {
         }
     }
 
-    /// Refuses the feature where `used`, if the model does not have it.
+    /// Rejects the feature where it is `used` and the model does not have it.
     ///
     /// # Errors
     /// Names `field`, its value, and what the feature needs.
@@ -151,7 +159,7 @@ impl Feature {
     }
 }
 
-/// Refuses what a scripted run asks for and its model does not have.
+/// Rejects features that a scripted run uses and its model does not have.
 ///
 /// # Errors
 /// Names section, field, value, and what the feature needs.
@@ -163,8 +171,13 @@ pub fn require_supported(
     controller: &ControllerConfig,
 ) -> Result<(), ConfigError> {
     let on = (model, method);
-    let pegs = scene.obstacles.len();
-    Feature::Pegs.require(on, pegs > 0, "scene.obstacles", format!("{pegs} pegs"))?;
+    let (all, walls) = (scene.obstacles.len(), scene.obstacles.iter().filter(|one| one.is_wall()).count());
+    Feature::Pegs.require(on, all > 0, "scene.obstacles", format!("{all} obstacles"))?;
+    Feature::Walls.require(on, walls > 0, "scene.obstacles", format!("{walls} segments, boxes or polygons"))?;
+    let rough = scene.obstacles.iter().map(|obstacle| obstacle.friction).enumerate().find(|(_, mu)| *mu > 0.0);
+    if let Some((j, friction)) = rough {
+        Feature::ObstacleFriction.require(on, true, &format!("scene.obstacles[{j}].friction"), friction)?;
+    }
     let drop = scene.stribeck.drop;
     Feature::StribeckEffect.require(on, drop != 0.0, "scene.stribeck.drop", drop)?;
     let viscous = scene.viscous;
@@ -177,9 +190,30 @@ pub fn require_supported(
     let held = controller.treatment != Treatment::Implicit;
     Feature::HeldTorques.require(on, held, "controller.treatment", controller.treatment)?;
     Feature::Backlash.require(on, robot.free_play != 0.0, "robot.free_play", robot.free_play)?;
-    Feature::SelfContact.require(on, robot.self_contact, "robot.self_contact", "True")?;
+    Feature::SelfContact.require(on, robot.self_contact == Some(true), "robot.self_contact", "True")?;
+    let limit = robot.joint_limit.unwrap_or(f64::INFINITY);
+    Feature::JointLimits.require(on, limit < f64::INFINITY, "robot.joint_limit", limit)?;
+    require_driven_joints(on, robot, scene, controller)?;
     let expected = "0 with an input-output linearising controller";
     require(!is_io || robot.free_play == 0.0, "robot.free_play", robot.free_play, expected)
+}
+
+/// Rejects broken joints where the method, the controller or the friction law cannot have them.
+fn require_driven_joints(
+    on: (ModelName, Method),
+    robot: &RobotConfig,
+    scene: &SceneConfig,
+    controller: &ControllerConfig,
+) -> Result<(), ConfigError> {
+    for (field, joints) in [("robot.locked", &robot.locked), ("robot.limp", &robot.limp)] {
+        let (is_any, value) = (!joints.is_empty(), format!("{joints:?}"));
+        Feature::BrokenJoints.require(on, is_any, field, &value)?;
+        let is_smooth = scene.friction_law != FrictionLaw::SetValued;
+        require(!is_any || !is_smooth, field, &value, "() with a smooth friction law")?;
+        let is_pd = controller.law == ControlLaw::Pd;
+        require(!is_any || is_pd, field, &value, "() unless the controller is PD")?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -138,6 +138,11 @@ impl ControllerConfig {
         if time < self.active_from { 0.0 } else { self.torque_limit.unwrap_or(f64::INFINITY) }
     }
 
+    /// Deviation of a joint at rest from which on the torque is at its limit; infinite without limit \[rad\].
+    pub fn saturation(&self) -> f64 {
+        self.torque_limit.map_or(f64::INFINITY, |limit| limit / self.kp)
+    }
+
     /// The law's own output for a joint at `angle` and `rate`: a torque (T 7.8), or u (T 6.60).
     pub fn output(&self, target: &JointTarget, angle: f64, rate: f64) -> f64 {
         let feedback = self.kp * (target.angle - angle) + self.kd * (target.rate - rate);
@@ -154,5 +159,5 @@ impl ControllerConfig {
     }
 }
 
-/// Times this close count as one \[s\].
+/// Times closer to each other than this count as equal \[s\].
 const ROUND_OFF: f64 = 1e-10;

@@ -1,4 +1,4 @@
-//! The one error of configuration: it names the field, the value and what is admissible.
+//! The error of an invalid configuration: it names the field, the value and the admissible range.
 
 use std::fmt;
 
@@ -41,10 +41,10 @@ pub fn require(ok: bool, field: &str, value: impl ToString, expected: &str) -> R
     if ok { Ok(()) } else { Err(ConfigError::new(field, value, expected)) }
 }
 
-/// Reads an integer of a range; whatever else there is, the error names the range.
+/// Reads an integer within a range; the error for any other value names the range.
 ///
 /// # Errors
-/// There is something else.
+/// The value is not such an integer.
 pub fn integer_in<'de, D: Deserializer<'de>, const LOW: usize, const HIGH: usize>(
     deserializer: D,
 ) -> Result<usize, D::Error> {

@@ -7,8 +7,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, finite};
 
+mod holding;
+mod sampled;
 mod wave_jets;
 
+pub use holding::Holding;
+pub use sampled::SampledReference;
 pub use wave_jets::{Jet, WaveJets, turned};
 
 /// Reference of one joint: angle \[rad\], rate \[rad/s\], acceleration \[rad/s^2\].
@@ -19,13 +23,14 @@ pub struct JointTarget {
     pub acceleration: f64,
 }
 
-/// Anything that prescribes joint angles over time; joint 0 lies between links 0 and 1.
-pub trait JointReference {
+/// Joint angles over time. `T` is the reference of one joint: [`JointTarget`], or [`CardanTarget`] in 3D. Joint 0 lies
+/// between links 0 and 1.
+pub trait Reference<T> {
     /// The reference of `joint` at `time` \[s\].
-    fn target(&self, joint: usize, time: f64) -> JointTarget;
+    fn target(&self, joint: usize, time: f64) -> T;
 
     /// The references of all joints at `time` \[s\].
-    fn targets(&self, time: f64, targets: &mut [JointTarget]) {
+    fn targets(&self, time: f64, targets: &mut [T]) {
         for (joint, target) in targets.iter_mut().enumerate() {
             *target = self.target(joint, time);
         }
@@ -37,23 +42,33 @@ pub trait JointReference {
         None
     }
 
+    /// Torques that the actuators add to those of the controller at `time`, in the order of the joints and their axes,
+    /// positive where they increase an angle \[N m\]; false if there are none.
+    fn torques(&self, _time: f64, _torques: &mut [f64]) -> bool {
+        false
+    }
+
     /// The first time after `time` at which the reference jumps \[s\]; infinite if it never does.
     fn next_jump(&self, _time: f64) -> f64 {
         f64::INFINITY
     }
 }
 
-impl<R: JointReference> JointReference for &R {
-    fn target(&self, joint: usize, time: f64) -> JointTarget {
+impl<T, R: Reference<T>> Reference<T> for &R {
+    fn target(&self, joint: usize, time: f64) -> T {
         (**self).target(joint, time)
     }
 
-    fn targets(&self, time: f64, targets: &mut [JointTarget]) {
+    fn targets(&self, time: f64, targets: &mut [T]) {
         (**self).targets(time, targets);
     }
 
     fn travelling_wave(&self, time: f64) -> Option<WaveJets> {
         (**self).travelling_wave(time)
+    }
+
+    fn torques(&self, time: f64, torques: &mut [f64]) -> bool {
+        (**self).torques(time, torques)
     }
 
     fn next_jump(&self, time: f64) -> f64 {
@@ -108,7 +123,7 @@ impl Wave {
     }
 }
 
-impl JointReference for Wave {
+impl Reference<JointTarget> for Wave {
     fn target(&self, joint: usize, time: f64) -> JointTarget {
         let (sin, cos) = self.phase_at(joint, time).sin_cos();
         let (a, w) = (self.amplitude, self.omega);
@@ -158,7 +173,7 @@ impl SoftStart {
     }
 }
 
-impl JointReference for SoftStart {
+impl Reference<JointTarget> for SoftStart {
     fn target(&self, joint: usize, time: f64) -> JointTarget {
         if time < self.start[joint] { JointTarget::default() } else { self.wave.target(joint, time) }
     }
@@ -192,34 +207,45 @@ fn first_time_near_zero(wave: &Wave, joint: usize, start_up: f64) -> f64 {
     first
 }
 
-/// The reference of a scripted run: the plain wave, or the wave with soft start.
+/// The reference of a scripted run: the plain wave, the wave with soft start, or samples of the user's own.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Gait {
     Wave(Wave),
     SoftStart(SoftStart),
+    Sampled(SampledReference),
 }
 
 impl Gait {
-    /// Largest deflection from the wave's offset \[rad\].
+    /// Largest deflection, of a wave from its offset \[rad\].
     pub fn amplitude(&self) -> f64 {
         match self {
             Gait::Wave(wave) | Gait::SoftStart(SoftStart { wave, .. }) => wave.amplitude,
+            Gait::Sampled(samples) => samples.largest_angle(),
         }
     }
 }
 
-impl JointReference for Gait {
+impl Reference<JointTarget> for Gait {
     fn target(&self, joint: usize, time: f64) -> JointTarget {
         match self {
             Gait::Wave(wave) => wave.target(joint, time),
             Gait::SoftStart(wave) => wave.target(joint, time),
+            Gait::Sampled(samples) => samples.target(joint, time),
+        }
+    }
+
+    fn targets(&self, time: f64, targets: &mut [JointTarget]) {
+        match self {
+            Gait::Wave(wave) => wave.targets(time, targets),
+            Gait::SoftStart(wave) => wave.targets(time, targets),
+            Gait::Sampled(samples) => samples.targets(time, targets),
         }
     }
 
     fn travelling_wave(&self, time: f64) -> Option<WaveJets> {
         match self {
             Gait::Wave(wave) => wave.travelling_wave(time),
-            Gait::SoftStart(_) => None,
+            Gait::SoftStart(_) | Gait::Sampled(_) => None,
         }
     }
 
@@ -227,6 +253,7 @@ impl JointReference for Gait {
         match self {
             Gait::Wave(wave) => wave.next_jump(time),
             Gait::SoftStart(wave) => wave.next_jump(time),
+            Gait::Sampled(samples) => samples.next_jump(time),
         }
     }
 }
@@ -240,38 +267,6 @@ pub struct CardanTarget {
     pub pitch: JointTarget,
 }
 
-/// Anything that prescribes the angles of cardan joints over time; joint 0 lies between links 0 and 1.
-pub trait CardanReference {
-    /// The reference of `joint` at `time` \[s\].
-    fn target(&self, joint: usize, time: f64) -> CardanTarget;
-
-    /// The references of all joints at `time` \[s\].
-    fn targets(&self, time: f64, targets: &mut [CardanTarget]) {
-        for (joint, target) in targets.iter_mut().enumerate() {
-            *target = self.target(joint, time);
-        }
-    }
-
-    /// The first time after `time` at which a reference jumps \[s\]; infinite if none does.
-    fn next_jump(&self, _time: f64) -> f64 {
-        f64::INFINITY
-    }
-}
-
-impl<R: CardanReference> CardanReference for &R {
-    fn target(&self, joint: usize, time: f64) -> CardanTarget {
-        (**self).target(joint, time)
-    }
-
-    fn targets(&self, time: f64, targets: &mut [CardanTarget]) {
-        (**self).targets(time, targets);
-    }
-
-    fn next_jump(&self, time: f64) -> f64 {
-        (**self).next_jump(time)
-    }
-}
-
 /// Two waves, one for the yaw and one for the pitch of each joint (T 7.1), (T 7.2).
 #[derive(Debug, Clone, PartialEq)]
 pub struct CardanGait {
@@ -279,7 +274,7 @@ pub struct CardanGait {
     pub pitch: Gait,
 }
 
-impl CardanReference for CardanGait {
+impl Reference<CardanTarget> for CardanGait {
     fn target(&self, joint: usize, time: f64) -> CardanTarget {
         CardanTarget { yaw: self.yaw.target(joint, time), pitch: self.pitch.target(joint, time) }
     }

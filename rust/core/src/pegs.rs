@@ -1,11 +1,13 @@
-//! A grid over the pegs of a scene, so that far pegs cost nothing.
+//! A grid over the obstacles of a scene, so that far ones cost nothing.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 
+use crate::obstacles::{Obstacle, Peg, Shape, WallGrid};
 use crate::robot::Link;
-use crate::scene::Peg;
 
-/// Pegs sorted into square cells; rebuilding re-uses memory.
+/// Pegs sorted into square cells, and walls beside them; replacing the pegs re-uses memory.
+///
+/// Obstacles are numbered: first the pegs, then the walls.
 #[derive(Debug, Clone, Default)]
 pub struct PegGrid {
     pegs: Vec<Peg>,
@@ -17,6 +19,13 @@ pub struct PegGrid {
     start: Vec<u32>,
     order: Vec<u32>,
     largest_radius: f64,
+    walls: WallGrid,
+    /// Coulomb coefficients of the obstacles; empty where all are without friction.
+    friction: Vec<f64>,
+    /// Place of each obstacle in the scene; empty where all are pegs.
+    place: Vec<usize>,
+    /// The obstacles as the scene has them; empty where all are pegs without friction.
+    written: Vec<Obstacle>,
 }
 
 impl PegGrid {
@@ -26,12 +35,78 @@ impl PegGrid {
         grid
     }
 
+    /// Of all obstacles of a scene, which are valid.
+    pub fn of(obstacles: &[Obstacle]) -> Self {
+        let (circles, others): (Vec<_>, Vec<_>) =
+            obstacles.iter().enumerate().partition(|(_, obstacle)| matches!(obstacle.shape, Shape::Circle(_)));
+        let peg = |(_, obstacle): &(usize, &Obstacle)| match obstacle.shape {
+            Shape::Circle(peg) => Some(peg),
+            _ => None,
+        };
+        let mut grid = Self::new(&circles.iter().filter_map(peg).collect::<Vec<_>>());
+        grid.walls = WallGrid::new(others.iter().filter_map(|(_, obstacle)| obstacle.shape.polygon()));
+        let numbered = || circles.iter().chain(&others);
+        if numbered().any(|(_, obstacle)| obstacle.friction > 0.0) {
+            grid.friction = numbered().map(|(_, obstacle)| obstacle.friction).collect();
+        }
+        if !others.is_empty() {
+            grid.place = numbered().map(|(place, _)| *place).collect();
+        }
+        if !obstacles.iter().all(Obstacle::is_plain_peg) {
+            grid.written = obstacles.to_vec();
+        }
+        grid
+    }
+
+    /// The obstacles as the scene has them; empty where all are pegs without friction.
+    pub fn written(&self) -> &[Obstacle] {
+        &self.written
+    }
+
+    /// The obstacles as the scene has them.
+    pub fn obstacles(&self) -> Vec<Obstacle> {
+        if self.written.is_empty() {
+            self.pegs.iter().copied().map(Obstacle::from).collect()
+        } else {
+            self.written.clone()
+        }
+    }
+
+    pub fn walls(&self) -> &WallGrid {
+        &self.walls
+    }
+
+    /// Number of obstacles.
+    pub fn len(&self) -> usize {
+        self.pegs.len() + self.walls.walls().len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Coulomb coefficient of an obstacle.
+    pub fn friction(&self, obstacle: usize) -> f64 {
+        self.friction.get(obstacle).copied().unwrap_or(0.0)
+    }
+
+    /// Place of an obstacle in the scene.
+    pub fn place_in_scene(&self, obstacle: usize) -> usize {
+        self.place.get(obstacle).copied().unwrap_or(obstacle)
+    }
+
     pub fn pegs(&self) -> &[Peg] {
         &self.pegs
     }
 
-    /// Replaces the pegs.
+    /// Replaces all obstacles by pegs without friction.
     pub fn rebuild(&mut self, pegs: &[Peg]) {
+        if self.len() > self.pegs.len() {
+            self.walls = WallGrid::default();
+        }
+        self.friction.clear();
+        self.place.clear();
+        self.written.clear();
         self.pegs.clear();
         self.pegs.extend_from_slice(pegs);
         self.largest_radius = pegs.iter().fold(0.0, |largest, peg| largest.max(peg.radius));
@@ -39,8 +114,8 @@ impl PegGrid {
         self.sort_into_cells();
     }
 
-    /// A way that every point of a robot may go without meeting a peg, if not the longest one; zero unless all pegs
-    /// lie outside a circle around the robot \[m\].
+    /// A distance that every point of a robot may move without touching an obstacle, not necessarily the largest; zero unless
+    /// all obstacles lie outside a circle around the robot \[m\].
     pub fn clear_way(&self, poses: impl Iterator<Item = Vector3<f64>> + Clone, links: &[Link]) -> f64 {
         let Some(centre) = poses.clone().nth(links.len() / 2) else { return 0.0 };
         let farthest = |(pose, link): (Vector3<f64>, &Link)| (pose.xy() - centre.xy()).norm() + link.reach();
@@ -58,7 +133,9 @@ impl PegGrid {
             let peg = &self.pegs[index as usize];
             (peg.x - x).hypot(peg.y - y) - peg.radius >= distance
         };
-        self.cells_near(x, y, distance).all(|pegs| pegs.iter().all(is_far))
+        let mut is_clear = self.cells_near(x, y, distance).all(|pegs| pegs.iter().all(is_far));
+        self.walls.visit_near(&Vector2::new(x, y), distance, |_| is_clear = false);
+        is_clear
     }
 
     /// Calls `visit` with the index of every peg whose rim may lie within `distance` of `(x, y)`.

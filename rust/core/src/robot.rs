@@ -1,6 +1,6 @@
 //! The robot: a chain of rigid links (T Table 7.1).
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::error::{ConfigError, integer_in, non_negative, positive, require, within};
 
@@ -56,8 +56,24 @@ pub struct RobotConfig {
     pub gravity: f64,
     /// Free play of a joint, from end to end (T 7.5.4) \[rad\]; the planar model only.
     pub free_play: f64,
-    /// Whether links that are not neighbours touch each other; the planar model only.
-    pub self_contact: bool,
+    /// Whether links that are not neighbours touch each other; null: where the model has it.
+    pub self_contact: Option<bool>,
+    /// Largest angle of a joint to either side \[rad\], infinite for none; null: a right angle where the model has limits,
+    /// none elsewhere.
+    #[serde(deserialize_with = "unbounded")]
+    pub joint_limit: Option<f64>,
+    /// Joints that keep their angles of the start, from 0.
+    pub locked: Vec<usize>,
+    /// Joints without an actuator, from 0.
+    pub limp: Vec<usize>,
+}
+
+/// A number that may be infinite, which readers of configurations refuse elsewhere.
+#[derive(Deserialize)]
+struct Unbounded(f64);
+
+fn unbounded<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
+    Ok(Option::<Unbounded>::deserialize(deserializer)?.map(|number| number.0))
 }
 
 impl Default for RobotConfig {
@@ -72,7 +88,10 @@ impl Default for RobotConfig {
             roll_inertia: PerLink::Same(9.40e-4),
             gravity: 9.81,
             free_play: 0.0,
-            self_contact: false,
+            self_contact: None,
+            joint_limit: None,
+            locked: Vec::new(),
+            limp: Vec::new(),
         }
     }
 }
@@ -101,7 +120,21 @@ pub struct Robot {
     pub links: Vec<Link>,
     pub gravity: f64,
     pub free_play: f64,
+    /// Whether links that are not neighbours touch each other, in models that have it.
     pub self_contact: bool,
+    /// Largest angle of a joint, in models that have limits \[rad\].
+    pub joint_limit: f64,
+    /// The broken joints, in order.
+    pub broken: Vec<(usize, Breakage)>,
+}
+
+/// How a joint is broken (T 8).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Breakage {
+    /// It keeps its angle.
+    Locked,
+    /// It has no actuator.
+    Limp,
 }
 
 impl Robot {
@@ -128,7 +161,10 @@ impl Robot {
             .collect();
         let gravity = positive("gravity", config.gravity)?;
         let free_play = within("free_play", config.free_play, 0.0, MOST_PLAY)?;
-        Ok(Self { links, gravity, free_play, self_contact: config.self_contact })
+        let joint_limit = config.joint_limit.unwrap_or(RIGHT_ANGLE);
+        require(joint_limit > 0.0, "joint_limit", joint_limit, "a number > 0, or inf for none")?;
+        let broken = broken_joints(config)?;
+        Ok(Self { links, gravity, free_play, self_contact: config.self_contact.unwrap_or(true), joint_limit, broken })
     }
 
     pub fn link_count(&self) -> usize {
@@ -150,8 +186,35 @@ impl Robot {
     }
 }
 
+/// The locked and the limp joints of a robot, in order.
+fn broken_joints(config: &RobotConfig) -> Result<Vec<(usize, Breakage)>, ConfigError> {
+    let joints = config.links - 1;
+    let mut broken: Vec<(usize, Breakage)> = Vec::new();
+    for (name, list, breakage) in [("locked", &config.locked, Breakage::Locked), ("limp", &config.limp, Breakage::Limp)]
+    {
+        for (k, &joint) in list.iter().enumerate() {
+            let field = format!("{name}[{k}]");
+            require(joint < joints, &field, joint, &format!("an integer in [0, {}]", joints - 1))?;
+            let is_new = broken.iter().all(|(other, _)| *other != joint);
+            require(is_new, &field, joint, "a joint that is named once, as locked or as limp")?;
+            broken.push((joint, breakage));
+        }
+    }
+    broken.sort_unstable_by_key(|(joint, _)| *joint);
+    Ok(broken)
+}
+
+/// Stiffness of a locked joint \[N m/rad\]: taken at the end of every stage, it keeps the angle within a nanoradian per
+/// newton metre however long the step, and does not drift; a lock a thousand times stiffer would show round-off in the
+/// residual.
+pub const LOCK_STIFFNESS: f64 = 1e9;
+
 /// Upper bound on the number of links: a guard against typing errors, not a limit of the method.
 pub const MAX_LINKS: usize = 10_000;
+
+/// Largest angle of a joint unless another was chosen \[rad\]: up to it links on either side of a link cannot touch
+/// where that is longer than they are thick; those of Aiko do at 94.9 degrees.
+const RIGHT_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
 
 /// Largest free play, a quarter turn \[rad\].
 pub const MOST_PLAY: f64 = std::f64::consts::FRAC_PI_2;

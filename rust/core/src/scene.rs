@@ -1,33 +1,14 @@
-//! The scene: circular pegs and the ground's friction (T 3.3.1, T Tables 7.3 and 7.5).
+//! The scene: obstacles and the ground's friction (T 3.3.1, T Tables 7.3 and 7.5).
 
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::error::{ConfigError, finite, non_negative, positive};
+use crate::error::{ConfigError, non_negative, positive};
 use crate::laws::{SmoothLaw, Stribeck};
+use crate::obstacles::Obstacle;
+use crate::slope::Slope;
 
-/// A fixed circular obstacle; configured as the triple `[radius, x, y]` of the thesis's tables.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(from = "[f64; 3]", into = "[f64; 3]")]
-pub struct Peg {
-    /// Radius L_Hj \[m\].
-    pub radius: f64,
-    /// Centre H_j \[m\].
-    pub x: f64,
-    pub y: f64,
-}
-
-impl From<[f64; 3]> for Peg {
-    fn from([radius, x, y]: [f64; 3]) -> Self {
-        Self { radius, x, y }
-    }
-}
-
-impl From<Peg> for [f64; 3] {
-    fn from(peg: Peg) -> Self {
-        [peg.radius, peg.x, peg.y]
-    }
-}
+pub use crate::obstacles::Peg;
 
 /// A law of dry friction.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -54,7 +35,7 @@ impl FrictionLaw {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(from = "SceneFields", into = "SceneFields")]
 pub struct SceneConfig {
-    pub obstacles: Vec<Peg>,
+    pub obstacles: Vec<Obstacle>,
     /// Coulomb friction coefficients along and across a link, (mu_Tx, mu_Ty).
     pub friction: [f64; 2],
     /// Rolling friction coefficient mu_V (T 4.87); the spatial model only.
@@ -64,6 +45,8 @@ pub struct SceneConfig {
     /// Viscous coefficients along and across a link, (mu_Vx, mu_Vy) \[s/m\]; the minimal model only.
     pub viscous: [f64; 2],
     pub friction_law: FrictionLaw,
+    /// Inclination of the ground, and the direction in which it rises.
+    pub slope: Slope,
 }
 
 impl Default for SceneConfig {
@@ -75,6 +58,7 @@ impl Default for SceneConfig {
             stribeck: Stribeck::default(),
             viscous: [0.0; 2],
             friction_law: FrictionLaw::SetValued,
+            slope: Slope::default(),
         }
     }
 }
@@ -83,7 +67,7 @@ impl Default for SceneConfig {
 #[derive(Serialize, Deserialize)]
 #[serde(rename = "SceneConfig", default, deny_unknown_fields)]
 struct SceneFields {
-    obstacles: Vec<Peg>,
+    obstacles: Vec<Obstacle>,
     friction: [f64; 2],
     rolling_friction: f64,
     stribeck: Stribeck,
@@ -92,6 +76,7 @@ struct SceneFields {
     /// Read and checked under every law, used by the smooth ones.
     #[serde(deserialize_with = "positive_number")]
     smoothing: f64,
+    slope: Slope,
 }
 
 #[derive(Clone, Copy, Serialize, Deserialize)]
@@ -110,25 +95,26 @@ impl Default for SceneFields {
 
 impl From<SceneFields> for SceneConfig {
     fn from(fields: SceneFields) -> Self {
-        let SceneFields { obstacles, friction, rolling_friction, stribeck, viscous, friction_law, smoothing } = fields;
+        let SceneFields { obstacles, friction, rolling_friction, stribeck, viscous, friction_law, smoothing, slope } =
+            fields;
         let friction_law = match friction_law {
             FrictionLawName::SetValued => FrictionLaw::SetValued,
             FrictionLawName::Arctan => FrictionLaw::Smooth(SmoothLaw::Arctan { smoothing }),
             FrictionLawName::Ellipse => FrictionLaw::Smooth(SmoothLaw::Ellipse { smoothing }),
         };
-        Self { obstacles, friction, rolling_friction, stribeck, viscous, friction_law }
+        Self { obstacles, friction, rolling_friction, stribeck, viscous, friction_law, slope }
     }
 }
 
 impl From<SceneConfig> for SceneFields {
     fn from(config: SceneConfig) -> Self {
-        let SceneConfig { obstacles, friction, rolling_friction, stribeck, viscous, friction_law } = config;
+        let SceneConfig { obstacles, friction, rolling_friction, stribeck, viscous, friction_law, slope } = config;
         let (friction_law, smoothing) = match friction_law {
             FrictionLaw::SetValued => (FrictionLawName::SetValued, SmoothLaw::SMOOTHING),
             FrictionLaw::Smooth(SmoothLaw::Arctan { smoothing }) => (FrictionLawName::Arctan, smoothing),
             FrictionLaw::Smooth(SmoothLaw::Ellipse { smoothing }) => (FrictionLawName::Ellipse, smoothing),
         };
-        Self { obstacles, friction, rolling_friction, stribeck, viscous, friction_law, smoothing }
+        Self { obstacles, friction, rolling_friction, stribeck, viscous, friction_law, smoothing, slope }
     }
 }
 
@@ -140,25 +126,25 @@ fn positive_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D:
 /// A validated scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
-    pub pegs: Vec<Peg>,
+    pub obstacles: Vec<Obstacle>,
     pub friction: [f64; 2],
     pub rolling_friction: f64,
     pub stribeck: Stribeck,
+    pub slope: Slope,
 }
 
 impl Scene {
     /// # Errors
     /// Names the peg or the coefficient that is not admissible.
     pub fn new(config: &SceneConfig) -> Result<Self, ConfigError> {
-        for (j, peg) in config.obstacles.iter().enumerate() {
-            positive(&format!("obstacles[{j}].radius"), peg.radius)?;
-            finite(&format!("obstacles[{j}].x"), peg.x)?;
-            finite(&format!("obstacles[{j}].y"), peg.y)?;
+        for (j, obstacle) in config.obstacles.iter().enumerate() {
+            obstacle.validate().map_err(|e| e.inside(&format!("obstacles[{j}]")))?;
         }
         non_negative("friction[0]", config.friction[0])?;
         non_negative("friction[1]", config.friction[1])?;
         let rolling_friction = non_negative("rolling_friction", config.rolling_friction)?;
-        let (friction, stribeck) = (config.friction, config.stribeck);
+        let (friction, stribeck, slope) = (config.friction, config.stribeck, config.slope);
+        slope.validate()?;
         stribeck.validate().map_err(|e| e.inside("stribeck"))?;
         non_negative("viscous[0]", config.viscous[0])?;
         non_negative("viscous[1]", config.viscous[1])?;
@@ -167,7 +153,7 @@ impl Scene {
         {
             positive("smoothing", smoothing)?;
         }
-        Ok(Self { pegs: config.obstacles.clone(), friction, rolling_friction, stribeck })
+        Ok(Self { obstacles: config.obstacles.clone(), friction, rolling_friction, stribeck, slope })
     }
 }
 

@@ -4,15 +4,19 @@ use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use snake_core::ConfigError;
+use snake_core::batch::Batch as Rows;
 use snake_core::environment::EnvConfig;
+use snake_core::environment::RobotModel;
+use snake_core::environment::quantity::quantities_of;
 use snake_core::error::require;
 
 use crate::core::{Core, of_model};
 use crate::ffi::{CoreError, detached};
 use crate::from_python::from_python;
-use crate::snapshot;
+use crate::numbers::set_array;
 use crate::step_buffers::{StepBuffers, shape};
 use crate::to_python::to_python;
+use crate::world::WorldConfig;
 
 /// n environments of one configuration.
 ///
@@ -100,11 +104,17 @@ impl Batch {
         })
     }
 
-    /// The difficulty of the episodes that a row begins from now on.
-    fn set_difficulty(&mut self, row: usize, difficulty: f64) -> PyResult<()> {
-        self.require_row(row)?;
+    /// The difficulty of the episodes that each row begins from now on.
+    fn difficulty(&self) -> Vec<f64> {
+        let core = &self.core;
+        of_model!(core, core => (0..core.num_envs()).map(|row| core.difficulty(row)).collect())
+    }
+
+    /// Sets it in some rows, or in none.
+    fn set_difficulty(&mut self, rows: Vec<usize>, difficulty: Vec<f64>) -> PyResult<()> {
+        self.require_rows(&rows, difficulty.len(), "difficulty")?;
         let core = &mut self.core;
-        Ok(of_model!(core, batch => batch.set_difficulty(row, difficulty)).map_err(CoreError::from)?)
+        Ok(of_model!(core, batch => batch.set_difficulty(&rows, &difficulty)).map_err(CoreError::from)?)
     }
 
     /// Everything that changes in a row.
@@ -117,23 +127,46 @@ impl Batch {
         Ok(PyBytes::new(py, &bytes))
     }
 
-    /// Continues a row from a state of the same configuration.
-    fn set_state(&mut self, py: Python<'_>, row: usize, state: &[u8]) -> PyResult<()> {
-        self.require_row(row)?;
+    /// Continues rows from states of the same configuration, or none of them.
+    fn set_states(&mut self, py: Python<'_>, rows: Vec<usize>, states: Vec<Vec<u8>>) -> PyResult<()> {
+        self.require_rows(&rows, states.len(), "states")?;
         let core = &mut self.core;
         of_model!(core, core => detached(py, || {
-            let state = postcard::from_bytes(state).map_err(|e| bad_state(&e))?;
-            Ok(core.restore(row, &state)?)
+            let states = states.iter().map(|state| postcard::from_bytes(state).map_err(|e| bad_state(&e)));
+            Ok(core.restore(&rows, &states.collect::<Result<Vec<_>, CoreError>>()?)?)
         }))
     }
 
-    /// What a picture of a row shows.
-    fn snapshot<'py>(&self, py: Python<'py>, row: usize) -> PyResult<Bound<'py, PyDict>> {
+    /// Tells the next episode of a row where it takes place; see [`WorldConfig`].
+    fn set_next_world(&mut self, row: usize, world: &Bound<'_, PyAny>) -> PyResult<()> {
         self.require_row(row)?;
-        match &self.core {
-            Core::Planar(core) => snapshot::planar(py, core.environment(row)),
-            Core::Spatial(core) => snapshot::spatial(py, core.environment(row)),
-        }
+        let world: WorldConfig = from_python(world).map_err(CoreError::from)?;
+        let core = &mut self.core;
+        let links = of_model!(&*core, core => core.environment(row).robot().link_count());
+        let world = world.resolve(&self.config, links).map_err(CoreError::from)?;
+        Ok(of_model!(core, core => core.set_next_world(row, world)).map_err(CoreError::from)?)
+    }
+
+    /// Seed and number of the next episode of a row.
+    fn next_episode(&self, row: usize) -> PyResult<(u64, u64)> {
+        self.require_row(row)?;
+        let core = &self.core;
+        Ok(of_model!(core, core => core.environment(row).next_episode()))
+    }
+
+    /// The quantities of the state by name, float64 (n, ...); see "state" of `layout`.
+    fn state<'py>(&self, py: Python<'py>, rows: Vec<usize>) -> PyResult<Bound<'py, PyDict>> {
+        rows.iter().try_for_each(|row| self.require_row(*row))?;
+        let core = &self.core;
+        of_model!(core, core => read_state(py, core, &rows))
+    }
+
+    /// The scene of a row, as a mapping with the fields of a `Scene`.
+    fn scene<'py>(&self, py: Python<'py>, row: usize) -> PyResult<Bound<'py, PyAny>> {
+        self.require_row(row)?;
+        let core = &self.core;
+        let obstacles = of_model!(core, core => core.environment(row).obstacles());
+        to_python(py, &self.config.scene(obstacles))
     }
 
     fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, usize, usize)> {
@@ -145,7 +178,7 @@ impl Batch {
     }
 
     fn __setstate__(&mut self, py: Python<'_>, states: Vec<Vec<u8>>) -> PyResult<()> {
-        states.iter().enumerate().try_for_each(|(row, state)| self.set_state(py, row, state))
+        self.set_states(py, (0..self.core.num_envs()).collect(), states)
     }
 }
 
@@ -169,10 +202,49 @@ impl Batch {
         })
     }
 
+    /// Each row exists and has one value.
+    fn require_rows(&self, rows: &[usize], values: usize, name: &str) -> Result<(), CoreError> {
+        rows.iter().try_for_each(|row| self.require_row(*row))?;
+        Ok(require(values == rows.len(), name, format!("{values} values"), "one per row")?)
+    }
+
     fn require_row(&self, row: usize) -> Result<(), CoreError> {
         let n = self.core.num_envs();
         Ok(require(row < n, "row", row, &format!("an integer in [0, {n})"))?)
     }
+}
+
+fn read_state<'py, M: RobotModel>(py: Python<'py>, batch: &Rows<M>, rows: &[usize]) -> PyResult<Bound<'py, PyDict>> {
+    let links = batch.environment(0).robot().link_count();
+    let dict = PyDict::new(py);
+    for quantity in quantities_of::<M>() {
+        let shape = (quantity.shape)(links);
+        let size = shape.iter().product();
+        let mut values = vec![0.0; rows.len() * size];
+        batch.read(quantity, rows, size, &mut values);
+        set_array(&dict, quantity.name, values, &[&[rows.len()], shape.as_slice()].concat())?;
+    }
+    let (pegs, paths): (Vec<_>, Vec<_>) = rows
+        .iter()
+        .map(|row| {
+            let environment = batch.environment(*row);
+            let pegs = environment.pegs().iter().map(|peg| [peg.radius, peg.x, peg.y]).collect::<Vec<_>>();
+            (pegs, environment.goal().path().iter().map(|point| [point.x, point.y]).collect::<Vec<_>>())
+        })
+        .unzip();
+    set_ragged(&dict, "obstacles", &pegs)?;
+    set_ragged(&dict, "path", &paths)?;
+    Ok(dict)
+}
+
+/// Tables of different lengths as one array, filled up with rows that are not numbers.
+fn set_ragged<const N: usize>(dict: &Bound<'_, PyDict>, name: &str, tables: &[Vec<[f64; N]>]) -> PyResult<()> {
+    let longest = tables.iter().map(Vec::len).max().unwrap_or(0);
+    let rows = tables.iter().flat_map(|table| {
+        let missing = longest - table.len();
+        table.iter().copied().chain(std::iter::repeat_n([f64::NAN; N], missing))
+    });
+    set_array(dict, name, rows.flatten().collect(), &[tables.len(), longest, N])
 }
 
 fn bad_state(error: &postcard::Error) -> CoreError {

@@ -9,6 +9,7 @@ use snake_core::control::ControllerConfig;
 use snake_core::environment::{EnvConfig, Randomization};
 use snake_core::laws::Stribeck;
 use snake_core::minimal::NoiseConfig;
+use snake_core::obstacles::Obstacle;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Scene, SceneConfig};
 use snake_core::stepping::{IntegratorConfig, Method};
@@ -28,6 +29,7 @@ use crate::to_python::to_python;
 pub fn check(section: &str, config: &Bound<'_, PyAny>) -> PyResult<()> {
     let outcome = match section {
         "robot" => read::<RobotConfig>(section, config).and_then(|c| Robot::new(&c).map(drop)),
+        "obstacle" => read::<Obstacle>(section, config).and_then(|c| c.validate()),
         "scene" => read::<SceneConfig>(section, config).and_then(|c| Scene::new(&c).map(drop)),
         "stribeck" => read::<Stribeck>(section, config).and_then(|c| c.validate()),
         "gait" => read::<GaitConfig>(section, config).and_then(|c| c.validate()),

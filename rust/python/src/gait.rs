@@ -7,7 +7,7 @@ use pyo3::types::PyDict;
 use serde::{Deserialize, Serialize};
 use snake_core::ConfigError;
 use snake_core::error::{finite, non_negative, require};
-use snake_core::gait::{CardanGait, Gait, JointReference, SoftStart, Wave};
+use snake_core::gait::{CardanGait, Gait, Reference, SoftStart, Wave};
 
 use crate::ffi::CoreError;
 use crate::from_python::from_python;

@@ -4,16 +4,19 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use snake_core::environment::action::ActionEntry;
 use snake_core::environment::observation::ObservationBlock;
+use snake_core::environment::quantity::quantities_of;
 use snake_core::environment::reward::{RewardTerm, TERMS};
 use snake_core::environment::signal::{SignalInfo, signals_of};
 use snake_core::environment::{EnvConfig, Environment, ModelKind, PlanarRobot, RobotModel, SpatialRobot, Task};
+use snake_core::robot::Robot;
 
 use crate::ffi::{CoreError, detached};
 use crate::from_python::from_python;
 use crate::to_python::to_python;
 
-/// Describes the environment of a configuration: "observation", "action", "reward" and "signals" entry by entry,
-/// "control_period" \[s\], and "config", the whole configuration with its defaults.
+/// Describes the environment of a configuration: "observation", "action", "reward", "signals" and "state" entry by
+/// entry, "control_period" \[s\], "link_half_length" and "link_radius" of the contact shape \[m\], and "config", the
+/// whole configuration with its defaults.
 #[pyfunction]
 pub fn layout<'py>(py: Python<'py>, config: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
     let config: EnvConfig = from_python(config).map_err(CoreError::from)?;
@@ -30,7 +33,11 @@ fn describe<'py, M: RobotModel>(py: Python<'py>, config: &EnvConfig) -> PyResult
     dict.set_item("action", list(py, environment.action_entries(), describe_action)?)?;
     dict.set_item("reward", list(py, TERMS, describe_reward)?)?;
     dict.set_item("signals", list(py, &signals_of::<M>(), describe_signal)?)?;
+    dict.set_item("state", describe_state::<M>(py, environment.robot())?)?;
     dict.set_item("control_period", config.control_period)?;
+    let links = &environment.robot().links;
+    dict.set_item("link_half_length", links.iter().map(|link| link.contact_half_length).collect::<Vec<_>>())?;
+    dict.set_item("link_radius", links.iter().map(|link| link.radius).collect::<Vec<_>>())?;
     dict.set_item("config", to_python(py, config)?)?;
     Ok(dict)
 }
@@ -62,8 +69,21 @@ fn list<'py, T>(
     Ok(list)
 }
 
+fn describe_state<'py, M: RobotModel>(py: Python<'py>, robot: &Robot) -> PyResult<Bound<'py, PyList>> {
+    let list = PyList::empty(py);
+    for quantity in quantities_of::<M>() {
+        let dict = PyDict::new(py);
+        dict.set_item("name", quantity.name)?;
+        dict.set_item("shape", (quantity.shape)(robot.link_count()))?;
+        dict.set_item("unit", quantity.unit)?;
+        dict.set_item("description", quantity.description)?;
+        list.append(dict)?;
+    }
+    Ok(list)
+}
+
 fn describe_block<M>(dict: &Bound<'_, PyDict>, block: &ObservationBlock<M>) -> PyResult<()> {
-    let ObservationBlock { row, start, elements, scale } = block;
+    let ObservationBlock { row, start, elements, scale, .. } = block;
     dict.set_item("name", row.name)?;
     dict.set_item("start", start)?;
     dict.set_item("size", block.size())?;

@@ -8,26 +8,30 @@ mod exceptions;
 mod ffi;
 mod from_python;
 mod gait;
+mod joint_trajectory;
 mod layout;
 mod minimal;
 mod numbers;
 mod planar;
 mod plants;
+mod records;
 mod run;
 mod samples;
-mod snapshot;
 mod spatial;
 mod start;
 mod step_buffers;
 mod to_python;
+mod world;
 
 use pyo3::prelude::*;
 
 #[pymodule]
 mod _native {
     use pyo3::prelude::*;
+    use snake_core::stepping::{forced_lanes, widest_lanes};
 
     use super::exceptions::add_members;
+    use super::ffi::CoreError;
 
     #[pymodule_export]
     use super::batch::Batch;
@@ -40,6 +44,8 @@ mod _native {
     #[pymodule_export]
     use super::gait::gait_reference;
     #[pymodule_export]
+    use super::joint_trajectory::sampled_reference;
+    #[pymodule_export]
     use super::layout::{layout, scenarios};
     #[pymodule_export]
     use super::plants::{control_plant, process_plant};
@@ -50,8 +56,17 @@ mod _native {
     #[expect(non_upper_case_globals, reason = "Python's name for it")]
     const __version__: &str = env!("CARGO_PKG_VERSION");
 
+    /// Robots that are stepped side by side in a large batch: as SNAKE_ENV_LANES prescribes, or as many as the widest
+    /// registers of the processor hold.
+    #[pyfunction]
+    fn lanes() -> usize {
+        widest_lanes()
+    }
+
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
-        add_members(module.py())
+        add_members(module.py())?;
+        forced_lanes().map_err(CoreError::from)?;
+        Ok(())
     }
 }

@@ -1,19 +1,23 @@
 //! A scripted robot of the minimal model (T ch. 6).
 
 use snake_core::ConfigError;
-use snake_core::gait::Gait;
+use snake_core::gait::{Gait, Holding, JointTarget};
 use snake_core::minimal::{Ground, MinimalState, Model};
 use snake_core::minimal::{MinimalConfig, MinimalSimulation};
+use snake_core::robot::Robot;
 use snake_core::scene::Scene;
-use snake_core::stepping::StepStatistics;
+use snake_core::stepping::{Record, StepStatistics};
 
+use crate::records::Layout;
 use crate::run::{RunConfig, Scripted};
 use crate::samples::Samples;
 
 /// A robot of the model with its gait.
 pub struct MinimalRobot {
     simulation: MinimalSimulation,
-    gait: Gait,
+    gait: Holding<Gait, JointTarget>,
+    /// Normal force at each contact point of each link \[N\].
+    normal: Vec<f64>,
 }
 
 impl MinimalRobot {
@@ -30,10 +34,16 @@ impl MinimalRobot {
             noise: config.noise.unwrap_or_default(),
             seed: config.seed,
         })?;
-        let start_up = config.controller().active_from;
-        let gait = config.gait.planar(simulation.model().joint_count(), start_up).map_err(|e| e.inside("gait"))?;
-        simulation.place(&state_at(config, simulation.model(), &gait)?);
-        Ok(Self { simulation, gait })
+        let gait = config.planar_reference(simulation.model().joint_count())?;
+        let state = state_at(config, simulation.model(), &gait)?;
+        simulation.place(&state);
+        let gait = Holding::new(gait, config.held_joints(state.phi()));
+        if config.is_summed() {
+            simulation.start_record()?;
+        }
+        let gravity = -scene.slope.acceleration(Robot::new(&config.robot)?.gravity).z;
+        let normal = simulation.model().links.iter().map(|link| 0.5 * link.mass * gravity).collect();
+        Ok(Self { simulation, gait, normal })
     }
 }
 
@@ -77,10 +87,26 @@ impl Scripted for MinimalRobot {
         let (poses, links) = (self.simulation.poses(), self.link_count());
         samples.put("position", &[links, 2], poses.iter().flat_map(|pose| [pose.x, pose.y]));
         samples.put("angle", &[links], poses.iter().map(|pose| pose.z));
-        samples.put("energy", &[], [self.simulation.kinetic_energy()]);
+        samples.put("energy", &[], [self.simulation.energy()]);
         let state = self.simulation.state();
         samples.put("joint_angle", &[links - 1], state.phi().iter().copied());
         samples.put("joint_torque", &[links - 1], self.simulation.torque().iter().copied());
         samples.put("passive_velocity", &[3], state.passive_velocity().iter().copied());
+    }
+
+    fn write_velocity(&mut self, samples: &mut Samples) {
+        let links = self.link_count();
+        let twists: Vec<_> = self.simulation.twists().collect();
+        samples.put("velocity", &[links, 2], twists.iter().flat_map(|u| [u.x, u.y]));
+        samples.put("angular_velocity", &[links], twists.iter().map(|u| u.z));
+        samples.put("joint_rate", &[links - 1], self.simulation.state().phi_rate().iter().copied());
+    }
+
+    fn layout(&self) -> Layout {
+        Layout { coordinates: 2, contacts: 2, axes: 1, normal: Some(self.normal.clone()), place: Vec::new() }
+    }
+
+    fn record_mut(&mut self) -> Option<&mut Record> {
+        self.simulation.record_mut()
     }
 }

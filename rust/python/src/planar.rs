@@ -1,29 +1,35 @@
 //! A scripted robot of the planar model (T ch. 3).
 
 use snake_core::ConfigError;
-use snake_core::gait::Gait;
+use snake_core::gait::{Gait, Holding, JointTarget};
 use snake_core::simulation::PlanarSimulation;
-use snake_core::stepping::{IntegratorConfig, StepStatistics};
+use snake_core::stepping::{IntegratorConfig, Record, StepStatistics};
 
+use crate::records::Layout;
 use crate::run::{RunConfig, Scripted};
 use crate::samples::Samples;
 
 /// A robot of the model with its gait.
 pub struct PlanarRobot {
     simulation: PlanarSimulation,
-    gait: Gait,
+    gait: Holding<Gait, JointTarget>,
     integrator: IntegratorConfig,
 }
 
 impl PlanarRobot {
     /// At its start.
     pub fn new(config: &RunConfig) -> Result<Self, ConfigError> {
-        let RunConfig { robot, gait, integrator, start, .. } = config;
+        let RunConfig { robot, integrator, start, .. } = config;
         let mut simulation = PlanarSimulation::new(robot, &config.scene(), &config.controller(), integrator)?;
         let joints = simulation.robot().joint_count();
-        let gait = gait.planar(joints, config.controller().active_from).map_err(|e| e.inside("gait"))?;
+        let gait = config.planar_reference(joints)?;
         let [x, y, heading] = start.in_plane(config.on())?;
-        simulation.place_chain(x, y, heading, &start.joint_angle(joints, &gait)?);
+        let joint_angle = start.joint_angle(joints, &gait)?;
+        simulation.place_chain(x, y, heading, &joint_angle);
+        if config.is_summed() {
+            simulation.start_record();
+        }
+        let gait = Holding::new(gait, config.held_joints(&joint_angle));
         Ok(Self { simulation, gait, integrator: *integrator })
     }
 }
@@ -53,8 +59,10 @@ impl Scripted for PlanarRobot {
     }
 
     fn add_self_contact_impulse(&self, sum: &mut [f64]) -> bool {
-        let impulses = self.simulation.self_contact_impulse().iter().flatten();
-        sum.iter_mut().zip(impulses).for_each(|(sum, impulse)| *sum += impulse);
+        for (sum, impulse) in sum.chunks_exact_mut(Self::COORDINATES).zip(self.simulation.self_contact_impulse()) {
+            sum[0] += impulse.x;
+            sum[1] += impulse.y;
+        }
         self.simulation.robot().self_contact
     }
 
@@ -73,6 +81,24 @@ impl Scripted for PlanarRobot {
         samples.put("angle", &[links], state.pose.iter().map(|pose| pose.z));
         samples.put("joint_angle", &[links - 1], (0..links - 1).map(|joint| state.joint_angle(joint)));
         samples.put("joint_torque", &[links - 1], self.simulation.joint_torque().iter().copied());
-        samples.put("energy", &[], [self.simulation.kinetic_energy()]);
+        samples.put("energy", &[], [self.simulation.energy()]);
+    }
+
+    fn write_velocity(&mut self, samples: &mut Samples) {
+        let (state, links) = (self.simulation.state(), self.link_count());
+        samples.put("velocity", &[links, 2], state.twist.iter().flat_map(|u| [u.x, u.y]));
+        samples.put("angular_velocity", &[links], state.twist.iter().map(|u| u.z));
+        samples.put("joint_rate", &[links - 1], (0..links - 1).map(|joint| state.joint_rate(joint)));
+    }
+
+    fn layout(&self) -> Layout {
+        let system = self.simulation.system();
+        let normal = system.robot.links.iter().map(|link| link.mass * system.normal_gravity());
+        let place = self.simulation.places_of_obstacles();
+        Layout { coordinates: 2, contacts: 1, axes: 1, normal: Some(normal.collect()), place }
+    }
+
+    fn record_mut(&mut self) -> Option<&mut Record> {
+        self.simulation.record_mut()
     }
 }

@@ -9,16 +9,19 @@ use snake_core::ConfigError;
 use snake_core::capabilities::{Feature, ModelName, require_supported};
 use snake_core::control::ControllerConfig;
 use snake_core::error::{positive, require};
+use snake_core::gait::{CardanGait, Gait, JointTarget};
 use snake_core::minimal::{Ground, NoiseConfig};
 use snake_core::robot::RobotConfig;
 use snake_core::scene::SceneConfig;
-use snake_core::stepping::{IntegratorConfig, Method, StepStatistics};
+use snake_core::stepping::{IntegratorConfig, Method, Record, StepStatistics};
 
 use crate::ffi::{CoreError, detached};
 use crate::from_python::from_python;
 use crate::gait::GaitConfig;
+use crate::joint_trajectory::TrajectoryConfig;
 use crate::minimal::MinimalRobot;
 use crate::planar::PlanarRobot;
+use crate::records::{Layout, Recorded, write_means};
 use crate::samples::Samples;
 use crate::spatial::SpatialRobot;
 use crate::start::StartConfig;
@@ -31,6 +34,8 @@ pub struct RunConfig {
     pub robot: RobotConfig,
     pub scene: Option<SceneConfig>,
     pub gait: GaitConfig,
+    /// Instead of the gait.
+    pub joint_trajectory: Option<TrajectoryConfig>,
     pub controller: Option<ControllerConfig>,
     pub integrator: IntegratorConfig,
     pub start: StartConfig,
@@ -38,6 +43,8 @@ pub struct RunConfig {
     pub sample: f64,
     pub noise: Option<NoiseConfig>,
     pub seed: u64,
+    /// Groups of columns that are recorded besides the motion.
+    pub record: Vec<Recorded>,
 }
 
 impl Default for RunConfig {
@@ -47,6 +54,7 @@ impl Default for RunConfig {
             robot: RobotConfig::default(),
             scene: None,
             gait: GaitConfig::default(),
+            joint_trajectory: None,
             controller: None,
             integrator: IntegratorConfig::default(),
             start: StartConfig::default(),
@@ -54,6 +62,7 @@ impl Default for RunConfig {
             sample: 0.1,
             noise: None,
             seed: 0,
+            record: Vec::new(),
         }
     }
 }
@@ -69,11 +78,54 @@ impl RunConfig {
     pub fn validate(&self) -> Result<(), ConfigError> {
         let noise = format!("{:?}", self.noise);
         Feature::MeasurementNoise.require(self.on(), self.noise.is_some(), "noise", noise)?;
+        self.validate_record()?;
         require_supported(self.model, self.integrator.method(), &self.robot, &self.scene(), &self.controller())
+    }
+
+    /// Rejects a group of columns that the model cannot fill.
+    fn validate_record(&self) -> Result<(), ConfigError> {
+        for (k, group) in self.record.iter().enumerate() {
+            let field = format!("record[{k}]");
+            match group {
+                Recorded::Obstacles => Feature::Pegs.require(self.on(), true, &field, "\"obstacles\"")?,
+                Recorded::SelfContacts => Feature::SelfContact.require(self.on(), true, &field, "\"self_contacts\"")?,
+                Recorded::Velocity | Recorded::Ground | Recorded::Power => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the schemes have to sum something up for what is recorded.
+    pub fn is_summed(&self) -> bool {
+        self.record.iter().any(|group| group.is_summed())
     }
 
     pub fn scene(&self) -> SceneConfig {
         self.scene.clone().unwrap_or_else(|| default_scene(self.model))
+    }
+
+    /// Locked joints and the references that they keep, given the joint angles of the start.
+    pub fn held_joints<'a>(&'a self, joint_angle: &'a [f64]) -> impl Iterator<Item = (usize, JointTarget)> + 'a {
+        let at = |joint: usize| JointTarget { angle: joint_angle[joint], ..JointTarget::default() };
+        self.robot.locked.iter().map(move |&joint| (joint, at(joint)))
+    }
+
+    /// The reference of a robot in the plane.
+    pub fn planar_reference(&self, joints: usize) -> Result<Gait, ConfigError> {
+        let reference = match &self.joint_trajectory {
+            Some(trajectory) => trajectory.planar(joints),
+            None => self.gait.planar(joints, self.controller().active_from),
+        };
+        reference.map_err(|e| e.inside("gait"))
+    }
+
+    /// The reference of a robot in 3D.
+    pub fn spatial_reference(&self, joints: usize) -> Result<CardanGait, ConfigError> {
+        let reference = match &self.joint_trajectory {
+            Some(trajectory) => trajectory.spatial(joints),
+            None => self.gait.spatial(joints, self.controller().active_from),
+        };
+        reference.map_err(|e| e.inside("gait"))
     }
 
     pub fn controller(&self) -> ControllerConfig {
@@ -83,7 +135,7 @@ impl RunConfig {
 
 /// The ground of (T Table 7.2) for the minimal model.
 pub fn default_scene(model: ModelName) -> SceneConfig {
-    let Ground { coulomb, viscous } = Ground::default();
+    let Ground { coulomb, viscous, .. } = Ground::default();
     match model {
         ModelName::Minimal => SceneConfig { friction: coulomb, viscous, ..SceneConfig::default() },
         ModelName::Planar | ModelName::Spatial => SceneConfig::default(),
@@ -109,9 +161,9 @@ pub fn simulate<'py>(py: Python<'py>, config: &Bound<'py, PyAny>) -> PyResult<Bo
     let run = || {
         config.validate()?;
         match model {
-            ModelName::Planar => sampled(PlanarRobot::new(&config)?, duration, sample),
-            ModelName::Spatial => sampled(SpatialRobot::new(&config)?, duration, sample),
-            ModelName::Minimal => sampled(MinimalRobot::new(&config)?, duration, sample),
+            ModelName::Planar => sampled(PlanarRobot::new(&config)?, duration, sample, &config.record),
+            ModelName::Spatial => sampled(SpatialRobot::new(&config)?, duration, sample, &config.record),
+            ModelName::Minimal => sampled(MinimalRobot::new(&config)?, duration, sample, &config.record),
         }
     };
     detached(py, run)?.into_dict(py)
@@ -152,31 +204,41 @@ pub trait Scripted {
 
     /// Puts position, angle, joint_angle, joint_torque, energy, and what else the model has.
     fn write(&mut self, samples: &mut Samples);
+
+    /// Puts velocity, angular_velocity and joint_rate.
+    fn write_velocity(&mut self, samples: &mut Samples);
+
+    /// How the model lays out what is recorded.
+    fn layout(&self) -> Layout;
+
+    /// What the scheme has summed up, if it does.
+    fn record_mut(&mut self) -> Option<&mut Record>;
 }
 
 /// Samples of a robot that is moved for `duration`, one every `sample` \[s\].
 ///
 /// # Errors
 /// A duration is not admissible; the robot diverged; a signal handler raised.
-pub fn sampled<R: Scripted>(robot: R, duration: f64, sample: f64) -> Result<Samples, CoreError> {
+pub fn sampled<R: Scripted>(robot: R, duration: f64, sample: f64, record: &[Recorded]) -> Result<Samples, CoreError> {
     let count = count_samples(duration, sample)?;
-    let mut run = Run { robot, sample, watch: SignalWatch::new() };
+    let mut run = Run { robot, sample, record, watch: SignalWatch::new() };
     let mut samples = Samples::default();
-    run.write(0.0, &Interval::new(&run.robot), &mut samples);
+    run.write(0.0, 0.0, &Interval::new(&run.robot), &mut samples);
     for k in 1..=count {
         let interval = run.advance()?;
-        run.write(k as f64 * sample, &interval, &mut samples);
+        run.write(k as f64 * sample, sample, &interval, &mut samples);
     }
     Ok(samples)
 }
 
-struct Run<R> {
+struct Run<'a, R> {
     robot: R,
     sample: f64,
+    record: &'a [Recorded],
     watch: SignalWatch,
 }
 
-impl<R: Scripted> Run<R> {
+impl<R: Scripted> Run<'_, R> {
     /// Moves on by one sample interval.
     fn advance(&mut self) -> Result<Interval, CoreError> {
         let mut interval = Interval::new(&self.robot);
@@ -195,7 +257,7 @@ impl<R: Scripted> Run<R> {
         Ok(interval)
     }
 
-    fn write(&mut self, time: f64, interval: &Interval, samples: &mut Samples) {
+    fn write(&mut self, time: f64, length: f64, interval: &Interval, samples: &mut Samples) {
         samples.put("time", &[], [time]);
         self.robot.write(samples);
         let shape = [self.robot.link_count(), R::COORDINATES];
@@ -207,6 +269,13 @@ impl<R: Scripted> Run<R> {
         samples.put("iterations", &[], [interval.iterations]);
         samples.put("unconverged", &[], [interval.unconverged]);
         samples.put("fallbacks", &[], [interval.fallbacks]);
+        if self.record.contains(&Recorded::Velocity) {
+            self.robot.write_velocity(samples);
+        }
+        let layout = self.robot.layout();
+        if let Some(record) = self.robot.record_mut() {
+            write_means(record, self.record, &layout, interval.friction_work, length, samples);
+        }
         samples.max_joint_gap = samples.max_joint_gap.max(interval.joint_gap);
         samples.max_penetration = samples.max_penetration.max(interval.penetration);
     }
@@ -219,6 +288,8 @@ struct Interval {
     /// The same of the robot's other links.
     self_contact_force: Vec<f64>,
     has_self_contact: bool,
+    /// \[J\]
+    friction_work: f64,
     residual: f64,
     iterations: f64,
     unconverged: f64,
@@ -235,6 +306,7 @@ impl Interval {
             contact_force: no_force.clone(),
             has_self_contact: robot.add_self_contact_impulse(&mut no_force.clone()),
             self_contact_force: no_force,
+            friction_work: 0.0,
             residual: 0.0,
             iterations: 0.0,
             unconverged: 0.0,
@@ -248,6 +320,7 @@ impl Interval {
         robot.add_contact_impulse(&mut self.contact_force);
         robot.add_self_contact_impulse(&mut self.self_contact_force);
         self.residual = self.residual.max(report.residual); // never NaN: the core sees to that
+        self.friction_work += report.friction_work;
         self.iterations += f64::from(report.iterations);
         self.unconverged += f64::from(report.unconverged);
         self.fallbacks += f64::from(report.fallbacks);

@@ -1,28 +1,38 @@
 //! A scripted robot of the spatial model (T ch. 4).
 
 use snake_core::ConfigError;
-use snake_core::gait::CardanGait;
+use snake_core::gait::{CardanGait, CardanTarget, Holding, JointTarget};
 use snake_core::simulation::SpatialSimulation;
-use snake_core::spatial::joint_angle;
-use snake_core::stepping::StepStatistics;
+use snake_core::spatial::{joint_angle, joint_rate, turning};
+use snake_core::stepping::{Record, StepStatistics};
 
+use crate::records::Layout;
 use crate::run::{RunConfig, Scripted};
 use crate::samples::Samples;
 
 /// A robot of the model with its gait.
 pub struct SpatialRobot {
     simulation: SpatialSimulation,
-    gait: CardanGait,
+    gait: Holding<CardanGait, CardanTarget>,
 }
 
 impl SpatialRobot {
     /// At its start.
     pub fn new(config: &RunConfig) -> Result<Self, ConfigError> {
-        let RunConfig { robot, gait, integrator, start, .. } = config;
+        let RunConfig { robot, integrator, start, .. } = config;
         let mut simulation = SpatialSimulation::new(robot, &config.scene(), &config.controller(), integrator)?;
-        let start_up = config.controller().active_from;
-        let gait = gait.spatial(simulation.robot().joint_count(), start_up).map_err(|e| e.inside("gait"))?;
+        let gait = config.spatial_reference(simulation.robot().joint_count())?;
         start.place(&mut simulation, &gait)?;
+        if config.is_summed() {
+            simulation.start_record();
+        }
+        let pose = &simulation.state().pose;
+        let held = config.robot.locked.iter().map(|&joint| {
+            let angle = joint_angle(&pose[joint], &pose[joint + 1]);
+            let [yaw, pitch] = <[f64; 2]>::from(angle).map(|angle| JointTarget { angle, ..JointTarget::default() });
+            (joint, CardanTarget { yaw, pitch })
+        });
+        let gait = Holding::new(gait, held);
         Ok(Self { simulation, gait })
     }
 }
@@ -53,12 +63,19 @@ impl Scripted for SpatialRobot {
         }
     }
 
+    fn add_self_contact_impulse(&self, sum: &mut [f64]) -> bool {
+        let impulses = self.simulation.self_contact_impulse().iter().flatten();
+        sum.iter_mut().zip(impulses).for_each(|(sum, impulse)| *sum += impulse);
+        self.simulation.robot().self_contact
+    }
+
     fn joint_gap(&self) -> f64 {
         self.simulation.joint_gap()
     }
 
     fn min_gap(&self) -> f64 {
-        self.simulation.min_gap()
+        let outside = self.simulation.min_gap();
+        if self.simulation.robot().self_contact { outside.min(self.simulation.self_gap()) } else { outside }
     }
 
     fn write(&mut self, samples: &mut Samples) {
@@ -72,5 +89,26 @@ impl Scripted for SpatialRobot {
         samples.put("joint_angle", &[links - 1, 2], joint_angle);
         samples.put("joint_torque", &[links - 1, 2], self.simulation.joint_torque().iter().flatten().copied());
         samples.put("energy", &[], [self.simulation.energy()]);
+    }
+
+    fn write_velocity(&mut self, samples: &mut Samples) {
+        let (state, links) = (self.simulation.state(), self.link_count());
+        let moving = || state.pose.iter().zip(&state.twist);
+        let turning = moving().flat_map(|(q, u)| <[f64; 3]>::from(q.orientation * turning(u)));
+        let rates = (0..links - 1).flat_map(|j| {
+            <[f64; 2]>::from(joint_rate(&state.pose[j], &state.twist[j], &state.pose[j + 1], &state.twist[j + 1]))
+        });
+        samples.put("velocity", &[links, 3], state.twist.iter().flat_map(|u| [u[0], u[1], u[2]]));
+        samples.put("angular_velocity", &[links, 3], turning);
+        samples.put("joint_rate", &[links - 1, 2], rates);
+    }
+
+    fn layout(&self) -> Layout {
+        let place = self.simulation.places_of_obstacles();
+        Layout { coordinates: 3, contacts: 2, axes: 2, normal: None, place }
+    }
+
+    fn record_mut(&mut self) -> Option<&mut Record> {
+        self.simulation.record_mut()
     }
 }

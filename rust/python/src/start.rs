@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use snake_core::ConfigError;
 use snake_core::capabilities::{Feature, ModelName};
 use snake_core::error::{finite, require, within};
-use snake_core::gait::{CardanGait, CardanReference, Gait, JointReference};
+use snake_core::gait::{CardanGait, Gait, Reference};
 use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::{Pose, orientation_of};
 use snake_core::stepping::Method;
@@ -51,6 +51,21 @@ impl StartConfig {
             return Err(ConfigError::new("start.position", format!("{:?}", self.position), "2 numbers"));
         };
         Ok([finite("start.position[0]", x)?, finite("start.position[1]", y)?, finite("start.heading", self.heading)?])
+    }
+
+    /// The joint angles of a posture other than the gait's.
+    pub fn own_posture(&self, joints: usize) -> Result<Option<Vec<f64>>, ConfigError> {
+        match &self.posture {
+            Posture::Named(name) if name == "gait" => Ok(None),
+            Posture::Named(name) if name == "straight" => Ok(Some(vec![0.0; joints])),
+            Posture::Angles(angles) if angles.len() == joints && angles.iter().all(|a| a.abs() < FRAC_PI_2) => {
+                Ok(Some(angles.clone()))
+            }
+            other => {
+                let expected = format!("\"gait\", \"straight\" or {joints} joint angles below a right angle");
+                Err(ConfigError::new("start.posture", other.written(), expected))
+            }
+        }
     }
 
     /// The joint angles of the posture in the plane.

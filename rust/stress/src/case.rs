@@ -1,10 +1,11 @@
 //! One robot in one scene, simulated for some time and observed.
 
 use snake_core::control::ControllerConfig;
-use snake_core::gait::{JointReference, JointTarget, Wave};
+use snake_core::gait::{JointTarget, Reference, Wave};
+use snake_core::obstacles::Obstacle;
 use snake_core::planar::{PlanarState, Twist};
 use snake_core::robot::{PerLink, RobotConfig};
-use snake_core::scene::{Peg, START_7_5, SceneConfig, TABLE_7_5};
+use snake_core::scene::{START_7_5, SceneConfig, TABLE_7_5};
 use snake_core::simulation::PlanarSimulation;
 use snake_core::stepping::ImplicitConfig;
 
@@ -23,7 +24,7 @@ pub enum Motion {
     },
 }
 
-impl JointReference for Motion {
+impl Reference<JointTarget> for Motion {
     fn target(&self, joint: usize, time: f64) -> JointTarget {
         match *self {
             Motion::Wave(wave) => wave.target(joint, time),
@@ -113,7 +114,7 @@ impl Case {
     }
 }
 
-pub fn pegs(table: &[[f64; 3]]) -> Vec<Peg> {
+pub fn pegs(table: &[[f64; 3]]) -> Vec<Obstacle> {
     table.iter().map(|&peg| peg.into()).collect()
 }
 

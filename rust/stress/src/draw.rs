@@ -1,5 +1,6 @@
 //! Whole scenes as a handful of numbers: drawn at random here, by a property test elsewhere.
 
+use snake_core::contact::{gap, self_gap};
 use snake_core::control::ControllerConfig;
 use snake_core::environment::rng::Rng;
 use snake_core::gait::Wave;
@@ -10,6 +11,9 @@ use snake_core::stepping::ImplicitConfig;
 
 use crate::case::{Case, Motion, weighted};
 use crate::stages::magnitude;
+
+/// Distance of the links from pegs and from each other at the start \[m\].
+const CLEARANCE: f64 = 1e-4;
 
 /// What makes up a scene; every field is admissible by itself.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,11 +73,11 @@ impl Draw {
     /// The scene, to be run for `duration` \[s\].
     pub fn case(&self, name: impl Into<String>, duration: f64) -> Case {
         let robot = weighted(self.links, |i| self.weights[i % self.weights.len()]);
-        let posture: Vec<f64> = (0..self.links - 1).map(|i| self.bends[i % self.bends.len()]).collect();
+        let posture = self.clear_posture(&robot);
         Case {
             name: name.into(),
             scene: SceneConfig {
-                obstacles: self.clear_pegs(&robot, &posture),
+                obstacles: self.clear_pegs(&robot, &posture).into_iter().map(Into::into).collect(),
                 friction: self.friction,
                 ..SceneConfig::default()
             },
@@ -98,17 +102,30 @@ impl Draw {
         }
     }
 
+    /// Angles of the joints, halved until no two links overlap: undoing such a start moves the robot by itself.
+    fn clear_posture(&self, robot: &RobotConfig) -> Vec<f64> {
+        let mut posture: Vec<f64> = (0..self.links - 1).map(|i| self.bends[i % self.bends.len()]).collect();
+        let robot = Robot::new(robot).expect("an admissible robot");
+        while self_gap(&robot.links, &self.poses(&robot, &posture), 0.0) < CLEARANCE {
+            posture.iter_mut().for_each(|angle| *angle *= 0.5);
+        }
+        posture
+    }
+
+    fn poses(&self, robot: &Robot, posture: &[f64]) -> Vec<Pose> {
+        let mut poses = vec![Pose::zeros(); self.links];
+        assemble_chain(robot, Pose::zeros(), posture, &mut poses);
+        poses
+    }
+
     fn clear_pegs(&self, robot: &RobotConfig, posture: &[f64]) -> Vec<Peg> {
         let robot = Robot::new(robot).expect("an admissible robot");
-        let mut poses = vec![Pose::zeros(); self.links];
-        assemble_chain(&robot, Pose::zeros(), posture, &mut poses);
+        let poses = self.poses(&robot, posture);
         let low = poses.iter().fold([0.0_f64; 2], |low, q| [low[0].min(q.x), low[1].min(q.y)]);
         let high = poses.iter().fold([0.0_f64; 2], |high, q| [high[0].max(q.x), high[1].max(q.y)]);
         let place = |axis: usize, part: f64| low[axis] - 0.3 + part * (high[axis] - low[axis] + 0.6);
         let pegs = self.pegs.iter().map(|&[radius, x, y]| Peg { radius, x: place(0, x), y: place(1, y) });
-        let touches = |peg: &Peg| {
-            poses.iter().zip(&robot.links).any(|(pose, link)| snake_core::contact::gap(pose, link, peg) < 1e-4)
-        };
+        let touches = |peg: &Peg| poses.iter().zip(&robot.links).any(|(pose, link)| gap(pose, link, peg) < CLEARANCE);
         pegs.filter(|peg| !touches(peg)).collect()
     }
 }

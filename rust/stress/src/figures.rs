@@ -75,6 +75,8 @@ impl Figures {
         }
         self.tunnels += simulation.tunnels(&before);
         self.measure(simulation, simulation.time() - time);
+        // A robot may slow down within a step that is divided.
+        self.travel = worse(self.travel, simulation.moved(&before));
     }
 
     fn add_to_balance(&mut self, created: f64, work: f64, energy: f64) {

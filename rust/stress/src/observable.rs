@@ -18,7 +18,7 @@ pub trait Observable {
     fn time(&self) -> f64;
     /// Energy that only actuators and friction may change, and impacts decrease \[J\].
     fn energy(&self) -> f64;
-    /// Smallest gap of a link, and widest joint, now \[m\].
+    /// Smallest gap of a link to a peg or, in the plane, to another link, and widest joint, now \[m\].
     fn min_gap(&self) -> f64;
     fn joint_gap(&self) -> f64;
     /// How far orientations are from rotations \[-\].
@@ -47,7 +47,7 @@ impl Observable for PlanarSimulation {
     }
 
     fn min_gap(&self) -> f64 {
-        self.min_gap()
+        self.min_gap().min(self.self_gap())
     }
 
     fn joint_gap(&self) -> f64 {

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{Vector2, Vector3};
 use snake_core::control::ControllerConfig;
-use snake_core::gait::{CardanReference, CardanTarget, JointReference, Wave};
+use snake_core::gait::{CardanTarget, Reference, Wave};
 use snake_core::robot::RobotConfig;
 use snake_core::scene::{START_SPATIAL_7_5, SceneConfig, TABLE_7_5};
 use snake_core::simulation::SpatialSimulation;
@@ -21,7 +21,7 @@ pub struct CardanMotion {
     pub pitch: Motion,
 }
 
-impl CardanReference for CardanMotion {
+impl Reference<CardanTarget> for CardanMotion {
     fn target(&self, joint: usize, time: f64) -> CardanTarget {
         CardanTarget { yaw: self.yaw.target(joint, time), pitch: self.pitch.target(joint, time) }
     }

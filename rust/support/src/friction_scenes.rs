@@ -52,7 +52,8 @@ pub const THRESHOLD: f64 = 0.2 * (7.5 / 11.0) * G * 0.5 * 0.122 * FRAC_1_SQRT_2;
 /// The drive saturates at its limit, so the torque is constant whatever the joint does.
 pub fn bent_pair(torque: f64, scene: &SceneConfig, integrator: &IntegratorConfig) -> PlanarSimulation {
     let pd = ControllerConfig { kp: 10.0, kd: 0.0, torque_limit: Some(torque), ..ControllerConfig::default() };
-    let mut simulation = build(&links(2), scene, &pd, integrator);
+    let robot = RobotConfig { joint_limit: Some(f64::INFINITY), ..links(2) };
+    let mut simulation = build(&robot, scene, &pd, integrator);
     simulation.place_chain(0.3, -0.2, 0.7, &[FRAC_PI_2]);
     simulation
 }

@@ -2,7 +2,7 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use snake_core::control::ControllerConfig;
-use snake_core::gait::{JointReference, SoftStart, Wave};
+use snake_core::gait::{JointTarget, Reference, SoftStart, Wave};
 use snake_core::minimal::{FrictionLaw, Ground, MinimalState, Model, NoiseConfig};
 use snake_core::minimal::{MinimalConfig, MinimalSimulation};
 use snake_core::robot::{PerLink, Robot, RobotConfig};
@@ -78,6 +78,6 @@ pub fn straight(config: &MinimalConfig) -> MinimalSimulation {
 }
 
 /// phi - phi_d of joint 5 \[rad\].
-pub fn error_of_joint_5(simulation: &MinimalSimulation, reference: &impl JointReference) -> f64 {
+pub fn error_of_joint_5(simulation: &MinimalSimulation, reference: &impl Reference<JointTarget>) -> f64 {
     simulation.state().phi()[4] - reference.target(4, simulation.state().time).angle
 }

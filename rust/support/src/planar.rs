@@ -3,10 +3,10 @@ use std::f64::consts::PI;
 
 use nalgebra::Vector2;
 use snake_core::control::{ControlLaw, ControllerConfig, Treatment};
-use snake_core::gait::{CardanReference, CardanTarget, JointReference, JointTarget, Wave};
+use snake_core::gait::{CardanTarget, JointTarget, Reference, Wave};
 use snake_core::planar::{PlanarState, Pose, Twist};
 use snake_core::robot::{Robot, RobotConfig};
-use snake_core::scene::{Peg, SceneConfig, TABLE_7_3, TABLE_7_5};
+use snake_core::scene::{SceneConfig, TABLE_7_3, TABLE_7_5};
 use snake_core::simulation::PlanarSimulation;
 use snake_core::stepping::{ImplicitConfig, IntegratorConfig, ThesisConfig};
 
@@ -26,7 +26,7 @@ pub const LIMP: ControllerConfig = ControllerConfig {
 /// A reference that never changes, one angle for all joints.
 pub struct Hold(pub f64);
 
-impl JointReference for Hold {
+impl Reference<JointTarget> for Hold {
     fn target(&self, _joint: usize, _time: f64) -> JointTarget {
         JointTarget { angle: self.0, rate: 0.0, acceleration: 0.0 }
     }
@@ -35,13 +35,13 @@ impl JointReference for Hold {
 /// A reference that does not tell when it jumps.
 pub struct Unannounced<R>(pub R);
 
-impl<R: JointReference> JointReference for Unannounced<R> {
+impl<R: Reference<JointTarget>> Reference<JointTarget> for Unannounced<R> {
     fn target(&self, joint: usize, time: f64) -> JointTarget {
         self.0.target(joint, time)
     }
 }
 
-impl<R: CardanReference> CardanReference for Unannounced<R> {
+impl<R: Reference<CardanTarget>> Reference<CardanTarget> for Unannounced<R> {
     fn target(&self, joint: usize, time: f64) -> CardanTarget {
         self.0.target(joint, time)
     }
@@ -70,11 +70,11 @@ pub fn ground(friction: [f64; 2]) -> SceneConfig {
 }
 
 pub fn table_7_3() -> SceneConfig {
-    SceneConfig { obstacles: TABLE_7_3.iter().map(|&peg| Peg::from(peg)).collect(), ..SceneConfig::default() }
+    SceneConfig { obstacles: TABLE_7_3.iter().map(|&peg| peg.into()).collect(), ..SceneConfig::default() }
 }
 
 pub fn table_7_5() -> SceneConfig {
-    SceneConfig { obstacles: TABLE_7_5.iter().map(|&peg| Peg::from(peg)).collect(), ..SceneConfig::default() }
+    SceneConfig { obstacles: TABLE_7_5.iter().map(|&peg| peg.into()).collect(), ..SceneConfig::default() }
 }
 
 pub fn build(
@@ -87,7 +87,7 @@ pub fn build(
 }
 
 /// Joint angles of `reference` at t = 0.
-pub fn posture(reference: &impl JointReference, joints: usize) -> Vec<f64> {
+pub fn posture(reference: &impl Reference<JointTarget>, joints: usize) -> Vec<f64> {
     (0..joints).map(|j| reference.target(j, 0.0).angle).collect()
 }
 

@@ -3,7 +3,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{Vector2, Vector3};
 use snake_core::control::ControllerConfig;
-use snake_core::gait::{CardanGait, CardanReference, Gait, SoftStart, Wave};
+use snake_core::gait::{CardanGait, Gait, Reference, SoftStart, Wave};
 use snake_core::robot::RobotConfig;
 use snake_core::scene::SceneConfig;
 use snake_core::simulation::SpatialSimulation;

@@ -1,7 +1,7 @@
 //! A stage of the spatial model solved the slow way: full matrices and projected Gauss-Seidel on its contacts.
 
 use nalgebra::{DMatrix, DVector, Vector2, Vector3};
-use snake_core::spatial::{Frame, Momentum, SpatialVector, Speed, Stage, Twist};
+use snake_core::spatial::{ChainVelocity, Frame, Momentum, SpatialVector, Stage, Twist};
 
 /// The stage on matrices: unknowns are the twist of link 1 and the joint rates.
 pub struct Dense {
@@ -11,7 +11,8 @@ pub struct Dense {
     free: DVector<f64>,
     /// Inverse of the inertia with the drives' stiffness.
     inverse: DMatrix<f64>,
-    /// Rows of all contact velocities: per link two times (normal, along, across), then rolling x and y; then pegs.
+    /// Rows of all contact velocities: per link two times (normal, along, across), then rolling x and y; then pegs,
+    /// then pairs of links.
     pub contact: DMatrix<f64>,
 }
 
@@ -46,8 +47,9 @@ impl Dense {
             };
             let at = |row: usize, velocity: &DVector<f64>| self.contact.row(row).transpose().dot(velocity);
             let openings = (0..2 * n).map(|k| (8 * (k / 2) + 3 * (k % 2), stage.links[k / 2].ground[k % 2]));
-            let pegs = stage.pegs.iter().enumerate().map(|(k, peg)| (8 * n + k, peg.offset));
-            for (row, offset) in openings.chain(pegs) {
+            let offsets = stage.pegs.iter().map(|peg| peg.offset).chain(stage.pairs.iter().map(|pair| pair.offset));
+            let others = offsets.enumerate().map(|(k, offset)| (8 * n + k, offset));
+            for (row, offset) in openings.chain(others) {
                 let wanted = impulse[row] - (at(row, &velocity) + offset) / delassus[(row, row)];
                 change(row, wanted.max(0.0), &mut impulse, &mut velocity);
             }
@@ -83,7 +85,7 @@ fn jacobian_of(stage: &Stage) -> DMatrix<f64> {
     let frames = frames_of(stage);
     let mut jacobian = DMatrix::zeros(6 * n, 6 + 2 * (n - 1));
     for k in 0..jacobian.ncols() {
-        let mut speed = Speed::rest(n);
+        let mut speed = ChainVelocity::rest(n);
         match k {
             0..3 => speed.head.linear[k] = 1.0,
             3..6 => speed.head.angular[k - 3] = 1.0,
@@ -128,7 +130,7 @@ fn frames_of(stage: &Stage) -> Vec<Frame> {
 
 fn contact_rows(stage: &Stage) -> DMatrix<f64> {
     let n = stage.links.len();
-    let mut rows = DMatrix::zeros(8 * n + stage.pegs.len(), 6 * n);
+    let mut rows = DMatrix::zeros(8 * n + stage.pegs.len() + stage.pairs.len(), 6 * n);
     let mut set = |row: usize, link: usize, force: Vector3<f64>, moment: Vector3<f64>| {
         rows.view_mut((row, 6 * link), (1, 3)).copy_from(&force.transpose());
         rows.view_mut((row, 6 * link + 3), (1, 3)).copy_from(&moment.transpose());
@@ -146,6 +148,11 @@ fn contact_rows(stage: &Stage) -> DMatrix<f64> {
     }
     for (k, peg) in stage.pegs.iter().enumerate() {
         set(8 * n + k, peg.link, peg.direction.linear, peg.direction.angular);
+    }
+    for (k, pair) in stage.pairs.iter().enumerate() {
+        for (link, w) in pair.links.into_iter().zip(&pair.direction) {
+            set(8 * n + stage.pegs.len() + k, link, w.linear, w.angular);
+        }
     }
     rows
 }

@@ -18,6 +18,7 @@ from snake_env.reproduce.measures import (
     period_speed,
     pushed_links,
     torque,
+    torque_beyond,
     total_force,
 )
 from snake_env.reproduce.measures_spatial import lateral_distance
@@ -159,7 +160,9 @@ def _many_curls_need_forces(runs: Runs) -> Result:
     bound="what pegs add to the mean square of the run without them is over 1.1 times; so is the largest torque",
 )
 def _many_curls_need_torques(runs: Runs) -> Result:
-    many, usual = (_torque_of_pegs(runs, beta) for beta in (-70, -50))
+    many, usual = (
+        torque_beyond(runs[f"beta {beta}"], runs[f"beta {beta}, no pegs"], PERIOD, 2 * PERIOD) for beta in (-70, -50)
+    )
     peaks = [torque(runs[f"beta {beta}"], PERIOD, 2 * PERIOD).peak for beta in (-70, -50)]
     ours = f"RMS {many:.2f} against {usual:.2f} N m by the pegs, largest {peaks[0]:.1f} against {peaks[1]:.1f}"
     return ours, many > 1.1 * usual and peaks[0] > 1.1 * peaks[1]
@@ -186,12 +189,6 @@ def _same_as_planar(runs: Runs) -> Result:
 def _peg_3_in_3d(runs: Runs) -> Result:
     moved, removed = (runs[f"peg 3 {what}, 3D"].position[-1, MIDDLE, 0] for what in ("moved", "removed"))
     return f"link 6 at x = {moved:.2f} m with the peg moved, {removed:.2f} m without", moved > 2.5 and removed < 0.88
-
-
-def _torque_of_pegs(runs: Runs, beta: int) -> float:
-    """Root mean square of the joint torques beyond those of the same gait without pegs [N m]."""
-    with_pegs, without = (torque(runs[f"beta {beta}{what}"], PERIOD, 2 * PERIOD).rms for what in ("", ", no pegs"))
-    return math.sqrt(with_pegs**2 - without**2)
 
 
 def _share_of_course(runs: Runs, name: str) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from snake_env.reproduce.experiment import Runs
+from snake_env.reproduce.experiment import AIKO, Runs
 from snake_env.reproduce.experiments import FRICTION_PAIRS, ISOTROPIC, ORTHOTROPIC, WHEELED
 from snake_env.reproduce.findings import Result, Rows
 from snake_env.reproduce.measures_spatial import direction, displacement, slide_backs, touching_share
@@ -13,7 +13,7 @@ BEGIN = 4.5
 """The soft start is over, and one period has passed [s]."""
 MOVING = 6.0
 END = 15.0
-AIKO = (5.0, 9.0, 14.0)
+AIKO_SLIDES = (5.0, 9.0, 14.0)
 """When Aiko "sometimes slides a little backward" [s]."""
 
 friction_rows = Rows("7.3.3")
@@ -66,7 +66,7 @@ def _along_y(runs: Runs) -> Result:
     bound="over 80 % of the end spheres: of 22, two to four carry the robot",
 )
 def _mostly_lifted(runs: Runs) -> Result:
-    share = touching_share(runs[f"sidewinding {ISOTROPIC}"], runs.robot, MOVING)
+    share = touching_share(runs[f"sidewinding {ISOTROPIC}"], AIKO, MOVING)
     return f"{1.0 - share:.0%} of the end spheres are lifted", share < 0.2
 
 
@@ -81,5 +81,5 @@ def _slides_back_like_aiko(runs: Runs) -> Result:
     slides = slide_backs(runs[f"sidewinding {ISOTROPIC}"], BEGIN)
     ours = ", ".join(f"{100 * slide.distance:.1f} cm at {slide.begin:.1f}-{slide.end:.1f} s" for slide in slides)
     return ours, len(slides) == 3 and all(
-        abs(slide.begin - time) < 0.6 for slide, time in zip(slides, AIKO, strict=True)
+        abs(slide.begin - time) < 0.6 for slide, time in zip(slides, AIKO_SLIDES, strict=True)
     )

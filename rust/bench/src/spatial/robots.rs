@@ -22,7 +22,7 @@ pub type Robot = SpatialScripted<CardanGait>;
 /// # Errors
 /// The scenario is not admissible.
 pub fn staggered(scenario: &SpatialScenario, system: &SpatialSystem) -> Result<Vec<Robot>, ConfigError> {
-    let pegs = PegGrid::new(&scenario.scene.obstacles);
+    let pegs = PegGrid::of(&scenario.scene.obstacles);
     let start = Robot::new(&system.robot, pegs, scenario.head(), &scenario.posture(), scenario.gait());
     let mut robots = vec![start; ROBOTS];
     let mut fleet = SpatialFleet::new(ImplicitConfig::default(), system, ROBOTS);

@@ -6,9 +6,9 @@ use nalgebra::{Vector2, Vector3};
 use serde::Serialize;
 use snake_core::ConfigError;
 use snake_core::control::ControllerConfig;
-use snake_core::gait::{CardanGait, CardanReference, Gait, SoftStart, Wave};
+use snake_core::gait::{CardanGait, Gait, Reference, SoftStart, Wave};
 use snake_core::robot::{Robot, RobotConfig};
-use snake_core::scene::{Peg, START_SPATIAL_7_5, Scene, SceneConfig, TABLE_7_5};
+use snake_core::scene::{START_SPATIAL_7_5, Scene, SceneConfig, TABLE_7_5};
 use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::{Pose, SpatialSystem, orientation_of};
 use snake_core::stepping::IntegratorConfig;
@@ -83,10 +83,7 @@ fn course() -> SpatialScenario {
     SpatialScenario {
         name: "spatial-course-7.5",
         title: "3D: course of Table 7.5",
-        scene: SceneConfig {
-            obstacles: TABLE_7_5.iter().map(|&peg| Peg::from(peg)).collect(),
-            ..SceneConfig::default()
-        },
+        scene: SceneConfig { obstacles: TABLE_7_5.iter().map(|&peg| peg.into()).collect(), ..SceneConfig::default() },
         yaw: Wave::default(),
         pitch: Wave::still(),
         soft_start: false,

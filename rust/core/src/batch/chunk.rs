@@ -3,33 +3,26 @@
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use crate::environment::signal::Summary;
-use crate::environment::{Environment, Outcome, RobotModel};
+use crate::environment::{Environment, RobotModel};
+use crate::stepping::Fleet;
 
-use super::stepper::Batched;
+use super::row::Row;
 
 /// Neighbouring rows of a batch.
 #[derive(Debug)]
-pub struct Chunk<M: Batched> {
+pub struct Chunk<M: RobotModel> {
     first: usize,
     pub rows: Vec<Row<M>>,
     /// Rows that take part in the current step.
     active: Vec<bool>,
     /// Advances the robots side by side; `None`: each environment advances its own.
-    stepper: Option<M::Stepper>,
+    fleet: Option<Fleet<M::Model>>,
 }
 
-/// One environment and what its last step or reset returned.
-#[derive(Debug, Clone)]
-pub struct Row<M: 'static> {
-    pub environment: Environment<M>,
-    pub outcome: Outcome,
-}
-
-impl<M: Batched> Chunk<M> {
+impl<M: RobotModel> Chunk<M> {
     /// The rows from `first` on.
-    pub fn new(first: usize, rows: Vec<Row<M>>, stepper: Option<M::Stepper>) -> Self {
-        Self { first, active: vec![false; rows.len()], rows, stepper }
+    pub fn new(first: usize, rows: Vec<Row<M>>, fleet: Option<Fleet<M::Model>>) -> Self {
+        Self { first, active: vec![false; rows.len()], rows, fleet }
     }
 
     /// Indices of the rows in the batch.
@@ -66,11 +59,12 @@ impl<M: Batched> Chunk<M> {
 
     /// Advances the robots of the active rows, all together or one by one.
     fn advance(&mut self, prototype: &Environment<M>, observation: &mut [f32]) {
-        let Self { rows, active, stepper, .. } = self;
-        let Some(stepper) = stepper else {
+        let Self { rows, active, fleet, .. } = self;
+        let Some(fleet) = fleet else {
             return self.for_active(prototype, observation, |_, row, _| row.environment.advance());
         };
-        let result = catch_unwind(AssertUnwindSafe(|| M::step_batch(stepper, prototype, rows, active)));
+        let (system, period) = (prototype.model().simulation().system(), prototype.rules().period);
+        let result = catch_unwind(AssertUnwindSafe(|| fleet.advance(system, rows, period, |row| active[row])));
         if result.is_err() {
             let observations = observation.chunks_exact_mut(prototype.observation_size());
             let rows = rows.iter_mut().zip(active).zip(observations).filter(|((_, active), _)| **active);
@@ -100,34 +94,16 @@ impl<M: Batched> Chunk<M> {
     }
 }
 
-impl<M: RobotModel> Row<M> {
-    pub fn new(prototype: &Environment<M>) -> Self {
-        Self { environment: prototype.clone(), outcome: prototype.outcome() }
-    }
-
-    /// Replaces the environment; the row ends, flagged as diverged.
-    fn give_up(&mut self, prototype: &Environment<M>, observation: &mut [f32]) {
-        self.environment.recover(prototype);
-        self.outcome = broken();
-        observation.fill(0.0);
-    }
-}
-
-/// The outcome of a row that panicked.
-fn broken() -> Outcome {
-    let signals = Summary { diverged: true, ..Summary::default() }.signals();
-    Outcome { reward: 0.0, terminated: true, truncated: false, signals }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::environment::{EnvConfig, PlanarRobot};
+    use crate::stepping::ImplicitConfig;
 
     /// Three rows after a reset with seeds 0, 1, 2, and their observations.
     fn three_rows(prototype: &Environment) -> (Chunk<PlanarRobot>, Vec<f32>) {
-        let stepper = PlanarRobot::stepper(prototype, &EnvConfig::default().integrator, 3);
-        let mut chunk = Chunk::new(0, vec![Row::new(prototype); 3], stepper);
+        let fleet = Fleet::new(ImplicitConfig::default(), prototype.system(), 3);
+        let mut chunk = Chunk::new(0, vec![Row::new(prototype); 3], Some(fleet));
         let mut observation = vec![0.5; 3 * prototype.observation_size()];
         chunk.reset(prototype, &[0, 1, 2].map(Some), &[true; 3], &mut observation);
         (chunk, observation)
@@ -140,7 +116,7 @@ mod tests {
         let ((mut sick, mut a), (sound, b)) = (three_rows(&prototype), three_rows(&prototype));
         sick.for_active(&prototype, &mut a, |index, _, _| assert!(index != 1, "a defect in one row"));
         assert_eq!(sick.active, [true, false, true]);
-        assert!(sick.rows[1].outcome.terminated && a[size..2 * size].iter().all(|value| *value == 0.0));
+        assert!(sick.rows[1].outcome.truncated && a[size..2 * size].iter().all(|value| *value == 0.0));
         for row in [0, 2] {
             assert_eq!(sick.rows[row].environment.save(), sound.rows[row].environment.save());
             assert_eq!(a[row * size..(row + 1) * size], b[row * size..(row + 1) * size]);

@@ -7,24 +7,25 @@
 //! chunk.
 
 mod chunk;
-mod stepper;
+mod row;
 mod workers;
 
 use rayon::prelude::*;
 
+use crate::environment::quantity::Quantity;
 use crate::environment::signal::{COUNT, SignalInfo, signals_of};
-use crate::environment::{EnvConfig, Environment, EnvironmentState, PlanarRobot};
-use crate::error::{ConfigError, require};
+use crate::environment::{EnvConfig, Environment, EnvironmentState, PlanarRobot, RobotModel, World};
+use crate::error::{ConfigError, require, within};
 use crate::math::MAX_LANES;
+use crate::stepping::Fleet;
 
-pub use stepper::Batched;
-
-use chunk::{Chunk, Row};
+use chunk::Chunk;
+use row::Row;
 use workers::Workers;
 
 /// Environments of one configuration.
 #[derive(Debug)]
-pub struct Batch<M: Batched = PlanarRobot> {
+pub struct Batch<M: RobotModel = PlanarRobot> {
     /// A fresh environment, to replace one that panicked.
     prototype: Environment<M>,
     /// All of `rows_per_chunk` rows but the last.
@@ -49,22 +50,23 @@ pub struct Outputs<'a> {
     pub signals: &'a mut [f64],
 }
 
-impl<M: Batched> Batch<M> {
+impl<M: RobotModel> Batch<M> {
     /// `num_envs` environments at the start of episode 0 of seed 0. With `num_threads` = 1 no thread is
-    /// ever started; 0 takes as many as the model has cores.
+    /// ever started; 0 takes one for each core of the machine.
     ///
     /// # Errors
     /// Names the field of the configuration, its value and the admissible range.
     pub fn new(config: &EnvConfig, num_envs: usize, num_threads: usize) -> Result<Self, ConfigError> {
         require((1..=MAX_ENVS).contains(&num_envs), "num_envs", num_envs, "an integer in [1, 1000000]")?;
         require(num_threads <= MAX_THREADS, "num_threads", num_threads, "an integer in [0, 1024]")?;
-        let prototype = Environment::new(config)?;
+        let prototype = Environment::<M>::new(config)?;
         let workers = Workers::new(num_threads);
         let rows_per_chunk = rows_per_chunk(num_envs, workers.count());
         let chunk = |first| {
             let rows = rows_per_chunk.min(num_envs - first);
-            let stepper = M::stepper(&prototype, &config.integrator, rows);
-            Chunk::new(first, vec![Row::new(&prototype); rows], stepper)
+            let system = prototype.model().simulation().system();
+            let fleet = config.integrator.implicit().map(|config| Fleet::new(config, system, rows));
+            Chunk::new(first, vec![Row::new(&prototype); rows], fleet)
         };
         let chunks = (0..num_envs).step_by(rows_per_chunk).map(chunk).collect();
         Ok(Self { prototype, chunks, rows_per_chunk, rows: num_envs, signals: signals_of::<M>(), workers })
@@ -122,11 +124,17 @@ impl<M: Batched> Batch<M> {
     }
 
     /// The difficulty of a row's episodes to come.
+    pub fn difficulty(&self, row: usize) -> f64 {
+        self.row(row).environment.difficulty()
+    }
+
+    /// Sets the difficulty of the episodes to come, row by row, or of none.
     ///
     /// # Errors
-    /// It is not in \[0, 1\].
-    pub fn set_difficulty(&mut self, row: usize, difficulty: f64) -> Result<(), ConfigError> {
-        self.row_mut(row).environment.set_difficulty(difficulty)
+    /// One of them is not in \[0, 1\].
+    pub fn set_difficulty(&mut self, rows: &[usize], difficulty: &[f64]) -> Result<(), ConfigError> {
+        difficulty.iter().try_for_each(|value| within("difficulty", *value, 0.0, 1.0).map(drop))?;
+        rows.iter().zip(difficulty).try_for_each(|(row, value)| self.row_mut(*row).environment.set_difficulty(*value))
     }
 
     /// Writes the current observation of a row.
@@ -134,19 +142,39 @@ impl<M: Batched> Batch<M> {
         self.row_mut(row).environment.observe(observation);
     }
 
+    /// Tells the next episode of a row where it takes place.
+    ///
+    /// # Errors
+    /// The robot has no room there.
+    pub fn set_next_world(&mut self, row: usize, world: World) -> Result<(), ConfigError> {
+        self.row_mut(row).environment.set_next_world(world)
+    }
+
+    /// Writes a quantity of some rows, one after the other; `size` numbers each.
+    pub fn read(&self, quantity: &Quantity<M>, rows: &[usize], size: usize, values: &mut [f64]) {
+        let rows = rows.iter().map(|row| self.environment(*row));
+        values.chunks_exact_mut(size).zip(rows).for_each(|(value, environment)| (quantity.read)(environment, value));
+    }
+
     /// Everything that changes in a row.
     pub fn save(&self, row: usize) -> EnvironmentState<M::State> {
         self.row(row).environment.save()
     }
 
-    /// Continues a row from a saved state.
+    /// Continues rows from saved states, or none of them.
     ///
     /// # Errors
-    /// The state is of an environment of another configuration.
-    pub fn restore(&mut self, row: usize, state: &EnvironmentState<M::State>) -> Result<(), ConfigError> {
-        let row = self.row_mut(row);
-        row.environment.restore(state)?;
-        row.outcome = row.environment.outcome();
+    /// A state is of an environment of another configuration.
+    pub fn restore(&mut self, rows: &[usize], states: &[EnvironmentState<M::State>]) -> Result<(), ConfigError> {
+        let continued = |(row, state): (&usize, _)| {
+            let mut environment = self.row(*row).environment.clone();
+            environment.restore(state)?;
+            Ok(environment)
+        };
+        let environments: Vec<_> = rows.iter().zip(states).map(continued).collect::<Result<_, ConfigError>>()?;
+        for (row, environment) in rows.iter().zip(environments) {
+            *self.row_mut(*row) = Row { outcome: environment.outcome(), environment };
+        }
         Ok(())
     }
 

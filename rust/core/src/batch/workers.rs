@@ -1,6 +1,6 @@
 //! The threads of a batch.
 
-/// Threads, started at first use and once more in a forked child, where the parent's do not exist.
+/// Threads, started at first use and again in a forked child, where those of the parent do not exist.
 #[derive(Debug)]
 pub struct Workers {
     count: usize,

@@ -1,17 +1,32 @@
-//! Distance between a stadium-shaped link and a circular peg, with a moving contact point.
+//! Distance between a stadium-shaped link and an obstacle, with a moving contact point.
 
 use nalgebra::{Vector2, Vector3};
 
+use crate::obstacles::{CentreLine, ConvexPolygon, Peg};
+use crate::pegs::PegGrid;
 use crate::robot::Link;
-use crate::scene::Peg;
 
-/// Gap and force direction of one link-peg pair.
+/// Gap and force direction of one link-obstacle pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinkPegContact {
     /// g_H, negative when penetrating \[m\] (T 3.9), (T 3.10).
     pub gap: f64,
     /// w_H with g_H' = w_H^T u_i for the link's twist u_i (T 3.16), (T 3.18).
     pub direction: Vector3<f64>,
+    /// Coordinate of the nearest point along the centre line \[m\].
+    pub along: f64,
+    /// Whether another contact of the pair covers this one.
+    pub is_redundant: bool,
+}
+
+impl LinkPegContact {
+    /// Generalised direction of a unit impulse along the obstacle's surface, to the left of the normal, that acts on the
+    /// surface of the link, `radius` from its centre line; `cos` and `sin` are those of the link's angle.
+    pub fn tangent(&self, cos: f64, sin: f64, radius: f64) -> Vector3<f64> {
+        let normal = self.direction.xy();
+        let moment = self.along * normal.dot(&Vector2::new(cos, sin)) - radius;
+        Vector3::new(-normal.y, normal.x, moment)
+    }
 }
 
 /// Gap g_H between `link` at `pose` = (x, y, theta) and `peg` \[m\].
@@ -36,7 +51,69 @@ pub fn link_peg_contact(pose: &Vector3<f64>, cos: f64, sin: f64, link: &Link, pe
     LinkPegContact {
         gap: distance - (peg.radius + link.radius),
         direction: Vector3::new(normal.x, normal.y, s * normal.dot(&lateral)),
+        along: s,
+        is_redundant: false,
     }
+}
+
+/// The contact of a link with one of the places that describe a polygon, see [`ConvexPolygon::separation`].
+fn link_wall_contact(
+    pose: &Vector3<f64>,
+    cos: f64,
+    sin: f64,
+    link: &Link,
+    wall: &ConvexPolygon,
+    place: usize,
+) -> LinkPegContact {
+    let at = wall.separation(&centre_line(pose, cos, sin, link), place);
+    let along = at.place * link.contact_half_length;
+    let lateral = Vector2::new(-sin, cos);
+    LinkPegContact {
+        gap: at.distance - link.radius,
+        direction: Vector3::new(at.normal.x, at.normal.y, along * at.normal.dot(&lateral)),
+        along,
+        is_redundant: at.is_redundant,
+    }
+}
+
+/// Gap between `link` and the walls in its reach \[m\]; infinite where there are none.
+pub fn wall_gap(pose: &Vector3<f64>, link: &Link, obstacles: &PegGrid) -> f64 {
+    let (sin, cos) = pose.z.sin_cos();
+    let line = centre_line(pose, cos, sin, link);
+    let mut smallest = f64::INFINITY;
+    obstacles.walls().visit_near(&pose.xy(), link.reach(), |wall| {
+        smallest = smallest.min(obstacles.walls().walls()[wall].polygon.distance(&line) - link.radius);
+    });
+    smallest
+}
+
+fn centre_line(pose: &Vector3<f64>, cos: f64, sin: f64, link: &Link) -> CentreLine {
+    CentreLine { middle: pose.xy(), half: Vector2::new(cos, sin) * link.contact_half_length }
+}
+
+/// The contact of a link with an obstacle of a scene at one of the places that describe the pair; a peg has one.
+#[inline]
+pub fn link_obstacle_contact(
+    pose: &Vector3<f64>,
+    cos: f64,
+    sin: f64,
+    link: &Link,
+    obstacles: &PegGrid,
+    (obstacle, place): (usize, usize),
+) -> LinkPegContact {
+    let pegs = obstacles.pegs();
+    match pegs.get(obstacle) {
+        Some(peg) => link_peg_contact(pose, cos, sin, link, peg),
+        None => {
+            let wall = &obstacles.walls().walls()[obstacle - pegs.len()];
+            link_wall_contact(pose, cos, sin, link, &wall.polygon, place)
+        }
+    }
+}
+
+/// Distance of the centre line of a link from an obstacle at which they touch \[m\].
+pub fn touching_distance(link: &Link, obstacles: &PegGrid, obstacle: usize) -> f64 {
+    obstacles.pegs().get(obstacle).map_or(0.0, |peg| peg.radius) + link.radius
 }
 
 /// Vector from the peg's centre to the nearest point of the link's centre line, and that point's

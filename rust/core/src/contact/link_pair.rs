@@ -32,7 +32,7 @@ pub struct LinkPairContact {
     pub direction: [Vector3<f64>; 2],
 }
 
-/// The ends of a pair of links that are to be looked at: 0 and 1 are the first link's ends in front and behind, 2 and 3
+/// The ends of a pair of links that have to be evaluated: 0 and 1 are the first link's ends in front and behind, 2 and 3
 /// the second's. A contact of two ends is listed once, as the first link's.
 pub fn link_pair_ends(links: [&PlacedLink; 2]) -> impl Iterator<Item = usize> {
     let of_first = [0, 1].map(|end| nearest_points(links, end));
@@ -66,7 +66,7 @@ pub fn link_pair_gap(links: [&PlacedLink; 2]) -> f64 {
     (0..4).map(|end| link_pair_contact(links, end).gap).fold(f64::INFINITY, f64::min)
 }
 
-/// Whether the centre lines cross: no distance tells how deep the links then overlap.
+/// Whether the centre lines cross: the distances do not measure how deep the links then overlap.
 pub fn centre_lines_cross(links: [&PlacedLink; 2]) -> bool {
     let [first, second] = links;
     let sides = |of: &PlacedLink, line: &PlacedLink| {
@@ -118,3 +118,6 @@ impl<'a> PlacedLink<'a> {
         Vector3::new(normal.x, normal.y, s * normal.dot(&self.lateral()))
     }
 }
+
+/// Contacts between links reserved for each link of a robot; one that is more tightly folded grows the lists once.
+pub const LINK_CONTACTS_PER_LINK: usize = 4;

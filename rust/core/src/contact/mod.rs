@@ -1,5 +1,6 @@
-//! Contact between links and pegs: gap functions and force directions (T 3.3.2), (T 3.4).
+//! Contact of links with obstacles and with each other: gap functions and force directions (T 3.3.2), (T 3.4).
 
+mod capsule_pair;
 mod folding;
 mod gap;
 mod link_pair;
@@ -7,10 +8,14 @@ mod near;
 pub mod recovery;
 mod self_search;
 
-pub use folding::FoldingBound;
-pub use gap::{LinkPegContact, gap, link_peg_contact};
+pub use capsule_pair::{
+    CAPSULE_CONTACTS, Capsule, CapsuleContact, capsule_contact, capsule_contacts, capsule_gap, closest_capsule_contact,
+};
+pub use folding::{Folding, FoldingBound};
+pub use gap::{LinkPegContact, gap, link_obstacle_contact, link_peg_contact, touching_distance, wall_gap};
 pub use link_pair::{
-    LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contact, link_pair_ends, link_pair_gap,
+    LINK_CONTACTS_PER_LINK, LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contact, link_pair_ends,
+    link_pair_gap,
 };
 pub use near::{NearPair, NearPegs, PAIRS_PER_LINK};
 pub use self_search::{self_gap, visit_close_pairs};

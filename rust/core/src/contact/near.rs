@@ -1,4 +1,4 @@
-//! The link-peg pairs near contact, listed anew only after the robot has moved some way.
+//! The link-obstacle pairs near contact: a list that is rebuilt only after the robot has moved a certain distance.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -7,33 +7,39 @@ use crate::math::Real;
 use crate::pegs::PegGrid;
 use crate::robot::Link;
 
-use super::link_peg_contact;
+use super::{link_obstacle_contact, link_peg_contact};
 
-/// A link-peg pair near contact and what the last stage found there.
+/// A link and an obstacle near contact, and what the last stage found there.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct NearPair {
     pub link: usize,
+    /// The obstacle, by its number in the grid.
     pub peg: usize,
+    /// Which of the places that describe a link and a wall; zero at a peg.
+    pub place: usize,
     /// The gap stays above this less what the robot has travelled since the list was made \[m\].
     clearance: f64,
     /// Penetration left at the end of the last accepted step, at least zero \[m\].
     pub depth: f64,
     /// Contact force of the last stage \[N\]: the warm start of the next one.
     pub force: f64,
+    /// Friction of the last stage along the obstacle, to the left of the normal \[N\].
+    #[serde(default)]
+    pub friction: f64,
     /// Whether the contact carried force at the end of the last accepted step.
     pub touches: bool,
-    /// Whether it did so twice running: an impact takes two steps, one that closes the gap and one that
+    /// Whether it did so in two consecutive steps: an impact takes two steps, one that closes the gap and one that
     /// ends the approach.
     pub closed: bool,
 }
 
 impl NearPair {
-    fn open(link: usize, peg: usize, clearance: f64) -> Self {
-        Self { link, peg, clearance, depth: 0.0, force: 0.0, touches: false, closed: false }
+    fn open(link: usize, (peg, place): (usize, usize), clearance: f64) -> Self {
+        Self { link, peg, place, clearance, depth: 0.0, force: 0.0, friction: 0.0, touches: false, closed: false }
     }
 }
 
-/// All pairs whose gap may be below a margin, sorted by link; made anew only after the robot moved far enough.
+/// All pairs whose gap may be below a margin, sorted by link; rebuilt only after the robot has moved far enough.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NearPegs {
     pairs: Vec<NearPair>,
@@ -74,6 +80,13 @@ impl NearPegs {
         }
     }
 
+    /// The pairs whose gap was below `bound` at the poses of the last visit, which were up to `displacement` away \[m\];
+    /// `bound` is at most the margin of that visit.
+    pub fn visited_below(&self, displacement: f64, bound: f64) -> impl Iterator<Item = &NearPair> {
+        let visited = self.candidates.iter().map(|&index| &self.pairs[index as usize]);
+        visited.filter(move |pair| pair.clearance + displacement < self.travelled + bound)
+    }
+
     /// Selects the pairs of a clearance below `bound`, without a branch that would be mispredicted.
     fn select_candidates(&mut self, bound: f64) {
         self.candidates.resize(self.pairs.len(), 0);
@@ -89,7 +102,7 @@ impl NearPegs {
         &mut self.pairs
     }
 
-    /// Whether all pairs are of a robot of `links` links among `pegs` pegs, in order.
+    /// Whether all pairs are of a robot of `links` links among `pegs` obstacles, in order.
     pub fn fits(&self, links: usize, pegs: usize) -> bool {
         self.pairs.iter().all(|pair| pair.link < links && pair.peg < pegs)
             && self.pairs.is_sorted_by_key(|pair| pair.link)
@@ -156,7 +169,16 @@ impl NearPegs {
             pegs.visit_near(pose.x, pose.y, link.reach() + margin + SKIN, |peg| {
                 let gap = link_peg_contact(&pose, cos, sin, link, &pegs.pegs()[peg]).gap;
                 if gap < margin + SKIN {
-                    self.pairs.push(NearPair::open(i, peg, gap - displacement));
+                    self.pairs.push(NearPair::open(i, (peg, 0), gap - displacement));
+                }
+            });
+            pegs.walls().visit_near(&pose.xy(), link.reach() + margin + SKIN, |wall| {
+                for place in 0..pegs.walls().walls()[wall].polygon.places() {
+                    let at = (pegs.pegs().len() + wall, place);
+                    let gap = link_obstacle_contact(&pose, cos, sin, link, pegs, at).gap;
+                    if gap < margin + SKIN {
+                        self.pairs.push(NearPair::open(i, at, gap - displacement));
+                    }
                 }
             });
         }
@@ -171,7 +193,7 @@ impl NearPegs {
         for pair in &mut self.pairs {
             known = &known[known.iter().take_while(|old| old.link < pair.link).count()..];
             let mut of_link = known.iter().take_while(|old| old.link == pair.link);
-            if let Some(old) = of_link.find(|old| old.peg == pair.peg) {
+            if let Some(old) = of_link.find(|old| (old.peg, old.place) == (pair.peg, pair.place)) {
                 *pair = NearPair { clearance: pair.clearance, ..*old };
             }
         }
@@ -181,7 +203,7 @@ impl NearPegs {
 /// A horizon that covers no pose.
 const NOTHING_LISTED: f64 = -1.0;
 
-/// How far a point of the robot may move before the list is made anew \[m\].
+/// How far a point of the robot may move before the list is rebuilt \[m\].
 const SKIN: f64 = 0.15;
 
 /// Pairs reserved for each link; a denser field grows the list once.

@@ -1,20 +1,20 @@
 //! Which links of a robot may touch each other: a search that skips along the chain.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{SVector, Vector3};
 
 use crate::robot::Link;
 
 use super::link_pair::{PlacedLink, link_pair_gap};
 
 /// Visits all pairs `i < j` of links that are not neighbours and whose surfaces may be within `margin` of each other;
-/// `centre` gives the positions of the links' CGs.
+/// `centre` gives the positions of the links' CGs, in the plane or in 3D.
 ///
 /// Along the chain the distance of a link from link `i` changes by at most the distance of neighbouring CGs, so that a
 /// far link rules out those next to it: a stretched robot takes O(n log n) distances, a coiled one as many as it has
 /// close pairs.
-pub fn visit_close_pairs(
+pub fn visit_close_pairs<const D: usize>(
     links: &[Link],
-    centre: impl Fn(usize) -> Vector2<f64>,
+    centre: impl Fn(usize) -> SVector<f64, D>,
     margin: f64,
     mut visit: impl FnMut(usize, usize),
 ) {

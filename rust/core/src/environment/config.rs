@@ -1,15 +1,19 @@
 //! What a user may choose about an environment; read by constructors only.
 
+use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 
 use serde::{Deserialize, Serialize};
 
 use crate::capabilities::{Feature, ModelName};
-use crate::control::{ControllerConfig, Treatment};
+use crate::control::{ControlLaw, ControllerConfig, Treatment};
 use crate::error::{ConfigError, integer_in, require, within};
 use crate::laws::Stribeck;
+use crate::obstacles::Obstacle;
 use crate::robot::RobotConfig;
-use crate::stepping::IntegratorConfig;
+use crate::scene::SceneConfig;
+use crate::slope::Slope;
+use crate::stepping::{IntegratorConfig, Method};
 
 use super::default_gait::DefaultGait;
 use super::perturbation::Perturbation;
@@ -47,6 +51,22 @@ pub enum ActionMode {
     Joints,
     /// The wave, and an offset at each joint.
     Residual,
+    /// The rates of the n - 1 joint angles.
+    Velocities,
+    /// The n - 1 torques of the actuators; gains are not used.
+    Torques,
+}
+
+impl ActionMode {
+    /// Whether joints follow a travelling wave.
+    pub fn has_wave(self) -> bool {
+        matches!(self, ActionMode::Gait | ActionMode::Residual)
+    }
+
+    /// Whether joints follow reference angles of their own.
+    pub fn has_references(self) -> bool {
+        matches!(self, ActionMode::Joints | ActionMode::Velocities)
+    }
 }
 
 /// Whether the robot locates pegs, and from where, or feels contact forces only (T 5.4).
@@ -95,8 +115,10 @@ pub struct EnvConfig {
     pub corridor_half_width: f64,
     /// Radius of the goal, where it is a point \[m\].
     pub goal_radius: f64,
-    /// Largest turn of the way to a goal point at difficulty one \[rad\].
+    /// Largest turn of the way to a goal point, or of a commanded direction, at difficulty one \[rad\].
     pub turn: f64,
+    /// Interval of the commanded speed \[m/s\].
+    pub speed: [f64; 2],
     /// Irregularity of a random field in \[0, 1\].
     pub difficulty: f64,
     /// Kind of random field.
@@ -109,16 +131,46 @@ pub struct EnvConfig {
     pub perturbation: Perturbation,
     /// What differs from episode to episode beside the scene.
     pub randomization: Randomization,
+    /// A scene of the user's, whose ground replaces friction and Stribeck effect; each episode is told its obstacles.
+    pub scene: Option<SceneConfig>,
+    /// Names of the observation's blocks; `None`: all that the task and the action mode have.
+    pub observation_blocks: Option<Vec<String>>,
+    /// Whether the observation also has what a robot cannot sense, for critics.
+    pub privileged: bool,
+    /// Amplitudes of uniform noise on the blocks of the observation, by name and in their units.
+    pub observation_noise: BTreeMap<String, f64>,
+    /// Delays of the blocks of the observation, by name \[s\].
+    pub observation_delay: BTreeMap<String, f64>,
+    /// What ends an episode.
+    pub termination: Termination,
     /// Friction coefficients along and across a link; `None`: the task's own.
     pub friction: Option<[f64; 2]>,
     /// How friction falls in sliding; the planar model only.
     pub stribeck: Stribeck,
+    /// Inclination of the ground \[rad\], and the direction in which it rises \[rad\].
+    pub slope: Slope,
     pub controller: ControllerConfig,
     pub integrator: IntegratorConfig,
     pub robot: RobotConfig,
     pub reward_weights: RewardWeights,
     /// Scale of the random start pose and phase in \[0, 1\]; zero: always the same start.
     pub start_jitter: f64,
+}
+
+/// Which events end an episode.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Termination {
+    /// The goal has been reached.
+    pub is_success: bool,
+    /// The CG has left the corridor, or strayed from the goal point.
+    pub left_corridor: bool,
+}
+
+impl Default for Termination {
+    fn default() -> Self {
+        Self { is_success: true, left_corridor: true }
+    }
 }
 
 impl Default for EnvConfig {
@@ -135,13 +187,21 @@ impl Default for EnvConfig {
             corridor_half_width: 0.8,
             goal_radius: 0.25,
             turn: FRAC_PI_2,
+            speed: [0.05, 0.2],
             difficulty: 0.5,
             field: FieldKind::Mixed,
             push_points: 0,
             perturbation: Perturbation::default(),
             randomization: Randomization::default(),
+            scene: None,
+            observation_blocks: None,
+            privileged: false,
+            observation_noise: BTreeMap::new(),
+            observation_delay: BTreeMap::new(),
+            termination: Termination::default(),
             friction: None,
             stribeck: Stribeck::default(),
+            slope: Slope::default(),
             controller: ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() },
             integrator: IntegratorConfig::default(),
             robot: RobotConfig::default(),
@@ -166,6 +226,8 @@ impl EnvConfig {
         within("corridor_half_width", self.corridor_half_width, 0.1, 5.0)?;
         self.validate_goal_radius()?;
         within("turn", self.turn, 0.0, FRAC_PI_2)?;
+        within("speed[0]", self.speed[0], 0.0, FASTEST_COMMAND)?;
+        within("speed[1]", self.speed[1], self.speed[0], FASTEST_COMMAND)?;
         self.perturbation.validate().map_err(|e| e.inside("perturbation"))?;
         let points = self.push_points;
         require(points <= MOST_PUSH_POINTS, "push_points", points, "an integer in [0, 4]")?;
@@ -174,6 +236,7 @@ impl EnvConfig {
         within("difficulty", self.difficulty, 0.0, 1.0)?;
         within("start_jitter", self.start_jitter, 0.0, 1.0)?;
         self.validate_friction()?;
+        self.slope.validate()?;
         self.validate_features()?;
         self.reward_weights.validate().map_err(|e| e.inside("reward_weights"))?;
         (self.task.family().validate)(self)
@@ -181,7 +244,40 @@ impl EnvConfig {
 
     /// Friction coefficients along and across a link.
     pub fn friction(&self) -> [f64; 2] {
-        self.friction.unwrap_or_else(|| (self.task.family().friction)(self.model))
+        let own = self.scene.as_ref().map(|scene| scene.friction).or(self.friction);
+        own.unwrap_or_else(|| (self.task.family().friction)(self.model))
+    }
+
+    /// How friction falls in sliding.
+    pub fn stribeck(&self) -> Stribeck {
+        self.scene.as_ref().map_or(self.stribeck, |scene| scene.stribeck)
+    }
+
+    /// Whether there may be pegs.
+    pub fn has_pegs(&self) -> bool {
+        self.task.family().has_pegs || self.scene.is_some()
+    }
+
+    /// The ground with the given obstacles.
+    pub fn scene(&self, obstacles: Vec<Obstacle>) -> SceneConfig {
+        let Self { stribeck, slope, .. } = *self;
+        match &self.scene {
+            Some(scene) => SceneConfig { obstacles, ..scene.clone() },
+            None => SceneConfig { obstacles, friction: self.friction(), stribeck, slope, ..SceneConfig::default() },
+        }
+    }
+
+    /// The controller of the joints: none where actions are torques.
+    pub fn controller(&self) -> ControllerConfig {
+        match self.action_mode {
+            ActionMode::Torques => ControllerConfig { kp: 0.0, kd: 0.0, ..self.controller },
+            _ => self.controller,
+        }
+    }
+
+    /// The largest torque that an action sets; infinite without limit \[N m\].
+    pub fn largest_torque(&self) -> f64 {
+        self.controller.torque_limit.unwrap_or(f64::INFINITY)
     }
 
     /// The gait of action zero.
@@ -189,11 +285,27 @@ impl EnvConfig {
         (self.task.family().gait)(self.model)
     }
 
+    /// What torques as actions cannot go with.
+    fn validate_torques(&self) -> Result<(), ConfigError> {
+        if self.action_mode != ActionMode::Torques {
+            return Ok(());
+        }
+        let mode = "with action_mode=\"torques\"";
+        let is_implicit = self.integrator.method() == Method::Implicit;
+        require(is_implicit, "integrator.method", "\"thesis\"", &format!("\"implicit\" {mode}"))?;
+        let limited = self.controller.torque_limit.is_some();
+        require(limited, "controller.torque_limit", "None", &format!("a number, the largest torque, {mode}"))?;
+        let law = self.controller.law;
+        require(law == ControlLaw::Pd, "controller.law", "\"io\"", &format!("\"pd\" {mode}"))?;
+        let play = self.robot.free_play.max(self.randomization.free_play[1]);
+        require(play == 0.0, "robot.free_play", play, &format!("0 {mode}"))
+    }
+
     /// A robot does not start inside the disc it has to reach.
     fn validate_goal_radius(&self) -> Result<(), ConfigError> {
         let largest = match self.task.family().goal {
             GoalKind::Disc => 0.9 * self.goal_distance,
-            GoalKind::Line => LARGEST_GOAL,
+            GoalKind::Line | GoalKind::Direction => LARGEST_GOAL,
         };
         within("goal_radius", self.goal_radius, 0.01, largest)?;
         Ok(())
@@ -210,11 +322,15 @@ impl EnvConfig {
     fn validate_features(&self) -> Result<(), ConfigError> {
         self.stribeck.validate().map_err(|e| e.inside("stribeck"))?;
         let on = (self.model.name(), self.integrator.method());
-        let drop = self.stribeck.drop;
+        let drop = self.stribeck().drop;
         Feature::StribeckEffect.require(on, drop != 0.0, "stribeck.drop", drop)?;
         let treatment = self.controller.treatment;
         let held = treatment != Treatment::Implicit;
         Feature::HeldTorques.require(on, held, "controller.treatment", treatment)?;
+        self.validate_torques()?;
+        for (field, joints) in [("robot.locked", &self.robot.locked), ("robot.limp", &self.robot.limp)] {
+            require(joints.is_empty(), field, format!("{joints:?}"), "() in environments")?;
+        }
         let (play, law) = (self.robot.free_play, self.controller.law);
         self.randomization.validate_beyond(play, law, drop).map_err(|e| e.inside("randomization"))
     }
@@ -225,6 +341,9 @@ const MOST_PUSH_POINTS: usize = 4;
 
 /// \[m\]
 const LARGEST_GOAL: f64 = 18.0;
+
+/// \[m/s\]
+const FASTEST_COMMAND: f64 = 2.0;
 
 /// Most pegs that a robot locates at a time.
 const MAX_NEAREST_PEGS: usize = 64;

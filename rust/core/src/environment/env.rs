@@ -1,29 +1,29 @@
-//! One environment: a robot, an sampler, and the rules of the task.
+//! One environment: a robot, a sampler of scenarios, and the rules of the task.
 
 use std::sync::Arc;
 
-use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, require, within};
+use crate::obstacles::Obstacle;
 use crate::planar::{PlanarState, PlanarSystem};
 use crate::robot::Robot;
 use crate::scene::Peg;
 use crate::simulation::PlanarSimulation;
 
 use super::action::ActionEntry;
-use super::config::EnvConfig;
+use super::config::{EnvConfig, Perception};
 use super::episode::{Episode, Rules};
 use super::goal::{Goal, Target};
 use super::latency::Latency;
-use super::observation::{ObservationBlock, ObservationLayout, Setup, View};
+use super::observation::{Delay, ObservationBlock, ObservationLayout, Setup, View};
 use super::perception::PegView;
 use super::randomization::{EpisodeParameters, Randomization};
 use super::reference::ReferenceGenerator;
 use super::rng::Rng;
 use super::robot_model::RobotModel;
 use super::robot_model::{PlanarRobot, PlanarRobotState};
-use super::scenarios::ScenarioSampler;
+use super::scenarios::{ScenarioSampler, World};
 use super::sensors::Sensors;
 use super::signal::{SignalRow, Summary};
 
@@ -41,6 +41,15 @@ pub struct Environment<M: 'static = PlanarRobot> {
     latency: Latency,
     sensors: Sensors,
     peg_view: PegView,
+    /// The pegs without error, scanned where critics observe them.
+    true_pegs: PegView,
+    sees_true_pegs: bool,
+    /// Friction coefficients along and across a link.
+    friction: [f64; 2],
+    /// What late sensors have reported.
+    delay: Delay,
+    /// Where the next episode takes place, if it has been told.
+    next_world: Option<Box<World>>,
     source: Source,
     drawn: EpisodeParameters,
     episode: Episode,
@@ -76,6 +85,7 @@ pub struct EnvironmentState<S = PlanarRobotState> {
     difficulty: f64,
     drawn: EpisodeParameters,
     latency: Latency,
+    delay: Delay,
     episode: Episode,
     model: S,
     action: Vec<f64>,
@@ -94,15 +104,21 @@ impl<M: RobotModel> Environment<M> {
         let sampler = ScenarioSampler::new(config, robot)?;
         let rules = Rules::new(config, robot.total_mass() * robot.gravity);
         let peg_view = PegView::new(config.perception, config.nearest_pegs, robot.links.len(), robot.total_length());
+        let (links, length) = (robot.links.len(), robot.total_length());
+        let true_pegs = PegView::new(Perception::Pegs, config.nearest_pegs, links, length);
         let motion = model.motion();
         // The first episode, begun below, has a target of its own.
         let goal_line = Target::Line { distance: config.goal_distance, centre_line: 0.0 };
-        let episode = Episode::begin(goal_line, motion, 1.0);
+        let episode = Episode::begin(goal_line, None, motion, 1.0);
         let setup = Setup { config, robot, actions: model.action_entries(), peg_view: &peg_view };
-        let layout = ObservationLayout::new(&setup);
+        let layout = ObservationLayout::new(&setup)?;
         let size = model.action_entries().len();
         let mut environment = Self {
             values: vec![0.0; layout.size()],
+            sees_true_pegs: layout.blocks().iter().any(|block| block.row.name == "privileged_pegs"),
+            true_pegs,
+            friction: config.friction(),
+            delay: Delay::new(&layout),
             layout: Arc::new(layout),
             action: vec![0.0; size],
             action_change: 0.0,
@@ -110,6 +126,7 @@ impl<M: RobotModel> Environment<M> {
             drawn: EpisodeParameters::default(),
             randomization: config.randomization,
             latency: latency(config, size),
+            next_world: None,
             sensors: Sensors::new(config.randomization, model.joint_coordinates(), motion),
             rules,
             sampler,
@@ -129,6 +146,26 @@ impl<M: RobotModel> Environment<M> {
         within("difficulty", difficulty, 0.0, 1.0)?;
         self.sampler.set_difficulty(difficulty);
         Ok(())
+    }
+
+    /// The difficulty of the episodes to come.
+    pub fn difficulty(&self) -> f64 {
+        self.sampler.difficulty()
+    }
+
+    /// Tells the next episode where it takes place; the ones after it draw it again.
+    ///
+    /// # Errors
+    /// The robot has no room there.
+    pub fn set_next_world(&mut self, world: World) -> Result<(), ConfigError> {
+        self.sampler.check(&world)?;
+        self.next_world = Some(Box::new(world));
+        Ok(())
+    }
+
+    /// Seed and number of the next episode.
+    pub fn next_episode(&self) -> (u64, u64) {
+        (self.source.seed, self.source.next_episode)
     }
 
     /// What the episode has drawn beside the scene.
@@ -171,7 +208,7 @@ impl<M: RobotModel> Environment<M> {
         self.model.advance(self.rules.period);
     }
 
-    /// Last part of a step, after the robot was advanced by a control period: keeps the books and writes
+    /// Last part of a step, after the robot was advanced by a control period: updates the episode and writes
     /// the observation.
     pub fn end_step(&mut self, observation: &mut [f32]) -> Outcome {
         let report = self.model.report();
@@ -187,22 +224,32 @@ impl<M: RobotModel> Environment<M> {
         let Source { seed, episode, .. } = self.source;
         let steps = self.episode.steps;
         self.sensors.measure(&self.model, &self.episode, || Rng::of_step(seed, episode, steps));
-        self.peg_view.scan(|link| self.model.link(link), self.sensors.pegs(self.model.pegs()));
+        let walls = self.model.simulation().body().pegs.walls().walls();
+        self.peg_view.scan(|link| self.model.link(link), self.sensors.pegs(self.model.pegs()), walls);
+        if self.sees_true_pegs {
+            self.true_pegs.scan(|link| self.model.link(link), self.model.pegs(), walls);
+        }
         let view = View {
             model: &self.model,
             sensors: &self.sensors,
             bearing: self.episode.bearing(),
+            speed: self.episode.goal.speed.unwrap_or(0.0),
             previous_action: &self.action,
             peg_view: &self.peg_view,
+            true_pegs: &self.true_pegs,
+            friction: self.friction,
         };
-        self.layout.write(&view, &mut self.values, observation);
+        // Another stream than that of the sensors.
+        let rng = || Rng::of_step(seed, episode, steps ^ 1 << 31);
+        self.layout.write(&view, &mut self.values, observation, rng);
+        self.delay.pass(&self.layout, steps, observation);
     }
 
     /// Reward, flags and signals of the last step or reset.
     pub fn outcome(&self) -> Outcome {
         Outcome {
             reward: self.episode.summary.reward.total(),
-            terminated: self.episode.is_terminated(),
+            terminated: self.episode.is_terminated(&self.rules),
             truncated: self.episode.is_truncated(&self.rules),
             signals: self.episode.summary.signals(),
         }
@@ -249,9 +296,19 @@ impl<M: RobotModel> Environment<M> {
         self.model.pegs()
     }
 
+    /// All obstacles of the episode, in the order of its scene.
+    pub fn obstacles(&self) -> Vec<Obstacle> {
+        self.model.simulation().body().pegs.obstacles()
+    }
+
     /// Where the robot has to go.
     pub fn goal(&self) -> &Goal {
         &self.episode.goal
+    }
+
+    /// Angle from +x to the goal direction \[rad\].
+    pub fn goal_direction(&self) -> f64 {
+        self.episode.bearing()
     }
 
     /// The smallest number of push-points in any body length on the way to the goal, see
@@ -267,7 +324,8 @@ impl<M: RobotModel> Environment<M> {
             difficulty: self.sampler.difficulty(),
             drawn: self.drawn,
             latency: self.latency.clone(),
-            episode: self.episode,
+            delay: self.delay.clone(),
+            episode: self.episode.clone(),
             model: self.model.save(),
             action: self.action.clone(),
         }
@@ -280,13 +338,14 @@ impl<M: RobotModel> Environment<M> {
     pub fn restore(&mut self, state: &EnvironmentState<M::State>) -> Result<(), ConfigError> {
         let fits = state.action.len() == self.action.len()
             && self.latency.restore(&state.latency)
+            && self.delay.restore(&state.delay)
             && self.model.restore(&state.model);
         let size = format!("{} links, {} action elements", M::links_of(&state.model), state.action.len());
         let expected = format!("{} links, {} action elements", self.robot().link_count(), self.action.len());
         require(fits, "state", size, &expected)?;
         self.source = state.source;
         self.sampler.set_difficulty(state.difficulty);
-        self.episode = state.episode;
+        self.episode.clone_from(&state.episode);
         self.take_drawn(state.drawn);
         self.action.copy_from_slice(&state.action);
         Ok(())
@@ -302,12 +361,16 @@ impl<M: RobotModel> Environment<M> {
 
     fn begin(&mut self, seed: u64, episode: u64) {
         let mut rng = Rng::new(seed, episode);
-        let scene = self.sampler.draw(&mut rng);
+        let world = self.next_world.take();
+        let scene = self.sampler.draw(world.as_deref(), &mut rng);
         self.model.reset(&scene.start, self.sampler.joint_angle(), self.sampler.pegs());
+        if !self.sampler.obstacles().is_empty() {
+            self.model.simulation_mut().set_obstacles(self.sampler.obstacles());
+        }
         self.source.episode = episode;
         self.take_drawn(self.randomization.draw(&mut rng));
         self.latency.begin((self.drawn.delay / self.rules.period).round() as u32);
-        self.episode = Episode::begin(scene.target, self.model.motion(), self.drawn.parameters.mass);
+        self.episode = Episode::begin(scene.target, scene.speed, self.model.motion(), self.drawn.parameters.mass);
         self.action.fill(0.0);
     }
 
@@ -355,10 +418,5 @@ impl Environment<PlanarRobot> {
     /// The joints' reference generator, for rendering and tests.
     pub fn reference(&self) -> &ReferenceGenerator<1> {
         &self.model.reference
-    }
-
-    /// Mean force of the pegs on each link over the last control period, world frame \[N\] (T 7.6).
-    pub fn obstacle_force(&self) -> impl Iterator<Item = Vector2<f64>> + '_ {
-        self.simulation().contact_impulse().iter().map(|impulse| impulse / self.rules.period)
     }
 }

@@ -1,10 +1,11 @@
 //! Bookkeeping of one episode: where it started, what it has cost, whether the robot is stuck.
 
+use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
 use crate::stepping::StepStatistics;
 
-use super::config::EnvConfig;
+use super::config::{EnvConfig, Termination};
 use super::goal::{Goal, Target};
 use super::motion::{Motion, wrap_angle};
 use super::reward::{RewardTerms, RewardWeights, Transition};
@@ -19,6 +20,7 @@ pub struct Rules {
     /// Weight m g of the robot \[N\].
     pub robot_weight: f64,
     pub weights: RewardWeights,
+    pub termination: Termination,
 }
 
 impl Rules {
@@ -29,12 +31,13 @@ impl Rules {
             corridor_half_width: config.corridor_half_width,
             robot_weight,
             weights: config.reward_weights,
+            termination: config.termination,
         }
     }
 }
 
 /// An episode so far.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Episode {
     pub steps: u32,
     pub goal: Goal,
@@ -51,9 +54,10 @@ pub struct Episode {
 }
 
 impl Episode {
-    /// An episode that begins with the robot's motion as given; `mass` is relative to the nominal one.
-    pub fn begin(target: Target, motion: Motion, mass: f64) -> Self {
-        let goal = Goal { target, origin: motion.position };
+    /// An episode that begins with the robot's motion as given, with the commanded speed, if there is one; `mass` is
+    /// relative to the nominal one.
+    pub fn begin(target: Target, speed: Option<f64>, motion: Motion, mass: f64) -> Self {
+        let goal = Goal::new(target, motion.position, speed);
         let summary = Summary {
             lateral_offset: goal.lateral_offset(motion.position),
             heading_error: wrap_angle(motion.heading - goal.bearing(motion.position)),
@@ -62,7 +66,7 @@ impl Episode {
         Self { steps: 0, goal, mass, motion, energy: 0.0, slow_steps: 0, jammed_steps: 0, summary }
     }
 
-    /// Takes note of one control period. After a divergence `motion` is the last good one and the
+    /// Records one control period. After a divergence `motion` is the last good one and the
     /// work of the broken period does not count.
     pub fn record(
         &mut self,
@@ -74,33 +78,39 @@ impl Episode {
     ) {
         self.steps += 1;
         let moved = motion.position - self.motion.position;
-        let progress = self.goal.progress(self.motion.position, motion.position);
+        let commanded = self.goal.speed.map(|speed| {
+            let (sin, cos) = self.bearing().sin_cos();
+            Vector2::new(cos, sin) * (speed * rules.period)
+        });
+        let progress = self.goal.advance(self.motion.position, motion.position);
         let work = if report.diverged { 0.0 } else { report.positive_actuator_work };
         self.energy += work;
         self.note_speed(rules, moved.norm() / rules.period);
         let before = std::mem::replace(&mut self.motion, motion);
-        let success = !report.diverged && self.distance() >= self.goal.span();
+        let reached = !report.diverged && self.distance() >= self.goal.span();
+        let first_time = reached && !self.summary.is_success;
         let transition = Transition {
-            goal: self.goal,
             before,
             after: motion,
             progress,
+            commanded,
             positive_work: work,
             action_change,
             contacts,
-            success,
+            success: first_time,
         };
         self.summary = Summary {
             reward: RewardTerms::new(&rules.weights, &transition),
             progress,
             positive_work: work,
-            is_success: success,
+            is_success: reached || self.summary.is_success,
             contacts,
             residual: report.residual,
             iterations: report.iterations,
             misses: report.unconverged,
             fallbacks: report.fallbacks,
             diverged: report.diverged,
+            penetrated: report.penetrated,
             ..self.so_far(rules)
         };
     }
@@ -120,14 +130,16 @@ impl Episode {
         self.goal.bearing(self.motion.position)
     }
 
-    /// The goal is reached, the corridor left, or the computation broken.
-    pub fn is_terminated(&self) -> bool {
-        self.summary.is_success || self.summary.left_corridor || self.summary.diverged
+    /// The goal is reached or the corridor left, where that ends an episode.
+    pub fn is_terminated(&self, rules: &Rules) -> bool {
+        let Termination { is_success, left_corridor } = rules.termination;
+        is_success && self.summary.is_success || left_corridor && self.summary.left_corridor
     }
 
-    /// Time is up, as Gymnasium's `TimeLimit` has it: also in a step that terminates.
+    /// Time is up, as Gymnasium's `TimeLimit` has it: also in a step that terminates. Or the computation broke, or
+    /// left a link inside an obstacle, which says nothing about the value of the state.
     pub fn is_truncated(&self, rules: &Rules) -> bool {
-        self.steps >= rules.max_steps
+        self.steps >= rules.max_steps || self.summary.diverged || self.summary.penetrated
     }
 
     fn note_speed(&mut self, rules: &Rules, speed: f64) {
@@ -171,7 +183,6 @@ const SHORTEST_DISTANCE: f64 = 0.01;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Vector2;
 
     const LINE: Target = Target::Line { distance: 2.0, centre_line: 0.1 };
 
@@ -190,7 +201,7 @@ mod tests {
     #[test]
     fn a_robot_is_jammed_after_more_than_three_tenths_of_a_second_below_two_centimetres_a_second() {
         let rules = rules();
-        let mut episode = Episode::begin(LINE, at(0.0, 0.1), 1.0);
+        let mut episode = Episode::begin(LINE, None, at(0.0, 0.1), 1.0);
         // 0.05 s per step: six slow steps are 0.3 s, the seventh exceeds them.
         for step in 1..=8 {
             episode.record(&rules, at(0.0009 * f64::from(step), 0.1), &report(0.0), 0.0, 0);
@@ -204,19 +215,23 @@ mod tests {
     #[test]
     fn success_needs_the_goal_distance_and_pays_once() {
         let rules = rules();
-        let mut episode = Episode::begin(LINE, at(0.5, 0.1), 1.0);
+        let mut episode = Episode::begin(LINE, None, at(0.5, 0.1), 1.0);
         episode.record(&rules, at(2.4999, 0.1), &report(1.0), 0.0, 0);
-        assert!(!episode.summary.is_success && !episode.is_terminated());
+        assert!(!episode.summary.is_success && !episode.is_terminated(&rules));
         episode.record(&rules, at(2.5, 0.1), &report(1.0), 0.0, 0);
-        assert!(episode.summary.is_success && episode.is_terminated());
+        assert!(episode.summary.is_success && episode.is_terminated(&rules));
         assert_eq!(episode.summary.reward.get("success"), rules.weights.get("success"));
         assert!((episode.summary.cost_of_transport - 2.0 / (73.6 * 2.0)).abs() < 1e-15);
+        let on = Rules { termination: Termination { is_success: false, left_corridor: false }, ..rules };
+        episode.record(&on, at(2.6, 5.0), &report(1.0), 0.0, 0);
+        assert!(episode.summary.is_success && episode.summary.left_corridor && !episode.is_terminated(&on));
+        assert_eq!(episode.summary.reward.get("success"), Some(0.0));
     }
 
     #[test]
     fn the_rewards_of_progress_add_up_to_the_distance() {
         let rules = rules();
-        let mut episode = Episode::begin(LINE, at(0.0, 0.1), 1.0);
+        let mut episode = Episode::begin(LINE, None, at(0.0, 0.1), 1.0);
         let mut sum = 0.0;
         for x in [0.1, -0.2, 0.4, 0.7] {
             episode.record(&rules, at(x, 0.1), &report(0.0), 0.0, 0);
@@ -229,7 +244,7 @@ mod tests {
     fn the_corridor_is_left_to_either_side_of_its_centre_line() {
         let rules = rules();
         for (y, outside) in [(0.89, false), (0.91, true), (-0.69, false), (-0.71, true)] {
-            let mut episode = Episode::begin(LINE, at(0.0, 0.1), 1.0);
+            let mut episode = Episode::begin(LINE, None, at(0.0, 0.1), 1.0);
             episode.record(&rules, at(0.0, y), &report(0.0), 0.0, 0);
             assert_eq!(episode.summary.left_corridor, outside, "y = {y}");
         }
@@ -238,19 +253,19 @@ mod tests {
     #[test]
     fn nothing_is_infinite_before_the_robot_has_moved() {
         let rules = rules();
-        let mut episode = Episode::begin(LINE, at(0.0, 0.1), 1.0);
+        let mut episode = Episode::begin(LINE, None, at(0.0, 0.1), 1.0);
         assert!(episode.summary.signals().iter().all(|value| value.is_finite()));
         episode.record(&rules, at(0.0, 0.1), &report(3.0), 0.5, 0);
         assert!(episode.summary.signals().iter().all(|value| value.is_finite()));
     }
 
     #[test]
-    fn a_divergence_terminates_and_costs_nothing() {
+    fn a_divergence_truncates_and_costs_nothing() {
         let rules = rules();
-        let mut episode = Episode::begin(LINE, at(0.0, 0.1), 1.0);
+        let mut episode = Episode::begin(LINE, None, at(0.0, 0.1), 1.0);
         let broken = StepStatistics { positive_actuator_work: f64::NAN, diverged: true, ..StepStatistics::default() };
         episode.record(&rules, at(0.0, 0.1), &broken, 0.0, 0);
-        assert!(episode.is_terminated() && episode.summary.diverged);
+        assert!(episode.is_truncated(&rules) && !episode.is_terminated(&rules) && episode.summary.diverged);
         assert!(episode.summary.signals().iter().all(|value| value.is_finite()));
     }
 }

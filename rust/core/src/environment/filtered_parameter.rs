@@ -9,7 +9,7 @@
 //!
 //! so value, rate and acceleration are continuous when `u` jumps. The impulse response
 //! `h(t) = lambda^3 t^2 / 2 exp(-lambda t)` is non-negative and integrates to one. Hence, from rest,
-//! - `x` never leaves the interval spanned by the targets it has seen: no overshoot;
+//! - `x` never leaves the interval spanned by the past targets: no overshoot;
 //! - with targets that move by at most `slew T` a period `T`, the rate `sum_k du_k h(t - t_k)` is at
 //!   most `slew T sum_k h(t - k T)`, which by Poisson's summation formula is at most
 //!   `slew (1 + 2 sum_{m >= 1} (1 + (2 pi m / (lambda T))^2)^(-3/2))`, see [`Filter::ripple`].
@@ -74,7 +74,7 @@ pub struct Limits {
     pub slew: f64,
 }
 
-/// The state of one channel at a control instant; it moves on with [`FilteredParameter::elapse`].
+/// The state of one channel at a control instant; it moves on with [`FilteredParameter::finish_period`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FilteredParameter {
     target: f64,
@@ -93,11 +93,11 @@ impl FilteredParameter {
         self.target
     }
 
-    /// Moves the target towards `wish`, no farther than the limits allow in one period; value, rate
+    /// Moves the target towards `desired`, no farther than the limits allow in one period; value, rate
     /// and acceleration stay as they are.
-    pub fn set_target(&mut self, wish: f64, limits: &Limits, filter: &Filter) {
+    pub fn set_target(&mut self, desired: f64, limits: &Limits, filter: &Filter) {
         let reach = limits.slew * filter.period;
-        let target = wish.clamp(self.target - reach, self.target + reach).clamp(limits.low, limits.high);
+        let target = desired.clamp(self.target - reach, self.target + reach).clamp(limits.low, limits.high);
         *self = Self::from_jet(target, self.jet(0.0, 1.0, filter), filter);
     }
 
@@ -147,12 +147,12 @@ mod tests {
 
     /// Runs `check(before, after, channel)` at every control instant, `before` and `after` the jets
     /// just before and just after the target moved.
-    fn drive(period: f64, wishes: &[f64], mut check: impl FnMut(Jet, Jet, &FilteredParameter, &Filter)) {
+    fn drive(period: f64, desired_values: &[f64], mut check: impl FnMut(Jet, Jet, &FilteredParameter, &Filter)) {
         let filter = Filter::new(period);
         let mut channel = FilteredParameter::at_rest(0.0);
-        for &wish in wishes {
+        for &desired in desired_values {
             let before = channel.jet(0.0, 1.0, &filter);
-            channel.set_target(wish, &LIMITS, &filter);
+            channel.set_target(desired, &LIMITS, &filter);
             check(before, channel.jet(0.0, 1.0, &filter), &channel, &filter);
             channel.finish_period(&filter);
         }
@@ -166,12 +166,12 @@ mod tests {
     proptest! {
         #[test]
         fn value_rate_and_acceleration_are_continuous(
-            wishes in prop::collection::vec(-3.0..3.0f64, 1..40), period in 0.005..0.5f64,
+            desired_values in prop::collection::vec(-3.0..3.0f64, 1..40), period in 0.005..0.5f64,
         ) {
             // Round-off: a few ulp of lambda^2 times the value.
             let tolerance = 1e-12 * FASTEST * FASTEST;
             let mut end = Jet::at_rest(0.0);
-            drive(period, &wishes, |before, after, channel, filter| {
+            drive(period, &desired_values, |before, after, channel, filter| {
                 for jet in [end, after] {
                     assert!((jet.value - before.value).abs() < tolerance);
                     assert!((jet.rate - before.rate).abs() < tolerance);
@@ -183,10 +183,10 @@ mod tests {
 
         #[test]
         fn value_stays_in_its_range_and_rate_below_the_slew_limit(
-            wishes in prop::collection::vec(prop_oneof![Just(-9.0), Just(9.0), -1.0..2.0f64], 1..60),
+            desired_values in prop::collection::vec(prop_oneof![Just(-9.0), Just(9.0), -1.0..2.0f64], 1..60),
             period in 0.005..0.5f64,
         ) {
-            drive(period, &wishes, |_, _, channel, filter| {
+            drive(period, &desired_values, |_, _, channel, filter| {
                 for jet in samples(channel, filter) {
                     assert!(jet.value > LIMITS.low - 1e-9 && jet.value < LIMITS.high + 1e-9);
                     assert!(jet.rate.abs() <= LIMITS.slew * (1.0 + filter.ripple()) + 1e-9);
@@ -196,10 +196,10 @@ mod tests {
 
         #[test]
         fn rate_and_integral_belong_to_the_value(
-            wishes in prop::collection::vec(-3.0..3.0f64, 1..20), t in 0.001..0.05f64,
+            desired_values in prop::collection::vec(-3.0..3.0f64, 1..20), t in 0.001..0.05f64,
         ) {
             let h = 1e-5;
-            drive(0.05, &wishes, |_, _, channel, filter| {
+            drive(0.05, &desired_values, |_, _, channel, filter| {
                 let jet = |t: f64| channel.jet(t, filter.decay(t), filter);
                 let integral = |t: f64| channel.integral(t, filter.decay(t), filter);
                 // Central differences: error h^2 / 6 times a third derivative below lambda^3.

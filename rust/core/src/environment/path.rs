@@ -71,7 +71,7 @@ const PHASE_STEP: f64 = PI / 128.0;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gait::JointReference;
+    use crate::gait::Reference;
     use crate::scene::{START_7_5, TABLE_7_5};
 
     fn aiko() -> NaturalPath {

@@ -1,5 +1,8 @@
 //! Locating pegs: the nearest ones in the view of the leading link, and the nearest one of each link (T 5.4).
 
+use nalgebra::Vector2;
+
+use crate::obstacles::Wall;
 use crate::scene::Peg;
 
 use super::config::Perception;
@@ -44,10 +47,10 @@ impl PegView {
     }
 
     /// Updates the sensors of the links; `link` returns their poses.
-    pub fn scan(&mut self, link: impl Fn(usize) -> LinkPose, pegs: &[Peg]) {
-        self.ahead.scan(&link(0), pegs);
+    pub fn scan(&mut self, link: impl Fn(usize) -> LinkPose, pegs: &[Peg], walls: &[Wall]) {
+        self.ahead.scan(&link(0), pegs, walls);
         for (i, sensor) in self.along.iter_mut().enumerate() {
-            sensor.scan(&link(i), pegs);
+            sensor.scan(&link(i), pegs, walls);
         }
     }
 }
@@ -81,15 +84,23 @@ impl PegSensor {
         &self.located
     }
 
-    /// Looks around from a link at `pose`.
-    pub fn scan(&mut self, pose: &LinkPose, pegs: &[Peg]) {
+    /// Locates the pegs and walls from a link at `pose`; a wall appears as a peg without size at its nearest point.
+    pub fn scan(&mut self, pose: &LinkPose, pegs: &[Peg], walls: &[Wall]) {
         self.located.clear();
         let (sin, cos) = pose.angle.sin_cos();
+        // Forward is -e_x^B: link 1 leads and its axis points to link 2.
+        let seen = |x: f64, y: f64| (-(x * cos + y * sin), x * sin - y * cos);
         for peg in pegs {
             let (x, y) = (peg.x - pose.x, peg.y - pose.y);
             let distance = (x * x + y * y).sqrt() - peg.radius;
-            // Forward is -e_x^B: link 1 leads and its axis points to link 2.
-            let (forward, left) = (-(x * cos + y * sin), x * sin - y * cos);
+            let (forward, left) = seen(x, y);
+            self.keep_if_near(LocatedPeg { forward, left, distance });
+        }
+        let place = Vector2::new(pose.x, pose.y);
+        let range = self.range;
+        for wall in walls.iter().filter(|wall| wall.distance_bound(&place) < range) {
+            let (distance, away) = wall.polygon.signed_distance(&place);
+            let (forward, left) = seen(-distance * away.x, -distance * away.y);
             self.keep_if_near(LocatedPeg { forward, left, distance });
         }
     }
@@ -116,7 +127,7 @@ mod tests {
         let pose = LinkPose { x: 1.0, y: 0.0, angle: PI };
         let pegs = [[0.1, 1.5, 0.2], [0.1, 1.3, -0.1], [0.3, 0.2, 0.0], [0.1, 9.0, 0.0]].map(Peg::from);
         let mut sensor = PegSensor::new(2, 1.0);
-        sensor.scan(&pose, &pegs);
+        sensor.scan(&pose, &pegs, &[]);
         let [first, second] = sensor.located() else { panic!("two pegs of the three in range") };
         assert!((first.forward - 0.3).abs() < 1e-15 && (first.left + 0.1).abs() < 1e-15);
         assert!((second.forward - 0.5).abs() < 1e-15 && (second.left - 0.2).abs() < 1e-15);
@@ -128,10 +139,10 @@ mod tests {
         let pegs = [[0.1, 0.3, 0.2], [0.1, 1.2, -0.25], [0.05, 2.0, 0.0]].map(Peg::from);
         let link = |i: usize| LinkPose { x: 0.1 + 0.6 * i as f64, y: 0.0, angle: PI + 0.2 * i as f64 };
         let mut peg_view = PegView::new(Perception::Body, 2, 3, 1.2);
-        peg_view.scan(link, &pegs);
+        peg_view.scan(link, &pegs, &[]);
         for (i, along) in peg_view.along.iter().enumerate() {
             let mut alone = PegSensor::new(1, 0.3);
-            alone.scan(&link(i), &pegs);
+            alone.scan(&link(i), &pegs, &[]);
             assert_eq!(along.located(), alone.located());
         }
         let seen: Vec<usize> = peg_view.along.iter().map(|sensor| sensor.located().len()).collect();
@@ -151,7 +162,7 @@ mod tests {
             .collect();
         let pose = LinkPose { x: 0.9, y: 0.7, angle: 1.0 };
         let mut sensor = PegSensor::new(6, 0.8);
-        sensor.scan(&pose, &pegs);
+        sensor.scan(&pose, &pegs, &[]);
         let distance = |p: &Peg| ((p.x - 0.9).powi(2) + (p.y - 0.7).powi(2)).sqrt() - p.radius;
         let mut all: Vec<f64> = pegs.iter().map(distance).collect();
         all.sort_by(f64::total_cmp);

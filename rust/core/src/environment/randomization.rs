@@ -112,7 +112,7 @@ impl Randomization {
         Ok(())
     }
 
-    /// Checks what comes on top of a robot's free play `play` \[rad\] and of the ground's `drop` of friction.
+    /// Checks what is added to a robot's free play `play` \[rad\] and of the ground's `drop` of friction.
     ///
     /// # Errors
     /// Names the field, its value and the admissible range.
@@ -135,7 +135,7 @@ impl Randomization {
         EpisodeParameters { parameters: PlantParameters { friction, mass, torque_limit, free_play, stribeck }, delay }
     }
 
-    /// The pegs as the robot takes them to be, each off by a vector uniform in a disc.
+    /// The pegs as the robot locates them, each off by a vector uniform in a disc.
     pub fn misplace(&self, rng: &mut Rng, pegs: &mut [Peg]) {
         for peg in pegs {
             let reach = self.peg_error * rng.unit().sqrt();

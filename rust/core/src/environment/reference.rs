@@ -10,9 +10,9 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::gait::{CardanReference, CardanTarget, Jet, JointReference, JointTarget, WaveJets, turned};
+use crate::gait::{CardanTarget, Jet, JointTarget, Reference, WaveJets, turned};
 
-use super::action::{ActionEntry, PITCH, Parameter, YAW};
+use super::action::{ActionEntry, LARGEST_ANGLE, PITCH, Parameter, YAW};
 use super::default_gait::DefaultGait;
 use super::filtered_parameter::{Filter, FilteredParameter, Limits};
 use super::motion::wrap_angle;
@@ -49,17 +49,25 @@ struct Axis {
     /// delta, relative to the wave of the yaw angles.
     phase: FilteredParameter,
     offset: FilteredParameter,
-    /// Empty where no action sets single joints.
+    /// What actions set of single joints, angles or rates; empty where they set neither.
     joints: Vec<FilteredParameter>,
+    /// Reference angles at the control instant, where actions set their rates, else empty \[rad\].
+    angles: Vec<f64>,
+    /// Torques of the actuators, where actions set them, else empty \[N m\].
+    torques: Vec<f64>,
 }
 
 impl<const AXES: usize> ReferenceGenerator<AXES> {
     /// A generator for an action with these entries, whose centres hold `gait`.
     pub fn new(entries: Vec<ActionEntry>, gait: DefaultGait, period: f64) -> Self {
+        let count = |parameter: fn(usize, usize) -> Parameter, axis: usize| {
+            (0..).take_while(|joint| entries.iter().any(|entry| entry.parameter == parameter(axis, *joint))).count()
+        };
         let axis = |axis: usize| {
-            let is_of_axis =
-                |entry: &&ActionEntry| matches!(entry.parameter, Parameter::Joint { axis: a, .. } if a == axis);
-            Axis::at_rest(entries.iter().filter(is_of_axis).count())
+            let angles = count(|axis, joint| Parameter::Joint { axis, joint }, axis);
+            let rates = count(|axis, joint| Parameter::JointRate { axis, joint }, axis);
+            let torques = count(|axis, joint| Parameter::JointTorque { axis, joint }, axis);
+            Axis::at_rest(angles + rates, rates, torques)
         };
         let state = ReferenceState {
             instant: 0.0,
@@ -93,7 +101,8 @@ impl<const AXES: usize> ReferenceGenerator<AXES> {
 
     /// Takes over a saved state if it has the shape of this generator's.
     pub fn restore(&mut self, state: &ReferenceState) -> bool {
-        let shape = |state: &ReferenceState| state.axes.iter().map(|axis| axis.joints.len()).collect::<Vec<_>>();
+        let lengths = |axis: &Axis| [axis.joints.len(), axis.angles.len(), axis.torques.len()];
+        let shape = |state: &ReferenceState| state.axes.iter().map(lengths).collect::<Vec<_>>();
         let fits = shape(state) == shape(&self.state);
         if fits {
             self.state.clone_from(state);
@@ -113,19 +122,30 @@ impl<const AXES: usize> ReferenceGenerator<AXES> {
         state.frequency = FilteredParameter::at_rest(0.0);
         state.phase_shift = of_wave(wave.beta);
         for axis in &mut state.axes {
-            *axis = Axis { joints: std::mem::take(&mut axis.joints), ..Axis::at_rest(0) };
+            axis.amplitude = FilteredParameter::at_rest(0.0);
             axis.phase = of_wave(self.gait.lift_phase);
+            axis.offset = FilteredParameter::at_rest(0.0);
             axis.joints.fill(FilteredParameter::at_rest(0.0));
+            axis.angles.fill(0.0);
+            axis.torques.fill(0.0);
         }
         let yaw = &mut state.axes[YAW];
         yaw.amplitude = of_wave(wave.amplitude);
         yaw.phase = FilteredParameter::at_rest(0.0);
         yaw.offset = of_wave(wave.gamma);
         if !has_wave {
-            for (joint, parameter) in yaw.joints.iter_mut().enumerate() {
-                let angle = wave.amplitude * (phase + joint as f64 * wave.beta).sin() + wave.gamma;
-                *parameter = FilteredParameter::at_rest(angle);
-            }
+            yaw.hold(|joint| wave.amplitude * (phase + joint as f64 * wave.beta).sin() + wave.gamma);
+        }
+    }
+
+    /// Rests in another posture: references of single joints hold its angles, and a wave grows from zero.
+    pub fn rest_bent(&mut self, joint_angle: &[f64]) {
+        let has_wave = self.has_wave;
+        let yaw = &mut self.state.axes[YAW];
+        yaw.amplitude = FilteredParameter::at_rest(0.0);
+        yaw.offset = FilteredParameter::at_rest(0.0);
+        if !has_wave {
+            yaw.hold(|joint| joint_angle[joint]);
         }
     }
 
@@ -133,7 +153,27 @@ impl<const AXES: usize> ReferenceGenerator<AXES> {
     pub fn set_action(&mut self, action: &[f64], time: f64) {
         self.state.instant = time;
         for ((entry, limits), &action) in self.entries.iter().zip(self.limits.iter()).zip(action) {
-            self.state.parameter_mut(entry.parameter).set_target(entry.value(action), limits, &self.filter);
+            let value = entry.value(action);
+            match entry.parameter {
+                Parameter::JointTorque { axis, joint } => self.state.axes[axis].torques[joint] = value,
+                Parameter::JointRate { axis, joint } => {
+                    let Axis { joints, angles, .. } = &mut self.state.axes[axis];
+                    let rate = braked(value, angles[joint], self.filter.bandwidth);
+                    joints[joint].set_target(rate, limits, &self.filter);
+                }
+                parameter => self.state.parameter_mut(parameter).set_target(value, limits, &self.filter),
+            }
+        }
+    }
+
+    /// Where actions set rates: keeps each reference angle within `reach` \[rad\] of the angle of its joint about the
+    /// axis, so that a joint that is held up does not have to make up for the time.
+    pub fn limit_windup(&mut self, reach: f64, joint_angle: impl Fn(usize, usize) -> f64) {
+        for (axis, Axis { angles, .. }) in self.state.axes.iter_mut().enumerate() {
+            for (joint, angle) in angles.iter_mut().enumerate() {
+                let present = joint_angle(joint, axis);
+                *angle = angle.clamp(present - reach, present + reach);
+            }
         }
     }
 
@@ -151,7 +191,10 @@ impl<const AXES: usize> ReferenceGenerator<AXES> {
         state.instant += period;
         state.frequency.finish_period(filter);
         state.phase_shift.finish_period(filter);
-        for Axis { amplitude, phase, offset, joints } in &mut state.axes {
+        for Axis { amplitude, phase, offset, joints, angles, .. } in &mut state.axes {
+            for (angle, rate) in angles.iter_mut().zip(&*joints) {
+                *angle += rate.integral(period, filter.period_decay(), filter);
+            }
             [amplitude, phase, offset].into_iter().chain(joints).for_each(|parameter| parameter.finish_period(filter));
         }
     }
@@ -216,8 +259,25 @@ impl<const AXES: usize> ReferenceGenerator<AXES> {
 
     /// What a joint adds to the wave of an axis.
     fn own(&self, axis: usize, joint: usize, decay: f64, elapsed: f64) -> Jet {
-        let parameter = self.state.axes[axis].joints.get(joint);
-        parameter.map_or(Jet::default(), |parameter| parameter.jet(elapsed, decay, &self.filter))
+        let Axis { joints, angles, .. } = &self.state.axes[axis];
+        let Some(parameter) = joints.get(joint) else { return Jet::default() };
+        let jet = parameter.jet(elapsed, decay, &self.filter);
+        angles.get(joint).map_or(jet, |angle| Jet {
+            value: angle + parameter.integral(elapsed, decay, &self.filter),
+            rate: jet.value,
+            acceleration: jet.rate,
+        })
+    }
+
+    /// The torques that actions have set, if they do.
+    fn own_torques(&self, torques: &mut [f64]) -> bool {
+        if self.state.axes[YAW].torques.is_empty() {
+            return false;
+        }
+        for (axis, Axis { torques: own, .. }) in self.state.axes.iter().enumerate() {
+            torques.iter_mut().skip(axis).step_by(AXES).zip(own).for_each(|(torque, own)| *torque = *own);
+        }
+        true
     }
 
     /// One joint.
@@ -251,7 +311,8 @@ impl ReferenceState {
             Parameter::Amplitude(axis) => &self.axes[axis].amplitude,
             Parameter::Phase(axis) => &self.axes[axis].phase,
             Parameter::Offset(axis) => &self.axes[axis].offset,
-            Parameter::Joint { axis, joint } => &self.axes[axis].joints[joint],
+            Parameter::Joint { axis, joint } | Parameter::JointRate { axis, joint } => &self.axes[axis].joints[joint],
+            Parameter::JointTorque { .. } => unreachable!("torques are not filtered"),
         }
     }
 
@@ -262,19 +323,52 @@ impl ReferenceState {
             Parameter::Amplitude(axis) => &mut self.axes[axis].amplitude,
             Parameter::Phase(axis) => &mut self.axes[axis].phase,
             Parameter::Offset(axis) => &mut self.axes[axis].offset,
-            Parameter::Joint { axis, joint } => &mut self.axes[axis].joints[joint],
+            Parameter::Joint { axis, joint } | Parameter::JointRate { axis, joint } => {
+                &mut self.axes[axis].joints[joint]
+            }
+            Parameter::JointTorque { .. } => unreachable!("torques are not filtered"),
         }
     }
 }
 
 impl Axis {
-    fn at_rest(joints: usize) -> Self {
+    fn at_rest(joints: usize, angles: usize, torques: usize) -> Self {
         let zero = FilteredParameter::at_rest(0.0);
-        Self { amplitude: zero, phase: zero, offset: zero, joints: vec![zero; joints] }
+        Self {
+            amplitude: zero,
+            phase: zero,
+            offset: zero,
+            joints: vec![zero; joints],
+            angles: vec![0.0; angles],
+            torques: vec![0.0; torques],
+        }
+    }
+
+    /// The references of single joints rest at these angles.
+    fn hold(&mut self, angle: impl Fn(usize) -> f64) {
+        if self.angles.is_empty() {
+            let joints = self.joints.iter_mut().enumerate();
+            joints.for_each(|(joint, parameter)| *parameter = FilteredParameter::at_rest(angle(joint)));
+        } else {
+            self.angles.iter_mut().enumerate().for_each(|(joint, reference)| *reference = angle(joint));
+        }
     }
 }
 
-impl JointReference for ReferenceGenerator<1> {
+/// A commanded rate, no larger than lets a reference at `angle` come to rest at [`LARGEST_ANGLE`] on either side.
+///
+/// The angle then follows the rate `k (largest - angle)` through the filter with the triple pole -lambda. It settles
+/// without overshoot where `-s (1 + s / lambda)^3 = k` has real roots s, that is below the maximum of the left side,
+/// which lies at s = -lambda / 4: k <= 27 lambda / 256.
+fn braked(rate: f64, angle: f64, bandwidth: f64) -> f64 {
+    let k = BRAKING * bandwidth;
+    rate.clamp((-k * (LARGEST_ANGLE + angle)).min(0.0), (k * (LARGEST_ANGLE - angle)).max(0.0))
+}
+
+/// k / lambda, a little below 27 / 256.
+const BRAKING: f64 = 0.1;
+
+impl Reference<JointTarget> for ReferenceGenerator<1> {
     fn target(&self, joint: usize, time: f64) -> JointTarget {
         self.joint_targets(joint, time)[YAW]
     }
@@ -287,9 +381,13 @@ impl JointReference for ReferenceGenerator<1> {
     fn travelling_wave(&self, time: f64) -> Option<WaveJets> {
         self.state.axes[YAW].joints.is_empty().then(|| self.waves_at(time).0[YAW])
     }
+
+    fn torques(&self, _: f64, torques: &mut [f64]) -> bool {
+        self.own_torques(torques)
+    }
 }
 
-impl CardanReference for ReferenceGenerator<2> {
+impl Reference<CardanTarget> for ReferenceGenerator<2> {
     fn target(&self, joint: usize, time: f64) -> CardanTarget {
         let [yaw, pitch] = self.joint_targets(joint, time);
         CardanTarget { yaw, pitch }
@@ -300,6 +398,10 @@ impl CardanReference for ReferenceGenerator<2> {
         let elapsed = time - self.state.instant;
         self.all_targets(YAW, &yaw, targets.iter_mut().map(|target| &mut target.yaw), decay, elapsed);
         self.all_targets(PITCH, &pitch, targets.iter_mut().map(|target| &mut target.pitch), decay, elapsed);
+    }
+
+    fn torques(&self, _: f64, torques: &mut [f64]) -> bool {
+        self.own_torques(torques)
     }
 }
 

@@ -5,26 +5,27 @@
 
 use std::fmt;
 
+use nalgebra::Vector2;
 use serde::de::{Error, MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::error::{ConfigError, finite};
 
-use super::goal::Goal;
 use super::motion::Motion;
 
 /// One control period, from which the terms are computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Transition {
-    pub goal: Goal,
-    /// Motion of the whole robot at the begin and at the end of the period.
+    /// Motion of the whole robot at the beginning and at the end of the period.
     pub before: Motion,
     pub after: Motion,
     /// Displacement of the CG towards the goal \[m\].
     pub progress: f64,
     /// Positive actuator work \[J\].
     pub positive_work: f64,
+    /// Displacement that a commanded speed asks for, if one is commanded \[m\].
+    pub commanded: Option<Vector2<f64>>,
     /// Mean squared change of the action.
     pub action_change: f64,
     /// Links pushed by a peg.
@@ -53,8 +54,20 @@ pub const TERMS: &[RewardTerm] = &[
         name: "progress",
         default_weight: 10.0,
         unit: "m",
-        description: "distance of the CG of the whole body towards the goal, gained in this step",
-        value: |t| t.progress,
+        description: "distance of the CG of the whole body towards the goal, gained in this step; 0 with a commanded \
+                      speed",
+        value: |t| if t.commanded.is_none() { t.progress } else { 0.0 },
+    },
+    RewardTerm {
+        name: "tracking",
+        default_weight: 10.0,
+        unit: "m",
+        description: "length of the displacement of the CG commanded for this step, minus its distance from the \
+                      actual one; 0 without a commanded speed",
+        value: |t| {
+            let moved = t.after.position - t.before.position;
+            t.commanded.map_or(0.0, |commanded| commanded.norm() - (moved - commanded).norm())
+        },
     },
     RewardTerm {
         name: "energy",

@@ -1,4 +1,4 @@
-//! What the robot takes its motion and the pegs to be: the truth, with the noise of its sensors.
+//! Measured motion and pegs: the true ones with the noise of the robot's sensors.
 
 use crate::noise::NoiseConfig;
 use crate::scene::Peg;
@@ -20,7 +20,7 @@ pub struct Sensors {
     pub lateral_offset: f64,
     /// Share of the way to the goal that is left.
     pub remaining: f64,
-    /// The pegs where the robot takes them to be; empty where it is right.
+    /// The pegs as located; empty where they are located without error.
     pegs: Vec<Peg>,
 }
 

@@ -51,6 +51,7 @@ pub struct Summary {
     pub misses: u32,
     pub fallbacks: u32,
     pub diverged: bool,
+    pub penetrated: bool,
     pub time: f64,
 }
 
@@ -88,6 +89,7 @@ pub const SIGNALS: &[Signal<Summary>] = &[
     integer("fallbacks", "solves of this step that Newton's method left to the fallback", |s| s.fallbacks.into()),
     integer("misses", "solves of this step that missed their tolerance", |s| s.misses.into()),
     boolean("diverged", "the computation diverged and was stopped", |s| s.diverged.into()),
+    boolean("penetrated", "a link ended more than 1 mm inside a peg or another link", |s| s.penetrated.into()),
     float("time", "s", "time since the start", |s| s.time),
 ];
 

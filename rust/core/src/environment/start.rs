@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{Rotation2, Vector2};
 
-use crate::gait::{JointReference, Wave};
+use crate::gait::{Reference, Wave};
 use crate::planar::{Pose, assemble_chain};
 use crate::robot::Robot;
 
@@ -20,6 +20,15 @@ pub struct Start {
     pub angle: f64,
     /// Phase psi of the wave \[rad\].
     pub phase: f64,
+    /// Whether the joints are bent otherwise than by the gait at this phase.
+    pub has_own_posture: bool,
+}
+
+impl Start {
+    /// The posture of the gait at phase zero, from CG and absolute angle of link 1.
+    pub fn of_gait(position: Vector2<f64>, angle: f64) -> Self {
+        Self { position, angle, phase: 0.0, has_own_posture: false }
+    }
 }
 
 /// A random deviation from the nominal start.
@@ -65,7 +74,7 @@ impl StartLine {
     /// The start on open ground: the CG at x = 0 and the centre line at y = 0.
     pub fn at_origin(wave: Wave, robot: &Robot) -> Self {
         let path = natural_path(&wave, robot);
-        let start = Start { position: Vector2::zeros(), angle: PI + path.direction(0.0), phase: 0.0 };
+        let start = Start::of_gait(Vector2::zeros(), PI + path.direction(0.0));
         let mut line = Self::from_start(start, wave, robot);
         let origin = Vector2::new(line.gravity_centre.x, line.centre_line);
         line.nominal.position -= origin;
@@ -85,7 +94,7 @@ impl StartLine {
 
     /// The start on a course: CG and absolute angle of link 1, `(x, y, theta)` \[m, m, rad\].
     pub fn on_course([x, y, angle]: [f64; 3], robot: &Robot) -> Self {
-        Self::from_start(Start { position: Vector2::new(x, y), angle, phase: 0.0 }, Wave::default(), robot)
+        Self::from_start(Start::of_gait(Vector2::new(x, y), angle), Wave::default(), robot)
     }
 
     fn from_start(nominal: Start, wave: Wave, robot: &Robot) -> Self {
@@ -105,6 +114,7 @@ impl StartLine {
             position: self.gravity_centre + Rotation2::new(jitter.turn) * from_centre + jitter.shift,
             angle: PI + self.path.direction(phase) + tilt + jitter.turn,
             phase,
+            has_own_posture: false,
         }
     }
 

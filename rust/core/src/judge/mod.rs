@@ -1,14 +1,16 @@
-//! Verification of force laws: how far a force and a velocity are from obeying a law.
+//! Verification: how far forces and velocities are from obeying a law, and from balance.
 //!
 //! The certificates of the models are built from these functions and the data of a stage. The arithmetic is written
 //! independently of [`crate::laws`] and of the solvers, whose parts are private to the `solver` folders of the models,
 //! so that an error there cannot hide itself. Every violation is reported as a velocity, or as an impulse to be divided
 //! by a mass, and is NaN where the solution is.
 
+mod balance;
 mod clamp;
 mod disc;
 mod half_line;
 
+pub(crate) use balance::{BalancedLink, ChainBalance};
 pub(crate) use clamp::{clamp, clamp_with_backlash};
 pub(crate) use disc::{DiscViolation, disc};
 pub(crate) use half_line::half_line;

@@ -58,7 +58,7 @@ impl<T: Real, R: Radius<T>> Coulomb<T, R> {
     #[inline(always)]
     fn argument(&self, centre: &Vector2<T>, r: T, gamma: &Vector2<T>) -> Vector2<T> {
         let s = &self.shape;
-        Vector2::new(centre.x - r * s.x * gamma.x, centre.y - r * s.y * gamma.y)
+        Vector2::new((r * s.x).subtract_from(gamma.x, centre.x), (r * s.y).subtract_from(gamma.y, centre.y))
     }
 
     #[inline(always)]

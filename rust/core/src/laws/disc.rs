@@ -112,7 +112,7 @@ impl<T: Real> Disc<T> {
 
 #[inline(always)]
 fn squared_length<T: Real>(x: &Vector2<T>) -> T {
-    x.x * x.x + x.y * x.y
+    x.x.mul_add(x.x, x.y * x.y)
 }
 
 /// Value and derivative of the inner branch in the lanes `inner`, of the outer one elsewhere.

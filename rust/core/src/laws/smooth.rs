@@ -2,6 +2,8 @@ use std::f64::consts::FRAC_2_PI;
 
 use nalgebra::{Matrix2, Vector2};
 
+use crate::math::Real;
+
 /// A smooth approximation of Coulomb friction; each is the gradient of a convex dissipation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SmoothLaw {
@@ -29,6 +31,12 @@ impl SmoothLaw {
                 -d.component_mul(&dv) / dv.norm().hypot(smoothing)
             }
         }
+    }
+
+    /// One component of [`Self::PRINTED`] in lanes: the force at the slip velocity `slip`, with `d` the largest one.
+    #[inline(always)]
+    pub fn printed_force<T: Real>(d: T, slip: T) -> T {
+        -d * ((slip * T::splat(1.0 / Self::SMOOTHING)).arctangent() * T::splat(FRAC_2_PI))
     }
 
     /// -dF/dv, symmetric and positive semidefinite \[N s/m\].

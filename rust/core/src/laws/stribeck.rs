@@ -6,8 +6,8 @@ use crate::math::Real;
 /// The Stribeck effect (T 7.5.4): friction falls once a body slides, `mu(v) = mu (1 - drop v^2 / (v^2 + speed^2))`.
 ///
 /// mu is the coefficient of a body at rest, `mu (1 - drop)` that of one that slides fast. The form is that of Hess and
-/// Soom (1990), one of those in the survey of Armstrong-Helouvry, Dupont and Canudas de Wit (1994); it needs nothing
-/// but a division and has a closed stopping distance.
+/// Soom (1990), one of those in the survey of Armstrong-Helouvry, Dupont and Canudas de Wit (1994); it takes a
+/// single division and has a closed-form stopping distance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Stribeck {
@@ -38,7 +38,7 @@ impl Stribeck {
     }
 }
 
-/// [`Stribeck::share`] in lanes; exactly one where nothing drops.
+/// [`Stribeck::share`] in lanes; exactly one without the effect.
 #[inline(always)]
 pub fn remaining<T: Real>(drop: T, squared_scale: T, squared_speed: T) -> T {
     T::splat(1.0) - drop * (squared_speed / (squared_speed + squared_scale))

@@ -6,10 +6,12 @@ pub const MAX_LANES: usize = 8;
 
 /// A real number, or one for each of several robots.
 ///
-/// Every operation acts on each lane as IEEE arithmetic acts on a single `f64`, without contraction, so
-/// that a robot's result does not depend on the width of the registers it was computed in.
+/// Every operation acts on each lane as IEEE arithmetic acts on a single `f64`, and products are fused with sums only by
+/// [`Real::mul_add`], in every width alike, so that a robot's result does not depend on the width of the registers it
+/// was computed in.
 pub trait Real:
-    Copy
+    Send
+    + Copy
     + Debug
     + PartialEq
     + 'static
@@ -31,6 +33,13 @@ pub trait Real:
     fn lane(self, lane: usize) -> f64;
     fn set_lane(&mut self, lane: usize, x: f64);
     fn sqrt(self) -> Self;
+    /// `self factor + summand`, rounded once.
+    fn mul_add(self, factor: Self, summand: Self) -> Self;
+    /// `summand - self factor`, rounded once.
+    #[inline(always)]
+    fn subtract_from(self, factor: Self, summand: Self) -> Self {
+        (-self).mul_add(factor, summand)
+    }
     /// The larger; where one is NaN, `other`.
     fn max(self, other: Self) -> Self;
     /// The smaller; where one is NaN, `other`.
@@ -50,7 +59,7 @@ pub trait Real:
         self.max(-self)
     }
 
-    /// Runs `kernel` with the instruction set of this type switched on.
+    /// Runs `kernel` as a function of its own with the instruction set of this type switched on.
     fn run<K: Kernel>(kernel: K) -> K::Output;
 
     /// (sin x, cos x) to about one unit in the last place, for |x| below 1e6.
@@ -67,7 +76,9 @@ pub trait Real:
 }
 
 /// One truth value per lane.
-pub trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
+pub trait Mask: Send + Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
+    const LANES: usize;
+
     /// True in the lanes for which `is_true` returns true.
     fn of(is_true: impl Fn(usize) -> bool) -> Self;
     fn any(self) -> bool;
@@ -82,6 +93,8 @@ pub trait Kernel {
 }
 
 impl Mask for bool {
+    const LANES: usize = 1;
+
     #[inline(always)]
     fn of(is_true: impl Fn(usize) -> bool) -> Self {
         is_true(0)
@@ -123,6 +136,11 @@ impl Real for f64 {
     }
 
     #[inline(always)]
+    fn mul_add(self, factor: Self, summand: Self) -> Self {
+        f64::mul_add(self, factor, summand)
+    }
+
+    #[inline(always)]
     fn max(self, other: Self) -> Self {
         if self > other { self } else { other }
     }
@@ -147,7 +165,29 @@ impl Real for f64 {
         if mask { yes } else { no }
     }
 
+    /// Without fused instructions [`f64::mul_add`] is a function call.
+    #[cfg(target_arch = "x86_64")]
     #[inline(always)]
+    fn run<K: Kernel>(kernel: K) -> K::Output {
+        #[inline(never)]
+        #[target_feature(enable = "avx2,fma")]
+        fn fused<K: Kernel>(kernel: K) -> K::Output {
+            kernel.run()
+        }
+        #[inline(never)]
+        fn plain<K: Kernel>(kernel: K) -> K::Output {
+            kernel.run()
+        }
+        if super::Wide4::is_available() {
+            // SAFETY: the processor has both.
+            unsafe { fused(kernel) }
+        } else {
+            plain(kernel)
+        }
+    }
+
+    #[cfg(not(target_arch = "x86_64"))]
+    #[inline(never)]
     fn run<K: Kernel>(kernel: K) -> K::Output {
         kernel.run()
     }

@@ -6,7 +6,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::judge::{self, worse};
+use crate::judge::{self, BalancedLink, ChainBalance, worse};
 
 use super::stage::{Stage, StageLink, StageSolution};
 
@@ -56,7 +56,7 @@ fn verify_actuators(stage: &Stage, solution: &StageSolution, certificate: &mut C
         before += momentum.xy();
         let rate = solution.twist[j + 1].z - solution.twist[j].z;
         let wanted = joint.drive - joint.stiffness * rate + stage.momentum_feedforward * moment;
-        let violation = judge::clamp(solution.drive[j], wanted, joint.limit) / (link.mass * link.half_length);
+        let violation = judge::clamp(solution.actuator[j], wanted, joint.limit) / (link.mass * link.half_length);
         certificate.law = worse(certificate.law, violation);
     }
 }
@@ -89,24 +89,16 @@ fn verify_joints(stage: &Stage, solution: &StageSolution, certificate: &mut Cert
     }
 }
 
-/// The joint impulses that balance the linear momentum of links 1..i in turn leave on each link a moment that must
-/// vanish, and on the last one a force that must vanish.
 fn verify_balance(stage: &Stage, solution: &StageSolution, certificate: &mut Certificate) {
-    let mut from_before = Vector2::zeros();
+    let mut balance = ChainBalance::new(0.0);
     let last = stage.links.len() - 1;
     for (i, link) in stage.links.iter().enumerate() {
+        let StageLink { mass, inertia, half_length, .. } = *link;
+        let (lateral, change) = (left(link.axial), solution.twist[i] - link.reference);
         let applied = applied_impulse(stage, solution, i);
-        let change = solution.twist[i] - link.reference;
-        let remainder = applied.xy() + from_before - change.xy() * link.mass;
-        let to_next = if i == last { Vector2::zeros() } else { remainder };
-        let swing = left(link.axial) * link.half_length;
-        let moment = applied.z - swing.dot(&(from_before + to_next)) - link.inertia * change.z;
-        certificate.balance = worse(certificate.balance, moment.abs() / link.inertia * link.half_length);
-        if i == last {
-            certificate.balance = worse(certificate.balance, remainder.norm() / link.mass);
-        }
-        from_before = to_next;
+        balance.add(&BalancedLink { mass, inertia, half_length, lateral, change, applied }, i == last);
     }
+    certificate.balance = balance.worst;
 }
 
 /// Coulomb and viscous friction and the actuators on link `i` as force and moment about its CG.
@@ -114,8 +106,8 @@ fn applied_impulse(stage: &Stage, solution: &StageSolution, i: usize) -> Vector3
     let link = &stage.links[i];
     let slips = slips(link, &solution.twist[i]);
     let [front, rear] = [0, 1].map(|k| solution.friction[i][k] - link.viscous.component_mul(&slips[k]));
-    let before = if i > 0 { solution.drive[i - 1] } else { 0.0 };
-    let after = solution.drive.get(i).copied().unwrap_or(0.0);
+    let before = if i > 0 { solution.actuator[i - 1] } else { 0.0 };
+    let after = solution.actuator.get(i).copied().unwrap_or(0.0);
     let force = link.axial * (front.x + rear.x) + left(link.axial) * (front.y + rear.y);
     force.push(link.lever * (front.y - rear.y) + before - after)
 }

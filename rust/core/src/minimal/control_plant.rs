@@ -1,4 +1,4 @@
-//! The control plant in matrices, as printed (T 6.27)-(T 6.60): for people and for tests.
+//! The control plant in matrices, as printed (T 6.27)-(T 6.60): for reading and for tests.
 //!
 //! With velocities nu = (v_O2 in frame B_3, theta', phi') the heading drops out of (T 6.37). Forces and
 //! Jacobians are those of the process plant, described in frame B_3.

@@ -1,7 +1,7 @@
 //! Inputs of the controller at each instant: measurements with noise, references, a held torque.
 
 use crate::control::{ControllerConfig, Treatment};
-use crate::gait::{JointReference, JointTarget};
+use crate::gait::{JointTarget, Reference};
 use crate::minimal::{Feedback, Measurement, MinimalState, Model, Noise};
 
 /// Controller of one robot with its clock.
@@ -54,7 +54,7 @@ impl Controller {
     }
 
     /// Begins a control period if one is due.
-    pub fn tick(&mut self, model: &Model, state: &MinimalState, reference: &impl JointReference) {
+    pub fn tick(&mut self, model: &Model, state: &MinimalState, reference: &impl Reference<JointTarget>) {
         if self.next_period() <= state.time + ROUND_OFF {
             self.periods += 1;
             self.sample(model, state, reference);
@@ -62,14 +62,14 @@ impl Controller {
     }
 
     /// Begins a step: a new torque where it is held over one.
-    pub fn begin_step(&mut self, model: &Model, state: &MinimalState, reference: &impl JointReference) {
+    pub fn begin_step(&mut self, model: &Model, state: &MinimalState, reference: &impl Reference<JointTarget>) {
         if self.config().treatment == Treatment::Step {
             self.sample(model, state, reference);
         }
     }
 
     /// Holds the torque of the present state as measured, with new errors.
-    fn sample(&mut self, model: &Model, state: &MinimalState, reference: &impl JointReference) {
+    fn sample(&mut self, model: &Model, state: &MinimalState, reference: &impl Reference<JointTarget>) {
         self.noise.draw(&mut self.error);
         self.measured.take(state);
         self.measured.add(&self.error);
@@ -78,5 +78,5 @@ impl Controller {
     }
 }
 
-/// Times this close count as one \[s\].
+/// Times closer to each other than this count as equal \[s\].
 pub const ROUND_OFF: f64 = 1e-10;

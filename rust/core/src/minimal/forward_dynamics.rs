@@ -33,7 +33,7 @@ impl ForwardDynamics {
     }
 
     /// q'' under the torques `tau` and the smooth friction `law`: of O_2 and theta in the frame of
-    /// `motion`, then of the joints.
+    /// `motion`, which is frame I, then of the joints.
     pub fn accelerations(&mut self, model: &Model, motion: &Motion, law: SmoothLaw, tau: &[f64], q: &mut [f64]) {
         let mut joint_bias = Vector2::zeros();
         for (i, (link, at)) in model.links.iter().zip(&motion.links).enumerate() {
@@ -43,7 +43,8 @@ impl ForwardDynamics {
             joint_bias = bias + centripetal;
             let before = if i > 0 { tau[i - 1] } else { 0.0 };
             let after = tau.get(i).copied().unwrap_or(0.0);
-            let applied = at.friction(link, law) + Vector3::new(0.0, 0.0, before - after);
+            let pull = model.pull * link.mass;
+            let applied = at.friction(link, law) + pull.push(before - after);
             self.gradient[i] = (bias * link.mass).push(0.0) - applied;
             self.curvature[i] = Curvature {
                 swing: quarter_turn(half),

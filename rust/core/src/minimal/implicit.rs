@@ -8,16 +8,18 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::control::ControlLaw;
 use crate::control::Treatment;
-use crate::gait::JointReference;
+use crate::gait::{JointTarget, Reference};
 use crate::minimal::{
     Base, InverseDynamics, MinimalState, Model, Motion, Newton, SmoothLaw, Stage, StageJoint, StageLink, StageSolution,
     Twist, certify,
 };
+use crate::robot::{Breakage, LOCK_STIFFNESS};
 use crate::solver::{Outcome, RESIDUAL_LIMIT, is_unconverged};
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
-use crate::stepping::{ImplicitConfig, StepStatistics};
+use crate::stepping::{ImplicitConfig, Record, StageRecord, StepStatistics};
 
 use super::controller::{Controller, ROUND_OFF};
+use super::motion::quarter_turn;
 
 /// Workspace of the scheme.
 #[derive(Debug, Clone)]
@@ -43,6 +45,8 @@ pub struct Implicit {
     control: ControlModel,
     /// Whether input-output linearisation wanted more than the torque limit during the last step.
     pub saturated: bool,
+    /// What a run records besides its motion, if it does.
+    pub record: Option<Box<Record>>,
 }
 
 /// The controller's model inside a stage.
@@ -81,6 +85,7 @@ impl Implicit {
             friction: vec![[Vector2::zeros(); 2]; links],
             control: ControlModel::new(model),
             saturated: false,
+            record: None,
         }
     }
 
@@ -90,7 +95,7 @@ impl Implicit {
         self.friction.fill([Vector2::zeros(); 2]);
     }
 
-    /// The references or the torques jump: what was predicted no longer holds.
+    /// Discards predictions, because the references or the torques jump.
     pub fn handle_discontinuity(&mut self) {
         self.acceleration.fill(0.0);
     }
@@ -101,7 +106,7 @@ impl Implicit {
         model: &Model,
         state: &mut MinimalState,
         controller: &mut Controller,
-        reference: &impl JointReference,
+        reference: &impl Reference<JointTarget>,
         h: f64,
         statistics: &mut StepStatistics,
     ) {
@@ -121,8 +126,10 @@ impl Implicit {
             self.guess_from(&state.rate, c);
             self.run_stage(model, controller, reference, c, state.time + c, statistics);
             self.begin_second_stage(state, h);
+            self.record_stage(statistics, EXTRAPOLATION);
             self.run_stage(model, controller, reference, c, end, statistics);
         }
+        self.record_stage(statistics, 1.0);
         for (k, acceleration) in self.acceleration.iter_mut().enumerate() {
             *acceleration = (self.rate[k] - state.rate[k]) / h;
         }
@@ -133,9 +140,29 @@ impl Implicit {
         statistics.steps += 1;
     }
 
+    /// Adds the last stage, `weight` times, to what the run records.
+    fn record_stage(&mut self, statistics: &mut StepStatistics, weight: f64) {
+        let Self { stage, solution, record: Some(record), .. } = self else { return };
+        let StageRecord { ground, actuator_work } = &mut record.sum;
+        for (i, link) in stage.links.iter().enumerate() {
+            for (point, slip) in link.slip(&solution.twist[i]).into_iter().enumerate() {
+                let impulse = (solution.friction[i][point] - link.viscous.component_mul(&slip)) * weight;
+                ground[i][point] += (link.axial * impulse.x + quarter_turn(link.axial) * impulse.y).push(0.0);
+                statistics.friction_work += impulse.dot(&slip);
+            }
+        }
+        for (work, (drive, pair)) in
+            actuator_work.iter_mut().zip(solution.actuator.iter().zip(solution.twist.windows(2)))
+        {
+            let done = weight * drive * (pair[1].z - pair[0].z);
+            work[0] += done;
+            statistics.actuator_work += done;
+        }
+    }
+
     /// tau of each joint in the last stage \[N m\].
     pub fn torque(&self) -> impl Iterator<Item = f64> + '_ {
-        self.solution.drive.iter().map(|drive| drive / self.stage.coefficient)
+        self.solution.actuator.iter().map(|drive| drive / self.stage.coefficient)
     }
 
     fn guess_from(&mut self, rate: &[f64], ahead: f64) {
@@ -162,7 +189,7 @@ impl Implicit {
         &mut self,
         model: &Model,
         controller: &mut Controller,
-        reference: &impl JointReference,
+        reference: &impl Reference<JointTarget>,
         c: f64,
         time: f64,
         statistics: &mut StepStatistics,
@@ -173,8 +200,10 @@ impl Implicit {
         for _ in 0..MAX_PREDICTIONS {
             self.predict(model, c);
             self.fill_joints(model, controller, limit);
+            self.replace_broken_joints(model, controller);
             let mut outcome = self.solve(self.config.tolerance);
-            if self.solution.drive.iter().any(|drive| drive.abs() > c * limit) {
+            let is_beyond = |drive: &f64| drive.abs() > c * limit;
+            if controller.config().law == ControlLaw::Io && self.solution.actuator.iter().any(is_beyond) {
                 self.saturated = true;
                 self.load_guess();
                 self.limit_torques(model, controller, limit);
@@ -199,8 +228,9 @@ impl Implicit {
         self.predicted.set(model, base, &self.predicted_q[3..], &self.guess[3..]);
         self.stage.coefficient = c;
         self.stage.links.clear();
+        let gain = (model.pull * c).push(0.0);
         for ((link, at), reference) in model.links.iter().zip(&self.predicted.links).zip(&self.reference) {
-            self.stage.links.push(StageLink::new(link, at, *reference, c));
+            self.stage.links.push(StageLink::new(link, at, reference + gain, c));
         }
         self.load_guess();
     }
@@ -221,7 +251,7 @@ impl Implicit {
         stage.joints.clear();
         stage.momentum_feedforward = 0.0;
         if config.treatment != Treatment::Implicit || limit == 0.0 {
-            // An implicit controller holds nothing: asleep, it exerts no torque.
+            // An implicit controller holds no torque; while switched off it exerts none.
             stage.joints.extend(controller.held.iter().map(|tau| constant_drive(c * tau)));
             return;
         }
@@ -239,6 +269,21 @@ impl Implicit {
                 stage.joints.extend(control.tau.iter().map(|tau| constant_drive(c * tau)));
                 stage.momentum_feedforward = stiffness;
             }
+        }
+    }
+
+    /// A locked joint is held at its reference, the angle at which it broke, by a stiff spring without limit; a limp one
+    /// has no torque.
+    fn replace_broken_joints(&mut self, model: &Model, controller: &Controller) {
+        let c = self.stage.coefficient;
+        for &(j, breakage) in &model.broken {
+            let stiffness = match breakage {
+                Breakage::Locked => c * LOCK_STIFFNESS,
+                Breakage::Limp => 0.0,
+            };
+            let error = controller.targets[j].angle - self.base[3 + j];
+            self.stage.joints[j] =
+                StageJoint { drive: stiffness * error, stiffness: c * stiffness, limit: f64::INFINITY };
         }
     }
 

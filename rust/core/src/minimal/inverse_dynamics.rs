@@ -1,4 +1,4 @@
-//! Torques that give the joints wanted accelerations, the virtual joints being free: (T 6.58) in O(n).
+//! Torques that give the joints desired accelerations, the virtual joints being free: (T 6.58) in O(n).
 //!
 //! (T 6.58) takes M_22 - M_21 M_11^-1 M_12 apart into two steps that need no matrix: the base balance
 //! (T 6.53), three equations for the acceleration of the virtual joints, and the moments about each

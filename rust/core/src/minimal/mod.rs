@@ -1,5 +1,5 @@
 //! The minimal model, the "robot model" of (T ch. 6): n - 2 links in the plane, minimal coordinates, two contact points
-//! a link.
+//! per link.
 //!
 //! | symbol | name here | meaning | unit |
 //! | --- | --- | --- | --- |

@@ -1,8 +1,9 @@
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::{DMatrix, Vector2, Vector3};
 
 use crate::error::{ConfigError, non_negative};
-use crate::robot::Robot;
+use crate::robot::{Breakage, Robot};
 use crate::scene::SceneConfig;
+use crate::slope::Slope;
 
 use super::friction::Friction;
 use super::inverse_dynamics::{InverseDynamics, LinkInertia};
@@ -15,19 +16,20 @@ pub struct Ground {
     pub coulomb: [f64; 2],
     /// mu_Vx, mu_Vy: viscous coefficients along and across a link \[s/m\].
     pub viscous: [f64; 2],
+    pub slope: Slope,
 }
 
 impl Default for Ground {
     /// (T Table 7.2), "robot model".
     fn default() -> Self {
-        Self { coulomb: [0.2, 0.5], viscous: [0.1, 0.2] }
+        Self { coulomb: [0.2, 0.5], viscous: [0.1, 0.2], slope: Slope::default() }
     }
 }
 
 impl Ground {
     /// The ground of a scene.
     pub fn of(scene: &SceneConfig) -> Self {
-        Self { coulomb: scene.friction, viscous: scene.viscous }
+        Self { coulomb: scene.friction, viscous: scene.viscous, slope: scene.slope }
     }
 
     /// # Errors
@@ -41,7 +43,7 @@ impl Ground {
         ] {
             non_negative(field, value)?;
         }
-        Ok(())
+        self.slope.validate()
     }
 }
 
@@ -56,7 +58,7 @@ pub struct ModelLink {
     pub half_length: f64,
     /// L_GS,i: F_i and R_i lie this far before and behind G_i (T 6.13) \[m\].
     pub lever: f64,
-    /// Friction of one contact point, which carries half the link's weight.
+    /// Friction of one contact point, which carries half the link's normal force.
     pub friction: Friction,
 }
 
@@ -70,18 +72,23 @@ impl ModelLink {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
     pub links: Vec<ModelLink>,
+    /// Acceleration by which gravity pulls all links along inclined ground, in frame I \[m/s^2\].
+    pub pull: Vector2<f64>,
+    /// Joints that are locked or limp.
+    pub broken: Vec<(usize, Breakage)>,
 }
 
 impl Model {
     pub fn new(robot: &Robot, ground: &Ground) -> Self {
+        let gravity = ground.slope.acceleration(robot.gravity);
         let links = robot.links.iter().map(|link| ModelLink {
             mass: link.mass,
             inertia: link.inertia,
             half_length: 0.5 * link.length,
             lever: link.contact_half_length,
-            friction: Friction::of_point(0.5 * link.mass * robot.gravity, ground),
+            friction: Friction::of_point(0.5 * link.mass * -gravity.z, ground),
         });
-        Self { links: links.collect() }
+        Self { links: links.collect(), pull: gravity.xy(), broken: robot.broken.clone() }
     }
 
     pub fn link_count(&self) -> usize {

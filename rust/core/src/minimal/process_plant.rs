@@ -1,4 +1,4 @@
-//! The process plant in matrices, as printed (T 6.1)-(T 6.26): for people, for the thesis's scheme, for tests.
+//! The process plant in matrices, as printed (T 6.1)-(T 6.26): for reading, for the thesis's scheme and for tests.
 //!
 //! M_P(q) q'' + C_P(q, q') q' = P_phi tau + sum (J_F^T F_F + J_R^T F_R) (T 6.14). Columns of a
 //! Jacobian: two prismatic joints, the revolute theta, the joints phi; row 2i, 2i + 1: link i.

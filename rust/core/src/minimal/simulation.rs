@@ -5,10 +5,10 @@ use nalgebra::{Vector2, Vector3};
 use crate::capabilities::{Feature, ModelName};
 use crate::control::{ControllerConfig, Treatment};
 use crate::error::ConfigError;
-use crate::gait::JointReference;
+use crate::gait::{JointTarget, Reference};
 use crate::minimal::{FrictionLaw, Ground, MinimalState, Model, Motion, Noise, NoiseConfig};
 use crate::robot::{Robot, RobotConfig};
-use crate::stepping::{ImplicitConfig, IntegratorConfig, Method, StepStatistics};
+use crate::stepping::{ImplicitConfig, IntegratorConfig, Method, Record, StepStatistics};
 
 use super::controller::{Controller, ROUND_OFF};
 use super::implicit::Implicit;
@@ -110,6 +110,39 @@ impl MinimalSimulation {
         &self.torque
     }
 
+    /// Velocities of the links' CGs and angular velocities, frame I.
+    pub fn twists(&mut self) -> impl Iterator<Item = Vector3<f64>> + '_ {
+        let Self { model, state, motion, .. } = self;
+        motion.set(model, state.base(), state.phi(), state.phi_rate());
+        motion.links.iter().map(|link| link.twist)
+    }
+
+    /// Records from now on friction and the work of the actuators.
+    ///
+    /// # Errors
+    /// The friction law is smooth: the stiff solver's steps do not tell their impulses.
+    pub fn start_record(&mut self) -> Result<(), ConfigError> {
+        let record = Some(Box::new(Record::new(self.model.link_count(), 0)));
+        match &mut self.scheme {
+            Scheme::Implicit(scheme) => scheme.record = record,
+            Scheme::Thesis(scheme) => scheme.record = record,
+            Scheme::Smooth(_) => {
+                let expected = "\"set-valued\" where forces or power are recorded";
+                return Err(ConfigError::new("scene.friction_law", "a smooth law", expected));
+            }
+        }
+        Ok(())
+    }
+
+    /// What has been recorded since it was last cleared.
+    pub fn record_mut(&mut self) -> Option<&mut Record> {
+        match &mut self.scheme {
+            Scheme::Implicit(scheme) => scheme.record.as_deref_mut(),
+            Scheme::Thesis(scheme) => scheme.record.as_deref_mut(),
+            Scheme::Smooth(_) => None,
+        }
+    }
+
     /// What happened during the last `advance`.
     pub fn statistics(&self) -> &StepStatistics {
         &self.statistics
@@ -131,8 +164,8 @@ impl MinimalSimulation {
 
     /// Integrates over `duration`; returns whether the state stayed plausible.
     ///
-    /// Steps end where the reference jumps, the actuators awake or a control period begins.
-    pub fn advance(&mut self, duration: f64, reference: &impl JointReference) -> bool {
+    /// Steps end where the reference jumps, the actuators are switched on or a control period begins.
+    pub fn advance(&mut self, duration: f64, reference: &impl Reference<JointTarget>) -> bool {
         self.statistics = StepStatistics::default();
         let end = self.state.time + duration;
         while self.state.time < end - ROUND_OFF && !self.diverged {
@@ -158,14 +191,14 @@ impl MinimalSimulation {
     }
 
     /// The next time at which something jumps.
-    fn next_break(&self, reference: &impl JointReference) -> f64 {
+    fn next_break(&self, reference: &impl Reference<JointTarget>) -> f64 {
         let now = self.state.time + ROUND_OFF;
         let awake = self.controller.config().active_from;
         let awake = if awake > now { awake } else { f64::INFINITY };
         reference.next_jump(now).min(awake).min(self.controller.next_period())
     }
 
-    fn run_to(&mut self, until: f64, reference: &impl JointReference) {
+    fn run_to(&mut self, until: f64, reference: &impl Reference<JointTarget>) {
         while self.state.time < until - ROUND_OFF && !self.diverged {
             let end = self.step_end(until);
             let Self { model, state, controller, statistics, .. } = self;
@@ -224,9 +257,11 @@ impl MinimalSimulation {
             .collect()
     }
 
-    /// \[J\]
-    pub fn kinetic_energy(&mut self) -> f64 {
-        self.state.kinetic_energy(&self.model, &mut self.motion)
+    /// Kinetic and potential energy, the latter zero with every CG on the horizontal through the origin \[J\].
+    pub fn energy(&mut self) -> f64 {
+        let links = self.poses().into_iter().zip(&self.model.links);
+        let work = links.map(|(pose, link)| link.mass * self.model.pull.dot(&pose.xy())).sum::<f64>();
+        self.state.kinetic_energy(&self.model, &mut self.motion) - work
     }
 }
 

@@ -7,7 +7,7 @@ use diffsol::{
     BdfState, NalgebraLU, NalgebraMat, NalgebraVec, OdeBuilder, OdeSolverMethod, OdeSolverStopReason, VectorCommon,
 };
 
-use crate::gait::JointReference;
+use crate::gait::{JointTarget, Reference};
 use crate::minimal::{MinimalState, Model, SmoothLaw};
 use crate::stepping::{ImplicitConfig, StepStatistics};
 
@@ -52,7 +52,7 @@ impl Smooth {
         &mut self,
         state: &mut MinimalState,
         controller: &Controller,
-        reference: &impl JointReference,
+        reference: &impl Reference<JointTarget>,
         until: f64,
         statistics: &mut StepStatistics,
     ) {
@@ -76,7 +76,7 @@ impl Smooth {
         from: f64,
         until: f64,
         controller: &Controller,
-        reference: &impl JointReference,
+        reference: &impl Reference<JointTarget>,
         statistics: &mut StepStatistics,
     ) -> Result<(), diffsol::error::DiffsolError> {
         let Self { plant, tolerance, history, y, .. } = self;

@@ -2,7 +2,7 @@
 
 use crate::control::ControlLaw;
 use crate::control::{ControllerConfig, Treatment};
-use crate::gait::{JointReference, JointTarget};
+use crate::gait::{JointTarget, Reference};
 use crate::minimal::{Base, ForwardDynamics, InverseDynamics, Model, Motion, SmoothLaw};
 
 /// Right-hand side with its workspace.
@@ -37,7 +37,14 @@ impl SmoothPlant {
     }
 
     /// f(t, y); a held torque is taken from `held`.
-    pub fn derivative(&mut self, t: f64, y: &[f64], reference: &impl JointReference, held: &[f64], dy: &mut [f64]) {
+    pub fn derivative(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        reference: &impl Reference<JointTarget>,
+        held: &[f64],
+        dy: &mut [f64],
+    ) {
         let n = self.model.degrees();
         let (q, rate) = y.split_at(n);
         let (dq, acceleration) = dy.split_at_mut(n);
@@ -58,7 +65,7 @@ impl SmoothPlant {
         t: f64,
         q: &[f64],
         rate: &[f64],
-        reference: &impl JointReference,
+        reference: &impl Reference<JointTarget>,
         acceleration: &mut [f64],
     ) {
         let Self { model, law, config, motion, forward, inverse, targets, u, torque } = self;
@@ -73,7 +80,7 @@ impl SmoothPlant {
             let base = inverse.torques(model, motion, Some(SmoothLaw::PRINTED), u, torque);
             if *law == SmoothLaw::PRINTED && torque.iter().all(|tau| tau.abs() <= limit) {
                 // The plant is the model: phi'' = u (T 6.59).
-                acceleration[..3].copy_from_slice(base.as_slice());
+                acceleration[..3].copy_from_slice((base + model.pull.push(0.0)).as_slice());
                 acceleration[3..].copy_from_slice(u);
                 return;
             }

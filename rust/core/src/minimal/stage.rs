@@ -84,7 +84,7 @@ pub struct StageSolution {
     /// P_T at F_i and R_i, in the link's frame \[N s\].
     pub friction: Vec<[Vector2<f64>; 2]>,
     /// D, positive driving phi up \[N m s\].
-    pub drive: Vec<f64>,
+    pub actuator: Vec<f64>,
 }
 
 impl StageSolution {
@@ -92,7 +92,7 @@ impl StageSolution {
         Self {
             twist: vec![Twist::zeros(); links],
             friction: vec![[Vector2::zeros(); 2]; links],
-            drive: vec![0.0; links - 1],
+            actuator: vec![0.0; links - 1],
         }
     }
 }

@@ -1,6 +1,8 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use crate::stepping::MAX_RATE;
+
 use super::motion::{Base, Motion};
 use super::{Model, ModelLink};
 
@@ -62,6 +64,3 @@ impl MinimalState {
         self.q.iter().all(|x| x.is_finite()) && self.rate.iter().all(|v| v.abs() < MAX_RATE)
     }
 }
-
-/// \[m/s, rad/s\]
-const MAX_RATE: f64 = 1e6;

@@ -8,7 +8,7 @@
 //!
 //! `D = clamp(y - prox_S(y))`, `y = b - k_D e_B - k omega_J`, `S = [-s, s]`, `s = k d / (2 c)`,
 //!
-//! with b, k and the limit of the tight joint: the play swallows prox_S(y), and at the end `e = -(c / k) prox_S(y)`.
+//! with b, k and the limit of the tight joint: the play takes up prox_S(y), and at the end `e = -(c / k) prox_S(y)`.
 //! Where D = 0 the motor only follows its reference. e is the only state carried from step to step.
 
 use nalgebra::Vector3;
@@ -70,7 +70,7 @@ impl<T: Real> Backlash<T> {
         }
     }
 
-    /// Loosens the drives of tight joints in a stage of coefficient `c`; k_D is `kd`.
+    /// Adds the dead zones to the actuator laws of a stage of coefficient `c`; k_D is `kd`.
     #[inline(always)]
     pub fn apply(&self, c: T, kd: T, joints: &mut [StageJoint<T>]) {
         let rate = self.half / c;
@@ -80,7 +80,7 @@ impl<T: Real> Backlash<T> {
         }
     }
 
-    /// Where the joints of the solved stage end in their play.
+    /// Positions of the joints in their play at the end of the solved stage.
     #[inline(always)]
     pub fn end_stage(&mut self, c: T, joints: &[StageJoint<T>], twist: &[Vector3<T>]) {
         for (j, (end, joint)) in self.end.iter_mut().zip(joints).enumerate() {

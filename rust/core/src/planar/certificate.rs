@@ -9,10 +9,10 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::judge::{self, DiscViolation, norm, worse};
-use crate::math::Real;
+use crate::judge::{self, BalancedLink, ChainBalance, DiscViolation, worse};
+use crate::math::{Real, add_scaled};
 
-use super::stage::{Stage, StageContact, StageJoint, StageLink, StagePair, StageSolution};
+use super::stage::{Stage, StageContact, StageContactFriction, StageJoint, StageLink, StagePair, StageSolution};
 
 /// Violations of a stage's equations; zero for the exact solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,13 +47,16 @@ pub fn certify<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Certif
         let link = &stage.links[contact.link];
         verify_contact(contact, link, &solution.twist[contact.link], impulse, &mut certificate);
     }
+    for (friction, &impulse) in stage.contact_friction.iter().zip(&solution.contact_friction) {
+        verify_contact_friction(friction, stage, solution, impulse, &mut certificate);
+    }
     for (pair, &impulse) in stage.pairs.iter().zip(&solution.pair) {
         verify_pair(pair, stage, solution, impulse, &mut certificate);
     }
     let mut squared_joint = zero;
     for (j, joint) in stage.joints.iter().enumerate() {
         let rate = solution.twist[j + 1].z - solution.twist[j].z;
-        verify_actuator(joint, &stage.links[j], rate, solution.drive[j], &mut certificate);
+        verify_actuator(joint, &stage.links[j], rate, solution.actuator[j], &mut certificate);
         let near = end_velocity(&stage.links[j], &solution.twist[j], T::splat(1.0));
         let far = end_velocity(&stage.links[j + 1], &solution.twist[j + 1], T::splat(-1.0));
         let (x, y) = (near.x - far.x, near.y - far.y);
@@ -89,6 +92,24 @@ fn verify_contact<T: Real>(
     let opening = w.x * u.x + w.y * u.y + w.z * u.z + contact.offset;
     certificate.law = worse(certificate.law, judge::half_line(impulse, opening, link.mass));
     certificate.gap += worse(T::zero(), impulse * opening);
+}
+
+/// Coulomb's law at an obstacle with the bound of the solution's own normal impulse, whatever bound the solver held.
+#[inline(always)]
+fn verify_contact_friction<T: Real>(
+    friction: &StageContactFriction<T>,
+    stage: &Stage<T>,
+    solution: &StageSolution<T>,
+    impulse: T,
+    certificate: &mut Certificate<T>,
+) {
+    let (w, u) = (&friction.direction, &solution.twist[friction.link]);
+    let slip = w.x * u.x + w.y * u.y + w.z * u.z;
+    let bound = friction.coefficient * solution.contact[friction.contact];
+    let mass = stage.links[friction.link].mass;
+    let violation = judge::clamp(impulse, impulse - mass * slip, bound);
+    certificate.law = worse(certificate.law, violation / mass);
+    certificate.gap += worse(T::zero(), impulse * slip + bound * slip.abs());
 }
 
 #[inline(always)]
@@ -129,44 +150,34 @@ fn end_velocity<T: Real>(link: &StageLink<T>, u: &Vector3<T>, side: T) -> Vector
     Vector2::new(u.x - link.heading.sin * swing, u.y + link.heading.cos * swing)
 }
 
-/// The joint impulses that balance the linear momentum of links 1..i in turn leave, on each link, a
-/// moment that must vanish, and on the last one a force that must vanish.
 #[inline(always)]
 fn verify_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certificate: &mut Certificate<T>) {
-    let zero = T::zero();
-    let half = T::splat(0.5);
-    let mut from_before = Vector2::new(zero, zero);
+    let mut balance = ChainBalance::new(certificate.gap);
     let last = stage.links.len() - 1;
     let mut contacts = stage.contacts.iter().zip(&solution.contact).peekable();
     for (i, link) in stage.links.iter().enumerate() {
         let (u, reference) = (&solution.twist[i], &link.reference);
         let mut applied = applied_impulse(stage, solution, i);
         while let Some((contact, &impulse)) = contacts.next_if(|(contact, _)| contact.link == i) {
-            let w = &contact.direction;
-            applied = Vector3::new(applied.x + w.x * impulse, applied.y + w.y * impulse, applied.z + w.z * impulse);
+            applied = add_scaled(&applied, &contact.direction, impulse);
         }
-        for (pair, &impulse) in stage.pairs.iter().zip(&solution.pair) {
-            for (_, w) in pair.links.iter().zip(&pair.direction).filter(|(link, _)| **link == i) {
+        for (friction, &impulse) in stage.contact_friction.iter().zip(&solution.contact_friction) {
+            if friction.link == i {
+                let w = &friction.direction;
                 applied = Vector3::new(applied.x + w.x * impulse, applied.y + w.y * impulse, applied.z + w.z * impulse);
             }
         }
-        let left = Vector2::new(
-            applied.x + from_before.x - link.mass * (u.x - reference.x),
-            applied.y + from_before.y - link.mass * (u.y - reference.y),
-        );
-        let to_next = if i == last { Vector2::new(zero, zero) } else { left };
-        let lateral = link.heading.lateral();
-        let pull = lateral.x * (from_before.x + to_next.x) + lateral.y * (from_before.y + to_next.y);
-        let moment = applied.z - link.half_length * pull - link.inertia * (u.z - reference.z);
-        let turn = moment / link.inertia;
-        certificate.balance = worse(certificate.balance, turn.abs() * link.half_length);
-        certificate.gap += half * moment * turn;
-        if i == last {
-            certificate.balance = worse(certificate.balance, norm(left.x, left.y) / link.mass);
-            certificate.gap += half * (left.x * left.x + left.y * left.y) / link.mass;
+        for (pair, &impulse) in stage.pairs.iter().zip(&solution.pair) {
+            for (_, w) in pair.links.iter().zip(&pair.direction).filter(|(link, _)| **link == i) {
+                applied = add_scaled(&applied, w, impulse);
+            }
         }
-        from_before = to_next;
+        let change = Vector3::new(u.x - reference.x, u.y - reference.y, u.z - reference.z);
+        let StageLink { mass, inertia, half_length, .. } = *link;
+        let lateral = link.heading.lateral();
+        balance.add(&BalancedLink { mass, inertia, half_length, lateral, change, applied }, i == last);
     }
+    (certificate.balance, certificate.gap) = (balance.worst, balance.energy);
 }
 
 /// Friction and actuator impulses on link `i` as (x, y, moment about the CG).
@@ -175,10 +186,10 @@ fn applied_impulse<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: us
     let friction = stage.links[i].heading.to_world(solution.friction[i]);
     let mut moment = T::zero();
     if i > 0 {
-        moment += solution.drive[i - 1];
+        moment += solution.actuator[i - 1];
     }
-    if i < solution.drive.len() {
-        moment -= solution.drive[i];
+    if i < solution.actuator.len() {
+        moment -= solution.actuator[i];
     }
     Vector3::new(friction.x, friction.y, moment)
 }

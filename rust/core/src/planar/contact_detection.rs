@@ -1,18 +1,18 @@
-//! Where the robots of a register touch pegs: found before a stage is solved, kept after it.
+//! Contacts of a register's robots with pegs: detected before a stage is solved, stored after it.
 
 use nalgebra::Vector2;
 
-use crate::contact::{NearPair, link_peg_contact};
+use crate::contact::{NearPair, link_obstacle_contact};
 use crate::math::Real;
 use crate::pegs::PegGrid;
 use crate::stepping::lanes::{Lanes, active, mask, read_vector};
-use crate::stepping::{ContactImpulse, Driven, Members};
+use crate::stepping::{ContactImpulse, Driven, Members, Source};
 
 use super::contacts::Prediction;
-use super::stage_work::StageWork;
+use super::workspace::Workspace;
 use super::{Planar, PlanarSystem};
 
-impl<T: Real> StageWork<T> {
+impl<T: Real> Workspace<T> {
     /// Finds the contacts of the `pending` lanes at their predicted ends, `elapsed` after the start of the step.
     pub(super) fn detect_contacts<D: Driven<Model = Planar>>(
         &mut self,
@@ -24,7 +24,7 @@ impl<T: Real> StageWork<T> {
         let system = members.system;
         for lane in active(pending).filter(|_| self.has_pegs) {
             let body = members.body_mut(lane);
-            if body.pegs.pegs().is_empty() {
+            if body.pegs.is_empty() {
                 continue;
             }
             let mut contacts = std::mem::take(&mut self.contacts);
@@ -43,6 +43,7 @@ impl<T: Real> StageWork<T> {
         }
         self.among_pegs = self.among_pegs | mask::<T>(self.near_pegs);
         self.contacts.lay_out(&mut self.stage.contacts, &mut self.contact_force);
+        self.contacts.lay_out_friction(&mut self.stage.contact_friction, &mut self.contact_friction_force);
         self.detect_self_contacts(members, pending, elapsed);
     }
 
@@ -65,7 +66,7 @@ impl<T: Real> StageWork<T> {
         Prediction { robot, pegs, lane, base, start, end, heading, twist, coefficient, elapsed, displacement, margin }
     }
 
-    /// Keeps the forces of the `solved` lanes as the next first guess, and notes which contacts close.
+    /// Keeps the forces of the `solved` lanes as the next initial guess, and records which contacts close.
     pub(super) fn keep_forces<D: Driven<Model = Planar>>(
         &mut self,
         members: &mut Members<D>,
@@ -86,8 +87,28 @@ impl<T: Real> StageWork<T> {
             contact_impulses.push(ContactImpulse {
                 lane: found.lane,
                 link: found.link,
-                impulse: found.direction.xy() * impulse,
-                is_internal: false,
+                impulse: found.direction.xy().push(0.0) * impulse,
+                source: Source::Obstacle(pair.peg),
+            });
+        }
+    }
+
+    /// Keeps the friction at obstacles of the `solved` lanes likewise.
+    pub(super) fn keep_contact_friction<D: Driven<Model = Planar>>(
+        &mut self,
+        members: &mut Members<D>,
+        solved: Lanes,
+        contact_impulses: &mut Vec<ContactImpulse>,
+    ) {
+        for rubbing in self.contacts.rubbing_in(solved) {
+            let pair = &mut members.body_mut(rubbing.lane).warm_start.near.pairs_mut()[rubbing.pair];
+            pair.friction = self.contact_friction_force[rubbing.row].lane(rubbing.lane);
+            let impulse = self.solution.contact_friction[rubbing.row].lane(rubbing.lane);
+            contact_impulses.push(ContactImpulse {
+                lane: rubbing.lane,
+                link: rubbing.link,
+                impulse: rubbing.direction.xy().push(0.0) * impulse,
+                source: Source::Obstacle(pair.peg),
             });
         }
     }
@@ -96,7 +117,9 @@ impl<T: Real> StageWork<T> {
     pub(super) fn end_gap(&self, lane: usize, pair: &NearPair, system: &PlanarSystem, pegs: &PegGrid) -> f64 {
         let (end, heading) = (read_vector(&self.end[pair.link], lane), &self.heading[pair.link]);
         let (cos, sin) = (heading.cos.lane(lane), heading.sin.lane(lane));
-        link_peg_contact(&end, cos, sin, &system.robot.links[pair.link], &pegs.pegs()[pair.peg]).gap
+        let link = &system.robot.links[pair.link];
+        let contact = link_obstacle_contact(&end, cos, sin, link, pegs, (pair.peg, pair.place));
+        if contact.is_redundant { f64::INFINITY } else { contact.gap }
     }
 }
 

@@ -3,10 +3,10 @@
 use nalgebra::Vector3;
 
 use crate::contact::recovery::{DEEP, RECOVERY_SPEED, SAME_SIDE, remaining_gap};
-use crate::contact::{LinkPegContact, NearPair, NearPegs, PAIRS_PER_LINK, link_peg_contact};
+use crate::contact::{LinkPegContact, NearPair, NearPegs, PAIRS_PER_LINK, link_obstacle_contact, touching_distance};
 use crate::math::Real;
 use crate::pegs::PegGrid;
-use crate::planar::{Heading, StageContact};
+use crate::planar::{Heading, StageContact, StageContactFriction};
 use crate::robot::Robot;
 
 use crate::stepping::lanes::{Lanes, read_vector, set_vector};
@@ -15,6 +15,8 @@ use crate::stepping::lanes::{Lanes, read_vector, set_vector};
 #[derive(Debug, Clone, Default)]
 pub struct Contacts {
     found: Vec<Found>,
+    /// Those of them that have friction, in their order.
+    rubbing: Vec<Rubbing>,
     /// Pairs of one robot within the margin, and how they are at the predicted end.
     close: Vec<(usize, LinkPegContact)>,
     /// For each link, contacts in the lane that has the most of them; once laid out, its first slot.
@@ -32,6 +34,23 @@ pub struct Found {
     pub slot: usize,
     pub direction: Vector3<f64>,
     offset: f64,
+    /// In the last stage \[N\].
+    force: f64,
+}
+
+/// Friction of one contact of one robot.
+#[derive(Debug, Clone, Copy)]
+pub struct Rubbing {
+    /// Index of the contact among those found.
+    found: usize,
+    /// Its place in [`crate::planar::Stage::contact_friction`], once laid out.
+    pub row: usize,
+    pub lane: usize,
+    /// Index of the near pair.
+    pub pair: usize,
+    pub link: usize,
+    pub direction: Vector3<f64>,
+    coefficient: f64,
     /// In the last stage \[N\].
     force: f64,
 }
@@ -62,7 +81,12 @@ pub struct Prediction<'a, T> {
 impl Contacts {
     pub fn with_capacity(links: usize, lanes: usize) -> Self {
         let pairs = PAIRS_PER_LINK * links;
-        Self { found: Vec::with_capacity(pairs * lanes), close: Vec::with_capacity(pairs), most: vec![0; links] }
+        Self {
+            found: Vec::with_capacity(pairs * lanes),
+            rubbing: Vec::new(),
+            close: Vec::with_capacity(pairs),
+            most: vec![0; links],
+        }
     }
 
     /// The contacts of the `lanes`, lane by lane.
@@ -72,6 +96,7 @@ impl Contacts {
 
     pub fn clear(&mut self) {
         self.found.clear();
+        self.rubbing.clear();
         self.most.fill(0);
     }
 
@@ -84,11 +109,19 @@ impl Contacts {
             let before = self.found.last().filter(|last| last.lane == lane && last.link == link);
             let slot = before.map_or(0, |last| last.slot + 1);
             self.most[link] = self.most[link].max(slot + 1);
-            let (direction, offset) = prediction.plane(pair, at_end);
+            let (plane, heading, offset) = prediction.plane(pair, at_end);
+            let direction = plane.direction;
+            let coefficient = prediction.pegs.friction(pair.peg);
+            if coefficient > 0.0 && !plane.is_redundant {
+                let radius = prediction.robot.links[link].radius;
+                let direction = plane.tangent(heading.cos, heading.sin, radius);
+                let (found, pair, force) = (self.found.len(), *index, pair.friction);
+                self.rubbing.push(Rubbing { found, row: 0, lane, pair, link, direction, coefficient, force });
+            }
             self.found.push(Found { lane, pair: *index, link, slot, direction, offset, force: pair.force });
         }
         // A pair that takes no part has no force.
-        near.pairs_mut().iter_mut().for_each(|pair| pair.force = 0.0);
+        near.pairs_mut().iter_mut().for_each(|pair| (pair.force, pair.friction) = (0.0, 0.0));
     }
 
     /// Collects the pairs within the margin, without a branch that would be mispredicted.
@@ -98,7 +131,9 @@ impl Contacts {
             let at_end = prediction.contact(pair);
             close.truncate(count);
             close.push((index, at_end));
-            count += usize::from(at_end.gap < prediction.margin);
+            // A wall that the link has crossed is looked at from the start of the step.
+            let is_covered = at_end.is_redundant && at_end.gap > -prediction.robot.links[pair.link].radius;
+            count += usize::from(at_end.gap < prediction.margin && !is_covered);
             at_end.gap
         });
         close.truncate(count);
@@ -127,13 +162,42 @@ impl Contacts {
     }
 }
 
+impl Contacts {
+    /// The friction of the `lanes`, lane by lane.
+    pub fn rubbing_in(&self, lanes: Lanes) -> impl Iterator<Item = &Rubbing> {
+        self.rubbing.iter().filter(move |rubbing| lanes[rubbing.lane])
+    }
+
+    /// Gives the friction of every contact its row, in the order of the contacts that have been laid out; `forces`
+    /// receives the last forces.
+    pub fn lay_out_friction<T: Real>(&mut self, rows: &mut Vec<StageContactFriction<T>>, forces: &mut Vec<T>) {
+        rows.clear();
+        forces.clear();
+        let (found, zero) = (&self.found, T::zero());
+        self.rubbing.sort_unstable_by_key(|rubbing| (found[rubbing.found].slot, rubbing.lane));
+        for rubbing in &mut self.rubbing {
+            let (contact, link) = (found[rubbing.found].slot, rubbing.link);
+            if rows.last().is_none_or(|last| last.contact != contact) {
+                let direction = Vector3::new(zero, zero, zero);
+                rows.push(StageContactFriction { contact, link, direction, coefficient: zero, bound: zero });
+                forces.push(zero);
+            }
+            rubbing.row = rows.len() - 1;
+            let row = &mut rows[rubbing.row];
+            set_vector(&mut row.direction, rubbing.lane, &rubbing.direction);
+            row.coefficient.set_lane(rubbing.lane, rubbing.coefficient);
+            forces[rubbing.row].set_lane(rubbing.lane, rubbing.force);
+        }
+    }
+}
+
 impl<T: Real> Prediction<'_, T> {
     /// A pair at the predicted end.
     fn contact(&self, pair: &NearPair) -> LinkPegContact {
         let (i, lane) = (pair.link, self.lane);
         let (cos, sin) = (self.heading[i].cos.lane(lane), self.heading[i].sin.lane(lane));
         let end = read_vector(&self.end[i], lane);
-        link_peg_contact(&end, cos, sin, &self.robot.links[i], &self.pegs.pegs()[pair.peg])
+        link_obstacle_contact(&end, cos, sin, &self.robot.links[i], self.pegs, (pair.peg, pair.place))
     }
 
     /// Direction and offset of a pair, given how it is at the predicted end.
@@ -144,23 +208,32 @@ impl<T: Real> Prediction<'_, T> {
     /// at the start of the step (T 3.47 != D9). Either plane touches the distance function of a convex body
     /// from below (for a link that translates), so `g + c w . u >= 0` keeps the true gap non-negative however
     /// long the step.
-    fn plane(&self, pair: &NearPair, at_end: &LinkPegContact) -> (Vector3<f64>, f64) {
+    fn plane(&self, pair: &NearPair, at_end: &LinkPegContact) -> (LinkPegContact, Heading, f64) {
         let (i, lane, c) = (pair.link, self.lane, self.coefficient);
-        let (link, peg) = (&self.robot.links[i], &self.pegs.pegs()[pair.peg]);
-        let touching = peg.radius + link.radius;
+        let link = &self.robot.links[i];
+        let touching = touching_distance(link, self.pegs, pair.peg);
         let mut plane = *at_end;
+        let mut at = Heading { cos: self.heading[i].cos.lane(lane), sin: self.heading[i].sin.lane(lane) };
         let mut travelled = c * at_end.direction.dot(&read_vector(&self.twist[i], lane));
         if at_end.gap < -DEEP * touching || self.displacement > touching {
             let start = read_vector(&self.start[i], lane);
             let heading = Heading::of(start.z);
-            let at_start = link_peg_contact(&start, heading.cos, heading.sin, link, peg);
+            let at_start =
+                link_obstacle_contact(&start, heading.cos, heading.sin, link, self.pegs, (pair.peg, pair.place));
             let same_side = at_start.direction.xy().dot(&at_end.direction.xy()) > SAME_SIDE;
-            if at_end.gap < -DEEP * touching || !same_side {
-                plane = at_start;
+            if at_end.is_redundant && at_start.is_redundant {
+                return (NO_CONTACT, Heading { cos: 1.0, sin: 0.0 }, 1.0);
+            }
+            if (at_end.gap < -DEEP * touching || !same_side) && !at_start.is_redundant {
+                (plane, at) = (at_start, heading);
                 travelled = -at_start.direction.dot(&(read_vector(&self.base[i], lane) - start));
             }
         }
         let kept = remaining_gap(pair.depth, self.elapsed);
-        (plane.direction, ((plane.gap - kept - travelled) / c).max(-RECOVERY_SPEED))
+        (plane, at, ((plane.gap - kept - travelled) / c).max(-RECOVERY_SPEED))
     }
 }
+
+/// A contact that never closes: an impulse there has no direction.
+const NO_CONTACT: LinkPegContact =
+    LinkPegContact { gap: f64::INFINITY, direction: Vector3::new(0.0, 0.0, 0.0), along: 0.0, is_redundant: true };

@@ -1,4 +1,4 @@
-use crate::math::Real;
+use crate::math::{Real, dot};
 use crate::stepping::EnergyLedger;
 
 use super::{Stage, StageSolution};
@@ -7,14 +7,17 @@ use super::{Stage, StageSolution};
 #[inline(always)]
 pub fn work_of<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> EnergyLedger<T> {
     let mut work = EnergyLedger::zero();
-    let StageSolution { twist, friction, drive, .. } = solution;
+    let StageSolution { twist, friction, actuator, .. } = solution;
     for ((link, u), impulse) in stage.links.iter().zip(twist).zip(friction) {
         let slip = link.heading.to_link(u.xy());
         work.friction += impulse.x * slip.x + impulse.y * slip.y;
     }
-    for (j, drive) in drive.iter().enumerate() {
+    for (row, impulse) in stage.contact_friction.iter().zip(&solution.contact_friction) {
+        work.friction += *impulse * dot(&row.direction, &twist[row.link]);
+    }
+    for (j, impulse) in actuator.iter().enumerate() {
         let rate = twist[j + 1].z - twist[j].z;
-        let done = *drive * rate;
+        let done = *impulse * rate;
         work.actuator += done;
         work.positive_actuator += done.max(T::zero());
     }

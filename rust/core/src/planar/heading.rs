@@ -31,13 +31,13 @@ impl<T: Real> Heading<T> {
     /// R_B^I v: from the link's frame to the world.
     #[inline(always)]
     pub fn to_world(&self, v: Vector2<T>) -> Vector2<T> {
-        Vector2::new(self.cos * v.x - self.sin * v.y, self.sin * v.x + self.cos * v.y)
+        Vector2::new(self.sin.subtract_from(v.y, self.cos * v.x), self.sin.mul_add(v.x, self.cos * v.y))
     }
 
     /// (R_B^I)^T v: from the world to the link's frame; gamma_T of (T 3.31)-(T 3.32).
     #[inline(always)]
     pub fn to_link(&self, v: Vector2<T>) -> Vector2<T> {
-        Vector2::new(self.cos * v.x + self.sin * v.y, self.cos * v.y - self.sin * v.x)
+        Vector2::new(self.sin.mul_add(v.y, self.cos * v.x), self.sin.subtract_from(v.x, self.cos * v.y))
     }
 
     /// The direction seen in the frame of `other`: cosine and sine of the difference of the angles.

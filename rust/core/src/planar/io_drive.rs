@@ -8,8 +8,8 @@
 //!
 //! which is bounded for any c, and the drive is `D = c tau(u) - k s (omega_J - rate*)` within the torque limit, with
 //! tau the inverse dynamics of the model and s the inertia that a joint feels on its own. If the plant were the model,
-//! this would be the linearly implicit torque exactly; since it is not, the second term answers within the stage to
-//! what pegs and sticking do. It is diagonal, so the stage stays as cheap, and as convex, as under PD.
+//! this would be the linearly implicit torque exactly; since it is not, the second term responds within the stage to
+//! pegs and sticking. It is diagonal, so the stage stays as cheap, and as convex, as under PD.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -19,7 +19,7 @@ use crate::laws::SmoothLaw;
 use crate::math::Real;
 use crate::minimal::{Feedback, Ground, InverseDynamics, LinkMotion, Measurement, Model};
 use crate::planar::{Heading, PlanarState, StageJoint};
-use crate::robot::Robot;
+use crate::slope::Slope;
 
 use super::PlanarSystem;
 
@@ -40,7 +40,7 @@ pub struct IoDrive<T: Real> {
 }
 
 /// Input of the controller from a stage.
-pub struct Situation<'a, T: Real> {
+pub struct IoInput<'a, T: Real> {
     /// Headings at the predicted end of the stage.
     pub heading: &'a [Heading<T>],
     /// Configuration q_B, reference velocity u_R and expected end velocity.
@@ -56,9 +56,8 @@ pub struct Situation<'a, T: Real> {
 }
 
 impl<T: Real> IoDrive<T> {
-    /// For a robot on ground with Coulomb coefficients `friction`.
-    pub fn new(robot: &Robot, friction: Vector2<f64>) -> Self {
-        let model = model_of(robot, friction);
+    pub fn new(system: &PlanarSystem) -> Self {
+        let model = model_of(system);
         let zero = T::zero();
         let nothing = Vector2::new(zero, zero);
         let motion = LinkMotion { axial: nothing, arm: nothing, twist: Vector3::new(zero, zero, zero) };
@@ -78,7 +77,7 @@ impl<T: Real> IoDrive<T> {
 
     /// Writes the drives of a stage.
     #[inline(always)]
-    pub fn fill(&mut self, at: &Situation<T>, joints: &mut Vec<StageJoint<T>>) {
+    pub fn fill(&mut self, at: &IoInput<T>, joints: &mut Vec<StageJoint<T>>) {
         let c = at.coefficient;
         let [kp, kd] = at.gains;
         let k = c * (kd + c * kp);
@@ -102,7 +101,7 @@ impl<T: Real> IoDrive<T> {
 
     /// Places, velocities and friction of the model's links at the predicted end of the stage.
     #[inline(always)]
-    fn move_model(&mut self, at: &Situation<T>) {
+    fn move_model(&mut self, at: &IoInput<T>) {
         let (mut x, mut y) = (T::zero(), T::zero());
         for (i, motion) in self.motion.iter_mut().enumerate() {
             let (heading, half) = (&at.heading[i], self.half_length[i]);
@@ -128,7 +127,7 @@ pub struct ExplicitIo {
 
 impl ExplicitIo {
     pub fn new(system: &PlanarSystem) -> Self {
-        let model = model_of(&system.robot, system.friction());
+        let model = model_of(system);
         let feedback = Feedback::new(ControllerConfig { treatment: Treatment::Step, ..system.controller }, &model);
         let joints = model.joint_count();
         Self { feedback, measured: Measurement::new(joints), tau: vec![0.0; joints], model }
@@ -150,23 +149,23 @@ impl ExplicitIo {
     }
 }
 
-/// The robot on two contact points a link; the planar model has no viscous friction.
-fn model_of(robot: &Robot, friction: Vector2<f64>) -> Model {
-    Model::new(robot, &Ground { coulomb: [friction.x, friction.y], viscous: [0.0; 2] })
+/// The robot on two contact points per link; the planar model has no viscous friction.
+///
+/// The pull of inclined ground is left out: it accelerates all links alike and takes no torques.
+fn model_of(system: &PlanarSystem) -> Model {
+    let coulomb = (system.friction() * (system.normal_gravity() / system.robot.gravity)).into();
+    Model::new(&system.robot, &Ground { coulomb, viscous: [0.0; 2], slope: Slope::default() })
 }
 
 /// (T 6.21) at both contact points: force in the world frame and moment about G_i.
 #[inline(always)]
 fn friction<T: Real>(motion: &LinkMotion<T>, lever: T, coulomb: &Vector2<T>) -> Vector3<T> {
     let (e, v) = (&motion.axial, &motion.twist);
-    let sharpness = T::splat(1.0 / SmoothLaw::SMOOTHING);
-    let unit = T::splat(std::f64::consts::FRAC_2_PI);
-    let law = |slip: T| (slip * sharpness).arctangent() * unit;
     let along = e.x * v.x + e.y * v.y;
     let across = e.x * v.y - e.y * v.x;
     let swing = lever * v.z;
-    let (front, rear) = (-coulomb.y * law(across + swing), -coulomb.y * law(across - swing));
-    let axial = -coulomb.x * law(along);
+    let [front, rear] = [across + swing, across - swing].map(|slip| SmoothLaw::printed_force(coulomb.y, slip));
+    let axial = SmoothLaw::printed_force(coulomb.x, along);
     let (p, q) = (axial + axial, front + rear);
     Vector3::new(e.x * p - e.y * q, e.y * p + e.x * q, lever * (front - rear))
 }

@@ -18,7 +18,8 @@ impl LaneFallback {
         Self { fallback: Fallback::new(links), stage: Stage::with_capacity(links), solution: StageSolution::new(links) }
     }
 
-    /// Solves the stage of `lane` anew; `None` for a diverged robot, whose stage has a value that is not finite.
+    /// Solves the stage of `lane` by the fallback; `None` for a diverged robot, whose stage has a value that is not finite,
+    /// and where obstacles have friction, with which a stage is no optimisation problem.
     pub fn solve_lane<T: Real>(
         &mut self,
         stage: &Stage<T>,
@@ -26,6 +27,9 @@ impl LaneFallback {
         lane: usize,
         tolerance: f64,
     ) -> Option<FallbackResult> {
+        if stage.contact_friction.iter().any(|friction| friction.coefficient.lane(lane) > 0.0) {
+            return None;
+        }
         stage.copy_lane(lane, &mut self.stage);
         if !self.stage.energy().is_finite() {
             return None;

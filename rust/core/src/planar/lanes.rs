@@ -1,4 +1,4 @@
-//! One robot's stage taken out of the lanes of many, and its solution put back.
+//! Copies of one robot's stage from the lanes of many, and of its solution back to them.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -33,6 +33,7 @@ impl<T: Real> Stage<T> {
             direction: vector(&contact.direction),
             offset: contact.offset.lane(lane),
         }));
+        one.contact_friction.clear();
         one.pairs.clear();
         one.pairs.extend(self.pairs.iter().filter(|pair| pair.is_in(lane)).map(|pair| StagePair {
             links: pair.links,
@@ -68,17 +69,18 @@ impl<T: Real> StageSolution<T> {
         one.twist.extend(self.twist.iter().map(vector));
         one.friction.clear();
         one.friction.extend(self.friction.iter().map(|p| Vector2::new(p.x.lane(lane), p.y.lane(lane))));
-        one.drive.clear();
-        one.drive.extend(self.drive.iter().map(|drive| drive.lane(lane)));
+        one.actuator.clear();
+        one.actuator.extend(self.actuator.iter().map(|impulse| impulse.lane(lane)));
         one.contact.clear();
         let impulses = self.contact.iter().zip(&stage.contacts).filter(|(_, contact)| contact.is_in(lane));
         one.contact.extend(impulses.map(|(impulse, _)| impulse.lane(lane)));
+        one.contact_friction.clear();
         one.pair.clear();
         let impulses = self.pair.iter().zip(&stage.pairs).filter(|(_, pair)| pair.is_in(lane));
         one.pair.extend(impulses.map(|(impulse, _)| impulse.lane(lane)));
     }
 
-    /// Takes the solution of `lane` over from `one`; both are of the same `stage`.
+    /// Copies `one` to the solution of `lane`; both are of the same `stage`.
     pub fn set_lane(&mut self, stage: &Stage<T>, lane: usize, one: &StageSolution) {
         for (many, one) in self.twist.iter_mut().zip(&one.twist) {
             many.x.set_lane(lane, one.x);
@@ -89,7 +91,7 @@ impl<T: Real> StageSolution<T> {
             many.x.set_lane(lane, one.x);
             many.y.set_lane(lane, one.y);
         }
-        for (many, one) in self.drive.iter_mut().zip(&one.drive) {
+        for (many, one) in self.actuator.iter_mut().zip(&one.actuator) {
             many.set_lane(lane, *one);
         }
         let impulses = self.contact.iter_mut().zip(&stage.contacts).filter(|(_, contact)| contact.is_in(lane));
@@ -103,10 +105,12 @@ impl<T: Real> StageSolution<T> {
     }
 }
 
-#[cfg(all(test, target_arch = "x86_64"))]
+#[cfg(all(test, any(target_arch = "x86_64", target_arch = "aarch64")))]
 mod tests {
     use super::*;
-    use crate::math::{Kernel, Mask, Wide4, Wide8};
+    #[cfg(target_arch = "x86_64")]
+    use crate::math::Wide8;
+    use crate::math::{Kernel, Mask, Wide4};
     use crate::planar::{Newton, Problem};
 
     struct Solve<'a, T: Real>(&'a Stage<T>, &'a mut StageSolution<T>);
@@ -185,6 +189,7 @@ mod tests {
         if Wide4::is_available() {
             lanes_agree::<Wide4>();
         }
+        #[cfg(target_arch = "x86_64")]
         if Wide8::is_available() {
             lanes_agree::<Wide8>();
         }

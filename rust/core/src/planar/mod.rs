@@ -12,24 +12,28 @@
 mod backlash;
 mod certificate;
 mod contact_detection;
+mod contact_friction;
 mod contacts;
 mod energy;
 mod heading;
 mod io_drive;
+mod joint_stop;
 mod kinematics;
 mod lane_fallback;
 mod lanes;
 mod model;
+mod penetration;
 mod problem;
 mod self_contact;
 mod solver;
 mod stage;
-mod stage_work;
+
 mod state;
 mod stribeck;
 mod system;
 mod thesis;
 mod warm_start;
+mod workspace;
 
 pub use certificate::{Certificate, certify};
 pub use heading::Heading;
@@ -38,7 +42,7 @@ pub use model::{Body, Fleet, Planar, Scripted};
 pub use problem::{Answer, ContactRow, JointRow, LinkRow, Problem};
 pub use self_contact::{PairPlace, SelfContact};
 pub use solver::{Descent, Fallback, InteriorPoint, Newton};
-pub use stage::{Stage, StageContact, StageJoint, StageLink, StagePair, StageSolution};
+pub use stage::{Stage, StageContact, StageContactFriction, StageJoint, StageLink, StagePair, StageSolution};
 pub use state::{PlanarState, Pose, Twist, is_plausible};
 pub use system::PlanarSystem;
 pub use thesis::{ModifiedNewton, Penalties, Thesis};

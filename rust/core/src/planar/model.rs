@@ -1,14 +1,14 @@
 //! The planar model for the stepper.
 
-use crate::gait::{JointReference, JointTarget, WaveJets};
+use crate::gait::{JointTarget, Reference};
 use crate::math::Real;
 use crate::pegs::PegGrid;
 use crate::robot::Robot;
 use crate::stepping::kernels::compile_kernels;
 use crate::stepping::start::is_following;
-use crate::stepping::{self, Halving, Model, Reference};
+use crate::stepping::{self, Halving, Model};
 
-use super::stage_work::StageWork;
+use super::workspace::Workspace;
 use super::{PlanarState, PlanarSystem, Pose, WarmStart, assemble_chain};
 
 /// The planar model (T ch. 3).
@@ -30,10 +30,11 @@ impl Model for Planar {
     type WarmStart = WarmStart;
     type Target = JointTarget;
     type Division = Halving;
-    type Work<T: Real> = StageWork<T>;
+    type Workspace<T: Real> = Workspace<T>;
 
     const ABRUPT_CHANGE: f64 = 0.32;
     const RESIDUAL_FACTOR: f64 = 1.0;
+    const SORTED_BY_STAGE: bool = true;
 
     fn robot(system: &PlanarSystem) -> &Robot {
         &system.robot
@@ -47,21 +48,7 @@ impl Model for Planar {
 
 compile_kernels!(Planar);
 
-impl<R: JointReference> Reference<Planar> for R {
-    fn targets(&self, time: f64, targets: &mut [JointTarget]) {
-        JointReference::targets(self, time, targets);
-    }
-
-    fn travelling_wave(&self, time: f64) -> Option<WaveJets> {
-        JointReference::travelling_wave(self, time)
-    }
-
-    fn next_jump(&self, time: f64) -> f64 {
-        JointReference::next_jump(self, time)
-    }
-}
-
-impl<R: JointReference> Scripted<R> {
+impl<R: Reference<JointTarget>> Scripted<R> {
     /// A robot at rest among `pegs`: `start` is CG and absolute angle of link 1, `joint_angle` its posture.
     pub fn new(robot: &Robot, pegs: PegGrid, start: [f64; 3], joint_angle: &[f64], reference: R) -> Self {
         let mut body = Body::new(robot, pegs);

@@ -1,4 +1,4 @@
-//! A stage problem as a file: what a hard stage looked like, to be solved again elsewhere.
+//! A stage problem as a file, so that a hard stage can be solved again elsewhere.
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -120,6 +120,7 @@ impl Problem {
             links: self.links.iter().map(StageLink::from).collect(),
             joints: self.joints.iter().map(StageJoint::from).collect(),
             contacts: self.contacts.iter().map(StageContact::from).collect(),
+            contact_friction: Vec::new(),
             pairs: self.pairs.iter().map(StagePair::from).collect(),
         })
     }
@@ -157,12 +158,7 @@ impl Problem {
         for (k, pair) in self.pairs.iter().enumerate() {
             let field = |name: &str| format!("pairs[{k}].{name}");
             let [i, j] = pair.links;
-            require(
-                i + 1 < j && j < n,
-                &field("links"),
-                format!("{i}, {j}"),
-                "two links that are not neighbours, in order",
-            )?;
+            require(i < j && j < n, &field("links"), format!("{i}, {j}"), "two different links, in order")?;
             finite(&field("offset"), pair.offset)?;
             pair.direction.iter().flatten().try_for_each(|&w| finite(&field("direction"), w).map(drop))?;
         }
@@ -208,7 +204,7 @@ impl From<&PairRow> for StagePair {
 
 impl From<&StageSolution> for Answer {
     fn from(solution: &StageSolution) -> Self {
-        let StageSolution { twist, friction, drive, contact, pair } = solution.clone();
+        let StageSolution { twist, friction, actuator: drive, contact, pair, .. } = solution.clone();
         Self { twist, friction, drive, contact, pair }
     }
 }
@@ -216,6 +212,6 @@ impl From<&StageSolution> for Answer {
 impl From<Answer> for StageSolution {
     fn from(answer: Answer) -> Self {
         let Answer { twist, friction, drive, contact, pair } = answer;
-        Self { twist, friction, drive, contact, pair }
+        Self { twist, friction, actuator: drive, contact, contact_friction: Vec::new(), pair }
     }
 }

@@ -1,23 +1,25 @@
-//! Where robots touch themselves: found before a stage is solved, kept after it.
+//! Contacts of robots with themselves and joints at their limits: detected before a stage is solved, stored after it.
 
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::contact::recovery::{DEEP, RECOVERY_SPEED, SAME_SIDE, remaining_gap};
 use crate::contact::{
-    FoldingBound, LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contact, link_pair_ends, link_pair_gap,
-    visit_close_pairs,
+    Folding, FoldingBound, LINK_CONTACTS_PER_LINK, LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contact,
+    link_pair_ends, link_pair_gap, visit_close_pairs,
 };
-use crate::math::{MAX_LANES, Mask, Real};
-use crate::robot::Link;
+use crate::math::{Mask, Real};
+use crate::robot::{Link, Robot};
 use crate::stepping::lanes::{Lanes, NO_LANES, active, read_vector, set_vector};
-use crate::stepping::{ContactImpulse, Driven, Members};
+use crate::stepping::{ContactImpulse, Driven, Members, Source};
 
 use super::contact_detection::MARGIN;
-use super::stage_work::StageWork;
+use super::joint_stop::JointStop;
+use super::workspace::Workspace;
 use super::{Heading, Planar, Stage, StagePair};
 
-/// Two links and which of their four ends touches the other link.
+/// Two links and which of their four ends touches the other link; of neighbours, 0 for the stop at the largest angle of
+/// their joint and 1 for that at the least.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct PairPlace {
     pub links: [usize; 2],
@@ -25,10 +27,16 @@ pub struct PairPlace {
 }
 
 impl PairPlace {
+    /// Whether it is the stop of a joint.
+    pub fn is_stop(&self) -> bool {
+        self.links[0] + 1 == self.links[1]
+    }
+
     /// Whether it is of a robot of `links` links.
     pub fn fits(&self, links: usize) -> bool {
         let [i, j] = self.links;
-        i + 1 < j && j < links && self.end < 4
+        let ends = if self.is_stop() { 2 } else { 4 };
+        i < j && j < links && self.end < ends
     }
 }
 
@@ -45,20 +53,22 @@ pub struct SelfContact {
     pub closed: bool,
 }
 
-/// Contacts of the stage at hand between links of one robot, of all lanes.
+/// Contacts of the current stage between links of one robot, of all lanes.
 #[derive(Debug, Clone)]
 pub struct SelfContactDetection<T: Real> {
     /// None where robots do not touch themselves.
     bound: Option<FoldingBound>,
-    /// The lanes whose predicted posture allows contact.
+    /// Largest angle of a joint \[rad\].
+    joint_limit: f64,
+    /// The lanes whose predicted posture allows contact, those of them where links on either side of a link may touch, and
+    /// those with a joint near its limit.
     folded: T::Mask,
-    /// The lanes that had contacts in the step at hand.
+    sharp: T::Mask,
+    bent: T::Mask,
+    /// The lanes that had contacts in the current step.
     near: Lanes,
     found: Vec<Found>,
-    /// Deepest penetration of each lane's robot into itself at the start of the step \[m\].
-    deepest: [f64; MAX_LANES],
-    links: Vec<Link>,
-    /// All places of all lanes, sorted: a robot's contacts come in the same order alone and among others.
+    /// All places of all lanes, sorted: a robot's contacts have the same order whatever its neighbours.
     places: Vec<PairPlace>,
     /// Force of each entry of the stage's pairs in the last stage.
     force: Vec<T>,
@@ -73,41 +83,47 @@ struct Found {
 }
 
 impl<T: Real> SelfContactDetection<T> {
-    pub fn new(links: &[Link], is_enabled: bool) -> Self {
+    pub fn new(robot: &Robot) -> Self {
+        let links = &robot.links;
         Self {
-            bound: is_enabled.then(|| FoldingBound::new(links, CLEARANCE)),
+            bound: robot.self_contact.then(|| FoldingBound::new(links, CLEARANCE)),
+            joint_limit: robot.joint_limit,
             folded: T::Mask::of(|_| false),
+            sharp: T::Mask::of(|_| false),
+            bent: T::Mask::of(|_| false),
             near: NO_LANES,
-            found: Vec::with_capacity(links.len() * T::LANES),
-            deepest: [0.0; MAX_LANES],
-            links: links.to_vec(),
-            places: Vec::with_capacity(links.len() * T::LANES),
-            force: Vec::with_capacity(links.len() * T::LANES),
+            found: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links.len() * T::LANES),
+            places: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links.len() * T::LANES),
+            force: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links.len() * T::LANES),
         }
     }
 
-    /// Notes the lanes in which a robot with links of these absolute angles may touch itself.
+    /// Records the lanes in which a robot of these poses may touch itself or meet the limit of a joint.
     #[inline(always)]
     pub fn predict(&mut self, poses: &[Vector3<T>]) {
+        if !self.is_enabled() {
+            return;
+        }
+        let folding = Folding::of(poses.iter().map(|pose| pose.z));
         if let Some(bound) = &self.bound {
-            self.folded = bound.exceeded_by(poses.iter().map(|pose| pose.z));
+            self.folded = bound.exceeded_by(&folding);
+            self.sharp = bound.is_sharp(&folding);
         }
+        self.bent = T::splat(self.joint_limit - STOP_CLEARANCE).lt(folding.bend);
     }
 
-    /// Takes note of how deep the robots of a register are in themselves.
-    pub fn load<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
-        for lane in 0..T::LANES {
-            let contacts = &members.body(lane).warm_start.self_contacts;
-            self.deepest[lane] = contacts.iter().fold(0.0, |deepest, contact| contact.depth.max(deepest));
-        }
+    /// Whether robots touch themselves or have limited joints.
+    fn is_enabled(&self) -> bool {
+        self.bound.is_some() || self.joint_limit.is_finite()
     }
 
+    /// Whether a predicted posture allows contacts.
     #[inline(always)]
-    pub fn is_any_folded(&self) -> bool {
-        self.folded.any()
+    pub fn is_any_possible(&self) -> bool {
+        self.folded.any() || self.bent.any()
     }
 
-    /// Whether a lane had contacts in the step at hand.
+    /// Whether a lane had contacts in the current step.
     pub fn is_near(&self, lane: usize) -> bool {
         self.near[lane]
     }
@@ -135,7 +151,7 @@ impl<T: Real> SelfContactDetection<T> {
         }
     }
 
-    /// Lays all contacts found out in the stage.
+    /// Writes all contacts found to the stage.
     fn lay_out(&mut self, pairs: &mut Vec<StagePair<T>>) {
         let Self { found, places, force, .. } = self;
         places.clear();
@@ -163,7 +179,114 @@ impl<T: Real> SelfContactDetection<T> {
     }
 }
 
-impl<T: Real> StageWork<T> {
+/// One robot of a stage, as its contacts with itself are found.
+struct Ends<'a, T> {
+    links: &'a [Link],
+    lane: usize,
+    /// Configurations at the start of the step and of the stage, and at its predicted end.
+    start: &'a [Vector3<T>],
+    base: &'a [Vector3<T>],
+    end: &'a [Vector3<T>],
+    /// Headings at the predicted end.
+    heading: &'a [Heading<T>],
+    twist: &'a [Vector3<T>],
+    /// c \[s\].
+    coefficient: f64,
+    /// Time from the start of the step to the end of the stage \[s\].
+    elapsed: f64,
+    /// Largest displacement of any point of the robot from the start of the step to the predicted end \[m\].
+    displacement: f64,
+    /// Predicted gap up to which a pair takes part \[m\].
+    margin: f64,
+    /// Whether links on either side of a link may touch.
+    is_sharp: bool,
+}
+
+impl<T: Real> Ends<'_, T> {
+    /// Visits the contacts of all pairs within the margin.
+    fn visit_contacts(&self, mut visit: impl FnMut(PairPlace, &[PlacedLink; 2], &LinkPairContact)) {
+        let centre = |link: usize| read_vector(&self.end[link], self.lane).xy();
+        visit_close_pairs(self.links, centre, self.margin, |i, j| {
+            if j == i + 2 && !self.is_sharp {
+                return;
+            }
+            let at_end = [i, j].map(|link| place_in_lane(self.links, link, self.lane, self.end, self.heading));
+            for end in link_pair_ends([&at_end[0], &at_end[1]]) {
+                let contact = link_pair_contact([&at_end[0], &at_end[1]], end);
+                if contact.gap < self.margin {
+                    visit(PairPlace { links: [i, j], end }, &at_end, &contact);
+                }
+            }
+        });
+    }
+
+    /// Direction of a contact, and its linearised gap without motion over c; see
+    /// [`super::contacts::Prediction`] for where gaps are linearised.
+    fn plane(
+        &self,
+        place: &PairPlace,
+        at_end: &[PlacedLink; 2],
+        contact: &LinkPairContact,
+    ) -> ([Vector3<f64>; 2], f64) {
+        let (pair, lane) = (place.links, self.lane);
+        let touching = self.links[pair[0]].radius + self.links[pair[1]].radius;
+        let along = |direction: &[Vector3<f64>; 2], of: &dyn Fn(usize) -> Vector3<f64>| {
+            direction[0].dot(&of(pair[0])) + direction[1].dot(&of(pair[1]))
+        };
+        let is_deep = contact.gap < -DEEP * touching || centre_lines_cross([&at_end[0], &at_end[1]]);
+        if is_deep || self.displacement > touching {
+            let at_start = pair.map(|link| PlacedLink::new(&self.links[link], read_vector(&self.start[link], lane)));
+            let start = link_pair_contact([&at_start[0], &at_start[1]], place.end);
+            let is_same_side = start.normal.dot(&contact.normal) > SAME_SIDE;
+            if is_deep || !is_same_side {
+                let moved = |link: usize| read_vector(&self.base[link], lane) - read_vector(&self.start[link], lane);
+                return (start.direction, (start.gap + along(&start.direction, &moved)) / self.coefficient);
+            }
+        }
+        let twist = |link: usize| read_vector(&self.twist[link], lane);
+        (contact.direction, contact.gap / self.coefficient - along(&contact.direction, &twist))
+    }
+}
+
+impl<T: Real> SelfContactDetection<T> {
+    /// Lists the contacts of one robot; `known` are those of its last stage.
+    fn find_contacts(&mut self, ends: &Ends<T>, known: &[SelfContact]) {
+        ends.visit_contacts(|place, at_end, contact| {
+            let (direction, gap_rate) = ends.plane(&place, at_end, contact);
+            self.push(ends, place, direction, gap_rate, known);
+        });
+    }
+
+    /// Lists the stops near the joints of one robot.
+    fn find_stops(&mut self, ends: &Ends<T>, known: &[SelfContact]) {
+        let (limit, lane) = (self.joint_limit, ends.lane);
+        let angle = |link: usize| ends.end[link].z.lane(lane);
+        JointStop::visit_near(ends.links, angle, limit, STOP_CLEARANCE, |place, stop| {
+            let direction = stop.direction();
+            let rate = |end: usize| direction[end].z * ends.twist[place.links[end]].z.lane(lane);
+            let gap_rate = stop.gap(angle, limit) / ends.coefficient - (rate(0) + rate(1));
+            self.push(ends, place, direction, gap_rate, known);
+        });
+    }
+
+    /// Adds a contact of this direction and of this gap over c without motion.
+    fn push(
+        &mut self,
+        ends: &Ends<T>,
+        place: PairPlace,
+        direction: [Vector3<f64>; 2],
+        gap_rate: f64,
+        known: &[SelfContact],
+    ) {
+        let known = known.iter().find(|known| known.place == place).copied();
+        let known = known.unwrap_or(SelfContact { place, force: 0.0, depth: 0.0, touches: false, closed: false });
+        let offset = gap_rate - remaining_gap(known.depth, ends.elapsed) / ends.coefficient;
+        self.found.push(Found { lane: ends.lane, known, direction, offset: offset.max(-RECOVERY_SPEED) });
+        self.near[ends.lane] = true;
+    }
+}
+
+impl<T: Real> Workspace<T> {
     /// Finds the contacts of the `pending` lanes with themselves at their predicted ends, `elapsed` after the start of
     /// the step.
     pub(super) fn detect_self_contacts<D: Driven<Model = Planar>>(
@@ -172,91 +295,55 @@ impl<T: Real> StageWork<T> {
         pending: Lanes,
         elapsed: T,
     ) {
-        if self.self_contacts.bound.is_none() {
+        if !self.self_contacts.is_enabled() {
             return;
         }
-        let mut detection = std::mem::replace(&mut self.self_contacts, SelfContactDetection::new(&[], false));
-        detection.found.clear();
-        let folded = detection.folded;
-        for lane in active(pending).filter(|&lane| folded.lane(lane)) {
+        let Self { self_contacts, stage, motion_bound, start_pose, base, predicted, heading, guess, .. } = self;
+        self_contacts.found.clear();
+        for lane in active(pending) {
+            let (is_folded, is_bent) = (self_contacts.folded.lane(lane), self_contacts.bent.lane(lane));
+            if !is_folded && !is_bent {
+                continue;
+            }
+            let (coefficient, displacement) = (stage.coefficient.lane(lane), motion_bound.displacement.lane(lane));
+            let mut margin = MARGIN.max(2.0 * coefficient * motion_bound.fastest.lane(lane));
+            if displacement > members.system.smallest_radius() {
+                // Fast enough for two links to pass each other within the step.
+                margin = margin.max(2.0 * displacement);
+            }
+            let ends = Ends {
+                links: &members.system.robot.links,
+                lane,
+                start: start_pose,
+                base,
+                end: predicted,
+                heading,
+                twist: guess,
+                coefficient,
+                elapsed: elapsed.lane(lane),
+                displacement,
+                margin,
+                is_sharp: self_contacts.sharp.lane(lane),
+            };
             let known = &members.body(lane).warm_start.self_contacts;
-            self.find_self_contacts(&members.system.robot.links, lane, elapsed.lane(lane), known, &mut detection);
-        }
-        detection.found.iter().for_each(|found| detection.near[found.lane] = true);
-        detection.lay_out(&mut self.stage.pairs);
-        self.self_contacts = detection;
-    }
-
-    fn find_self_contacts(
-        &self,
-        links: &[Link],
-        lane: usize,
-        elapsed: f64,
-        known: &[SelfContact],
-        detection: &mut SelfContactDetection<T>,
-    ) {
-        let c = self.stage.coefficient.lane(lane);
-        let margin = MARGIN.max(2.0 * c * self.motion_bound.fastest.lane(lane));
-        let found = &mut detection.found;
-        let centre = |link: usize| read_vector(&self.predicted[link], lane).xy();
-        visit_close_pairs(links, centre, margin, |i, j| {
-            let pair = [i, j];
-            let at_end = pair.map(|link| place_in_lane(links, link, lane, &self.predicted, &self.heading));
-            for end in link_pair_ends([&at_end[0], &at_end[1]]) {
-                let contact = link_pair_contact([&at_end[0], &at_end[1]], end);
-                if contact.gap >= margin {
-                    continue;
-                }
-                let place = PairPlace { links: pair, end };
-                let known = known.iter().find(|known| known.place == place).copied();
-                let known =
-                    known.unwrap_or(SelfContact { place, force: 0.0, depth: 0.0, touches: false, closed: false });
-                let (direction, gap_rate) = self.pair_plane(links, pair, end, lane, &at_end, &contact);
-                let offset = gap_rate - remaining_gap(known.depth, elapsed) / c;
-                found.push(Found { lane, known, direction, offset: offset.max(-RECOVERY_SPEED) });
+            if is_folded {
+                self_contacts.find_contacts(&ends, known);
             }
-        });
-    }
-
-    /// Direction of a contact, and its linearised gap without motion over c; see
-    /// [`super::contacts::Prediction`] for where gaps are linearised.
-    fn pair_plane(
-        &self,
-        links: &[Link],
-        pair: [usize; 2],
-        end: usize,
-        lane: usize,
-        at_end: &[PlacedLink; 2],
-        contact: &LinkPairContact,
-    ) -> ([Vector3<f64>; 2], f64) {
-        let c = self.stage.coefficient.lane(lane);
-        let touching = links[pair[0]].radius + links[pair[1]].radius;
-        let along = |direction: &[Vector3<f64>; 2], of: &dyn Fn(usize) -> Vector3<f64>| {
-            direction[0].dot(&of(pair[0])) + direction[1].dot(&of(pair[1]))
-        };
-        let is_deep = contact.gap < -DEEP * touching || centre_lines_cross([&at_end[0], &at_end[1]]);
-        if is_deep || self.motion_bound.displacement.lane(lane) > touching {
-            let at_start = pair.map(|link| PlacedLink::new(&links[link], read_vector(&self.start_pose[link], lane)));
-            let start = link_pair_contact([&at_start[0], &at_start[1]], end);
-            let is_same_side = start.normal.dot(&contact.normal) > SAME_SIDE;
-            if is_deep || !is_same_side {
-                let moved =
-                    |link: usize| read_vector(&self.base[link], lane) - read_vector(&self.start_pose[link], lane);
-                return (start.direction, (start.gap + along(&start.direction, &moved)) / c);
+            if is_bent {
+                self_contacts.find_stops(&ends, known);
             }
         }
-        let twist = |link: usize| read_vector(&self.guess[link], lane);
-        (contact.direction, contact.gap / c - along(&contact.direction, &twist))
+        self_contacts.lay_out(&mut stage.pairs);
     }
 
-    /// Keeps the forces of the `solved` lanes as the next first guess, and notes which contacts close.
+    /// Keeps the forces of the `solved` lanes as the next initial guess, and records which contacts close.
     pub(super) fn keep_self_contacts<D: Driven<Model = Planar>>(
         &mut self,
         members: &mut Members<D>,
         solved: Lanes,
         contact_impulses: &mut Vec<ContactImpulse>,
     ) {
-        if self.self_contacts.bound.is_none() {
+        if !self.self_contacts.is_enabled() {
             return;
         }
         for lane in active(solved) {
@@ -270,44 +357,47 @@ impl<T: Real> StageWork<T> {
             self.closing[lane] |= !known.closed && known.force > 0.0;
             members.body_mut(lane).warm_start.self_contacts.push(known);
             let impulse = self.solution.pair[slot].lane(lane);
-            for (link, direction) in place.links.into_iter().zip(&found.direction) {
+            let [first, second] = place.links;
+            for (link, other, direction) in [(first, second, &found.direction[0]), (second, first, &found.direction[1])]
+            {
                 contact_impulses.push(ContactImpulse {
                     lane,
                     link,
-                    impulse: direction.xy() * impulse,
-                    is_internal: true,
+                    impulse: direction.xy().push(0.0) * impulse,
+                    source: Source::Link(other),
                 });
             }
         }
     }
 
-    /// Whether the end of the step takes links of a lane's robot too much deeper into each other than they were: they
-    /// turn so fast that their linearised gaps say little.
-    pub(super) fn sinks_into_itself(&self, lane: usize) -> bool {
-        let SelfContactDetection { links, deepest, near, .. } = &self.self_contacts;
-        if !near[lane] {
-            return false;
+    /// Visits the gaps at the start and at the end of the step of all pairs of a lane's links that overlap at its end by
+    /// more than `depth` \[m\].
+    pub(super) fn visit_self_overlaps(&self, links: &[Link], lane: usize, depth: f64, mut visit: impl FnMut(f64, f64)) {
+        if !self.self_contacts.near[lane] {
+            return;
         }
-        let mut sinks = false;
-        visit_close_pairs(
-            links,
-            |link| read_vector(&self.end[link], lane).xy(),
-            0.0,
-            |i, j| {
-                let at_end = [i, j].map(|link| place_in_lane(links, link, lane, &self.end, &self.heading));
-                sinks |= link_pair_gap([&at_end[0], &at_end[1]]) < -deepest[lane] - SINKING;
-            },
-        );
-        sinks
+        let centre = |link: usize| read_vector(&self.end[link], lane).xy();
+        visit_close_pairs(links, centre, -depth, |i, j| {
+            let at_end = [i, j].map(|link| place_in_lane(links, link, lane, &self.end, &self.heading));
+            let end = link_pair_gap([&at_end[0], &at_end[1]]);
+            if end < -depth {
+                let at_start =
+                    [i, j].map(|link| PlacedLink::new(&links[link], read_vector(&self.start_pose[link], lane)));
+                visit(link_pair_gap([&at_start[0], &at_start[1]]), end);
+            }
+        });
     }
 
     /// Gap at a place at the end of the step \[m\].
     fn end_gap_of_pair(&self, links: &[Link], lane: usize, place: &PairPlace) -> f64 {
+        if let Some(stop) = JointStop::at(place, links) {
+            return stop.gap(|link| self.end[link].z.lane(lane), self.self_contacts.joint_limit);
+        }
         let at_end = place.links.map(|link| place_in_lane(links, link, lane, &self.end, &self.heading));
         link_pair_contact([&at_end[0], &at_end[1]], place.end).gap
     }
 
-    /// Ends a step of a lane's robot: remembers which contacts carry force, and what penetration is left.
+    /// Ends a step of a lane's robot: records which contacts carry force, and what penetration is left.
     pub(super) fn end_self_contacts(&self, links: &[Link], lane: usize, known: &mut [SelfContact]) {
         for contact in known {
             contact.depth = (-self.end_gap_of_pair(links, lane, &contact.place)).max(0.0);
@@ -331,8 +421,9 @@ fn place_in_lane<'a, T: Real>(
     PlacedLink { link: &links[link], pose: read_vector(&pose[link], lane), axis }
 }
 
-/// A step that takes links deeper into each other by more is divided \[m\].
-const SINKING: f64 = 1e-4;
-
-/// Clearance at which links are looked at \[m\]: more than they move between a prediction and the end of its stage.
+/// Clearance below which links are examined \[m\]: more than they move between a prediction and the end of its stage.
 const CLEARANCE: f64 = 0.01;
+
+/// Distance of a joint from its limit below which the stop is examined \[rad\]: more than joints turn between a prediction
+/// and the end of its stage.
+const STOP_CLEARANCE: f64 = 0.1;

@@ -13,7 +13,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::contact::PAIRS_PER_LINK;
+use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
 use crate::math::Real;
 
 use super::Heading;
@@ -57,10 +57,28 @@ pub struct StageContact<T = f64> {
     pub offset: T,
 }
 
-/// One contact between two links in a stage. A lane without this contact has directions 0 and offset 1.
+/// Coulomb friction of one of the contacts of a stage. A lane without it has direction 0.
+///
+/// `-w^T u in N_[-b, b](P)` with `b = mu P_H`. Since P_H is an unknown, a stage with it is no optimisation problem: it is
+/// solved as one for held bounds, again and again until the bounds are those of its own solution.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StageContactFriction<T = f64> {
+    /// Index of the contact.
+    pub contact: usize,
+    pub link: usize,
+    /// w, along the surface of the obstacle.
+    pub direction: Vector3<T>,
+    /// mu.
+    pub coefficient: T,
+    /// The bound b that is held \[N s\].
+    pub bound: T,
+}
+
+/// One contact between two links in a stage, or the stop of a joint between neighbours. A lane without it has
+/// directions 0 and offset 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StagePair<T = f64> {
-    /// Two links that are not neighbours.
+    /// In order along the chain.
     pub links: [usize; 2],
     /// w of either link.
     pub direction: [Vector3<T>; 2],
@@ -77,6 +95,8 @@ pub struct Stage<T = f64> {
     pub joints: Vec<StageJoint<T>>,
     /// Sorted by link.
     pub contacts: Vec<StageContact<T>>,
+    /// Of those contacts that have it, in their order.
+    pub contact_friction: Vec<StageContactFriction<T>>,
     /// Contacts of the robot with itself.
     pub pairs: Vec<StagePair<T>>,
 }
@@ -88,7 +108,8 @@ impl<T: Real> Stage<T> {
             links: Vec::with_capacity(links),
             joints: Vec::with_capacity(links - 1),
             contacts: Vec::with_capacity(PAIRS_PER_LINK * links),
-            pairs: Vec::with_capacity(links),
+            contact_friction: Vec::with_capacity(PAIRS_PER_LINK * links),
+            pairs: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
         }
     }
 }
@@ -160,9 +181,11 @@ pub struct StageSolution<T = f64> {
     /// P_T of each link in its own frame \[N s\].
     pub friction: Vec<Vector2<T>>,
     /// D of each joint, positive driving phi upwards: -c tau_C of (T 3.51) \[N m s\].
-    pub drive: Vec<T>,
+    pub actuator: Vec<T>,
     /// P_H of each entry of [`Stage::contacts`] \[N s\].
     pub contact: Vec<T>,
+    /// Impulse of each entry of [`Stage::contact_friction`] \[N s\].
+    pub contact_friction: Vec<T>,
     /// Impulse of each entry of [`Stage::pairs`] \[N s\].
     pub pair: Vec<T>,
 }
@@ -172,9 +195,10 @@ impl<T: Real> StageSolution<T> {
         Self {
             twist: vec![Vector3::new(T::zero(), T::zero(), T::zero()); links],
             friction: vec![Vector2::new(T::zero(), T::zero()); links],
-            drive: vec![T::zero(); links - 1],
+            actuator: vec![T::zero(); links - 1],
             contact: Vec::with_capacity(PAIRS_PER_LINK * links),
-            pair: Vec::with_capacity(links),
+            contact_friction: Vec::with_capacity(PAIRS_PER_LINK * links),
+            pair: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
         }
     }
 }

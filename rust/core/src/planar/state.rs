@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::math::{Mask, Real};
 use crate::robot::Robot;
-use crate::stepping::RobotState;
+use crate::stepping::{MAX_RATE, MAX_SPEED, RobotState};
 
 /// q_i = (x, y, theta): position of a link's CG \[m\] and absolute angle \[rad\] (T 3.4).
 pub type Pose = Vector3<f64>;
@@ -66,6 +66,10 @@ impl RobotState for PlanarState {
     fn fits(&self, links: usize) -> bool {
         self.pose.len() == links && self.twist.len() == links
     }
+
+    fn is_plausible(&self) -> bool {
+        is_plausible(&self.pose, &self.twist)
+    }
 }
 
 /// Whether states are finite, and slow enough to be robots rather than diverged computations.
@@ -79,9 +83,3 @@ pub fn is_plausible<T: Real>(pose: &[Vector3<T>], twist: &[Vector3<T>]) -> T::Ma
     }
     plausible
 }
-
-/// \[m/s\]
-const MAX_SPEED: f64 = 1e4;
-
-/// \[rad/s\]
-const MAX_RATE: f64 = 1e6;

@@ -1,8 +1,8 @@
 //! The Stribeck effect in a stage's friction bounds (T 7.5.4).
 //!
 //! A bound that falls with the slip it bounds makes a stage non-convex, and its solution not unique once the falling
-//! slope exceeds m / c. So the bounds of a stage follow from slips that are known before it, and the stage stays what
-//! it was. Implicit Euler takes the slip u_A at the start of the step, to first order. The two-stage scheme takes u_A
+//! slope exceeds m / c. So the bounds of a stage follow from slips that are known before it, and the stage stays
+//! convex. Implicit Euler takes the slip u_A at the start of the step, to first order. The two-stage scheme takes u_A
 //! in its first stage and, in its second, the slip extrapolated to `u_A + (u_1 - u_A) / (2 gamma^2)`: with weights (1 -
 //! gamma, gamma) of the stages the bounds then are those of the middle of the step, and order two is kept where links
 //! slide on (a semi-implicit Runge-Kutta scheme in the sense of Boscarino, Filbet and Russo, 2016).

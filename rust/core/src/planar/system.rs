@@ -1,9 +1,10 @@
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 
 use crate::control::ControllerConfig;
 use crate::error::ConfigError;
 use crate::laws::Stribeck;
 use crate::robot::{Link, Robot};
+use crate::slope::Slope;
 use crate::stepping::PlantParameters;
 
 /// Robot, ground and controller: what all robots of a fleet share and no step changes.
@@ -14,6 +15,8 @@ pub struct PlanarSystem {
     /// mu_Tx, mu_Ty.
     friction: Vector2<f64>,
     stribeck: Stribeck,
+    /// In the frame of the ground \[m/s^2\].
+    gravity: Vector3<f64>,
     smallest_radius: f64,
 }
 
@@ -24,13 +27,25 @@ impl PlanarSystem {
         controller.validate()?;
         let smallest_radius = robot.links.iter().map(|link| link.radius).fold(f64::INFINITY, f64::min);
         let (friction, stribeck) = (Vector2::from(friction), Stribeck::default());
-        Ok(Self { robot, controller, friction, stribeck, smallest_radius })
+        let gravity = Slope::default().acceleration(robot.gravity);
+        Ok(Self { robot, controller, friction, stribeck, gravity, smallest_radius })
     }
 
     /// The same on ground with this Stribeck effect.
     #[must_use]
     pub fn on_ground_with(self, stribeck: Stribeck) -> Self {
         Self { stribeck, ..self }
+    }
+
+    /// The same on inclined ground.
+    #[must_use]
+    pub fn on_slope(self, slope: Slope) -> Self {
+        Self { gravity: slope.acceleration(self.robot.gravity), ..self }
+    }
+
+    /// Acceleration that pulls the links along the ground \[m/s^2\].
+    pub fn pull(&self) -> Vector2<f64> {
+        self.gravity.xy()
     }
 
     /// Backlash of the joints of a robot of the fleet \[rad\].
@@ -52,8 +67,13 @@ impl PlanarSystem {
         self.friction
     }
 
-    /// Friction bound of a link along and across it, mu m g \[N\].
+    /// Acceleration of gravity against the ground \[m/s^2\].
+    pub fn normal_gravity(&self) -> f64 {
+        -self.gravity.z
+    }
+
+    /// Friction bound of a link along and across it, mu m g on level ground \[N\].
     pub fn friction_force(&self, link: &Link) -> Vector2<f64> {
-        self.friction * (link.mass * self.robot.gravity)
+        self.friction * (link.mass * self.normal_gravity())
     }
 }

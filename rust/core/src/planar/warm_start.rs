@@ -1,12 +1,12 @@
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-use crate::contact::NearPegs;
+use crate::contact::{LINK_CONTACTS_PER_LINK, NearPegs};
 use crate::stepping;
 
 use super::SelfContact;
 
-/// What one stage hands to the next: forces as a first guess, and which contacts were closed.
+/// What a stage passes to the next one: forces as an initial guess, and which contacts were closed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WarmStart {
     /// Friction force on each link in its own frame \[N\].
@@ -28,7 +28,7 @@ impl stepping::WarmStart for WarmStart {
             friction: vec![Vector2::zeros(); links],
             joint_torque: vec![0.0; links - 1],
             near: NearPegs::with_capacity(links),
-            self_contacts: Vec::with_capacity(links),
+            self_contacts: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
             backlash: vec![0.0; links - 1],
         }
     }

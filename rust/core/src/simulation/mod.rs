@@ -8,24 +8,26 @@ pub use spatial::{SpatialSimulation, SpatialSnapshot};
 
 use std::fmt::Debug;
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::capabilities::{ModelName, require_supported};
+use crate::capabilities::{Feature, ModelName, require_supported};
 use crate::control::ControllerConfig;
 use crate::error::ConfigError;
+use crate::gait::Reference;
+use crate::obstacles::{Obstacle, Peg};
 use crate::pegs::PegGrid;
 use crate::robot::{Robot, RobotConfig};
-use crate::scene::{Peg, Scene, SceneConfig};
+use crate::scene::{Scene, SceneConfig};
 use crate::stepping::{
-    Body, Clock, CompiledModel, Driven, Fleet, IntegratorConfig, Model, Reference, RobotState, Scripted,
-    StepStatistics, ThesisConfig, WarmStart,
+    Body, Clock, CompiledModel, Fleet, IntegratorConfig, Model, Record, RobotState, Scripted, StepStatistics,
+    ThesisScheme, WarmStart,
 };
 
 /// A model of which a robot can be simulated by itself.
 pub trait SimulatedModel: CompiledModel {
     /// The scheme as printed in the thesis.
-    type Thesis: Debug + Clone;
+    type Thesis: ThesisScheme<Model = Self>;
 
     const NAME: ModelName;
 
@@ -35,19 +37,6 @@ pub trait SimulatedModel: CompiledModel {
 
     /// Places the robot straight and at rest.
     fn place_initially(simulation: &mut Simulation<Self>);
-
-    fn new_thesis(config: ThesisConfig, system: &Self::System) -> Self::Thesis;
-
-    /// Integrates over `duration` in equal steps no longer than the configured one.
-    fn advance_thesis<D: Driven<Model = Self>>(
-        scheme: &mut Self::Thesis,
-        system: &Self::System,
-        robot: &mut D,
-        duration: f64,
-    );
-
-    /// Forgets all impulses.
-    fn clear_thesis(scheme: &mut Self::Thesis);
 }
 
 /// A robot in a scene under a joint controller.
@@ -93,13 +82,20 @@ impl<M: SimulatedModel> Simulation<M> {
         integrator: &IntegratorConfig,
     ) -> Result<Self, ConfigError> {
         require_supported(M::NAME, integrator.method(), robot, scene, controller)?;
-        let robot = Robot::new(robot).map_err(|e| e.inside("robot"))?;
+        let mut robot = Robot::new(robot).map_err(|e| e.inside("robot"))?;
+        let has = |feature: Feature| feature.is_in(M::NAME, integrator.method());
+        robot.self_contact &= has(Feature::SelfContact);
+        if !has(Feature::JointLimits) {
+            robot.joint_limit = f64::INFINITY;
+        }
         let scene = Scene::new(scene).map_err(|e| e.inside("scene"))?;
         integrator.validate().map_err(|e| e.inside("integrator"))?;
-        let body = Body::new(&robot, PegGrid::new(&scene.pegs));
+        let body = Body::new(&robot, PegGrid::of(&scene.obstacles));
         let system = M::system(robot, &scene, controller)?;
         let (integrator, scheme) = match *integrator {
-            IntegratorConfig::Thesis(config) => (*integrator, Scheme::Thesis(Box::new(M::new_thesis(config, &system)))),
+            IntegratorConfig::Thesis(config) => {
+                (*integrator, Scheme::Thesis(Box::new(M::Thesis::new(config, &system))))
+            }
             IntegratorConfig::Implicit(config) => {
                 let fleet = Fleet::new(config, &system, 1);
                 ((*fleet.config()).into(), Scheme::Implicit(Box::new(fleet)))
@@ -139,9 +135,15 @@ impl<M: SimulatedModel> Simulation<M> {
         &self.body.state
     }
 
-    /// Replaces the pegs; the caller has validated them.
+    /// Replaces all obstacles by pegs; the caller has validated them.
     pub fn set_scene_pegs(&mut self, pegs: &[Peg]) {
         self.body.pegs.rebuild(pegs);
+        self.clear_memory();
+    }
+
+    /// Replaces all obstacles; the caller has validated them.
+    pub fn set_obstacles(&mut self, obstacles: &[Obstacle]) {
+        self.body.pegs = PegGrid::of(obstacles);
         self.clear_memory();
     }
 
@@ -152,11 +154,11 @@ impl<M: SimulatedModel> Simulation<M> {
     }
 
     /// Integrates over `duration` in equal steps no longer than the configured one.
-    pub fn advance(&mut self, duration: f64, reference: &impl Reference<M>) -> StepStatistics {
+    pub fn advance(&mut self, duration: f64, reference: &impl Reference<M::Target>) -> StepStatistics {
         let Self { system, body, scheme, .. } = self;
-        let mut robot = Scripted { body: &mut *body, reference: Borrowed(reference) };
+        let mut robot = Scripted { body: &mut *body, reference };
         match scheme {
-            Scheme::Thesis(scheme) => M::advance_thesis(scheme, system, &mut robot, duration),
+            Scheme::Thesis(scheme) => scheme.advance(system, &mut robot, duration),
             Scheme::Implicit(fleet) => fleet.advance(system, std::slice::from_mut(&mut robot), duration, |_| true),
         }
         body.statistics
@@ -166,6 +168,28 @@ impl<M: SimulatedModel> Simulation<M> {
     /// part.
     pub fn contact_impulse(&self) -> &[Vector2<f64>] {
         &self.body.contact_impulse
+    }
+
+    /// Impulse of the robot's other links on each link during the last `advance`, world frame \[N s\]; without a z part in
+    /// the plane.
+    pub fn self_contact_impulse(&self) -> &[Vector3<f64>] {
+        &self.body.self_contact_impulse
+    }
+
+    /// Records from now on the forces of all contacts and the work of the actuators; obstacles must not be replaced then.
+    pub fn start_record(&mut self) {
+        self.body.record = Some(Box::new(Record::new(self.robot().link_count(), self.body.pegs.len())));
+    }
+
+    /// Place in the scene of each obstacle, by its number.
+    pub fn places_of_obstacles(&self) -> Vec<usize> {
+        let obstacles = &self.body.pegs;
+        (0..obstacles.len()).map(|obstacle| obstacles.place_in_scene(obstacle)).collect()
+    }
+
+    /// What has been recorded since it was last cleared.
+    pub fn record_mut(&mut self) -> Option<&mut Record> {
+        self.body.record.as_deref_mut()
     }
 
     /// The changing part of a simulation.
@@ -184,24 +208,7 @@ impl<M: SimulatedModel> Simulation<M> {
     fn clear_memory(&mut self) {
         self.body.clear_memory();
         if let Scheme::Thesis(scheme) = &mut self.scheme {
-            M::clear_thesis(scheme);
+            scheme.clear();
         }
-    }
-}
-
-/// A reference that somebody else owns.
-struct Borrowed<'a, R>(&'a R);
-
-impl<M: Model, R: Reference<M>> Reference<M> for Borrowed<'_, R> {
-    fn targets(&self, time: f64, targets: &mut [M::Target]) {
-        self.0.targets(time, targets);
-    }
-
-    fn travelling_wave(&self, time: f64) -> Option<crate::gait::WaveJets> {
-        self.0.travelling_wave(time)
-    }
-
-    fn next_jump(&self, time: f64) -> f64 {
-        self.0.next_jump(time)
     }
 }

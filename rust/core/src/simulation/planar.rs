@@ -1,13 +1,11 @@
-use nalgebra::Vector2;
-
 use crate::capabilities::ModelName;
-use crate::contact::{gap, self_gap};
+use crate::contact::{gap, self_gap, wall_gap};
 use crate::control::ControllerConfig;
 use crate::error::ConfigError;
 use crate::planar::{Planar, PlanarSystem, Pose, Thesis, Twist, assemble_chain, largest_joint_gap};
 use crate::robot::Robot;
 use crate::scene::Scene;
-use crate::stepping::{Body, Driven, ThesisConfig};
+use crate::stepping::Body;
 
 use super::{SimulatedModel, Simulation, Snapshot};
 
@@ -24,29 +22,12 @@ impl SimulatedModel for Planar {
 
     fn system(robot: Robot, scene: &Scene, controller: &ControllerConfig) -> Result<PlanarSystem, ConfigError> {
         let system = PlanarSystem::new(robot, scene.friction, *controller).map_err(|e| e.inside("controller"))?;
-        Ok(system.on_ground_with(scene.stribeck))
+        Ok(system.on_ground_with(scene.stribeck).on_slope(scene.slope))
     }
 
     fn place_initially(simulation: &mut PlanarSimulation) {
         let joints = simulation.robot().joint_count();
         simulation.place_chain(0.0, 0.0, 0.0, &vec![0.0; joints]);
-    }
-
-    fn new_thesis(config: ThesisConfig, system: &PlanarSystem) -> Thesis {
-        Thesis::new(config, system)
-    }
-
-    fn advance_thesis<D: Driven<Model = Self>>(
-        scheme: &mut Thesis,
-        system: &PlanarSystem,
-        robot: &mut D,
-        duration: f64,
-    ) {
-        scheme.advance(system, robot, duration);
-    }
-
-    fn clear_thesis(scheme: &mut Thesis) {
-        scheme.clear();
     }
 }
 
@@ -70,7 +51,15 @@ impl PlanarSimulation {
         self.body.parameters.mass * self.body.state.kinetic_energy(&self.system.robot)
     }
 
-    /// Smallest link-peg gap now \[m\]; infinite without pegs nearby.
+    /// Kinetic and potential energy, the latter zero with every CG on the horizontal through the origin \[J\].
+    pub fn energy(&self) -> f64 {
+        let pull = self.system.pull();
+        let links = self.system.robot.links.iter().zip(&self.body.state.pose);
+        let work = links.map(|(link, pose)| link.mass * pull.dot(&pose.xy())).sum::<f64>();
+        self.kinetic_energy() - self.body.parameters.mass * work
+    }
+
+    /// Smallest gap of a link to an obstacle now \[m\]; infinite without obstacles nearby.
     pub fn min_gap(&self) -> f64 {
         let Body { state, pegs, .. } = &self.body;
         let mut smallest = f64::INFINITY;
@@ -78,6 +67,7 @@ impl PlanarSimulation {
             pegs.visit_near(pose.x, pose.y, link.reach(), |peg| {
                 smallest = smallest.min(gap(pose, link, &pegs.pegs()[peg]));
             });
+            smallest = smallest.min(wall_gap(pose, link, pegs));
         }
         smallest
     }
@@ -85,11 +75,6 @@ impl PlanarSimulation {
     /// Smallest gap of two links that are not neighbours now \[m\]; infinite where none are close to each other.
     pub fn self_gap(&self) -> f64 {
         self_gap(&self.system.robot.links, &self.body.state.pose, 0.0)
-    }
-
-    /// Impulse of the robot's other links on each link during the last `advance`, world frame \[N s\].
-    pub fn self_contact_impulse(&self) -> &[Vector2<f64>] {
-        &self.body.self_contact_impulse
     }
 
     /// Widest gap of a joint now \[m\].

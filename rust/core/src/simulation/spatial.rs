@@ -7,9 +7,9 @@ use crate::robot::Robot;
 use crate::scene::Scene;
 use crate::spatial::{
     End, Pose, Spatial, SpatialSystem, SpatialThesis, StackedTwist, assemble_chain, ground_gap, largest_joint_gap,
-    peg_gap, rest_on_ground,
+    peg_gap, rest_on_ground, self_gap, wall_gap,
 };
-use crate::stepping::{Body, Driven, ThesisConfig};
+use crate::stepping::Body;
 
 use super::{SimulatedModel, Simulation, Snapshot};
 
@@ -32,23 +32,6 @@ impl SimulatedModel for Spatial {
         let joints = simulation.robot().joint_count();
         simulation.place_chain(Pose::identity(), &vec![Vector2::zeros(); joints]);
         simulation.rest_on_ground();
-    }
-
-    fn new_thesis(config: ThesisConfig, system: &SpatialSystem) -> SpatialThesis {
-        SpatialThesis::new(config, system)
-    }
-
-    fn advance_thesis<D: Driven<Model = Self>>(
-        scheme: &mut SpatialThesis,
-        system: &SpatialSystem,
-        robot: &mut D,
-        duration: f64,
-    ) {
-        scheme.advance(system, robot, duration);
-    }
-
-    fn clear_thesis(scheme: &mut SpatialThesis) {
-        scheme.clear();
     }
 }
 
@@ -78,10 +61,16 @@ impl SpatialSimulation {
         &self.body.warm_start.joint_torque
     }
 
-    /// Kinetic and potential energy, the latter zero with every CG in the ground plane \[J\].
+    /// Kinetic and potential energy, the latter zero with every CG at the height of the origin \[J\].
     pub fn energy(&self) -> f64 {
         let state = &self.body.state;
-        state.kinetic_energy(&self.system.robot) + state.potential_energy(&self.system.robot)
+        state.kinetic_energy(&self.system.robot) + state.potential_energy(&self.system.robot, &self.system.gravity)
+    }
+
+    /// Smallest distance of links that are not neighbours now \[m\], negative where they overlap; infinite where none are
+    /// close.
+    pub fn self_gap(&self) -> f64 {
+        self_gap(&self.system.robot.links, &self.body.state.pose)
     }
 
     /// Smallest gap of a link to the ground or a peg now \[m\].
@@ -94,6 +83,9 @@ impl SpatialSimulation {
             }
             pegs.visit_near(pose.position.x, pose.position.y, link.reach(), |peg| {
                 smallest = smallest.min(peg_gap(link, pose, &pegs.pegs()[peg]));
+            });
+            pegs.walls().visit_near(&pose.position.xy(), link.reach(), |wall| {
+                smallest = smallest.min(wall_gap(link, pose, &pegs.walls().walls()[wall].polygon));
             });
         }
         smallest

@@ -1,12 +1,14 @@
 //! What the solvers of all models share: the augmented Lagrangian iteration, the exact ray search, the proximal form of
-//! friction, and what is reported of a solve. `README.md` in this folder derives the method.
+//! friction, corrections of low rank, and what is reported of a solve. `README.md` in this folder derives the method.
 
 mod augmented_lagrangian;
 mod friction_term;
+mod low_rank;
 mod outcome;
 mod ray_search;
 
 pub(crate) use augmented_lagrangian::{LawForm, NewtonStep, StageProblem, Tuning, solve};
 pub(crate) use friction_term::FrictionTerm;
+pub(crate) use low_rank::{Coupling, EliminatedChain, LinkStep, LowRank};
 pub use outcome::{Outcome, RESIDUAL_LIMIT, SolveStatus, is_unconverged};
 pub(crate) use ray_search::{NearestKink, Ray, step_length};

@@ -18,12 +18,12 @@ pub struct Certificate<T = f64> {
     pub balance: T,
     /// Worst velocity with which a joint opens or twists \[m/s\].
     pub joint: T,
-    /// Worst violation of Signorini's law, ground and pegs: |P - max(P - m gamma, 0)| / m \[m/s\].
+    /// Worst violation of Signorini's law, ground, pegs and links: |P - max(P - m gamma, 0)| / m \[m/s\].
     pub normal: T,
     /// Worst violation of maximal dissipation, sliding and rolling: |P - prox_C(P - m gamma)| / m \[m/s\].
     pub friction: T,
-    /// Worst violation of a drive's law \[m/s\].
-    pub drive: T,
+    /// Worst violation of an actuator's law \[m/s\].
+    pub actuator: T,
 }
 
 impl<T: Real> Certificate<T> {
@@ -31,7 +31,7 @@ impl<T: Real> Certificate<T> {
     #[inline(always)]
     pub fn residual(&self) -> T {
         let contact = worse(self.normal, self.friction);
-        worse(worse(self.balance, self.joint), worse(contact, self.drive))
+        worse(worse(self.balance, self.joint), worse(contact, self.actuator))
     }
 }
 
@@ -39,7 +39,7 @@ impl<T: Real> Certificate<T> {
 #[inline(always)]
 pub fn certify<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Certificate<T> {
     let zero = T::zero();
-    let mut certificate = Certificate { balance: zero, joint: zero, normal: zero, friction: zero, drive: zero };
+    let mut certificate = Certificate { balance: zero, joint: zero, normal: zero, friction: zero, actuator: zero };
     for i in 0..stage.links.len() {
         verify_ground(stage, solution, i, &mut certificate);
     }
@@ -47,6 +47,12 @@ pub fn certify<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Certif
         let opening = power(&peg.direction, &solution.twist[peg.link]) + peg.offset;
         let violation = judge::half_line(impulse, opening, stage.links[peg.link].mass);
         certificate.normal = worse(certificate.normal, violation);
+    }
+    for (pair, &impulse) in stage.pairs.iter().zip(&solution.pair) {
+        let [i, j] = pair.links;
+        let [first, second] = &pair.direction;
+        let opening = power(first, &solution.twist[i]) + power(second, &solution.twist[j]) + pair.offset;
+        certificate.normal = worse(certificate.normal, judge::half_line(impulse, opening, stage.links[i].mass));
     }
     for j in 0..stage.joints.len() {
         verify_joint(stage, solution, j, &mut certificate);
@@ -94,13 +100,14 @@ fn verify_joint<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, j: usize
     for (axis, drive) in stage.joints[j].iter().enumerate() {
         let rate = scalar(&axes[axis], &relative);
         let wanted = drive.drive - drive.stiffness * rate;
-        let violation = judge::clamp(solution.drive[j][axis], wanted, drive.limit) / (near.mass * near.half_length);
-        certificate.drive = worse(certificate.drive, violation);
+        let violation = judge::clamp(solution.actuator[j][axis], wanted, drive.limit) / (near.mass * near.half_length);
+        certificate.actuator = worse(certificate.actuator, violation);
     }
 }
 
-/// The momentum that links 1..i lack is what the joint behind them gives. Its force is free, and so is its moment about
-/// the axis that cannot turn; about the other two it must be the drives'. Behind the last link nothing gives.
+/// The momentum that links 1..i lack is supplied by the joint behind them. Its force is free, and so is its moment about
+/// the axis that cannot turn; about the other two it must be that of the actuators. Behind the last link there is no
+/// joint.
 #[inline(always)]
 fn verify_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certificate: &mut Certificate<T>) {
     let zero = T::zero();
@@ -124,14 +131,14 @@ fn verify_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certif
         // About the joint behind the link.
         moment = minus(&moment, &vector(&joint_point(link, 1.0), &force));
         let axes = [link.axes[1], stage.links[i + 1].axes[0]];
-        for (axis, drive) in axes.iter().zip(&solution.drive[i]) {
+        for (axis, drive) in axes.iter().zip(&solution.actuator[i]) {
             let left = scalar(axis, &moment) + *drive;
             certificate.balance = worse(certificate.balance, left.abs() * link.half_length / link.inertia);
         }
     }
 }
 
-/// M x - p - contact impulses of link `i`: what its joints must give, as a force and a moment about the CG.
+/// M x - p - contact impulses of link `i`: what its joints must supply, as a force and a moment about the CG.
 #[inline(always)]
 fn missing<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: usize) -> (Vector3<T>, Vector3<T>) {
     let (link, u, t) = (&stage.links[i], &solution.twist[i], &stage.links[i].tangent);
@@ -151,6 +158,12 @@ fn missing<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: usize) -> 
         if peg.link == i {
             force = minus(&force, &times(&peg.direction.linear, impulse));
             moment = minus(&moment, &times(&peg.direction.angular, impulse));
+        }
+    }
+    for (pair, &impulse) in stage.pairs.iter().zip(&solution.pair) {
+        for (_, w) in pair.links.iter().zip(&pair.direction).filter(|(link, _)| **link == i) {
+            force = minus(&force, &times(&w.linear, impulse));
+            moment = minus(&moment, &times(&w.angular, impulse));
         }
     }
     (force, moment)

@@ -1,4 +1,4 @@
-//! A robot as the scheme carries it: in coordinates in which joints cannot open, with the forces of its last stage.
+//! State of a robot between steps: coordinates in which joints cannot open, and the forces of its last stage.
 
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
@@ -7,24 +7,27 @@ use crate::gait::CardanTarget;
 use crate::math::Real;
 use crate::robot::Robot;
 use crate::spatial::{
-    Configuration, Frame, Momentum, Pose, SpatialState, Speed, StackedTwist, Twist, inertia, joint_angle, joint_rate,
-    read_lane, turning, twist_of, write_lane,
+    ChainVelocity, Configuration, Frame, Momentum, Pose, SpatialState, StackedTwist, Twist, inertia, joint_angle,
+    joint_rate, read_lane, turning, twist_of, write_lane,
 };
 use crate::stepping::WarmStart;
 use crate::stepping::start::is_following;
 
 use super::peg_contacts::Pair;
+use super::self_contact::SelfContact;
 
-/// What one step hands to the next.
+/// What a step passes to the next one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChainState {
     pub configuration: Configuration,
-    pub speed: Speed,
-    /// Momentum of each link, and angular momentum about its CG, frame I: what joints exchange and nothing loses.
+    pub velocity: ChainVelocity,
+    /// Momentum of each link, and angular momentum about its CG, frame I: exchanged by the joints and conserved.
     pub momentum: Vec<Momentum>,
     pub forces: GroundForces,
     /// Pairs of the last stage.
     pub pairs: Vec<Pair>,
+    /// Contacts of the robot with itself in the last stage.
+    pub self_contacts: Vec<SelfContact>,
     /// The last step began at rest.
     pub began_at_rest: bool,
     /// tau_C = (yaw, pitch) of each joint in the last step \[N m\] (T 4.89).
@@ -32,7 +35,7 @@ pub struct ChainState {
     frames: Vec<Frame>,
 }
 
-/// Forces of the ground in the last stage: which contacts bore, and which of them stuck.
+/// Forces of the ground in the last stage: which contacts carried load, and which of them stuck.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct GroundForces<T = f64> {
     /// At both ends of each link \[N\].
@@ -83,11 +86,11 @@ impl ChainState {
     /// Pose of link 1, joint angles, their rates and all momenta from the poses and twists of all links.
     pub fn read(&mut self, robot: &Robot, state: &SpatialState) {
         let (pose, twist) = (&state.pose, &state.twist);
-        let Self { configuration, speed, momentum, .. } = self;
+        let Self { configuration, velocity, momentum, .. } = self;
         let q = pose[0].orientation.quaternion();
         (configuration.position, configuration.orientation) = (pose[0].position, [q.w, q.i, q.j, q.k]);
-        speed.head = Twist { linear: linear(&twist[0]), angular: pose[0].orientation * turning(&twist[0]) };
-        for (j, (angle, rate)) in configuration.angle.iter_mut().zip(&mut speed.rate).enumerate() {
+        velocity.head = Twist { linear: linear(&twist[0]), angular: pose[0].orientation * turning(&twist[0]) };
+        for (j, (angle, rate)) in configuration.angle.iter_mut().zip(&mut velocity.rate).enumerate() {
             *angle = joint_angle(&pose[j], &pose[j + 1]).into();
             *rate = joint_rate(&pose[j], &twist[j], &pose[j + 1], &twist[j + 1]).into();
         }
@@ -124,7 +127,7 @@ impl ChainState {
 
     /// A robot that was placed in motion with its reference has no start to resolve.
     pub fn is_following(&self, targets: &[CardanTarget]) -> bool {
-        let mut joints = targets.iter().zip(self.configuration.angle.iter().zip(&self.speed.rate));
+        let mut joints = targets.iter().zip(self.configuration.angle.iter().zip(&self.velocity.rate));
         joints.all(|(target, (angle, rate))| {
             is_following(&target.yaw, angle[0], rate[0]) && is_following(&target.pitch, angle[1], rate[1])
         })
@@ -141,6 +144,7 @@ pub struct SavedForces {
     began_at_rest: bool,
     forces: GroundForces,
     pairs: Vec<Pair>,
+    self_contacts: Vec<SelfContact>,
 }
 
 impl WarmStart for ChainState {
@@ -149,10 +153,11 @@ impl WarmStart for ChainState {
     fn new(links: usize) -> Self {
         Self {
             configuration: Configuration::straight(links),
-            speed: Speed::rest(links),
+            velocity: ChainVelocity::rest(links),
             momentum: vec![Momentum::zero(); links],
             forces: GroundForces::none(links),
             pairs: Vec::with_capacity(4 * links),
+            self_contacts: Vec::with_capacity(4 * links),
             began_at_rest: false,
             joint_torque: vec![Vector2::zeros(); links - 1],
             frames: vec![Frame::origin(); links],
@@ -163,12 +168,13 @@ impl WarmStart for ChainState {
         self.began_at_rest = false;
         self.forces.clear();
         self.pairs.clear();
+        self.self_contacts.clear();
         self.joint_torque.fill(Vector2::zeros());
     }
 
     fn save(&self) -> SavedForces {
-        let Self { began_at_rest, forces, pairs, .. } = self;
-        SavedForces { began_at_rest: *began_at_rest, forces: forces.clone(), pairs: pairs.clone() }
+        let Self { began_at_rest, forces, pairs, self_contacts, .. } = self.clone();
+        SavedForces { began_at_rest, forces, pairs, self_contacts }
     }
 
     fn resume(&mut self, saved: &SavedForces) {
@@ -176,9 +182,12 @@ impl WarmStart for ChainState {
         self.forces.copy_from(&saved.forces);
         self.pairs.clear();
         self.pairs.extend_from_slice(&saved.pairs);
+        self.self_contacts.clone_from(&saved.self_contacts);
     }
 
     fn fits(saved: &SavedForces, links: usize, pegs: usize) -> bool {
-        saved.forces.fits(links) && saved.pairs.iter().all(|pair| pair.link < links && pair.peg < pegs)
+        saved.forces.fits(links)
+            && saved.pairs.iter().all(|pair| pair.link < links && pair.peg < pegs)
+            && saved.self_contacts.iter().all(|contact| contact.place.fits(links))
     }
 }

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::math::Real;
+use crate::stepping::{MAX_RATE, MAX_SPEED};
 
 use super::StageLink;
 use super::spatial_vector::{Twist, along, cross, scaled, sum};
@@ -20,7 +21,7 @@ pub struct Configuration<T = f64> {
 
 /// Velocity: the twist of link 1, frame I, and the joint rates.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Speed<T = f64> {
+pub struct ChainVelocity<T = f64> {
     pub head: Twist<T>,
     /// (phi_h', phi_v') of each joint \[rad/s\].
     pub rate: Vec<[T; 2]>,
@@ -52,16 +53,16 @@ impl<T: Real> Configuration<T> {
         self.angle.copy_from_slice(&other.angle);
     }
 
-    /// Takes the configuration that `base` reaches with the constant velocity `speed` within `duration`.
+    /// Takes the configuration that `base` reaches with the constant velocity `velocity` within `duration`.
     ///
     /// Link 1 turns by the exponential of the angular velocity; the quaternion is put back on the unit sphere, so that
     /// round-off does not add up.
     #[inline(always)]
-    pub fn travel(&mut self, base: &Self, speed: &Speed<T>, duration: T) {
-        self.position = along(&base.position, &speed.head.linear, duration);
-        let turn = scaled(&speed.head.angular, duration);
+    pub fn travel(&mut self, base: &Self, velocity: &ChainVelocity<T>, duration: T) {
+        self.position = along(&base.position, &velocity.head.linear, duration);
+        let turn = scaled(&velocity.head.angular, duration);
         self.orientation = normalised(&product(&exponential(&turn), &base.orientation));
-        for (angle, (base, rate)) in self.angle.iter_mut().zip(base.angle.iter().zip(&speed.rate)) {
+        for (angle, (base, rate)) in self.angle.iter_mut().zip(base.angle.iter().zip(&velocity.rate)) {
             *angle = [base[0] + duration * rate[0], base[1] + duration * rate[1]];
         }
     }
@@ -84,7 +85,7 @@ impl<T: Real> Configuration<T> {
     }
 }
 
-impl<T: Real> Speed<T> {
+impl<T: Real> ChainVelocity<T> {
     pub fn rest(links: usize) -> Self {
         Self { head: Twist::zero(), rate: vec![[T::zero(); 2]; links - 1] }
     }
@@ -120,7 +121,7 @@ impl<T: Real> Speed<T> {
     }
 }
 
-impl Speed {
+impl ChainVelocity {
     /// Whether the velocity is finite, and that of a robot rather than of a diverged computation.
     pub fn is_plausible(&self) -> bool {
         let Twist { linear, angular } = &self.head;
@@ -192,9 +193,3 @@ fn normalised<T: Real>(q: &[T; 4]) -> [T; 4] {
 
 /// Squared angle below which the series is exact to round-off.
 const SMALL: f64 = 1e-6;
-
-/// \[m/s\]
-const MAX_SPEED: f64 = 1e4;
-
-/// \[rad/s\]
-const MAX_RATE: f64 = 1e6;

@@ -1,17 +1,15 @@
 //! Contacts with pegs of robots side by side: which lane's peg is in which contact of the stage.
 
-use nalgebra::Vector2;
-
 use crate::math::{MAX_LANES, Real};
 use crate::robot::Link;
-use crate::spatial::{SpatialBody, Stage, StagePeg, StageSolution, Wrench};
-use crate::stepping::ContactImpulse;
+use crate::spatial::{Laned, SpatialBody, Stage, StagePeg, StageSolution, Wrench};
+use crate::stepping::{ContactImpulse, Source};
 
-use super::peg_contacts::{Pair, Situation};
-use super::stage_work::StageWork;
+use super::peg_contacts::{LinkPrediction, Pair};
+use super::workspace::Workspace;
 
-/// The pegs that lanes have in one contact of the stage.
-type Slot = [Option<usize>; MAX_LANES];
+/// The obstacles, and the places at them, that lanes have in one contact of the stage.
+type Slot = [Option<(usize, usize)>; MAX_LANES];
 
 /// Peg contacts of the current stage, and the pairs of the one before.
 #[derive(Debug, Clone, Default)]
@@ -41,16 +39,16 @@ impl ContactMap {
         self.slots.iter().enumerate().filter(move |(_, slot)| slot[lane].is_some()).map(|(index, _)| index)
     }
 
-    pub fn clear<T: Real>(&mut self, work: &mut StageWork<T>) {
+    pub fn clear<T: Real>(&mut self, work: &mut Workspace<T>) {
         self.slots.clear();
         work.stage.pegs.clear();
         work.solution.peg.clear();
     }
 
-    /// Adds the contacts of link `index` in the lanes given; `elapsed` as in [`Situation`].
+    /// Adds the contacts of link `index` in the lanes given; `elapsed` as in [`LinkPrediction`].
     pub fn add<'a, T: Real>(
         &mut self,
-        work: &mut StageWork<T>,
+        work: &mut Workspace<T>,
         index: usize,
         link: &Link,
         robots: impl Iterator<Item = (usize, &'a SpatialBody)>,
@@ -59,16 +57,16 @@ impl ContactMap {
         let first = self.slots.len();
         for (lane, body) in robots {
             let mut next = first;
-            let situation = Situation::of(work, lane, index, link, elapsed.lane(lane));
-            situation.visit(index, &body.pegs, |peg, contact| {
+            let prediction = LinkPrediction::of(work, lane, index, link, elapsed.lane(lane));
+            prediction.visit(index, &body.pegs, |(peg, place), contact| {
                 if next == self.slots.len() {
                     self.slots.push([None; MAX_LANES]);
                     work.stage.pegs.push(StagePeg::nowhere(index));
                     work.solution.peg.push(T::zero());
                 }
-                self.slots[next][lane] = Some(peg);
+                self.slots[next][lane] = Some((peg, place));
                 work.stage.pegs[next].set_lane(lane, &contact);
-                let same = |pair: &&Pair| pair.link == index && pair.peg == peg;
+                let same = |pair: &&Pair| (pair.link, pair.peg, pair.place) == (index, peg, place);
                 let force = self.pairs[lane].iter().find(same).map_or(0.0, |pair| pair.force);
                 work.solution.peg[next].set_lane(lane, work.stage.coefficient.lane(lane) * force);
                 next += 1;
@@ -81,9 +79,9 @@ impl ContactMap {
         let Self { slots, pairs } = self;
         pairs[lane].clear();
         for (slot, (contact, impulse)) in slots.iter().zip(stage.pegs.iter().zip(&solution.peg)) {
-            if let Some(peg) = slot[lane] {
+            if let Some((peg, place)) = slot[lane] {
                 let force = impulse.lane(lane) / stage.coefficient.lane(lane);
-                pairs[lane].push(Pair { link: contact.link, peg, force });
+                pairs[lane].push(Pair { link: contact.link, peg, place, force });
             }
         }
     }
@@ -97,8 +95,9 @@ impl ContactMap {
     ) -> impl Iterator<Item = ContactImpulse> + 'a {
         self.of_lane(lane).map(move |index| {
             let StagePeg { link, direction: Wrench { linear, .. }, .. } = &stage.pegs[index];
-            let impulse = Vector2::new(linear.x.lane(lane), linear.y.lane(lane)) * solution.peg[index].lane(lane);
-            ContactImpulse { lane, link: *link, impulse, is_internal: false }
+            let impulse = linear.lane(lane) * solution.peg[index].lane(lane);
+            let (obstacle, _) = self.slots[index][lane].expect("a contact of the lane");
+            ContactImpulse { lane, link: *link, impulse, source: Source::Obstacle(obstacle) }
         })
     }
 }

@@ -16,14 +16,15 @@ pub fn mass_diagonal(link: &Link) -> Vector6<f64> {
     twist_of(Vector3::repeat(link.mass), inertia(link))
 }
 
-/// h_i = (0, 0, -m g; -omega x Theta omega) (T 4.72) \[N, N m\].
-pub fn smooth_force(link: &Link, gravity: f64, u: &StackedTwist) -> Vector6<f64> {
+/// h_i = (m g; -omega x Theta omega) under the acceleration of gravity g, (0, 0, -g) on level ground (T 4.72)
+/// \[N, N m\].
+pub fn smooth_force(link: &Link, gravity: &Vector3<f64>, u: &StackedTwist) -> Vector6<f64> {
     let omega = turning(u);
     let momentum = inertia(link).component_mul(&omega);
-    twist_of(Vector3::new(0.0, 0.0, -link.mass * gravity), -omega.cross(&momentum))
+    twist_of(gravity * link.mass, -omega.cross(&momentum))
 }
 
-/// m g z \[J\].
-pub fn potential_energy(link: &Link, gravity: f64, pose: &Pose) -> f64 {
-    link.mass * gravity * pose.position.z
+/// m g z on level ground \[J\].
+pub fn potential_energy(link: &Link, gravity: &Vector3<f64>, pose: &Pose) -> f64 {
+    -(gravity * link.mass).dot(&pose.position)
 }

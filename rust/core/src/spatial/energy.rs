@@ -15,7 +15,7 @@ pub fn work_of<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Energy
         let rolling = &solution.rolling[i];
         total.friction += link.radius * (rolling.y * x.angular.x - rolling.x * x.angular.y);
     }
-    for (rate, drive) in solution.rate.iter().zip(&solution.drive) {
+    for (rate, drive) in solution.rate.iter().zip(&solution.actuator) {
         for axis in 0..2 {
             let work = drive[axis] * rate[axis];
             total.actuator += work;

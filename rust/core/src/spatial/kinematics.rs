@@ -1,4 +1,4 @@
-//! Kinematics of the chain: how poses move, and how joints tie them together (T 4.2).
+//! Kinematics of the chain: motion of poses, and closure of joints (T 4.2).
 
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector2, Vector3};
 

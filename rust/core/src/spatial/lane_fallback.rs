@@ -19,7 +19,7 @@ impl LaneFallback {
         Self { fallback: Fallback::new(links), stage: Stage::with_capacity(links), solution: StageSolution::new(links) }
     }
 
-    /// Solves the stage of `lane` anew; `None` for a diverged robot, whose stage has a value that is not finite.
+    /// Solves the stage of `lane` by the fallback; `None` for a diverged robot, whose stage has a value that is not finite.
     pub fn solve_lane<T: Real>(
         &mut self,
         stage: &Stage<T>,

@@ -1,11 +1,12 @@
-//! Between the plain numbers of one robot and its lane of a register.
+//! Conversion between the numbers of one robot and its lane of a register.
 
 use nalgebra::{Vector2, Vector3};
 
 use crate::math::Real;
 
 use super::{
-    Configuration, Frame, SpatialVector, Speed, Stage, StageDrive, StageLink, StagePeg, StageSolution, Wrench,
+    ChainVelocity, Configuration, Frame, SpatialVector, Stage, StageDrive, StageLink, StagePair, StagePeg,
+    StageSolution, Wrench,
 };
 
 /// Data of several robots side by side.
@@ -17,14 +18,14 @@ pub trait Laned<T: Real> {
     fn set_lane(&mut self, lane: usize, one: &Self::One);
 }
 
-/// Takes one robot's data out of its lane; both have the same length.
+/// Copies one robot's data from its lane; both have the same length.
 pub fn read_lane<T: Real, X: Laned<T>>(from: &[X], lane: usize, to: &mut [X::One]) {
     for (to, from) in to.iter_mut().zip(from) {
         *to = from.lane(lane);
     }
 }
 
-/// Puts one robot's data into its lane; both have the same length.
+/// Copies one robot's data to its lane; both have the same length.
 pub fn write_lane<T: Real, X: Laned<T>>(to: &mut [X], lane: usize, from: &[X::One]) {
     for (to, from) in to.iter_mut().zip(from) {
         to.set_lane(lane, from);
@@ -136,6 +137,23 @@ impl<T: Real> StagePeg<T> {
     }
 }
 
+impl<T: Real> StagePair<T> {
+    /// A contact that is in no lane yet.
+    pub fn nowhere(links: [usize; 2]) -> Self {
+        Self { links, direction: [Wrench::zero(); 2], offset: T::splat(1.0) }
+    }
+
+    pub fn lane(&self, lane: usize) -> StagePair {
+        let direction = Laned::<T>::lane(&self.direction, lane);
+        StagePair { links: self.links, direction, offset: Real::lane(self.offset, lane) }
+    }
+
+    pub fn set_lane(&mut self, lane: usize, one: &StagePair) {
+        Laned::<T>::set_lane(&mut self.direction, lane, &one.direction);
+        Real::set_lane(&mut self.offset, lane, one.offset);
+    }
+}
+
 impl<T: Real> Configuration<T> {
     pub fn read_lane(&self, lane: usize, to: &mut Configuration) {
         (to.position, to.orientation) = (self.position.lane(lane), Laned::<T>::lane(&self.orientation, lane));
@@ -149,13 +167,13 @@ impl<T: Real> Configuration<T> {
     }
 }
 
-impl<T: Real> Speed<T> {
-    pub fn read_lane(&self, lane: usize, to: &mut Speed) {
+impl<T: Real> ChainVelocity<T> {
+    pub fn read_lane(&self, lane: usize, to: &mut ChainVelocity) {
         to.head = self.head.lane(lane);
         read_lane::<T, _>(&self.rate, lane, &mut to.rate);
     }
 
-    pub fn set_lane(&mut self, lane: usize, from: &Speed) {
+    pub fn set_lane(&mut self, lane: usize, from: &ChainVelocity) {
         self.head.set_lane(lane, &from.head);
         write_lane::<T, _>(&mut self.rate, lane, &from.rate);
     }
@@ -173,6 +191,8 @@ impl<T: Real> Stage<T> {
         to.joints.extend(self.joints.iter().map(|joint| Laned::<T>::lane(joint, lane)));
         to.pegs.clear();
         to.pegs.extend(pegs.map(|peg| self.pegs[peg].lane(lane)));
+        to.pairs.clear();
+        to.pairs.extend(self.pairs.iter().map(|pair| pair.lane(lane)));
     }
 }
 
@@ -184,9 +204,11 @@ impl<T: Real> StageSolution<T> {
         read_lane::<T, _>(&self.normal, lane, &mut to.normal);
         read_lane::<T, _>(&self.friction, lane, &mut to.friction);
         read_lane::<T, _>(&self.rolling, lane, &mut to.rolling);
-        read_lane::<T, _>(&self.drive, lane, &mut to.drive);
+        read_lane::<T, _>(&self.actuator, lane, &mut to.actuator);
         to.peg.clear();
         to.peg.extend(pegs.map(|peg| Real::lane(self.peg[peg], lane)));
+        to.pair.clear();
+        to.pair.extend(self.pair.iter().map(|pair| Real::lane(*pair, lane)));
     }
 
     pub fn set_lane(&mut self, lane: usize, pegs: impl Iterator<Item = usize>, from: &StageSolution) {
@@ -195,9 +217,10 @@ impl<T: Real> StageSolution<T> {
         write_lane::<T, _>(&mut self.normal, lane, &from.normal);
         write_lane::<T, _>(&mut self.friction, lane, &from.friction);
         write_lane::<T, _>(&mut self.rolling, lane, &from.rolling);
-        write_lane::<T, _>(&mut self.drive, lane, &from.drive);
+        write_lane::<T, _>(&mut self.actuator, lane, &from.actuator);
         for (peg, impulse) in pegs.zip(&from.peg) {
             Real::set_lane(&mut self.peg[peg], lane, *impulse);
         }
+        write_lane::<T, _>(&mut self.pair, lane, &from.pair);
     }
 }

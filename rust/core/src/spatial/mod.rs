@@ -28,20 +28,24 @@ mod kinematics;
 mod lane_fallback;
 mod lanes;
 mod model;
+mod pair_slots;
 mod peg;
 mod peg_contacts;
+mod penetration;
+mod self_contact;
 mod solver;
 mod spatial_vector;
 mod stage;
-mod stage_work;
-mod standing;
+
+mod rest;
 mod state;
 mod system;
 mod thesis;
+mod workspace;
 
 pub use certificate::{Certificate, certify};
 pub use chain_state::ChainState;
-pub use configuration::{Configuration, Frame, Speed};
+pub use configuration::{ChainVelocity, Configuration, Frame};
 pub use dynamics::{inertia, mass_diagonal, potential_energy, smooth_force};
 pub use ground::{End, GroundContact, ground_contact, ground_frame, ground_gap};
 pub use joint::{
@@ -51,11 +55,13 @@ pub use joint::{
 pub use kinematics::{assemble_chain, close_joints, largest_joint_gap, orientation_of, rest_on_ground, travel};
 pub use lanes::{Laned, read_lane, write_lane};
 pub use model::{Spatial, SpatialBody, SpatialFleet, SpatialScripted};
-pub use peg::{PegContact, nearest_point, peg_contact, peg_gap};
+pub use pair_slots::PairPlace;
+pub use peg::{PegContact, centre_line, nearest_point, peg_contact, peg_gap, wall_gap};
+pub use self_contact::{SelfContact, self_gap};
 pub use solver::{CoulombNewton, Fallback, Newton};
 pub use spatial_vector::{Momentum, SpatialVector, Twist, Wrench};
-pub use stage::{Stage, StageDrive, StageFriction, StageLink, StagePeg, StageSolution};
-pub use state::{Pose, SpatialState, StackedTwist, is_plausible, turning, twist_of};
+pub use stage::{Stage, StageDrive, StageFriction, StageLink, StagePair, StagePeg, StageSolution};
+pub use state::{Pose, SpatialState, StackedTwist, turning, twist_of};
 pub use system::SpatialSystem;
 pub use thesis::{
     ContactPenalties, GroundImpulse, ModifiedNewton, SpatialThesis, Step, StepGround, StepLink, StepPeg, StepSolution,

@@ -1,16 +1,16 @@
-//! The spatial model as the stepper sees it.
+//! The spatial model for the stepper.
 
 use nalgebra::Vector2;
 
-use crate::gait::{CardanReference, CardanTarget};
+use crate::gait::{CardanTarget, Reference};
 use crate::math::Real;
 use crate::pegs::PegGrid;
 use crate::robot::Robot;
 use crate::solver::RESIDUAL_LIMIT;
 use crate::stepping::kernels::compile_kernels;
-use crate::stepping::{self, Growing, ImplicitConfig, Model, Reference};
+use crate::stepping::{self, Growing, ImplicitConfig, Model};
 
-use super::stage_work::StageWork;
+use super::workspace::Workspace;
 use super::{ChainState, Pose, SpatialState, SpatialSystem, assemble_chain, rest_on_ground};
 
 /// The spatial model (T ch. 4).
@@ -32,11 +32,12 @@ impl Model for Spatial {
     type WarmStart = ChainState;
     type Target = CardanTarget;
     type Division = Growing;
-    type Work<T: Real> = StageWork<T>;
+    type Workspace<T: Real> = Workspace<T>;
 
     // More than in the plane: links touch down all the time.
     const ABRUPT_CHANGE: f64 = 4.0;
     const RESIDUAL_FACTOR: f64 = RESIDUAL_LIMIT;
+    const SORTED_BY_STAGE: bool = false;
 
     fn configured(config: ImplicitConfig) -> ImplicitConfig {
         ImplicitConfig { step: Some(config.step.unwrap_or(STEP)), ..config }
@@ -61,17 +62,7 @@ impl Model for Spatial {
 
 compile_kernels!(Spatial);
 
-impl<R: CardanReference> Reference<Spatial> for R {
-    fn targets(&self, time: f64, targets: &mut [CardanTarget]) {
-        CardanReference::targets(self, time, targets);
-    }
-
-    fn next_jump(&self, time: f64) -> f64 {
-        CardanReference::next_jump(self, time)
-    }
-}
-
-impl<R: CardanReference> SpatialScripted<R> {
+impl<R: Reference<CardanTarget>> SpatialScripted<R> {
     /// A robot at rest on the ground among `pegs`: pose of link 1, which is lifted or lowered, and (yaw, pitch) of all
     /// joints.
     pub fn new(robot: &Robot, pegs: PegGrid, head: Pose, joint_angle: &[Vector2<f64>], reference: R) -> Self {
@@ -83,6 +74,6 @@ impl<R: CardanReference> SpatialScripted<R> {
     }
 }
 
-/// Default step \[s\]: tenths of a millimetre in the peg course, some millimetres in sidewinding, where the
-/// indeterminate normal forces leave as much open.
+/// Default step \[s\]: errors of tenths of a millimetre in the peg course, and of some millimetres in sidewinding,
+/// where normal forces are indeterminate.
 const STEP: f64 = 0.01;

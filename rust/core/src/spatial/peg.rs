@@ -2,8 +2,8 @@
 
 use nalgebra::{Vector2, Vector3, Vector6};
 
+use crate::obstacles::{CentreLine, ConvexPolygon, Peg};
 use crate::robot::Link;
-use crate::scene::Peg;
 
 use super::{Pose, force_direction};
 
@@ -58,6 +58,16 @@ pub fn nearest_point(link: &Link, position: &Vector3<f64>, axis: &Vector3<f64>, 
     let along = if length > UPRIGHT { -from_peg.dot(&shadow) / length } else { 0.0 };
     let along = along.clamp(-link.contact_half_length, link.contact_half_length);
     (from_peg + shadow * along, along)
+}
+
+/// Gap between a link and a wall, a vertical prism without end \[m\].
+pub fn wall_gap(link: &Link, pose: &Pose, wall: &ConvexPolygon) -> f64 {
+    wall.distance(&centre_line(link, &pose.position, &pose.axis())) - link.radius
+}
+
+/// The centre line of a link seen from above: the distance to a vertical prism is the one to be seen there.
+pub fn centre_line(link: &Link, position: &Vector3<f64>, axis: &Vector3<f64>) -> CentreLine {
+    CentreLine { middle: position.xy(), half: axis.xy() * link.contact_half_length }
 }
 
 /// A horizontal direction perpendicular to the centre line.

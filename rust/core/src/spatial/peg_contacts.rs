@@ -4,24 +4,26 @@ use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::contact::recovery::{DEEP, RECOVERY_SPEED, SAME_SIDE, remaining_gap};
+use crate::contact::touching_distance;
 use crate::math::Real;
 use crate::pegs::PegGrid;
 use crate::robot::Link;
-use crate::scene::Peg;
-use crate::spatial::{Frame, Laned, StagePeg, Twist, Wrench, nearest_point};
+use crate::spatial::{Frame, Laned, StagePeg, Twist, Wrench, centre_line, nearest_point};
 
-use super::stage_work::StageWork;
+use super::workspace::Workspace;
 
 /// A pair that took part in the last stage, and its force \[N\].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Pair {
     pub link: usize,
+    /// The obstacle, by its number in the grid, and which of the places that describe the pair.
     pub peg: usize,
+    pub place: usize,
     pub force: f64,
 }
 
 /// Where one link is during a stage.
-pub struct Situation<'a> {
+pub struct LinkPrediction<'a> {
     link: &'a Link,
     /// At the start of the step, at the base of the stage, and at its predicted end.
     start: Frame,
@@ -35,17 +37,27 @@ pub struct Situation<'a> {
     elapsed: f64,
 }
 
-/// Plane that separates a link from a peg: normal, point of the centre line, and gap.
+/// One of the places that describe a link and an obstacle, which it is in the scene.
+#[derive(Clone, Copy)]
+struct Place<'a> {
+    obstacles: &'a PegGrid,
+    obstacle: usize,
+    place: usize,
+}
+
+/// Plane that separates a link from an obstacle: normal, point of the centre line, and gap.
 struct Plane {
     normal: Vector3<f64>,
     /// From the CG to the point.
     arm: Vector3<f64>,
     gap: f64,
+    /// Whether another place covers this one.
+    is_redundant: bool,
 }
 
-impl<'a> Situation<'a> {
+impl<'a> LinkPrediction<'a> {
     /// Link `index` of a lane's robot in the current stage.
-    pub fn of<T: Real>(work: &StageWork<T>, lane: usize, index: usize, link: &'a Link, elapsed: f64) -> Self {
+    pub fn of<T: Real>(work: &Workspace<T>, lane: usize, index: usize, link: &'a Link, elapsed: f64) -> Self {
         Self {
             link,
             start: work.start_frames[index].lane(lane),
@@ -57,16 +69,23 @@ impl<'a> Situation<'a> {
         }
     }
 
-    /// Calls `add` with every peg that may matter and its contact.
-    pub fn visit(&self, index: usize, pegs: &PegGrid, mut add: impl FnMut(usize, StagePeg)) {
+    /// Calls `add` with every obstacle and place that may matter and their contact.
+    pub fn visit(&self, index: usize, pegs: &PegGrid, mut add: impl FnMut((usize, usize), StagePeg)) {
         let displacement = (self.end.position - self.start.position).norm();
         let reach = self.link.reach() + displacement + MARGIN;
         let near = &self.end.position;
-        pegs.visit_near(near.x, near.y, reach, |peg| {
-            let contact = self.contact(&pegs.pegs()[peg], displacement);
-            if contact.offset * self.coefficient < MARGIN {
-                add(peg, StagePeg { link: index, ..contact });
+        let mut look = |obstacle: usize, place: usize| {
+            let Some(contact) = self.contact(Place { obstacles: pegs, obstacle, place }, displacement) else { return };
+            // The gap without motion or the predicted one, whichever is less.
+            let closing = contact.direction.dot(&self.expected).min(0.0);
+            if (contact.offset + closing) * self.coefficient < MARGIN {
+                add((obstacle, place), StagePeg { link: index, ..contact });
             }
+        };
+        pegs.visit_near(near.x, near.y, reach, |peg| look(peg, 0));
+        pegs.walls().visit_near(&near.xy(), reach, |wall| {
+            let places = pegs.walls().walls()[wall].polygon.places();
+            (0..places).for_each(|place| look(pegs.pegs().len() + wall, place));
         });
     }
 
@@ -74,31 +93,46 @@ impl<'a> Situation<'a> {
     ///
     /// The end-of-stage gap is linearised at the predicted end configuration, so that a sustained contact is exact to
     /// second order. Where the prediction runs deep into a peg, or past it, the side is uncertain, and the gap is
-    /// linearised at the start of the step.
-    fn contact(&self, peg: &Peg, displacement: f64) -> StagePeg {
-        let touching = peg.radius + self.link.radius;
-        let at_start = self.plane(&self.start, peg);
-        let mut plane = self.plane(&self.end, peg);
+    /// linearised at the start of the step. `None` where another place covers this one.
+    fn contact(&self, place: Place, displacement: f64) -> Option<StagePeg> {
+        let touching = touching_distance(self.link, place.obstacles, place.obstacle);
+        let at_start = self.plane(&self.start, place);
+        let mut plane = self.plane(&self.end, place);
         let c = self.coefficient;
         let mut travelled = c * plane.normal.dot(&self.expected.velocity_at(&plane.arm));
+        let depth = if at_start.is_redundant { 0.0 } else { (-at_start.gap).max(0.0) };
         let deep = plane.gap < -DEEP * touching;
-        if deep || (displacement > touching && at_start.normal.dot(&plane.normal) < SAME_SIDE) {
+        if plane.is_redundant && (at_start.is_redundant || !deep) {
+            return None;
+        }
+        let from_start = deep || (displacement > touching && at_start.normal.dot(&plane.normal) < SAME_SIDE);
+        if from_start && !at_start.is_redundant {
             // Where the point of the start lies at the base of the stage.
             let along = at_start.arm.dot(&self.start.axes[2]);
             let moved = self.base.position + self.base.axes[2] * along - (self.start.position + at_start.arm);
             plane = at_start;
             travelled = -plane.normal.dot(&moved);
         }
-        let depth = (-self.plane(&self.start, peg).gap).max(0.0);
         let kept = remaining_gap(depth, self.elapsed);
-        StagePeg {
+        Some(StagePeg {
             link: 0,
             direction: Wrench { linear: plane.normal, angular: plane.arm.cross(&plane.normal) },
             offset: ((plane.gap - kept - travelled) / c).max(-RECOVERY_SPEED),
-        }
+        })
     }
 
-    fn plane(&self, frame: &Frame, peg: &Peg) -> Plane {
+    fn plane(&self, frame: &Frame, Place { obstacles, obstacle, place }: Place) -> Plane {
+        let pegs = obstacles.pegs();
+        let Some(peg) = pegs.get(obstacle) else {
+            let line = centre_line(self.link, &frame.position, &frame.axes[2]);
+            let at = obstacles.walls().walls()[obstacle - pegs.len()].polygon.separation(&line, place);
+            return Plane {
+                normal: at.normal.push(0.0),
+                arm: frame.axes[2] * (at.place * self.link.contact_half_length),
+                gap: at.distance - self.link.radius,
+                is_redundant: at.is_redundant,
+            };
+        };
         let (offset, along) = nearest_point(self.link, &frame.position, &frame.axes[2], peg);
         let distance = offset.norm();
         let across = Vector2::new(-frame.axes[2].y, frame.axes[2].x);
@@ -107,6 +141,7 @@ impl<'a> Situation<'a> {
             normal: Vector3::new(normal.x, normal.y, 0.0),
             arm: frame.axes[2] * along,
             gap: distance - (peg.radius + self.link.radius),
+            is_redundant: false,
         }
     }
 }

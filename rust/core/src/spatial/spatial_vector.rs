@@ -46,7 +46,7 @@ impl<T: Real> SpatialVector<T> {
         sum(&self.linear, &cross(&self.angular, arm))
     }
 
-    /// Takes `value` over in the given lanes.
+    /// Copies `value` in the given lanes.
     #[inline(always)]
     pub fn select_into(&mut self, lanes: T::Mask, value: &Self) {
         crate::math::select_into(&mut self.linear, lanes, &value.linear);

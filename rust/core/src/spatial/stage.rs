@@ -3,7 +3,7 @@
 //! The unknowns of a stage are the twists x = (v, omega) of all links, frame I, and the joint rates, with
 //!
 //! `M x - p = W_N P_N + W_T P_T + W_V P_V + W_H P_H + W_J P_J + W_tau D`, `W_J^T x = 0` (T 4.69), (T 4.112 != D41),
-//! `0 <= P_N  _|_  W_N^T x + offset >= 0` (T 4.78), the same for pegs (T 4.79),
+//! `0 <= P_N  _|_  W_N^T x + offset >= 0` (T 4.78), the same for pegs (T 4.79) and between links of one robot,
 //! `-W_T^T x in N_{C_T}(P_T)` with the ellipse of semi-axes mu P_N (T 4.82)-(T 4.84),
 //! `-W_V^T x in N_{C_V}(P_V)` with the disc of radius mu_V P_N (T 4.86)-(T 4.87),
 //! `D = clamp(b - k phi')` (T 4.101)-(T 4.102).
@@ -17,6 +17,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use crate::contact::LINK_CONTACTS_PER_LINK;
 use crate::math::Real;
 
 use super::spatial_vector::{Momentum, Twist, Wrench, cross, scaled, sum};
@@ -66,6 +67,16 @@ pub struct StagePeg<T = f64> {
     pub offset: T,
 }
 
+/// Contact between two links of the robot in a stage. A lane without it has directions 0 and offset 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StagePair<T = f64> {
+    pub links: [usize; 2],
+    /// w of both links with their angular parts in frame I.
+    pub direction: [Wrench<T>; 2],
+    /// Gap over coefficient: the contact closes when `w_0 . x_0 + w_1 . x_1 + offset` reaches zero \[m/s\].
+    pub offset: T,
+}
+
 /// Coefficients of ground friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StageFriction<T = f64> {
@@ -86,6 +97,8 @@ pub struct Stage<T = f64> {
     pub joints: Vec<[StageDrive<T>; 2]>,
     /// Sorted by link.
     pub pegs: Vec<StagePeg<T>>,
+    /// Contacts of the robot with itself.
+    pub pairs: Vec<StagePair<T>>,
 }
 
 impl<T: Real> Stage<T> {
@@ -97,6 +110,7 @@ impl<T: Real> Stage<T> {
             links: Vec::with_capacity(links),
             joints: Vec::with_capacity(links - 1),
             pegs: Vec::with_capacity(PEGS_PER_LINK * links),
+            pairs: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
         }
     }
 }
@@ -108,6 +122,7 @@ impl<T: Real> Stage<T> {
         self.links.clone_from(&other.links);
         self.joints.clone_from(&other.joints);
         self.pegs.clone_from(&other.pegs);
+        self.pairs.clone_from(&other.pairs);
     }
 }
 
@@ -163,9 +178,11 @@ pub struct StageSolution<T = f64> {
     /// P_V of both spheres together, along the axes of frame I \[N s\].
     pub rolling: Vec<Vector2<T>>,
     /// D of each joint: yaw, pitch, positive driving phi upwards \[N m s\].
-    pub drive: Vec<[T; 2]>,
+    pub actuator: Vec<[T; 2]>,
     /// P_H of each entry of [`Stage::pegs`] \[N s\].
     pub peg: Vec<T>,
+    /// Impulse of each entry of [`Stage::pairs`] \[N s\].
+    pub pair: Vec<T>,
 }
 
 impl<T: Real> StageSolution<T> {
@@ -178,8 +195,9 @@ impl<T: Real> StageSolution<T> {
             normal: vec![[zero; 2]; links],
             friction: vec![[none; 2]; links],
             rolling: vec![none; links],
-            drive: vec![[zero; 2]; links - 1],
+            actuator: vec![[zero; 2]; links - 1],
             peg: Vec::with_capacity(PEGS_PER_LINK * links),
+            pair: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
         }
     }
 }
@@ -192,11 +210,12 @@ impl<T: Real> StageSolution<T> {
         self.normal.clone_from(&other.normal);
         self.friction.clone_from(&other.friction);
         self.rolling.clone_from(&other.rolling);
-        self.drive.clone_from(&other.drive);
+        self.actuator.clone_from(&other.actuator);
         self.peg.clone_from(&other.peg);
+        self.pair.clone_from(&other.pair);
     }
 
-    /// Takes over the given lanes of another solution of the same stage.
+    /// Copies the given lanes of another solution of the same stage.
     #[inline(always)]
     pub fn select_into(&mut self, lanes: T::Mask, other: &Self) {
         for i in 0..self.twist.len() {
@@ -212,10 +231,11 @@ impl<T: Real> StageSolution<T> {
         for j in 0..self.rate.len() {
             for axis in 0..2 {
                 take(&mut self.rate[j][axis], lanes, other.rate[j][axis]);
-                take(&mut self.drive[j][axis], lanes, other.drive[j][axis]);
+                take(&mut self.actuator[j][axis], lanes, other.actuator[j][axis]);
             }
         }
-        for (own, theirs) in self.peg.iter_mut().zip(&other.peg) {
+        let impulses = self.peg.iter_mut().zip(&other.peg).chain(self.pair.iter_mut().zip(&other.pair));
+        for (own, theirs) in impulses {
             take(own, lanes, *theirs);
         }
     }

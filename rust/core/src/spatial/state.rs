@@ -2,7 +2,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
 use crate::robot::Robot;
-use crate::stepping::RobotState;
+use crate::stepping::{MAX_RATE, MAX_SPEED, RobotState};
 
 use super::{mass_diagonal, potential_energy};
 
@@ -60,9 +60,10 @@ impl SpatialState {
         robot.links.iter().zip(&self.twist).map(energy).sum()
     }
 
-    /// Potential energy of all links, zero with every CG in the ground plane \[J\].
-    pub fn potential_energy(&self, robot: &Robot) -> f64 {
-        let energy = |(link, pose): (_, &Pose)| potential_energy(link, robot.gravity, pose);
+    /// Potential energy of all links under the acceleration of gravity in frame I, zero with every CG at the height of
+    /// the origin \[J\].
+    pub fn potential_energy(&self, robot: &Robot, gravity: &Vector3<f64>) -> f64 {
+        let energy = |(link, pose): (_, &Pose)| potential_energy(link, gravity, pose);
         robot.links.iter().zip(&self.pose).map(energy).sum()
     }
 }
@@ -93,19 +94,12 @@ impl RobotState for SpatialState {
     fn fits(&self, links: usize) -> bool {
         self.pose.len() == links && self.twist.len() == links
     }
+
+    fn is_plausible(&self) -> bool {
+        let placed = |pose: &Pose| pose.position.iter().chain(pose.orientation.coords.iter()).all(|x| x.is_finite());
+        let slow = |u: &StackedTwist| {
+            u.iter().take(3).all(|v| v.abs() < MAX_SPEED) && u.iter().skip(3).all(|omega| omega.abs() < MAX_RATE)
+        };
+        self.pose.iter().all(placed) && self.twist.iter().all(slow)
+    }
 }
-
-/// Whether states are finite, and slow enough to be robots rather than diverged computations.
-pub fn is_plausible(pose: &[Pose], twist: &[StackedTwist]) -> bool {
-    let placed = |pose: &Pose| pose.position.iter().chain(pose.orientation.coords.iter()).all(|x| x.is_finite());
-    let slow = |u: &StackedTwist| {
-        u.iter().take(3).all(|v| v.abs() < MAX_SPEED) && u.iter().skip(3).all(|omega| omega.abs() < MAX_RATE)
-    };
-    pose.iter().all(placed) && twist.iter().all(slow)
-}
-
-/// \[m/s\]
-const MAX_SPEED: f64 = 1e4;
-
-/// \[rad/s\]
-const MAX_RATE: f64 = 1e6;

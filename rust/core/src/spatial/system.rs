@@ -1,4 +1,4 @@
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 
 use crate::control::{ControlLaw, ControllerConfig};
 use crate::error::{ConfigError, require};
@@ -15,6 +15,8 @@ pub struct SpatialSystem {
     pub friction: Vector2<f64>,
     /// mu_V.
     pub rolling_friction: f64,
+    /// Acceleration of gravity in frame I, whose z axis is the ground's normal \[m/s^2\].
+    pub gravity: Vector3<f64>,
     /// Half the length of each link \[m\].
     pub(super) half_length: Vec<f64>,
 }
@@ -26,9 +28,10 @@ impl SpatialSystem {
         controller.validate()?;
         let expected = "\"pd\": the spatial model has no input-output linearisation";
         require(controller.law == ControlLaw::Pd, "law", "io", expected)?;
-        let Scene { friction, rolling_friction, .. } = scene;
+        let Scene { friction, rolling_friction, slope, .. } = scene;
         let half_length = robot.links.iter().map(|link| 0.5 * link.length).collect();
         Ok(Self {
+            gravity: slope.acceleration(robot.gravity),
             robot,
             controller,
             friction: Vector2::from(*friction),

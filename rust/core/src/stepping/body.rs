@@ -1,14 +1,14 @@
 //! One robot among its pegs, as the schemes advance it.
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::gait::WaveJets;
+use crate::gait::{Reference, WaveJets};
 use crate::pegs::PegGrid;
 use crate::robot::Robot;
 
-use super::model::{Driven, Model, Reference, RobotState, WarmStart};
-use super::{PlantParameters, StepStatistics};
+use super::model::{Driven, Model, RobotState, WarmStart};
+use super::{PlantParameters, Record, StepStatistics};
 
 /// State, surroundings, warm start and counters of one robot.
 #[derive(Debug, Clone)]
@@ -25,10 +25,12 @@ pub struct Body<M: Model> {
     /// (T 7.6).
     pub contact_impulse: Vec<Vector2<f64>>,
     /// Impulse of the robot's other links on each link since [`Self::begin`], world frame \[N s\].
-    pub self_contact_impulse: Vec<Vector2<f64>>,
+    pub self_contact_impulse: Vec<Vector3<f64>>,
     /// Impulse of the ground's normal forces on each link since [`Self::begin`] \[N s\]; zero in models without them.
     pub ground_impulse: Vec<f64>,
-    /// Linear solves of the last step.
+    /// What a run records besides, if it does.
+    pub record: Option<Box<Record>>,
+    /// Linear solves of the last stage or step, see [`Model::SORTED_BY_STAGE`].
     pub(super) solves: u32,
     /// Whether the state is that of a robot rather than of a diverged computation; set by the schemes.
     pub(crate) is_plausible: bool,
@@ -58,8 +60,9 @@ impl<M: Model> Body<M> {
             parameters: PlantParameters::default(),
             statistics: StepStatistics::default(),
             contact_impulse: vec![Vector2::zeros(); links],
-            self_contact_impulse: vec![Vector2::zeros(); links],
+            self_contact_impulse: vec![Vector3::zeros(); links],
             ground_impulse: vec![0.0; links],
+            record: None,
             solves: 0,
             is_plausible: true,
             last_good: M::State::zero(links),
@@ -79,7 +82,7 @@ impl<M: Model> Body<M> {
         self.last_good.copy_from(&self.state);
         self.statistics = StepStatistics::default();
         self.contact_impulse.fill(Vector2::zeros());
-        self.self_contact_impulse.fill(Vector2::zeros());
+        self.self_contact_impulse.fill(Vector3::zeros());
         self.ground_impulse.fill(0.0);
     }
 
@@ -99,7 +102,7 @@ impl<M: Model> Body<M> {
             self.solves = 0;
             self.statistics.clear_work();
             self.contact_impulse.fill(Vector2::zeros());
-            self.self_contact_impulse.fill(Vector2::zeros());
+            self.self_contact_impulse.fill(Vector3::zeros());
             self.ground_impulse.fill(0.0);
             self.is_plausible = true;
             self.statistics.diverged = true;
@@ -145,7 +148,7 @@ pub struct Scripted<R, B> {
     pub reference: R,
 }
 
-impl<B: HasBody, R: Reference<B::Model>> Driven for Scripted<R, B> {
+impl<B: HasBody, R: Reference<<B::Model as Model>::Target>> Driven for Scripted<R, B> {
     type Model = B::Model;
 
     fn body(&self) -> &Body<B::Model> {
@@ -162,6 +165,10 @@ impl<B: HasBody, R: Reference<B::Model>> Driven for Scripted<R, B> {
 
     fn travelling_wave(&self, time: f64) -> Option<WaveJets> {
         self.reference.travelling_wave(time)
+    }
+
+    fn torques(&self, time: f64, torques: &mut [f64]) -> bool {
+        self.reference.torques(time, torques)
     }
 
     fn next_jump(&self, time: f64) -> f64 {

@@ -225,7 +225,7 @@ fn steps_in(duration: f64, step: f64) -> u32 {
 /// A ratio of durations this close to a whole number counts as whole.
 const STEP_SLACK: f64 = 1e-9;
 
-// By hand: the derived reading of a tagged enum loses at which field it fails.
+// By hand: the derived implementation for a tagged enum does not report which field fails.
 impl<'de> Deserialize<'de> for IntegratorConfig {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_struct("IntegratorConfig", &["method"], MethodFirst)
@@ -257,7 +257,7 @@ impl<'de> Visitor<'de> for MethodFirst {
     }
 }
 
-/// The options of a method; any other is refused.
+/// The options of a method; any other is rejected.
 struct Options<A> {
     map: A,
     /// A name that was read before.
@@ -287,7 +287,7 @@ impl<'de, A: MapAccess<'de>> MapAccess<'de> for Options<A> {
     }
 }
 
-/// In place of the value of something that is no option of the method: the error is then told at that field.
+/// Stands for the value of a key that is not an option of the method, so that the error names that key.
 struct Refusal(Method);
 
 impl<'de> DeserializeSeed<'de> for Refusal {

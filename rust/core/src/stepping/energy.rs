@@ -17,7 +17,7 @@ impl<T: Real> EnergyLedger<T> {
         Self { friction: T::zero(), actuator: T::zero(), positive_actuator: T::zero() }
     }
 
-    /// Takes other work over in the given lanes.
+    /// Copies other work in the given lanes.
     #[inline(always)]
     pub fn select_into(&mut self, lanes: T::Mask, other: &Self) {
         self.friction = T::select(lanes, other.friction, self.friction);

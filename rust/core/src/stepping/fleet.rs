@@ -1,12 +1,15 @@
 //! Many robots of one system advanced together by the default scheme.
 
 use crate::math::Real;
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+use crate::math::Wide4;
 #[cfg(target_arch = "x86_64")]
-use crate::math::{Wide4, Wide8};
+use crate::math::Wide8;
 
 use super::ImplicitConfig;
 use super::group::Group;
 use super::kernels::{Compiled, CompiledModel};
+use super::lane_count::lanes_for;
 use super::lanes::{Lanes, Members};
 use super::model::{Driven, Model, RobotState};
 use super::plan::{Interval, StepPlan};
@@ -28,7 +31,7 @@ pub struct Fleet<M: Model> {
 #[derive(Debug, Clone)]
 enum Width<M: Model> {
     One(Box<Group<M, f64>>),
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
     Four(Box<Group<M, Wide4>>),
     #[cfg(target_arch = "x86_64")]
     Eight(Box<Group<M, Wide8>>),
@@ -83,7 +86,7 @@ impl<M: CompiledModel> Fleet<M> {
         let mut run = Run { config, system, robots, members, plans, pending, interval };
         match width {
             Width::One(group) => run.advance(group),
-            #[cfg(target_arch = "x86_64")]
+            #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
             Width::Four(group) => run.advance(group),
             #[cfg(target_arch = "x86_64")]
             Width::Eight(group) => run.advance(group),
@@ -99,16 +102,13 @@ impl<M: CompiledModel> Fleet<M> {
 
 impl<M: CompiledModel> Width<M> {
     fn choose(config: ImplicitConfig, system: &M::System, robots: usize) -> Self {
-        #[cfg(target_arch = "x86_64")]
-        {
-            if robots > 2 && Wide8::is_available() {
-                return Width::Eight(Box::new(Group::new(config, system)));
-            }
-            if robots > 1 && Wide4::is_available() {
-                return Width::Four(Box::new(Group::new(config, system)));
-            }
+        match lanes_for(robots) {
+            #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+            Wide4::LANES => Width::Four(Box::new(Group::new(config, system))),
+            #[cfg(target_arch = "x86_64")]
+            Wide8::LANES => Width::Eight(Box::new(Group::new(config, system))),
+            _ => Width::One(Box::new(Group::new(config, system))),
         }
-        Width::One(Box::new(Group::new(config, system)))
     }
 }
 
@@ -182,9 +182,8 @@ impl<D: Driven> Run<'_, D> {
             if plan.part.is_euler { euler.push(member) } else { second_order.push(member) }
         }
         // A register takes as long as its slowest lane.
-        let robots = &*self.robots;
         for list in [&mut *second_order, &mut *euler] {
-            list.sort_unstable_by_key(|&member| (robots[member].body().solves, member));
+            list.sort_unstable_by_key(|&member| (self.plans[member].solves, member));
         }
         !(second_order.is_empty() && euler.is_empty())
     }

@@ -11,7 +11,7 @@
 //!   change abruptly. The second stage then ends far from its prediction, which extrapolates too, and the step
 //!   is rejected, to be retaken in parts and at last as Euler steps (T 3.58 != D6).
 
-use nalgebra::Vector2;
+use nalgebra::Vector3;
 
 use crate::math::{MAX_LANES, Real};
 
@@ -19,14 +19,15 @@ use super::ImplicitConfig;
 use super::energy::EnergyLedger;
 use super::kernels::{Compiled, Part, Request};
 use super::lanes::{Lanes, Members, NO_LANES, active, mask};
-use super::model::{ContactImpulse, Driven, Model, RobotState, StageWork};
+use super::model::{Driven, Model, RobotState};
 use super::sdirk::{EXTRAPOLATION, GAMMA};
+use super::stage::{ContactImpulse, Source, StageInput, StageOutput};
 
 /// Workspace for up to `T::LANES` robots of one system.
 #[derive(Debug, Clone)]
 pub struct Group<M: Model, T: Real> {
     config: ImplicitConfig,
-    work: M::Work<T>,
+    workspace: M::Workspace<T>,
     /// Work and contact impulses of the first stage, until the step is accepted.
     first_energy: EnergyLedger<T>,
     first_contact_impulses: Vec<ContactImpulse>,
@@ -46,7 +47,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         let contact_impulses = || Vec::with_capacity(PEG_IMPULSES_PER_LINK * links * T::LANES);
         Self {
             config,
-            work: M::Work::new(system),
+            workspace: M::Workspace::new(system),
             first_energy: EnergyLedger::zero(),
             first_contact_impulses: contact_impulses(),
             contact_impulses: contact_impulses(),
@@ -56,30 +57,35 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         }
     }
 
-    /// Euler steps of lengths `h`. Those that `may_fail` and deepen a penetration are rejected; the lanes of the others
-    /// are returned.
+    /// Euler steps of lengths `h`. Those that `may_fail` and take a penetration too deep are rejected; the lanes of the
+    /// others are returned.
     pub fn euler_step<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, h: T, may_fail: Lanes) -> Lanes {
         self.load(members);
-        self.run_stage(members, h, h);
-        M::run_part(&mut self.work, Part::Arrive);
+        self.run_stage(members, h, h, |_, _| false);
+        M::run_part(&mut self.workspace, Part::Arrive);
+        self.workspace.examine_ends(members);
         let lanes = members.lanes();
-        let accepted = std::array::from_fn(|lane| lanes[lane] && !(may_fail[lane] && self.work.sinks(lane)));
+        let accepted = std::array::from_fn(|lane| lanes[lane] && !(may_fail[lane] && self.workspace.sinks(lane)));
         self.accept(members, accepted, h);
+        for lane in active(accepted) {
+            members.body_mut(lane).statistics.penetrated |= self.workspace.sinks_beyond_recovery(lane);
+        }
         accepted
     }
 
-    /// Steps of second order of lengths `h`. Those in which forces change abruptly or that deepen a penetration are
-    /// rejected; the lanes of the others are returned.
+    /// Steps of second order of lengths `h`. Those in which forces change abruptly or that take a penetration too deep
+    /// are rejected; the lanes of the others are returned.
     pub fn sdirk_step<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, h: T) -> Lanes {
         let c = T::splat(GAMMA) * h;
         self.load(members);
-        self.run_stage(members, c, c);
-        self.keep_first_stage();
-        M::run_part(&mut self.work, Part::Extrapolate { h });
-        self.run_stage(members, c, h);
-        M::run_part(&mut self.work, Part::Arrive);
+        self.run_stage(members, c, c, |_, _| false);
+        self.keep_first_stage(members);
+        M::run_part(&mut self.workspace, Part::Extrapolate { h });
+        self.run_stage(members, c, h, |group, lane| !group.is_smooth(lane));
+        M::run_part(&mut self.workspace, Part::Arrive);
+        self.workspace.examine_ends(members);
         let lanes = members.lanes();
-        let accepted = std::array::from_fn(|lane| lanes[lane] && self.is_smooth(lane) && !self.work.sinks(lane));
+        let accepted = std::array::from_fn(|lane| lanes[lane] && self.is_smooth(lane) && !self.workspace.sinks(lane));
         self.add_first_stage(members, accepted);
         self.accept(members, accepted, h);
         accepted
@@ -90,36 +96,48 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         let is_pushed = || {
             let mut contact_impulses =
                 self.first_contact_impulses.iter().chain(&self.contact_impulses).filter(|each| each.lane == lane);
-            contact_impulses.any(|each| each.impulse != Vector2::zeros())
+            contact_impulses.any(|each| each.impulse != Vector3::zeros())
         };
-        let abrupt = self.deviation.lane(lane) > self.work.deviation_share(lane, is_pushed) * self.event_tolerance;
+        let abrupt = self.deviation.lane(lane) > self.workspace.deviation_share(lane, is_pushed) * self.event_tolerance;
         !abrupt
     }
 
     fn load<D: Driven<Model = M>>(&mut self, members: &Members<D>) {
-        self.work.load(members);
+        self.workspace.load(members);
         self.solves.fill(0);
-        M::run_part(&mut self.work, Part::Begin);
+        M::run_part(&mut self.workspace, Part::Begin);
     }
 
     /// Solves one stage of coefficient `c` that ends `end` after the start of the step. Where it ends far from its
-    /// prediction, it is predicted again from its own end and solved again.
-    fn run_stage<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, c: T, end: T) {
+    /// prediction, it is predicted again from its own end and solved again, unless its step `is_rejected` anyway.
+    fn run_stage<D: Driven<Model = M>>(
+        &mut self,
+        members: &mut Members<D>,
+        c: T,
+        end: T,
+        is_rejected: impl Fn(&Self, usize) -> bool,
+    ) {
         self.read_references(members, end);
         self.contact_impulses.clear();
         let mut pending = members.lanes();
         for repetition in 1..=MAX_PREDICTIONS {
-            M::run_part(&mut self.work, Part::Predict { c, elapsed: end, pending: mask::<T>(pending) });
-            self.work.find_contacts(members, pending, end);
+            M::run_part(&mut self.workspace, Part::Predict { c, elapsed: end, pending: mask::<T>(pending) });
+            self.workspace.find_contacts(members, pending, end);
             self.solve(members, pending);
             if repetition == 1 {
-                self.deviation = self.work.deviation();
+                self.deviation = self.workspace.deviation();
             }
-            let is_last = repetition == MAX_PREDICTIONS;
-            let again: Lanes = std::array::from_fn(|lane| pending[lane] && !is_last && self.work.is_mispredicted(lane));
+            let may_repeat = |lane| repetition < MAX_PREDICTIONS && !is_rejected(self, lane);
+            let again: Lanes =
+                std::array::from_fn(|lane| pending[lane] && self.workspace.is_mispredicted(lane) && may_repeat(lane));
             let solved = std::array::from_fn(|lane| pending[lane] && !again[lane]);
-            M::run_part(&mut self.work, Part::Keep { solved: mask::<T>(solved), again: mask::<T>(again) });
-            self.work.collect_contact_impulses(members, solved, &mut self.contact_impulses);
+            M::run_part(&mut self.workspace, Part::Keep { solved: mask::<T>(solved), again: mask::<T>(again) });
+            self.workspace.collect_contact_impulses(members, solved, &mut self.contact_impulses);
+            for lane in active(solved) {
+                if let Some(record) = &mut members.body_mut(lane).record {
+                    self.workspace.record(lane, &mut record.stage);
+                }
+            }
             pending = again;
             if pending == NO_LANES {
                 break;
@@ -128,37 +146,47 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
     }
 
     fn read_references<D: Driven<Model = M>>(&mut self, members: &Members<D>, end: T) {
-        let waving = self.work.read_waves(members, end);
+        let waving = self.workspace.read_waves(members, end);
         if waving != NO_LANES {
-            M::run_part(&mut self.work, Part::FollowWaves);
+            M::run_part(&mut self.workspace, Part::FollowWaves);
         }
-        self.work.read_references(members, end, waving);
+        self.workspace.read_references(members, end, waving);
     }
 
     /// Solves the stage in all lanes, and by the fallback where that fails; see [`super::verdict`].
     fn solve<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, lanes: Lanes) {
         let (tolerance, max_iterations) = (self.config.tolerance, self.config.max_iterations);
-        let solved = M::solve(&mut self.work, Request { tolerance, max_iterations, lanes: mask::<T>(lanes) });
+        let solved = M::solve(&mut self.workspace, Request { tolerance, max_iterations, lanes: mask::<T>(lanes) });
         for lane in active(lanes) {
             let iterations = solved.outcome.iterations.lane(lane) as u32;
-            let statistics = &mut members.body_mut(lane).statistics;
-            let before = statistics.iterations;
+            let body = members.body_mut(lane);
+            let before = body.statistics.iterations;
             let is_solved = solved.is_solved::<M>(lane, tolerance);
-            match (!is_solved).then(|| self.work.fall_back(lane, tolerance)).flatten() {
+            let statistics = &mut body.statistics;
+            match (!is_solved).then(|| self.workspace.fall_back(lane, tolerance)).flatten() {
                 Some(result) => statistics.add_fallback(iterations, &result),
                 None => statistics.add_solve(iterations, !is_solved, solved.residual.lane(lane), solved.gap.lane(lane)),
             }
-            self.solves[lane] += statistics.iterations - before;
-            self.work.remember(lane);
+            let solves = body.statistics.iterations - before;
+            self.solves[lane] += solves;
+            if M::SORTED_BY_STAGE {
+                body.solves = solves;
+            }
+            self.workspace.remember(lane);
         }
-        M::run_part(&mut self.work, Part::Evaluate { lanes: mask::<T>(lanes) });
+        M::run_part(&mut self.workspace, Part::Evaluate { lanes: mask::<T>(lanes) });
     }
 
     /// Keeps work and impulses of pegs of the first stage until the step is accepted.
-    fn keep_first_stage(&mut self) {
-        self.first_energy = *self.work.kept_energy();
+    fn keep_first_stage<D: Driven<Model = M>>(&mut self, members: &mut Members<D>) {
+        self.first_energy = *self.workspace.kept_energy();
         std::mem::swap(&mut self.first_contact_impulses, &mut self.contact_impulses);
-        self.work.keep_first_stage();
+        self.workspace.keep_first_stage();
+        for lane in active(members.lanes()) {
+            if let Some(record) = &mut members.body_mut(lane).record {
+                record.keep_first_stage();
+            }
+        }
     }
 
     /// Adds the first stage's share, `EXTRAPOLATION` times its impulses.
@@ -166,7 +194,10 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         for lane in active(lanes) {
             let body = members.body_mut(lane);
             body.statistics.add_work(&self.first_energy, lane, EXTRAPOLATION);
-            self.work.add_first_stage(lane, EXTRAPOLATION, body);
+            self.workspace.add_first_stage(lane, EXTRAPOLATION, body);
+            if let Some(record) = &mut body.record {
+                record.add_first_stage(EXTRAPOLATION);
+            }
         }
         add_contact_impulses(&self.first_contact_impulses, members, lanes, EXTRAPOLATION);
     }
@@ -176,12 +207,17 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         let system = members.system;
         for lane in active(lanes) {
             let (body, h) = (members.body_mut(lane), h.lane(lane));
-            self.work.accept(system, lane, body);
+            self.workspace.accept(system, lane, body);
             body.state.set_time(body.state.time() + h);
             body.clock.since_start += h;
             body.clock.since_jump += h;
-            body.solves = self.solves[lane];
-            body.statistics.add_work(self.work.kept_energy(), lane, 1.0);
+            if !M::SORTED_BY_STAGE {
+                body.solves = self.solves[lane];
+            }
+            body.statistics.add_work(self.workspace.kept_energy(), lane, 1.0);
+            if let Some(record) = &mut body.record {
+                record.add_stage();
+            }
         }
         add_contact_impulses(&self.contact_impulses, members, lanes, 1.0);
     }
@@ -196,8 +232,13 @@ fn add_contact_impulses<D: Driven>(
 ) {
     for each in contact_impulses.iter().filter(|each| lanes[each.lane]) {
         let body = members.body_mut(each.lane);
-        let sums = if each.is_internal { &mut body.self_contact_impulse } else { &mut body.contact_impulse };
-        sums[each.link] += each.impulse * weight;
+        match each.source {
+            Source::Link(_) => body.self_contact_impulse[each.link] += each.impulse * weight,
+            Source::Obstacle(_) => body.contact_impulse[each.link] += each.impulse.xy() * weight,
+        }
+        if let Some(record) = &mut body.record {
+            record.add_contact(each, weight);
+        }
     }
 }
 

@@ -98,7 +98,7 @@ impl Division for Growing {
     }
 }
 
-/// Share of what is left from which on a part takes all of it.
+/// Share of the remaining step beyond which a part takes all of it.
 const ALMOST: f64 = 0.999;
 
 /// Shortest Euler step for links that sink, over the first one tried.

@@ -6,6 +6,8 @@ use super::start::longest_step;
 ///
 /// * A part in which a peg's force changes abruptly is halved, and at last taken in Euler steps. Such steps come in
 ///   groups, so the step after one is halved without being tried.
+/// * An Euler step that takes a link too deep into a peg or another link is halved until it does not, or is too short.
+///   Two halves that were taken are followed by a step of their common length.
 /// * A robot starts from rest with a reference in motion, so its first step is halved towards the start until it
 ///   resolves the boundary layer of a stiff controller, and the steps that follow grow slowly.
 /// * A piece of a step ends where the reference jumps (T 7.2.2): links that a jump sets in motion are treated like
@@ -24,8 +26,12 @@ pub struct Halving {
     second_half: u32,
     /// The current part was rejected at this depth: it is divided.
     is_rejected: bool,
-    /// Remaining Euler steps of the current part.
-    euler_steps: u32,
+    /// Remaining Euler steps of the current part, in how many the part is divided, and how often they were halved.
+    euler_left: u32,
+    euler_parts: u32,
+    euler_halvings: u32,
+    /// Parts of the step that were rejected.
+    rejections: u32,
 }
 
 impl Halving {
@@ -43,6 +49,28 @@ impl Halving {
     fn halve(&mut self) {
         self.depth += 1;
         self.second_half &= !(1 << self.depth);
+    }
+
+    /// Takes the current part in `parts` Euler steps.
+    fn begin_euler(&mut self, parts: u32) {
+        (self.euler_left, self.euler_parts, self.euler_halvings) = (parts, parts, 0);
+    }
+
+    fn halve_euler(&mut self) {
+        self.euler_left *= 2;
+        self.euler_parts *= 2;
+        self.euler_halvings += 1;
+    }
+
+    /// Moves on after an Euler step; returns whether it was the part's last.
+    fn advance_euler(&mut self) -> bool {
+        self.euler_left -= 1;
+        while self.euler_halvings > 0 && self.euler_left.is_multiple_of(2) {
+            self.euler_left /= 2;
+            self.euler_parts /= 2;
+            self.euler_halvings -= 1;
+        }
+        self.euler_left == 0
     }
 
     /// Moves on after a finished part; returns whether the piece is done.
@@ -65,7 +93,10 @@ impl Division for Halving {
             depth: 0,
             second_half: 0,
             is_rejected: false,
-            euler_steps: 0,
+            euler_left: 0,
+            euler_parts: 1,
+            euler_halvings: 0,
+            rejections: 0,
         };
         if jump < step_end {
             division.begin_piece(time, jump);
@@ -77,20 +108,21 @@ impl Division for Halving {
         if self.ends == Ends::Jump && self.second_half & 1 == 1 {
             self.begin_piece(time, next_jump(time));
         }
-        if interval.is_euler {
-            return Part { length: self.piece, is_euler: true, may_fail: false };
-        }
-        if self.is_rejected {
-            self.is_rejected = false;
-            if self.depth < interval.halvings {
+        if std::mem::take(&mut self.is_rejected) {
+            if self.euler_left > 0 {
+                self.halve_euler();
+            } else if self.depth < interval.halvings {
                 self.halve();
             } else {
-                self.euler_steps = interval.euler_steps;
+                self.begin_euler(interval.euler_steps);
             }
+        } else if interval.is_euler && self.euler_left == 0 {
+            self.begin_euler(1);
         }
-        if self.euler_steps > 0 {
-            let length = self.length() / f64::from(interval.euler_steps);
-            return Part { length, is_euler: true, may_fail: false };
+        if self.euler_left > 0 {
+            let length = self.length() / f64::from(self.euler_parts);
+            let may_fail = self.euler_halvings < MOST_EULER_HALVINGS && self.rejections < MOST_REJECTIONS;
+            return Part { length, is_euler: true, may_fail };
         }
         if self.depth == 0 {
             let was_divided = std::mem::take(&mut clock.was_divided);
@@ -104,13 +136,11 @@ impl Division for Halving {
         Part { length: self.length(), is_euler: false, may_fail: true }
     }
 
-    fn accept(&mut self, interval: &Interval, _: &Part, clock: &mut Clock) -> Ends {
-        if self.euler_steps > 1 {
-            self.euler_steps -= 1;
+    fn accept(&mut self, _: &Interval, _: &Part, clock: &mut Clock) -> Ends {
+        if self.euler_left > 0 && !self.advance_euler() {
             return Ends::Nothing;
         }
-        self.euler_steps = 0;
-        if !interval.is_euler && !self.advance() {
+        if !self.advance() {
             return Ends::Nothing;
         }
         self.second_half = 1;
@@ -122,6 +152,15 @@ impl Division for Halving {
 
     fn reject(&mut self, _: &Interval, _: &Part, clock: &mut Clock) {
         self.is_rejected = true;
+        self.rejections += 1;
         clock.was_divided = true;
     }
 }
+
+/// How often an Euler step is halved before a robot that still sinks is taken out: by then links that move at metres per
+/// second travel less than a millimetre.
+const MOST_EULER_HALVINGS: u32 = 6;
+
+/// How many parts of one step may be rejected. Robots whose light links spin at hundreds of metres per second would
+/// otherwise be divided thousands of times.
+const MOST_REJECTIONS: u32 = 64;

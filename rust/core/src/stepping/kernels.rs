@@ -3,13 +3,16 @@
 //! [`Real::run`] switches the instruction set on and inlines all of a kernel. Without the non-generic functions that
 //! [`compile_kernels!`] writes, every crate that steps robots would compile all kernels again.
 
-use crate::math::{Kernel, Real};
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+use crate::math::Wide4;
 #[cfg(target_arch = "x86_64")]
-use crate::math::{Wide4, Wide8};
+use crate::math::Wide8;
+use crate::math::{Kernel, Real};
 
-use super::model::{Model, SolvedStage, StageWork};
+use super::model::Model;
+use super::stage::{SolvedStage, StageKernels};
 
-/// Parts of a step; see the methods of [`StageWork`].
+/// Parts of a step; see the methods of [`StageKernels`].
 #[derive(Debug, Clone, Copy)]
 pub enum Part<T: Real> {
     Begin,
@@ -31,8 +34,8 @@ pub struct Request<T: Real> {
 
 /// A model whose kernels are compiled for the width of `T`.
 pub trait Compiled<T: Real>: Model {
-    fn run_part(work: &mut Self::Work<T>, part: Part<T>);
-    fn solve(work: &mut Self::Work<T>, request: Request<T>) -> SolvedStage<T>;
+    fn run_part(workspace: &mut Self::Workspace<T>, part: Part<T>);
+    fn solve(workspace: &mut Self::Workspace<T>, request: Request<T>) -> SolvedStage<T>;
 }
 
 /// A model whose kernels are compiled for every width.
@@ -40,46 +43,50 @@ pub trait Compiled<T: Real>: Model {
 pub trait CompiledModel: Compiled<f64> + Compiled<Wide4> + Compiled<Wide8> {}
 #[cfg(target_arch = "x86_64")]
 impl<M: Compiled<f64> + Compiled<Wide4> + Compiled<Wide8>> CompiledModel for M {}
-#[cfg(not(target_arch = "x86_64"))]
+#[cfg(target_arch = "aarch64")]
+pub trait CompiledModel: Compiled<f64> + Compiled<Wide4> {}
+#[cfg(target_arch = "aarch64")]
+impl<M: Compiled<f64> + Compiled<Wide4>> CompiledModel for M {}
+#[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
 pub trait CompiledModel: Compiled<f64> {}
-#[cfg(not(target_arch = "x86_64"))]
+#[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
 impl<M: Compiled<f64>> CompiledModel for M {}
 
 pub struct RunPart<'a, T: Real, W> {
-    pub work: &'a mut W,
+    pub workspace: &'a mut W,
     pub part: Part<T>,
 }
 
-impl<T: Real, W: StageWork<T>> Kernel for RunPart<'_, T, W> {
+impl<T: Real, W: StageKernels<T>> Kernel for RunPart<'_, T, W> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        let work = self.work;
+        let workspace = self.workspace;
         match self.part {
-            Part::Begin => work.begin(),
-            Part::FollowWaves => work.follow_waves(),
-            Part::Extrapolate { h } => work.extrapolate(h),
-            Part::Predict { c, elapsed, pending } => work.predict(c, elapsed, pending),
-            Part::Evaluate { lanes } => work.evaluate(lanes),
-            Part::Keep { solved, again } => work.keep(solved, again),
-            Part::Arrive => work.arrive(),
+            Part::Begin => workspace.begin(),
+            Part::FollowWaves => workspace.follow_waves(),
+            Part::Extrapolate { h } => workspace.extrapolate(h),
+            Part::Predict { c, elapsed, pending } => workspace.predict(c, elapsed, pending),
+            Part::Evaluate { lanes } => workspace.evaluate(lanes),
+            Part::Keep { solved, again } => workspace.keep(solved, again),
+            Part::Arrive => workspace.arrive(),
         }
     }
 }
 
 pub struct Solve<'a, T: Real, W> {
-    pub work: &'a mut W,
+    pub workspace: &'a mut W,
     pub request: Request<T>,
 }
 
-impl<T: Real, W: StageWork<T>> Kernel for Solve<'_, T, W> {
+impl<T: Real, W: StageKernels<T>> Kernel for Solve<'_, T, W> {
     type Output = SolvedStage<T>;
 
     #[inline(always)]
     fn run(self) -> SolvedStage<T> {
         let Request { tolerance, max_iterations, lanes } = self.request;
-        self.work.solve(tolerance, max_iterations, lanes)
+        self.workspace.solve(tolerance, max_iterations, lanes)
     }
 }
 
@@ -87,7 +94,7 @@ impl<T: Real, W: StageWork<T>> Kernel for Solve<'_, T, W> {
 macro_rules! compile_kernels {
     ($model:ty) => {
         $crate::stepping::kernels::compile_kernels!($model, f64);
-        #[cfg(target_arch = "x86_64")]
+        #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
         $crate::stepping::kernels::compile_kernels!($model, $crate::math::Wide4);
         #[cfg(target_arch = "x86_64")]
         $crate::stepping::kernels::compile_kernels!($model, $crate::math::Wide8);
@@ -95,17 +102,17 @@ macro_rules! compile_kernels {
     ($model:ty, $real:ty) => {
         impl $crate::stepping::kernels::Compiled<$real> for $model {
             fn run_part(
-                work: &mut <$model as $crate::stepping::Model>::Work<$real>,
+                workspace: &mut <$model as $crate::stepping::Model>::Workspace<$real>,
                 part: $crate::stepping::kernels::Part<$real>,
             ) {
-                <$real as $crate::math::Real>::run($crate::stepping::kernels::RunPart { work, part });
+                <$real as $crate::math::Real>::run($crate::stepping::kernels::RunPart { workspace, part });
             }
 
             fn solve(
-                work: &mut <$model as $crate::stepping::Model>::Work<$real>,
+                workspace: &mut <$model as $crate::stepping::Model>::Workspace<$real>,
                 request: $crate::stepping::kernels::Request<$real>,
             ) -> $crate::stepping::SolvedStage<$real> {
-                <$real as $crate::math::Real>::run($crate::stepping::kernels::Solve { work, request })
+                <$real as $crate::math::Real>::run($crate::stepping::kernels::Solve { workspace, request })
             }
         }
     };

@@ -1,4 +1,4 @@
-//! Between the plain numbers of robots and the lanes of a register.
+//! Conversion between the numbers of single robots and the lanes of a register.
 
 use nalgebra::Vector3;
 

@@ -1,9 +1,9 @@
 //! Time stepping: what all models share.
 //!
-//! A [`Model`] brings its state, its stage ([`StageWork`]) and how its steps are divided; everything about *when* and
-//! *how often* a stage is solved, in which lanes, and what happens when it is not solved, is decided here. A [`Fleet`]
-//! advances robots by their [`StepPlan`]s, a [`group::Group`] takes one step of as many of them as a register has
-//! lanes.
+//! A [`Model`] provides its state, its stage ([`StageInput`], [`StageKernels`], [`StageOutput`]) and how its steps are
+//! divided; *when* and *how often* a stage is solved, in which lanes, and what happens when it is not solved, is decided
+//! here. A [`Fleet`] advances robots by their [`StepPlan`]s; a [`group::Group`] takes one step of as many of them as a
+//! register has lanes.
 
 mod body;
 mod config;
@@ -13,13 +13,18 @@ mod group;
 mod growing;
 mod halving;
 pub(crate) mod kernels;
+mod lane_count;
 pub(crate) mod lanes;
 mod model;
+pub(crate) mod penetration;
 mod plan;
 mod plant_parameters;
+mod record;
 pub(crate) mod sdirk;
+mod stage;
 pub(crate) mod start;
 mod statistics;
+mod thesis;
 mod verdict;
 
 pub use body::{Body, Clock, HasBody, Scripted};
@@ -29,9 +34,14 @@ pub use fleet::Fleet;
 pub use growing::Growing;
 pub use halving::Halving;
 pub use kernels::CompiledModel;
+pub use lane_count::{available_lanes, forced_lanes, widest_lanes};
 pub use lanes::Members;
-pub use model::{ContactImpulse, Driven, Model, Reference, RobotState, SolvedStage, StageWork, WarmStart};
+pub use model::{Driven, Model, RobotState, WarmStart};
+pub(crate) use model::{MAX_RATE, MAX_SPEED};
 pub use plan::StepPlan;
 pub use plant_parameters::PlantParameters;
+pub use record::{Record, StageRecord};
+pub use stage::{ContactImpulse, SolvedStage, Source, StageInput, StageKernels, StageOutput};
 pub use statistics::StepStatistics;
+pub use thesis::ThesisScheme;
 pub use verdict::FallbackResult;

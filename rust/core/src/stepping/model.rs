@@ -2,21 +2,17 @@
 
 use std::fmt::Debug;
 
-use nalgebra::Vector2;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::gait::WaveJets;
 use crate::math::Real;
 use crate::robot::Robot;
-use crate::solver::Outcome;
 
 use super::ImplicitConfig;
 use super::body::Body;
-use super::energy::EnergyLedger;
-use super::lanes::{Lanes, Members, NO_LANES};
 use super::plan::Division;
-use super::verdict::FallbackResult;
+use super::stage::{StageInput, StageKernels, StageOutput};
 
 /// A robot model in stages: `planar::Planar` or `spatial::Spatial`. Everything is monomorphised.
 pub trait Model: Debug + Clone + Copy + PartialEq + 'static {
@@ -25,16 +21,19 @@ pub trait Model: Debug + Clone + Copy + PartialEq + 'static {
     type State: RobotState;
     type WarmStart: WarmStart;
     /// Reference of one joint.
-    type Target: Debug + Clone + Copy + Default;
+    type Target: Debug + Clone + Copy + Default + Send;
     /// How a step is divided where it cannot be taken whole.
     type Division: Division;
     /// The current stage of as many robots as `T` has lanes.
-    type Work<T: Real>: StageWork<T, Model = Self>;
+    type Workspace<T: Real>: StageKernels<T> + StageInput<T, Model = Self> + StageOutput<T, Model = Self>;
 
     /// Change of acceleration within a step that counts as abrupt \[m/s^2\].
     const ABRUPT_CHANGE: f64;
     /// Largest certified residual of a solved stage over its tolerance; see [`super::verdict`].
     const RESIDUAL_FACTOR: f64;
+    /// Whether robots share registers by the linear solves of their last stage, instead of their last accepted step:
+    /// whichever predicts better how many the next stage takes.
+    const SORTED_BY_STAGE: bool;
 
     /// The configuration with the model's own defaults.
     fn configured(config: ImplicitConfig) -> ImplicitConfig {
@@ -66,7 +65,15 @@ pub trait RobotState: Debug + Clone + PartialEq + Serialize + DeserializeOwned {
     fn stop(&mut self);
     /// Whether it is of a robot of `links` links.
     fn fits(&self, links: usize) -> bool;
+    /// Whether it is finite, and slow enough to be that of a robot rather than of a diverged computation.
+    fn is_plausible(&self) -> bool;
 }
+
+/// Speed beyond which a computation has diverged \[m/s\].
+pub(crate) const MAX_SPEED: f64 = 1e4;
+
+/// Angular velocity beyond which a computation has diverged \[rad/s\].
+pub(crate) const MAX_RATE: f64 = 1e6;
 
 /// Data that one step passes to the next besides the state.
 pub trait WarmStart: Debug + Clone {
@@ -94,104 +101,10 @@ pub trait Driven {
     fn travelling_wave(&self, _time: f64) -> Option<WaveJets> {
         None
     }
+    /// Torques beside those of the controller, see [`crate::gait::Reference::torques`].
+    fn torques(&self, time: f64, torques: &mut [f64]) -> bool;
     /// The first time after `time` at which the reference jumps \[s\]; infinite if it never does.
     fn next_jump(&self, _time: f64) -> f64 {
         f64::INFINITY
     }
-}
-
-/// References of all joints of a model's robot.
-pub trait Reference<M: Model> {
-    fn targets(&self, time: f64, targets: &mut [M::Target]);
-    fn travelling_wave(&self, _time: f64) -> Option<WaveJets> {
-        None
-    }
-    fn next_jump(&self, time: f64) -> f64;
-}
-
-/// The current stage over lanes: the only stepping code of a model.
-///
-/// The first group of methods is arithmetic over lanes, compiled once for every width of register
-/// ([`super::kernels`]) and `#[inline(always)]`; the second passes data between robots and their lanes.
-pub trait StageWork<T: Real>: Debug + Clone {
-    type Model: Model;
-
-    /// Base, guess and reference velocity of a stage that starts with the step.
-    fn begin(&mut self);
-    /// Joint references along travelling waves.
-    fn follow_waves(&mut self) {}
-    /// Base, guess and reference velocity of the second stage of steps of lengths `h`.
-    fn extrapolate(&mut self, h: T);
-    /// Predicts the end of a stage of coefficient `c` that ends `elapsed` after the start of the step.
-    fn predict(&mut self, c: T, elapsed: T, pending: T::Mask);
-    /// Solves the stage from the last forces and certifies the solution.
-    fn solve(&mut self, tolerance: f64, max_iterations: u32, lanes: T::Mask) -> SolvedStage<T>;
-    /// What follows from the solution: forces, work and deviation from the prediction.
-    fn evaluate(&mut self, lanes: T::Mask);
-    /// Keeps the solution in the `solved` lanes; in those to be solved `again` it becomes the next guess.
-    fn keep(&mut self, solved: T::Mask, again: T::Mask);
-    /// End configuration of the step.
-    fn arrive(&mut self);
-
-    fn new(system: &<Self::Model as Model>::System) -> Self;
-    /// Gathers robots; lanes without one repeat the first.
-    fn load<D: Driven<Model = Self::Model>>(&mut self, members: &Members<D>);
-    /// Waves that robots follow at `end` after the start of the step; the lanes that have one.
-    fn read_waves<D: Driven<Model = Self::Model>>(&mut self, _members: &Members<D>, _end: T) -> Lanes {
-        NO_LANES
-    }
-    /// References and torque limits at `end` after the start of the step; `waving` lanes have their references.
-    fn read_references<D: Driven<Model = Self::Model>>(&mut self, members: &Members<D>, end: T, waving: Lanes);
-    /// Contacts with pegs at the predicted end.
-    fn find_contacts<D: Driven<Model = Self::Model>>(&mut self, members: &mut Members<D>, pending: Lanes, elapsed: T);
-    /// Solves the stage of one lane by the fallback; `None` if it is not made of numbers.
-    fn fall_back(&mut self, lane: usize, tolerance: f64) -> Option<FallbackResult>;
-    /// Records the forces of a lane's solution, before it is known whether it is kept.
-    fn remember(&mut self, _lane: usize) {}
-    /// How far the stage ended from its prediction, for any point of the robot \[m\].
-    fn deviation(&self) -> T;
-    /// Whether the stage ended so far from its prediction that it has to be predicted again.
-    fn is_mispredicted(&self, lane: usize) -> bool;
-    /// Collects the contact impulses on the robots of the `solved` lanes.
-    fn collect_contact_impulses<D: Driven<Model = Self::Model>>(
-        &mut self,
-        members: &mut Members<D>,
-        solved: Lanes,
-        contact_impulses: &mut Vec<ContactImpulse>,
-    );
-    /// Work of the kept stage.
-    fn kept_energy(&self) -> &EnergyLedger<T>;
-    /// Share of the tolerance for a deviation that a lane's step has; infinite if deviations do not count.
-    fn deviation_share(&self, lane: usize, is_pushed: impl Fn() -> bool) -> f64;
-    /// Whether the step takes a penetration too much deeper.
-    fn sinks(&self, _lane: usize) -> bool {
-        false
-    }
-    /// Keeps what the first stage of a step adds to the sums of a body, besides work and impulses of pegs.
-    fn keep_first_stage(&mut self) {}
-    /// Adds it, weighted.
-    fn add_first_stage(&self, _lane: usize, _weight: f64, _body: &mut Body<Self::Model>) {}
-    /// The end of the step becomes the state of a lane's robot.
-    fn accept(&mut self, system: &<Self::Model as Model>::System, lane: usize, body: &mut Body<Self::Model>);
-}
-
-/// How the stages of a register were solved, lane by lane.
-#[derive(Debug, Clone, Copy)]
-pub struct SolvedStage<T: Real> {
-    pub outcome: Outcome<T>,
-    /// Certified residual \[m/s\].
-    pub residual: T,
-    /// Duality gap \[J\]; zero where the model has none.
-    pub gap: T,
-}
-
-/// Impulse of a peg or of another link on a link over a stage.
-#[derive(Debug, Clone, Copy)]
-pub struct ContactImpulse {
-    pub lane: usize,
-    pub link: usize,
-    /// World frame \[N s\].
-    pub impulse: Vector2<f64>,
-    /// Whether it is of another link of the robot.
-    pub is_internal: bool,
 }

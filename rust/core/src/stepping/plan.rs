@@ -47,7 +47,7 @@ pub struct Part {
     pub length: f64,
     /// An Euler step instead of one of second order.
     pub is_euler: bool,
-    /// Whether it may be rejected because penetrations deepen; steps of second order always may.
+    /// Whether it may be rejected because it takes a penetration too deep; steps of second order always may.
     pub may_fail: bool,
 }
 
@@ -61,8 +61,8 @@ pub enum Ends {
 }
 
 /// How a step is divided into parts.
-pub trait Division: Debug + Clone + Copy {
-    /// Begins a step at `time`; `next_jump` tells the latest end of a part from a time on.
+pub trait Division: Debug + Clone + Copy + Send {
+    /// Begins a step at `time`; `next_jump` returns the latest end of a part that begins at a time.
     fn begin_step(interval: &Interval, time: f64, clock: &mut Clock, next_jump: impl Fn(f64) -> f64) -> Self;
     fn next_part(&mut self, interval: &Interval, time: f64, clock: &mut Clock, next_jump: impl Fn(f64) -> f64) -> Part;
     /// Accepts the part; returns what ends with it, and resets the clock where the reference jumps.
@@ -79,11 +79,13 @@ pub struct StepPlan<V> {
     /// `None` between steps.
     division: Option<V>,
     pub part: Part,
+    /// Linear solves of the robot's last stage or step, see [`Model::SORTED_BY_STAGE`].
+    pub solves: u32,
 }
 
 impl<V: Division> StepPlan<V> {
     pub fn at_start() -> Self {
-        Self { steps: 0, division: None, part: Part { length: 0.0, is_euler: false, may_fail: false } }
+        Self { steps: 0, division: None, part: Part { length: 0.0, is_euler: false, may_fail: false }, solves: 0 }
     }
 
     pub fn has_ended(&self, interval: &Interval) -> bool {
@@ -97,6 +99,7 @@ impl<V: Division> StepPlan<V> {
         let division = self.division.get_or_insert_with(|| V::begin_step(interval, time, &mut clock, next_jump));
         self.part = division.next_part(interval, time, &mut clock, next_jump);
         robot.body_mut().clock = clock;
+        self.solves = robot.body().solves;
     }
 
     /// Accepts the part: the robot has moved on by its length.
@@ -115,7 +118,7 @@ impl<V: Division> StepPlan<V> {
         division.reject(interval, &self.part, &mut body.clock);
     }
 
-    /// Sets the time free of accumulated round-off and takes a diverged robot out.
+    /// Sets the time without accumulated round-off and quarantines a diverged robot.
     fn end_step<M: Model>(&mut self, interval: &Interval, body: &mut Body<M>) {
         self.steps += 1;
         body.statistics.steps += 1;

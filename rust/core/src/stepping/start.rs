@@ -33,6 +33,6 @@ const FIRST: f64 = 0.02;
 /// on the ground after about v / (mu g).
 pub const START_LASTS: f64 = 0.2;
 
-/// Deviations from the reference that make no start \[rad\], \[rad/s\].
+/// Deviations from the reference up to which a joint moves with it \[rad\], \[rad/s\].
 const AT_REFERENCE: f64 = 1e-3;
 const WITH_REFERENCE: f64 = 1e-2;

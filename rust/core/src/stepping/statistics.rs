@@ -13,7 +13,7 @@ pub struct StepStatistics {
     pub iterations: u32,
     /// Steps, and parts of steps, retaken because a peg's force changed abruptly.
     pub events: u32,
-    /// Stages that no solver brought to their tolerance.
+    /// Stages that no solver solved to tolerance.
     pub unconverged: u32,
     /// Stages that the fallback had to solve.
     pub fallbacks: u32,
@@ -31,10 +31,12 @@ pub struct StepStatistics {
     pub positive_actuator_work: f64,
     /// The state became implausible; the robot keeps its last plausible state.
     pub diverged: bool,
+    /// A link ended a step more than 1 mm inside what it touches, and no shorter step avoided it.
+    pub penetrated: bool,
 }
 
 impl StepStatistics {
-    /// Work back to zero; the counters stay.
+    /// Resets the work; the counters stay.
     pub fn clear_work(&mut self) {
         (self.friction_work, self.actuator_work, self.positive_actuator_work) = (0.0, 0.0, 0.0);
     }

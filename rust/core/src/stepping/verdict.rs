@@ -20,7 +20,8 @@
 use crate::math::{Mask, Real};
 use crate::solver::{SolveStatus, is_unconverged};
 
-use super::model::{Model, SolvedStage};
+use super::model::Model;
+use super::stage::SolvedStage;
 
 /// What the fallback did with one stage.
 #[derive(Debug, Clone, Copy)]

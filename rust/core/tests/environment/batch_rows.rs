@@ -1,8 +1,8 @@
 //! Laws of the batch: rows are alone in the world.
 
-use snake_core::batch::{Batch, Batched, Outputs};
+use snake_core::batch::{Batch, Outputs};
 use snake_core::environment::rng::Rng;
-use snake_core::environment::{EnvConfig, Environment, ModelKind, PlanarRobot, SpatialRobot, Task};
+use snake_core::environment::{EnvConfig, Environment, ModelKind, PlanarRobot, RobotModel, SpatialRobot, Task};
 use snake_core::stepping::{ImplicitConfig, ThesisConfig};
 
 /// Arrays that a batch writes to.
@@ -16,7 +16,7 @@ struct Arrays {
 }
 
 impl Arrays {
-    fn of<M: Batched>(batch: &Batch<M>) -> Self {
+    fn of<M: RobotModel>(batch: &Batch<M>) -> Self {
         let n = batch.num_envs();
         Self {
             observation: vec![7.0; n * batch.observation_size()],
@@ -63,7 +63,7 @@ fn action(seed: usize, step: u64, size: usize) -> impl Iterator<Item = f64> {
 }
 
 /// Rows `first..first + n` of one large imagined batch over 40 steps, resetting rows that end.
-fn trajectory<M: Batched>(config: &EnvConfig, first: usize, n: usize, threads: usize) -> Vec<Arrays> {
+fn trajectory<M: RobotModel>(config: &EnvConfig, first: usize, n: usize, threads: usize) -> Vec<Arrays> {
     let mut batch = Batch::<M>::new(config, n, threads).unwrap();
     let mut arrays = Arrays::of(&batch);
     let seeds: Vec<_> = (first..first + n).map(|seed| Some(seed as u64)).collect();
@@ -79,7 +79,7 @@ fn trajectory<M: Batched>(config: &EnvConfig, first: usize, n: usize, threads: u
     history
 }
 
-fn rows_are_alone<M: Batched>(config: &EnvConfig) {
+fn rows_are_alone<M: RobotModel>(config: &EnvConfig) {
     let whole = trajectory::<M>(config, 0, 12, 1);
     for threads in [2, 3, 8] {
         assert!(whole == trajectory::<M>(config, 0, 12, threads), "{threads} threads");
@@ -129,7 +129,7 @@ fn a_row_that_diverges_leaves_its_neighbours_alone() {
     diverge_in_row_three::<SpatialRobot>(&EnvConfig { model: ModelKind::Spatial, ..config });
 }
 
-fn diverge_in_row_three<M: Batched>(config: &EnvConfig) {
+fn diverge_in_row_three<M: RobotModel>(config: &EnvConfig) {
     let mut divergences = 0;
     for threads in [1, 2] {
         let batch = || Batch::<M>::new(config, 5, threads).unwrap();
@@ -140,12 +140,12 @@ fn diverge_in_row_three<M: Batched>(config: &EnvConfig) {
         sound.reset(&[true; 5], &seeds, b.outputs());
         let mut state = serde_json::to_value(sick.save(3)).unwrap();
         state["model"]["simulation"]["state"]["twist"][0][2] = serde_json::json!(1e200);
-        sick.restore(3, &serde_json::from_value(state).unwrap()).unwrap();
+        sick.restore(&[3], &[serde_json::from_value(state).unwrap()]).unwrap();
         for _ in 0..5 {
             let actions = vec![0.1; 5 * sick.action_size()];
             sick.step(&actions, &[true; 5], a.outputs());
             sound.step(&actions, &[true; 5], b.outputs());
-            if a.terminated[3] {
+            if a.truncated[3] {
                 divergences += 1;
                 sick.reset(&[false, false, false, true, false], &[None; 5], a.outputs());
             }

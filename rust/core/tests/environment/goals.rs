@@ -92,3 +92,34 @@ fn towards_a_goal_point_all_quantities_are_those_of_its_direction() {
         assert!((sum - environment.summary().distance).abs() < 1e-12);
     }
 }
+
+#[test]
+fn a_commanded_direction_and_speed_are_observed_and_rewarded() {
+    let config = EnvConfig { task: Task::COMMAND, difficulty: 1.0, ..EnvConfig::default() };
+    let mut environment = Environment::<PlanarRobot>::new(&config).unwrap();
+    let mut observation = vec![0.0; environment.observation_size()];
+    let start = |environment: &Environment, name: &str| {
+        environment.observation_blocks().iter().find(|block| block.row.name == name).unwrap().start
+    };
+    let mut turned: f64 = 0.0;
+    for seed in 0..10 {
+        environment.reset(Some(seed), &mut observation);
+        let (speed, direction) = (environment.goal().speed.unwrap(), environment.goal_direction());
+        assert!((0.05..0.2).contains(&speed));
+        assert!((f64::from(observation[start(&environment, "command")]) * 0.4 - speed).abs() < 1e-7);
+        turned = turned.max(direction.abs());
+        for _ in 0..20 {
+            let before = environment.model().motion().position;
+            let outcome = environment.step(&[0.0; 4], &mut observation);
+            let moved = environment.model().motion().position - before;
+            let (sin, cos) = direction.sin_cos();
+            let commanded = 0.05 * speed;
+            let miss = (moved.x - commanded * cos).hypot(moved.y - commanded * sin);
+            let reward = environment.summary().reward;
+            assert!((reward.get("tracking").unwrap() - 10.0 * (commanded - miss)).abs() < 1e-12);
+            assert_eq!(reward.get("progress"), Some(0.0));
+            assert!(!outcome.terminated);
+        }
+    }
+    assert!((1.0..1.58).contains(&turned), "up to a right angle to either side: {turned}");
+}

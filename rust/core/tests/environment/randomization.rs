@@ -3,7 +3,6 @@
 use snake_core::batch::{Batch, Outputs};
 use snake_core::control::{ControlLaw, ControllerConfig};
 use snake_core::environment::rng::Rng;
-use snake_core::environment::signal::COUNT;
 use snake_core::environment::*;
 use snake_core::noise::NoiseConfig;
 use snake_core::robot::{PerLink, RobotConfig};
@@ -174,7 +173,7 @@ fn randomised_robots_do_not_depend_on_their_neighbours() {
     let run = |rows: usize| {
         let mut batch = <Batch>::new(&config, rows, 1).unwrap();
         let mut observation = vec![0.0; rows * batch.observation_size()];
-        let (mut reward, mut signals) = (vec![0.0; rows], vec![0.0; COUNT * rows]);
+        let (mut reward, mut signals) = (vec![0.0; rows], vec![0.0; batch.signals().len() * rows]);
         let (mut terminated, mut truncated) = (vec![false; rows], vec![false; rows]);
         macro_rules! out {
             () => {

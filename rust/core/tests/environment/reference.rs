@@ -5,19 +5,20 @@ use snake_core::environment::ActionMode;
 use snake_core::environment::action::planar_entries;
 use snake_core::environment::default_gait::DefaultGait;
 use snake_core::environment::reference::ReferenceGenerator;
-use snake_core::gait::{JointReference, JointTarget, Wave};
+use snake_core::gait::{JointTarget, Reference, Wave};
 
 const JOINTS: usize = 5;
 const PERIOD: f64 = 0.05;
 
 fn generator(mode: ActionMode) -> ReferenceGenerator<1> {
-    let mut generator = ReferenceGenerator::new(planar_entries(mode, JOINTS), DefaultGait::undulation(), PERIOD);
+    let mut generator = ReferenceGenerator::new(planar_entries(mode, JOINTS, 10.0), DefaultGait::undulation(), PERIOD);
     generator.rest_in_posture(0.3);
     generator
 }
 
 fn mode() -> impl Strategy<Value = ActionMode> {
-    prop_oneof![Just(ActionMode::Gait), Just(ActionMode::Joints), Just(ActionMode::Residual)]
+    use ActionMode::{Gait, Joints, Residual, Velocities};
+    prop_oneof![Just(Gait), Just(Joints), Just(Residual), Just(Velocities)]
 }
 
 fn actions() -> impl Strategy<Value = Vec<Vec<f64>>> {
@@ -99,6 +100,8 @@ fn bounds(mode: ActionMode) -> (f64, f64) {
         ActionMode::Gait => wave,
         ActionMode::Joints => (70.0, 150.0),
         ActionMode::Residual => (wave.0 + 20.0, wave.1 + 60.0),
+        ActionMode::Velocities => (80.0, 150.0),
+        ActionMode::Torques => unreachable!("no references"),
     }
 }
 
@@ -127,7 +130,7 @@ fn action_zero_becomes_the_wave_of_the_thesis() {
 #[test]
 fn a_reference_at_rest_holds_the_posture_of_the_gait() {
     let wave = Wave::default();
-    for mode in [ActionMode::Gait, ActionMode::Joints, ActionMode::Residual] {
+    for mode in [ActionMode::Gait, ActionMode::Joints, ActionMode::Residual, ActionMode::Velocities] {
         let generator = generator(mode);
         for joint in 0..JOINTS {
             let target = generator.target(joint, 0.0);
@@ -165,4 +168,51 @@ fn joint_actions_arrive_at_the_angles_they_ask_for() {
     for (angle, action) in angles.iter().zip(action) {
         assert!((angle - action * 70f64.to_radians()).abs() < 1e-9);
     }
+}
+
+#[test]
+fn references_turn_at_the_rates_they_are_asked_for() {
+    let mut generator = generator(ActionMode::Velocities);
+    generator.rest_bent(&[0.0; JOINTS]);
+    let action = [0.2, -0.2, 0.1, 0.0, -0.05];
+    let mut angles = [[0.0; JOINTS]; 2];
+    for k in 0..40 {
+        generator.set_action(&action, f64::from(k) * PERIOD);
+        generator.finish_period();
+        angles[usize::from(k == 39)] = [0.0; JOINTS];
+        generator.angles(&mut angles[usize::from(k == 39)]);
+    }
+    for (joint, action) in action.iter().enumerate() {
+        // 2 s are 60 time constants of the filter.
+        let rate = (angles[1][joint] - angles[0][joint]) / PERIOD;
+        assert!((rate - action * 150f64.to_radians()).abs() < 1e-9, "joint {joint}: {rate}");
+        assert!((generator.target(joint, 2.0).rate - rate).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn a_reference_that_is_held_up_does_not_run_ahead_of_its_joint() {
+    let mut generator = generator(ActionMode::Velocities);
+    generator.rest_bent(&[0.0; JOINTS]);
+    let reach = 0.0125;
+    for k in 0..60 {
+        generator.set_action(&[1.0; JOINTS], f64::from(k) * PERIOD);
+        generator.limit_windup(reach, |joint, _| 0.01 * joint as f64);
+        for joint in 0..JOINTS {
+            assert!(generator.target(joint, f64::from(k) * PERIOD).angle <= 0.01 * joint as f64 + reach + 1e-15);
+        }
+        generator.finish_period();
+    }
+}
+
+#[test]
+fn torques_reach_the_joints_at_once_and_rest_with_the_posture() {
+    let mut generator = generator(ActionMode::Torques);
+    let mut torques = [1.0; JOINTS];
+    assert!(generator.torques(0.0, &mut torques) && torques == [0.0; JOINTS]);
+    generator.set_action(&[1.0, -1.0, 0.5, 0.0, -0.25], 0.0);
+    assert!(generator.torques(0.03, &mut torques));
+    assert_eq!(torques, [10.0, -10.0, 5.0, 0.0, -2.5]);
+    generator.rest_in_posture(0.0);
+    assert!(generator.torques(0.0, &mut torques) && torques == [0.0; JOINTS]);
 }

@@ -1,7 +1,7 @@
 //! Controllers of the minimal model: Theorem 6.1, treatments and their limits, saturation, noise.
 
 use snake_core::control::{ControllerConfig, Treatment};
-use snake_core::gait::{JointReference, Wave};
+use snake_core::gait::{Reference, Wave};
 use snake_core::minimal::{FrictionLaw, MinimalState, NoiseConfig, SmoothLaw};
 use snake_core::minimal::{MinimalConfig, MinimalSimulation};
 use snake_core::stepping::{ImplicitConfig, IntegratorConfig, Method};

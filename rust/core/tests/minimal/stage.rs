@@ -72,8 +72,8 @@ fn the_judge_rejects_every_mutilation() {
             |s| s.twist[0].z += 1e-3,
             |s| s.friction[5][0].x += 1e-5,
             |s| s.friction[7][1] *= 1.01,
-            |s| s.drive[2] += 1e-5,
-            |s| s.drive[9] = f64::NAN,
+            |s| s.actuator[2] += 1e-5,
+            |s| s.actuator[9] = f64::NAN,
         ];
         for (k, mutilate) in mutilations.into_iter().enumerate() {
             let mut worse = solution.clone();
@@ -118,7 +118,7 @@ fn the_drives_of_input_output_linearisation_are_linear_with_the_inertia_of_the_j
     let mass = ControlPlant::new(&model, SmoothLaw::PRINTED, &phi, &nu).joint_dynamics().mass;
     let constant = DVector::from_iterator(links - 1, stage.joints.iter().map(|joint| joint.drive));
     let expected = constant - mass * DVector::from_row_slice(&phi_rate) * stage.momentum_feedforward;
-    stage.wanted_drives(&solution.twist, &mut solution.drive);
-    let found = DVector::from_row_slice(&solution.drive);
+    stage.wanted_drives(&solution.twist, &mut solution.actuator);
+    let found = DVector::from_row_slice(&solution.actuator);
     assert!((&found - &expected).norm() < 1e-12 * expected.norm());
 }

@@ -1,7 +1,7 @@
 //! The joint controller inside a step: sign, limit, switching on, soft start.
 
 use snake_core::control::ControllerConfig;
-use snake_core::gait::{JointReference, SoftStart, Wave};
+use snake_core::gait::{Reference, SoftStart, Wave};
 use snake_core::scene::START_7_5;
 use snake_test_support::planar::{Hold, build, ground, implicit, links, schemes};
 

@@ -22,11 +22,12 @@ fn a_step_asks_for_no_memory() {
         for (place, scene, start) in [("course", &course, START_7_5), ("free", &free, START_FREE)] {
             let mut simulation = aiko(scene, start, &integrator);
             let state = simulation.state().clone();
+            let pegs = simulation.pegs().to_vec();
             simulation.advance(0.05, &wave);
             let before = REQUESTS.get();
             let report = simulation.advance(1.0, &wave);
             simulation.place(&state);
-            simulation.set_scene_pegs(&scene.obstacles);
+            simulation.set_scene_pegs(&pegs);
             simulation.advance(0.5, &wave);
             let requests = REQUESTS.get() - before;
             println!("{name} {place}: {requests} requests in {} steps and {} events", report.steps, report.events);

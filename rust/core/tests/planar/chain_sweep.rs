@@ -156,7 +156,7 @@ fn newton_is_the_dense_solution_with_stiff_and_saturated_drives() {
                 finished += 1;
                 worst = worst.max(distance(&ours.twist, &twist));
             }
-            for (drive, joint) in ours.drive.iter().zip(&stage.joints) {
+            for (drive, joint) in ours.actuator.iter().zip(&stage.joints) {
                 if drive.abs() == joint.limit { saturated += 1 } else { within += 1 }
             }
         }
@@ -235,7 +235,7 @@ fn certificate_rises_with_every_perturbation() {
         assert!(rises(&|s| s.friction[k] += Vector2::new(size, size) * link.mass) > 0.1 * size);
         assert!(rises(&|s| s.contact[0] += size) > 0.1 * size);
         assert!(rises(&|s| s.contact[0] = -size) > 0.1 * size);
-        assert!(rises(&|s| s.drive[k % 4] += size) > 0.9 * size);
+        assert!(rises(&|s| s.actuator[k % 4] += size) > 0.9 * size);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 use snake_core::control::ControllerConfig;
-use snake_core::gait::{JointReference, SoftStart, Wave};
+use snake_core::gait::{JointTarget, Reference, SoftStart, Wave};
 use snake_core::scene::{START_7_5, SceneConfig};
 use snake_core::simulation::PlanarSimulation;
 use snake_core::stepping::IntegratorConfig;
@@ -12,7 +12,11 @@ fn positions(scene: &SceneConfig, start: [f64; 3], integrator: &IntegratorConfig
     follow(aiko(scene, start, integrator), &Wave::default(), duration)
 }
 
-fn follow(mut simulation: PlanarSimulation, reference: &impl JointReference, duration: f64) -> Vec<Vector2<f64>> {
+fn follow(
+    mut simulation: PlanarSimulation,
+    reference: &impl Reference<JointTarget>,
+    duration: f64,
+) -> Vec<Vector2<f64>> {
     let report = simulation.advance(duration, reference);
     assert!(!report.diverged);
     simulation.state().pose.iter().map(|q| q.xy()).collect()

@@ -1,7 +1,7 @@
 //! A robot moves the same, bit for bit, alone and in the lanes of a register among others.
 
 use snake_core::control::{ControlLaw, ControllerConfig};
-use snake_core::gait::{JointReference, Wave};
+use snake_core::gait::{Reference, Wave};
 use snake_core::pegs::PegGrid;
 use snake_core::planar::{Fleet, PlanarState, PlanarSystem, Scripted};
 use snake_core::robot::{Robot, RobotConfig};
@@ -72,7 +72,7 @@ fn so_it_is_under_input_output_linearisation() {
 /// Robots that coil up, each at its own pace, so that their contacts come and go at different places and times.
 #[test]
 fn so_it_is_where_robots_touch_themselves() {
-    let config = RobotConfig { self_contact: true, ..RobotConfig::default() };
+    let config = RobotConfig::default();
     let controller = ControllerConfig { torque_limit: Some(6.0), ..ControllerConfig::default() };
     let system = PlanarSystem::new(Robot::new(&config).unwrap(), [0.2, 0.3], controller).unwrap();
     let coiling = || -> Vec<Scripted<Hold>> {

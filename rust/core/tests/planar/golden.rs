@@ -155,7 +155,7 @@ fn algorithm_3_1_finds_the_same_velocities_where_it_arrives() {
     for golden in solvable().filter(|golden| golden.stage.links.len() <= 20) {
         let solution = closed_by_fallback(&golden);
         let mut frozen = golden.stage.clone();
-        for (joint, drive) in frozen.joints.iter_mut().zip(&solution.drive) {
+        for (joint, drive) in frozen.joints.iter_mut().zip(&solution.actuator) {
             (joint.drive, joint.stiffness) = (*drive, 0.0);
         }
         let mut rate = 0.0_f64;

@@ -19,7 +19,7 @@ fn in_front_of(
     integrator: &IntegratorConfig,
     state: impl Fn(&Robot, &[Pose]) -> PlanarState,
 ) -> PlanarSimulation {
-    let scene = SceneConfig { obstacles: vec![peg], ..ground([0.0, 0.0]) };
+    let scene = SceneConfig { obstacles: vec![peg.into()], ..ground([0.0, 0.0]) };
     let mut simulation = build(robot, &scene, &LIMP, integrator);
     simulation.place_chain(0.0, 0.0, 0.0, &vec![0.0; robot.links - 1]);
     let state = state(simulation.robot(), &simulation.state().pose.clone());
@@ -206,7 +206,7 @@ fn a_thrown_robot_does_not_enter_the_pegs() {
                         y: 0.4 + 0.35 * f64::from(k / 4),
                     })
                     .collect();
-                let scene = SceneConfig { obstacles: pegs, ..ground([0.1, 0.1]) };
+                let scene = SceneConfig { obstacles: pegs.into_iter().map(Into::into).collect(), ..ground([0.1, 0.1]) };
                 let mut simulation = build(&links(5), &scene, &LIMP, &implicit(step, order));
                 simulation.place_chain(0.25, 0.0, 0.0, &[0.0; 4]);
                 let shift = Pose::new(-0.4 + random.between(-0.2, 0.2), 0.0, 0.0);
@@ -241,7 +241,7 @@ fn a_drive_that_snaps_from_rest_does_not_push_a_link_through_a_peg() {
             let pd = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() };
             // 1 cm beside the far end of link 3, on the side towards which it swings.
             let peg = Peg { radius: 0.03, x: 0.27, y: 0.0525 + 0.03 + 0.01 };
-            let scene = SceneConfig { obstacles: vec![peg], ..ground([0.2, 0.2]) };
+            let scene = SceneConfig { obstacles: vec![peg.into()], ..ground([0.2, 0.2]) };
             let mut simulation = build(&links(3), &scene, &pd, &implicit(step, order));
             simulation.place_chain(0.0, 0.0, 0.0, &[0.0; 2]);
             let mut deepest = f64::INFINITY;
@@ -264,7 +264,8 @@ fn a_fast_robot_does_not_pass_through_pegs() {
                 // A fence across the way of every link.
                 let fence: Vec<Peg> =
                     (0..20).map(|k| Peg { radius: 0.02, x: 0.1 * f64::from(k) - 0.7, y: 0.53 }).collect();
-                let scene = SceneConfig { obstacles: fence, ..ground([0.2, 0.2]) };
+                let scene =
+                    SceneConfig { obstacles: fence.into_iter().map(Into::into).collect(), ..ground([0.2, 0.2]) };
                 let mut simulation = build(&links(5), &scene, &LIMP, &implicit(step, order));
                 simulation.place_chain(0.0, 0.0, 0.0, &[0.0; 4]);
                 let pose = simulation.state().pose.clone();

@@ -1,7 +1,7 @@
 //! Input-output linearisation of the planar model: smooth two-point model in the controller, set-valued system.
 
 use snake_core::control::ControllerConfig;
-use snake_core::gait::{JointReference, Wave};
+use snake_core::gait::{Reference, Wave};
 use snake_core::scene::{START_7_5, SceneConfig};
 use snake_core::simulation::PlanarSimulation;
 use snake_core::stepping::{ImplicitConfig, IntegratorConfig, Method, ThesisConfig};

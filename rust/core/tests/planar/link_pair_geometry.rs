@@ -2,8 +2,8 @@
 
 use nalgebra::{Vector2, Vector3};
 use snake_core::contact::{
-    FoldingBound, LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contact, link_pair_ends, self_gap,
-    visit_close_pairs,
+    Folding, FoldingBound, LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contact, link_pair_ends,
+    self_gap, visit_close_pairs,
 };
 use snake_core::planar::{Pose, assemble_chain};
 use snake_core::robot::{Link, Robot};
@@ -164,7 +164,7 @@ fn links_are_apart_while_the_posture_is_within_the_folding_bound() {
         let mut poses = vec![Pose::zeros(); robot.link_count()];
         assemble_chain(&robot, Pose::new(0.0, 0.0, 1.0), &angles, &mut poses);
         let gap = self_gap(&robot.links, &poses, 2.0 * CLEARANCE);
-        if FoldingBound::new(&robot.links, CLEARANCE).exceeded_by(poses.iter().map(|pose| pose.z)) {
+        if FoldingBound::new(&robot.links, CLEARANCE).exceeded_by(&Folding::of(poses.iter().map(|pose| pose.z))) {
             beyond_and_close += usize::from(gap < CLEARANCE);
         } else {
             within += 1;

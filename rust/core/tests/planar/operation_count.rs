@@ -13,7 +13,7 @@ thread_local! {
     static COUNT: Cell<Operations> = const { Cell::new(Operations { quick: 0, slow: 0 }) };
 }
 
-/// Additions and multiplications, and divisions and square roots.
+/// Additions, multiplications and both fused into one, and divisions and square roots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Operations {
     quick: i64,
@@ -107,6 +107,10 @@ impl Real for Counting {
 
     fn sqrt(self) -> Self {
         slow(self.0.sqrt())
+    }
+
+    fn mul_add(self, factor: Self, summand: Self) -> Self {
+        quick(self.0.mul_add(factor.0, summand.0))
     }
 
     fn max(self, other: Self) -> Self {

@@ -1,6 +1,8 @@
 //! What holds when a robot touches itself.
 
-use nalgebra::Vector2;
+use std::f64::consts::FRAC_PI_2;
+
+use nalgebra::{Vector2, Vector3};
 use snake_core::control::ControllerConfig;
 use snake_core::gait::Wave;
 use snake_core::planar::{PlanarState, Pose, Twist};
@@ -10,7 +12,7 @@ use snake_test_support::allocation::REQUESTS;
 use snake_test_support::planar::{Hold, LIMP, build, ground, implicit, momentum, moving_chain, posture};
 
 fn solid(links: usize) -> RobotConfig {
-    RobotConfig { links, self_contact: true, ..RobotConfig::default() }
+    RobotConfig { links, ..RobotConfig::default() }
 }
 
 /// Seven links bent into a C, without friction or actuators, whose ends move towards each other.
@@ -55,7 +57,7 @@ fn impulses_between_links_cancel() {
     let mut simulation = closing_ring(5e-3);
     for _ in 0..60 {
         simulation.advance(5e-3, &Hold(0.0));
-        let sum: Vector2<f64> = simulation.self_contact_impulse().iter().sum();
+        let sum: Vector3<f64> = simulation.self_contact_impulse().iter().sum();
         assert!(sum.norm() < 1e-12, "{sum}");
     }
 }
@@ -78,7 +80,7 @@ fn a_robot_that_coils_up_does_not_pass_through_itself() {
     let (solid, gap) = coil(&solid(11));
     assert!(gap > -1e-3, "penetration of {} m", -gap);
     assert!(!solid.body().statistics.diverged);
-    let (_, without) = coil(&RobotConfig::default());
+    let (_, without) = coil(&RobotConfig { self_contact: Some(false), ..RobotConfig::default() });
     assert!(without < -0.02, "the same motion without self-contact overlaps by {} m", -without);
 }
 
@@ -122,7 +124,7 @@ fn a_robot_that_does_not_touch_itself_moves_as_without_self_contact() {
         simulation.advance(3.0, &wave);
         simulation.state().clone()
     };
-    assert_eq!(run(&solid(11)), run(&RobotConfig::default()));
+    assert_eq!(run(&solid(11)), run(&RobotConfig { self_contact: Some(false), ..RobotConfig::default() }));
 }
 
 #[test]
@@ -133,4 +135,57 @@ fn touching_itself_asks_for_no_memory() {
         simulation.advance(1e-2, &Hold(1.1));
     }
     assert_eq!(REQUESTS.get() - before, 0);
+}
+
+/// The ends of three links bent into a U swing towards each other, symmetrically, while the robot moves along its axis
+/// of symmetry. After the inelastic impact nothing can turn: all moves on with the common velocity P / M.
+#[test]
+fn two_rods_that_meet_head_on_keep_their_momentum_and_lose_the_rest() {
+    let robot = RobotConfig { links: 3, joint_limit: Some(f64::INFINITY), ..RobotConfig::default() };
+    let mut simulation = build(&robot, &ground([0.0, 0.0]), &LIMP, &implicit(2e-3, 2));
+    simulation.place_chain(0.0, 0.0, FRAC_PI_2, &[-1.4; 2]);
+    let pose: Vec<Pose> = simulation.state().pose.clone();
+    let axis = Vector2::new(-pose[1].z.sin(), pose[1].z.cos());
+    // The joint at link 2 has the velocity of that link, so link 1 moves with it and turns about the joint.
+    let (arm, omega) = (0.5 * simulation.robot().links[0].length, 2.0);
+    let swing = Vector2::new(-pose[0].z.sin(), pose[0].z.cos()) * (-arm * omega);
+    let head = axis * 0.1 + swing;
+    let state = moving_chain(simulation.robot(), &pose, Twist::new(head.x, head.y, omega), &[0.0, -omega]);
+    simulation.place(&state);
+    let (linear, _) = angular_momentum_and_linear(&simulation);
+    let (before, gap) = (simulation.kinetic_energy(), simulation.self_gap());
+    simulation.advance(0.3, &Hold(0.0));
+    let (after, _) = angular_momentum_and_linear(&simulation);
+    assert!(gap > 0.0 && simulation.self_gap().abs() < 2e-4, "{gap} m before, {} m after", simulation.self_gap());
+    assert!((after - linear).norm() < 1e-10, "{linear} {after}");
+    let common = 0.5 * linear.norm_squared() / simulation.robot().total_mass();
+    let energy = simulation.kinetic_energy();
+    assert!(
+        before > 1.2 * common && (energy - common).abs() < 1e-6 * common,
+        "{before} J before, {energy} after, {common}"
+    );
+}
+
+/// A coil in a turned frame: where it ends, turned back.
+fn coiled(turn: f64) -> Vec<Pose> {
+    let mut simulation = build(&solid(11), &ground([0.2, 0.3]), &ControllerConfig::default(), &implicit(1e-2, 2));
+    simulation.place_chain(0.0, 0.0, turn, &[0.0; 10]);
+    simulation.advance(0.6, &Hold(1.1));
+    assert!(simulation.self_contact_impulse().iter().any(|impulse| impulse.norm() > 0.0));
+    let back = nalgebra::Rotation2::new(-turn);
+    let turned = simulation.state().pose.iter().map(|pose| {
+        let position = back * pose.xy();
+        Pose::new(position.x, position.y, pose.z - turn)
+    });
+    turned.collect()
+}
+
+#[test]
+fn self_contact_has_no_direction() {
+    let straight = coiled(0.0);
+    for turn in [0.7, 2.5, -1.9] {
+        for (a, b) in straight.iter().zip(&coiled(turn)) {
+            assert!((a - b).norm() < 1e-6, "{a} {b}");
+        }
+    }
 }

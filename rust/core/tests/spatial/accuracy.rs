@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use nalgebra::{Vector2, Vector3};
-use snake_core::gait::{CardanGait, CardanReference, Gait, Wave};
+use snake_core::gait::{CardanGait, CardanTarget, Gait, Reference, Wave};
 use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::twist_of;
 use snake_core::stepping::ImplicitConfig;
@@ -65,7 +65,7 @@ fn jumps_of_the_reference_are_met_where_they_are() {
 }
 
 /// Where link 6 is after 5 s of sidewinding from rest.
-fn sidewound(friction: f64, step: f64, gait: &impl CardanReference) -> Vector3<f64> {
+fn sidewound(friction: f64, step: f64, gait: &impl Reference<CardanTarget>) -> Vector3<f64> {
     let posture = [Vector2::zeros(); 10];
     let mut simulation = lying(&ground([friction; 2]), [0.0, 0.0, PI], &posture, &implicit(step, 2));
     simulation.advance(5.0, gait);

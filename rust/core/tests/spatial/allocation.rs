@@ -47,7 +47,7 @@ fn a_step_of_a_fleet_asks_for_no_memory() {
     let system = start.system();
     let mut robots: Vec<_> = (0..9)
         .map(|k| {
-            let pegs = PegGrid::new(&table_7_5().obstacles[..k.min(7)]);
+            let pegs = PegGrid::of(&table_7_5().obstacles[..k.min(7)]);
             let mut robot =
                 SpatialScripted::new(&system.robot, pegs, start.state().pose[0], &[Vector2::zeros(); 10], undulation());
             robot.body.state.copy_from(start.state());

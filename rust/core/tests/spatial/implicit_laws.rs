@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use snake_core::control::ControllerConfig;
-use snake_core::gait::{CardanGait, CardanReference, CardanTarget, Gait, JointTarget, Wave};
+use snake_core::gait::{CardanGait, CardanTarget, Gait, JointTarget, Reference, Wave};
 use snake_core::robot::RobotConfig;
 use snake_core::scene::SceneConfig;
 use snake_core::simulation::SpatialSimulation;
@@ -38,7 +38,7 @@ fn push(simulation: &mut SpatialSimulation, velocity: Vector3<f64>, spin: Vector
 }
 
 /// Advances and asserts that every stage was solved to its tolerance.
-fn run(simulation: &mut SpatialSimulation, gait: &impl CardanReference, duration: f64) {
+fn run(simulation: &mut SpatialSimulation, gait: &impl Reference<CardanTarget>, duration: f64) {
     let report = simulation.advance(duration, gait);
     assert!(!report.diverged && report.unconverged == 0, "{report:?}");
 }
@@ -93,7 +93,7 @@ fn a_rolling_robot_stops_after_the_way_that_rolling_friction_gives() {
 #[test]
 fn stuck_links_do_not_creep() {
     struct Bent;
-    impl CardanReference for Bent {
+    impl Reference<CardanTarget> for Bent {
         fn target(&self, joint: usize, _: f64) -> CardanTarget {
             let angle = if joint.is_multiple_of(2) { 0.03 } else { -0.02 };
             CardanTarget { yaw: JointTarget { angle, ..JointTarget::default() }, ..CardanTarget::default() }
@@ -248,7 +248,7 @@ fn a_robot_at_rest_does_not_drift() {
 #[test]
 fn a_robot_that_has_straightened_itself_does_not_drift() {
     let mut numbers = Random::new(5);
-    let mut standing = 0;
+    let mut rest = 0;
     for case in 0..8 {
         let tilt = if case < 4 { 0.0 } else { 0.1 };
         let mut bend =
@@ -263,7 +263,7 @@ fn a_robot_that_has_straightened_itself_does_not_drift() {
         let report = simulation.advance(1.0, &still());
         assert!(!report.diverged && report.unconverged == 0, "{report:?}");
         println!("case {case}: {} linear solves, {} fallbacks", report.iterations, report.fallbacks);
-        standing += u32::from(report.iterations == 0);
+        rest += u32::from(report.iterations == 0);
         let moved = largest_way(&before, simulation.state());
         assert!(moved < 1e-10, "case {case}: drifted {moved} m in a second");
         let stood = simulation.ground_impulse().to_vec();
@@ -273,7 +273,7 @@ fn a_robot_that_has_straightened_itself_does_not_drift() {
         println!("case {case}: normal forces of a robot that has just been placed there differ by {other:.1e} N");
         assert!(other < 1e-5, "case {case}: normal forces depend on how it came there");
     }
-    assert!(standing >= 7, "{standing} of 8 stand without a solve");
+    assert!(rest >= 7, "{rest} of 8 stand without a solve");
 }
 
 /// Soft joints that friction holds away from their references do not creep there.
@@ -358,7 +358,7 @@ fn motion_does_not_depend_on_place_heading_or_side() {
     }
 }
 
-/// Started on its side, upside down, standing on its tail or tangled in pegs, the robot moves on.
+/// Started on its side, upside down, rest on its tail or tangled in pegs, the robot moves on.
 #[test]
 fn odd_starts_are_survived() {
     let pegs = [[0.05, 0.061, 0.1026], [0.05, -0.2, -0.1026], [0.02, -0.4, 0.0726]];

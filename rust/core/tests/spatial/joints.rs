@@ -16,7 +16,14 @@ use snake_test_support::spatial_random::{
 /// Two links whose joint is closed up to a small random error.
 fn random_joint(random: &mut Random) -> [(Link, Pose); 2] {
     let (near, far) = (random_link(random), random_link(random));
-    let robot = Robot { links: vec![near, far], gravity: 9.81, free_play: 0.0, self_contact: false };
+    let robot = Robot {
+        links: vec![near, far],
+        gravity: 9.81,
+        free_play: 0.0,
+        self_contact: false,
+        joint_limit: f64::INFINITY,
+        broken: Vec::new(),
+    };
     let mut pose = [random_pose(random), Pose::identity()];
     assemble_chain(&robot, pose[0], &[random_angle(random, 1.4)], &mut pose);
     [(near, pose[0]), (far, pose[1])]

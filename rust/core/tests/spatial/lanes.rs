@@ -2,14 +2,12 @@
 
 use nalgebra::{Vector2, Vector3};
 use snake_core::control::ControllerConfig;
-use snake_core::gait::{CardanGait, CardanReference, Gait, Wave};
+use snake_core::gait::{CardanGait, Gait, Reference, Wave};
 use snake_core::pegs::PegGrid;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, START_SPATIAL_7_5, Scene, SceneConfig, TABLE_7_5};
-use snake_core::spatial::{
-    Pose, SpatialFleet, SpatialScripted, SpatialState, SpatialSystem, is_plausible, orientation_of,
-};
-use snake_core::stepping::ImplicitConfig;
+use snake_core::spatial::{Pose, SpatialFleet, SpatialScripted, SpatialState, SpatialSystem, orientation_of};
+use snake_core::stepping::{ImplicitConfig, RobotState};
 use snake_test_support::spatial::{implicit_options, sidewinding, undulation};
 
 type CardanRobot = SpatialScripted<CardanGait>;
@@ -110,7 +108,7 @@ fn a_robot_that_diverges_leaves_its_neighbours_untouched() {
     let diverged: Vec<usize> = (0..9).filter(|&k| with_a_sick_one[k].body.statistics.diverged).collect();
     assert_eq!(diverged, [4]);
     let sick = &with_a_sick_one[4].body.state;
-    assert!(is_plausible(&sick.pose, &sick.twist), "a robot that diverged rests where it was last good");
+    assert!(sick.is_plausible(), "a robot that diverged rests where it was last good");
     for _ in 1..10 {
         fleet.advance(&system, &mut with_a_sick_one, 0.05, |robot| robot != 4);
     }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use snake_core::control::ControllerConfig;
-use snake_core::gait::{CardanReference, CardanTarget, JointTarget};
+use snake_core::gait::{CardanTarget, JointTarget, Reference};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, SceneConfig};
 use snake_core::simulation::SpatialSimulation;
@@ -18,7 +18,7 @@ const RADIUS: f64 = 0.0525;
 /// A reference that never changes: the same yaw and pitch for all joints.
 struct Hold(f64, f64);
 
-impl CardanReference for Hold {
+impl Reference<CardanTarget> for Hold {
     fn target(&self, _joint: usize, _time: f64) -> CardanTarget {
         let still = |angle| JointTarget { angle, rate: 0.0, acceleration: 0.0 };
         CardanTarget { yaw: still(self.0), pitch: still(self.1) }
@@ -59,7 +59,9 @@ fn a_free_link_precesses_as_euler_says() {
     let axis = q.axis();
     for _ in 0..steps {
         // Heun's method: second order, so that 5e4 steps of 1e-5 s err by about 1e-8.
-        let slope = |u: &StackedTwist| turning(&smooth_force(&link, G, u)).component_div(&inertia(&link));
+        let slope = |u: &StackedTwist| {
+            turning(&smooth_force(&link, &Vector3::new(0.0, 0.0, -G), u)).component_div(&inertia(&link))
+        };
         let first = slope(&u);
         let mut ahead = u;
         let mut turn = ahead.fixed_rows_mut::<3>(3);
@@ -216,7 +218,7 @@ fn motion_turns_and_shifts_with_the_scene() {
         let about = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), turn);
         let hub = about * Vector3::new(peg.x, peg.y, 0.0);
         let moved = Peg { x: hub.x + shift.x, y: hub.y + shift.y, ..peg };
-        let scene = SceneConfig { obstacles: vec![moved], ..ground([0.2, 0.5]) };
+        let scene = SceneConfig { obstacles: vec![moved.into()], ..ground([0.2, 0.5]) };
         let controller = ControllerConfig { kp: 5.0, kd: 0.2, ..ControllerConfig::default() };
         let mut simulation = SpatialSimulation::new(&links(4), &scene, &controller, &thesis(2.5e-4, 1e-6)).unwrap();
         // A micrometre deep: round-off would otherwise choose which contacts are closed in the first step.

@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod allocation;
+mod capsule_geometry;
 mod flight;
 mod ground_geometry;
 mod implicit_laws;
@@ -10,5 +11,7 @@ mod lanes;
 mod laws;
 mod peg_geometry;
 mod reference;
+mod self_contact_laws;
+mod self_contact_stage;
 mod stage;
 mod step;

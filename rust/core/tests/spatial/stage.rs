@@ -15,7 +15,7 @@ const C: f64 = 3e-3;
 const GRAVITY: f64 = 9.81;
 
 /// A chain in a random configuration near the ground, without momentum, pegs or drives.
-fn chain(random: &mut Random, links: usize, bend: f64, tilt: f64) -> Stage {
+pub fn chain(random: &mut Random, links: usize, bend: f64, tilt: f64) -> Stage {
     let robot = Robot::new(&snake_test_support::planar::links(links)).expect("admissible");
     let mut configuration = Configuration::straight(links);
     let q = nalgebra::UnitQuaternion::from_scaled_axis(Vector3::from_fn(|_, _| random.between(-tilt, tilt)));
@@ -51,7 +51,7 @@ fn chain(random: &mut Random, links: usize, bend: f64, tilt: f64) -> Stage {
 }
 
 /// The same in motion, with gaps, pegs and drives.
-fn moving(random: &mut Random, links: usize) -> Stage {
+pub fn moving(random: &mut Random, links: usize) -> Stage {
     let mut stage = chain(random, links, 0.5, 0.1);
     for link in &mut stage.links {
         link.momentum.linear += Vector3::from_fn(|_, _| random.between(-0.1, 0.1)) * link.mass;
@@ -73,9 +73,10 @@ fn moving(random: &mut Random, links: usize) -> Stage {
     stage
 }
 
-fn blank(stage: &Stage) -> StageSolution {
+pub fn blank(stage: &Stage) -> StageSolution {
     let mut solution = StageSolution::new(stage.links.len());
     solution.peg.resize(stage.pegs.len(), 0.0);
+    solution.pair.resize(stage.pairs.len(), 0.0);
     solution
 }
 
@@ -247,7 +248,7 @@ fn the_judge_sees_every_law_broken() {
         |s| s.normal[0][1] += 1e-2,
         |s| s.friction[3][0].x += 1e-2,
         |s| s.rolling[2].y += 1e-2,
-        |s| s.drive[1][0] += 1e-2,
+        |s| s.actuator[1][0] += 1e-2,
         |s| s.normal.iter_mut().flatten().for_each(|p| *p = f64::NAN),
     ];
     for (k, breaks) in breakages.iter().enumerate() {

@@ -14,6 +14,8 @@ const DEEPEST: usize = 32;
 pub struct Deserializer<'py> {
     value: Bound<'py, PyAny>,
     depth: usize,
+    /// Whether a number may be infinite.
+    is_unbounded: bool,
 }
 
 impl<'py> Deserializer<'py> {
@@ -25,7 +27,7 @@ impl<'py> Deserializer<'py> {
     pub fn within(value: &Bound<'py, PyAny>, depth: usize) -> Self {
         let plain = value.hasattr("__array__").ok().filter(|is_array| *is_array);
         let plain = plain.and_then(|_| value.call_method0("tolist").ok());
-        Self { value: plain.unwrap_or_else(|| value.clone()), depth: depth + 1 }
+        Self { value: plain.unwrap_or_else(|| value.clone()), depth: depth + 1, is_unbounded: false }
     }
 
     fn text(&self, expected: &str) -> Result<String, Error> {
@@ -46,7 +48,10 @@ impl<'py> Deserializer<'py> {
     fn number(&self) -> Result<f64, Error> {
         let is_number = self.value.is_instance_of::<PyFloat>() || self.is_integer();
         let number = if is_number { self.value.extract().ok() } else { None };
-        number.filter(|number: &f64| number.is_finite()).ok_or_else(|| Error::new("a finite number"))
+        let is_admissible = |number: &f64| number.is_finite() || self.is_unbounded && !number.is_nan();
+        number
+            .filter(is_admissible)
+            .ok_or_else(|| Error::new(if self.is_unbounded { "a number" } else { "a finite number" }))
     }
 
     /// The items of a sequence other than text.
@@ -147,8 +152,8 @@ impl<'de> de::Deserializer<'de> for Deserializer<'_> {
         if self.value.is_none() { visitor.visit_none() } else { visitor.visit_some(self) }
     }
 
-    fn deserialize_newtype_struct<V: Visitor<'de>>(self, _: &'static str, visitor: V) -> Result<V::Value, Error> {
-        visitor.visit_newtype_struct(self)
+    fn deserialize_newtype_struct<V: Visitor<'de>>(self, name: &'static str, visitor: V) -> Result<V::Value, Error> {
+        visitor.visit_newtype_struct(Self { is_unbounded: name == "Unbounded", ..self })
     }
 
     fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {

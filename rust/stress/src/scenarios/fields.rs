@@ -1,11 +1,9 @@
 //! Environments under random actions.
 
-use snake_core::batch::{Batch, Batched, Outputs};
+use snake_core::batch::{Batch, Outputs};
 use snake_core::environment::rng::Rng;
-use snake_core::environment::{
-    ActionMode, EnvConfig, Environment, FieldKind, ModelKind, PlanarRobot, SpatialRobot, Task,
-};
-use snake_core::simulation::{PlanarSimulation, SpatialSimulation};
+use snake_core::environment::{ActionMode, EnvConfig, FieldKind, RobotModel, Task};
+use snake_core::simulation::Simulation;
 use snake_core::stepping::ImplicitConfig;
 
 use crate::figures::Figures;
@@ -55,38 +53,15 @@ pub fn spatial_kinds() -> Vec<Kind> {
     kinds
 }
 
-/// A robot model of the environment that can be observed.
-pub trait ObservableModel: Batched {
-    type Simulation: Observable;
-    const KIND: ModelKind;
-
-    fn simulation(environment: &Environment<Self>) -> &Self::Simulation;
-}
-
-impl ObservableModel for PlanarRobot {
-    type Simulation = PlanarSimulation;
-    const KIND: ModelKind = ModelKind::Planar;
-
-    fn simulation(environment: &Environment<Self>) -> &PlanarSimulation {
-        environment.simulation()
-    }
-}
-
-impl ObservableModel for SpatialRobot {
-    type Simulation = SpatialSimulation;
-    const KIND: ModelKind = ModelKind::Spatial;
-
-    fn simulation(environment: &Environment<Self>) -> &SpatialSimulation {
-        &environment.model().simulation
-    }
-}
-
 /// Takes `steps` environment steps, batch by batch, with uniformly random actions that change now and then.
-pub fn random_steps<M: ObservableModel>(kind: Kind, steps: u64, seed: u64) -> Figures {
+pub fn random_steps<M: RobotModel>(kind: Kind, steps: u64, seed: u64) -> Figures
+where
+    Simulation<M::Model>: Observable,
+{
     let Kind { task, mode, field, difficulty, step, tolerance } = kind;
     let integrator = ImplicitConfig { step: Some(step), tolerance, ..ImplicitConfig::default() }.into();
     let config = EnvConfig {
-        model: <M as ObservableModel>::KIND,
+        model: M::KIND,
         task,
         action_mode: mode,
         field,
@@ -102,7 +77,7 @@ pub fn random_steps<M: ObservableModel>(kind: Kind, steps: u64, seed: u64) -> Fi
     run.figures
 }
 
-struct Run<M: Batched> {
+struct Run<M: RobotModel> {
     /// Step of the integrator \[s\].
     step: f64,
     batch: Batch<M>,
@@ -116,7 +91,10 @@ struct Run<M: Batched> {
     figures: Figures,
 }
 
-impl<M: ObservableModel> Run<M> {
+impl<M: RobotModel> Run<M>
+where
+    Simulation<M::Model>: Observable,
+{
     fn new(config: &EnvConfig, seed: u64) -> Self {
         let batch = Batch::<M>::new(config, ROWS, 1).expect("an admissible environment");
         let mut run = Self {
@@ -172,7 +150,7 @@ impl<M: ObservableModel> Run<M> {
             figures.broken += u64::from(signal("diverged", row) != 0.0);
             let worst = if unconverged > 0.0 { &mut figures.counted_residual } else { &mut figures.residual };
             *worst = worst.max(residual);
-            figures.measure(M::simulation(self.batch.environment(row)), self.step);
+            figures.measure(self.batch.environment(row).model().simulation(), self.step);
         }
         let finite = self.observation.iter().all(|x| x.is_finite()) && self.reward.iter().all(|x| x.is_finite());
         figures.broken += u64::from(!finite);

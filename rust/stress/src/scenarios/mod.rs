@@ -1,5 +1,6 @@
 //! The scenarios, each a family of cases with the bounds they must keep.
 
+pub mod coils;
 pub mod drive;
 pub mod fields;
 pub mod ground;
@@ -8,17 +9,17 @@ pub mod pegs;
 pub mod robots;
 pub mod spatial;
 
-use snake_core::environment::{PlanarRobot, SpatialRobot};
-use snake_core::simulation::{PlanarSimulation, SpatialSimulation};
+use snake_core::environment::{PlanarRobot, RobotModel, SpatialRobot};
+use snake_core::simulation::{PlanarSimulation, Simulation, SpatialSimulation};
 
 use crate::case::Case;
 use crate::draw::Draw;
 use crate::figures::Figures;
+use crate::observable::Observable;
 use crate::requirements::Bounds;
 use crate::spatial_case::SpatialCase;
 use crate::stages;
 
-use fields::ObservableModel;
 use neighbours::{PlanarTestFleet, TestFleet};
 use spatial::neighbours::SpatialTestFleet;
 use spatial::{fall, gaits, rest};
@@ -97,6 +98,7 @@ fn in_the_plane(effort: Effort) -> Vec<Scenario> {
         run("thin peg in the crack", default, pegs::crack(time)),
         run("start in deep penetration", inside, pegs::deep(time)),
         run("1 to 100 m/s into a peg", default, pegs::fast(1.0)),
+        run("coils and folds", default, coils::coils(time)),
         run("limp robot thrown among pegs", Bounds { energy: 1e-9, ..default }, pegs::limp(2.0)),
         run("torque-limit chatter", default, drive::torque_limit(time)),
         Scenario {
@@ -221,7 +223,10 @@ fn scenes(count: u64) -> Vec<Job> {
     (0..count).map(job).collect()
 }
 
-fn environments<M: ObservableModel>(kinds: Vec<fields::Kind>, steps: u64) -> Vec<Job> {
+fn environments<M: RobotModel>(kinds: Vec<fields::Kind>, steps: u64) -> Vec<Job>
+where
+    Simulation<M::Model>: Observable,
+{
     let each = steps / kinds.len() as u64;
     let job = |(seed, kind): (usize, fields::Kind)| {
         Job::new(format!("{kind:?}"), move || fields::random_steps::<M>(kind, each, seed as u64))

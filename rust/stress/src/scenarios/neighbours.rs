@@ -1,11 +1,11 @@
 //! One faulty robot in a fleet.
 
-use snake_core::gait::{JointReference, Wave};
+use snake_core::gait::{Reference, Wave};
 use snake_core::pegs::PegGrid;
-use snake_core::planar::{Body, Fleet, PlanarSystem, Scripted, is_plausible};
+use snake_core::planar::{Body, Fleet, PlanarSystem, Scripted};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_7_5, TABLE_7_5};
-use snake_core::stepping::{ImplicitConfig, StepStatistics};
+use snake_core::stepping::{ImplicitConfig, RobotState, StepStatistics};
 
 use crate::case::pegs;
 use crate::figures::Figures;
@@ -102,7 +102,7 @@ impl FaultyRobot for Body {
     }
 
     fn is_contained(&self) -> bool {
-        self.statistics.diverged && is_plausible(&self.state.pose, &self.state.twist)
+        self.statistics.diverged && self.state.is_plausible()
     }
 
     fn bits(&self) -> Vec<u64> {
@@ -115,7 +115,7 @@ fn robots(system: &PlanarSystem, count: usize) -> Vec<Undulator> {
     let undulator = |k: usize| {
         let wave = Wave { omega: 1.0 + 0.2 * k as f64, ..Wave::default() };
         let angles: Vec<f64> = (0..10).map(|joint| wave.target(joint, 0.0).angle).collect();
-        Scripted::new(&system.robot, PegGrid::new(&pegs(&TABLE_7_5[..k % 8])), START_7_5, &angles, wave)
+        Scripted::new(&system.robot, PegGrid::of(&pegs(&TABLE_7_5[..k % 8])), START_7_5, &angles, wave)
     };
     (0..count).map(undulator).collect()
 }

@@ -2,7 +2,7 @@
 
 use snake_core::control::ControllerConfig;
 use snake_core::gait::Wave;
-use snake_core::scene::Peg;
+use snake_core::obstacles::{Obstacle, Peg};
 
 use crate::case::{Case, Motion};
 
@@ -12,7 +12,7 @@ pub fn wedge(duration: f64) -> Vec<Case> {
     for (angle, slow) in [(0.05, 0.1), (0.2, 1.0), (0.5, 5.0)] {
         for step in [1e-2, 5e-2] {
             let mut case = Case::straight(format!("half angle {angle}, {slow} m/s, h {step} s"), step, duration);
-            case.scene.obstacles = funnel(angle);
+            case.scene.obstacles = obstacles(funnel(angle));
             case.velocity = [-slow, 0.0];
             case.controller = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() };
             cases.push(case.clone());
@@ -23,6 +23,10 @@ pub fn wedge(duration: f64) -> Vec<Case> {
         }
     }
     cases
+}
+
+fn obstacles(pegs: Vec<Peg>) -> Vec<Obstacle> {
+    pegs.into_iter().map(Into::into).collect()
 }
 
 /// Two rows along -x from just ahead of the robot, closing to 4 cm where the robot is 10.5 cm wide.
@@ -48,7 +52,7 @@ pub fn crack(duration: f64) -> Vec<Case> {
                 ("jumps", Motion::Jump { angle: 0.5, rate: 2.1 }),
             ] {
                 let mut case = Case::straight(format!("{name}, peg of {radius} m, h {step} s"), step, duration);
-                case.scene.obstacles = (1..11).step_by(2).map(|joint| notch_peg(joint, radius)).collect();
+                case.scene.obstacles = (1..11).step_by(2).map(|joint| notch_peg(joint, radius).into()).collect();
                 case.motion = motion;
                 case.controller = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() };
                 cases.push(case);
@@ -85,7 +89,7 @@ pub fn deep(duration: f64) -> Vec<Case> {
     for (name, pegs) in sets {
         for step in [1e-2, 5e-2] {
             let mut case = Case::straight(format!("{name}, h {step} s"), step, duration);
-            case.scene.obstacles = pegs.clone();
+            case.scene.obstacles = obstacles(pegs.clone());
             case.controller = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() };
             cases.push(case);
         }
@@ -104,7 +108,7 @@ pub fn fast(duration: f64) -> Vec<Case> {
                 ("glancing", [-speed, 0.0], Peg { radius: 0.05, x: -0.6, y: 0.07 }),
             ] {
                 let mut case = Case::straight(format!("{name}, {speed} m/s, h {step} s"), step, duration);
-                case.scene.obstacles = vec![peg];
+                case.scene.obstacles = vec![peg.into()];
                 case.velocity = velocity;
                 cases.push(case);
             }
@@ -123,6 +127,7 @@ pub fn limp(duration: f64) -> Vec<Case> {
                 let mut case = Case::straight(name, step, duration);
                 case.scene.obstacles = (0..60)
                     .map(|k| Peg { radius: 0.05, x: 0.4 * f64::from(k % 12) - 2.0, y: 0.5 + 0.4 * f64::from(k / 12) })
+                    .map(Into::into)
                     .collect();
                 case.scene.friction = [0.0, 0.0];
                 case.controller = ControllerConfig { kp: 0.0, kd: 0.0, ..ControllerConfig::default() };

@@ -3,6 +3,8 @@
 mod planar;
 mod spatial;
 
+use std::f64::consts::PI;
+
 use super::filtered_parameter::Limits;
 use super::symmetry::Parity;
 
@@ -29,16 +31,31 @@ pub enum Parameter {
         axis: usize,
         joint: usize,
     },
+    /// Rate of the reference angle of one joint about an axis.
+    JointRate {
+        axis: usize,
+        joint: usize,
+    },
+    /// Torque of one actuator about an axis, in place of the controller's.
+    JointTorque {
+        axis: usize,
+        joint: usize,
+    },
 }
 
 impl Parameter {
     /// Whether it describes the waves; the others belong to single joints.
     pub fn is_of_wave(self) -> bool {
-        !matches!(self, Parameter::Joint { .. })
+        use Parameter::{Joint, JointRate, JointTorque};
+        !matches!(self, Joint { .. } | JointRate { .. } | JointTorque { .. })
     }
 
     pub fn unit(self) -> &'static str {
-        if self == Parameter::Frequency { "rad/s" } else { "rad" }
+        match self {
+            Parameter::Frequency | Parameter::JointRate { .. } => "rad/s",
+            Parameter::JointTorque { .. } => "N m",
+            _ => "rad",
+        }
     }
 
     /// In the reflection the waves run half a turn ahead, which changes the sign of the yaw angles. Pitch angles stay:
@@ -53,7 +70,10 @@ impl Parameter {
                     Parity::Odd
                 }
             }
-            Parameter::Offset(axis) | Parameter::Joint { axis, .. } => {
+            Parameter::Offset(axis)
+            | Parameter::Joint { axis, .. }
+            | Parameter::JointRate { axis, .. }
+            | Parameter::JointTorque { axis, .. } => {
                 if axis == YAW {
                     Parity::Odd
                 } else {
@@ -71,7 +91,7 @@ pub struct ActionEntry {
     pub parameter: Parameter,
     pub centre: f64,
     pub half_range: f64,
-    /// Largest rate at which the value follows the action \[unit/s\].
+    /// Largest rate at which the value follows the action, infinite where it takes it over at once \[unit/s\].
     pub slew: f64,
     pub meaning: &'static str,
 }
@@ -112,16 +132,51 @@ fn entry(
     ActionEntry { name: name.into(), parameter, centre, half_range, slew, meaning }
 }
 
-/// One entry for each joint about an axis; `degrees` as in [`entry`].
-fn joint_entries(
+/// What actions set of the joints about one axis.
+struct JointAction {
     axis: usize,
-    joints: usize,
     name: &'static str,
-    degrees: [f64; 2],
+    kind: JointKind,
     meaning: &'static str,
-) -> impl Iterator<Item = ActionEntry> {
-    (0..joints).map(move |joint| {
-        let parameter = Parameter::Joint { axis, joint };
-        entry(format!("{name}_{}", joint + 1), parameter, 0.0, degrees, meaning)
-    })
 }
+
+enum JointKind {
+    /// Half range and slew limit in degrees and degrees per second.
+    Angle([f64; 2]),
+    /// Largest rate in degrees per second, reached in [`SPEED_UP`].
+    Rate(f64),
+    /// Largest torque \[N m\].
+    Torque(f64),
+}
+
+impl JointAction {
+    fn entry(&self, joint: usize) -> ActionEntry {
+        let Self { axis, name, meaning, .. } = *self;
+        let name = format!("{name}_{}", joint + 1);
+        match self.kind {
+            JointKind::Angle(degrees) => entry(name, Parameter::Joint { axis, joint }, 0.0, degrees, meaning),
+            JointKind::Rate(largest) => {
+                entry(name, Parameter::JointRate { axis, joint }, 0.0, [largest, largest / SPEED_UP], meaning)
+            }
+            JointKind::Torque(half_range) => {
+                let parameter = Parameter::JointTorque { axis, joint };
+                ActionEntry { name, parameter, centre: 0.0, half_range, slew: f64::INFINITY, meaning }
+            }
+        }
+    }
+}
+
+/// The entries of all joints, in the order of observation and state: joint by joint, its axes in turn.
+fn joint_entries(joints: usize, actions: Vec<JointAction>) -> impl Iterator<Item = ActionEntry> {
+    (0..joints).flat_map(move |joint| actions.iter().map(|action| action.entry(joint)).collect::<Vec<_>>())
+}
+
+/// Half ranges of reference angles and largest rates of joints about each axis \[deg\], \[deg/s\].
+const ANGLES: [f64; 2] = [70.0, 45.0];
+const RATES: [f64; 2] = [150.0, 100.0];
+
+/// The largest reference angle that actions reach by rates \[rad\].
+pub const LARGEST_ANGLE: f64 = 80.0 * PI / 180.0;
+
+/// Time in which a commanded rate may rise from zero to the largest one \[s\].
+const SPEED_UP: f64 = 0.1;

@@ -4,19 +4,29 @@ use crate::environment::config::ActionMode;
 use crate::gait::Wave;
 
 use super::Parameter::{Amplitude, Frequency, Offset, PhaseShift};
-use super::{ActionEntry, YAW, entry, joint_entries};
+use super::{ANGLES, ActionEntry, JointAction, JointKind, RATES, YAW, entry, joint_entries};
 
-/// The entries of an action, in order.
-pub fn planar_entries(mode: ActionMode, joints: usize) -> Vec<ActionEntry> {
+/// The entries of an action, in order; torques up to `torque_limit` \[N m\].
+pub fn planar_entries(mode: ActionMode, joints: usize, torque_limit: f64) -> Vec<ActionEntry> {
+    let of_joints = |name, kind, meaning| joint_entries(joints, vec![JointAction { axis: YAW, name, kind, meaning }]);
     match mode {
         ActionMode::Gait => wave_entries().into(),
         ActionMode::Joints => {
-            joint_entries(YAW, joints, "joint_angle", [70.0, 150.0], "reference angle of a joint").collect()
+            let kind = JointKind::Angle([ANGLES[YAW], RATES[YAW]]);
+            of_joints("joint_angle", kind, "reference angle of a joint").collect()
         }
         ActionMode::Residual => {
             let meaning = "angle added to the wave at a joint";
-            let offsets = joint_entries(YAW, joints, "joint_offset", [20.0, 60.0], meaning);
+            let offsets = of_joints("joint_offset", JointKind::Angle([20.0, 60.0]), meaning);
             wave_entries().into_iter().chain(offsets).collect()
+        }
+        ActionMode::Velocities => {
+            let meaning = "rate of the reference angle of a joint";
+            of_joints("joint_velocity", JointKind::Rate(RATES[YAW]), meaning).collect()
+        }
+        ActionMode::Torques => {
+            let meaning = "torque of an actuator, positive where it increases the joint angle";
+            of_joints("joint_torque", JointKind::Torque(torque_limit), meaning).collect()
         }
     }
 }
@@ -50,15 +60,19 @@ mod tests {
 
     #[test]
     fn every_mode_lists_one_entry_an_action_element() {
-        assert_eq!(planar_entries(ActionMode::Gait, 10).len(), 4);
-        assert_eq!(planar_entries(ActionMode::Joints, 10).len(), 10);
-        assert_eq!(planar_entries(ActionMode::Residual, 10).len(), 14);
-        assert_eq!(planar_entries(ActionMode::Residual, 10)[4].name, "joint_offset_1");
+        let entries = |mode| planar_entries(mode, 10, 7.0);
+        assert_eq!(entries(ActionMode::Gait).len(), 4);
+        assert_eq!(entries(ActionMode::Joints).len(), 10);
+        assert_eq!(entries(ActionMode::Residual).len(), 14);
+        assert_eq!(entries(ActionMode::Residual)[4].name, "joint_offset_1");
+        assert_eq!(entries(ActionMode::Velocities).len(), 10);
+        let torque = &entries(ActionMode::Torques)[9];
+        assert_eq!((torque.name.as_str(), torque.high(), torque.parameter.unit()), ("joint_torque_10", 7.0, "N m"));
     }
 
     #[test]
     fn values_and_actions_are_inverse() {
-        for entry in planar_entries(ActionMode::Residual, 3) {
+        for entry in planar_entries(ActionMode::Residual, 3, 10.0) {
             for action in [-1.0, -0.3, 0.0, 1.0] {
                 assert!((entry.normalised(entry.value(action)) - action).abs() < 1e-14);
             }

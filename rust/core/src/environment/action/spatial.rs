@@ -1,43 +1,52 @@
-//! The action of the spatial model: the part of the yaw angles, then that of the pitch angles.
+//! The action of the spatial model: the waves, then the joints one by one, yaw before pitch as everywhere.
 
 use crate::environment::config::ActionMode;
 use crate::environment::default_gait::DefaultGait;
 
 use super::Parameter::{Amplitude, Frequency, Offset, Phase, PhaseShift};
-use super::{ActionEntry, PITCH, YAW, entry, joint_entries};
+use super::{ANGLES, ActionEntry, JointAction, JointKind, PITCH, RATES, YAW, entry, joint_entries};
 
-/// The entries of an action, in order; action zero holds `gait`. All ranges together keep the references within 90
-/// degrees.
-pub fn spatial_entries(mode: ActionMode, gait: &DefaultGait, joints: usize) -> Vec<ActionEntry> {
-    let mut entries = Vec::new();
-    if mode != ActionMode::Joints {
-        entries.extend(horizontal_wave(gait));
-    }
+/// The entries of an action, in order; action zero holds `gait`, torques reach `torque_limit` \[N m\]. All ranges
+/// together keep the references within 90 degrees.
+pub fn spatial_entries(mode: ActionMode, gait: &DefaultGait, joints: usize, torque_limit: f64) -> Vec<ActionEntry> {
+    let of_axis = |axis, name, kind, meaning| JointAction { axis, name, kind, meaning };
+    let waves = || horizontal_wave(gait).into_iter().chain(vertical_wave(gait));
     match mode {
-        ActionMode::Gait => {}
+        ActionMode::Gait => waves().collect(),
         ActionMode::Joints => {
-            entries.extend(joint_entries(YAW, joints, "yaw", [70.0, 150.0], "reference of a joint's yaw angle"));
-        }
-        ActionMode::Residual => {
-            let meaning = "angle added to the horizontal wave at a joint";
-            entries.extend(joint_entries(YAW, joints, "yaw_offset", [10.0, 60.0], meaning));
-        }
-    }
-    if mode != ActionMode::Joints {
-        entries.extend(vertical_wave(gait));
-    }
-    match mode {
-        ActionMode::Gait => {}
-        ActionMode::Joints => {
+            let yaw = JointKind::Angle([ANGLES[YAW], RATES[YAW]]);
+            let pitch = JointKind::Angle([ANGLES[PITCH], RATES[PITCH]]);
             let meaning = "reference of a joint's pitch angle; positive lowers the next link";
-            entries.extend(joint_entries(PITCH, joints, "pitch", [45.0, 100.0], meaning));
+            let axes = vec![
+                of_axis(YAW, "yaw", yaw, "reference of a joint's yaw angle"),
+                of_axis(PITCH, "pitch", pitch, meaning),
+            ];
+            joint_entries(joints, axes).collect()
         }
         ActionMode::Residual => {
-            let meaning = "angle added to the vertical wave at a joint";
-            entries.extend(joint_entries(PITCH, joints, "pitch_offset", [10.0, 60.0], meaning));
+            let offset = || JointKind::Angle([10.0, 60.0]);
+            let axes = vec![
+                of_axis(YAW, "yaw_offset", offset(), "angle added to the horizontal wave at a joint"),
+                of_axis(PITCH, "pitch_offset", offset(), "angle added to the vertical wave at a joint"),
+            ];
+            waves().chain(joint_entries(joints, axes)).collect()
+        }
+        ActionMode::Velocities => {
+            let axes = vec![
+                of_axis(YAW, "yaw_velocity", JointKind::Rate(RATES[YAW]), "rate of the reference of a yaw angle"),
+                of_axis(PITCH, "pitch_velocity", JointKind::Rate(RATES[PITCH]), "rate of that of a pitch angle"),
+            ];
+            joint_entries(joints, axes).collect()
+        }
+        ActionMode::Torques => {
+            let torque = || JointKind::Torque(torque_limit);
+            let axes = vec![
+                of_axis(YAW, "yaw_torque", torque(), "torque that increases a yaw angle"),
+                of_axis(PITCH, "pitch_torque", torque(), "torque that increases a pitch angle"),
+            ];
+            joint_entries(joints, axes).collect()
         }
     }
-    entries
 }
 
 /// The amplitude ends at 60 degrees; the phase shift reaches zero, at which all joints bend alike and the robot rolls.

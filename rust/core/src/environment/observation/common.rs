@@ -3,6 +3,7 @@
 use crate::environment::config::Perception;
 use crate::environment::perception::PegSensor;
 use crate::environment::robot_model::RobotModel;
+use crate::environment::scenarios::GoalKind;
 
 use super::{BlockRow, Element, Setup, View, each, even, named, odd};
 
@@ -64,13 +65,25 @@ impl<M: RobotModel> BlockRow<M> {
         BlockRow {
             name: "goal",
             unit: "1",
-            description: "distance left to the goal line or the rim of the goal disc, relative to that at the start",
-            present: always,
+            description: "distance left to the goal line, to the rim of the goal disc or along the path, relative to that at the \
+                          start",
+            present: |setup| setup.config.task.family().goal != GoalKind::Direction,
             elements: |_| named(&[even("remaining")]),
             scale: |_| 1.0,
             bound: 1.5,
             memory: true,
             read: |view, values| values[0] = view.sensors.remaining,
+        },
+        BlockRow {
+            name: "command",
+            unit: "m/s",
+            description: "commanded speed of the centre of gravity along the goal direction",
+            present: |setup| setup.config.task.family().goal == GoalKind::Direction,
+            elements: |_| named(&[even("speed")]),
+            scale: |_| 0.4,
+            bound: 4.0,
+            memory: false,
+            read: |view, values| values[0] = view.speed,
         },
     ];
 
@@ -93,7 +106,8 @@ impl<M: RobotModel> BlockRow<M> {
             name: "pegs",
             unit: "m",
             description: "nearest pegs from the leading link's CG: centre forward and left, and sensing range minus \
-                          the distance to the rim; all zero where fewer pegs are in range",
+                          the distance to the rim; all zero where fewer are in range; a wall appears as a peg without \
+                          size at its nearest point",
             present: locates_pegs,
             elements: |setup| {
                 let count = setup.peg_view.ahead.count();
@@ -137,7 +151,7 @@ impl Setup<'_> {
     }
 
     pub fn has_pegs(&self) -> bool {
-        self.config.task.family().has_pegs
+        self.config.has_pegs()
     }
 }
 
@@ -159,7 +173,7 @@ pub fn joint_rate<M>(view: &View<M>, values: &mut [f64]) {
 }
 
 /// Three values for each peg that the sensor locates at most.
-fn write_located(sensor: &PegSensor, values: &mut [f64]) {
+pub(super) fn write_located(sensor: &PegSensor, values: &mut [f64]) {
     values.fill(0.0);
     for (values, peg) in values.chunks_exact_mut(3).zip(sensor.located()) {
         values.copy_from_slice(&[peg.forward, peg.left, sensor.range() - peg.distance]);

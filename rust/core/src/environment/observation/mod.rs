@@ -5,16 +5,23 @@
 //! [`RobotModel::OBSERVATION`]. Layout, mirror signs, memories and documentation follow from the rows.
 
 mod common;
+mod delay;
 mod element;
+mod privileged;
+
+use std::collections::BTreeMap;
 
 use super::action::ActionEntry;
 use super::config::EnvConfig;
 use super::perception::PegView;
+use super::rng::Rng;
 use super::robot_model::RobotModel;
 use super::sensors::Sensors;
+use crate::error::{ConfigError, non_negative, require, within};
 use crate::robot::Robot;
 
 pub use common::{always, joint_angle, joint_rate};
+pub use delay::Delay;
 pub use element::{Element, each, even, named, odd};
 
 /// Everything that may be observed at a control instant.
@@ -23,8 +30,14 @@ pub struct View<'a, M> {
     pub sensors: &'a Sensors,
     /// Angle from +x to the goal direction \[rad\].
     pub bearing: f64,
+    /// Commanded speed along it; zero without a command \[m/s\].
+    pub speed: f64,
     pub previous_action: &'a [f64],
     pub peg_view: &'a PegView,
+    /// The pegs as they are, where they are observed by critics.
+    pub true_pegs: &'a PegView,
+    /// Friction coefficients along and across a link.
+    pub friction: [f64; 2],
 }
 
 /// What presence, elements and scale of a block may depend on.
@@ -64,6 +77,10 @@ pub struct ObservationBlock<M: 'static> {
     pub start: usize,
     pub elements: Vec<Element>,
     pub scale: f64,
+    /// Amplitude of the noise, in the unit of the values.
+    pub noise: f64,
+    /// Control periods after which it is observed.
+    pub delay: u32,
 }
 
 impl<M> ObservationBlock<M> {
@@ -77,20 +94,47 @@ impl<M> ObservationBlock<M> {
 pub struct ObservationLayout<M: 'static> {
     blocks: Vec<ObservationBlock<M>>,
     size: usize,
+    has_noise: bool,
 }
 
 impl<M: RobotModel> ObservationLayout<M> {
-    pub fn new(setup: &Setup) -> Self {
+    /// # Errors
+    /// Names a block that the environment does not have.
+    pub fn new(setup: &Setup) -> Result<Self, ConfigError> {
         let [body, contact] = M::OBSERVATION;
         let rows = [body, BlockRow::TASK, contact, BlockRow::ACTION_AND_PEGS].into_iter().flatten();
+        let sensed = rows.filter(|row| (row.present)(setup)).map(|row| (row, false));
+        let hidden = BlockRow::PRIVILEGED.iter().filter(|row| (row.present)(setup)).map(|row| (row, true));
+        let rows: Vec<_> = sensed.chain(hidden).collect();
+        let EnvConfig { observation_blocks, privileged, observation_noise, observation_delay, .. } = setup.config;
+        let chosen = observation_blocks.as_deref();
+        for (k, name) in chosen.unwrap_or_default().iter().enumerate() {
+            require_known(&format!("observation_blocks[{k}]"), name, &rows)?;
+        }
+        for (name, amplitude) in observation_noise {
+            require_known("observation_noise", name, &rows)?;
+            non_negative(&format!("observation_noise.{name}"), *amplitude)?;
+        }
+        for (name, delay) in observation_delay {
+            require_known("observation_delay", name, &rows)?;
+            within(&format!("observation_delay.{name}"), *delay, 0.0, MOST_PERIODS * setup.config.control_period)?;
+        }
+        let is_chosen = |(row, is_hidden): &(&BlockRow<M>, bool)| {
+            let is_named = chosen.is_some_and(|names| names.iter().any(|name| name == row.name));
+            is_named || if *is_hidden { *privileged } else { chosen.is_none() }
+        };
         let (mut blocks, mut size) = (Vec::new(), 0);
-        for row in rows.filter(|row| (row.present)(setup)) {
+        for (row, _) in rows.into_iter().filter(is_chosen) {
             let elements = (row.elements)(setup);
             let start = size;
             size += elements.len();
-            blocks.push(ObservationBlock { row, start, elements, scale: (row.scale)(setup) });
+            let of_block = |values: &BTreeMap<String, f64>| values.get(row.name).copied().unwrap_or(0.0);
+            let noise = of_block(observation_noise);
+            let delay = (of_block(observation_delay) / setup.config.control_period).round() as u32;
+            blocks.push(ObservationBlock { row, start, elements, scale: (row.scale)(setup), noise, delay });
         }
-        Self { blocks, size }
+        require(size > 0, "observation_blocks", "[]", "at least one block")?;
+        Ok(Self { has_noise: blocks.iter().any(|block| block.noise > 0.0), blocks, size })
     }
 
     pub fn blocks(&self) -> &[ObservationBlock<M>] {
@@ -103,12 +147,16 @@ impl<M: RobotModel> ObservationLayout<M> {
     }
 
     /// Writes the observation; every element is finite and inside its bounds. `values` is room for as
-    /// many unscaled values.
-    pub fn write(&self, view: &View<M>, values: &mut [f64], observation: &mut [f32]) {
+    /// many unscaled values; noise is drawn from `rng` if there is any.
+    pub fn write(&self, view: &View<M>, values: &mut [f64], observation: &mut [f32], rng: impl FnOnce() -> Rng) {
+        let mut rng = self.has_noise.then(rng);
         for block in &self.blocks {
             let range = block.start..block.start + block.size();
             let values = &mut values[range.clone()];
             (block.row.read)(view, values);
+            if let (Some(rng), true) = (&mut rng, block.noise > 0.0) {
+                values.iter_mut().for_each(|value| *value += rng.around_zero(block.noise));
+            }
             let bound = block.row.bound;
             for (element, value) in observation[range].iter_mut().zip(values) {
                 let scaled = (*value / block.scale).clamp(-bound, bound);
@@ -117,3 +165,12 @@ impl<M: RobotModel> ObservationLayout<M> {
         }
     }
 }
+
+/// The name is that of a row.
+fn require_known<M>(field: &str, name: &str, rows: &[(&BlockRow<M>, bool)]) -> Result<(), ConfigError> {
+    let known: Vec<_> = rows.iter().map(|(row, _)| row.name).collect();
+    require(known.contains(&name), field, name, &format!("one of {}", known.join(", ")))
+}
+
+/// Most control periods by which a block may be late.
+const MOST_PERIODS: f64 = 100.0;

@@ -2,24 +2,30 @@
 
 mod planar;
 mod planar_observation;
+mod planar_state;
 mod spatial;
 mod spatial_observation;
+mod spatial_state;
 
 use std::fmt::Debug;
 
+use nalgebra::Vector2;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::error::ConfigError;
+use crate::gait::Reference;
 use crate::robot::Robot;
 use crate::scene::Peg;
-use crate::stepping::{PlantParameters, StepStatistics};
+use crate::simulation::{SimulatedModel, Simulation};
+use crate::stepping::{Model, PlantParameters, StepStatistics};
 
 use crate::environment::action::ActionEntry;
 use crate::environment::config::{EnvConfig, ModelKind};
 use crate::environment::motion::Motion;
 use crate::environment::observation::BlockRow;
 use crate::environment::perception::LinkPose;
+use crate::environment::quantity::Quantity;
 use crate::environment::signal::Signal;
 use crate::environment::start::Start;
 
@@ -39,6 +45,15 @@ pub trait RobotModel: Clone + Debug + Send + Sync + 'static {
     /// What it reports beside the signals of every environment.
     const SIGNALS: &'static [Signal<Self>];
 
+    /// Quantities that programs outside of the core may read, beside those of every model.
+    const STATE: &'static [Quantity<Self>];
+
+    /// The model that is simulated.
+    type Model: SimulatedModel;
+
+    /// The generator of its joint references.
+    type Reference: Reference<<Self::Model as Model>::Target>;
+
     /// All that a run changes.
     type State: Clone + Debug + PartialEq + Serialize + DeserializeOwned + Send + Sync;
 
@@ -46,9 +61,19 @@ pub trait RobotModel: Clone + Debug + Send + Sync + 'static {
     /// Names the section, the field, the value and what is admissible.
     fn new(config: &EnvConfig) -> Result<Self, ConfigError>;
 
-    fn robot(&self) -> &Robot;
+    fn simulation(&self) -> &Simulation<Self::Model>;
 
-    fn pegs(&self) -> &[Peg];
+    fn simulation_mut(&mut self) -> &mut Simulation<Self::Model>;
+
+    fn reference(&self) -> &Self::Reference;
+
+    fn robot(&self) -> &Robot {
+        self.simulation().robot()
+    }
+
+    fn pegs(&self) -> &[Peg] {
+        self.simulation().pegs()
+    }
 
     /// The entries of an action.
     fn action_entries(&self) -> &[ActionEntry];
@@ -63,7 +88,9 @@ pub trait RobotModel: Clone + Debug + Send + Sync + 'static {
     fn hold_reference(&mut self);
 
     /// Sets how the robot differs from the configured one.
-    fn set_parameters(&mut self, parameters: PlantParameters);
+    fn set_parameters(&mut self, parameters: PlantParameters) {
+        self.simulation_mut().body_mut().parameters = parameters;
+    }
 
     /// Advances the robot by a control period \[s\].
     fn advance(&mut self, period: f64);
@@ -72,9 +99,17 @@ pub trait RobotModel: Clone + Debug + Send + Sync + 'static {
     fn finish_period(&mut self, period: f64) -> u32;
 
     /// What happened while it was advanced.
-    fn report(&self) -> StepStatistics;
+    fn report(&self) -> StepStatistics {
+        self.simulation().body().statistics
+    }
+
+    /// Mean force of the pegs on each link over the last control period, x and y of the world frame \[N\].
+    fn peg_force(&self) -> &[Vector2<f64>];
 
     fn motion(&self) -> Motion;
+
+    /// Kinetic energy, and potential energy where the model has height \[J\].
+    fn energy(&self) -> f64;
 
     /// Number of joint angles.
     fn joint_coordinates(&self) -> usize;

@@ -4,21 +4,20 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
-use crate::gait::{JointReference, JointTarget, WaveJets};
-use crate::planar::{Body, Heading, Planar};
-use crate::robot::Robot;
-use crate::scene::{Peg, SceneConfig};
-use crate::simulation::{PlanarSimulation, PlanarSnapshot};
-use crate::stepping::{Driven, PlantParameters, StepStatistics};
+use crate::obstacles::SavedObstacle;
+use crate::planar::{Heading, Planar};
+use crate::scene::Peg;
+use crate::simulation::{PlanarSimulation, PlanarSnapshot, Simulation};
 
-use super::{RobotModel, planar_observation};
+use super::{RobotModel, planar_observation, planar_state};
 use crate::environment::action::{ActionEntry, planar_entries};
 use crate::environment::config::{EnvConfig, ModelKind};
 use crate::environment::motion::Motion;
 use crate::environment::observation::BlockRow;
 use crate::environment::perception::LinkPose;
+use crate::environment::quantity::Quantity;
 use crate::environment::reference::{ReferenceGenerator, ReferenceState};
-use crate::environment::signal::Signal;
+use crate::environment::signal::{Signal, float, integer};
 use crate::environment::start::Start;
 
 /// Simulation and references of a planar robot.
@@ -26,8 +25,31 @@ use crate::environment::start::Start;
 pub struct PlanarRobot {
     pub simulation: PlanarSimulation,
     pub reference: ReferenceGenerator<1>,
-    /// Mean obstacle force on each link over the last control period, to its left \[N\].
-    contact_force: Vec<f64>,
+    forces: Forces,
+}
+
+/// Mean forces on each link over the last control period, in the world frame \[N\].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Forces {
+    /// Of the pegs (T 7.6).
+    peg: Vec<Vector2<f64>>,
+    /// Their part to the left of the link.
+    lateral: Vec<f64>,
+    /// Of the robot's other links.
+    own: Vec<Vector2<f64>>,
+}
+
+impl Forces {
+    fn zero(links: usize) -> Self {
+        let none = vec![Vector2::zeros(); links];
+        Self { peg: none.clone(), lateral: vec![0.0; links], own: none }
+    }
+
+    fn clear(&mut self) {
+        self.peg.fill(Vector2::zeros());
+        self.lateral.fill(0.0);
+        self.own.fill(Vector2::zeros());
+    }
 }
 
 /// All that a run changes about a planar robot.
@@ -36,31 +58,47 @@ pub struct PlanarRobotState {
     simulation: PlanarSnapshot,
     reference: ReferenceState,
     pegs: Vec<Peg>,
-    contact_force: Vec<f64>,
+    /// All obstacles, where they are not only pegs without friction.
+    obstacles: Vec<SavedObstacle>,
+    forces: Forces,
 }
 
 impl RobotModel for PlanarRobot {
     const KIND: ModelKind = ModelKind::Planar;
-    const SIGNALS: &'static [Signal<Self>] = &[];
+    const SIGNALS: &'static [Signal<Self>] = &[
+        integer("self_contacts", "pairs of links pressed on each other at the end of this step", |robot| {
+            robot.pressed_pairs() as f64
+        }),
+        float("self_contact_force", "N", "largest mean force of the other links on a link in this step", |robot| {
+            robot.forces.own.iter().map(|force| force.norm()).fold(0.0, f64::max)
+        }),
+    ];
+    const STATE: &'static [Quantity<Self>] = planar_state::STATE;
     const OBSERVATION: [&'static [BlockRow<Self>]; 2] =
         [planar_observation::BODY, planar_observation::CONTACT_AND_REFERENCE];
+    type Model = Planar;
+    type Reference = ReferenceGenerator<1>;
     type State = PlanarRobotState;
 
     fn new(config: &EnvConfig) -> Result<Self, ConfigError> {
-        let scene = SceneConfig { friction: config.friction(), stribeck: config.stribeck, ..SceneConfig::default() };
-        let simulation = PlanarSimulation::new(&config.robot, &scene, &config.controller, &config.integrator)?;
+        let scene = config.scene(Vec::new());
+        let simulation = PlanarSimulation::new(&config.robot, &scene, &config.controller(), &config.integrator)?;
         let robot = simulation.robot();
-        let entries = planar_entries(config.action_mode, robot.joint_count());
+        let entries = planar_entries(config.action_mode, robot.joint_count(), config.largest_torque());
         let reference = ReferenceGenerator::new(entries, config.default_gait(), config.control_period);
-        Ok(Self { contact_force: vec![0.0; robot.link_count()], simulation, reference })
+        Ok(Self { forces: Forces::zero(robot.link_count()), simulation, reference })
     }
 
-    fn robot(&self) -> &Robot {
-        self.simulation.robot()
+    fn simulation(&self) -> &Simulation<Planar> {
+        &self.simulation
     }
 
-    fn pegs(&self) -> &[Peg] {
-        self.simulation.pegs()
+    fn simulation_mut(&mut self) -> &mut Simulation<Planar> {
+        &mut self.simulation
+    }
+
+    fn reference(&self) -> &ReferenceGenerator<1> {
+        &self.reference
     }
 
     fn action_entries(&self) -> &[ActionEntry] {
@@ -68,23 +106,24 @@ impl RobotModel for PlanarRobot {
     }
 
     fn reset(&mut self, start: &Start, joint_angle: &[f64], pegs: &[Peg]) {
-        let Start { position, angle, phase } = start;
+        let Start { position, angle, phase, has_own_posture } = start;
         self.simulation.set_scene_pegs(pegs);
         self.simulation.place_chain(position.x, position.y, *angle, joint_angle);
         self.reference.rest_in_posture(*phase);
-        self.contact_force.fill(0.0);
+        if *has_own_posture {
+            self.reference.rest_bent(joint_angle);
+        }
+        self.forces.clear();
     }
 
     fn set_action(&mut self, action: &[f64]) {
         self.reference.set_action(action, self.simulation.state().time);
+        self.limit_windup();
     }
 
     fn hold_reference(&mut self) {
         self.reference.hold_reference(self.simulation.state().time);
-    }
-
-    fn set_parameters(&mut self, parameters: PlantParameters) {
-        self.simulation.body_mut().parameters = parameters;
+        self.limit_windup();
     }
 
     fn advance(&mut self, period: f64) {
@@ -93,15 +132,19 @@ impl RobotModel for PlanarRobot {
 
     fn finish_period(&mut self, period: f64) -> u32 {
         self.reference.finish_period();
-        self.read_contact_force(period)
+        self.read_forces(period)
     }
 
-    fn report(&self) -> StepStatistics {
-        self.simulation.body().statistics
+    fn peg_force(&self) -> &[Vector2<f64>] {
+        &self.forces.peg
     }
 
     fn motion(&self) -> Motion {
         Motion::of(self.simulation.robot(), self.simulation.state())
+    }
+
+    fn energy(&self) -> f64 {
+        self.simulation.kinetic_energy()
     }
 
     fn joint_coordinates(&self) -> usize {
@@ -124,65 +167,77 @@ impl RobotModel for PlanarRobot {
             simulation: self.simulation.snapshot(),
             reference: self.reference.state().clone(),
             pegs: self.pegs().to_vec(),
-            contact_force: self.contact_force.clone(),
+            obstacles: self.simulation.body().pegs.written().iter().map(SavedObstacle::from).collect(),
+            forces: self.forces.clone(),
         }
     }
 
     fn restore(&mut self, state: &PlanarRobotState) -> bool {
-        let links = self.contact_force.len();
-        let fits = state.contact_force.len() == links
-            && state.simulation.fits(links, state.pegs.len())
+        let links = self.forces.lateral.len();
+        let lengths = [state.forces.peg.len(), state.forces.lateral.len(), state.forces.own.len()];
+        let fits = lengths == [links; 3]
+            && state.simulation.fits(links, state.pegs.len().max(state.obstacles.len()))
+            && state.obstacles.iter().all(SavedObstacle::is_valid)
             && self.reference.restore(&state.reference);
         if fits {
-            self.simulation.set_scene_pegs(&state.pegs);
+            if state.obstacles.is_empty() {
+                self.simulation.set_scene_pegs(&state.pegs);
+            } else {
+                let obstacles: Vec<_> = state.obstacles.iter().cloned().map(Into::into).collect();
+                self.simulation.set_obstacles(&obstacles);
+            }
             self.simulation.restore(&state.simulation);
-            self.contact_force.copy_from_slice(&state.contact_force);
+            self.forces.clone_from(&state.forces);
         }
         fits
     }
 
     fn links_of(state: &PlanarRobotState) -> usize {
-        state.contact_force.len()
+        state.forces.lateral.len()
     }
 }
 
 impl PlanarRobot {
     /// Mean force of the pegs on each link over the last control period, to its left \[N\].
     pub fn lateral_force(&self) -> &[f64] {
-        &self.contact_force
+        &self.forces.lateral
     }
 
-    /// Mean lateral contact forces of the last period; returns the number of links that were pushed.
-    fn read_contact_force(&mut self, period: f64) -> u32 {
+    /// Mean force of the robot's other links on each link over the last control period, world frame \[N\].
+    pub fn self_contact_force(&self) -> &[Vector2<f64>] {
+        &self.forces.own
+    }
+
+    /// Keeps references that integrate rates near the joints.
+    fn limit_windup(&mut self) {
+        let (state, controller) = (self.simulation.state(), &self.simulation.system().controller);
+        self.reference.limit_windup(controller.saturation(), |joint, _| state.joint_angle(joint));
+    }
+
+    /// Pairs of links that press on each other now; a pair may touch at two ends.
+    fn pressed_pairs(&self) -> usize {
+        let contacts = &self.simulation.body().warm_start.self_contacts;
+        let pressed = contacts.iter().filter(|contact| contact.force > 0.0 && !contact.place.is_stop());
+        let mut before = None;
+        pressed.filter(|contact| before.replace(contact.place.links) != Some(contact.place.links)).count()
+    }
+
+    /// Mean forces of the last period; returns the number of links that pegs pushed.
+    fn read_forces(&mut self, period: f64) -> u32 {
+        let (simulation, Forces { peg, lateral, own }) = (&self.simulation, &mut self.forces);
         let mut contacts = 0;
-        let links = self.simulation.contact_impulse().iter().zip(&self.simulation.state().pose);
-        for (force, (impulse, pose)) in self.contact_force.iter_mut().zip(links) {
+        let impulses = simulation.contact_impulse().iter().zip(&simulation.state().pose);
+        for ((force, lateral), (impulse, pose)) in peg.iter_mut().zip(lateral).zip(impulses) {
             let pushed = *impulse != Vector2::zeros();
             // The left of a link that moves along -e_x^B is -e_y^B.
             let to_left = |impulse: &Vector2<f64>| -impulse.dot(&Heading::of(pose.z).lateral());
-            *force = if pushed { to_left(impulse) / period } else { 0.0 };
+            *lateral = if pushed { to_left(impulse) / period } else { 0.0 };
+            *force = impulse / period;
             contacts += u32::from(pushed);
         }
+        own.iter_mut()
+            .zip(simulation.self_contact_impulse())
+            .for_each(|(force, impulse)| *force = impulse.xy() / period);
         contacts
-    }
-}
-
-impl Driven for PlanarRobot {
-    type Model = Planar;
-
-    fn body(&self) -> &Body {
-        self.simulation.body()
-    }
-
-    fn body_mut(&mut self) -> &mut Body {
-        self.simulation.body_mut()
-    }
-
-    fn targets(&self, time: f64, targets: &mut [JointTarget]) {
-        self.reference.targets(time, targets);
-    }
-
-    fn travelling_wave(&self, time: f64) -> Option<WaveJets> {
-        self.reference.travelling_wave(time)
     }
 }

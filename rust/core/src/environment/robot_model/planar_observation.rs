@@ -2,7 +2,6 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use crate::environment::config::ActionMode;
 use crate::environment::observation::{BlockRow, always, each, even, joint_angle, joint_rate, named, odd};
 
 use super::planar::PlanarRobot;
@@ -48,7 +47,7 @@ pub const CONTACT_AND_REFERENCE: &[BlockRow<PlanarRobot>] = &[
         name: "reference",
         unit: "rad",
         description: "smoothed reference angle of each joint",
-        present: |setup| setup.config.action_mode == ActionMode::Joints,
+        present: |setup| setup.config.action_mode.has_references(),
         elements: |setup| each(setup.joints(), &[odd("joint_#")]),
         scale: |_| FRAC_PI_2,
         bound: 1.0,
@@ -59,7 +58,7 @@ pub const CONTACT_AND_REFERENCE: &[BlockRow<PlanarRobot>] = &[
         name: "wave",
         unit: "1",
         description: "phase of the wave, and its smoothed parameters as actions that would hold them",
-        present: |setup| setup.config.action_mode != ActionMode::Joints,
+        present: |setup| setup.config.action_mode.has_wave(),
         elements: |_| {
             let parameters = [even("amplitude"), even("frequency"), even("phase_shift"), odd("offset")];
             named(&[[odd("sin_phase"), odd("cos_phase")].as_slice(), &parameters].concat())

@@ -6,18 +6,18 @@ use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
-use crate::robot::Robot;
-use crate::scene::{Peg, SceneConfig};
-use crate::simulation::{SpatialSimulation, SpatialSnapshot};
-use crate::spatial::{Pose, SpatialState, joint_angle, joint_rate, orientation_of, turning};
-use crate::stepping::{PlantParameters, StepStatistics};
+use crate::obstacles::SavedObstacle;
+use crate::scene::Peg;
+use crate::simulation::{Simulation, SpatialSimulation, SpatialSnapshot};
+use crate::spatial::{Pose, Spatial, SpatialState, joint_angle, joint_rate, orientation_of, turning};
 
-use super::{RobotModel, spatial_observation};
+use super::{RobotModel, spatial_observation, spatial_state};
 use crate::environment::action::{ActionEntry, spatial_entries};
 use crate::environment::config::{EnvConfig, ModelKind};
 use crate::environment::motion::Motion;
 use crate::environment::observation::BlockRow;
 use crate::environment::perception::LinkPose;
+use crate::environment::quantity::Quantity;
 use crate::environment::reference::{ReferenceGenerator, ReferenceState};
 use crate::environment::signal::{Signal, float, integer};
 use crate::environment::start::Start;
@@ -39,6 +39,8 @@ struct Forces {
     peg: Vec<Vector2<f64>>,
     /// Normal force of the ground on each link \[N\].
     ground: Vec<f64>,
+    /// Of the robot's other links on each link, frame I \[N\].
+    own: Vec<Vector3<f64>>,
 }
 
 /// All that a run changes about a robot of the spatial model.
@@ -47,6 +49,8 @@ pub struct SpatialRobotState {
     simulation: SpatialSnapshot,
     reference: ReferenceState,
     pegs: Vec<Peg>,
+    /// All obstacles, where they are not only pegs without friction.
+    obstacles: Vec<SavedObstacle>,
     forces: Forces,
 }
 
@@ -61,10 +65,14 @@ pub struct Attitude {
 
 impl RobotModel for SpatialRobot {
     const KIND: ModelKind = ModelKind::Spatial;
+    type Model = Spatial;
+    type Reference = ReferenceGenerator<2>;
     type State = SpatialRobotState;
 
     const OBSERVATION: [&'static [BlockRow<Self>]; 2] =
         [spatial_observation::BODY, spatial_observation::CONTACT_AND_REFERENCE];
+
+    const STATE: &'static [Quantity<Self>] = spatial_state::STATE;
 
     const SIGNALS: &'static [Signal<Self>] = &[
         float("height", "m", "height of the CG above the ground", SpatialRobot::height),
@@ -75,31 +83,45 @@ impl RobotModel for SpatialRobot {
         integer("grounded", "links that the ground carried in this step", |robot| {
             robot.forces.ground.iter().filter(|force| **force > 0.0).count() as f64
         }),
+        integer("self_contacts", "pairs of links pressed on each other at the end of this step", |robot| {
+            robot.self_contacts() as f64
+        }),
+        float("self_contact_force", "N", "largest mean force of the other links on a link in this step", |robot| {
+            robot.self_contact_force().iter().map(|force| force.norm()).fold(0.0, f64::max)
+        }),
         integer("overbent", "joints bent beyond a right angle, which loads beyond the torque limit can do", |robot| {
             robot.overbent() as f64
         }),
     ];
 
     fn new(config: &EnvConfig) -> Result<Self, ConfigError> {
-        let scene = SceneConfig { friction: config.friction(), ..SceneConfig::default() };
-        let simulation = SpatialSimulation::new(&config.robot, &scene, &config.controller, &config.integrator)?;
+        let scene = config.scene(Vec::new());
+        let simulation = SpatialSimulation::new(&config.robot, &scene, &config.controller(), &config.integrator)?;
         let (links, joints) = (simulation.robot().link_count(), simulation.robot().joint_count());
         let gait = config.default_gait();
-        let entries = spatial_entries(config.action_mode, &gait, joints);
+        let entries = spatial_entries(config.action_mode, &gait, joints, config.largest_torque());
         Ok(Self {
             reference: ReferenceGenerator::new(entries, gait, config.control_period),
             posture: vec![Vector2::zeros(); joints],
-            forces: Forces { peg: vec![Vector2::zeros(); links], ground: vec![0.0; links] },
+            forces: Forces {
+                peg: vec![Vector2::zeros(); links],
+                ground: vec![0.0; links],
+                own: vec![Vector3::zeros(); links],
+            },
             simulation,
         })
     }
 
-    fn robot(&self) -> &Robot {
-        self.simulation.robot()
+    fn simulation(&self) -> &Simulation<Spatial> {
+        &self.simulation
     }
 
-    fn pegs(&self) -> &[Peg] {
-        self.simulation.pegs()
+    fn simulation_mut(&mut self) -> &mut Simulation<Spatial> {
+        &mut self.simulation
+    }
+
+    fn reference(&self) -> &ReferenceGenerator<2> {
+        &self.reference
     }
 
     fn action_entries(&self) -> &[ActionEntry] {
@@ -107,7 +129,7 @@ impl RobotModel for SpatialRobot {
     }
 
     fn reset(&mut self, start: &Start, joint_angle: &[f64], pegs: &[Peg]) {
-        let Start { position, angle, phase } = start;
+        let Start { position, angle, phase, has_own_posture } = start;
         self.simulation.set_scene_pegs(pegs);
         for (posture, yaw) in self.posture.iter_mut().zip(joint_angle) {
             *posture = Vector2::new(*yaw, 0.0);
@@ -116,21 +138,22 @@ impl RobotModel for SpatialRobot {
         self.simulation.place_chain(head, &self.posture);
         self.simulation.rest_on_ground();
         self.reference.rest_in_posture(*phase);
+        if *has_own_posture {
+            self.reference.rest_bent(joint_angle);
+        }
         self.forces.peg.fill(Vector2::zeros());
         self.forces.ground.fill(0.0);
+        self.forces.own.fill(Vector3::zeros());
     }
 
     fn set_action(&mut self, action: &[f64]) {
         self.reference.set_action(action, self.simulation.state().time);
+        self.limit_windup();
     }
 
     fn hold_reference(&mut self) {
         self.reference.hold_reference(self.simulation.state().time);
-    }
-
-    /// The configuration refuses other robots than its own.
-    fn set_parameters(&mut self, parameters: PlantParameters) {
-        debug_assert_eq!(parameters, PlantParameters::default());
+        self.limit_windup();
     }
 
     fn advance(&mut self, period: f64) {
@@ -145,12 +168,14 @@ impl RobotModel for SpatialRobot {
         for (force, impulse) in self.forces.peg.iter_mut().zip(self.simulation.contact_impulse()) {
             *force = impulse / period;
         }
+        for (force, impulse) in self.forces.own.iter_mut().zip(self.simulation.self_contact_impulse()) {
+            *force = impulse / period;
+        }
         self.forces.peg.iter().map(|force| u32::from(*force != Vector2::zeros())).sum()
     }
 
-    fn report(&self) -> StepStatistics {
-        let body = self.simulation.body();
-        body.statistics
+    fn peg_force(&self) -> &[Vector2<f64>] {
+        &self.forces.peg
     }
 
     fn motion(&self) -> Motion {
@@ -170,6 +195,10 @@ impl RobotModel for SpatialRobot {
             heading: ahead.y.atan2(ahead.x),
             yaw_rate: yaw_rate / robot.link_count() as f64,
         }
+    }
+
+    fn energy(&self) -> f64 {
+        self.simulation.energy()
     }
 
     fn joint_coordinates(&self) -> usize {
@@ -196,6 +225,7 @@ impl RobotModel for SpatialRobot {
             simulation: self.simulation.snapshot(),
             reference: self.reference.state().clone(),
             pegs: self.pegs().to_vec(),
+            obstacles: self.simulation.body().pegs.written().iter().map(SavedObstacle::from).collect(),
             forces: self.forces.clone(),
         }
     }
@@ -204,10 +234,17 @@ impl RobotModel for SpatialRobot {
         let links = self.forces.ground.len();
         let fits = state.forces.ground.len() == links
             && state.forces.peg.len() == links
-            && state.simulation.fits(links, state.pegs.len())
+            && state.forces.own.len() == links
+            && state.simulation.fits(links, state.pegs.len().max(state.obstacles.len()))
+            && state.obstacles.iter().all(SavedObstacle::is_valid)
             && self.reference.restore(&state.reference);
         if fits {
-            self.simulation.set_scene_pegs(&state.pegs);
+            if state.obstacles.is_empty() {
+                self.simulation.set_scene_pegs(&state.pegs);
+            } else {
+                let obstacles: Vec<_> = state.obstacles.iter().cloned().map(Into::into).collect();
+                self.simulation.set_obstacles(&obstacles);
+            }
             self.simulation.restore(&state.simulation);
             self.forces.clone_from(&state.forces);
         }
@@ -220,14 +257,31 @@ impl RobotModel for SpatialRobot {
 }
 
 impl SpatialRobot {
-    /// Mean force of the pegs on each link over the last control period, x and y in frame I \[N\].
-    pub fn peg_force(&self) -> &[Vector2<f64>] {
-        &self.forces.peg
+    /// Mean force of the robot's other links on each link over the last control period, frame I \[N\].
+    pub fn self_contact_force(&self) -> &[Vector3<f64>] {
+        &self.forces.own
     }
 
     /// Mean normal force of the ground on each link over the last control period \[N\].
     pub fn normal_force(&self) -> &[f64] {
         &self.forces.ground
+    }
+
+    /// Keeps references that integrate rates near the joints.
+    fn limit_windup(&mut self) {
+        let (pose, controller) = (&self.simulation.state().pose, &self.simulation.system().controller);
+        let angle = |joint: usize, axis: usize| joint_angle(&pose[joint], &pose[joint + 1])[axis];
+        self.reference.limit_windup(controller.saturation(), angle);
+    }
+
+    /// Number of pairs of links that press on each other.
+    fn self_contacts(&self) -> usize {
+        let contacts = &self.simulation.body().warm_start.self_contacts;
+        let mut last = None;
+        contacts
+            .iter()
+            .filter(|contact| contact.force > 0.0 && last.replace(contact.place.links) != Some(contact.place.links))
+            .count()
     }
 
     /// Height of the CG above the ground \[m\].

@@ -4,10 +4,10 @@ use std::f64::consts::{FRAC_PI_2, SQRT_2};
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::environment::config::ActionMode;
 use crate::environment::observation::{BlockRow, View, always, each, even, joint_angle, joint_rate, named, odd};
 use crate::spatial::turning;
 
+use super::RobotModel;
 use super::spatial::SpatialRobot;
 
 pub const BODY: &[BlockRow<SpatialRobot>] = &[
@@ -74,8 +74,10 @@ pub const BODY: &[BlockRow<SpatialRobot>] = &[
         bound: SQRT_2,
         memory: false,
         read: |view, values| {
-            let pose = &view.model.simulation.state().pose[0];
-            values.copy_from_slice(&forward_left_up(&pose.orientation.inverse_transform_vector(&-Vector3::z())));
+            let simulation = &view.model.simulation;
+            let direction = simulation.system().gravity / simulation.robot().gravity;
+            let seen = simulation.state().pose[0].orientation.inverse_transform_vector(&direction);
+            values.copy_from_slice(&forward_left_up(&seen));
         },
     },
     BlockRow {
@@ -125,7 +127,7 @@ pub const CONTACT_AND_REFERENCE: &[BlockRow<SpatialRobot>] = &[
         name: "reference",
         unit: "rad",
         description: "smoothed reference angles of each joint",
-        present: |setup| setup.config.action_mode == ActionMode::Joints,
+        present: |setup| setup.config.action_mode.has_references(),
         elements: |setup| each(setup.joints(), &[odd("yaw_#"), even("pitch_#")]),
         scale: |_| FRAC_PI_2,
         bound: 1.0,
@@ -136,7 +138,7 @@ pub const CONTACT_AND_REFERENCE: &[BlockRow<SpatialRobot>] = &[
         name: "wave",
         unit: "1",
         description: "phase of the waves, and their smoothed parameters as actions that would hold them",
-        present: |setup| setup.config.action_mode != ActionMode::Joints,
+        present: |setup| setup.config.action_mode.has_wave(),
         elements: |_| {
             let horizontal = [even("amplitude"), even("frequency"), even("phase_shift"), odd("offset")];
             let vertical = [odd("lift"), even("lift_phase")];

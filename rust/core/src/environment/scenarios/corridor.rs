@@ -19,7 +19,7 @@ use crate::environment::start::StartJitter;
 
 pub const FAMILY: Family = Family {
     name: "corridor",
-    id: "SnakeCorridor-v0",
+    id: "SnakeCorridor-v1",
     description: "A corridor whose walls are rows of pegs: straight where the robot starts, then bent along an arc by up \
                   to `difficulty` times 90 degrees, with the goal point at its end. `difficulty` also widens the \
                   corridor beyond the width that fits the gait and moves pegs along the walls.",

@@ -11,7 +11,7 @@ use super::{EpisodeStart, Family, Placement, Scenario};
 
 pub const FAMILY: Family = Family {
     name: "course",
-    id: "SnakeCourse-v0",
+    id: "SnakeCourse-v1",
     description: "The course of Table 7.5 of the thesis: seven pegs of 12.5 cm radius that fit the gait (7.3), \
                   continued to the goal. The scripted gait gets through; an agent can be faster, or spend less energy.",
     validate: require_aiko,

@@ -3,7 +3,7 @@
 use crate::environment::config::EnvConfig;
 use crate::environment::goal::Target;
 use crate::environment::perturbation::{Course, Perturbation};
-use crate::environment::start::{Start, StartJitter, StartLine};
+use crate::environment::start::{StartJitter, StartLine};
 use crate::error::{ConfigError, require};
 use crate::robot::{PerLink, Robot, RobotConfig};
 use crate::scene::{Peg, TABLE_7_5};
@@ -35,29 +35,9 @@ impl CourseLayout {
     /// The start nearest to the full deviation, in halvings, that clears the pegs; the nominal one does.
     pub fn start_among_pegs(&self, placement: &mut Placement, jitter: &StartJitter) -> EpisodeStart {
         let target = Target::Line { distance: self.goal_distance, centre_line: self.line.centre_line };
-        EpisodeStart { start: self.free_start(placement, jitter), target }
-    }
-
-    fn free_start(&self, placement: &mut Placement, jitter: &StartJitter) -> Start {
-        let mut factor = 1.0;
-        while factor > SMALLEST_JITTER {
-            let start = self.line.deviated(&jitter.scaled(factor));
-            placement.assemble(&self.line, &start);
-            if placement.smallest_gap() > CLEARANCE {
-                return start;
-            }
-            factor *= 0.5;
-        }
-        placement.assemble(&self.line, &self.line.nominal);
-        self.line.nominal
+        EpisodeStart { start: placement.free_start(&self.line, jitter), target, speed: None }
     }
 }
-
-/// Gap that a start keeps to the pegs of a course \[m\].
-pub const CLEARANCE: f64 = 5e-4;
-
-/// Share of the drawn jitter below which the nominal start is taken.
-const SMALLEST_JITTER: f64 = 0.01;
 
 /// The courses were laid out for links of Aiko's shape; their number and inertia are free.
 ///

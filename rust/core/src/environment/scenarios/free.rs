@@ -14,7 +14,7 @@ use super::{EpisodeStart, Family, ISOTROPIC, ORTHOTROPIC, Placement, Scenario};
 /// The planar robot needs ground that resists sideways sliding more; the spatial one sidewinds on any.
 pub const FAMILY: Family = Family {
     name: "free",
-    id: "SnakeFree-v0",
+    id: "SnakeFree-v1",
     description: "No pegs; the ground resists sliding across a link more than along it, which is what moves a snake \
                   forward on open ground.",
     has_pegs: false,

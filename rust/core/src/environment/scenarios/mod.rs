@@ -3,6 +3,7 @@
 //! A family is one type that implements [`Scenario`] and one row, a [`Family`], which [`Task`] registers. Nothing
 //! outside of a family's file depends on which one it is.
 
+mod command;
 mod corridor;
 mod course;
 mod course_layout;
@@ -15,6 +16,7 @@ mod perturbed;
 mod placement;
 mod push_points;
 mod sampler;
+mod world;
 
 use std::fmt;
 use std::sync::Arc;
@@ -35,6 +37,7 @@ pub use course_layout::continued;
 pub use placement::Placement;
 pub use push_points::PushPointCounter;
 pub use sampler::ScenarioSampler;
+pub use world::{OwnGoal, OwnStart, World};
 
 /// Draws the episodes of one environment.
 pub trait Scenario: fmt::Debug + Send + Sync {
@@ -44,10 +47,12 @@ pub trait Scenario: fmt::Debug + Send + Sync {
 }
 
 /// What was drawn for an episode, beside the pegs.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct EpisodeStart {
     pub start: Start,
     pub target: Target,
+    /// Commanded speed, if one is commanded \[m/s\].
+    pub speed: Option<f64>,
 }
 
 /// What has to be reached.
@@ -57,6 +62,8 @@ pub enum GoalKind {
     Line,
     /// A disc around a point.
     Disc,
+    /// None: a direction and a speed are commanded.
+    Direction,
 }
 
 impl GoalKind {
@@ -64,6 +71,7 @@ impl GoalKind {
         match self {
             GoalKind::Line => "line",
             GoalKind::Disc => "disc",
+            GoalKind::Direction => "direction",
         }
     }
 }
@@ -121,8 +129,10 @@ impl Task {
     pub const PERTURBED: Task = Task(&perturbed::FAMILY);
     pub const MAZE: Task = Task(&maze::FAMILY);
     pub const CORRIDOR: Task = Task(&corridor::FAMILY);
+    pub const COMMAND: Task = Task(&command::FAMILY);
 
-    pub const ALL: [Task; 6] = [Task::COURSE, Task::FIELD, Task::FREE, Task::PERTURBED, Task::MAZE, Task::CORRIDOR];
+    pub const ALL: [Task; 7] =
+        [Task::COURSE, Task::FIELD, Task::FREE, Task::PERTURBED, Task::MAZE, Task::CORRIDOR, Task::COMMAND];
 
     pub fn family(self) -> &'static Family {
         self.0

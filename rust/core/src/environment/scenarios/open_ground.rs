@@ -58,15 +58,16 @@ impl OpenGround {
         let (radius, origin) = (self.goal_radius, placement.gravity_centre());
         let mut target = Target::Line { distance: self.goal_distance, centre_line: self.line.centre_line };
         for _ in 0..MAX_DRAWS {
-            target =
-                lay_out(&self.region, &mut placement.pegs).map_or(target, |centre| Target::Disc { centre, radius });
+            if let Some(centre) = lay_out(&self.region, &mut placement.pegs) {
+                target = Target::Disc { centre, radius };
+            }
             placement.clear_pegs(self.region.clearance(), self.region.smallest_radius());
-            let goal = Goal { target, origin };
-            if self.push_points == 0 || self.counter.push_points(&goal, &placement.pegs) >= self.push_points {
+            let goal = || Goal::new(target.clone(), origin, None);
+            if self.push_points == 0 || self.counter.push_points(&goal(), &placement.pegs) >= self.push_points {
                 break;
             }
         }
-        EpisodeStart { start, target }
+        EpisodeStart { start, target, speed: None }
     }
 }
 

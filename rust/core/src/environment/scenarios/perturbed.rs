@@ -10,12 +10,13 @@ use crate::error::{ConfigError, require};
 use crate::robot::Robot;
 use crate::scene::Peg;
 
-use super::course_layout::{CLEARANCE, CourseLayout, require_aiko};
+use super::course_layout::{CourseLayout, require_aiko};
+use super::placement::CLEARANCE;
 use super::{EpisodeStart, Family, Placement, Scenario};
 
 pub const FAMILY: Family = Family {
     name: "perturbed",
-    id: "SnakePerturbed-v0",
+    id: "SnakePerturbed-v1",
     description: "The courses of Tables 7.3 and 7.5 with pegs out of place, as in Figure 7.8 of the thesis. With the \
                   probability `difficulty` a peg is missing, and two more are shifted by up to `difficulty` times one \
                   link diameter. The headline case is `perturbation={\"course\": \"table-7.3\", \"without\": [3], \

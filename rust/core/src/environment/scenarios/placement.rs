@@ -2,8 +2,10 @@
 
 use nalgebra::Vector2;
 
-use crate::contact::gap;
-use crate::environment::start::{Start, StartLine};
+use crate::contact::{gap, wall_gap};
+use crate::environment::start::{Start, StartJitter, StartLine};
+use crate::obstacles::{Obstacle, Shape};
+use crate::pegs::PegGrid;
 use crate::planar::{Pose, assemble_chain};
 use crate::robot::Robot;
 use crate::scene::Peg;
@@ -13,6 +15,11 @@ use crate::scene::Peg;
 pub struct Placement {
     robot: Robot,
     pub pegs: Vec<Peg>,
+    /// All obstacles of a scene that is told, where they are not only pegs without friction; `pegs` are then the
+    /// circles among them.
+    obstacles: Vec<Obstacle>,
+    /// The same in a grid.
+    grid: PegGrid,
     joint_angle: Vec<f64>,
     pose: Vec<Pose>,
 }
@@ -21,10 +28,39 @@ impl Placement {
     pub fn new(robot: &Robot) -> Self {
         Self {
             pegs: Vec::new(),
+            obstacles: Vec::new(),
+            grid: PegGrid::default(),
             joint_angle: vec![0.0; robot.joint_count()],
             pose: vec![Pose::zeros(); robot.link_count()],
             robot: robot.clone(),
         }
+    }
+
+    /// Takes the obstacles of a scene that is told.
+    pub fn set_obstacles(&mut self, obstacles: &[Obstacle]) {
+        self.forget_obstacles();
+        self.pegs.clear();
+        self.pegs.extend(obstacles.iter().filter_map(|obstacle| match obstacle.shape {
+            Shape::Circle(peg) => Some(peg),
+            _ => None,
+        }));
+        if !obstacles.iter().all(Obstacle::is_plain_peg) {
+            self.obstacles.extend_from_slice(obstacles);
+            self.grid = PegGrid::of(obstacles);
+        }
+    }
+
+    /// Begins an episode whose pegs are drawn.
+    pub fn forget_obstacles(&mut self) {
+        if !self.obstacles.is_empty() {
+            self.obstacles.clear();
+            self.grid = PegGrid::default();
+        }
+    }
+
+    /// All obstacles where they are not only pegs without friction; empty otherwise.
+    pub fn obstacles(&self) -> &[Obstacle] {
+        &self.obstacles
     }
 
     /// The robot's joint angles at its start \[rad\].
@@ -40,6 +76,28 @@ impl Placement {
         assemble_chain(&self.robot, first, &self.joint_angle, &mut self.pose);
     }
 
+    /// Puts the robot straight or bent as told, CG and absolute angle of link 1 as at `start`.
+    pub fn assemble_posture(&mut self, start: &Start, joint_angle: &[f64]) {
+        self.joint_angle.copy_from_slice(joint_angle);
+        let first = Pose::new(start.position.x, start.position.y, start.angle);
+        assemble_chain(&self.robot, first, &self.joint_angle, &mut self.pose);
+    }
+
+    /// The start nearest to the full deviation, in halvings, that clears the pegs, or else the nominal one.
+    pub fn free_start(&mut self, line: &StartLine, jitter: &StartJitter) -> Start {
+        let mut factor = 1.0;
+        while factor > SMALLEST_JITTER {
+            let start = line.deviated(&jitter.scaled(factor));
+            self.assemble(line, &start);
+            if self.smallest_gap() > CLEARANCE {
+                return start;
+            }
+            factor *= 0.5;
+        }
+        self.assemble(line, &line.nominal);
+        line.nominal
+    }
+
     /// CG of the robot where it is \[m\].
     pub fn gravity_centre(&self) -> Vector2<f64> {
         let links = self.robot.links.iter().zip(&self.pose);
@@ -52,9 +110,23 @@ impl Placement {
         links.map(|(link, q)| gap(q, link, peg)).fold(f64::INFINITY, f64::min)
     }
 
-    /// Smallest gap between the robot and any peg of the episode \[m\].
+    /// Smallest gap between the robot and an obstacle; infinite where a wall is out of reach \[m\].
+    pub fn gap_to_obstacle(&self, obstacle: &Obstacle) -> f64 {
+        match &obstacle.shape {
+            Shape::Circle(peg) => self.gap_to(peg),
+            _ => self.gap_to_walls(&PegGrid::of(std::slice::from_ref(obstacle))),
+        }
+    }
+
+    /// Smallest gap between the robot and any obstacle of the episode \[m\].
     pub fn smallest_gap(&self) -> f64 {
-        self.pegs.iter().map(|peg| self.gap_to(peg)).fold(f64::INFINITY, f64::min)
+        let to_walls = self.gap_to_walls(&self.grid);
+        self.pegs.iter().map(|peg| self.gap_to(peg)).fold(to_walls, f64::min)
+    }
+
+    fn gap_to_walls(&self, grid: &PegGrid) -> f64 {
+        let links = self.robot.links.iter().zip(&self.pose);
+        links.map(|(link, q)| wall_gap(q, link, grid)).fold(f64::INFINITY, f64::min)
     }
 
     /// Makes room for the robot: pegs nearer than `clearance` shrink, pegs that would become smaller than `smallest`
@@ -68,3 +140,9 @@ impl Placement {
         self.pegs = pegs;
     }
 }
+
+/// Gap that a start keeps to the pegs of a course \[m\].
+pub const CLEARANCE: f64 = 5e-4;
+
+/// Share of the drawn jitter below which the nominal start is taken.
+const SMALLEST_JITTER: f64 = 0.01;

@@ -1,4 +1,4 @@
-//! Can a robot get through? A geometric rule after (T 5.5): obstacle-aided locomotion needs three push-points.
+//! Whether a scene can be passed: a geometric rule after (T 5.5): obstacle-aided locomotion needs three push-points.
 //!
 //! The rule counts, in every stretch of the way from start to goal that is as long as the robot, the pegs that
 //! can serve as push-points, and takes the smallest of these numbers. A peg can serve if
@@ -94,11 +94,15 @@ impl Way {
     fn to(goal: &Goal) -> Self {
         let (ahead, length) = match goal.target {
             Target::Line { distance, .. } => (Vector2::new(1.0, 0.0), distance),
-            Target::Disc { centre, .. } => ((centre - goal.origin).normalize(), (centre - goal.origin).norm()),
+            Target::Direction { angle } => (Vector2::new(angle.cos(), angle.sin()), 0.0),
+            Target::Disc { .. } | Target::Path { .. } => {
+                let way = goal.point() - goal.origin;
+                (way.normalize(), way.norm())
+            }
         };
         let start = match goal.target {
             Target::Line { centre_line, .. } => Vector2::new(goal.origin.x, centre_line),
-            Target::Disc { .. } => goal.origin,
+            _ => goal.origin,
         };
         Self { start, ahead, length }
     }
@@ -130,7 +134,7 @@ mod tests {
 
     fn push_points(pegs: &[Peg], x: f64, centre_line: f64) -> usize {
         let target = Target::Line { distance: 2.0, centre_line };
-        aiko().push_points(&Goal { target, origin: Vector2::new(x, centre_line) }, pegs)
+        aiko().push_points(&Goal::new(target, Vector2::new(x, centre_line), None), pegs)
     }
 
     #[test]
@@ -159,6 +163,6 @@ mod tests {
     }
 
     fn goal() -> Goal {
-        Goal { target: Target::Line { distance: 2.0, centre_line: 0.0 }, origin: Vector2::zeros() }
+        Goal::new(Target::Line { distance: 2.0, centre_line: 0.0 }, Vector2::zeros(), None)
     }
 }

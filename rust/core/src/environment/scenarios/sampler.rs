@@ -7,9 +7,11 @@ use crate::environment::goal::Goal;
 use crate::environment::rng::Rng;
 use crate::environment::start::StartJitter;
 use crate::error::ConfigError;
+use crate::obstacles::Obstacle;
 use crate::robot::Robot;
 use crate::scene::Peg;
 
+use super::world::{World, WorldLayout};
 use super::{EpisodeStart, Placement, PushPointCounter, Scenario};
 
 /// The scenario of an environment, and memory to draw episodes from it.
@@ -21,6 +23,7 @@ pub struct ScenarioSampler {
     jitter: f64,
     counter: PushPointCounter,
     placement: Placement,
+    worlds: WorldLayout,
 }
 
 impl ScenarioSampler {
@@ -33,6 +36,7 @@ impl ScenarioSampler {
             jitter: config.start_jitter,
             counter: PushPointCounter::of(robot),
             placement: Placement::new(robot),
+            worlds: WorldLayout::new(config, robot),
         })
     }
 
@@ -50,6 +54,11 @@ impl ScenarioSampler {
         &self.placement.pegs
     }
 
+    /// All obstacles of the last episode where they are not only pegs without friction; empty otherwise.
+    pub fn obstacles(&self) -> &[Obstacle] {
+        self.placement.obstacles()
+    }
+
     /// The robot's joint angles at its start \[rad\].
     pub fn joint_angle(&self) -> &[f64] {
         self.placement.joint_angle()
@@ -60,9 +69,20 @@ impl ScenarioSampler {
         self.counter.push_points(goal, pegs)
     }
 
-    /// Draws start, pegs and goal from the random numbers of the episode.
-    pub fn draw(&mut self, rng: &mut Rng) -> EpisodeStart {
+    /// # Errors
+    /// The robot has no room in a world.
+    pub fn check(&mut self, world: &World) -> Result<(), ConfigError> {
+        self.worlds.check(world, &mut self.placement)
+    }
+
+    /// Draws start, pegs and goal from the random numbers of the episode, as far as its world does not tell them.
+    pub fn draw(&mut self, world: Option<&World>, rng: &mut Rng) -> EpisodeStart {
         let jitter = StartJitter::draw(rng, self.jitter);
-        self.scenario.draw(&mut self.placement, self.difficulty, &jitter, rng)
+        let Self { scenario, difficulty, placement, worlds, .. } = self;
+        placement.forget_obstacles();
+        match world {
+            None => scenario.draw(placement, *difficulty, &jitter, rng),
+            Some(world) => worlds.draw(world, scenario.as_ref(), (placement, *difficulty), &jitter, rng),
+        }
     }
 }

@@ -169,8 +169,8 @@ impl Newton {
         for (impulse, pair) in solution.friction.iter_mut().zip(&self.friction) {
             *impulse = pair.map(|term| term.impulse());
         }
-        stage.wanted_drives(&solution.twist, &mut solution.drive);
-        for (drive, joint) in solution.drive.iter_mut().zip(&stage.joints) {
+        stage.wanted_drives(&solution.twist, &mut solution.actuator);
+        for (drive, joint) in solution.actuator.iter_mut().zip(&stage.joints) {
             *drive = drive.clamp(-joint.limit, joint.limit);
         }
     }
@@ -249,5 +249,5 @@ fn friction_model(link: &StageLink, u: &Twist, pair: &mut [FrictionTerm<f64>; 2]
 }
 
 /// An outer step with this penalty gains three to four digits; a stick stiffness beyond 1e6 masses would show round-off
-/// in the impulses. Multipliers are looked at after every step.
+/// in the impulses. Multipliers are checked after every step.
 const TUNING: Tuning = Tuning { penalty: 1e4, close: f64::INFINITY, ..Tuning::COMMON };

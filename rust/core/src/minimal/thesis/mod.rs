@@ -1,14 +1,14 @@
-//! The set-valued plant by the time stepping of chapter 3, dense matrices and all (T 3.6.1), (T 6.24).
+//! The set-valued plant by the time stepping of chapter 3, with dense matrices (T 3.6.1), (T 6.24).
 //!
 //! Midpoint q_M, torque and gyroscopic terms from the start of the step (T 3.51 != D8), and Algorithm 3.1 with the
 //! friction of two points per link. There are no joint impulses: the coordinates are minimal.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Rotation2, Vector2};
 
-use crate::gait::JointReference;
+use crate::gait::{JointTarget, Reference};
 use crate::laws::{ConvexSet, Ellipse};
 use crate::minimal::{MinimalState, Model, ProcessPlant, SmoothLaw, actuation};
-use crate::stepping::{StepStatistics, ThesisConfig};
+use crate::stepping::{Record, StepStatistics, ThesisConfig};
 
 use super::controller::Controller;
 
@@ -20,6 +20,8 @@ pub struct Thesis {
     /// P_T of F_i of all links, then of R_i, in the links' frames \[N s\].
     impulse: DVector<f64>,
     pub torque: Vec<f64>,
+    /// What a run records besides its motion, if it does.
+    pub record: Option<Box<Record>>,
 }
 
 impl Thesis {
@@ -29,6 +31,7 @@ impl Thesis {
             actuation: actuation(model),
             impulse: DVector::zeros(4 * model.link_count()),
             torque: vec![0.0; model.joint_count()],
+            record: None,
         }
     }
 
@@ -43,7 +46,7 @@ impl Thesis {
         model: &Model,
         state: &mut MinimalState,
         controller: &mut Controller,
-        reference: &impl JointReference,
+        reference: &impl Reference<JointTarget>,
         h: f64,
         statistics: &mut StepStatistics,
     ) {
@@ -60,8 +63,12 @@ impl Thesis {
             state.rate.fill(f64::NAN);
             return;
         };
-        let free = &rate + mass.solve(&force) * h;
+        let mut free = &rate + mass.solve(&force) * h;
+        // Gravity accelerates all links alike.
+        free[0] += model.pull.x * h;
+        free[1] += model.pull.y * h;
         let end = self.iterate(model, &mass, &slip, &free, h, statistics);
+        self.add_to_record(model, &midpoint, &slip, (&rate, &end), h, statistics);
         for (k, q) in state.q.iter_mut().enumerate() {
             *q = midpoint[k] + 0.5 * h * end[k];
         }
@@ -101,6 +108,33 @@ impl Thesis {
         let converged = change < epsilon;
         statistics.add_solve(iterations, !converged, self.violation(model, &(slip * &end), h), 0.0);
         end
+    }
+
+    /// Adds a step of length `h` from `rate` to `end` to what the run records.
+    fn add_to_record(
+        &mut self,
+        model: &Model,
+        midpoint: &[f64],
+        slip: &DMatrix<f64>,
+        (rate, end): (&DVector<f64>, &DVector<f64>),
+        h: f64,
+        statistics: &mut StepStatistics,
+    ) {
+        let Self { impulse, torque, record: Some(record), .. } = self else { return };
+        let impulse = &*impulse - viscous(model, slip, rate) * h;
+        statistics.friction_work += impulse.dot(&(slip * end));
+        let links = model.link_count();
+        let mut angle = midpoint[2..].to_vec();
+        (1..angle.len()).for_each(|i| angle[i] += angle[i - 1]);
+        for (k, (i, place)) in points(model).enumerate() {
+            let along = Vector2::new(impulse[place], impulse[place + 1]);
+            record.sum.ground[i][k / links] += (Rotation2::new(angle[i]) * along).push(0.0);
+        }
+        for (j, (work, torque)) in record.sum.actuator_work.iter_mut().zip(torque).enumerate() {
+            let done = h * *torque * end[3 + j];
+            work[0] += done;
+            statistics.actuator_work += done;
+        }
     }
 
     /// Worst |P - prox_C(P - m gamma)| / m \[m/s\].

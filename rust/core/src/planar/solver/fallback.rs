@@ -1,5 +1,5 @@
-//! What is done about a stage that Newton's method did not close: another method, a polish, and, where the
-//! contacts contradict each other, a stage that can be closed.
+//! Fallback for a stage that Newton's method did not solve: another method, a polish and, where the contacts
+//! contradict each other, a relaxed stage.
 
 use crate::planar::{Stage, StageSolution, certify};
 use crate::solver::{RESIDUAL_LIMIT, SolveStatus};
@@ -34,7 +34,7 @@ impl Fallback {
     }
 
     /// Solves `stage` for velocities within about `tolerance` \[m/s\]. `solution` has the size of the stage and may
-    /// hold what another solver left, or nothing of use, not even numbers. Returns the linear solves it took, too.
+    /// hold the result of another solver or anything else, NaN included. Also returns the number of linear solves.
     pub fn solve_hard(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, SolveStatus) {
         self.solvers.energy = stage.energy();
         let (mut solves, closed) = self.solvers.polish(stage, solution, tolerance);
@@ -59,7 +59,7 @@ impl Fallback {
 
 impl Solvers {
     /// The interior point method from the reference velocity, polished. Returns linear solves and whether that
-    /// closed the stage.
+    /// solved the stage.
     fn start_again(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, bool) {
         for (twist, link) in solution.twist.iter_mut().zip(&stage.links) {
             *twist = link.reference;
@@ -102,5 +102,5 @@ impl Solvers {
 const POLISH: f64 = 0.01;
 const MAX_POLISH: u32 = 50;
 
-/// Duality gap of a closed stage, relative to the stage's energies.
+/// Duality gap of a solved stage, relative to the stage's energies.
 const RELATIVE_GAP: f64 = 1e-10;

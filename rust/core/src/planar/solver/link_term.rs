@@ -1,6 +1,6 @@
 use nalgebra::{Vector2, Vector3};
 
-use crate::math::Real;
+use crate::math::{Real, add_scaled, select_into};
 use crate::planar::{Heading, StageLink};
 use crate::solver::FrictionTerm;
 
@@ -49,6 +49,14 @@ impl<T: Real> LinkTerm<T> {
             step: Vector3::new(T::zero(), T::zero(), T::zero()),
             twist,
         }
+    }
+
+    /// Takes the Newton step in full in the given lanes.
+    #[inline(always)]
+    pub fn advance(&mut self, lanes: T::Mask) {
+        self.start = self.twist;
+        let full = add_scaled(&self.start, &self.step, T::splat(1.0));
+        select_into(&mut self.twist, lanes, &full);
     }
 
     /// |u - u_ref|_M^2 / 2 at the present twist.

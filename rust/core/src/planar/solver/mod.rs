@@ -4,6 +4,7 @@
 //! use snake_core::planar::solver::sweep::Quadratic;
 //! ```
 
+mod contact_friction;
 mod fallback;
 mod interior_point;
 mod link_term;

@@ -5,16 +5,17 @@
 //! takes the Newton step and evaluates all laws at its end; a pass from tail to head eliminates the chain.
 //!
 //! At the end of a full step the linearised laws balance exactly, so what is out of balance there is the remainder of
-//! the laws' linearisation. The inner function bends at least like the kinetic energy: the remainder's norm in M^-1
+//! the laws' linearisation. The curvature of the inner function is at least that of the kinetic energy: the remainder's norm in M^-1
 //! bounds the distance to its minimum, link by link, and no further solve is needed to know it.
 
 use nalgebra::{Vector2, Vector3};
 
 use crate::contact::PAIRS_PER_LINK;
-use crate::math::{Mask, Real, add_scaled, select_into};
+use crate::math::{Kernel, Mask, Real, add_scaled, select_into};
 use crate::planar::{Stage, StageLink, StageSolution};
 use crate::solver::{self, FrictionTerm, LawForm, NewtonStep, Outcome, StageProblem, Tuning};
 
+use super::contact_friction::ContactFrictionTerm;
 use super::link_term::{LinkTerm, in_frame, linear};
 use super::self_contacts::SelfContacts;
 use super::sweep::{Quadratic, Segment};
@@ -25,6 +26,7 @@ use super::terms::{ActuatorTerm, ContactTerm};
 pub struct Newton<T = f64> {
     pub(super) links: Vec<LinkTerm<T>>,
     pub(super) contacts: Vec<ContactTerm<T>>,
+    pub(super) contact_friction: Vec<ContactFrictionTerm<T>>,
     pub(super) self_contacts: SelfContacts<T>,
     /// Step of the velocity of link 1's free end, in the frame of link 1.
     head: Vector2<T>,
@@ -48,6 +50,7 @@ impl<T: Real> Newton<T> {
         Self {
             links: Vec::with_capacity(links),
             contacts: Vec::with_capacity(PAIRS_PER_LINK * links),
+            contact_friction: Vec::with_capacity(PAIRS_PER_LINK * links),
             self_contacts: SelfContacts::new(links),
             head: Vector2::new(T::zero(), T::zero()),
             chain: Quadratic::zero(),
@@ -92,7 +95,7 @@ impl<T: Real> Newton<T> {
             let penalty = T::splat(TUNING.penalty) * link.mass;
             let friction = FrictionTerm::new(link.friction, &solution.friction[i], penalty);
             let actuator = if i > 0 {
-                ActuatorTerm::new(&stage.joints[i - 1], solution.drive[i - 1])
+                ActuatorTerm::new(&stage.joints[i - 1], solution.actuator[i - 1])
             } else {
                 ActuatorTerm::none()
             };
@@ -105,78 +108,40 @@ impl<T: Real> Newton<T> {
             let link = &stage.links[contact.link];
             self.contacts.push(ContactTerm::new(contact, link, impulse, T::splat(TUNING.penalty) * link.mass));
         }
+        self.contact_friction.clear();
+        for (friction, &impulse) in stage.contact_friction.iter().zip(&solution.contact_friction) {
+            let link = &stage.links[friction.link];
+            let penalty = T::splat(TUNING.penalty) * link.mass;
+            self.contact_friction.push(ContactFrictionTerm::new(friction, link, impulse, penalty));
+        }
         self.self_contacts.warm_up(stage, &solution.pair, TUNING.penalty);
     }
 
-    /// Takes the step that [`Self::eliminate`] prepared, in the given lanes, and shortens it where it overshoots and
-    /// `damped` is true; the slope falls by `descent` at its start.
+    /// Takes one Newton step; `COUPLED` tells whether there are contacts between links.
     #[inline(always)]
-    fn descend(&mut self, descent: T, active: T::Mask, damped: bool) -> StepEnd<T> {
-        self.advance(active);
-        let full = self.evaluate_laws(LawForm::Present);
-        let accuracy = T::splat(TUNING.overshoot) * descent;
-        let overshoots = active & accuracy.lt(full.slope);
-        if !damped || !overshoots.any() {
-            return full;
+    fn step<const COUPLED: bool>(&mut self, active: T::Mask, damped: bool) -> NewtonStep<T> {
+        let mut descent = self.eliminate::<COUPLED>();
+        if COUPLED {
+            self.links.iter_mut().for_each(back_substitution(self.head));
+            descent -= self.self_contacts.correct(&mut self.links, &self.chain);
         }
-        let (fraction, _) = self.step_length(accuracy, overshoots);
-        for link in &mut self.links {
-            let shortened = add_scaled(&link.start, &link.step, fraction);
-            select_into(&mut link.twist, overshoots, &shortened);
+        let end = self.descend::<COUPLED>(descent, active, damped);
+        NewtonStep {
+            // The length of the step as a velocity; `max` would swallow NaN.
+            length: (descent.abs() * self.mobility[0]).sqrt(),
+            distance: T::splat(CHAIN) * (end.remainder * self.mobility[0]).sqrt(),
         }
-        let shortened = self.evaluate_laws(LawForm::Present);
-        let remainder = T::select(overshoots, T::splat(f64::INFINITY), full.remainder);
-        StepEnd { remainder, ..shortened }
-    }
-
-    /// Forces and stiffnesses of all laws at the present twists.
-    #[inline(always)]
-    fn evaluate_laws(&mut self, form: LawForm) -> StepEnd<T> {
-        let zero = T::zero();
-        let (mut slope, mut forces, mut moments) = (zero, zero, zero);
-        let coupled = !self.self_contacts.is_empty();
-        if coupled {
-            slope = self.self_contacts.evaluate(form, &self.links);
-        }
-        let mut contacts = self.contacts.iter_mut().peekable();
-        let (mut omega, mut change) = (zero, zero);
-        for (i, link) in self.links.iter_mut().enumerate() {
-            let mut model = link.inertia_model();
-            let stiffness = link.friction.evaluate(&linear(&link.twist));
-            model.add_friction(&stiffness, &link.friction.impulse());
-            while let Some(contact) = contacts.next_if(|contact| contact.link == i) {
-                let stiffness = contact.evaluate(form, &link.twist);
-                model.add_rank_one(&contact.direction, stiffness, -contact.law.impulse);
-            }
-            let expected = link.model.gradient_after(&link.step);
-            let (mut x, mut y, mut moment) = (model.gx - expected.x, model.gy - expected.y, model.gw - expected.z);
-            if coupled {
-                let coupled = &self.self_contacts.remainder[i];
-                (x, y, moment) = (x - coupled.x, y - coupled.y, moment - coupled.z);
-            }
-            link.model = model;
-            let (joint_rate, joint_step) = (link.twist.z - omega, link.step.z - change);
-            (omega, change) = (link.twist.z, link.step.z);
-            let expected = link.actuator.impulse - link.actuator_stiffness * joint_step;
-            link.actuator_stiffness = link.actuator.evaluate(form, joint_rate);
-            let torque = link.actuator.impulse - expected;
-            slope += model.slope_along(&link.step) - link.actuator.impulse * joint_step;
-            forces += x * x + y * y;
-            moments += moment * moment + torque * torque;
-        }
-        StepEnd { slope, remainder: forces * self.mobility[0] + moments * self.mobility[1] }
     }
 
     /// From tail to head: eliminates the chain. Returns how much steeper the inner function descends along the next
     /// step, g H^-1 g \[J\].
     #[inline(always)]
-    fn eliminate(&mut self) -> T {
+    fn eliminate<const COUPLED: bool>(&mut self) -> T {
         let mut behind = Quadratic::zero();
         let (mut actuator_behind, mut descent) = (T::zero(), T::zero());
-        let coupled = !self.self_contacts.is_empty();
         for (i, link) in self.links.iter_mut().enumerate().rev() {
             let mut own = link.model;
-            if coupled {
+            if COUPLED {
                 own.subtract_force(&self.self_contacts.force[i]);
             }
             own.gw += actuator_behind - link.actuator.impulse;
@@ -187,31 +152,85 @@ impl<T: Real> Newton<T> {
         }
         let (head, decrease) = behind.minimiser();
         (self.head, self.chain) = (head, behind);
-        descent += decrease;
-        self.substitute();
-        if coupled {
-            descent -= self.self_contacts.correct(&mut self.links, &self.chain);
-        }
-        descent
+        descent + decrease
     }
 
-    /// From head to tail: the Newton step.
+    /// Takes the step that [`Self::eliminate`] prepared, in the given lanes, and shortens it where it overshoots and
+    /// `damped` is true; the slope falls by `descent` at its start.
     #[inline(always)]
-    fn substitute(&mut self) {
-        let (mut end, mut omega) = (self.head, T::zero());
-        for link in &mut self.links {
-            link.step = link.segment.substitute(&mut end, &mut omega);
+    fn descend<const COUPLED: bool>(&mut self, descent: T, active: T::Mask, damped: bool) -> StepEnd<T> {
+        let full = self.take_step::<COUPLED>(active);
+        let accuracy = T::splat(TUNING.overshoot) * descent;
+        let overshoots = active & accuracy.lt(full.slope);
+        if !damped || !overshoots.any() {
+            return full;
         }
+        let (fraction, _) = self.step_length(accuracy, overshoots);
+        for link in &mut self.links {
+            let shortened = add_scaled(&link.start, &link.step, fraction);
+            select_into(&mut link.twist, overshoots, &shortened);
+        }
+        let shortened = T::run(EvaluateLaws { newton: self, form: LawForm::Present });
+        let remainder = T::select(overshoots, T::splat(f64::INFINITY), full.remainder);
+        StepEnd { remainder, ..shortened }
     }
 
-    /// Takes the Newton step in full in the given lanes.
+    /// From head to tail: takes the Newton step in full in the given lanes and evaluates all laws at its end.
     #[inline(always)]
-    fn advance(&mut self, lanes: T::Mask) {
-        for link in &mut self.links {
-            link.start = link.twist;
-            let full = add_scaled(&link.start, &link.step, T::splat(1.0));
-            select_into(&mut link.twist, lanes, &full);
+    fn take_step<const COUPLED: bool>(&mut self, lanes: T::Mask) -> StepEnd<T> {
+        if COUPLED {
+            self.links.iter_mut().for_each(|link| link.advance(lanes));
+            return self.evaluate_laws::<true>(LawForm::Present, |_| ());
         }
+        self.evaluate_laws::<false>(LawForm::Present, full_step(self.head, lanes))
+    }
+
+    /// Forces and stiffnesses of all laws at the present twists, to which `advance` brings each link first; contacts
+    /// between links need twists that are already there.
+    #[inline(always)]
+    fn evaluate_laws<const COUPLED: bool>(
+        &mut self,
+        form: LawForm,
+        mut advance: impl FnMut(&mut LinkTerm<T>),
+    ) -> StepEnd<T> {
+        let zero = T::zero();
+        let (mut slope, mut forces, mut moments) = (zero, zero, zero);
+        if COUPLED {
+            slope = self.self_contacts.evaluate(form, &self.links);
+        }
+        let mut contacts = self.contacts.iter_mut().peekable();
+        let mut friction = self.contact_friction.iter_mut().peekable();
+        let (mut omega, mut change) = (zero, zero);
+        for (i, link) in self.links.iter_mut().enumerate() {
+            advance(link);
+            let mut model = link.inertia_model();
+            let stiffness = link.friction.evaluate(&linear(&link.twist));
+            model.add_friction(&stiffness, &link.friction.impulse());
+            while let Some(contact) = contacts.next_if(|contact| contact.link == i) {
+                let stiffness = contact.evaluate(form, &link.twist);
+                model.add_rank_one(&contact.direction, stiffness, -contact.law.impulse);
+            }
+            while let Some(term) = friction.next_if(|term| term.link == i) {
+                let stiffness = term.evaluate(form, &link.twist);
+                model.add_rank_one(&term.direction, stiffness, -term.impulse);
+            }
+            let expected = link.model.gradient_after(&link.step);
+            let (mut x, mut y, mut moment) = (model.gx - expected.x, model.gy - expected.y, model.gw - expected.z);
+            if COUPLED {
+                let coupled = &self.self_contacts.remainder[i];
+                (x, y, moment) = (x - coupled.x, y - coupled.y, moment - coupled.z);
+            }
+            link.model = model;
+            let (joint_rate, joint_step) = (link.twist.z - omega, link.step.z - change);
+            (omega, change) = (link.twist.z, link.step.z);
+            let expected = link.actuator_stiffness.subtract_from(joint_step, link.actuator.impulse);
+            link.actuator_stiffness = link.actuator.evaluate(form, joint_rate);
+            let torque = link.actuator.impulse - expected;
+            slope = link.actuator.impulse.subtract_from(joint_step, slope + model.slope_along(&link.step));
+            forces = x.mul_add(x, y.mul_add(y, forces));
+            moments = moment.mul_add(moment, torque.mul_add(torque, moments));
+        }
+        StepEnd { slope, remainder: forces * self.mobility[0] + moments * self.mobility[1] }
     }
 
     /// Velocities in the world frame, and impulses.
@@ -222,11 +241,14 @@ impl<T: Real> Newton<T> {
             solution.twist[i] = Vector3::new(velocity.x, velocity.y, link.twist.z);
             solution.friction[i] = link.friction.impulse();
             if i > 0 {
-                solution.drive[i - 1] = link.actuator.impulse;
+                solution.actuator[i - 1] = link.actuator.impulse;
             }
         }
         for (impulse, contact) in solution.contact.iter_mut().zip(&self.contacts) {
             *impulse = contact.law.impulse;
+        }
+        for (impulse, term) in solution.contact_friction.iter_mut().zip(&self.contact_friction) {
+            *impulse = term.impulse;
         }
         self.self_contacts.write(&mut solution.pair);
     }
@@ -237,17 +259,15 @@ impl<T: Real> StageProblem<T> for Newton<T> {
 
     #[inline(always)]
     fn evaluate(&mut self, form: LawForm) {
-        self.evaluate_laws(form);
+        T::run(EvaluateLaws { newton: self, form });
     }
 
     #[inline(always)]
     fn newton_step(&mut self, active: T::Mask, damped: bool) -> NewtonStep<T> {
-        let descent = self.eliminate();
-        let end = self.descend(descent, active, damped);
-        NewtonStep {
-            // The length of the step as a velocity; `max` would swallow NaN.
-            length: (descent.abs() * self.mobility[0]).sqrt(),
-            distance: T::splat(CHAIN) * (end.remainder * self.mobility[0]).sqrt(),
+        if self.self_contacts.is_empty() {
+            self.step::<false>(active, damped)
+        } else {
+            T::run(CoupledStep { newton: self, active, damped })
         }
     }
 
@@ -260,6 +280,9 @@ impl<T: Real> StageProblem<T> for Newton<T> {
         for contact in &self.contacts {
             squared = squared.max(contact.law.squared_error());
         }
+        for term in &self.contact_friction {
+            squared = squared.max(term.squared_error());
+        }
         squared.max(self.self_contacts.squared_error()).sqrt()
     }
 
@@ -267,6 +290,7 @@ impl<T: Real> StageProblem<T> for Newton<T> {
     fn stiffen(&mut self, factor: T) {
         self.links.iter_mut().for_each(|link| link.friction.stiffen(factor));
         self.contacts.iter_mut().for_each(|contact| contact.law.stiffen(factor));
+        self.contact_friction.iter_mut().for_each(|term| term.stiffen(factor));
         self.self_contacts.stiffen(factor);
     }
 
@@ -274,7 +298,64 @@ impl<T: Real> StageProblem<T> for Newton<T> {
     fn recentre(&mut self, lanes: T::Mask) {
         self.links.iter_mut().for_each(|link| link.friction.recentre(lanes));
         self.contacts.iter_mut().for_each(|contact| contact.law.recentre(lanes));
+        self.contact_friction.iter_mut().for_each(|term| term.recentre(lanes));
         self.self_contacts.recentre(lanes);
+    }
+}
+
+/// [`Newton::evaluate_laws`] at the present twists. It is needed in several places, and is a function of its own to keep
+/// the code of the iteration small.
+struct EvaluateLaws<'a, T> {
+    newton: &'a mut Newton<T>,
+    form: LawForm,
+}
+
+impl<T: Real> Kernel for EvaluateLaws<'_, T> {
+    type Output = StepEnd<T>;
+
+    #[inline(always)]
+    fn run(self) -> StepEnd<T> {
+        let Self { newton, form } = self;
+        if newton.self_contacts.is_empty() {
+            newton.evaluate_laws::<false>(form, |_| ())
+        } else {
+            newton.evaluate_laws::<true>(form, |_| ())
+        }
+    }
+}
+
+/// [`Newton::step`] with contacts between links, apart from the code of all other stages.
+struct CoupledStep<'a, T: Real> {
+    newton: &'a mut Newton<T>,
+    active: T::Mask,
+    damped: bool,
+}
+
+impl<T: Real> Kernel for CoupledStep<'_, T> {
+    type Output = NewtonStep<T>;
+
+    #[inline(always)]
+    fn run(self) -> NewtonStep<T> {
+        self.newton.step::<true>(self.active, self.damped)
+    }
+}
+
+/// Writes the Newton steps of the links from the first to the last, given that of the chain's free end.
+#[inline(always)]
+fn back_substitution<T: Real>(head: Vector2<T>) -> impl FnMut(&mut LinkTerm<T>) {
+    let (mut end, mut omega) = (head, T::zero());
+    #[inline(always)]
+    move |link| link.step = link.segment.substitute(&mut end, &mut omega)
+}
+
+/// Takes the Newton steps of the links in full, from the first to the last, in the given lanes.
+#[inline(always)]
+fn full_step<T: Real>(head: Vector2<T>, lanes: T::Mask) -> impl FnMut(&mut LinkTerm<T>) {
+    let mut substitute = back_substitution(head);
+    #[inline(always)]
+    move |link| {
+        substitute(link);
+        link.advance(lanes);
     }
 }
 
@@ -289,6 +370,6 @@ fn free_end<T: Real>(link: &StageLink<T>, twist: &Vector3<T>) -> Vector2<T> {
 /// masses would show round-off in the impulses.
 pub(super) const TUNING: Tuning = Tuning { penalty: 1e6, ..Tuning::COMMON };
 
-/// How much larger the certificate's residual may be than the norm of the remainder \[-\]: joints add up what is out of
-/// balance along the chain.
+/// How much larger the certificate's residual may be than the norm of the remainder \[-\]: imbalances add up
+/// along the chain.
 const CHAIN: f64 = 20.0;

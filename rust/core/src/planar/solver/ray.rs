@@ -1,6 +1,6 @@
 //! The inner function along start + alpha step, for the line search.
 
-use crate::math::Real;
+use crate::math::{Kernel, Real};
 use crate::solver::{NearestKink, Ray, step_length};
 
 use super::link_term::linear;
@@ -17,7 +17,7 @@ impl<T: Real> Newton<T> {
     /// How much of the step to take in the given lanes, as [`step_length`].
     #[inline(always)]
     pub(super) fn step_length(&self, accuracy: T, lanes: T::Mask) -> (T, T::Mask) {
-        step_length(&Step { newton: self, inertia: self.inertia_along() }, accuracy, lanes)
+        T::run(Search { newton: self, accuracy, lanes })
     }
 
     /// Slope of |u - u_ref|_M^2 / 2 at alpha = 0, and its constant rise.
@@ -31,6 +31,23 @@ impl<T: Real> Newton<T> {
             rise += px * du.x + py * du.y + pz * du.z;
         }
         [slope, rise]
+    }
+}
+
+/// The search, apart from the code of steps that do not overshoot.
+struct Search<'a, T: Real> {
+    newton: &'a Newton<T>,
+    accuracy: T,
+    lanes: T::Mask,
+}
+
+impl<T: Real> Kernel for Search<'_, T> {
+    type Output = (T, T::Mask);
+
+    #[inline(always)]
+    fn run(self) -> (T, T::Mask) {
+        let Self { newton, accuracy, lanes } = self;
+        step_length(&Step { newton, inertia: newton.inertia_along() }, accuracy, lanes)
     }
 }
 
@@ -52,6 +69,10 @@ impl<T: Real> Ray<T> for Step<'_, T> {
         for contact in &newton.contacts {
             let link = &newton.links[contact.link];
             add(contact.along(&link.start, &link.step, alpha));
+        }
+        for term in &newton.contact_friction {
+            let link = &newton.links[term.link];
+            add(term.along(&link.start, &link.step, alpha));
         }
         add(newton.self_contacts.along(&newton.links, alpha));
         (slope, curvature)

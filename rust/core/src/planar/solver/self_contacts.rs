@@ -1,17 +1,18 @@
-//! Contacts of a robot with itself, whose rows couple two links of the chain. A stage without them pays for none.
+//! Contacts of a robot with itself, whose rows couple two links of the chain. A stage without them costs nothing.
 
 use nalgebra::Vector3;
 
+use crate::contact::LINK_CONTACTS_PER_LINK;
 use crate::math::{Real, add_scaled};
-use crate::planar::{Stage, StagePair};
-use crate::solver::LawForm;
+use crate::planar::Stage;
+use crate::solver::{EliminatedChain, LawForm};
 
-use super::link_term::{LinkTerm, in_frame};
-use super::low_rank::{Coupling, EliminatedChain, LowRank};
-use super::sweep::{Quadratic, Segment};
+use super::link_term::LinkTerm;
+use super::low_rank::{Coupling, LowRank, coupling_of, respond};
+use super::sweep::Quadratic;
 use super::unilateral::UnilateralTerm;
 
-/// The contacts of the stage at hand.
+/// The contacts of the current stage.
 #[derive(Debug, Clone)]
 pub(super) struct SelfContacts<T> {
     terms: Vec<PairTerm<T>>,
@@ -20,6 +21,8 @@ pub(super) struct SelfContacts<T> {
     /// Difference of that force to its linearisation at the start of the step.
     pub remainder: Vec<Vector3<T>>,
     low_rank: LowRank<T>,
+    /// Workspace of an elimination with another linear term, one number per link.
+    constant: Vec<T>,
 }
 
 /// One contact between two links.
@@ -32,7 +35,13 @@ struct PairTerm<T> {
 impl<T: Real> SelfContacts<T> {
     pub fn new(links: usize) -> Self {
         let none = vec![Vector3::new(T::zero(), T::zero(), T::zero()); links];
-        Self { terms: Vec::with_capacity(links), force: none.clone(), remainder: none, low_rank: LowRank::new(links) }
+        Self {
+            terms: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
+            force: none.clone(),
+            remainder: none,
+            low_rank: LowRank::new(links),
+            constant: vec![T::zero(); links],
+        }
     }
 
     #[inline(always)]
@@ -48,7 +57,7 @@ impl<T: Real> SelfContacts<T> {
         for (pair, &impulse) in stage.pairs.iter().zip(impulses) {
             let penalty = T::splat(penalty) * stage.links[pair.links[0]].mass;
             let law = UnilateralTerm::new(pair.offset, impulse, penalty);
-            self.terms.push(PairTerm { coupling: Coupling::of(pair, stage), law });
+            self.terms.push(PairTerm { coupling: coupling_of(pair, stage), law });
         }
     }
 
@@ -76,7 +85,8 @@ impl<T: Real> SelfContacts<T> {
     #[inline(always)]
     pub fn correct(&mut self, links: &mut [LinkTerm<T>], head: &Quadratic<T>) -> T {
         let couplings = self.terms.iter().map(|term| term.coupling);
-        self.low_rank.correct(couplings, &mut Links(links), head)
+        let mut chain = Links { links, head, constant: &mut self.constant };
+        self.low_rank.correct(couplings, &mut chain)
     }
 
     /// First and second derivative of all laws' functions along the step.
@@ -116,31 +126,30 @@ impl<T: Real> SelfContacts<T> {
     }
 }
 
-impl<T: Real> Coupling<T> {
-    /// The row of a contact, without stiffness.
-    #[inline(always)]
-    pub fn of(pair: &StagePair<T>, stage: &Stage<T>) -> Self {
-        let [first, second] = pair.links.map(|link| &stage.links[link].heading);
-        let direction = [in_frame(first, &pair.direction[0]), in_frame(second, &pair.direction[1])];
-        Self { links: pair.links, direction, stiffness: T::zero() }
-    }
+struct Links<'a, T> {
+    links: &'a mut [LinkTerm<T>],
+    head: &'a Quadratic<T>,
+    constant: &'a mut [T],
 }
 
-struct Links<'a, T>(&'a mut [LinkTerm<T>]);
-
-impl<T> EliminatedChain<T> for Links<'_, T> {
+impl<T: Real> EliminatedChain<T, Vector3<T>, Vector3<T>> for Links<'_, T> {
     #[inline(always)]
     fn len(&self) -> usize {
-        self.0.len()
+        self.links.len()
     }
 
     #[inline(always)]
-    fn segment(&self, link: usize) -> &Segment<T> {
-        &self.0[link].segment
+    fn step(&self, link: usize) -> Vector3<T> {
+        self.links[link].step
     }
 
     #[inline(always)]
-    fn step(&mut self, link: usize) -> &mut Vector3<T> {
-        &mut self.0[link].step
+    fn set_step(&mut self, link: usize, step: Vector3<T>) {
+        self.links[link].step = step;
+    }
+
+    #[inline(always)]
+    fn respond(&mut self, coupling: &Coupling<T>, response: &mut Vec<Vector3<T>>) {
+        respond(coupling, |link| &self.links[link].segment, self.head, self.constant, response);
     }
 }

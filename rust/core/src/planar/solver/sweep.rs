@@ -77,15 +77,15 @@ impl<T: Real> Quadratic<T> {
     #[inline(always)]
     pub fn add_rank_one(&mut self, w: &Vector3<T>, penalty: T, force: T) {
         let (px, py, pz) = (penalty * w.x, penalty * w.y, penalty * w.z);
-        self.xx += px * w.x;
-        self.xy += px * w.y;
-        self.yy += py * w.y;
-        self.xw += px * w.z;
-        self.yw += py * w.z;
-        self.ww += pz * w.z;
-        self.gx += force * w.x;
-        self.gy += force * w.y;
-        self.gw += force * w.z;
+        self.xx = px.mul_add(w.x, self.xx);
+        self.xy = px.mul_add(w.y, self.xy);
+        self.yy = py.mul_add(w.y, self.yy);
+        self.xw = px.mul_add(w.z, self.xw);
+        self.yw = py.mul_add(w.z, self.yw);
+        self.ww = pz.mul_add(w.z, self.ww);
+        self.gx = force.mul_add(w.x, self.gx);
+        self.gy = force.mul_add(w.y, self.gy);
+        self.gw = force.mul_add(w.z, self.gw);
     }
 
     /// Adds a friction impulse and its stiffness against the slip (v_x, v_y).
@@ -109,28 +109,28 @@ impl<T: Real> Quadratic<T> {
     /// Derivative along `step`.
     #[inline(always)]
     pub fn slope_along(&self, step: &Vector3<T>) -> T {
-        self.gx * step.x + self.gy * step.y + self.gw * step.z
+        self.gx.mul_add(step.x, self.gy.mul_add(step.y, self.gw * step.z))
     }
 
     /// g + H step.
     #[inline(always)]
     pub fn gradient_after(&self, step: &Vector3<T>) -> Vector3<T> {
         Vector3::new(
-            self.gx + self.xx * step.x + self.xy * step.y + self.xw * step.z,
-            self.gy + self.xy * step.x + self.yy * step.y + self.yw * step.z,
-            self.gw + self.xw * step.x + self.yw * step.y + self.ww * step.z,
+            self.xx.mul_add(step.x, self.xy.mul_add(step.y, self.xw.mul_add(step.z, self.gx))),
+            self.xy.mul_add(step.x, self.yy.mul_add(step.y, self.yw.mul_add(step.z, self.gy))),
+            self.xw.mul_add(step.x, self.yw.mul_add(step.y, self.ww.mul_add(step.z, self.gw))),
         )
     }
 
     /// The same seen from a point nearer by `arm` along the link: v = v_new + omega arm e_y.
     #[inline(always)]
     fn seen_from_before(self, arm: T) -> Self {
-        let yy = self.yy * arm;
+        let yw = self.yy.mul_add(arm, self.yw);
         Self {
-            xw: self.xw + self.xy * arm,
-            yw: self.yw + yy,
-            ww: self.ww + arm * (self.yw + self.yw + yy),
-            gw: self.gw + arm * self.gy,
+            xw: self.xy.mul_add(arm, self.xw),
+            yw,
+            ww: arm.mul_add(self.yw + yw, self.ww),
+            gw: arm.mul_add(self.gy, self.gw),
             ..self
         }
     }
@@ -142,13 +142,13 @@ impl<T: Real> Quadratic<T> {
         let (cc, cs, ss) = (c * c, c * s, s * s);
         let cross = (cs + cs) * self.xy;
         Self {
-            xx: cc * self.xx - cross + ss * self.yy,
-            xy: cs * (self.xx - self.yy) + (cc - ss) * self.xy,
-            yy: ss * self.xx + cross + cc * self.yy,
-            xw: c * self.xw - s * self.yw,
-            yw: s * self.xw + c * self.yw,
-            gx: c * self.gx - s * self.gy,
-            gy: s * self.gx + c * self.gy,
+            xx: cc.mul_add(self.xx, ss.mul_add(self.yy, -cross)),
+            xy: cs.mul_add(self.xx - self.yy, (cc - ss) * self.xy),
+            yy: ss.mul_add(self.xx, cc.mul_add(self.yy, cross)),
+            xw: s.subtract_from(self.yw, c * self.xw),
+            yw: s.mul_add(self.xw, c * self.yw),
+            gx: s.subtract_from(self.gy, c * self.gx),
+            gy: s.mul_add(self.gx, c * self.gy),
             ..self
         }
     }
@@ -160,14 +160,14 @@ impl<T: Real> Quadratic<T> {
         let inverse = T::splat(1.0) / (self.ww + k);
         let (px, py, constant, previous) = (self.xw * inverse, self.yw * inverse, self.gw * inverse, k * inverse);
         let left = Self {
-            xx: self.xx - self.xw * px,
-            xy: self.xy - self.xw * py,
-            yy: self.yy - self.yw * py,
+            xx: self.xw.subtract_from(px, self.xx),
+            xy: self.xw.subtract_from(py, self.xy),
+            yy: self.yw.subtract_from(py, self.yy),
             xw: px * k,
             yw: py * k,
             ww: self.ww * previous,
-            gx: self.gx - self.xw * constant,
-            gy: self.gy - self.yw * constant,
+            gx: self.xw.subtract_from(constant, self.gx),
+            gy: self.yw.subtract_from(constant, self.gy),
             gw: k * constant,
         };
         (Elimination { px: -px, py: -py, previous, constant: -constant, inverse }, left, self.gw * constant)
@@ -183,9 +183,9 @@ impl<T: Real> Quadratic<T> {
     /// The velocity that minimises V(p, 0) with another linear term.
     #[inline(always)]
     pub fn minimiser_under(&self, g: Vector2<T>) -> Vector2<T> {
-        let determinant = self.xx * self.yy - self.xy * self.xy;
-        let x = (self.xy * g.y - self.yy * g.x) / determinant;
-        let y = (self.xy * g.x - self.xx * g.y) / determinant;
+        let determinant = self.xy.subtract_from(self.xy, self.xx * self.yy);
+        let x = self.yy.subtract_from(g.x, self.xy * g.y) / determinant;
+        let y = self.xx.subtract_from(g.y, self.xy * g.x) / determinant;
         Vector2::new(x, y)
     }
 }
@@ -229,8 +229,8 @@ impl<T: Real> Segment<T> {
     #[inline(always)]
     pub fn eliminate_linear(&self, behind: &Vector3<T>, own: &Vector3<T>) -> (Vector3<T>, T) {
         let (e, length) = (&self.elimination, self.half_length + self.half_length);
-        let turning = own.z + self.half_length * own.y + behind.z + length * behind.y;
-        let (x, y) = (own.x + behind.x + e.px * turning, own.y + behind.y + e.py * turning);
+        let turning = length.mul_add(behind.y, self.half_length.mul_add(own.y, own.z + behind.z));
+        let (x, y) = (e.px.mul_add(turning, own.x + behind.x), e.py.mul_add(turning, own.y + behind.y));
         let before = self.turn.to_world(Vector2::new(x, y));
         (Vector3::new(before.x, before.y, e.previous * turning), -(turning * e.inverse))
     }
@@ -239,7 +239,7 @@ impl<T: Real> Segment<T> {
     #[inline(always)]
     pub fn substitute_with(&self, constant: T, end: &mut Vector2<T>, omega: &mut T) -> Vector3<T> {
         let (e, near) = (&self.elimination, self.turn.to_link(*end));
-        *omega = e.px * near.x + e.py * near.y + e.previous * *omega + constant;
+        *omega = e.px.mul_add(near.x, e.py.mul_add(near.y, e.previous.mul_add(*omega, constant)));
         self.move_along(near, *omega, end)
     }
 
@@ -251,9 +251,8 @@ impl<T: Real> Segment<T> {
 
     #[inline(always)]
     fn move_along(&self, near: Vector2<T>, omega: T, end: &mut Vector2<T>) -> Vector3<T> {
-        let swing = self.half_length * omega;
-        let centre = near.y + swing;
-        *end = Vector2::new(near.x, centre + swing);
+        let centre = self.half_length.mul_add(omega, near.y);
+        *end = Vector2::new(near.x, self.half_length.mul_add(omega, centre));
         Vector3::new(near.x, centre, omega)
     }
 }

@@ -22,7 +22,7 @@ impl<T: Real> UnilateralTerm<T> {
     /// Moves to the velocity `w . u`; returns the stiffness along the contact's direction.
     #[inline(always)]
     pub fn evaluate(&mut self, form: LawForm, velocity: T) -> T {
-        let wanted = self.centre - self.penalty * (velocity + self.offset);
+        let wanted = self.penalty.subtract_from(velocity + self.offset, self.centre);
         let closed = HalfLine.is_closed(if form == LawForm::LastBranch { self.centre } else { wanted });
         let (impulse, stiffness) = HalfLine.evaluate(wanted, self.penalty, closed);
         self.impulse = impulse;

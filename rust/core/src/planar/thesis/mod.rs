@@ -8,11 +8,10 @@ use crate::gait::JointTarget;
 use crate::pegs::PegGrid;
 use crate::planar::{
     Heading, PlanarState, Pose, Stage, StageContact, StageJoint, StageLink, StageSolution, certify, close_joints,
-    is_plausible,
 };
 use crate::robot::Link;
 
-use crate::stepping::{Driven, StepStatistics, ThesisConfig};
+use crate::stepping::{Driven, Record, StepStatistics, ThesisConfig, ThesisScheme};
 
 use super::energy::work_of;
 use super::io_drive::ExplicitIo;
@@ -39,8 +38,10 @@ pub struct Thesis {
     last_impulse: Vec<f64>,
 }
 
-impl Thesis {
-    pub fn new(config: ThesisConfig, system: &PlanarSystem) -> Self {
+impl ThesisScheme for Thesis {
+    type Model = Planar;
+
+    fn new(config: ThesisConfig, system: &PlanarSystem) -> Self {
         let links = system.robot.link_count();
         Self {
             config,
@@ -56,49 +57,36 @@ impl Thesis {
         }
     }
 
-    /// Forgets all impulses.
-    pub fn clear(&mut self) {
+    fn config(&self) -> &ThesisConfig {
+        &self.config
+    }
+
+    fn clear(&mut self) {
         self.solution.friction.fill(Vector2::zeros());
         self.near.clear();
         self.last_impulse.fill(0.0);
     }
 
-    /// Integrates over `duration` in equal steps no longer than the configured one.
-    pub fn advance<D: Driven<Model = Planar>>(&mut self, system: &PlanarSystem, robot: &mut D, duration: f64) {
-        robot.body_mut().begin();
-        if duration <= 0.0 {
-            return;
-        }
-        let steps = self.config.steps_in(duration);
-        let h = duration / f64::from(steps);
-        for k in 1..=steps {
-            self.step(system, robot, h);
-            let body = robot.body_mut();
-            body.state.time = body.interval_start() + h * f64::from(k);
-            body.is_plausible = is_plausible(&body.state.pose, &body.state.twist);
-            body.quarantine();
-            if body.statistics.diverged {
-                self.clear();
-                break;
-            }
-        }
-    }
-
-    /// One step of length `h`: q_M, active set and directions there, impulsions, q_E, projection.
+    /// One step of length `h`: q_M, active set and directions there, impulses, q_E, projection.
     fn step<D: Driven<Model = Planar>>(&mut self, system: &PlanarSystem, robot: &mut D, h: f64) {
         robot.targets(robot.body().state.time, &mut self.targets);
-        let Body { state, pegs, statistics, contact_impulse, warm_start, .. } = robot.body_mut();
+        let Body { state, pegs, statistics, contact_impulse, warm_start, record, .. } = robot.body_mut();
         self.move_to_midpoint(state, h);
         self.find_closed_contacts(system, state, pegs);
         self.build_stage(system, state, pegs, h);
         self.solve(pegs, statistics, contact_impulse);
+        if let Some(record) = record {
+            self.add_to(record);
+        }
         self.move_to_end(system, state, h);
         self.near.advance(farthest(&system.robot.links, &self.midpoint, &state.pose));
-        for (torque, drive) in warm_start.joint_torque.iter_mut().zip(&self.solution.drive) {
+        for (torque, drive) in warm_start.joint_torque.iter_mut().zip(&self.solution.actuator) {
             *torque = -drive / h;
         }
     }
+}
 
+impl Thesis {
     /// q_M = q_A + h/2 u_A (T 3.65).
     fn move_to_midpoint(&mut self, state: &PlanarState, h: f64) {
         for (midpoint, (q, u)) in self.midpoint.iter_mut().zip(state.pose.iter().zip(&state.twist)) {
@@ -125,12 +113,13 @@ impl Thesis {
     /// Directions at q_M, reference velocity u_A, and the torque (T 3.51 != D8) at t_A held over the step.
     fn build_stage(&mut self, system: &PlanarSystem, state: &PlanarState, pegs: &PegGrid, h: f64) {
         let Self { stage, midpoint, .. } = self;
+        let gain = (system.pull() * h).push(0.0);
         stage.coefficient = h;
         stage.links.clear();
         stage.links.extend(system.robot.links.iter().zip(midpoint.iter()).zip(&state.twist).map(|((link, q), u)| {
             StageLink {
                 heading: Heading::of(q.z),
-                reference: *u,
+                reference: u + gain,
                 mass: link.mass,
                 inertia: link.inertia,
                 half_length: 0.5 * link.length,
@@ -187,6 +176,20 @@ impl Thesis {
         statistics.add_work(&work_of(&self.stage, &self.solution), 0, 1.0);
         for (contact, impulse) in self.stage.contacts.iter().zip(&self.solution.contact) {
             contact_impulse[contact.link] += contact.direction.xy() * *impulse;
+        }
+    }
+
+    /// Adds the step to what the run records.
+    fn add_to(&self, record: &mut Record) {
+        let StageSolution { twist, friction, actuator, contact, .. } = &self.solution;
+        for ((to, link), impulse) in record.sum.ground.iter_mut().zip(&self.stage.links).zip(friction) {
+            to[0] += link.heading.to_world(*impulse).push(0.0);
+        }
+        for (j, (work, impulse)) in record.sum.actuator_work.iter_mut().zip(actuator).enumerate() {
+            work[0] += impulse * (twist[j + 1].z - twist[j].z);
+        }
+        for (pair, (contact, impulse)) in self.closed.iter().zip(self.stage.contacts.iter().zip(contact)) {
+            record.obstacle[pair.peg] += contact.direction.xy() * *impulse;
         }
     }
 

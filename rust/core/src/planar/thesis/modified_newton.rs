@@ -49,7 +49,7 @@ impl ModifiedNewton {
         max_iterations: u32,
     ) -> (u32, bool) {
         self.factorise(stage);
-        for (drive, joint) in solution.drive.iter_mut().zip(&stage.joints) {
+        for (drive, joint) in solution.actuator.iter_mut().zip(&stage.joints) {
             *drive = joint.drive.clamp(-joint.limit, joint.limit);
         }
         for iterations in 1..=max_iterations {
@@ -82,8 +82,8 @@ impl ModifiedNewton {
     fn move_freely(&mut self, stage: &Stage, solution: &StageSolution) {
         for (i, (free, link)) in self.free.iter_mut().zip(&stage.links).enumerate() {
             let friction = link.heading.to_world(solution.friction[i]) / link.mass;
-            let before = if i > 0 { solution.drive[i - 1] } else { 0.0 };
-            let after = solution.drive.get(i).copied().unwrap_or(0.0);
+            let before = if i > 0 { solution.actuator[i - 1] } else { 0.0 };
+            let after = solution.actuator.get(i).copied().unwrap_or(0.0);
             *free = link.reference + Twist::new(friction.x, friction.y, (before - after) / link.inertia);
         }
         for (contact, impulse) in stage.contacts.iter().zip(&solution.contact) {

@@ -222,7 +222,7 @@ impl PegLaw {
 }
 
 /// Change of a normal impulse, and the same per velocity, with which the linearised law holds.
-fn opening_tangent(closed: bool, defect: f64, form: &LawForm) -> (f64, f64) {
+pub(super) fn opening_tangent(closed: bool, defect: f64, form: &LawForm) -> (f64, f64) {
     if closed { (-defect / (form.weight * form.compliance), -1.0 / form.compliance) } else { (-defect, 0.0) }
 }
 

@@ -9,12 +9,13 @@
 //! taken anyway, which leaves the kink. Continuation starts from soft contacts: with their compliance normal impulses
 //! change little and the problem is nearly convex; its solution is followed to that of the stiff contacts.
 
-use nalgebra::{Matrix6, Vector6};
+use nalgebra::{LU, Matrix6, U6, Vector6};
 
 use crate::laws::LimitedActuator;
 use crate::spatial::{Stage, StageSolution};
 
 use super::coulomb_laws::{GroundLaws, LawForm, PegLaw};
+use super::coulomb_pairs::CoulombPairs;
 use super::coulomb_sweep::{Balance, ChainLink, mass_matrix, spatial_vector, stacked};
 use super::newton::PENALTY;
 use super::terms::actuator;
@@ -24,14 +25,15 @@ use super::terms::actuator;
 pub struct CoulombNewton {
     links: Vec<Link>,
     pegs: Vec<PegLaw>,
+    pairs: CoulombPairs,
     form: LawForm,
     /// Speed below which a defect is no error \[m/s\].
     tolerance: f64,
 }
 
 #[derive(Debug, Clone)]
-struct Link {
-    chain: ChainLink,
+pub(super) struct Link {
+    pub chain: ChainLink,
     laws: GroundLaws,
     actuators: [LimitedActuator; 2],
     mass_matrix: Matrix6<f64>,
@@ -39,12 +41,12 @@ struct Link {
     mass: f64,
     half_length: f64,
     /// Twist and rates, where the Newton step starts, and the step.
-    twist: Vector6<f64>,
+    pub twist: Vector6<f64>,
     start: Vector6<f64>,
-    step: Vector6<f64>,
+    pub step: Vector6<f64>,
     rates: [f64; 2],
     start_rates: [f64; 2],
-    step_rates: [f64; 2],
+    pub step_rates: [f64; 2],
     /// Imbalance of the link.
     missing: Vector6<f64>,
 }
@@ -61,7 +63,13 @@ struct Defect {
 impl CoulombNewton {
     pub fn new(links: usize) -> Self {
         let form = LawForm { weight: 1.0, compliance: 1.0 };
-        Self { links: Vec::with_capacity(links), pegs: Vec::with_capacity(4 * links), form, tolerance: 0.0 }
+        Self {
+            links: Vec::with_capacity(links),
+            pegs: Vec::with_capacity(4 * links),
+            pairs: CoulombPairs::new(links),
+            form,
+            tolerance: 0.0,
+        }
     }
 
     /// Solves `stage` from the velocities and impulses in `solution`, to velocities far below `tolerance` \[m/s\].
@@ -111,6 +119,7 @@ impl CoulombNewton {
         }
         self.pegs.clear();
         self.pegs.extend((0..stage.pegs.len()).map(|k| PegLaw::new(stage, solution, k)));
+        self.pairs.load(stage, solution);
     }
 
     fn link(&self, stage: &Stage, solution: &StageSolution, i: usize) -> Link {
@@ -153,6 +162,7 @@ impl CoulombNewton {
             }
             self.links.iter_mut().for_each(|link| link.laws.centre = link.laws.impulse);
             self.pegs.iter_mut().for_each(|peg| peg.centre = peg.impulse);
+            self.pairs.recentre();
             let (more, again) = self.converge();
             (solves, solved) = (solves + more, again);
         }
@@ -163,7 +173,7 @@ impl CoulombNewton {
     fn is_exact(&self) -> bool {
         let ground = self.links.iter().map(|link| (link.laws.impulse - link.laws.centre).amax());
         let pegs = self.pegs.iter().map(|peg| (peg.impulse - peg.centre).abs());
-        ground.chain(pegs).fold(0.0, f64::max) * self.form.compliance <= self.exact()
+        ground.chain(pegs).fold(self.pairs.centre_error(), f64::max) * self.form.compliance <= self.exact()
     }
 
     /// Error that is negligible \[m/s\].
@@ -213,7 +223,7 @@ impl CoulombNewton {
 
     /// Evaluates all laws and balances at the present velocities and impulses.
     fn measure(&mut self) -> Defect {
-        let Self { links, pegs, form, .. } = self;
+        let Self { links, pegs, pairs, form, .. } = self;
         let mut defect = Defect { energy: 0.0, speed: 0.0 };
         let mut behind = Vector6::zeros();
         for link in links.iter_mut() {
@@ -226,6 +236,14 @@ impl CoulombNewton {
             let missing = peg.measure(&link.twist, form);
             defect.add(missing * missing / link.mass, missing.abs() / link.mass);
             link.missing -= peg.force();
+        }
+        pairs.measure(|link| links[link].twist, form);
+        for pair in pairs.laws() {
+            let mass = links[pair.links[0]].mass;
+            defect.add(pair.defect * pair.defect / mass, pair.defect.abs() / mass);
+            for (link, direction) in pair.links.into_iter().zip(&pair.direction) {
+                links[link].missing -= direction * pair.impulse;
+            }
         }
         for (i, link) in links.iter().enumerate().rev() {
             behind += link.missing;
@@ -247,14 +265,14 @@ impl CoulombNewton {
 
     /// The Newton step of all velocities and impulses.
     fn look(&mut self) {
-        let Self { links, pegs, form, .. } = self;
+        let Self { links, pegs, pairs, form, .. } = self;
         let mut pegs_left = pegs.iter().rev().peekable();
         let mut behind = Balance { matrix: Matrix6::zeros(), load: Vector6::zeros() };
         for (i, link) in links.iter_mut().enumerate().rev() {
             link.laws.linearise(form);
             let (matrix, load) = link.laws.tangent();
             behind.matrix += link.mass_matrix + matrix;
-            behind.load += load - link.missing;
+            behind.load += load - link.missing + pairs.load_on(i, form);
             while let Some(peg) = pegs_left.next_if(|peg| peg.link == i) {
                 let (matrix, load) = peg.tangent(form);
                 behind.matrix += matrix;
@@ -265,17 +283,20 @@ impl CoulombNewton {
                 behind = link.chain.eliminate(behind, [yaw.1, pitch.1], [yaw.0, pitch.0]);
             }
         }
-        let mut before = behind.matrix.lu().solve(&behind.load).unwrap_or(Vector6::repeat(f64::NAN));
+        let head = behind.matrix.lu();
+        let mut before = solve_head(&head, &behind.load);
         for (i, link) in links.iter_mut().enumerate() {
             if i > 0 {
                 (link.step_rates, before) = link.chain.substitute(&before);
             }
             (link.start, link.start_rates, link.step) = (link.twist, link.rates, before);
-            link.laws.look(&before);
         }
+        pairs.correct(links, &head, form);
+        links.iter_mut().for_each(|link| link.laws.look(&link.step));
         for peg in pegs {
             peg.look(&links[peg.link].step, form);
         }
+        pairs.look(|link| links[link].step, form);
     }
 
     /// Moves a fraction of the step on from its start.
@@ -292,6 +313,7 @@ impl CoulombNewton {
             link.laws.go(fraction);
         }
         self.pegs.iter_mut().for_each(|peg| peg.go(fraction));
+        self.pairs.go(fraction);
     }
 
     fn write(&self, solution: &mut StageSolution) {
@@ -300,13 +322,19 @@ impl CoulombNewton {
             link.laws.write(solution, i);
             if i > 0 {
                 solution.rate[i - 1] = link.rates;
-                solution.drive[i - 1] = [0, 1].map(|axis| link.actuators[axis].evaluate(link.rates[axis]).0);
+                solution.actuator[i - 1] = [0, 1].map(|axis| link.actuators[axis].evaluate(link.rates[axis]).0);
             }
         }
         for (impulse, peg) in solution.peg.iter_mut().zip(&self.pegs) {
             *impulse = peg.impulse.max(0.0);
         }
+        self.pairs.write(&mut solution.pair);
     }
+}
+
+/// The change of link 1's twist under a load; NaN where the balance is singular.
+pub(super) fn solve_head(head: &LU<f64, U6, U6>, load: &Vector6<f64>) -> Vector6<f64> {
+    head.solve(load).unwrap_or(Vector6::repeat(f64::NAN))
 }
 
 impl Defect {

@@ -24,6 +24,9 @@ pub(super) struct ChainLink {
     hinge: [Vector6<f64>; 2],
     row: [Vector6<f64>; 2],
     constant: [f64; 2],
+    /// For another load: column of a rate in the balance, and 1 / pivot.
+    column: [Vector6<f64>; 2],
+    inverse: [f64; 2],
 }
 
 impl ChainLink {
@@ -33,7 +36,8 @@ impl ChainLink {
         let mut carry = Matrix6::identity();
         carry.fixed_view_mut::<3, 3>(0, 3).copy_from(&-arm.cross_matrix());
         let hinge = [link.hinge(&before.axes[1]), link.hinge(&link.axes[0])].map(|hinge| stacked(&hinge));
-        Self { carry, hinge, row: [Vector6::zeros(); 2], constant: [0.0; 2] }
+        let none = [Vector6::zeros(); 2];
+        Self { carry, hinge, row: none, constant: [0.0; 2], column: none, inverse: [0.0; 2] }
     }
 
     /// The link's twist, given the twist of the link before and the rates.
@@ -63,17 +67,34 @@ impl ChainLink {
             balance.matrix -= column * (row * inverse).transpose();
             balance.load -= column * constant;
             (self.row[axis], self.constant[axis]) = (row * -inverse, constant);
+            (self.column[axis], self.inverse[axis]) = (column, inverse);
         }
         let matrix = self.carry.tr_mul(&(balance.matrix * self.carry));
         Balance { matrix, load: self.carry_force(&balance.load) }
     }
 
+    /// Repeats the last elimination for another load, without drives. Returns what remains for the link before, and the
+    /// constants for [`Self::substitute_with`].
+    pub fn eliminate_load(&self, mut load: Vector6<f64>) -> (Vector6<f64>, [f64; 2]) {
+        let mut constant = [0.0; 2];
+        for axis in [1, 0] {
+            constant[axis] = self.hinge[axis].dot(&load) * self.inverse[axis];
+            load -= self.column[axis] * constant[axis];
+        }
+        (self.carry_force(&load), constant)
+    }
+
     /// Changes of the rates and of the link's twist, given that of the link before.
     pub fn substitute(&self, before: &Vector6<f64>) -> ([f64; 2], Vector6<f64>) {
+        self.substitute_with(&self.constant, before)
+    }
+
+    /// [`Self::substitute`] with the constants of another load.
+    pub fn substitute_with(&self, constant: &[f64; 2], before: &Vector6<f64>) -> ([f64; 2], Vector6<f64>) {
         let mut x = self.carry * before;
         let mut rates = [0.0; 2];
         for (axis, rate) in rates.iter_mut().enumerate() {
-            *rate = self.row[axis].dot(&x) + self.constant[axis];
+            *rate = self.row[axis].dot(&x) + constant[axis];
             x += self.hinge[axis] * *rate;
         }
         (rates, x)

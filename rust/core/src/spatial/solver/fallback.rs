@@ -1,6 +1,6 @@
-//! Fallback for a stage that the lanes' Newton iteration did not close: the coupled Newton iteration from there and by
+//! Fallback for a stage that the lanes' Newton iteration did not solve: the coupled Newton iteration from there and by
 //! continuation from soft contacts, then the strict variant of the lanes' method from free motion; where the contacts
-//! contradict each other, the stage is relaxed. `docs/notes/fallback.md` counts which method closes how many stages.
+//! contradict each other, the stage is relaxed. `docs/notes/fallback.md` counts which method solves how many stages.
 
 use nalgebra::Vector2;
 
@@ -34,15 +34,18 @@ impl Fallback {
     }
 
     /// Solves `stage` for velocities within about `tolerance` \[m/s\]. `solution` has the size of the stage and may
-    /// hold what another solver left, or nothing of use, not even numbers. Returns the linear solves it took, too.
+    /// hold the result of another solver or anything else, NaN included. Also returns the number of linear solves.
     pub fn solve_hard(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, SolveStatus) {
         let (solves, merit) = self.attempt.close(stage, solution, tolerance);
-        let can_relax = stage.pegs.iter().any(|peg| peg.offset < 0.0);
+        let mut offsets = stage.pegs.iter().map(|peg| peg.offset).chain(stage.pairs.iter().map(|pair| pair.offset));
+        let can_relax = offsets.any(|offset| offset < 0.0);
         if merit <= 1.0 || !can_relax {
             return (solves, if merit <= 1.0 { SolveStatus::Solved } else { SolveStatus::Unsolved });
         }
         self.relaxed.copy_from(stage);
-        self.relaxed.pegs.iter_mut().for_each(|peg| peg.offset = peg.offset.max(0.0));
+        let Stage { pegs, pairs, .. } = &mut self.relaxed;
+        let offsets = pegs.iter_mut().map(|peg| &mut peg.offset).chain(pairs.iter_mut().map(|pair| &mut pair.offset));
+        offsets.for_each(|offset| *offset = offset.max(0.0));
         let (more, merit) = self.attempt.close(&self.relaxed, solution, tolerance);
         (solves + more, if merit <= 1.0 { SolveStatus::Relaxed } else { SolveStatus::Unsolved })
     }
@@ -92,7 +95,7 @@ impl Attempt {
 
     /// Free motion without impulses.
     fn start_from_free_motion(&mut self, stage: &Stage) {
-        let StageSolution { twist, normal, friction, rolling, peg, .. } = &mut self.trial;
+        let StageSolution { twist, normal, friction, rolling, peg, pair, .. } = &mut self.trial;
         for (twist, link) in twist.iter_mut().zip(&stage.links) {
             *twist = free_twist(link);
         }
@@ -100,6 +103,7 @@ impl Attempt {
         friction.fill([Vector2::zeros(); 2]);
         rolling.fill(Vector2::zeros());
         peg.fill(0.0);
+        pair.fill(0.0);
     }
 }
 

@@ -246,10 +246,29 @@ impl<T: Real> LinkTerm<T> {
         self.ray.rolling_change = rolling_velocity(&self.link, &self.step);
     }
 
-    /// A fraction of the step, in the given lanes.
+    /// The Newton step of the link and of the joint before it, given the step of the link before; that of link 1, which
+    /// has no joint before it, is given. Returns the step of the link's twist.
+    #[inline(always)]
+    pub fn take_step(&mut self, has_joint: bool, before: Twist<T>) -> Twist<T> {
+        self.step = before;
+        if has_joint {
+            (self.step_rates, self.step) = self.segment.substitute(&before);
+        }
+        self.step
+    }
+
+    /// The twist a fraction of the step on, in the given lanes.
+    #[inline(always)]
+    pub fn twist_after(&self, fraction: T, lanes: T::Mask) -> Twist<T> {
+        let mut twist = self.twist;
+        twist.select_into(lanes, &self.start.plus_scaled(&self.step, fraction));
+        twist
+    }
+
+    /// Moves a fraction of the step on, in the given lanes.
     #[inline(always)]
     pub fn go(&mut self, fraction: T, lanes: T::Mask) {
-        self.twist.select_into(lanes, &self.start.plus_scaled(&self.step, fraction));
+        self.twist = self.twist_after(fraction, lanes);
         for axis in 0..2 {
             let shortened = self.start_rates[axis] + fraction * self.step_rates[axis];
             self.rates[axis] = T::select(lanes, shortened, self.rates[axis]);

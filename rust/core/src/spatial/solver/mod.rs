@@ -6,6 +6,7 @@
 
 mod coulomb_laws;
 mod coulomb_newton;
+mod coulomb_pairs;
 mod coulomb_sweep;
 mod fallback;
 mod friction_term;
@@ -13,6 +14,7 @@ mod link_term;
 mod newton;
 mod progress;
 mod ray;
+mod self_contacts;
 mod sweep;
 mod terms;
 

@@ -25,6 +25,7 @@ use crate::solver::Outcome;
 use super::friction_term::FrictionTerm;
 use super::link_term::{GroundLaws, GroundTerm, LinkTerm, Ray};
 use super::progress::{Assembly, Corrections, Progress};
+use super::self_contacts::SelfContacts;
 use super::sweep::{Quadratic, Segment};
 use super::terms::{ActuatorTerm, PegTerm};
 use crate::spatial::spatial_vector::{Twist, difference, inner, sum};
@@ -35,6 +36,7 @@ use crate::spatial::{Stage, StageFriction, StageSolution};
 pub struct Newton<T: Real = f64> {
     pub(super) links: Vec<LinkTerm<T>>,
     pub(super) pegs: Vec<PegTerm<T>>,
+    pub(super) self_contacts: SelfContacts<T>,
     pub(super) laws: GroundLaws<T>,
     /// Step of link 1's twist.
     head: Twist<T>,
@@ -60,6 +62,7 @@ impl<T: Real> Newton<T> {
         Self {
             links: Vec::with_capacity(links),
             pegs: Vec::with_capacity(4 * links),
+            self_contacts: SelfContacts::new(links),
             laws: GroundLaws::new(&StageFriction { sliding: Vector2::new(zero, zero), rolling: zero }, zero),
             head: Twist::zero(),
             lightest: zero,
@@ -109,6 +112,7 @@ impl<T: Real> Newton<T> {
         for peg in &mut self.pegs {
             peg.contact.release();
         }
+        self.self_contacts.release();
     }
 
     /// Laws with the friction radii of the warm start, and twists that satisfy the joints.
@@ -131,6 +135,7 @@ impl<T: Real> Newton<T> {
         for (peg, impulse) in stage.pegs.iter().zip(&solution.peg) {
             self.pegs.push(PegTerm::new(peg, penalty, *impulse));
         }
+        self.self_contacts.warm_up(stage, &solution.pair, penalty);
     }
 
     #[inline(always)]
@@ -178,7 +183,7 @@ impl<T: Real> Newton<T> {
         let moving = progress.moving();
         let (mut fraction, mut overshoots) = (T::zero(), moving);
         if moving.any() {
-            self.substitute();
+            self.look_along_step();
             let accuracy = (T::splat(OVERSHOOT) * here.descent).max(progress.negligible());
             (fraction, overshoots) = self.step_length(accuracy, moving);
         }
@@ -203,11 +208,19 @@ impl<T: Real> Newton<T> {
         let zero = T::zero();
         let (mut descent, mut radius_error, mut squared_error) = (zero, zero, zero);
         let (mut largest_radius, mut squared_speed) = (zero, zero);
+        let touches_itself = !self.self_contacts.is_empty();
+        if touches_itself {
+            let links = &self.links;
+            squared_error = self.self_contacts.evaluate(|link| links[link].twist_after(fraction, moving));
+        }
         let mut pegs = self.pegs.iter_mut().rev().peekable();
         let mut behind = Quadratic::zero();
         for (i, link) in self.links.iter_mut().enumerate().rev() {
             link.go(fraction, moving);
             let mut own = link.inertia_model();
+            if touches_itself {
+                self.self_contacts.add_gradient(i, &mut own.gradient);
+            }
             radius_error = radius_error.max(link.evaluate_ground(&mut own, &self.laws, coupled));
             squared_error = squared_error.max(link.squared_error(&self.laws));
             largest_radius = largest_radius.max(link.largest_radius());
@@ -229,8 +242,13 @@ impl<T: Real> Newton<T> {
         }
         let (head, decrease) = behind.minimiser();
         self.head = head;
+        descent += decrease;
+        if touches_itself {
+            self.substitute();
+            descent -= self.self_contacts.correct(&mut self.links, &behind);
+        }
         Assembly {
-            descent: descent + decrease,
+            descent,
             radius_error,
             largest_radius,
             fastest: squared_speed.sqrt(),
@@ -238,15 +256,24 @@ impl<T: Real> Newton<T> {
         }
     }
 
-    /// From head to tail: the Newton step, and the data of the line search along it. Friction radii are saved.
+    /// From head to tail: the Newton step without the stiffness of contacts between links.
     #[inline(always)]
     fn substitute(&mut self) {
         let mut before = self.head;
         for (i, link) in self.links.iter_mut().enumerate() {
-            if i > 0 {
-                (link.step_rates, before) = link.segment.substitute(&before);
+            before = link.take_step(i > 0, before);
+        }
+    }
+
+    /// The Newton step, and the data of the line search along it. Friction radii are saved.
+    #[inline(always)]
+    fn look_along_step(&mut self) {
+        let is_known = !self.self_contacts.is_empty();
+        let mut before = self.head;
+        for (i, link) in self.links.iter_mut().enumerate() {
+            if !is_known {
+                before = link.take_step(i > 0, before);
             }
-            link.step = before;
             link.start = link.twist;
             link.start_rates = link.rates;
             link.look_along_step();
@@ -293,6 +320,7 @@ impl<T: Real> Newton<T> {
         for peg in &mut self.pegs {
             peg.contact.recentre(lanes);
         }
+        self.self_contacts.recentre(lanes);
     }
 
     #[inline(always)]
@@ -308,12 +336,13 @@ impl<T: Real> Newton<T> {
             solution.rolling[i] = Vector2::new(-rolling.y, rolling.x);
             if i > 0 {
                 solution.rate[i - 1] = link.rates;
-                solution.drive[i - 1] = [link.actuators[0].impulse, link.actuators[1].impulse];
+                solution.actuator[i - 1] = [link.actuators[0].impulse, link.actuators[1].impulse];
             }
         }
         for (impulse, peg) in solution.peg.iter_mut().zip(&self.pegs) {
             *impulse = peg.contact.value;
         }
+        self.self_contacts.write(&mut solution.pair);
     }
 }
 

@@ -104,7 +104,7 @@ impl<T: Real> Progress<T> {
         }
     }
 
-    /// The lanes that take a step. In others the solve has converged, or their laws are evaluated anew at the same
+    /// The lanes that take a step. In others the solve has converged, or their laws are evaluated again at the same
     /// velocities, as all are at first.
     #[inline(always)]
     pub fn moving(&self) -> T::Mask {
@@ -128,13 +128,13 @@ impl<T: Real> Progress<T> {
         let tolerance = self.tolerance;
         // The length of the next step as a velocity; `max` would drop NaN.
         let next = (here.descent.abs() / self.mass).sqrt();
-        let stubborn = self.is_stubborn();
+        let hard = self.is_hard();
         let mistaken = self.arrived & tolerance.lt(here.radius_error);
-        let couple = mistaken & !stubborn & !self.kept & next.le(T::splat(TRUST) * here.radius_error);
-        let move_radii = mistaken & stubborn & next.le(tolerance);
+        let couple = mistaken & !hard & !self.kept & next.le(T::splat(TRUST) * here.radius_error);
+        let move_radii = mistaken & hard & next.le(tolerance);
         self.adapt_fraction(move_radii, here.radius_error);
         let solved = self.arrived & !mistaken & next.le(T::splat(ACCURACY) * tolerance);
-        let at_rest = T::select(stubborn, T::splat(EXACT_AT_LAST), T::splat(EXACT_AT_REST));
+        let at_rest = T::select(hard, T::splat(EXACT_AT_LAST), T::splat(EXACT_AT_REST));
         let exact = here.multiplier_error.le(T::splat(EXACT) * here.fastest + at_rest * tolerance);
         self.outcome.converged = self.outcome.converged | (solved & exact);
         // A step that is not finite ends its lane: it is below no bound. One was taken, so that it shows in the
@@ -170,13 +170,13 @@ impl<T: Real> Progress<T> {
     #[inline(always)]
     pub fn prepare(&mut self, here: &Assembly<T>) {
         if self.begun {
-            self.coupled = self.active & !self.is_stubborn() & here.is_plausible(here.largest_radius);
+            self.coupled = self.active & !self.is_hard() & here.is_plausible(here.largest_radius);
         }
         self.begun = true;
     }
 
     #[inline(always)]
-    fn is_stubborn(&self) -> T::Mask {
+    fn is_hard(&self) -> T::Mask {
         self.patience.lt(self.outcome.iterations)
     }
 }

@@ -63,6 +63,7 @@ impl<T: Real> Ray<T> for Step<'_, T> {
             let contact = peg.contact.along(peg.direction.dot(&link.start), peg.direction.dot(&link.step), alpha);
             add(&mut slope, &mut curvature, contact);
         }
+        add(&mut slope, &mut curvature, newton.self_contacts.along(&newton.links, alpha));
         (slope, curvature)
     }
 

@@ -39,6 +39,8 @@ pub(super) struct Quadratic<T> {
 struct Elimination<T> {
     row: SpatialVector<T>,
     constant: T,
+    /// 1 / pivot.
+    inverse: T,
 }
 
 /// A link in the chain: its position, and the elimination of the joint before it.
@@ -167,7 +169,7 @@ impl<T: Real> Quadratic<T> {
         self.add_rank_one(&column, -inverse, -constant);
         let row =
             SpatialVector { linear: scaled(&column.linear, -inverse), angular: scaled(&column.angular, -inverse) };
-        (Elimination { row, constant: -constant }, force * constant)
+        (Elimination { row, constant: -constant, inverse }, force * constant)
     }
 
     /// The same as a function of the twist at a point from which this one lies at `arm`: v = v_new + omega x arm.
@@ -193,7 +195,6 @@ impl<T: Real> Quadratic<T> {
             cross(&Vector3::new(a.y, b.y, c.y), arm),
             cross(&Vector3::new(a.z, b.z, c.z), arm),
         ];
-        let g = &self.gradient;
         Self {
             mixed,
             angular: Symmetric {
@@ -204,7 +205,7 @@ impl<T: Real> Quadratic<T> {
                 yz: self.angular.yz + lifted[2].y - old[1].z,
                 zz: self.angular.zz + lifted[2].z - old[2].z,
             },
-            gradient: Momentum { linear: g.linear, angular: sum(&g.angular, &cross(arm, &g.linear)) },
+            gradient: gradient_before(&self.gradient, arm),
             ..*self
         }
     }
@@ -212,9 +213,15 @@ impl<T: Real> Quadratic<T> {
     /// The twist that minimises the function, and twice the decrease: an L D L^T factorisation.
     #[inline(always)]
     pub fn minimiser(&self) -> (Twist<T>, T) {
+        let step = self.minimiser_under(&self.gradient);
+        (step, -step.dot(&self.gradient))
+    }
+
+    /// The twist that minimises the function with another gradient.
+    #[inline(always)]
+    pub fn minimiser_under(&self, gradient: &Momentum<T>) -> Twist<T> {
         let mut rows = self.dense();
-        let (v, w) = (&self.gradient.linear, &self.gradient.angular);
-        let gradient = [v.x, v.y, v.z, w.x, w.y, w.z];
+        let (v, w) = (&gradient.linear, &gradient.angular);
         let mut x = [-v.x, -v.y, -v.z, -w.x, -w.y, -w.z];
         for k in 0..6 {
             let mut column = [T::zero(); 6];
@@ -237,11 +244,7 @@ impl<T: Real> Quadratic<T> {
             }
             x[k] = sum / rows[k][k];
         }
-        let mut decrease = T::zero();
-        for (x, g) in x.iter().zip(&gradient) {
-            decrease -= *x * *g;
-        }
-        (Twist { linear: Vector3::new(x[0], x[1], x[2]), angular: Vector3::new(x[3], x[4], x[5]) }, decrease)
+        Twist { linear: Vector3::new(x[0], x[1], x[2]), angular: Vector3::new(x[3], x[4], x[5]) }
     }
 
     /// Lower half of H, angular variables last.
@@ -265,7 +268,7 @@ impl<T: Real> Segment<T> {
     /// A link that lies `shift` from the one before, whose rear joint moves it along `hinge`.
     #[inline(always)]
     pub fn new(shift: Vector3<T>, hinge: [Twist<T>; 2]) -> Self {
-        let none = Elimination { row: SpatialVector::zero(), constant: T::zero() };
+        let none = Elimination { row: SpatialVector::zero(), constant: T::zero(), inverse: T::zero() };
         Self { shift, hinge, elimination: [none; 2] }
     }
 
@@ -282,11 +285,31 @@ impl<T: Real> Segment<T> {
     /// Steps of the rates and of the link's twist, given the step of the link before.
     #[inline(always)]
     pub fn substitute(&self, before: &Twist<T>) -> ([T; 2], Twist<T>) {
+        let [yaw, pitch] = &self.elimination;
+        self.substitute_with(&[yaw.constant, pitch.constant], before)
+    }
+
+    /// Repeats the last elimination for another gradient of all from this link on, without actuators. Returns that of
+    /// the link before, and the constants for [`Self::substitute_with`].
+    #[inline(always)]
+    pub fn eliminate_linear(&self, total: &Momentum<T>) -> (Momentum<T>, [T; 2]) {
+        let (mut gradient, mut constant) = (*total, [T::zero(); 2]);
+        for axis in [1, 0] {
+            let force = self.hinge[axis].dot(&gradient);
+            let Elimination { row, inverse, .. } = &self.elimination[axis];
+            constant[axis] = -(force * *inverse);
+            gradient = gradient.plus_scaled(row, force);
+        }
+        (gradient_before(&gradient, &self.shift), constant)
+    }
+
+    /// [`Self::substitute`] with the constants of another gradient.
+    #[inline(always)]
+    pub fn substitute_with(&self, constant: &[T; 2], before: &Twist<T>) -> ([T; 2], Twist<T>) {
         let mut x = self.carried(before);
         let mut rates = [T::zero(); 2];
         for (axis, rate) in rates.iter_mut().enumerate() {
-            let Elimination { row, constant } = &self.elimination[axis];
-            *rate = row.dot(&x) + *constant;
+            *rate = self.elimination[axis].row.dot(&x) + constant[axis];
             x = x.plus_scaled(&self.hinge[axis], *rate);
         }
         (rates, x)
@@ -302,4 +325,11 @@ impl<T: Real> Segment<T> {
     fn carried(&self, before: &Twist<T>) -> Twist<T> {
         Twist { linear: before.velocity_at(&self.shift), angular: before.angular }
     }
+}
+
+/// A gradient by a link's twist as one by the twist at a point from which the link lies at `arm`.
+#[inline(always)]
+fn gradient_before<T: Real>(gradient: &Momentum<T>, arm: &Vector3<T>) -> Momentum<T> {
+    let Momentum { linear, angular } = gradient;
+    Momentum { linear: *linear, angular: sum(angular, &cross(arm, linear)) }
 }

@@ -6,10 +6,10 @@ use crate::gait::CardanTarget;
 use crate::pegs::PegGrid;
 use crate::robot::Link;
 use crate::spatial::{
-    End, Pose, SpatialState, actuator_torque, close_joints, ground_contact, ground_gap, is_plausible, joint_angle,
-    joint_rows, mass_diagonal, peg_contact, peg_gap, printed_joint_rate, smooth_force, travel, turning,
+    End, Pose, SpatialState, actuator_torque, close_joints, ground_contact, ground_gap, joint_angle, joint_rows,
+    mass_diagonal, peg_contact, peg_gap, printed_joint_rate, smooth_force, travel, turning,
 };
-use crate::stepping::{Driven, StepStatistics, ThesisConfig};
+use crate::stepping::{Driven, Record, StepStatistics, ThesisConfig, ThesisScheme};
 
 use super::{Spatial, SpatialBody, SpatialSystem};
 
@@ -30,7 +30,7 @@ pub struct SpatialThesis {
     iteration: ModifiedNewton,
     midpoint: Vec<Pose>,
     targets: Vec<CardanTarget>,
-    /// Impulses of every contact when it was last active: two a link \[N s\].
+    /// Impulses of every contact when it was last active: two per link \[N s\].
     last_ground: Vec<[GroundImpulse; 2]>,
     /// The same for every link-peg pair: row = peg, column = link \[N s\].
     last_peg: Vec<f64>,
@@ -39,8 +39,10 @@ pub struct SpatialThesis {
     pegs: Vec<usize>,
 }
 
-impl SpatialThesis {
-    pub fn new(config: ThesisConfig, system: &SpatialSystem) -> Self {
+impl ThesisScheme for SpatialThesis {
+    type Model = Spatial;
+
+    fn new(config: ThesisConfig, system: &SpatialSystem) -> Self {
         let links = system.robot.link_count();
         Self {
             config,
@@ -56,37 +58,20 @@ impl SpatialThesis {
         }
     }
 
-    /// Clears all impulses.
-    pub fn clear(&mut self) {
-        self.last_ground.fill(Default::default());
-        self.last_peg.fill(0.0);
+    fn config(&self) -> &ThesisConfig {
+        &self.config
     }
 
-    /// Integrates over `duration` in equal steps no longer than the configured one.
-    pub fn advance<D: Driven<Model = Spatial>>(&mut self, system: &SpatialSystem, robot: &mut D, duration: f64) {
-        robot.body_mut().begin();
-        if duration <= 0.0 {
-            return;
-        }
-        let steps = self.config.steps_in(duration);
-        let h = duration / f64::from(steps);
-        for k in 1..=steps {
-            self.step(system, robot, h);
-            let body = robot.body_mut();
-            body.state.time = body.interval_start() + h * f64::from(k);
-            body.is_plausible = is_plausible(&body.state.pose, &body.state.twist);
-            body.quarantine();
-            if body.statistics.diverged {
-                self.clear();
-                break;
-            }
-        }
+    fn clear(&mut self) {
+        self.last_ground.fill(Default::default());
+        self.last_peg.fill(0.0);
     }
 
     /// Algorithm 4.1 with step length `h`.
     fn step<D: Driven<Model = Spatial>>(&mut self, system: &SpatialSystem, robot: &mut D, h: f64) {
         robot.targets(robot.body().state.time, &mut self.targets);
-        let SpatialBody { state, pegs, statistics, contact_impulse, warm_start, ground_impulse, .. } = robot.body_mut();
+        let SpatialBody { state, pegs, statistics, contact_impulse, warm_start, ground_impulse, record, .. } =
+            robot.body_mut();
         let joint_torque = &mut warm_start.joint_torque;
         self.move_to_midpoint(state, h);
         self.command(system, state, joint_torque);
@@ -98,9 +83,14 @@ impl SpatialThesis {
         self.keep_impulses(ground_impulse);
         self.record(iterations, !converged, joint_torque, h, statistics);
         self.add_contact_impulses(contact_impulse);
+        if let Some(record) = record {
+            self.add_to(record, joint_torque, h);
+        }
         self.move_to_end(system, state, h);
     }
+}
 
+impl SpatialThesis {
     /// q_M = q_A + h/2 F(q_A) u_A (T 4.103).
     fn move_to_midpoint(&mut self, state: &SpatialState, h: f64) {
         for (midpoint, (q, u)) in self.midpoint.iter_mut().zip(state.pose.iter().zip(&state.twist)) {
@@ -124,7 +114,7 @@ impl SpatialThesis {
         step.links.clear();
         step.links.extend(system.robot.links.iter().zip(&state.twist).map(|(link, u)| {
             let inverse_mass = mass_diagonal(link).map(f64::recip);
-            let force = smooth_force(link, system.robot.gravity, u);
+            let force = smooth_force(link, &system.gravity, u);
             StepLink { reference: u + inverse_mass.component_mul(&force) * h, inverse_mass }
         }));
         for (j, torque) in torque.iter().enumerate() {
@@ -220,10 +210,32 @@ impl SpatialThesis {
         }
     }
 
-    /// What pegs did to the links.
+    /// Adds the impulses of the pegs to the sums of the links.
     fn add_contact_impulses(&self, contact_impulse: &mut [Vector2<f64>]) {
         for (contact, impulse) in self.step.pegs.iter().zip(&self.solution.peg) {
             contact_impulse[contact.link] += contact.direction.xy() * *impulse;
+        }
+    }
+
+    /// Adds the step to what the run records.
+    fn add_to(&self, record: &mut Record, torque: &[Vector2<f64>], h: f64) {
+        let Self { step, solution, midpoint, .. } = self;
+        for ((&(link, end), contact), impulse) in self.ground.iter().zip(&step.ground).zip(&solution.ground) {
+            let friction = (contact.rows.tangent * impulse.tangent).xy();
+            record.sum.ground[link][end] += friction.push(impulse.normal);
+        }
+        for (j, (work, torque)) in record.sum.actuator_work.iter_mut().zip(torque).enumerate() {
+            for axis in 0..2 {
+                let mut alone = Vector2::zeros();
+                alone[axis] = torque[axis];
+                let moments = actuator_torque(&midpoint[j], &midpoint[j + 1], alone);
+                let power = |(k, moment)| turning(&solution.twist[j + k]).dot(moment);
+                work[axis] += h * moments.iter().enumerate().map(power).sum::<f64>();
+            }
+        }
+        let links = step.links.len();
+        for (pair, (contact, impulse)) in self.pegs.iter().zip(step.pegs.iter().zip(&solution.peg)) {
+            record.obstacle[pair / links] += contact.direction.xy() * *impulse;
         }
     }
 

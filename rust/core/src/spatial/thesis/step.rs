@@ -37,7 +37,7 @@ pub struct StepPeg {
     pub direction: Vector6<f64>,
 }
 
-/// What a step asks.
+/// Data of a step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
     pub links: Vec<StepLink>,

@@ -1,4 +1,4 @@
-//! How far an answer is from solving a step; shares no code with the solver.
+//! Residual of a solution of a step; shares no code with the solver.
 
 use crate::laws::{ConvexSet, HalfLine};
 

@@ -96,10 +96,10 @@ pub fn crack(duration: f64) -> Vec<SpatialCase> {
                     let name = format!("{name}, pegs of {radius} m, both sides {both}, h {step} s");
                     let mut case = SpatialCase::straight(name, step, duration);
                     let side = |joint: u32| if joint.is_multiple_of(2) { 1.0 } else { -1.0 };
-                    let alternating = (1..11).step_by(3).map(|joint| notch(joint, side(joint), radius, 0.0));
+                    let alternating = (1..11).step_by(3).map(|joint| notch(joint, side(joint), radius, 0.0).into());
                     case.scene.obstacles = alternating.collect();
                     if both {
-                        case.scene.obstacles.extend([1.0, -1.0].map(|side| notch(5, side, radius, PLAY)));
+                        case.scene.obstacles.extend([1.0, -1.0].map(|side| notch(5, side, radius, PLAY).into()));
                     }
                     case.motion = motion;
                     case.posture = Some(vec![Vector2::zeros(); 10]);

@@ -21,7 +21,7 @@ use super::{EpisodeStart, Family, Placement, Scenario};
 
 pub const FAMILY: Family = Family {
     name: "field",
-    id: "SnakeField-v0",
+    id: "SnakeField-v1",
     description: "A new random field of pegs each episode, by three generators: a threaded track with jitter, a \
                   staggered lattice, and pegs thrown at random (Poisson disc). `difficulty` in [0, 1] sets how \
                   irregular it is. The robot never starts inside a peg.",

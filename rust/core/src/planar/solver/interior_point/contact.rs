@@ -5,7 +5,7 @@ use super::pair::Pair;
 pub(super) struct Contact {
     pub pair: Pair,
     centre: f64,
-    /// Yield of the contact per impulse beyond the centre \[1/kg\].
+    /// Compliance of the contact around the centre \[1/kg\].
     softness: f64,
 }
 
@@ -21,8 +21,8 @@ impl Contact {
         self.pair = Pair::new(s, mu / s);
     }
 
-    /// Velocity by which the contact yields \[m/s\].
-    pub fn yielding(&self) -> f64 {
+    /// Velocity by which the contact violates its law, because it is soft \[m/s\].
+    pub fn violation(&self) -> f64 {
         self.softness * (self.pair.z - self.centre)
     }
 
@@ -38,7 +38,7 @@ impl Contact {
         (pair.z + (pair.right - pair.z * self.mismatch(opening)) / resistance, pair.z / resistance)
     }
 
-    /// Lets the pair follow the velocity `opening` and its change.
+    /// Updates the pair to the velocity `opening` and its change.
     pub fn follow(&mut self, opening: f64, change: f64) {
         let closing = self.mismatch(opening) + change;
         let Self { pair, softness, .. } = self;
@@ -54,7 +54,7 @@ impl Contact {
 
     /// What the opening exceeds the pair's by.
     fn mismatch(&self, opening: f64) -> f64 {
-        opening + self.yielding() - self.pair.s
+        opening + self.violation() - self.pair.s
     }
 }
 

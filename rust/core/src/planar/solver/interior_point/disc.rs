@@ -55,14 +55,14 @@ impl Disc {
         self.t + self.slip.dot(&self.impulse)
     }
 
-    /// Scales, and aims at the boundary (the affine direction).
+    /// Scales, and targets the boundary (the affine direction).
     pub fn aim_affine(&mut self) {
         let (s, z) = (self.s(), self.z());
         self.scaling = Scaling::between(&s, &z);
         self.right = -self.scaling.unscale(&self.scaling.lambda);
     }
 
-    /// Aims at the central path's point `mu`, with Mehrotra's correction for the last direction.
+    /// Targets the central path's point `mu`, with Mehrotra's correction for the last direction.
     pub fn aim_central(&mut self, mu: f64) {
         let Scaling { lambda, .. } = self.scaling;
         let (ds, dz) = (self.scaling.unscale(&self.ds), self.scaling.scale(&self.dz));
@@ -70,7 +70,7 @@ impl Disc {
         self.right = self.scaling.unscale(&(divide(&lambda, &target) - lambda));
     }
 
-    /// Aims at the central path's point `mu`, to first order.
+    /// Targets the central path's point `mu`, to first order.
     pub fn aim_centre(&mut self, mu: f64) {
         let Scaling { lambda, .. } = self.scaling;
         self.right = self.scaling.unscale(&(divide(&lambda, &Point::new(mu, 0.0, 0.0)) - lambda));

@@ -1,6 +1,6 @@
-//! Solver of a stage for the cases in which Newton's method does not arrive: a primal-dual interior point method.
+//! Primal-dual interior point method for stages that Newton's method does not solve.
 //!
-//! Slip and friction impulse, opening and contact impulse, excess rate and drive are pairs of points of
+//! Slip and friction impulse, opening and contact impulse, excess rate and actuator impulse are pairs of points of
 //! self-dual cones whose product must vanish. Every iteration follows the central path, on which all
 //! products equal the same mu, towards zero (Mehrotra's predictor and corrector with the scaling of
 //! Nesterov and Todd); the linear systems are those of [`sweep`](super::sweep), with smooth stiffnesses in
@@ -8,23 +8,25 @@
 //! Stiffnesses are kept in series with a small softness (proximal method of multipliers), so that jammed
 //! stages, whose impulses are not unique or not bounded, leave the linear systems solvable.
 
-mod bend;
+mod actuator;
+mod actuator_bounds;
 mod contact;
 mod disc;
-mod drive;
 mod pair;
 
 use nalgebra::Vector3;
 
-use self::bend::{Bend, is_bent, list_bends};
+use self::actuator::{BoundedActuator, is_bounded, list_bounded_actuators};
+use self::actuator_bounds::ActuatorBounds;
 use self::contact::Contact;
 use self::disc::Disc;
-use self::drive::Drive;
 use self::pair::Pair;
+use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
 use crate::planar::solver::link_term::in_frame;
-use crate::planar::solver::low_rank::{Coupling, EliminatedChain, LowRank};
+use crate::planar::solver::low_rank::{Coupling, LowRank, coupling_of, respond};
 use crate::planar::solver::sweep::{Quadratic, Segment};
 use crate::planar::{Stage, StageLink, StageSolution};
+use crate::solver::EliminatedChain;
 
 /// How a solve ended.
 #[derive(Debug, Clone, Copy)]
@@ -32,7 +34,7 @@ pub struct Descent {
     /// Linear solves.
     pub solves: u32,
     /// Velocity by which some contact is closed faster than it may be \[m/s\].
-    pub yielding: f64,
+    pub violation: f64,
 }
 
 /// Workspace of the solver.
@@ -44,7 +46,8 @@ pub struct InteriorPoint {
     self_contact: Vec<Contact>,
     couplings: Vec<Coupling<f64>>,
     low_rank: LowRank<f64>,
-    bends: Vec<Bend>,
+    constant: Vec<f64>,
+    actuators: Vec<BoundedActuator>,
     segments: Vec<Segment<f64>>,
     models: Vec<Quadratic<f64>>,
     /// Stiffness of the joint before each link.
@@ -58,11 +61,12 @@ impl InteriorPoint {
     pub fn new(links: usize) -> Self {
         Self {
             friction: vec![Disc::new(); links],
-            contact: Vec::with_capacity(crate::contact::PAIRS_PER_LINK * links),
-            self_contact: Vec::with_capacity(links),
-            couplings: Vec::with_capacity(links),
+            contact: Vec::with_capacity(PAIRS_PER_LINK * links),
+            self_contact: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
+            couplings: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
             low_rank: LowRank::new(links),
-            bends: Vec::with_capacity(2 * (links - 1)),
+            constant: vec![0.0; links],
+            actuators: Vec::with_capacity(2 * (links - 1)),
             segments: Vec::with_capacity(links),
             models: vec![Quadratic::zero(); links],
             stiffness: vec![0.0; links],
@@ -76,14 +80,14 @@ impl InteriorPoint {
     pub fn solve(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> Descent {
         let energy = stage.energy();
         self.begin(stage, solution, energy);
-        let mut descent = Descent { solves: 0, yielding: f64::INFINITY };
+        let mut descent = Descent { solves: 0, violation: f64::INFINITY };
         for _ in 0..MAX_CENTRES {
             self.spread(stage, solution, SPREAD * energy + f64::MIN_POSITIVE);
             let enough = (0.5 * self.lightest * tolerance * tolerance).min(RELATIVE_GAP * energy);
             descent.solves += self.follow_central_path(stage, solution, enough);
-            descent.yielding = self.recentre();
-            // Not better than before, or a number no more: the contacts cannot all be kept open.
-            if descent.yielding.is_nan() || descent.yielding <= SMALL * tolerance {
+            descent.violation = self.recentre();
+            // No better than before, or not finite: the contacts cannot all be kept open.
+            if descent.violation.is_nan() || descent.violation <= SMALL * tolerance {
                 break;
             }
         }
@@ -117,7 +121,7 @@ impl InteriorPoint {
 
     fn begin(&mut self, stage: &Stage, solution: &mut StageSolution, energy: f64) {
         stage.follow_joints(&mut solution.twist);
-        list_bends(stage, energy, &mut self.bends);
+        list_bounded_actuators(stage, energy, &mut self.actuators);
         self.segments.clear();
         let mut before = &stage.links[0].heading;
         for link in &stage.links {
@@ -130,7 +134,7 @@ impl InteriorPoint {
         self.self_contact.clear();
         self.self_contact.extend(stage.pairs.iter().map(|pair| Contact::new(stage.links[pair.links[0]].mass)));
         self.couplings.clear();
-        self.couplings.extend(stage.pairs.iter().map(|pair| Coupling::of(pair, stage)));
+        self.couplings.extend(stage.pairs.iter().map(|pair| coupling_of(pair, stage)));
     }
 
     /// A point inside the cones at the twists of `solution`, with products of about `mu`.
@@ -139,8 +143,8 @@ impl InteriorPoint {
         for ((disc, link), u) in self.friction.iter_mut().zip(&stage.links).zip(twist) {
             disc.begin(link, u, mu);
         }
-        for Bend { joint, law, drive } in &mut self.bends {
-            *drive = Drive::begin(law, twist[*joint + 1].z - twist[*joint].z, mu);
+        for BoundedActuator { joint, law, bounds } in &mut self.actuators {
+            *bounds = ActuatorBounds::begin(law, twist[*joint + 1].z - twist[*joint].z, mu);
         }
         for (soft, contact) in self.contact.iter_mut().zip(&stage.contacts) {
             soft.begin(contact.opening(twist), stage.links[contact.link].mass, mu);
@@ -190,15 +194,15 @@ impl InteriorPoint {
             self.models[i] = model;
         }
         self.stiffness.fill(0.0);
-        for (j, joint) in stage.joints.iter().enumerate().filter(|(_, joint)| !is_bent(joint)) {
+        for (j, joint) in stage.joints.iter().enumerate().filter(|(_, joint)| !is_bounded(joint)) {
             let rate = twist[j + 1].z - twist[j].z;
             let impulse = (joint.drive - joint.stiffness * rate).clamp(-joint.limit, joint.limit);
-            self.add_drive(j, impulse, joint.stiffness);
+            self.add_actuator(j, impulse, joint.stiffness);
         }
-        for k in 0..self.bends.len() {
-            let j = self.bends[k].joint;
-            let (impulse, stiffness) = self.bends[k].linearised(twist[j + 1].z - twist[j].z);
-            self.add_drive(j, impulse, stiffness);
+        for k in 0..self.actuators.len() {
+            let j = self.actuators[k].joint;
+            let (impulse, stiffness) = self.actuators[k].linearised(twist[j + 1].z - twist[j].z);
+            self.add_actuator(j, impulse, stiffness);
         }
         for (contact, soft) in stage.contacts.iter().zip(&self.contact) {
             let (impulse, stiffness) = soft.linearised(contact.opening(twist));
@@ -216,7 +220,7 @@ impl InteriorPoint {
         self.follow(stage, twist);
     }
 
-    fn add_drive(&mut self, joint: usize, impulse: f64, stiffness: f64) {
+    fn add_actuator(&mut self, joint: usize, impulse: f64, stiffness: f64) {
         self.models[joint].gw += impulse;
         self.models[joint + 1].gw -= impulse;
         self.stiffness[joint + 1] += stiffness;
@@ -232,8 +236,9 @@ impl InteriorPoint {
             *direction = segment.substitute(&mut end, &mut omega);
         }
         if !self.couplings.is_empty() {
-            let mut chain = Chain { segments: &self.segments, steps: &mut self.direction };
-            self.low_rank.correct(self.couplings.iter().copied(), &mut chain, &behind);
+            let Self { segments, direction: steps, constant, .. } = self;
+            let mut chain = Chain { segments, steps, head: &behind, constant };
+            self.low_rank.correct(self.couplings.iter().copied(), &mut chain);
         }
         for (link, direction) in stage.links.iter().zip(&mut self.direction) {
             let velocity = link.heading.to_world(direction.xy());
@@ -248,9 +253,9 @@ impl InteriorPoint {
                 disc.follow(link, friction_softness(link), du);
             }
         }
-        for bend in &mut self.bends {
-            let j = bend.joint;
-            bend.follow(twist[j + 1].z - twist[j].z, direction[j + 1].z - direction[j].z);
+        for actuator in &mut self.actuators {
+            let j = actuator.joint;
+            actuator.follow(twist[j + 1].z - twist[j].z, direction[j + 1].z - direction[j].z);
         }
         for (contact, soft) in stage.contacts.iter().zip(&mut self.contact) {
             soft.follow(contact.opening(twist), contact.rate(direction));
@@ -273,16 +278,16 @@ impl InteriorPoint {
         self.pairs(|pair| pair.advance(alpha));
     }
 
-    /// Visits the pairs of contacts and bounded drives.
+    /// Visits the pairs of contacts and bounded actuators.
     fn pairs(&mut self, mut visit: impl FnMut(&mut Pair)) {
         self.contact.iter_mut().chain(&mut self.self_contact).for_each(|contact| visit(&mut contact.pair));
-        for Bend { drive, .. } in &mut self.bends {
-            visit(&mut drive.upper);
-            visit(&mut drive.lower);
+        for BoundedActuator { bounds, .. } in &mut self.actuators {
+            visit(&mut bounds.upper);
+            visit(&mut bounds.lower);
         }
     }
 
-    /// A figure of all pairs put together, from `start`.
+    /// Folds a quantity of all pairs, from `start`.
     fn fold(
         &self,
         stage: &Stage,
@@ -292,15 +297,15 @@ impl InteriorPoint {
         with: impl Fn(f64, f64) -> f64,
     ) -> f64 {
         let discs = self.friction.iter().zip(&stage.links).filter(|(_, link)| has_friction(link));
-        let drives = self.bends.iter().map(|bend| &bend.drive);
+        let bounds = self.actuators.iter().map(|actuator| &actuator.bounds);
         let contacts = self.contact.iter().chain(&self.self_contact);
         let figures = discs.map(|(disc, _)| of_disc(disc)).chain(contacts.map(|contact| of_pair(&contact.pair)));
-        figures.chain(drives.flat_map(|drive| [of_pair(&drive.upper), of_pair(&drive.lower)])).fold(start, with)
+        figures.chain(bounds.flat_map(|bounds| [of_pair(&bounds.upper), of_pair(&bounds.lower)])).fold(start, with)
     }
 
     fn cones(&self, stage: &Stage) -> f64 {
         let discs = stage.links.iter().filter(|link| has_friction(link)).count();
-        (discs + stage.contacts.len() + stage.pairs.len() + 2 * self.bends.len()).max(1) as f64
+        (discs + stage.contacts.len() + stage.pairs.len() + 2 * self.actuators.len()).max(1) as f64
     }
 
     fn gap(&self, stage: &Stage) -> f64 {
@@ -315,11 +320,11 @@ impl InteriorPoint {
         self.fold(stage, f64::INFINITY, Disc::longest_step, Pair::longest_step, f64::min)
     }
 
-    /// Fastest yielding of a contact \[m/s\]; the impulses become the new centres.
+    /// Largest violation of a contact \[m/s\]; the impulses become the new centres.
     fn recentre(&mut self) -> f64 {
         let mut fastest: f64 = 0.0;
         for contact in self.contact.iter_mut().chain(&mut self.self_contact) {
-            fastest = fastest.max(contact.yielding().abs());
+            fastest = fastest.max(contact.violation().abs());
             contact.recentre();
         }
         fastest
@@ -334,7 +339,7 @@ impl InteriorPoint {
             let rate = solution.twist[j + 1].z - solution.twist[j].z;
             let tight = joint.drive - joint.stiffness * rate;
             let loose = tight - tight.clamp(-joint.slack, joint.slack);
-            solution.drive[j] = loose.clamp(-joint.limit, joint.limit);
+            solution.actuator[j] = loose.clamp(-joint.limit, joint.limit);
         }
         for (impulse, (soft, contact)) in solution.contact.iter_mut().zip(self.contact.iter().zip(&stage.contacts)) {
             *impulse = soft.impulse(stage.links[contact.link].mass);
@@ -348,19 +353,25 @@ impl InteriorPoint {
 struct Chain<'a> {
     segments: &'a [Segment<f64>],
     steps: &'a mut [Vector3<f64>],
+    head: &'a Quadratic<f64>,
+    constant: &'a mut [f64],
 }
 
-impl EliminatedChain<f64> for Chain<'_> {
+impl EliminatedChain<f64, Vector3<f64>, Vector3<f64>> for Chain<'_> {
     fn len(&self) -> usize {
         self.segments.len()
     }
 
-    fn segment(&self, link: usize) -> &Segment<f64> {
-        &self.segments[link]
+    fn step(&self, link: usize) -> Vector3<f64> {
+        self.steps[link]
     }
 
-    fn step(&mut self, link: usize) -> &mut Vector3<f64> {
-        &mut self.steps[link]
+    fn set_step(&mut self, link: usize, step: Vector3<f64>) {
+        self.steps[link] = step;
+    }
+
+    fn respond(&mut self, coupling: &Coupling<f64>, response: &mut Vec<Vector3<f64>>) {
+        respond(coupling, |link| &self.segments[link], self.head, self.constant, response);
     }
 }
 
@@ -383,16 +394,16 @@ const STIFFEST_FRICTION: f64 = 1e12;
 /// First products, in energies of the stage: a start too far inside costs an iteration, one too near the boundary many.
 const SPREAD: f64 = 10.0;
 
-/// Times the impulses become the centres of the contacts' softness, and the yielding that calls for it, in tolerances.
+/// Times the impulses become the centres of the contacts' softness, and the violation from which they do, in tolerances.
 const MAX_CENTRES: u32 = 2;
 const SMALL: f64 = 0.1;
 
 const MAX_ITERATIONS: u32 = 100;
 
-/// Iterations without halving gap and violation after which no more is to be had.
+/// Iterations without halving gap and violation after which the search ends.
 const PATIENCE: u32 = 30;
 
-/// A step shorter than this means that the products have grown too different; the next one evens them out.
+/// A step shorter than this means that the products have grown too different; the next one equalises them.
 const SHORT: f64 = 0.2;
 
 /// Part of the longest step that is taken.

@@ -18,17 +18,17 @@ impl Pair {
         self.s * self.z
     }
 
-    /// Aims at s z = 0.
+    /// Targets s z = 0.
     pub fn aim_affine(&mut self) {
         self.right = -self.s * self.z;
     }
 
-    /// Aims at s z = mu, with Mehrotra's correction for the last direction.
+    /// Targets s z = mu, with Mehrotra's correction for the last direction.
     pub fn aim_central(&mut self, mu: f64) {
         self.right = mu - self.s * self.z - self.ds * self.dz;
     }
 
-    /// Aims at s z = mu, to first order.
+    /// Targets s z = mu, to first order.
     pub fn aim_centre(&mut self, mu: f64) {
         self.right = mu - self.s * self.z;
     }

@@ -1,0 +1,311 @@
+"""How deep do links penetrate pegs and each other under random actions? The deepest overlap at any control instant.
+
+    python -m experiments.penetration
+    python -m experiments.penetration --action-modes joints --steps 1000000
+
+Overlaps are computed from the published poses by the formulas below, which share nothing with the simulator: the
+distance of stadiums is that of their centre lines less their radii. Between two instants poses are interpolated, and a
+link that is then deep inside a peg or another link has passed through it. Steps in which a robot is flagged
+(`diverged`, `penetrated`) do not count; their number is printed. Prints a table in Markdown.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snake_env import Scene, SnakeVectorEnv
+from snake_env.markdown import table
+from snake_env.obstacles import Box, Polygon, Segment, circles, outlines
+from training.cli import answer
+
+Array = NDArray[np.float64]
+
+ROOM = Scene(
+    obstacles=[
+        Segment((-2.2, -0.35), (1.6, -0.35)),
+        Segment((-2.2, 0.35), (0.9, 0.35)),
+        Segment((0.9, 0.35), (1.6, -0.35)),  # with the first, a corner of 45 degrees
+        Segment((-2.2, -0.35), (-2.2, 0.35)),
+        Box((0.2, 0.2), 0.35, 0.3, angle=0.5),
+        Polygon(((0.2, -0.35), (0.5, -0.35), (0.35, -0.2))),
+        Box((0.6, 0.05), -1.7, 0.1, angle=0.3, friction=0.3),
+        (0.1, 0.8, -0.1),
+    ],
+    friction=(0.2, 0.5),
+)
+"""Walls and corners, a box, a rough one and a peg around the robot."""
+
+SCENES: dict[str, dict[str, Any]] = {
+    "course": {"task": "course"},
+    "field 0": {"task": "field", "difficulty": 0.0},
+    "field 0.5": {"task": "field", "difficulty": 0.5},
+    "field 1": {"task": "field", "difficulty": 1.0},
+    "perturbed": {"task": "perturbed", "difficulty": 1.0},
+    "maze": {"task": "maze", "difficulty": 0.5},
+    "corridor": {"task": "corridor", "difficulty": 0.5},
+    "walls": {"task": "free", "scene": ROOM},
+}
+BETWEEN = 5
+"""Interpolated poses per control period."""
+CROSSED = 0.5
+"""Overlap of an interpolated pose, relative to the sum of the radii, that counts as passing through."""
+HELD = (1, 2, 20)
+"""Control periods for which a random action is held; robots differ in it."""
+
+
+@dataclass
+class Options:
+    """What is measured.
+
+    Args:
+        scenes: Names.
+        action_modes: "gait", "joints" or "residual".
+        steps: Robot-steps in each action mode, shared by the scenes.
+        num_envs: Robots per batch.
+        num_threads: Threads of the simulator.
+        seed: Of scenes and actions.
+    """
+
+    scenes: tuple[str, ...] = tuple(SCENES)
+    action_modes: tuple[str, ...] = ("gait", "joints", "residual")
+    steps: int = 100_000
+    num_envs: int = 256
+    num_threads: int | None = None
+    seed: int = 0
+
+
+@dataclass
+class Crawl:
+    """The outcome of random actions in one scene.
+
+    Args:
+        steps: Robot-steps.
+        peg_overlap: Deepest overlap of a link and a peg or wall at a control instant [m].
+        self_overlap: Deepest overlap of two links that are not neighbours [m].
+        beyond: Robot-steps with an overlap of more than a millimetre.
+        crossings: Robot-steps in which a link passed through a peg, a wall or another link.
+        flagged: Robot-steps that ended with a flagged robot.
+    """
+
+    steps: int = 0
+    peg_overlap: float = 0.0
+    self_overlap: float = 0.0
+    beyond: int = 0
+    crossings: int = 0
+    flagged: int = 0
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Runs the command."""
+    return answer(Options, _run, __doc__, arguments)
+
+
+def _run(options: Options) -> int:
+    print(
+        table(["actions", "scene", "steps", "peg [mm]", "self [mm]", "> 1 mm", "crossings", "flagged"], _rows(options))
+    )
+    return 0
+
+
+def _rows(options: Options) -> Iterator[list[str]]:
+    for mode in options.action_modes:
+        for scene in options.scenes:
+            found = crawl(
+                SCENES[scene] | {"action_mode": mode},
+                options.steps // len(options.scenes),
+                options.num_envs,
+                options.num_threads,
+                options.seed,
+            )
+            overlaps = [f"{1e3 * depth:.3f}" for depth in (found.peg_overlap, found.self_overlap)]
+            counts = [str(count) for count in (found.beyond, found.crossings, found.flagged)]
+            print(mode, scene, found, file=sys.stderr, flush=True)
+            yield [mode, scene, str(found.steps), *overlaps, *counts]
+
+
+def crawl(
+    options: dict[str, Any], steps: int, num_envs: int = 256, num_threads: int | None = None, seed: int = 0
+) -> Crawl:
+    """Random actions for about ``steps`` robot-steps in the environment of these keywords."""
+    envs = SnakeVectorEnv(num_envs=num_envs, num_threads=num_threads, **options)
+    rng = np.random.default_rng(seed)
+    held = np.resize(HELD, num_envs)
+    envs.reset(seed=seed)
+    bodies = _Bodies(envs)
+    action = rng.uniform(-1, 1, envs.action_space.shape)
+    found = Crawl()
+    ended = np.zeros(num_envs, dtype=bool)
+    for step in range(max(1, steps // num_envs)):
+        fresh = step % held == 0
+        action[fresh] = np.where(
+            rng.random((fresh.sum(), 1)) < 0.5,
+            rng.uniform(-1, 1, action[fresh].shape),
+            rng.choice([-1.0, 1.0], action[fresh].shape),
+        )
+        _, _, terminated, truncated, info = envs.step(action.astype(np.float32))
+        before = bodies.pose
+        bodies.read(ended)
+        judged = ~ended & ~(info["diverged"] | info["penetrated"])
+        found.steps += int(num_envs - ended.sum())
+        found.flagged += int((info["diverged"] | info["penetrated"]).sum())
+        _judge(found, bodies, before, judged)
+        ended = terminated | truncated
+    envs.close()
+    return found
+
+
+class _Bodies:
+    """Poses, shapes and pegs of all robots, and the walls, which are the same for all."""
+
+    def __init__(self, envs: SnakeVectorEnv) -> None:
+        self._envs = envs
+        self.pose = np.empty((0, 0, 3))
+        self.pegs = np.empty((envs.num_envs, 0, 3))
+        self.walls: list[Array] = []
+        self.read(np.ones(envs.num_envs, dtype=bool))
+
+    def read(self, moved: NDArray[np.bool_]) -> None:
+        """Reads the poses, and the pegs of the robots that were placed anew."""
+        state = self._envs.state()
+        self.half, self.radius = state.link_half_length, state.link_radius
+        self.pose = np.concatenate([state.link_position, np.asarray(state.link_angle)[..., None]], axis=-1)
+        for i in np.flatnonzero(moved):
+            obstacles = self._envs.scene(int(i)).obstacles
+            self.walls = outlines(obstacles)
+            pegs = np.reshape(np.asarray(circles(obstacles), dtype=float), (-1, 3))
+            missing = max(0, len(pegs) - self.pegs.shape[1])
+            self.pegs = np.pad(self.pegs, ((0, 0), (0, missing), (0, 0)), constant_values=np.inf)
+            self.pegs[i] = np.inf
+            self.pegs[i, :, 0] = 0.0
+            self.pegs[i, : len(pegs)] = pegs
+
+
+def _judge(found: Crawl, bodies: _Bodies, before: Array, judged: NDArray[np.bool_]) -> None:
+    pose, last, pegs = bodies.pose[judged], before[judged], bodies.pegs[judged]
+    to_peg = peg_gap(pose, bodies.half, bodies.radius, pegs)
+    to_peg = np.minimum(to_peg, wall_gap(pose, bodies.half, bodies.radius, bodies.walls))
+    to_self = self_gap(pose, bodies.half, bodies.radius)
+    found.peg_overlap = max(found.peg_overlap, float(-to_peg.min(initial=0.0)))
+    found.self_overlap = max(found.self_overlap, float(-to_self.min(initial=0.0)))
+    found.beyond += int((np.minimum(to_peg, to_self) < -1e-3).sum())
+    moved = np.linalg.norm(pose - last, axis=-1).max(axis=1) > bodies.radius.min()
+    pose, last, pegs = pose[moved], last[moved], pegs[moved]
+    crossed = np.zeros(len(pose), dtype=bool)
+    thickness = bodies.radius.min() + pegs[:, :, 0].min(initial=np.inf)
+    for share in np.linspace(0, 1, BETWEEN + 2)[1:-1]:
+        between = last + share * (pose - last)
+        crossed |= peg_gap(between, bodies.half, bodies.radius, pegs) < -CROSSED * thickness
+        crossed |= wall_gap(between, bodies.half, bodies.radius, bodies.walls) < -CROSSED * bodies.radius.min()
+        crossed |= self_gap(between, bodies.half, bodies.radius) < -CROSSED * 2 * bodies.radius.min()
+    found.crossings += int(crossed.sum())
+
+
+def peg_gap(pose: Array, half: Array, radius: Array, pegs: Array) -> Array:
+    """Smallest distance (n,) of the links' surfaces from pegs; infinite where none are close to each other.
+
+    Args:
+        pose: (n, L, 3) x, y and angle of the links [m, rad].
+        half: (L,) half lengths of the centre lines [m].
+        radius: (L,) of the links [m].
+        pegs: (n, P, 3) radius, x and y [m]; one at infinity is no peg.
+    """
+    reach = half[:, None] + radius[:, None] + pegs[:, None, :, 0]
+    robot, link, peg = np.nonzero(_squared_distance(pose[:, :, None], pegs[:, None, :, 1:]) < reach**2)
+    start, end = _ends(pose[robot, link], half[link])
+    gap = _to_segment(pegs[robot, peg, 1:], start, end) - radius[link] - pegs[robot, peg, 0]
+    return _least(len(pose), robot, gap)
+
+
+def wall_gap(pose: Array, half: Array, radius: Array, walls: list[Array]) -> Array:
+    """Smallest distance (n,) of the links' surfaces from walls, at least minus a radius: centre lines that cross a wall
+    count as lying on its outline.
+
+    Args:
+        pose: as for :func:`peg_gap`.
+        half: likewise.
+        radius: likewise.
+        walls: corners (k, 2) of convex polygons in order, two of a segment [m].
+    """
+    robots, links = pose.shape[:2]
+    start, end = _ends(pose.reshape(-1, 3), np.tile(half, robots))
+    least = np.full(robots * links, np.inf)
+    for corners in walls:
+        for side, (first, second) in enumerate(zip(corners, np.roll(corners, -1, axis=0), strict=True)):
+            distance = np.minimum.reduce(
+                [
+                    _to_segment(start, first, second),
+                    _to_segment(end, first, second),
+                    _to_segment(first, start, end),
+                    _to_segment(second, start, end),
+                ]
+            )
+            distance[_intersect(start, end, first, second)] = 0.0
+            least = np.minimum(least, distance)
+            if side == 0:
+                least[_inside(start, corners)] = 0.0
+    return np.asarray((least.reshape(robots, links) - radius).min(axis=1, initial=np.inf))
+
+
+def _inside(point: Array, corners: Array) -> NDArray[np.bool_]:
+    """Whether points lie within a convex polygon; none lies within a segment."""
+    if len(corners) < 3:
+        return np.zeros(len(point), dtype=bool)
+    along = np.roll(corners, -1, axis=0) - corners
+    offset = point[:, None] - corners
+    turns = along[:, 0] * offset[..., 1] - along[:, 1] * offset[..., 0]
+    return np.asarray((turns > 0).all(axis=1) | (turns < 0).all(axis=1))
+
+
+def self_gap(pose: Array, half: Array, radius: Array) -> Array:
+    """Smallest distance (n,) of the surfaces of links that are not neighbours; arguments as :func:`peg_gap`."""
+    first, second = np.triu_indices(pose.shape[1], 2)
+    reach = (half + radius)[first] + (half + radius)[second]
+    robot, pair = np.nonzero(_squared_distance(pose[:, first], pose[:, second]) < reach**2)
+    first, second = first[pair], second[pair]
+    lines = [_ends(pose[robot, links], half[links]) for links in (first, second)]
+    distance = np.minimum.reduce([_to_segment(point, *lines[1 - k]) for k in (0, 1) for point in lines[k]])
+    distance = np.where(_intersect(*lines[0], *lines[1]), 0.0, distance)
+    return _least(len(pose), robot, distance - radius[first] - radius[second])
+
+
+def _squared_distance(pose: Array, other: Array) -> Array:
+    return (pose[..., 0] - other[..., 0]) ** 2 + (pose[..., 1] - other[..., 1]) ** 2
+
+
+def _ends(pose: Array, half: Array) -> tuple[Array, Array]:
+    """The ends of centre lines."""
+    arm = half[:, None] * np.stack([np.cos(pose[:, 2]), np.sin(pose[:, 2])], axis=-1)
+    return pose[:, :2] - arm, pose[:, :2] + arm
+
+
+def _least(robots: int, robot: NDArray[np.intp], gap: Array) -> Array:
+    """Smallest gap of each robot."""
+    least = np.full(robots, np.inf)
+    np.minimum.at(least, robot, gap)
+    return least
+
+
+def _to_segment(point: Array, start: Array, end: Array) -> Array:
+    """Distance of points from segments."""
+    along = end - start
+    share = np.clip(((point - start) * along).sum(-1) / np.maximum((along**2).sum(-1), 1e-30), 0.0, 1.0)
+    return np.linalg.norm(point - start - share[..., None] * along, axis=-1)
+
+
+def _intersect(a: Array, b: Array, c: Array, d: Array) -> NDArray[np.bool_]:
+    """Whether the segments a-b and c-d cross."""
+
+    def turns(p: Array, q: Array, r: Array) -> Array:
+        return (q[..., 0] - p[..., 0]) * (r[..., 1] - p[..., 1]) - (q[..., 1] - p[..., 1]) * (r[..., 0] - p[..., 0])
+
+    return (turns(a, b, c) * turns(a, b, d) < 0) & (turns(c, d, a) * turns(c, d, b) < 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,65 @@
+"""Scores of the shipped policies on test scenes of the task that each was trained in, for their cards.
+
+    python -m experiments.policy_cards            # print
+    python -m experiments.policy_cards --write    # also write snake_env/policies/shipped/*.json
+
+What else a card says, such as the environment, is in the metadata of the policy's file.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from importlib.metadata import version
+from typing import Any
+
+import snake_env
+from snake_env.evaluation import rollout, scores, seeds
+from snake_env.policies.shipped import FOLDER, NAMES, load_policy
+
+SCENES = 500
+ONE_SEED = "One seed of training; docs/learned.md tells how much seeds differ."
+TRAINED_WITHOUT = "Trained before links could touch each other; scored with self-contact, the environments' default."
+TRAINING = {
+    "corridor": "python -m training train --config corridor-cloned --seed 0 --num-threads 1",
+    "field-hard": "python -m training train --config field-hard-4 --seed 0, after the stages field-hard-1, -2 and -3; "
+    "stages were stopped by hand, so that the commands do not repeat the file",
+    "isotropic": "python -m training train --config isotropic-evolved --seed 0",
+    "perturbed": "python -m training train --config perturbed-2 --seed 0 --total-steps 1000000000 --seconds 3000; the "
+    "file began from a checkpoint of the last stage of field-hard that is not kept",
+    "thrifty": "python -m training train --config course-evolved --seed 0",
+}
+
+
+def card(name: str, scenes: int = SCENES) -> dict[str, Any]:
+    """What the JSON file beside a shipped policy holds."""
+    policy = load_policy(name)
+    episodes = rollout.run_episodes(policy, policy.card.env_id, seeds.held_out(scenes), **policy.card.env_options)
+    found = scores.plain(scores.score(episodes))
+    return {
+        "training": TRAINING[name],
+        "license": "MIT",
+        "scenes": scenes,
+        "scores": {key: list(value.values()) for key, value in found.items()},
+        "versions": {"snake_env": snake_env.__version__, "numpy": version("numpy"), "gymnasium": version("gymnasium")},
+        "notes": [TRAINED_WITHOUT, ONE_SEED],
+    }
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Runs the command."""
+    cli = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    cli.add_argument("--write", action="store_true", help="write the files")
+    cli.add_argument("--scenes", type=int, default=SCENES, help="test scenes")
+    args = cli.parse_args(arguments)
+    for name in NAMES:
+        found = card(name, args.scenes)
+        if args.write:
+            (FOLDER / f"{name}.json").write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
+        value, low, high = found["scores"]["success"]
+        print(f"{name}: success {value:.3f} [{low:.3f}, {high:.3f}], speed {found['scores']['speed'][0]:.3f} m/s")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

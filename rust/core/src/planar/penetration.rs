@@ -1,0 +1,61 @@
+//! How deep the end of a step takes links into pegs and into each other.
+//!
+//! Gaps enter a stage by their linearisation, so that links which turn fast end it inside what they touch. Their true
+//! gaps decide whether a step is taken: one that leaves more than [`ALLOWED`] is divided. A link that moves farther
+//! than a radius in one step near a contact could pass to the other side of it, so such a step is divided too.
+
+use crate::contact::{NearPair, link_obstacle_contact};
+use crate::math::Real;
+use crate::pegs::PegGrid;
+use crate::stepping::lanes::{active, read_vector};
+use crate::stepping::penetration::{ALLOWED, Sinking};
+use crate::stepping::{Driven, Members};
+
+use super::workspace::Workspace;
+use super::{Body, Heading, Planar, PlanarSystem};
+
+impl<T: Real> Workspace<T> {
+    /// Examines the ends of the members' steps.
+    pub(super) fn measure_sinking<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
+        for lane in active(members.lanes()) {
+            self.sinking[lane] = self.sinking_of(lane, members.system, members.body(lane));
+        }
+    }
+
+    fn sinking_of(&self, lane: usize, system: &PlanarSystem, body: &Body) -> Sinking {
+        let mut sinking = if self.may_have_crossed(lane, system, body) { Sinking::TooDeep } else { Sinking::No };
+        if self.near_pegs[lane] {
+            let error = self.misprediction.lane(lane);
+            let displacement = self.motion_bound.displacement.lane(lane);
+            for pair in body.warm_start.near.visited_below(displacement, error) {
+                let end = self.end_gap(lane, pair, system, &body.pegs);
+                if end < -ALLOWED {
+                    sinking = sinking.max(Sinking::of(self.start_gap(lane, pair, system, &body.pegs), end));
+                }
+            }
+        }
+        self.visit_self_overlaps(&system.robot.links, lane, ALLOWED, |start, end| {
+            sinking = sinking.max(Sinking::of(start, end));
+        });
+        sinking
+    }
+
+    /// Gap of a pair at the start of the step \[m\].
+    fn start_gap(&self, lane: usize, pair: &NearPair, system: &PlanarSystem, pegs: &PegGrid) -> f64 {
+        let start = read_vector(&self.start_pose[pair.link], lane);
+        let Heading { cos, sin } = Heading::of(start.z);
+        let link = &system.robot.links[pair.link];
+        link_obstacle_contact(&start, cos, sin, link, pegs, (pair.peg, pair.place)).gap
+    }
+
+    /// Whether a link moved so far that it could be on the other side of what it was near.
+    fn may_have_crossed(&self, lane: usize, system: &PlanarSystem, body: &Body) -> bool {
+        let displacement = self.motion_bound.displacement.lane(lane);
+        if displacement <= system.smallest_radius() {
+            return false;
+        }
+        let near_peg =
+            self.near_pegs[lane] && body.warm_start.near.visited_below(displacement, displacement).next().is_some();
+        near_peg || self.self_contacts.is_near(lane)
+    }
+}

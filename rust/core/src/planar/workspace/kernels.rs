@@ -1,0 +1,249 @@
+//! The arithmetic of a stage over lanes: all but the solver.
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::gait::turned;
+use crate::math::{Mask, Real, add_scaled, select_into};
+use crate::planar::energy::work_of;
+use crate::planar::io_drive::IoInput;
+use crate::planar::{StageJoint, StageLink, certify, is_plausible, travel};
+use crate::robot::{Breakage, LOCK_STIFFNESS};
+use crate::stepping::lanes::NO_LANES;
+use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
+use crate::stepping::{SolvedStage, StageKernels};
+
+use super::Workspace;
+use super::motion_bound::MotionBound;
+use crate::planar::contact_friction::solve_with_contact_friction;
+
+impl<T: Real> StageKernels<T> for Workspace<T> {
+    #[inline(always)]
+    fn begin(&mut self) {
+        self.base.copy_from_slice(&self.start_pose);
+        self.reference.copy_from_slice(&self.start_twist);
+        self.guess.copy_from_slice(&self.start_twist);
+        self.backlash.begin_step();
+        self.stribeck.begin_step(&self.start_twist);
+        self.closing = NO_LANES;
+        self.self_contacts.begin_step();
+    }
+
+    /// Joint references along the wave, whose phase is turned from joint to joint.
+    #[inline(always)]
+    fn follow_waves(&mut self) {
+        let Self { wave, target, .. } = self;
+        let (mut phase, phase_shift) = (wave.phase.sin_cos(), wave.phase_shift.value.sin_cos());
+        for (joint, target) in target.iter_mut().enumerate() {
+            *target = wave.joint(joint, phase);
+            phase = turned(phase, phase_shift);
+        }
+    }
+
+    #[inline(always)]
+    fn extrapolate(&mut self, h: T) {
+        let (to_reference, to_guess) = (T::splat(EXTRAPOLATION), T::splat(1.0 / GAMMA));
+        for (i, u) in self.start_twist.iter().enumerate() {
+            let end = &self.kept_twist[i];
+            let change = Vector3::new(end.x - u.x, end.y - u.y, end.z - u.z);
+            self.reference[i] = add_scaled(u, &change, to_reference);
+            self.guess[i] = add_scaled(u, &change, to_guess);
+        }
+        if self.backlash.is_any {
+            self.backlash.extrapolate(to_reference);
+        }
+        if self.stribeck.is_any {
+            self.stribeck.extrapolate(&self.start_twist, &self.kept_twist, T::splat(0.5 / (GAMMA * GAMMA)));
+        }
+        let per_second = T::splat(1.0) / self.stage.coefficient;
+        for (torque, impulse) in self.actuator_torque.iter_mut().zip(&self.kept_actuator) {
+            *torque = *impulse * per_second;
+        }
+        let elapsed = h - T::splat(GAMMA) * h;
+        let Self { half_length, kept_twist, base, heading, start_pose, .. } = self;
+        travel(half_length, start_pose, kept_twist, elapsed, base, heading);
+    }
+
+    #[inline(always)]
+    fn predict(&mut self, c: T, _: T, pending: T::Mask) {
+        self.stage.coefficient = c;
+        travel(&self.half_length, &self.base, &self.guess, c, &mut self.predicted, &mut self.heading);
+        self.self_contacts.predict(&self.predicted);
+        if self.has_pegs || self.self_contacts.is_any_possible() {
+            let gain = (self.pull.x * self.pull.x + self.pull.y * self.pull.y).sqrt() * c;
+            let fastest = self.fastest(&self.guess).max(self.fastest(&self.reference) + gain);
+            let displacement = self.bound(&self.predicted, &self.start_pose);
+            let MotionBound { fastest: last_fastest, displacement: last_displacement } = self.motion_bound;
+            self.motion_bound = MotionBound {
+                fastest: T::select(pending, fastest, last_fastest),
+                displacement: T::select(pending, displacement, last_displacement),
+            };
+        }
+    }
+
+    #[inline(always)]
+    fn solve(&mut self, tolerance: f64, max_iterations: u32, lanes: T::Mask) -> SolvedStage<T> {
+        self.fill_links();
+        self.fill_joints();
+        self.load_forces();
+        let Self { stage, solution, newton, .. } = self;
+        let outcome = if stage.contact_friction.is_empty() {
+            newton.solve(stage, solution, tolerance, max_iterations, lanes)
+        } else {
+            solve_with_contact_friction(newton, stage, solution, tolerance, max_iterations, lanes)
+        };
+        let certificate = certify(stage, solution);
+        SolvedStage { outcome, residual: certificate.residual(), gap: certificate.gap }
+    }
+
+    #[inline(always)]
+    fn evaluate(&mut self, _: T::Mask) {
+        self.energy = work_of(&self.stage, &self.solution);
+        self.store_forces();
+        if self.among_pegs.any() || self.self_contacts.is_any_near() {
+            self.measure_deviation();
+        }
+    }
+
+    #[inline(always)]
+    fn keep(&mut self, solved: T::Mask, again: T::Mask) {
+        for (i, u) in self.solution.twist.iter().enumerate() {
+            select_into(&mut self.kept_twist[i], solved, u);
+            select_into(&mut self.guess[i], again, u);
+        }
+        for (kept, drive) in self.kept_actuator.iter_mut().zip(&self.solution.actuator) {
+            *kept = T::select(solved, *drive, *kept);
+        }
+        self.kept_energy.select_into(solved, &self.energy);
+        if self.backlash.is_any {
+            self.backlash.end_stage(self.stage.coefficient, &self.stage.joints, &self.kept_twist);
+        }
+    }
+
+    /// End configuration q_B + c u of the solved stage.
+    #[inline(always)]
+    fn arrive(&mut self) {
+        let c = self.stage.coefficient;
+        travel(&self.half_length, &self.base, &self.kept_twist, c, &mut self.end, &mut self.heading);
+        self.misprediction = if self.has_pegs { self.bound(&self.end, &self.predicted) } else { T::zero() };
+        self.plausible = is_plausible(&self.end, &self.kept_twist);
+    }
+}
+
+impl<T: Real> Workspace<T> {
+    #[inline(always)]
+    fn fill_links(&mut self) {
+        let c = self.stage.coefficient;
+        let (gain_x, gain_y) = (self.pull.x * c, self.pull.y * c);
+        self.stage.links.clear();
+        for (i, link) in self.constants.iter().enumerate() {
+            let u = &self.reference[i];
+            self.stage.links.push(StageLink {
+                heading: self.heading[i],
+                reference: Vector3::new(u.x + gain_x, u.y + gain_y, u.z),
+                mass: link.mass,
+                inertia: link.inertia,
+                half_length: self.half_length[i],
+                friction: Vector2::new(link.friction.x * c, link.friction.y * c),
+            });
+        }
+        if self.stribeck.is_any {
+            self.stribeck.lower(&mut self.stage.links);
+        }
+    }
+
+    #[inline(always)]
+    fn fill_joints(&mut self) {
+        let Some(io) = &mut self.io else { return self.fill_pd() };
+        let input = IoInput {
+            heading: &self.heading,
+            base: &self.base,
+            reference: &self.reference,
+            guess: &self.guess,
+            target: &self.target,
+            gains: self.gains,
+            torque_limit: self.torque_limit,
+            coefficient: self.stage.coefficient,
+        };
+        io.fill(&input, &mut self.stage.joints);
+    }
+
+    /// The PD torque (T 3.51 != D3) at the end of the stage, where phi = phi_base + c omega_J, is linear in
+    /// omega_J.
+    #[inline(always)]
+    fn fill_pd(&mut self) {
+        let c = self.stage.coefficient;
+        let [kp, kd] = self.gains;
+        self.stage.joints.clear();
+        for (j, target) in self.target.iter().enumerate() {
+            let error = target.value - (self.base[j + 1].z - self.base[j].z);
+            self.stage.joints.push(StageJoint {
+                drive: c * (kp * error + kd * target.rate),
+                stiffness: c * (c * kp + kd),
+                limit: c * self.torque_limit,
+                slack: T::zero(),
+            });
+        }
+        if self.has_own_torques {
+            for (joint, torque) in self.stage.joints.iter_mut().zip(&self.own_torque) {
+                joint.drive += c * *torque;
+            }
+        }
+        if self.backlash.is_any {
+            self.backlash.apply(c, kd, &mut self.stage.joints);
+        }
+        self.replace_broken_joints();
+    }
+
+    /// A locked joint is held at its reference, the angle at which it broke, by a stiff spring without play or limit; a
+    /// limp one has no torque.
+    #[inline(always)]
+    fn replace_broken_joints(&mut self) {
+        let (c, zero) = (self.stage.coefficient, T::zero());
+        for (j, breakage) in &self.broken {
+            let error = self.target[*j].value - (self.base[j + 1].z - self.base[*j].z);
+            let stiffness = match breakage {
+                Breakage::Locked => T::splat(LOCK_STIFFNESS) * c,
+                Breakage::Limp => zero,
+            };
+            let limit = T::splat(f64::INFINITY);
+            self.stage.joints[*j] =
+                StageJoint { drive: stiffness * error, stiffness: stiffness * c, limit, slack: zero };
+        }
+    }
+
+    #[inline(always)]
+    fn load_forces(&mut self) {
+        let c = self.stage.coefficient;
+        self.solution.twist.copy_from_slice(&self.guess);
+        for (impulse, force) in self.solution.friction.iter_mut().zip(&self.friction_force) {
+            *impulse = Vector2::new(force.x * c, force.y * c);
+        }
+        for (impulse, torque) in self.solution.actuator.iter_mut().zip(&self.actuator_torque) {
+            *impulse = *torque * c;
+        }
+        self.solution.contact.clear();
+        for force in &self.contact_force {
+            self.solution.contact.push(*force * c);
+        }
+        self.solution.contact_friction.clear();
+        for force in &self.contact_friction_force {
+            self.solution.contact_friction.push(*force * c);
+        }
+        self.self_contacts.load_forces(&self.stage, &mut self.solution.pair);
+    }
+
+    #[inline(always)]
+    fn store_forces(&mut self) {
+        let per_second = T::splat(1.0) / self.stage.coefficient;
+        for (force, impulse) in self.friction_force.iter_mut().zip(&self.solution.friction) {
+            *force = Vector2::new(impulse.x * per_second, impulse.y * per_second);
+        }
+        for (force, impulse) in self.contact_force.iter_mut().zip(&self.solution.contact) {
+            *force = *impulse * per_second;
+        }
+        for (force, impulse) in self.contact_friction_force.iter_mut().zip(&self.solution.contact_friction) {
+            *force = *impulse * per_second;
+        }
+        self.self_contacts.store_forces(&self.solution.pair, per_second);
+    }
+}

@@ -1,0 +1,108 @@
+//! Robots and their references into lanes.
+
+use crate::math::Real;
+use crate::planar::{Body, Planar, PlanarSystem};
+use crate::stepping::lanes::{Lanes, NO_LANES, mask, set_vector};
+use crate::stepping::{Driven, Members, PlantParameters, StageInput};
+
+use super::Workspace;
+
+impl<T: Real> StageInput<T> for Workspace<T> {
+    type Model = Planar;
+
+    fn new(system: &PlanarSystem) -> Self {
+        Self::new(system)
+    }
+
+    fn load<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
+        self.load_variations(members);
+        self.backlash.load(members);
+        self.stribeck.load(members);
+        self.has_pegs = members.any(|body| !body.pegs.is_empty());
+        self.near_pegs =
+            std::array::from_fn(|lane| lane < T::LANES && !members.body(lane).warm_start.near.pairs().is_empty());
+        self.among_pegs = mask::<T>(self.near_pegs);
+        for lane in 0..T::LANES {
+            let Body { state, warm_start, .. } = members.body(lane);
+            for (lanes, torque) in self.actuator_torque.iter_mut().zip(&warm_start.joint_torque) {
+                lanes.set_lane(lane, -torque);
+            }
+            for (i, (q, u)) in state.pose.iter().zip(&state.twist).enumerate() {
+                set_vector(&mut self.start_pose[i], lane, q);
+                set_vector(&mut self.start_twist[i], lane, u);
+            }
+        }
+    }
+
+    fn read_waves<D: Driven<Model = Planar>>(&mut self, members: &Members<D>, end: T) -> Lanes {
+        let mut waving = NO_LANES;
+        for (lane, waving) in waving.iter_mut().enumerate().take(T::LANES) {
+            let robot = members.robot(lane);
+            if let Some(wave) = robot.travelling_wave(robot.body().state.time + end.lane(lane)) {
+                self.wave.set_lane(lane, &wave);
+                *waving = true;
+            }
+        }
+        waving
+    }
+
+    fn read_references<D: Driven<Model = Planar>>(&mut self, members: &Members<D>, end: T, waving: Lanes) {
+        for (lane, is_waving) in waving.into_iter().enumerate().take(T::LANES) {
+            let robot = members.robot(lane);
+            let time = robot.body().state.time + end.lane(lane);
+            let share = robot.body().parameters.torque_limit;
+            self.torque_limit.set_lane(lane, share * members.system.controller.limit_until(time));
+            self.has_own_torques = robot.torques(time, &mut self.torques);
+            if self.has_own_torques {
+                for (lanes, torque) in self.own_torque.iter_mut().zip(&self.torques) {
+                    lanes.set_lane(lane, *torque);
+                }
+            }
+            if is_waving {
+                continue;
+            }
+            robot.targets(time, &mut self.targets);
+            for (lanes, target) in self.target.iter_mut().zip(&self.targets) {
+                lanes.value.set_lane(lane, target.angle);
+                lanes.rate.set_lane(lane, target.rate);
+                lanes.acceleration.set_lane(lane, target.acceleration);
+            }
+        }
+        self.load_friction(members);
+    }
+
+    fn find_contacts<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>, pending: Lanes, elapsed: T) {
+        self.detect_contacts(members, pending, elapsed);
+    }
+}
+
+impl<T: Real> Workspace<T> {
+    /// Constants of the lanes' own robots; nothing to do where all are as the system's.
+    fn load_variations<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
+        let was_varied = self.is_varied;
+        self.is_varied = members.any(|body| body.parameters != PlantParameters::default());
+        if !self.is_varied && !was_varied {
+            return;
+        }
+        for lane in 0..T::LANES {
+            let PlantParameters { mass, friction, .. } = members.body(lane).parameters;
+            for (constants, link) in self.constants.iter_mut().zip(&members.system.robot.links) {
+                let bound = members.system.friction_force(link).component_mul(&friction) * mass;
+                constants.mass.set_lane(lane, link.mass * mass);
+                constants.inertia.set_lane(lane, link.inertia * mass);
+                constants.friction.x.set_lane(lane, bound.x);
+                constants.friction.y.set_lane(lane, bound.y);
+            }
+        }
+    }
+
+    /// Friction forces of the last stage.
+    fn load_friction<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
+        for lane in 0..T::LANES {
+            for (lanes, force) in self.friction_force.iter_mut().zip(&members.body(lane).warm_start.friction) {
+                lanes.x.set_lane(lane, force.x);
+                lanes.y.set_lane(lane, force.y);
+            }
+        }
+    }
+}

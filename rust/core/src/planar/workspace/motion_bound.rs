@@ -1,0 +1,69 @@
+//! Bounds on how far any point of a robot moves, which decide what contacts a stage may have.
+
+use nalgebra::Vector3;
+
+use crate::math::{Mask, Real};
+
+use super::{LinkConstants, Workspace};
+
+/// How far away pegs may matter to a stage.
+#[derive(Debug, Clone, Copy)]
+pub struct MotionBound<T> {
+    /// Largest speed of any point of the robot, at the start of the stage or expected at its end \[m/s\].
+    pub fastest: T,
+    /// Largest displacement of any point of the robot from the start of the step to the predicted end \[m\].
+    pub displacement: T,
+}
+
+impl<T: Real> LinkConstants<T> {
+    /// Bound on how far a point of the link moves between two poses, or on how much faster it is at one of
+    /// two twists.
+    #[inline(always)]
+    pub fn farthest(&self, to: &Vector3<T>, from: &Vector3<T>) -> T {
+        let (x, y) = (to.x - from.x, to.y - from.y);
+        (x * x + y * y).sqrt() + self.reach * (to.z - from.z).abs()
+    }
+
+    /// A coarser bound that takes no root.
+    #[inline(always)]
+    fn farther(&self, to: &Vector3<T>, from: &Vector3<T>) -> T {
+        (to.x - from.x).abs() + (to.y - from.y).abs() + self.reach * (to.z - from.z).abs()
+    }
+}
+
+impl<T: Real> Workspace<T> {
+    #[inline(always)]
+    pub(super) fn measure_deviation(&mut self) {
+        let fastest = self.farthest::<true>(&self.solution.twist, &self.guess);
+        self.deviation = fastest * self.stage.coefficient;
+    }
+
+    /// Bound on how far a point of the robot moves between poses, or on how much faster it is at one of two twists.
+    #[inline(always)]
+    pub(super) fn bound(&self, to: &[Vector3<T>], from: &[Vector3<T>]) -> T {
+        let (near, mut bound) = (self.among_pegs, T::zero());
+        if near.any() {
+            bound = self.farthest::<true>(to, from);
+        }
+        if (!near).any() {
+            bound = T::select(near, bound, self.farthest::<false>(to, from));
+        }
+        bound
+    }
+
+    /// Bound on the speed of any point of the robot at a twist \[m/s\].
+    #[inline(always)]
+    pub(super) fn fastest(&self, twist: &[Vector3<T>]) -> T {
+        self.bound(twist, &self.at_rest)
+    }
+
+    /// The largest of a bound over the links, sharp or coarse.
+    #[inline(always)]
+    fn farthest<const SHARP: bool>(&self, to: &[Vector3<T>], from: &[Vector3<T>]) -> T {
+        let mut farthest = T::zero();
+        for (link, (to, from)) in self.constants.iter().zip(to.iter().zip(from)) {
+            farthest = farthest.max(if SHARP { link.farthest(to, from) } else { link.farther(to, from) });
+        }
+        farthest
+    }
+}

@@ -1,0 +1,90 @@
+//! What follows from a solved stage, lane by lane: the next prediction, the verdict on the step and its end state.
+
+use crate::math::{Mask, Real};
+use crate::planar::contact_detection::MARGIN;
+use crate::planar::{Body, Planar, PlanarSystem, StageSolution};
+use crate::stepping::lanes::{Lanes, read_lane};
+use crate::stepping::penetration::Sinking;
+use crate::stepping::{ContactImpulse, Driven, EnergyLedger, FallbackResult, Members, StageOutput, StageRecord};
+
+use super::Workspace;
+
+impl<T: Real> StageOutput<T> for Workspace<T> {
+    type Model = Planar;
+
+    fn fall_back(&mut self, lane: usize, tolerance: f64) -> Option<FallbackResult> {
+        self.fallback.solve_lane(&self.stage, &mut self.solution, lane, tolerance)
+    }
+
+    fn deviation(&self) -> T {
+        self.deviation
+    }
+
+    /// Gaps linearised at the prediction may then be wrong, or contacts missing.
+    fn is_mispredicted(&self, lane: usize) -> bool {
+        self.is_near_contact(lane) && self.deviation.lane(lane) > MARGIN
+    }
+
+    fn collect_contact_impulses<D: Driven<Model = Planar>>(
+        &mut self,
+        members: &mut Members<D>,
+        solved: Lanes,
+        contact_impulses: &mut Vec<ContactImpulse>,
+    ) {
+        self.keep_forces(members, solved, contact_impulses);
+        self.keep_contact_friction(members, solved, contact_impulses);
+        self.keep_self_contacts(members, solved, contact_impulses);
+    }
+
+    fn record(&self, lane: usize, record: &mut StageRecord) {
+        let StageSolution { twist, friction, actuator, .. } = &self.solution;
+        for ((to, link), impulse) in record.ground.iter_mut().zip(&self.stage.links).zip(friction) {
+            to[0] = link.heading.to_world(*impulse).map(|p| p.lane(lane)).push(0.0);
+        }
+        for (j, (work, impulse)) in record.actuator_work.iter_mut().zip(actuator).enumerate() {
+            work[0] = impulse.lane(lane) * (twist[j + 1].z.lane(lane) - twist[j].z.lane(lane));
+        }
+    }
+
+    fn kept_energy(&self) -> &EnergyLedger<T> {
+        &self.kept_energy
+    }
+
+    /// Away from contacts deviations do not count: friction is bounded and the schemes keep their stability.
+    fn deviation_share(&self, lane: usize, _: impl Fn() -> bool) -> f64 {
+        match (self.is_near_contact(lane), self.closing[lane]) {
+            (true, true) => CLOSING,
+            (true, false) => 1.0,
+            (false, _) => f64::INFINITY,
+        }
+    }
+
+    fn examine_ends<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
+        self.measure_sinking(members);
+    }
+
+    fn sinks(&self, lane: usize) -> bool {
+        self.sinking[lane] >= Sinking::TooDeep
+    }
+
+    fn sinks_beyond_recovery(&self, lane: usize) -> bool {
+        self.sinking[lane] == Sinking::BeyondRecovery
+    }
+
+    fn accept(&mut self, system: &PlanarSystem, lane: usize, body: &mut Body) {
+        read_lane(&self.end, lane, &mut body.state.pose);
+        read_lane(&self.kept_twist, lane, &mut body.state.twist);
+        self.backlash.save(lane, &mut body.warm_start.backlash);
+        body.is_plausible &= self.plausible.lane(lane);
+        body.warm_start.near.arrive(self.motion_bound.displacement.lane(lane), self.misprediction.lane(lane));
+        body.warm_start.near.end_step(|pair| self.end_gap(lane, pair, system, &body.pegs));
+        self.end_self_contacts(&system.robot.links, lane, &mut body.warm_start.self_contacts);
+        for (torque, drive) in body.warm_start.joint_torque.iter_mut().zip(&self.kept_actuator) {
+            *torque = -drive.lane(lane) / self.stage.coefficient.lane(lane);
+        }
+    }
+}
+
+/// What remains of the tolerance for a deviation if a contact closes: an impact's impulse is extrapolated with the
+/// forces'.
+const CLOSING: f64 = 0.5;

@@ -1,0 +1,251 @@
+//! The arithmetic of a stage over lanes: all but the solver.
+
+use nalgebra::Vector2;
+
+use crate::contact::recovery::{RECOVERY_SPEED, RECOVERY_TIME};
+use crate::math::Real;
+use crate::robot::{Breakage, LOCK_STIFFNESS};
+use crate::spatial::energy::work_of;
+use crate::spatial::{Frame, StageDrive, StageSolution, certify};
+use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
+use crate::stepping::{SolvedStage, StageKernels};
+
+use super::{GroundForces, Kept, Workspace};
+
+impl<T: Real> StageKernels<T> for Workspace<T> {
+    /// Base, guess and reference momenta of a stage that starts with the step.
+    #[inline(always)]
+    fn begin(&mut self) {
+        self.base.copy_from(&self.start);
+        self.guess.copy_from(&self.start_velocity);
+        self.momentum.copy_from_slice(&self.start_momentum);
+        self.start.place_links(&self.half_length, &mut self.start_frames);
+        self.base_frames.copy_from_slice(&self.start_frames);
+        for (i, frame) in self.start_frames.iter().enumerate() {
+            let link = &self.stage.links[i];
+            self.start_gap[i] = [frame.ground_gap(link, 0), frame.ground_gap(link, 1)];
+        }
+        self.self_contacts.begin_step();
+    }
+
+    /// The robot moves on to the base of the second stage with the velocity of the first one, whose changes of momentum
+    /// and velocity are extrapolated.
+    #[inline(always)]
+    fn extrapolate(&mut self, h: T) {
+        let elapsed = T::splat(1.0 - GAMMA) * h;
+        let Kept { end, momentum, .. } = &self.kept;
+        self.base.travel(&self.start, end, elapsed);
+        self.base.place_links(&self.half_length, &mut self.base_frames);
+        self.guess.blend(&self.start_velocity, end, T::splat(1.0 / GAMMA));
+        for (reference, (start, end)) in self.momentum.iter_mut().zip(self.start_momentum.iter().zip(momentum)) {
+            let change = end.plus_scaled(start, -T::splat(1.0));
+            *reference = start.plus_scaled(&change, T::splat(EXTRAPOLATION));
+        }
+    }
+
+    /// Predicts the end configuration of a stage of coefficient `c` and builds its links and joints there; `elapsed` is
+    /// the time from the start of the step to there.
+    #[inline(always)]
+    fn predict(&mut self, c: T, elapsed: T, _: T::Mask) {
+        self.stage.coefficient = c;
+        self.predicted.travel(&self.base, &self.guess, c);
+        self.predicted.place_links(&self.half_length, &mut self.frames);
+        self.guess.twists(&self.frames, &self.half_length, &mut self.expected);
+        self.self_contacts.predict(&self.frames);
+        self.fill_links(elapsed);
+        self.fill_joints();
+    }
+
+    /// Solves the stage from the guess and the last forces, without the solver where the robot stays at rest, and
+    /// certifies the solution.
+    #[inline(always)]
+    fn solve(&mut self, tolerance: f64, max_iterations: u32, lanes: T::Mask) -> SolvedStage<T> {
+        let c = self.stage.coefficient;
+        self.solution.twist.copy_from_slice(&self.expected);
+        let StageSolution { normal, friction, rolling, .. } = &mut self.solution;
+        for (i, forces) in self.forces.normal.iter().enumerate() {
+            normal[i] = [c * forces[0], c * forces[1]];
+            let [front, rear] = &self.forces.friction[i];
+            friction[i] = [impulse(front, c), impulse(rear, c)];
+            rolling[i] = impulse(&self.forces.rolling[i], c);
+        }
+        self.self_contacts.load_impulses(c, &mut self.solution.pair);
+        let stands = self.rest.holds(lanes & self.began_at_rest, &self.stage, &self.solution, tolerance);
+        let mut outcome =
+            self.newton.solve(&self.stage, &mut self.solution, tolerance, max_iterations, lanes & !stands);
+        outcome.converged = outcome.converged | stands;
+        self.rest.write(stands, &mut self.solution);
+        let residual = certify(&self.stage, &self.solution).residual();
+        SolvedStage { outcome, residual, gap: T::zero() }
+    }
+
+    /// What follows from the solution: forces in the given lanes, work and deviation.
+    #[inline(always)]
+    fn evaluate(&mut self, lanes: T::Mask) {
+        let per_second = T::splat(1.0) / self.stage.coefficient;
+        let GroundForces { normal, friction, rolling } = &mut self.forces;
+        for (i, impulse) in self.solution.normal.iter().enumerate() {
+            for end in 0..2 {
+                normal[i][end] = T::select(lanes, impulse[end] * per_second, normal[i][end]);
+                select_force(&mut friction[i][end], lanes, &self.solution.friction[i][end], per_second);
+            }
+            select_force(&mut rolling[i], lanes, &self.solution.rolling[i], per_second);
+        }
+        self.energy = work_of(&self.stage, &self.solution);
+        self.measure_deviation();
+    }
+
+    /// Keeps the solution in the lanes where it is accepted; in others it becomes the next guess.
+    #[inline(always)]
+    fn keep(&mut self, solved: T::Mask, again: T::Mask) {
+        let StageSolution { twist, rate, actuator, .. } = &self.solution;
+        let Kept { end, momentum, actuator: kept_actuator, energy } = &mut self.kept;
+        end.head.select_into(solved, &twist[0]);
+        self.guess.head.select_into(again, &twist[0]);
+        for (j, rates) in rate.iter().enumerate() {
+            for axis in 0..2 {
+                end.rate[j][axis] = T::select(solved, rates[axis], end.rate[j][axis]);
+                self.guess.rate[j][axis] = T::select(again, rates[axis], self.guess.rate[j][axis]);
+                kept_actuator[j][axis] = T::select(solved, actuator[j][axis], kept_actuator[j][axis]);
+            }
+        }
+        for (momentum, (link, x)) in momentum.iter_mut().zip(self.stage.links.iter().zip(twist)) {
+            momentum.select_into(solved, &link.momentum_of(x));
+        }
+        energy.select_into(solved, &self.energy);
+    }
+
+    /// End configuration of the last stage, and whether spheres sink there: a link that turns fast leaves its
+    /// linearised gap.
+    #[inline(always)]
+    fn arrive(&mut self) {
+        self.arrival.travel(&self.base, &self.kept.end, self.stage.coefficient);
+        self.arrival.place_links(&self.half_length, &mut self.frames);
+        self.sinking_into_ground = T::zero();
+        for (i, frame) in self.frames.iter().enumerate() {
+            for end in 0..2 {
+                let gap = frame.ground_gap(&self.stage.links[i], end);
+                let sunk = gap.lt(T::splat(-SUNK));
+                self.sinking_into_ground =
+                    self.sinking_into_ground.max(T::select(sunk, self.start_gap[i][end] - gap, T::zero()));
+            }
+        }
+    }
+}
+
+impl<T: Real> Workspace<T> {
+    #[inline(always)]
+    fn measure_deviation(&mut self) {
+        let mut fastest = T::zero();
+        for (reach, (u, guess)) in self.reach.iter().zip(self.solution.twist.iter().zip(&self.expected)) {
+            let change = u.plus_scaled(guess, -T::splat(1.0));
+            let (v, w) = (change.linear, change.angular);
+            let linear = (v.x * v.x + v.y * v.y + v.z * v.z).sqrt();
+            let angular = (w.x * w.x + w.y * w.y + w.z * w.z).sqrt();
+            fastest = fastest.max(linear + *reach * angular);
+        }
+        self.deviation = fastest * self.stage.coefficient;
+    }
+
+    #[inline(always)]
+    fn fill_links(&mut self, elapsed: T) {
+        let c = self.stage.coefficient;
+        for (i, frame) in self.frames.iter().enumerate() {
+            let link = &mut self.stage.links[i];
+            link.axes = frame.axes;
+            link.tangent = tangent(frame);
+            link.momentum = self.momentum[i];
+            for axis in 0..3 {
+                link.momentum.linear[axis] += link.mass * self.gravity[axis] * c;
+            }
+            for end in 0..2 {
+                let closing = self.expected[i].velocity_at(&link.ground_arm(end)).z;
+                let still = frame.ground_gap(link, end) - c * closing;
+                link.ground[end] = opening(still, self.start_gap[i][end], c, elapsed);
+            }
+        }
+    }
+
+    /// The PD torque (T 4.101)-(T 4.102) at the end of the stage, where phi = phi_base + c phi', is linear in phi'.
+    #[inline(always)]
+    fn fill_joints(&mut self) {
+        let c = self.stage.coefficient;
+        let [kp, kd] = self.gains;
+        self.stage.joints.clear();
+        for (base, target) in self.base.angle.iter().zip(&self.target) {
+            let [[yaw, yaw_rate], [pitch, pitch_rate]] = *target;
+            let (stiffness, limit) = (c * (c * kp + kd), c * self.torque_limit);
+            self.stage.joints.push([
+                StageDrive { drive: c * (kp * (yaw - base[0]) + kd * yaw_rate), stiffness, limit },
+                StageDrive { drive: c * (kp * (pitch - base[1]) + kd * pitch_rate), stiffness, limit },
+            ]);
+        }
+        if self.has_own_torques {
+            for (joint, torques) in self.stage.joints.iter_mut().zip(&self.own_torque) {
+                joint[0].drive += c * torques[0];
+                joint[1].drive += c * torques[1];
+            }
+        }
+        // A locked joint is held at its reference, the angles at which it broke, by stiff springs without limit.
+        for (j, breakage) in &self.broken {
+            let stiffness = match breakage {
+                Breakage::Locked => T::splat(LOCK_STIFFNESS) * c,
+                Breakage::Limp => T::zero(),
+            };
+            for axis in 0..2 {
+                let error = self.target[*j][axis][0] - self.base.angle[*j][axis];
+                self.stage.joints[*j][axis] =
+                    StageDrive { drive: stiffness * error, stiffness: stiffness * c, limit: T::splat(f64::INFINITY) };
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn impulse<T: Real>([x, y]: &[T; 2], c: T) -> Vector2<T> {
+    Vector2::new(c * *x, c * *y)
+}
+
+/// Sets the force of an impulse in the given lanes.
+#[inline(always)]
+fn select_force<T: Real>(force: &mut [T; 2], lanes: T::Mask, impulse: &Vector2<T>, per_second: T) {
+    force[0] = T::select(lanes, impulse.x * per_second, force[0]);
+    force[1] = T::select(lanes, impulse.y * per_second, force[1]);
+}
+
+/// Direction along which friction has mu_x: the shadow of the centre line (T 4.36), of an upright link that of e_x^B.
+#[inline(always)]
+fn tangent<T: Real>(frame: &Frame<T>) -> Vector2<T> {
+    let [x, _, z] = &frame.axes;
+    let squared = z.x * z.x + z.y * z.y;
+    let upright = squared.lt(T::splat(UPRIGHT));
+    // e_y^Pi is then the shadow of e_x^B.
+    let shadow = Vector2::new(T::select(upright, x.y, z.x), T::select(upright, -x.x, z.y));
+    let inverse = T::splat(1.0) / (shadow.x * shadow.x + shadow.y * shadow.y).sqrt();
+    Vector2::new(shadow.x * inverse, shadow.y * inverse)
+}
+
+/// Offset of a ground contact (T 4.106 != D42): the gap at the end of the stage, over c, if the sphere did not move
+/// vertically.
+///
+/// `still` is that gap, linearised at the predicted end. A contact that is neither open nor penetrating counts as
+/// touching exactly: gaps of round-off would otherwise decide which of many contacts bears a load. A penetration from
+/// before the step is undone slowly.
+#[inline(always)]
+fn opening<T: Real>(still: T, at_start: T, c: T, elapsed: T) -> T {
+    let zero = T::zero();
+    let touches = still.abs().lt(T::splat(TOUCHING));
+    let remaining = (T::splat(1.0) - elapsed / T::splat(RECOVERY_TIME)).max(zero);
+    let floor = at_start.min(zero) * remaining;
+    let offset = ((still - floor) / c).max(T::splat(-RECOVERY_SPEED));
+    T::select(touches, zero, offset)
+}
+
+/// Gap below which a sphere touches the ground \[m\].
+const TOUCHING: f64 = 1e-6;
+
+/// Depth from which on a sphere must not go deeper \[m\].
+const SUNK: f64 = 2e-4;
+
+/// Squared length of the centre line's shadow below which a link is upright.
+const UPRIGHT: f64 = 1e-18;

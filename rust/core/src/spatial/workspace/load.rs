@@ -1,0 +1,64 @@
+//! Robots and their references into lanes.
+
+use crate::gait::CardanTarget;
+use crate::math::{Mask, Real};
+use crate::spatial::{Spatial, SpatialSystem, write_lane};
+use crate::stepping::lanes::{Lanes, active};
+use crate::stepping::{Driven, Members, StageInput};
+
+use super::Workspace;
+
+impl<T: Real> StageInput<T> for Workspace<T> {
+    type Model = Spatial;
+
+    fn new(system: &SpatialSystem) -> Self {
+        Self::new(system)
+    }
+
+    fn load<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>) {
+        for lane in 0..T::LANES {
+            let state = &members.body(lane).warm_start;
+            self.start.set_lane(lane, &state.configuration);
+            self.start_velocity.set_lane(lane, &state.velocity);
+            write_lane::<T, _>(&mut self.start_momentum, lane, &state.momentum);
+            self.forces.set_lane(lane, &state.forces);
+            self.contacts.recall(lane, &state.pairs);
+            self.self_contacts.recall(lane, &state.self_contacts);
+        }
+        self.began_at_rest = T::Mask::of(|lane| members.body(lane).warm_start.began_at_rest);
+    }
+
+    fn read_references<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>, end: T, _: Lanes) {
+        for lane in 0..T::LANES {
+            let robot = members.robot(lane);
+            let time = robot.body().state.time + end.lane(lane);
+            robot.targets(time, &mut self.targets);
+            for (lanes, CardanTarget { yaw, pitch }) in self.target.iter_mut().zip(&self.targets) {
+                for (lanes, target) in lanes.iter_mut().zip([yaw, pitch]) {
+                    lanes[0].set_lane(lane, target.angle);
+                    lanes[1].set_lane(lane, target.rate);
+                }
+            }
+            self.has_own_torques = robot.torques(time, &mut self.torques);
+            if self.has_own_torques {
+                for (lanes, torques) in self.own_torque.iter_mut().zip(self.torques.chunks_exact(2)) {
+                    lanes[0].set_lane(lane, torques[0]);
+                    lanes[1].set_lane(lane, torques[1]);
+                }
+            }
+            self.torque_limit.set_lane(lane, members.system.controller.limit_until(time));
+        }
+    }
+
+    fn find_contacts<D: Driven<Model = Spatial>>(&mut self, members: &mut Members<D>, pending: Lanes, elapsed: T) {
+        let mut contacts = std::mem::take(&mut self.contacts);
+        contacts.clear(self);
+        for (i, link) in members.system.robot.links.iter().enumerate() {
+            let bodies = active(pending).map(|lane| (lane, members.body(lane)));
+            let among_pegs = bodies.filter(|(_, body)| !body.pegs.is_empty());
+            contacts.add(self, i, link, among_pegs, elapsed);
+        }
+        self.contacts = contacts;
+        self.find_self_contacts(pending, elapsed);
+    }
+}

@@ -1,0 +1,125 @@
+//! What follows from a solved stage, lane by lane: the next prediction, the verdict on the step and its end state.
+
+use nalgebra::Vector2;
+
+use crate::math::Real;
+use crate::spatial::rest::is_at_rest;
+use crate::spatial::{Spatial, SpatialBody, SpatialSystem, StageSolution, read_lane};
+use crate::stepping::lanes::{Lanes, active};
+use crate::stepping::penetration::Sinking;
+use crate::stepping::{ContactImpulse, Driven, EnergyLedger, FallbackResult, Members, StageOutput, StageRecord};
+
+use super::Workspace;
+
+impl<T: Real> StageOutput<T> for Workspace<T> {
+    type Model = Spatial;
+
+    fn fall_back(&mut self, lane: usize, tolerance: f64) -> Option<FallbackResult> {
+        self.fallback.solve_lane(&self.stage, &mut self.solution, &self.contacts, lane, tolerance)
+    }
+
+    fn remember(&mut self, lane: usize) {
+        self.contacts.remember(&self.stage, &self.solution, lane);
+        self.self_contacts.remember(&self.stage, &self.solution, lane);
+    }
+
+    fn deviation(&self) -> T {
+        self.deviation
+    }
+
+    fn is_mispredicted(&self, lane: usize) -> bool {
+        // Also where the deviation is not a number.
+        !matches!(self.deviation.lane(lane), deviation if deviation < MISPREDICTED)
+    }
+
+    fn collect_contact_impulses<D: Driven<Model = Spatial>>(
+        &mut self,
+        _: &mut Members<D>,
+        solved: Lanes,
+        contact_impulses: &mut Vec<ContactImpulse>,
+    ) {
+        for lane in active(solved) {
+            contact_impulses.extend(self.contacts.contact_impulses(&self.stage, &self.solution, lane));
+            contact_impulses.extend(self.self_contacts.contact_impulses(&self.solution, lane));
+        }
+    }
+
+    fn record(&self, lane: usize, record: &mut StageRecord) {
+        let StageSolution { normal, friction, rate, actuator, .. } = &self.solution;
+        for (i, (to, link)) in record.ground.iter_mut().zip(&self.stage.links).enumerate() {
+            let tangent = link.tangent.map(|t| t.lane(lane));
+            for end in 0..2 {
+                let impulse = friction[i][end].map(|p| p.lane(lane));
+                let across = Vector2::new(-tangent.y, tangent.x);
+                to[end] = (tangent * impulse.x + across * impulse.y).push(normal[i][end].lane(lane));
+            }
+        }
+        for (work, (impulse, rate)) in record.actuator_work.iter_mut().zip(actuator.iter().zip(rate)) {
+            *work = [0, 1].map(|axis| impulse[axis].lane(lane) * rate[axis].lane(lane));
+        }
+    }
+
+    fn kept_energy(&self) -> &EnergyLedger<T> {
+        &self.kept.energy
+    }
+
+    fn deviation_share(&self, _: usize, is_pushed: impl Fn() -> bool) -> f64 {
+        if is_pushed() { PUSHED } else { 1.0 }
+    }
+
+    fn examine_ends<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>) {
+        self.measure_sinking(members);
+    }
+
+    fn sinks(&self, lane: usize) -> bool {
+        self.sinking_into_ground.lane(lane) > SINKING || self.sinking[lane] >= Sinking::TooDeep
+    }
+
+    fn sinks_beyond_recovery(&self, lane: usize) -> bool {
+        self.sinking[lane] == Sinking::BeyondRecovery
+    }
+
+    fn keep_first_stage(&mut self) {
+        let c = self.stage.coefficient;
+        for (sum, ends) in self.first_ground.iter_mut().zip(&self.forces.normal) {
+            *sum = ends[0] * c + ends[1] * c;
+        }
+    }
+
+    fn add_first_stage(&self, lane: usize, weight: f64, body: &mut SpatialBody) {
+        for (sum, impulse) in body.ground_impulse.iter_mut().zip(&self.first_ground) {
+            *sum += impulse.lane(lane) * weight;
+        }
+    }
+
+    fn accept(&mut self, _: &SpatialSystem, lane: usize, body: &mut SpatialBody) {
+        let c = self.stage.coefficient.lane(lane);
+        let SpatialBody { warm_start: state, ground_impulse, .. } = body;
+        state.began_at_rest = is_at_rest(&state.velocity);
+        self.arrival.read_lane(lane, &mut state.configuration);
+        self.kept.end.read_lane(lane, &mut state.velocity);
+        read_lane::<T, _>(&self.kept.momentum, lane, &mut state.momentum);
+        self.forces.read_lane(lane, &mut state.forces);
+        state.pairs.clear();
+        state.pairs.extend_from_slice(self.contacts.pairs(lane));
+        state.self_contacts.clear();
+        state.self_contacts.extend_from_slice(self.self_contacts.known(lane));
+        for (sum, ends) in ground_impulse.iter_mut().zip(&state.forces.normal) {
+            *sum += ends[0] * c + ends[1] * c;
+        }
+        for (torque, drive) in state.joint_torque.iter_mut().zip(&self.kept.actuator) {
+            *torque = -Vector2::new(drive[0].lane(lane), drive[1].lane(lane)) / c;
+        }
+        body.is_plausible &= state.velocity.is_plausible();
+    }
+}
+
+/// What remains of the tolerance for a deviation where a peg pushes: links that touch down or lift off gain little from
+/// shorter steps, a robot that hits a peg gains much.
+const PUSHED: f64 = 0.25;
+
+/// A step that takes a sunk sphere deeper by more is divided \[m\].
+const SINKING: f64 = 2e-5;
+
+/// Distance between prediction and end of a stage from which on it is predicted again \[m\].
+const MISPREDICTED: f64 = 2e-3;

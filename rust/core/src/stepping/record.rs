@@ -1,0 +1,93 @@
+//! What a scripted run may record besides its motion: the impulses of all contacts, and the work of the actuators.
+
+use nalgebra::{Vector2, Vector3};
+
+use super::stage::{ContactImpulse, Source};
+
+/// Sums over an interval, which whoever reads them clears. A robot has none unless it is asked for.
+#[derive(Debug, Clone)]
+pub struct Record {
+    pub sum: StageRecord,
+    /// Impulse of each obstacle, by its number in the grid, on the robot \[N s\].
+    pub obstacle: Vec<Vector2<f64>>,
+    /// Impulse on each link of each other link: row = link that receives it \[N s\].
+    pub pair: Vec<Vector3<f64>>,
+    /// The stage at hand, and the first one of its step until the step is accepted.
+    pub(crate) stage: StageRecord,
+    first: StageRecord,
+}
+
+/// Impulses of the ground and work of the actuators over a stage, or over many.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StageRecord {
+    /// Friction, x and y of the world frame, and normal impulse at up to two contacts of each link \[N s\]; models whose
+    /// normal forces are constant leave those out.
+    pub ground: Vec<[Vector3<f64>; 2]>,
+    /// Of each joint, axis by axis \[J\].
+    pub actuator_work: Vec<[f64; 2]>,
+}
+
+impl StageRecord {
+    fn new(links: usize) -> Self {
+        Self { ground: vec![[Vector3::zeros(); 2]; links], actuator_work: vec![[0.0; 2]; links - 1] }
+    }
+
+    /// Adds `other`, `weight` times.
+    pub(crate) fn add(&mut self, other: &Self, weight: f64) {
+        for (sum, other) in self.ground.iter_mut().flatten().zip(other.ground.iter().flatten()) {
+            *sum += other * weight;
+        }
+        for (sum, other) in self.actuator_work.iter_mut().flatten().zip(other.actuator_work.iter().flatten()) {
+            *sum += other * weight;
+        }
+    }
+
+    fn clear(&mut self) {
+        self.ground.fill([Vector3::zeros(); 2]);
+        self.actuator_work.fill([0.0; 2]);
+    }
+}
+
+impl Record {
+    /// Of a robot of `links` links among `obstacles` obstacles.
+    pub fn new(links: usize, obstacles: usize) -> Self {
+        Self {
+            sum: StageRecord::new(links),
+            obstacle: vec![Vector2::zeros(); obstacles],
+            pair: vec![Vector3::zeros(); links * links],
+            stage: StageRecord::new(links),
+            first: StageRecord::new(links),
+        }
+    }
+
+    /// Begins an interval.
+    pub fn clear(&mut self) {
+        self.sum.clear();
+        self.obstacle.fill(Vector2::zeros());
+        self.pair.fill(Vector3::zeros());
+    }
+
+    /// The stage at hand becomes the first one of its step.
+    pub(crate) fn keep_first_stage(&mut self) {
+        std::mem::swap(&mut self.stage, &mut self.first);
+    }
+
+    /// Adds the first stage's share.
+    pub(crate) fn add_first_stage(&mut self, weight: f64) {
+        self.sum.add(&self.first, weight);
+    }
+
+    /// Adds the stage at hand.
+    pub(crate) fn add_stage(&mut self) {
+        self.sum.add(&self.stage, 1.0);
+    }
+
+    /// Adds the impulse of an obstacle or of another link, `weight` times.
+    pub(crate) fn add_contact(&mut self, contact: &ContactImpulse, weight: f64) {
+        let links = self.stage.ground.len();
+        match contact.source {
+            Source::Obstacle(obstacle) => self.obstacle[obstacle] += contact.impulse.xy() * weight,
+            Source::Link(other) => self.pair[contact.link * links + other] += contact.impulse * weight,
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! What a run records besides its motion, when it is asked for: optional columns of a `Trajectory`.
+
+use serde::Deserialize;
+use snake_core::stepping::Record;
+
+use crate::samples::Samples;
+
+/// A group of columns, as users name it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Recorded {
+    /// Velocities of the links and rates of the joints.
+    Velocity,
+    /// Forces at every contact of a link with the ground.
+    Ground,
+    /// Force of every obstacle.
+    Obstacles,
+    /// Force of every link on every other.
+    SelfContacts,
+    /// Power of actuators and friction.
+    Power,
+}
+
+impl Recorded {
+    /// Whether the schemes have to sum something up for it.
+    pub fn is_summed(self) -> bool {
+        self != Recorded::Velocity
+    }
+}
+
+/// What a model has of the recorded sums besides the sums themselves.
+pub struct Layout {
+    /// Components of a force.
+    pub coordinates: usize,
+    /// Contacts of a link with the ground.
+    pub contacts: usize,
+    /// Axes of a joint.
+    pub axes: usize,
+    /// Constant normal force at each contact of each link \[N\]; `None` where it is recorded.
+    pub normal: Option<Vec<f64>>,
+    /// Place in the scene of each obstacle, by its number.
+    pub place: Vec<usize>,
+}
+
+/// Writes means over an interval of the length `duration`, and clears the sums; none at the start of a run, where
+/// `duration` is zero.
+pub fn write_means(
+    record: &mut Record,
+    wanted: &[Recorded],
+    layout: &Layout,
+    friction_work: f64,
+    duration: f64,
+    samples: &mut Samples,
+) {
+    let per_second = if duration > 0.0 { 1.0 / duration } else { 0.0 };
+    let links = record.sum.ground.len();
+    for group in wanted {
+        match group {
+            Recorded::Velocity => {}
+            Recorded::Ground => write_ground(record, layout, links, per_second, samples),
+            Recorded::Obstacles => {
+                let mut force = vec![0.0; 2 * layout.place.len()];
+                for (place, impulse) in layout.place.iter().zip(&record.obstacle) {
+                    force[2 * place] = impulse.x * per_second;
+                    force[2 * place + 1] = impulse.y * per_second;
+                }
+                samples.put("obstacle_force", &[layout.place.len(), 2], force);
+            }
+            Recorded::SelfContacts => {
+                let shape = [links, links, layout.coordinates];
+                let force = record.pair.iter().flat_map(|pair| pair.iter().take(layout.coordinates));
+                samples.put("pair_force", &shape, force.map(|impulse| impulse * per_second));
+            }
+            Recorded::Power => {
+                let shape = [links - 1, layout.axes];
+                let shape = if layout.axes == 1 { &shape[..1] } else { &shape[..] };
+                let work = record.sum.actuator_work.iter().flat_map(|work| &work[..layout.axes]);
+                samples.put("actuator_power", shape, work.map(|work| work * per_second));
+                samples.put("friction_power", &[], [friction_work * per_second]);
+            }
+        }
+    }
+    record.clear();
+}
+
+fn write_ground(record: &Record, layout: &Layout, links: usize, per_second: f64, samples: &mut Samples) {
+    let impulses = || record.sum.ground.iter().flat_map(|link| &link[..layout.contacts]);
+    let friction = impulses().flat_map(|impulse| [impulse.x * per_second, impulse.y * per_second]);
+    samples.put("ground_friction", &[links, layout.contacts, 2], friction);
+    let shape = [links, layout.contacts];
+    match &layout.normal {
+        Some(normal) => {
+            let forces = normal.iter().flat_map(|normal| std::iter::repeat_n(*normal, layout.contacts));
+            samples.put("ground_normal", &shape, forces);
+        }
+        None => samples.put("ground_normal", &shape, impulses().map(|impulse| impulse.z * per_second)),
+    }
+}

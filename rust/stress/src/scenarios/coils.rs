@@ -1,0 +1,29 @@
+//! Robots folded onto themselves.
+
+use snake_core::control::ControllerConfig;
+use snake_core::gait::Wave;
+
+use crate::case::{Case, Motion};
+
+/// Coils that are pressed together, joints that jump between folds, and waves whose bends close on the body.
+pub fn coils(duration: f64) -> Vec<Case> {
+    let motions = [
+        ("coil", Motion::Hold(1.1)),
+        ("coil against the stops", Motion::Hold(1.8)),
+        ("jumping folds", Motion::Jump { angle: 1.3, rate: 1.7 }),
+        ("closing bends", Motion::Wave(Wave { amplitude: 1.4, omega: 5.0, beta: -0.6, ..Wave::default() })),
+    ];
+    let mut cases = Vec::new();
+    for (name, motion) in motions {
+        for step in [1e-2, 2.5e-2, 5e-2] {
+            for torque_limit in [Some(10.0), None] {
+                let limit = torque_limit.map_or("no torque limit".to_owned(), |limit| format!("at most {limit} N m"));
+                let mut case = Case::straight(format!("{name}, {limit}, h {step} s"), step, duration);
+                case.motion = motion;
+                case.controller = ControllerConfig { torque_limit, ..ControllerConfig::default() };
+                cases.push(case);
+            }
+        }
+    }
+    cases
+}

@@ -1,0 +1,168 @@
+"""Where episodes take place: scenes, starts and goals of the user's own, for all robots or robot by robot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from snake_env import _checks
+from snake_env.config import Scene, Start
+from snake_env.errors import ConfigError
+
+Generator = Callable[[np.random.Generator, float], Scene]
+World = dict[str, Any]
+
+SCENE = "a snake_env.Scene, a list of them, the path of a scene's file, or a function generator(rng, difficulty)"
+GOAL = "the distance of a goal line [m], a goal point (x, y) or (x, y, radius), a path [(x, y), ...], or a mapping"
+OPTIONS = ("scene", "start", "goal")
+"""Options of a reset that tell the episodes it begins where they take place."""
+
+
+class Worlds:
+    """What the episodes of an environment are told instead of drawing it from the task's family of scenes.
+
+    Args:
+        scene: see ``SCENE``; one of a list is drawn for each episode.
+        start: where link 1 starts; by default on a preset course there, else at the origin.
+        goal: see ``GOAL``.
+        corridor: (y of the centre line, half width) [m].
+
+    Attributes:
+        scene: one of the scenes, for the ground that all share, or None.
+    """
+
+    def __init__(
+        self,
+        scene: Any = None,
+        start: Start | Mapping[str, Any] | None = None,
+        goal: Any = None,
+        corridor: tuple[float, float] | None = None,
+    ) -> None:
+        self._generator = _generator_of(scene)
+        self._start, self._goal = start, goal
+        self._centre_line = None if corridor is None else _pair("corridor", corridor)[0]
+        self.scene = None if self._generator is None else self.generate(np.random.default_rng(0), 0.0)
+        self.tells = any(part is not None for part in (scene, start, goal, corridor))
+
+    def generate(self, rng: np.random.Generator, difficulty: float) -> Scene:
+        """A scene of the user's generator."""
+        scene = None if self._generator is None else self._generator(rng, difficulty)
+        if not isinstance(scene, Scene):
+            raise ConfigError("scene", f"a generator that returned {scene!r}", "a generator of snake_env.Scene")
+        return scene
+
+    def world(self, episode: tuple[int, int], difficulty: float, options: Mapping[str, Any]) -> World:
+        """What one episode is told.
+
+        Args:
+            episode: its seed and number; the generator's random numbers depend on nothing else.
+            difficulty: of the robot, in [0, 1].
+            options: of the reset that begins it, over those of the environment.
+        """
+        scene = options.get("scene")
+        if scene is not None:
+            scene = _scene_of(scene)
+        elif self._generator is not None:
+            scene = self.generate(np.random.default_rng(episode), difficulty)
+        start = options.get("start", self._start)
+        if start is None and scene is not None and scene.course is not None:
+            start = Start.on_course(scene)
+        goal = _goal_of(options.get("goal", self._goal), self._centre_line)
+        told = {"scene": scene, "start": start, "goal": goal}
+        return {name: part for name, part in told.items() if part is not None}
+
+
+def per_robot(options: Mapping[str, Any], num_envs: int) -> list[dict[str, Any]]:
+    """The options of each robot; a list has one entry per robot, None where a robot has none."""
+    rows: list[dict[str, Any]] = [{} for _ in range(num_envs)]
+    for name in OPTIONS:
+        value = options.get(name)
+        values = value if isinstance(value, list) else [value] * num_envs
+        if len(values) != num_envs:
+            raise ConfigError(f"options[{name!r}]", f"a list of {len(values)}", f"a list of {num_envs}, or one for all")
+        for row, one in zip(rows, values, strict=True):
+            if one is not None:
+                row[name] = one
+    return rows
+
+
+def _generator_of(scene: Any) -> Generator | None:
+    if scene is None or callable(scene):
+        return scene
+    scenes = [_scene_of(one) for one in (scene if isinstance(scene, list | tuple) else [scene])]
+    if not scenes:
+        raise ConfigError("scene", "[]", SCENE)
+    return Choice(scenes)
+
+
+class Choice:
+    """Generator that draws one of some scenes."""
+
+    def __init__(self, scenes: Sequence[Scene]) -> None:
+        self._scenes = scenes
+
+    def __call__(self, rng: np.random.Generator, difficulty: float) -> Scene:
+        return self._scenes[int(rng.integers(len(self._scenes)))]
+
+
+def _scene_of(scene: Any) -> Scene:
+    if isinstance(scene, str | Path):
+        return Scene.load(scene)
+    if isinstance(scene, Mapping):
+        return Scene.from_fields(scene)
+    if not isinstance(scene, Scene):
+        raise ConfigError("scene", repr(scene), SCENE)
+    return scene
+
+
+def _goal_of(goal: Any, centre_line: float | None) -> dict[str, Any] | None:
+    """The goal as the core has it."""
+    line = {} if centre_line is None else {"centre_line": centre_line}
+    if goal is None:
+        return line or None
+    if isinstance(goal, Mapping):
+        return dict(goal)
+    if _is_path(goal):
+        return {"path": [list(_pair(f"goal[{k}]", point)) for k, point in enumerate(goal)]}
+    if isinstance(goal, list | tuple | np.ndarray) and len(goal) in (2, 3):
+        numbers = [float(one) for one in goal]
+        return {"point": numbers[:2]} | ({"radius": numbers[2]} if len(numbers) == 3 else {})
+    if isinstance(goal, int | float) and not isinstance(goal, bool):
+        return {"distance": float(goal), **line}
+    raise ConfigError("goal", repr(goal), GOAL)
+
+
+def _is_path(goal: Any) -> bool:
+    """Whether it is a sequence of points."""
+    return isinstance(goal, list | tuple | np.ndarray) and len(goal) > 0 and np.ndim(goal[0]) == 1
+
+
+def _pair(field: str, value: Any) -> tuple[float, float]:
+    try:
+        first, second = (float(one) for one in value)
+    except (TypeError, ValueError):
+        raise ConfigError(field, repr(value), "two numbers") from None
+    return first, second
+
+
+def split(options: Mapping[str, Any]) -> tuple[Worlds, dict[str, Any]]:
+    """The worlds that an environment's keywords describe, and the configuration that is left for the core."""
+    rest = dict(options)
+    told = {name: rest.pop(name, None) for name in ("scene", "start", "goal", "corridor")}
+    worlds = Worlds(**told)
+    if worlds.scene is not None:
+        for name in ("friction", "stribeck"):
+            if rest.get(name) is not None:
+                raise ConfigError(name, repr(rest[name]), "None beside a scene, which has a ground of its own")
+        rest["scene"] = worlds.scene
+    if told["corridor"] is not None:
+        rest["corridor_half_width"] = _pair("corridor", told["corridor"])[1]
+    return worlds, rest
+
+
+def check_options(options: Mapping[str, Any] | None, known: Sequence[str]) -> Mapping[str, Any]:
+    """Options of a reset, ``known`` beside those of worlds and difficulty."""
+    return _checks.options(options, [*known, *OPTIONS, "difficulty"])

@@ -1,0 +1,1 @@
+"""The commands of ``snake-env``, one module each with ``main(arguments) -> status``."""

@@ -1,0 +1,55 @@
+"""Environment steps per second on this machine, with random actions and with action zero.
+
+snake-env bench
+snake-env bench --env SnakeField-v1 --num-envs 1024 --num-threads 2
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+
+import gymnasium as gym
+import numpy as np
+
+from snake_env.markdown import table
+from snake_env.registration import TASKS
+from snake_env.vector_env import refuse_others
+
+IDS = ("SnakeCourse-v1", "SnakeField-v1", "SnakeSpatial-v1")
+
+
+def main(arguments: list[str]) -> int:
+    """Runs the command."""
+    cli = argparse.ArgumentParser(
+        "snake-env bench", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    cli.add_argument("--env", action="append", metavar="ID", help=f"one of {', '.join(TASKS)}; may be repeated")
+    cli.add_argument("--num-envs", type=int, default=256, help="robots (default 256)")
+    cli.add_argument("--num-threads", type=int, default=1, help="threads (default 1)")
+    cli.add_argument("--seconds", type=float, default=2.0, help="of each measurement (default 2)")
+    args = cli.parse_args(arguments)
+    rows = []
+    for env_id in args.env or IDS:
+        refuse_others(env_id)
+        rates = [rate(env_id, args.num_envs, args.num_threads, args.seconds, random) for random in (True, False)]
+        rows.append((f"`{env_id}`", *(f"{value:,.0f}" for value in rates)))
+    print(f"{args.num_envs} robots, {args.num_threads} thread(s), steps per second\n")
+    print(table(("environment", "random actions", "action zero"), rows))
+    return 0
+
+
+def rate(env_id: str, num_envs: int, num_threads: int, seconds: float, random: bool) -> float:
+    """Steps of robots per second of wall time."""
+    envs = gym.make_vec(env_id, num_envs=num_envs, num_threads=num_threads)
+    envs.reset(seed=0)
+    rng = np.random.default_rng(0)
+    shape = envs.action_space.shape
+    assert shape is not None
+    actions = rng.uniform(-1.0, 1.0, (16, *shape)).astype(np.float32) if random else np.zeros((16, *shape), np.float32)
+    steps, start = 0, time.perf_counter()
+    while (passed := time.perf_counter() - start) < seconds:
+        envs.step(actions[steps % len(actions)])
+        steps += 1
+    envs.close()
+    return steps * num_envs / passed

@@ -1,0 +1,58 @@
+"""Policies by what a command line calls them: a gait, a scripted controller, a shipped policy, a file."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from snake_env.errors import ConfigError
+from snake_env.evaluation.rollout import layout_of
+from snake_env.evaluation.tasks import BenchmarkTask
+from snake_env.policies.gaits import DEGREE, GaitParameters, scripted
+from snake_env.policies.interface import INTERFACE, Policy
+from snake_env.policies.scripted import catalogue
+from snake_env.policies.shipped import NAMES, load_policy
+
+BASELINE = "gait"
+"""The baseline gait of Transeth (2007), lateral undulation (T 7.3)."""
+
+CHOICES = f"{BASELINE}, A,omega,beta in degrees, {', '.join(catalogue.CONTROLLERS)}, {', '.join(NAMES)}, or a file"
+"""What may be named."""
+
+
+def acting(text: str, task: BenchmarkTask) -> Policy:
+    """The policy that ``text`` names, for a task.
+
+    Args:
+        text: ``gait``, amplitude, frequency and phase shift of a gait such as ``30,120,-50`` (degrees and degrees per
+            second), a scripted controller such as ``heading control``, a shipped policy, or the path of one.
+        task: Where it acts; scripted controllers are tuned for a task.
+
+    Raises:
+        ConfigError: there is no such policy, or it was trained with another model or interface than the task has.
+    """
+    if text == BASELINE:
+        return gait_policy(GaitParameters(), task.env_id, **task.options)
+    if text in catalogue.CONTROLLERS:
+        return catalogue.tuned(text, task.name)
+    if text.count(",") == 2:
+        return gait_policy(_gait(text), task.env_id, **task.options)
+    policy = load_policy(text)
+    for name in INTERFACE:
+        own = policy.env_options.get(name)
+        if own is not None and task.options.get(name, own) != own:
+            raise ConfigError(f"options.{name}", task.options[name], f"{own}, which {policy.name} acts with")
+    policy.begin(layout_of(task.env_id, task.options | policy.env_options), 1)
+    return policy
+
+
+def _gait(text: str) -> GaitParameters:
+    try:
+        return GaitParameters(*(float(part) * DEGREE for part in text.split(",")))
+    except ValueError:
+        raise ConfigError("policy", text, f"one of {CHOICES}") from None
+
+
+def gait_policy(gait: GaitParameters, env_id: str, **options: Any) -> Policy:
+    """A gait as a policy for an environment with these keywords, named after its parameters."""
+    name = "thesis gait" if gait == GaitParameters() else str(gait)
+    return scripted(gait, layout_of(env_id, options | {"action_mode": "gait"})["action"], name)

@@ -1,0 +1,84 @@
+"""One episode of a policy: its states and pictures, and films of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snake_env.config import Scene
+from snake_env.evaluation.rollout import make_env
+from snake_env.policies.interface import Policy
+from snake_env.state import State
+
+
+class Episode(NamedTuple):
+    """One robot's path through one field.
+
+    Attributes:
+        walk: (T, 2) CG at each control instant, from the start to the end [m].
+        scene: pegs and ground.
+        frames: pictures; empty unless requested.
+        success: the goal was reached.
+        states: at each control instant.
+        observations: (T, o) what the policy saw.
+    """
+
+    walk: NDArray[np.float64]
+    scene: Scene
+    frames: list[NDArray[np.uint8]]
+    success: bool
+    states: list[State]
+    observations: NDArray[np.float32]
+
+
+def play(policy: Policy, env_id: str, seed: int, render_mode: str | None = None, **options: Any) -> Episode:
+    """Plays the first episode of a seed.
+
+    Args:
+        policy: acts.
+        env_id: environment.
+        seed: of the field.
+        render_mode: "rgb_array" keeps a picture of every control instant, "human" shows the episode in a window.
+        **options: keywords of the environment, under those of the policy.
+    """
+    env = make_env(env_id, 1, 1, render_mode=render_mode, **(options | policy.env_options))
+    observation, _ = env.reset(seed=[seed])
+    policy.begin(env.unwrapped.layout, 1)
+    states, observations, frames, ended = [], [], [], False
+    success = False
+
+    def note() -> None:
+        states.append(env.unwrapped.state().robot(0))
+        observations.append(observation[0].copy())
+        if render_mode == "rgb_array":
+            frames.append(env.render()[0])
+
+    note()
+    scene = env.unwrapped.scene(0)
+    while not ended:
+        observation, _, terminated, truncated, infos = env.step(policy(observation))
+        ended, success = bool(terminated[0] or truncated[0]), bool(infos["is_success"][0])
+        note()
+    env.close()
+    walk = np.array([state.position for state in states])
+    return Episode(walk, scene, frames, success, states, np.array(observations))
+
+
+def write(frames: list[NDArray[np.uint8]], path: Path, frames_per_second: int = 20) -> Path:
+    """Writes an mp4 file, or a gif where no ffmpeg is found; returns what was written."""
+    import imageio
+
+    try:
+        with imageio.get_writer(path.with_suffix(".mp4"), fps=frames_per_second, macro_block_size=8) as writer:
+            for frame in frames:
+                writer.append_data(frame)  # type: ignore[attr-defined]
+        return path.with_suffix(".mp4")
+    except (ImportError, OSError, ValueError) as error:
+        path.with_suffix(".mp4").unlink(missing_ok=True)
+        print(f"no mp4 ({error}); writing a gif")
+        half = [frame[::2, ::2] for frame in frames[::2]]
+        imageio.mimsave(path.with_suffix(".gif"), list(half), duration=2000 / frames_per_second, loop=0)
+        return path.with_suffix(".gif")

@@ -1,0 +1,102 @@
+"""From episodes to a table: what is reported about a policy, with 95 % confidence intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from snake_env.evaluation.rollout import Episodes, energy_over_weight
+from snake_env.evaluation.statistics import Estimate, mean_interval, paired_difference, ratio_interval
+
+
+@dataclass(frozen=True)
+class Score:
+    """One column of the table.
+
+    Attributes:
+        name: key in JSON and heading.
+        unit: of the values.
+        decimals: printed.
+        estimate: from episodes to value and interval.
+    """
+
+    name: str
+    unit: str
+    decimals: int
+    estimate: Callable[[Episodes], Estimate]
+
+
+def _time_to_goal(episodes: Episodes) -> Estimate:
+    """Over the episodes that reach the goal."""
+    return mean_interval(episodes["time"][episodes["is_success"]])
+
+
+def _cost_of_transport(episodes: Episodes) -> Estimate:
+    """All energy over weight times all distance; infinite if the robots make no net progress."""
+    return ratio_interval(energy_over_weight(episodes), episodes["distance"])
+
+
+def _mean_of(name: str) -> Callable[[Episodes], Estimate]:
+    return lambda episodes: mean_interval(episodes[name].astype(np.float64))
+
+
+SCORES = (
+    Score("success", "1", 3, _mean_of("is_success")),
+    Score("progress", "m", 3, _mean_of("distance")),
+    Score("speed", "m/s", 3, _mean_of("speed")),
+    Score("time_to_goal", "s", 1, _time_to_goal),
+    Score("jam_ratio", "1", 3, _mean_of("jam_ratio")),
+    Score("cost_of_transport", "1", 2, _cost_of_transport),
+    Score("left_corridor", "1", 3, _mean_of("left_corridor")),
+)
+
+Row = dict[str, Estimate]
+
+
+def score(episodes: Episodes) -> Row:
+    """All scores of a policy."""
+    return {one.name: one.estimate(episodes) for one in SCORES}
+
+
+def against(episodes: Episodes, reference: Episodes) -> Row:
+    """Differences in success and progress to another policy on the same fields, field by field."""
+    return {
+        "success": paired_difference(episodes["is_success"], reference["is_success"]),
+        "progress": paired_difference(episodes["distance"], reference["distance"]),
+    }
+
+
+def table(rows: dict[str, Row]) -> str:
+    """Policies by line, scores by column: value [low, high]."""
+    heads = ["", *(f"{one.name} [{one.unit}]" if one.unit != "1" else one.name for one in SCORES)]
+    lines = [[name, *(cell(row[one.name], one.decimals) for one in SCORES)] for name, row in rows.items()]
+    widths = [max(len(line[k]) for line in (heads, *lines)) for k in range(len(heads))]
+    return "\n".join(
+        "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip()
+        for line in (heads, *lines)
+    )
+
+
+def difference_text(name: str, other: str, difference: Row) -> str:
+    """One sentence about two policies."""
+    parts = []
+    for key, unit in (("success", ""), ("progress", " m")):
+        value, low, high = difference[key]
+        parts.append(f"{key} {value:+.3f}{unit} [{low:+.3f}, {high:+.3f}]")
+    return f"{name} against {other}, field by field: " + ", ".join(parts)
+
+
+def cell(estimate: Estimate, decimals: int) -> str:
+    """Value [low, high], or a dash where there is none."""
+    value, low, high = (f"{number:.{decimals}f}" for number in estimate)
+    return f"{value} [{low}, {high}]" if np.isfinite(estimate.value) else "-"
+
+
+def plain(row: Row) -> dict[str, dict[str, float | None]]:
+    """For JSON; numbers that are not finite become null."""
+    return {
+        name: {key: value if np.isfinite(value) else None for key, value in estimate._asdict().items()}
+        for name, estimate in row.items()
+    }

@@ -1,0 +1,46 @@
+"""Seeds of the fields for training, validation and test.
+
+Robot ``i`` of a batch with seed ``s`` draws its fields from stream ``s + i``. The ranges below are disjoint, so
+that nothing is tested on a field on which it was trained or selected.
+"""
+
+from __future__ import annotations
+
+TRAINING = range(2**31)
+"""Seeds of training runs."""
+SELECTION = range(2**32, 2**32 + 2**31)
+"""Seeds of the validation fields, on which gaits and hyper-parameters are selected."""
+HELD_OUT = range(2**33, 2**33 + 2**31)
+"""Seeds of the test fields, on which results are reported."""
+
+
+def held_out(count: int) -> list[int]:
+    """The first ``count`` test seeds, one per field."""
+    return list(HELD_OUT[:count])
+
+
+def require_held_out(fields: list[int]) -> None:
+    """Raises unless all seeds are test seeds.
+
+    Raises:
+        ValueError: names the first seed that is not held out.
+    """
+    for seed in fields:
+        if seed not in HELD_OUT or seed in TRAINING or seed in SELECTION:
+            raise ValueError(f"seed = {seed}: expected a held-out one, in [{HELD_OUT.start}, {HELD_OUT.stop})")
+
+
+def selection(count: int, skip: int = 0) -> list[int]:
+    """``count`` validation seeds, after the first ``skip``."""
+    return list(SELECTION[skip : skip + count])
+
+
+def training(seed: int, steps_taken: int, num_envs: int) -> int:
+    """First seed of a batch for training; each resumption has other fields.
+
+    Args:
+        seed: seed of the run, >= 0.
+        steps_taken: environment steps before the batch was made.
+        num_envs: robots of the batch; each takes one seed.
+    """
+    return (seed * 1_000_003 + steps_taken * num_envs) % (len(TRAINING) - num_envs)

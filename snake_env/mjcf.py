@@ -1,0 +1,200 @@
+"""Robot, scene and controller as a model of MuJoCo, written as MJCF; MuJoCo itself is not needed."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snake_env.config.controllers import PD
+from snake_env.config.gait import Gait
+from snake_env.config.robot import PerLink, Robot
+from snake_env.config.scene import Scene
+from snake_env.config.start import Start
+from snake_env.errors import ConfigError
+from snake_env.obstacles import Circle, Obstacle, Segment, outlines
+
+Element = ElementTree.Element
+Array = NDArray[np.float64]
+
+HEIGHT = 2.0
+"""Half height of the obstacles [m]; links do not come near their ends."""
+THICKNESS = 1e-3
+"""Half thickness of segments, which have none in this package [m]."""
+IMPEDANCE = (0.99, 0.9999, 1e-4)
+"""Of contacts: links sink by less than a tenth of a millimetre."""
+SOLID, LINK = "1", "2"
+"""Collision types: links touch what is solid, and each other."""
+
+
+def write(scene: Scene, robot: Robot, controller: PD, start: Start, gait: Gait, step: float) -> str:
+    """The document; see :meth:`snake_env.Scene.to_mjcf`."""
+    _require_supported(scene, controller, start)
+    root = Element("mujoco", model="snake_env")
+    _add(root, "compiler", angle="radian")
+    _add(
+        root,
+        "option",
+        timestep=step,
+        integrator="implicitfast",
+        cone="elliptic",
+        impratio=1000.0,
+        gravity=_gravity(scene, robot),
+    )
+    meshes = _add(root, "asset")
+    world = _add(root, "worldbody")
+    _add(world, "light", pos=(0.0, 0.0, 4.0))
+    ground = {"condim": 3, "friction": (scene.friction[0], 0.0, 0.0), **_solid(step)}
+    _add(world, "geom", name="ground", type="plane", size=(0.0, 0.0, 1.0), **ground)
+    for j, obstacle in enumerate(scene.obstacles, start=1):
+        _add_obstacle(world, meshes, obstacle, f"obstacle_{j}", step)
+    posture = _posture(robot, start, gait)
+    _add_chain(world, robot, start)
+    actuators = _add(root, "actuator")
+    for joint in range(1, robot.links):
+        for axis in ("yaw", "pitch"):
+            _add(actuators, "position", name=f"{axis}_{joint}", joint=f"{axis}_{joint}", **_servo(controller))
+    orientation = (math.cos(0.5 * start.heading), 0.0, 0.0, math.sin(0.5 * start.heading))
+    place = (*start.position[:2], _height(robot, posture))
+    key = _add(_add(root, "keyframe"), "key", name="start", qpos=(*place, *orientation, *posture.ravel()))
+    key.set("ctrl", _text(tuple(posture.ravel())))
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def _require_supported(scene: Scene, controller: PD, start: Start) -> None:
+    """MuJoCo's contact frames do not turn with the links, and its friction does not depend on speed."""
+    if scene.friction[0] != scene.friction[1]:
+        raise ConfigError("scene.friction", scene.friction, "equal coefficients along and across a link for MuJoCo")
+    if scene.stribeck.drop or any(scene.viscous):
+        raise ConfigError("scene", "friction that depends on speed", "Coulomb friction alone for MuJoCo")
+    if not isinstance(controller, PD):
+        raise ConfigError("controller", repr(controller), "a snake_env.PD for MuJoCo")
+    if start.pitch or start.roll:
+        raise ConfigError("start.pitch", (start.pitch, start.roll), "a robot that lies flat for MuJoCo")
+
+
+def _gravity(scene: Scene, robot: Robot) -> tuple[float, float, float]:
+    angle, direction = scene.slope
+    down = robot.gravity * math.sin(angle)
+    return -down * math.cos(direction), -down * math.sin(direction), -robot.gravity * math.cos(angle)
+
+
+def _solid(step: float) -> dict[str, Any]:
+    """Contacts with the ground and obstacles, as stiff as the step allows."""
+    return {"contype": SOLID, "conaffinity": 0, "priority": 1, "solref": (2.0 * step, 1.0), "solimp": IMPEDANCE}
+
+
+def _add_obstacle(world: Element, meshes: Element, obstacle: Any, name: str, step: float) -> None:
+    friction = obstacle.friction if isinstance(obstacle, Obstacle) else 0.0
+    contact = {"condim": 3 if friction else 1, "friction": (friction, 0.0, 0.0), **_solid(step)}
+    if not isinstance(obstacle, Obstacle) or isinstance(obstacle, Circle):
+        values = (obstacle.radius, obstacle.x, obstacle.y) if isinstance(obstacle, Circle) else obstacle
+        radius, x, y = (float(value) for value in values)
+        _add(world, "geom", name=name, type="cylinder", size=(radius, HEIGHT), pos=(x, y, 0.0), **contact)
+        return
+    corners = outlines([obstacle])[0]
+    if isinstance(obstacle, Segment):
+        along = corners[1] - corners[0]
+        size = (0.5 * float(np.hypot(*along)), THICKNESS, HEIGHT)
+        place = (*corners.mean(axis=0), 0.0)
+        turn = (0.0, 0.0, math.atan2(along[1], along[0]))
+        _add(world, "geom", name=name, type="box", size=size, pos=place, euler=turn, **contact)
+        return
+    vertices = tuple(float(v) for z in (-HEIGHT, HEIGHT) for corner in corners for v in (*corner, z))
+    _add(meshes, "mesh", name=name, vertex=vertices)
+    _add(world, "geom", name=name, type="mesh", mesh=name, **contact)
+
+
+def _add_chain(world: Element, robot: Robot, start: Start) -> None:
+    """Nested bodies, x along the links and z up, with the origin at the CG of link 1 and at the joints."""
+    count = robot.links
+    length, half, radius, mass, inertia, roll = (
+        _each(value, count)
+        for value in (
+            robot.length,
+            robot.contact_half_length,
+            robot.radius,
+            robot.mass,
+            robot.inertia,
+            robot.roll_inertia,
+        )
+    )
+    # Links touch what is solid by their conaffinity, and each other by their contype; neighbours do not.
+    contact = {"contype": 0 if robot.self_contact is False else LINK, "conaffinity": 3, "condim": 1}
+    body = world
+    for i in range(count):
+        place = (
+            (*start.position[:2], float(radius[0])) if i == 0 else (length[i - 1] * (0.5 if i == 1 else 1.0), 0.0, 0.0)
+        )
+        body = _add(body, "body", name=f"link_{i + 1}", pos=place)
+        if i == 0:
+            _add(body, "freejoint", name="root")
+        else:
+            limit = (
+                {}
+                if robot.joint_limit is None or math.isinf(robot.joint_limit)
+                else {"range": (-robot.joint_limit, robot.joint_limit), "limited": "true"}
+            )
+            for axis, direction in (("yaw", (0, 0, 1)), ("pitch", (0, 1, 0))):
+                _add(body, "joint", name=f"{axis}_{i}", type="hinge", axis=direction, **limit)
+        centre = 0.0 if i == 0 else 0.5 * length[i]
+        _add(body, "inertial", pos=(centre, 0.0, 0.0), mass=mass[i], diaginertia=(roll[i], inertia[i], inertia[i]))
+        ends = (centre - half[i], 0.0, 0.0, centre + half[i], 0.0, 0.0)
+        _add(body, "geom", name=f"link_{i + 1}", type="capsule", fromto=ends, size=(radius[i],), **contact)
+
+
+def _servo(controller: PD) -> dict[str, Any]:
+    limit = controller.torque_limit
+    bounds = {} if limit is None else {"forcerange": (-limit, limit), "forcelimited": "true"}
+    return {"kp": controller.kp, "kv": controller.kd, **bounds}
+
+
+def _posture(robot: Robot, start: Start, gait: Gait) -> Array:
+    """Angles (n - 1, 2) of the joints, yaw and pitch."""
+    joints = robot.links - 1
+    angles = np.zeros((joints, 2))
+    if isinstance(start.posture, str):
+        if start.posture == "gait":
+            for axis in (0, 1):
+                angles[:, axis] = gait.reference(np.zeros(1), joints, bool(axis))["angle"][0]
+        return angles
+    given = np.asarray(start.posture, np.float64)
+    if given.shape not in ((joints,), (joints, 2)):
+        raise ConfigError("start.posture", f"shape {given.shape}", f"{joints} angles, or pairs of yaw and pitch")
+    angles[:, : 1 if given.ndim == 1 else 2] = given.reshape(joints, -1)
+    return angles
+
+
+def _height(robot: Robot, posture: Array) -> float:
+    """Height of the CG of link 1, which is level, where the lowest point of the robot touches the ground [m]."""
+    count = robot.links
+    length, half, radius = (_each(value, count) for value in (robot.length, robot.contact_half_length, robot.radius))
+    turned, joint, lowest = np.eye(3), 0.5 * length[0] * np.eye(3)[0], -float(radius[0])
+    for i in range(1, count):
+        (sin_yaw, sin_pitch), (cos_yaw, cos_pitch) = np.sin(posture[i - 1]), np.cos(posture[i - 1])
+        yaw = np.array([[cos_yaw, -sin_yaw, 0.0], [sin_yaw, cos_yaw, 0.0], [0.0, 0.0, 1.0]])
+        pitch = np.array([[cos_pitch, 0.0, sin_pitch], [0.0, 1.0, 0.0], [-sin_pitch, 0.0, cos_pitch]])
+        turned = turned @ yaw @ pitch
+        axis = turned[:, 0]
+        centre = joint + 0.5 * length[i] * axis
+        lowest = min(lowest, float(centre[2] - half[i] * abs(axis[2]) - radius[i]))
+        joint = joint + length[i] * axis
+    return -lowest
+
+
+def _each(value: PerLink, links: int) -> Array:
+    return np.broadcast_to(np.asarray(value, np.float64), (links,))
+
+
+def _add(parent: Element, tag: str, /, **attributes: Any) -> Element:
+    return ElementTree.SubElement(parent, tag, {key: _text(value) for key, value in attributes.items()})
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, tuple):
+        return " ".join(_text(one) for one in value)
+    return repr(float(value)) if isinstance(value, float | np.floating) else str(value)

@@ -1,0 +1,202 @@
+"""Obstacles of a scene, seen from above: pegs, walls and convex bodies, fixed to the ground.
+
+In the spatial model they are vertical and without end. Lengths in m, angles in rad.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snake_env.config.section import Section
+from snake_env.errors import ConfigError
+
+__all__ = ["Box", "Circle", "Obstacle", "Polygon", "Segment"]
+
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Circle(Section):
+    """A peg.
+
+    Args:
+        radius: radius [m], > 0.
+        x: centre [m].
+        y: centre [m].
+        friction: Coulomb coefficient between links and the obstacle, >= 0.
+        mass: None; obstacles are fixed.
+    """
+
+    _section: ClassVar[str] = "obstacle"
+
+    radius: float
+    x: float
+    y: float
+    friction: float = 0.0
+    mass: float | None = None
+    shape: str = field(default="circle", init=False, repr=False)
+
+    def moved(self, dx: float, dy: float) -> Circle:
+        """The obstacle shifted by (dx, dy) [m]."""
+        return dataclasses.replace(self, x=self.x + dx, y=self.y + dy)
+
+
+@dataclass(frozen=True)
+class Segment(Section):
+    """A straight wall without thickness; links touch both sides and the ends.
+
+    Args:
+        start: one end (x, y) [m].
+        end: the other end (x, y) [m].
+        friction: Coulomb coefficient between links and the obstacle, >= 0.
+        mass: None; obstacles are fixed.
+    """
+
+    _section: ClassVar[str] = "obstacle"
+
+    start: Point
+    end: Point
+    friction: float = 0.0
+    mass: float | None = None
+    shape: str = field(default="segment", init=False, repr=False)
+
+    def moved(self, dx: float, dy: float) -> Segment:
+        """The obstacle shifted by (dx, dy) [m]."""
+        start, end = _shifted([self.start, self.end], dx, dy)
+        return dataclasses.replace(self, start=start, end=end)
+
+
+@dataclass(frozen=True)
+class Box(Section):
+    """A rectangle.
+
+    Args:
+        size: lengths of its sides [m], > 0.
+        x: centre [m].
+        y: centre [m].
+        angle: of the first side, from the x axis [rad].
+        friction: Coulomb coefficient between links and the obstacle, >= 0.
+        mass: None; obstacles are fixed.
+    """
+
+    _section: ClassVar[str] = "obstacle"
+
+    size: Point
+    x: float
+    y: float
+    angle: float = 0.0
+    friction: float = 0.0
+    mass: float | None = None
+    shape: str = field(default="box", init=False, repr=False)
+
+    def moved(self, dx: float, dy: float) -> Box:
+        """The obstacle shifted by (dx, dy) [m]."""
+        return dataclasses.replace(self, x=self.x + dx, y=self.y + dy)
+
+
+@dataclass(frozen=True)
+class Polygon(Section):
+    """A convex polygon.
+
+    Args:
+        vertices: three or more corners (x, y) in order, either way round [m].
+        friction: Coulomb coefficient between links and the obstacle, >= 0.
+        mass: None; obstacles are fixed.
+    """
+
+    _section: ClassVar[str] = "obstacle"
+
+    vertices: Sequence[Point]
+    friction: float = 0.0
+    mass: float | None = None
+    shape: str = field(default="polygon", init=False, repr=False)
+
+    def moved(self, dx: float, dy: float) -> Polygon:
+        """The obstacle shifted by (dx, dy) [m]."""
+        return dataclasses.replace(self, vertices=_shifted(self.vertices, dx, dy))
+
+
+Obstacle = Circle | Segment | Box | Polygon
+
+_SHAPES: dict[str, type[Obstacle]] = {"circle": Circle, "segment": Segment, "box": Box, "polygon": Polygon}
+
+
+def circles(obstacles: Sequence[Any]) -> list[tuple[float, float, float]]:
+    """Radius and centre (radius, x, y) of the circular ones [m]."""
+    triples = [(one.radius, one.x, one.y) if isinstance(one, Circle) else one for one in obstacles]
+    return [tuple(one) for one in triples if not isinstance(one, Obstacle)]
+
+
+def outlines(obstacles: Sequence[Any]) -> list[NDArray[np.float64]]:
+    """Corners (k, 2) of the others in order, two of a segment [m]."""
+    return [_corners(one) for one in obstacles if isinstance(one, Segment | Box | Polygon)]
+
+
+def moved(obstacle: Any, dx: float, dy: float) -> Any:
+    """An obstacle of a scene, or a triple (radius, x, y), shifted by (dx, dy) [m]."""
+    if isinstance(obstacle, Obstacle):
+        return obstacle.moved(dx, dy)
+    radius, x, y = obstacle
+    return radius, x + dx, y + dy
+
+
+def to_plain(obstacle: Any) -> Any:
+    """An obstacle as numbers, lists and mappings; a triple is a list."""
+    if not isinstance(obstacle, Obstacle):
+        return np.asarray(obstacle, np.float64).tolist()
+    names = ["shape", *(name.name for name in dataclasses.fields(obstacle) if name.init)]
+    values = {name: getattr(obstacle, name) for name in names}
+    return {name: _plain(value) for name, value in values.items() if value is not None}
+
+
+def from_plain(obstacle: Any, path: str) -> Any:
+    """The obstacle that :func:`to_plain` wrote; ``path`` names it in errors.
+
+    Raises:
+        ConfigError: names the field that is unknown, missing or not admissible.
+    """
+    if not isinstance(obstacle, Mapping):
+        return tuple(obstacle) if isinstance(obstacle, list) else obstacle
+    fields = dict(obstacle)
+    shape = fields.pop("shape", None)
+    if shape not in _SHAPES:
+        raise ConfigError(f"{path}.shape", repr(shape), "one of " + ", ".join(f'"{name}"' for name in _SHAPES))
+    known = [name.name for name in dataclasses.fields(_SHAPES[shape]) if name.init]
+    for name, value in fields.items():
+        if name not in known:
+            raise ConfigError(f"{path}.{name}", repr(value), f"a field of a {shape}: " + ", ".join(known))
+    try:
+        return _SHAPES[shape](**{name: _frozen(value) for name, value in fields.items()})
+    except TypeError:
+        required = [name for name in known if name not in ("angle", "friction", "mass")]
+        raise ConfigError(path, repr(obstacle), f"a {shape} with " + ", ".join(required)) from None
+    except ConfigError as error:
+        raise ConfigError(path + error.field.removeprefix("obstacle"), error.value, error.expected) from None
+
+
+def _corners(obstacle: Segment | Box | Polygon) -> NDArray[np.float64]:
+    if isinstance(obstacle, Segment):
+        return np.array([obstacle.start, obstacle.end], np.float64)
+    if isinstance(obstacle, Polygon):
+        return np.array(obstacle.vertices, np.float64)
+    half = 0.5 * np.array(obstacle.size) * [[-1, -1], [1, -1], [1, 1], [-1, 1]]
+    sin, cos = np.sin(obstacle.angle), np.cos(obstacle.angle)
+    return half @ [[cos, sin], [-sin, cos]] + [obstacle.x, obstacle.y]
+
+
+def _shifted(points: Sequence[Point], dx: float, dy: float) -> list[Point]:
+    return [(x + dx, y + dy) for x, y in points]
+
+
+def _plain(value: Any) -> Any:
+    return value if isinstance(value, str | int | float) else np.asarray(value, np.float64).tolist()
+
+
+def _frozen(value: Any) -> Any:
+    return tuple(_frozen(item) for item in value) if isinstance(value, list) else value

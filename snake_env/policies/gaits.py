@@ -1,0 +1,72 @@
+"""Gaits that never change, as policies."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snake_env.errors import ConfigError
+from snake_env.policies.interface import Stateless
+
+DEGREE = math.pi / 180.0
+
+
+@dataclass
+class ConstantAction(Stateless):
+    """The same action at all times: one for all robots (a,), or one each (n, a)."""
+
+    action: NDArray[np.float32]
+    name: str = "constant action"
+    env_options: dict[str, Any] = field(default_factory=dict)
+
+    def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
+        """The actions (n, a)."""
+        shape = (len(observation), self.action.shape[-1])
+        return np.broadcast_to(self.action, shape).astype(np.float32)
+
+
+@dataclass(frozen=True)
+class GaitParameters:
+    """A travelling wave A sin(omega t + (i - 1) beta) + gamma (T 7.1); the defaults are the thesis's (T 7.3).
+
+    Args:
+        amplitude: A [rad].
+        omega: [rad/s].
+        beta: phase shift between adjacent joints [rad].
+        gamma: offset of all joints [rad].
+    """
+
+    amplitude: float = 40 * DEGREE
+    omega: float = 80 * DEGREE
+    beta: float = -50 * DEGREE
+    gamma: float = 0.0
+
+    def __str__(self) -> str:
+        amplitude, omega, beta = (value / DEGREE for value in (self.amplitude, self.omega, self.beta))
+        return f"A {amplitude:.0f}, omega {omega:.0f}, beta {beta:.0f} deg"
+
+    def action(self, entries: list[dict[str, Any]]) -> NDArray[np.float32]:
+        """The constant action that commands this gait in action mode ``gait``; in 3D without a vertical wave.
+
+        Args:
+            entries: the environment's table of actions, ``layout["action"]``.
+
+        Raises:
+            ConfigError: the environment cannot command it.
+        """
+        wave = [self.amplitude, self.omega, self.beta, self.gamma]
+        values = np.array(wave + [0.0] * (len(entries) - len(wave)))
+        low, high = (np.array([entry[end] for entry in entries]) for end in ("low", "high"))
+        action = (2.0 * values - low - high) / (high - low)
+        if np.any(np.abs(action) > 1.0 + 1e-9):
+            raise ConfigError("gait", self, f"values the environment can command, {low} to {high} rad")
+        return np.clip(action, -1.0, 1.0).astype(np.float32)
+
+
+def scripted(gait: GaitParameters, entries: list[dict[str, Any]], name: str) -> ConstantAction:
+    """A gait that never changes."""
+    return ConstantAction(gait.action(entries), name, {"action_mode": "gait"})

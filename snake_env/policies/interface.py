@@ -1,0 +1,54 @@
+"""What a policy is to an environment: actions for a batch of observations."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snake_env.policies import files
+
+INTERFACE = ("action_mode", "perception", "nearest_pegs", "control_period")
+"""Keywords of the environment that belong to a policy; all others belong to the task on which it is evaluated."""
+
+
+def title(path: Path) -> str:
+    """Name of a trained policy in tables: that of its file or, where all runs call it the same, of its run."""
+    return path.parent.name if path.name in (files.NAME, "model.zip") else path.stem
+
+
+class Policy(Protocol):
+    """Actions for a batch of robots, from observations only; scripted and learned policies observe the same."""
+
+    name: str
+    env_options: dict[str, Any]
+    """Keywords of the environment that the policy needs, such as its action mode."""
+
+    def begin(self, layout: dict[str, Any], num_envs: int) -> None:
+        """Prepares for a batch of new episodes; ``layout`` is the environment's."""
+        ...
+
+    def reset(self, rows: NDArray[np.bool_]) -> None:
+        """Forgets what it remembers of the robots in ``rows`` (n,), whose next observation begins an episode."""
+        ...
+
+    def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Actions (n, a) in [-1, 1] for observations (n, o)."""
+        ...
+
+
+class Stateless:
+    """A policy that remembers nothing."""
+
+    def begin(self, layout: dict[str, Any], num_envs: int) -> None:
+        """Has nothing to prepare."""
+
+    def reset(self, rows: NDArray[np.bool_]) -> None:
+        """Has nothing to forget."""
+
+
+def interface(options: dict[str, Any]) -> dict[str, Any]:
+    """Those of an environment's keywords that belong to a policy."""
+    return {name: value for name, value in options.items() if name in INTERFACE}

@@ -1,0 +1,81 @@
+"""What a trained policy is and how it scored: ``policy.card``."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from snake_env.markdown import table
+
+Estimates = dict[str, tuple[float | None, float | None, float | None]]
+"""Score by name: value, low and high end of its 95 % bootstrap interval; None where there is no value."""
+
+
+@dataclass(frozen=True)
+class PolicyCard:
+    """What a policy is, where it was trained and how it scored.
+
+    Attributes:
+        name: of the policy.
+        about: one line.
+        env_id: Environment of its training.
+        env_options: Keywords of that environment, those that belong to the policy among them.
+        steps: Environment steps of the last stage of training; None if unknown.
+        training: The command that repeats the training, or what is known about it.
+        scores: On test scenes of ``env_id`` with ``env_options``; empty if it has not been scored.
+        scenes: Number of test scenes, one episode each.
+        versions: of the packages that the scores were computed with.
+        notes: Facts that limit the use of the scores.
+        license: of the weights.
+    """
+
+    name: str
+    about: str = ""
+    env_id: str = "SnakeField-v1"
+    env_options: dict[str, Any] = field(default_factory=dict)
+    steps: int | None = None
+    training: str = ""
+    scores: Estimates = field(default_factory=dict)
+    scenes: int = 0
+    versions: dict[str, str | None] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    license: str = ""
+
+    @classmethod
+    def of(cls, name: str, config: dict[str, Any], beside: Path) -> PolicyCard:
+        """The card of a policy: the configuration in its file, and the JSON file of its scores if there is one.
+
+        Args:
+            name: of the policy.
+            config: from the metadata of its file.
+            beside: JSON file with further attributes.
+        """
+        known = {
+            "about": config.get("about", ""),
+            "env_id": config.get("env_id", cls.env_id),
+            "env_options": config.get("env", {}),
+            "steps": config.get("steps"),
+        }
+        if beside.exists():
+            known |= json.loads(beside.read_text(encoding="utf-8"))
+            known["scores"] = {key: tuple(value) for key, value in known.get("scores", {}).items()}
+            known["notes"] = tuple(known.get("notes", ()))
+        return cls(name=name, **known)
+
+    def __str__(self) -> str:
+        """The card in Markdown."""
+        facts = [
+            ("environment", f"`{self.env_id}`"),
+            ("keywords", f"`{json.dumps(self.env_options)}`"),
+            ("training", self.training or "unknown"),
+            ("environment steps of the last stage", f"{self.steps:,}" if self.steps else "unknown"),
+            ("versions", ", ".join(f"{name} {version}" for name, version in self.versions.items()) or "unknown"),
+            ("licence", self.license or "unknown"),
+        ]
+        parts = [f"# {self.name}", self.about, table(("", ""), facts)]
+        if self.scores:
+            rows = [(name, *("-" if v is None else f"{v:.3f}" for v in values)) for name, values in self.scores.items()]
+            parts += [f"{self.scenes} test scenes, 95 % intervals:", table(("score", "value", "low", "high"), rows)]
+        return "\n\n".join([part.strip() for part in (*parts, *self.notes) if part]) + "\n"

@@ -1,0 +1,53 @@
+"""The scripted controllers by name, and the numbers that tuning has chosen for each task."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from snake_env.errors import ConfigError
+from snake_env.policies.scripted.controller import Controller
+from snake_env.policies.scripted.follow import FollowTheLeader
+from snake_env.policies.scripted.gaits import HeadingGait, TaperedGait
+from snake_env.policies.scripted.jam import JamResolving
+from snake_env.policies.scripted.reflex import ContactReflex
+
+CONTROLLERS: dict[str, type[Controller]] = {
+    kind.title: kind for kind in (TaperedGait, HeadingGait, JamResolving, ContactReflex, FollowTheLeader)
+}
+
+TUNED = Path(__file__).parent / "tuned.json"
+"""By task and controller: the parameters, and on how many scenes they were chosen;
+`python -m training tune` writes it."""
+
+
+def read(path: Path = TUNED) -> dict[str, Any]:
+    """What has been tuned so far."""
+    return json.loads(path.read_text()) if path.exists() else {}
+
+
+def tuned(title: str, task: str, path: Path = TUNED) -> Controller:
+    """A controller with the numbers chosen for a task.
+
+    Raises:
+        ConfigError: the controller does not exist, or has not been tuned for the task.
+    """
+    controller = kind(title)
+    try:
+        values = read(path)[task][title]["values"]
+    except KeyError:
+        expected = f"one tuned for {task}: {', '.join(read(path).get(task, {})) or 'none is'}"
+        raise ConfigError("policy", title, expected) from None
+    return controller(values)
+
+
+def kind(title: str) -> type[Controller]:
+    """The controller of this name.
+
+    Raises:
+        ConfigError: it does not exist.
+    """
+    if title not in CONTROLLERS:
+        raise ConfigError("policy", title, f"one of {', '.join(CONTROLLERS)}")
+    return CONTROLLERS[title]

@@ -1,0 +1,67 @@
+"""What scripted controllers share: numbers to tune, one value or one per robot, and commands in SI units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snake_env.policies.gaits import DEGREE
+from snake_env.policies.scripted.senses import Array, Senses
+
+AMPLITUDES = (25 * DEGREE, 65 * DEGREE)
+OMEGAS = (80 * DEGREE, 200 * DEGREE)
+BETAS = (-65 * DEGREE, -25 * DEGREE)
+"""Waves that the tuning tries [rad, rad/s, rad]."""
+
+
+class Controller:
+    """A scripted policy with named parameters.
+
+    A subclass gives ``ranges``, the bounds within which tuning chooses each parameter, and :meth:`command`.
+
+    Args:
+        values: each parameter by name: one number, or an array (n,) with one per robot, as in tuning.
+        name: shown in tables; by default ``title``.
+    """
+
+    title: ClassVar[str]
+    mode: ClassVar[str]
+    """Action mode of the environment."""
+    ranges: ClassVar[Mapping[str, tuple[float, float]]]
+
+    def __init__(self, values: Mapping[str, Any], name: str | None = None) -> None:
+        if set(values) != set(self.ranges):
+            raise ValueError(f"{self.title}: {sorted(values)}: expected values for {sorted(self.ranges)}")
+        self.name = name or self.title
+        self.env_options: dict[str, Any] = {"action_mode": self.mode}
+        self._values = dict(values)
+
+    def begin(self, layout: dict[str, Any], num_envs: int) -> None:
+        """Prepares for a batch of new episodes."""
+        self.senses = Senses(layout)
+        self.period = float(layout["control_period"])
+        self.num_envs = num_envs
+        self.joints = self.senses.size("joint_angle")
+        self._low, self._high = (np.array([entry[end] for entry in layout["action"]]) for end in ("low", "high"))
+        self.parameters = {name: np.broadcast_to(np.float64(value), num_envs) for name, value in self._values.items()}
+        self.reset(np.ones(num_envs, np.bool_))
+
+    def reset(self, rows: NDArray[np.bool_]) -> None:
+        """Forgets what it remembers of the robots in ``rows`` (n,)."""
+
+    def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Actions (n, a) in [-1, 1] for observations (n, o)."""
+        self.senses.see(observation)
+        action = (2.0 * self.command() - self._low - self._high) / (self._high - self._low)
+        return np.clip(action, -1.0, 1.0).astype(np.float32)
+
+    def command(self) -> Array:
+        """Physical values (n, a) of the action's entries, for what the senses see."""
+        raise NotImplementedError
+
+    def __getitem__(self, name: str) -> Array:
+        """A parameter, one value per robot (n,)."""
+        return self.parameters[name]

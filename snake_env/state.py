@@ -1,0 +1,121 @@
+"""The state of robots, as arrays for all of them at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class State:
+    """n robots of L links at a control instant, in the world frame; all arrays are C-contiguous float64 and belong to
+    the caller. The state of a single environment has no first axis.
+
+    Attributes:
+        time: (n,) since the start of the episode [s].
+        position: (n, 2) centre of gravity, seen from above [m].
+        velocity: (n, 2) its velocity [m/s].
+        heading: (n,) angle from +x to the mean direction of the body [rad], in [-pi, pi].
+        energy: (n,) kinetic energy; in 3D with the potential energy, zero where every CG is in the ground plane [J].
+        distance: (n,) distance of the centre of gravity towards the goal, gained since the start [m].
+        goal: (n, 2) centre of the goal disc, end of the path, or where the corridor's centre line meets the goal line;
+            NaN where the goal is a direction [m].
+        goal_radius: (n,) of the goal disc, or the length at the end of a path that need not be covered; 0 for a goal
+            line [m].
+        goal_direction: (n,) angle from +x to the goal direction [rad].
+        goal_speed: (n,) commanded speed along it; 0 without a command [m/s].
+        corridor_half_width: (n,) distance from the centre line at which a robot with a goal line has left the
+            corridor [m].
+        link_position: (n, L, 2) CGs of the links [m]; (n, L, 3) in 3D.
+        link_velocity: (n, L, 2) their velocities [m/s]; (n, L, 3) in 3D.
+        link_angular_velocity: (n, L) [rad/s]; (n, L, 3) in 3D.
+        joint_angle: (n, L - 1) [rad]; (n, L - 1, 2) in 3D, yaw and pitch.
+        joint_rate: of the same shape [rad/s].
+        joint_torque: of the same shape, of the actuators in the last integration step, thesis sign [N m].
+        contact_force: (n, L, 2) force of the obstacles on each link, averaged over the last control period [N];
+            (n, L, 3) in 3D.
+        self_contact_force: of the same shape, force of the robot's other links [N]; zero where the model has none.
+        link_half_length: (L,) half length of the straight sides of a link's outline [m].
+        link_radius: (L,) half width of a link and radius of its round ends [m].
+        link_angle: (n, L) absolute angles of the links [rad]; None in 3D.
+        link_quaternion: (n, L, 4) orientations of the links, w first; 3D only.
+        normal_force: (n, L) normal force of the ground, averaged over the last control period [N]; 3D only.
+        obstacles: (n, k, 3) radius and centre (radius, x, y) of the pegs, NaN where a robot has fewer than k [m].
+        path: (n, p, 2) corners of the path to follow, NaN where a robot's has fewer than p [m].
+        info: what ``info`` reports, (n,) each; for reward and termination functions, else empty.
+    """
+
+    time: Array
+    position: Array
+    velocity: Array
+    heading: Array
+    energy: Array
+    distance: Array
+    goal: Array
+    goal_radius: Array
+    goal_direction: Array
+    goal_speed: Array
+    corridor_half_width: Array
+    link_position: Array
+    link_velocity: Array
+    link_angular_velocity: Array
+    joint_angle: Array
+    joint_rate: Array
+    joint_torque: Array
+    contact_force: Array
+    self_contact_force: Array
+    obstacles: Array
+    path: Array
+    link_half_length: Array
+    link_radius: Array
+    link_angle: Array | None = None
+    link_quaternion: Array | None = None
+    normal_force: Array | None = None
+    info: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        """The entry of ``info`` of a name."""
+        return self.info[name]
+
+    def robot(self, i: int) -> State:
+        """The state of robot ``i``, without the first axis."""
+        rows = {name: value[i] for name, value in self.arrays().items() if name not in CONSTANT}
+        for name in RAGGED:
+            rows[name] = np.ascontiguousarray(rows[name][np.isfinite(rows[name]).all(axis=1)])
+        return replace(self, **rows, info={name: value[i] for name, value in self.info.items()})
+
+    def arrays(self) -> dict[str, Array]:
+        """All arrays by name; those that the model does not have are absent."""
+        values = {one.name: getattr(self, one.name) for one in fields(self) if one.name != "info"}
+        return {name: value for name, value in values.items() if value is not None}
+
+    @property
+    def link_axis(self) -> Array:
+        """Unit vectors along the centre lines of the links, towards the next link, (n, L, 2); (n, L, 3) in 3D."""
+        if self.link_quaternion is None:
+            angle = np.asarray(self.link_angle)
+            return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        w, x, y, z = np.moveaxis(self.link_quaternion, -1, 0)
+        return np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1)
+
+    def __repr__(self) -> str:
+        return f"State({', '.join(f'{name}{value.shape}' for name, value in self.arrays().items())})"
+
+
+CONSTANT = ("link_half_length", "link_radius")
+"""What all robots of a batch share."""
+RAGGED = ("obstacles", "path")
+"""Tables whose lengths differ between robots, filled up with NaN in a batch."""
+
+
+def state_of(
+    native: Any, layout: Mapping[str, Any], rows: Sequence[int], info: Mapping[str, NDArray[Any]] | None = None
+) -> State:
+    """The state of some robots of a batch of the core."""
+    return State(**native.state(rows), **{name: np.array(layout[name]) for name in CONSTANT}, info=info or {})

@@ -1,0 +1,152 @@
+"""One robot in its scene, drawn with the scene interface of viser."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from snake_env.obstacles import circles, outlines
+from snake_env.viewer.frames import Frames
+
+Array = NDArray[np.float64]
+Colour = tuple[int, int, int]
+
+BODY: Colour = (0, 158, 115)
+HEAD: Colour = (230, 159, 0)
+OBSTACLE: Colour = (140, 146, 154)
+FORCE: Colour = (213, 94, 0)
+TRAIL: Colour = (0, 114, 178)
+GOAL: Colour = (204, 121, 167)
+"""The palette of Okabe and Ito, which colour-blind people can tell apart."""
+HEIGHT = 0.15
+"""Of the obstacles, which have none in the plane [m]."""
+FORCE_SCALE = 0.012
+"""Length of a force arrow [m/N]."""
+FORCE_SHOWN = 0.1
+"""Forces below this have no arrow [N]."""
+NO_ARROW = np.array([[[0.0, 0.0, -1e4], [0.0, 0.0, -1e4 - 0.01]]])
+"""Out of sight: a set of arrows cannot be empty."""
+RISE = 0.004
+"""Height of lines on the ground [m]."""
+
+
+class Drawing:
+    """The robot of some frames, its scene, and the CG's trail up to the frame shown.
+
+    Args:
+        scene: of a server.
+        frames: poses; :meth:`show` takes one of them.
+        trail: draw the whole path of the CG.
+    """
+
+    def __init__(self, scene: Any, frames: Frames, trail: bool = True) -> None:
+        self._scene = scene
+        self._shapes: list[tuple[NDArray[np.int64], Any]] = []
+        self._ground(frames)
+        self._obstacles(frames)
+        self._goal(frames)
+        self._links(frames)
+        self._arrows = scene.add_arrows(
+            "/forces", NO_ARROW, FORCE, shaft_radius=0.006, head_radius=0.016, head_length=0.035, visible=False
+        )
+        if trail and len(frames) > 1:
+            self.trail(frames.position.mean(axis=1))
+
+    def _ground(self, frames: Frames) -> None:
+        """A grid around everything; an inclined plane is drawn level, as the model's coordinates are."""
+        low, high = frames.position[..., :2].min(axis=(0, 1)), frames.position[..., :2].max(axis=(0, 1))
+        middle, size = 0.5 * (low + high), float(np.ceil(max(high - low) + 8.0))
+        self._scene.add_grid(
+            "/ground", width=size, height=size, cell_size=0.1, section_size=1.0, position=(*np.round(middle), 0.0)
+        )
+
+    def _obstacles(self, frames: Frames) -> None:
+        found = circles(frames.scene.obstacles)
+        if found:
+            radius, x, y = np.array(found).T
+            unit = trimesh.creation.cylinder(radius=1.0, height=1.0, sections=32)
+            self._scene.add_batched_meshes_simple(
+                "/pegs",
+                unit.vertices,
+                unit.faces,
+                batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (len(found), 1)),
+                batched_positions=np.stack([x, y, np.full_like(x, 0.5 * HEIGHT)], axis=1),
+                batched_scales=np.stack([radius, radius, np.full_like(radius, HEIGHT)], axis=1),
+                batched_colors=OBSTACLE,
+            )
+        for k, corners in enumerate(outlines(frames.scene.obstacles)):
+            mesh = _prism(corners)
+            self._scene.add_mesh_simple(f"/walls/{k}", mesh.vertices, mesh.faces, color=OBSTACLE, side="double")
+
+    def _goal(self, frames: Frames) -> None:
+        if frames.goal is None:
+            return
+        x, y = frames.goal
+        if frames.goal_radius > 0.0:
+            turn = np.linspace(0.0, 2.0 * np.pi, 49)
+            line = np.stack([x + frames.goal_radius * np.cos(turn), y + frames.goal_radius * np.sin(turn)], axis=1)
+        else:
+            line = np.array([[x, y - 1.0], [x, y + 1.0]])
+        self._line("/goal", np.c_[line, np.full(len(line), RISE)], GOAL)
+
+    def _links(self, frames: Frames) -> None:
+        """One batch of capsules per shape, so that 200 links are as cheap as ten."""
+        shapes = np.stack([frames.half_length, frames.radius], axis=1)
+        for k, (half, radius) in enumerate(np.unique(shapes, axis=0)):
+            rows = np.flatnonzero((shapes == (half, radius)).all(axis=1))
+            colours = np.tile(np.array(BODY, np.uint8), (len(rows), 1))
+            colours[rows == 0] = HEAD
+            mesh = trimesh.creation.capsule(height=2.0 * half, radius=radius, count=(16, 16))
+            mesh.apply_translation(-mesh.bounds.mean(axis=0))
+            handle = self._scene.add_batched_meshes_simple(
+                f"/links/{k}",
+                mesh.vertices,
+                mesh.faces,
+                batched_wxyzs=frames.quaternion[0, rows],
+                batched_positions=frames.position[0, rows],
+                batched_colors=colours,
+                lod="off",
+            )
+            self._shapes.append((rows, handle))
+
+    def trail(self, path: Array) -> None:
+        """Draws the path of the CG (T, 3)."""
+        self._line("/trail", np.c_[path[:, :2], np.full(len(path), RISE)], TRAIL)
+
+    def _line(self, name: str, points: Array, colour: Colour) -> None:
+        pairs = np.stack([points[:-1], points[1:]], axis=1)
+        self._scene.add_line_segments(name, pairs, colour, thickness=2.0, thickness_units="screen")
+
+    def show(self, frames: Frames, k: int) -> None:
+        """Moves links and force arrows to frame ``k``."""
+        for rows, handle in self._shapes:
+            handle.batched_positions = frames.position[k, rows]
+            handle.batched_wxyzs = frames.quaternion[k, rows]
+        points = arrows(frames.position[k], frames.force[k])
+        self._arrows.visible = points is not NO_ARROW
+        self._arrows.points = points
+
+
+def arrows(position: Array, force: Array) -> Array:
+    """Starts and ends (k, 2, 3) of the arrows of the forces (L, 3) [N] on links at (L, 3); they end at the links."""
+    shown = np.linalg.norm(force, axis=1) > FORCE_SHOWN
+    if not shown.any():
+        return NO_ARROW
+    above = position[shown] + np.array([0.0, 0.0, 0.06])
+    return np.stack([above - FORCE_SCALE * force[shown], above], axis=1)
+
+
+def _prism(corners: Sequence[Any] | Array) -> trimesh.Trimesh:
+    """The upright walls over an outline (k, 2), and their convex lid."""
+    outline = np.asarray(corners, float)
+    n = len(outline)
+    vertices = np.concatenate([np.c_[outline, np.zeros(n)], np.c_[outline, np.full(n, HEIGHT)]])
+    k = np.arange(n)
+    following = (k + 1) % n
+    sides = np.concatenate([np.c_[k, following, k + n], np.c_[following, following + n, k + n]])
+    lid = np.c_[np.full(max(n - 2, 0), n), np.arange(n + 1, 2 * n - 1), np.arange(n + 2, 2 * n)]
+    return trimesh.Trimesh(vertices, np.concatenate([sides, lid]), process=False)

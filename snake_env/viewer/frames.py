@@ -1,0 +1,120 @@
+"""What the viewer shows: poses and forces of one robot at a row of times, and the scene around it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snake_env.config import Robot, Scene
+from snake_env.state import State
+from snake_env.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Frames:
+    """T poses of L links in 3D; a planar robot lies on the ground.
+
+    Attributes:
+        time: (T,) [s].
+        position: (T, L, 3) CGs [m].
+        quaternion: (T, L, 4) w first, from a frame whose z axis is the centre line of a link.
+        force: (T, L, 3) of the obstacles on each link [N].
+        joint_angle: (T, joints) [rad], yaw angles before pitch angles in 3D.
+        joint_torque: (T, joints) [N m].
+        half_length: (L,) of the straight sides of a link [m].
+        radius: (L,) of a link [m].
+        scene: obstacles and ground.
+        goal: x, y of its centre [m]; None without a goal.
+        goal_radius: of the goal disc [m].
+    """
+
+    time: Array
+    position: Array
+    quaternion: Array
+    force: Array
+    joint_angle: Array
+    joint_torque: Array
+    half_length: Array
+    radius: Array
+    scene: Scene = field(default_factory=Scene)
+    goal: Array | None = None
+    goal_radius: float = 0.0
+
+    @classmethod
+    def of_trajectory(cls, trajectory: Trajectory) -> Frames:
+        """The samples of a scripted run."""
+        robot = trajectory.robot or Robot()
+        links = trajectory.position.shape[1]
+        half, radius = (np.broadcast_to(v, links).astype(float) for v in (robot.contact_half_length, robot.radius))
+        return cls(
+            trajectory.time,
+            _raised(trajectory.position, radius),
+            _orientation(trajectory.angle, trajectory.quaternion),
+            _in_space(trajectory.contact_force),
+            _flat(trajectory.joint_angle),
+            _flat(trajectory.joint_torque),
+            half,
+            radius,
+            trajectory.scene or Scene(),
+        )
+
+    @classmethod
+    def of_states(cls, states: Sequence[State], scene: Scene) -> Frames:
+        """The states of one robot at control instants, as of ``env.unwrapped.state()`` of a single environment."""
+        first = states[0]
+        stack = {name: np.stack([getattr(state, name) for state in states]) for name in SHOWN}
+        three = first.link_quaternion is not None
+        angle = None if three else np.stack([np.asarray(state.link_angle) for state in states])
+        quaternion = np.stack([np.asarray(state.link_quaternion) for state in states]) if three else None
+        return cls(
+            stack["time"],
+            _raised(stack["link_position"], first.link_radius),
+            _orientation(angle, quaternion),
+            _in_space(stack["contact_force"]),
+            _flat(stack["joint_angle"]),
+            _flat(stack["joint_torque"]),
+            first.link_half_length,
+            first.link_radius,
+            scene,
+            np.asarray(first.goal, float),
+            float(first.goal_radius),
+        )
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+
+SHOWN = ("time", "link_position", "contact_force", "joint_angle", "joint_torque")
+
+
+def _flat(joints: Array) -> Array:
+    """Angles or torques (T, joints); of cardan joints (T, n, 2) all yaws, then all pitches."""
+    return joints if joints.ndim == 2 else np.concatenate([joints[..., 0], joints[..., 1]], axis=1)
+
+
+def _in_space(vectors: Array) -> Array:
+    """Vectors (..., 3), without a vertical component in the plane."""
+    return vectors if vectors.shape[-1] == 3 else np.concatenate([vectors, np.zeros_like(vectors[..., :1])], axis=-1)
+
+
+def _raised(position: Array, radius: Array) -> Array:
+    """Positions (T, L, 3): a planar robot lies on the ground."""
+    found = np.array(_in_space(position))
+    if position.shape[-1] == 2:
+        found[..., 2] = radius
+    return found
+
+
+def _orientation(angle: Array | None, quaternion: Array | None) -> Array:
+    """Quaternions (T, L, 4) that turn z into the centre line: in the plane from z to x, then by the link's angle."""
+    if quaternion is not None:
+        return quaternion
+    assert angle is not None
+    half, root = 0.5 * angle, np.sqrt(0.5)
+    cos, sin = np.cos(half), np.sin(half)
+    return root * np.stack([cos, -sin, cos, sin], axis=-1)

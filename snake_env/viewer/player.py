@@ -1,0 +1,101 @@
+"""Play back a recorded run in the browser: play, pause, scrub, speed, plots."""
+
+from __future__ import annotations
+
+import threading
+import time
+from contextlib import redirect_stdout
+from io import StringIO
+from typing import Any
+
+import numpy as np
+import viser
+
+from snake_env.viewer.drawing import Drawing
+from snake_env.viewer.frames import Frames
+from snake_env.viewer.plots import Plots
+
+TICK = 1 / 30
+"""Time between two pictures [s]."""
+
+
+def server(host: str = "127.0.0.1", port: int = 8080) -> Any:
+    """A viser server with z up; the next free port if this one is taken."""
+    with redirect_stdout(StringIO()):  # of its banner
+        made = viser.ViserServer(host=host, port=port, label="snake_env", verbose=False)
+    made.scene.set_up_direction("+z")
+    made.gui.configure_theme(show_share_button=False)
+    made.gui.main_panel.dock_right()
+    return made
+
+
+def close(made: Any) -> None:
+    """Stops a server without a word."""
+    with redirect_stdout(StringIO()):
+        made.stop()
+
+
+def look_at(made: Any, frames: Frames) -> None:
+    """The first view: from behind and above, the whole path in the picture."""
+    flat = frames.position.reshape(-1, 3)
+    middle, size = flat.mean(axis=0), max(1.2, float(np.ptp(flat[:, :2], axis=0).max()))
+    made.initial_camera.position = middle + size * np.array([-0.25, -0.65, 0.65])
+    made.initial_camera.look_at = middle
+
+
+class Player:
+    """A page that plays frames; runs until :meth:`stop`.
+
+    Args:
+        frames: poses.
+        host: interface that serves the page.
+        port: of the page; the next free one if it is taken.
+    """
+
+    def __init__(self, frames: Frames, host: str = "127.0.0.1", port: int = 8080) -> None:
+        self.frames = frames
+        self.server = server(host, port)
+        self._drawing = Drawing(self.server.scene, frames)
+        look_at(self.server, frames)
+        gui = self.server.gui
+        self.playing = gui.add_checkbox("playing", initial_value=True)
+        self.time = gui.add_slider("time [s]", float(frames.time[0]), float(frames.time[-1]), 0.001, initial_value=0.0)
+        self.speed = gui.add_slider("speed", 0.1, 4.0, 0.1, initial_value=1.0)
+        Plots(gui).show(frames)
+        self.time.on_update(lambda _: self._draw())
+        self._running = threading.Event()
+        self._running.set()
+        self._thread = threading.Thread(target=self._play, daemon=True)
+        self._thread.start()
+
+    @property
+    def url(self) -> str:
+        """Of the page."""
+        return f"http://{self.server.get_host()}:{self.server.get_port()}"
+
+    def stop(self) -> None:
+        """Closes the page."""
+        self._running.clear()
+        self._thread.join()
+        close(self.server)
+
+    def wait(self) -> None:
+        """Returns when the process is interrupted."""
+        while self._running.is_set():
+            time.sleep(0.2)
+
+    def _draw(self) -> None:
+        k = int(np.searchsorted(self.frames.time, self.time.value - 1e-9))
+        self._drawing.show(self.frames, min(k, len(self.frames) - 1))
+
+    def _play(self) -> None:
+        last = time.perf_counter()
+        while self._running.is_set():
+            time.sleep(TICK)
+            now = time.perf_counter()
+            if self.playing.value:
+                ahead = self.time.value + (now - last) * self.speed.value
+                end = float(self.frames.time[-1])
+                self.time.value = ahead if ahead <= end else float(self.frames.time[0])
+                self._draw()
+            last = now

@@ -1,0 +1,73 @@
+"""The crawl's own geometry against brute force, and no overlap beyond a millimetre."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from experiments.penetration import SCENES, crawl, peg_gap, self_gap, wall_gap
+
+HALF, RADIUS = np.full(4, 0.04), np.full(4, 0.05)
+
+
+def _line(pose: np.ndarray, points: int = 2001) -> np.ndarray:
+    """Points of a centre line."""
+    along = np.linspace(-HALF[0], HALF[0], points)
+    return pose[:2] + along[:, None] * [np.cos(pose[2]), np.sin(pose[2])]
+
+
+def _poses(rng: np.random.Generator, robots: int) -> np.ndarray:
+    return np.concatenate([rng.uniform(-0.1, 0.1, (robots, 4, 2)), rng.uniform(-4, 4, (robots, 4, 1))], axis=-1)
+
+
+def test_gaps_to_pegs_are_those_of_points_on_the_centre_line():
+    rng = np.random.default_rng(0)
+    poses = _poses(rng, 20)
+    pegs = np.concatenate([rng.uniform(0.01, 0.1, (20, 3, 1)), rng.uniform(-0.2, 0.2, (20, 3, 2))], axis=-1)
+    for gap, links, circles in zip(peg_gap(poses, HALF, RADIUS, pegs), poses, pegs, strict=True):
+        sampled = [
+            np.linalg.norm(_line(link) - peg[1:], axis=1).min() - 0.05 - peg[0] for link in links for peg in circles
+        ]
+        assert min(0.0, *sampled) == pytest.approx(min(0.0, gap), abs=1e-6)
+
+
+def test_gaps_to_walls_are_those_of_points_on_the_centre_line():
+    rng = np.random.default_rng(2)
+    poses = _poses(rng, 20)
+    triangle = np.array([[0.05, 0.0], [0.2, 0.02], [0.1, 0.15]])
+    wall = np.array([[-0.2, -0.1], [-0.05, 0.2]])
+
+    def outline(corners):
+        share = np.linspace(0, 1, 401)[:, None]
+        sides = zip(corners, np.roll(corners, -1, axis=0), strict=True)
+        return np.concatenate([start + share * (end - start) for start, end in sides])
+
+    for gap, links in zip(wall_gap(poses, HALF, RADIUS, [triangle, wall]), poses, strict=True):
+        sampled = []
+        for link in links:
+            line = _line(link, 401)
+            for corners in (triangle, wall):
+                away = np.linalg.norm(line[:, None] - outline(corners), axis=-1).min()
+                middle = corners.mean(axis=0)
+                hidden = len(corners) > 2 and np.linalg.norm(line - middle, axis=1).min() < 0.02
+                sampled.append((0.0 if hidden else away) - 0.05)
+        assert max(-0.05, min(0.0, *sampled)) == pytest.approx(max(-0.05, min(0.0, gap)), abs=1e-3)
+
+
+def test_gaps_between_links_are_those_of_points_on_their_centre_lines():
+    rng = np.random.default_rng(1)
+    poses = _poses(rng, 20)
+    for gap, links in zip(self_gap(poses, HALF, RADIUS), poses, strict=True):
+        lines = [_line(link, 201) for link in links]
+        pairs = [(0, 2), (0, 3), (1, 3)]
+        sampled = [np.linalg.norm(lines[i][:, None] - lines[j], axis=-1).min() - 0.1 for i, j in pairs]
+        assert min(0.0, *sampled) == pytest.approx(min(0.0, gap), abs=4e-4)
+
+
+@pytest.mark.parametrize("mode", ["gait", "joints", "residual"])
+@pytest.mark.parametrize("scene", ["course", "maze", "walls"])
+def test_random_actions_leave_less_than_a_millimetre(scene, mode):
+    found = crawl(SCENES[scene] | {"action_mode": mode}, steps=2000, num_envs=32)
+    assert found.steps > 1900
+    assert max(found.peg_overlap, found.self_overlap) < 1e-3
+    assert found.beyond == found.crossings == 0

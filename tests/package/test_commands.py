@@ -1,0 +1,92 @@
+"""The command line `snake-env`."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from conftest import run_python
+
+from snake_env.__main__ import COMMANDS, main
+
+
+def test_evaluate_scores_policies_controllers_and_gaits(capsys, tmp_path):
+    out = tmp_path / "scores.json"
+    named = ["--policy", "field-hard", "--policy", "heading control", "--policy", "gait", "--policy", "30,120,-50"]
+    assert main(["evaluate", "--task", "field-hard", "--scenes", "2", "--out", str(out), *named]) == 0
+    printed = capsys.readouterr().out
+    scored = json.loads(out.read_text())["scores"]
+    assert list(scored) == ["field-hard", "heading control", "thesis gait", "A 30, omega 120, beta -50 deg"]
+    assert all(name in printed for name in scored)
+    assert scored["field-hard"]["success"]["value"] in (0.0, 0.5, 1.0)
+
+
+def test_a_shipped_policy_is_scored_in_the_task_of_its_training(capsys):
+    assert main(["evaluate", "--policy", "corridor", "--scenes", "1"]) == 0
+    assert capsys.readouterr().out.startswith("SnakeCorridor-v1")
+
+
+def test_play_films_a_test_scene(capsys, tmp_path):
+    pytest.importorskip("imageio")
+    film = tmp_path / "film.gif"
+    options = ["--options", '{"max_episode_steps": 4}', "--film", str(film)]
+    assert main(["play", "--policy", "corridor", *options]) == 0
+    assert capsys.readouterr().out.startswith("corridor, corridor, test scene 0: failed")
+    assert list(tmp_path.glob("film.*"))
+
+
+def test_bench_prints_a_row_per_environment(capsys):
+    assert main(["bench", "--seconds", "0.02", "--num-envs", "2", "--env", "SnakeFree-v1"]) == 0
+    assert "| `SnakeFree-v1` | " in capsys.readouterr().out
+
+
+def test_card_of_a_policy(capsys):
+    assert main(["card", "thrifty"]) == 0
+    assert capsys.readouterr().out.startswith("# thrifty\n")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["evaluate", "--policy", "nix"], "policy = nix: expected one of"),
+        (["evaluate", "--task", "nix"], "task = nix: expected one of course"),
+        (["evaluate", "--policy", "1,2,x"], "policy = 1,2,x: expected one of gait"),
+        (["evaluate", "--policy", "30,9999,-50"], "gait = A 30"),
+        (["evaluate", "--task", "maze", "--policy", "field-hard", "--options", '{"nearest_pegs": 3}'], "nearest_pegs"),
+        (["evaluate", "--task", "maze", "--policy", "follow the leader"], "one tuned for maze: best gait"),
+        (["play", "--env", "CartPole-v1"], "env_id = CartPole-v1"),
+        (["bench", "--env", "SnakeNix-v1"], "SnakeNix"),
+    ],
+)
+def test_bad_input_is_one_line_and_status_two(arguments, message, capsys):
+    assert main(arguments) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert "Traceback" not in error
+
+
+@pytest.mark.parametrize("arguments", [["evaluate", "--scenes", "0"], ["play", "--scene", "-1"]])
+def test_numbers_out_of_range_are_refused(arguments, capsys):
+    with pytest.raises(SystemExit) as left:
+        main(arguments)
+    assert left.value.code == 2
+    assert "expected an integer" in capsys.readouterr().err
+
+
+def test_a_missing_package_is_named_with_its_extra():
+    code = """
+        import sys
+        sys.modules["scipy"] = None
+        sys.stderr = sys.stdout
+        from snake_env.__main__ import main
+        print(main(["evaluate", "--scenes", "1"]))
+    """
+    assert run_python(code) == "scipy is missing: pip install 'snake-robot-env[evaluate]'\n2"
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_explains_itself(command, capsys):
+    with pytest.raises(SystemExit) as left:
+        main([command, "--help"])
+    assert left.value.code == 0
+    assert f"snake-env {command}" in capsys.readouterr().out.replace("python -m snake_env", "snake-env")

@@ -1,0 +1,106 @@
+"""Robot and scene as a model of MuJoCo, against this package's own."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from snake_env import PD, ConfigError, Gait, Robot, Scene, SnakeEnv, Start, Stribeck, simulate
+from snake_env.obstacles import Box, Polygon, Segment
+
+mujoco = pytest.importorskip("mujoco")
+
+
+def loaded(scene, **options):
+    """Model and data at the start."""
+    model = mujoco.MjModel.from_xml_string(scene.to_mjcf(**options))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_forward(model, data)
+    return model, data
+
+
+def links(model, data):
+    """CGs of the links (n, 3)."""
+    return np.array([data.body(f"link_{i}").xipos for i in range(1, model.nbody)])
+
+
+def test_the_robot_lies_where_the_environment_puts_it():
+    start = Start(position=(0.3, -0.2), heading=2.5)
+    env = SnakeEnv(model="spatial", task="course", start=start, start_jitter=0.0)
+    env.reset(seed=0)
+    model, data = loaded(Scene.preset("table-7.5"), start=start)
+    np.testing.assert_allclose(links(model, data), env.state().link_position, atol=1e-9)
+    assert model.body_mass.sum() == pytest.approx(7.5)
+
+
+def test_per_link_quantities_reach_their_links():
+    robot = Robot(links=3, length=(0.1, 0.2, 0.3), mass=(1.0, 2.0, 3.0), inertia=(1e-3, 2e-3, 3e-3), joint_limit=1.2)
+    model, data = loaded(Scene(), robot=robot, start=Start(posture="straight"))
+    np.testing.assert_allclose(links(model, data)[:, 0], [0.0, -0.15, -0.4], atol=1e-12)
+    np.testing.assert_allclose(model.body_mass[1:], [1.0, 2.0, 3.0])
+    np.testing.assert_allclose(model.body_inertia[1:, 1], [1e-3, 2e-3, 3e-3])
+    np.testing.assert_allclose(model.jnt_range[1:], [[-1.2, 1.2]] * 4)
+
+
+def test_sidewinding_covers_the_same_ground_in_both():
+    """Two programs, two kinds of contacts: their distances agree within a few percent."""
+    scene, gait, controller = Scene(rolling_friction=0.0), Gait.sidewinding(), PD(torque_limit=20.0)
+    run = simulate(model="spatial", scene=scene, gait=gait, controller=controller, duration=6.0, sample=1.0)
+    model, data = loaded(scene, controller=controller, gait=gait, step=0.001)
+    before = links(model, data).mean(axis=0)
+    for _ in range(6000):
+        time = np.array([data.time + 0.001])
+        waves = [gait.reference(time, 10, vertical) for vertical in (False, True)]
+        angle, rate = (np.stack([wave[name][0] for wave in waves], axis=-1).ravel() for name in ("angle", "rate"))
+        data.ctrl[:] = angle + controller.kd / controller.kp * rate
+        mujoco.mj_step(model, data)
+    theirs = (links(model, data).mean(axis=0) - before)[:2]
+    ours = (run.position[-1].mean(axis=0) - run.position[0].mean(axis=0))[:2]
+    assert np.hypot(*ours) > 0.2
+    assert np.hypot(*(theirs - ours)) < 0.03 * np.hypot(*ours)
+
+
+def test_the_ground_carries_the_weight_and_a_slope_pulls():
+    model, data = loaded(Scene())
+    for _ in range(1000):
+        mujoco.mj_step(model, data)
+    heights = links(model, data)[:, 2]
+    np.testing.assert_allclose(heights, 0.0525, atol=1e-3)
+    steep = loaded(Scene(slope=(0.3, 0.5 * np.pi)))[0].opt.gravity
+    np.testing.assert_allclose(steep, 9.81 * np.array([0.0, -np.sin(0.3), -np.cos(0.3)]), atol=1e-12)
+
+
+def test_obstacles_stop_a_robot():
+    """A straight robot slides against each kind of obstacle; it does not get through."""
+    kinds = [
+        (0.1, 0.5, 0.0),
+        Box(size=(0.2, 0.2), x=0.5, y=0.0),
+        Segment(start=(0.4, -0.5), end=(0.4, 0.5)),
+        Polygon(vertices=[(0.4, -0.3), (0.6, 0.0), (0.4, 0.3)]),
+    ]
+    for obstacle in kinds:
+        scene = Scene(obstacles=[obstacle], friction=(0.0, 0.0))
+        model, data = loaded(scene, start=Start(heading=np.pi, posture="straight"))
+        data.qvel[0] = 0.5
+        for _ in range(1000):
+            mujoco.mj_step(model, data)
+        # Its face is at x = 0.4 m, and the leading link ends 0.0918 m before its CG.
+        assert links(model, data)[:, 0].max() < 0.4 - 0.0918 + 0.01, obstacle
+        open_ground = 0.5 * model.opt.timestep * 1000
+        assert open_ground > 0.4, "it would have got there"
+
+
+@pytest.mark.parametrize(
+    ("scene", "options", "field"),
+    [
+        (Scene(friction=(0.2, 0.5)), {}, "scene.friction"),
+        (Scene(stribeck=Stribeck(drop=0.3)), {}, "scene"),
+        (Scene(), {"start": Start(pitch=0.2)}, "start.pitch"),
+        (Scene(), {"start": Start(posture=[0.1])}, "start.posture"),
+        (Scene(), {"step": 0.0}, "step"),
+    ],
+)
+def test_what_mujoco_does_not_have_is_refused_by_name(scene, options, field):
+    with pytest.raises(ConfigError, match=field):
+        scene.to_mjcf(**options)

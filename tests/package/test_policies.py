@@ -1,0 +1,91 @@
+"""Policies from `load_policy`: cards, batches, memory, errors."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import run_python
+
+import snake_env
+from snake_env import ConfigError
+from snake_env.evaluation import film, rollout, seeds
+from snake_env.policies import NAMES
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_shipped_policies_act_where_they_were_trained_and_have_cards(name):
+    policy = snake_env.load_policy(name)
+    envs = policy.make_vec(2)
+    observation, _ = envs.reset(seed=0)
+    action = policy(observation)
+    assert action.shape == envs.action_space.shape
+    assert envs.action_space.contains(np.clip(action, -1.0, 1.0))
+    envs.close()
+    card = policy.card
+    assert (card.name, card.license, card.scenes) == (name, "MIT", 500)
+    value, low, high = card.scores["speed"]
+    assert low <= value <= high
+    assert card.training.startswith("python -m training")
+    for part in (name, card.env_id, "success", "speed", "Trained before links could touch"):
+        assert part in str(card)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_action_does_not_depend_on_the_batch(name):
+    policy = snake_env.load_policy(name)
+    envs = policy.make_vec(67, num_threads=1)
+    observation, _ = envs.reset(seed=5)
+    whole = policy(observation)
+    for rows in (slice(0, 1), slice(3, 5), slice(7, 40), slice(0, 67, 2)):
+        np.testing.assert_array_equal(snake_env.load_policy(name)(observation[rows]), whole[rows])
+    single = snake_env.load_policy(name)(observation[9])
+    np.testing.assert_array_equal(single, whole[9])
+    envs.close()
+
+
+def test_a_film_shows_the_episode_that_was_scored():
+    policy, options = snake_env.load_policy("field-hard"), {"difficulty": 1.0, "max_episode_steps": 60}
+    chosen = seeds.held_out(12)
+    scored = rollout.run_episodes(policy, "SnakeField-v1", chosen, 1, **options)
+    for k in (0, 7):
+        alone = rollout.run_episodes(policy, "SnakeField-v1", [chosen[k]], 1, **options)
+        assert {name: values[0] for name, values in alone.items()} == {name: v[k] for name, v in scored.items()}
+    episode = film.play(policy, "SnakeField-v1", chosen[7], **options)
+    assert episode.success == scored["is_success"][7]
+
+
+def test_a_policy_with_memory_forgets_when_told():
+    policy = snake_env.load_policy("field-hard")
+    envs = policy.make_vec(2)
+    first, _ = envs.reset(seed=0)
+    fresh = policy(first)
+    second, *_ = envs.step(fresh)
+    later = policy(second)
+    policy.reset(np.array([True, False]))
+    again = policy(second)
+    assert not np.array_equal(later[0], again[0])
+    np.testing.assert_array_equal(again[0], snake_env.load_policy("field-hard")(second[:1])[0])
+    policy.reset()
+    np.testing.assert_array_equal(policy(first), fresh)
+    envs.close()
+
+
+def test_bad_input_is_refused():
+    with pytest.raises(ConfigError, match=r"policy = nix: expected one of corridor, field-hard"):
+        snake_env.load_policy("nix")
+    with pytest.raises(ConfigError, match="safetensors"):
+        snake_env.load_policy(__file__)
+    for name in ("field-hard", "corridor"):
+        policy = snake_env.load_policy(name)
+        with pytest.raises(ConfigError, match=r"observation = shape \(2, 3\): expected \(n, \d+\)"):
+            policy(np.zeros((2, 3), np.float32))
+
+
+def test_policies_need_no_torch():
+    code = """
+        import sys
+        import snake_env
+        snake_env.load_policy("field-hard")
+        print(sorted({"torch", "scipy", "matplotlib", "pygame"} & set(sys.modules)))
+    """
+    assert run_python(code) == "[]"

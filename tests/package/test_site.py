@@ -1,0 +1,38 @@
+"""The documentation site builds without a warning, and its links lead somewhere."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    pytest.importorskip("mkdocs")
+    pytest.importorskip("mkdocstrings")
+    folder = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(folder)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+def test_pages_and_pictures_that_are_linked_exist(site):
+    pages = [page for page in site.rglob("*.html") if page.name != "404.html"]
+    assert len(pages) > 25
+    for page in pages:
+        for target in re.findall(r'(?:href|src)="([^"#?]+)[^"]*"', page.read_text(encoding="utf-8")):
+            if not re.match(r"[a-z]+:", target):
+                assert (page.parent / target).exists(), f"{page.relative_to(site)}: {target}"
+
+
+def test_the_reference_describes_what_the_contract_names(site):
+    text = (site / "api/index.html").read_text(encoding="utf-8")
+    for name in ("simulate", "Trajectory", "SnakeVectorEnv", "policies.shipped.load_policy", "Scene", "Randomization"):
+        assert f'id="snake_env.{name}"' in text

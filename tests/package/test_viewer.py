@@ -1,0 +1,191 @@
+"""The viewer: frames of planar and 3D robots, files, and the page in a headless browser."""
+
+from __future__ import annotations
+
+import shutil
+import time
+
+import numpy as np
+import pytest
+
+import snake_env
+from snake_env import ConfigError, Gait, Scene
+from snake_env.__main__ import main
+from snake_env.evaluation import tasks
+from snake_env.evaluation.tasks import BenchmarkTask
+
+pytest.importorskip("viser")
+
+from snake_env.viewer.drawing import FORCE_SCALE, NO_ARROW, arrows
+from snake_env.viewer.frames import Frames
+from snake_env.viewer.live import Live
+from snake_env.viewer.player import Player
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+FLAGS = [
+    "--no-sandbox",
+    "--no-first-run",
+    "--disable-quic",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+]
+NEEDS_BROWSER = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
+
+
+@pytest.fixture(scope="module")
+def run():
+    return snake_env.simulate(scene=Scene.preset("table-7.5"), duration=0.5, sample=0.05)
+
+
+@pytest.fixture
+def browser():
+    api = pytest.importorskip("playwright.sync_api")
+    with api.sync_playwright() as playwright:
+        opened = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield opened
+        opened.close()
+
+
+def centre_lines(frames: Frames):
+    """Images of the z axis under the quaternions (T, L, 3)."""
+    w, x, y, z = np.moveaxis(frames.quaternion, -1, 0)
+    return np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=-1)
+
+
+def test_frames_of_a_planar_run_lie_along_the_links(run):
+    frames = Frames.of_trajectory(run)
+    assert (len(frames), frames.position.shape, frames.quaternion.shape) == (11, (11, 11, 3), (11, 11, 4))
+    along = np.stack([np.cos(run.angle), np.sin(run.angle), np.zeros_like(run.angle)], axis=-1)
+    np.testing.assert_allclose(centre_lines(frames), along, atol=1e-12)
+    np.testing.assert_array_equal(frames.position[..., 2], np.tile(frames.radius, (11, 1)))
+    assert frames.scene == Scene.preset("table-7.5")
+
+
+def test_frames_of_a_3d_run_join_in_the_joints():
+    run = snake_env.simulate(model="spatial", gait=Gait.sidewinding(), duration=0.3, sample=0.1)
+    frames = Frames.of_trajectory(run)
+    assert frames.joint_angle.shape == (4, 20)
+    apart = frames.position[:, 1:] - frames.position[:, :-1]
+    along = centre_lines(frames)
+    np.testing.assert_allclose(apart / np.linalg.norm(apart, axis=-1, keepdims=True), along[:, 1:], atol=0.5)
+
+
+def test_frames_of_states_and_of_a_run_agree():
+    envs = snake_env.load_policy("corridor").make_vec(1)
+    envs.reset(seed=0)
+    state = envs.unwrapped.state().robot(0)
+    frames = Frames.of_states([state], envs.unwrapped.scene(0))
+    along = np.stack([np.cos(state.link_angle), np.sin(state.link_angle), 0 * state.link_angle], axis=-1)
+    np.testing.assert_allclose(centre_lines(frames)[0], along, atol=1e-12)
+    assert frames.goal.shape == (2,)
+    envs.close()
+
+
+def test_arrows_have_the_length_of_the_forces():
+    force = np.array([[3.0, 4.0, 0.0], [0.01, 0.0, 0.0], [0.0, -2.0, 0.0]])
+    found = arrows(np.zeros((3, 3)), force)
+    lengths = np.linalg.norm(found[:, 1] - found[:, 0], axis=1)
+    np.testing.assert_allclose(lengths, [5.0 * FORCE_SCALE, 2.0 * FORCE_SCALE])
+    assert arrows(np.zeros((3, 3)), 0.0 * force) is NO_ARROW
+
+
+def test_a_run_is_saved_as_a_page_and_a_film(run, tmp_path):
+    page = run.save(tmp_path / "run.html")
+    text = page.read_text(encoding="utf-8")
+    assert "__VISER_EMBED_DATA__" in text
+    assert "<script src=" not in text
+    pytest.importorskip("imageio")
+    film = run.save(tmp_path / "run.mp4")
+    assert film.stat().st_size > 1000
+    with pytest.raises(ConfigError, match=r"path = run.txt: expected a name that ends in .html or .mp4"):
+        run.save("run.txt")
+
+
+def test_200_links_among_1000_pegs_are_one_batch_each():
+    grid = [(0.05, 2.0 + 0.5 * i, -8.0 + 0.5 * k) for i in range(32) for k in range(32)][:1000]
+    long = snake_env.simulate(
+        robot=snake_env.Robot(links=200), scene=Scene(obstacles=grid), duration=0.05, sample=0.05, self_contact=False
+    )
+    player = long.view(port=0)
+    player.stop()
+    assert len(player._drawing._shapes) == 1
+
+
+def test_a_live_robot_follows_its_policy_and_its_sliders():
+    live = Live(tasks.load()["course"], port=0)
+    try:
+        live.playing.value = False
+        before = live._actor.action.copy()
+        live.amplitude.value = 20.0
+        live._steer()
+        assert not np.array_equal(before, live._actor.action)
+        live.policy.value = "thrifty"
+        live._again(forget=True)
+        assert live._actor.name == "thrifty"
+        pose, place = live.state.link_position, live._env.unwrapped.scene(0).obstacles[0]
+        live.move(1, 0.0, 0.2)
+        assert live._env.unwrapped.scene(0).obstacles[0][2] == pytest.approx(place[2] + 0.2)
+        np.testing.assert_allclose(live.state.link_position, pose, atol=1e-9)
+        live.move(1, 0.0, -0.5)
+        assert "expected a place that leaves the start free" in live.note.content
+        live.task.value = "maze"
+        live.policy.value = "follow the leader"
+        live._again(forget=True)
+        assert "tuned for maze" in live.note.content
+        assert live._actor.name == "thrifty"
+    finally:
+        live.stop()
+
+
+def test_bad_input_of_the_command_is_refused(capsys):
+    assert main(["view", "--policy", "nix", "--port", "8999"]) == 2
+    assert "policy = nix" in capsys.readouterr().err
+
+
+@NEEDS_BROWSER
+def test_the_page_shows_a_robot_that_moves(browser, tmp_path):
+    live = Live(BenchmarkTask("course", "SnakeCourse-v1", {}, ""), port=0)
+    try:
+        page = browser.new_page(viewport={"width": 640, "height": 480})
+        page.goto(live.url)
+        page.get_by_text("amplitude [deg]").wait_for(timeout=60_000)
+        field = page.get_by_text("amplitude [deg]").locator("xpath=ancestor::*[.//input][1]").locator("input").last
+        before = live._actor.action.copy()
+        field.fill("25")
+        field.press("Enter")
+        limit = time.monotonic() + 30
+        while live.amplitude.value != 25.0 and time.monotonic() < limit:
+            page.wait_for_timeout(200)
+        assert live.amplitude.value == 25.0
+        assert not np.array_equal(live._actor.action, before)
+        started = float(live.state.time)
+        page.wait_for_timeout(1000)
+        assert float(live.state.time) > started
+        page.screenshot(path=tmp_path / "page.png", timeout=120_000)
+        assert len(set((tmp_path / "page.png").read_bytes())) > 100
+    finally:
+        live.stop()
+
+
+@NEEDS_BROWSER
+def test_a_saved_page_works_without_network(run, browser, tmp_path):
+    page = browser.new_context(offline=True, viewport={"width": 480, "height": 320}).new_page()
+    told = []
+    page.on("console", lambda message: told.append(message.text))
+    page.goto(run.save(tmp_path / "run.html").as_uri())
+    limit = time.monotonic() + 60
+    while not any("Embedded data loaded" in line for line in told) and time.monotonic() < limit:
+        page.wait_for_timeout(200)
+    assert any("Embedded data loaded" in line for line in told)
+
+
+def test_a_player_moves_on_and_stops(run):
+    player = Player(Frames.of_trajectory(run), port=0)
+    time.sleep(0.5)
+    assert player.url.startswith("http://127.0.0.1:")
+    assert player.time.value > 0.0
+    player.stop()

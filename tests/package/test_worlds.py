@@ -1,0 +1,261 @@
+"""Scenes, starts and goals of the user's own, in environments."""
+
+from __future__ import annotations
+
+import math
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from snake_env import ConfigError, Scene, SnakeEnv, SnakeVectorEnv, Start
+from snake_env.testing import assert_identical, check_vector_env
+
+RING = Scene(obstacles=[(0.05, x, y) for x in (-1.5, 1.5) for y in (-0.5, 0.5)])
+"""Pegs around a start at the origin."""
+FAR = Scene(obstacles=[(0.1, 3.0, 0.3)], friction=(0.2, 0.5))
+BESIDE = Start(position=(0.6, 5.0), heading=math.pi, posture="straight")
+
+
+def drawn(rng, difficulty):
+    """A generator: a few pegs ahead of the robot, more with difficulty."""
+    count = 1 + int(4 * difficulty)
+    return Scene(obstacles=[(0.05, rng.uniform(1.2, 3.0), rng.uniform(-1.0, 1.0)) for _ in range(count)])
+
+
+@pytest.mark.parametrize("model", ["planar", "spatial"])
+def test_a_scene_takes_the_place_of_pegs_and_ground(model):
+    env = gym.make_vec("SnakeField-v1", num_envs=3, scene=FAR, model=model)
+    env.reset(seed=0)
+    for i in range(3):
+        assert env.unwrapped.scene(i).obstacles == FAR.obstacles
+        assert env.unwrapped.scene(i).friction == (0.2, 0.5)
+    for _ in range(3):
+        env.step(np.zeros(env.action_space.shape))
+    assert env.unwrapped.state().time.tolist() == pytest.approx([0.15] * 3)
+
+
+def test_a_robot_slides_along_the_pegs_of_its_scene():
+    """A wall of pegs right ahead stops a robot that gets ahead without it."""
+    wall = Scene(obstacles=[(0.05, 1.0, -1.0 + 0.1 * k) for k in range(21)], friction=(0.2, 0.5))
+    open_ground = Scene(friction=(0.2, 0.5))
+    distance = []
+    for scene in (wall, open_ground):
+        env = SnakeEnv(task="field", scene=scene, start_jitter=0.0, goal_distance=3.0)
+        env.reset(seed=0)
+        for _ in range(200):
+            env.step(np.zeros(4))
+        distance.append(float(env.state().distance))
+    assert distance[0] < 0.7 * distance[1]
+
+
+def test_a_start_is_taken_exactly():
+    env = SnakeEnv(task="field", scene=FAR, start=BESIDE)
+    env.reset(seed=0)
+    state = env.state()
+    np.testing.assert_allclose(state.link_position[0], (0.6, 5.0), atol=1e-12)
+    np.testing.assert_allclose(state.joint_angle, 0.0, atol=1e-12)
+    np.testing.assert_allclose(state.link_angle, math.pi, atol=1e-12)
+    assert state.goal[1] == pytest.approx(5.0)
+    env.step(np.zeros(4))
+    assert np.abs(env.state().joint_rate).max() < 3.0
+    assert not env.step(np.zeros(4))[2]
+
+
+def test_a_preset_course_has_its_start():
+    env = SnakeEnv(task="field", scene=Scene.preset("table-7.5"))
+    env.reset(seed=0)
+    start = Start.on_course(Scene.preset("table-7.5"))
+    np.testing.assert_allclose(env.state().link_position[0], start.position, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("goal", "point", "radius"),
+    [((1.0, 2.0), (1.0, 2.0), 0.25), ((1.0, 2.0, 0.4), (1.0, 2.0), 0.4), (1.5, None, 0.0)],
+)
+def test_a_goal_is_a_point_or_a_line(goal, point, radius):
+    env = SnakeEnv(task="field", goal=goal)
+    env.reset(seed=0)
+    state = env.state()
+    assert state.goal_radius == radius
+    if point is None:
+        assert state.goal[0] - state.position[0] == pytest.approx(1.5)
+    else:
+        np.testing.assert_array_equal(state.goal, point)
+
+
+def test_a_corridor_has_a_centre_line_and_a_width():
+    env = SnakeEnv(task="free", corridor=(0.3, 0.7))
+    env.reset(seed=0)
+    assert (env.state().goal[1], env.state().corridor_half_width) == (0.3, 0.7)
+
+
+def test_generated_scenes_depend_on_seed_episode_and_difficulty():
+    env = SnakeVectorEnv(4, task="field", scene=drawn, difficulty=0.5)
+    env.reset(seed=3)
+    first = [env.scene(i) for i in range(4)]
+    env.reset()
+    second = [env.scene(i) for i in range(4)]
+    assert len({str(scene.obstacles) for scene in first + second}) == 8
+    single = SnakeEnv(task="field", scene=drawn, difficulty=0.5)
+    single.reset(seed=5)
+    assert single.scene() == first[2]
+    single.reset()
+    assert single.scene() == second[2]
+    env.set_difficulty(1.0)
+    env.reset()
+    assert len(env.scene(0).obstacles) == 5
+
+
+@pytest.mark.parametrize("scene", [RING, [RING, Scene()], drawn])
+def test_own_scenes_keep_the_rules_of_batches(scene):
+    """Same results for any batch size, thread count and autoreset mode, in copies and after a restored state."""
+    options = {"task": "field", "scene": scene, "max_episode_steps": 5}
+    check_vector_env(lambda **given: SnakeVectorEnv(**options, **given), lambda: SnakeEnv(**options), steps=12)
+    runs = []
+    for threads in (1, 2):
+        env = SnakeVectorEnv(20, num_threads=threads, **options)
+        runs.append([env.reset(seed=0), *(env.step(np.full((20, 4), 0.5)) for _ in range(12))])
+    assert_identical(*runs, "one and two threads")
+
+
+def test_a_scene_is_read_from_its_file(tmp_path):
+    path = tmp_path / "ring.json"
+    RING.save(path)
+    env = SnakeVectorEnv(2, task="field", scene=str(path))
+    env.reset(seed=0)
+    assert len(env.scene(1).obstacles) == 4
+
+
+def test_a_list_of_scenes_is_drawn_from():
+    env = SnakeVectorEnv(16, task="field", scene=[RING, Scene()])
+    env.reset(seed=0)
+    assert {len(env.scene(i).obstacles) for i in range(16)} == {0, 4}
+
+
+def test_options_of_a_reset_count_for_the_episodes_it_begins():
+    env = SnakeVectorEnv(3, task="field", max_episode_steps=2, autoreset_mode="SameStep")
+    env.reset(seed=0, options={"scene": [RING, None, RING], "goal": (2.0, 1.0), "difficulty": [0.0, 0.25, 1.0]})
+    assert [len(env.scene(i).obstacles) for i in (0, 2)] == [4, 4]
+    plain = SnakeVectorEnv(3, task="field", difficulty=0.25)
+    plain.reset(seed=0)
+    assert env.scene(1) == plain.scene(1)
+    assert (env.state().goal == (2.0, 1.0)).all()
+    assert env.difficulty.tolist() == [0.0, 0.25, 1.0]
+    for _ in range(2):
+        env.step(np.zeros((3, 4)))
+    assert env.scene(0) != RING
+    assert (env.state().goal_radius == 0.0).all()
+
+
+def test_options_of_a_partial_reset_are_those_of_its_robots():
+    env = SnakeVectorEnv(2, task="field", autoreset_mode="Disabled")
+    env.reset(seed=0)
+    before = env.scene(0)
+    env.reset(options={"reset_mask": np.array([False, True]), "scene": RING, "start": BESIDE})
+    assert (env.scene(0), env.scene(1).obstacles) == (before, RING.obstacles)
+    assert env.state().link_position[1, 0].tolist() == pytest.approx([0.6, 5.0])
+
+
+@pytest.mark.parametrize(
+    ("options", "field"),
+    [
+        ({"scene": 3}, "scene"),
+        ({"scene": []}, "scene"),
+        ({"scene": lambda rng, difficulty: None}, "scene"),
+        ({"scene": [Scene(), Scene(friction=(0.3, 0.3))]}, "scene"),
+        ({"scene": Scene(obstacles=[(0.1, 0.0, 0.0)])}, r"scene\.obstacles\[0\]"),
+        ({"scene": Scene(), "friction": (0.2, 0.2)}, "friction"),
+        ({"scene": Scene(), "start": Start(pitch=0.5)}, r"start\.pitch"),
+        ({"start": Start(posture=[0.1])}, r"start\.posture"),
+        ({"goal": "there"}, "goal"),
+        ({"goal": -1.0}, r"goal\.distance"),
+        ({"goal": (1.0, 0.0, -1.0)}, r"goal\.radius"),
+        ({"goal": (0.0, 5.0), "start": BESIDE}, "goal"),
+        ({"corridor": 3}, "corridor"),
+        ({"observation_blocks": ["joint_angle", "smell"]}, r"observation_blocks\[1\]"),
+        ({"observation_blocks": []}, "observation_blocks"),
+        ({"termination": {"is_succes": True}}, r"termination\.is_succes"),
+        ({"observation": "image"}, "observation"),
+        ({"termination_fn": 1}, "termination_fn"),
+    ],
+)
+def test_what_does_not_fit_is_named(options, field):
+    with pytest.raises(ConfigError, match=f"^{field} = "):
+        reset_often(options)
+
+
+def reset_often(options):
+    """A list of scenes is drawn from."""
+    env = SnakeVectorEnv(2, task="field", **options)
+    for seed in range(20):
+        env.reset(seed=seed)
+
+
+def test_a_list_for_robots_has_one_entry_each():
+    env = SnakeVectorEnv(3, task="field")
+    with pytest.raises(ConfigError, match=r"^options\['scene'\] = a list of 2: expected a list of 3"):
+        env.reset(options={"scene": [RING, RING]})
+
+
+CORNER = [(0.0, 0.0), (1.0, 0.0), (1.0, 2.0)]
+
+
+@pytest.mark.parametrize("path", [CORNER, tuple(CORNER), np.array(CORNER), {"path": CORNER}])
+def test_a_path_is_a_goal(path):
+    env = SnakeEnv(task="free", goal=path, start_jitter=0.0)
+    env.reset(seed=0)
+    state = env.state()
+    np.testing.assert_array_equal(state.goal, [1.0, 2.0])
+    ahead = np.array([0.5, 0.0]) - state.position
+    assert state.goal_direction == pytest.approx(np.arctan2(ahead[1], ahead[0]), abs=0.01)
+
+
+def test_a_robot_that_leaves_its_path_is_told_so():
+    """The gait goes on along +x, where the path turns."""
+    env = SnakeEnv(task="free", goal=CORNER, corridor=(0.0, 0.3), start_jitter=0.0, max_episode_steps=400)
+    env.reset(seed=0)
+    info = {"left_corridor": False}
+    while not info["left_corridor"]:
+        _, _, terminated, truncated, info = env.step(np.array([0.0, 1.0, 0.0, 0.0]))
+        assert not truncated
+    assert terminated
+    assert env.state().position[0] > 1.25
+
+
+def test_the_end_of_a_path_is_success():
+    env = SnakeEnv(task="free", goal=[(0.0, 0.0), (0.7, 0.0)], start_jitter=0.0)
+    env.reset(seed=0)
+    terminated = False
+    while not terminated:
+        _, _, terminated, truncated, info = env.step(np.array([0.0, 1.0, 0.0, 0.0]))
+        assert not truncated
+    assert info["is_success"]
+    assert env.state().position[0] == pytest.approx(0.45, abs=0.05)
+
+
+def test_commands_differ_from_robot_to_robot():
+    envs = SnakeVectorEnv(3, task="command")
+    goals = [{"heading": 0.5, "speed": 0.1}, {"path": CORNER, "speed": 0.05}, {"speed": 0.0}]
+    envs.reset(seed=0, options={"goal": goals})
+    np.testing.assert_array_equal(envs.state().goal_speed, [0.1, 0.05, 0.0])
+    assert envs.state().goal_direction[0] == 0.5
+    envs.reset()
+    assert ((envs.state().goal_speed >= 0.05) & (envs.state().goal_speed < 0.2)).all()
+
+
+@pytest.mark.parametrize(
+    ("task", "goal", "field"),
+    [
+        ("free", [(0.0, 0.0), (0.0, 0.0)], r"goal\.path\[1\]"),
+        ("free", {"path": [(0.0, 0.0)]}, r"goal\.path"),
+        ("free", [(-1.0, 0.0), (0.0, 0.0)], "goal"),
+        ("free", {"heading": 0.1, "point": (1.0, 1.0)}, "goal"),
+        ("free", {"heading": float("nan")}, r"goal\.heading"),
+        ("free", {"distance": 1.0, "speed": 0.1}, r"goal\.speed"),
+        ("command", {"speed": -0.1}, r"goal\.speed"),
+    ],
+)
+def test_a_goal_that_is_none_is_refused_by_name(task, goal, field):
+    with pytest.raises(ConfigError, match=field):
+        SnakeEnv(task=task, goal=goal)
