@@ -134,8 +134,8 @@ venv: .venv/.packages
 
 # Pin the whole tree anew; torch pins its own CUDA libraries.
 constraints: venv
-	printf 'maturin\nuv\n' | $(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.10 \
-		--extra all --group test --group bench --group ray --no-annotate --no-header pyproject.toml - | grep -vE '^(nvidia-|cuda-|triton)' > constraints.new
+	printf 'maturin\nuv\nziglang\ntwine\n' | $(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.10 \
+		--extra all --group test --group bench --group ray --group docs --no-annotate --no-header pyproject.toml - | grep -vE '^(nvidia-|cuda-|triton)' > constraints.new
 	mv constraints.new constraints.txt
 
 clean:
