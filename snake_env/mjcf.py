@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 import numpy as np
 from numpy.typing import NDArray
 
-from snake_env.config.controllers import PD
-from snake_env.config.gait import Gait
-from snake_env.config.robot import PerLink, Robot
-from snake_env.config.scene import Scene
-from snake_env.config.start import Start
 from snake_env.errors import ConfigError
 from snake_env.obstacles import Circle, Obstacle, Segment, outlines
+
+if TYPE_CHECKING:
+    from snake_env.config.controllers import PD
+    from snake_env.config.gait import Gait
+    from snake_env.config.robot import PerLink, Robot
+    from snake_env.config.scene import Scene
+    from snake_env.config.start import Start
 
 Element = ElementTree.Element
 Array = NDArray[np.float64]
@@ -32,7 +34,7 @@ SOLID, LINK = "1", "2"
 
 def write(scene: Scene, robot: Robot, controller: PD, start: Start, gait: Gait, step: float) -> str:
     """The document; see :meth:`snake_env.Scene.to_mjcf`."""
-    _require_supported(scene, controller, start)
+    _require_supported(scene, start)
     root = Element("mujoco", model="snake_env")
     _add(root, "compiler", angle="radian")
     _add(
@@ -65,14 +67,12 @@ def write(scene: Scene, robot: Robot, controller: PD, start: Start, gait: Gait, 
     return ElementTree.tostring(root, encoding="unicode")
 
 
-def _require_supported(scene: Scene, controller: PD, start: Start) -> None:
+def _require_supported(scene: Scene, start: Start) -> None:
     """MuJoCo's contact frames do not turn with the links, and its friction does not depend on speed."""
     if scene.friction[0] != scene.friction[1]:
         raise ConfigError("scene.friction", scene.friction, "equal coefficients along and across a link for MuJoCo")
     if scene.stribeck.drop or any(scene.viscous):
         raise ConfigError("scene", "friction that depends on speed", "Coulomb friction alone for MuJoCo")
-    if not isinstance(controller, PD):
-        raise ConfigError("controller", repr(controller), "a snake_env.PD for MuJoCo")
     if start.pitch or start.roll:
         raise ConfigError("start.pitch", (start.pitch, start.roll), "a robot that lies flat for MuJoCo")
 

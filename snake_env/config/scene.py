@@ -8,17 +8,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from snake_env import _checks
+from snake_env import _checks, mjcf
 from snake_env._native import courses
 from snake_env.config import scene_file
+from snake_env.config.controllers import PD
+from snake_env.config.gait import Gait
+from snake_env.config.robot import Robot
 from snake_env.config.section import PYTHON_ONLY, Section, core_defaults
 from snake_env.errors import ConfigError
 from snake_env.obstacles import Obstacle, from_plain, moved
 
 if TYPE_CHECKING:
-    from snake_env.config.controllers import PD
-    from snake_env.config.gait import Gait
-    from snake_env.config.robot import Robot
     from snake_env.config.start import Start
 
 _GROUND = core_defaults("scene")
@@ -147,16 +147,13 @@ class Scene(Section):
         Raises:
             ConfigError: names what MuJoCo does not have, such as friction that differs along and across a link.
         """
-        # These modules build on this one.
-        from snake_env import mjcf
-        from snake_env.config.controllers import PD
-        from snake_env.config.gait import Gait
-        from snake_env.config.robot import Robot
-        from snake_env.config.start import Start
+        from snake_env.config.start import Start  # builds on this module
 
         if isinstance(step, bool) or not isinstance(step, int | float) or not step > 0.0:
             raise ConfigError("step", repr(step), "a number > 0")
         controller = PD(torque_limit=10.0) if controller is None else controller
+        if not isinstance(controller, PD):
+            raise ConfigError("controller", repr(controller), "a snake_env.PD for MuJoCo")
         return mjcf.write(self, robot or Robot(), controller, start or Start(), gait or Gait(), float(step))
 
     @classmethod
