@@ -174,7 +174,7 @@ mod tests {
     #[test]
     fn values_follow_the_table() {
         let mut summary = Summary { time: 2.5, jam: true, contacts: 3, ..Summary::default() };
-        summary.reward.0[1] = -0.5;
+        summary.reward.0[TERMS.iter().position(|term| term.name == "energy").unwrap()] = -0.5;
         let (row, signals) = (summary.signals(), signals_of::<PlanarRobot>());
         let value = |name| row[signals.iter().position(|signal| signal.name == name).unwrap()];
         let names = ["time", "jam", "contacts", "energy", "reward_energy"];
