@@ -128,7 +128,7 @@ pub struct Robot {
     pub broken: Vec<(usize, Breakage)>,
 }
 
-/// How a joint is broken (T 8).
+/// How a joint is broken (T ch. 8).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Breakage {
     /// It keeps its angle.
