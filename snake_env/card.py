@@ -83,8 +83,8 @@ sliding more easily along its links than across them. Link 1 leads. Units are SI
 ACTION_TEXT = """An action in [-1, 1] maps linearly to the interval [min, max]; values beyond are clipped. The
 joint references follow it smoothly within the slew limit, and a joint controller with a torque limit follows the
 references. In mode "residual" the wave comes first, then the offsets of the joints. Mode "velocities" integrates the
-reference angles and ends them at 80 degrees; mode "torques" has neither references nor gains, and its torques, up to
-the `torque_limit` of the `controller`, hold from one action to the next. "mirror": `+` if
+reference angles and ends them at 80 degrees; mode "torques" has no references: its torques, up to the
+`torque_limit` of the `controller`, hold from one action to the next, less `kd` times the joint rate. "mirror": `+` if
 a reflection of robot and scene leaves the value unchanged, `-` if it changes the sign.
 """
 

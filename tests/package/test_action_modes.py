@@ -6,11 +6,13 @@ import pytest
 from snake_env import PD, ConfigError, SnakeEnv, SnakeVectorEnv
 
 STILL = {"task": "free", "start_jitter": 0.0}
+IDEAL = PD(kd=0.0, torque_limit=10.0)
+"""Actuators whose torque does not fall with their speed."""
 
 
 def test_torques_are_those_of_the_actuators():
     """The thesis counts them the other way round."""
-    env = SnakeEnv(action_mode="torques", control_period=0.005, controller=PD(torque_limit=4.0), **STILL)
+    env = SnakeEnv(action_mode="torques", control_period=0.005, controller=PD(kd=0.0, torque_limit=4.0), **STILL)
     env.reset(seed=0)
     action = np.linspace(-1.0, 1.0, 10)
     env.step(action)
@@ -18,7 +20,7 @@ def test_torques_are_those_of_the_actuators():
 
 
 def test_in_space_torques_are_those_of_the_actuators_joint_by_joint():
-    env = SnakeEnv(model="spatial", action_mode="torques", control_period=0.005, **STILL)
+    env = SnakeEnv(model="spatial", action_mode="torques", control_period=0.005, controller=IDEAL, **STILL)
     env.reset(seed=0)
     action = np.linspace(-0.2, 0.2, 20)
     env.step(action)
@@ -30,13 +32,30 @@ def test_a_positive_torque_increases_the_angle_of_its_joint():
 
     With psi = phi / 2 the CG of a link moves at l sin(psi) psi', so that (I + m l^2 sin^2 psi) phi'' = 2 tau.
     """
-    env = SnakeEnv(action_mode="torques", control_period=0.005, robot={"links": 2}, friction=(0.0, 0.0), **STILL)
+    options = {"controller": IDEAL, "robot": {"links": 2}, "friction": (0.0, 0.0)}
+    env = SnakeEnv(action_mode="torques", control_period=0.005, **options, **STILL)
     env.reset(seed=0)
     psi = 0.5 * env.state().joint_angle[0]
     for _ in range(4):
         env.step([0.01])
     inertia = 1.32e-3 + 7.5 / 11.0 * (0.061 * np.sin(psi)) ** 2
     assert env.state().joint_rate[0] == pytest.approx(2.0 * 0.1 / inertia * 0.02, rel=0.05)
+
+
+@pytest.mark.parametrize("model", ["planar", "spatial"])
+def test_actuators_lose_torque_with_speed_up_to_their_no_load_speed(model):
+    """The torque is the action's minus kd times the rate at the end of the step, which an implicit step takes."""
+    env = SnakeEnv(model=model, action_mode="torques", control_period=0.005, friction=(0.0, 0.0), **STILL)
+    env.reset(seed=0)
+    action = np.zeros(env.action_space.shape)
+    action[4] = 0.1
+    for _ in range(4):
+        env.step(action)
+        state = env.state()
+        given = 10.0 * action - 2.0 * state.joint_rate.ravel()
+        # The torque is that of the step's last stage, an instant before its end.
+        np.testing.assert_allclose(-state.joint_torque.ravel(), given, atol=0.05)
+    assert 0.05 < np.abs(state.joint_rate).max() < 0.5
 
 
 def test_velocities_are_followed():

@@ -15,6 +15,10 @@ use crate::stages::magnitude;
 /// Distance of the links from pegs and from each other at the start \[m\].
 const CLEARANCE: f64 = 1e-4;
 
+/// Largest k_P over the weight of the lightest link \[N m/rad\]. Pegs that divide a step resolve the oscillation of that
+/// link, whose rate of 0.7 sqrt(k_P / I) has to stay below what is taken for a diverged computation.
+const STIFFEST: f64 = 1e8;
+
 /// What makes up a scene; every field is admissible by itself.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Draw {
@@ -83,7 +87,7 @@ impl Draw {
             },
             robot,
             controller: ControllerConfig {
-                kp: self.kp,
+                kp: self.kp.min(STIFFEST * self.weights.iter().copied().fold(1.0, f64::min)),
                 kd: self.kd,
                 torque_limit: self.torque_limit,
                 ..ControllerConfig::default()

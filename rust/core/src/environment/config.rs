@@ -267,10 +267,11 @@ impl EnvConfig {
         }
     }
 
-    /// The controller of the joints: none where actions are torques.
+    /// The controller of the joints. Where actions are torques, k_D alone is left, as the damping of the actuators: like
+    /// motors they have a no-load speed, the largest torque over k_D.
     pub fn controller(&self) -> ControllerConfig {
         match self.action_mode {
-            ActionMode::Torques => ControllerConfig { kp: 0.0, kd: 0.0, ..self.controller },
+            ActionMode::Torques => ControllerConfig { kp: 0.0, ..self.controller },
             _ => self.controller,
         }
     }
