@@ -105,6 +105,13 @@ def function(field: str, value: Any, call: str) -> Any:
     return value
 
 
+def names(field: str, value: Any, admissible: Sequence[str]) -> tuple[str, ...]:
+    """A sequence of some of the admissible names."""
+    if isinstance(value, str) or not isinstance(value, Sequence):
+        raise ConfigError(field, repr(value), "a list of names")
+    return tuple(choice(f"{field}[{k}]", name, admissible) for k, name in enumerate(value))
+
+
 def step_limit(value: Any, default: int | None) -> int | None:
     """Steps of an episode; ``default`` for None, and None, no limit, for -1."""
     if value is None:

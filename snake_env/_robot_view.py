@@ -55,8 +55,7 @@ class RobotView:
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         seeds = [seed if one else None for one in self._mask]
         observation, infos = self._env.reset(seed=seeds, options={**(options or {}), "reset_mask": self._mask})
-        info = {name: values[self.index].item() for name, values in infos.items() if not name.startswith("_")}
-        return _row(observation, self.index), info
+        return _row(observation, self.index), row_of(infos, self.index)
 
     def render(self) -> NDArray[np.uint8] | None:
         return self._env.render_robot(self.index)
@@ -75,6 +74,17 @@ class RobotView:
 
     def set_state(self, state: RobotState) -> Any:
         return _row(self._env.set_state([state], self._mask), self.index)
+
+
+def row_of(infos: dict[str, Any], i: int) -> dict[str, Any]:
+    """The info of one robot."""
+    row: dict[str, Any] = {}
+    for name, values in infos.items():
+        if name == "state":
+            row[name] = {quantity: array[i] for quantity, array in values.items() if not quantity.startswith("_")}
+        elif not name.startswith("_"):
+            row[name] = values[i].item()
+    return row
 
 
 def _row(observation: Any, i: int) -> Any:

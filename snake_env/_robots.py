@@ -15,7 +15,7 @@ from snake_env._task import Task
 from snake_env.config import Scene
 from snake_env.errors import ConfigError
 from snake_env.options import RewardFn, TerminationFn
-from snake_env.state import State, state_of
+from snake_env.state import State, in_infos, state_of
 
 
 class RobotState(NamedTuple):
@@ -45,11 +45,28 @@ class Functions(NamedTuple):
         )
 
 
+class Options(NamedTuple):
+    """Options of a reset."""
+
+    worlds: Sequence[Mapping[str, Any]] | None = None
+    """What each robot's episode is told."""
+    difficulty: Any = None
+    """Of the robots that are reset, from now on."""
+
+
 class Robots:
     """A batch of robots of one task."""
 
-    def __init__(self, task: Task, num_envs: int, num_threads: int | None, functions: Functions) -> None:
+    def __init__(
+        self,
+        task: Task,
+        num_envs: int,
+        num_threads: int | None,
+        functions: Functions,
+        info_state: Sequence[str] = (),
+    ) -> None:
         self.task = task
+        self._info_state = _checks.names("info_state", info_state, [row["name"] for row in task.layout["state"]])
         self.num_envs = _checks.integer("num_envs", num_envs, 1)
         self.num_threads = _threads.resolve(num_threads, self.num_envs)
         self.native = Batch(task.config, self.num_envs, self.num_threads)
@@ -62,43 +79,65 @@ class Robots:
         self._action_shape = (self.num_envs, *task.action_space.shape)
         self._previous_action = np.zeros(self._action_shape, np.float32)
         if task.worlds.tells:
-            self._tell(0, 0, {})
+            self._tell([0], [0])
 
     def reset(
         self,
         mask: Mask,
         seeds: Sequence[int | None],
         rng: np.random.Generator,
-        options: Sequence[Mapping[str, Any]] | None = None,
+        options: Options | None = None,
     ) -> StepBuffers:
         """Starts a new episode of the robots in ``mask``, the next of its stream where the seed is None.
 
-        The other robots report their present observation, and zeros. ``options`` tells each robot where its episode
-        takes place.
+        The other robots report their present observation, and zeros. A refused reset changes nothing.
         """
+        unseeded = [i for i in np.flatnonzero(mask & ~self._seeded).tolist() if seeds[i] is None]
+        random_state = rng.bit_generator.state if unseeded else None
+        drawn = {i: int(rng.integers(2**63)) for i in unseeded}
+        seeds = [drawn.get(i, seeds[i]) if mask[i] else None for i in range(self.num_envs)]
+        try:
+            self._prepare(mask, seeds, options or Options())
+        except Exception:
+            if random_state is not None:
+                rng.bit_generator.state = random_state
+            raise
         buffers = self._buffers.new()
-        seeds = [self._seed(i, seeds[i], rng) if mask[i] else None for i in range(self.num_envs)]
-        if options is not None or self.task.worlds.tells:
-            for i in np.flatnonzero(mask).tolist():
-                self._tell(i, seeds[i], options[i] if options is not None else {})
         self.native.reset(mask, seeds, buffers.arrays)
         self.native.observe(~mask, buffers.arrays.observation)
+        self._seeded |= mask
         self._previous_action[mask] = 0.0
         return buffers
 
-    def _tell(self, i: int, seed: int | None, options: Mapping[str, Any]) -> None:
-        """Tells the next episode of robot ``i`` where it takes place."""
-        episode = self.native.next_episode(i) if seed is None else (seed, 0)
-        world = self.task.worlds.world(episode, float(self.difficulty[i]), options)
-        if world:
-            self.native.set_next_world(i, world)
+    def _prepare(self, mask: Mask, seeds: Sequence[int | None], options: Options) -> None:
+        """Sets difficulties and tells episodes where they take place, or does neither."""
+        rows, before = np.flatnonzero(mask).tolist(), self.difficulty
+        if options.difficulty is not None:
+            given = np.asarray(options.difficulty)
+            self.set_difficulty(given[mask] if given.shape == mask.shape else given, rows)
+        try:
+            if options.worlds is not None or self.task.worlds.tells:
+                self._tell(rows, seeds, options.worlds)
+        except Exception:
+            self.set_difficulty(before, range(self.num_envs))
+            raise
 
-    def _seed(self, i: int, seed: int | None, rng: np.random.Generator) -> int | None:
-        """The seed of a robot; one that never had any takes a random one."""
-        if seed is None and not self._seeded[i]:
-            seed = int(rng.integers(2**63))
-        self._seeded[i] = True
-        return seed
+    def _tell(
+        self,
+        rows: Sequence[int],
+        seeds: Sequence[int | None] | None = None,
+        options: Sequence[Mapping[str, Any]] | None = None,
+    ) -> None:
+        """Tells the next episodes of some robots where they take place, or none of them."""
+        difficulty = self.difficulty
+        worlds = {}
+        for i in rows:
+            seed = None if seeds is None else seeds[i]
+            episode = self.native.next_episode(i) if seed is None else (seed, 0)
+            world = self.task.worlds.world(episode, float(difficulty[i]), {} if options is None else options[i])
+            if world:
+                worlds[i] = world
+        self.native.set_next_worlds(list(worlds), list(worlds.values()))
 
     def next_episode(self, mask: Mask, buffers: StepBuffers, keep_flags: bool = False) -> None:
         """Starts the next episode of the robots in ``mask``, which have been reset before.
@@ -113,8 +152,7 @@ class Robots:
             other = self._buffers.new().arrays
             arrays = arrays._replace(reward=other.reward, terminated=other.terminated, truncated=other.truncated)
         if self.task.worlds.tells:
-            for i in np.flatnonzero(mask).tolist():
-                self._tell(i, None, {})
+            self._tell(np.flatnonzero(mask).tolist())
         self.native.reset(mask, None, arrays)
         self._previous_action[mask] = 0.0
         buffers.own_reward[mask] = 0.0
@@ -160,6 +198,23 @@ class Robots:
     def state(self, rows: Sequence[int]) -> State:
         """The state of some robots."""
         return state_of(self.native, self.task.layout, rows)
+
+    def infos(self, buffers: StepBuffers, mask: Mask | None = None) -> dict[str, Any]:
+        """Gymnasium's ``infos`` where the robots in ``mask`` report, None: all."""
+        infos: dict[str, Any] = buffers.infos() if mask is None else buffers.masked_infos(mask)
+        if self._info_state:
+            reporting = self.everyone if mask is None else mask
+            infos["state"] = in_infos(self.state(range(self.num_envs)), self._info_state, reporting)
+            infos["_state"] = reporting.copy()
+        return infos
+
+    def info(self, buffers: StepBuffers) -> dict[str, Any]:
+        """The ``info`` of robot 0."""
+        info: dict[str, Any] = buffers.numbers()
+        if self._info_state:
+            state = self.state([0]).robot(0)
+            info["state"] = {name: getattr(state, name) for name in self._info_state}
+        return info
 
     def scene(self, i: int) -> Scene:
         """The scene of robot ``i``."""

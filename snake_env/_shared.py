@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snake_env import _checks, _worlds
-from snake_env._buffers import Mask
-from snake_env._robots import Robots
+from snake_env._robots import Options, Robots
 from snake_env._task import Task
 from snake_env._views import RENDER_MODES, Views, frame_rate
 from snake_env.picture import Picture
@@ -45,17 +44,13 @@ class RobotsEnvironment:
         """Flat observations as the observation space has them."""
         return self._robots.task.observed(observation)
 
-    def _told(self, options: Mapping[str, Any] | None, known: Sequence[str], mask: Mask) -> list[dict[str, Any]] | None:
-        """Sets the difficulty that options of a reset have; returns what they tell each robot's episode, or None."""
+    def _options(self, options: Mapping[str, Any] | None, known: Sequence[str] = ()) -> Options:
+        """The options of a reset, ``known`` beside those of worlds and difficulty."""
         checked = _worlds.check_options(options, known)
         if not checked:
-            return None
-        told = _worlds.per_robot(checked, len(mask))
-        if "difficulty" in checked:
-            given = np.asarray(checked["difficulty"])
-            rows = np.flatnonzero(mask).tolist()
-            self._robots.set_difficulty(given[mask] if given.shape == mask.shape else given, rows)
-        return told if any(told) else None
+            return Options()
+        told = _worlds.per_robot(checked, self._robots.num_envs)
+        return Options(told if any(told) else None, checked.get("difficulty"))
 
     def _images(self, robots: Sequence[int]) -> list[NDArray[np.uint8]] | None:
         """The images of some robots ("rgb_array"); None otherwise."""

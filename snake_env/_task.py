@@ -19,7 +19,15 @@ from snake_env.options import TaskOptions
 
 NO_STEP_LIMIT = 2**32 - 1
 
-SINGLE_KEYWORDS = ["max_episode_steps", "render_mode", "reward_fn", "termination_fn", "observation", "picture"]
+SINGLE_KEYWORDS = [
+    "max_episode_steps",
+    "render_mode",
+    "reward_fn",
+    "termination_fn",
+    "observation",
+    "info_state",
+    "picture",
+]
 """Keywords that the class of one environment takes itself."""
 BATCH_KEYWORDS = [*SINGLE_KEYWORDS, "num_envs", "autoreset_mode", "num_threads"]
 """Keywords that the class of a batch takes itself."""

@@ -29,6 +29,7 @@ class Worlds:
         start: where link 1 starts; by default on a preset course there, else at the origin.
         goal: see ``GOAL``.
         corridor: (y of the centre line, half width) [m].
+        model: "planar" or "spatial", for the start on a preset course.
 
     Attributes:
         scene: one of the scenes, for the ground that all share, or None.
@@ -40,8 +41,10 @@ class Worlds:
         start: Start | Mapping[str, Any] | None = None,
         goal: Any = None,
         corridor: tuple[float, float] | None = None,
+        model: str = "planar",
     ) -> None:
         self._generator = _generator_of(scene)
+        self._model = model
         self._start, self._goal = start, goal
         self._centre_line = None if corridor is None else _pair("corridor", corridor)[0]
         self.scene = None if self._generator is None else self.generate(np.random.default_rng(0), 0.0)
@@ -69,7 +72,7 @@ class Worlds:
             scene = self.generate(np.random.default_rng(episode), difficulty)
         start = options.get("start", self._start)
         if start is None and scene is not None and scene.course is not None:
-            start = Start.on_course(scene)
+            start = Start.on_course(scene, self._model)
         goal = _goal_of(options.get("goal", self._goal), self._centre_line)
         told = {"scene": scene, "start": start, "goal": goal}
         return {name: part for name, part in told.items() if part is not None}
@@ -152,7 +155,7 @@ def split(options: Mapping[str, Any]) -> tuple[Worlds, dict[str, Any]]:
     """The worlds that an environment's keywords describe, and the configuration that is left for the core."""
     rest = dict(options)
     told = {name: rest.pop(name, None) for name in ("scene", "start", "goal", "corridor")}
-    worlds = Worlds(**told)
+    worlds = Worlds(**told, model=rest.get("model", "planar"))
     if worlds.scene is not None:
         for name in ("friction", "stribeck"):
             if rest.get(name) is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import gymnasium as gym
@@ -31,6 +31,7 @@ class SnakeEnv(RobotsEnvironment, gym.Env[Any, NDArray[np.float32]]):
         reward_fn: replaces the reward; see :data:`snake_env.options.RewardFn`.
         termination_fn: ends episodes too; see :data:`snake_env.options.TerminationFn`.
         observation: "flat", one array, or "dict", an array for each block of the observation.
+        info_state: names of arrays of :class:`snake_env.State` that ``info["state"]`` has.
         picture: size, camera, zoom and layers of pictures; a :class:`snake_env.Picture` or a mapping of its fields.
         **options: the task; see :class:`snake_env.options.TaskOptions`.
     """
@@ -43,12 +44,14 @@ class SnakeEnv(RobotsEnvironment, gym.Env[Any, NDArray[np.float32]]):
         reward_fn: RewardFn | None = None,
         termination_fn: TerminationFn | None = None,
         observation: str = "flat",
+        info_state: Sequence[str] = (),
         picture: Picture | Mapping[str, Any] | None = None,
         **options: Unpack[TaskOptions],
     ) -> None:
         limit = _checks.step_limit(max_episode_steps, None)
         task = Task(options, limit, observation=observation)
-        self._set_up(Robots(task, 1, 1, Functions.checked(reward_fn, termination_fn)), render_mode, picture)
+        functions = Functions.checked(reward_fn, termination_fn)
+        self._set_up(Robots(task, 1, 1, functions, info_state), render_mode, picture)
         self.observation_space = task.observation_space
         self.action_space = task.action_space
 
@@ -62,12 +65,11 @@ class SnakeEnv(RobotsEnvironment, gym.Env[Any, NDArray[np.float32]]):
             ConfigError: names the seed or the option that is not admissible.
         """
         seeds = _checks.seeds(None if seed is None else _checks.seed(seed), 1)
-        told = self._told(options, [], self._robots.everyone)
+        buffers = self._robots.reset(self._robots.everyone, seeds, self.np_random, self._options(options))
         super().reset(seed=seeds[0])
-        buffers = self._robots.reset(self._robots.everyone, seeds, self.np_random, told)
         self._ready = True
         self._show()
-        return self._observed(buffers.arrays.observation[0]), buffers.numbers()
+        return self._observed(buffers.arrays.observation[0]), self._robots.info(buffers)
 
     def step(self, action: ArrayLike) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Moves the robot on by one control period.
@@ -90,7 +92,7 @@ class SnakeEnv(RobotsEnvironment, gym.Env[Any, NDArray[np.float32]]):
             float(reward[0]),
             bool(terminated[0]),
             bool(truncated[0]),
-            buffers.numbers(),
+            self._robots.info(buffers),
         )
 
     def set_difficulty(self, difficulty: float) -> None:

@@ -14,7 +14,7 @@ from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import VecEnv, VecMonitor
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvStepReturn
 
-from snake_env._robot_view import RobotView
+from snake_env._robot_view import RobotView, row_of
 from snake_env.errors import ConfigError
 from snake_env.vector_env import SnakeVectorEnv, refuse_others
 
@@ -188,8 +188,8 @@ class _Robot(RobotView):
 
 
 def _row(infos: dict[str, Any], i: int) -> dict[str, Any]:
-    """The info of robot ``i`` as Python numbers."""
-    return {name: values[i].item() for name, values in _signals(infos).items()}
+    """The info of robot ``i`` as Python numbers, and arrays of its state."""
+    return row_of(_signals(infos), i)
 
 
 def _signals(infos: dict[str, Any]) -> dict[str, NDArray[Any]]:

@@ -47,6 +47,8 @@ class State:
         link_quaternion: (n, L, 4) orientations of the links, w first; 3D only.
         normal_force: (n, L) normal force of the ground, averaged over the last control period [N]; 3D only.
         obstacles: (n, k, 3) radius and centre (radius, x, y) of the pegs, NaN where a robot has fewer than k [m].
+        obstacle_force: (n, m, 2) force of each obstacle on the robot, averaged over the last control period, in the order
+            of ``scene(i).obstacles``; NaN where a robot has fewer than m [N].
         path: (n, p, 2) corners of the path to follow, NaN where a robot's has fewer than p [m].
         info: what ``info`` reports, (n,) each; for reward and termination functions, else empty.
     """
@@ -71,6 +73,7 @@ class State:
     contact_force: Array
     self_contact_force: Array
     obstacles: Array
+    obstacle_force: Array
     path: Array
     link_half_length: Array
     link_radius: Array
@@ -110,8 +113,18 @@ class State:
 
 CONSTANT = ("link_half_length", "link_radius")
 """What all robots of a batch share."""
-RAGGED = ("obstacles", "path")
+RAGGED = ("obstacles", "obstacle_force", "path")
 """Tables whose lengths differ between robots, filled up with NaN in a batch."""
+
+
+def in_infos(state: State, names: Sequence[str], mask: NDArray[np.bool_]) -> dict[str, Any]:
+    """Quantities of all robots as Gymnasium's ``infos`` have them: zero where ``mask`` is False, and with masks."""
+    entries: dict[str, Any] = {}
+    for name in names:
+        values = getattr(state, name)
+        values[~mask] = 0.0
+        entries |= {name: values, f"_{name}": mask.copy()}
+    return entries
 
 
 def state_of(

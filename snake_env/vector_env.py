@@ -9,6 +9,7 @@ import gymnasium as gym
 import numpy as np
 from gymnasium.envs.registration import load_env_creator
 from gymnasium.error import ClosedEnvironmentError, ResetNeeded
+from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
@@ -54,6 +55,7 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
         reward_fn: replaces the reward; see :data:`snake_env.options.RewardFn`.
         termination_fn: ends episodes too; see :data:`snake_env.options.TerminationFn`.
         observation: "flat", one array (n, o), or "dict", an array for each block of the observation.
+        info_state: names of arrays of :class:`snake_env.State` that the infos have as ``infos["state"][name]``.
         picture: size, camera, zoom and layers of pictures; a :class:`snake_env.Picture` or a mapping of its fields.
         **options: the task; see :class:`snake_env.options.TaskOptions`.
 
@@ -70,13 +72,14 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
         reward_fn: RewardFn | None = None,
         termination_fn: TerminationFn | None = None,
         observation: str = "flat",
+        info_state: Sequence[str] = (),
         picture: Picture | Mapping[str, Any] | None = None,
         **options: Unpack[TaskOptions],
     ) -> None:
         self._mode = _autoreset_mode(autoreset_mode)
         limit = _checks.step_limit(max_episode_steps, MAX_EPISODE_STEPS)
         task = Task(options, limit, BATCH_KEYWORDS, observation)
-        robots = Robots(task, num_envs, num_threads, Functions.checked(reward_fn, termination_fn))
+        robots = Robots(task, num_envs, num_threads, Functions.checked(reward_fn, termination_fn), info_state)
         self._set_up(robots, render_mode, picture)
         self.num_envs = robots.num_envs
         self.single_observation_space = task.observation_space
@@ -105,16 +108,17 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
         mask = self._robots.everyone
         if "reset_mask" in given:
             mask = _checks.mask("options['reset_mask']", given["reset_mask"], self.num_envs)
-        told = self._told(given, ["reset_mask"], mask)
-        if seed is not None and "reset_mask" not in given:
-            super().reset(seed=next((one for one in seeds if one is not None), None))
         if not self._ready:
             self._require_all(mask)
-        buffers = self._robots.reset(mask, seeds, self.np_random, told)
+        first = next((one for one in seeds if one is not None), None)
+        rng = self.np_random if first is None else seeding.np_random(first)[0]
+        buffers = self._robots.reset(mask, seeds, rng, self._options(given, ["reset_mask"]))
+        if seed is not None and "reset_mask" not in given:
+            super().reset(seed=first)
         self._set_finished(self._finished & ~mask)
         self._ready = True
         self._show()
-        return self._observed(buffers.arrays.observation), buffers.masked_infos(mask)
+        return self._observed(buffers.arrays.observation), self._robots.infos(buffers, mask)
 
     def step(self, actions: ArrayLike) -> StepResult:
         """Moves the robots on by one control period.
@@ -146,13 +150,13 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
         if starting is not None:
             self._robots.next_episode(starting, buffers)
         self._note_ends(buffers, ended)
-        return buffers, buffers.infos()
+        return buffers, self._robots.infos(buffers)
 
     def _step_same(self, actions: ArrayLike) -> tuple[StepBuffers, dict[str, Any]]:
         """Robots that finish start anew within the step, and their last observation goes to the infos."""
         buffers, ended = self._robots.step(actions, self._robots.everyone)
         if not ended:
-            return buffers, buffers.infos()
+            return buffers, self._robots.infos(buffers)
         done = buffers.arrays.terminated | buffers.arrays.truncated
         final_obs = np.full(self.num_envs, None, dtype=object)
         for i in np.flatnonzero(done):
@@ -160,11 +164,11 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
         final = {
             "final_obs": final_obs,
             "_final_obs": done.copy(),
-            "final_info": buffers.masked_infos(done),
+            "final_info": self._robots.infos(buffers, done),
             "_final_info": done.copy(),
         }
         self._robots.next_episode(done, buffers, keep_flags=True)
-        return buffers, final | buffers.infos()
+        return buffers, final | self._robots.infos(buffers)
 
     def _step_disabled(self, actions: ArrayLike) -> tuple[StepBuffers, dict[str, Any]]:
         """Robots that have finished must be reset by the caller."""
@@ -174,7 +178,7 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
             raise AssertionError(f"environments {finished} have finished: reset them with options['reset_mask']")
         buffers, ended = self._robots.step(actions, self._robots.everyone)
         self._note_ends(buffers, ended)
-        return buffers, buffers.infos()
+        return buffers, self._robots.infos(buffers)
 
     def _note_ends(self, buffers: StepBuffers, ended: int) -> None:
         if ended or self._any_finished:

@@ -9,8 +9,9 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from snake_env import Robot, Scene, SnakeEnv, SnakeVectorEnv, State
-from snake_env.testing import assert_identical
+from snake_env import ConfigError, Robot, Scene, SnakeEnv, SnakeVectorEnv, Start, State
+from snake_env.obstacles import Segment
+from snake_env.testing import assert_identical, check_vector_env
 
 SPATIAL = {"model": "spatial", "task": "free"}
 
@@ -40,7 +41,7 @@ def test_the_arrays_have_the_documented_shapes(env_id):
     for name, array in state.arrays().items():
         assert array.dtype == np.float64, name
         assert array.flags.c_contiguous, name
-        if name in ("obstacles", "path"):
+        if name in ("obstacles", "obstacle_force", "path"):
             continue
         has_no_end = env_id == "SnakeCommand-v1" and name in ("goal", "goal_radius")
         assert np.isfinite(array).all() != has_no_end, name
@@ -53,6 +54,7 @@ def test_the_layout_describes_what_the_state_holds(env_id):
     env.reset(seed=0)
     found = {name: array.shape for name, array in env.unwrapped.state().arrays().items()}
     assert found.pop("obstacles")[0::2] == (2, 3)
+    assert found.pop("obstacle_force")[0::2] == (2, 2)
     assert found.pop("path") == (2, 0, 2)
     assert found == described
     assert set(described) <= {one.name for one in dataclasses.fields(State)}
@@ -169,3 +171,47 @@ def test_a_restored_robot_has_the_same_state():
     driven(env, 3)
     env.set_state(saved)
     assert_identical(env.state().arrays(), expected.arrays(), "after set_state")
+
+
+@pytest.mark.parametrize("method", ["implicit", "thesis"])
+@pytest.mark.parametrize("model", ["planar", "spatial"])
+def test_forces_of_obstacles_add_up_to_those_on_links(model, method):
+    """Each force acts on one link and comes from one obstacle."""
+    env = driven(SnakeVectorEnv(2, task="course", model=model, integrator={"method": method}), 25)
+    state = env.state()
+    assert state.obstacle_force.shape == (2, len(env.scene(0).obstacles), 2)
+    total = state.contact_force[..., :2].sum(axis=1)
+    assert np.abs(total).max() > 1.0
+    np.testing.assert_allclose(state.obstacle_force.sum(axis=1), total, atol=1e-9)
+
+
+def test_forces_of_obstacles_come_in_the_order_of_the_scene():
+    """A wall between two pegs of the scene carries a robot that lies on it and slides down a slope."""
+    wall = Segment((-9.0, 0.0), (9.0, 0.0))
+    scene = Scene(obstacles=[(0.1, 5.0, 3.0), wall, (0.1, 5.0, 4.0)], friction=(0.0, 0.0), slope=(0.6, 0.5 * np.pi))
+    lying = Start(position=(0.0, 0.0526), heading=0.0, posture="straight")
+    env = SnakeEnv(task="field", scene=scene, start=lying, action_mode="joints")
+    env.reset(seed=0)
+    for _ in range(20):
+        env.step(np.zeros(10))
+    weight = 11 * Robot().mass * 9.81 * np.sin(0.6)
+    np.testing.assert_allclose(env.state().obstacle_force, [[0.0, 0.0], [0.0, weight], [0.0, 0.0]], atol=0.02 * weight)
+    assert env.state().obstacles.shape == (2, 3)
+
+
+def test_the_infos_have_the_state_on_request():
+    names = ["link_position", "time"]
+    options = {"task": "field", "info_state": names, "max_episode_steps": 5}
+    check_vector_env(lambda **given: SnakeVectorEnv(**options, **given), lambda: SnakeEnv(**options), steps=12)
+    env = SnakeVectorEnv(3, **options)
+    infos = env.reset(seed=0)[1]
+    np.testing.assert_array_equal(infos["state"]["link_position"], env.state().link_position)
+    *_, infos = env.step(np.zeros((3, 4)))
+    np.testing.assert_array_equal(infos["state"]["link_position"], env.state().link_position)
+    assert "state" not in SnakeVectorEnv(3, task="field").reset(seed=0)[1]
+
+
+@pytest.mark.parametrize("names", ["time", 3, ["smell"], ["obstacles"]])
+def test_names_of_the_state_that_infos_cannot_have_are_refused(names):
+    with pytest.raises(ConfigError, match="^info_state"):
+        SnakeEnv(info_state=names)

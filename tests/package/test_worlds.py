@@ -62,11 +62,12 @@ def test_a_start_is_taken_exactly():
     assert not env.step(np.zeros(4))[2]
 
 
-def test_a_preset_course_has_its_start():
-    env = SnakeEnv(task="field", scene=Scene.preset("table-7.5"))
+@pytest.mark.parametrize("model", ["planar", "spatial"])
+def test_a_preset_course_has_its_start(model):
+    env = SnakeEnv(task="field", scene=Scene.preset("table-7.5"), model=model)
     env.reset(seed=0)
-    start = Start.on_course(Scene.preset("table-7.5"))
-    np.testing.assert_allclose(env.state().link_position[0], start.position, atol=1e-12)
+    start = Start.on_course(Scene.preset("table-7.5"), model)
+    np.testing.assert_allclose(env.state().link_position[0, :2], start.position, atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -190,6 +191,42 @@ def reset_often(options):
     env = SnakeVectorEnv(2, task="field", **options)
     for seed in range(20):
         env.reset(seed=seed)
+
+
+BLOCKED = Scene(obstacles=[(0.1, 0.0, 0.0)])
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"difficulty": 0.9, "scene": [RING, BLOCKED]},
+        {"difficulty": [0.9, 7.0], "scene": RING},
+        {"difficulty": 0.9, "goal": [2.0, "there"]},
+        {"scene": [RING, 3]},
+    ],
+)
+def test_a_refused_reset_changes_nothing(options):
+    """Neither difficulties nor the world of the robots that were not the culprit, nor the random numbers to come."""
+    env, same = (SnakeVectorEnv(2, task="field", scene=drawn) for _ in range(2))
+    env.reset(seed=3)
+    same.reset(seed=3)
+    for seed in (None, 8, [8, None]):
+        with pytest.raises(ConfigError):
+            env.reset(seed=seed, options=options)
+    assert env.difficulty.tolist() == [0.5, 0.5]
+    assert_identical(env.state().arrays(), same.state().arrays(), "after refused resets")
+    assert_identical(env.step(np.zeros((2, 4))), same.step(np.zeros((2, 4))), "the next step")
+    assert_identical(env.reset(), same.reset(), "the next reset")
+    assert [env.scene(i) for i in range(2)] == [same.scene(i) for i in range(2)]
+
+
+def test_a_refused_first_reset_draws_no_seeds():
+    env, same = (SnakeVectorEnv(2, task="field") for _ in range(2))
+    for one in (env, same):
+        one.np_random = np.random.default_rng(5)
+    with pytest.raises(ConfigError):
+        env.reset(options={"scene": BLOCKED})
+    assert_identical(env.reset(), same.reset(), "the first reset")
 
 
 def test_a_list_for_robots_has_one_entry_each():

@@ -5,8 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use snake_core::ConfigError;
 use snake_core::batch::Batch as Rows;
-use snake_core::environment::EnvConfig;
-use snake_core::environment::RobotModel;
+use snake_core::environment::{EnvConfig, Environment, RobotModel};
 use snake_core::environment::quantity::quantities_of;
 use snake_core::error::require;
 
@@ -137,14 +136,14 @@ impl Batch {
         }))
     }
 
-    /// Tells the next episode of a row where it takes place; see [`WorldConfig`].
-    fn set_next_world(&mut self, row: usize, world: &Bound<'_, PyAny>) -> PyResult<()> {
-        self.require_row(row)?;
-        let world: WorldConfig = from_python(world).map_err(CoreError::from)?;
+    /// Tells the next episodes of rows where they take place, or none of them; see [`WorldConfig`].
+    fn set_next_worlds(&mut self, rows: Vec<usize>, worlds: Vec<Bound<'_, PyAny>>) -> PyResult<()> {
+        self.require_rows(&rows, worlds.len(), "worlds")?;
         let core = &mut self.core;
-        let links = of_model!(&*core, core => core.environment(row).robot().link_count());
-        let world = world.resolve(&self.config, links).map_err(CoreError::from)?;
-        Ok(of_model!(core, core => core.set_next_world(row, world)).map_err(CoreError::from)?)
+        let links = of_model!(&*core, core => core.environment(0).robot().link_count());
+        let resolve = |world: &Bound<'_, PyAny>| from_python::<WorldConfig>(world)?.resolve(&self.config, links);
+        let worlds = worlds.iter().map(resolve).collect::<Result<Vec<_>, _>>().map_err(CoreError::from)?;
+        Ok(of_model!(core, core => core.set_next_worlds(&rows, worlds)).map_err(CoreError::from)?)
     }
 
     /// Seed and number of the next episode of a row.
@@ -224,16 +223,12 @@ fn read_state<'py, M: RobotModel>(py: Python<'py>, batch: &Rows<M>, rows: &[usiz
         batch.read(quantity, rows, size, &mut values);
         set_array(&dict, quantity.name, values, &[&[rows.len()], shape.as_slice()].concat())?;
     }
-    let (pegs, paths): (Vec<_>, Vec<_>) = rows
-        .iter()
-        .map(|row| {
-            let environment = batch.environment(*row);
-            let pegs = environment.pegs().iter().map(|peg| [peg.radius, peg.x, peg.y]).collect::<Vec<_>>();
-            (pegs, environment.goal().path().iter().map(|point| [point.x, point.y]).collect::<Vec<_>>())
-        })
-        .unzip();
-    set_ragged(&dict, "obstacles", &pegs)?;
-    set_ragged(&dict, "path", &paths)?;
+    let environments = || rows.iter().map(|row| batch.environment(*row));
+    let pegs = environments().map(|one| one.pegs().iter().map(|peg| [peg.radius, peg.x, peg.y]).collect());
+    set_ragged::<3>(&dict, "obstacles", &pegs.collect::<Vec<_>>())?;
+    set_ragged(&dict, "obstacle_force", &environments().map(Environment::obstacle_force).collect::<Vec<_>>())?;
+    let paths = environments().map(|one| one.goal().path().iter().map(|point| [point.x, point.y]).collect());
+    set_ragged::<2>(&dict, "path", &paths.collect::<Vec<_>>())?;
     Ok(dict)
 }
 

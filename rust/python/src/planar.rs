@@ -1,5 +1,6 @@
 //! A scripted robot of the planar model (T ch. 3).
 
+use nalgebra::Vector2;
 use snake_core::ConfigError;
 use snake_core::gait::{Gait, Holding, JointTarget};
 use snake_core::simulation::PlanarSimulation;
@@ -56,6 +57,10 @@ impl Scripted for PlanarRobot {
     fn add_contact_impulse(&self, sum: &mut [f64]) {
         let impulses = self.simulation.contact_impulse().iter().flatten();
         sum.iter_mut().zip(impulses).for_each(|(sum, impulse)| *sum += impulse);
+    }
+
+    fn obstacle_impulse(&self) -> &[Vector2<f64>] {
+        self.simulation.obstacle_impulse()
     }
 
     fn add_self_contact_impulse(&self, sum: &mut [f64]) -> bool {

@@ -1,5 +1,6 @@
 //! What a run records besides its motion, when it is asked for: optional columns of a `Trajectory`.
 
+use nalgebra::Vector2;
 use serde::Deserialize;
 use snake_core::stepping::Record;
 
@@ -42,13 +43,21 @@ pub struct Layout {
     pub place: Vec<usize>,
 }
 
+/// Sums that the run itself keeps over an interval.
+pub struct Sums<'a> {
+    /// Impulse of each obstacle, by its number \[N s\].
+    pub obstacle_impulse: &'a [Vector2<f64>],
+    /// \[J\]
+    pub friction_work: f64,
+}
+
 /// Writes means over an interval of the length `duration`, and clears the sums; none at the start of a run, where
 /// `duration` is zero.
 pub fn write_means(
     record: &mut Record,
     wanted: &[Recorded],
     layout: &Layout,
-    friction_work: f64,
+    sums: &Sums<'_>,
     duration: f64,
     samples: &mut Samples,
 ) {
@@ -60,7 +69,7 @@ pub fn write_means(
             Recorded::Ground => write_ground(record, layout, links, per_second, samples),
             Recorded::Obstacles => {
                 let mut force = vec![0.0; 2 * layout.place.len()];
-                for (place, impulse) in layout.place.iter().zip(&record.obstacle) {
+                for (place, impulse) in layout.place.iter().zip(sums.obstacle_impulse) {
                     force[2 * place] = impulse.x * per_second;
                     force[2 * place + 1] = impulse.y * per_second;
                 }
@@ -76,7 +85,7 @@ pub fn write_means(
                 let shape = if layout.axes == 1 { &shape[..1] } else { &shape[..] };
                 let work = record.sum.actuator_work.iter().flat_map(|work| &work[..layout.axes]);
                 samples.put("actuator_power", shape, work.map(|work| work * per_second));
-                samples.put("friction_power", &[], [friction_work * per_second]);
+                samples.put("friction_power", &[], [sums.friction_work * per_second]);
             }
         }
     }

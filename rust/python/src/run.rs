@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use nalgebra::Vector2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::Deserialize;
@@ -21,7 +22,7 @@ use crate::gait::GaitConfig;
 use crate::joint_trajectory::TrajectoryConfig;
 use crate::minimal::MinimalRobot;
 use crate::planar::PlanarRobot;
-use crate::records::{Layout, Recorded, write_means};
+use crate::records::{Layout, Recorded, Sums, write_means};
 use crate::samples::Samples;
 use crate::spatial::SpatialRobot;
 use crate::start::StartConfig;
@@ -186,6 +187,11 @@ pub trait Scripted {
     /// Adds the impulses of the pegs on each link during the last `advance` \[N s\].
     fn add_contact_impulse(&self, _sum: &mut [f64]) {}
 
+    /// Impulse of each obstacle, by its number, during the last `advance` \[N s\].
+    fn obstacle_impulse(&self) -> &[Vector2<f64>] {
+        &[]
+    }
+
     /// Adds the impulses of the robot's other links on each link during the last `advance`; false where the robot does
     /// not touch itself \[N s\].
     fn add_self_contact_impulse(&self, _sum: &mut [f64]) -> bool {
@@ -274,7 +280,9 @@ impl<R: Scripted> Run<'_, R> {
         }
         let layout = self.robot.layout();
         if let Some(record) = self.robot.record_mut() {
-            write_means(record, self.record, &layout, interval.friction_work, length, samples);
+            let Interval { obstacle_impulse, friction_work, .. } = interval;
+            let sums = Sums { obstacle_impulse, friction_work: *friction_work };
+            write_means(record, self.record, &layout, &sums, length, samples);
         }
         samples.max_joint_gap = samples.max_joint_gap.max(interval.joint_gap);
         samples.max_penetration = samples.max_penetration.max(interval.penetration);
@@ -285,7 +293,9 @@ impl<R: Scripted> Run<'_, R> {
 struct Interval {
     /// Impulses of the pegs on each link \[N s\]; after `finish` mean forces \[N\].
     contact_force: Vec<f64>,
-    /// The same of the robot's other links.
+    /// Impulse of each obstacle, by its number \[N s\].
+    obstacle_impulse: Vec<Vector2<f64>>,
+    /// As `contact_force`, of the robot's other links.
     self_contact_force: Vec<f64>,
     has_self_contact: bool,
     /// \[J\]
@@ -304,6 +314,7 @@ impl Interval {
         let no_force = vec![0.0; R::COORDINATES * robot.link_count()];
         Self {
             contact_force: no_force.clone(),
+            obstacle_impulse: vec![Vector2::zeros(); robot.obstacle_impulse().len()],
             has_self_contact: robot.add_self_contact_impulse(&mut no_force.clone()),
             self_contact_force: no_force,
             friction_work: 0.0,
@@ -318,6 +329,7 @@ impl Interval {
 
     fn add<R: Scripted>(&mut self, report: &StepStatistics, robot: &R) {
         robot.add_contact_impulse(&mut self.contact_force);
+        self.obstacle_impulse.iter_mut().zip(robot.obstacle_impulse()).for_each(|(sum, impulse)| *sum += impulse);
         robot.add_self_contact_impulse(&mut self.self_contact_force);
         self.residual = self.residual.max(report.residual); // never NaN: the core sees to that
         self.friction_work += report.friction_work;

@@ -1,5 +1,6 @@
 //! A scripted robot of the spatial model (T ch. 4).
 
+use nalgebra::Vector2;
 use snake_core::ConfigError;
 use snake_core::gait::{CardanGait, CardanTarget, Holding, JointTarget};
 use snake_core::simulation::SpatialSimulation;
@@ -61,6 +62,10 @@ impl Scripted for SpatialRobot {
             sum[0] += impulse.x;
             sum[1] += impulse.y;
         }
+    }
+
+    fn obstacle_impulse(&self) -> &[Vector2<f64>] {
+        self.simulation.obstacle_impulse()
     }
 
     fn add_self_contact_impulse(&self, sum: &mut [f64]) -> bool {

@@ -6,6 +6,7 @@ use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 use snake_core::ConfigError;
 use snake_core::capabilities::{Feature, ModelName};
+use snake_core::environment::{OwnStart, Raised};
 use snake_core::error::{finite, require, within};
 use snake_core::gait::{CardanGait, Gait, Reference};
 use snake_core::simulation::SpatialSimulation;
@@ -81,8 +82,20 @@ impl StartConfig {
         }
     }
 
-    /// Places a robot in 3D; it rests on the ground unless the position has a third coordinate.
-    pub fn place(&self, simulation: &mut SpatialSimulation, gait: &CardanGait) -> Result<(), ConfigError> {
+    /// The start of an episode of the spatial model.
+    pub fn own_in_space(&self, joints: usize) -> Result<OwnStart, ConfigError> {
+        self.check_in_space()?;
+        let roll = finite("start.roll", self.roll.unwrap_or(0.0))?;
+        let own = self.own_pairs(joints)?;
+        let of_axis = |axis: usize| own.as_ref().map(|angles| angles.iter().map(|angle| angle[axis]).collect::<Vec<_>>());
+        let (joint_angle, joint_pitch) = (of_axis(0), of_axis(1).unwrap_or_default());
+        let height = self.position.get(2).copied();
+        let is_flat = height.is_none() && self.pitch == 0.0 && roll == 0.0 && joint_pitch.iter().all(|p| *p == 0.0);
+        let raised = (!is_flat).then_some(Raised { height, pitch: self.pitch, roll, joint_pitch });
+        Ok(OwnStart { position: Vector2::new(self.position[0], self.position[1]), angle: self.heading, joint_angle, raised })
+    }
+
+    fn check_in_space(&self) -> Result<(), ConfigError> {
         let expected = "(x, y) or (x, y, z)";
         require((2..=3).contains(&self.position.len()), "start.position", format!("{:?}", self.position), expected)?;
         for (k, &coordinate) in self.position.iter().enumerate() {
@@ -90,6 +103,12 @@ impl StartConfig {
         }
         finite("start.heading", self.heading)?;
         within("start.pitch", self.pitch, -FRAC_PI_2, FRAC_PI_2)?;
+        Ok(())
+    }
+
+    /// Places a robot in 3D; it rests on the ground unless the position has a third coordinate.
+    pub fn place(&self, simulation: &mut SpatialSimulation, gait: &CardanGait) -> Result<(), ConfigError> {
+        self.check_in_space()?;
         let posture = self.joint_angles(simulation.robot().joint_count(), gait)?;
         let roll = finite("start.roll", self.roll.unwrap_or_else(|| self.natural_roll(&posture, gait)))?;
         let height = self.position.get(2).copied();
@@ -104,18 +123,23 @@ impl StartConfig {
 
     /// The joint angles (yaw, pitch) of the posture.
     fn joint_angles(&self, joints: usize, gait: &CardanGait) -> Result<Vec<Vector2<f64>>, ConfigError> {
-        let expected =
-            format!("\"gait\", \"straight\", {joints} yaw angles or {joints} pairs (yaw, pitch), all finite");
+        let of_gait = || (0..joints).map(|joint| at_start(gait, joint)).collect();
+        let angles: Vec<Vector2<f64>> = self.own_pairs(joints)?.unwrap_or_else(of_gait);
+        require_bends(&angles, joints, &self.posture)?;
+        Ok(angles)
+    }
+
+    /// The joint angles (yaw, pitch) of a posture other than the gait's.
+    fn own_pairs(&self, joints: usize) -> Result<Option<Vec<Vector2<f64>>>, ConfigError> {
         let angles: Vec<Vector2<f64>> = match &self.posture {
-            Posture::Named(name) if name == "gait" => (0..joints).map(|joint| at_start(gait, joint)).collect(),
+            Posture::Named(name) if name == "gait" => return Ok(None),
             Posture::Named(name) if name == "straight" => vec![Vector2::zeros(); joints],
-            Posture::Named(_) => return Err(ConfigError::new("start.posture", self.posture.written(), expected)),
+            Posture::Named(_) => Vec::new(),
             Posture::Pairs(angles) => angles.iter().map(|&angle| angle.into()).collect(),
             Posture::Angles(angles) => angles.iter().map(|&yaw| Vector2::new(yaw, 0.0)).collect(),
         };
-        let admissible = angles.len() == joints && angles.iter().flatten().all(|angle| angle.abs() < FRAC_PI_2);
-        require(admissible, "start.posture", self.posture.written(), &expected)?;
-        Ok(angles)
+        require_bends(&angles, joints, &self.posture)?;
+        Ok(Some(angles))
     }
 
     /// A gait that bends the robot both ways and starts with a bend up and down alone starts lying on its side
@@ -137,6 +161,15 @@ impl Posture {
             Posture::Angles(angles) => format!("{angles:?}"),
         }
     }
+}
+
+/// The angles (yaw, pitch) are those of all joints, and below a right angle.
+fn require_bends(angles: &[Vector2<f64>], joints: usize, posture: &Posture) -> Result<(), ConfigError> {
+    let expected = format!(
+        "\"gait\", \"straight\", {joints} yaw angles or {joints} pairs (yaw, pitch), all below a right angle"
+    );
+    let admissible = angles.len() == joints && angles.iter().flatten().all(|angle| angle.abs() < FRAC_PI_2);
+    require(admissible, "start.posture", posture.written(), &expected)
 }
 
 /// Joint angles below which a joint counts as straight \[rad\].

@@ -6,7 +6,7 @@ use snake_core::ConfigError;
 use snake_core::capabilities::{Feature, ModelName};
 use snake_core::environment::polyline::Polyline;
 use snake_core::environment::scenarios::GoalKind;
-use snake_core::environment::{EnvConfig, OwnGoal, OwnStart, World};
+use snake_core::environment::{EnvConfig, ModelKind, OwnGoal, OwnStart, World};
 use snake_core::error::{finite, non_negative, positive, require};
 use snake_core::obstacles::Obstacle;
 use snake_core::scene::{Scene, SceneConfig};
@@ -74,8 +74,11 @@ fn obstacles_of(scene: &SceneConfig, config: &EnvConfig) -> Result<Vec<Obstacle>
 }
 
 fn own_start(start: &StartConfig, config: &EnvConfig, joints: usize) -> Result<OwnStart, ConfigError> {
+    if config.model == ModelKind::Spatial {
+        return start.own_in_space(joints);
+    }
     let [x, y, angle] = start.in_plane((ModelName::Planar, config.integrator.method()))?;
-    Ok(OwnStart { position: Vector2::new(x, y), angle, joint_angle: start.own_posture(joints)? })
+    Ok(OwnStart { position: Vector2::new(x, y), angle, joint_angle: start.own_posture(joints)?, raised: None })
 }
 
 impl GoalConfig {

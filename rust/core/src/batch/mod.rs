@@ -142,12 +142,16 @@ impl<M: RobotModel> Batch<M> {
         self.row_mut(row).environment.observe(observation);
     }
 
-    /// Tells the next episode of a row where it takes place.
+    /// Tells the next episodes of rows where they take place, or none of them.
     ///
     /// # Errors
-    /// The robot has no room there.
-    pub fn set_next_world(&mut self, row: usize, world: World) -> Result<(), ConfigError> {
-        self.row_mut(row).environment.set_next_world(world)
+    /// A robot has no room there.
+    pub fn set_next_worlds(&mut self, rows: &[usize], worlds: Vec<World>) -> Result<(), ConfigError> {
+        rows.iter().zip(&worlds).try_for_each(|(row, world)| self.row_mut(*row).environment.check_world(world))?;
+        for (row, world) in rows.iter().zip(worlds) {
+            self.row_mut(*row).environment.set_next_world(world);
+        }
+        Ok(())
     }
 
     /// Writes a quantity of some rows, one after the other; `size` numbers each.

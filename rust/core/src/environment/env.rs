@@ -153,14 +153,17 @@ impl<M: RobotModel> Environment<M> {
         self.sampler.difficulty()
     }
 
-    /// Tells the next episode where it takes place; the ones after it draw it again.
+    /// Whether an episode can take place in a world.
     ///
     /// # Errors
     /// The robot has no room there.
-    pub fn set_next_world(&mut self, world: World) -> Result<(), ConfigError> {
-        self.sampler.check(&world)?;
+    pub fn check_world(&mut self, world: &World) -> Result<(), ConfigError> {
+        self.sampler.check(world)
+    }
+
+    /// Tells the next episode where it takes place; the ones after it draw it again. The world has been checked.
+    pub fn set_next_world(&mut self, world: World) {
         self.next_world = Some(Box::new(world));
-        Ok(())
     }
 
     /// Seed and number of the next episode.
@@ -301,6 +304,17 @@ impl<M: RobotModel> Environment<M> {
         self.model.simulation().body().pegs.obstacles()
     }
 
+    /// Mean force of each obstacle on the robot over the last control period, x and y of the world frame, in the order of
+    /// [`Self::obstacles`] \[N\].
+    pub fn obstacle_force(&self) -> Vec<[f64; 2]> {
+        let body = self.model.simulation().body();
+        let mut force = vec![[0.0; 2]; body.pegs.len()];
+        for (obstacle, impulse) in body.obstacle_impulse.iter().enumerate() {
+            force[body.pegs.place_in_scene(obstacle)] = (impulse / self.rules.period).into();
+        }
+        force
+    }
+
     /// Where the robot has to go.
     pub fn goal(&self) -> &Goal {
         &self.episode.goal
@@ -366,6 +380,9 @@ impl<M: RobotModel> Environment<M> {
         self.model.reset(&scene.start, self.sampler.joint_angle(), self.sampler.pegs());
         if !self.sampler.obstacles().is_empty() {
             self.model.simulation_mut().set_obstacles(self.sampler.obstacles());
+        }
+        if let Some(chain) = self.sampler.raised() {
+            self.model.raise(chain);
         }
         self.source.episode = episode;
         self.take_drawn(self.randomization.draw(&mut rng));

@@ -138,14 +138,16 @@ impl<const AXES: usize> ReferenceGenerator<AXES> {
         }
     }
 
-    /// Rests in another posture: references of single joints hold its angles, and a wave grows from zero.
-    pub fn rest_bent(&mut self, joint_angle: &[f64]) {
+    /// Rests in another posture, with the angles `joint_angle(joint, axis)`: references of single joints hold them, and
+    /// waves grow from zero.
+    pub fn rest_bent(&mut self, joint_angle: impl Fn(usize, usize) -> f64) {
         let has_wave = self.has_wave;
-        let yaw = &mut self.state.axes[YAW];
-        yaw.amplitude = FilteredParameter::at_rest(0.0);
-        yaw.offset = FilteredParameter::at_rest(0.0);
-        if !has_wave {
-            yaw.hold(|joint| joint_angle[joint]);
+        for (index, axis) in self.state.axes.iter_mut().enumerate() {
+            axis.amplitude = FilteredParameter::at_rest(0.0);
+            axis.offset = FilteredParameter::at_rest(0.0);
+            if !has_wave {
+                axis.hold(|joint| joint_angle(joint, index));
+            }
         }
     }
 

@@ -122,7 +122,7 @@ impl MinimalSimulation {
     /// # Errors
     /// The friction law is smooth: the stiff solver's steps do not tell their impulses.
     pub fn start_record(&mut self) -> Result<(), ConfigError> {
-        let record = Some(Box::new(Record::new(self.model.link_count(), 0)));
+        let record = Some(Box::new(Record::new(self.model.link_count())));
         match &mut self.scheme {
             Scheme::Implicit(scheme) => scheme.record = record,
             Scheme::Thesis(scheme) => scheme.record = record,

@@ -170,15 +170,21 @@ impl<M: SimulatedModel> Simulation<M> {
         &self.body.contact_impulse
     }
 
+    /// Impulse of each obstacle, by its number, on the robot during the last `advance`, x and y of the world frame
+    /// \[N s\].
+    pub fn obstacle_impulse(&self) -> &[Vector2<f64>] {
+        &self.body.obstacle_impulse
+    }
+
     /// Impulse of the robot's other links on each link during the last `advance`, world frame \[N s\]; without a z part in
     /// the plane.
     pub fn self_contact_impulse(&self) -> &[Vector3<f64>] {
         &self.body.self_contact_impulse
     }
 
-    /// Records from now on the forces of all contacts and the work of the actuators; obstacles must not be replaced then.
+    /// Records from now on the forces of the ground and of the robot on itself, and the work of the actuators.
     pub fn start_record(&mut self) {
-        self.body.record = Some(Box::new(Record::new(self.robot().link_count(), self.body.pegs.len())));
+        self.body.record = Some(Box::new(Record::new(self.robot().link_count())));
     }
 
     /// Place in the scene of each obstacle, by its number.

@@ -24,6 +24,8 @@ pub struct Body<M: Model> {
     /// Impulse of the pegs on each link since [`Self::begin`], world frame \[N s\]; over an interval's length it is
     /// (T 7.6).
     pub contact_impulse: Vec<Vector2<f64>>,
+    /// Impulse of each obstacle, by its number in the grid, on the robot since [`Self::begin`], world frame \[N s\].
+    pub obstacle_impulse: Vec<Vector2<f64>>,
     /// Impulse of the robot's other links on each link since [`Self::begin`], world frame \[N s\].
     pub self_contact_impulse: Vec<Vector3<f64>>,
     /// Impulse of the ground's normal forces on each link since [`Self::begin`] \[N s\]; zero in models without them.
@@ -54,6 +56,7 @@ impl<M: Model> Body<M> {
         let links = robot.link_count();
         Self {
             state: M::State::zero(links),
+            obstacle_impulse: vec![Vector2::zeros(); pegs.len()],
             pegs,
             warm_start: M::WarmStart::new(links),
             clock: Clock::default(),
@@ -81,7 +84,13 @@ impl<M: Model> Body<M> {
     pub fn begin(&mut self) {
         self.last_good.copy_from(&self.state);
         self.statistics = StepStatistics::default();
+        self.clear_impulses();
+    }
+
+    fn clear_impulses(&mut self) {
         self.contact_impulse.fill(Vector2::zeros());
+        self.obstacle_impulse.clear();
+        self.obstacle_impulse.resize(self.pegs.len(), Vector2::zeros());
         self.self_contact_impulse.fill(Vector3::zeros());
         self.ground_impulse.fill(0.0);
     }
@@ -101,9 +110,7 @@ impl<M: Model> Body<M> {
             self.clock = Clock::default();
             self.solves = 0;
             self.statistics.clear_work();
-            self.contact_impulse.fill(Vector2::zeros());
-            self.self_contact_impulse.fill(Vector3::zeros());
-            self.ground_impulse.fill(0.0);
+            self.clear_impulses();
             self.is_plausible = true;
             self.statistics.diverged = true;
         }

@@ -234,7 +234,10 @@ fn add_contact_impulses<D: Driven>(
         let body = members.body_mut(each.lane);
         match each.source {
             Source::Link(_) => body.self_contact_impulse[each.link] += each.impulse * weight,
-            Source::Obstacle(_) => body.contact_impulse[each.link] += each.impulse.xy() * weight,
+            Source::Obstacle(obstacle) => {
+                body.contact_impulse[each.link] += each.impulse.xy() * weight;
+                body.obstacle_impulse[obstacle] += each.impulse.xy() * weight;
+            }
         }
         if let Some(record) = &mut body.record {
             record.add_contact(each, weight);

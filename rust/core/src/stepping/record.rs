@@ -1,6 +1,6 @@
 //! What a scripted run may record besides its motion: the impulses of all contacts, and the work of the actuators.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector3;
 
 use super::stage::{ContactImpulse, Source};
 
@@ -8,8 +8,6 @@ use super::stage::{ContactImpulse, Source};
 #[derive(Debug, Clone)]
 pub struct Record {
     pub sum: StageRecord,
-    /// Impulse of each obstacle, by its number in the grid, on the robot \[N s\].
-    pub obstacle: Vec<Vector2<f64>>,
     /// Impulse on each link of each other link: row = link that receives it \[N s\].
     pub pair: Vec<Vector3<f64>>,
     /// The stage at hand, and the first one of its step until the step is accepted.
@@ -49,11 +47,10 @@ impl StageRecord {
 }
 
 impl Record {
-    /// Of a robot of `links` links among `obstacles` obstacles.
-    pub fn new(links: usize, obstacles: usize) -> Self {
+    /// Of a robot of `links` links.
+    pub fn new(links: usize) -> Self {
         Self {
             sum: StageRecord::new(links),
-            obstacle: vec![Vector2::zeros(); obstacles],
             pair: vec![Vector3::zeros(); links * links],
             stage: StageRecord::new(links),
             first: StageRecord::new(links),
@@ -63,7 +60,6 @@ impl Record {
     /// Begins an interval.
     pub fn clear(&mut self) {
         self.sum.clear();
-        self.obstacle.fill(Vector2::zeros());
         self.pair.fill(Vector3::zeros());
     }
 
@@ -82,12 +78,11 @@ impl Record {
         self.sum.add(&self.stage, 1.0);
     }
 
-    /// Adds the impulse of an obstacle or of another link, `weight` times.
+    /// Adds the impulse of another link, `weight` times.
     pub(crate) fn add_contact(&mut self, contact: &ContactImpulse, weight: f64) {
-        let links = self.stage.ground.len();
-        match contact.source {
-            Source::Obstacle(obstacle) => self.obstacle[obstacle] += contact.impulse.xy() * weight,
-            Source::Link(other) => self.pair[contact.link * links + other] += contact.impulse * weight,
+        if let Source::Link(other) = contact.source {
+            let links = self.stage.ground.len();
+            self.pair[contact.link * links + other] += contact.impulse * weight;
         }
     }
 }

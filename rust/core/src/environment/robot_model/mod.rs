@@ -26,6 +26,7 @@ use crate::environment::motion::Motion;
 use crate::environment::observation::BlockRow;
 use crate::environment::perception::LinkPose;
 use crate::environment::quantity::Quantity;
+use crate::environment::raised_chain::RaisedChain;
 use crate::environment::signal::Signal;
 use crate::environment::start::Start;
 
@@ -80,6 +81,10 @@ pub trait RobotModel: Clone + Debug + Send + Sync + 'static {
 
     /// Puts the robot to rest among `pegs`, lying on the ground in the posture of the gait.
     fn reset(&mut self, start: &Start, joint_angle: &[f64], pegs: &[Peg]);
+
+    /// Puts the robot at rest as raised off the ground or tilted, after [`Self::reset`]; models without height have no
+    /// such starts.
+    fn raise(&mut self, _: &RaisedChain) {}
 
     /// Turns an action in [-1, 1] into joint references.
     fn set_action(&mut self, action: &[f64]);

@@ -61,6 +61,8 @@ pub struct PlanarRobotState {
     /// All obstacles, where they are not only pegs without friction.
     obstacles: Vec<SavedObstacle>,
     forces: Forces,
+    /// Of each obstacle over the last control period, by its number \[N s\].
+    obstacle_impulse: Vec<Vector2<f64>>,
 }
 
 impl RobotModel for PlanarRobot {
@@ -111,7 +113,7 @@ impl RobotModel for PlanarRobot {
         self.simulation.place_chain(position.x, position.y, *angle, joint_angle);
         self.reference.rest_in_posture(*phase);
         if *has_own_posture {
-            self.reference.rest_bent(joint_angle);
+            self.reference.rest_bent(|joint, _| joint_angle[joint]);
         }
         self.forces.clear();
     }
@@ -169,6 +171,7 @@ impl RobotModel for PlanarRobot {
             pegs: self.pegs().to_vec(),
             obstacles: self.simulation.body().pegs.written().iter().map(SavedObstacle::from).collect(),
             forces: self.forces.clone(),
+            obstacle_impulse: self.simulation.obstacle_impulse().to_vec(),
         }
     }
 
@@ -177,6 +180,7 @@ impl RobotModel for PlanarRobot {
         let lengths = [state.forces.peg.len(), state.forces.lateral.len(), state.forces.own.len()];
         let fits = lengths == [links; 3]
             && state.simulation.fits(links, state.pegs.len().max(state.obstacles.len()))
+            && state.obstacle_impulse.len() == state.pegs.len().max(state.obstacles.len())
             && state.obstacles.iter().all(SavedObstacle::is_valid)
             && self.reference.restore(&state.reference);
         if fits {
@@ -188,6 +192,7 @@ impl RobotModel for PlanarRobot {
             }
             self.simulation.restore(&state.simulation);
             self.forces.clone_from(&state.forces);
+            self.simulation.body_mut().obstacle_impulse.clone_from(&state.obstacle_impulse);
         }
         fits
     }

@@ -18,6 +18,7 @@ use crate::environment::motion::Motion;
 use crate::environment::observation::BlockRow;
 use crate::environment::perception::LinkPose;
 use crate::environment::quantity::Quantity;
+use crate::environment::raised_chain::RaisedChain;
 use crate::environment::reference::{ReferenceGenerator, ReferenceState};
 use crate::environment::signal::{Signal, float, integer};
 use crate::environment::start::Start;
@@ -52,6 +53,8 @@ pub struct SpatialRobotState {
     /// All obstacles, where they are not only pegs without friction.
     obstacles: Vec<SavedObstacle>,
     forces: Forces,
+    /// Of each obstacle over the last control period, by its number \[N s\].
+    obstacle_impulse: Vec<Vector2<f64>>,
 }
 
 /// Attitude of the body as a whole.
@@ -139,11 +142,18 @@ impl RobotModel for SpatialRobot {
         self.simulation.rest_on_ground();
         self.reference.rest_in_posture(*phase);
         if *has_own_posture {
-            self.reference.rest_bent(joint_angle);
+            self.reference.rest_bent(|joint, axis| self.posture[joint][axis]);
         }
         self.forces.peg.fill(Vector2::zeros());
         self.forces.ground.fill(0.0);
         self.forces.own.fill(Vector3::zeros());
+    }
+
+    fn raise(&mut self, chain: &RaisedChain) {
+        self.simulation.place_chain(chain.pose[0], &chain.joint_angle);
+        if chain.has_own_posture {
+            self.reference.rest_bent(|joint, axis| chain.joint_angle[joint][axis]);
+        }
     }
 
     fn set_action(&mut self, action: &[f64]) {
@@ -227,6 +237,7 @@ impl RobotModel for SpatialRobot {
             pegs: self.pegs().to_vec(),
             obstacles: self.simulation.body().pegs.written().iter().map(SavedObstacle::from).collect(),
             forces: self.forces.clone(),
+            obstacle_impulse: self.simulation.obstacle_impulse().to_vec(),
         }
     }
 
@@ -236,6 +247,7 @@ impl RobotModel for SpatialRobot {
             && state.forces.peg.len() == links
             && state.forces.own.len() == links
             && state.simulation.fits(links, state.pegs.len().max(state.obstacles.len()))
+            && state.obstacle_impulse.len() == state.pegs.len().max(state.obstacles.len())
             && state.obstacles.iter().all(SavedObstacle::is_valid)
             && self.reference.restore(&state.reference);
         if fits {
@@ -247,6 +259,7 @@ impl RobotModel for SpatialRobot {
             }
             self.simulation.restore(&state.simulation);
             self.forces.clone_from(&state.forces);
+            self.simulation.body_mut().obstacle_impulse.clone_from(&state.obstacle_impulse);
         }
         fits
     }

@@ -3,6 +3,7 @@
 use nalgebra::Vector2;
 
 use crate::contact::{gap, wall_gap};
+use crate::environment::raised_chain::{Raised, RaisedChain};
 use crate::environment::start::{Start, StartJitter, StartLine};
 use crate::obstacles::{Obstacle, Shape};
 use crate::pegs::PegGrid;
@@ -22,6 +23,8 @@ pub struct Placement {
     grid: PegGrid,
     joint_angle: Vec<f64>,
     pose: Vec<Pose>,
+    /// The robot of the spatial model where it does not lie flat; `pose` then counts for nothing.
+    raised: Option<RaisedChain>,
 }
 
 impl Placement {
@@ -32,6 +35,7 @@ impl Placement {
             grid: PegGrid::default(),
             joint_angle: vec![0.0; robot.joint_count()],
             pose: vec![Pose::zeros(); robot.link_count()],
+            raised: None,
             robot: robot.clone(),
         }
     }
@@ -68,19 +72,33 @@ impl Placement {
         &self.joint_angle
     }
 
-    /// Puts the robot at `start` in the posture of the line's gait.
+    /// The robot of the spatial model at its start, if it does not lie flat there.
+    pub fn raised(&self) -> Option<&RaisedChain> {
+        self.raised.as_ref()
+    }
+
+    /// Puts the robot flat at `start` in the posture of the line's gait.
     pub fn assemble(&mut self, line: &StartLine, start: &Start) {
         let angle = line.joint_angles(start.phase);
         self.joint_angle.iter_mut().enumerate().for_each(|(joint, value)| *value = angle(joint));
-        let first = Pose::new(start.position.x, start.position.y, start.angle);
-        assemble_chain(&self.robot, first, &self.joint_angle, &mut self.pose);
+        self.lay_flat(start);
     }
 
-    /// Puts the robot straight or bent as told, CG and absolute angle of link 1 as at `start`.
+    /// Puts the robot flat, straight or bent as told, CG and absolute angle of link 1 as at `start`.
     pub fn assemble_posture(&mut self, start: &Start, joint_angle: &[f64]) {
         self.joint_angle.copy_from_slice(joint_angle);
+        self.lay_flat(start);
+    }
+
+    fn lay_flat(&mut self, start: &Start) {
         let first = Pose::new(start.position.x, start.position.y, start.angle);
         assemble_chain(&self.robot, first, &self.joint_angle, &mut self.pose);
+        self.raised = None;
+    }
+
+    /// Raises the robot that lies at `start`.
+    pub fn raise(&mut self, start: &Start, raised: &Raised) {
+        self.raised = Some(RaisedChain::new(&self.robot, start, &self.joint_angle, raised));
     }
 
     /// The start nearest to the full deviation, in halvings, that clears the pegs, or else the nominal one.
@@ -100,12 +118,18 @@ impl Placement {
 
     /// CG of the robot where it is \[m\].
     pub fn gravity_centre(&self) -> Vector2<f64> {
+        if let Some(chain) = &self.raised {
+            return chain.gravity_centre(&self.robot).xy();
+        }
         let links = self.robot.links.iter().zip(&self.pose);
         links.map(|(link, q)| q.xy() * link.mass).sum::<Vector2<f64>>() / self.robot.total_mass()
     }
 
     /// Smallest gap between the robot and a peg \[m\].
     pub fn gap_to(&self, peg: &Peg) -> f64 {
+        if let Some(chain) = &self.raised {
+            return chain.gap_to_peg(&self.robot, peg);
+        }
         let links = self.robot.links.iter().zip(&self.pose);
         links.map(|(link, q)| gap(q, link, peg)).fold(f64::INFINITY, f64::min)
     }
@@ -124,7 +148,16 @@ impl Placement {
         self.pegs.iter().map(|peg| self.gap_to(peg)).fold(to_walls, f64::min)
     }
 
+    /// Smallest gap between the robot and the ground, where it does not lie flat \[m\].
+    pub fn gap_to_ground(&self) -> f64 {
+        self.raised.as_ref().map_or(0.0, |chain| chain.gap_to_ground(&self.robot))
+    }
+
     fn gap_to_walls(&self, grid: &PegGrid) -> f64 {
+        if let Some(chain) = &self.raised {
+            let walls = grid.walls().walls().iter();
+            return walls.map(|wall| chain.gap_to_wall(&self.robot, &wall.polygon)).fold(f64::INFINITY, f64::min);
+        }
         let links = self.robot.links.iter().zip(&self.pose);
         links.map(|(link, q)| wall_gap(q, link, grid)).fold(f64::INFINITY, f64::min)
     }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::environment::config::EnvConfig;
 use crate::environment::goal::Goal;
+use crate::environment::raised_chain::RaisedChain;
 use crate::environment::rng::Rng;
 use crate::environment::start::StartJitter;
 use crate::error::ConfigError;
@@ -62,6 +63,11 @@ impl ScenarioSampler {
     /// The robot's joint angles at its start \[rad\].
     pub fn joint_angle(&self) -> &[f64] {
         self.placement.joint_angle()
+    }
+
+    /// The robot of the spatial model at its start, if it does not lie flat there.
+    pub fn raised(&self) -> Option<&RaisedChain> {
+        self.placement.raised()
     }
 
     /// The smallest number of push-points in any body length on the way to `goal` among `pegs`.

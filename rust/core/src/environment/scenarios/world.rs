@@ -5,6 +5,7 @@ use nalgebra::Vector2;
 use crate::environment::config::EnvConfig;
 use crate::environment::default_gait::DefaultGait;
 use crate::environment::goal::{Goal, Target};
+use crate::environment::raised_chain::Raised;
 use crate::environment::polyline::Polyline;
 use crate::environment::rng::Rng;
 use crate::environment::start::{Start, StartJitter, StartLine};
@@ -47,6 +48,14 @@ pub struct OwnStart {
     pub angle: f64,
     /// Joint angles \[rad\]; none: the posture of the gait.
     pub joint_angle: Option<Vec<f64>>,
+    /// How a robot of the spatial model does not lie flat; none: it does.
+    pub raised: Option<Raised>,
+}
+
+impl OwnStart {
+    fn height(&self) -> Option<f64> {
+        self.raised.as_ref().and_then(|raised| raised.height)
+    }
 }
 
 /// Lays out episodes in worlds.
@@ -70,8 +79,14 @@ impl WorldLayout {
     }
 
     /// # Errors
-    /// The robot would start inside an obstacle of the world, or in its goal.
+    /// The robot would start in the ground, inside an obstacle of the world, or in its goal.
     pub fn check(&self, world: &World, placement: &mut Placement) -> Result<(), ConfigError> {
+        if let Some(height) = world.start.as_ref().and_then(OwnStart::height) {
+            self.place(world, placement);
+            let lowest = height - placement.gap_to_ground();
+            let expected = format!("at least {lowest:.4} m, where the robot touches the ground");
+            require(height >= lowest, "start.position[2]", height, &expected)?;
+        }
         if let Some(obstacles) = &world.obstacles {
             self.place(world, placement);
             for (j, obstacle) in obstacles.iter().enumerate() {
@@ -132,7 +147,7 @@ impl WorldLayout {
 
     /// Puts the robot at the world's start, or the nominal one.
     fn place(&self, world: &World, placement: &mut Placement) -> Start {
-        let Some(OwnStart { position, angle, joint_angle }) = &world.start else {
+        let Some(OwnStart { position, angle, joint_angle, raised }) = &world.start else {
             placement.assemble(&self.line, &self.line.nominal);
             return self.line.nominal;
         };
@@ -140,6 +155,9 @@ impl WorldLayout {
         match joint_angle {
             Some(joint_angle) => placement.assemble_posture(&start, joint_angle),
             None => placement.assemble(&self.line, &start),
+        }
+        if let Some(raised) = raised {
+            placement.raise(&start, raised);
         }
         start
     }

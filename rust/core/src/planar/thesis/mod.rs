@@ -70,11 +70,13 @@ impl ThesisScheme for Thesis {
     /// One step of length `h`: q_M, active set and directions there, impulses, q_E, projection.
     fn step<D: Driven<Model = Planar>>(&mut self, system: &PlanarSystem, robot: &mut D, h: f64) {
         robot.targets(robot.body().state.time, &mut self.targets);
-        let Body { state, pegs, statistics, contact_impulse, warm_start, record, .. } = robot.body_mut();
+        let Body { state, pegs, statistics, contact_impulse, obstacle_impulse, warm_start, record, .. } =
+            robot.body_mut();
         self.move_to_midpoint(state, h);
         self.find_closed_contacts(system, state, pegs);
         self.build_stage(system, state, pegs, h);
-        self.solve(pegs, statistics, contact_impulse);
+        self.solve(pegs, statistics);
+        self.add_contact_impulses(contact_impulse, obstacle_impulse);
         if let Some(record) = record {
             self.add_to(record);
         }
@@ -148,7 +150,7 @@ impl Thesis {
         }
     }
 
-    fn solve(&mut self, pegs: &PegGrid, statistics: &mut StepStatistics, contact_impulse: &mut [Vector2<f64>]) {
+    fn solve(&mut self, pegs: &PegGrid, statistics: &mut StepStatistics) {
         let links = self.stage.links.len();
         self.last_impulse.resize(links * pegs.pegs().len(), 0.0);
         let place = |pair: &NearPair| pair.peg * links + pair.link;
@@ -160,36 +162,34 @@ impl Thesis {
         for (pair, impulse) in self.closed.iter().zip(&self.solution.contact) {
             self.last_impulse[place(pair)] = *impulse;
         }
-        self.record(iterations, converged, statistics, contact_impulse);
+        self.record(iterations, converged, statistics);
     }
 
-    fn record(
-        &self,
-        iterations: u32,
-        converged: bool,
-        statistics: &mut StepStatistics,
-        contact_impulse: &mut [Vector2<f64>],
-    ) {
+    fn record(&self, iterations: u32, converged: bool, statistics: &mut StepStatistics) {
         let certificate = certify(&self.stage, &self.solution);
         statistics.steps += 1;
         statistics.add_solve(iterations, !converged, certificate.residual(), certificate.gap);
         statistics.add_work(&work_of(&self.stage, &self.solution), 0, 1.0);
-        for (contact, impulse) in self.stage.contacts.iter().zip(&self.solution.contact) {
-            contact_impulse[contact.link] += contact.direction.xy() * *impulse;
+    }
+
+    /// Adds the impulses of the pegs to the sums of the links and of the pegs.
+    fn add_contact_impulses(&self, of_link: &mut [Vector2<f64>], of_peg: &mut [Vector2<f64>]) {
+        let contacts = self.stage.contacts.iter().zip(&self.solution.contact);
+        for (pair, (contact, impulse)) in self.closed.iter().zip(contacts) {
+            let impulse = contact.direction.xy() * *impulse;
+            of_link[pair.link] += impulse;
+            of_peg[pair.peg] += impulse;
         }
     }
 
     /// Adds the step to what the run records.
     fn add_to(&self, record: &mut Record) {
-        let StageSolution { twist, friction, actuator, contact, .. } = &self.solution;
+        let StageSolution { twist, friction, actuator, .. } = &self.solution;
         for ((to, link), impulse) in record.sum.ground.iter_mut().zip(&self.stage.links).zip(friction) {
             to[0] += link.heading.to_world(*impulse).push(0.0);
         }
         for (j, (work, impulse)) in record.sum.actuator_work.iter_mut().zip(actuator).enumerate() {
             work[0] += impulse * (twist[j + 1].z - twist[j].z);
-        }
-        for (pair, (contact, impulse)) in self.closed.iter().zip(self.stage.contacts.iter().zip(contact)) {
-            record.obstacle[pair.peg] += contact.direction.xy() * *impulse;
         }
     }
 

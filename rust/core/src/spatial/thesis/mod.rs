@@ -70,8 +70,7 @@ impl ThesisScheme for SpatialThesis {
     /// Algorithm 4.1 with step length `h`.
     fn step<D: Driven<Model = Spatial>>(&mut self, system: &SpatialSystem, robot: &mut D, h: f64) {
         robot.targets(robot.body().state.time, &mut self.targets);
-        let SpatialBody { state, pegs, statistics, contact_impulse, warm_start, ground_impulse, record, .. } =
-            robot.body_mut();
+        let SpatialBody { state, pegs, statistics, warm_start, ground_impulse, record, .. } = robot.body_mut();
         let joint_torque = &mut warm_start.joint_torque;
         self.move_to_midpoint(state, h);
         self.command(system, state, joint_torque);
@@ -82,11 +81,12 @@ impl ThesisScheme for SpatialThesis {
         let (iterations, converged) = self.solve();
         self.keep_impulses(ground_impulse);
         self.record(iterations, !converged, joint_torque, h, statistics);
-        self.add_contact_impulses(contact_impulse);
         if let Some(record) = record {
             self.add_to(record, joint_torque, h);
         }
         self.move_to_end(system, state, h);
+        let SpatialBody { contact_impulse, obstacle_impulse, .. } = robot.body_mut();
+        self.add_contact_impulses(contact_impulse, obstacle_impulse);
     }
 }
 
@@ -210,10 +210,13 @@ impl SpatialThesis {
         }
     }
 
-    /// Adds the impulses of the pegs to the sums of the links.
-    fn add_contact_impulses(&self, contact_impulse: &mut [Vector2<f64>]) {
-        for (contact, impulse) in self.step.pegs.iter().zip(&self.solution.peg) {
-            contact_impulse[contact.link] += contact.direction.xy() * *impulse;
+    /// Adds the impulses of the pegs to the sums of the links and of the pegs.
+    fn add_contact_impulses(&self, of_link: &mut [Vector2<f64>], of_peg: &mut [Vector2<f64>]) {
+        let links = self.step.links.len();
+        for (pair, (contact, impulse)) in self.pegs.iter().zip(self.step.pegs.iter().zip(&self.solution.peg)) {
+            let impulse = contact.direction.xy() * *impulse;
+            of_link[contact.link] += impulse;
+            of_peg[pair / links] += impulse;
         }
     }
 
@@ -232,10 +235,6 @@ impl SpatialThesis {
                 let power = |(k, moment)| turning(&solution.twist[j + k]).dot(moment);
                 work[axis] += h * moments.iter().enumerate().map(power).sum::<f64>();
             }
-        }
-        let links = step.links.len();
-        for (pair, (contact, impulse)) in self.pegs.iter().zip(step.pegs.iter().zip(&solution.peg)) {
-            record.obstacle[pair / links] += contact.direction.xy() * *impulse;
         }
     }
 
