@@ -19,7 +19,8 @@ test-rust:
 test-python: $(if $(wildcard .venv/.native),.venv/.native,.venv/.native-test)
 	$(BIN)/python -m pytest $(PYTEST)
 
-RAY_TESTS := $(addprefix tests/experiments/test_distributed_,ppo.py rllib.py tune.py) $(addprefix tests/package/test_, \
+RAY_TESTS := $(addprefix tests/experiments/test_distributed_,ppo.py rllib.py tune.py) \
+	tests/examples/test_examples.py $(addprefix tests/package/test_, \
 	checker.py vector_env.py vector_env_input.py reward.py threads.py single_env.py wrappers.py)
 
 # Ray in an environment of its own: RLlib pins an earlier Gymnasium, with which the interface is tested too.
