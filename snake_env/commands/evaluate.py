@@ -14,9 +14,9 @@ import json
 from pathlib import Path
 
 from snake_env.commands.arguments import add_policy, add_task, chosen_task
-from snake_env.evaluation import scores, seeds
+from snake_env.evaluation import scores
 from snake_env.evaluation.acting import BASELINE, acting
-from snake_env.evaluation.rollout import run_episodes
+from snake_env.evaluation.protocol import evaluate
 
 SCENES = 200
 
@@ -39,8 +39,7 @@ def main(arguments: list[str]) -> int:
     print(f"{task.env_id} {json.dumps(task.options)}, {args.scenes} test scenes")
     rows = {}
     for policy in [acting(name, task) for name in named]:
-        episodes = run_episodes(policy, task.env_id, seeds.held_out(args.scenes), args.num_threads, **task.options)
-        rows[policy.name] = scores.score(episodes)
+        rows[policy.name] = evaluate(policy, task, scenes=args.scenes, num_threads=args.num_threads).scores
     print(scores.table(rows))
     if args.out is not None:
         plain = {name: scores.plain(row) for name, row in rows.items()}

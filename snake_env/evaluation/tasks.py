@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -28,8 +28,8 @@ class BenchmarkTask:
 
     name: str
     env_id: str
-    options: dict[str, Any]
-    about: str
+    options: dict[str, Any] = field(default_factory=dict)
+    about: str = ""
 
 
 def load(path: Path = TASKS) -> dict[str, BenchmarkTask]:

@@ -5,8 +5,8 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use snake_core::ConfigError;
 use snake_core::batch::Batch as Rows;
-use snake_core::environment::{EnvConfig, Environment, RobotModel};
 use snake_core::environment::quantity::quantities_of;
+use snake_core::environment::{EnvConfig, Environment, RobotModel};
 use snake_core::error::require;
 
 use crate::core::{Core, of_model};

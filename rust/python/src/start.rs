@@ -87,12 +87,18 @@ impl StartConfig {
         self.check_in_space()?;
         let roll = finite("start.roll", self.roll.unwrap_or(0.0))?;
         let own = self.own_pairs(joints)?;
-        let of_axis = |axis: usize| own.as_ref().map(|angles| angles.iter().map(|angle| angle[axis]).collect::<Vec<_>>());
+        let of_axis =
+            |axis: usize| own.as_ref().map(|angles| angles.iter().map(|angle| angle[axis]).collect::<Vec<_>>());
         let (joint_angle, joint_pitch) = (of_axis(0), of_axis(1).unwrap_or_default());
         let height = self.position.get(2).copied();
         let is_flat = height.is_none() && self.pitch == 0.0 && roll == 0.0 && joint_pitch.iter().all(|p| *p == 0.0);
         let raised = (!is_flat).then_some(Raised { height, pitch: self.pitch, roll, joint_pitch });
-        Ok(OwnStart { position: Vector2::new(self.position[0], self.position[1]), angle: self.heading, joint_angle, raised })
+        Ok(OwnStart {
+            position: Vector2::new(self.position[0], self.position[1]),
+            angle: self.heading,
+            joint_angle,
+            raised,
+        })
     }
 
     fn check_in_space(&self) -> Result<(), ConfigError> {
@@ -165,9 +171,8 @@ impl Posture {
 
 /// The angles (yaw, pitch) are those of all joints, and below a right angle.
 fn require_bends(angles: &[Vector2<f64>], joints: usize, posture: &Posture) -> Result<(), ConfigError> {
-    let expected = format!(
-        "\"gait\", \"straight\", {joints} yaw angles or {joints} pairs (yaw, pitch), all below a right angle"
-    );
+    let expected =
+        format!("\"gait\", \"straight\", {joints} yaw angles or {joints} pairs (yaw, pitch), all below a right angle");
     let admissible = angles.len() == joints && angles.iter().flatten().all(|angle| angle.abs() < FRAC_PI_2);
     require(admissible, "start.posture", posture.written(), &expected)
 }
