@@ -30,9 +30,9 @@ def arguments() -> argparse.Namespace:
 def settings(args: argparse.Namespace) -> PPOConfig:
     """RLlib's configuration.
 
-    RLlib reads the first observation of an episode from the step after the end of the last one: in Gymnasium's next-step
-    mode that is right, with same-step resets it would silently join two episodes. "snake_env:" imports the package in
-    the runners.
+    RLlib reads the first observation of an episode from the step after the end of the last one: in Gymnasium's
+    next-step mode that is right, with same-step resets it would silently join two episodes. "snake_env:" imports the
+    package in the runners.
     """
     batch = args.runners * args.num_envs * args.steps
     return (

@@ -232,6 +232,10 @@ class Robots:
 
     def set_states(self, states: Sequence[RobotState], indices: Sequence[int]) -> None:
         """Replaces the states of some robots, or of none where one of the states does not fit."""
+        for k, state in enumerate(states):
+            if not isinstance(state, RobotState) or np.shape(state.previous_action) != self._action_shape[1:]:
+                expected = "what get_state of such an environment has returned"
+                raise ConfigError(f"states[{k}]", type(state).__name__, expected)
         self.native.set_states(indices, [state.core for state in states])
         for i, state in zip(indices, states, strict=True):
             self._previous_action[i] = state.previous_action

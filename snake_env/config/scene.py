@@ -147,14 +147,13 @@ class Scene(Section):
         Raises:
             ConfigError: names what MuJoCo does not have, such as friction that differs along and across a link.
         """
-        from snake_env.config.start import Start  # builds on this module
-
         if isinstance(step, bool) or not isinstance(step, int | float) or not step > 0.0:
             raise ConfigError("step", repr(step), "a number > 0")
         controller = PD(torque_limit=10.0) if controller is None else controller
         if not isinstance(controller, PD):
             raise ConfigError("controller", repr(controller), "a snake_env.PD for MuJoCo")
-        return mjcf.write(self, robot or Robot(), controller, start or Start(), gait or Gait(), float(step))
+        at = core_defaults("start") if start is None else start
+        return mjcf.write(self, robot or Robot(), controller, at, gait or Gait(), float(step))
 
     @classmethod
     def from_fields(cls, fields: Mapping[str, Any]) -> Scene:

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snake_env.errors import ConfigError
-from snake_env.evaluation import scores, seeds, tasks
+from snake_env.evaluation import seeds, tasks
 from snake_env.evaluation.rollout import Episodes, run_episodes
+from snake_env.evaluation.scores import Row, against, score, table
 from snake_env.evaluation.tasks import BenchmarkTask
 from snake_env.policies.interface import INTERFACE, Policy, Stateless
 
@@ -28,17 +29,17 @@ class Evaluation:
     Attributes:
         name: of the policy.
         task: where it was played.
-        scores: by name, as "success" and "speed"; each has ``value``, ``low`` and ``high`` of its 95 % bootstrap interval
-            over scenes.
+        scores: by name, as "success" and "speed"; each has ``value``, and ``low`` and ``high`` of its 95 % bootstrap
+            interval over scenes.
         episodes: the last ``info`` of every episode, (n,) arrays by name, and ``return``.
     """
 
     name: str
     task: BenchmarkTask
-    scores: scores.Row
+    scores: Row
     episodes: Episodes
 
-    def against(self, other: Evaluation) -> scores.Row:
+    def against(self, other: Evaluation) -> Row:
         """Differences in success and progress [m] to another policy, scene by scene, with their intervals.
 
         Raises:
@@ -47,10 +48,10 @@ class Evaluation:
         if self.task != other.task or len(self.episodes["time"]) != len(other.episodes["time"]):
             mine, its = (f"{one.task.name} on {len(one.episodes['time'])} scenes" for one in (self, other))
             raise ConfigError("other", its, f"an evaluation of {mine}")
-        return scores.against(self.episodes, other.episodes)
+        return against(self.episodes, other.episodes)
 
     def __str__(self) -> str:
-        return scores.table({self.name: self.scores})
+        return table({self.name: self.scores})
 
 
 def evaluate(
@@ -81,16 +82,23 @@ def evaluate(
         (task,) = tasks.chosen([task])
     if isinstance(scenes, bool) or not isinstance(scenes, int) or not 1 <= scenes <= len(seeds.HELD_OUT):
         raise ConfigError("scenes", repr(scenes), f"an integer in [1, {len(seeds.HELD_OUT)}]")
-    for key, value in (env_options or {}).items():
-        if key not in INTERFACE:
-            raise ConfigError(
-                f"env_options[{key!r}]", repr(value), f"one of {', '.join(INTERFACE)}; others are the task's"
-            )
-    player = policy if hasattr(policy, "begin") else _Function(policy, dict(env_options or {}))
-    if player is policy and env_options:
-        raise ConfigError("env_options", repr(env_options), "none, the policy has its own")
+    player = _player(policy, dict(env_options or {}))
     episodes = run_episodes(player, task.env_id, seeds.held_out(scenes), num_threads, **task.options)
-    return Evaluation(name or player.name, task, scores.score(episodes), episodes)
+    return Evaluation(name or player.name, task, score(episodes), episodes)
+
+
+def _player(policy: Any, env_options: dict[str, Any]) -> Policy:
+    """The policy itself, or a function as a policy."""
+    for key, value in env_options.items():
+        if key not in INTERFACE:
+            expected = f"one of {', '.join(INTERFACE)}; others are the task's"
+            raise ConfigError(f"env_options[{key!r}]", repr(value), expected)
+    if not hasattr(policy, "begin"):
+        return _Function(policy, env_options)
+    if env_options:
+        raise ConfigError("env_options", repr(env_options), "none, the policy has its own")
+    played: Policy = policy
+    return played
 
 
 class _Function(Stateless):

@@ -213,5 +213,5 @@ def test_the_infos_have_the_state_on_request():
 
 @pytest.mark.parametrize("names", ["time", 3, ["smell"], ["obstacles"]])
 def test_names_of_the_state_that_infos_cannot_have_are_refused(names):
-    with pytest.raises(ConfigError, match="^info_state"):
+    with pytest.raises(ConfigError, match=r"^info_state"):
         SnakeEnv(info_state=names)

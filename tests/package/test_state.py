@@ -82,6 +82,11 @@ def test_bad_states_are_named():
         env.set_state([states[0]._replace(core=b"nonsense")] * 2)
     with pytest.raises(ConfigError, match=r"^state = "):
         SnakeVectorEnv(2, task="field", robot={"links": 5}).set_state(states)
+    for bad in (None, "state", states[0]._replace(previous_action=np.zeros(3))):
+        before = env.state().arrays()
+        with pytest.raises(ConfigError, match=r"^states\[1\] = "):
+            env.set_state([states[0], bad])
+        assert_identical(env.state().arrays(), before, "after a refused call")
     with pytest.raises(ConfigError, match=r"^mask = "):
         env.get_state(np.array([1, 0]))
 

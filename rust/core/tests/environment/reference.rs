@@ -173,7 +173,7 @@ fn joint_actions_arrive_at_the_angles_they_ask_for() {
 #[test]
 fn references_turn_at_the_rates_they_are_asked_for() {
     let mut generator = generator(ActionMode::Velocities);
-    generator.rest_bent(&[0.0; JOINTS]);
+    generator.rest_bent(|_, _| 0.0);
     let action = [0.2, -0.2, 0.1, 0.0, -0.05];
     let mut angles = [[0.0; JOINTS]; 2];
     for k in 0..40 {
@@ -193,7 +193,7 @@ fn references_turn_at_the_rates_they_are_asked_for() {
 #[test]
 fn a_reference_that_is_held_up_does_not_run_ahead_of_its_joint() {
     let mut generator = generator(ActionMode::Velocities);
-    generator.rest_bent(&[0.0; JOINTS]);
+    generator.rest_bent(|_, _| 0.0);
     let reach = 0.0125;
     for k in 0..60 {
         generator.set_action(&[1.0; JOINTS], f64::from(k) * PERIOD);
