@@ -1,37 +1,51 @@
 """The built-in reward terms as functions, to build reward functions from.
 
 Each takes (state, action, previous_action), as :data:`snake_env.options.RewardFn`, and returns (m,) values without
-weight; the built-in reward is their sum with ``reward_weights``.
+weight; the built-in reward is their sum with ``reward_weights``, ``state.reward_terms @ weights``.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
+from snake_env._native import defaults
 from snake_env.state import Array, State
 
-Action = NDArray[np.float32]
+Action = NDArray[Any]
+
+TERMS: tuple[str, ...] = tuple(defaults("environment")["reward_weights"])
+"""Names of the terms, in the order of ``state.reward_terms``."""
+
+
+def term(state: State, name: str) -> Array:
+    """The values of a term (m,)."""
+    return state.reward_terms[:, TERMS.index(name)]
 
 
 def progress(state: State, action: Action, previous_action: Action) -> Array:
-    """Distance of the centre of gravity towards the goal, gained in this step [m]."""
-    return state["progress"]
+    """Distance of the centre of gravity towards the goal, gained in this step; 0 with a commanded speed [m]."""
+    return term(state, "progress")
+
+
+def tracking(state: State, action: Action, previous_action: Action) -> Array:
+    """Length of the displacement of the centre of gravity that is commanded for this step, minus its distance from the
+    actual one; 0 without a commanded speed [m].
+    """
+    return term(state, "tracking")
 
 
 def energy(state: State, action: Action, previous_action: Action) -> Array:
     """Minus the positive work of the actuators [J]."""
-    return -state["positive_work"]
+    return term(state, "energy")
 
 
 def smoothness(state: State, action: Action, previous_action: Action) -> Array:
     """Minus the mean squared change of the action."""
-    change: NDArray[Any] = np.clip(action, -1.0, 1.0).astype(np.float64) - np.clip(previous_action, -1.0, 1.0)
-    return -np.square(change).mean(axis=1)
+    return term(state, "smoothness")
 
 
 def success(state: State, action: Action, previous_action: Action) -> Array:
-    """1 where the goal has been reached, which ends the episode."""
-    return state["is_success"].astype(np.float64)
+    """1 in the step that reaches the goal."""
+    return term(state, "success")

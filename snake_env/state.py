@@ -24,6 +24,8 @@ class State:
         heading: (n,) angle from +x to the mean direction of the body [rad], in [-pi, pi].
         energy: (n,) kinetic energy; in 3D with the potential energy, zero where every CG is in the ground plane [J].
         distance: (n,) distance of the centre of gravity towards the goal, gained since the start [m].
+        reward_terms: (n, t) value of each built-in reward term in the last step, without its weight, in the order of
+            :data:`snake_env.rewards.TERMS`.
         goal: (n, 2) centre of the goal disc, end of the path, or where the corridor's centre line meets the goal line;
             NaN where the goal is a direction [m].
         goal_radius: (n,) of the goal disc, or the length at the end of a path that need not be covered; 0 for a goal
@@ -59,6 +61,7 @@ class State:
     heading: Array
     energy: Array
     distance: Array
+    reward_terms: Array
     goal: Array
     goal_radius: Array
     goal_direction: Array

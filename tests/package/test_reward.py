@@ -100,13 +100,16 @@ def test_the_built_in_terminations_can_be_switched_off(ends, terminated):
     assert np.count_nonzero(paid) == 1
 
 
-@pytest.mark.parametrize("term", ["progress", "energy", "smoothness", "success"])
-def test_the_functions_of_the_built_in_terms_are_those_of_the_core(make, term):
-    """Episodes end with success, so that every term is paid."""
-    options = {"goal_distance": 0.1, "max_episode_steps": 60, "autoreset_mode": "SameStep"}
-    weights = dict.fromkeys(("progress", "energy", "smoothness", "success"), 0.0) | {term: 1.0}
-    built_in, own = make(num_envs=3, reward_weights=weights, **options), None
-    own = make(num_envs=3, reward_fn=getattr(rewards, term), **options)
+@pytest.mark.parametrize("task", ["field", "command"])
+@pytest.mark.parametrize("term", rewards.TERMS)
+def test_the_functions_of_the_built_in_terms_are_those_of_the_core(term, task):
+    """The goal is reached, so that every term of the task is paid, success once even where it does not end episodes."""
+    goal = {"field": 0.1, "command": {"point": (0.1, 0.0), "speed": 0.1}}[task]
+    options = {"task": task, "goal": goal, "max_episode_steps": 60, "autoreset_mode": "SameStep"}
+    options |= {"termination": {"is_success": False}, "start_jitter": 0.0}
+    weights = dict.fromkeys(rewards.TERMS, 0.0) | {term: 1.0}
+    built_in = SnakeVectorEnv(3, reward_weights=weights, **options)
+    own = SnakeVectorEnv(3, reward_fn=getattr(rewards, term), **options)
     for env in (built_in, own):
         env.reset(seed=0)
     built_in.action_space.seed(0)
@@ -114,6 +117,15 @@ def test_the_functions_of_the_built_in_terms_are_those_of_the_core(make, term):
     for _ in range(60):
         actions = built_in.action_space.sample() * 0.2
         expected, found = built_in.step(actions)[1], own.step(actions)[1]
-        np.testing.assert_allclose(found, expected, atol=1e-7)
+        np.testing.assert_allclose(found, expected, atol=1e-15)
         total += np.abs(expected).sum()
-    assert total > 0.0
+    assert (total > 0.0) == (term != {"field": "tracking", "command": "progress"}[task])
+
+
+def test_the_built_in_reward_is_the_weighted_sum_of_its_terms():
+    env = SnakeVectorEnv(3, task="field")
+    env.reset(seed=0)
+    weights = [env.layout["config"]["reward_weights"][name] for name in rewards.TERMS]
+    for _ in range(20):
+        _, reward, *_ = env.step(np.ones((3, 4)))
+        np.testing.assert_allclose(env.state().reward_terms @ weights, reward, atol=1e-12)

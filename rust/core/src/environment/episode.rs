@@ -99,8 +99,10 @@ impl Episode {
             contacts,
             success: first_time,
         };
+        let term_values = transition.term_values();
         self.summary = Summary {
-            reward: RewardTerms::new(&rules.weights, &transition),
+            reward: RewardTerms::new(&rules.weights, &term_values),
+            term_values,
             progress,
             positive_work: work,
             is_success: reached || self.summary.is_success,

@@ -4,6 +4,7 @@
 //! environments and its documentation follow from the rows. Nothing here is read by a step.
 
 use super::env::Environment;
+use super::reward::TERM_COUNT;
 use super::robot_model::RobotModel;
 
 /// A number, vector or table that belongs to one robot at a control instant.
@@ -67,6 +68,13 @@ impl<M: RobotModel> Quantity<M> {
             description: "distance of the centre of gravity towards the goal, gained since the start",
             shape: |_| vec![],
             read: |environment, value| value[0] = environment.summary().distance,
+        },
+        Self {
+            name: "reward_terms",
+            unit: "see the rewards",
+            description: "value of each built-in reward term in the last step, without its weight",
+            shape: |_| vec![TERM_COUNT],
+            read: |environment, value| value.copy_from_slice(&environment.summary().term_values),
         },
         Self {
             name: "goal",

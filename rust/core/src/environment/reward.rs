@@ -109,13 +109,20 @@ fn index_of(name: &str) -> Option<usize> {
     NAMES.iter().position(|known| *known == name)
 }
 
+impl Transition {
+    /// The value of each term without its weight, in the order of [`TERMS`].
+    pub fn term_values(&self) -> [f64; TERM_COUNT] {
+        std::array::from_fn(|term| (TERMS[term].value)(self))
+    }
+}
+
 /// Weighted terms of one step's reward, in the order of [`TERMS`].
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct RewardTerms(pub [f64; TERM_COUNT]);
 
 impl RewardTerms {
-    pub fn new(weights: &RewardWeights, transition: &Transition) -> Self {
-        Self(std::array::from_fn(|term| weights.0[term] * (TERMS[term].value)(transition)))
+    pub fn new(weights: &RewardWeights, values: &[f64; TERM_COUNT]) -> Self {
+        Self(std::array::from_fn(|term| weights.0[term] * values[term]))
     }
 
     /// The reward.

@@ -33,6 +33,8 @@ impl SignalKind {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Summary {
     pub reward: RewardTerms,
+    /// The values of the reward's terms without weights.
+    pub term_values: [f64; TERM_COUNT],
     pub progress: f64,
     pub positive_work: f64,
     pub distance: f64,
