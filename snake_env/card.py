@@ -106,8 +106,8 @@ FOOTER = """## Vector environments
 
 Keywords of the batch besides those above: `num_envs`, `num_threads` (default: the environment variable
 `SNAKE_ENV_NUM_THREADS`, else min(cores, ceil(num_envs / 8))), `autoreset_mode`, and those
-of every environment: `max_episode_steps`, `render_mode`, `observation`, `reward_fn` and `termination_fn`. States,
-scenes, starts and goals of your own, and own rewards: [interface.md](interface.md).
+of every environment: `max_episode_steps`, `render_mode`, `observation`, `info_state`, `reward_fn`, `termination_fn` and
+`picture`. States, scenes, starts and goals of your own, and own rewards: [interface.md](interface.md).
 
 | `autoreset_mode` | step in which an episode ends | next step of that robot | for |
 | --- | --- | --- | --- |

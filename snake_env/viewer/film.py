@@ -11,6 +11,7 @@ from snake_env._views import Views
 from snake_env.config import Robot, Scene
 from snake_env.evaluation.film import write
 from snake_env.picture import LAYERS, Picture
+from snake_env.rewards import TERMS
 from snake_env.state import State
 from snake_env.trajectory import Trajectory
 
@@ -47,7 +48,7 @@ def _state(trajectory: Trajectory, k: int) -> State:
         distance=np.float64(centre[0] - trajectory.position[0, :, 0].mean()),
         goal=np.array([FAR, 0.0]),
         goal_radius=np.float64(0.0),
-        goal_direction=np.array([1.0, 0.0]),
+        goal_direction=np.float64(0.0),
         goal_speed=np.float64(0.0),
         corridor_half_width=np.float64(FAR),
         link_position=position,
@@ -58,6 +59,10 @@ def _state(trajectory: Trajectory, k: int) -> State:
         joint_torque=trajectory.joint_torque[k],
         contact_force=trajectory.contact_force[k],
         self_contact_force=zeros,
+        reward_terms=np.zeros(len(TERMS)),
+        obstacles=np.empty((0, 3)),
+        obstacle_force=np.empty((0, 2)),
+        path=np.empty((0, 2)),
         link_half_length=half,
         link_radius=radius,
         **three,
