@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[2]
 
 def run(name, *arguments, **environment):
     command = [sys.executable, str(ROOT / "examples" / name), *arguments]
-    env = {**os.environ, "PYTHONPATH": str(ROOT), **environment}
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]), **environment}
     done = subprocess.run(command, env=env, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout
