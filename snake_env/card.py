@@ -54,7 +54,7 @@ ARGUMENTS = {
     "friction": "Coulomb coefficients along and across a link, 0 to 10; null: the task's own, (0.2, 0.5) for "
     '"maze" and for the planar robot on "free", and (0.2, 0.2) otherwise',
     "stribeck": "Stribeck friction: `drop`, the share lost in sliding, 0 to 1, and `speed`, at which half of "
-    "that is lost [m/s]; planar model only",
+    "that is lost [m/s]",
     "slope": "inclination of the ground: its angle, 0 to pi/2, and the direction in which it rises, from the x axis, "
     "both in rad; only the block `gravity` of the 3D model observes it",
     "controller": 'joint controller: "pd", or in the planar model "io" (input-output linearising, critically damped '

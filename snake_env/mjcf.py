@@ -23,7 +23,9 @@ Element = ElementTree.Element
 Array = NDArray[np.float64]
 
 HEIGHT = 2.0
-"""Half height of the obstacles [m]; links do not come near their ends."""
+"""Half height of the obstacles without end [m]; links do not come near their ends."""
+LID = 5e-3
+"""Thickness of the top faces, which have the ground's friction [m]."""
 THICKNESS = 1e-3
 """Half thickness of segments, which have none in this package [m]."""
 IMPEDANCE = (0.99, 0.9999, 1e-4)
@@ -52,7 +54,12 @@ def write(scene: Scene, robot: Robot, controller: PD, start: Start, gait: Gait, 
     ground = {"condim": 3, "friction": (scene.friction[0], 0.0, 0.0), **_solid(step)}
     _add(world, "geom", name="ground", type="plane", size=(0.0, 0.0, 1.0), **ground)
     for j, obstacle in enumerate(scene.obstacles, start=1):
-        _add_obstacle(world, meshes, obstacle, f"obstacle_{j}", step)
+        name, height = f"obstacle_{j}", obstacle.height if isinstance(obstacle, Obstacle) else None
+        friction = obstacle.friction if isinstance(obstacle, Obstacle) else 0.0
+        contact = {"condim": 3 if friction else 1, "friction": (friction, 0.0, 0.0), **_solid(step)}
+        _add_obstacle(world, meshes, obstacle, name, (-HEIGHT, HEIGHT if height is None else height - LID), contact)
+        if height is not None:
+            _add_obstacle(world, meshes, obstacle, f"{name}_top", (height - LID, height), ground)
     posture = _posture(robot, start, gait)
     _add_chain(world, robot, start)
     actuators = _add(root, "actuator")
@@ -60,7 +67,8 @@ def write(scene: Scene, robot: Robot, controller: PD, start: Start, gait: Gait, 
         for axis in ("yaw", "pitch"):
             _add(actuators, "position", name=f"{axis}_{joint}", joint=f"{axis}_{joint}", **_servo(controller))
     orientation = (math.cos(0.5 * start.heading), 0.0, 0.0, math.sin(0.5 * start.heading))
-    place = (*start.position[:2], _height(robot, posture))
+    height = start.position[2] if len(start.position) > 2 else _height(robot, posture)
+    place = (*start.position[:2], height)
     key = _add(_add(root, "keyframe"), "key", name="start", qpos=(*place, *orientation, *posture.ravel()))
     key.set("ctrl", _text(tuple(posture.ravel())))
     ElementTree.indent(root)
@@ -88,23 +96,30 @@ def _solid(step: float) -> dict[str, Any]:
     return {"contype": SOLID, "conaffinity": 0, "priority": 1, "solref": (2.0 * step, 1.0), "solimp": IMPEDANCE}
 
 
-def _add_obstacle(world: Element, meshes: Element, obstacle: Any, name: str, step: float) -> None:
-    friction = obstacle.friction if isinstance(obstacle, Obstacle) else 0.0
-    contact = {"condim": 3 if friction else 1, "friction": (friction, 0.0, 0.0), **_solid(step)}
+def _add_obstacle(
+    world: Element,
+    meshes: Element,
+    obstacle: Any,
+    name: str,
+    between: tuple[float, float],
+    contact: dict[str, Any],
+) -> None:
+    """The body over the outline of an obstacle ``between`` two heights [m]."""
+    middle, half = 0.5 * (between[0] + between[1]), 0.5 * (between[1] - between[0])
     if not isinstance(obstacle, Obstacle) or isinstance(obstacle, Circle):
         values = (obstacle.radius, obstacle.x, obstacle.y) if isinstance(obstacle, Circle) else obstacle
         radius, x, y = (float(value) for value in values)
-        _add(world, "geom", name=name, type="cylinder", size=(radius, HEIGHT), pos=(x, y, 0.0), **contact)
+        _add(world, "geom", name=name, type="cylinder", size=(radius, half), pos=(x, y, middle), **contact)
         return
     corners = outlines([obstacle])[0]
     if isinstance(obstacle, Segment):
         along = corners[1] - corners[0]
-        size = (0.5 * float(np.hypot(*along)), THICKNESS, HEIGHT)
-        place = (*corners.mean(axis=0), 0.0)
+        size = (0.5 * float(np.hypot(*along)), THICKNESS, half)
+        place = (*corners.mean(axis=0), middle)
         turn = (0.0, 0.0, math.atan2(along[1], along[0]))
         _add(world, "geom", name=name, type="box", size=size, pos=place, euler=turn, **contact)
         return
-    vertices = tuple(float(v) for z in (-HEIGHT, HEIGHT) for corner in corners for v in (*corner, z))
+    vertices = tuple(float(v) for z in between for corner in corners for v in (*corner, z))
     _add(meshes, "mesh", name=name, vertex=vertices)
     _add(world, "geom", name=name, type="mesh", mesh=name, **contact)
 

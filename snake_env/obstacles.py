@@ -1,6 +1,6 @@
-"""Obstacles of a scene, seen from above: pegs, walls and convex bodies, fixed to the ground.
+"""Obstacles of a scene by their outlines, seen from above: pegs, walls and convex bodies, fixed to the ground.
 
-In the spatial model they are vertical and without end. Lengths in m, angles in rad.
+In the spatial model they are vertical bodies, without end or of a height. Lengths in m, angles in rad.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ class Circle(Section):
         y: centre [m].
         friction: Coulomb coefficient between links and the obstacle, >= 0.
         mass: None; obstacles are fixed.
+        height: of the top face above the ground, > 0; None: without end. The spatial model only [m].
     """
 
     _section: ClassVar[str] = "obstacle"
@@ -40,6 +41,7 @@ class Circle(Section):
     y: float
     friction: float = 0.0
     mass: float | None = None
+    height: float | None = None
     shape: str = field(default="circle", init=False, repr=False)
 
     def moved(self, dx: float, dy: float) -> Circle:
@@ -56,6 +58,7 @@ class Segment(Section):
         end: the other end (x, y) [m].
         friction: Coulomb coefficient between links and the obstacle, >= 0.
         mass: None; obstacles are fixed.
+        height: of the top face above the ground, > 0; None: without end. The spatial model only [m].
     """
 
     _section: ClassVar[str] = "obstacle"
@@ -64,6 +67,7 @@ class Segment(Section):
     end: Point
     friction: float = 0.0
     mass: float | None = None
+    height: float | None = None
     shape: str = field(default="segment", init=False, repr=False)
 
     def moved(self, dx: float, dy: float) -> Segment:
@@ -83,6 +87,7 @@ class Box(Section):
         angle: of the first side, from the x axis [rad].
         friction: Coulomb coefficient between links and the obstacle, >= 0.
         mass: None; obstacles are fixed.
+        height: of the top face above the ground, > 0; None: without end. The spatial model only [m].
     """
 
     _section: ClassVar[str] = "obstacle"
@@ -93,6 +98,7 @@ class Box(Section):
     angle: float = 0.0
     friction: float = 0.0
     mass: float | None = None
+    height: float | None = None
     shape: str = field(default="box", init=False, repr=False)
 
     def moved(self, dx: float, dy: float) -> Box:
@@ -108,6 +114,7 @@ class Polygon(Section):
         vertices: three or more corners (x, y) in order, either way round [m].
         friction: Coulomb coefficient between links and the obstacle, >= 0.
         mass: None; obstacles are fixed.
+        height: of the top face above the ground, > 0; None: without end. The spatial model only [m].
     """
 
     _section: ClassVar[str] = "obstacle"
@@ -115,6 +122,7 @@ class Polygon(Section):
     vertices: Sequence[Point]
     friction: float = 0.0
     mass: float | None = None
+    height: float | None = None
     shape: str = field(default="polygon", init=False, repr=False)
 
     def moved(self, dx: float, dy: float) -> Polygon:
@@ -136,6 +144,22 @@ def circles(obstacles: Sequence[Any]) -> list[tuple[float, float, float]]:
 def outlines(obstacles: Sequence[Any]) -> list[NDArray[np.float64]]:
     """Corners (k, 2) of the others in order, two of a segment [m]."""
     return [_corners(one) for one in obstacles if isinstance(one, Segment | Box | Polygon)]
+
+
+def heights(obstacles: Sequence[Any]) -> tuple[list[float | None], list[float | None]]:
+    """Heights of the circular ones, as :func:`circles` lists them, and of the others [m]; None: without end."""
+    others = [one.height for one in obstacles if isinstance(one, Segment | Box | Polygon)]
+    round_ones = [one for one in obstacles if not isinstance(one, Segment | Box | Polygon)]
+    return [one.height if isinstance(one, Circle) else None for one in round_ones], others
+
+
+def solids(obstacles: Sequence[Any]) -> list[tuple[float, NDArray[np.float64]]]:
+    """Heights of the obstacles that have one, and corners (k, 2) of their outlines, round ones as polygons [m]."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
+    rim = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    solid = [one for one in obstacles if isinstance(one, Obstacle) and one.height is not None]
+    corners = [one.radius * rim + [one.x, one.y] if isinstance(one, Circle) else _corners(one) for one in solid]
+    return [(float(one.height or 0.0), line) for one, line in zip(solid, corners, strict=True)]
 
 
 def moved(obstacle: Any, dx: float, dy: float) -> Any:
@@ -174,7 +198,7 @@ def from_plain(obstacle: Any, path: str) -> Any:
     try:
         return _SHAPES[shape](**{name: _frozen(value) for name, value in fields.items()})
     except TypeError:
-        required = [name for name in known if name not in ("angle", "friction", "mass")]
+        required = [name for name in known if name not in ("angle", "friction", "mass", "height")]
         raise ConfigError(path, repr(obstacle), f"a {shape} with " + ", ".join(required)) from None
     except ConfigError as error:
         raise ConfigError(path + error.field.removeprefix("obstacle"), error.value, error.expected) from None

@@ -14,7 +14,7 @@ os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 import pygame
 
 from snake_env.config import Scene
-from snake_env.obstacles import circles, outlines
+from snake_env.obstacles import circles, heights, outlines
 from snake_env.picture import Picture
 from snake_env.state import State
 
@@ -36,6 +36,10 @@ GROUND = (238, 234, 224)
 GRID = (221, 215, 202)
 BORDER = (160, 148, 122)
 PEG = (120, 128, 138)
+LOW = (190, 192, 190)
+"""Colour of an obstacle that hardly rises above the ground; the higher, the nearer to that of a peg."""
+HALF_SHADE = 0.1
+"""Height at which the colour is half way [m]."""
 BODY = ((56, 118, 88), (74, 138, 106))
 HEAD = (224, 142, 50)
 OUTLINE = (32, 60, 46)
@@ -54,6 +58,12 @@ def caption(time: float, distance: float) -> str:
     speed = distance / time if time > 0.0 else 0.0
     distance, speed = round(distance, 2) + 0.0, round(speed, 2) + 0.0
     return f"t = {time:.2f} s    distance {distance:.2f} m    speed {speed:.2f} m/s"
+
+
+def shade(height: float | None) -> Any:
+    """Colour of an obstacle from its height [m]; None: without end."""
+    share = 1.0 if height is None else height / (height + HALF_SHADE)
+    return tuple(round(low + share * (high - low)) for low, high in zip(LOW, PEG, strict=True))
 
 
 class Camera:
@@ -246,12 +256,21 @@ class TopView:
             self._line((back, y), (goal, y), BORDER, 3)
 
     def _draw_obstacles(self, scene: Scene) -> None:
-        for radius, x, y in circles(scene.obstacles):
-            self._disc((x, y), radius, PEG)
-        for corners in outlines(scene.obstacles):
-            if len(corners) > 2:
-                self._polygon(corners, PEG)
-            self._line(corners[0], corners[-1], PEG, 3)
+        round_ones, others = heights(scene.obstacles)
+        drawn: list[tuple[float | None, Any]] = [
+            *zip(round_ones, circles(scene.obstacles), strict=True),
+            *zip(others, outlines(scene.obstacles), strict=True),
+        ]
+        # Higher ones over lower ones: the upper steps of stairs.
+        for height, shape in sorted(drawn, key=lambda one: np.inf if one[0] is None else one[0]):
+            colour = shade(height)
+            if isinstance(shape, tuple):
+                radius, x, y = shape
+                self._disc((x, y), radius, colour)
+                continue
+            if len(shape) > 2:
+                self._polygon(shape, colour)
+            self._line(shape[0], shape[-1], colour, 3)
 
     def _draw_trail(self, trail: Trail) -> None:
         if len(trail.points) > 1:

@@ -9,6 +9,7 @@ import pygame
 from numpy.typing import NDArray
 
 from snake_env.config import Scene
+from snake_env.obstacles import solids
 from snake_env.picture import Picture
 from snake_env.rendering import (
     BODY,
@@ -20,6 +21,7 @@ from snake_env.rendering import (
     Point,
     TopView,
     Trail,
+    shade,
 )
 from snake_env.state import State
 
@@ -33,7 +35,7 @@ NORMAL_FORCE_SCALE = 0.004
 
 
 class TwoViews(TopView):
-    """The top view with a strip that looks at the robot across its body; pegs are seen from above alone."""
+    """The top view with a strip that looks at the robot across its body, with obstacles that have a height."""
 
     def __init__(self, picture: Picture) -> None:
         super().__init__(picture)
@@ -44,7 +46,7 @@ class TwoViews(TopView):
         width, height = self._picture.size
         picture = pygame.Surface((width, height + STRIP_HEIGHT))
         picture.blit(super().draw(state, scene, trail), (0, 0))
-        self._draw_strip(state)
+        self._draw_strip(state, scene)
         picture.blit(pygame.transform.smoothscale(self._strip, (width, STRIP_HEIGHT)), (0, height))
         return picture
 
@@ -57,7 +59,7 @@ class TwoViews(TopView):
             self._stadium(place, half_axes[i], radius, OUTLINE)
             self._stadium(place, half_axes[i], radius - outline, _colour(i))
 
-    def _draw_strip(self, state: State) -> None:
+    def _draw_strip(self, state: State, scene: Scene) -> None:
         self._strip.fill(STRIP)
         width, height = self._strip.get_size()
         ground = height - OVERSAMPLING * GROUND_LEVEL
@@ -65,6 +67,8 @@ class TwoViews(TopView):
         axes = state.link_axis
         ahead = _body_direction(axes)
         across = np.array([-ahead[1], ahead[0]])
+        if self._picture.shows("obstacles"):
+            self._draw_sections(state, scene, ahead)
         places = state.link_position - [*state.position, 0.0]
         depth = places[:, :2] @ across
         for i in np.argsort(-depth, kind="stable"):
@@ -72,6 +76,20 @@ class TwoViews(TopView):
             axis = np.array([axes[i, :2] @ ahead, axes[i, 2]])
             self._capsule(centre, axis, (state.link_half_length[i], state.link_radius[i]), _colour(i))
             self._load(centre, np.asarray(state.normal_force)[i])
+
+    def _draw_sections(self, state: State, scene: Scene, ahead: NDArray[np.float64]) -> None:
+        """Obstacles of finite height cut by the vertical plane through the CG along the body, higher ones behind."""
+        across = np.array([-ahead[1], ahead[0]])
+        sections = []
+        for height, corners in solids(scene.obstacles):
+            places = (corners - state.position) @ np.stack([ahead, across], axis=1)
+            cut = [_crossing(places[k - 1], places[k]) for k in range(len(places))]
+            along = [x for x in cut if x is not None]
+            if len(along) > 1:
+                sections.append((height, min(along), max(along)))
+        for height, start, end in sorted(sections, reverse=True):
+            (left, low), (right, high) = self._on_strip((start, 0.0)), self._on_strip((end, height))
+            pygame.draw.rect(self._strip, shade(height), (left, high, right - left, low - high))
 
     def _capsule(self, centre: NDArray[np.float64], axis: NDArray[np.float64], shape: Any, colour: Any) -> None:
         """Two discs and what lies between them."""
@@ -99,6 +117,13 @@ class TwoViews(TopView):
         x, z = np.asarray(point) * self._camera.scale
         width, height = self._strip.get_size()
         return float(width / 2 + x), float(height - OVERSAMPLING * GROUND_LEVEL - z)
+
+
+def _crossing(start: NDArray[np.float64], end: NDArray[np.float64]) -> float | None:
+    """First coordinate at which an edge crosses the line where the second one is zero."""
+    if (start[1] > 0.0) == (end[1] > 0.0):
+        return None
+    return float(start[0] - start[1] * (end[0] - start[0]) / (end[1] - start[1]))
 
 
 def _colour(link: int) -> Any:

@@ -49,7 +49,7 @@ class State:
         link_quaternion: (n, L, 4) orientations of the links, w first; 3D only.
         normal_force: (n, L) normal force of the ground, averaged over the last control period [N]; 3D only.
         obstacles: (n, k, 3) radius and centre (radius, x, y) of the pegs, NaN where a robot has fewer than k [m].
-        obstacle_force: (n, m, 2) force of each obstacle on the robot, averaged over the last control period, in the
+        obstacle_force: (n, m, 2|3) force of each obstacle on the robot, averaged over the last control period, in the
             order of ``scene(i).obstacles``; NaN where a robot has fewer than m [N].
         path: (n, p, 2) corners of the path to follow, NaN where a robot's has fewer than p [m].
         info: what ``info`` reports, (n,) each; for reward and termination functions, else empty.

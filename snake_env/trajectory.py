@@ -57,7 +57,7 @@ class Trajectory:
         ground_friction: (T, n, c, 2) friction of the ground on each link, x and y of the inertial frame, with viscous
             friction, without the moment of rolling friction [N] ("ground").
         ground_normal: (T, n, c) normal force of the ground [N] ("ground").
-        obstacle_force: (T, m, 2) force of each of the m obstacles of the scene on the robot [N] ("obstacles").
+        obstacle_force: (T, m, 2|3) force of each of the m obstacles of the scene on the robot [N] ("obstacles").
         pair_force: (T, n, n, 2) force on each link of each other link, ``[:, i, j]`` on link i of link j [N];
             (T, n, n, 3) in the spatial model ("self_contacts").
         actuator_power: (T, n - 1) power of each actuator [W]; (T, n - 1, 2) in the spatial model ("power").

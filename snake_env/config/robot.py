@@ -34,7 +34,7 @@ class Robot(Section):
         joint_limit: largest angle of a joint to either side [rad], > 0, ``inf`` for none; None: a right angle in the
             planar model with the method "implicit", none elsewhere.
         free_play: angle by which a joint can turn while its motor stands still (T 7.5.4) [rad], 0 to pi/2; Aiko has 3
-            to 5 degrees. The planar model only, not with the method "thesis" nor with :class:`IOLinearizing`.
+            to 5 degrees. Not in the minimal model, with the method "thesis" nor with :class:`IOLinearizing`.
         locked: joints that keep the angle of the start, numbered from 0 as in ``joint_angle``: springs of 1e9 N m/rad
             hold them within 1e-9 rad per N m whatever their torque, with neither play nor torque limit, and without
             drift. ``simulate`` with the method "implicit", set-valued friction and :class:`PD` only.
@@ -61,7 +61,7 @@ class Robot(Section):
     def aiko(cls, **changes: Any) -> Robot:
         """Aiko as it was built: (T Table 7.1) and joints with 4 degrees of free play (T 7.5.4); keywords replace these.
 
-        The planar model only. Its 10 references per second are ``simulate(reference_rate=10)``, its motors
+        Not in the minimal model. Its 10 references per second are ``simulate(reference_rate=10)``, its motors
         :meth:`PD.aiko`.
         """
         return cls(**({"free_play": 4 * DEGREE} | changes))

@@ -58,7 +58,7 @@ class Scene(Section):
         obstacles: circles as triples (radius, x, y) [m], radius > 0, and objects of :mod:`snake_env.obstacles`.
         friction: Coulomb coefficients along and across a link (mu_x, mu_y), >= 0.
         rolling_friction: coefficient mu_V of the friction that resists rolling (T 4.87), >= 0; the spatial model only.
-        stribeck: how friction falls in sliding; the planar model only.
+        stribeck: how friction falls in sliding; not in the minimal model.
         viscous: viscous coefficients along and across a link (mu_Vx, mu_Vy) [s/m], >= 0; the minimal model only.
         friction_law: "set-valued", the exact Coulomb law; for the minimal model also "arctan" (T 6.21), a box, and
             "ellipse", -D^2 v / sqrt(v^T D^2 v + eps^2) with D = diag(friction) times a contact point's normal force.

@@ -9,7 +9,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from snake_env.obstacles import circles, outlines
+from snake_env.obstacles import circles, heights, outlines
 from snake_env.viewer.frames import Frames
 
 Array = NDArray[np.float64]
@@ -23,7 +23,7 @@ TRAIL: Colour = (0, 114, 178)
 GOAL: Colour = (204, 121, 167)
 """The palette of Okabe and Ito, which colour-blind people can tell apart."""
 HEIGHT = 0.15
-"""Of the obstacles, which have none in the plane [m]."""
+"""Of obstacles that have none: those of the plane, and those without end [m]."""
 FORCE_SCALE = 0.012
 """Length of a force arrow [m/N]."""
 FORCE_SHOWN = 0.1
@@ -66,20 +66,22 @@ class Drawing:
 
     def _obstacles(self, frames: Frames) -> None:
         found = circles(frames.scene.obstacles)
+        round_ones, others = heights(frames.scene.obstacles)
         if found:
             radius, x, y = np.array(found).T
+            height = np.array([HEIGHT if one is None else one for one in round_ones])
             unit = trimesh.creation.cylinder(radius=1.0, height=1.0, sections=32)
             self._scene.add_batched_meshes_simple(
                 "/pegs",
                 unit.vertices,
                 unit.faces,
                 batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (len(found), 1)),
-                batched_positions=np.stack([x, y, np.full_like(x, 0.5 * HEIGHT)], axis=1),
-                batched_scales=np.stack([radius, radius, np.full_like(radius, HEIGHT)], axis=1),
+                batched_positions=np.stack([x, y, 0.5 * height], axis=1),
+                batched_scales=np.stack([radius, radius, height], axis=1),
                 batched_colors=OBSTACLE,
             )
-        for k, corners in enumerate(outlines(frames.scene.obstacles)):
-            mesh = _prism(corners)
+        for k, (corners, one) in enumerate(zip(outlines(frames.scene.obstacles), others, strict=True)):
+            mesh = _prism(corners, HEIGHT if one is None else one)
             self._scene.add_mesh_simple(f"/walls/{k}", mesh.vertices, mesh.faces, color=OBSTACLE, side="double")
 
     def _goal(self, frames: Frames) -> None:
@@ -140,11 +142,11 @@ def arrows(position: Array, force: Array) -> Array:
     return np.stack([above - FORCE_SCALE * force[shown], above], axis=1)
 
 
-def _prism(corners: Sequence[Any] | Array) -> trimesh.Trimesh:
+def _prism(corners: Sequence[Any] | Array, height: float) -> trimesh.Trimesh:
     """The upright walls over an outline (k, 2), and their convex lid."""
     outline = np.asarray(corners, float)
     n = len(outline)
-    vertices = np.concatenate([np.c_[outline, np.zeros(n)], np.c_[outline, np.full(n, HEIGHT)]])
+    vertices = np.concatenate([np.c_[outline, np.zeros(n)], np.c_[outline, np.full(n, height)]])
     k = np.arange(n)
     following = (k + 1) % n
     sides = np.concatenate([np.c_[k, following, k + n], np.c_[following, following + n, k + n]])

@@ -134,10 +134,7 @@ def test_a_saved_state_continues_among_walls_bit_for_bit(model):
     [
         ({"scene": scene(Segment((0.0, -1.0), (0.0, 1.0)))}, r"scene\.obstacles\[0\]"),
         ({"scene": scene((0.1, 3.0, 3.0), Box((0.5, 0.5), -0.3, 0.0))}, r"scene\.obstacles\[1\]"),
-        (
-            {"model": "spatial", "scene": scene(Circle(0.1, 3.0, 3.0, friction=0.2))},
-            r"scene\.obstacles\[0\]\.friction",
-        ),
+        ({"scene": scene(Circle(0.1, 3.0, 3.0, height=0.2))}, r"scene\.obstacles\[0\]\.height"),
     ],
 )
 def test_what_does_not_fit_is_named(options, field):

@@ -99,7 +99,7 @@ def test_without_friction_nothing_changes():
     np.testing.assert_array_equal(runs[0].position, runs[1].position)
 
 
-@pytest.mark.parametrize(("model", "method"), [("spatial", "implicit"), ("planar", "thesis")])
+@pytest.mark.parametrize(("model", "method"), [("spatial", "thesis"), ("planar", "thesis")])
 def test_what_lacks_friction_at_obstacles_refuses_it(model, method):
     scene = Scene(obstacles=[Circle(0.1, 5.0, 5.0), Circle(0.1, 3.0, 3.0, friction=0.2)])
     message = r'scene\.obstacles\[1\]\.friction = 0\.2: expected 0: friction at obstacles needs model="planar"'

@@ -4,6 +4,7 @@ use serde::Deserialize;
 
 use crate::control::{ControlLaw, ControllerConfig, Treatment};
 use crate::error::{ConfigError, require};
+use crate::obstacles::Obstacle;
 use crate::robot::RobotConfig;
 use crate::scene::{FrictionLaw, SceneConfig};
 use crate::stepping::Method;
@@ -48,6 +49,7 @@ pub enum Feature {
     Pegs,
     Walls,
     ObstacleFriction,
+    ObstacleHeight,
     StribeckEffect,
     Backlash,
     SelfContact,
@@ -79,7 +81,7 @@ pub struct Capability {
 }
 
 /// All features that not every model has.
-pub const CAPABILITIES: [Capability; 19] = {
+pub const CAPABILITIES: [Capability; 20] = {
     use Support::{Always, Implicit, Never};
     const fn row(feature: Feature, name: &'static str, off: &'static str, support: [Support; 3]) -> Capability {
         Capability { feature, name, off, support }
@@ -87,9 +89,10 @@ pub const CAPABILITIES: [Capability; 19] = {
     [
         row(Feature::Pegs, "contact with pegs", "no obstacles", [Always, Always, Never]),
         row(Feature::Walls, "contact with segments, boxes and polygons", "circles only", [Implicit, Implicit, Never]),
-        row(Feature::ObstacleFriction, "friction at obstacles", "0", [Implicit, Never, Never]),
-        row(Feature::StribeckEffect, "the Stribeck effect", "0", [Always, Never, Never]),
-        row(Feature::Backlash, "backlash of the joints", "0", [Implicit, Never, Never]),
+        row(Feature::ObstacleFriction, "friction at obstacles", "0", [Implicit, Implicit, Never]),
+        row(Feature::ObstacleHeight, "obstacles of finite height", "None", [Never, Implicit, Never]),
+        row(Feature::StribeckEffect, "the Stribeck effect", "0", [Always, Implicit, Never]),
+        row(Feature::Backlash, "backlash of the joints", "0", [Implicit, Implicit, Never]),
         row(Feature::SelfContact, "contact of the robot with itself", "False", [Implicit, Implicit, Never]),
         row(Feature::JointLimits, "limits of the joint angles", "inf", [Implicit, Never, Never]),
         row(Feature::BrokenJoints, "locked and limp joints", "()", [Implicit, Implicit, Implicit]),
@@ -102,12 +105,17 @@ pub const CAPABILITIES: [Capability; 19] = {
         row(Feature::VerticalWave, "a vertical wave", "0", [Never, Always, Never]),
         row(Feature::Inclination, "pitch and roll at the start", "0", [Never, Always, Never]),
         row(Feature::Environments, "reinforcement learning", "", [Always, Always, Never]),
-        row(Feature::RandomizedRobot, "randomised friction, mass and torque limit", "[1, 1]", [Implicit, Never, Never]),
+        row(
+            Feature::RandomizedRobot,
+            "randomised friction, mass and torque limit",
+            "[1, 1]",
+            [Implicit, Implicit, Never],
+        ),
         row(
             Feature::RandomizedDiscrepancies,
             "randomised backlash and Stribeck effect",
             "[0, 0]",
-            [Implicit, Never, Never],
+            [Implicit, Implicit, Never],
         ),
     ]
 };
@@ -174,9 +182,8 @@ pub fn require_supported(
     let (all, walls) = (scene.obstacles.len(), scene.obstacles.iter().filter(|one| one.is_wall()).count());
     Feature::Pegs.require(on, all > 0, "scene.obstacles", format!("{all} obstacles"))?;
     Feature::Walls.require(on, walls > 0, "scene.obstacles", format!("{walls} segments, boxes or polygons"))?;
-    let rough = scene.obstacles.iter().map(|obstacle| obstacle.friction).enumerate().find(|(_, mu)| *mu > 0.0);
-    if let Some((j, friction)) = rough {
-        Feature::ObstacleFriction.require(on, true, &format!("scene.obstacles[{j}].friction"), friction)?;
+    for (j, obstacle) in scene.obstacles.iter().enumerate() {
+        require_supported_obstacle(on, obstacle, &format!("scene.obstacles[{j}]"))?;
     }
     let drop = scene.stribeck.drop;
     Feature::StribeckEffect.require(on, drop != 0.0, "scene.stribeck.drop", drop)?;
@@ -196,6 +203,21 @@ pub fn require_supported(
     require_driven_joints(on, robot, scene, controller)?;
     let expected = "0 with an input-output linearising controller";
     require(!is_io || robot.free_play == 0.0, "robot.free_play", robot.free_play, expected)
+}
+
+/// Rejects friction and height of an obstacle, named `field`, where the model does not have them.
+///
+/// # Errors
+/// Names the field, its value, and what it needs.
+pub fn require_supported_obstacle(
+    on: (ModelName, Method),
+    obstacle: &Obstacle,
+    field: &str,
+) -> Result<(), ConfigError> {
+    let Obstacle { friction, height, .. } = *obstacle;
+    Feature::ObstacleFriction.require(on, friction > 0.0, &format!("{field}.friction"), friction)?;
+    let value = height.unwrap_or(f64::INFINITY);
+    Feature::ObstacleHeight.require(on, height.is_some(), &format!("{field}.height"), value)
 }
 
 /// Rejects broken joints where the method, the controller or the friction law cannot have them.
@@ -233,8 +255,8 @@ mod tests {
         let told = |feature: Feature, model, method| {
             feature.require((model, method), true, "field", 1.0).map_err(|e| e.expected).unwrap_err()
         };
-        let play = "0: backlash of the joints needs model=\"planar\" and method=\"implicit\"";
-        assert_eq!(told(Feature::Backlash, ModelName::Spatial, Method::Implicit), play);
+        let play = "0: backlash of the joints needs model=\"planar\" or model=\"spatial\" and method=\"implicit\"";
+        assert_eq!(told(Feature::Backlash, ModelName::Minimal, Method::Implicit), play);
         assert_eq!(told(Feature::Backlash, ModelName::Planar, Method::Thesis), play);
         let pegs = "no obstacles: contact with pegs needs model=\"planar\" or model=\"spatial\"";
         assert_eq!(told(Feature::Pegs, ModelName::Minimal, Method::Implicit), pegs);

@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::obstacles::{Obstacle, Peg, Shape, WallGrid};
+use crate::obstacles::{Obstacle, Outline, Peg, Shape, Solid, WallGrid};
 use crate::robot::Link;
 
 /// Pegs sorted into square cells, and walls beside them; replacing the pegs re-uses memory.
@@ -22,9 +22,11 @@ pub struct PegGrid {
     walls: WallGrid,
     /// Coulomb coefficients of the obstacles; empty where all are without friction.
     friction: Vec<f64>,
+    /// Heights of the obstacles, infinite without end \[m\]; empty where all are without end.
+    height: Vec<f64>,
     /// Place of each obstacle in the scene; empty where all are pegs.
     place: Vec<usize>,
-    /// The obstacles as the scene has them; empty where all are pegs without friction.
+    /// The obstacles as the scene has them; empty where all are pegs without friction and end.
     written: Vec<Obstacle>,
 }
 
@@ -48,6 +50,9 @@ impl PegGrid {
         let numbered = || circles.iter().chain(&others);
         if numbered().any(|(_, obstacle)| obstacle.friction > 0.0) {
             grid.friction = numbered().map(|(_, obstacle)| obstacle.friction).collect();
+        }
+        if numbered().any(|(_, obstacle)| obstacle.height.is_some()) {
+            grid.height = numbered().map(|(_, obstacle)| obstacle.height.unwrap_or(f64::INFINITY)).collect();
         }
         if !others.is_empty() {
             grid.place = numbered().map(|(place, _)| *place).collect();
@@ -90,6 +95,50 @@ impl PegGrid {
         self.friction.get(obstacle).copied().unwrap_or(0.0)
     }
 
+    /// Whether some obstacle has friction.
+    pub fn is_rough(&self) -> bool {
+        !self.friction.is_empty()
+    }
+
+    /// Whether some obstacle has a top face.
+    pub fn has_tops(&self) -> bool {
+        !self.height.is_empty()
+    }
+
+    /// An obstacle of finite height as a body; none without end.
+    pub fn solid(&self, obstacle: usize) -> Option<Solid<'_>> {
+        let height = *self.height.get(obstacle)?;
+        let outline = match self.pegs.get(obstacle) {
+            Some(peg) => Outline::Circle(peg),
+            None => Outline::Polygon(&self.walls.walls()[obstacle - self.pegs.len()].polygon),
+        };
+        (height < f64::INFINITY).then_some(Solid { outline, height })
+    }
+
+    /// Calls `visit` with every obstacle of finite height that may lie within `distance` of a point, seen from above.
+    pub fn visit_solids(&self, point: &Vector2<f64>, distance: f64, mut visit: impl FnMut(Solid)) {
+        if self.has_tops() {
+            self.visit_obstacles(point, distance, |obstacle| self.solid(obstacle).into_iter().for_each(&mut visit));
+        }
+    }
+
+    /// Calls `visit` with the number of every obstacle that may lie within `distance` of a point, seen from above.
+    pub fn visit_obstacles(&self, point: &Vector2<f64>, distance: f64, mut visit: impl FnMut(usize)) {
+        self.visit_near(point.x, point.y, distance, &mut visit);
+        self.walls.visit_near(point, distance, |wall| visit(self.pegs.len() + wall));
+    }
+
+    /// Height of the highest top face below a point; zero for the ground \[m\].
+    pub fn support(&self, point: &Vector3<f64>) -> f64 {
+        let mut highest = 0.0;
+        self.visit_solids(&point.xy(), 0.0, |solid| {
+            if solid.carries(point) {
+                highest = solid.height.max(highest);
+            }
+        });
+        highest
+    }
+
     /// Place of an obstacle in the scene.
     pub fn place_in_scene(&self, obstacle: usize) -> usize {
         self.place.get(obstacle).copied().unwrap_or(obstacle)
@@ -105,6 +154,7 @@ impl PegGrid {
             self.walls = WallGrid::default();
         }
         self.friction.clear();
+        self.height.clear();
         self.place.clear();
         self.written.clear();
         self.pegs.clear();

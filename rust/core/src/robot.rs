@@ -54,7 +54,7 @@ pub struct RobotConfig {
     pub roll_inertia: PerLink,
     /// Acceleration of gravity \[m/s^2\]; in the plane it enters through the friction bounds.
     pub gravity: f64,
-    /// Free play of a joint, from end to end (T 7.5.4) \[rad\]; the planar model only.
+    /// Free play of a joint, from end to end (T 7.5.4) \[rad\]; not the minimal model.
     pub free_play: f64,
     /// Whether links that are not neighbours touch each other; null: where the model has it.
     pub self_contact: Option<bool>,

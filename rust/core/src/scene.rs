@@ -40,7 +40,7 @@ pub struct SceneConfig {
     pub friction: [f64; 2],
     /// Rolling friction coefficient mu_V (T 4.87); the spatial model only.
     pub rolling_friction: f64,
-    /// How friction falls in sliding (T 7.5.4); the planar model only.
+    /// How friction falls in sliding (T 7.5.4); not the minimal model.
     pub stribeck: Stribeck,
     /// Viscous coefficients along and across a link, (mu_Vx, mu_Vy) \[s/m\]; the minimal model only.
     pub viscous: [f64; 2],

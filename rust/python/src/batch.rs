@@ -6,7 +6,7 @@ use pyo3::types::{PyBytes, PyDict};
 use snake_core::ConfigError;
 use snake_core::batch::Batch as Rows;
 use snake_core::environment::quantity::quantities_of;
-use snake_core::environment::{EnvConfig, Environment, RobotModel};
+use snake_core::environment::{EnvConfig, Environment, ModelKind, RobotModel};
 use snake_core::error::require;
 
 use crate::core::{Core, of_model};
@@ -226,7 +226,15 @@ fn read_state<'py, M: RobotModel>(py: Python<'py>, batch: &Rows<M>, rows: &[usiz
     let environments = || rows.iter().map(|row| batch.environment(*row));
     let pegs = environments().map(|one| one.pegs().iter().map(|peg| [peg.radius, peg.x, peg.y]).collect());
     set_ragged::<3>(&dict, "obstacles", &pegs.collect::<Vec<_>>())?;
-    set_ragged(&dict, "obstacle_force", &environments().map(Environment::obstacle_force).collect::<Vec<_>>())?;
+    let forces: Vec<_> = environments().map(Environment::obstacle_force).collect();
+    match M::KIND {
+        ModelKind::Spatial => set_ragged(&dict, "obstacle_force", &forces)?,
+        _ => {
+            let in_plane = |[x, y, _]: &[f64; 3]| [*x, *y];
+            let forces: Vec<Vec<_>> = forces.iter().map(|force| force.iter().map(in_plane).collect()).collect();
+            set_ragged(&dict, "obstacle_force", &forces)?;
+        }
+    }
     let paths = environments().map(|one| one.goal().path().iter().map(|point| [point.x, point.y]).collect());
     set_ragged::<2>(&dict, "path", &paths.collect::<Vec<_>>())?;
     Ok(dict)

@@ -1,6 +1,6 @@
 //! A scripted robot of the planar model (T ch. 3).
 
-use nalgebra::Vector2;
+use nalgebra::Vector3;
 use snake_core::ConfigError;
 use snake_core::gait::{Gait, Holding, JointTarget};
 use snake_core::simulation::PlanarSimulation;
@@ -55,11 +55,11 @@ impl Scripted for PlanarRobot {
     }
 
     fn add_contact_impulse(&self, sum: &mut [f64]) {
-        let impulses = self.simulation.contact_impulse().iter().flatten();
+        let impulses = self.simulation.contact_impulse().iter().flat_map(|impulse| [impulse.x, impulse.y]);
         sum.iter_mut().zip(impulses).for_each(|(sum, impulse)| *sum += impulse);
     }
 
-    fn obstacle_impulse(&self) -> &[Vector2<f64>] {
+    fn obstacle_impulse(&self) -> &[Vector3<f64>] {
         self.simulation.obstacle_impulse()
     }
 

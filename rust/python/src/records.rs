@@ -1,6 +1,6 @@
 //! What a run records besides its motion, when it is asked for: optional columns of a `Trajectory`.
 
-use nalgebra::Vector2;
+use nalgebra::Vector3;
 use serde::Deserialize;
 use snake_core::stepping::Record;
 
@@ -46,7 +46,7 @@ pub struct Layout {
 /// Sums that the run itself keeps over an interval.
 pub struct Sums<'a> {
     /// Impulse of each obstacle, by its number \[N s\].
-    pub obstacle_impulse: &'a [Vector2<f64>],
+    pub obstacle_impulse: &'a [Vector3<f64>],
     /// \[J\]
     pub friction_work: f64,
 }
@@ -68,12 +68,13 @@ pub fn write_means(
             Recorded::Velocity => {}
             Recorded::Ground => write_ground(record, layout, links, per_second, samples),
             Recorded::Obstacles => {
-                let mut force = vec![0.0; 2 * layout.place.len()];
-                for (place, impulse) in layout.place.iter().zip(sums.obstacle_impulse) {
-                    force[2 * place] = impulse.x * per_second;
-                    force[2 * place + 1] = impulse.y * per_second;
+                let Layout { place, coordinates, .. } = layout;
+                let mut force = vec![0.0; coordinates * place.len()];
+                for (place, impulse) in place.iter().zip(sums.obstacle_impulse) {
+                    let of_obstacle = force[coordinates * place..].iter_mut().zip(impulse.iter()).take(*coordinates);
+                    of_obstacle.for_each(|(force, impulse)| *force = impulse * per_second);
                 }
-                samples.put("obstacle_force", &[layout.place.len(), 2], force);
+                samples.put("obstacle_force", &[place.len(), *coordinates], force);
             }
             Recorded::SelfContacts => {
                 let shape = [links, links, layout.coordinates];

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use nalgebra::Vector2;
+use nalgebra::Vector3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::Deserialize;
@@ -188,7 +188,7 @@ pub trait Scripted {
     fn add_contact_impulse(&self, _sum: &mut [f64]) {}
 
     /// Impulse of each obstacle, by its number, during the last `advance` \[N s\].
-    fn obstacle_impulse(&self) -> &[Vector2<f64>] {
+    fn obstacle_impulse(&self) -> &[Vector3<f64>] {
         &[]
     }
 
@@ -294,7 +294,7 @@ struct Interval {
     /// Impulses of the pegs on each link \[N s\]; after `finish` mean forces \[N\].
     contact_force: Vec<f64>,
     /// Impulse of each obstacle, by its number \[N s\].
-    obstacle_impulse: Vec<Vector2<f64>>,
+    obstacle_impulse: Vec<Vector3<f64>>,
     /// As `contact_force`, of the robot's other links.
     self_contact_force: Vec<f64>,
     has_self_contact: bool,
@@ -314,7 +314,7 @@ impl Interval {
         let no_force = vec![0.0; R::COORDINATES * robot.link_count()];
         Self {
             contact_force: no_force.clone(),
-            obstacle_impulse: vec![Vector2::zeros(); robot.obstacle_impulse().len()],
+            obstacle_impulse: vec![Vector3::zeros(); robot.obstacle_impulse().len()],
             has_self_contact: robot.add_self_contact_impulse(&mut no_force.clone()),
             self_contact_force: no_force,
             friction_work: 0.0,

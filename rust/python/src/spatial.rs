@@ -1,6 +1,6 @@
 //! A scripted robot of the spatial model (T ch. 4).
 
-use nalgebra::Vector2;
+use nalgebra::Vector3;
 use snake_core::ConfigError;
 use snake_core::gait::{CardanGait, CardanTarget, Holding, JointTarget};
 use snake_core::simulation::SpatialSimulation;
@@ -58,13 +58,11 @@ impl Scripted for SpatialRobot {
     }
 
     fn add_contact_impulse(&self, sum: &mut [f64]) {
-        for (sum, impulse) in sum.chunks_exact_mut(Self::COORDINATES).zip(self.simulation.contact_impulse()) {
-            sum[0] += impulse.x;
-            sum[1] += impulse.y;
-        }
+        let impulses = self.simulation.contact_impulse().iter().flatten();
+        sum.iter_mut().zip(impulses).for_each(|(sum, impulse)| *sum += impulse);
     }
 
-    fn obstacle_impulse(&self) -> &[Vector2<f64>] {
+    fn obstacle_impulse(&self) -> &[Vector3<f64>] {
         self.simulation.obstacle_impulse()
     }
 

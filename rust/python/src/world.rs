@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 use serde::Deserialize;
 use snake_core::ConfigError;
-use snake_core::capabilities::{Feature, ModelName};
+use snake_core::capabilities::{Feature, ModelName, require_supported_obstacle};
 use snake_core::environment::polyline::Polyline;
 use snake_core::environment::scenarios::GoalKind;
 use snake_core::environment::{EnvConfig, ModelKind, OwnGoal, OwnStart, World};
@@ -62,8 +62,7 @@ fn obstacles_of(scene: &SceneConfig, config: &EnvConfig) -> Result<Vec<Obstacle>
     for (j, obstacle) in obstacles.iter().enumerate() {
         let field = format!("scene.obstacles[{j}]");
         Feature::Walls.require(on, obstacle.is_wall(), &field, format!("{:?}", obstacle.shape))?;
-        let rough = obstacle.friction > 0.0;
-        Feature::ObstacleFriction.require(on, rough, &format!("{field}.friction"), obstacle.friction)?;
+        require_supported_obstacle(on, obstacle, &field)?;
     }
     let ground = config.scene(Vec::new());
     let same = SceneConfig { obstacles: Vec::new(), ..scene.clone() } == ground;

@@ -145,7 +145,7 @@ pub struct EnvConfig {
     pub termination: Termination,
     /// Friction coefficients along and across a link; `None`: the task's own.
     pub friction: Option<[f64; 2]>,
-    /// How friction falls in sliding; the planar model only.
+    /// How friction falls in sliding.
     pub stribeck: Stribeck,
     /// Inclination of the ground \[rad\], and the direction in which it rises \[rad\].
     pub slope: Slope,

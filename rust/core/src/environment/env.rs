@@ -304,11 +304,11 @@ impl<M: RobotModel> Environment<M> {
         self.model.simulation().body().pegs.obstacles()
     }
 
-    /// Mean force of each obstacle on the robot over the last control period, x and y of the world frame, in the order of
-    /// [`Self::obstacles`] \[N\].
-    pub fn obstacle_force(&self) -> Vec<[f64; 2]> {
+    /// Mean force of each obstacle on the robot over the last control period, world frame, in the order of
+    /// [`Self::obstacles`]; without a z part in the plane \[N\].
+    pub fn obstacle_force(&self) -> Vec<[f64; 3]> {
         let body = self.model.simulation().body();
-        let mut force = vec![[0.0; 2]; body.pegs.len()];
+        let mut force = vec![[0.0; 3]; body.pegs.len()];
         for (obstacle, impulse) in body.obstacle_impulse.iter().enumerate() {
             force[body.pegs.place_in_scene(obstacle)] = (impulse / self.rules.period).into();
         }
@@ -377,10 +377,12 @@ impl<M: RobotModel> Environment<M> {
         let mut rng = Rng::new(seed, episode);
         let world = self.next_world.take();
         let scene = self.sampler.draw(world.as_deref(), &mut rng);
-        self.model.reset(&scene.start, self.sampler.joint_angle(), self.sampler.pegs());
-        if !self.sampler.obstacles().is_empty() {
-            self.model.simulation_mut().set_obstacles(self.sampler.obstacles());
+        let simulation = self.model.simulation_mut();
+        match self.sampler.obstacles() {
+            [] => simulation.set_scene_pegs(self.sampler.pegs()),
+            obstacles => simulation.set_obstacles(obstacles),
         }
+        self.model.reset(&scene.start, self.sampler.joint_angle());
         if let Some(chain) = self.sampler.raised() {
             self.model.raise(chain);
         }

@@ -27,6 +27,8 @@ pub struct RaisedChain {
     /// (yaw, pitch) of the joints \[rad\].
     pub joint_angle: Vec<Vector2<f64>>,
     pub has_own_posture: bool,
+    /// It is held at a height of its own; else it rests on what is under it.
+    pub has_own_height: bool,
 }
 
 impl RaisedChain {
@@ -43,7 +45,8 @@ impl RaisedChain {
         if raised.height.is_none() {
             rest_on_ground(robot, &mut pose);
         }
-        Self { pose, joint_angle, has_own_posture: start.has_own_posture }
+        let (has_own_posture, has_own_height) = (start.has_own_posture, raised.height.is_some());
+        Self { pose, joint_angle, has_own_posture, has_own_height }
     }
 
     /// Smallest gap to a peg, which is vertical and without end \[m\].
@@ -53,7 +56,7 @@ impl RaisedChain {
 
     /// Smallest gap to a wall, which is vertical and without end \[m\].
     pub fn gap_to_wall(&self, robot: &Robot, wall: &ConvexPolygon) -> f64 {
-        self.smallest(robot, |link, pose| wall_gap(link, pose, wall))
+        self.smallest(robot, |link, pose| wall_gap(link, &pose.position, &pose.axis(), wall))
     }
 
     /// Smallest gap to the ground \[m\].

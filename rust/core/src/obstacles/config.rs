@@ -64,11 +64,13 @@ pub struct Obstacle {
     pub friction: f64,
     /// `None` for an obstacle that is fixed \[kg\].
     pub mass: Option<f64>,
+    /// Height of its top face above the ground, `None` for an obstacle without end; the spatial model only \[m\].
+    pub height: Option<f64>,
 }
 
 impl From<Peg> for Obstacle {
     fn from(peg: Peg) -> Self {
-        Self { shape: Shape::Circle(peg), friction: 0.0, mass: None }
+        Self::endless(Shape::Circle(peg))
     }
 }
 
@@ -83,6 +85,7 @@ impl From<[f64; 3]> for Obstacle {
 pub struct SavedObstacle {
     shape: Shape,
     friction: f64,
+    height: Option<f64>,
 }
 
 impl SavedObstacle {
@@ -94,25 +97,30 @@ impl SavedObstacle {
 
 impl From<&Obstacle> for SavedObstacle {
     fn from(obstacle: &Obstacle) -> Self {
-        Self { shape: obstacle.shape.clone(), friction: obstacle.friction }
+        Self { shape: obstacle.shape.clone(), friction: obstacle.friction, height: obstacle.height }
     }
 }
 
 impl From<SavedObstacle> for Obstacle {
-    fn from(SavedObstacle { shape, friction }: SavedObstacle) -> Self {
-        Self { shape, friction, mass: None }
+    fn from(SavedObstacle { shape, friction, height }: SavedObstacle) -> Self {
+        Self { friction, height, ..Self::endless(shape) }
     }
 }
 
 impl Obstacle {
+    /// Fixed, without friction and without end.
+    pub fn endless(shape: Shape) -> Self {
+        Self { shape, friction: 0.0, mass: None, height: None }
+    }
+
     /// Whether it has another outline than a circle.
     pub fn is_wall(&self) -> bool {
         !matches!(self.shape, Shape::Circle(_))
     }
 
-    /// Whether it is a circle without friction, like the obstacles of the thesis.
+    /// Whether it is a circle without friction and without end, like the obstacles of the thesis.
     pub fn is_plain_peg(&self) -> bool {
-        !self.is_wall() && self.friction == 0.0 && self.mass.is_none()
+        !self.is_wall() && self.friction == 0.0 && self.mass.is_none() && self.height.is_none()
     }
 
     /// # Errors
@@ -121,6 +129,9 @@ impl Obstacle {
         non_negative("friction", self.friction)?;
         if let Some(mass) = self.mass {
             return Err(ConfigError::new("mass", mass, "None: all obstacles are fixed"));
+        }
+        if let Some(height) = self.height {
+            positive("height", height)?;
         }
         self.shape.validate()
     }
@@ -229,6 +240,8 @@ struct ObstacleFields {
     friction: f64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     mass: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    height: Option<f64>,
 }
 
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]
@@ -268,11 +281,11 @@ impl ObstacleFields {
         let fits = |(field, has): (&str, bool)| {
             if has { fields.contains(&field) } else { !fields.contains(&field) || field == optional }
         };
-        let expected = || format!("a {name} with {}, and its friction", fields.join(", "));
+        let expected = || format!("a {name} with {}, its friction and height", fields.join(", "));
         if !self.given().into_iter().all(fits) {
             return Err(expected());
         }
-        let Self { shape, radius, start, end, size, x, y, angle, vertices, friction, mass } = self;
+        let Self { shape, radius, start, end, size, x, y, angle, vertices, friction, mass, height } = self;
         let shape = match shape {
             ShapeName::Circle => radius.zip(x).zip(y).map(|((radius, x), y)| Shape::Circle(Peg { radius, x, y })),
             ShapeName::Segment => start.zip(end).map(|(start, end)| Shape::Segment { start, end }),
@@ -281,13 +294,14 @@ impl ObstacleFields {
             }
             ShapeName::Polygon => vertices.map(|vertices| Shape::Polygon { vertices }),
         };
-        shape.map(|shape| Obstacle { shape, friction, mass }).ok_or_else(expected)
+        shape.map(|shape| Obstacle { shape, friction, mass, height }).ok_or_else(expected)
     }
 }
 
 impl From<&Obstacle> for ObstacleFields {
     fn from(obstacle: &Obstacle) -> Self {
-        let common = Self { friction: obstacle.friction, mass: obstacle.mass, ..Self::default() };
+        let Obstacle { friction, mass, height, .. } = *obstacle;
+        let common = Self { friction, mass, height, ..Self::default() };
         match &obstacle.shape {
             Shape::Circle(Peg { radius, x, y }) => {
                 Self { shape: ShapeName::Circle, radius: Some(*radius), x: Some(*x), y: Some(*y), ..common }
@@ -313,7 +327,9 @@ impl From<&Obstacle> for ObstacleFields {
 impl Serialize for Obstacle {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
-            Obstacle { shape: Shape::Circle(peg), friction: 0.0, mass: None } => peg.serialize(serializer),
+            Obstacle { shape: Shape::Circle(peg), friction: 0.0, mass: None, height: None } => {
+                peg.serialize(serializer)
+            }
             _ => ObstacleFields::from(self).serialize(serializer),
         }
     }

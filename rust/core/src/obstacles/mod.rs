@@ -1,9 +1,13 @@
-//! Obstacles, seen from above: what users write, and the geometry that follows.
+//! Obstacles: what users write, and the geometry that follows, seen from above and of bodies of finite height.
 
 mod config;
 mod polygon;
+mod solid;
+mod solid_circle;
+mod solid_polygon;
 mod wall_grid;
 
 pub use config::{Obstacle, Peg, SavedObstacle, Shape};
 pub use polygon::{CentreLine, ConvexPolygon, Separation};
+pub use solid::{Outline, Solid, SolidContact, SolidLine};
 pub use wall_grid::{Wall, WallGrid};

@@ -60,7 +60,7 @@ impl CentreLine {
     }
 
     /// Place of the point that is nearest to `point`.
-    fn nearest(&self, point: &Vector2<f64>) -> f64 {
+    pub(super) fn nearest(&self, point: &Vector2<f64>) -> f64 {
         let squared = self.half.norm_squared();
         // All points of an upright link are equally near.
         if squared > UPRIGHT { ((point - self.middle).dot(&self.half) / squared).clamp(-1.0, 1.0) } else { 0.0 }
@@ -148,6 +148,21 @@ impl ConvexPolygon {
         let offsets = (0..self.vertices.len()).map(nearest);
         let offset = offsets.min_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared())).unwrap_or_default();
         (offset.norm(), offset.try_normalize(0.0).unwrap_or(self.normals[facing]))
+    }
+
+    /// Places between which a centre line that crosses the polygon is inside it.
+    pub fn within(&self, line: &CentreLine) -> [f64; 2] {
+        let (mut from, mut to) = (-1.0, 1.0);
+        for edge in 0..self.vertices.len() {
+            let (middle, slope) = (self.height(edge, &line.middle), self.normals[edge].dot(&line.half));
+            match (-middle / slope).clamp(-1.0, 1.0) {
+                entry if slope < 0.0 => from = entry.max(from),
+                leave if slope > 0.0 => to = leave.min(to),
+                _ => {}
+            }
+        }
+        // A wall without thickness is crossed at one place.
+        [from, to.max(from)]
     }
 
     /// The way on which a centre line that crosses the polygon leaves it soonest; `None` if it does not cross.

@@ -9,7 +9,6 @@
 //! | P_H, P_T, P_J | impulses of contact, friction, joints | N s |
 //! | c | `Stage::coefficient` | the part of a step that one stage covers | s |
 
-mod backlash;
 mod certificate;
 mod contact_detection;
 mod contact_friction;
@@ -29,7 +28,6 @@ mod solver;
 mod stage;
 
 mod state;
-mod stribeck;
 mod system;
 mod thesis;
 mod warm_start;

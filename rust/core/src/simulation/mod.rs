@@ -8,7 +8,7 @@ pub use spatial::{SpatialSimulation, SpatialSnapshot};
 
 use std::fmt::Debug;
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::capabilities::{Feature, ModelName, require_supported};
@@ -164,15 +164,15 @@ impl<M: SimulatedModel> Simulation<M> {
         body.statistics
     }
 
-    /// Impulse of the pegs on each link during the last `advance`, x and y of the world frame \[N s\]; it has no z
-    /// part.
-    pub fn contact_impulse(&self) -> &[Vector2<f64>] {
+    /// Impulse of the obstacles on each link during the last `advance`, world frame \[N s\]; without a z part in the
+    /// plane.
+    pub fn contact_impulse(&self) -> &[Vector3<f64>] {
         &self.body.contact_impulse
     }
 
-    /// Impulse of each obstacle, by its number, on the robot during the last `advance`, x and y of the world frame
-    /// \[N s\].
-    pub fn obstacle_impulse(&self) -> &[Vector2<f64>] {
+    /// Impulse of each obstacle, by its number, on the robot during the last `advance`, world frame \[N s\]; without a z
+    /// part in the plane.
+    pub fn obstacle_impulse(&self) -> &[Vector3<f64>] {
         &self.body.obstacle_impulse
     }
 

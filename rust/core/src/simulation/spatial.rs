@@ -6,8 +6,8 @@ use crate::error::ConfigError;
 use crate::robot::Robot;
 use crate::scene::Scene;
 use crate::spatial::{
-    End, Pose, Spatial, SpatialSystem, SpatialThesis, StackedTwist, assemble_chain, ground_gap, largest_joint_gap,
-    peg_gap, rest_on_ground, self_gap, wall_gap,
+    End, Frame, Pose, Spatial, SpatialSystem, SpatialThesis, StackedTwist, assemble_chain, ground_gap,
+    largest_joint_gap, obstacle_gap, rest_on, self_gap,
 };
 use crate::stepping::Body;
 
@@ -45,9 +45,9 @@ impl SpatialSimulation {
         self.clear_memory();
     }
 
-    /// Lifts or lowers the robot until its lowest point touches the ground.
+    /// Lifts or lowers the robot until it rests on the ground, or on the obstacles with a top face that are under it.
     pub fn rest_on_ground(&mut self) {
-        rest_on_ground(&self.system.robot, &mut self.body.state.pose);
+        rest_on(&self.system.robot, &self.body.pegs, &mut self.body.state.pose);
         self.clear_memory();
     }
 
@@ -64,7 +64,8 @@ impl SpatialSimulation {
     /// Kinetic and potential energy, the latter zero with every CG at the height of the origin \[J\].
     pub fn energy(&self) -> f64 {
         let state = &self.body.state;
-        state.kinetic_energy(&self.system.robot) + state.potential_energy(&self.system.robot, &self.system.gravity)
+        let (robot, mass) = (&self.system.robot, self.body.parameters.mass);
+        mass * (state.kinetic_energy(robot) + state.potential_energy(robot, &self.system.gravity))
     }
 
     /// Smallest distance of links that are not neighbours now \[m\], negative where they overlap; infinite where none are
@@ -73,7 +74,7 @@ impl SpatialSimulation {
         self_gap(&self.system.robot.links, &self.body.state.pose)
     }
 
-    /// Smallest gap of a link to the ground or a peg now \[m\].
+    /// Smallest gap of a link to the ground or an obstacle now \[m\].
     pub fn min_gap(&self) -> f64 {
         let Body { state, pegs, .. } = &self.body;
         let mut smallest = f64::INFINITY;
@@ -81,11 +82,9 @@ impl SpatialSimulation {
             for end in End::BOTH {
                 smallest = smallest.min(ground_gap(link, pose, end));
             }
-            pegs.visit_near(pose.position.x, pose.position.y, link.reach(), |peg| {
-                smallest = smallest.min(peg_gap(link, pose, &pegs.pegs()[peg]));
-            });
-            pegs.walls().visit_near(&pose.position.xy(), link.reach(), |wall| {
-                smallest = smallest.min(wall_gap(link, pose, &pegs.walls().walls()[wall].polygon));
+            let frame = Frame::of(pose);
+            pegs.visit_obstacles(&pose.position.xy(), link.reach(), |obstacle| {
+                smallest = smallest.min(obstacle_gap(link, &frame, pegs, obstacle));
             });
         }
         smallest

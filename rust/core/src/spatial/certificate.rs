@@ -48,6 +48,7 @@ pub fn certify<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Certif
         let violation = judge::half_line(impulse, opening, stage.links[peg.link].mass);
         certificate.normal = worse(certificate.normal, violation);
     }
+    verify_peg_friction(stage, solution, &mut certificate);
     for (pair, &impulse) in stage.pairs.iter().zip(&solution.pair) {
         let [i, j] = pair.links;
         let [first, second] = &pair.direction;
@@ -74,7 +75,8 @@ fn verify_ground<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: usiz
             tangent.x * velocity.x + tangent.y * velocity.y,
             tangent.x * velocity.y - tangent.y * velocity.x,
         );
-        let bound = Vector2::new(mu.sliding.x * normal, mu.sliding.y * normal);
+        let load = link.share[end] * normal;
+        let bound = Vector2::new(mu.sliding.x * load, mu.sliding.y * load);
         let violation = judge::disc(&bound, &slip, &solution.friction[i][end], link.mass).law / link.mass;
         certificate.friction = worse(certificate.friction, violation);
     }
@@ -83,6 +85,20 @@ fn verify_ground<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: usiz
     let bound = Vector2::new(radius, radius);
     let violation = judge::disc(&bound, &rolling, &solution.rolling[i], link.mass).law / link.mass;
     certificate.friction = worse(certificate.friction, violation);
+}
+
+/// Coulomb's law at obstacles with the present normal impulses.
+#[inline(always)]
+fn verify_peg_friction<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certificate: &mut Certificate<T>) {
+    for (k, rough) in stage.peg_friction.iter().enumerate() {
+        let link = stage.pegs[k].link;
+        let [along, across] = &rough.tangents;
+        let slip = Vector2::new(power(along, &solution.twist[link]), power(across, &solution.twist[link]));
+        let radius = rough.coefficient * solution.peg[k];
+        let (bound, mass) = (Vector2::new(radius, radius), stage.links[link].mass);
+        let violation = judge::disc(&bound, &slip, &solution.peg_friction[k], mass).law / mass;
+        certificate.friction = worse(certificate.friction, violation);
+    }
 }
 
 /// The two links' joint points move alike, they do not turn against each other about the third axis, and the drives
@@ -100,8 +116,9 @@ fn verify_joint<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, j: usize
     for (axis, drive) in stage.joints[j].iter().enumerate() {
         let rate = scalar(&axes[axis], &relative);
         let wanted = drive.drive - drive.stiffness * rate;
-        let violation = judge::clamp(solution.actuator[j][axis], wanted, drive.limit) / (near.mass * near.half_length);
-        certificate.actuator = worse(certificate.actuator, violation);
+        let impulse = solution.actuator[j][axis];
+        let violation = judge::clamp_with_backlash(impulse, wanted, drive.slack, drive.limit);
+        certificate.actuator = worse(certificate.actuator, violation / (near.mass * near.half_length));
     }
 }
 
@@ -158,6 +175,13 @@ fn missing<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: usize) -> 
         if peg.link == i {
             force = minus(&force, &times(&peg.direction.linear, impulse));
             moment = minus(&moment, &times(&peg.direction.angular, impulse));
+        }
+    }
+    for (k, rough) in stage.peg_friction.iter().enumerate().filter(|(k, _)| stage.pegs[*k].link == i) {
+        let impulse = &solution.peg_friction[k];
+        for (tangent, part) in rough.tangents.iter().zip([impulse.x, impulse.y]) {
+            force = minus(&force, &times(&tangent.linear, part));
+            moment = minus(&moment, &times(&tangent.angular, part));
         }
     }
     for (pair, &impulse) in stage.pairs.iter().zip(&solution.pair) {

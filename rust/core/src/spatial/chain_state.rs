@@ -32,6 +32,8 @@ pub struct ChainState {
     pub began_at_rest: bool,
     /// tau_C = (yaw, pitch) of each joint in the last step \[N m\] (T 4.89).
     pub joint_torque: Vec<Vector2<f64>>,
+    /// Positions of the joints in their backlash, yaw and pitch of each, phi less the motor's angle \[rad\].
+    pub backlash: Vec<f64>,
     frames: Vec<Frame>,
 }
 
@@ -83,8 +85,9 @@ impl GroundForces {
 }
 
 impl ChainState {
-    /// Pose of link 1, joint angles, their rates and all momenta from the poses and twists of all links.
-    pub fn read(&mut self, robot: &Robot, state: &SpatialState) {
+    /// Pose of link 1, joint angles, their rates and all momenta from the poses and twists of all links, whose masses are
+    /// `mass` times those of `robot`.
+    pub fn read(&mut self, robot: &Robot, mass: f64, state: &SpatialState) {
         let (pose, twist) = (&state.pose, &state.twist);
         let Self { configuration, velocity, momentum, .. } = self;
         let q = pose[0].orientation.quaternion();
@@ -95,19 +98,20 @@ impl ChainState {
             *rate = joint_rate(&pose[j], &twist[j], &pose[j + 1], &twist[j + 1]).into();
         }
         for (i, link) in robot.links.iter().enumerate() {
-            let spin = turning(&twist[i]).component_mul(&inertia(link));
-            momentum[i] = Momentum { linear: linear(&twist[i]) * link.mass, angular: pose[i].orientation * spin };
+            let spin = turning(&twist[i]).component_mul(&inertia(link)) * mass;
+            momentum[i] =
+                Momentum { linear: linear(&twist[i]) * (link.mass * mass), angular: pose[i].orientation * spin };
         }
     }
 
-    /// Poses and twists of all links.
-    pub fn write(&mut self, robot: &Robot, half_length: &[f64], state: &mut SpatialState) {
+    /// Poses and twists of all links; `mass` as in [`Self::read`].
+    pub fn write(&mut self, robot: &Robot, mass: f64, half_length: &[f64], state: &mut SpatialState) {
         let SpatialState { pose, twist, .. } = state;
         self.place_links(half_length, pose);
         for (i, link) in robot.links.iter().enumerate() {
             let Momentum { linear, angular } = &self.momentum[i];
             let spin = pose[i].orientation.inverse_transform_vector(angular);
-            twist[i] = twist_of(linear / link.mass, spin.component_div(&inertia(link)));
+            twist[i] = twist_of(linear / (link.mass * mass), spin.component_div(&(inertia(link) * mass)));
         }
     }
 
@@ -145,6 +149,7 @@ pub struct SavedForces {
     forces: GroundForces,
     pairs: Vec<Pair>,
     self_contacts: Vec<SelfContact>,
+    backlash: Vec<f64>,
 }
 
 impl WarmStart for ChainState {
@@ -160,6 +165,7 @@ impl WarmStart for ChainState {
             self_contacts: Vec::with_capacity(4 * links),
             began_at_rest: false,
             joint_torque: vec![Vector2::zeros(); links - 1],
+            backlash: vec![0.0; 2 * (links - 1)],
             frames: vec![Frame::origin(); links],
         }
     }
@@ -170,11 +176,12 @@ impl WarmStart for ChainState {
         self.pairs.clear();
         self.self_contacts.clear();
         self.joint_torque.fill(Vector2::zeros());
+        self.backlash.fill(0.0);
     }
 
     fn save(&self) -> SavedForces {
-        let Self { began_at_rest, forces, pairs, self_contacts, .. } = self.clone();
-        SavedForces { began_at_rest, forces, pairs, self_contacts }
+        let Self { began_at_rest, forces, pairs, self_contacts, backlash, .. } = self.clone();
+        SavedForces { began_at_rest, forces, pairs, self_contacts, backlash }
     }
 
     fn resume(&mut self, saved: &SavedForces) {
@@ -183,10 +190,12 @@ impl WarmStart for ChainState {
         self.pairs.clear();
         self.pairs.extend_from_slice(&saved.pairs);
         self.self_contacts.clone_from(&saved.self_contacts);
+        self.backlash.copy_from_slice(&saved.backlash);
     }
 
     fn fits(saved: &SavedForces, links: usize, pegs: usize) -> bool {
         saved.forces.fits(links)
+            && saved.backlash.len() == 2 * (links - 1)
             && saved.pairs.iter().all(|pair| pair.link < links && pair.peg < pegs)
             && saved.self_contacts.iter().all(|contact| contact.place.fits(links))
     }

@@ -5,8 +5,8 @@ use nalgebra::Vector3;
 use crate::math::Real;
 use crate::stepping::{MAX_RATE, MAX_SPEED};
 
-use super::StageLink;
 use super::spatial_vector::{Twist, along, cross, scaled, sum};
+use super::{Pose, StageLink};
 
 /// Pose of link 1 and joint angles: all values are admissible, and joints stay closed.
 #[derive(Debug, Clone, PartialEq)]
@@ -127,6 +127,13 @@ impl ChainVelocity {
         let Twist { linear, angular } = &self.head;
         let turns = self.rate.iter().flatten().chain(angular.iter());
         linear.iter().all(|v| v.abs() < MAX_SPEED) && turns.into_iter().all(|omega| omega.abs() < MAX_RATE)
+    }
+}
+
+impl Frame {
+    pub fn of(pose: &Pose) -> Self {
+        let axes = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| pose.orientation * axis);
+        Self { position: pose.position, axes }
     }
 }
 

@@ -1,8 +1,10 @@
 //! Contacts with pegs of robots side by side: which lane's peg is in which contact of the stage.
 
+use nalgebra::{Vector2, Vector3};
+
 use crate::math::{MAX_LANES, Real};
 use crate::robot::Link;
-use crate::spatial::{Laned, SpatialBody, Stage, StagePeg, StageSolution, Wrench};
+use crate::spatial::{Laned, SpatialBody, Stage, StagePeg, StagePegFriction, StageSolution, Wrench};
 use crate::stepping::{ContactImpulse, Source};
 
 use super::peg_contacts::{LinkPrediction, Pair};
@@ -42,33 +44,49 @@ impl ContactMap {
     pub fn clear<T: Real>(&mut self, work: &mut Workspace<T>) {
         self.slots.clear();
         work.stage.pegs.clear();
+        work.stage.peg_friction.clear();
         work.solution.peg.clear();
+        work.solution.peg_friction.clear();
     }
 
-    /// Adds the contacts of link `index` in the lanes given; `elapsed` as in [`LinkPrediction`].
+    /// Adds the contacts of link `index` in the lanes given; `elapsed` as in [`LinkPrediction`], `is_rough`
+    /// where some obstacle of some lane has friction.
     pub fn add<'a, T: Real>(
         &mut self,
         work: &mut Workspace<T>,
         index: usize,
         link: &Link,
         robots: impl Iterator<Item = (usize, &'a SpatialBody)>,
-        elapsed: T,
+        (elapsed, is_rough): (T, bool),
     ) {
         let first = self.slots.len();
         for (lane, body) in robots {
             let mut next = first;
             let prediction = LinkPrediction::of(work, lane, index, link, elapsed.lane(lane));
-            prediction.visit(index, &body.pegs, |(peg, place), contact| {
+            prediction.visit(index, &body.pegs, |(peg, place), contact, surface| {
                 if next == self.slots.len() {
                     self.slots.push([None; MAX_LANES]);
                     work.stage.pegs.push(StagePeg::nowhere(index));
                     work.solution.peg.push(T::zero());
+                    if is_rough {
+                        work.stage.peg_friction.push(StagePegFriction::nowhere());
+                        work.solution.peg_friction.push(Vector2::new(T::zero(), T::zero()));
+                    }
                 }
                 self.slots[next][lane] = Some((peg, place));
                 work.stage.pegs[next].set_lane(lane, &contact);
                 let same = |pair: &&Pair| (pair.link, pair.peg, pair.place) == (index, peg, place);
-                let force = self.pairs[lane].iter().find(same).map_or(0.0, |pair| pair.force);
-                work.solution.peg[next].set_lane(lane, work.stage.coefficient.lane(lane) * force);
+                let known = self.pairs[lane].iter().find(same);
+                let c = work.stage.coefficient.lane(lane);
+                work.solution.peg[next].set_lane(lane, c * known.map_or(0.0, |pair| pair.force));
+                if is_rough {
+                    let normal = contact.direction.linear;
+                    let friction = StagePegFriction::new(&normal, &surface, body.pegs.friction(peg));
+                    let force = known.map_or(Vector3::zeros(), |pair| pair.friction);
+                    let impulse = Vector2::from(friction.tangents.map(|tangent| c * tangent.linear.dot(&force)));
+                    work.solution.peg_friction[next].set_lane(lane, &impulse);
+                    work.stage.peg_friction[next].set_lane(lane, &friction);
+                }
                 next += 1;
             });
         }
@@ -78,10 +96,11 @@ impl ContactMap {
     pub fn remember<T: Real>(&mut self, stage: &Stage<T>, solution: &StageSolution<T>, lane: usize) {
         let Self { slots, pairs } = self;
         pairs[lane].clear();
-        for (slot, (contact, impulse)) in slots.iter().zip(stage.pegs.iter().zip(&solution.peg)) {
+        for (index, (slot, (contact, impulse))) in slots.iter().zip(stage.pegs.iter().zip(&solution.peg)).enumerate() {
             if let Some((peg, place)) = slot[lane] {
-                let force = impulse.lane(lane) / stage.coefficient.lane(lane);
-                pairs[lane].push(Pair { link: contact.link, peg, place, force });
+                let c = stage.coefficient.lane(lane);
+                let friction = friction_of(stage, solution, index, lane) / c;
+                pairs[lane].push(Pair { link: contact.link, peg, place, force: impulse.lane(lane) / c, friction });
             }
         }
     }
@@ -95,9 +114,18 @@ impl ContactMap {
     ) -> impl Iterator<Item = ContactImpulse> + 'a {
         self.of_lane(lane).map(move |index| {
             let StagePeg { link, direction: Wrench { linear, .. }, .. } = &stage.pegs[index];
-            let impulse = linear.lane(lane) * solution.peg[index].lane(lane);
+            let pressed = linear.lane(lane) * solution.peg[index].lane(lane);
+            let impulse = pressed + friction_of(stage, solution, index, lane);
             let (obstacle, _) = self.slots[index][lane].expect("a contact of the lane");
             ContactImpulse { lane, link: *link, impulse, source: Source::Obstacle(obstacle) }
         })
     }
+}
+
+/// Friction of a lane's contact as an impulse on the link, frame I \[N s\].
+fn friction_of<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, index: usize, lane: usize) -> Vector3<f64> {
+    let Some(friction) = stage.peg_friction.get(index) else { return Vector3::zeros() };
+    let [along, across] = friction.tangents.map(|tangent| tangent.linear.lane(lane));
+    let impulse = solution.peg_friction[index].lane(lane);
+    along * impulse.x + across * impulse.y
 }

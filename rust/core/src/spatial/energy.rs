@@ -15,6 +15,11 @@ pub fn work_of<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Energy
         let rolling = &solution.rolling[i];
         total.friction += link.radius * (rolling.y * x.angular.x - rolling.x * x.angular.y);
     }
+    for ((rough, p), peg) in stage.peg_friction.iter().zip(&solution.peg_friction).zip(&stage.pegs) {
+        let [along, across] = &rough.tangents;
+        let x = &solution.twist[peg.link];
+        total.friction += p.x * along.dot(x) + p.y * across.dot(x);
+    }
     for (rate, drive) in solution.rate.iter().zip(&solution.actuator) {
         for axis in 0..2 {
             let work = drive[axis] * rate[axis];

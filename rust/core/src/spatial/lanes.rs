@@ -6,7 +6,7 @@ use crate::math::Real;
 
 use super::{
     ChainVelocity, Configuration, Frame, SpatialVector, Stage, StageDrive, StageLink, StagePair, StagePeg,
-    StageSolution, Wrench,
+    StagePegFriction, StageSolution, Wrench,
 };
 
 /// Data of several robots side by side.
@@ -84,9 +84,9 @@ macro_rules! laned {
 laned! {
     SpatialVector { linear, angular };
     Frame { position, axes };
-    StageDrive { drive, stiffness, limit };
+    StageDrive { drive, stiffness, limit, slack };
     StageLink {
-        axes, momentum, mass, inertia, roll_inertia, half_length, sphere, radius, tangent, ground
+        axes, momentum, mass, inertia, roll_inertia, half_length, sphere, radius, tangent, share, ground
     };
 }
 
@@ -137,6 +137,23 @@ impl<T: Real> StagePeg<T> {
     }
 }
 
+impl<T: Real> StagePegFriction<T> {
+    /// Friction that is in no lane yet.
+    pub fn nowhere() -> Self {
+        Self { tangents: [Wrench::zero(); 2], coefficient: T::zero() }
+    }
+
+    pub fn lane(&self, lane: usize) -> StagePegFriction {
+        let tangents = Laned::<T>::lane(&self.tangents, lane);
+        StagePegFriction { tangents, coefficient: Real::lane(self.coefficient, lane) }
+    }
+
+    pub fn set_lane(&mut self, lane: usize, one: &StagePegFriction) {
+        Laned::<T>::set_lane(&mut self.tangents, lane, &one.tangents);
+        Real::set_lane(&mut self.coefficient, lane, one.coefficient);
+    }
+}
+
 impl<T: Real> StagePair<T> {
     /// A contact that is in no lane yet.
     pub fn nowhere(links: [usize; 2]) -> Self {
@@ -181,7 +198,7 @@ impl<T: Real> ChainVelocity<T> {
 
 impl<T: Real> Stage<T> {
     /// The stage of one robot; of all peg contacts those of `pegs` are its own.
-    pub fn read_lane(&self, lane: usize, pegs: impl Iterator<Item = usize>, to: &mut Stage) {
+    pub fn read_lane(&self, lane: usize, pegs: impl Iterator<Item = usize> + Clone, to: &mut Stage) {
         to.coefficient = Real::lane(self.coefficient, lane);
         to.friction.sliding = self.friction.sliding.lane(lane);
         to.friction.rolling = Real::lane(self.friction.rolling, lane);
@@ -189,6 +206,8 @@ impl<T: Real> Stage<T> {
         to.links.extend(self.links.iter().map(|link| link.lane(lane)));
         to.joints.clear();
         to.joints.extend(self.joints.iter().map(|joint| Laned::<T>::lane(joint, lane)));
+        to.peg_friction.clear();
+        to.peg_friction.extend(pegs.clone().filter_map(|peg| Some(self.peg_friction.get(peg)?.lane(lane))));
         to.pegs.clear();
         to.pegs.extend(pegs.map(|peg| self.pegs[peg].lane(lane)));
         to.pairs.clear();
@@ -198,26 +217,31 @@ impl<T: Real> Stage<T> {
 
 impl<T: Real> StageSolution<T> {
     /// The solution of one robot; `pegs` as in [`Stage::read_lane`].
-    pub fn read_lane(&self, lane: usize, pegs: impl Iterator<Item = usize>, to: &mut StageSolution) {
+    pub fn read_lane(&self, lane: usize, pegs: impl Iterator<Item = usize> + Clone, to: &mut StageSolution) {
         read_lane::<T, _>(&self.twist, lane, &mut to.twist);
         read_lane::<T, _>(&self.rate, lane, &mut to.rate);
         read_lane::<T, _>(&self.normal, lane, &mut to.normal);
         read_lane::<T, _>(&self.friction, lane, &mut to.friction);
         read_lane::<T, _>(&self.rolling, lane, &mut to.rolling);
         read_lane::<T, _>(&self.actuator, lane, &mut to.actuator);
+        to.peg_friction.clear();
+        to.peg_friction.extend(pegs.clone().filter_map(|peg| Some(self.peg_friction.get(peg)?.lane(lane))));
         to.peg.clear();
         to.peg.extend(pegs.map(|peg| Real::lane(self.peg[peg], lane)));
         to.pair.clear();
         to.pair.extend(self.pair.iter().map(|pair| Real::lane(*pair, lane)));
     }
 
-    pub fn set_lane(&mut self, lane: usize, pegs: impl Iterator<Item = usize>, from: &StageSolution) {
+    pub fn set_lane(&mut self, lane: usize, pegs: impl Iterator<Item = usize> + Clone, from: &StageSolution) {
         write_lane::<T, _>(&mut self.twist, lane, &from.twist);
         write_lane::<T, _>(&mut self.rate, lane, &from.rate);
         write_lane::<T, _>(&mut self.normal, lane, &from.normal);
         write_lane::<T, _>(&mut self.friction, lane, &from.friction);
         write_lane::<T, _>(&mut self.rolling, lane, &from.rolling);
         write_lane::<T, _>(&mut self.actuator, lane, &from.actuator);
+        for (peg, impulse) in pegs.clone().zip(&from.peg_friction) {
+            self.peg_friction[peg].set_lane(lane, impulse);
+        }
         for (peg, impulse) in pegs.zip(&from.peg) {
             Real::set_lane(&mut self.peg[peg], lane, *impulse);
         }

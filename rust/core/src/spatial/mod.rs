@@ -36,6 +36,7 @@ mod self_contact;
 mod solver;
 mod spatial_vector;
 mod stage;
+mod support;
 
 mod rest;
 mod state;
@@ -56,12 +57,13 @@ pub use kinematics::{assemble_chain, close_joints, largest_joint_gap, orientatio
 pub use lanes::{Laned, read_lane, write_lane};
 pub use model::{Spatial, SpatialBody, SpatialFleet, SpatialScripted};
 pub use pair_slots::PairPlace;
-pub use peg::{PegContact, centre_line, nearest_point, peg_contact, peg_gap, wall_gap};
+pub use peg::{PegContact, centre_line, nearest_point, obstacle_gap, peg_contact, peg_gap, solid_line, wall_gap};
 pub use self_contact::{SelfContact, self_gap};
 pub use solver::{CoulombNewton, Fallback, Newton};
 pub use spatial_vector::{Momentum, SpatialVector, Twist, Wrench};
-pub use stage::{Stage, StageDrive, StageFriction, StageLink, StagePair, StagePeg, StageSolution};
+pub use stage::{Stage, StageDrive, StageFriction, StageLink, StagePair, StagePeg, StagePegFriction, StageSolution};
 pub use state::{Pose, SpatialState, StackedTwist, turning, twist_of};
+pub use support::rest_on;
 pub use system::SpatialSystem;
 pub use thesis::{
     ContactPenalties, GroundImpulse, ModifiedNewton, SpatialThesis, Step, StepGround, StepLink, StepPeg, StepSolution,

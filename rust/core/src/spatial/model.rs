@@ -11,7 +11,7 @@ use crate::stepping::kernels::compile_kernels;
 use crate::stepping::{self, Growing, ImplicitConfig, Model};
 
 use super::workspace::Workspace;
-use super::{ChainState, Pose, SpatialState, SpatialSystem, assemble_chain, rest_on_ground};
+use super::{ChainState, Pose, SpatialState, SpatialSystem, assemble_chain, rest_on};
 
 /// The spatial model (T ch. 4).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,23 +52,24 @@ impl Model for Spatial {
     }
 
     fn to_reduced(system: &SpatialSystem, body: &mut SpatialBody) {
-        body.warm_start.read(&system.robot, &body.state);
+        body.warm_start.read(&system.robot, body.parameters.mass, &body.state);
     }
 
     fn from_reduced(system: &SpatialSystem, body: &mut SpatialBody) {
-        body.warm_start.write(&system.robot, &system.half_length, &mut body.state);
+        let mass = body.parameters.mass;
+        body.warm_start.write(&system.robot, mass, &system.half_length, &mut body.state);
     }
 }
 
 compile_kernels!(Spatial);
 
 impl<R: Reference<CardanTarget>> SpatialScripted<R> {
-    /// A robot at rest on the ground among `pegs`: pose of link 1, which is lifted or lowered, and (yaw, pitch) of all
+    /// A robot at rest on the ground among `pegs`, or on those that are under it: pose of link 1, which is lifted or lowered, and (yaw, pitch) of all
     /// joints.
     pub fn new(robot: &Robot, pegs: PegGrid, head: Pose, joint_angle: &[Vector2<f64>], reference: R) -> Self {
         let mut body = SpatialBody::new(robot, pegs);
         assemble_chain(robot, head, joint_angle, &mut body.state.pose);
-        rest_on_ground(robot, &mut body.state.pose);
+        rest_on(robot, &body.pegs, &mut body.state.pose);
         body.clear_memory();
         Self { body, reference }
     }

@@ -1,11 +1,12 @@
-//! Contact of a link's whole surface with a peg, a vertical cylinder without end (T 4.2.3), (T 4.3.2).
+//! Contact of a link's whole surface with an obstacle; pegs are vertical cylinders without end (T 4.2.3), (T 4.3.2).
 
 use nalgebra::{Vector2, Vector3, Vector6};
 
-use crate::obstacles::{CentreLine, ConvexPolygon, Peg};
+use crate::obstacles::{CentreLine, ConvexPolygon, Peg, SolidLine};
+use crate::pegs::PegGrid;
 use crate::robot::Link;
 
-use super::{Pose, force_direction};
+use super::{Frame, Pose, force_direction};
 
 /// Gap and force direction of one link-peg pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,14 +61,34 @@ pub fn nearest_point(link: &Link, position: &Vector3<f64>, axis: &Vector3<f64>, 
     (from_peg + shadow * along, along)
 }
 
-/// Gap between a link and a wall, a vertical prism without end \[m\].
-pub fn wall_gap(link: &Link, pose: &Pose, wall: &ConvexPolygon) -> f64 {
-    wall.distance(&centre_line(link, &pose.position, &pose.axis())) - link.radius
+/// Gap between a link at `frame` and an obstacle of the scene, a vertical body with or without end \[m\].
+pub fn obstacle_gap(link: &Link, frame: &Frame, obstacles: &PegGrid, obstacle: usize) -> f64 {
+    let (position, axis) = (&frame.position, &frame.axes[2]);
+    if let Some(solid) = obstacles.solid(obstacle) {
+        return solid.distance(&solid_line(link, frame)) - link.radius;
+    }
+    match obstacles.pegs().get(obstacle) {
+        Some(peg) => nearest_point(link, position, axis, peg).0.norm() - (peg.radius + link.radius),
+        None => {
+            let wall = &obstacles.walls().walls()[obstacle - obstacles.pegs().len()];
+            wall_gap(link, position, axis, &wall.polygon)
+        }
+    }
+}
+
+/// Gap between a link and a vertical wall without end \[m\].
+pub fn wall_gap(link: &Link, position: &Vector3<f64>, axis: &Vector3<f64>, wall: &ConvexPolygon) -> f64 {
+    wall.distance(&centre_line(link, position, axis)) - link.radius
 }
 
 /// The centre line of a link seen from above: the distance to a vertical prism is the one to be seen there.
 pub fn centre_line(link: &Link, position: &Vector3<f64>, axis: &Vector3<f64>) -> CentreLine {
     CentreLine { middle: position.xy(), half: axis.xy() * link.contact_half_length }
+}
+
+/// The centre line of a link in front of an obstacle of finite height.
+pub fn solid_line(link: &Link, frame: &Frame) -> SolidLine {
+    SolidLine { middle: frame.position, half: frame.axes[2] * link.contact_half_length }
 }
 
 /// A horizontal direction perpendicular to the centre line.

@@ -6,9 +6,10 @@ use serde::{Deserialize, Serialize};
 use crate::contact::recovery::{DEEP, RECOVERY_SPEED, SAME_SIDE, remaining_gap};
 use crate::contact::touching_distance;
 use crate::math::Real;
+use crate::obstacles::{ConvexPolygon, Solid, SolidContact};
 use crate::pegs::PegGrid;
 use crate::robot::Link;
-use crate::spatial::{Frame, Laned, StagePeg, Twist, Wrench, centre_line, nearest_point};
+use crate::spatial::{Frame, Laned, StagePeg, Twist, Wrench, centre_line, nearest_point, solid_line};
 
 use super::workspace::Workspace;
 
@@ -20,6 +21,8 @@ pub struct Pair {
     pub peg: usize,
     pub place: usize,
     pub force: f64,
+    /// Friction on the link, frame I \[N\].
+    pub friction: Vector3<f64>,
 }
 
 /// Where one link is during a stage.
@@ -69,35 +72,67 @@ impl<'a> LinkPrediction<'a> {
         }
     }
 
-    /// Calls `add` with every obstacle and place that may matter and their contact.
-    pub fn visit(&self, index: usize, pegs: &PegGrid, mut add: impl FnMut((usize, usize), StagePeg)) {
+    /// Calls `add` with every obstacle and place that may matter, their contact, and its point of the link's surface, from
+    /// the CG.
+    pub fn visit(&self, index: usize, pegs: &PegGrid, mut add: impl FnMut((usize, usize), StagePeg, Vector3<f64>)) {
         let displacement = (self.end.position - self.start.position).norm();
         let reach = self.link.reach() + displacement + MARGIN;
         let near = &self.end.position;
-        let mut look = |obstacle: usize, place: usize| {
-            let Some(contact) = self.contact(Place { obstacles: pegs, obstacle, place }, displacement) else { return };
+        let mut look = |obstacle: usize, place: usize, planes: [Plane; 2], touching: f64| {
+            let Some((contact, arm)) = self.contact(planes, touching, displacement) else { return };
             // The gap without motion or the predicted one, whichever is less.
             let closing = contact.direction.dot(&self.expected).min(0.0);
             if (contact.offset + closing) * self.coefficient < MARGIN {
-                add((obstacle, place), StagePeg { link: index, ..contact });
+                let surface = arm - contact.direction.linear * self.link.radius;
+                add((obstacle, place), StagePeg { link: index, ..contact }, surface);
             }
         };
-        pegs.visit_near(near.x, near.y, reach, |peg| look(peg, 0));
-        pegs.walls().visit_near(&near.xy(), reach, |wall| {
-            let places = pegs.walls().walls()[wall].polygon.places();
-            (0..places).for_each(|place| look(pegs.pegs().len() + wall, place));
+        pegs.visit_obstacles(&near.xy(), reach, |obstacle| {
+            if let Some(solid) = pegs.solid(obstacle) {
+                self.visit_solid(&solid, |place, planes| look(obstacle, place, planes, self.link.radius));
+                return;
+            }
+            let touching = touching_distance(self.link, pegs, obstacle);
+            let wall = obstacle.checked_sub(pegs.pegs().len()).map(|wall| &pegs.walls().walls()[wall].polygon);
+            for place in 0..wall.map_or(1, ConvexPolygon::places) {
+                let planes =
+                    [&self.start, &self.end].map(|frame| self.plane(frame, Place { obstacles: pegs, obstacle, place }));
+                look(obstacle, place, planes, touching);
+            }
         });
     }
 
-    /// Direction and offset of a pair.
+    /// Calls `look` with every place at an obstacle of finite height, and the planes at the start and the end there.
+    fn visit_solid(&self, solid: &Solid, mut look: impl FnMut(usize, [Plane; 2])) {
+        let line = |frame: &Frame| solid_line(self.link, frame);
+        // Far above: not worth a look.
+        let lowest = |frame: &Frame| frame.position.z - self.link.reach();
+        if lowest(&self.start).min(lowest(&self.end)) > solid.height + MARGIN {
+            return;
+        }
+        solid.visit_contacts(&line(&self.end), |place, at_end| {
+            let at_start = solid.contact_at(&line(&self.start), place);
+            look(place, [self.solid_plane(&self.start, &at_start), self.solid_plane(&self.end, &at_end)]);
+        });
+    }
+
+    fn solid_plane(&self, frame: &Frame, contact: &SolidContact) -> Plane {
+        let SolidContact { distance, normal, place, is_redundant } = *contact;
+        let arm = frame.axes[2] * (place * self.link.contact_half_length);
+        Plane { normal, arm, gap: distance - self.link.radius, is_redundant }
+    }
+
+    /// Direction and offset of a pair, and the point of its centre line from the CG, from its planes at the start of the step and at the predicted end.
     ///
     /// The end-of-stage gap is linearised at the predicted end configuration, so that a sustained contact is exact to
     /// second order. Where the prediction runs deep into a peg, or past it, the side is uncertain, and the gap is
     /// linearised at the start of the step. `None` where another place covers this one.
-    fn contact(&self, place: Place, displacement: f64) -> Option<StagePeg> {
-        let touching = touching_distance(self.link, place.obstacles, place.obstacle);
-        let at_start = self.plane(&self.start, place);
-        let mut plane = self.plane(&self.end, place);
+    fn contact(
+        &self,
+        [at_start, mut plane]: [Plane; 2],
+        touching: f64,
+        displacement: f64,
+    ) -> Option<(StagePeg, Vector3<f64>)> {
         let c = self.coefficient;
         let mut travelled = c * plane.normal.dot(&self.expected.velocity_at(&plane.arm));
         let depth = if at_start.is_redundant { 0.0 } else { (-at_start.gap).max(0.0) };
@@ -114,11 +149,12 @@ impl<'a> LinkPrediction<'a> {
             travelled = -plane.normal.dot(&moved);
         }
         let kept = remaining_gap(depth, self.elapsed);
-        Some(StagePeg {
+        let contact = StagePeg {
             link: 0,
             direction: Wrench { linear: plane.normal, angular: plane.arm.cross(&plane.normal) },
             offset: ((plane.gap - kept - travelled) / c).max(-RECOVERY_SPEED),
-        })
+        };
+        Some((contact, plane.arm))
     }
 
     fn plane(&self, frame: &Frame, Place { obstacles, obstacle, place }: Place) -> Plane {

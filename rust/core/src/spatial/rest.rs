@@ -5,7 +5,7 @@
 
 use crate::math::{Mask, Real};
 use crate::robot::Robot;
-use crate::spatial::{ChainVelocity, Stage, StageSolution, Twist, certify};
+use crate::spatial::{ChainVelocity, Stage, StageDrive, StageSolution, Twist, certify};
 
 /// The candidate: zero velocity under the impulses from which a solver would start.
 #[derive(Debug, Clone)]
@@ -47,7 +47,7 @@ impl<T: Real> RestCandidate<T> {
         solution.rate.fill([T::zero(); 2]);
         for (drive, joint) in solution.actuator.iter_mut().zip(&stage.joints) {
             for axis in 0..2 {
-                drive[axis] = joint[axis].drive.min(joint[axis].limit).max(-joint[axis].limit);
+                drive[axis] = at_rest(&joint[axis]);
             }
         }
         tried & certify(stage, solution).residual().le(bound)
@@ -66,6 +66,13 @@ impl<T: Real> RestCandidate<T> {
     pub fn write(&self, lanes: T::Mask, solution: &mut StageSolution<T>) {
         solution.select_into(lanes, &self.solution);
     }
+}
+
+/// What a drive gives a joint that does not turn.
+#[inline(always)]
+fn at_rest<T: Real>(joint: &StageDrive<T>) -> T {
+    let absorbed = joint.drive.min(joint.slack).max(-joint.slack);
+    (joint.drive - absorbed).min(joint.limit).max(-joint.limit)
 }
 
 /// About the speed of the fastest point of the robot \[m/s\].

@@ -42,11 +42,14 @@ pub struct StageLink<T = f64> {
     pub radius: T,
     /// e_x^Pi, along which friction has mu_x \[-\] (T 4.36).
     pub tangent: Vector2<T>,
+    /// Front and rear: what the slip before the stage leaves of the sliding friction \[-\] (T 7.5.4).
+    pub share: [T; 2],
     /// Front and rear: the contact closes when the sphere's vertical velocity plus this reaches zero \[m/s\].
     pub ground: [T; 2],
 }
 
-/// One axis of a joint: the impulse that drives phi upwards is `clamp(drive - stiffness phi')`.
+/// One axis of a joint: the impulse that drives phi upwards is `clamp(drive - stiffness phi')`, less what backlash
+/// absorbs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StageDrive<T = f64> {
     /// b = c (k_P (phi_d - phi_base) + k_D phi_d') \[N m s\].
@@ -55,6 +58,8 @@ pub struct StageDrive<T = f64> {
     pub stiffness: T,
     /// c times the torque limit \[N m s\].
     pub limit: T,
+    /// Part of the drive that backlash absorbs, `stiffness` times half the backlash over c; zero without \[N m s\].
+    pub slack: T,
 }
 
 /// One link-peg contact in a stage. A lane without this contact has direction 0 and offset 1.
@@ -65,6 +70,25 @@ pub struct StagePeg<T = f64> {
     pub direction: Wrench<T>,
     /// Gap over coefficient: the contact closes when `w_H . x + offset` reaches zero \[m/s\].
     pub offset: T,
+}
+
+/// Friction of a link-peg contact in a stage. A lane without it has tangents 0 and coefficient 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StagePegFriction<T = f64> {
+    /// Along two directions across the normal, at the surface of the link, with their angular parts in frame I.
+    pub tangents: [Wrench<T>; 2],
+    /// Coulomb coefficient: the radius of the disc of friction over the normal impulse \[-\].
+    pub coefficient: T,
+}
+
+impl StagePegFriction {
+    /// At a point of the surface, `arm` from the CG, with the unit normal `normal`.
+    pub fn new(normal: &Vector3<f64>, arm: &Vector3<f64>, coefficient: f64) -> Self {
+        let flat = if normal.z.abs() < STEEP { Vector3::z() } else { Vector3::x() };
+        let along = flat.cross(normal).normalize();
+        let tangent = |linear: Vector3<f64>| Wrench { linear, angular: arm.cross(&linear) };
+        Self { tangents: [tangent(along), tangent(normal.cross(&along))], coefficient }
+    }
 }
 
 /// Contact between two links of the robot in a stage. A lane without it has directions 0 and offset 1.
@@ -97,6 +121,8 @@ pub struct Stage<T = f64> {
     pub joints: Vec<[StageDrive<T>; 2]>,
     /// Sorted by link.
     pub pegs: Vec<StagePeg<T>>,
+    /// Friction of each entry of `pegs`; empty where no obstacle has any.
+    pub peg_friction: Vec<StagePegFriction<T>>,
     /// Contacts of the robot with itself.
     pub pairs: Vec<StagePair<T>>,
 }
@@ -110,6 +136,7 @@ impl<T: Real> Stage<T> {
             links: Vec::with_capacity(links),
             joints: Vec::with_capacity(links - 1),
             pegs: Vec::with_capacity(PEGS_PER_LINK * links),
+            peg_friction: Vec::with_capacity(PEGS_PER_LINK * links),
             pairs: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
         }
     }
@@ -122,6 +149,7 @@ impl<T: Real> Stage<T> {
         self.links.clone_from(&other.links);
         self.joints.clone_from(&other.joints);
         self.pegs.clone_from(&other.pegs);
+        self.peg_friction.clone_from(&other.peg_friction);
         self.pairs.clone_from(&other.pairs);
     }
 }
@@ -181,6 +209,8 @@ pub struct StageSolution<T = f64> {
     pub actuator: Vec<[T; 2]>,
     /// P_H of each entry of [`Stage::pegs`] \[N s\].
     pub peg: Vec<T>,
+    /// P_T of each entry of [`Stage::peg_friction`], along its tangents \[N s\].
+    pub peg_friction: Vec<Vector2<T>>,
     /// Impulse of each entry of [`Stage::pairs`] \[N s\].
     pub pair: Vec<T>,
 }
@@ -197,6 +227,7 @@ impl<T: Real> StageSolution<T> {
             rolling: vec![none; links],
             actuator: vec![[zero; 2]; links - 1],
             peg: Vec::with_capacity(PEGS_PER_LINK * links),
+            peg_friction: Vec::with_capacity(PEGS_PER_LINK * links),
             pair: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
         }
     }
@@ -212,6 +243,7 @@ impl<T: Real> StageSolution<T> {
         self.rolling.clone_from(&other.rolling);
         self.actuator.clone_from(&other.actuator);
         self.peg.clone_from(&other.peg);
+        self.peg_friction.clone_from(&other.peg_friction);
         self.pair.clone_from(&other.pair);
     }
 
@@ -234,6 +266,10 @@ impl<T: Real> StageSolution<T> {
                 take(&mut self.actuator[j][axis], lanes, other.actuator[j][axis]);
             }
         }
+        for (own, theirs) in self.peg_friction.iter_mut().zip(&other.peg_friction) {
+            take(&mut own.x, lanes, theirs.x);
+            take(&mut own.y, lanes, theirs.y);
+        }
         let impulses = self.peg.iter_mut().zip(&other.peg).chain(self.pair.iter_mut().zip(&other.pair));
         for (own, theirs) in impulses {
             take(own, lanes, *theirs);
@@ -245,6 +281,9 @@ impl<T: Real> StageSolution<T> {
 fn take<T: Real>(own: &mut T, lanes: T::Mask, theirs: T) {
     *own = T::select(lanes, theirs, *own);
 }
+
+/// Vertical part of a normal from which on its tangents are not taken from the vertical.
+const STEEP: f64 = 0.9;
 
 /// Room for pegs near a link; more are possible.
 const PEGS_PER_LINK: usize = 4;

@@ -3,8 +3,10 @@ use nalgebra::{Vector2, Vector3};
 use crate::control::{ControlLaw, ControllerConfig};
 use crate::error::{ConfigError, require};
 use crate::gait::CardanTarget;
+use crate::laws::Stribeck;
 use crate::robot::Robot;
 use crate::scene::Scene;
+use crate::stepping::PlantParameters;
 
 /// Robot, ground and controller: what no step changes.
 #[derive(Debug, Clone)]
@@ -15,6 +17,7 @@ pub struct SpatialSystem {
     pub friction: Vector2<f64>,
     /// mu_V.
     pub rolling_friction: f64,
+    pub stribeck: Stribeck,
     /// Acceleration of gravity in frame I, whose z axis is the ground's normal \[m/s^2\].
     pub gravity: Vector3<f64>,
     /// Half the length of each link \[m\].
@@ -28,7 +31,7 @@ impl SpatialSystem {
         controller.validate()?;
         let expected = "\"pd\": the spatial model has no input-output linearisation";
         require(controller.law == ControlLaw::Pd, "law", "io", expected)?;
-        let Scene { friction, rolling_friction, slope, .. } = scene;
+        let Scene { friction, rolling_friction, stribeck, slope, .. } = scene;
         let half_length = robot.links.iter().map(|link| 0.5 * link.length).collect();
         Ok(Self {
             gravity: slope.acceleration(robot.gravity),
@@ -36,8 +39,14 @@ impl SpatialSystem {
             controller,
             friction: Vector2::from(*friction),
             rolling_friction: *rolling_friction,
+            stribeck: *stribeck,
             half_length,
         })
+    }
+
+    /// Backlash of the joints of a robot of the fleet \[rad\].
+    pub fn backlash(&self, parameters: &PlantParameters) -> f64 {
+        self.robot.free_play + parameters.free_play
     }
 
     /// tau_C = (yaw, pitch) of a joint from its angles and rates (T 4.101), (T 4.102), within the limit at `time`

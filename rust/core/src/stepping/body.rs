@@ -1,6 +1,6 @@
 //! One robot among its pegs, as the schemes advance it.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::gait::{Reference, WaveJets};
@@ -23,9 +23,9 @@ pub struct Body<M: Model> {
     pub statistics: StepStatistics,
     /// Impulse of the pegs on each link since [`Self::begin`], world frame \[N s\]; over an interval's length it is
     /// (T 7.6).
-    pub contact_impulse: Vec<Vector2<f64>>,
+    pub contact_impulse: Vec<Vector3<f64>>,
     /// Impulse of each obstacle, by its number in the grid, on the robot since [`Self::begin`], world frame \[N s\].
-    pub obstacle_impulse: Vec<Vector2<f64>>,
+    pub obstacle_impulse: Vec<Vector3<f64>>,
     /// Impulse of the robot's other links on each link since [`Self::begin`], world frame \[N s\].
     pub self_contact_impulse: Vec<Vector3<f64>>,
     /// Impulse of the ground's normal forces on each link since [`Self::begin`] \[N s\]; zero in models without them.
@@ -56,13 +56,13 @@ impl<M: Model> Body<M> {
         let links = robot.link_count();
         Self {
             state: M::State::zero(links),
-            obstacle_impulse: vec![Vector2::zeros(); pegs.len()],
+            obstacle_impulse: vec![Vector3::zeros(); pegs.len()],
             pegs,
             warm_start: M::WarmStart::new(links),
             clock: Clock::default(),
             parameters: PlantParameters::default(),
             statistics: StepStatistics::default(),
-            contact_impulse: vec![Vector2::zeros(); links],
+            contact_impulse: vec![Vector3::zeros(); links],
             self_contact_impulse: vec![Vector3::zeros(); links],
             ground_impulse: vec![0.0; links],
             record: None,
@@ -88,9 +88,9 @@ impl<M: Model> Body<M> {
     }
 
     fn clear_impulses(&mut self) {
-        self.contact_impulse.fill(Vector2::zeros());
+        self.contact_impulse.fill(Vector3::zeros());
         self.obstacle_impulse.clear();
-        self.obstacle_impulse.resize(self.pegs.len(), Vector2::zeros());
+        self.obstacle_impulse.resize(self.pegs.len(), Vector3::zeros());
         self.self_contact_impulse.fill(Vector3::zeros());
         self.ground_impulse.fill(0.0);
     }

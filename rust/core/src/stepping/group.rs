@@ -235,8 +235,8 @@ fn add_contact_impulses<D: Driven>(
         match each.source {
             Source::Link(_) => body.self_contact_impulse[each.link] += each.impulse * weight,
             Source::Obstacle(obstacle) => {
-                body.contact_impulse[each.link] += each.impulse.xy() * weight;
-                body.obstacle_impulse[obstacle] += each.impulse.xy() * weight;
+                body.contact_impulse[each.link] += each.impulse * weight;
+                body.obstacle_impulse[obstacle] += each.impulse * weight;
             }
         }
         if let Some(record) = &mut body.record {

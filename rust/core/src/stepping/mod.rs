@@ -5,6 +5,7 @@
 //! here. A [`Fleet`] advances robots by their [`StepPlan`]s; a [`group::Group`] takes one step of as many of them as a
 //! register has lanes.
 
+mod backlash;
 mod body;
 mod config;
 pub(crate) mod energy;
@@ -24,9 +25,11 @@ pub(crate) mod sdirk;
 mod stage;
 pub(crate) mod start;
 mod statistics;
+mod stribeck;
 mod thesis;
 mod verdict;
 
+pub use backlash::{Backlash, MovedAxis, PlayedAxis};
 pub use body::{Body, Clock, HasBody, Scripted};
 pub use config::{ImplicitConfig, IntegratorConfig, Method, ThesisConfig};
 pub use energy::EnergyLedger;
@@ -43,5 +46,6 @@ pub use plant_parameters::PlantParameters;
 pub use record::{Record, StageRecord};
 pub use stage::{ContactImpulse, SolvedStage, Source, StageInput, StageKernels, StageOutput};
 pub use statistics::StepStatistics;
+pub use stribeck::StribeckBounds;
 pub use thesis::ThesisScheme;
 pub use verdict::FallbackResult;

@@ -109,6 +109,11 @@ fn play_and_drops_that_no_plant_can_have_are_refused_by_name() {
     }] {
         assert_eq!(refused(drop, change), "randomization.stribeck");
     }
+}
+
+/// What the method of the thesis has not in 3D either, the implicit one has.
+#[test]
+fn discrepancies_in_3d_need_the_implicit_method() {
     for (change, field) in [
         ((|config| config.stribeck.drop = 0.1) as fn(&mut EnvConfig), "stribeck.drop"),
         (|config| config.robot.free_play = 0.1, "robot.free_play"),
@@ -117,6 +122,8 @@ fn play_and_drops_that_no_plant_can_have_are_refused_by_name() {
     ] {
         let mut config = EnvConfig { model: ModelKind::Spatial, task: Task::COURSE, ..EnvConfig::default() };
         change(&mut config);
+        assert!(Environment::<SpatialRobot>::new(&config).is_ok(), "{field}");
+        config.integrator = ThesisConfig::default().into();
         assert_eq!(Environment::<SpatialRobot>::new(&config).map(drop_result).unwrap_err().field, field);
     }
 }

@@ -124,7 +124,7 @@ fn directions_are_the_gradients_of_the_gaps() {
             [start, end] => Shape::Segment { start, end },
             _ => Shape::Polygon { vertices },
         };
-        let scene = PegGrid::of(&[Obstacle { shape, friction: 0.0, mass: None }]);
+        let scene = PegGrid::of(&[Obstacle::endless(shape)]);
         let pose = Pose::new(random.between(-0.3, 0.3), random.between(-0.3, 0.3), random.angle());
         let at =
             |pose: &Pose, place| link_obstacle_contact(pose, pose.z.cos(), pose.z.sin(), &link, &scene, (0, place));

@@ -43,10 +43,12 @@ pub fn chain(random: &mut Random, links: usize, bend: f64, tilt: f64) -> Stage {
             sphere: link.contact_half_length,
             radius: link.radius,
             tangent: shadow,
+            share: [1.0; 2],
             ground: [0.0; 2],
         }
     }));
-    stage.joints = vec![[StageDrive { drive: 0.0, stiffness: C * 2.0, limit: f64::INFINITY }; 2]; links - 1];
+    stage.joints =
+        vec![[StageDrive { drive: 0.0, stiffness: C * 2.0, limit: f64::INFINITY, slack: 0.0 }; 2]; links - 1];
     stage
 }
 

@@ -79,8 +79,8 @@ pub trait RobotModel: Clone + Debug + Send + Sync + 'static {
     /// The entries of an action.
     fn action_entries(&self) -> &[ActionEntry];
 
-    /// Puts the robot to rest among `pegs`, lying on the ground in the posture of the gait.
-    fn reset(&mut self, start: &Start, joint_angle: &[f64], pegs: &[Peg]);
+    /// Puts the robot to rest, lying on what is under it in the posture of the gait.
+    fn reset(&mut self, start: &Start, joint_angle: &[f64]);
 
     /// Puts the robot at rest as raised off the ground or tilted, after [`Self::reset`]; models without height have no
     /// such starts.

@@ -1,6 +1,6 @@
 //! The robot of the planar model with its joint references.
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
@@ -62,7 +62,7 @@ pub struct PlanarRobotState {
     obstacles: Vec<SavedObstacle>,
     forces: Forces,
     /// Of each obstacle over the last control period, by its number \[N s\].
-    obstacle_impulse: Vec<Vector2<f64>>,
+    obstacle_impulse: Vec<Vector3<f64>>,
 }
 
 impl RobotModel for PlanarRobot {
@@ -107,9 +107,8 @@ impl RobotModel for PlanarRobot {
         self.reference.entries()
     }
 
-    fn reset(&mut self, start: &Start, joint_angle: &[f64], pegs: &[Peg]) {
+    fn reset(&mut self, start: &Start, joint_angle: &[f64]) {
         let Start { position, angle, phase, has_own_posture } = start;
-        self.simulation.set_scene_pegs(pegs);
         self.simulation.place_chain(position.x, position.y, *angle, joint_angle);
         self.reference.rest_in_posture(*phase);
         if *has_own_posture {
@@ -233,10 +232,11 @@ impl PlanarRobot {
         let mut contacts = 0;
         let impulses = simulation.contact_impulse().iter().zip(&simulation.state().pose);
         for ((force, lateral), (impulse, pose)) in peg.iter_mut().zip(lateral).zip(impulses) {
-            let pushed = *impulse != Vector2::zeros();
+            let impulse = impulse.xy();
+            let pushed = impulse != Vector2::zeros();
             // The left of a link that moves along -e_x^B is -e_y^B.
             let to_left = |impulse: &Vector2<f64>| -impulse.dot(&Heading::of(pose.z).lateral());
-            *lateral = if pushed { to_left(impulse) / period } else { 0.0 };
+            *lateral = if pushed { to_left(&impulse) / period } else { 0.0 };
             *force = impulse / period;
             contacts += u32::from(pushed);
         }

@@ -36,8 +36,9 @@ pub struct SpatialRobot {
 /// Mean forces of the last control period.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Forces {
-    /// Of the pegs on each link, x and y in frame I \[N\].
+    /// Of the obstacles on each link, x and y in frame I, and z \[N\].
     peg: Vec<Vector2<f64>>,
+    lift: Vec<f64>,
     /// Normal force of the ground on each link \[N\].
     ground: Vec<f64>,
     /// Of the robot's other links on each link, frame I \[N\].
@@ -54,7 +55,7 @@ pub struct SpatialRobotState {
     obstacles: Vec<SavedObstacle>,
     forces: Forces,
     /// Of each obstacle over the last control period, by its number \[N s\].
-    obstacle_impulse: Vec<Vector2<f64>>,
+    obstacle_impulse: Vec<Vector3<f64>>,
 }
 
 /// Attitude of the body as a whole.
@@ -108,6 +109,7 @@ impl RobotModel for SpatialRobot {
             posture: vec![Vector2::zeros(); joints],
             forces: Forces {
                 peg: vec![Vector2::zeros(); links],
+                lift: vec![0.0; links],
                 ground: vec![0.0; links],
                 own: vec![Vector3::zeros(); links],
             },
@@ -131,9 +133,8 @@ impl RobotModel for SpatialRobot {
         self.reference.entries()
     }
 
-    fn reset(&mut self, start: &Start, joint_angle: &[f64], pegs: &[Peg]) {
+    fn reset(&mut self, start: &Start, joint_angle: &[f64]) {
         let Start { position, angle, phase, has_own_posture } = start;
-        self.simulation.set_scene_pegs(pegs);
         for (posture, yaw) in self.posture.iter_mut().zip(joint_angle) {
             *posture = Vector2::new(*yaw, 0.0);
         }
@@ -145,12 +146,16 @@ impl RobotModel for SpatialRobot {
             self.reference.rest_bent(|joint, axis| self.posture[joint][axis]);
         }
         self.forces.peg.fill(Vector2::zeros());
+        self.forces.lift.fill(0.0);
         self.forces.ground.fill(0.0);
         self.forces.own.fill(Vector3::zeros());
     }
 
     fn raise(&mut self, chain: &RaisedChain) {
         self.simulation.place_chain(chain.pose[0], &chain.joint_angle);
+        if !chain.has_own_height {
+            self.simulation.rest_on_ground();
+        }
         if chain.has_own_posture {
             self.reference.rest_bent(|joint, axis| chain.joint_angle[joint][axis]);
         }
@@ -175,8 +180,9 @@ impl RobotModel for SpatialRobot {
         for (force, impulse) in self.forces.ground.iter_mut().zip(self.simulation.ground_impulse()) {
             *force = impulse / period;
         }
-        for (force, impulse) in self.forces.peg.iter_mut().zip(self.simulation.contact_impulse()) {
-            *force = impulse / period;
+        let Forces { peg, lift, .. } = &mut self.forces;
+        for ((force, lift), impulse) in peg.iter_mut().zip(lift).zip(self.simulation.contact_impulse()) {
+            (*force, *lift) = (impulse.xy() / period, impulse.z / period);
         }
         for (force, impulse) in self.forces.own.iter_mut().zip(self.simulation.self_contact_impulse()) {
             *force = impulse / period;
@@ -245,6 +251,7 @@ impl RobotModel for SpatialRobot {
         let links = self.forces.ground.len();
         let fits = state.forces.ground.len() == links
             && state.forces.peg.len() == links
+            && state.forces.lift.len() == links
             && state.forces.own.len() == links
             && state.simulation.fits(links, state.pegs.len().max(state.obstacles.len()))
             && state.obstacle_impulse.len() == state.pegs.len().max(state.obstacles.len())
@@ -273,6 +280,11 @@ impl SpatialRobot {
     /// Mean force of the robot's other links on each link over the last control period, frame I \[N\].
     pub fn self_contact_force(&self) -> &[Vector3<f64>] {
         &self.forces.own
+    }
+
+    /// Mean force of the obstacles on each link over the last control period, frame I \[N\].
+    pub fn obstacle_force(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
+        self.forces.peg.iter().zip(&self.forces.lift).map(|(force, lift)| force.push(*lift))
     }
 
     /// Mean normal force of the ground on each link over the last control period \[N\].

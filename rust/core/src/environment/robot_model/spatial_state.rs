@@ -4,7 +4,6 @@ use crate::environment::Environment;
 use crate::environment::quantity::{Quantity, write_rows};
 use crate::spatial::{SpatialState, joint_angle, joint_rate, turning};
 
-use super::RobotModel;
 use super::spatial::SpatialRobot;
 
 pub const STATE: &[Quantity<SpatialRobot>] = &[
@@ -76,7 +75,7 @@ pub const STATE: &[Quantity<SpatialRobot>] = &[
         unit: "N",
         description: "force of the obstacles on each link, averaged over the last control period",
         shape: |links| vec![links, 3],
-        read: |environment, value| write_rows(value, environment.model().peg_force().iter().map(|f| [f.x, f.y, 0.0])),
+        read: |environment, value| write_rows(value, environment.model().obstacle_force().map(Into::into)),
     },
     Quantity {
         name: "self_contact_force",

@@ -89,7 +89,8 @@ impl WorldLayout {
         }
         if let Some(obstacles) = &world.obstacles {
             self.place(world, placement);
-            for (j, obstacle) in obstacles.iter().enumerate() {
+            // A robot rests on obstacles that have a top face.
+            for (j, obstacle) in obstacles.iter().enumerate().filter(|(_, obstacle)| obstacle.height.is_none()) {
                 let gap = placement.gap_to_obstacle(obstacle);
                 let shape = match &obstacle.shape {
                     Shape::Circle(peg) => format!("{:?}", [peg.radius, peg.x, peg.y]),

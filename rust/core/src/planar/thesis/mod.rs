@@ -1,6 +1,6 @@
 //! The thesis's scheme: midpoint time stepping with Algorithm 3.1 (T 3.6).
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 
 use crate::contact::{NearPair, NearPegs, gap, link_peg_contact};
 use crate::control::{ControlLaw, ControllerConfig};
@@ -173,10 +173,10 @@ impl Thesis {
     }
 
     /// Adds the impulses of the pegs to the sums of the links and of the pegs.
-    fn add_contact_impulses(&self, of_link: &mut [Vector2<f64>], of_peg: &mut [Vector2<f64>]) {
+    fn add_contact_impulses(&self, of_link: &mut [Vector3<f64>], of_peg: &mut [Vector3<f64>]) {
         let contacts = self.stage.contacts.iter().zip(&self.solution.contact);
         for (pair, (contact, impulse)) in self.closed.iter().zip(contacts) {
-            let impulse = contact.direction.xy() * *impulse;
+            let impulse = (contact.direction.xy() * *impulse).push(0.0);
             of_link[pair.link] += impulse;
             of_peg[pair.peg] += impulse;
         }

@@ -10,7 +10,7 @@ use crate::planar::{StageJoint, StageLink, certify, is_plausible, travel};
 use crate::robot::{Breakage, LOCK_STIFFNESS};
 use crate::stepping::lanes::NO_LANES;
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
-use crate::stepping::{SolvedStage, StageKernels};
+use crate::stepping::{MovedAxis, PlayedAxis, SolvedStage, StageKernels};
 
 use super::Workspace;
 use super::motion_bound::MotionBound;
@@ -23,7 +23,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         self.reference.copy_from_slice(&self.start_twist);
         self.guess.copy_from_slice(&self.start_twist);
         self.backlash.begin_step();
-        self.stribeck.begin_step(&self.start_twist);
+        self.stribeck.begin_step(self.start_twist.iter().map(in_plane));
         self.closing = NO_LANES;
         self.self_contacts.begin_step();
     }
@@ -52,7 +52,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             self.backlash.extrapolate(to_reference);
         }
         if self.stribeck.is_any {
-            self.stribeck.extrapolate(&self.start_twist, &self.kept_twist, T::splat(0.5 / (GAMMA * GAMMA)));
+            self.stribeck.extrapolate(self.kept_twist.iter().map(in_plane));
         }
         let per_second = T::splat(1.0) / self.stage.coefficient;
         for (torque, impulse) in self.actuator_torque.iter_mut().zip(&self.kept_actuator) {
@@ -115,7 +115,12 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         }
         self.kept_energy.select_into(solved, &self.energy);
         if self.backlash.is_any {
-            self.backlash.end_stage(self.stage.coefficient, &self.stage.joints, &self.kept_twist);
+            let rates = self.kept_twist.windows(2).map(|u| u[1].z - u[0].z);
+            let axes = self.stage.joints.iter().zip(rates).map(|(joint, rate)| {
+                let StageJoint { drive, stiffness, slack, .. } = *joint;
+                MovedAxis { drive, stiffness, slack, rate }
+            });
+            self.backlash.end_stage(self.stage.coefficient, axes);
         }
     }
 
@@ -127,6 +132,12 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         self.misprediction = if self.has_pegs { self.bound(&self.end, &self.predicted) } else { T::zero() };
         self.plausible = is_plausible(&self.end, &self.kept_twist);
     }
+}
+
+/// Velocity of a link's CG.
+#[inline(always)]
+fn in_plane<T: Real>(u: &Vector3<T>) -> Vector2<T> {
+    Vector2::new(u.x, u.y)
 }
 
 impl<T: Real> Workspace<T> {
@@ -147,7 +158,10 @@ impl<T: Real> Workspace<T> {
             });
         }
         if self.stribeck.is_any {
-            self.stribeck.lower(&mut self.stage.links);
+            for (link, share) in self.stage.links.iter_mut().zip(self.stribeck.shares()) {
+                link.friction.x = link.friction.x * share;
+                link.friction.y = link.friction.y * share;
+            }
         }
     }
 
@@ -189,7 +203,12 @@ impl<T: Real> Workspace<T> {
             }
         }
         if self.backlash.is_any {
-            self.backlash.apply(c, kd, &mut self.stage.joints);
+            let axes = self.stage.joints.iter_mut().map(|joint| PlayedAxis {
+                drive: &mut joint.drive,
+                stiffness: joint.stiffness,
+                slack: &mut joint.slack,
+            });
+            self.backlash.apply(c, kd, axes);
         }
         self.replace_broken_joints();
     }

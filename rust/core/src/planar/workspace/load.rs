@@ -16,8 +16,9 @@ impl<T: Real> StageInput<T> for Workspace<T> {
 
     fn load<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
         self.load_variations(members);
-        self.backlash.load(members);
-        self.stribeck.load(members);
+        let (system, parameters) = (members.system, |lane| &members.body(lane).parameters);
+        self.backlash.load(|lane| (system.backlash(parameters(lane)), &members.body(lane).warm_start.backlash));
+        self.stribeck.load(|lane| system.stribeck().drop + parameters(lane).stribeck);
         self.has_pegs = members.any(|body| !body.pegs.is_empty());
         self.near_pegs =
             std::array::from_fn(|lane| lane < T::LANES && !members.body(lane).warm_start.near.pairs().is_empty());

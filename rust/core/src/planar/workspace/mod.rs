@@ -13,15 +13,13 @@ use crate::gait::{Jet, JointTarget, WaveJets};
 use crate::math::{MAX_LANES, Mask, Real};
 use crate::planar::{Heading, Newton, PlanarSystem, Stage, StageSolution};
 use crate::robot::{Breakage, Link};
-use crate::stepping::EnergyLedger;
 use crate::stepping::lanes::{Lanes, NO_LANES};
+use crate::stepping::{Backlash, EnergyLedger, StribeckBounds};
 
-use super::backlash::Backlash;
 use super::contacts::Contacts;
 use super::io_drive::IoDrive;
 use super::lane_fallback::LaneFallback;
 use super::self_contact::SelfContactDetection;
-use super::stribeck::StribeckBounds;
 use crate::stepping::penetration::Sinking;
 
 use motion_bound::MotionBound;

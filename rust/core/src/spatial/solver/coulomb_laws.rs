@@ -37,8 +37,8 @@ const DISCS: [usize; 3] = [2, 4, 6];
 pub(super) struct GroundLaws {
     rows: Rows,
     offset: [f64; 2],
-    /// Radius of the discs over the normal impulse: sliding, rolling.
-    coefficient: [f64; 2],
+    /// Radius of the discs over the normal impulse: sliding at both ends, rolling.
+    coefficient: [f64; 3],
     /// Stretched coordinates: semi-axes over the longer one.
     shape: Vector2<f64>,
     pub impulse: Impulses,
@@ -65,7 +65,7 @@ impl GroundLaws {
         Self {
             rows: rows_of(link, &shape),
             offset: link.ground,
-            coefficient: [longer, rolling],
+            coefficient: [link.share[0] * longer, link.share[1] * longer, rolling],
             shape,
             impulse: Impulses::from([n, m, front.x, front.y, rear.x, rear.y, r.x, r.y]),
             centre: Impulses::zeros(),
@@ -98,8 +98,8 @@ impl GroundLaws {
     fn radius(&self, disc: usize) -> f64 {
         let loads = [self.impulse[0].max(0.0), self.impulse[1].max(0.0)];
         match disc {
-            2 => self.coefficient[1] * (loads[0] + loads[1]),
-            end => self.coefficient[0] * loads[end],
+            2 => self.coefficient[2] * (loads[0] + loads[1]),
+            end => self.coefficient[end] * loads[end],
         }
     }
 
@@ -118,11 +118,11 @@ impl GroundLaws {
             let tangent = DiscTangent::new(&z, &defect, self.radius(disc), form);
             let (load, load_slope) = match disc {
                 2 => {
-                    let [a, b] = grows.map(|grows| grows * self.coefficient[1]);
+                    let [a, b] = grows.map(|grows| grows * self.coefficient[2]);
                     (a * self.constant[0] + b * self.constant[1], self.slope.row(0) * a + self.slope.row(1) * b)
                 }
                 end => {
-                    let grows = grows[end] * self.coefficient[0];
+                    let grows = grows[end] * self.coefficient[end];
                     (grows * self.constant[end], self.slope.row(end) * grows)
                 }
             };
@@ -210,6 +210,16 @@ impl PegLaw {
         self.direction * self.impulse
     }
 
+    /// Change of the normal impulse, as far as friction grows with it: constant, and slope by the twist.
+    pub fn growth(&self, form: &LawForm) -> (f64, Vector6<f64>) {
+        let closed = self.z > 0.0;
+        if !(closed || self.impulse > 0.0) {
+            return (0.0, Vector6::zeros());
+        }
+        let (constant, slope) = opening_tangent(closed, self.defect, form);
+        (constant, self.direction * slope)
+    }
+
     pub fn look(&mut self, twist_step: &Vector6<f64>, form: &LawForm) {
         let (constant, slope) = opening_tangent(self.z > 0.0, self.defect, form);
         self.start = self.impulse;
@@ -227,15 +237,15 @@ pub(super) fn opening_tangent(closed: bool, defect: f64, form: &LawForm) -> (f64
 }
 
 /// Change of a friction impulse with which the linearised law holds.
-struct DiscTangent {
-    constant: Vector2<f64>,
+pub(super) struct DiscTangent {
+    pub constant: Vector2<f64>,
     /// Per change of the radius: nothing when sticking, the direction of the friction when sliding.
-    outward: Vector2<f64>,
-    from_slip: Matrix2<f64>,
+    pub outward: Vector2<f64>,
+    pub from_slip: Matrix2<f64>,
 }
 
 impl DiscTangent {
-    fn new(z: &Vector2<f64>, defect: &Vector2<f64>, radius: f64, form: &LawForm) -> Self {
+    pub fn new(z: &Vector2<f64>, defect: &Vector2<f64>, radius: f64, form: &LawForm) -> Self {
         let LawForm { weight, compliance } = *form;
         let (length, soft) = (z.norm(), weight * compliance);
         if length <= radius && radius > 0.0 {

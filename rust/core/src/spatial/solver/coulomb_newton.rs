@@ -11,11 +11,12 @@
 
 use nalgebra::{LU, Matrix6, U6, Vector6};
 
-use crate::laws::LimitedActuator;
+use crate::laws::Backlash;
 use crate::spatial::{Stage, StageSolution};
 
 use super::coulomb_laws::{GroundLaws, LawForm, PegLaw};
 use super::coulomb_pairs::CoulombPairs;
+use super::coulomb_rough::RoughLaw;
 use super::coulomb_sweep::{Balance, ChainLink, mass_matrix, spatial_vector, stacked};
 use super::newton::PENALTY;
 use super::terms::actuator;
@@ -25,6 +26,8 @@ use super::terms::actuator;
 pub struct CoulombNewton {
     links: Vec<Link>,
     pegs: Vec<PegLaw>,
+    /// Friction of each entry of `pegs`; empty where no obstacle has any.
+    rough: Vec<RoughLaw>,
     pairs: CoulombPairs,
     form: LawForm,
     /// Speed below which a defect is no error \[m/s\].
@@ -35,7 +38,7 @@ pub struct CoulombNewton {
 pub(super) struct Link {
     pub chain: ChainLink,
     laws: GroundLaws,
-    actuators: [LimitedActuator; 2],
+    actuators: [Backlash; 2],
     mass_matrix: Matrix6<f64>,
     momentum: Vector6<f64>,
     mass: f64,
@@ -66,6 +69,7 @@ impl CoulombNewton {
         Self {
             links: Vec::with_capacity(links),
             pegs: Vec::with_capacity(4 * links),
+            rough: Vec::with_capacity(4 * links),
             pairs: CoulombPairs::new(links),
             form,
             tolerance: 0.0,
@@ -119,6 +123,8 @@ impl CoulombNewton {
         }
         self.pegs.clear();
         self.pegs.extend((0..stage.pegs.len()).map(|k| PegLaw::new(stage, solution, k)));
+        self.rough.clear();
+        self.rough.extend((0..stage.peg_friction.len()).map(|k| RoughLaw::new(stage, solution, k)));
         self.pairs.load(stage, solution);
     }
 
@@ -131,7 +137,7 @@ impl CoulombNewton {
                 let rates = [before.axes[1].dot(&relative), link.axes[0].dot(&relative)];
                 (chain.follow(&last.twist, &rates), rates, [0, 1].map(|axis| actuator(&stage.joints[i - 1][axis])))
             }
-            None => (stacked(&solution.twist[0]), [0.0; 2], [LimitedActuator::none(); 2]),
+            None => (stacked(&solution.twist[0]), [0.0; 2], [Backlash::none(); 2]),
         };
         Link {
             chain,
@@ -162,6 +168,7 @@ impl CoulombNewton {
             }
             self.links.iter_mut().for_each(|link| link.laws.centre = link.laws.impulse);
             self.pegs.iter_mut().for_each(|peg| peg.centre = peg.impulse);
+            self.rough.iter_mut().for_each(|rough| rough.centre = rough.impulse);
             self.pairs.recentre();
             let (more, again) = self.converge();
             (solves, solved) = (solves + more, again);
@@ -173,7 +180,8 @@ impl CoulombNewton {
     fn is_exact(&self) -> bool {
         let ground = self.links.iter().map(|link| (link.laws.impulse - link.laws.centre).amax());
         let pegs = self.pegs.iter().map(|peg| (peg.impulse - peg.centre).abs());
-        ground.chain(pegs).fold(self.pairs.centre_error(), f64::max) * self.form.compliance <= self.exact()
+        let rough = self.rough.iter().map(|rough| (rough.impulse - rough.centre).amax());
+        ground.chain(pegs).chain(rough).fold(self.pairs.centre_error(), f64::max) * self.form.compliance <= self.exact()
     }
 
     /// Error that is negligible \[m/s\].
@@ -223,7 +231,7 @@ impl CoulombNewton {
 
     /// Evaluates all laws and balances at the present velocities and impulses.
     fn measure(&mut self) -> Defect {
-        let Self { links, pegs, pairs, form, .. } = self;
+        let Self { links, pegs, rough, pairs, form, .. } = self;
         let mut defect = Defect { energy: 0.0, speed: 0.0 };
         let mut behind = Vector6::zeros();
         for link in links.iter_mut() {
@@ -231,8 +239,13 @@ impl CoulombNewton {
             defect.add(squared / link.mass, largest / link.mass);
             link.missing = link.mass_matrix * link.twist - link.momentum - link.laws.force();
         }
-        for peg in pegs.iter_mut() {
+        for (k, peg) in pegs.iter_mut().enumerate() {
             let link = &mut links[peg.link];
+            if let Some(rough) = rough.get_mut(k) {
+                let missing = rough.measure(&link.twist, peg.impulse, form);
+                defect.add(missing * missing / link.mass, missing / link.mass);
+                link.missing -= rough.force();
+            }
             let missing = peg.measure(&link.twist, form);
             defect.add(missing * missing / link.mass, missing.abs() / link.mass);
             link.missing -= peg.force();
@@ -265,18 +278,21 @@ impl CoulombNewton {
 
     /// The Newton step of all velocities and impulses.
     fn look(&mut self) {
-        let Self { links, pegs, pairs, form, .. } = self;
-        let mut pegs_left = pegs.iter().rev().peekable();
+        let Self { links, pegs, rough, pairs, form, .. } = self;
+        rough.iter_mut().zip(&*pegs).for_each(|(rough, peg)| rough.linearise(peg, form));
+        let mut pegs_left = pegs.iter().enumerate().rev().peekable();
         let mut behind = Balance { matrix: Matrix6::zeros(), load: Vector6::zeros() };
         for (i, link) in links.iter_mut().enumerate().rev() {
             link.laws.linearise(form);
             let (matrix, load) = link.laws.tangent();
             behind.matrix += link.mass_matrix + matrix;
             behind.load += load - link.missing + pairs.load_on(i, form);
-            while let Some(peg) = pegs_left.next_if(|peg| peg.link == i) {
-                let (matrix, load) = peg.tangent(form);
-                behind.matrix += matrix;
-                behind.load += load;
+            while let Some((k, peg)) = pegs_left.next_if(|(_, peg)| peg.link == i) {
+                let friction = rough.get(k).map(RoughLaw::tangent);
+                for (matrix, load) in std::iter::once(peg.tangent(form)).chain(friction) {
+                    behind.matrix += matrix;
+                    behind.load += load;
+                }
             }
             if i > 0 {
                 let [yaw, pitch] = [0, 1].map(|axis| link.actuators[axis].evaluate(link.rates[axis]));
@@ -293,8 +309,10 @@ impl CoulombNewton {
         }
         pairs.correct(links, &head, form);
         links.iter_mut().for_each(|link| link.laws.look(&link.step));
-        for peg in pegs {
-            peg.look(&links[peg.link].step, form);
+        for (k, peg) in pegs.iter_mut().enumerate() {
+            let step = &links[peg.link].step;
+            peg.look(step, form);
+            rough.get_mut(k).into_iter().for_each(|rough| rough.look(step));
         }
         pairs.look(|link| links[link].step, form);
     }
@@ -313,6 +331,7 @@ impl CoulombNewton {
             link.laws.go(fraction);
         }
         self.pegs.iter_mut().for_each(|peg| peg.go(fraction));
+        self.rough.iter_mut().for_each(|rough| rough.go(fraction));
         self.pairs.go(fraction);
     }
 
@@ -327,6 +346,9 @@ impl CoulombNewton {
         }
         for (impulse, peg) in solution.peg.iter_mut().zip(&self.pegs) {
             *impulse = peg.impulse.max(0.0);
+        }
+        for (impulse, rough) in solution.peg_friction.iter_mut().zip(&self.rough) {
+            *impulse = rough.impulse;
         }
         self.pairs.write(&mut solution.pair);
     }

@@ -95,7 +95,7 @@ impl Attempt {
 
     /// Free motion without impulses.
     fn start_from_free_motion(&mut self, stage: &Stage) {
-        let StageSolution { twist, normal, friction, rolling, peg, pair, .. } = &mut self.trial;
+        let StageSolution { twist, normal, friction, rolling, peg, peg_friction, pair, .. } = &mut self.trial;
         for (twist, link) in twist.iter_mut().zip(&stage.links) {
             *twist = free_twist(link);
         }
@@ -103,6 +103,7 @@ impl Attempt {
         friction.fill([Vector2::zeros(); 2]);
         rolling.fill(Vector2::zeros());
         peg.fill(0.0);
+        peg_friction.fill(Vector2::zeros());
         pair.fill(0.0);
     }
 }

@@ -25,6 +25,8 @@ pub(super) struct GroundLaws<T> {
 pub(super) struct GroundTerm<T: Real> {
     /// From the CG to the contact point.
     arm: Vector3<T>,
+    /// Of its sliding friction that is left.
+    share: T,
     pub normal: ContactTerm<T>,
     pub friction: FrictionTerm<T>,
 }
@@ -89,9 +91,11 @@ impl<T: Real> GroundTerm<T> {
     #[inline(always)]
     pub fn new(stage: &Stage<T>, solution: &StageSolution<T>, i: usize, end: usize, laws: &GroundLaws<T>) -> Self {
         let (link, impulse) = (&stage.links[i], solution.normal[i][end]);
-        let radius = laws.sliding.radius(impulse);
+        let share = link.share[end];
+        let radius = share * laws.sliding.radius(impulse);
         Self {
             arm: link.ground_arm(end),
+            share,
             normal: ContactTerm::new(link.ground[end], laws.penalty, impulse),
             friction: FrictionTerm::new(&laws.sliding, radius, &solution.friction[i][end]),
         }
@@ -167,7 +171,7 @@ impl<T: Real> LinkTerm<T> {
         for end in &mut self.ends {
             let (slip, closing) = end.velocity(&twist, &tangent);
             let normal = end.normal.evaluate(closing);
-            let wanted = laws.sliding.radius(end.normal.value);
+            let wanted = end.share * laws.sliding.radius(end.normal.value);
             let held = end.friction.radius;
             let touches = T::zero().lt(normal) | T::zero().lt(held);
             if !touches.any() {
@@ -214,7 +218,7 @@ impl<T: Real> LinkTerm<T> {
     #[inline(always)]
     pub fn take_radii(&mut self, laws: &GroundLaws<T>) {
         for end in &mut self.ends {
-            end.friction.radius = laws.sliding.radius(end.normal.value);
+            end.friction.radius = end.share * laws.sliding.radius(end.normal.value);
         }
         self.rolling.radius = laws.rolling.radius(self.ends[0].normal.value + self.ends[1].normal.value);
     }

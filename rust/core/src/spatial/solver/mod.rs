@@ -7,6 +7,7 @@
 mod coulomb_laws;
 mod coulomb_newton;
 mod coulomb_pairs;
+mod coulomb_rough;
 mod coulomb_sweep;
 mod fallback;
 mod friction_term;
@@ -14,6 +15,7 @@ mod link_term;
 mod newton;
 mod progress;
 mod ray;
+mod rough_contacts;
 mod self_contacts;
 mod sweep;
 mod terms;

@@ -25,6 +25,7 @@ use crate::solver::Outcome;
 use super::friction_term::FrictionTerm;
 use super::link_term::{GroundLaws, GroundTerm, LinkTerm, Ray};
 use super::progress::{Assembly, Corrections, Progress};
+use super::rough_contacts::RoughContacts;
 use super::self_contacts::SelfContacts;
 use super::sweep::{Quadratic, Segment};
 use super::terms::{ActuatorTerm, PegTerm};
@@ -36,6 +37,7 @@ use crate::spatial::{Stage, StageFriction, StageSolution};
 pub struct Newton<T: Real = f64> {
     pub(super) links: Vec<LinkTerm<T>>,
     pub(super) pegs: Vec<PegTerm<T>>,
+    pub(super) rough: RoughContacts<T>,
     pub(super) self_contacts: SelfContacts<T>,
     pub(super) laws: GroundLaws<T>,
     /// Step of link 1's twist.
@@ -62,6 +64,7 @@ impl<T: Real> Newton<T> {
         Self {
             links: Vec::with_capacity(links),
             pegs: Vec::with_capacity(4 * links),
+            rough: RoughContacts::new(links),
             self_contacts: SelfContacts::new(links),
             laws: GroundLaws::new(&StageFriction { sliding: Vector2::new(zero, zero), rolling: zero }, zero),
             head: Twist::zero(),
@@ -112,6 +115,7 @@ impl<T: Real> Newton<T> {
         for peg in &mut self.pegs {
             peg.contact.release();
         }
+        self.rough.frictions().for_each(FrictionTerm::release);
         self.self_contacts.release();
     }
 
@@ -135,6 +139,7 @@ impl<T: Real> Newton<T> {
         for (peg, impulse) in stage.pegs.iter().zip(&solution.peg) {
             self.pegs.push(PegTerm::new(peg, penalty, *impulse));
         }
+        self.rough.warm_up(stage, solution, penalty);
         self.self_contacts.warm_up(stage, &solution.pair, penalty);
     }
 
@@ -196,6 +201,7 @@ impl<T: Real> Newton<T> {
                     friction.restore(undone);
                 }
             }
+            self.rough.frictions().for_each(|friction| friction.restore(undone));
         }
         progress.record(moving, coupled & !undone, undone);
         there
@@ -213,7 +219,7 @@ impl<T: Real> Newton<T> {
             let links = &self.links;
             squared_error = self.self_contacts.evaluate(|link| links[link].twist_after(fraction, moving));
         }
-        let mut pegs = self.pegs.iter_mut().rev().peekable();
+        let mut pegs = self.pegs.iter_mut().enumerate().rev().peekable();
         let mut behind = Quadratic::zero();
         for (i, link) in self.links.iter_mut().enumerate().rev() {
             link.go(fraction, moving);
@@ -225,10 +231,15 @@ impl<T: Real> Newton<T> {
             squared_error = squared_error.max(link.squared_error(&self.laws));
             largest_radius = largest_radius.max(link.largest_radius());
             squared_speed = squared_speed.max(inner(&link.twist.linear, &link.twist.linear));
-            while let Some(peg) = pegs.next_if(|peg| peg.link == i) {
+            while let Some((k, peg)) = pegs.next_if(|(_, peg)| peg.link == i) {
                 let penalty = peg.contact.evaluate(peg.direction.dot(&link.twist));
                 own.add_rank_one(&peg.direction, penalty, -peg.contact.value);
                 squared_error = squared_error.max(peg.contact.squared_error());
+                if let Some(error) = self.rough.evaluate(k, peg.contact.value, &link.twist, &mut own, coupled) {
+                    radius_error = radius_error.max(error.radius * link.inverse_mass);
+                    largest_radius = largest_radius.max(error.largest * link.inverse_mass);
+                    squared_error = squared_error.max(error.squared);
+                }
             }
             let total = behind.plus(&own);
             if i == 0 {
@@ -281,6 +292,7 @@ impl<T: Real> Newton<T> {
                 friction.remember();
             }
         }
+        self.rough.frictions().for_each(FrictionTerm::remember);
     }
 
     /// Moves friction radii and multipliers, but for those that the next assembly couples.
@@ -306,6 +318,9 @@ impl<T: Real> Newton<T> {
                 friction.move_part_way(fraction, lanes);
             }
         }
+        self.rough.frictions().for_each(FrictionTerm::remember);
+        self.rough.take_radii(&self.pegs);
+        self.rough.frictions().for_each(|friction| friction.move_part_way(fraction, lanes));
     }
 
     #[inline(always)]
@@ -320,6 +335,7 @@ impl<T: Real> Newton<T> {
         for peg in &mut self.pegs {
             peg.contact.recentre(lanes);
         }
+        self.rough.frictions().for_each(|friction| friction.recentre(lanes));
         self.self_contacts.recentre(lanes);
     }
 
@@ -342,6 +358,7 @@ impl<T: Real> Newton<T> {
         for (impulse, peg) in solution.peg.iter_mut().zip(&self.pegs) {
             *impulse = peg.contact.value;
         }
+        self.rough.write(&mut solution.peg_friction);
         self.self_contacts.write(&mut solution.pair);
     }
 }

@@ -63,6 +63,7 @@ impl<T: Real> Ray<T> for Step<'_, T> {
             let contact = peg.contact.along(peg.direction.dot(&link.start), peg.direction.dot(&link.step), alpha);
             add(&mut slope, &mut curvature, contact);
         }
+        add(&mut slope, &mut curvature, newton.rough.along(&newton.pegs, &newton.links, alpha));
         add(&mut slope, &mut curvature, newton.self_contacts.along(&newton.links, alpha));
         (slope, curvature)
     }
@@ -74,6 +75,7 @@ impl<T: Real> Ray<T> for Step<'_, T> {
                 nearest.see(end.friction.kink(&self.newton.laws.sliding, &link.ray.slip[i], &link.ray.slip_change[i]));
             }
         }
+        self.newton.rough.show_kinks(&self.newton.pegs, &self.newton.links, |kink| nearest.see(kink));
     }
 }
 

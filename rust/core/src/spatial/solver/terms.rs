@@ -6,7 +6,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::laws::{HalfLine, LimitedActuator};
+use crate::laws::{Backlash, HalfLine, LimitedActuator};
 use crate::math::{Mask, Real};
 
 use super::sweep::ActuatorModel;
@@ -27,7 +27,7 @@ pub(super) struct ContactTerm<T: Real> {
 /// The actuator of one joint axis, a single-valued law that needs no multiplier.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ActuatorTerm<T> {
-    law: LimitedActuator<T>,
+    law: Backlash<T>,
     /// D \[N m s\].
     pub impulse: T,
 }
@@ -82,7 +82,7 @@ impl<T: Real> ActuatorTerm<T> {
     /// No actuator at all.
     #[inline(always)]
     pub fn none() -> Self {
-        Self { law: LimitedActuator::none(), impulse: T::zero() }
+        Self { law: Backlash::none(), impulse: T::zero() }
     }
 
     /// Moves to the joint rate.
@@ -102,8 +102,9 @@ impl<T: Real> ActuatorTerm<T> {
 
 /// The law of one joint axis's actuator (T 4.101), (T 4.102).
 #[inline(always)]
-pub(super) fn actuator<T: Real>(data: &StageDrive<T>) -> LimitedActuator<T> {
-    LimitedActuator { offset: data.drive, stiffness: data.stiffness, limit: data.limit }
+pub(super) fn actuator<T: Real>(data: &StageDrive<T>) -> Backlash<T> {
+    let actuator = LimitedActuator { offset: data.drive, stiffness: data.stiffness, limit: data.limit };
+    Backlash { actuator, slack: data.slack }
 }
 
 /// A peg's contact together with its direction.

@@ -1,6 +1,6 @@
 //! The thesis's scheme: midpoint time stepping with Algorithms 4.1, 4.2 and 4.3 (T 4.6).
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 
 use crate::gait::CardanTarget;
 use crate::pegs::PegGrid;
@@ -211,10 +211,10 @@ impl SpatialThesis {
     }
 
     /// Adds the impulses of the pegs to the sums of the links and of the pegs.
-    fn add_contact_impulses(&self, of_link: &mut [Vector2<f64>], of_peg: &mut [Vector2<f64>]) {
+    fn add_contact_impulses(&self, of_link: &mut [Vector3<f64>], of_peg: &mut [Vector3<f64>]) {
         let links = self.step.links.len();
         for (pair, (contact, impulse)) in self.pegs.iter().zip(self.step.pegs.iter().zip(&self.solution.peg)) {
-            let impulse = contact.direction.xy() * *impulse;
+            let impulse = contact.direction.fixed_rows::<3>(0) * *impulse;
             of_link[contact.link] += impulse;
             of_peg[pair / links] += impulse;
         }

@@ -6,9 +6,10 @@ use crate::contact::recovery::{RECOVERY_SPEED, RECOVERY_TIME};
 use crate::math::Real;
 use crate::robot::{Breakage, LOCK_STIFFNESS};
 use crate::spatial::energy::work_of;
-use crate::spatial::{Frame, StageDrive, StageSolution, certify};
+use crate::spatial::spatial_vector::scaled;
+use crate::spatial::{Frame, StageDrive, StageLink, StageSolution, Twist, certify};
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
-use crate::stepping::{SolvedStage, StageKernels};
+use crate::stepping::{MovedAxis, PlayedAxis, SolvedStage, StageKernels};
 
 use super::{GroundForces, Kept, Workspace};
 
@@ -26,6 +27,12 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             self.start_gap[i] = [frame.ground_gap(link, 0), frame.ground_gap(link, 1)];
         }
         self.self_contacts.begin_step();
+        self.backlash.begin_step();
+        if self.stribeck.is_any {
+            self.start_velocity.twists(&self.start_frames, &self.half_length, &mut self.expected);
+            let slips = slips(&self.stage.links, &self.start_frames, &self.expected);
+            self.stribeck.begin_step(slips);
+        }
     }
 
     /// The robot moves on to the base of the second stage with the velocity of the first one, whose changes of momentum
@@ -36,6 +43,13 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         let Kept { end, momentum, .. } = &self.kept;
         self.base.travel(&self.start, end, elapsed);
         self.base.place_links(&self.half_length, &mut self.base_frames);
+        if self.backlash.is_any {
+            self.backlash.extrapolate(T::splat(EXTRAPOLATION));
+        }
+        if self.stribeck.is_any {
+            end.twists(&self.frames, &self.half_length, &mut self.expected);
+            self.stribeck.extrapolate(slips(&self.stage.links, &self.frames, &self.expected));
+        }
         self.guess.blend(&self.start_velocity, end, T::splat(1.0 / GAMMA));
         for (reference, (start, end)) in self.momentum.iter_mut().zip(self.start_momentum.iter().zip(momentum)) {
             let change = end.plus_scaled(start, -T::splat(1.0));
@@ -113,6 +127,14 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             momentum.select_into(solved, &link.momentum_of(x));
         }
         energy.select_into(solved, &self.energy);
+        if self.backlash.is_any {
+            let rates = self.kept.end.rate.iter().flatten();
+            let axes = self.stage.joints.iter().flatten().zip(rates).map(|(axis, rate)| {
+                let StageDrive { drive, stiffness, slack, .. } = *axis;
+                MovedAxis { drive, stiffness, slack, rate: *rate }
+            });
+            self.backlash.end_stage(self.stage.coefficient, axes);
+        }
     }
 
     /// End configuration of the last stage, and whether spheres sink there: a link that turns fast leaves its
@@ -163,6 +185,11 @@ impl<T: Real> Workspace<T> {
                 let still = frame.ground_gap(link, end) - c * closing;
                 link.ground[end] = opening(still, self.start_gap[i][end], c, elapsed);
             }
+            link.share = [T::splat(1.0); 2];
+        }
+        if self.stribeck.is_any {
+            let shares = self.stage.links.iter_mut().flat_map(|link| &mut link.share);
+            shares.zip(self.stribeck.shares()).for_each(|(share, left)| *share = left);
         }
     }
 
@@ -174,10 +201,10 @@ impl<T: Real> Workspace<T> {
         self.stage.joints.clear();
         for (base, target) in self.base.angle.iter().zip(&self.target) {
             let [[yaw, yaw_rate], [pitch, pitch_rate]] = *target;
-            let (stiffness, limit) = (c * (c * kp + kd), c * self.torque_limit);
+            let (stiffness, limit, slack) = (c * (c * kp + kd), c * self.torque_limit, T::zero());
             self.stage.joints.push([
-                StageDrive { drive: c * (kp * (yaw - base[0]) + kd * yaw_rate), stiffness, limit },
-                StageDrive { drive: c * (kp * (pitch - base[1]) + kd * pitch_rate), stiffness, limit },
+                StageDrive { drive: c * (kp * (yaw - base[0]) + kd * yaw_rate), stiffness, limit, slack },
+                StageDrive { drive: c * (kp * (pitch - base[1]) + kd * pitch_rate), stiffness, limit, slack },
             ]);
         }
         if self.has_own_torques {
@@ -186,7 +213,15 @@ impl<T: Real> Workspace<T> {
                 joint[1].drive += c * torques[1];
             }
         }
-        // A locked joint is held at its reference, the angles at which it broke, by stiff springs without limit.
+        if self.backlash.is_any {
+            let axes = self.stage.joints.iter_mut().flatten().map(|axis| PlayedAxis {
+                drive: &mut axis.drive,
+                stiffness: axis.stiffness,
+                slack: &mut axis.slack,
+            });
+            self.backlash.apply(c, kd, axes);
+        }
+        // A locked joint is held at its reference, the angles at which it broke, by stiff springs without play or limit.
         for (j, breakage) in &self.broken {
             let stiffness = match breakage {
                 Breakage::Locked => T::splat(LOCK_STIFFNESS) * c,
@@ -194,11 +229,28 @@ impl<T: Real> Workspace<T> {
             };
             for axis in 0..2 {
                 let error = self.target[*j][axis][0] - self.base.angle[*j][axis];
-                self.stage.joints[*j][axis] =
-                    StageDrive { drive: stiffness * error, stiffness: stiffness * c, limit: T::splat(f64::INFINITY) };
+                let (drive, limit) = (stiffness * error, T::splat(f64::INFINITY));
+                self.stage.joints[*j][axis] = StageDrive { drive, stiffness: stiffness * c, limit, slack: T::zero() };
             }
         }
     }
+}
+
+/// Horizontal velocities of the lowest points of all spheres.
+#[inline(always)]
+fn slips<'a, T: Real>(
+    links: &'a [StageLink<T>],
+    frames: &'a [Frame<T>],
+    twists: &'a [Twist<T>],
+) -> impl Iterator<Item = Vector2<T>> + 'a {
+    links.iter().zip(frames.iter().zip(twists)).flat_map(|(link, (frame, twist))| {
+        [link.sphere, -link.sphere].map(|reach| {
+            let mut arm = scaled(&frame.axes[2], reach);
+            arm.z -= link.radius;
+            let v = twist.velocity_at(&arm);
+            Vector2::new(v.x, v.y)
+        })
+    })
 }
 
 #[inline(always)]
@@ -232,7 +284,7 @@ fn tangent<T: Real>(frame: &Frame<T>) -> Vector2<T> {
 /// touching exactly: gaps of round-off would otherwise decide which of many contacts bears a load. A penetration from
 /// before the step is undone slowly.
 #[inline(always)]
-fn opening<T: Real>(still: T, at_start: T, c: T, elapsed: T) -> T {
+pub fn opening<T: Real>(still: T, at_start: T, c: T, elapsed: T) -> T {
     let zero = T::zero();
     let touches = still.abs().lt(T::splat(TOUCHING));
     let remaining = (T::splat(1.0) - elapsed / T::splat(RECOVERY_TIME)).max(zero);

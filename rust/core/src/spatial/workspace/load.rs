@@ -2,9 +2,9 @@
 
 use crate::gait::CardanTarget;
 use crate::math::{Mask, Real};
-use crate::spatial::{Spatial, SpatialSystem, write_lane};
+use crate::spatial::{Laned, Spatial, SpatialSystem, write_lane};
 use crate::stepping::lanes::{Lanes, active};
-use crate::stepping::{Driven, Members, StageInput};
+use crate::stepping::{Driven, Members, PlantParameters, StageInput};
 
 use super::Workspace;
 
@@ -16,6 +16,10 @@ impl<T: Real> StageInput<T> for Workspace<T> {
     }
 
     fn load<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>) {
+        self.load_variations(members);
+        let (system, parameters) = (members.system, |lane| &members.body(lane).parameters);
+        self.backlash.load(|lane| (system.backlash(parameters(lane)), &members.body(lane).warm_start.backlash));
+        self.stribeck.load(|lane| system.stribeck.drop + parameters(lane).stribeck);
         for lane in 0..T::LANES {
             let state = &members.body(lane).warm_start;
             self.start.set_lane(lane, &state.configuration);
@@ -46,19 +50,45 @@ impl<T: Real> StageInput<T> for Workspace<T> {
                     lanes[1].set_lane(lane, torques[1]);
                 }
             }
-            self.torque_limit.set_lane(lane, members.system.controller.limit_until(time));
+            let share = robot.body().parameters.torque_limit;
+            self.torque_limit.set_lane(lane, share * members.system.controller.limit_until(time));
         }
     }
 
     fn find_contacts<D: Driven<Model = Spatial>>(&mut self, members: &mut Members<D>, pending: Lanes, elapsed: T) {
         let mut contacts = std::mem::take(&mut self.contacts);
         contacts.clear(self);
+        let is_rough = active(pending).any(|lane| members.body(lane).pegs.is_rough());
         for (i, link) in members.system.robot.links.iter().enumerate() {
             let bodies = active(pending).map(|lane| (lane, members.body(lane)));
             let among_pegs = bodies.filter(|(_, body)| !body.pegs.is_empty());
-            contacts.add(self, i, link, among_pegs, elapsed);
+            contacts.add(self, i, link, among_pegs, (elapsed, is_rough));
         }
         self.contacts = contacts;
+        for lane in active(pending).filter(|&lane| members.body(lane).pegs.has_tops()) {
+            self.find_supports(lane, &members.system.robot.links, &members.body(lane).pegs, elapsed.lane(lane));
+        }
         self.find_self_contacts(pending, elapsed);
+    }
+}
+
+impl<T: Real> Workspace<T> {
+    /// Constants of the lanes' own robots; nothing to do where all are as the system's.
+    fn load_variations<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>) {
+        let was_varied = self.is_varied;
+        self.is_varied = members.any(|body| body.parameters != PlantParameters::default());
+        if !self.is_varied && !was_varied {
+            return;
+        }
+        for lane in 0..T::LANES {
+            let PlantParameters { mass, friction, .. } = members.body(lane).parameters;
+            let sliding = members.system.friction.component_mul(&friction);
+            self.stage.friction.sliding.set_lane(lane, &sliding);
+            for (of_stage, link) in self.stage.links.iter_mut().zip(&members.system.robot.links) {
+                of_stage.mass.set_lane(lane, link.mass * mass);
+                of_stage.inertia.set_lane(lane, link.inertia * mass);
+                of_stage.roll_inertia.set_lane(lane, link.roll_inertia * mass);
+            }
+        }
     }
 }

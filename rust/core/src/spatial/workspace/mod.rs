@@ -4,6 +4,8 @@ mod kernels;
 mod load;
 mod results;
 
+pub use kernels::opening;
+
 use nalgebra::{Vector2, Vector3};
 
 use crate::gait::CardanTarget;
@@ -13,8 +15,8 @@ use crate::spatial::{
     ChainVelocity, Configuration, Frame, Momentum, Newton, SpatialSystem, SpatialVector, Stage, StageFriction,
     StageLink, StageSolution, Twist,
 };
-use crate::stepping::EnergyLedger;
 use crate::stepping::penetration::Sinking;
+use crate::stepping::{Backlash, EnergyLedger, StribeckBounds};
 
 use super::chain_state::GroundForces;
 use super::contact_map::ContactMap;
@@ -33,6 +35,10 @@ pub struct Workspace<T: Real> {
     /// Gains k_P, k_D.
     gains: [T; 2],
     pub torque_limit: T,
+    /// Whether a lane's robot differs from the system's in mass or friction.
+    is_varied: bool,
+    backlash: Backlash<T>,
+    stribeck: StribeckBounds<T>,
     /// Joints that are locked or limp.
     broken: Vec<(usize, Breakage)>,
     /// Joint references at the end of the stage: yaw and pitch, angle and rate.
@@ -107,6 +113,9 @@ impl<T: Real> Workspace<T> {
             gravity: system.gravity.map(T::splat),
             gains: [system.controller.kp, system.controller.kd].map(T::splat),
             torque_limit: T::splat(f64::INFINITY),
+            is_varied: false,
+            backlash: Backlash::new(2 * (links - 1)),
+            stribeck: StribeckBounds::new(2 * links, system.stribeck.speed),
             broken: system.robot.broken.clone(),
             target: vec![[[zero; 2]; 2]; links - 1],
             start: Configuration::straight(links),
@@ -166,6 +175,7 @@ fn empty_stage<T: Real>(system: &SpatialSystem) -> Stage<T> {
         sphere: T::splat(link.contact_half_length),
         radius: T::splat(link.radius),
         tangent: Vector2::new(T::splat(1.0), zero),
+        share: [T::splat(1.0); 2],
         ground: [zero; 2],
     }));
     stage

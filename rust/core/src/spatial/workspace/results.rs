@@ -98,6 +98,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         state.began_at_rest = is_at_rest(&state.velocity);
         self.arrival.read_lane(lane, &mut state.configuration);
         self.kept.end.read_lane(lane, &mut state.velocity);
+        self.backlash.save(lane, &mut state.backlash);
         read_lane::<T, _>(&self.kept.momentum, lane, &mut state.momentum);
         self.forces.read_lane(lane, &mut state.forces);
         state.pairs.clear();

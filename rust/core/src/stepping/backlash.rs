@@ -11,14 +11,7 @@
 //! with b, k and the limit of the tight joint: the play takes up prox_S(y), and at the end `e = -(c / k) prox_S(y)`.
 //! Where D = 0 the motor only follows its reference. e is the only state carried from step to step.
 
-use nalgebra::Vector3;
-
 use crate::math::Real;
-use crate::planar::StageJoint;
-
-use crate::stepping::{Driven, Members};
-
-use super::Planar;
 
 /// The play of the joints in the lanes of a register.
 #[derive(Debug, Clone)]
@@ -27,29 +20,43 @@ pub struct Backlash<T> {
     pub is_any: bool,
     /// d / 2 \[rad\].
     half: T,
-    /// e of each joint at the start of the step, at the base of the stage and at its end \[rad\].
+    /// e of each joint, axis by axis, at the start of the step, at the base of the stage and at its end \[rad\].
     start: Vec<T>,
     base: Vec<T>,
     end: Vec<T>,
 }
 
+/// The law of one axis of a joint in a stage, to which the play adds a dead zone.
+pub struct PlayedAxis<'a, T> {
+    pub drive: &'a mut T,
+    pub stiffness: T,
+    pub slack: &'a mut T,
+}
+
+/// The same law with the rate of the axis in the solution.
+pub struct MovedAxis<T> {
+    pub drive: T,
+    pub stiffness: T,
+    pub slack: T,
+    pub rate: T,
+}
+
 impl<T: Real> Backlash<T> {
-    pub fn new(joints: usize) -> Self {
-        let tight = vec![T::zero(); joints];
+    pub fn new(axes: usize) -> Self {
+        let tight = vec![T::zero(); axes];
         Self { is_any: false, half: T::zero(), start: tight.clone(), base: tight.clone(), end: tight }
     }
 
-    /// Gathers the robots' backlash and the positions of their joints in it.
-    pub fn load<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
-        let system = members.system;
-        self.is_any = members.any(|body| system.backlash(&body.parameters) > 0.0);
+    /// Gathers the play of the lanes' robots \[rad\] and the positions of their joints in it.
+    pub fn load<'a>(&mut self, robot: impl Fn(usize) -> (f64, &'a [f64])) {
+        self.is_any = (0..T::LANES).any(|lane| robot(lane).0 > 0.0);
         if !self.is_any {
             return;
         }
         for lane in 0..T::LANES {
-            let body = members.body(lane);
-            self.half.set_lane(lane, 0.5 * system.backlash(&body.parameters));
-            for (lanes, &e) in self.start.iter_mut().zip(&body.warm_start.backlash) {
+            let (play, positions) = robot(lane);
+            self.half.set_lane(lane, 0.5 * play);
+            for (lanes, &e) in self.start.iter_mut().zip(positions) {
                 lanes.set_lane(lane, e);
             }
         }
@@ -72,22 +79,22 @@ impl<T: Real> Backlash<T> {
 
     /// Adds the dead zones to the actuator laws of a stage of coefficient `c`; k_D is `kd`.
     #[inline(always)]
-    pub fn apply(&self, c: T, kd: T, joints: &mut [StageJoint<T>]) {
+    pub fn apply<'a>(&self, c: T, kd: T, axes: impl Iterator<Item = PlayedAxis<'a, T>>) {
         let rate = self.half / c;
-        for (joint, e) in joints.iter_mut().zip(&self.base) {
-            joint.drive -= kd * *e;
-            joint.slack = joint.stiffness * rate;
+        for (axis, e) in axes.zip(&self.base) {
+            *axis.drive -= kd * *e;
+            *axis.slack = axis.stiffness * rate;
         }
     }
 
     /// Positions of the joints in their play at the end of the solved stage.
     #[inline(always)]
-    pub fn end_stage(&mut self, c: T, joints: &[StageJoint<T>], twist: &[Vector3<T>]) {
-        for (j, (end, joint)) in self.end.iter_mut().zip(joints).enumerate() {
-            let tight = joint.drive - joint.stiffness * (twist[j + 1].z - twist[j].z);
-            let absorbed = tight.min(joint.slack).max(-joint.slack);
+    pub fn end_stage(&mut self, c: T, axes: impl Iterator<Item = MovedAxis<T>>) {
+        for (end, MovedAxis { drive, stiffness, slack, rate }) in self.end.iter_mut().zip(axes) {
+            let tight = drive - stiffness * rate;
+            let absorbed = tight.min(slack).max(-slack);
             // A motor without gains gives no torque at any angle.
-            let compliance = T::select(T::zero().lt(joint.stiffness), c / joint.stiffness, T::zero());
+            let compliance = T::select(T::zero().lt(stiffness), c / stiffness, T::zero());
             *end = -(compliance * absorbed);
         }
     }

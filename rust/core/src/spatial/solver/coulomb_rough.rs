@@ -1,0 +1,85 @@
+//! Friction at obstacles in [`CoulombNewton`](super::CoulombNewton): discs that grow with the contact's own normal impulse.
+
+use nalgebra::{Matrix2x6, Matrix6, Vector2, Vector6};
+
+use crate::laws::{ConvexSet, Disc};
+use crate::spatial::{Stage, StageSolution};
+
+use super::coulomb_laws::{DiscTangent, LawForm, PegLaw};
+use super::coulomb_sweep::stacked;
+
+/// Law of the friction of one contact.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RoughLaw {
+    rows: Matrix2x6<f64>,
+    coefficient: f64,
+    pub impulse: Vector2<f64>,
+    pub centre: Vector2<f64>,
+    start: Vector2<f64>,
+    step: Vector2<f64>,
+    z: Vector2<f64>,
+    /// P - prox(z) \[N s\].
+    defect: Vector2<f64>,
+    /// Change of the impulse with the twist for which the linearised law holds.
+    constant: Vector2<f64>,
+    slope: Matrix2x6<f64>,
+}
+
+impl RoughLaw {
+    /// Of contact `k` with the impulses of `solution`.
+    pub fn new(stage: &Stage, solution: &StageSolution, k: usize) -> Self {
+        let rough = &stage.peg_friction[k];
+        let rows = rough.tangents.map(|tangent| stacked(&tangent).transpose());
+        let none = Vector2::zeros();
+        Self {
+            rows: Matrix2x6::from_rows(&rows),
+            coefficient: rough.coefficient,
+            impulse: solution.peg_friction[k],
+            centre: none,
+            start: none,
+            step: none,
+            z: none,
+            defect: none,
+            constant: none,
+            slope: Matrix2x6::zeros(),
+        }
+    }
+
+    /// Evaluates the law under its contact's normal impulse; returns the defect \[N s\].
+    pub fn measure(&mut self, twist: &Vector6<f64>, normal: f64, form: &LawForm) -> f64 {
+        let velocity = self.rows * twist;
+        self.z = self.impulse - (velocity + (self.impulse - self.centre) * form.compliance) * form.weight;
+        self.defect = self.impulse - Disc { radius: self.radius(normal) }.project(self.z);
+        self.defect.norm()
+    }
+
+    fn radius(&self, normal: f64) -> f64 {
+        self.coefficient * normal.max(0.0)
+    }
+
+    /// Linearises the law together with that of its contact.
+    pub fn linearise(&mut self, peg: &PegLaw, form: &LawForm) {
+        let tangent = DiscTangent::new(&self.z, &self.defect, self.radius(peg.impulse), form);
+        let (constant, slope) = peg.growth(form);
+        self.constant = tangent.constant + tangent.outward * (self.coefficient * constant);
+        self.slope = tangent.from_slip * self.rows + tangent.outward * (slope * self.coefficient).transpose();
+    }
+
+    /// Contribution of the linearised law to its link's tangent and load.
+    pub fn tangent(&self) -> (Matrix6<f64>, Vector6<f64>) {
+        (-self.rows.tr_mul(&self.slope), self.rows.tr_mul(&self.constant))
+    }
+
+    pub fn force(&self) -> Vector6<f64> {
+        self.rows.tr_mul(&self.impulse)
+    }
+
+    pub fn look(&mut self, twist_step: &Vector6<f64>) {
+        self.start = self.impulse;
+        self.step = self.constant + self.slope * twist_step;
+    }
+
+    pub fn go(&mut self, fraction: f64) {
+        self.impulse = self.start + self.step * fraction;
+    }
+}

@@ -1,0 +1,133 @@
+//! Friction of contacts with obstacles in proximal form: discs whose radii follow the contacts' normal impulses, like those
+//! of the ground. A stage without them pays for none.
+
+use nalgebra::Vector2;
+
+use crate::math::Real;
+use crate::spatial::spatial_vector::{Twist, Wrench};
+use crate::spatial::{Stage, StageSolution};
+
+use super::friction_term::{FrictionLaw, FrictionTerm};
+use super::link_term::LinkTerm;
+use super::sweep::Quadratic;
+use super::terms::PegTerm;
+
+/// Friction of one contact.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RoughTerm<T: Real> {
+    tangents: [Wrench<T>; 2],
+    law: FrictionLaw<T>,
+    friction: FrictionTerm<T>,
+}
+
+/// Frictions of the contacts of the stage at hand, one for each, or none.
+#[derive(Debug, Clone)]
+pub(super) struct RoughContacts<T: Real> {
+    terms: Vec<RoughTerm<T>>,
+}
+
+/// How far the laws of a pass are from the solution.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RoughError<T> {
+    /// By how much the radius had to move \[N s\].
+    pub radius: T,
+    /// The radius itself \[N s\].
+    pub largest: T,
+    /// Distance of the centre from the impulse, squared \[N^2 s^2\].
+    pub squared: T,
+}
+
+impl<T: Real> RoughTerm<T> {
+    #[inline(always)]
+    fn slip(&self, twist: &Twist<T>) -> Vector2<T> {
+        let [along, across] = &self.tangents;
+        Vector2::new(along.dot(twist), across.dot(twist))
+    }
+}
+
+impl<T: Real> RoughContacts<T> {
+    pub fn new(links: usize) -> Self {
+        Self { terms: Vec::with_capacity(4 * links) }
+    }
+
+    /// Laws with the radii of the warm start.
+    #[inline(always)]
+    pub fn warm_up(&mut self, stage: &Stage<T>, solution: &StageSolution<T>, penalty: T) {
+        self.terms.clear();
+        for (k, rough) in stage.peg_friction.iter().enumerate() {
+            let law = FrictionLaw::new(Vector2::new(rough.coefficient, rough.coefficient), penalty);
+            let friction = FrictionTerm::new(&law, law.radius(solution.peg[k]), &solution.peg_friction[k]);
+            self.terms.push(RoughTerm { tangents: rough.tangents, law, friction });
+        }
+    }
+
+    /// Moves the law of contact `k`, under the normal impulse `load`, to its link's twist and adds gradient and Hessian.
+    /// In the lanes `coupled` its radius first takes that impulse's.
+    #[inline(always)]
+    pub fn evaluate(
+        &mut self,
+        k: usize,
+        load: T,
+        twist: &Twist<T>,
+        model: &mut Quadratic<T>,
+        coupled: T::Mask,
+    ) -> Option<RoughError<T>> {
+        let term = self.terms.get_mut(k)?;
+        let slip = term.slip(twist);
+        let RoughTerm { tangents: [along, across], law, friction } = term;
+        let (wanted, held) = (law.radius(load), friction.radius);
+        friction.radius = T::select(coupled, wanted, held);
+        let stick = friction.evaluate(law, &slip);
+        let impulse = friction.impulse(law);
+        // K = kxx aa + kxy (ab + ba) + kyy bb, as three squares.
+        let both = along.plus_scaled(across, T::splat(1.0));
+        model.add_rank_one(along, stick.xx - stick.xy, -impulse.x);
+        model.add_rank_one(across, stick.yy - stick.xy, -impulse.y);
+        model.add_rank_one(&both, stick.xy, T::zero());
+        let squared = friction.squared_error(law);
+        Some(RoughError { radius: (wanted - held).abs(), largest: friction.radius, squared })
+    }
+
+    /// First and second derivative of all laws' functions along the step.
+    #[inline(always)]
+    pub fn along(&self, pegs: &[PegTerm<T>], links: &[LinkTerm<T>], alpha: T) -> (T, T) {
+        let (mut slope, mut curvature) = (T::zero(), T::zero());
+        for (term, peg) in self.terms.iter().zip(pegs) {
+            let link = &links[peg.link];
+            let (slip, change) = (term.slip(&link.start), term.slip(&link.step));
+            let (first, second) = term.friction.along(&term.law, &slip, &change, alpha);
+            slope += first;
+            curvature += second;
+        }
+        (slope, curvature)
+    }
+
+    /// Calls `see` with the places along the step where a slip is least.
+    #[inline(always)]
+    pub fn show_kinks(&self, pegs: &[PegTerm<T>], links: &[LinkTerm<T>], mut see: impl FnMut(T)) {
+        for (term, peg) in self.terms.iter().zip(pegs) {
+            let link = &links[peg.link];
+            see(term.friction.kink(&term.law, &term.slip(&link.start), &term.slip(&link.step)));
+        }
+    }
+
+    #[inline(always)]
+    pub fn frictions(&mut self) -> impl Iterator<Item = &mut FrictionTerm<T>> {
+        self.terms.iter_mut().map(|term| &mut term.friction)
+    }
+
+    /// Radii that belong to the present normal impulses.
+    #[inline(always)]
+    pub fn take_radii(&mut self, pegs: &[PegTerm<T>]) {
+        for (term, peg) in self.terms.iter_mut().zip(pegs) {
+            term.friction.radius = term.law.radius(peg.contact.value);
+        }
+    }
+
+    #[inline(always)]
+    pub fn write(&self, impulses: &mut [Vector2<T>]) {
+        for (impulse, term) in impulses.iter_mut().zip(&self.terms) {
+            *impulse = term.friction.impulse(&term.law);
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! Top faces of obstacles as the ground below the end spheres of links, and robots that rest on what is under them.
+
+use nalgebra::Vector3;
+
+use crate::math::Real;
+use crate::obstacles::SolidLine;
+use crate::pegs::PegGrid;
+use crate::robot::{Link, Robot};
+
+use super::workspace::{Workspace, opening};
+use super::{Frame, Laned, Pose, rest_on_ground, solid_line};
+
+impl<T: Real> Workspace<T> {
+    /// Sets the ground below the spheres of a lane's robot that are above a top face at their predicted ends, `elapsed`
+    /// after the start of the step.
+    pub(super) fn find_supports(&mut self, lane: usize, links: &[Link], obstacles: &PegGrid, elapsed: f64) {
+        let c = self.stage.coefficient.lane(lane);
+        for (i, link) in links.iter().enumerate() {
+            let [start, end] = [&self.start_frames[i], &self.frames[i]].map(|frame| frame.lane(lane));
+            let (of_stage, expected) = (self.stage.links[i].lane(lane), self.expected[i].lane(lane));
+            for side in 0..2 {
+                let height = obstacles.support(&sphere(link, &end, side));
+                if height > 0.0 {
+                    let closing = expected.velocity_at(&of_stage.ground_arm(side)).z;
+                    let still = end.ground_gap(&of_stage, side) - height - c * closing;
+                    let stood = obstacles.support(&sphere(link, &start, side)) == height;
+                    let at_start = if stood { start.ground_gap(&of_stage, side) - height } else { 0.0 };
+                    self.stage.links[i].ground[side].set_lane(lane, opening(still, at_start, c, elapsed));
+                }
+            }
+        }
+    }
+}
+
+/// Centre of the front (0) or rear (1) sphere.
+fn sphere(link: &Link, frame: &Frame, side: usize) -> Vector3<f64> {
+    solid_line(link, frame).point(if side == 0 { 1.0 } else { -1.0 })
+}
+
+/// Lifts or lowers the whole chain until its lowest end sphere touches the ground, and lifts it on until it rests on the
+/// obstacles under it that have a top face. One that merely touches such an obstacle from the side stays where it is.
+pub fn rest_on(robot: &Robot, obstacles: &PegGrid, pose: &mut [Pose]) {
+    rest_on_ground(robot, pose);
+    let is_clear = |lift: f64, depth: f64| {
+        let mut is_clear = true;
+        for (link, pose) in robot.links.iter().zip(&*pose) {
+            let line =
+                SolidLine { middle: pose.position + Vector3::z() * lift, half: pose.axis() * link.contact_half_length };
+            obstacles.visit_solids(&pose.position.xy(), link.reach(), |solid| {
+                is_clear &= solid.distance(&line) - link.radius >= -depth;
+            });
+        }
+        is_clear
+    };
+    if is_clear(0.0, SLIGHT) {
+        return;
+    }
+    // Above the obstacle a robot is clear of it at any height.
+    let (mut inside, mut clear) = (0.0, LOWEST_LIFT);
+    while !is_clear(clear, 0.0) {
+        (inside, clear) = (clear, 2.0 * clear);
+    }
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (inside + clear);
+        if is_clear(middle, 0.0) { clear = middle } else { inside = middle }
+    }
+    pose.iter_mut().for_each(|pose| pose.position.z += clear);
+}
+
+/// Penetration that does not lift a robot \[m\].
+const SLIGHT: f64 = 1e-4;
+
+/// Lift that is tried first \[m\].
+const LOWEST_LIFT: f64 = 1e-3;
+
+/// Bisections of the lift: to round-off.
+const HALVINGS: u32 = 52;

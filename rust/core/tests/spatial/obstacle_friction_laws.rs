@@ -1,0 +1,164 @@
+//! Coulomb friction at obstacles in 3D: what slides, what sticks, and agreement with the plane.
+
+use std::f64::consts::PI;
+
+use nalgebra::{Vector2, Vector3};
+use snake_core::control::ControllerConfig;
+use snake_core::gait::{CardanGait, CardanTarget, Gait, JointTarget, Reference, Wave};
+use snake_core::obstacles::{Obstacle, Shape};
+use snake_core::pegs::PegGrid;
+use snake_core::robot::{Robot, RobotConfig};
+use snake_core::scene::{Scene, SceneConfig};
+use snake_core::simulation::{PlanarSimulation, SpatialSimulation};
+use snake_core::slope::Slope;
+use snake_core::spatial::{Pose, SpatialFleet, SpatialScripted, SpatialSystem, orientation_of};
+use snake_core::stepping::IntegratorConfig;
+use snake_test_support::allocation::REQUESTS;
+use snake_test_support::planar::{ground, table_7_5};
+use snake_test_support::spatial::{implicit, implicit_options, undulation};
+
+const RADIUS: f64 = 0.0525;
+
+/// A straight robot for ever.
+struct Straight;
+
+impl Reference<CardanTarget> for Straight {
+    fn target(&self, _: usize, _: f64) -> CardanTarget {
+        CardanTarget::default()
+    }
+}
+
+impl Reference<JointTarget> for Straight {
+    fn target(&self, _: usize, _: f64) -> JointTarget {
+        JointTarget::default()
+    }
+}
+
+fn rough(shape: Shape, friction: f64) -> Obstacle {
+    Obstacle { friction, ..Obstacle::endless(shape) }
+}
+
+/// Smooth ground that falls to -x and -y, with a wall along the x axis below the robot.
+fn ledge(friction: f64) -> SceneConfig {
+    let wall = rough(Shape::Segment { start: [-9.0, 0.0], end: [9.0, 0.0] }, friction);
+    let slope = Slope { angle: 0.6, direction: 0.6 };
+    SceneConfig { obstacles: vec![wall], slope, rolling_friction: 0.0, ..ground([0.0; 2]) }
+}
+
+fn lying(scene: &SceneConfig, step: f64) -> SpatialSimulation {
+    let pd = ControllerConfig::default();
+    let mut simulation =
+        SpatialSimulation::new(&RobotConfig::default(), scene, &pd, &implicit(step, 2)).expect("admissible");
+    let head = Pose { position: Vector3::new(0.0, RADIUS, 0.0), orientation: orientation_of(0.0, 0.0, 0.0) };
+    simulation.place_chain(head, &[Vector2::zeros(); 10]);
+    simulation.rest_on_ground();
+    simulation
+}
+
+#[test]
+fn a_robot_slides_along_a_rough_wall_as_in_the_plane() {
+    for friction in [0.1, 0.5] {
+        let scene = ledge(friction);
+        let mut space = lying(&scene, 0.01);
+        let pd = ControllerConfig::default();
+        let mut plane =
+            PlanarSimulation::new(&RobotConfig::default(), &scene, &pd, &IntegratorConfig::default()).unwrap();
+        plane.place_chain(0.0, RADIUS, 0.0, &[0.0; 10]);
+        for _ in 0..25 {
+            let report = space.advance(0.02, &Straight);
+            assert!(!report.diverged && report.unconverged == 0, "{report:?}");
+            plane.advance(0.02, &Straight);
+        }
+        let push: Vector3<f64> = space.contact_impulse().iter().sum();
+        assert!((push.x - friction * push.y).abs() < 1e-4 * push.y && push.y > 0.0, "{push:?}");
+        let (there, here) = (plane.state().pose[5].xy(), space.state().pose[5].position);
+        assert!((there - here.xy()).norm() < 1e-6, "{there:?} in the plane, {here:?} in space");
+        let pull = 9.81 * 0.6_f64.sin() * (0.6_f64.cos() - friction * 0.6_f64.sin());
+        let way = 0.5 * pull * 0.25;
+        assert!((here.x - 5.0 * 0.122 + way).abs() < 1e-6, "slid to {} instead of {way}", here.x);
+    }
+}
+
+#[test]
+fn a_robot_at_a_wall_rougher_than_the_slope_stays() {
+    // Downhill is at the angle 0.6 from the wall's normal turned by a right angle: tan(pi/2 - 0.6) = 1.46.
+    let mut simulation = lying(&ledge(1.6), 0.01);
+    simulation.advance(0.5, &Straight);
+    let before = simulation.state().clone();
+    let report = simulation.advance(3.0, &Straight);
+    assert_eq!(report.unconverged, 0);
+    let moved = (simulation.state().pose[5].position - before.pose[5].position).norm();
+    assert!(moved < 1e-6, "crept {moved} m");
+}
+
+/// Blocks that carry no end sphere hold a robot on a slope by the friction of their edges alone.
+#[test]
+fn rough_edges_hold_a_robot_on_a_slope() {
+    let way = |friction: f64| {
+        let block = |k: i32| {
+            let shape = Shape::Box { size: [0.03, 1.0], x: 0.122 * f64::from(k), y: 0.0, angle: 0.0 };
+            Obstacle { height: Some(0.1), ..rough(shape, friction) }
+        };
+        let slope = Slope { angle: 0.2, direction: PI / 2.0 };
+        let scene = SceneConfig { obstacles: (0..5).map(block).collect(), slope, ..ground([0.2, 0.2]) };
+        let robot = RobotConfig { links: 5, ..RobotConfig::default() };
+        let pd = ControllerConfig::default();
+        let mut simulation = SpatialSimulation::new(&robot, &scene, &pd, &implicit(0.01, 2)).expect("admissible");
+        let head = Pose { position: Vector3::zeros(), orientation: orientation_of(0.0, 0.0, 0.0) };
+        simulation.place_chain(head, &[Vector2::zeros(); 4]);
+        simulation.rest_on_ground();
+        assert!((simulation.state().pose[0].position.z - 0.1 - RADIUS).abs() < 1e-9);
+        let report = simulation.advance(0.3, &Straight);
+        assert!(!report.diverged && report.unconverged == 0, "{report:?}");
+        (simulation.state().pose[2].position.y, simulation.min_gap())
+    };
+    // Without friction g sin(0.2) t^2 / 2; a cylinder that rolls on its edges moves less, one on smooth edges does not turn.
+    let smooth = way(0.0);
+    assert!((smooth.0 + 0.5 * 9.81 * 0.2_f64.sin() * 0.09).abs() < 1e-3, "{smooth:?}");
+    let held = way(1.0);
+    assert!(held.0.abs() < 0.7 * smooth.0.abs(), "{held:?}, smooth {smooth:?}");
+    assert!(held.1 > -1e-3 && smooth.1 > -1e-3);
+}
+
+/// Among rough pegs: no step fails, none asks for memory, neighbours in lanes do not matter, friction takes energy.
+#[test]
+fn rough_pegs_are_solved_alike_alone_and_in_lanes() {
+    let flat = Scene::new(&ground([0.2, 0.2])).unwrap();
+    let robot = Robot::new(&RobotConfig::default()).unwrap();
+    let system = SpatialSystem::new(robot, &flat, ControllerConfig::default()).unwrap();
+    let gait = undulation();
+    let posture: Vec<_> =
+        (0..10).map(|j| Vector2::new(Reference::<CardanTarget>::target(&gait, j, 0.0).yaw.angle, 0.0)).collect();
+    let robots = || -> Vec<SpatialScripted<CardanGait>> {
+        (0..9)
+            .map(|k| {
+                let obstacles: Vec<_> = table_7_5()
+                    .obstacles
+                    .into_iter()
+                    .map(|peg| Obstacle { friction: 0.05 * f64::from(k % 5), ..peg })
+                    .collect();
+                let head = Pose {
+                    position: Vector3::new(1.0247, 0.1416, 0.0),
+                    orientation: orientation_of(223.617_f64.to_radians(), 0.0, 0.0),
+                };
+                let gait = CardanGait { yaw: undulation().yaw, pitch: Gait::Wave(Wave::still()) };
+                SpatialScripted::new(&system.robot, PegGrid::of(&obstacles), head, &posture, gait)
+            })
+            .collect()
+    };
+    let mut together = robots();
+    let mut fleet = SpatialFleet::new(implicit_options(0.01, 2), &system, 9);
+    fleet.advance(&system, &mut together, 0.1, |_| true);
+    let before = REQUESTS.get();
+    fleet.advance(&system, &mut together, 0.4, |_| true);
+    assert_eq!(REQUESTS.get() - before, 0);
+    for (k, mut alone) in robots().into_iter().enumerate() {
+        let mut fleet = SpatialFleet::new(implicit_options(0.01, 2), &system, 1);
+        for duration in [0.1, 0.4] {
+            fleet.advance(&system, std::slice::from_mut(&mut alone), duration, |_| true);
+            let statistics = &alone.body.statistics;
+            assert!(!statistics.diverged && statistics.unconverged == 0, "robot {k}: {statistics:?}");
+        }
+        assert_eq!(together[k].body.state, alone.body.state, "robot {k}");
+    }
+}
