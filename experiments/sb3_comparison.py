@@ -1,12 +1,13 @@
-"""Measure the learner ppo against Stable-Baselines3's: the same hyper-parameters, fields and thread.
+"""Measure the learner ppo against Stable-Baselines3's, and where their time goes: the same hyper-parameters and thread.
 
     python -m experiments.sb3_comparison
     python -m experiments.sb3_comparison --config field-hard --steps 400000 --repetitions 3
 
 Runs alternate, so that other work on the machine weighs on all alike; the learner ppo runs once more with hidden
 layers that learn in bfloat16, which Stable-Baselines3 does not have. Rates are environment steps per second of CPU
-time, simulation and learning together. Each round of runs has its own seed, and all are then judged on fields for
-choosing, so that the faster ones are seen to learn no worse.
+time, which is wall time on a thread of its own, simulation and learning together; shares are those of the simulator
+(with what makes it an environment), of acting (inference and bookkeeping of rollouts) and of the update. Each round of
+runs has its own seed, and all are then judged on validation fields, so that the faster ones are seen to learn no worse.
 """
 
 from __future__ import annotations
@@ -15,17 +16,23 @@ import statistics
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from stable_baselines3 import PPO
+
 from snake_env.evaluation import rollout, seeds
 from snake_env.policies.interface import Policy
+from snake_env.sb3 import SnakeVecEnv
 from training import config as configs
 from training.cli import answer
 from training.config import RunConfig
 from training.evaluation.loading import load_model
 from training.learners import ppo, sb3
+from training.learners.mixture import Mixture
 from training.runs import RunFolder, versions, write_json
 
 LEARNERS: dict[str, tuple[Any, str, dict[str, bool]]] = {
@@ -34,6 +41,20 @@ LEARNERS: dict[str, tuple[Any, str, dict[str, bool]]] = {
     "ppo, bfloat16": (ppo.train, "ppo", {"bfloat16": True}),
 }
 """By name: what trains, the learner's name, and options of its networks."""
+
+PARTS: dict[str, dict[str, tuple[type, str]]] = {
+    "sb3": {
+        "step": (SnakeVecEnv, "step_wait"),
+        "collect": (PPO, "collect_rollouts"),
+        "learn": (PPO, "train"),
+    },
+    "ppo": {
+        "step": (Mixture, "step"),
+        "collect": (ppo.Learner, "collect"),
+        "learn": (ppo.Learner, "learn"),
+    },
+}
+"""By learner the methods whose time is measured."""
 
 FIELDS = 100
 
@@ -62,7 +83,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 def compare(args: Options) -> int:
     """Runs the learners in turn, prints and writes rates and scores."""
-    limits = {"num_threads": 1, "torch_threads": 1, "total_steps": args.steps, "max_minutes": None}
+    limits = {"num_threads": 1, "torch_threads": 1, "total_steps": args.steps, "evaluations": 0, "track": "none"}
     values = configs.read(args.config) | limits
     rows: dict[str, list[dict[str, float]]] = {name: [] for name in LEARNERS}
     with tempfile.TemporaryDirectory() as folder:
@@ -95,11 +116,40 @@ def run(name: str, values: dict[str, Any], path: Path) -> dict[str, float]:
     config = configs.parse(configs.LEARNERS[learner], values | {"learner": learner, "policy": policy_values})
     folder = RunFolder(path)
     folder.create(config)
-    start = time.process_time()
-    train(folder, config, False)
-    seconds = time.process_time() - start
+    spent: dict[str, float] = {}
+    with ExitStack() as stack:
+        for part, (owner, method) in PARTS[learner].items():
+            stack.enter_context(timed(owner, method, spent, part))
+        start = time.process_time()
+        train(folder, config, False)
+        seconds = time.process_time() - start
     steps = folder.read_curve()[-1]["steps"]
-    return {"steps per CPU second": steps / seconds, **judge(load_model(folder.policy), config)}
+    shares = {
+        "share of simulator": spent["step"] / seconds,
+        "share of acting": (spent["collect"] - spent["step"]) / seconds,
+        "share of update": spent["learn"] / seconds,
+    }
+    return {"steps per CPU second": steps / seconds, **shares, **judge(load_model(folder.policy), config)}
+
+
+@contextmanager
+def timed(owner: type, method: str, spent: dict[str, float], part: str) -> Iterator[None]:
+    """Adds the CPU time in a method of a class to ``spent[part]`` [s]."""
+    original = getattr(owner, method)
+    spent[part] = 0.0
+
+    def around(*arguments: Any, **keywords: Any) -> Any:
+        start = time.process_time()
+        try:
+            return original(*arguments, **keywords)
+        finally:
+            spent[part] += time.process_time() - start
+
+    setattr(owner, method, around)
+    try:
+        yield
+    finally:
+        setattr(owner, method, original)
 
 
 def judge(policy: Policy, config: RunConfig) -> dict[str, float]:

@@ -128,6 +128,15 @@ class SnakeVecEnv(VecEnv):
         return info
 
     @property
+    def books(self) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        """Return and length (n,) of the episodes that run; set them to continue from states taken before."""
+        return self._return.copy(), self._length.copy()
+
+    @books.setter
+    def books(self, value: tuple[NDArray[np.float64], NDArray[np.int64]]) -> None:
+        self._return[:], self._length[:] = value
+
+    @property
     def signals(self) -> dict[str, NDArray[Any]]:
         """The signals of all robots in the last step or reset, by name."""
         return _signals(self._infos)

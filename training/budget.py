@@ -1,4 +1,4 @@
-"""What ends a training run: its budget of steps and wall time, or a request to stop."""
+"""What ends a training run: its budget of environment steps, or a request to stop; and the wall time that it takes."""
 
 from __future__ import annotations
 
@@ -10,29 +10,25 @@ from typing import Any
 
 
 class Budget:
-    """Steps and wall time that a run may use; counts the time of earlier parts of a resumed run.
+    """Environment steps that a run may take, and the wall time used, that of earlier parts of a resumed run included.
+
+    Nothing that is learned depends on the wall time: the same configuration gives the same policy on a slow machine.
 
     Args:
         total_steps: environment steps, summed over the robots.
-        max_minutes: wall time; None: no limit.
+        steps: steps taken before.
         seconds: wall time used before.
     """
 
-    def __init__(self, total_steps: int, max_minutes: float | None, seconds: float = 0.0) -> None:
+    def __init__(self, total_steps: int, steps: int = 0, seconds: float = 0.0) -> None:
         self._total_steps = total_steps
-        self._max_seconds = float("inf") if max_minutes is None else 60.0 * max_minutes
         self._start = time.monotonic() - seconds
-        self._steps = 0
+        self._steps = steps
 
     @property
     def seconds(self) -> float:
         """Wall time used [s]."""
         return time.monotonic() - self._start
-
-    @property
-    def out_of_time(self) -> bool:
-        """The wall time is used up."""
-        return self.seconds >= self._max_seconds
 
     def note(self, steps: int) -> None:
         """Takes note of the steps taken so far."""
@@ -41,7 +37,28 @@ class Budget:
     @property
     def used(self) -> float:
         """Share of the budget that is used up, in [0, 1]."""
-        return min(1.0, max(self._steps / self._total_steps, self.seconds / self._max_seconds))
+        return min(1.0, self._steps / self._total_steps)
+
+
+class Interval:
+    """Equal intervals of environment steps.
+
+    Args:
+        length: steps from one to the next; zero: every call is due; None: none ever is.
+        steps: steps taken before.
+    """
+
+    def __init__(self, length: int | None, steps: int = 0) -> None:
+        self._length = length
+        self._done = self._number(steps)
+
+    def _number(self, steps: int) -> int:
+        return steps // self._length if self._length else 0
+
+    def due(self, steps: int) -> bool:
+        """Whether another interval has ended since the last call that said so."""
+        before, self._done = self._done, self._number(steps)
+        return self._length == 0 or self._done > before
 
 
 class StopRequest:

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from snake_env import ConfigError
 from snake_env.evaluation import seeds
+from snake_env.evaluation import tasks as benchmark_tasks
 from snake_env.registration import OWN_ID
 from snake_env.vector_env import refuse_others
 
@@ -101,7 +102,7 @@ class Ppo(Section):
         n_steps: Steps of each robot between two updates.
         batch_size: Samples per gradient step.
         n_epochs: Passes over the samples.
-        learning_rate: At the start; falls linearly with the share of the budget that is used.
+        learning_rate: At the start; falls linearly with the share of the steps that are taken.
         final_learning_rate: Share of the learning rate that is left at the end.
         gamma: Discount per control period.
         gae_lambda: Trade-off of bias and variance in the advantage.
@@ -132,7 +133,7 @@ class Evolution(Section):
     Args:
         fields: Fields on which each candidate plays an episode; all candidates of a generation on the same.
         spread: Standard deviation of the candidates around their mean.
-        learning_rate: Step of Adam at the start; falls linearly with the share of the budget that is used.
+        learning_rate: Step of Adam at the start; falls linearly with the share of the steps that are taken.
         final_learning_rate: Share of the learning rate that is left at the end.
         inputs: Blocks of the observation, or single elements as in "wave: sin_phase", that the network sees; None: all.
     """
@@ -151,7 +152,10 @@ class BehaviourCloning(Section):
         controller: Name of a scripted controller.
         task: Task of the benchmark for which the controller was tuned.
         policy: Instead of both, a file with a policy of the same hidden layers.
-        rounds: Rollouts on which the actor learns the controller's actions.
+        run: Instead of these, a configuration of the same hidden layers, which is trained first, with the same seed.
+        teachers: For each task of the run the policy that it imitates there: a shipped one or a file; with ``policy``
+            or ``run``, after the weights of that are taken over.
+        rounds: Rollouts on which the actor learns the actions of the controller, or of the teachers.
         critic_rounds: Rollouts on which only the critic learns, after that.
         epochs: Passes over the samples in each round.
     """
@@ -159,15 +163,19 @@ class BehaviourCloning(Section):
     controller: str | None = None
     task: str | None = None
     policy: str | None = None
+    run: str | None = None
+    teachers: dict[str, str] = {}
     rounds: Annotated[int, Field(ge=0)] = 12
     critic_rounds: Annotated[int, Field(ge=0)] = 12
     epochs: Count = 4
 
     @model_validator(mode="after")
     def _one_source(self) -> BehaviourCloning:
-        given = self.controller, self.task, self.policy
-        if [value is None for value in given] not in ([False, False, True], [True, True, False]):
-            raise ConfigError("behaviour_cloning", given, "controller and task, or a policy")
+        given = [name for name in ("controller", "task", "policy", "run", "teachers") if getattr(self, name)]
+        weights = given[:-1] if given[-1:] == ["teachers"] else given
+        if given not in (["controller", "task"], ["teachers"]) and weights not in (["policy"], ["run"]):
+            expected = "controller and task, a policy, a run, or teachers with or without a policy or a run"
+            raise ConfigError("behaviour_cloning", " and ".join(given) or "nothing", expected)
         return self
 
 
@@ -182,9 +190,12 @@ class RunConfig(Section):
         num_threads: Threads of the simulator.
         torch_threads: Threads of the learner, which waits while the simulator runs, and vice versa.
         seed: Of networks, noise and fields.
-        total_steps: Environment steps after which training ends, summed over the robots.
-        max_minutes: Wall time after which training ends; None: no limit.
-        checkpoint_seconds: Wall time between checkpoints; zero: one after every update.
+        total_steps: Environment steps after which training ends, summed over the robots; schedules follow them.
+        checkpoint_steps: Environment steps between checkpoints; zero: one after every update.
+        evaluations: How many times in a run the policy plays on validation fields, without exploration; the best of
+            these policies is kept. Zero: never.
+        evaluation_fields: Validation fields of each task that it plays on.
+        track: Where losses, scores and rates go beside the learning curve.
     """
 
     learner: str
@@ -196,11 +207,30 @@ class RunConfig(Section):
     torch_threads: Count = 1
     seed: Annotated[int, Field(ge=0, lt=seeds.TRAINING.stop)] = 0
     total_steps: Count = 10_000_000
-    max_minutes: Positive | None = None
-    checkpoint_seconds: NotNegative = 30.0
+    checkpoint_steps: Annotated[int, Field(ge=0)] = 500_000
+    evaluations: Annotated[int, Field(ge=0)] = 10
+    evaluation_fields: Count = 50
+    track: Literal["tensorboard", "none"] = "tensorboard"
 
-    ADJUSTABLE: ClassVar = ("max_minutes", "total_steps", "num_threads", "torch_threads", "checkpoint_seconds")
+    ADJUSTABLE: ClassVar = (
+        "total_steps",
+        "num_threads",
+        "torch_threads",
+        "checkpoint_steps",
+        "evaluations",
+        "evaluation_fields",
+        "track",
+    )
     """Fields that may change when a run is resumed."""
+
+    @property
+    def evaluation_interval(self) -> int | None:
+        """Environment steps from one evaluation to the next; None: there is none."""
+        return max(1, self.total_steps // self.evaluations) if self.evaluations else None
+
+    def environments(self) -> list[tuple[str, str, dict[str, Any]]]:
+        """Name of the task, environment and keywords of each task of the run; one alone has an empty name."""
+        return [("", self.env_id, self.env)]
 
     @field_validator("env_id")
     @classmethod
@@ -244,11 +274,37 @@ class PpoConfig(CurriculumConfig):
 
     Args:
         behaviour_cloning: What the policy imitates first; None: it begins with random weights.
+        tasks: Robots in each of several tasks of the benchmark, by name, for one policy for all of them; ``env_id`` is
+            then one of their environments, and ``env`` has the keywords that they share. Empty: ``env_id`` alone.
     """
 
     learner: Annotated[Literal["ppo"], tyro.conf.Suppress] = "ppo"
     behaviour_cloning: BehaviourCloning | None = None
+    tasks: dict[str, Count] = {}
     policy: PpoNetworks = PpoNetworks()
+
+    def environments(self) -> list[tuple[str, str, dict[str, Any]]]:
+        """As :meth:`RunConfig.environments`; the keywords in ``env`` come on top of those of the tasks."""
+        if not self.tasks:
+            return super().environments()
+        known = benchmark_tasks.load()
+        return [(name, known[name].env_id, known[name].options | self.env) for name in self.tasks]
+
+    @model_validator(mode="after")
+    def _tasks_fit(self) -> PpoConfig:
+        known = benchmark_tasks.load()
+        for name in self.tasks:
+            if name not in known:
+                raise ConfigError("tasks", name, f"some of {', '.join(known)}")
+        if self.tasks and sum(self.tasks.values()) != self.num_envs:
+            raise ConfigError("num_envs", self.num_envs, f"{sum(self.tasks.values())}, the robots of all tasks")
+        if self.tasks and self.curriculum:
+            raise ConfigError("curriculum", self.curriculum, "0 with several tasks")
+        teachers = () if self.behaviour_cloning is None else tuple(self.behaviour_cloning.teachers)
+        if teachers and set(teachers) != set(self.tasks):
+            expected = f"one for each of the tasks {', '.join(self.tasks) or 'of a run of several'}"
+            raise ConfigError("behaviour_cloning.teachers", ", ".join(teachers), expected)
+        return self
 
 
 class EvolutionConfig(RunConfig):

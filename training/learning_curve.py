@@ -1,4 +1,4 @@
-"""The lines of a learning curve: means over the episodes that ended last."""
+"""The lines of a learning curve: means over the episodes that ended last, with several tasks over the tasks' means."""
 
 from __future__ import annotations
 
@@ -31,12 +31,13 @@ class LearningCurve:
 
     def __init__(self, budget: Budget, steps: int = 0) -> None:
         self._budget = budget
-        self._ended: deque[dict[str, float]] = deque(maxlen=EPISODES)
+        self._ended: dict[str, deque[dict[str, float]]] = {}
         self._last = (budget.seconds, steps)
 
     def note(self, episode_return: float, signals: Mapping[str, Any]) -> None:
-        """Takes note of an episode that has ended, with the signals of its last step."""
-        self._ended.append({"return": episode_return, **{key: float(signals[key]) for key in SIGNALS}})
+        """Takes note of an episode that has ended, with the signals of its last step, and of its task if it has one."""
+        ended = self._ended.setdefault(str(signals.get("task", "")), deque(maxlen=EPISODES))
+        ended.append({"return": float(episode_return), **{key: float(signals[key]) for key in SIGNALS}})
 
     def row(self, steps: int) -> dict[str, float]:
         """The next line: steps, seconds, rate, means over the last episodes."""
@@ -45,8 +46,18 @@ class LearningCurve:
         self._last = (seconds, steps)
         row = {"steps": steps, "seconds": round(seconds, 2), "steps_per_second": round(rate)}
         for key in ("return", *SIGNALS) if self._ended else ():
-            row[key] = round(float(np.mean([episode[key] for episode in self._ended])), 4)
+            means = {task: float(np.mean([one[key] for one in ended])) for task, ended in sorted(self._ended.items())}
+            row[key] = round(float(np.mean(list(means.values()))), 4)
+            row |= {f"{key}/{task}": round(mean, 4) for task, mean in means.items() if task}
         return row
+
+    def state(self) -> dict[str, list[dict[str, float]]]:
+        """The episodes that ended last, by task."""
+        return {task: list(ended) for task, ended in self._ended.items()}
+
+    def restore(self, state: Mapping[str, list[dict[str, float]]]) -> None:
+        """Takes over what :meth:`state` returned."""
+        self._ended = {task: deque(ended, maxlen=EPISODES) for task, ended in state.items()}
 
 
 def text(row: Mapping[str, float]) -> str:

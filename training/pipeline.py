@@ -1,11 +1,11 @@
 """Train a policy, compare it with the scripted gaits, draw the figures and a video: what ``make train`` runs.
 
     python -m training pipeline
-    python -m training pipeline --out runs/second --max-minutes 30 --seed 1
+    python -m training pipeline --out runs/second --total-steps 30000000 --seed 1
 
 Three stages: the search for the best gait (``gaits/``), training (``policy/``) and the evaluation (``evaluation.json``,
 figures, video). The same command continues a stopped run: finished stages are not repeated, and training resumes from
-its latest checkpoint with the remaining wall time; only the evaluation is always repeated. The run starts over with
+its latest checkpoint; only the evaluation is always repeated. The run starts over with
 ``--fresh``, or if configuration or seed differ from those of the run in the folder.
 """
 
@@ -46,7 +46,7 @@ class Options:
     Args:
         out: Output folder.
         config: YAML or JSON file, or a name in training/configs.
-        max_minutes: Wall time of training; overrides the configuration.
+        total_steps: Environment steps of training; overrides the configuration.
         seed: Seed of training; overrides the configuration.
         fields: Number of held-out fields in the evaluation.
         fresh: Start over even if the folder holds a matching run.
@@ -54,7 +54,7 @@ class Options:
 
     out: Path = Path("runs/train")
     config: Path = Path("default")
-    max_minutes: float | None = None
+    total_steps: int | None = None
     seed: int | None = None
     fields: int = FIELDS
     fresh: bool = False
@@ -78,7 +78,7 @@ def run(args: Options) -> int:
 
 
 def _stages(args: Options) -> int:
-    changes = {name: value for name in ("max_minutes", "seed") if (value := getattr(args, name)) is not None}
+    changes = {name: value for name in ("total_steps", "seed") if (value := getattr(args, name)) is not None}
     config = configs.load(args.config).with_changes(**changes)
     folder = RunFolder(args.out / "policy")
     if args.fresh or (folder.exists and not _holds(folder, config)):

@@ -5,7 +5,10 @@ versions.json            what it ran on
 checkpoints/000123456.*  policy and optimiser after that many environment steps
 progress.json            wall seconds of training at each checkpoint
 curve.jsonl              one line an update: steps, seconds, means over the last episodes
-policy.safetensors       the policy at the end (model.zip of training.train)
+evaluations.jsonl        one line an evaluation: steps, means over validation fields without exploration
+tensorboard/             losses, diagnostics, rates, shares of wall time
+policy.safetensors       the policy at the end (model.zip of Stable-Baselines3)
+best.safetensors         the policy that was best in an evaluation (best.zip of Stable-Baselines3)
 finished.json            present when the budget has been used up
 """
 
@@ -114,6 +117,11 @@ class RunFolder:
         """The policy at the end of the run."""
         found = [self.path / name for name in POLICIES if (self.path / name).exists()]
         return found[0] if found else self.path / POLICIES[0]
+
+    @property
+    def best(self) -> Path:
+        """The policy that was best in an evaluation."""
+        return self.path / f"best{self.policy.suffix}"
 
     def latest(self) -> Path | None:
         """The checkpoint after the most steps."""

@@ -5,7 +5,9 @@
     python -m training train --resume --out runs/field
 
 Learners are ppo (the PPO of this package), sb3 (the PPO of Stable-Baselines3) and evolution (evolution strategies).
-Every value of a configuration has an option; the options depend on the learner. Ctrl-C saves and stops.
+Every value of a configuration has an option; the options depend on the learner. Ctrl-C saves and stops. The budget is
+in environment steps: the same configuration and seed give the same policy, whatever the speed of the machine and
+however often the run was stopped. ``tensorboard --logdir runs/field`` shows losses, diagnostics and evaluations.
 """
 
 from __future__ import annotations
@@ -42,7 +44,6 @@ class Options:
         out: Folder of the run.
         config: YAML or JSON file, or a name in training/configs.
         resume: Continue from the latest checkpoint if the folder holds a run.
-        seconds: Wall time of training, that before a resumption included.
         action_mode: Meaning of the actions; overrides the configuration.
         bar: Show progress.
     """
@@ -50,7 +51,6 @@ class Options:
     out: Path = Path("runs/train")
     config: Path = Path("default")
     resume: bool = False
-    seconds: float | None = None
     action_mode: Literal["gait", "joints", "residual"] | None = None
     bar: bool = True
 
@@ -126,8 +126,6 @@ def _parse(kind: type[Kind], text: str | None, given: list[str], load: Load[Kind
         ],
     )
     config: RunConfig = tyro.cli(both, args=given, description=text, config=(tyro.conf.AvoidSubcommands,)).values
-    if options.seconds is not None:
-        config = config.with_changes(max_minutes=options.seconds / 60.0)
     if options.action_mode is not None:
         config = config.with_changes(env=config.env | {"action_mode": options.action_mode})
     if begun is not None:

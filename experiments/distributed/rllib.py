@@ -23,7 +23,7 @@ from experiments.distributed import cluster
 from snake_env import ConfigError
 from snake_env.evaluation import seeds
 from snake_env.policies import files
-from training.budget import Budget, StopRequest
+from training.budget import Budget, Interval, StopRequest
 from training.config import LEARNERS, Networks, Ppo, RunConfig, load_as
 from training.learning_curve import EPISODES, SIGNALS, text
 from training.runs import RunFolder
@@ -141,8 +141,9 @@ def train(folder: RunFolder, config: RllibConfig, show: bool, runners: int) -> i
         with folder.resumed():
             algorithm.restore_from_path(str(saved.resolve()))
         seconds = folder.read_curve()[-1]["seconds"]
-    budget = Budget(config.total_steps, config.max_minutes, seconds)
-    saved_at = budget.seconds
+    steps = int(folder.read_curve()[-1]["steps"]) if saved.exists() else 0
+    budget = Budget(config.total_steps, steps, seconds)
+    checkpoints = Interval(config.checkpoint_steps, steps)
     with StopRequest() as stop:
         while True:
             row = curve_row(algorithm.train(), budget)
@@ -151,9 +152,8 @@ def train(folder: RunFolder, config: RllibConfig, show: bool, runners: int) -> i
             if show:
                 print(text(row), flush=True)
             ends = stop.received or budget.used >= 1.0
-            if ends or budget.seconds - saved_at > config.checkpoint_seconds:
+            if checkpoints.due(int(row["steps"])) or ends:
                 algorithm.save_to_path(str(saved.resolve()))
-                saved_at = budget.seconds
             if ends:
                 break
     weights = algorithm.get_module().get_state()

@@ -74,6 +74,14 @@ class MemoryTraces:
         """The next observation of the robots in ``rows`` (n,) begins an episode."""
         self._new |= rows
 
+    def state(self) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+        """The traces (n, times, remembered), and whose next observation begins an episode (n,)."""
+        return self._traces, self._new
+
+    def restore(self, traces: NDArray[np.float32], new: NDArray[np.bool_]) -> None:
+        """Takes over what :meth:`state` returned."""
+        self._traces, self._new = traces.copy(), new.copy()
+
     def _after(self, observation: NDArray[np.float32], rows: Any) -> NDArray[np.float32]:
         now = observation[:, None, self._places]
         before: NDArray[np.float32] = np.where(self._new[rows, None, None], now, self._traces[rows])

@@ -66,7 +66,7 @@ def test_a_run_that_does_not_fit_says_what_it_was_begun_with(tmp_path, capsys, w
         ),
         (
             "evaluate --policy nowhere.zip",
-            "policy = nowhere.zip: expected the policy.safetensors or model.zip",
+            "policy = nowhere.zip: expected one of corridor",
         ),
         (
             "evaluate --gait 300,120,-50",
@@ -74,7 +74,7 @@ def test_a_run_that_does_not_fit_says_what_it_was_begun_with(tmp_path, capsys, w
         ),
         (
             "inspect --policy nowhere",
-            "policy = nowhere: expected the policy.safetensors or model.zip",
+            "policy = nowhere: expected one of corridor",
         ),
         ("experiments.sb3_comparison --config nowhere", "config = nowhere: expected a YAML or JSON file, or a name"),
         ("pipeline --config nowhere", "config = nowhere: expected a YAML or JSON file, or a name"),

@@ -19,7 +19,8 @@ SMALL = config.EvolutionConfig(
     num_envs=16,
     num_threads=1,
     total_steps=640,
-    checkpoint_seconds=0.0,
+    checkpoint_steps=0,
+    evaluations=0,
     policy=config.EvolutionNetworks(hidden=(8,), symmetric=True),
     evolution=config.Evolution(fields=2),
 )

@@ -1,6 +1,8 @@
 """The learner ppo learns, repeats itself, resumes, and leaves policies that NumPy alone can play."""
 
 import json
+import os
+import signal
 import subprocess
 import sys
 
@@ -15,7 +17,7 @@ import torch
 import snake_env
 from snake_env.evaluation import acting, rollout, seeds
 from snake_env.policies import GaitParameters, Network, files
-from training import config, evaluate, runs, train
+from training import config, evaluate, progress, runs, train
 from training.evaluation import loading
 from training.learners import agent, ppo, sb3
 from training.learners.collector import Rollout
@@ -64,10 +66,107 @@ def test_a_finished_folder_is_not_overwritten(trained, capsys):
     assert "--resume" in capsys.readouterr().err
 
 
-def test_a_budget_of_seconds_ends_the_run(tmp_path):
-    endless = ["--total-steps", "100000000", "--seconds", "1"]
-    assert train.main(["--learner", "ppo", "--out", str(tmp_path / "run"), *SMOKE, *endless]) == 0
-    assert json.loads((tmp_path / "run" / "finished.json").read_text())["seconds"] < 20
+def stop_at(monkeypatch, steps):
+    """The next run gets a signal in the rollout after so many steps."""
+    collect = ppo.Learner.collect
+
+    def stopping(learner):
+        collect(learner)
+        if learner.steps == steps:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(ppo.Learner, "collect", stopping)
+
+
+MEMORY = ["--policy.memory", "0.2", "--policy.symmetric", "--curriculum", "0.5"]
+"""Everything that a checkpoint has to keep."""
+
+
+def test_a_run_that_was_stopped_ends_as_one_that_was_not(tmp_path, monkeypatch):
+    """Networks, optimiser, robots in the middle of their episodes, memory and random states go on bit for bit."""
+    arguments = ["--learner", "ppo", *SMOKE, *MEMORY]
+    assert train.main([*arguments, "--out", str(tmp_path / "whole")]) == 0
+    with monkeypatch.context() as patch:
+        stop_at(patch, 1280)
+        assert train.main([*arguments, "--out", str(tmp_path / "parts")]) == 130
+    assert train.main(["--learner", "ppo", "--out", str(tmp_path / "parts"), "--resume", "--no-bar"]) == 0
+    whole, parts = folder(tmp_path / "whole"), folder(tmp_path / "parts")
+    first, second = (files.read(one.policy)[0] for one in (whole, parts))
+    assert all(np.array_equal(first[name], second[name]) for name in first)
+    timing = ("seconds", "steps_per_second")
+    for row, other in zip(whole.read_curve(), parts.read_curve(), strict=True):
+        assert {key: row[key] for key in row if key not in timing} == {
+            key: other[key] for key in other if key not in timing
+        }
+    assert (whole.path / "evaluations.jsonl").read_text() == (parts.path / "evaluations.jsonl").read_text()
+    assert whole.best.read_bytes() == parts.best.read_bytes()
+
+
+def test_diagnostics_are_what_their_names_mean():
+    """A first gradient step has moved nothing; what the critic explains is one less the share it misses."""
+    torch.manual_seed(0)
+    actor_critic = agent.Agent(3, 2, config.PpoNetworks(hidden=(8,)), None)
+    played = Rollout(6, 1, 3, 2)
+    played.observation.normal_()
+    played.action.normal_()
+    target = torch.randn(6)
+    with torch.no_grad():
+        played.log_density[:] = actor_critic.log_density(played.observation, played.action)
+        played.value[:] = (0.5 * target)[:, None]
+    optimiser = torch.optim.Adam(actor_critic.parameters())
+    settings = config.Ppo(batch_size=6, n_epochs=1)
+    found = ppo.update(actor_critic, optimiser, played, (torch.randn(6), target), settings, np.random.default_rng(0))
+    assert found["train/approx_kl"] == pytest.approx(0.0, abs=1e-6)
+    assert found["train/clip_fraction"] == 0.0
+    assert found["train/explained_variance"] == pytest.approx(0.75, rel=1e-5)
+    assert found["train/gradient_steps"] == 1.0
+    law = torch.distributions.Normal(torch.zeros(2), torch.full((2,), np.exp(-1.0)))
+    assert found["train/entropy_loss"] == pytest.approx(-float(law.entropy().sum()), abs=0.01)  # after one step
+    many = config.Ppo(batch_size=6, n_epochs=50, clip_range=0.05, learning_rate=0.1)
+    played.log_density -= 1.0  # ratios are e
+    found = ppo.update(actor_critic, optimiser, played, (torch.randn(6), target), many, np.random.default_rng(0))
+    assert found["train/clip_fraction"] > 0.5
+    assert found["train/approx_kl"] > 0.1
+
+
+def test_the_best_policy_of_a_run_is_kept(tmp_path, monkeypatch):
+    """Of three evaluations the second scores highest: its policy stays."""
+    merits = iter([0.1, 0.9, 0.5])
+
+    def scores(self, policy, env_id, options):
+        return dict.fromkeys(("is_success", "speed", "return"), next(merits))
+
+    monkeypatch.setattr(progress.Progress, "_scores", scores)
+    arguments = ["--learner", "ppo", *SMOKE, "--evaluations", "3", "--total-steps", "768"]
+    assert train.main([*arguments, "--out", str(tmp_path)]) == 0
+    run = folder(tmp_path)
+    assert files.read(run.best)[1]["steps"] == 512
+    rows = [json.loads(line) for line in (tmp_path / "evaluations.jsonl").read_text().splitlines()]
+    assert [(row["steps"], row["is_success"]) for row in rows] == [(256, 0.1), (512, 0.9), (768, 0.5)]
+    assert not (tmp_path / "candidate.safetensors").exists()
+
+
+def test_a_run_may_be_tracked_or_not(trained, tmp_path):
+    assert list((trained.path / "tensorboard").glob("events*"))
+    few = ["--total-steps", "256", "--track", "none"]
+    assert train.main(["--learner", "ppo", "--out", str(tmp_path / "quiet"), *SMOKE, *few]) == 0
+    assert not (tmp_path / "quiet" / "tensorboard").exists()
+
+
+def test_a_run_begins_from_another_that_it_trains_first(tmp_path, capsys):
+    path = tmp_path / "first.json"
+    first = config.load("smoke", "ppo").with_changes(total_steps=512)
+    config.save(first, path)
+    second = tmp_path / "second.json"
+    cloning = config.BehaviourCloning(run=str(path), critic_rounds=1)
+    config.save(first.with_changes(behaviour_cloning=cloning, total_steps=1024), second)
+    out = tmp_path / "run"
+    assert train.main(["--config", str(second), "--seed", "3", "--no-bar", "--out", str(out)]) == 0
+    before, after = folder(out / "before"), folder(out)
+    assert before.finished
+    assert before.config().seed == 3
+    assert files.read(after.policy)[1]["behaviour_cloning"]["run"] == str(path), "no path of this machine"
+    assert after.read_curve()[0]["steps"] == 512, "256 steps for the critic, 256 for the first update"
 
 
 def test_numpy_plays_what_torch_has_learnt(trained):

@@ -22,7 +22,8 @@ SMOKE = {
     "num_envs": 8,
     "policy": {"hidden": [8]},
     "ppo": {"n_steps": 32, "batch_size": 64, "n_epochs": 1},
-    "checkpoint_seconds": 0.0,
+    "checkpoint_steps": 0,
+    "evaluations": 0,
 }
 
 

@@ -3,13 +3,14 @@
 A configuration with a section ``behaviour_cloning`` begins like this, before the first update of PPO. The agent acts,
 and the actor learns by least squares what the controller would have done; the samples of all rounds are kept (DAgger;
 Ross, Gordon and Bagnell 2011), so that the actor knows the right action where its own mistakes lead to. Labels are
-exact, since the controller sees the same observations. From a policy trained before, the weights are copied. Then only
-the critic learns: an untrained critic would undo in a few updates what was cloned.
+exact, since the controller sees the same observations. A run of several tasks may have a policy trained before as the
+teacher in each of them. From one policy trained before, the weights are copied. Then only the critic learns: an
+untrained critic would undo in a few updates what was cloned.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,9 +22,12 @@ from torch import Tensor, nn
 from snake_env import ConfigError
 from snake_env.evaluation.rollout import layout_of
 from snake_env.policies import files
+from snake_env.policies.interface import INTERFACE
 from snake_env.policies.memory import network_inputs, time_constants
 from snake_env.policies.scripted import catalogue
+from snake_env.policies.shipped import load_policy, policy_path
 from training.config import BehaviourCloning
+from training.learners.mixture import Part, parts
 
 WAVE_ACTIONS = 4
 """Actions of mode ``gait``; mode ``residual`` has them first, and the offsets of joints after them."""
@@ -65,6 +69,52 @@ class Expert:
         self._controller.reset(rows)
 
 
+class Teachers:
+    """Trained policies, each the expert of the robots of one task, which observe what the learner's robots observe.
+
+    A teacher gets those elements of the learner's observation that it was trained on, by name, and has a memory of its
+    own along the learner's trajectories.
+
+    Args:
+        policies: by task its policy, a shipped one or a file.
+        of: the tasks of the learner.
+
+    Raises:
+        ConfigError: a teacher observes or does what the learner does not.
+    """
+
+    def __init__(self, policies: Mapping[str, str], of: Sequence[Part]) -> None:
+        self._teachers = [_Teacher(policies[part.name], part) for part in of]
+
+    def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Actions (n, a)."""
+        return np.concatenate([teacher(observation[teacher.robots]) for teacher in self._teachers])
+
+    def forget(self, rows: NDArray[np.bool_]) -> None:
+        """The robots in ``rows`` begin an episode."""
+        for teacher in self._teachers:
+            teacher.policy.reset(rows[teacher.robots])
+
+
+class _Teacher:
+    """A trained policy as the expert of the robots of one task."""
+
+    def __init__(self, name: str, part: Part) -> None:
+        self.policy, self.robots = load_policy(name), part.robots
+        of_task = {key: value for key, value in part.options.items() if key not in INTERFACE}
+        own, theirs = (layout_of(part.env_id, of) for of in (part.options, of_task | self.policy.env_options))
+        self.policy.begin(theirs, part.robots.stop - part.robots.start)
+        seen = network_inputs(own, ())
+        self._sees = _matches(network_inputs(theirs, ()), seen)
+        if -1 in self._sees or done(own) != done(theirs):
+            options = ", ".join(f"{key} {value}" for key, value in self.policy.env_options.items())
+            raise ConfigError("behaviour_cloning.teachers", name, f"one that acts as the learner does, not {options}")
+
+    def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Actions for the learner's observations, whose first elements are those of the environment."""
+        return np.clip(self.policy(observation[:, self._sees]), -1.0, 1.0)
+
+
 def _action_mode(layout: dict[str, Any]) -> str:
     """By the number of actions: only the wave, only joints, or both."""
     joints = next(block["size"] for block in layout["observation"] if block["name"] == "joint_angle")
@@ -75,8 +125,10 @@ def begin(learner: Any, cloning: BehaviourCloning) -> None:
     """Makes the agent of a :class:`training.learners.ppo.Learner` what ``cloning`` says, then warms its critic up."""
     layout = layout_of(learner.config.env_id, learner.config.env)
     if cloning.policy is not None:
-        take_over(learner.agent, layout, learner.config.policy.memory, Path(cloning.policy))
-    else:
+        take_over(learner.agent, layout, learner.config.policy.memory, policy_path(cloning.policy))
+    if cloning.teachers:
+        imitate(learner, Teachers(cloning.teachers, parts(learner.config)), cloning)
+    elif cloning.controller is not None:
         imitate(learner, Expert(cloning, layout, learner.config.num_envs), cloning)
     for _ in range(cloning.critic_rounds):
         learner.collect()
@@ -138,17 +190,18 @@ def _taken(rows: NDArray[np.float32], places: list[int]) -> NDArray[np.float32]:
     return np.stack([rows[k] if k >= 0 else np.zeros_like(rows[0]) for k in places])
 
 
-def imitate(learner: Any, expert: Expert, cloning: BehaviourCloning) -> None:
-    """Trains the actor on a controller's actions along the actor's own trajectories (DAgger)."""
+def imitate(learner: Any, expert: Expert | Teachers, cloning: BehaviourCloning) -> None:
+    """Trains the actor on an expert's actions along the actor's own trajectories (DAgger)."""
     seen, told = [], []
     for _ in range(cloning.rounds):
         learner.collect()
         seen.append(learner.rollout.observation.flatten(0, 1).clone())
         told.append(labels(expert, learner.rollout.observation, learner.rollout.done))
-        fit(learner.agent.actor, torch.cat(seen), torch.cat(told), cloning.epochs, learner.rng)
+        missed = fit(learner.agent.actor, torch.cat(seen), torch.cat(told), cloning.epochs, learner.rng)
+        print(f"imitation, {learner.steps} steps: mean squared error {missed:.4f}", flush=True)
 
 
-def labels(expert: Expert, observation: Tensor, done: NDArray[np.bool_]) -> Tensor:
+def labels(expert: Expert | Teachers, observation: Tensor, done: NDArray[np.bool_]) -> Tensor:
     """What the expert would have done (T n, a) along rollouts (T, n, o), from one to the next."""
     told = []
     for seen, ended in zip(observation.numpy(), done, strict=True):

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any, cast
+import time
+from typing import Any
 
-import gymnasium as gym
 import numpy as np
 import torch
 from torch import Tensor
 
-import snake_env  # noqa: F401
+from snake_env._robots import RobotState
 from snake_env.policies.memory import MemoryTraces, network_inputs
 from training.config import Ppo, PpoConfig
 from training.learners.agent import Agent
+from training.learners.mixture import Mixture, parts
 from training.learning_curve import SIGNALS, Note
 
 ARRAYS = ("observation", "action", "log_density", "value", "reward", "done")
@@ -59,11 +60,13 @@ class Collector:
         seed: of the first robot's fields; the others take the seeds after it.
         used: share of the training budget used up before.
         note: Is called with each finished episode.
+
+    Attributes:
+        simulator_seconds: wall time spent in the simulator [s].
     """
 
     def __init__(self, config: PpoConfig, seed: int, used: float, note: Note) -> None:
-        options = {"num_threads": config.num_threads, "autoreset_mode": "SameStep", **config.env}
-        self._env = cast(Any, gym.make_vec(config.env_id, num_envs=config.num_envs, **options))
+        self._env = Mixture(parts(config), config.num_threads)
         layout = self._env.layout
         self._traces = MemoryTraces(layout, config.policy.memory, config.num_envs)
         self.observations = len(network_inputs(layout, config.policy.memory))
@@ -74,7 +77,8 @@ class Collector:
         self._returns = np.zeros(config.num_envs)
         self._config = config
         self.advance(used)
-        self.observation = torch.from_numpy(self._traces(self._env.reset(seed=seed)[0]))
+        self.observation = torch.from_numpy(self._traces(self._env.reset(seed)))
+        self.simulator_seconds = 0.0
 
     def advance(self, used: float) -> None:
         """Sets the difficulty of the episodes that begin from now on; ``used`` is the share of the budget used up."""
@@ -88,7 +92,9 @@ class Collector:
         for t in range(len(rollout.reward)):
             rollout.observation[t] = self.observation
             rollout.action[t], rollout.log_density[t] = agent.act(self.observation, noise)
+            start = time.perf_counter()
             observation, reward, terminated, truncated, infos = self._env.step(rollout.action[t].numpy())
+            self.simulator_seconds += time.perf_counter() - start
             self._returns += reward
             rollout.reward[t], rollout.done[t] = reward, terminated | truncated
             if "final_obs" in infos:
@@ -104,8 +110,33 @@ class Collector:
 
     def _note_ends(self, infos: dict[str, Any]) -> None:
         for i in np.flatnonzero(infos["_final_obs"]):
-            self._note(self._returns[i], {name: infos["final_info"][name][i] for name in SIGNALS})
+            self._note(self._returns[i], {name: infos["final_info"][name][i] for name in (*SIGNALS, "task")})
             self._returns[i] = 0.0
+
+    def state(self) -> dict[str, Tensor]:
+        """All that continues the robots bit for bit: their states, their memory, and the returns of their episodes."""
+        states = self._env.get_state()
+        traces, new = self._traces.state()
+        return {
+            "core": torch.frombuffer(bytearray(b"".join(one.core for one in states)), dtype=torch.uint8),
+            "lengths": torch.tensor([len(one.core) for one in states]),
+            "finished": torch.tensor([one.finished for one in states]),
+            "previous_action": torch.from_numpy(np.stack([one.previous_action for one in states])),
+            "traces": torch.from_numpy(traces),
+            "new": torch.from_numpy(new),
+            "returns": torch.from_numpy(self._returns),
+            "observation": self.observation,
+        }
+
+    def restore(self, state: dict[str, Tensor]) -> None:
+        """Continues the robots from :meth:`state`."""
+        cores = state["core"].numpy().tobytes()
+        ends = np.cumsum(state["lengths"].numpy()).tolist()
+        robots = zip([0, *ends], ends, state["finished"].tolist(), state["previous_action"].numpy(), strict=False)
+        self._env.set_state([RobotState(cores[start:end], done, action.copy()) for start, end, done, action in robots])
+        self._traces.restore(state["traces"].numpy(), state["new"].numpy())
+        self._returns[:] = state["returns"].numpy()
+        self.observation = state["observation"]
 
     def close(self) -> None:
         """Closes the batch."""

@@ -14,6 +14,7 @@ The covariance of the candidates stays a multiple of the identity. CMA-ES would 
 
 from __future__ import annotations
 
+import time
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -149,6 +150,7 @@ class Learner:
 
     def __init__(self, config: EvolutionConfig, steps: int, note: Note) -> None:
         self.config, self.steps, self._note = config, steps, note
+        self.simulator_seconds = 0.0
         self._evolution = config.evolution
         self._pairs, rest = divmod(config.num_envs, 2 * self._evolution.fields)
         if rest or not self._pairs:
@@ -185,17 +187,36 @@ class Learner:
         """An episode of each network on each field (c f,), one network after another, and the steps this took."""
         layers = self.networks.layers(vectors)
         n = len(vectors) * len(fields)
-        played, steps = play(self._env, lambda seen: self.networks.act(layers, seen), fields * len(vectors))
+        inside = 0.0
+
+        def act(seen: NDArray[np.float32]) -> NDArray[np.float32]:
+            nonlocal inside
+            began = time.perf_counter()
+            action = self.networks.act(layers, seen)
+            inside += time.perf_counter() - began
+            return action
+
+        start = time.perf_counter()
+        played, steps = play(self._env, act, fields * len(vectors))
+        self.simulator_seconds += time.perf_counter() - start - inside
         return played, n * steps
 
-    def learn(self, used: float) -> None:
+    def learn(self, used: float) -> dict[str, float]:
         """Moves the mean; ``used`` is the share of the budget that is used up."""
         evolution = self._evolution
         rate = evolution.learning_rate * (1.0 - (1.0 - evolution.final_learning_rate) * used)
         for group in self._optimiser.param_groups:
             group["lr"] = rate
-        self._mean.grad = torch.from_numpy(slope(self._changes, self._score))
+        direction = slope(self._changes, self._score)
+        self._mean.grad = torch.from_numpy(direction)
         self._optimiser.step()
+        return {
+            "train/learning_rate": rate,
+            "train/score_mean": float(self._score.mean()),
+            "train/score_std": float(self._score.std()),
+            "train/slope_norm": float(np.linalg.norm(direction)),
+            "train/mean_norm": float(np.linalg.norm(self.mean)),
+        }
 
     def begin(self) -> None:
         """Begins as it was made."""
@@ -208,15 +229,17 @@ class Learner:
         """Closes the batch."""
         self._env.close()
 
-    def save(self, path: Path) -> None:
+    def save(self, path: Path, curve: dict[str, Any]) -> None:
         """Writes a checkpoint."""
-        torch.save({"mean": self._mean, "optimiser": self._optimiser.state_dict()}, path)
+        torch.save({"mean": self._mean, "optimiser": self._optimiser.state_dict(), "curve": curve}, path)
 
-    def restore(self, path: Path) -> None:
-        """Takes over the mean and the optimiser of a checkpoint."""
+    def restore(self, path: Path) -> dict[str, Any]:
+        """Takes over the mean and the optimiser of a checkpoint; returns the state of the learning curve."""
         content = torch.load(path, weights_only=True)
         self._mean.copy_(content["mean"])
         self._optimiser.load_state_dict(content["optimiser"])
+        curve: dict[str, Any] = content["curve"]
+        return curve
 
 
 def train(folder: RunFolder, config: EvolutionConfig, show: bool = True) -> int:

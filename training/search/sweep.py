@@ -1,6 +1,6 @@
 """Train several seeds of several configurations in parallel, and select the best.
 
-    python -m training sweep --configs field-hard perturbed --seeds 5 --jobs 8 --seconds 1500
+    python -m training sweep --configs field-hard perturbed-2 --seeds 5 --jobs 8
 
 Each run is a process with one thread and has a folder ``<out>/<config>/seed-<k>`` with a log. Ctrl-C or a termination
 signal, as that of ``timeout 540 python -m training sweep ...``, stops all runs, which save. The same command resumes a
@@ -42,7 +42,6 @@ class Options:
         configs: Names in training/configs, or files.
         seeds: Runs of each configuration, with seeds 0, 1, ...
         jobs: Parallel processes.
-        seconds: Wall time of each run; overrides the configuration.
         total_steps: Environment steps of each run; overrides the configuration.
         fields: Validation fields for the comparison of seeds.
         out: Output folder.
@@ -51,7 +50,6 @@ class Options:
     configs: tuple[str, ...]
     seeds: int = 5
     jobs: int = os.cpu_count() or 1
-    seconds: float | None = None
     total_steps: int | None = None
     fields: int = FIELDS
     out: Path = Path("runs/sweep")
@@ -66,8 +64,7 @@ def sweep(args: Options) -> int:
     """Trains all seeds, then selects the best of each configuration."""
     for name in args.configs:
         configs.load(name)
-    given = {"--seconds": args.seconds, "--total-steps": args.total_steps}
-    limits = [f"{name}={value}" for name, value in given.items() if value]
+    limits = [f"--total-steps={args.total_steps}"] if args.total_steps else []
     runs = [Run(name, seed, args.out, limits) for seed in range(args.seeds) for name in args.configs]
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.default_int_handler)

@@ -116,7 +116,7 @@ fn a_commanded_direction_and_speed_are_observed_and_rewarded() {
             let commanded = 0.05 * speed;
             let miss = (moved.x - commanded * cos).hypot(moved.y - commanded * sin);
             let reward = environment.summary().reward;
-            assert!((reward.get("tracking").unwrap() - 10.0 * (commanded - miss)).abs() < 1e-12);
+            assert!((reward.get("tracking").unwrap() - (commanded - miss)).abs() < 1e-12);
             assert_eq!(reward.get("progress"), Some(0.0));
             assert!(!outcome.terminated);
         }

@@ -1,0 +1,74 @@
+"""Where a run tells how it goes, beside the learning curve: TensorBoard, which needs no network.
+
+Names are those of Stable-Baselines3, so that its runs and those of this package share the same pictures.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Protocol
+
+FOLDER = "tensorboard"
+"""Of the event files, in the folder of a run."""
+
+
+class Tracker(Protocol):
+    """Receives numbers by name."""
+
+    def write(self, steps: int, values: Mapping[str, float]) -> None:
+        """Numbers after so many environment steps."""
+
+    def close(self) -> None:
+        """Writes what is left."""
+
+
+class NoTracker:
+    """Forgets everything."""
+
+    def write(self, steps: int, values: Mapping[str, float]) -> None:
+        """Does nothing."""
+
+    def close(self) -> None:
+        """Does nothing."""
+
+
+class TensorBoard:
+    """Event files.
+
+    Args:
+        folder: Of the files.
+        steps: Environment steps taken before; what an earlier part of the run wrote beyond them is hidden.
+    """
+
+    def __init__(self, folder: Path, steps: int) -> None:
+        from torch.utils.tensorboard import SummaryWriter
+
+        make: Any = SummaryWriter
+        self._writer = make(str(folder), purge_step=steps + 1 if steps else None)
+
+    def write(self, steps: int, values: Mapping[str, float]) -> None:
+        """Scalars."""
+        for name, value in values.items():
+            self._writer.add_scalar(name, value, steps)
+
+    def close(self) -> None:
+        """Writes what is left."""
+        self._writer.close()
+
+
+def tracker(kind: str, run: Path, steps: int) -> Tracker:
+    """The tracker of a run.
+
+    Args:
+        kind: "tensorboard" or "none".
+        run: Folder of the run.
+        steps: Environment steps taken before.
+    """
+    return TensorBoard(run / FOLDER, steps) if kind == "tensorboard" else NoTracker()
+
+
+def of_row(row: Mapping[str, float]) -> dict[str, float]:
+    """A line of the learning curve as numbers to track."""
+    names = {"steps_per_second": "time/fps", "seconds": "time/time_elapsed", "return": "rollout/ep_rew_mean"}
+    return {names.get(name, f"snake/{name}"): value for name, value in row.items() if name != "steps"}
