@@ -22,11 +22,11 @@ ONE_SEED = "One seed of training; docs/learned.md tells how much seeds differ."
 TRAINED_WITHOUT = "Trained before links could touch each other; scored with self-contact, the environments' default."
 TRAINING = {
     "corridor": "python -m training train --config corridor-cloned --seed 0 --num-threads 1",
-    "field-hard": "python -m training train --config field-hard-4 --seed 0, after the stages field-hard-1, -2 and -3; "
-    "stages were stopped by hand, so that the commands do not repeat the file",
+    "field-hard": "python -m training train --config field-hard-4 --seed 0, which trains the stages field-hard-1, -2 "
+    "and -3 first; the stages of the file were stopped by hand, so that the command does not repeat it",
     "isotropic": "python -m training train --config isotropic-evolved --seed 0",
-    "perturbed": "python -m training train --config perturbed-2 --seed 0 --total-steps 1000000000 --seconds 3000; the "
-    "file began from a checkpoint of the last stage of field-hard that is not kept",
+    "perturbed": "python -m training train --config perturbed-2 --seed 0 --total-steps 35200000; the file began from a "
+    "checkpoint of the last stage of field-hard that is not kept, so that the command does not repeat it",
     "thrifty": "python -m training train --config course-evolved --seed 0",
 }
 
