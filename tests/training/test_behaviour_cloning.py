@@ -145,7 +145,5 @@ def test_a_policy_of_another_interface_is_taken_over_by_name(tmp_path):
 
 def test_a_beginning_is_a_controller_of_a_task_or_a_policy():
     for values in ({}, {"controller": "heading control"}, {"policy": "a", "task": "b"}):
-        with pytest.raises(
-            ValueError, match=r"behaviour_cloning = .*: expected controller and task, a policy"
-        ):
+        with pytest.raises(ValueError, match=r"behaviour_cloning = .*: expected controller and task, a policy"):
             config.parse(config.PpoConfig, {"behaviour_cloning": values})

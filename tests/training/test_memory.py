@@ -9,6 +9,7 @@ pytest.importorskip("torch")
 
 import torch
 
+from snake_env import ConfigError
 from snake_env.evaluation import rollout
 from snake_env.policies import Network, files
 from snake_env.policies.memory import MemoryTraces, network_inputs, remembered
@@ -96,10 +97,10 @@ def test_numpy_plays_the_memory_that_torch_has_learnt(tmp_path):
         policy.reset(learner.rollout.done[t])
 
 
-def test_a_policy_that_remembers_asks_to_begin(tmp_path):
+def test_a_policy_that_remembers_names_observations_of_another_size(tmp_path):
     learner = ppo.Learner(settings(), 0, lambda *episode: None)
     files.write(tmp_path / "policy.safetensors", learner.agent.arrays(), learner.config.model_dump(mode="json"))
-    with pytest.raises(RuntimeError, match=r"call begin\(\) first"):
+    with pytest.raises(ConfigError, match="observation = shape"):
         Network(tmp_path / "policy.safetensors")(np.zeros((1, 3), np.float32))
 
 

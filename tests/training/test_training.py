@@ -275,7 +275,8 @@ def test_throughput_prints_rates_and_overheads(tmp_path, capsys):
     arguments = ["--batches", "1", "8", "--threads", "1", "--seconds", "0.05", "--repetitions", "2", "--out", str(out)]
     assert throughput.main(arguments) == 0
     content = json.loads(out.read_text())
-    assert [row["robots"] for row in content["stepping"]] == [1, 8]
+    kinds = [(row["robots"], row["actions"]) for row in content["stepping"]]
+    assert kinds == [(robots, actions) for robots in (1, 8) for actions in ("random", "gait")]
     assert all(row["steps/s"] > 0 for row in content["stepping"])
     assert all(row["Gymnasium [us]"] > 0 and row["SB3 [us]"] > 0 for row in content["interface"])
     assert "interface without physics" in capsys.readouterr().out

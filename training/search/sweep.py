@@ -21,7 +21,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from snake_env.evaluation import rollout, seeds
+from snake_env.policies.interface import Policy
 from training import config as configs
 from training.cli import answer
 from training.evaluation.loading import load_model
@@ -173,17 +176,24 @@ def choose(out: Path, folders: list[RunFolder], fields: int) -> str:
     config: configs.RunConfig = folders[0].config()
     rows: list[dict[str, Any]] = []
     for folder in folders:
-        episodes = rollout.run_episodes(
-            load_model(folder.policy), config.env_id, seeds.selection(fields, SKIP), config.num_threads, **config.env
-        )
-        means = {name: float(episodes[name].mean()) for name in ("is_success", "speed", "distance", "jam_ratio")}
-        rows.append({"run": folder.path.name, **means})
+        rows.append({"run": folder.path.name, **means_over_tasks(load_model(folder.policy), config, fields)})
     best = max(rows, key=lambda row: row["is_success"] + row["speed"])
     chosen = RunFolder(out / best["run"]).policy
     shutil.copyfile(chosen, out / f"best{chosen.suffix}")
     write_json(out / "seeds.json", {"best": best["run"], "fields": fields, "seeds": rows})
     draw({out.name: folders}, out)
     return f"{out}: best is {best['run']}, success {best['is_success']:.3f}, speed {best['speed']:.3f} m/s"
+
+
+def means_over_tasks(policy: Policy, config: configs.RunConfig, fields: int) -> dict[str, float]:
+    """Means of scores on validation fields; with several tasks over the tasks, and the success rate of each."""
+    found = {
+        task: rollout.run_episodes(policy, env_id, seeds.selection(fields, SKIP), config.num_threads, **options)
+        for task, env_id, options in config.environments()
+    }
+    shown = ("is_success", "speed", "distance", "jam_ratio")
+    means = {name: float(np.mean([episodes[name].mean() for episodes in found.values()])) for name in shown}
+    return means | {f"is_success/{task}": float(one["is_success"].mean()) for task, one in found.items() if task}
 
 
 def draw(runs: dict[str, list[RunFolder]], out: Path) -> None:
