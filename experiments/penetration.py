@@ -2,6 +2,7 @@
 
     python -m experiments.penetration
     python -m experiments.penetration --action-modes joints --steps 1000000
+    python -m experiments.penetration --policies general perturbed   # in the tasks of the benchmark
 
 Overlaps are computed from the published poses by the formulas below, which share nothing with the simulator: the
 distance of stadiums is that of their centre lines less their radii. Between two instants poses are interpolated, and a
@@ -14,14 +15,19 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
+import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
 from snake_env import Scene, SnakeVectorEnv
+from snake_env.evaluation import seeds, tasks
+from snake_env.evaluation.tasks import BenchmarkTask
 from snake_env.markdown import table
 from snake_env.obstacles import Box, Polygon, Segment, circles, outlines
+from snake_env.policies.interface import Policy
+from snake_env.policies.shipped import load_policy
 from training.cli import answer
 
 Array = NDArray[np.float64]
@@ -70,6 +76,8 @@ class Options:
         num_envs: Robots per batch.
         num_threads: Threads of the simulator.
         seed: Of scenes and actions.
+        policies: Instead of random actions, shipped policies or files, in each task of the benchmark.
+        scenes_per_task: Test scenes of each task that these play, one episode each.
     """
 
     scenes: tuple[str, ...] = tuple(SCENES)
@@ -78,6 +86,8 @@ class Options:
     num_envs: int = 256
     num_threads: int | None = None
     seed: int = 0
+    policies: tuple[str, ...] = ()
+    scenes_per_task: int = 40
 
 
 @dataclass
@@ -106,11 +116,26 @@ def main(arguments: list[str] | None = None) -> int:
     return answer(Options, _run, __doc__, arguments)
 
 
+HEADS = ["actions", "scene", "steps", "peg [mm]", "self [mm]", "> 1 mm", "crossings", "flagged"]
+
+
 def _run(options: Options) -> int:
-    print(
-        table(["actions", "scene", "steps", "peg [mm]", "self [mm]", "> 1 mm", "crossings", "flagged"], _rows(options))
-    )
+    print(table(HEADS, _policy_rows(options) if options.policies else _rows(options)))
     return 0
+
+
+def _policy_rows(options: Options) -> Iterator[list[str]]:
+    for name in options.policies:
+        for task in tasks.chosen(None):
+            found = play(load_policy(name), task, seeds.held_out(options.scenes_per_task), options.num_threads)
+            yield _row(name, task.name, found)
+
+
+def _row(actions: str, scene: str, found: Crawl) -> list[str]:
+    overlaps = [f"{1e3 * depth:.3f}" for depth in (found.peg_overlap, found.self_overlap)]
+    counts = [str(count) for count in (found.beyond, found.crossings, found.flagged)]
+    print(actions, scene, found, file=sys.stderr, flush=True)
+    return [actions, scene, str(found.steps), *overlaps, *counts]
 
 
 def _rows(options: Options) -> Iterator[list[str]]:
@@ -123,10 +148,7 @@ def _rows(options: Options) -> Iterator[list[str]]:
                 options.num_threads,
                 options.seed,
             )
-            overlaps = [f"{1e3 * depth:.3f}" for depth in (found.peg_overlap, found.self_overlap)]
-            counts = [str(count) for count in (found.beyond, found.crossings, found.flagged)]
-            print(mode, scene, found, file=sys.stderr, flush=True)
-            yield [mode, scene, str(found.steps), *overlaps, *counts]
+            yield _row(mode, scene, found)
 
 
 def crawl(
@@ -156,6 +178,30 @@ def crawl(
         found.flagged += int((info["diverged"] | info["penetrated"]).sum())
         _judge(found, bodies, before, judged)
         ended = terminated | truncated
+    envs.close()
+    return found
+
+
+def play(policy: Policy, task: BenchmarkTask, fields: list[int], num_threads: int | None = None) -> Crawl:
+    """A policy's first episodes of these seeds in a task of the benchmark, judged at every control instant."""
+    options = {"autoreset_mode": "Disabled", "num_threads": num_threads, **task.options, **policy.env_options}
+    envs = cast(SnakeVectorEnv, gym.make_vec(task.env_id, num_envs=len(fields), **options).unwrapped)
+    observation, _ = envs.reset(seed=fields)
+    policy.begin(envs.layout, len(fields))
+    bodies, found = _Bodies(envs), Crawl()
+    running = np.ones(len(fields), dtype=bool)
+    while running.any():
+        observation, _, terminated, truncated, info = envs.step(policy(observation))
+        before = bodies.pose
+        bodies.read(~running)
+        flagged = info["diverged"] | info["penetrated"]
+        found.steps += int(running.sum())
+        found.flagged += int((flagged & running).sum())
+        _judge(found, bodies, before, running & ~flagged)
+        ended = terminated | truncated
+        running &= ~ended
+        if ended.any():
+            observation, _ = envs.reset(options={"reset_mask": ended})
     envs.close()
     return found
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from experiments.penetration import SCENES, crawl, peg_gap, self_gap, wall_gap
+from experiments.penetration import SCENES, crawl, peg_gap, play, self_gap, wall_gap
+from snake_env.evaluation import rollout, seeds, tasks
+from snake_env.policies.shipped import load_policy
 
 HALF, RADIUS = np.full(4, 0.04), np.full(4, 0.05)
 
@@ -70,4 +72,16 @@ def test_random_actions_leave_less_than_a_millimetre(scene, mode):
     found = crawl(SCENES[scene] | {"action_mode": mode}, steps=2000, num_envs=32)
     assert found.steps > 1900
     assert max(found.peg_overlap, found.self_overlap) < 1e-3
+    assert found.beyond == found.crossings == 0
+
+
+def test_a_policy_is_judged_at_every_control_instant_of_its_episodes():
+    """As many steps as the episodes have, no overlap beyond a millimetre."""
+    task = tasks.load()["course"]
+    policy = load_policy("general")
+    fields = seeds.selection(4)
+    found = play(policy, task, fields, 1)
+    episodes = rollout.run_episodes(policy, task.env_id, fields, 1, **task.options)
+    assert found.steps == round(episodes["time"].sum() / 0.05)
+    assert 0.0 < found.peg_overlap < 1e-3
     assert found.beyond == found.crossings == 0

@@ -159,7 +159,7 @@ def test_a_run_that_was_stopped_and_resumed_is_the_same_run(trained, tmp_path):
     for used in (0.25, 0.5):
         learner.collect()
         learner.learn(used)
-    folder.save_checkpoint(learner.save, learner.steps, 0.0, learner.checkpoint)
+    folder.save_checkpoint(lambda path: learner.save(path, {}), learner.steps, 0.0, learner.checkpoint)
     assert same(weights(trained), weights(run(tmp_path)))
 
 

@@ -295,7 +295,7 @@ def test_it_learns_to_go_faster_on_open_ground(tmp_path):
     """
     settings = config.PpoConfig(
         env_id="SnakeFree-v1",
-        env={"max_episode_steps": 160},
+        env={"max_episode_steps": 160, "reward_weights": {"progress": 10.0, "energy": 0.01, "smoothness": 0.01}},
         num_envs=32,
         num_threads=1,
         total_steps=40_960,
