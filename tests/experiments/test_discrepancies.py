@@ -115,10 +115,6 @@ def test_the_spaces_stay_as_they_are():
         ({"robot": {"free_play": 0.1}, "controller": "io"}, "robot.free_play"),
         ({"randomization": RANDOM, "controller": "io"}, "randomization.free_play"),
         ({"randomization": RANDOM, "integrator": {"method": "thesis"}}, "randomization.free_play"),
-        ({"model": "spatial", "robot": {"free_play": 0.1}}, "robot.free_play"),
-        ({"model": "spatial", "stribeck": {"drop": 0.1}}, "stribeck.drop"),
-        ({"model": "spatial", "randomization": {"free_play": (0.0, 0.1)}}, "randomization.free_play"),
-        ({"model": "spatial", "randomization": {"stribeck": (0.0, 0.1)}}, "randomization.stribeck"),
     ],
 )
 def test_what_a_robot_cannot_have_is_named(options, field):

@@ -54,7 +54,7 @@ def test_the_layout_describes_what_the_state_holds(env_id):
     env.reset(seed=0)
     found = {name: array.shape for name, array in env.unwrapped.state().arrays().items()}
     assert found.pop("obstacles")[0::2] == (2, 3)
-    assert found.pop("obstacle_force")[0::2] == (2, 2)
+    assert found.pop("obstacle_force")[0::2] == (2, 3 if env_id == "SnakeSpatial-v1" else 2)
     assert found.pop("path") == (2, 0, 2)
     assert found == described
     assert set(described) <= {one.name for one in dataclasses.fields(State)}
@@ -179,8 +179,8 @@ def test_forces_of_obstacles_add_up_to_those_on_links(model, method):
     """Each force acts on one link and comes from one obstacle."""
     env = driven(SnakeVectorEnv(2, task="course", model=model, integrator={"method": method}), 25)
     state = env.state()
-    assert state.obstacle_force.shape == (2, len(env.scene(0).obstacles), 2)
-    total = state.contact_force[..., :2].sum(axis=1)
+    assert state.obstacle_force.shape == (2, len(env.scene(0).obstacles), 3 if model == "spatial" else 2)
+    total = state.contact_force.sum(axis=1)
     assert np.abs(total).max() > 1.0
     np.testing.assert_allclose(state.obstacle_force.sum(axis=1), total, atol=1e-9)
 
