@@ -119,7 +119,8 @@ fn in_the_plane(effort: Effort) -> Vec<Scenario> {
         Scenario {
             name: "random scenes",
             bounds: Bounds { unconverged: u64::MAX, ..inside },
-            jobs: scenes(effort.of(50, 1000, 20_000)),
+            // A second of the most violent of them takes minutes.
+            jobs: scenes(effort.of(50, 1000, 20_000), effort.seconds(0.1, 1.0, 1.0)),
         },
         Scenario {
             name: "random environment steps",
@@ -215,10 +216,11 @@ fn poison<F: TestFleet>(periods: u64) -> Vec<Job> {
     kinds.map(job).collect()
 }
 
-fn scenes(count: u64) -> Vec<Job> {
+/// Random scenes of `duration` \[s\].
+fn scenes(count: u64, duration: f64) -> Vec<Job> {
     let job = |index| {
         let name = format!("scene {index}");
-        Job::new(name.clone(), move || Draw::random(SEED, index).case(name.clone(), 1.0).run())
+        Job::new(name.clone(), move || Draw::random(SEED, index).case(name.clone(), duration).run())
     };
     (0..count).map(job).collect()
 }
