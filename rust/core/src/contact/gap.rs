@@ -32,7 +32,29 @@ impl LinkPegContact {
 /// Gap g_H between `link` at `pose` = (x, y, theta) and `peg` \[m\].
 pub fn gap(pose: &Vector3<f64>, link: &Link, peg: &Peg) -> f64 {
     let (sin, cos) = pose.z.sin_cos();
+    link_peg_gap(pose, cos, sin, link, peg)
+}
+
+fn link_peg_gap(pose: &Vector3<f64>, cos: f64, sin: f64, link: &Link, peg: &Peg) -> f64 {
     separation(pose, cos, sin, link, peg).0.norm() - (peg.radius + link.radius)
+}
+
+/// Gap of a link and an obstacle at one of the places that describe the pair \[m\]; infinite where another place covers
+/// it. Arguments as of [`link_obstacle_contact`].
+#[inline]
+pub fn link_obstacle_gap(
+    pose: &Vector3<f64>,
+    cos: f64,
+    sin: f64,
+    link: &Link,
+    obstacles: &PegGrid,
+    at: (usize, usize),
+) -> f64 {
+    if let Some(peg) = obstacles.pegs().get(at.0) {
+        return link_peg_gap(pose, cos, sin, link, peg);
+    }
+    let contact = link_obstacle_contact(pose, cos, sin, link, obstacles, at);
+    if contact.is_redundant { f64::INFINITY } else { contact.gap }
 }
 
 /// Gap and force direction; `cos` and `sin` are those of the link's angle.
@@ -47,7 +69,7 @@ pub fn link_peg_contact(pose: &Vector3<f64>, cos: f64, sin: f64, link: &Link, pe
     let distance = offset.norm();
     let lateral = Vector2::new(-sin, cos);
     // A peg centred exactly on the link's centre line leaves the side open: take e_y^B.
-    let normal = if distance > 0.0 { offset / distance } else { lateral };
+    let normal = if distance > 0.0 { offset * (1.0 / distance) } else { lateral };
     LinkPegContact {
         gap: distance - (peg.radius + link.radius),
         direction: Vector3::new(normal.x, normal.y, s * normal.dot(&lateral)),

@@ -12,7 +12,9 @@ pub use capsule_pair::{
     CAPSULE_CONTACTS, Capsule, CapsuleContact, capsule_contact, capsule_contacts, capsule_gap, closest_capsule_contact,
 };
 pub use folding::{Folding, FoldingBound};
-pub use gap::{LinkPegContact, gap, link_obstacle_contact, link_peg_contact, touching_distance, wall_gap};
+pub use gap::{
+    LinkPegContact, gap, link_obstacle_contact, link_obstacle_gap, link_peg_contact, touching_distance, wall_gap,
+};
 pub use link_pair::{
     LINK_CONTACTS_PER_LINK, LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contact, link_pair_ends,
     link_pair_gap,

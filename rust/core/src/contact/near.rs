@@ -45,9 +45,14 @@ pub struct NearPegs {
     pairs: Vec<NearPair>,
     #[serde(skip)]
     previous: Vec<NearPair>,
-    /// Indices of the pairs that the last visit evaluated.
+    /// Indices of the pairs that the last visit evaluated, and up to which gap \[m\].
     #[serde(skip)]
     candidates: Vec<u32>,
+    #[serde(skip)]
+    visited_margin: f64,
+    /// Pairs that may touch at the end of the step, with their gap there \[m\].
+    #[serde(skip)]
+    ends: Vec<(u32, f64)>,
     /// How far any point of the robot has moved since the list was made, and may move, with the margin added, before
     /// pairs could be missing \[m\].
     travelled: f64,
@@ -60,6 +65,8 @@ impl NearPegs {
             pairs: Vec::with_capacity(PAIRS_PER_LINK * links),
             previous: Vec::with_capacity(PAIRS_PER_LINK * links),
             candidates: Vec::with_capacity(PAIRS_PER_LINK * links),
+            visited_margin: 0.0,
+            ends: Vec::with_capacity(PAIRS_PER_LINK * links),
             travelled: 0.0,
             horizon: NOTHING_LISTED,
         }
@@ -73,6 +80,8 @@ impl NearPegs {
     /// their index; the visitor returns the gap there \[m\].
     pub fn visit_within(&mut self, displacement: f64, margin: f64, mut visit: impl FnMut(usize, &NearPair) -> f64) {
         self.select_candidates(self.travelled + displacement + margin);
+        self.visited_margin = margin;
+        self.ends.clear();
         let Self { pairs, candidates, travelled, .. } = self;
         for &index in candidates.iter() {
             let pair = &mut pairs[index as usize];
@@ -112,6 +121,7 @@ impl NearPegs {
     pub fn clear(&mut self) {
         self.pairs.clear();
         self.candidates.clear();
+        self.ends.clear();
         (self.travelled, self.horizon) = (0.0, NOTHING_LISTED);
     }
 
@@ -139,16 +149,41 @@ impl NearPegs {
         self.advance(displacement + prediction_error);
     }
 
-    /// Ends a step: records which contacts carry force, and what penetration is left; `gap` returns the gap of a pair
-    /// and is called for those that may touch.
-    pub fn end_step(&mut self, mut gap: impl FnMut(&NearPair) -> f64) {
+    /// Measures the gaps of the pairs that may touch at the end of the step, which is within `prediction_error` of the
+    /// poses of the last visit; these were up to `displacement` away \[m\].
+    pub fn measure_ends(&mut self, displacement: f64, prediction_error: f64, gap: impl Fn(&NearPair) -> f64) {
+        let Self { pairs, candidates, ends, travelled, visited_margin, .. } = self;
+        ends.clear();
+        let mut add = |index: u32| ends.push((index, gap(&pairs[index as usize])));
+        for &index in candidates.iter() {
+            if pairs[index as usize].clearance + displacement < *travelled + prediction_error {
+                add(index);
+            }
+        }
+        if prediction_error > *visited_margin {
+            let [visited, reached] = [*visited_margin, prediction_error].map(|bound| *travelled + displacement + bound);
+            let passed_over = (0..).zip(pairs.iter()).filter(|(_, p)| p.clearance >= visited && p.clearance < reached);
+            passed_over.for_each(|(index, _)| add(index));
+        }
+    }
+
+    /// The pairs that [`Self::measure_ends`] found, with their gaps at the end of the step \[m\].
+    pub fn ends(&self) -> impl Iterator<Item = (&NearPair, f64)> {
+        self.ends.iter().map(|&(index, gap)| (&self.pairs[index as usize], gap))
+    }
+
+    /// Ends a step: records which contacts carry force, and what penetration is left.
+    pub fn end_step(&mut self) {
         for pair in &mut self.pairs {
-            let may_touch = pair.clearance < self.travelled;
-            pair.depth = if may_touch { (-gap(pair)).max(0.0) } else { 0.0 };
+            pair.depth = 0.0;
             let touches = pair.force > 0.0;
             pair.closed = touches && pair.touches;
             pair.touches = touches;
         }
+        for (index, gap) in self.ends.drain(..) {
+            self.pairs[index as usize].depth = (-gap).max(0.0);
+        }
+        self.visited_margin = 0.0;
     }
 
     /// Lists all pairs with a gap below `margin` at poses no point of which is more than [`SKIN`] from `poses`; these

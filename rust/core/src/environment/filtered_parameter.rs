@@ -115,11 +115,11 @@ impl FilteredParameter {
 
     /// Integral of the value from the control instant to `time` after it.
     pub fn integral(&self, time: f64, decay: f64, filter: &Filter) -> f64 {
-        let lambda = filter.bandwidth;
+        let time_constant = 1.0 / filter.bandwidth;
         // -exp(-lambda t) (p + q t + r t^2) is the antiderivative of exp(-lambda t) (a + b t + c t^2).
-        let r = self.c / lambda;
-        let q = (self.b + 2.0 * r) / lambda;
-        let p = (self.a + q) / lambda;
+        let r = self.c * time_constant;
+        let q = (self.b + 2.0 * r) * time_constant;
+        let p = (self.a + q) * time_constant;
         self.target * time + p - decay * (p + time * (q + time * r))
     }
 

@@ -2,7 +2,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::math::Real;
 
-use super::{norm, worse};
+use super::{Mobility, norm, worse};
 
 /// One link of a chain in the plane.
 #[derive(Debug, Clone, Copy)]
@@ -12,6 +12,7 @@ pub(crate) struct BalancedLink<T> {
     pub inertia: T,
     /// L_i / 2 \[m\].
     pub half_length: T,
+    pub mobility: Mobility<T>,
     /// Unit vector across the link.
     pub lateral: Vector2<T>,
     /// u - u_ref, (x, y, angular).
@@ -43,7 +44,7 @@ impl<T: Real> ChainBalance<T> {
     /// Adds the next link; there is no joint behind the last one.
     #[inline(always)]
     pub fn add(&mut self, link: &BalancedLink<T>, is_last: bool) {
-        let BalancedLink { lateral, change, applied, .. } = link;
+        let BalancedLink { mobility, lateral, change, applied, .. } = link;
         let (zero, half, from_before) = (T::zero(), T::splat(0.5), self.from_before);
         let left = Vector2::new(
             applied.x + from_before.x - link.mass * change.x,
@@ -52,12 +53,11 @@ impl<T: Real> ChainBalance<T> {
         let to_next = if is_last { Vector2::new(zero, zero) } else { left };
         let pull = lateral.x * (from_before.x + to_next.x) + lateral.y * (from_before.y + to_next.y);
         let moment = applied.z - link.half_length * pull - link.inertia * change.z;
-        let turn = moment / link.inertia;
-        self.worst = worse(self.worst, turn.abs() * link.half_length);
-        self.energy += half * moment * turn;
+        self.worst = worse(self.worst, moment.abs() * mobility.end);
+        self.energy += half * moment * moment * mobility.moment;
         if is_last {
-            self.worst = worse(self.worst, norm(left.x, left.y) / link.mass);
-            self.energy += half * (left.x * left.x + left.y * left.y) / link.mass;
+            self.worst = worse(self.worst, norm(left.x, left.y) * mobility.force);
+            self.energy += half * (left.x * left.x + left.y * left.y) * mobility.force;
         }
         self.from_before = to_next;
     }

@@ -2,18 +2,20 @@
 //!
 //! The certificates of the models are built from these functions and the data of a stage. The arithmetic is written
 //! independently of [`crate::laws`] and of the solvers, whose parts are private to the `solver` folders of the models,
-//! so that an error there cannot hide itself. Every violation is reported as a velocity, or as an impulse to be divided
-//! by a mass, and is NaN where the solution is.
+//! so that an error there cannot hide itself. Violations of laws are impulses, which [`Mobility`] turns into velocities;
+//! all are NaN where the solution is.
 
 mod balance;
 mod clamp;
 mod disc;
 mod half_line;
+mod mobility;
 
 pub(crate) use balance::{BalancedLink, ChainBalance};
 pub(crate) use clamp::{clamp, clamp_with_backlash};
-pub(crate) use disc::{DiscViolation, disc};
+pub(crate) use disc::{disc, ellipse};
 pub(crate) use half_line::half_line;
+pub(crate) use mobility::Mobility;
 
 use crate::math::Real;
 

@@ -6,7 +6,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::judge::{self, BalancedLink, ChainBalance, worse};
+use crate::judge::{self, BalancedLink, ChainBalance, Mobility, worse};
 
 use super::stage::{Stage, StageLink, StageSolution};
 
@@ -33,7 +33,7 @@ pub fn certify(stage: &Stage, solution: &StageSolution) -> Certificate {
     let mut certificate = Certificate::default();
     for (i, link) in stage.links.iter().enumerate() {
         for (slip, impulse) in slips(link, &solution.twist[i]).iter().zip(&solution.friction[i]) {
-            let violation = judge::disc(&link.coulomb, slip, impulse, link.mass).law / link.mass;
+            let violation = judge::ellipse(&link.coulomb, slip, impulse, link.mass).squared.sqrt() / link.mass;
             certificate.law = worse(certificate.law, violation);
         }
     }
@@ -96,7 +96,8 @@ fn verify_balance(stage: &Stage, solution: &StageSolution, certificate: &mut Cer
         let StageLink { mass, inertia, half_length, .. } = *link;
         let (lateral, change) = (left(link.axial), solution.twist[i] - link.reference);
         let applied = applied_impulse(stage, solution, i);
-        balance.add(&BalancedLink { mass, inertia, half_length, lateral, change, applied }, i == last);
+        let mobility = Mobility::of(mass, inertia, half_length);
+        balance.add(&BalancedLink { mass, inertia, half_length, mobility, lateral, change, applied }, i == last);
     }
     certificate.balance = balance.worst;
 }

@@ -9,7 +9,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::judge::{self, BalancedLink, ChainBalance, DiscViolation, worse};
+use crate::judge::{self, BalancedLink, ChainBalance, Mobility, worse};
 use crate::math::{Real, add_scaled};
 
 use super::stage::{Stage, StageContact, StageContactFriction, StageJoint, StageLink, StagePair, StageSolution};
@@ -40,9 +40,7 @@ impl<T: Real> Certificate<T> {
 pub fn certify<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Certificate<T> {
     let zero = T::zero();
     let mut certificate = Certificate { balance: zero, joint: zero, law: zero, gap: zero };
-    for (i, link) in stage.links.iter().enumerate() {
-        verify_friction(link, &solution.twist[i], &solution.friction[i], &mut certificate);
-    }
+    verify_chain(stage, solution, &mut certificate);
     for (contact, &impulse) in stage.contacts.iter().zip(&solution.contact) {
         let link = &stage.links[contact.link];
         verify_contact(contact, link, &solution.twist[contact.link], impulse, &mut certificate);
@@ -53,31 +51,45 @@ pub fn certify<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Certif
     for (pair, &impulse) in stage.pairs.iter().zip(&solution.pair) {
         verify_pair(pair, stage, solution, impulse, &mut certificate);
     }
-    let mut squared_joint = zero;
-    for (j, joint) in stage.joints.iter().enumerate() {
-        let rate = solution.twist[j + 1].z - solution.twist[j].z;
-        verify_actuator(joint, &stage.links[j], rate, solution.actuator[j], &mut certificate);
-        let near = end_velocity(&stage.links[j], &solution.twist[j], T::splat(1.0));
-        let far = end_velocity(&stage.links[j + 1], &solution.twist[j + 1], T::splat(-1.0));
-        let (x, y) = (near.x - far.x, near.y - far.y);
-        squared_joint = worse(squared_joint, x * x + y * y);
-    }
-    certificate.joint = squared_joint.sqrt();
-    verify_balance(stage, solution, &mut certificate);
     certificate
 }
 
+/// Balance, joints, friction on the ground and actuators, from the head to the tail.
 #[inline(always)]
-fn verify_friction<T: Real>(
-    link: &StageLink<T>,
-    u: &Vector3<T>,
-    impulse: &Vector2<T>,
-    certificate: &mut Certificate<T>,
-) {
-    let slip = link.heading.to_link(u.xy());
-    let DiscViolation { law, gap } = judge::disc(&link.friction, &slip, impulse, link.mass);
-    certificate.law = worse(certificate.law, law / link.mass);
-    certificate.gap += worse(T::zero(), gap);
+fn verify_chain<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certificate: &mut Certificate<T>) {
+    let (mut squared_friction, mut squared_joint) = (T::zero(), T::zero());
+    let mut balance = ChainBalance::new(T::zero());
+    let last = stage.links.len() - 1;
+    let mut contacts = stage.contacts.iter().zip(&solution.contact).peekable();
+    for (i, link) in stage.links.iter().enumerate() {
+        let StageLink { mass, inertia, half_length, .. } = *link;
+        let mobility = Mobility::of(mass, inertia, half_length);
+        let u = &solution.twist[i];
+        let slip = link.heading.to_link(u.xy());
+        let friction = judge::ellipse(&link.friction, &slip, &solution.friction[i], mass);
+        squared_friction = worse(squared_friction, friction.squared * (mobility.force * mobility.force));
+        certificate.gap += worse(T::zero(), friction.gap);
+        if i < last {
+            let (next, u_next) = (&stage.links[i + 1], &solution.twist[i + 1]);
+            let violation = actuator_violation(&stage.joints[i], u_next.z - u.z, solution.actuator[i]);
+            certificate.law = worse(certificate.law, violation * mobility.torque);
+            let near = end_velocity(link, u, T::splat(1.0));
+            let far = end_velocity(next, u_next, T::splat(-1.0));
+            let (x, y) = (near.x - far.x, near.y - far.y);
+            squared_joint = worse(squared_joint, x * x + y * y);
+        }
+        let mut applied = applied_impulse(stage, solution, i);
+        while let Some((contact, &impulse)) = contacts.next_if(|(contact, _)| contact.link == i) {
+            applied = add_scaled(&applied, &contact.direction, impulse);
+        }
+        let change = Vector3::new(u.x - link.reference.x, u.y - link.reference.y, u.z - link.reference.z);
+        let lateral = link.heading.lateral();
+        balance.add(&BalancedLink { mass, inertia, half_length, mobility, lateral, change, applied }, i == last);
+    }
+    certificate.law = worse(certificate.law, squared_friction.sqrt());
+    certificate.joint = squared_joint.sqrt();
+    certificate.balance = balance.worst;
+    certificate.gap += balance.energy;
 }
 
 #[inline(always)]
@@ -90,7 +102,7 @@ fn verify_contact<T: Real>(
 ) {
     let w = &contact.direction;
     let opening = w.x * u.x + w.y * u.y + w.z * u.z + contact.offset;
-    certificate.law = worse(certificate.law, judge::half_line(impulse, opening, link.mass));
+    certificate.law = worse(certificate.law, judge::half_line(impulse, opening, link.mass) / link.mass);
     certificate.gap += worse(T::zero(), impulse * opening);
 }
 
@@ -126,21 +138,15 @@ fn verify_pair<T: Real>(
         opening += w.x * u.x + w.y * u.y + w.z * u.z;
     }
     let mass = stage.links[pair.links[0]].mass;
-    certificate.law = worse(certificate.law, judge::half_line(impulse, opening, mass));
+    certificate.law = worse(certificate.law, judge::half_line(impulse, opening, mass) / mass);
     certificate.gap += worse(T::zero(), impulse * opening);
 }
 
+/// Violation of an actuator's law \[N m s\].
 #[inline(always)]
-fn verify_actuator<T: Real>(
-    joint: &StageJoint<T>,
-    link: &StageLink<T>,
-    rate: T,
-    drive: T,
-    certificate: &mut Certificate<T>,
-) {
+fn actuator_violation<T: Real>(joint: &StageJoint<T>, rate: T, drive: T) -> T {
     let tight = joint.drive - joint.stiffness * rate;
-    let violation = judge::clamp_with_backlash(drive, tight, joint.slack, joint.limit);
-    certificate.law = worse(certificate.law, violation / (link.mass * link.half_length));
+    judge::clamp_with_backlash(drive, tight, joint.slack, joint.limit)
 }
 
 /// Velocity of a link's end; `side` is 1 for the far joint, -1 for the near one.
@@ -150,39 +156,26 @@ fn end_velocity<T: Real>(link: &StageLink<T>, u: &Vector3<T>, side: T) -> Vector
     Vector2::new(u.x - link.heading.sin * swing, u.y + link.heading.cos * swing)
 }
 
+/// Impulses of everything but joints and contacts with obstacles on link `i` as (x, y, moment about the CG).
 #[inline(always)]
-fn verify_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certificate: &mut Certificate<T>) {
-    let mut balance = ChainBalance::new(certificate.gap);
-    let last = stage.links.len() - 1;
-    let mut contacts = stage.contacts.iter().zip(&solution.contact).peekable();
-    for (i, link) in stage.links.iter().enumerate() {
-        let (u, reference) = (&solution.twist[i], &link.reference);
-        let mut applied = applied_impulse(stage, solution, i);
-        while let Some((contact, &impulse)) = contacts.next_if(|(contact, _)| contact.link == i) {
-            applied = add_scaled(&applied, &contact.direction, impulse);
+fn applied_impulse<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: usize) -> Vector3<T> {
+    let mut applied = own_impulse(stage, solution, i);
+    for (friction, &impulse) in stage.contact_friction.iter().zip(&solution.contact_friction) {
+        if friction.link == i {
+            applied = add_scaled(&applied, &friction.direction, impulse);
         }
-        for (friction, &impulse) in stage.contact_friction.iter().zip(&solution.contact_friction) {
-            if friction.link == i {
-                let w = &friction.direction;
-                applied = Vector3::new(applied.x + w.x * impulse, applied.y + w.y * impulse, applied.z + w.z * impulse);
-            }
-        }
-        for (pair, &impulse) in stage.pairs.iter().zip(&solution.pair) {
-            for (_, w) in pair.links.iter().zip(&pair.direction).filter(|(link, _)| **link == i) {
-                applied = add_scaled(&applied, w, impulse);
-            }
-        }
-        let change = Vector3::new(u.x - reference.x, u.y - reference.y, u.z - reference.z);
-        let StageLink { mass, inertia, half_length, .. } = *link;
-        let lateral = link.heading.lateral();
-        balance.add(&BalancedLink { mass, inertia, half_length, lateral, change, applied }, i == last);
     }
-    (certificate.balance, certificate.gap) = (balance.worst, balance.energy);
+    for (pair, &impulse) in stage.pairs.iter().zip(&solution.pair) {
+        for (_, w) in pair.links.iter().zip(&pair.direction).filter(|(link, _)| **link == i) {
+            applied = add_scaled(&applied, w, impulse);
+        }
+    }
+    applied
 }
 
 /// Friction and actuator impulses on link `i` as (x, y, moment about the CG).
 #[inline(always)]
-fn applied_impulse<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: usize) -> Vector3<T> {
+fn own_impulse<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: usize) -> Vector3<T> {
     let friction = stage.links[i].heading.to_world(solution.friction[i]);
     let mut moment = T::zero();
     if i > 0 {

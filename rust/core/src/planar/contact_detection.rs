@@ -1,8 +1,6 @@
 //! Contacts of a register's robots with pegs: detected before a stage is solved, stored after it.
 
-use nalgebra::Vector2;
-
-use crate::contact::{NearPair, link_obstacle_contact};
+use crate::contact::{NearPair, link_obstacle_gap};
 use crate::math::Real;
 use crate::pegs::PegGrid;
 use crate::stepping::lanes::{Lanes, active, mask, read_vector};
@@ -66,19 +64,13 @@ impl<T: Real> Workspace<T> {
         Prediction { robot, pegs, lane, base, start, end, heading, twist, coefficient, elapsed, displacement, margin }
     }
 
-    /// Keeps the forces of the `solved` lanes as the next initial guess, and records which contacts close.
+    /// Keeps the contact forces of the `solved` lanes as the next initial guess, and records which contacts close.
     pub(super) fn keep_forces<D: Driven<Model = Planar>>(
         &mut self,
         members: &mut Members<D>,
         solved: Lanes,
         contact_impulses: &mut Vec<ContactImpulse>,
     ) {
-        for lane in active(solved) {
-            let warm_start = &mut members.body_mut(lane).warm_start;
-            for (force, all) in warm_start.friction.iter_mut().zip(&self.friction_force) {
-                *force = Vector2::new(all.x.lane(lane), all.y.lane(lane));
-            }
-        }
         for found in self.contacts.in_lanes(solved) {
             let pair = &mut members.body_mut(found.lane).warm_start.near.pairs_mut()[found.pair];
             pair.force = self.contact_force[found.slot].lane(found.lane);
@@ -118,8 +110,7 @@ impl<T: Real> Workspace<T> {
         let (end, heading) = (read_vector(&self.end[pair.link], lane), &self.heading[pair.link]);
         let (cos, sin) = (heading.cos.lane(lane), heading.sin.lane(lane));
         let link = &system.robot.links[pair.link];
-        let contact = link_obstacle_contact(&end, cos, sin, link, pegs, (pair.peg, pair.place));
-        if contact.is_redundant { f64::INFINITY } else { contact.gap }
+        link_obstacle_gap(&end, cos, sin, link, pegs, (pair.peg, pair.place))
     }
 }
 

@@ -16,22 +16,21 @@ use super::{Body, Heading, Planar, PlanarSystem};
 
 impl<T: Real> Workspace<T> {
     /// Examines the ends of the members' steps.
-    pub(super) fn measure_sinking<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
+    pub(super) fn measure_sinking<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>) {
+        let system = members.system;
         for lane in active(members.lanes()) {
-            self.sinking[lane] = self.sinking_of(lane, members.system, members.body(lane));
+            self.sinking[lane] = self.sinking_of(lane, system, members.body_mut(lane));
         }
     }
 
-    fn sinking_of(&self, lane: usize, system: &PlanarSystem, body: &Body) -> Sinking {
+    fn sinking_of(&self, lane: usize, system: &PlanarSystem, body: &mut Body) -> Sinking {
         let mut sinking = if self.may_have_crossed(lane, system, body) { Sinking::TooDeep } else { Sinking::No };
         if self.near_pegs[lane] {
-            let error = self.misprediction.lane(lane);
-            let displacement = self.motion_bound.displacement.lane(lane);
-            for pair in body.warm_start.near.visited_below(displacement, error) {
-                let end = self.end_gap(lane, pair, system, &body.pegs);
-                if end < -ALLOWED {
-                    sinking = sinking.max(Sinking::of(self.start_gap(lane, pair, system, &body.pegs), end));
-                }
+            let (near, pegs) = (&mut body.warm_start.near, &body.pegs);
+            let (error, displacement) = (self.misprediction.lane(lane), self.motion_bound.displacement.lane(lane));
+            near.measure_ends(displacement, error, |pair| self.end_gap(lane, pair, system, pegs));
+            for (pair, end) in near.ends().filter(|(_, end)| *end < -ALLOWED) {
+                sinking = sinking.max(Sinking::of(self.start_gap(lane, pair, system, pegs), end));
             }
         }
         self.visit_self_overlaps(&system.robot.links, lane, ALLOWED, |start, end| {

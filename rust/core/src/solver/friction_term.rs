@@ -19,10 +19,10 @@ impl<T: Real> FrictionTerm<T> {
     /// along the longer axis \[kg\].
     #[inline(always)]
     pub fn new(axes: Vector2<T>, impulse: &Vector2<T>, penalty: T) -> Self {
-        let largest = axes.x.max(axes.y);
-        let penalty = ratio(penalty, largest * largest);
-        let centre = Vector2::new(ratio(impulse.x, axes.x), ratio(impulse.y, axes.y));
-        Self { law: Coulomb::with_axes(axes), penalty, centre, value: centre }
+        let inverse = inverse_or_zero(axes);
+        let of_longer = T::select(axes.y.le(axes.x), inverse.x, inverse.y);
+        let centre = Vector2::new(impulse.x * inverse.x, impulse.y * inverse.y);
+        Self { law: Coulomb::with_axes(axes), penalty: penalty * (of_longer * of_longer), centre, value: centre }
     }
 
     /// P_T \[N s\].
@@ -59,17 +59,19 @@ impl<T: Real> FrictionTerm<T> {
     /// than gamma itself.
     #[inline(always)]
     pub fn squared_error(&self, slip: &Vector2<T>, mass: T) -> T {
-        let (zero, one) = (T::zero(), T::splat(1.0));
+        let (zero, infinity) = (T::zero(), T::splat(f64::INFINITY));
         let (x, y) = (self.value.x - self.centre.x, self.value.y - self.centre.y);
-        let largest = self.law.shape.x.max(self.law.shape.y);
-        let velocity = ratio(one, self.penalty * largest);
-        let violation = (x * x + y * y) * (velocity * velocity);
+        let change = x * x + y * y;
+        let longer = self.law.shape.x.max(self.law.shape.y);
         let slides = T::splat(SLIDING).lt(self.value.x * self.value.x + self.value.y * self.value.y);
         let squared_speed = slip.x * slip.x + slip.y * slip.y;
-        let amplification = T::select(slides, (largest * largest / (mass * mass * squared_speed)).max(one), one);
-        let bound = T::select(slides, squared_speed, T::splat(f64::INFINITY));
+        // Either stiffness by one division: the larger violation is that over the smaller of the two.
+        let (sticking, sliding) = (self.penalty * longer, self.penalty * mass);
+        let (sticking, sliding) = (sticking * sticking, sliding * sliding * squared_speed);
+        let stiffness = T::select(slides, sticking.min(sliding), sticking);
+        let violation = (change / stiffness).min(T::select(slides, squared_speed, infinity));
         // A link without friction has no violation, however slowly it moves.
-        T::select(zero.lt(violation), (violation * amplification).min(bound), zero)
+        T::select(zero.lt(change) & zero.lt(sticking), violation, zero)
     }
 
     #[inline(always)]
@@ -84,10 +86,14 @@ impl<T: Real> FrictionTerm<T> {
     }
 }
 
-/// p / a, or 0 along a zero axis.
+/// Inverses of the axes by one division; zero for a zero axis.
 #[inline(always)]
-fn ratio<T: Real>(p: T, a: T) -> T {
-    T::select(T::zero().lt(a), p / a, T::zero())
+fn inverse_or_zero<T: Real>(axes: Vector2<T>) -> Vector2<T> {
+    let (zero, one) = (T::zero(), T::splat(1.0));
+    let has = [zero.lt(axes.x), zero.lt(axes.y)];
+    let [x, y] = [T::select(has[0], axes.x, one), T::select(has[1], axes.y, one)];
+    let inverse = one / (x * y);
+    Vector2::new(T::select(has[0], y * inverse, zero), T::select(has[1], x * inverse, zero))
 }
 
 /// Squared impulse, over that of sliding, from which on a contact counts as sliding.

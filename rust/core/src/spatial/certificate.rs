@@ -5,7 +5,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::judge::{self, worse};
+use crate::judge::{self, Mobility, worse};
 use crate::math::Real;
 
 use super::spatial_vector::{Twist, Wrench};
@@ -40,20 +40,23 @@ impl<T: Real> Certificate<T> {
 pub fn certify<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Certificate<T> {
     let zero = T::zero();
     let mut certificate = Certificate { balance: zero, joint: zero, normal: zero, friction: zero, actuator: zero };
+    let mut squared_friction = zero;
     for i in 0..stage.links.len() {
-        verify_ground(stage, solution, i, &mut certificate);
+        verify_ground(stage, solution, i, &mut certificate, &mut squared_friction);
     }
     for (peg, &impulse) in stage.pegs.iter().zip(&solution.peg) {
         let opening = power(&peg.direction, &solution.twist[peg.link]) + peg.offset;
-        let violation = judge::half_line(impulse, opening, stage.links[peg.link].mass);
-        certificate.normal = worse(certificate.normal, violation);
+        let mass = stage.links[peg.link].mass;
+        certificate.normal = worse(certificate.normal, judge::half_line(impulse, opening, mass) / mass);
     }
-    verify_peg_friction(stage, solution, &mut certificate);
+    verify_peg_friction(stage, solution, &mut squared_friction);
+    certificate.friction = squared_friction.sqrt();
     for (pair, &impulse) in stage.pairs.iter().zip(&solution.pair) {
         let [i, j] = pair.links;
         let [first, second] = &pair.direction;
         let opening = power(first, &solution.twist[i]) + power(second, &solution.twist[j]) + pair.offset;
-        certificate.normal = worse(certificate.normal, judge::half_line(impulse, opening, stage.links[i].mass));
+        let mass = stage.links[i].mass;
+        certificate.normal = worse(certificate.normal, judge::half_line(impulse, opening, mass) / mass);
     }
     for j in 0..stage.joints.len() {
         verify_joint(stage, solution, j, &mut certificate);
@@ -63,13 +66,23 @@ pub fn certify<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Certif
 }
 
 #[inline(always)]
-fn verify_ground<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: usize, certificate: &mut Certificate<T>) {
+fn verify_ground<T: Real>(
+    stage: &Stage<T>,
+    solution: &StageSolution<T>,
+    i: usize,
+    certificate: &mut Certificate<T>,
+    squared_friction: &mut T,
+) {
     let (link, u, mu) = (&stage.links[i], &solution.twist[i], &stage.friction);
     let tangent = &link.tangent;
+    let mobility = T::splat(1.0) / link.mass;
+    let mut add_friction = |squared: T| {
+        *squared_friction = worse(*squared_friction, squared * (mobility * mobility));
+    };
     for end in 0..2 {
         let velocity = point_velocity(u, &lowest_point(link, end));
         let normal = solution.normal[i][end];
-        let violation = judge::half_line(normal, velocity.z + link.ground[end], link.mass);
+        let violation = judge::half_line(normal, velocity.z + link.ground[end], link.mass) * mobility;
         certificate.normal = worse(certificate.normal, violation);
         let slip = Vector2::new(
             tangent.x * velocity.x + tangent.y * velocity.y,
@@ -77,27 +90,24 @@ fn verify_ground<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: usiz
         );
         let load = link.share[end] * normal;
         let bound = Vector2::new(mu.sliding.x * load, mu.sliding.y * load);
-        let violation = judge::disc(&bound, &slip, &solution.friction[i][end], link.mass).law / link.mass;
-        certificate.friction = worse(certificate.friction, violation);
+        add_friction(judge::ellipse(&bound, &slip, &solution.friction[i][end], link.mass).squared);
     }
     let rolling = Vector2::new(-(link.radius * u.angular.y), link.radius * u.angular.x);
     let radius = mu.rolling * (solution.normal[i][0] + solution.normal[i][1]);
-    let bound = Vector2::new(radius, radius);
-    let violation = judge::disc(&bound, &rolling, &solution.rolling[i], link.mass).law / link.mass;
-    certificate.friction = worse(certificate.friction, violation);
+    add_friction(judge::disc(radius, &rolling, &solution.rolling[i], link.mass).squared);
 }
 
 /// Coulomb's law at obstacles with the present normal impulses.
 #[inline(always)]
-fn verify_peg_friction<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certificate: &mut Certificate<T>) {
+fn verify_peg_friction<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, squared_friction: &mut T) {
     for (k, rough) in stage.peg_friction.iter().enumerate() {
         let link = stage.pegs[k].link;
         let [along, across] = &rough.tangents;
         let slip = Vector2::new(power(along, &solution.twist[link]), power(across, &solution.twist[link]));
         let radius = rough.coefficient * solution.peg[k];
-        let (bound, mass) = (Vector2::new(radius, radius), stage.links[link].mass);
-        let violation = judge::disc(&bound, &slip, &solution.peg_friction[k], mass).law / mass;
-        certificate.friction = worse(certificate.friction, violation);
+        let mass = stage.links[link].mass;
+        let violation = judge::disc(radius, &slip, &solution.peg_friction[k], mass).squared / (mass * mass);
+        *squared_friction = worse(*squared_friction, violation);
     }
 }
 
@@ -106,6 +116,7 @@ fn verify_peg_friction<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, c
 #[inline(always)]
 fn verify_joint<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, j: usize, certificate: &mut Certificate<T>) {
     let (near, far) = (&stage.links[j], &stage.links[j + 1]);
+    let mobility = Mobility::of(near.mass, near.inertia, near.half_length);
     let (u, w) = (&solution.twist[j], &solution.twist[j + 1]);
     let gap = minus(&point_velocity(u, &joint_point(near, 1.0)), &point_velocity(w, &joint_point(far, -1.0)));
     certificate.joint = worse(certificate.joint, scalar(&gap, &gap).sqrt());
@@ -118,7 +129,7 @@ fn verify_joint<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, j: usize
         let wanted = drive.drive - drive.stiffness * rate;
         let impulse = solution.actuator[j][axis];
         let violation = judge::clamp_with_backlash(impulse, wanted, drive.slack, drive.limit);
-        certificate.actuator = worse(certificate.actuator, violation / (near.mass * near.half_length));
+        certificate.actuator = worse(certificate.actuator, violation * mobility.torque);
     }
 }
 
@@ -135,13 +146,14 @@ fn verify_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certif
         if i > 0 {
             moment = minus(&moment, &vector(&joint_point(link, 1.0), &force));
         }
+        let mobility = Mobility::of(link.mass, link.inertia, link.half_length);
         let (own, about_centre) = missing(stage, solution, i);
         force = plus(&force, &own);
         moment = plus(&moment, &about_centre);
         if i == last {
-            let worst = scalar(&force, &force).sqrt() / link.mass;
+            let worst = scalar(&force, &force).sqrt() * mobility.force;
             certificate.balance = worse(certificate.balance, worst);
-            let turning = scalar(&moment, &moment).sqrt() * link.half_length / link.inertia;
+            let turning = scalar(&moment, &moment).sqrt() * mobility.end;
             certificate.balance = worse(certificate.balance, turning);
             break;
         }
@@ -150,7 +162,7 @@ fn verify_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certif
         let axes = [link.axes[1], stage.links[i + 1].axes[0]];
         for (axis, drive) in axes.iter().zip(&solution.actuator[i]) {
             let left = scalar(axis, &moment) + *drive;
-            certificate.balance = worse(certificate.balance, left.abs() * link.half_length / link.inertia);
+            certificate.balance = worse(certificate.balance, left.abs() * mobility.end);
         }
     }
 }

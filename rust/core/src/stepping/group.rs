@@ -63,7 +63,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         self.load(members);
         self.run_stage(members, h, h, |_, _| false);
         M::run_part(&mut self.workspace, Part::Arrive);
-        self.workspace.examine_ends(members);
+        self.workspace.end_step(members);
         let lanes = members.lanes();
         let accepted = std::array::from_fn(|lane| lanes[lane] && !(may_fail[lane] && self.workspace.sinks(lane)));
         self.accept(members, accepted, h);
@@ -83,7 +83,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         M::run_part(&mut self.workspace, Part::Extrapolate { h });
         self.run_stage(members, c, h, |group, lane| !group.is_smooth(lane));
         M::run_part(&mut self.workspace, Part::Arrive);
-        self.workspace.examine_ends(members);
+        self.workspace.end_step(members);
         let lanes = members.lanes();
         let accepted = std::array::from_fn(|lane| lanes[lane] && self.is_smooth(lane) && !self.workspace.sinks(lane));
         self.add_first_stage(members, accepted);

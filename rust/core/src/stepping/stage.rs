@@ -77,8 +77,9 @@ pub trait StageOutput<T: Real> {
     fn kept_energy(&self) -> &EnergyLedger<T>;
     /// Share of the tolerance for a deviation that a lane's step has; infinite if deviations do not count.
     fn deviation_share(&self, lane: usize, is_pushed: impl Fn() -> bool) -> f64;
-    /// Examines the ends of the members' steps, once they are known and before the methods that follow.
-    fn examine_ends<D: Driven<Model = Self::Model>>(&mut self, _members: &Members<D>) {}
+    /// Ends the members' steps, before it is known which of them are accepted: measures penetrations, and keeps what
+    /// predicts the next step in any case.
+    fn end_step<D: Driven<Model = Self::Model>>(&mut self, members: &mut Members<D>);
     /// Whether the step takes a penetration too deep: a shorter one has to be tried.
     fn sinks(&self, _lane: usize) -> bool {
         false

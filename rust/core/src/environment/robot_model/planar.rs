@@ -72,7 +72,7 @@ impl RobotModel for PlanarRobot {
             robot.pressed_pairs() as f64
         }),
         float("self_contact_force", "N", "largest mean force of the other links on a link in this step", |robot| {
-            robot.forces.own.iter().map(|force| force.norm()).fold(0.0, f64::max)
+            robot.forces.own.iter().map(|force| force.norm_squared()).fold(0.0, f64::max).sqrt()
         }),
     ];
     const STATE: &'static [Quantity<Self>] = planar_state::STATE;

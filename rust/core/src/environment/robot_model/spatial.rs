@@ -91,7 +91,7 @@ impl RobotModel for SpatialRobot {
             robot.self_contacts() as f64
         }),
         float("self_contact_force", "N", "largest mean force of the other links on a link in this step", |robot| {
-            robot.self_contact_force().iter().map(|force| force.norm()).fold(0.0, f64::max)
+            robot.self_contact_force().iter().map(|force| force.norm_squared()).fold(0.0, f64::max).sqrt()
         }),
         integer("overbent", "joints bent beyond a right angle, which loads beyond the torque limit can do", |robot| {
             robot.overbent() as f64

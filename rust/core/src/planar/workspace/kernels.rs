@@ -96,9 +96,9 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
     }
 
     #[inline(always)]
-    fn evaluate(&mut self, _: T::Mask) {
+    fn evaluate(&mut self, lanes: T::Mask) {
         self.energy = work_of(&self.stage, &self.solution);
-        self.store_forces();
+        self.store_forces(lanes);
         if self.among_pegs.any() || self.self_contacts.is_any_near() {
             self.measure_deviation();
         }
@@ -252,10 +252,11 @@ impl<T: Real> Workspace<T> {
     }
 
     #[inline(always)]
-    fn store_forces(&mut self) {
+    fn store_forces(&mut self, lanes: T::Mask) {
         let per_second = T::splat(1.0) / self.stage.coefficient;
         for (force, impulse) in self.friction_force.iter_mut().zip(&self.solution.friction) {
-            *force = Vector2::new(impulse.x * per_second, impulse.y * per_second);
+            force.x = T::select(lanes, impulse.x * per_second, force.x);
+            force.y = T::select(lanes, impulse.y * per_second, force.y);
         }
         for (force, impulse) in self.contact_force.iter_mut().zip(&self.solution.contact) {
             *force = *impulse * per_second;

@@ -32,6 +32,10 @@ impl<T: Real> StageInput<T> for Workspace<T> {
                 set_vector(&mut self.start_pose[i], lane, q);
                 set_vector(&mut self.start_twist[i], lane, u);
             }
+            for (lanes, force) in self.friction_force.iter_mut().zip(&warm_start.friction) {
+                lanes.x.set_lane(lane, force.x);
+                lanes.y.set_lane(lane, force.y);
+            }
         }
     }
 
@@ -69,7 +73,6 @@ impl<T: Real> StageInput<T> for Workspace<T> {
                 lanes.acceleration.set_lane(lane, target.acceleration);
             }
         }
-        self.load_friction(members);
     }
 
     fn find_contacts<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>, pending: Lanes, elapsed: T) {
@@ -93,16 +96,6 @@ impl<T: Real> Workspace<T> {
                 constants.inertia.set_lane(lane, link.inertia * mass);
                 constants.friction.x.set_lane(lane, bound.x);
                 constants.friction.y.set_lane(lane, bound.y);
-            }
-        }
-    }
-
-    /// Friction forces of the last stage.
-    fn load_friction<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
-        for lane in 0..T::LANES {
-            for (lanes, force) in self.friction_force.iter_mut().zip(&members.body(lane).warm_start.friction) {
-                lanes.x.set_lane(lane, force.x);
-                lanes.y.set_lane(lane, force.y);
             }
         }
     }

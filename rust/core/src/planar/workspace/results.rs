@@ -1,9 +1,11 @@
 //! What follows from a solved stage, lane by lane: the next prediction, the verdict on the step and its end state.
 
+use nalgebra::Vector2;
+
 use crate::math::{Mask, Real};
 use crate::planar::contact_detection::MARGIN;
 use crate::planar::{Body, Planar, PlanarSystem, StageSolution};
-use crate::stepping::lanes::{Lanes, read_lane};
+use crate::stepping::lanes::{Lanes, active, read_lane};
 use crate::stepping::penetration::Sinking;
 use crate::stepping::{ContactImpulse, Driven, EnergyLedger, FallbackResult, Members, StageOutput, StageRecord};
 
@@ -59,7 +61,8 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         }
     }
 
-    fn examine_ends<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
+    fn end_step<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>) {
+        self.keep_friction(members);
         self.measure_sinking(members);
     }
 
@@ -77,10 +80,23 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         self.backlash.save(lane, &mut body.warm_start.backlash);
         body.is_plausible &= self.plausible.lane(lane);
         body.warm_start.near.arrive(self.motion_bound.displacement.lane(lane), self.misprediction.lane(lane));
-        body.warm_start.near.end_step(|pair| self.end_gap(lane, pair, system, &body.pegs));
+        body.warm_start.near.end_step();
         self.end_self_contacts(&system.robot.links, lane, &mut body.warm_start.self_contacts);
+        let per_second = 1.0 / self.stage.coefficient.lane(lane);
         for (torque, drive) in body.warm_start.joint_torque.iter_mut().zip(&self.kept_actuator) {
-            *torque = -drive.lane(lane) / self.stage.coefficient.lane(lane);
+            *torque = -drive.lane(lane) * per_second;
+        }
+    }
+}
+
+impl<T: Real> Workspace<T> {
+    /// Keeps the friction of the last stage as the next initial guess.
+    fn keep_friction<D: Driven<Model = Planar>>(&self, members: &mut Members<D>) {
+        for lane in active(members.lanes()) {
+            let friction = &mut members.body_mut(lane).warm_start.friction;
+            for (force, lanes) in friction.iter_mut().zip(&self.friction_force) {
+                *force = Vector2::new(lanes.x.lane(lane), lanes.y.lane(lane));
+            }
         }
     }
 }

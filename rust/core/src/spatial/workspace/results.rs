@@ -67,7 +67,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         if is_pushed() { PUSHED } else { 1.0 }
     }
 
-    fn examine_ends<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>) {
+    fn end_step<D: Driven<Model = Spatial>>(&mut self, members: &mut Members<D>) {
         self.measure_sinking(members);
     }
 
