@@ -17,7 +17,7 @@ test-rust:
 
 # With the release build where there is one, else with one that compiles in less time.
 test-python: $(if $(wildcard .venv/.native),.venv/.native,.venv/.native-test)
-	$(BIN)/python -m pytest $(PYTEST)
+	$(BIN)/python -m pytest --numprocesses=auto --dist=worksteal $(PYTEST)
 
 RAY_TESTS := $(addprefix tests/experiments/test_distributed_,ppo.py rllib.py tune.py) \
 	tests/examples/test_examples.py $(addprefix tests/package/test_, \

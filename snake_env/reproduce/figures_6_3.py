@@ -30,7 +30,7 @@ def figure_theorem(runs: Runs, path: Path) -> Path:
     axes[0, 1].plot(norms, known.k5 / norms - known.k6, color=drawing.FORCE, label="(6.114)")
     axes[0, 1].axvline(known.mu, color="black", linewidth=0.8, linestyle=":", label="mu")
     axes[0, 1].set(title="(b) V' / |w|^2 [1/s]", xlabel="|w|", xscale="log", ylim=(-10.0, 10.0))
-    axes[0, 1].legend(loc="upper right")
+    axes[0, 1].legend(loc="lower right")
     run = runs["IO, slow"]
     axes[0, 2].plot(run.time, lyapunov.speed(run), color=drawing.PATH, label="slow gait")
     axes[0, 2].axhline(known.ultimate, color=drawing.FORCE, label="ultimate bound (A.6)")

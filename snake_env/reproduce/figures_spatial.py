@@ -54,7 +54,7 @@ def figure_7_2(runs: Runs, path: Path) -> Path:
     for k, (ax, time) in enumerate(zip(axes.flat, (0.0, 0.15, 0.23, 0.27, 0.32, 0.37, 0.45, 0.9), strict=True)):
         ax.axhline(0.0, color=drawing.OUTLINE, linewidth=1.0)
         _links(ax, runs, "drop", time, (0, 2))
-        drawing.ground(ax, f"({'abcdefgh'[k]}) t = {time:g} s", (-1.4, 0.3), (-0.05, 1.1))
+        drawing.ground(ax, f"({'abcdefgh'[k]}) t = {time:g} s", (-1.5, 0.3), (-0.05, 1.1))
         ax.set(ylabel="z [m]")
     return drawing.save(drawn, path)
 
