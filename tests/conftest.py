@@ -9,6 +9,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 
 import re
+import signal
 import subprocess
 import sys
 import textwrap
@@ -24,6 +25,9 @@ from hypothesis import settings
 
 import snake_env
 from snake_env.registration import TASKS
+
+# A shell ignores Ctrl-C in what it runs in the background; the programs that tests interrupt would inherit that.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # The same examples in every run of the suite; `make fuzz` looks for new ones.
 settings.register_profile("repeatable", derandomize=True)

@@ -8,7 +8,7 @@ from typing import Any
 
 from snake_env.config import PD, Gait, Integrator, IOLinearizing, Noise, Robot, Scene, Start
 from snake_env.minimal import TABLE_7_2_GROUND, TABLE_7_2_PD
-from snake_env.reproduce import broken, comparison, compliant, lyapunov, mechanism, placement, slope
+from snake_env.reproduce import broken, comparison, compliant, lyapunov, mechanism, placement, slope, stairs
 from snake_env.reproduce.experiment import DEFAULT, DEGREE, PERIOD, TABLE_7_2, Experiment
 
 FRICTION_PAIRS = ((0.2, 0.2), (0.2, 0.5), (0.01, 1.0))
@@ -61,7 +61,7 @@ def experiments() -> Experiments:
     """All of them."""
     others = comparison.experiments() | compliant.experiments() | mechanism.experiments() | lyapunov.experiments()
     flat = _obstacle_aided() | _free()
-    others |= broken.experiments(flat) | slope.experiments()
+    others |= broken.experiments(flat) | slope.experiments() | stairs.experiments()
     spatial = _in_3d(flat) | _lifting() | _drop() | _rolling() | _sidewinding() | _steered_sidewinding()
     return others | flat | _parameters() | _free_play() | _as_built() | spatial | _weak_joints() | _control() | _noise()
 

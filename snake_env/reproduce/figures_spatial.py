@@ -15,6 +15,7 @@ from snake_env.reproduce.experiments import FRICTION_PAIRS, WEAK_GAIN
 from snake_env.reproduce.measures import MIDDLE, at
 from snake_env.reproduce.measures_spatial import axes as link_axes
 from snake_env.reproduce.measures_spatial import vertical_velocity
+from snake_env.reproduce.stairs import CASES, name
 
 COLOURS = (drawing.PATH, drawing.FORCE, drawing.LINKS[10])
 """One for each pair of friction coefficients."""
@@ -127,6 +128,24 @@ def figure_7_15(runs: Runs, path: Path) -> Path:
     return drawing.save(drawn, path)
 
 
+def stairs(runs: Runs, path: Path) -> Path:
+    """Sidewinding on steps of 2 cm with the thesis's lift and with twice that, from the side at four times."""
+    drawn, axes = drawing.figure(2, 4, 10.0, 2.8)
+    for row, case in zip(axes, (CASES[1], CASES[2]), strict=True):
+        run = name(*case)
+        for k, (ax, time) in enumerate(zip(row, (0.0, 10.0, 25.0, 60.0), strict=True)):
+            ax.axhline(0.0, color=drawing.OUTLINE, linewidth=1.0)
+            for step in runs.experiment(run).scene.obstacles:
+                near = step.y - 0.5 * step.size[1]
+                ax.fill_between((near, near + step.size[1]), step.height, color=drawing.PEG, linewidth=0.0)
+            _links(ax, runs, run, time, (1, 2))
+            centre = float(runs[run].position[at(runs[run], time), :, 1].mean())
+            title = f"A_v = {case[0]} deg, t = {time:g} s" if k == 0 else f"t = {time:g} s"
+            ax.set(title=title, xlabel="y [m]", xlim=(centre - 0.7, centre + 0.7), ylim=(-0.02, 0.3))
+            ax.set(ylabel="z [m]" if k == 0 else "", aspect="equal")
+    return drawing.save(drawn, path)
+
+
 FIGURES: dict[str, tuple[str, Callable[[Runs, Path], Path]]] = {
     "gaits.png": ("2.4.2", gaits),
     "figure-7.2.png": ("7.3.1", figure_7_2),
@@ -136,6 +155,7 @@ FIGURES: dict[str, tuple[str, Callable[[Runs, Path], Path]]] = {
     "figure-7.12.png": ("7.5.1", figure_7_12),
     "figure-7.13.png": ("7.5.1", figure_7_13),
     "figure-7.15.png": ("7.5.3", figure_7_15),
+    "figure-8-stairs.png": ("8", stairs),
 }
 """File name -> section and function."""
 

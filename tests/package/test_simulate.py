@@ -72,7 +72,10 @@ def test_a_long_run_can_be_interrupted():
         assert run.stdout.readline().strip() == "go"
         time.sleep(0.5)
         run.send_signal(signal.SIGINT)
-        _, errors = run.communicate(timeout=60)  # to its end it would take minutes
+        try:
+            _, errors = run.communicate(timeout=60)  # to its end it would take minutes
+        finally:
+            run.kill()
     assert "KeyboardInterrupt" in errors
 
 

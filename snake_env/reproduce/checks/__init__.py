@@ -17,6 +17,7 @@ from snake_env.reproduce.checks import (
     rolling,
     sidewinding,
     slope,
+    stairs,
 )
 
 CHECKS = [
@@ -42,6 +43,7 @@ CHECKS = [
         aiko.course,
         free_and_pegs.summary,
         broken.rows,
+        stairs.rows,
     )
     for check in rows.checks
 ]

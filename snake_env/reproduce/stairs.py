@@ -1,0 +1,59 @@
+"""Sidewinding up a flight of stairs (T ch. 8)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from snake_env.config import Gait, Scene, Start
+from snake_env.obstacles import Box
+from snake_env.reproduce.experiment import DEFAULT, DEGREE, Experiment, Runs
+
+STEPS = 3
+TREAD = 0.8
+"""Depth of a step [m]."""
+FOOT = 0.6
+"""Distance of the first step from the robot's start [m]."""
+LANDING = 4.0
+"""Depth of the landing beyond the last step [m]."""
+WIDTH = 10.0
+"""Of the stairs [m]."""
+DURATION = 60.0
+CASES = ((10, 1, 0.2), (10, 2, 0.2), (20, 2, 0.2), (20, 6, 0.2), (20, 6, 0.4))
+"""Vertical amplitude [deg], rise of a step [cm], friction coefficient."""
+
+
+def flight(rise: float) -> list[Box]:
+    """Steps across the y axis, which rise by ``rise`` [m] each; boxes that overlap."""
+    end = FOOT + STEPS * TREAD + LANDING
+    starts = [FOOT + k * TREAD for k in range(STEPS)]
+    return [
+        Box((WIDTH, end - start), 0.0, 0.5 * (start + end), height=(k + 1) * rise) for k, start in enumerate(starts)
+    ]
+
+
+def name(lift: int, rise: int, mu: float) -> str:
+    """Of the experiment of one case."""
+    return f"stairs: A_v {lift}, {rise} cm, mu {mu:g}"
+
+
+def experiments() -> dict[str, Experiment]:
+    """Every case; the printed scheme has no obstacles of finite height."""
+    return {
+        name(lift, rise, mu): Experiment(
+            Scene(obstacles=flight(0.01 * rise), friction=(mu, mu)),
+            DURATION,
+            Gait.sidewinding(soft_start=True, vertical_amplitude=lift * DEGREE),
+            Start(posture="straight"),
+            "spatial",
+            sample=0.5,
+            integrator=DEFAULT,
+            printed=DEFAULT,
+        )
+        for lift, rise, mu in CASES
+    }
+
+
+def climbed(runs: Runs, lift: int, rise: int, mu: float) -> float:
+    """Height of the lowest link at the end over that at the start, in steps."""
+    height = runs[name(lift, rise, mu)].position[:, :, 2]
+    return float(np.min(height[-1]) - np.min(height[0])) / (0.01 * rise)
