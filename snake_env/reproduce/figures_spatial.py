@@ -15,7 +15,7 @@ from snake_env.reproduce.experiments import FRICTION_PAIRS, WEAK_GAIN
 from snake_env.reproduce.measures import MIDDLE, at
 from snake_env.reproduce.measures_spatial import axes as link_axes
 from snake_env.reproduce.measures_spatial import vertical_velocity
-from snake_env.reproduce.stairs import CASES, name
+from snake_env.reproduce.stairs import CASES, experiment_name, flight
 
 COLOURS = (drawing.PATH, drawing.FORCE, drawing.LINKS[10])
 """One for each pair of friction coefficients."""
@@ -132,10 +132,10 @@ def stairs(runs: Runs, path: Path) -> Path:
     """Sidewinding on steps of 2 cm with the thesis's lift and with twice that, from the side at four times."""
     drawn, axes = drawing.figure(2, 4, 10.0, 2.8)
     for row, case in zip(axes, (CASES[1], CASES[2]), strict=True):
-        run = name(*case)
+        run = experiment_name(*case)
         for k, (ax, time) in enumerate(zip(row, (0.0, 10.0, 25.0, 60.0), strict=True)):
             ax.axhline(0.0, color=drawing.OUTLINE, linewidth=1.0)
-            for step in runs.experiment(run).scene.obstacles:
+            for step in flight(0.01 * case[1]):
                 near = step.y - 0.5 * step.size[1]
                 ax.fill_between((near, near + step.size[1]), step.height, color=drawing.PEG, linewidth=0.0)
             _links(ax, runs, run, time, (1, 2))

@@ -31,7 +31,7 @@ def flight(rise: float) -> list[Box]:
     ]
 
 
-def name(lift: int, rise: int, mu: float) -> str:
+def experiment_name(lift: int, rise: int, mu: float) -> str:
     """Of the experiment of one case."""
     return f"stairs: A_v {lift}, {rise} cm, mu {mu:g}"
 
@@ -39,7 +39,7 @@ def name(lift: int, rise: int, mu: float) -> str:
 def experiments() -> dict[str, Experiment]:
     """Every case; the printed scheme has no obstacles of finite height."""
     return {
-        name(lift, rise, mu): Experiment(
+        experiment_name(lift, rise, mu): Experiment(
             Scene(obstacles=flight(0.01 * rise), friction=(mu, mu)),
             DURATION,
             Gait.sidewinding(soft_start=True, vertical_amplitude=lift * DEGREE),
@@ -55,5 +55,5 @@ def experiments() -> dict[str, Experiment]:
 
 def climbed(runs: Runs, lift: int, rise: int, mu: float) -> float:
     """Height of the lowest link at the end over that at the start, in steps."""
-    height = runs[name(lift, rise, mu)].position[:, :, 2]
+    height = runs[experiment_name(lift, rise, mu)].position[:, :, 2]
     return float(np.min(height[-1]) - np.min(height[0])) / (0.01 * rise)

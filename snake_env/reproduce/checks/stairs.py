@@ -11,9 +11,9 @@ rows = Rows("8")
 
 @rows.ours(
     "three steps across the way of sidewinding",
-    bound="with the thesis's lift of 10 degrees it climbs all steps of 1 cm and none of 2 cm; with twice the lift those "
-    "of 2 cm too; steps of 6 cm only with twice the friction, and at least the first: the links that push must hold "
-    "while others are lifted over the edge",
+    bound="with the thesis's lift of 10 degrees it climbs all steps of 1 cm and none of 2 cm; with twice the lift "
+    "those of 2 cm too; steps of 6 cm only with twice the friction, and at least the first: the links that push must "
+    "hold while others are lifted over the edge",
 )
 def _climbing(runs: Runs) -> Result:
     found = {case: climbed(runs, *case) for case in CASES}
