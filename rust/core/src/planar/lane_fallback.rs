@@ -1,7 +1,8 @@
 //! The fallback for one lane of a register.
 
 use crate::math::Real;
-use crate::stepping::FallbackResult;
+use crate::solver::{RESIDUAL_LIMIT, SolveStatus};
+use crate::stepping::{FallbackResult, may_fall_back};
 
 use super::{Fallback, Stage, StageSolution, certify};
 
@@ -19,25 +20,41 @@ impl LaneFallback {
     }
 
     /// Solves the stage of `lane` by the fallback; `None` for a diverged robot, whose stage has a value that is not finite,
-    /// and where obstacles have friction, with which a stage is no optimisation problem.
+    /// and where the fallback would cost more than `solves_left`. Where obstacles have friction, a stage is no optimisation problem: its solution counts as solved up to the limit of
+    /// the fallback, else `None`.
     pub fn solve_lane<T: Real>(
         &mut self,
         stage: &Stage<T>,
         solution: &mut StageSolution<T>,
         lane: usize,
         tolerance: f64,
+        solves_left: u32,
     ) -> Option<FallbackResult> {
         if stage.contact_friction.iter().any(|friction| friction.coefficient.lane(lane) > 0.0) {
-            return None;
+            return accept_lane(stage, solution, lane, tolerance);
         }
         stage.copy_lane(lane, &mut self.stage);
-        if !self.stage.energy().is_finite() {
+        let pairs = self.stage.pairs.len() as u32;
+        if !self.stage.energy().is_finite() || !may_fall_back(solves_left, pairs) {
             return None;
         }
         solution.copy_lane(stage, lane, &mut self.solution);
         let (solves, status) = self.fallback.solve_hard(&self.stage, &mut self.solution, tolerance);
         solution.set_lane(stage, lane, &self.solution);
         let certificate = certify(&self.stage, &self.solution);
-        Some(FallbackResult { solves, status, residual: certificate.residual(), gap: certificate.gap })
+        Some(FallbackResult { solves, pairs, status, residual: certificate.residual(), gap: certificate.gap })
     }
+}
+
+/// Accepts what the fixed point over the normal impulses left, if the certificate finds it good enough.
+fn accept_lane<T: Real>(
+    stage: &Stage<T>,
+    solution: &StageSolution<T>,
+    lane: usize,
+    tolerance: f64,
+) -> Option<FallbackResult> {
+    let certificate = certify(stage, solution);
+    let (residual, gap) = (certificate.residual().lane(lane), certificate.gap.lane(lane));
+    let accepted = || FallbackResult { solves: 0, pairs: 0, status: SolveStatus::Solved, residual, gap };
+    (residual <= RESIDUAL_LIMIT * tolerance).then(accepted)
 }

@@ -373,7 +373,8 @@ impl<T: Real> Workspace<T> {
     /// Visits the gaps at the start and at the end of the step of all pairs of a lane's links that overlap at its end by
     /// more than `depth` \[m\].
     pub(super) fn visit_self_overlaps(&self, links: &[Link], lane: usize, depth: f64, mut visit: impl FnMut(f64, f64)) {
-        if !self.self_contacts.near[lane] {
+        let is_surprised = self.self_contacts.is_enabled() && 2.0 * self.deviation.lane(lane) > CLEARANCE;
+        if !self.self_contacts.near[lane] && !is_surprised {
             return;
         }
         let centre = |link: usize| read_vector(&self.end[link], lane).xy();

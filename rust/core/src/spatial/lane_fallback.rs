@@ -1,7 +1,9 @@
 //! The fallback for one lane of a register.
 
+use nalgebra::Vector3;
+
 use crate::math::Real;
-use crate::stepping::FallbackResult;
+use crate::stepping::{FallbackResult, may_fall_back};
 
 use super::contact_map::ContactMap;
 use super::{Fallback, SpatialVector, Stage, StageSolution, certify};
@@ -19,7 +21,8 @@ impl LaneFallback {
         Self { fallback: Fallback::new(links), stage: Stage::with_capacity(links), solution: StageSolution::new(links) }
     }
 
-    /// Solves the stage of `lane` by the fallback; `None` for a diverged robot, whose stage has a value that is not finite.
+    /// Solves the stage of `lane` by the fallback; `None` for a diverged robot, whose stage has a value that is not finite,
+    /// and where the fallback would cost more than `solves_left`.
     pub fn solve_lane<T: Real>(
         &mut self,
         stage: &Stage<T>,
@@ -27,16 +30,19 @@ impl LaneFallback {
         contacts: &ContactMap,
         lane: usize,
         tolerance: f64,
+        solves_left: u32,
     ) -> Option<FallbackResult> {
         stage.read_lane(lane, contacts.of_lane(lane), &mut self.stage);
-        if !self.stage.links.iter().all(|link| is_finite(&link.momentum)) {
+        let in_lane = self.stage.pairs.iter().filter(|pair| pair.direction[0].linear != Vector3::zeros());
+        let pairs = in_lane.count() as u32;
+        if !self.stage.links.iter().all(|link| is_finite(&link.momentum)) || !may_fall_back(solves_left, pairs) {
             return None;
         }
         solution.read_lane(lane, contacts.of_lane(lane), &mut self.solution);
         let (solves, status) = self.fallback.solve_hard(&self.stage, &mut self.solution, tolerance);
         solution.set_lane(lane, contacts.of_lane(lane), &self.solution);
         let residual = certify(&self.stage, &self.solution).residual();
-        Some(FallbackResult { solves, status, residual, gap: 0.0 })
+        Some(FallbackResult { solves, pairs, status, residual, gap: 0.0 })
     }
 }
 

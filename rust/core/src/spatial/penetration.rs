@@ -3,6 +3,8 @@
 //! A link that moves farther than its radius in one step near a contact could pass to the other side of it, so such a
 //! step is divided, too.
 
+use nalgebra::Vector3;
+
 use crate::math::Real;
 use crate::pegs::PegGrid;
 use crate::robot::Link;
@@ -22,11 +24,13 @@ impl<T: Real> Workspace<T> {
             let mut sinking = Sinking::No;
             if !obstacles.is_empty() {
                 for (i, link) in links.iter().enumerate() {
-                    let [start, end] = [&self.start_frames[i], &self.frames[i]].map(|frame| frame.lane(lane));
-                    sinking = sinking.max(sinking_into(obstacles, link, &start, &end));
+                    let ends = [&self.start_frames[i], &self.frames[i]];
+                    let positions = ends.map(|frame| frame.position.lane(lane));
+                    let frame = |end: usize| ends[end].lane(lane);
+                    sinking = sinking.max(sinking_into(obstacles, link, positions, frame));
                 }
             }
-            if self.self_contacts.is_near(lane) {
+            if self.self_contacts.may_overlap(lane, self.deviation.lane(lane)) {
                 sinking = sinking.max(self.self_contacts.sinking(links, &self.start_frames, &self.frames, lane));
             }
             self.sinking[lane] = sinking;
@@ -34,21 +38,28 @@ impl<T: Real> Workspace<T> {
     }
 }
 
-fn sinking_into(obstacles: &PegGrid, link: &Link, start: &Frame, end: &Frame) -> Sinking {
+/// Of a link with these positions at the start and at the end of the step; `frame` returns it there, and is called only
+/// where an obstacle is near.
+fn sinking_into(
+    obstacles: &PegGrid,
+    link: &Link,
+    [start, end]: [Vector3<f64>; 2],
+    frame: impl Fn(usize) -> Frame,
+) -> Sinking {
     let mut sinking = Sinking::No;
-    let travelled = (end.position - start.position).norm();
-    let (near, may_cross) = (end.position.xy(), travelled > link.radius);
-    let lowest = start.position.z.min(end.position.z) - link.reach();
+    let travelled = (end - start).norm();
+    let (near, may_cross) = (end.xy(), travelled > link.radius);
+    let lowest = start.z.min(end.z) - link.reach();
     obstacles.visit_obstacles(&near, link.reach() + if may_cross { travelled } else { 0.0 }, |obstacle| {
         if obstacles.solid(obstacle).is_some_and(|solid| lowest > solid.height) {
             return;
         }
-        let gap_at_end = obstacle_gap(link, end, obstacles, obstacle);
+        let gap_at_end = obstacle_gap(link, &frame(1), obstacles, obstacle);
         if may_cross {
             sinking = sinking.max(Sinking::TooDeep);
         }
         if gap_at_end < -ALLOWED {
-            sinking = sinking.max(Sinking::of(obstacle_gap(link, start, obstacles, obstacle), gap_at_end));
+            sinking = sinking.max(Sinking::of(obstacle_gap(link, &frame(0), obstacles, obstacle), gap_at_end));
         }
     });
     sinking

@@ -150,9 +150,9 @@ impl<T: Real> SelfContactDetection<T> {
         })
     }
 
-    /// Whether a lane's robot had contacts with itself in the step at hand.
-    pub fn is_near(&self, lane: usize) -> bool {
-        self.near[lane]
+    /// Whether links of a lane may overlap at the end of the step, which lies `deviation` from where contacts were looked for.
+    pub fn may_overlap(&self, lane: usize, deviation: f64) -> bool {
+        self.near[lane] || (self.bound.is_some() && 2.0 * deviation > CLEARANCE)
     }
 
     /// What a step from `start` to `end` does to the penetrations of a lane's robot into itself.
@@ -175,7 +175,7 @@ impl<T: Real> SelfContactDetection<T> {
                 }
             },
         );
-        if (0..links.len()).any(|link| travelled(link) > links[link].radius) {
+        if self.near[lane] && (0..links.len()).any(|link| travelled(link) > links[link].radius) {
             sinking = sinking.max(Sinking::TooDeep);
         }
         sinking
@@ -194,6 +194,12 @@ impl<T: Real> Workspace<T> {
         found.clear();
         for lane in active(pending).filter(|&lane| folded.lane(lane)) {
             let centre = |link: usize| self.frames[link].position.lane(lane);
+            let travel = |link: usize| (centre(link) - self.start_frames[link].position.lane(lane)).norm();
+            let travelled = (0..links.len()).map(travel).fold(0.0, f64::max);
+            if travelled > links[0].radius {
+                // Fast enough for two links to pass each other within the step.
+                visit_close_pairs(links, centre, 2.0 * travelled, |_, _| near[lane] = true);
+            }
             visit_close_pairs(links, centre, MARGIN, |i, j| {
                 let situation = Situation::of(self, lane, [i, j], links, elapsed.lane(lane));
                 situation.visit(|contact, direction, offset| {

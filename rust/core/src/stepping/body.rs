@@ -34,6 +34,8 @@ pub struct Body<M: Model> {
     pub record: Option<Box<Record>>,
     /// Linear solves of the last stage or step, see [`Model::SORTED_BY_STAGE`].
     pub(super) solves: u32,
+    /// Cost of all parts of the present step in linear solves, the retaken ones included; see [`super::verdict`].
+    pub(super) step_solves: u32,
     /// Whether the state is that of a robot rather than of a diverged computation; set by the schemes.
     pub(crate) is_plausible: bool,
     /// Last plausible state.
@@ -67,6 +69,7 @@ impl<M: Model> Body<M> {
             ground_impulse: vec![0.0; links],
             record: None,
             solves: 0,
+            step_solves: 0,
             is_plausible: true,
             last_good: M::State::zero(links),
         }
@@ -84,6 +87,7 @@ impl<M: Model> Body<M> {
     pub fn begin(&mut self) {
         self.last_good.copy_from(&self.state);
         self.statistics = StepStatistics::default();
+        self.step_solves = 0;
         self.clear_impulses();
     }
 

@@ -14,6 +14,7 @@ use super::lanes::{Lanes, Members};
 use super::model::{Driven, Model, RobotState};
 use super::plan::{Interval, StepPlan};
 use super::start::START_LASTS;
+use super::verdict::solves_left;
 
 /// Advances robots in groups as wide as the machine's registers; one robot's motion does not depend on that width, on
 /// its neighbours, or on their number.
@@ -198,7 +199,8 @@ impl<D: Driven> Run<'_, D> {
     }
 
     fn may_fail(&self, member: usize) -> bool {
-        self.plans[member].part.may_fail
+        let spent = self.robots[member].body().step_solves;
+        self.plans[member].part.may_fail && solves_left(spent, self.config.max_iterations) > 0
     }
 
     fn conclude(&mut self, members: &[usize], accepted: Lanes) {

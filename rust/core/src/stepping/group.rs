@@ -22,6 +22,8 @@ use super::lanes::{Lanes, Members, NO_LANES, active, mask};
 use super::model::{Driven, Model, RobotState};
 use super::sdirk::{EXTRAPOLATION, GAMMA};
 use super::stage::{ContactImpulse, Source, StageInput, StageOutput};
+use super::statistics::StepStatistics;
+use super::verdict::solves_left;
 
 /// Workspace for up to `T::LANES` robots of one system.
 #[derive(Debug, Clone)]
@@ -39,6 +41,8 @@ pub struct Group<M: Model, T: Real> {
     pub event_tolerance: f64,
     /// Linear solves of the current step.
     solves: [u32; MAX_LANES],
+    /// How well its stages were solved, which counts once the step is accepted.
+    quality: [StepStatistics; MAX_LANES],
 }
 
 impl<T: Real, M: Compiled<T>> Group<M, T> {
@@ -54,6 +58,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
             deviation: T::zero(),
             event_tolerance: f64::INFINITY,
             solves: [0; MAX_LANES],
+            quality: [StepStatistics::default(); MAX_LANES],
         }
     }
 
@@ -105,6 +110,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
     fn load<D: Driven<Model = M>>(&mut self, members: &Members<D>) {
         self.workspace.load(members);
         self.solves.fill(0);
+        self.quality.fill(StepStatistics::default());
         M::run_part(&mut self.workspace, Part::Begin);
     }
 
@@ -160,15 +166,22 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         for lane in active(lanes) {
             let iterations = solved.outcome.iterations.lane(lane) as u32;
             let body = members.body_mut(lane);
-            let before = body.statistics.iterations;
             let is_solved = solved.is_solved::<M>(lane, tolerance);
-            let statistics = &mut body.statistics;
-            match (!is_solved).then(|| self.workspace.fall_back(lane, tolerance)).flatten() {
-                Some(result) => statistics.add_fallback(iterations, &result),
-                None => statistics.add_solve(iterations, !is_solved, solved.residual.lane(lane), solved.gap.lane(lane)),
+            let left = solves_left(body.step_solves, max_iterations);
+            let quality = &mut self.quality[lane];
+            let mut cost = iterations;
+            match (!is_solved).then(|| self.workspace.fall_back(lane, tolerance, left)).flatten() {
+                Some(result) => {
+                    quality.add_fallback(iterations, &result);
+                    cost = cost.saturating_add(result.cost());
+                }
+                None => quality.add_solve(iterations, !is_solved, solved.residual.lane(lane), solved.gap.lane(lane)),
             }
-            let solves = body.statistics.iterations - before;
+            let solves = std::mem::take(&mut quality.iterations);
+            body.statistics.iterations += solves;
+            body.statistics.fallbacks += std::mem::take(&mut quality.fallbacks);
             self.solves[lane] += solves;
+            body.step_solves = body.step_solves.saturating_add(cost);
             if M::SORTED_BY_STAGE {
                 body.solves = solves;
             }
@@ -215,6 +228,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
                 body.solves = self.solves[lane];
             }
             body.statistics.add_work(self.workspace.kept_energy(), lane, 1.0);
+            body.statistics.add_quality(&self.quality[lane]);
             if let Some(record) = &mut body.record {
                 record.add_stage();
             }

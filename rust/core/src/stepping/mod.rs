@@ -49,3 +49,4 @@ pub use statistics::StepStatistics;
 pub use stribeck::StribeckBounds;
 pub use thesis::ThesisScheme;
 pub use verdict::FallbackResult;
+pub(crate) use verdict::may_fall_back;

@@ -122,6 +122,7 @@ impl<V: Division> StepPlan<V> {
     fn end_step<M: Model>(&mut self, interval: &Interval, body: &mut Body<M>) {
         self.steps += 1;
         body.statistics.steps += 1;
+        body.step_solves = 0;
         body.state.set_time(body.interval_start() + interval.step * f64::from(self.steps));
         body.quarantine();
     }

@@ -13,7 +13,7 @@ pub struct StepStatistics {
     pub iterations: u32,
     /// Steps, and parts of steps, retaken because a peg's force changed abruptly.
     pub events: u32,
-    /// Stages that no solver solved to tolerance.
+    /// Stages that no solver solved to tolerance; like the figures that follow from solutions, of accepted parts of steps.
     pub unconverged: u32,
     /// Stages that the fallback had to solve.
     pub fallbacks: u32,
@@ -54,6 +54,14 @@ impl StepStatistics {
         self.relaxed += u32::from(result.status == SolveStatus::Relaxed);
         let unconverged = result.status == SolveStatus::Unsolved;
         self.add_solve(iterations + result.solves, unconverged, result.residual, result.gap);
+    }
+
+    /// Takes over what `stages` says of how well stages were solved.
+    pub(crate) fn add_quality(&mut self, stages: &Self) {
+        self.unconverged += stages.unconverged;
+        self.relaxed += stages.relaxed;
+        self.residual = worst(self.residual, stages.residual);
+        self.gap = worst(self.gap, stages.gap);
     }
 
     /// Counts how a stage was solved.

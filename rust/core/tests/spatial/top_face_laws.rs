@@ -242,3 +242,36 @@ fn lanes_and_memory_on_steps_are_as_on_the_ground() {
         assert_eq!(together[k].body.state, alone.body.state, "robot {k}");
     }
 }
+
+/// Chains that spin about a level axis, thrown at the upper edge of a block high above the ground in steps so long that no
+/// division resolves them: who ends a step more than a millimetre inside is flagged in it.
+#[test]
+fn links_left_deep_in_a_block_are_flagged() {
+    let block = box_of([0.5, 3.0], 0.0, 0.0, 50.0);
+    let (mut flagged, mut deepest) = (0, 0.0_f64);
+    for spin in [50.0, 150.0] {
+        for speed in [60.0, 120.0] {
+            let robot = RobotConfig { links: 3, ..RobotConfig::default() };
+            let scene = SceneConfig { friction: [0.0; 2], ..among(vec![block.clone()]) };
+            let mut simulation = SpatialSimulation::new(&robot, &scene, &LIMP, &implicit(0.05, 1)).expect("admissible");
+            simulation.place_chain(head(0.9, 0.0, 50.0, 0.0), &[Vector2::zeros(); 2]);
+            let mut state = simulation.state().clone();
+            let centre = state.pose[1].position;
+            let turn = Vector3::y() * spin;
+            for (pose, twist) in state.pose.iter().zip(&mut state.twist) {
+                let velocity = Vector3::new(-speed, 0.0, 0.0) + turn.cross(&(pose.position - centre));
+                *twist = twist_of(velocity, pose.orientation.inverse_transform_vector(&turn));
+            }
+            simulation.place(&state);
+            let mut was_inside = false;
+            for _ in 0..10 {
+                let report = simulation.advance(0.05, &still());
+                let depth = -simulation.min_gap();
+                assert!(report.penetrated || was_inside || depth < 1e-3 + 1e-9, "{depth} m, {report:?}");
+                (flagged, deepest) = (flagged + u32::from(report.penetrated), deepest.max(depth));
+                was_inside = depth > 1e-3;
+            }
+        }
+    }
+    assert!(flagged > 0, "deepest {deepest} m");
+}

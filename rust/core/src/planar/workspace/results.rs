@@ -14,8 +14,8 @@ use super::Workspace;
 impl<T: Real> StageOutput<T> for Workspace<T> {
     type Model = Planar;
 
-    fn fall_back(&mut self, lane: usize, tolerance: f64) -> Option<FallbackResult> {
-        self.fallback.solve_lane(&self.stage, &mut self.solution, lane, tolerance)
+    fn fall_back(&mut self, lane: usize, tolerance: f64, solves_left: u32) -> Option<FallbackResult> {
+        self.fallback.solve_lane(&self.stage, &mut self.solution, lane, tolerance, solves_left)
     }
 
     fn deviation(&self) -> T {
