@@ -29,9 +29,15 @@ pub struct Figures {
     pub counted_residual: f64,
     /// Duality gap over the energy at hand, over the same steps.
     pub relative_gap: f64,
-    /// Deepest penetration \[m\], over all times and at the end.
+    /// Steps that left a link deep in what it touches and were flagged for it.
+    pub flagged: u64,
+    /// Deepest penetration \[m\], over all times at which the robot was neither flagged nor placed like that, and at the
+    /// end.
     pub penetration: f64,
     pub last_penetration: f64,
+    /// Whether the robot was flagged, or placed in an obstacle, and has not come out since.
+    #[serde(skip)]
+    is_excused: bool,
     /// Widest joint gap \[m\].
     pub joint_gap: f64,
     /// How far orientations are from rotations \[-\].
@@ -51,7 +57,7 @@ pub struct Figures {
 impl Figures {
     /// Figures of `steps` steps, observed one by one.
     pub fn of_run<S: Observable>(mut simulation: S, steps: u32, advance: impl Fn(&mut S) -> StepStatistics) -> Self {
-        let mut figures = Self::default();
+        let mut figures = Self { is_excused: -simulation.min_gap() > FLAGGED_DEPTH, ..Self::default() };
         figures.measure(&simulation, 0.0);
         for _ in 0..steps {
             figures.observe(&mut simulation, &advance);
@@ -96,15 +102,27 @@ impl Figures {
         self.relaxed += u64::from(report.relaxed);
         self.events += u64::from(report.events);
         self.broken += u64::from(report.diverged);
+        self.flagged += u64::from(report.penetrated);
+        self.is_excused |= report.penetrated;
         let counted = report.unconverged + report.relaxed > 0;
         let residual = if counted { &mut self.counted_residual } else { &mut self.residual };
         *residual = worse(*residual, report.residual);
     }
 
+    /// Measures one of several robots, whose last step was flagged for its penetration or not.
+    pub fn measure_one(&mut self, simulation: &impl Observable, step: f64, is_flagged: bool) {
+        self.flagged += u64::from(is_flagged);
+        self.is_excused = is_flagged;
+        self.measure(simulation, step);
+    }
+
     /// Measures the present state, after a step of length `step` \[s\].
     pub fn measure(&mut self, simulation: &impl Observable, step: f64) {
         self.last_penetration = (-simulation.min_gap()).max(0.0);
-        self.penetration = worse(self.penetration, self.last_penetration);
+        self.is_excused &= self.last_penetration > FLAGGED_DEPTH;
+        if !self.is_excused {
+            self.penetration = worse(self.penetration, self.last_penetration);
+        }
         self.joint_gap = worse(self.joint_gap, simulation.joint_gap());
         self.skew = worse(self.skew, simulation.skew());
         self.travel = worse(self.travel, simulation.fastest() * step);
@@ -118,6 +136,7 @@ impl Figures {
         self.fallbacks += other.fallbacks;
         self.relaxed += other.relaxed;
         self.tunnels += other.tunnels;
+        self.flagged += other.flagged;
         self.events += other.events;
         self.broken += other.broken;
         for (mine, theirs) in self.worst_mut().into_iter().zip(other.clone().worst_mut()) {
@@ -140,6 +159,9 @@ impl Figures {
 fn worse(a: f64, b: f64) -> f64 {
     if b.is_nan() { f64::INFINITY } else { a.max(b) }
 }
+
+/// Penetration that is flagged \[m\].
+pub const FLAGGED_DEPTH: f64 = 1e-3;
 
 /// A gap is compared with at least this energy \[J\]: that of Aiko at 0.5 mm/s.
 const SMALLEST_ENERGY: f64 = 1e-6;

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector2;
 use snake_core::contact::link_peg_contact;
+use snake_core::obstacles::{CentreLine, Wall};
 use snake_core::planar::{PlanarState, Pose};
 use snake_core::robot::{Link, Robot};
 use snake_core::scene::Peg;
@@ -18,14 +19,14 @@ pub trait Observable {
     fn time(&self) -> f64;
     /// Energy that only actuators and friction may change, and impacts decrease \[J\].
     fn energy(&self) -> f64;
-    /// Smallest gap of a link to a peg or, in the plane, to another link, and widest joint, now \[m\].
+    /// Smallest gap of a link to an obstacle or to another link, and widest joint, now \[m\].
     fn min_gap(&self) -> f64;
     fn joint_gap(&self) -> f64;
     /// How far orientations are from rotations \[-\].
     fn skew(&self) -> f64;
     /// Speed of the fastest link's CG \[m/s\].
     fn fastest(&self) -> f64;
-    /// Links that passed through a peg since `before`.
+    /// Links that passed through a peg or, in the plane, a wall since `before`.
     fn tunnels(&self, before: &Self::State) -> u64;
     /// How far any link moved since `before` \[m\].
     fn moved(&self, before: &Self::State) -> f64;
@@ -63,7 +64,9 @@ impl Observable for PlanarSimulation {
     }
 
     fn tunnels(&self, before: &PlanarState) -> u64 {
-        tunnels(self.robot(), self.pegs(), [&before.pose, &self.state().pose], |pose| pose.xy(), offset_in_plane)
+        let poses = [&before.pose[..], &self.state().pose];
+        let through_pegs = tunnels(self.robot(), self.pegs(), poses, |pose| pose.xy(), offset_in_plane);
+        through_pegs + through_walls(self.body().pegs.walls().walls(), poses)
     }
 
     fn moved(&self, before: &PlanarState) -> f64 {
@@ -88,7 +91,7 @@ impl Observable for SpatialSimulation {
     }
 
     fn min_gap(&self) -> f64 {
-        self.min_gap()
+        self.min_gap().min(self.self_gap())
     }
 
     fn joint_gap(&self) -> f64 {
@@ -138,6 +141,15 @@ fn tunnels<P>(
         }
     }
     count
+}
+
+/// Links whose CG crossed a wall. One that turns about a corner by less than its width keeps clear of it.
+fn through_walls(walls: &[Wall], [before, now]: [&[Pose]; 2]) -> u64 {
+    let ways = before
+        .iter()
+        .zip(now)
+        .map(|(from, to)| CentreLine { middle: 0.5 * (from.xy() + to.xy()), half: 0.5 * (to.xy() - from.xy()) });
+    ways.map(|way| walls.iter().filter(|wall| wall.polygon.distance(&way) < 0.0).count() as u64).sum()
 }
 
 /// From the peg's centre to the nearest point of the link's centre line \[m\].

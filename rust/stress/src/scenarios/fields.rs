@@ -150,7 +150,8 @@ where
             figures.broken += u64::from(signal("diverged", row) != 0.0);
             let worst = if unconverged > 0.0 { &mut figures.counted_residual } else { &mut figures.residual };
             *worst = worst.max(residual);
-            figures.measure(self.batch.environment(row).model().simulation(), self.step);
+            let is_flagged = signal("penetrated", row) + signal("diverged", row) > 0.0;
+            figures.measure_one(self.batch.environment(row).model().simulation(), self.step, is_flagged);
         }
         let finite = self.observation.iter().all(|x| x.is_finite()) && self.reward.iter().all(|x| x.is_finite());
         figures.broken += u64::from(!finite);

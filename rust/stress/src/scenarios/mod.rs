@@ -8,6 +8,7 @@ pub mod neighbours;
 pub mod pegs;
 pub mod robots;
 pub mod spatial;
+pub mod walls;
 
 use snake_core::environment::{PlanarRobot, RobotModel, SpatialRobot};
 use snake_core::simulation::{PlanarSimulation, Simulation, SpatialSimulation};
@@ -99,6 +100,9 @@ fn in_the_plane(effort: Effort) -> Vec<Scenario> {
         run("start in deep penetration", inside, pegs::deep(time)),
         run("1 to 100 m/s into a peg", default, pegs::fast(1.0)),
         run("coils and folds", default, coils::coils(time)),
+        run("corners of walls", default, walls::corners(0.0, time)),
+        // Friction at obstacles has no fallback, and a body wedged between rough teeth may have no solution.
+        run("corners of rough walls", Bounds { unconverged: u64::MAX, ..default }, walls::corners(0.3, time)),
         run("limp robot thrown among pegs", Bounds { energy: 1e-9, ..default }, pegs::limp(2.0)),
         run("torque-limit chatter", default, drive::torque_limit(time)),
         Scenario {
@@ -146,6 +150,7 @@ fn in_space(effort: Effort) -> Vec<Scenario> {
         run_spatial("3D: drops in steps to 50 ms", default, fall::drops(time)),
         run_spatial("3D: upright, on its side, upside down", default, fall::postures(time)),
         run_spatial("3D: limp chain in flight", Bounds { energy: 1e-3, ..default }, fall::flight(time)),
+        run_spatial("3D: limp chain at edges", Bounds { energy: 0.05, ..default }, fall::edges(0.25 * time)),
         run_spatial("3D: pegs in the cracks", default, fall::crack(time)),
         run_spatial("3D: friction 0", inside, gaits::friction([0.0; 2], time)),
         run_spatial("3D: friction 0.2", inside, gaits::friction([0.2; 2], time)),
@@ -155,6 +160,7 @@ fn in_space(effort: Effort) -> Vec<Scenario> {
         run_spatial("3D: k_P 0 to 1e5", default, gaits::gains(time)),
         run_spatial("3D: mass ratios to 1e3", default, gaits::mass_ratios(time)),
         run_spatial("3D: 2 to 50 links", default, gaits::links(0.5 * time)),
+        run_spatial("3D: coils and folds", default, coils::spatial_coils(time)),
         Scenario {
             name: "3D: lying on 22 contacts",
             bounds: Bounds { drift: 1e-9, ..default },

@@ -4,6 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::{Vector2, Vector3};
 use snake_core::control::ControllerConfig;
+use snake_core::obstacles::{Obstacle, Shape};
 use snake_core::scene::Peg;
 
 use crate::spatial_case::{CardanMotion, SpatialCase};
@@ -67,6 +68,39 @@ pub fn flight(duration: f64) -> Vec<SpatialCase> {
                 case.posture = Some((0..10).map(|j| Vector2::new(0.3, 0.2 * (f64::from(j) * 1.3).sin())).collect());
                 case.velocity = Vector3::new(1.0, -2.0, 3.0);
                 case.spin = Vector3::new(0.3, 0.5, 0.8) * spin;
+                cases.push(case);
+            }
+        }
+    }
+    cases
+}
+
+/// A limp chain without friction thrown over and off the edges of obstacles of finite height.
+pub fn edges(duration: f64) -> Vec<SpatialCase> {
+    let solid = |shape, height| Obstacle { height: Some(height), ..Obstacle::endless(shape) };
+    let block = |size, x, y, height| solid(Shape::Box { size, x, y, angle: 0.0 }, height);
+    let post = |radius, x, y, height| solid(Shape::Circle(Peg { radius, x, y }), height);
+    let places = [
+        ("over a sill", vec![block([0.3, 3.0], -0.4, 0.0, 0.03)], 0.0),
+        ("over a low post", vec![post(0.1, -0.4, 0.02, 0.03)], 0.0),
+        ("onto a block", vec![block([0.2, 0.2], 0.5, 0.03, 0.2)], 0.05),
+        ("onto a post", vec![post(0.1, 0.5, 0.03, 0.2)], 0.05),
+        (
+            "down stairs",
+            (0..5).map(|k| block([3.0 - 0.4 * f64::from(k), 2.0], 1.0, 0.0, 0.05 * f64::from(k + 1))).collect(),
+            0.05,
+        ),
+    ];
+    let mut cases = Vec::new();
+    for (name, obstacles, height) in places {
+        for step in [1e-3, 1e-2, 2.5e-2, 5e-2] {
+            for order in [1, 2] {
+                let name = format!("{name}, h {step} s, order {order}");
+                let mut case = SpatialCase::straight(name, step, duration).limp();
+                (case.integrator.order, case.height) = (order, height);
+                case.scene.obstacles = obstacles.clone();
+                case.velocity = Vector3::new(-0.8, 0.1, 0.0);
+                case.attitude = [PI + 0.4, 0.0, 0.0];
                 cases.push(case);
             }
         }
