@@ -5,8 +5,8 @@
     python -m experiments.penetration --policies general perturbed   # in the tasks of the benchmark
 
 Overlaps are computed from the published poses by the formulas below, which share nothing with the simulator: the
-distance of stadiums is that of their centre lines less their radii. Between two instants poses are interpolated, and a
-link that is then deep inside a peg or another link has passed through it. Steps in which a robot is flagged
+distance of stadiums is that of their centre lines less their radii. Between two instants the chain is interpolated, and
+a link that is then deep inside a peg or another link has passed through it. Steps in which a robot is flagged
 (`diverged`, `penetrated`) do not count; their number is printed. Prints a table in Markdown.
 """
 
@@ -57,6 +57,7 @@ SCENES: dict[str, dict[str, Any]] = {
     "corridor": {"task": "corridor", "difficulty": 0.5},
     "walls": {"task": "free", "scene": ROOM},
 }
+ACTION_MODES = ("gait", "joints", "residual", "velocities", "torques")
 BETWEEN = 5
 """Interpolated poses per control period."""
 CROSSED = 0.5
@@ -71,7 +72,7 @@ class Options:
 
     Args:
         scenes: Names.
-        action_modes: "gait", "joints" or "residual".
+        action_modes: "gait", "joints", "residual", "velocities" or "torques".
         steps: Robot-steps in each action mode, shared by the scenes.
         num_envs: Robots per batch.
         num_threads: Threads of the simulator.
@@ -81,7 +82,7 @@ class Options:
     """
 
     scenes: tuple[str, ...] = tuple(SCENES)
-    action_modes: tuple[str, ...] = ("gait", "joints", "residual")
+    action_modes: tuple[str, ...] = ACTION_MODES
     steps: int = 100_000
     num_envs: int = 256
     num_threads: int | None = None
@@ -156,21 +157,12 @@ def crawl(
 ) -> Crawl:
     """Random actions for about ``steps`` robot-steps in the environment of these keywords."""
     envs = SnakeVectorEnv(num_envs=num_envs, num_threads=num_threads, **options)
-    rng = np.random.default_rng(seed)
-    held = np.resize(HELD, num_envs)
     envs.reset(seed=seed)
     bodies = _Bodies(envs)
-    action = rng.uniform(-1, 1, envs.action_space.shape)
     found = Crawl()
     ended = np.zeros(num_envs, dtype=bool)
-    for step in range(max(1, steps // num_envs)):
-        fresh = step % held == 0
-        action[fresh] = np.where(
-            rng.random((fresh.sum(), 1)) < 0.5,
-            rng.uniform(-1, 1, action[fresh].shape),
-            rng.choice([-1.0, 1.0], action[fresh].shape),
-        )
-        _, _, terminated, truncated, info = envs.step(action.astype(np.float32))
+    for action in random_actions(envs.action_space, max(1, steps // num_envs), seed):
+        _, _, terminated, truncated, info = envs.step(action)
         before = bodies.pose
         bodies.read(ended)
         judged = ~ended & ~(info["diverged"] | info["penetrated"])
@@ -180,6 +172,19 @@ def crawl(
         ended = terminated | truncated
     envs.close()
     return found
+
+
+def random_actions(space: gym.Space[Any], steps: int, seed: int) -> Iterator[NDArray[np.float32]]:
+    """Actions (n, m) of each step: uniform or, as often, at their limits, held for as long as `HELD` tells."""
+    rng = np.random.default_rng(seed)
+    assert space.shape is not None, "a box"
+    action = np.zeros(space.shape)
+    held = np.resize(HELD, len(action))
+    for step in range(steps):
+        fresh = step % held == 0
+        uniform, extreme = rng.uniform(-1, 1, action[fresh].shape), rng.choice([-1.0, 1.0], action[fresh].shape)
+        action[fresh] = np.where(rng.random((fresh.sum(), 1)) < 0.5, uniform, extreme)
+        yield action.astype(np.float32)
 
 
 def play(policy: Policy, task: BenchmarkTask, fields: list[int], num_threads: int | None = None) -> Crawl:
@@ -243,13 +248,48 @@ def _judge(found: Crawl, bodies: _Bodies, before: Array, judged: NDArray[np.bool
     moved = np.linalg.norm(pose - last, axis=-1).max(axis=1) > bodies.radius.min()
     pose, last, pegs = pose[moved], last[moved], pegs[moved]
     crossed = np.zeros(len(pose), dtype=bool)
-    thickness = bodies.radius.min() + pegs[:, :, 0].min(initial=np.inf)
+    if not moved.any():
+        return
+    thickness = bodies.radius.min() + smallest_radius(pegs)
     for share in np.linspace(0, 1, BETWEEN + 2)[1:-1]:
-        between = last + share * (pose - last)
+        between = interpolated(last, pose, share)
         crossed |= peg_gap(between, bodies.half, bodies.radius, pegs) < -CROSSED * thickness
         crossed |= wall_gap(between, bodies.half, bodies.radius, bodies.walls) < -CROSSED * bodies.radius.min()
         crossed |= self_gap(between, bodies.half, bodies.radius) < -CROSSED * 2 * bodies.radius.min()
     found.crossings += int(crossed.sum())
+
+
+def smallest_radius(pegs: Array) -> Array:
+    """Radius (n,) of the smallest of the pegs (n, P, 3), infinite without any [m]."""
+    return np.asarray(np.where(np.isfinite(pegs[..., 1]), pegs[..., 0], np.inf).min(axis=-1, initial=np.inf))
+
+
+def interpolated(last: Array, pose: Array, share: float) -> Array:
+    """Poses (n, L, 3) of chains on the way from ``last`` to ``pose``, with closed joints.
+
+    Their links turn steadily, and the mean of their CGs moves steadily.
+    """
+    angle = last[..., 2] + share * (pose[..., 2] - last[..., 2])
+    centre = chain(_directions(angle), arm_of(pose[..., :2], _directions(pose[..., 2])))
+    middle = (1 - share) * last[..., :2].mean(axis=1) + share * pose[..., :2].mean(axis=1)
+    return np.concatenate([middle[:, None] + centre, angle[..., None]], axis=-1)
+
+
+def _directions(angle: Array) -> Array:
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+
+
+def arm_of(centre: Array, direction: Array) -> float:
+    """From the CG of a link to its joints [m], alike for all links; ``centre`` and ``direction`` are (n, L, d)."""
+    way, both = np.diff(centre, axis=1), direction[:, 1:] + direction[:, :-1]
+    return float((way * both).sum() / (both * both).sum())
+
+
+def chain(direction: Array, arm: float) -> Array:
+    """CGs (n, L, d) of links with these directions and joints at ``arm`` from their CGs, around their mean."""
+    centre = np.cumsum(arm * (direction[:, 1:] + direction[:, :-1]), axis=1)
+    centre = np.concatenate([np.zeros_like(direction[:, :1]), centre], axis=1)
+    return np.asarray(centre - centre.mean(axis=1, keepdims=True))
 
 
 def peg_gap(pose: Array, half: Array, radius: Array, pegs: Array) -> Array:
@@ -261,8 +301,12 @@ def peg_gap(pose: Array, half: Array, radius: Array, pegs: Array) -> Array:
         radius: (L,) of the links [m].
         pegs: (n, P, 3) radius, x and y [m]; one at infinity is no peg.
     """
-    reach = half[:, None] + radius[:, None] + pegs[:, None, :, 0]
-    robot, link, peg = np.nonzero(_squared_distance(pose[:, :, None], pegs[:, None, :, 1:]) < reach**2)
+    middle = pose[:, :, :2].mean(axis=1)
+    extent = np.linalg.norm(pose[:, :, :2] - middle[:, None], axis=-1).max(axis=1, initial=0.0) + (half + radius).max()
+    robot, peg = np.nonzero(_squared_distance(middle[:, None], pegs[:, :, 1:]) < (extent[:, None] + pegs[:, :, 0]) ** 2)
+    reach = half + radius + pegs[robot, peg, :1]
+    pair, link = np.nonzero(_squared_distance(pose[robot], pegs[robot, peg, None, 1:]) < reach**2)
+    robot, peg = robot[pair], peg[pair]
     start, end = _ends(pose[robot, link], half[link])
     gap = _to_segment(pegs[robot, peg, 1:], start, end) - radius[link] - pegs[robot, peg, 0]
     return _least(len(pose), robot, gap)
@@ -270,7 +314,7 @@ def peg_gap(pose: Array, half: Array, radius: Array, pegs: Array) -> Array:
 
 def wall_gap(pose: Array, half: Array, radius: Array, walls: list[Array]) -> Array:
     """Smallest distance (n,) of the links' surfaces from walls, at least minus a radius: centre lines that cross a wall
-    count as lying on its outline.
+    count as lying on its outline; infinite where none are close to each other.
 
     Args:
         pose: as for :func:`peg_gap`.
@@ -280,22 +324,28 @@ def wall_gap(pose: Array, half: Array, radius: Array, walls: list[Array]) -> Arr
     """
     robots, links = pose.shape[:2]
     start, end = _ends(pose.reshape(-1, 3), np.tile(half, robots))
-    least = np.full(robots * links, np.inf)
+    least = walls_to_line(start, end, walls, float(radius.max())).reshape(robots, links)
+    return np.asarray((least - radius).min(axis=1, initial=np.inf))
+
+
+def walls_to_line(start: Array, end: Array, walls: list[Array], within: float) -> Array:
+    """Distance (n,) of the line from ``start`` to ``end``, (n, 2) each, from the nearest wall, 0 where they cross.
+
+    Infinite where all walls are farther than ``within`` [m].
+    """
+    least = np.full(len(start), np.inf)
+    middle, reach = 0.5 * (start + end), 0.5 * np.linalg.norm(end - start, axis=1) + within
     for corners in walls:
-        for side, (first, second) in enumerate(zip(corners, np.roll(corners, -1, axis=0), strict=True)):
-            distance = np.minimum.reduce(
-                [
-                    _to_segment(start, first, second),
-                    _to_segment(end, first, second),
-                    _to_segment(first, start, end),
-                    _to_segment(second, start, end),
-                ]
-            )
-            distance[_intersect(start, end, first, second)] = 0.0
-            least = np.minimum(least, distance)
-            if side == 0:
-                least[_inside(start, corners)] = 0.0
-    return np.asarray((least.reshape(robots, links) - radius).min(axis=1, initial=np.inf))
+        least[_inside(start, corners)] = 0.0
+        sides = list(zip(corners, np.roll(corners, -1, axis=0), strict=True))
+        for first, second in sides[:1] if len(corners) == 2 else sides:
+            near = np.flatnonzero(_to_segment(middle, first, second) < reach)
+            a, b = start[near], end[near]
+            ends = [_to_segment(a, first, second), _to_segment(b, first, second)]
+            distance = np.minimum.reduce([*ends, _to_segment(first, a, b), _to_segment(second, a, b)])
+            distance[_intersect(a, b, first, second)] = 0.0
+            least[near] = np.minimum(least[near], distance)
+    return least
 
 
 def _inside(point: Array, corners: Array) -> NDArray[np.bool_]:

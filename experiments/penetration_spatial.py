@@ -4,9 +4,10 @@
     python -m experiments.penetration_spatial --action-modes joints --steps 300000
 
 The 3D companion of :mod:`experiments.penetration`: overlaps at every control instant, computed from the published poses
-by the formulas below, which share nothing with the simulator. Links are capsules, pegs vertical cylinders without end;
-what touches the ground are the end spheres. Steps in which a robot is flagged do not count; their number is
-printed. Prints a table in Markdown.
+by the formulas below, which share nothing with the simulator. Links are capsules, pegs and walls vertical cylinders and
+prisms without end; what touches the ground are the end spheres. Between two instants the chain is interpolated, and a
+link that is then deep inside a peg, a wall or another link has passed through it. Steps in which a robot is flagged do
+not count; their number is printed. Prints a table in Markdown.
 """
 
 from __future__ import annotations
@@ -19,15 +20,46 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from snake_env import SnakeVectorEnv
+from experiments.penetration import (
+    ACTION_MODES,
+    BETWEEN,
+    CROSSED,
+    arm_of,
+    chain,
+    random_actions,
+    smallest_radius,
+    walls_to_line,
+)
+from snake_env import Scene, SnakeVectorEnv
 from snake_env.markdown import table
+from snake_env.obstacles import Box, Polygon, Segment, circles, outlines
 from training.cli import answer
 
 Array = NDArray[np.float64]
 
-SCENES: dict[str, dict[str, Any]] = {"free": {"task": "free"}, "field": {"task": "field", "difficulty": 1.0}}
-HELD = (1, 2, 20)
-"""Control periods for which a random action is held; robots differ in it."""
+ROOM = Scene(
+    obstacles=[
+        Segment((-0.35, -2.2), (-0.35, 1.6)),
+        Segment((0.35, -2.2), (0.35, 0.9)),
+        Segment((0.35, 0.9), (-0.35, 1.6)),  # with the first, a corner of 45 degrees
+        Segment((-0.35, -2.2), (0.35, -2.2)),
+        Box((0.2, 0.2), 0.3, 0.35, angle=0.5),
+        Polygon(((-0.35, 0.2), (-0.35, 0.5), (-0.2, 0.35))),
+        (0.1, -0.1, 0.8),
+    ],
+    friction=(0.2, 0.5),
+)
+"""Walls and corners, a box and a peg around the robot, which lies along y."""
+
+SCENES: dict[str, dict[str, Any]] = {
+    "free": {"task": "free"},
+    "course": {"task": "course"},
+    "field": {"task": "field", "difficulty": 1.0},
+    "perturbed": {"task": "perturbed", "difficulty": 1.0},
+    "maze": {"task": "maze", "difficulty": 0.5},
+    "corridor": {"task": "corridor", "difficulty": 0.5},
+    "walls": {"task": "free", "scene": ROOM},
+}
 
 
 @dataclass
@@ -35,8 +67,8 @@ class Options:
     """What is measured.
 
     Args:
-        scenes: "free" or "field".
-        action_modes: "gait", "joints" or "residual".
+        scenes: Names.
+        action_modes: "gait", "joints", "residual", "velocities" or "torques".
         steps: Robot-steps in each action mode, shared by the scenes.
         num_envs: Robots per batch.
         num_threads: Threads of the simulator.
@@ -44,7 +76,7 @@ class Options:
     """
 
     scenes: tuple[str, ...] = tuple(SCENES)
-    action_modes: tuple[str, ...] = ("gait", "joints", "residual")
+    action_modes: tuple[str, ...] = ACTION_MODES
     steps: int = 20_000
     num_envs: int = 128
     num_threads: int | None = None
@@ -57,14 +89,16 @@ class Crawl:
 
     Args:
         steps: Robot-steps.
-        overlap: Deepest overlap with a peg, the ground and another link at a control instant [m].
+        overlap: Deepest overlap with a peg, a wall, the ground and another link at a control instant [m].
         beyond: Robot-steps with an overlap of more than a millimetre.
+        crossings: Robot-steps in which a link passed through a peg, a wall or another link.
         flagged: Robot-steps that ended with a flagged robot.
     """
 
     steps: int = 0
-    overlap: tuple[float, ...] = (0.0, 0.0, 0.0)
+    overlap: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
     beyond: int = 0
+    crossings: int = 0
     flagged: int = 0
 
 
@@ -74,7 +108,18 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _run(options: Options) -> int:
-    head = ["actions", "scene", "steps", "peg [mm]", "ground [mm]", "self [mm]", "> 1 mm", "flagged"]
+    head = [
+        "actions",
+        "scene",
+        "steps",
+        "peg [mm]",
+        "wall [mm]",
+        "ground [mm]",
+        "self [mm]",
+        "> 1 mm",
+        "crossings",
+        "flagged",
+    ]
     print(table(head, _rows(options)))
     return 0
 
@@ -87,7 +132,8 @@ def _rows(options: Options) -> Iterator[list[str]]:
             found = crawl(keywords, steps, options.num_envs, options.num_threads, options.seed)
             print(mode, scene, found, file=sys.stderr, flush=True)
             overlaps = [f"{1e3 * depth:.3f}" for depth in found.overlap]
-            yield [mode, scene, str(found.steps), *overlaps, str(found.beyond), str(found.flagged)]
+            counts = [str(count) for count in (found.beyond, found.crossings, found.flagged)]
+            yield [mode, scene, str(found.steps), *overlaps, *counts]
 
 
 def crawl(
@@ -95,42 +141,73 @@ def crawl(
 ) -> Crawl:
     """Random actions for about ``steps`` robot-steps in the environment of these keywords."""
     envs = SnakeVectorEnv(num_envs=num_envs, num_threads=num_threads, **keywords)
-    rng = np.random.default_rng(seed)
-    held = np.resize(HELD, num_envs)
     envs.reset(seed=seed)
-    pegs = [_pegs(envs, i) for i in range(num_envs)]
-    action = rng.uniform(-1, 1, envs.action_space.shape)
+    bodies = _Bodies(envs)
     found = Crawl()
     ended = np.zeros(num_envs, dtype=bool)
-    for step in range(max(1, steps // num_envs)):
-        fresh = step % held == 0
-        uniform, extreme = rng.uniform(-1, 1, action[fresh].shape), rng.choice([-1.0, 1.0], action[fresh].shape)
-        action[fresh] = np.where(rng.random((fresh.sum(), 1)) < 0.5, uniform, extreme)
-        _, _, terminated, truncated, info = envs.step(action.astype(np.float32))
-        for i in np.flatnonzero(ended).tolist():
-            pegs[i] = _pegs(envs, i)
-        judged = ~ended & ~(info["diverged"] | info["penetrated"])
+    for action in random_actions(envs.action_space, max(1, steps // num_envs), seed):
+        _, _, terminated, truncated, info = envs.step(action)
+        before = bodies.centre, bodies.axis
+        bodies.read(ended)
+        flagged = info["diverged"] | info["penetrated"]
         found.steps += int(num_envs - ended.sum())
-        found.flagged += int((info["diverged"] | info["penetrated"]).sum())
-        state = envs.state()
-        assert state.link_quaternion is not None, "a 3D model"
-        centre, axis = state.link_position[judged], axes(state.link_quaternion[judged])
-        half, radius = state.link_half_length, state.link_radius
-        gaps = [
-            peg_gap(centre, axis, half, radius, [pegs[i] for i in np.flatnonzero(judged)]),
-            ground_gap(centre, axis, half, radius),
-            self_gap(centre, axis, half, radius),
-        ]
-        found.overlap = tuple(max(a, float(-gap.min(initial=0.0))) for a, gap in zip(found.overlap, gaps, strict=True))
-        found.beyond += int((np.minimum.reduce(gaps) < -1e-3).sum())
+        found.flagged += int(flagged.sum())
+        _judge(found, bodies, before, np.flatnonzero(~ended & ~flagged))
         ended = terminated | truncated
     envs.close()
     return found
 
 
-def _pegs(envs: SnakeVectorEnv, i: int) -> Array:
-    """Radius, x and y (P, 3) of the pegs around a robot."""
-    return np.array(envs.scene(i).obstacles, dtype=float).reshape(-1, 3)
+class _Bodies:
+    """Centre lines, shapes and pegs of all robots, and the walls, which are the same for all."""
+
+    def __init__(self, envs: SnakeVectorEnv) -> None:
+        self._envs = envs
+        self.pegs = [np.empty((0, 3))] * envs.num_envs
+        self.walls: list[Array] = []
+        self.read(np.ones(envs.num_envs, dtype=bool))
+
+    def read(self, moved: NDArray[np.bool_]) -> None:
+        """Reads the centre lines, and the pegs of the robots that were placed anew."""
+        state = self._envs.state()
+        assert state.link_quaternion is not None, "a 3D model"
+        self.half, self.radius = state.link_half_length, state.link_radius
+        self.centre, self.axis = state.link_position, axes(state.link_quaternion)
+        for i in np.flatnonzero(moved).tolist():
+            obstacles = self._envs.scene(i).obstacles
+            self.walls = outlines(obstacles)
+            self.pegs[i] = np.reshape(np.asarray(circles(obstacles), dtype=float), (-1, 3))
+
+    def gaps(self, centre: Array, axis: Array, robots: NDArray[np.intp]) -> list[Array]:
+        """Smallest gaps (n,) to pegs, walls, the ground and other links, of these robots with these centre lines."""
+        to_peg = peg_gap(centre, axis, self.half, self.radius, [self.pegs[i] for i in robots])
+        to_wall = wall_gap(centre, axis, self.half, self.radius, self.walls)
+        to_ground = ground_gap(centre, axis, self.half, self.radius)
+        return [to_peg, to_wall, to_ground, self_gap(centre, axis, self.half, self.radius)]
+
+
+def _judge(found: Crawl, bodies: _Bodies, before: tuple[Array, Array], judged: NDArray[np.intp]) -> None:
+    centre, axis = bodies.centre[judged], bodies.axis[judged]
+    gaps = bodies.gaps(centre, axis, judged)
+    found.overlap = tuple(max(a, float(-gap.min(initial=0.0))) for a, gap in zip(found.overlap, gaps, strict=True))
+    found.beyond += int((np.minimum.reduce(gaps) < -1e-3).sum())
+    last_centre, last_axis = before[0][judged], before[1][judged]
+    travel = np.linalg.norm(centre - last_centre, axis=-1) + bodies.half * np.linalg.norm(axis - last_axis, axis=-1)
+    moved = travel.max(axis=1) > bodies.radius.min()
+    if not moved.any():
+        return
+    crossed = np.zeros(int(moved.sum()), dtype=bool)
+    radius = bodies.radius.min()
+    smallest = np.array([smallest_radius(bodies.pegs[i]) for i in judged[moved]])
+    arm, middle = arm_of(centre, axis), [at[moved].mean(axis=1, keepdims=True) for at in (last_centre, centre)]
+    for share in np.linspace(0, 1, BETWEEN + 2)[1:-1]:
+        between = last_axis[moved] + share * (axis - last_axis)[moved]
+        between /= np.linalg.norm(between, axis=-1, keepdims=True)
+        place = (1 - share) * middle[0] + share * middle[1] + chain(between, arm)
+        to_peg, to_wall, _, to_self = bodies.gaps(place, between, judged[moved])
+        crossed |= to_peg < -CROSSED * (radius + smallest)
+        crossed |= (to_wall < -CROSSED * radius) | (to_self < -CROSSED * 2 * radius)
+    found.crossings += int(crossed.sum())
 
 
 def axes(quaternion: Array) -> Array:
@@ -164,6 +241,24 @@ def peg_gap(centre: Array, axis: Array, half: Array, radius: Array, pegs: list[A
             distance = np.linalg.norm(offset - along[..., None] * shadow, axis=-1)
             least[i] = (distance - radius[:, None] - own[None, :, 0]).min()
     return least
+
+
+def wall_gap(centre: Array, axis: Array, half: Array, radius: Array, walls: list[Array]) -> Array:
+    """Smallest distance (n,) of the links' surfaces from vertical walls, at least minus a radius.
+
+    Infinite where none are close.
+
+    Args:
+        centre: as for :func:`peg_gap`.
+        axis: likewise.
+        half: likewise.
+        radius: likewise.
+        walls: corners (k, 2) of convex polygons in order, two of a segment [m].
+    """
+    arm = half[:, None] * axis[..., :2]
+    start, end = ((centre[..., :2] + offset).reshape(-1, 2) for offset in (-arm, arm))
+    least = walls_to_line(start, end, walls, float(radius.max())).reshape(centre.shape[:2])
+    return np.asarray((least - radius).min(axis=1, initial=np.inf))
 
 
 def self_gap(centre: Array, axis: Array, half: Array, radius: Array) -> Array:

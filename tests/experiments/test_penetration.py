@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from experiments.penetration import SCENES, crawl, peg_gap, play, self_gap, wall_gap
+from experiments.penetration import ACTION_MODES, SCENES, chain, crawl, interpolated, peg_gap, play, self_gap, wall_gap
 from snake_env.evaluation import rollout, seeds, tasks
 from snake_env.policies.shipped import load_policy
 
@@ -56,6 +56,18 @@ def test_gaps_to_walls_are_those_of_points_on_the_centre_line():
         assert max(-0.05, min(0.0, *sampled)) == pytest.approx(max(-0.05, min(0.0, gap)), abs=1e-3)
 
 
+def test_a_chain_is_interpolated_with_closed_joints():
+    """A chain that turns by half a turn about its middle, and on the way is where a rotation takes it."""
+    angle = np.full((1, 4), 0.3)
+    first = np.concatenate([chain(np.stack([np.cos(angle), np.sin(angle)], axis=-1), 0.06), angle[..., None]], axis=-1)
+    last = first * [-1, -1, 1] + [0, 0, np.pi]
+    for share, turn in ((0.0, 0.0), (0.25, 0.25 * np.pi), (1.0, np.pi)):
+        between = interpolated(first, last, share)
+        rotation = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+        np.testing.assert_allclose(between[..., :2], first[..., :2] @ rotation.T, atol=1e-12)
+        np.testing.assert_allclose(between[..., 2], 0.3 + turn)
+
+
 def test_gaps_between_links_are_those_of_points_on_their_centre_lines():
     rng = np.random.default_rng(1)
     poses = _poses(rng, 20)
@@ -66,7 +78,7 @@ def test_gaps_between_links_are_those_of_points_on_their_centre_lines():
         assert min(0.0, *sampled) == pytest.approx(min(0.0, gap), abs=4e-4)
 
 
-@pytest.mark.parametrize("mode", ["gait", "joints", "residual"])
+@pytest.mark.parametrize("mode", ACTION_MODES)
 @pytest.mark.parametrize("scene", ["course", "maze", "walls"])
 def test_random_actions_leave_less_than_a_millimetre(scene, mode):
     found = crawl(SCENES[scene] | {"action_mode": mode}, steps=2000, num_envs=32)
