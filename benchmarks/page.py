@@ -151,7 +151,15 @@ def _skip(results: Results) -> str:
     if not rows:
         return ""
     head = ("feature", "off", "on", "on, it", "unit", "off [us]", "on [us]", "on / off [middle half]")
-    return f"{texts.SKIP}\n\n{table(head, rows)}"
+    pressed = [
+        (f"{r['bend']:g}", *(f"{r[name]:.2f}" for name in ("pairs", "solves", "us_step", "us_solve")))
+        for r in results.of("pressed")
+    ]
+    section = f"{texts.SKIP}\n\n{table(head, rows)}"
+    if not pressed:
+        return section
+    columns = ("joints at [rad]", "pressed pairs", "solves per step", "step [us]", "solve [us]")
+    return f"{section}\n\n{texts.PRESSED}\n\n{table(columns, pressed)}"
 
 
 def _certificate(results: Results) -> str:

@@ -4,7 +4,7 @@
      "seconds": 812.3, "records": [{"kind": "point", ...}, ...]}
 
 Records are the lines of ``snake-bench`` and those of the peers, told apart by ``kind``:
-``scene``, ``point``, ``growth``, ``skip``, ``certificate``, ``interface``, ``peer``, ``peer_batch``.
+``scene``, ``point``, ``growth``, ``skip``, ``pressed``, ``certificate``, ``interface``, ``peer``, ``peer_batch``.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ REQUIRED = {
     "point": ("scene", "curve", "integrator", "default", "error", "speed_alone", "speed_fleet", "misses"),
     "growth": ("axis",),
     "skip": ("feature", "off", "on", "idle", "us_off", "us_on", "ratio"),
+    "pressed": ("bend", "pairs", "us_step", "us_solve", "solves"),
     "certificate": ("what", "percent", "residual", "gap", "iterations", "misses", "above_tolerance", "steps", "events"),
     "interface": ("robots",),
     "peer": ("peer", "scene", "curve", "setup", "error", "speed_alone"),

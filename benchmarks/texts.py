@@ -34,6 +34,9 @@ A feature that *cannot act* leaves the motion unchanged, so its cost is what a s
 interleaved pairs. Contact forces and energies are always computed; rendering costs nothing until a picture is
 requested."""
 
+PRESSED = """Links pressed on each other: planar robots rock by 0.05 rad about coils that are more and more closed.
+Pairs are means over robots and time; a solve includes its share of certificates and of the search for contacts."""
+
 CERTIFICATE = """## Certificates
 
 Percentiles 50 / 90 / 99 / 100 over steps (scenes) or control periods (environments). Residual and duality gap are the

@@ -3,22 +3,31 @@
 //! Three kinds of rows. *Off*: the feature is not there. *Idle*: it is there but can never act, so the
 //! robot's motion is that of *off* and the difference in cost is what a scene pays for what it does not
 //! need. *Used*: it acts. Both scenes of a row are timed in turn and the median of the paired ratios is
-//! reported.
+//! reported. Contacts between links, which change what a robot does, are measured by their number instead: what a step
+//! and a linear solve cost in postures with more and more of them.
+
+use std::collections::HashSet;
 
 use serde::Serialize;
 use snake_core::ConfigError;
 use snake_core::control::ControllerConfig;
 use snake_core::environment::{EnvConfig, Perception, PlanarRobot, Task};
+use snake_core::gait::Wave;
+use snake_core::obstacles::{Obstacle, Shape};
+use snake_core::pegs::PegGrid;
 use snake_core::planar::{Fleet, PlanarSystem};
 use snake_core::robot::RobotConfig;
 use snake_core::scene::{Peg, START_7_5, START_FREE, TABLE_7_5};
+use snake_core::slope::Slope;
+use snake_core::spatial::{SpatialFleet, SpatialSystem};
 use snake_core::stepping::ImplicitConfig;
 
 use crate::clock::{median, spent};
 use crate::environments::{Actions, Robots, of_id, pool};
-use crate::fleet::{ROBOTS, Undulator, staggered, time_window};
+use crate::fleet::{ROBOTS, Undulator, WINDOW, Window, staggered, time_window};
 use crate::report::{emit, progress};
 use crate::scenes::{Scenario, aiko};
+use crate::spatial::{self, SpatialScenario};
 
 /// One feature on against off.
 #[derive(Serialize)]
@@ -47,6 +56,8 @@ struct Comparison<'a> {
 pub fn measure(quick: bool) -> Result<(), ConfigError> {
     let rounds = if quick { 7 } else { 31 };
     physics(rounds)?;
+    in_space(rounds)?;
+    pressed_links(rounds)?;
     environment(rounds)
 }
 
@@ -66,11 +77,38 @@ fn physics(rounds: usize) -> Result<(), ConfigError> {
     let with_robot = |robot| Scenario { robot, ..free() };
     let hollow = RobotConfig { self_contact: Some(false), ..RobotConfig::default() };
     let unlimited = RobotConfig { joint_limit: Some(f64::INFINITY), ..RobotConfig::default() };
+    let rough_course = || {
+        let mut scenario = course();
+        scenario.scene.obstacles.iter_mut().for_each(|peg| peg.friction = 0.3);
+        scenario
+    };
+    let with_obstacle = |obstacle| {
+        let mut scenario = free();
+        scenario.scene.obstacles = vec![obstacle];
+        scenario
+    };
+    let on_slope = |angle| {
+        let mut scenario = free();
+        scenario.scene.slope = Slope { angle, direction: 0.0 };
+        scenario
+    };
+    let far_peg = || with_obstacle(FAR_PEG.into());
     let step = "step";
     let rows = [
         ("pegs", "none", "one, 100 m away", true, free(), with_pegs(vec![FAR_PEG])),
         ("pegs", "none", "1,000, 5 m away and more", true, free(), with_pegs(far_field())),
         ("pegs", "none", "course of Table 7.5, touched", false, free(), course()),
+        ("walls", "none", "one, 100 m away", true, free(), with_obstacle(far_wall())),
+        (
+            "friction at obstacles",
+            "smooth peg, 100 m away",
+            "rough one",
+            true,
+            far_peg(),
+            with_obstacle(rough(FAR_PEG)),
+        ),
+        ("friction at obstacles", "none", "0.3, on the course", false, course(), rough_course()),
+        ("slope", "level", "1e-12 rad", true, free(), on_slope(1e-12)),
         ("elliptic friction", "isotropic", "coefficients apart by 1e-12", true, free(), with_friction(NEARLY_EQUAL)),
         ("elliptic friction", "isotropic", "0.2 and 0.5", false, free(), with_friction([0.2, 0.5])),
         ("friction", "none", "isotropic, 0.2", false, with_friction([0.0, 0.0]), free()),
@@ -87,6 +125,87 @@ fn physics(rounds: usize) -> Result<(), ConfigError> {
     }
     Ok(())
 }
+
+/// The same in the 3D model.
+fn in_space(rounds: usize) -> Result<(), ConfigError> {
+    let with = |mut scenario: SpatialScenario, obstacle: Obstacle| {
+        scenario.scene.obstacles.push(obstacle);
+        scenario
+    };
+    let solid = RobotConfig::default();
+    let hollow = || RobotConfig { self_contact: Some(false), ..solid.clone() };
+    let step = |height| Obstacle { height: Some(height), ..far_wall() };
+    let (course, winding) = (spatial::course, spatial::sidewinding);
+    let among_pegs = || with(course(), FAR_PEG.into());
+    let rows = [
+        (
+            "3D: self-contact",
+            "none",
+            "links that stay apart",
+            SpatialScenario { robot: hollow(), ..course() },
+            course(),
+        ),
+        ("3D: pegs", "none", "one, 100 m away", winding(), with(winding(), FAR_PEG.into())),
+        ("3D: walls", "a peg more, 100 m away", "a wall there", among_pegs(), with(course(), far_wall())),
+        (
+            "3D: friction at obstacles",
+            "smooth peg, 100 m away",
+            "rough one",
+            among_pegs(),
+            with(course(), rough(FAR_PEG)),
+        ),
+        (
+            "3D: finite height",
+            "a wall, 100 m away",
+            "a step there",
+            with(course(), far_wall()),
+            with(course(), step(0.1)),
+        ),
+    ];
+    for (feature, off, on, without, with) in rows {
+        progress(&format!("skip: {feature}, {on}"));
+        let (mut without, mut with) = (TimedSpatialFleet::new(&without)?, TimedSpatialFleet::new(&with)?);
+        let pairs = pairs(rounds, || without.us_per_step(), || with.us_per_step());
+        emit("skip", &Comparison::of(feature, off, on, true, "step", &pairs));
+    }
+    Ok(())
+}
+
+/// Robots that rock in postures which press more and more links on each other.
+#[derive(Serialize)]
+struct PressedLinks {
+    /// Mean angle of the joints \[rad\].
+    bend: f64,
+    /// Pairs of links that press on each other, mean over robots and time.
+    pairs: f64,
+    /// CPU time of a step and of a linear solve \[us\], medians, and the solves of a step.
+    us_step: f64,
+    us_solve: f64,
+    solves: f64,
+}
+
+fn pressed_links(rounds: usize) -> Result<(), ConfigError> {
+    for bend in BENDS {
+        progress(&format!("skip: pressed links, joints at {bend} rad"));
+        let mut fleet = TimedFleet::coiled(bend)?;
+        let windows: Vec<_> = (0..rounds).map(|_| fleet.window()).collect();
+        let us = |count: fn(&Window) -> f64| {
+            median(&windows.iter().map(|window| 1e6 * window.spent.cpu / count(window)).collect::<Vec<f64>>())
+        };
+        let record = PressedLinks {
+            bend,
+            pairs: fleet.pressed_pairs(),
+            us_step: us(|window| window.steps),
+            us_solve: us(|window| window.iterations),
+            solves: windows[0].iterations / windows[0].steps,
+        };
+        emit("pressed", &record);
+    }
+    Ok(())
+}
+
+/// Mean angles of the joints: from open arcs to coils of more than a turn \[rad\].
+const BENDS: [f64; 5] = [0.3, 0.58, 0.66, 0.8, 1.1];
 
 fn environment(rounds: usize) -> Result<(), ConfigError> {
     let blind = |config: &EnvConfig| EnvConfig { perception: Perception::Blind, ..config.clone() };
@@ -126,6 +245,14 @@ fn compare_environments(
     Ok(())
 }
 
+fn rough(peg: Peg) -> Obstacle {
+    Obstacle { friction: 0.3, ..peg.into() }
+}
+
+fn far_wall() -> Obstacle {
+    Obstacle::endless(Shape::Segment { start: [100.0, -1.0], end: [100.0, 1.0] })
+}
+
 const FAR_PEG: Peg = Peg { radius: 0.1, x: 100.0, y: 0.0 };
 const NEARLY_EQUAL: [f64; 2] = [0.2, 0.2 + 1e-12];
 
@@ -150,11 +277,74 @@ impl TimedFleet {
         Ok(Self { system, fleet, robots })
     }
 
+    /// Robots that rock about a posture with all joints at `bend`, at different phases.
+    fn coiled(bend: f64) -> Result<Self, ConfigError> {
+        let mut scenario = aiko("coil", "", &[], [0.2, 0.2], START_FREE);
+        scenario.controller = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() };
+        let system = scenario.system()?;
+        let robot = |k: usize| {
+            let wave = Wave { amplitude: 0.05, omega: 3.0, beta: 0.0, gamma: bend, phase: 0.1 * k as f64 };
+            let straight = vec![0.0; system.robot.joint_count()];
+            Undulator::new(&system.robot, PegGrid::of(&[]), scenario.start, &straight, wave)
+        };
+        let mut robots: Vec<_> = (0..ROBOTS).map(robot).collect();
+        let mut fleet = Fleet::new(ImplicitConfig::default(), &system, ROBOTS);
+        fleet.advance(&system, &mut robots, SETTLED, |_| true);
+        Ok(Self { system, fleet, robots })
+    }
+
+    fn window(&mut self) -> Window {
+        time_window(&self.system, &mut self.fleet, &self.robots)
+    }
+
     fn us_per_step(&mut self) -> f64 {
-        let window = time_window(&self.system, &mut self.fleet, &self.robots);
+        let window = self.window();
         1e6 * window.spent.cpu / window.steps
     }
+
+    /// Mean number of pairs of links that press on each other in a window.
+    fn pressed_pairs(&mut self) -> f64 {
+        let mut moving = self.robots.clone();
+        let mut count = 0;
+        for _ in 0..SAMPLES {
+            self.fleet.advance(&self.system, &mut moving, WINDOW / SAMPLES as f64, |_| true);
+            for robot in &moving {
+                let contacts = robot.body.warm_start.self_contacts.iter();
+                let pressed = contacts.filter(|contact| contact.force > 0.0 && !contact.place.is_stop());
+                count += pressed.map(|contact| contact.place.links).collect::<HashSet<_>>().len();
+            }
+        }
+        count as f64 / (SAMPLES * ROBOTS) as f64
+    }
 }
+
+/// Robots of the 3D model in one scene.
+struct TimedSpatialFleet {
+    system: SpatialSystem,
+    fleet: SpatialFleet,
+    robots: Vec<spatial::Robot>,
+}
+
+impl TimedSpatialFleet {
+    fn new(scenario: &SpatialScenario) -> Result<Self, ConfigError> {
+        let system = scenario.system()?;
+        let robots = spatial::staggered(scenario, &system)?;
+        let fleet = SpatialFleet::new(ImplicitConfig::default(), &system, ROBOTS);
+        Ok(Self { system, fleet, robots })
+    }
+
+    fn us_per_step(&mut self) -> f64 {
+        let spent = spatial::time_window(&self.system, &mut self.fleet, &self.robots);
+        let steps = (WINDOW / self.fleet.config().step()).round();
+        1e6 * spent.cpu / (steps * ROBOTS as f64)
+    }
+}
+
+/// Time after which a robot that was straight has coiled \[s\].
+const SETTLED: f64 = 4.0;
+
+/// Instants of a window at which pressed links are counted.
+const SAMPLES: usize = 8;
 
 /// Environments in motion on one thread.
 fn company(config: &EnvConfig) -> Result<Robots, ConfigError> {

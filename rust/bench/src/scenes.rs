@@ -54,7 +54,8 @@ impl Scenario {
     /// # Errors
     /// The robot or controller is not admissible.
     pub fn system(&self) -> Result<PlanarSystem, ConfigError> {
-        PlanarSystem::new(Robot::new(&self.robot)?, self.scene.friction, self.controller)
+        let system = PlanarSystem::new(Robot::new(&self.robot)?, self.scene.friction, self.controller)?;
+        Ok(system.on_slope(self.scene.slope))
     }
 
     pub fn has_pegs(&self) -> bool {

@@ -6,3 +6,5 @@ mod robots;
 mod scenes;
 
 pub use precision::measure;
+pub use robots::{Robot, staggered, time_window};
+pub use scenes::{SpatialScenario, course, sidewinding};

@@ -79,7 +79,7 @@ pub fn positions(simulation: &SpatialSimulation) -> Vec<[f64; 3]> {
 }
 
 /// Lateral undulation (T 7.3) without lifting, among the pegs of Table 7.5.
-fn course() -> SpatialScenario {
+pub fn course() -> SpatialScenario {
     SpatialScenario {
         name: "spatial-course-7.5",
         title: "3D: course of Table 7.5",
@@ -93,7 +93,7 @@ fn course() -> SpatialScenario {
 }
 
 /// Sidewinding (T 7.5) with soft start.
-fn sidewinding() -> SpatialScenario {
+pub fn sidewinding() -> SpatialScenario {
     SpatialScenario {
         name: "spatial-sidewinding",
         title: "3D: sidewinding from rest, isotropic ground",
