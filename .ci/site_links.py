@@ -1,4 +1,4 @@
-"""Hook of mkdocs: the README is the home page, and links to files outside of docs/ become plain text."""
+"""Hook of mkdocs: the README with the playground is the home page, and links out of docs/ become plain text."""
 
 from __future__ import annotations
 
@@ -8,13 +8,24 @@ from typing import Any
 
 from mkdocs.structure.files import File, Files
 
+PLAYGROUND = """
+<iframe src="playground/index.html" title="Playground: the simulator in this page" loading="lazy"
+  style="width: 100%; height: 34rem; border: 1px solid #8884; border-radius: 8px"></iframe>
+
+The simulator itself runs in the frame above ([full page](playground/index.html){target=_blank}): drag pegs, pull the
+robot, change gait, friction and number of links, in the plane and in 3D; or watch a shipped policy.
+"""
 LINK = re.compile(r"(?<!!)\[([^\]]*)\]\(((?![a-z]+://)[^)#\s]*)(#[^)]*)?\)")
 
 
 def on_files(files: Files, config: Any) -> Files:
-    """Adds the home page."""
+    """Adds the home page; the playground is left out where it has not been built (`make playground`)."""
     readme = Path(config["config_file_path"]).with_name("README.md").read_text(encoding="utf-8")
-    files.append(File.generated(config, "index.md", content=readme.replace("](docs/", "](")))
+    home = readme.replace("](docs/", "](")
+    if files.get_file_from_path("playground/index.html"):
+        claim, film, rest = home.partition("\n![")
+        home = claim + PLAYGROUND + film + rest
+    files.append(File.generated(config, "index.md", content=home))
     return files
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from snake_env._robots import RobotState
 from snake_env.config import Scene
@@ -15,7 +15,7 @@ from snake_env.state import State
 if TYPE_CHECKING:
     from snake_env.vector_env import SnakeVectorEnv
 
-METHODS = ("reset", "render", "state", "scene", "set_difficulty", "get_state", "set_state")
+METHODS = ("reset", "render", "state", "scene", "set_difficulty", "push", "get_state", "set_state")
 """What can be called robot by robot."""
 
 
@@ -68,6 +68,9 @@ class RobotView:
 
     def set_difficulty(self, difficulty: float) -> None:
         self._env.set_difficulty(difficulty, self._mask)
+
+    def push(self, impulse: ArrayLike) -> None:
+        self._env.push(impulse, self._mask)
 
     def get_state(self) -> RobotState:
         return self._env.get_state(self._mask)[0]

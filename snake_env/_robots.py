@@ -190,6 +190,19 @@ class Robots:
             raise ConfigError("difficulty", repr(difficulty), f"a number, or {len(indices)} of them") from None
         self.native.set_difficulty(indices, values.tolist())
 
+    def push(self, impulse: ArrayLike, indices: Sequence[int]) -> None:
+        """Changes the momentum of the links of some robots by impulses (k, L, 2 or 3) or (L, 2 or 3)."""
+        links = len(self.task.layout["link_radius"])
+        size = 2 if self.task.config["model"] == "planar" else 3
+        expected = (len(indices), links, size)
+        try:
+            values = np.broadcast_to(np.asarray(impulse, np.float64), expected)
+        except (TypeError, ValueError):
+            found = f"shape {np.shape(impulse)}" if isinstance(impulse, np.ndarray) else repr(impulse)
+            raise ConfigError("impulse", found, f"an array of shape {expected} or {expected[1:]}") from None
+        _checks.finite("impulse", values)
+        self.native.push(indices, np.pad(values, [(0, 0), (0, 0), (0, 3 - size)]))
+
     @property
     def difficulty(self) -> NDArray[np.float64]:
         """The difficulty of the episodes to come (n,)."""

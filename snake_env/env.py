@@ -112,6 +112,17 @@ class SnakeEnv(RobotsEnvironment, gym.Env[Any, NDArray[np.float32]]):
     def difficulty(self, value: float) -> None:
         self.set_difficulty(value)
 
+    def push(self, impulse: ArrayLike) -> None:
+        """Pushes the robot: changes the momentum of each link by an impulse at its centre of gravity.
+
+        Args:
+            impulse: (L, 2) in the plane, (L, 3) in 3D; world frame [N s].
+
+        Raises:
+            ConfigError: the shape is another one, or a number is not finite.
+        """
+        self._robots.push(impulse, [0])
+
     def get_state(self) -> RobotState:
         """All that a run changes about the robot."""
         return self._robots.get_state(0, False)

@@ -29,6 +29,8 @@ STRIP_HEIGHT = 110
 """Height of the side view [pixels]."""
 GROUND_LEVEL = 22
 """Height of the ground line in the strip [pixels]."""
+Section = tuple[float, float, float]
+"""Height of an obstacle, and where it begins and ends along the body from the CG [m]."""
 STRIP = (250, 249, 245)
 NORMAL_FORCE_SCALE = 0.004
 """Length of a line under a link that the ground carries [m/N]."""
@@ -40,6 +42,8 @@ class TwoViews(TopView):
     def __init__(self, picture: Picture) -> None:
         super().__init__(picture)
         self._strip = pygame.Surface((self._camera.canvas[0], OVERSAMPLING * STRIP_HEIGHT))
+        self._scale = self._camera.scale
+        """Pixels of the strip per metre."""
 
     def draw(self, state: State, scene: Scene, trail: Trail) -> pygame.Surface:
         """Picture as a surface."""
@@ -67,8 +71,9 @@ class TwoViews(TopView):
         axes = state.link_axis
         ahead = _body_direction(axes)
         across = np.array([-ahead[1], ahead[0]])
-        if self._picture.shows("obstacles"):
-            self._draw_sections(state, scene, ahead)
+        found = sections(state, scene, ahead) if self._picture.shows("obstacles") else []
+        self._scale = self._fitting_scale(state, found)
+        self._draw_sections(found)
         places = state.link_position - [*state.position, 0.0]
         depth = places[:, :2] @ across
         for i in np.argsort(-depth, kind="stable"):
@@ -77,16 +82,17 @@ class TwoViews(TopView):
             self._capsule(centre, axis, (state.link_half_length[i], state.link_radius[i]), _colour(i))
             self._load(centre, np.asarray(state.normal_force)[i])
 
-    def _draw_sections(self, state: State, scene: Scene, ahead: NDArray[np.float64]) -> None:
-        """Obstacles of finite height cut by the vertical plane through the CG along the body, higher ones behind."""
-        across = np.array([-ahead[1], ahead[0]])
-        sections = []
-        for height, corners in solids(scene.obstacles):
-            places = (corners - state.position) @ np.stack([ahead, across], axis=1)
-            cut = [_crossing(places[k - 1], places[k]) for k in range(len(places))]
-            along = [x for x in cut if x is not None]
-            if len(along) > 1:
-                sections.append((height, min(along), max(along)))
+    def _fitting_scale(self, state: State, sections: list[Section]) -> float:
+        """That of the view from above, halved until the highest link and the obstacles beside it fit."""
+        tops = state.link_position[:, 2] + np.abs(state.link_axis[:, 2]) * state.link_half_length + state.link_radius
+        side = self._strip.get_width() / (2 * self._camera.scale)
+        highest = max([float(tops.max()), *(height for height, start, end in sections if start < side and end > -side)])
+        room = OVERSAMPLING * (STRIP_HEIGHT - GROUND_LEVEL)
+        halvings = max(0.0, np.ceil(np.log2(highest * self._camera.scale / room)))
+        return float(self._camera.scale * 0.5**halvings)
+
+    def _draw_sections(self, sections: list[Section]) -> None:
+        """Higher ones behind."""
         for height, start, end in sorted(sections, reverse=True):
             (left, low), (right, high) = self._on_strip((start, 0.0)), self._on_strip((end, height))
             pygame.draw.rect(self._strip, shade(height), (left, high, right - left, low - high))
@@ -94,7 +100,7 @@ class TwoViews(TopView):
     def _capsule(self, centre: NDArray[np.float64], axis: NDArray[np.float64], shape: Any, colour: Any) -> None:
         """Two discs and what lies between them."""
         half_length, radius = shape
-        for margin, fill in ((0.0, OUTLINE), (2 * OVERSAMPLING / self._camera.scale, colour)):
+        for margin, fill in ((0.0, OUTLINE), (2 * OVERSAMPLING / self._scale, colour)):
             r = radius - margin
             ends = centre + half_length * axis, centre - half_length * axis
             length = np.hypot(*axis)
@@ -103,7 +109,7 @@ class TwoViews(TopView):
                 corners = [ends[0] + side, ends[1] + side, ends[1] - side, ends[0] - side]
                 pygame.draw.polygon(self._strip, fill, [self._on_strip(corner) for corner in corners])
             for end in ends:
-                pygame.draw.circle(self._strip, fill, self._on_strip(end), r * self._camera.scale)
+                pygame.draw.circle(self._strip, fill, self._on_strip(end), r * self._scale)
 
     def _load(self, centre: NDArray[np.float64], force: float) -> None:
         """The ground's normal force as a line below the ground."""
@@ -114,9 +120,22 @@ class TwoViews(TopView):
 
     def _on_strip(self, point: Any) -> Point:
         """Pixel of a point given by its place along the body and its height [m]."""
-        x, z = np.asarray(point) * self._camera.scale
+        x, z = np.asarray(point) * self._scale
         width, height = self._strip.get_size()
         return float(width / 2 + x), float(height - OVERSAMPLING * GROUND_LEVEL - z)
+
+
+def sections(state: State, scene: Scene, ahead: NDArray[np.float64]) -> list[Section]:
+    """Obstacles of finite height cut by the vertical plane through the CG along the body."""
+    across = np.array([-ahead[1], ahead[0]])
+    found = []
+    for height, corners in solids(scene.obstacles):
+        places = (corners - state.position) @ np.stack([ahead, across], axis=1)
+        cut = [_crossing(places[k - 1], places[k]) for k in range(len(places))]
+        along = [x for x in cut if x is not None]
+        if len(along) > 1:
+            found.append((height, min(along), max(along)))
+    return found
 
 
 def _crossing(start: NDArray[np.float64], end: NDArray[np.float64]) -> float | None:

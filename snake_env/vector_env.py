@@ -203,6 +203,22 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
         self._require_open()
         self._robots.set_difficulty(difficulty, self._indices(mask))
 
+    def push(self, impulse: ArrayLike, mask: Mask | None = None) -> None:
+        """Pushes robots: changes the momentum of each link by an impulse at its centre of gravity.
+
+        The next step passes it on along the chain. A force F that acts for a short time t is the impulse F t.
+
+        Args:
+            impulse: (k, L, 2) in the plane and (k, L, 3) in 3D for the k robots in ``mask``, in order, or one (L, 2 or
+                3) for all of them; world frame [N s].
+            mask: bool (n,); None: all robots.
+
+        Raises:
+            ConfigError: the shape is another one, or a number is not finite.
+        """
+        self._require_open()
+        self._robots.push(impulse, self._indices(mask))
+
     def get_state(self, mask: Mask | None = None) -> list[RobotState]:
         """The states of the robots in ``mask`` (None: all), in order."""
         self._require_open()

@@ -1,4 +1,4 @@
-"""The card of a shipped policy, or the environments' reference page.
+"""The card of a shipped policy, or the environments' reference pages.
 
 snake-env card field-hard
 snake-env card --write docs/environments.md
@@ -9,22 +9,31 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from snake_env import card
+from snake_env import card, environment_pages
 from snake_env.policies.shipped import NAMES, load_policy
 
 
 def main(arguments: list[str]) -> int:
-    """Prints the card or the page, or writes the page to a file."""
+    """Prints the card or the common page, or writes the pages to files."""
     cli = argparse.ArgumentParser(
         "snake-env card", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     cli.add_argument("policy", nargs="?", help=f"{', '.join(NAMES)}, or the file of one; default: the environments")
-    cli.add_argument("--write", type=Path, metavar="FILE", help="write to FILE instead of printing")
+    cli.add_argument(
+        "--write", type=Path, metavar="FILE", help="write to FILE instead of printing, pages of the ids to a folder"
+    )
     args = cli.parse_args(arguments)
     text = card.page() if args.policy is None else str(load_policy(args.policy).card)
     if args.write is None:
         print(text, end="")
-    else:
-        args.write.parent.mkdir(parents=True, exist_ok=True)
-        args.write.write_text(text, encoding="utf-8")
+        return 0
+    _write(args.write, text)
+    if args.policy is None:
+        for name, page in environment_pages.pages().items():
+            _write(args.write.with_suffix("") / name, page)
     return 0
+
+
+def _write(path: Path, text: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,9 @@ from snake_env.config import Scene
 from snake_env.evaluation.rollout import make_env
 from snake_env.policies.interface import Policy
 from snake_env.state import State
+
+if TYPE_CHECKING:
+    from PIL import Image
 
 
 class Episode(NamedTuple):
@@ -82,3 +85,31 @@ def write(frames: list[NDArray[np.uint8]], path: Path, frames_per_second: int = 
         half = [frame[::2, ::2] for frame in frames[::2]]
         imageio.mimsave(path.with_suffix(".gif"), list(half), duration=2000 / frames_per_second, loop=0)
         return path.with_suffix(".gif")
+
+
+def write_gif(frames: list[NDArray[np.uint8]], path: Path, milliseconds: int) -> Path:
+    """Writes frames of one size, shown so long each, in the same few colours: small where little moves."""
+    from PIL import Image
+
+    pictures = [Image.fromarray(frame) for frame in frames]
+    palette = _palette(pictures)
+    few = [one.quantize(palette=palette, dither=Image.Dither.NONE) for one in pictures]
+    few[0].save(path, save_all=True, append_images=few[1:], duration=milliseconds, loop=0, optimize=False)
+    return path
+
+
+def _palette(pictures: list[Image.Image], common: int = 8, rare: int = 16, sampled: int = 16) -> Image.Image:
+    """The colours of a whole film, found in pictures along it.
+
+    The common ones tell the faint grid from the ground, wherever its lines fall between pixels; the rare ones are as
+    different as can be, so that forces, goal and head keep theirs.
+    """
+    from PIL import Image
+
+    along = np.linspace(0, len(pictures) - 1, sampled).round().astype(int)
+    seen = Image.fromarray(np.concatenate([pictures[k] for k in along]))
+    ways = (common, Image.Quantize.MEDIANCUT), (rare, Image.Quantize.MAXCOVERAGE)
+    palettes = [(seen.quantize(n, way, kmeans=3).getpalette() or [])[: 3 * n] for n, way in ways]
+    found = Image.new("P", (1, 1))
+    found.putpalette([value for palette in palettes for value in palette])
+    return found

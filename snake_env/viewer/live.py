@@ -23,9 +23,17 @@ from snake_env.viewer.drawing import Drawing
 from snake_env.viewer.frames import Frames
 from snake_env.viewer.player import close, look_at, server
 from snake_env.viewer.plots import Plots
+from snake_env.viewer.pull import Pull
 
 MEMORY = 200
 """Control instants in the plots."""
+KEYS = {
+    "arrowleft": ("gamma", -2.0),
+    "arrowright": ("gamma", 2.0),
+    "arrowup": ("omega", 10.0),
+    "arrowdown": ("omega", -10.0),
+}
+"""Keys of the page: the slider of the gait that each moves, and by how much."""
 PLOTTED = 10
 """Control instants between two changes of the plots, which cost more than the robot."""
 
@@ -98,21 +106,39 @@ class Live:
         self.restart = gui.add_button("restart")
         with gui.add_folder("gait (policy: gait)"):
             self.amplitude = gui.add_slider("amplitude [deg]", 5.0, 65.0, 1.0, initial_value=40.0)
-            self.omega = gui.add_slider("frequency [deg/s]", 20.0, 200.0, 1.0, initial_value=80.0)
+            self.omega = gui.add_slider("frequency [deg/s]", -40.0, 200.0, 1.0, initial_value=80.0)
             self.beta = gui.add_slider("phase shift [deg]", -65.0, -15.0, 1.0, initial_value=-50.0)
-            self.gamma = gui.add_slider("offset [deg]", -10.0, 10.0, 0.5, initial_value=0.0)
+            self.gamma = gui.add_slider("offset [deg]", -25.0, 25.0, 0.5, initial_value=0.0)
         with gui.add_folder("obstacle"):
             hint = "0: none; drag it in the scene"
             self.obstacle = gui.add_number("number", initial_value=0, min=0, step=1, hint=hint)
+        with gui.add_folder("push"):
+            hint = "0: none; drag the handle at the link, and a spring pulls it"
+            self.link = gui.add_number("link", initial_value=0, min=0, step=1, hint=hint)
+        for key, (name, change) in KEYS.items():
+            self._key(key, name, change)
         self.note = gui.add_markdown("")
         self._plots = Plots(gui)
         self._handle: Any = None
+        self._pull: Pull | None = None
         for control in (self.task, self.policy, self.scene, self.own_friction, self.friction):
             control.on_update(lambda _: self._again(forget=True))
         self.restart.on_click(lambda _: self._again(forget=False))
         for slider in (self.amplitude, self.omega, self.beta, self.gamma):
             slider.on_update(lambda _: self._steer())
         self.obstacle.on_update(lambda _: self._grip())
+        self.link.on_update(lambda _: self._take_hold())
+
+    def _key(self, key: Any, name: str, change: float) -> None:
+        """Lets a key of the page change a slider of the gait."""
+        slider = getattr(self, name)
+        command = self.server.gui.add_command(f"{name} {change:+g}", hotkey=key)
+        command.on_trigger(lambda _: self.drive(slider, change))
+
+    def drive(self, slider: Any, change: float) -> None:
+        """Moves a slider of the gait, as far as it goes."""
+        slider.value = min(slider.max, max(slider.min, slider.value + change))
+        self._steer()
 
     def _again(self, forget: bool) -> None:
         """Begins anew; with the scene as it has been changed by hand, unless ``forget``."""
@@ -144,9 +170,10 @@ class Live:
         self._states.clear()
         self._remember()
         self.server.scene.reset()
-        self._handle = None
+        self._handle = self._pull = None
         self._drawing = Drawing(self.server.scene, self._frames(), trail=False)
         self._grip()
+        self._take_hold()
         self.note.content = chosen.about
 
     def _steer(self) -> None:
@@ -182,6 +209,16 @@ class Live:
             handle.on_drag_end(let_go)
             self._handle = handle
 
+    def _take_hold(self) -> None:
+        """Puts a handle on the chosen link, by which it can be pulled."""
+        with self._lock:
+            if self._pull is not None:
+                self._pull.remove()
+                self._pull = None
+            link = int(self.link.value)
+            if 1 <= link <= len(self.state.link_radius):
+                self._pull = Pull(self.server.scene, link - 1, self.state)
+
     def move(self, j: int, dx: float, dy: float) -> None:
         """Shifts obstacle ``j`` (1-based) by (dx, dy) [m]; the robot begins anew where it is, at rest.
 
@@ -213,18 +250,34 @@ class Live:
                 ended = self._step()
                 period = float(self._env.unwrapped.control_period)
                 if (steps := steps + 1) % PLOTTED == 0 or ended:
-                    frames = self._frames()
-                    self._plots.show(frames)
-                    if len(frames) > 1:
-                        self._drawing.trail(frames.position.mean(axis=1))
+                    self._show_past()
                 if ended:
                     self.note.content = "goal reached" if self._info["is_success"][0] else "episode over"
                     self._begin()
             due = max(due + period / self.speed.value, time.perf_counter() - period)
             time.sleep(max(0.0, due - time.perf_counter()))
 
+    def advance(self, steps: int) -> None:
+        """Takes so many control periods at once, while the page is paused, and turns pages that open to the robot."""
+        with self._lock:
+            for _ in range(steps):
+                self._step()
+            self._show_past()
+            look_at(self.server, Frames.of_states([self.state], self._env.unwrapped.scene(0)))
+
+    def _show_past(self) -> None:
+        """Plots and trail."""
+        frames = self._frames()
+        self._plots.show(frames)
+        if len(frames) > 1:
+            self._drawing.trail(frames.position.mean(axis=1))
+
     def _step(self) -> bool:
         """One control period; whether the episode has ended."""
+        if self._pull is not None:
+            impulse = self._pull.impulse(self.state, float(self._env.unwrapped.control_period))
+            if impulse is not None:
+                self._env.unwrapped.push(impulse)
         self._observation, _, terminated, truncated, self._info = self._env.step(self._actor(self._observation))
         self._remember()
         last = Frames.of_states([self.state], self._env.unwrapped.scene(0))

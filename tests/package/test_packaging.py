@@ -12,7 +12,7 @@ import pytest
 from conftest import run_python
 
 import snake_env
-from snake_env import _native, card
+from snake_env import _native, card, environment_pages
 
 ROOT = Path(__file__).parents[2]
 STUB = (ROOT / "snake_env/_native.pyi").read_text(encoding="utf-8")
@@ -35,9 +35,18 @@ def test_import_is_light():
     assert int(count) <= 45
 
 
-def test_the_environment_page_is_up_to_date():
+def test_the_environment_pages_are_up_to_date():
     page = (ROOT / "docs/environments.md").read_text(encoding="utf-8")
     assert page == card.page(), "run `make docs`"
+    written = {path.name: path.read_text(encoding="utf-8") for path in (ROOT / "docs/environments").glob("*.md")}
+    assert written == environment_pages.pages(), "run `make docs`"
+
+
+def test_the_page_of_an_id_is_short_and_has_a_film():
+    for name, page in environment_pages.pages().items():
+        assert len(page.splitlines()) <= 150, name
+        film = ROOT / f"docs/images/env-{Path(name).stem}.gif"
+        assert 10_000 < film.stat().st_size < 3_000_000, film.name
 
 
 def test_the_page_lists_every_argument_of_every_environment():

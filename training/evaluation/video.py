@@ -8,7 +8,6 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +17,6 @@ from snake_env.policies.gaits import GaitParameters
 from training.cli import answer
 from training.config import JsonObject
 from training.evaluation import loading
-
-if TYPE_CHECKING:
-    from PIL import Image
 
 
 @dataclass
@@ -64,28 +60,8 @@ def write_small_gif(frames: list[NDArray[np.uint8]], path: Path, width: int = 36
 
     height = round(width * frames[0].shape[0] / frames[0].shape[1])
     shown = [*frames[:-1:3], frames[-1]]
-    small = [Image.fromarray(frame).resize((width, height), Image.Resampling.BOX) for frame in shown]
-    palette = _palette(small)
-    pictures = [one.quantize(palette=palette, dither=Image.Dither.NONE) for one in small]
-    pictures[0].save(path, save_all=True, append_images=pictures[1:], duration=150, loop=0, optimize=False)
-    return path
-
-
-def _palette(pictures: list[Image.Image], common: int = 8, rare: int = 16, sampled: int = 16) -> Image.Image:
-    """The colours of a whole film, found in pictures along it.
-
-    The common ones tell the faint grid from the ground, wherever its lines fall between pixels; the rare ones are as
-    different as can be, so that forces, goal and head keep theirs.
-    """
-    from PIL import Image
-
-    along = np.linspace(0, len(pictures) - 1, sampled).round().astype(int)
-    seen = Image.fromarray(np.concatenate([pictures[k] for k in along]))
-    ways = (common, Image.Quantize.MEDIANCUT), (rare, Image.Quantize.MAXCOVERAGE)
-    palettes = [(seen.quantize(n, way, kmeans=3).getpalette() or [])[: 3 * n] for n, way in ways]
-    found = Image.new("P", (1, 1))
-    found.putpalette([value for palette in palettes for value in palette])
-    return found
+    small = [np.asarray(Image.fromarray(frame).resize((width, height), Image.Resampling.BOX)) for frame in shown]
+    return film.write_gif(small, path, milliseconds=150)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 //! `Batch`: environments stepped side by side, writing into arrays that Python passes.
 
-use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
+use nalgebra::Vector3;
+use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyReadwriteArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use snake_core::ConfigError;
@@ -134,6 +135,21 @@ impl Batch {
             let states = states.iter().map(|state| postcard::from_bytes(state).map_err(|e| bad_state(&e)));
             Ok(core.restore(&rows, &states.collect::<Result<Vec<_>, CoreError>>()?)?)
         }))
+    }
+
+    /// Changes the momentum of the links of rows by impulses at their CGs, float64 (k, links, 3), frame I \[N s\].
+    fn push(&mut self, rows: Vec<usize>, impulses: PyReadonlyArray3<'_, f64>) -> PyResult<()> {
+        rows.iter().try_for_each(|row| self.require_row(*row))?;
+        let core = &mut self.core;
+        let links = of_model!(&*core, core => core.environment(0).robot().link_count());
+        shape("impulse", &impulses, &[rows.len(), links, 3])?;
+        let impulses = impulses.as_slice()?;
+        of_model!(core, core => {
+            for (row, impulses) in rows.iter().zip(impulses.chunks_exact(3 * links)) {
+                core.strike(*row, impulses.chunks_exact(3).map(|impulse| Vector3::new(impulse[0], impulse[1], impulse[2])));
+            }
+        });
+        Ok(())
     }
 
     /// Tells the next episodes of rows where they take place, or none of them; see [`WorldConfig`].

@@ -10,6 +10,7 @@ mod chunk;
 mod row;
 mod workers;
 
+use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use crate::environment::quantity::Quantity;
@@ -152,6 +153,12 @@ impl<M: RobotModel> Batch<M> {
             self.row_mut(*row).environment.set_next_world(world);
         }
         Ok(())
+    }
+
+    /// Changes the momentum of the links of a row by impulses at their CGs, frame I \[N s\].
+    pub fn strike(&mut self, row: usize, impulses: impl IntoIterator<Item = Vector3<f64>>) {
+        let model = self.row_mut(row).environment.model_mut();
+        impulses.into_iter().enumerate().for_each(|(link, impulse)| model.strike(link, &impulse));
     }
 
     /// Writes a quantity of some rows, one after the other; `size` numbers each.

@@ -9,7 +9,7 @@ mod spatial_state;
 
 use std::fmt::Debug;
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -99,6 +99,9 @@ pub trait RobotModel: Clone + Debug + Send + Sync + 'static {
 
     /// Advances the robot by a control period \[s\].
     fn advance(&mut self, period: f64);
+
+    /// Changes the momentum of a link by an impulse at its CG, frame I \[N s\]; the next step passes it on along the chain.
+    fn strike(&mut self, link: usize, impulse: &Vector3<f64>);
 
     /// Ends a control period of length `period` \[s\]; returns the number of links that pegs pushed.
     fn finish_period(&mut self, period: f64) -> u32;

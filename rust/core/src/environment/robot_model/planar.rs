@@ -131,6 +131,11 @@ impl RobotModel for PlanarRobot {
         self.simulation.advance(period, &self.reference);
     }
 
+    fn strike(&mut self, link: usize, impulse: &Vector3<f64>) {
+        let mass = self.simulation.body().parameters.mass * self.simulation.robot().links[link].mass;
+        self.simulation.body_mut().state.twist[link] += impulse.xy().push(0.0) / mass;
+    }
+
     fn finish_period(&mut self, period: f64) -> u32 {
         self.reference.finish_period();
         self.read_forces(period)

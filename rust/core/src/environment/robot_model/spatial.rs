@@ -175,6 +175,12 @@ impl RobotModel for SpatialRobot {
         self.simulation.advance(period, &self.reference);
     }
 
+    fn strike(&mut self, link: usize, impulse: &Vector3<f64>) {
+        let mass = self.simulation.body().parameters.mass * self.simulation.robot().links[link].mass;
+        let mut velocity = self.simulation.body_mut().state.twist[link].fixed_rows_mut::<3>(0);
+        velocity += impulse / mass;
+    }
+
     fn finish_period(&mut self, period: f64) -> u32 {
         self.reference.finish_period();
         for (force, impulse) in self.forces.ground.iter_mut().zip(self.simulation.ground_impulse()) {

@@ -1,0 +1,131 @@
+"""Films and pictures of the environments: one film per id, and the gallery of all families of scenes.
+
+python -m experiments.environment_films             # all films and the gallery, in docs/images
+python -m experiments.environment_films --only field gallery
+
+A film shows a test scene in real time, the episode that ``snake-env evaluate`` scores.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from numpy.typing import NDArray
+
+from snake_env import card
+from snake_env.drawing import figure, save, style
+from snake_env.environment_pages import FILMS
+from snake_env.evaluation import acting, film, seeds
+from snake_env.evaluation.tasks import BenchmarkTask
+from snake_env.policies.gaits import ConstantAction
+from snake_env.policies.interface import Policy
+from snake_env.policies.scripted import catalogue
+from snake_env.registration import SCENARIOS, TASKS
+
+IMAGES = Path(__file__).parents[1] / "docs/images"
+SIZE = (720, 432)
+LONGEST = 12.0
+"""Part of an episode that a film shows [s]."""
+PERIOD = 0.05
+"""Control period of every environment [s]."""
+STRIP_HEIGHT = 110
+"""Of the view from the side, below that from above [pixels]."""
+EVERY = 2
+"""Control periods per picture of a film: ten pictures per second."""
+DIFFICULTIES = (0.0, 0.5, 1.0)
+
+
+def main(arguments: list[str]) -> int:
+    """Writes what is asked for."""
+    cli = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    names = [card.page_name(env_id) for env_id in FILMS]
+    cli.add_argument("--only", nargs="+", choices=[*names, "gallery"], help="default: all")
+    cli.add_argument("--out", type=Path, default=IMAGES)
+    args = cli.parse_args(arguments)
+    for env_id in FILMS:
+        if args.only is None or card.page_name(env_id) in args.only:
+            print(write_film(env_id, args.out / f"env-{card.page_name(env_id)}.gif"))
+    if args.only is None or "gallery" in args.only:
+        print(write_gallery(args.out / "gallery.png"))
+    return 0
+
+
+def write_film(env_id: str, path: Path) -> Path:
+    """The episode on top of the page of an id, as an animated picture."""
+    shown = FILMS[env_id]
+    height = SIZE[1] - (STRIP_HEIGHT if "spatial" in TASKS[env_id].values() else 0)
+    picture = {"size": (SIZE[0], height), **_camera(env_id)}
+    seed = seeds.HELD_OUT[shown.scene]
+    episode = film.play(_actor(env_id), env_id, seed, render_mode="rgb_array", picture=picture, **shown.options)
+    kept = episode.frames[: round(LONGEST / PERIOD) : EVERY]
+    return film.write_gif(kept, path, milliseconds=round(1000 * PERIOD * EVERY))
+
+
+def _actor(env_id: str) -> Policy:
+    shown = FILMS[env_id]
+    if shown.policy == "action zero":
+        size = len(card.layout_of(**TASKS[env_id])["action"])
+        return ConstantAction(np.zeros(size, np.float32), shown.policy)
+    if shown.policy in catalogue.CONTROLLERS:
+        return catalogue.tuned(shown.policy, "maze")  # on the same ground
+    return acting.acting(shown.policy, BenchmarkTask(TASKS[env_id]["task"], env_id, shown.options))
+
+
+def _camera(env_id: str) -> dict[str, Any]:
+    """Everything at once where the goal is a point, else the way ahead of the robot."""
+    task, model = TASKS[env_id]["task"], TASKS[env_id].get("model")
+    if task in ("maze", "corridor"):
+        return {"camera": "scene"}
+    if task == "command":
+        return {"camera": "fixed", "zoom": 0.55, "centre": (1.0, 0.75)}
+    if model == "spatial":
+        return {"camera": "fixed", "zoom": 0.58, "centre": (0.9, 0.0)}
+    if task in ("course", "perturbed"):
+        return {"camera": "fixed", "zoom": 0.72, "centre": (1.55, 0.1)}
+    return {"camera": "fixed", "zoom": 0.68, "centre": (0.8, 0.0)}
+
+
+def write_gallery(path: Path) -> Path:
+    """The starts of test scene 0 of every family, at three difficulties where the family has them."""
+    families = {family["id"]: _starts(family["id"]) for family in SCENARIOS}
+    families["SnakeSpatial-v1"] = _starts("SnakeSpatial-v1")
+    # Whole rows first.
+    tiles = [
+        (env_id if len(starts) == 1 else f"{env_id}, difficulty {difficulty:g}", image)
+        for env_id, starts in sorted(families.items(), key=lambda item: -len(item[1]))
+        for difficulty, image in starts.items()
+    ]
+    rows = -(-len(tiles) // len(DIFFICULTIES))
+    with style():
+        drawn, axes = figure(rows, len(DIFFICULTIES), 9.6, 2.15 * rows)
+        for cell in axes.flat:
+            cell.axis("off")
+        for cell, (title, image) in zip(axes.flat, tiles, strict=False):
+            cell.imshow(image, interpolation="lanczos")
+            cell.set_title(title)
+        return save(drawn, path)
+
+
+def _starts(env_id: str) -> dict[float, NDArray[np.uint8]]:
+    """Pictures by difficulty, without those that show the same."""
+    pictures: dict[float, NDArray[np.uint8]] = {}
+    height = 480 - (STRIP_HEIGHT if "spatial" in TASKS[env_id].values() else 0)
+    for difficulty in DIFFICULTIES:
+        picture = {"size": (800, height), "layers": ("grid", "goal", "obstacles", "links"), **_camera(env_id)}
+        keywords: dict[str, Any] = {"render_mode": "rgb_array", "difficulty": difficulty, "picture": picture}
+        env: Any = gym.make_vec(env_id, 1, num_threads=1, **keywords)
+        env.reset(seed=[seeds.HELD_OUT.start])
+        image = env.render()[0]
+        env.close()
+        if not any(np.array_equal(image, other) for other in pictures.values()):
+            pictures[difficulty] = image
+    return pictures
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,307 @@
+//! One environment with what drives its robot, and the changes that a hand makes to it.
+
+use nalgebra::{Vector2, Vector3};
+use snake_core::ConfigError;
+use snake_core::environment::action::ActionEntry;
+use snake_core::environment::signal::{SignalInfo, signals_of};
+use snake_core::environment::{EnvConfig, Environment, Outcome};
+use snake_core::obstacles::{Obstacle, Peg};
+use snake_core::robot::Robot;
+
+use crate::policy::Policy;
+use crate::shown::Shown;
+
+/// A session of either model, as the page uses it.
+pub trait Play {
+    fn reset(&mut self, seed: u64);
+    fn reconfigure(&mut self, config: &EnvConfig) -> Result<(), ConfigError>;
+    fn use_gait(&mut self, values: &[f64]);
+    fn use_policy(&mut self, policy: Policy) -> Result<(), String>;
+    fn step(&mut self);
+    fn pull(&mut self, pull: Option<(usize, Vector3<f64>)>);
+    fn move_peg(&mut self, peg: usize, x: f64, y: f64);
+    fn add_peg(&mut self, radius: f64, x: f64, y: f64) -> bool;
+    fn remove_peg(&mut self, peg: usize);
+
+    fn actions(&self) -> &[ActionEntry];
+    fn robot(&self) -> &Robot;
+    fn control_period(&self) -> f64;
+    fn torque_limit(&self) -> Option<f64>;
+    fn links(&self) -> Vec<f64>;
+    fn contact_force(&self) -> Vec<f64>;
+    fn joint_torque(&self) -> Vec<f64>;
+    fn pull_force(&self) -> Vector3<f64>;
+    fn pegs(&self) -> &[Peg];
+    fn goal(&self) -> [f64; 3];
+    fn observation(&self) -> &[f32];
+    fn action(&self) -> &[f64];
+    fn signals(&self) -> Vec<(String, f64)>;
+    fn residual(&self) -> f64;
+    fn worst_residual(&self) -> f64;
+    fn has_ended(&self) -> bool;
+}
+
+/// An environment and its driver.
+pub struct Session<M: 'static> {
+    environment: Environment<M>,
+    config: EnvConfig,
+    signals: Vec<SignalInfo>,
+    /// Places of the elements of the observation that policies with a memory remember.
+    remembered: Vec<usize>,
+    observation: Vec<f32>,
+    outcome: Outcome,
+    worst_residual: f64,
+    /// Drives the robot; without one `action` stays as it is.
+    policy: Option<Policy>,
+    action: Vec<f64>,
+    /// The pegs in the order in which the page knows them.
+    pegs: Vec<Peg>,
+    /// Link that is pulled, and where to \[m\].
+    pull: Option<(usize, Vector3<f64>)>,
+    pull_force: Vector3<f64>,
+}
+
+impl<M: Shown> Session<M> {
+    /// # Errors
+    /// Names the field of the configuration, its value and the admissible range.
+    pub fn new(config: &EnvConfig) -> Result<Self, ConfigError> {
+        let environment = Environment::<M>::new(config)?;
+        let blocks = environment.observation_blocks().iter().filter(|block| block.row.memory);
+        let mut session = Self {
+            remembered: blocks.flat_map(|block| block.start..block.start + block.size()).collect(),
+            observation: vec![0.0; environment.observation_size()],
+            action: vec![0.0; environment.action_size()],
+            outcome: environment.outcome(),
+            signals: signals_of::<M>(),
+            worst_residual: 0.0,
+            policy: None,
+            pegs: environment.pegs().to_vec(),
+            pull: None,
+            pull_force: Vector3::zeros(),
+            config: config.clone(),
+            environment,
+        };
+        session.environment.observe(&mut session.observation);
+        Ok(session)
+    }
+
+    /// Replaces the pegs; the time since the start, on which the choice of steps depends, goes on.
+    fn place_pegs(&mut self) {
+        let simulation = self.environment.model_mut().simulation_mut();
+        let clock = simulation.body().clock;
+        simulation.set_obstacles(&self.pegs.iter().copied().map(Obstacle::from).collect::<Vec<_>>());
+        simulation.body_mut().clock = clock;
+        self.environment.observe(&mut self.observation);
+    }
+
+    /// How far a peg overlaps a link seen from above \[m\], and the direction out of it.
+    fn overlap(&self, peg: &Peg, link: usize) -> (f64, Vector2<f64>) {
+        let model = self.environment.model();
+        let [rear, front] = model.centre_line(link);
+        let (centre, along) = (Vector2::new(peg.x, peg.y), front - rear);
+        let length = along.norm_squared();
+        let place = if length > 0.0 { ((centre - rear).dot(&along) / length).clamp(0.0, 1.0) } else { 0.5 };
+        let apart = centre - (rear + along * place);
+        let out = apart.try_normalize(0.0).unwrap_or_else(Vector2::y);
+        (peg.radius + model.robot().links[link].radius - apart.norm(), out)
+    }
+
+    /// The place nearest to a peg's, roughly, at which it does not touch the robot.
+    fn beside_robot(&self, mut peg: Peg) -> Option<Peg> {
+        let links = self.environment.robot().link_count();
+        for _ in 0..ATTEMPTS {
+            let deepest = (0..links).map(|link| self.overlap(&peg, link)).max_by(|a, b| a.0.total_cmp(&b.0))?;
+            if deepest.0 <= 0.0 {
+                return Some(peg);
+            }
+            let moved = (deepest.0 + CLEARANCE) * deepest.1;
+            (peg.x, peg.y) = (peg.x + moved.x, peg.y + moved.y);
+        }
+        None
+    }
+
+    /// A damped spring between a link and the pointer, limited; its impulse of one control period comes at once.
+    fn apply_pull(&mut self) {
+        self.pull_force = Vector3::zeros();
+        let Some((link, point)) = self.pull else { return };
+        let model = self.environment.model_mut();
+        let (position, _) = model.link_pose(link);
+        let force = STIFFNESS * (point - position) - DAMPING * model.velocity(link);
+        self.pull_force = force * (LARGEST_PULL / force.norm()).min(1.0);
+        model.strike(link, &(self.pull_force * self.config.control_period));
+    }
+}
+
+impl<M: Shown> Play for Session<M> {
+    fn reset(&mut self, seed: u64) {
+        self.outcome = self.environment.reset(Some(seed), &mut self.observation);
+        self.pegs = self.environment.pegs().to_vec();
+        self.pull = None;
+        self.pull_force = Vector3::zeros();
+        self.worst_residual = 0.0;
+        if let Some(policy) = &mut self.policy {
+            policy.forget();
+            self.action.fill(0.0);
+        }
+    }
+
+    fn reconfigure(&mut self, config: &EnvConfig) -> Result<(), ConfigError> {
+        let mut next = Self::new(config)?;
+        next.environment.restore(&self.environment.save())?;
+        next.environment.set_difficulty(config.difficulty)?;
+        next.environment.observe(&mut next.observation);
+        next.outcome = next.environment.outcome();
+        next.pegs.clone_from(&self.pegs);
+        next.action.clone_from(&self.action);
+        next.worst_residual = self.worst_residual;
+        if let Some(policy) = self.policy.take().filter(|policy| fits(policy, &next).is_ok()) {
+            next.policy = Some(policy);
+        }
+        *self = next;
+        Ok(())
+    }
+
+    fn use_gait(&mut self, values: &[f64]) {
+        self.policy = None;
+        self.action.fill(0.0);
+        for ((action, entry), value) in self.action.iter_mut().zip(self.environment.action_entries()).zip(values) {
+            *action = entry.normalised(*value).clamp(-1.0, 1.0);
+        }
+    }
+
+    fn use_policy(&mut self, policy: Policy) -> Result<(), String> {
+        fits(&policy, self)?;
+        self.policy = Some(policy);
+        Ok(())
+    }
+
+    fn step(&mut self) {
+        if let Some(policy) = &mut self.policy {
+            self.action = policy.act(&self.observation, &self.remembered, self.config.control_period);
+        }
+        self.apply_pull();
+        self.outcome = self.environment.step(&self.action, &mut self.observation);
+        self.worst_residual = self.worst_residual.max(self.residual());
+    }
+
+    fn pull(&mut self, pull: Option<(usize, Vector3<f64>)>) {
+        self.pull = pull.filter(|(link, _)| *link < self.environment.robot().link_count());
+    }
+
+    fn move_peg(&mut self, peg: usize, x: f64, y: f64) {
+        let Some(before) = self.pegs.get(peg) else { return };
+        if let Some(moved) = self.beside_robot(Peg { x, y, ..*before }) {
+            self.pegs[peg] = moved;
+            self.place_pegs();
+        }
+    }
+
+    fn add_peg(&mut self, radius: f64, x: f64, y: f64) -> bool {
+        let Some(peg) = self.beside_robot(Peg { radius, x, y }) else { return false };
+        self.pegs.push(peg);
+        self.place_pegs();
+        true
+    }
+
+    fn remove_peg(&mut self, peg: usize) {
+        if peg < self.pegs.len() {
+            self.pegs.remove(peg);
+            self.place_pegs();
+        }
+    }
+
+    fn actions(&self) -> &[ActionEntry] {
+        self.environment.action_entries()
+    }
+
+    fn robot(&self) -> &Robot {
+        self.environment.robot()
+    }
+
+    fn control_period(&self) -> f64 {
+        self.config.control_period
+    }
+
+    fn torque_limit(&self) -> Option<f64> {
+        self.config.controller.torque_limit
+    }
+
+    fn links(&self) -> Vec<f64> {
+        let model = self.environment.model();
+        let pose = |link| {
+            let (r, q) = model.link_pose(link);
+            [r.x, r.y, r.z, q.i, q.j, q.k, q.w]
+        };
+        (0..self.robot().link_count()).flat_map(pose).collect()
+    }
+
+    fn contact_force(&self) -> Vec<f64> {
+        self.environment.model().contact_force().iter().flat_map(|force| [force.x, force.y, force.z]).collect()
+    }
+
+    fn joint_torque(&self) -> Vec<f64> {
+        self.environment.model().joint_torque()
+    }
+
+    fn pull_force(&self) -> Vector3<f64> {
+        self.pull_force
+    }
+
+    fn pegs(&self) -> &[Peg] {
+        &self.pegs
+    }
+
+    fn goal(&self) -> [f64; 3] {
+        let goal = self.environment.goal();
+        let point = goal.point();
+        [point.x, point.y, goal.radius()]
+    }
+
+    fn observation(&self) -> &[f32] {
+        &self.observation
+    }
+
+    fn action(&self) -> &[f64] {
+        &self.action
+    }
+
+    fn signals(&self) -> Vec<(String, f64)> {
+        let own = M::SIGNALS.iter().map(|signal| (signal.value)(self.environment.model()));
+        let values = self.outcome.signals.iter().copied().chain(own);
+        self.signals.iter().map(|signal| signal.name.clone().into_owned()).zip(values).collect()
+    }
+
+    fn residual(&self) -> f64 {
+        self.environment.summary().residual
+    }
+
+    fn worst_residual(&self) -> f64 {
+        self.worst_residual
+    }
+
+    fn has_ended(&self) -> bool {
+        self.outcome.terminated || self.outcome.truncated
+    }
+}
+
+/// # Errors
+/// The policy was trained with other observations or actions.
+fn fits<M: Shown>(policy: &Policy, session: &Session<M>) -> Result<(), String> {
+    let (inputs, outputs) = (policy.inputs(session.remembered.len()), policy.outputs());
+    let (seen, actions) = (session.observation.len(), session.action.len());
+    if (inputs, outputs) == (seen, actions) {
+        return Ok(());
+    }
+    Err(format!("policy with {inputs} inputs and {outputs} outputs: expected {seen} and {actions}, as of this robot"))
+}
+
+/// Distance of a peg from the robot after it has been pushed away from it \[m\].
+const CLEARANCE: f64 = 1e-4;
+
+/// Links out of which a peg is pushed one after the other before it stays where it is.
+const ATTEMPTS: usize = 16;
+
+/// Of the spring that pulls a link \[N/m\], \[N s/m\], \[N\]; with a link's mass of 0.68 kg stable at 50 ms.
+const STIFFNESS: f64 = 60.0;
+const DAMPING: f64 = 6.0;
+const LARGEST_PULL: f64 = 30.0;

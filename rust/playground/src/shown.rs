@@ -1,0 +1,67 @@
+//! What the page reads and changes of a robot that differs between the models.
+
+use nalgebra::{UnitQuaternion, Vector2, Vector3};
+use snake_core::environment::{PlanarRobot, RobotModel, SpatialRobot};
+
+/// A robot model that the page can show.
+pub trait Shown: RobotModel {
+    /// CG \[m\] and the rotation that turns z into the centre line of a link.
+    fn link_pose(&self, link: usize) -> (Vector3<f64>, UnitQuaternion<f64>);
+
+    /// Velocity of the CG of a link \[m/s\].
+    fn velocity(&self, link: usize) -> Vector3<f64>;
+
+    /// Mean force of the obstacles on each link over the last control period, frame I \[N\].
+    fn contact_force(&self) -> Vec<Vector3<f64>>;
+
+    /// Torques of the actuators, in 3D yaw and pitch of each joint \[N m\].
+    fn joint_torque(&self) -> Vec<f64>;
+
+    /// Ends of the centre line of a link, seen from above \[m\].
+    fn centre_line(&self, link: usize) -> [Vector2<f64>; 2] {
+        let (position, orientation) = self.link_pose(link);
+        let half = (orientation * Vector3::z()).xy() * self.robot().links[link].contact_half_length;
+        [position.xy() - half, position.xy() + half]
+    }
+}
+
+impl Shown for PlanarRobot {
+    fn link_pose(&self, link: usize) -> (Vector3<f64>, UnitQuaternion<f64>) {
+        let pose = &self.simulation.state().pose[link];
+        let upright_to_x = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), std::f64::consts::FRAC_PI_2);
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), pose.z);
+        (Vector3::new(pose.x, pose.y, self.robot().links[link].radius), turn * upright_to_x)
+    }
+
+    fn velocity(&self, link: usize) -> Vector3<f64> {
+        let twist = &self.simulation.state().twist[link];
+        Vector3::new(twist.x, twist.y, 0.0)
+    }
+
+    fn contact_force(&self) -> Vec<Vector3<f64>> {
+        self.peg_force().iter().map(|force| force.push(0.0)).collect()
+    }
+
+    fn joint_torque(&self) -> Vec<f64> {
+        self.simulation.joint_torque().to_vec()
+    }
+}
+
+impl Shown for SpatialRobot {
+    fn link_pose(&self, link: usize) -> (Vector3<f64>, UnitQuaternion<f64>) {
+        let pose = &self.simulation.state().pose[link];
+        (pose.position, pose.orientation)
+    }
+
+    fn velocity(&self, link: usize) -> Vector3<f64> {
+        self.simulation.state().twist[link].fixed_rows::<3>(0).into_owned()
+    }
+
+    fn contact_force(&self) -> Vec<Vector3<f64>> {
+        self.obstacle_force().collect()
+    }
+
+    fn joint_torque(&self) -> Vec<f64> {
+        self.simulation.joint_torque().iter().flat_map(|torque| [torque.x, torque.y]).collect()
+    }
+}

@@ -1,0 +1,210 @@
+"""One reference page per environment id, generated like the common page, of which :mod:`snake_env.card` makes the rows.
+
+``snake-env card --write docs/environments.md`` writes them into the folder ``docs/environments/``.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any, NamedTuple
+
+from snake_env import card
+from snake_env.markdown import table
+from snake_env.policies.policy_card import PolicyCard
+from snake_env.policies.shipped import NAMES, load_policy
+from snake_env.registration import DESCRIPTIONS, TASKS
+from snake_env.vector_env import SnakeVectorEnv
+
+
+class Film(NamedTuple):
+    """The episode on top of a page: who acts, with which keywords, on which test scene.
+
+    ``policy`` is a shipped policy, a scripted controller or ``"action zero"``.
+    """
+
+    policy: str
+    scene: int
+    options: dict[str, Any]
+
+
+FILMS = {
+    "SnakeCourse-v1": Film("general", 0, {}),
+    "SnakeField-v1": Film("general", 0, {"difficulty": 1.0}),
+    "SnakeFree-v1": Film("action zero", 0, {}),
+    "SnakePerturbed-v1": Film("general", 0, {"difficulty": 1.0}),
+    "SnakeMaze-v1": Film("general", 0, {"difficulty": 1.0}),
+    "SnakeCorridor-v1": Film("general", 0, {"difficulty": 1.0}),
+    "SnakeCommand-v1": Film("heading control", 0, {}),
+    "SnakeSpatial-v1": Film("action zero", 0, {}),
+}
+"""By id; ``python -m experiments.environment_films`` makes them."""
+
+KEYWORDS = {
+    "course": ("goal_distance", "corridor_half_width"),
+    "field": ("difficulty", "field", "push_points", "goal_distance", "corridor_half_width"),
+    "free": ("friction", "goal_distance", "corridor_half_width"),
+    "perturbed": ("difficulty", "perturbation", "goal_distance", "corridor_half_width"),
+    "maze": ("difficulty", "turn", "push_points", "goal_distance", "goal_radius"),
+    "corridor": ("difficulty", "turn", "goal_distance", "goal_radius"),
+    "command": ("difficulty", "turn", "speed"),
+}
+"""Keywords that shape a task, by its name; all others are those of every environment."""
+
+
+def pages() -> dict[str, str]:
+    """The pages as Markdown, by file name."""
+    return {f"{card.page_name(env_id)}.md": page(env_id) for env_id in TASKS}
+
+
+def page(env_id: str) -> str:
+    """The page of one id."""
+    layout = card.layout_of(**TASKS[env_id])
+    parts = [
+        f"# {env_id}",
+        f"![{_caption(env_id)}](../images/env-{card.page_name(env_id)}.gif)",
+        f"*{_caption(env_id)}.*",
+        DESCRIPTIONS[env_id],
+        "```python\nimport gymnasium\n\n"
+        f'env = gymnasium.make("snake_env:{env_id}")  # a single robot\n'
+        f'envs = gymnasium.make_vec("{env_id}", num_envs=256)  # a native batch\n```',
+        _facts(layout, _friction(env_id)),
+        "## Goal and end",
+        _end(layout["config"]),
+        "## Actions",
+        _actions(env_id, layout),
+        "## Observations",
+        _observations(layout),
+        "## Keywords",
+        _keywords(layout["config"]),
+        *_policies(env_id),
+    ]
+    return "\n\n".join(part.strip() for part in parts if part) + "\n"
+
+
+def _caption(env_id: str) -> str:
+    film = FILMS[env_id]
+    actors = {
+        "action zero": "Action zero, the default gait,",
+        "heading control": "A scripted controller, heading control,",
+    }
+    actor = actors.get(film.policy, f"The shipped policy `{film.policy}`")
+    chosen = "".join(f", `{name}={value}`" for name, value in film.options.items())
+    forces = "; arrows: forces of the pegs" if _pegs(env_id) else ""
+    return f"{actor} on test scene {film.scene}{chosen}{forces}"
+
+
+def _pegs(env_id: str) -> bool:
+    return TASKS[env_id]["task"] not in ("free", "command")
+
+
+def _facts(layout: dict[str, Any], friction: tuple[float, float]) -> str:
+    config = layout["config"]
+    size = sum(block["size"] for block in layout["observation"])
+    period, steps = config["control_period"], config["max_episode_steps"]
+    along, across = friction
+    ground = f"friction {along:g} along the links, {across:g} across" if along != across else f"friction {along:g}"
+    model = "planar, chapter 3 of the thesis" if config["model"] == "planar" else "3D, chapter 4 of the thesis"
+    return table(
+        ("", ""),
+        [
+            ("robot", f"{config['robot']['links']} links, {model}"),
+            ("ground", ground),
+            ("action", f"`Box(-1, 1, ({len(layout['action'])},), float32)`"),
+            ("observation", f"`Box({size},)` of float32"),
+            ("control period", f"{period:g} s"),
+            ("time limit", f"{steps} steps, {card.number(steps * period)} s"),
+        ],
+    )
+
+
+def _friction(env_id: str) -> tuple[float, float]:
+    """Of the ground, which the task chooses."""
+    options: Any = TASKS[env_id]
+    envs = SnakeVectorEnv(1, **options)
+    along, across = envs.scene(0).friction
+    envs.close()
+    return along, across
+
+
+def _end(config: dict[str, Any]) -> str:
+    kind = card.GOALS[config["task"]]
+    reached, strayed = card.goal_rows(config)[kind]
+    if kind == "direction":
+        return "An episode with a commanded direction ends only by the time limit; its reward counts the speed in it."
+    return (
+        f"The episode terminates with `is_success` when {reached}, and with `left_corridor` when {strayed}. It is "
+        "truncated at the time limit. The reward is the progress towards the goal less the cost of energy and of "
+        "abrupt actions, and a bonus at the goal: [terms and weights](../environments.md#rewards)."
+    )
+
+
+def _actions(env_id: str, layout: dict[str, Any]) -> str:
+    head = ("action", "min", "max", "slew limit [unit/s]", "unit", "mirror", "meaning")
+    rows = card.grouped(map(card.action_row, layout["action"]))
+    modes = []
+    for mode in card.CHOICES["action_mode"]:
+        size = len(card.layout_of(**TASKS[env_id], action_mode=mode)["action"])
+        modes.append(f'"{mode}" {size}')
+    return (
+        'By default, `action_mode="gait"`, an action sets the travelling wave; action zero is the default gait.\n\n'
+        + table(head, rows)
+        + f"\n\nElements by `action_mode`: {', '.join(modes)}. See [actions](../environments.md#actions)."
+    )
+
+
+def _observations(layout: dict[str, Any]) -> str:
+    """Blocks, and their elements with their places in a part that opens."""
+    head = ("block", "places", "unit", "scale", "meaning")
+    rows, elements = [], []
+    for block in layout["observation"]:
+        first, last = block["start"], block["start"] + block["size"] - 1
+        places = str(first) if first == last else f"{first} ... {last}"
+        rows.append((block["name"], places, block["unit"], card.number(block["scale"]), block["description"]))
+        names = ", ".join(
+            f"{name} {card.sign(mirror)}" for name, mirror in zip(block["elements"], block["mirror"], strict=True)
+        )
+        elements.append(f"* **{block['name']}** ({places}): {names}")
+    return (
+        "Each element is its value divided by the scale, and clipped; see "
+        "[observations](../environments.md#observations) for bounds and for blocks that other options add.\n\n"
+        + table(head, rows)
+        + '\n\n<details markdown="1">\n<summary>All elements in order, with their mirror signs</summary>\n\n'
+        + "\n".join(elements)
+        + "\n\n</details>"
+    )
+
+
+def _keywords(config: dict[str, Any]) -> str:
+    rows = [(f"`{name}`", f"`{json.dumps(config[name])}`", card.ARGUMENTS[name]) for name in KEYWORDS[config["task"]]]
+    return (
+        table(("keyword", "default", "meaning and range"), rows)
+        + "\n\nAll keywords, rewards, infos and randomisation: [environments](../environments.md#arguments)."
+    )
+
+
+def _policies(env_id: str) -> list[str]:
+    """Scores of the shipped policies that were trained in this environment."""
+    cards = [load_policy(name).card for name in NAMES]
+    own = [one for one in cards if one.env_id == env_id and TASKS[env_id].get("model") != "spatial"]
+    if not own:
+        return []
+    rows = [_policy_row(one) for one in own]
+    return [
+        "## Shipped policies",
+        table(("policy", "keywords", "success", "speed [m/s]"), rows)
+        + "\n\n95 % intervals over test scenes, from the policies' cards (`snake-env card NAME`). "
+        "More: [learned policies](../learned.md).",
+        "\n".join(f"* `{one.name}`: {' '.join(one.notes)}" for one in own if one.notes),
+    ]
+
+
+def _policy_row(one: PolicyCard) -> tuple[str, ...]:
+    told = {name: value for name, value in one.env_options.items() if name != "reward_weights"}
+    options = ", ".join(f"`{name}={json.dumps(value)}`" for name, value in told.items())
+    scores = (_estimate(one, name) for name in ("success", "speed"))
+    return (f"`{one.name}`", options, *scores)
+
+
+def _estimate(one: PolicyCard, name: str) -> str:
+    value, low, high = one.scores.get(name, (None, None, None))
+    return "-" if value is None else f"{value:.3f} [{low:.3f}, {high:.3f}]"

@@ -1,0 +1,227 @@
+"""The playground in a headless browser: the environment is that of Python, and hands and sliders reach it."""
+
+from __future__ import annotations
+
+import gymnasium
+import numpy as np
+import pytest
+
+import snake_env
+
+api = pytest.importorskip("playwright.sync_api")
+pytest.importorskip("PIL")
+
+from experiments import browser_pictures as pictures
+
+pytestmark = [
+    pytest.mark.skipif(pictures.CHROMIUM is None, reason="Chromium is not installed"),
+    pytest.mark.skipif(not (pictures.PLAYGROUND / "pkg").exists(), reason="built by `make playground`"),
+]
+SIZE = {"width": 900, "height": 600}
+SEED = 3
+RESIDUAL = 1e-5
+"""Well above the tolerance of the solver, 1e-6 m/s, and below any speed that is seen."""
+
+
+@pytest.fixture(scope="module")
+def opened():
+    with pictures.browser() as found:
+        yield found
+
+
+@pytest.fixture
+def playground(opened):
+    """Opens pages, and asserts that they reported no error."""
+    pages = []
+    with pictures.served(pictures.PLAYGROUND) as url:
+
+        def visit(query):
+            page = opened.new_page(viewport=SIZE)
+            told = []
+            page.on("pageerror", lambda error: told.append(str(error)))
+            page.goto(f"{url}/index.html?{query}&seed={SEED}")
+            page.wait_for_function("window.playground !== undefined", timeout=60_000)
+            pages.append((page, told))
+            return page
+
+        yield visit
+        for page, told in pages:
+            assert told == []
+            assert page.locator("#message.error").count() == 0
+            page.close()
+
+
+def numbers(page, call):
+    return np.array(page.evaluate(f"Array.from(playground.robot.{call})"))
+
+
+def steps(page, count):
+    page.evaluate(f"for (let k = 0; k < {count}; k++) playground.step()")
+
+
+def environment(**options):
+    env = gymnasium.make_vec(
+        "SnakeField-v1",
+        num_envs=1,
+        action_mode="residual",
+        perception="body",
+        nearest_pegs=8,
+        max_episode_steps=2400,
+        termination={"left_corridor": False},
+        **options,
+    )
+    observation, _ = env.reset(seed=[SEED])
+    return env, observation
+
+
+def test_the_page_observes_what_the_environment_observes(playground):
+    page = playground("task=field&driver=gait&paused")
+    env, observation = environment()
+    np.testing.assert_allclose(numbers(page, "observation()"), observation[0], rtol=0, atol=1e-6)
+    steps(page, 60)
+    for _ in range(60):
+        env.step(np.zeros((1, 14), np.float32))
+    place = numbers(page, "links()").reshape(-1, 7)[:, :2]
+    np.testing.assert_allclose(place, env.unwrapped.state().link_position[0], rtol=0, atol=1e-7)
+
+
+def test_a_shipped_policy_drives_as_it_does_in_python(playground):
+    page = playground("task=field&driver=general&paused")
+    env, observation = environment()
+    policy = snake_env.load_policy("general")
+    policy.begin(env.unwrapped.layout, 1)
+    steps(page, 50)
+    for _ in range(50):
+        observation, *_ = env.step(policy(observation))
+    place = numbers(page, "links()").reshape(-1, 7)[:, :2]
+    np.testing.assert_allclose(place, env.unwrapped.state().link_position[0], rtol=0, atol=1e-4)
+    assert env.unwrapped.state().distance[0] > 0.5
+
+
+def test_the_robot_moves_in_real_time_or_faster(playground):
+    page = playground("task=field&driver=general&speed=4")
+    page.wait_for_timeout(1500)
+    assert page.evaluate("JSON.parse(playground.robot.signals()).time") > 0.2
+    page.evaluate("playground.setPlaying(false)")
+    took = page.evaluate(
+        "(() => { const begun = performance.now(); for (let k = 0; k < 200; k++) playground.robot.step();"
+        " return performance.now() - begun; })()"
+    )
+    assert took < 200 * 50, "slower than real time"
+
+
+def test_a_slider_changes_the_gait(playground):
+    page = playground("task=free&driver=gait&paused")
+    before = numbers(page, "action()")
+    page.locator("#amplitude").evaluate("(it) => { it.value = 20; it.dispatchEvent(new Event('input')); }")
+    steps(page, 1)
+    after = numbers(page, "action()")
+    assert after[0] == pytest.approx((20 - 40) / 25)
+    np.testing.assert_array_equal(before[1:], after[1:])
+
+
+def test_friction_changes_while_the_robot_moves(playground):
+    page = playground("task=free&driver=gait&paused")
+    steps(page, 40)
+    place = numbers(page, "links()")
+    page.locator("#across").evaluate("(it) => { it.value = 1; it.dispatchEvent(new Event('input')); }")
+    np.testing.assert_array_equal(numbers(page, "links()"), place)
+    steps(page, 40)
+    assert np.abs(numbers(page, "links()") - place).max() > 0.01
+
+
+def test_the_number_of_links_makes_another_robot(playground):
+    page = playground("task=field&driver=general&paused")
+    page.locator("#links").evaluate("(it) => { it.value = 23; it.dispatchEvent(new Event('input')); }")
+    page.wait_for_function("playground.robot.links().length === 7 * 23")
+    assert page.locator("#driver").input_value() == "gait"
+    steps(page, 20)
+    assert page.evaluate("playground.robot.residual()") < RESIDUAL
+
+
+def gaps(page):
+    """Distance of every peg from every link, seen from above."""
+    pegs = numbers(page, "pegs()").reshape(-1, 3)
+    links = numbers(page, "links()").reshape(-1, 7)
+    half, radius = snake_env.Robot().contact_half_length, snake_env.Robot().radius
+    x, y, z, w = links[:, 3:].T
+    axis = np.stack([2 * (x * z + w * y), 2 * (y * z - w * x)], axis=1)
+    apart = pegs[:, np.newaxis, 1:] - links[np.newaxis, :, :2]
+    along = np.clip((apart * axis).sum(axis=-1), -half, half)
+    return np.linalg.norm(apart - along[..., np.newaxis] * axis, axis=-1) - pegs[:, :1] - radius
+
+
+def drag(page, start, end):
+    (x, y), (to_x, to_y) = (page.evaluate(f"playground.view.pixel({a}, {b}, {c})") for a, b, c in (start, end))
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(to_x, to_y, steps=8)
+
+
+def test_a_peg_is_dragged_and_stops_at_the_robot(playground):
+    page = playground("task=field&driver=gait&paused")
+    page.wait_for_timeout(500)
+    pegs = numbers(page, "pegs()").reshape(-1, 3)
+    links = numbers(page, "links()").reshape(-1, 7)
+    k = int(np.argmin(np.hypot(*(pegs[:, 1:] - [0.6, 0.0]).T)))
+    drag(page, (*pegs[k, 1:], 0.15), (pegs[k, 1] + 0.3, pegs[k, 2] + 0.25, 0.15))
+    page.mouse.up()
+    moved = numbers(page, "pegs()").reshape(-1, 3)
+    np.testing.assert_allclose(moved[k, 1:] - pegs[k, 1:], [0.3, 0.25], atol=0.02)
+    np.testing.assert_array_equal(np.delete(moved, k, 0), np.delete(pegs, k, 0))
+    drag(page, (*moved[k, 1:], 0.15), (*links[3, :2], 0.15))
+    page.mouse.up()
+    assert gaps(page).min() >= 0.0
+    steps(page, 20)
+    assert page.evaluate("playground.robot.residual()") < RESIDUAL
+    assert gaps(page).min() > -1e-3
+
+
+@pytest.mark.parametrize("model", ["planar", "spatial"])
+def test_the_robot_is_pulled_by_the_pointer(playground, model):
+    page = playground(f"model={model}&task=free&driver=gait&paused&along=0.1&across=0.1")
+    page.wait_for_timeout(500)
+    links = numbers(page, "links()").reshape(-1, 7)
+    x, y, z = links[5, :3]
+    drag(page, (x, y, z), (x + 0.5, y, z))
+    steps(page, 20)
+    force = numbers(page, "pull_force()")
+    page.mouse.up()
+    assert 0.0 < np.linalg.norm(force) <= 30.0 + 1e-9
+    assert numbers(page, "links()").reshape(-1, 7)[5, 0] > x + 0.2
+    steps(page, 1)
+    np.testing.assert_array_equal(numbers(page, "pull_force()"), 0.0)
+    assert page.evaluate("JSON.parse(playground.robot.signals()).diverged") == 0.0
+
+
+def test_pegs_are_added_and_removed(playground):
+    page = playground("task=free&driver=gait&paused")
+    page.wait_for_timeout(500)
+    x, y = page.evaluate("playground.view.pixel(0.5, 0.5, 0)")
+    page.mouse.dblclick(x, y)
+    assert numbers(page, "pegs()") == pytest.approx([0.05, 0.5, 0.5], abs=0.02)
+    page.wait_for_timeout(300)
+    x, y = page.evaluate("playground.view.pixel(0.5, 0.5, 0.15)")
+    page.mouse.dblclick(x, y)
+    assert len(numbers(page, "pegs()")) == 0
+
+
+def test_sidewinding_in_3d_lifts_links_and_carries_the_robot(playground):
+    page = playground("model=spatial&task=free&driver=gait&paused")
+    before = numbers(page, "links()").reshape(-1, 7)
+    steps(page, 100)
+    after = numbers(page, "links()").reshape(-1, 7)
+    assert np.ptp(after[:, 2]) > 0.01
+    assert np.linalg.norm((after - before)[:, :2].mean(axis=0)) > 0.2
+    assert page.evaluate("JSON.parse(playground.robot.signals()).misses") == 0.0
+    page.wait_for_timeout(500)
+
+
+def test_keys_steer(playground):
+    page = playground("task=free&driver=gait&paused")
+    page.keyboard.down("ArrowRight")
+    steps(page, 1)
+    assert numbers(page, "action()")[3] > 0.2
+    page.keyboard.up("ArrowRight")
+    steps(page, 1)
+    assert numbers(page, "action()")[3] == pytest.approx(0.0, abs=0.05)
