@@ -29,7 +29,7 @@ def test_every_row_holds_with_the_default_integrator(tmp_path, capsys):
     assert summary in (tmp_path / "findings.md").read_text()
 
 
-@pytest.mark.parametrize("section", ["7.3.1", "7.3.4", "7.5.2"])
+@pytest.mark.parametrize("section", ["2.3.2", "7.3.1", "7.3.4", "7.5.2"])
 def test_rows_hold_as_printed_too(section, tmp_path):
     """One section per kind: impacts in 3D, small pegs in both models, open ground."""
     assert main(["reproduce", "--method", "thesis", "--section", section, "--quick", "--out", str(tmp_path)]) == 0
