@@ -35,7 +35,7 @@ LAYERS: tuple[dict[str, str], ...] = (
     {"simulation": "one robot, scripted"},
     {"environment": "tasks, rewards, observations"},
     {"batch": "robots on threads"},
-    {"rust/bench": "", "rust/python": "bindings", "rust/stress": ""},
+    {"rust/bench": "", "rust/playground": "web page", "rust/python": "bindings", "rust/stress": ""},
     {"snake_env": "Python package"},
     {"snake_env/reproduce": "the thesis", "snake_env/policies": "gaits, controllers, networks"},
     {"snake_env/evaluation": "test scenes, statistics"},

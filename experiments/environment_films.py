@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snake_env import card
+from snake_env.commands.environment_pages import FILMS
 from snake_env.drawing import figure, save, style
-from snake_env.environment_pages import FILMS
 from snake_env.evaluation import acting, film, seeds
 from snake_env.evaluation.tasks import BenchmarkTask
 from snake_env.policies.gaits import ConstantAction

@@ -7,8 +7,8 @@
 # # The thesis in ten figures
 #
 # A. A. Transeth, *Modelling and Control of Snake Robots* (NTNU 2007). This notebook computes the ten figures of
-# [the page with the same name](../thesis-in-ten-figures.md), which explains them, from scratch. `Runs` simulates what a
-# figure needs, once; the table compares each number with the words of the thesis.
+# [the page with the same name](../../thesis-in-ten-figures/), which explains them, from scratch. `Runs` simulates what
+# a figure needs, once; the table compares each number with the words of the thesis.
 
 # %%
 import tempfile

@@ -68,4 +68,4 @@ for policy in (gait, learned):
 # %% [markdown]
 # So few steps rarely change the success much. Train longer (`model.learn(2_000_000)`), watch the learning curve in
 # TensorBoard (`tensorboard_log=` of PPO), and compare several seeds before you believe a difference:
-# [evaluate and report](evaluate.py).
+# [evaluate and report](../evaluate/).

@@ -9,7 +9,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from snake_env import card, environment_pages
+from snake_env import card
+from snake_env.commands import environment_pages
 from snake_env.policies.shipped import NAMES, load_policy
 
 

@@ -12,7 +12,8 @@ import pytest
 from conftest import run_python
 
 import snake_env
-from snake_env import _native, card, environment_pages
+from snake_env import _native, card
+from snake_env.commands import environment_pages
 
 ROOT = Path(__file__).parents[2]
 STUB = (ROOT / "snake_env/_native.pyi").read_text(encoding="utf-8")

@@ -281,11 +281,11 @@ function measure() {
   const torque = [...robot.joint_torque()], limit = layout.torque_limit ?? 10;
   const size = Array.from({length: forces.length / 3}, (_, k) => Math.hypot(...forces.slice(3 * k, 3 * k + 3)));
   strip.draw();
-  bars($("forces"), size, 40, false);
+  bars($("forces"), size, 80, false);
   bars($("torques"), torque, limit, true);
   $("residual").textContent = robot.residual().toExponential(1);
-  $("force").textContent = `largest ${Math.max(...size).toFixed(1)}`;
-  $("torque").textContent = `largest ${Math.max(...torque.map(Math.abs)).toFixed(1)}`;
+  $("force").textContent = `max ${Math.max(...size).toFixed(1)}`;
+  $("torque").textContent = `max ${Math.max(...torque.map(Math.abs)).toFixed(1)}`;
   const {time, speed} = JSON.parse(robot.signals());
   $("status").textContent = `${time.toFixed(1)} s · ${(100 * speed).toFixed(1)} cm/s · ${factor.toFixed(1)} × real time`;
 }
