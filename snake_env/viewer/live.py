@@ -202,11 +202,13 @@ class Live:
                 "/handle", scale=0.3, position=(*place, 0.1), active_axes=(True, True, False), disable_rotations=True
             )
 
-            def let_go(_: Any) -> None:
+            def let_go(event: Any) -> None:
+                if event.phase != "end":
+                    return
                 dx, dy = np.asarray(handle.position)[:2] - place
                 self.move(j, float(dx), float(dy))
 
-            handle.on_drag_end(let_go)
+            handle.on_update(let_go)
             self._handle = handle
 
     def _take_hold(self) -> None:
@@ -258,10 +260,11 @@ class Live:
             time.sleep(max(0.0, due - time.perf_counter()))
 
     def advance(self, steps: int) -> None:
-        """Takes so many control periods at once, while the page is paused, and turns pages that open to the robot."""
+        """Takes so many control periods at once, or as many as the episode has, while the page is paused, and turns pages that open to the robot."""
         with self._lock:
             for _ in range(steps):
-                self._step()
+                if self._step():
+                    break
             self._show_past()
             look_at(self.server, Frames.of_states([self.state], self._env.unwrapped.scene(0)))
 

@@ -37,8 +37,7 @@ class Pull:
             active_axes=(True, True, not planar),
             disable_rotations=True,
         )
-        self._handle.on_drag_start(lambda _: self._drag(True))
-        self._handle.on_drag_end(lambda _: self._drag(False))
+        self._handle.on_update(lambda event: self._drag(event.phase != "end"))
 
     def remove(self) -> None:
         """Takes the handle away."""

@@ -13,8 +13,9 @@ pytest.importorskip("pygame")
 
 import pygame
 
-from snake_env import ConfigError, Picture, Scene, SnakeEnv, SnakeVectorEnv
-from snake_env.rendering import BODY, CAPTION, FORCE, GOAL, GRID, GROUND, HEAD, PEG, TopView, caption
+from snake_env import ConfigError, Picture, Scene, SnakeEnv, SnakeVectorEnv, Start
+from snake_env.obstacles import Box
+from snake_env.rendering import BODY, CAPTION, FORCE, GOAL, GRID, GROUND, HEAD, PEG, TopView, caption, shade
 
 SIZE = Picture().size
 
@@ -46,6 +47,27 @@ def test_a_robot_in_space_is_seen_from_above_and_from_the_side():
     assert {HEAD, *BODY, FORCE} <= colours(side)
     # Sidewinding lifts: the links reach higher than those of the robot that rests.
     assert top_row(side) < top_row(flat[SIZE[1] :]) - 5
+
+
+@pytest.mark.parametrize("height", [0.2, 0.6, 1.5])
+def test_a_raised_robot_is_in_the_view_from_the_side(height):
+    start = Start(position=(0.0, 0.0, height), posture="straight")
+    env = gym.make("SnakeSpatial-v1", render_mode="rgb_array", start=start)
+    env.reset(seed=0)
+    side = env.render()[SIZE[1] :]
+    assert HEAD in colours(side)
+    assert top_row(side) > 1
+
+
+def test_a_high_step_is_in_the_view_from_the_side():
+    scene = Scene(obstacles=[Box((0.4, 2.0), 0.4, 0.0, height=0.5)])
+    start = Start(position=(0.0, 0.0), heading=np.pi, posture="straight")
+    env = gym.make("SnakeSpatial-v1", render_mode="rgb_array", scene=scene, start=start)
+    env.reset(seed=0)
+    side = env.render()[SIZE[1] :]
+    rows = np.flatnonzero((side == shade(0.5)).all(axis=2).any(axis=1))
+    assert len(rows) > 10
+    assert rows[0] > 1
 
 
 def top_row(image):

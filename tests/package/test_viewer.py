@@ -20,6 +20,7 @@ from snake_env.viewer.drawing import FORCE_SCALE, NO_ARROW, arrows
 from snake_env.viewer.frames import Frames
 from snake_env.viewer.live import Live
 from snake_env.viewer.player import Player
+from snake_env.viewer.pull import force
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 FLAGS = [
@@ -137,6 +138,46 @@ def test_a_live_robot_follows_its_policy_and_its_sliders():
         live._again(forget=True)
         assert "tuned for maze" in live.note.content
         assert live._actor.name == "thrifty"
+    finally:
+        live.stop()
+
+
+def test_a_pulled_link_follows_the_handle():
+    live = Live(BenchmarkTask("free", "SnakeFree-v1", {"friction": (0.05, 0.05)}, ""), port=0)
+    try:
+        live.playing.value = False
+        live.link.value = 6
+        live._take_hold()
+        place = live.state.link_position[5].copy()
+        live.advance(1)
+        assert live._pull.impulse(live.state, 0.05) is None, "nobody drags the handle"
+        live._pull._drag(True)
+        live._pull._handle.position = (place[0], place[1] + 1.0, 0.1)
+        live.advance(8)
+        assert live.state.link_position[5, 1] > place[1] + 0.1
+        live.link.value = 0
+        live._take_hold()
+        assert live._pull is None
+    finally:
+        live.stop()
+
+
+def test_a_spring_is_limited_and_damped():
+    np.testing.assert_allclose(force(np.array([0.1, 0.0]), np.zeros(2)), [6.0, 0.0])
+    assert np.linalg.norm(force(np.array([5.0, 5.0]), np.zeros(2))) == pytest.approx(30.0)
+    np.testing.assert_allclose(force(np.zeros(2), np.array([0.0, 1.0])), [0.0, -6.0])
+
+
+def test_keys_move_the_sliders_of_the_gait_as_far_as_they_go():
+    live = Live(BenchmarkTask("course", "SnakeCourse-v1", {}, ""), port=0)
+    try:
+        live.playing.value = False
+        before = live._actor.action.copy()
+        live.drive(live.gamma, 2.0)
+        assert live.gamma.value == 2.0
+        assert live._actor.action[3] > before[3]
+        live.drive(live.omega, 1000.0)
+        assert live.omega.value == live.omega.max
     finally:
         live.stop()
 
