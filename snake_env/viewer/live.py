@@ -260,7 +260,10 @@ class Live:
             time.sleep(max(0.0, due - time.perf_counter()))
 
     def advance(self, steps: int) -> None:
-        """Takes so many control periods at once, or as many as the episode has, while the page is paused, and turns pages that open to the robot."""
+        """Takes so many control periods at once while the page is paused, or fewer where the episode ends.
+
+        Pages that open later look at the robot.
+        """
         with self._lock:
             for _ in range(steps):
                 if self._step():
