@@ -105,7 +105,7 @@ def _facts(layout: dict[str, Any], friction: tuple[float, float]) -> str:
     ground = f"friction {along:g} along the links, {across:g} across" if along != across else f"friction {along:g}"
     model = "planar, chapter 3 of the thesis" if config["model"] == "planar" else "3D, chapter 4 of the thesis"
     return table(
-        ("", ""),
+        ("property", "value"),
         [
             ("robot", f"{config['robot']['links']} links, {model}"),
             ("ground", ground),
