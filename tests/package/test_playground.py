@@ -31,14 +31,15 @@ def opened():
 
 @pytest.fixture
 def playground(opened):
-    """Opens pages, and asserts that they reported no error."""
-    pages = []
+    """Opens pages, and asserts that they reported no error and fetched nothing from elsewhere."""
+    pages, fetched = [], []
     with pictures.served(pictures.PLAYGROUND) as url:
 
         def visit(query):
             page = opened.new_page(viewport=SIZE)
             told = []
             page.on("pageerror", lambda error: told.append(str(error)))
+            page.on("request", lambda request: fetched.append(request.url))
             page.goto(f"{url}/index.html?{query}&seed={SEED}")
             page.wait_for_function("window.playground !== undefined", timeout=60_000)
             pages.append((page, told))
@@ -49,6 +50,8 @@ def playground(opened):
             assert told == []
             assert page.locator("#message.error").count() == 0
             page.close()
+        assert fetched
+        assert [one for one in fetched if not one.startswith((url, "data:"))] == []
 
 
 def numbers(page, call):
