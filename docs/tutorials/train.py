@@ -41,7 +41,7 @@ model = PPO(
     policy_kwargs={"log_std_init": -1.0, "net_arch": [64, 64]},
     seed=0,
 )
-model.learn(40_000)
+model.learn(30_000)
 
 # %% [markdown]
 # Scores are taken on test scenes, which training never sees, and without exploration noise.
@@ -59,7 +59,7 @@ def gait(observation):
 
 
 for policy in (gait, learned):
-    scores = evaluate(policy, "field-medium", scenes=50).scores
+    scores = evaluate(policy, "field-medium", scenes=40).scores
     success, speed = scores["success"], scores["speed"]
     print(
         f"{policy.__name__}: success {success.value:.2f} [{success.low:.2f}, {success.high:.2f}], {speed.value:.3f} m/s"
