@@ -189,7 +189,7 @@ def from_plain(obstacle: Any, path: str) -> Any:
         return tuple(obstacle) if isinstance(obstacle, list) else obstacle
     fields = dict(obstacle)
     shape = fields.pop("shape", None)
-    if shape not in _SHAPES:
+    if not isinstance(shape, str) or shape not in _SHAPES:
         raise ConfigError(f"{path}.shape", repr(shape), "one of " + ", ".join(f'"{name}"' for name in _SHAPES))
     known = [name.name for name in dataclasses.fields(_SHAPES[shape]) if name.init]
     for name, value in fields.items():

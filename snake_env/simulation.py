@@ -15,7 +15,7 @@ from snake_env.config.joint_trajectory import JointReference
 from snake_env.trajectory import Trajectory
 
 VISIBLE_PENETRATION = 1e-3
-"""Overlap of a link and a peg or the ground that no step of usual length leaves [m]."""
+"""Penetration above which :func:`simulate` warns [m]."""
 
 
 def simulate(
@@ -62,7 +62,7 @@ def simulate(
 
     Raises:
         ConfigError: names the field, the value and what is admissible.
-        DivergenceError: the robot left the finite numbers.
+        DivergenceError: the state became NaN, infinite or implausibly fast.
 
     Warns:
         UserWarning: a link overlapped a peg, or in the spatial model the ground, by more than a millimetre, as when the
@@ -114,21 +114,21 @@ def _start(model: str, scene: Any) -> Start | None:
 
 
 def _others(model: str, trajectory: Trajectory) -> str:
-    """What a link may overlap."""
-    if model == "spatial":
-        return "a peg or the ground"
-    return "a peg" if trajectory.self_contact_force is None else "a peg or another link"
+    """What a link may penetrate."""
+    ground = ["the ground"] if model == "spatial" else []
+    links = [] if trajectory.self_contact_force is None else ["another link"]
+    return " or ".join(["an obstacle", *ground, *links])
 
 
 def _warn_of_penetration(trajectory: Trajectory, where: str) -> None:
-    """One that no step of usual length leaves."""
+    """Warns of a penetration above ``VISIBLE_PENETRATION``."""
     if trajectory.max_penetration > VISIBLE_PENETRATION:
         depth = f"{trajectory.max_penetration:.2g} m"
-        warnings.warn(f"a link and {where} overlapped by {depth}: does the robot start inside {where}?", stacklevel=3)
+        warnings.warn(f"a link penetrated {where} by {depth}: does the robot start in contact?", stacklevel=3)
 
 
 def _warn_of_unconverged(trajectory: Trajectory) -> None:
-    """Solves without a certificate."""
+    """Warns of solves that ended before their tolerance."""
     unconverged = trajectory.unconverged.sum()
     if unconverged:
         first = trajectory.time[np.argmax(trajectory.unconverged > 0)]

@@ -68,11 +68,11 @@ class Network:
         """Prepares a memory for a batch of new episodes.
 
         Raises:
-            ConfigError: the environment's robots see other things than those that the policy was trained on.
+            ConfigError: the environment's observations do not have the size that the policy was trained on.
         """
         sees, shown = len(self._layers[0][0]), len(network_inputs(layout, time_constants(self.config)))
         if sees != shown:
-            raise ConfigError("policy", self.name, f"one that sees {shown} elements as here, this one sees {sees}")
+            raise ConfigError("policy", self.name, f"a policy with {shown} inputs, as this environment provides; this one has {sees}")
         self._traces = MemoryTraces(layout, time_constants(self.config), num_envs)
         self._num_envs = num_envs
 

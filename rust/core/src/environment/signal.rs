@@ -85,13 +85,13 @@ pub const SIGNALS: &[Signal<Summary>] = &[
     boolean("left_corridor", "the CG has left the corridor, or strayed from the goal point", |s| {
         s.left_corridor.into()
     }),
-    integer("contacts", "links pushed by a peg in this step", |s| s.contacts.into()),
+    integer("contacts", "links pushed by an obstacle in this step", |s| s.contacts.into()),
     float("residual", "m/s", "worst certified residual of the contact solver in this step", |s| s.residual),
     integer("iterations", "iterations of the contact solver in this step", |s| s.iterations.into()),
     integer("fallbacks", "solves of this step that Newton's method left to the fallback", |s| s.fallbacks.into()),
     integer("misses", "solves of this step that missed their tolerance", |s| s.misses.into()),
     boolean("diverged", "the computation diverged and was stopped", |s| s.diverged.into()),
-    boolean("penetrated", "a link ended more than 1 mm inside a peg or another link", |s| s.penetrated.into()),
+    boolean("penetrated", "a link ended more than 1 mm inside an obstacle or another link", |s| s.penetrated.into()),
     float("time", "s", "time since the start", |s| s.time),
 ];
 

@@ -2,8 +2,9 @@
 //!
 //! The certificates of the models are built from these functions and the data of a stage. The arithmetic is written
 //! independently of [`crate::laws`] and of the solvers, whose parts are private to the `solver` folders of the models,
-//! so that an error there cannot hide itself. Violations of laws are impulses, which [`Mobility`] turns into velocities;
-//! all are NaN where the solution is.
+//! so that an error there cannot hide itself. Violations of laws are impulses, which [`Mobility`] turns into velocities.
+//! A NaN among velocities or impulses reaches the residual through the balance of momentum; single laws need not pass it
+//! on.
 
 mod balance;
 mod clamp;

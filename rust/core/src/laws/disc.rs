@@ -82,8 +82,8 @@ impl<R> Disc<R> {
         on_branch(x, inverse, self.radius.shrink(inverse, within), within)
     }
 
-    /// `p . d` and `r d^T D d` with p = prox_C(x) and D its Jacobian: along x - alpha r d, the first two derivatives by
-    /// alpha of the function whose gradient is p but for the sign of the first.
+    /// With p = prox_C(x) and its Jacobian D: the pair (p . d, r d^T D d). For phi(alpha) = Phi(x - alpha r d) / r with
+    /// grad Phi = p these are -phi' and phi''.
     #[inline(always)]
     pub fn along<T: Real>(&self, x: &Vector2<T>, d: &Vector2<T>, r: T) -> (T, T)
     where

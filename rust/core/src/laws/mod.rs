@@ -3,7 +3,8 @@
 //! A law `-gamma in N_C(lambda)` is the set `C` of admissible forces; its proximal form (T 3.64) is
 //! `lambda = prox_C(lambda - r gamma)` for any `r > 0`, where `prox_C` is the nearest-point projection on `C`.
 //!
-//! Every law is one type, generic over [`Real`](crate::math::Real), with what solvers need of it:
+//! A law that a solver uses is one type, generic over [`Real`](crate::math::Real), with those of these methods that it
+//! needs ([`Ellipse`] is the nearest-point projection of the thesis's scheme, [`SmoothLaw`] the friction of smooth plants):
 //!
 //! | method | gives |
 //! | --- | --- |
@@ -43,7 +44,8 @@ pub trait ConvexSet {
     /// The support function sup over lambda in C of lambda . v.
     ///
     /// With v = -gamma this is the dissipation rate of the law; Fenchel's inequality
-    /// `support(-gamma) + lambda . gamma >= 0` is an equality exactly when the law holds.
+    /// `support(-gamma) + lambda . gamma >= 0` is an equality exactly when the law holds. Solvers need only `project`; tests
+    /// use this.
     fn support(&self, v: Self::Point) -> Self::Scalar;
 
     /// Number type of the coordinates.

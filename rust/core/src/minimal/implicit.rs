@@ -14,7 +14,7 @@ use crate::minimal::{
     Twist, certify,
 };
 use crate::robot::{Breakage, LOCK_STIFFNESS};
-use crate::solver::{Outcome, RESIDUAL_LIMIT, is_unconverged};
+use crate::solver::{Outcome, RESIDUAL_LIMIT, is_unsolved};
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
 use crate::stepping::{ImplicitConfig, Record, StageRecord, StepStatistics};
 
@@ -317,7 +317,7 @@ impl Implicit {
             outcome.iterations += self.solve(tolerance / RESIDUAL_LIMIT).iterations;
             residual = certify(&self.stage, &self.solution).residual();
         }
-        let unconverged = is_unconverged(outcome.converged, residual, limit);
+        let unconverged = is_unsolved(outcome.converged, residual, limit);
         statistics.add_solve(outcome.iterations as u32, unconverged, residual, 0.0);
     }
 

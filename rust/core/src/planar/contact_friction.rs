@@ -1,8 +1,8 @@
 //! Friction at obstacles: a fixed point over the normal impulses.
 //!
-//! Coulomb's law bounds friction at an obstacle by mu times an impulse that is itself an unknown, and the stage is no
-//! optimisation problem: a solution need not be unique, and with large coefficients none may be found. For held bounds it
-//! is one. So stages are solved with the bounds of the last solution until the bounds change by no more than the tolerance,
+//! Coulomb's law bounds friction at an obstacle by mu times a normal impulse that is itself unknown. The stage is then not
+//! an optimisation problem: solutions need not be unique, and with large coefficients none may be found. With fixed bounds
+//! it is one, so stages are solved with the bounds of the last solution until the bounds change by no more than the tolerance,
 //! as a velocity of the link. Each solve starts from the solution of the one before, and the iterations of all count.
 //!
 //! The certificate judges with the bounds of the solution itself. A stage whose bounds have not settled counts as

@@ -19,9 +19,10 @@ impl LaneFallback {
         Self { fallback: Fallback::new(links), stage: Stage::with_capacity(links), solution: StageSolution::new(links) }
     }
 
-    /// Solves the stage of `lane` by the fallback; `None` for a diverged robot, whose stage has a value that is not finite,
-    /// and where the fallback would cost more than `solves_left`. Where obstacles have friction, a stage is no optimisation problem: its solution counts as solved up to the limit of
-    /// the fallback, else `None`.
+    /// Solves the stage of `lane` by the fallback. `None` if the stage has a value that is not finite (a diverged robot), or
+    /// if the fallback would cost more than `solves_left`. With friction at obstacles the stage is not an optimisation
+    /// problem and the fallback is not tried: the present solution counts as solved if its residual is within the
+    /// fallback's limit, otherwise `None`.
     pub fn solve_lane<T: Real>(
         &mut self,
         stage: &Stage<T>,

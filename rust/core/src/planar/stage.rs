@@ -8,7 +8,8 @@
 //! with directions W fixed at the predicted end configuration. It is (T 3.66)-(T 3.72) with the PD
 //! torque taken at the end of the stage, and the optimality condition of a strongly convex problem:
 //! u minimises `|u - u_ref|_M^2 / 2 + sum support_{C_T}(-gamma_T) + sum psi(gamma_tau)` subject to the
-//! joints and to `W_H^T u + offset >= 0`. So u exists and is unique; the impulses need not be.
+//! joints and to `W_H^T u + offset >= 0`. So u exists and is unique without friction at
+//! obstacles ([`StageContactFriction`]); the impulses need not be.
 //! Implicit Euler is one stage with coefficient h; higher order composes several.
 
 use nalgebra::{Vector2, Vector3};
@@ -47,7 +48,7 @@ pub struct StageJoint<T = f64> {
     pub slack: T,
 }
 
-/// One link-peg contact in a stage. A lane without this contact has direction 0 and offset 1.
+/// One contact between a link and an obstacle in a stage. A lane without this contact has direction 0 and offset 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StageContact<T = f64> {
     pub link: usize,

@@ -21,12 +21,13 @@ pub enum SolveStatus {
     Unsolved,
 }
 
-/// Largest residual of a solved stage over the solver's tolerance: solvers bound velocities in the norm of the energy,
+/// Largest residual over the tolerance of a stage that a fallback solved, and of any solved stage in 3D and in the minimal
+/// model: solvers bound velocities in the norm of the energy,
 /// certificates check every link separately.
 pub const RESIDUAL_LIMIT: f64 = 100.0;
 
-/// Whether a stage counts as unconverged and is handed to the fallback: the solver's stopping rule was not met, or the
-/// certificate's residual \[m/s\] is beyond `limit`, or NaN.
-pub fn is_unconverged(converged: bool, residual: f64, limit: f64) -> bool {
+/// Whether the solver left a stage unsolved: its stopping rule was not met, or the certificate's residual \[m/s\] exceeds
+/// `limit` or is NaN. The caller hands such a stage to the fallback, if it has one.
+pub fn is_unsolved(converged: bool, residual: f64, limit: f64) -> bool {
     !converged || residual.is_nan() || residual > limit
 }

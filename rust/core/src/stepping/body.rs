@@ -49,7 +49,7 @@ pub struct Clock {
     pub since_start: f64,
     /// Time since the reference last jumped \[s\].
     pub since_jump: f64,
-    /// Whether a part of the last step had to be retaken because a peg's force changed abruptly.
+    /// Whether a part of the last step had to be retaken, for whatever reason.
     pub was_divided: bool,
 }
 

@@ -92,9 +92,11 @@ pub struct ImplicitConfig {
     pub max_iterations: u32,
     /// 1 is implicit Euler, 2 the two-stage L-stable SDIRK.
     pub order: u32,
-    /// Order 2: implicit-Euler steps that at most replace a step in which a peg's force changes abruptly.
+    /// Order 2: most implicit Euler steps that replace a step whose forces change abruptly, before penetrations are
+    /// considered.
     pub event_substeps: u32,
-    /// Order 2: deviation of a stage from its prediction beyond which that is so \[m\].
+    /// Order 2: distance between prediction and end of the second stage beyond which forces count as abruptly changed
+    /// \[m\].
     pub event_tolerance: Option<f64>,
 }
 

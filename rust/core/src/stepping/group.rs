@@ -259,7 +259,7 @@ fn add_contact_impulses<D: Driven>(
     }
 }
 
-/// How often a stage may be predicted: the second prediction starts from a solution of the stage.
+/// Most predictions of a stage, the first included; the later ones start from a solution of it.
 const MAX_PREDICTIONS: u32 = 4;
 
 /// Peg impulses reserved for each link of a lane; a denser field grows the list once.

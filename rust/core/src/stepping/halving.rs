@@ -157,7 +157,7 @@ impl Division for Halving {
     }
 }
 
-/// How often an Euler step is halved before a robot that still sinks is taken out: by then links that move at metres per
+/// How often an Euler step is halved before a robot that still sinks is flagged: by then links that move at metres per
 /// second travel less than a millimetre.
 const MOST_EULER_HALVINGS: u32 = 6;
 

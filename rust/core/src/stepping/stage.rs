@@ -48,7 +48,7 @@ pub trait StageInput<T: Real>: Sized {
     }
     /// References and torque limits at `end` after the start of the step; `waving` lanes have their references.
     fn read_references<D: Driven<Model = Self::Model>>(&mut self, members: &Members<D>, end: T, waving: Lanes);
-    /// Contacts with pegs at the predicted end.
+    /// Contacts with obstacles, between links and at joint stops, at the predicted end.
     fn find_contacts<D: Driven<Model = Self::Model>>(&mut self, members: &mut Members<D>, pending: Lanes, elapsed: T);
 }
 
@@ -85,11 +85,11 @@ pub trait StageOutput<T: Real> {
     fn sinks(&self, _lane: usize) -> bool {
         false
     }
-    /// Whether it takes one so deep that the robot is taken out if there is no shorter step.
+    /// Whether it takes one so deep that the robot is flagged if there is no shorter step.
     fn sinks_beyond_recovery(&self, _lane: usize) -> bool {
         false
     }
-    /// Keeps what the first stage of a step adds to the sums of a body, besides work and impulses of pegs.
+    /// Keeps what the first stage of a step adds to the sums of a body, besides work and contact impulses.
     fn keep_first_stage(&mut self) {}
     /// Adds it, weighted.
     fn add_first_stage(&self, _lane: usize, _weight: f64, _body: &mut Body<Self::Model>) {}
@@ -107,7 +107,7 @@ pub struct SolvedStage<T: Real> {
     pub gap: T,
 }
 
-/// Impulse of a peg or of another link on a link over a stage.
+/// Impulse of an obstacle or of another link on a link over a stage.
 #[derive(Debug, Clone, Copy)]
 pub struct ContactImpulse {
     pub lane: usize,

@@ -11,13 +11,14 @@ pub struct StepStatistics {
     pub steps: u32,
     /// Linear solves (`implicit`) or sweeps of Algorithm 3.1 (`thesis`).
     pub iterations: u32,
-    /// Steps, and parts of steps, retaken because a peg's force changed abruptly.
+    /// Steps of second order, and parts of steps, that were retaken: forces changed abruptly, or a penetration became too
+    /// deep.
     pub events: u32,
-    /// Stages that no solver solved to tolerance; like the figures that follow from solutions, of accepted parts of steps.
+    /// Stages of accepted parts that no solver solved to tolerance.
     pub unconverged: u32,
-    /// Stages that the fallback had to solve.
+    /// Stages handed to the fallback, those of rejected parts included.
     pub fallbacks: u32,
-    /// Those of them whose contacts contradicted each other: penetrations stayed.
+    /// Stages of accepted parts whose contacts contradicted each other: penetrations remained.
     pub relaxed: u32,
     /// Worst certified residual of a stage \[m/s\].
     pub residual: f64,

@@ -6,8 +6,8 @@
 //!   [`Model::RESIDUAL_FACTOR`] times the tolerance. A residual that is not a number solves nothing.
 //! * A stage that Newton's method did not solve is given to the **fallback**, one robot at a time. The fallback counts
 //!   in `fallbacks` whether or not it succeeds.
-//! * A stage is **unconverged** if the fallback did not solve it either, or could not be tried because the stage itself
-//!   has a value that is not finite. The minimal model has no fallback because its stages have no contacts: a stage
+//! * A stage is **unconverged** if the fallback did not solve it either, or was not tried: the stage has a value
+//!   that is not finite, the step's budget is spent, or friction at obstacles rules it out. The minimal model has no fallback because its stages have no contacts: a stage
 //!   whose residual is above [`crate::solver::RESIDUAL_LIMIT`] times the tolerance is solved again from its solution,
 //!   with the tolerance divided by that factor.
 //!
@@ -26,7 +26,7 @@
 //! factor is [`crate::solver::RESIDUAL_LIMIT`]. A solution of a fallback counts as solved up to that limit in both.
 
 use crate::math::{Mask, Real};
-use crate::solver::{SolveStatus, is_unconverged};
+use crate::solver::{SolveStatus, is_unsolved};
 
 use super::model::Model;
 use super::stage::SolvedStage;
@@ -47,7 +47,7 @@ fn fallback_cost(solves: u32, pairs: u32) -> u32 {
     u32::try_from(cost).unwrap_or(u32::MAX)
 }
 
-/// Whether the fallback of a stage with `pairs` contacts between links is worth its cost.
+/// Whether the fallback of a stage with `pairs` contacts between links fits into what is left of the budget.
 pub(crate) fn may_fall_back(solves_left: u32, pairs: u32) -> bool {
     solves_left > 0 && fallback_cost(FALLBACK_SOLVES, pairs) <= solves_left
 }
@@ -78,6 +78,6 @@ impl<T: Real> SolvedStage<T> {
     /// Whether the stage of a lane is solved.
     pub fn is_solved<M: Model>(&self, lane: usize, tolerance: f64) -> bool {
         let (converged, residual) = (self.outcome.converged.lane(lane), self.residual.lane(lane));
-        !is_unconverged(converged, residual, M::RESIDUAL_FACTOR * tolerance)
+        !is_unsolved(converged, residual, M::RESIDUAL_FACTOR * tolerance)
     }
 }

@@ -98,7 +98,7 @@ impl<T: Real> Quadratic<T> {
         self.gy -= impulse.y;
     }
 
-    /// Adds a constant force.
+    /// Subtracts the linear term `force . x`: a constant force lowers the gradient.
     #[inline(always)]
     pub fn subtract_force(&mut self, force: &Vector3<T>) {
         self.gx -= force.x;
@@ -198,7 +198,7 @@ impl<T: Real> Elimination<T> {
 }
 
 impl<T: Real> Segment<T> {
-    /// A link of heading `heading` behind one of heading `before`; the first link is behind itself.
+    /// A link of heading `heading` behind one of heading `before`; for the first link that is its own.
     #[inline(always)]
     pub fn new(heading: &Heading<T>, before: &Heading<T>, half_length: T) -> Self {
         Self { turn: heading.relative_to(before), half_length, elimination: Elimination::zero() }

@@ -10,7 +10,7 @@ use crate::solver::LawForm;
 use super::link_term::in_frame;
 use super::unilateral::UnilateralTerm;
 
-/// One link-peg contact.
+/// One contact between a link and an obstacle.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ContactTerm<T> {
     pub link: usize,

@@ -52,16 +52,19 @@ impl<T: Real> StageInput<T> for Workspace<T> {
     }
 
     fn read_references<D: Driven<Model = Planar>>(&mut self, members: &Members<D>, end: T, waving: Lanes) {
+        self.has_own_torques = false;
         for (lane, is_waving) in waving.into_iter().enumerate().take(T::LANES) {
             let robot = members.robot(lane);
             let time = robot.body().state.time + end.lane(lane);
             let share = robot.body().parameters.torque_limit;
             self.torque_limit.set_lane(lane, share * members.system.controller.limit_until(time));
-            self.has_own_torques = robot.torques(time, &mut self.torques);
-            if self.has_own_torques {
+            if robot.torques(time, &mut self.torques) {
+                self.has_own_torques = true;
                 for (lanes, torque) in self.own_torque.iter_mut().zip(&self.torques) {
                     lanes.set_lane(lane, *torque);
                 }
+            } else {
+                self.own_torque.iter_mut().for_each(|lanes| lanes.set_lane(lane, 0.0));
             }
             if is_waving {
                 continue;

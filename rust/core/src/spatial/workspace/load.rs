@@ -33,6 +33,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
     }
 
     fn read_references<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>, end: T, _: Lanes) {
+        self.has_own_torques = false;
         for lane in 0..T::LANES {
             let robot = members.robot(lane);
             let time = robot.body().state.time + end.lane(lane);
@@ -43,12 +44,14 @@ impl<T: Real> StageInput<T> for Workspace<T> {
                     lanes[1].set_lane(lane, target.rate);
                 }
             }
-            self.has_own_torques = robot.torques(time, &mut self.torques);
-            if self.has_own_torques {
+            if robot.torques(time, &mut self.torques) {
+                self.has_own_torques = true;
                 for (lanes, torques) in self.own_torque.iter_mut().zip(self.torques.chunks_exact(2)) {
                     lanes[0].set_lane(lane, torques[0]);
                     lanes[1].set_lane(lane, torques[1]);
                 }
+            } else {
+                self.own_torque.iter_mut().flatten().for_each(|lanes| lanes.set_lane(lane, 0.0));
             }
             let share = robot.body().parameters.torque_limit;
             self.torque_limit.set_lane(lane, share * members.system.controller.limit_until(time));
