@@ -33,8 +33,8 @@ print(f"moved {np.linalg.norm(np.diff(run.position[[0, -1]].mean(axis=1), axis=0
 print(f"deepest overlap {1e3 * run.max_penetration:.2f} mm")
 
 # %% [markdown]
-# The robot is straight at the start and free of the pegs; a start inside an obstacle is refused with a message that
-# names the obstacle. `run` holds poses, joint angles, torques and contact forces.
+# The robot is straight at the start and free of the pegs; a start inside an obstacle is refused in environments, and
+# `simulate` warns of it. `run` holds poses, joint angles, torques and contact forces.
 
 # %%
 figure, axes = plt.subplots(figsize=(8, 3))
