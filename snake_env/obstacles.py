@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from snake_env.config.section import Section
+from snake_env.config.section import Section, frozen
 from snake_env.errors import ConfigError
 
 __all__ = ["Box", "Circle", "Obstacle", "Polygon", "Segment"]
@@ -196,7 +196,7 @@ def from_plain(obstacle: Any, path: str) -> Any:
         if name not in known:
             raise ConfigError(f"{path}.{name}", repr(value), f"a field of a {shape}: " + ", ".join(known))
     try:
-        return _SHAPES[shape](**{name: _frozen(value) for name, value in fields.items()})
+        return _SHAPES[shape](**{name: frozen(value) for name, value in fields.items()})
     except TypeError:
         required = [name for name in known if name not in ("angle", "friction", "mass", "height")]
         raise ConfigError(path, repr(obstacle), f"a {shape} with " + ", ".join(required)) from None
@@ -220,7 +220,3 @@ def _shifted(points: Sequence[Point], dx: float, dy: float) -> list[Point]:
 
 def _plain(value: Any) -> Any:
     return value if isinstance(value, str | int | float) else np.asarray(value, np.float64).tolist()
-
-
-def _frozen(value: Any) -> Any:
-    return tuple(_frozen(item) for item in value) if isinstance(value, list) else value

@@ -88,12 +88,12 @@ class SnakeVecEnv(VecEnv):
         """Starts new episodes of the robots that the options name; the others keep return and length."""
         observation, self._infos = self.env.reset(seed=seeds, options=options)
         fresh = self._infos["_time"]
-        self.clear_books(fresh)
+        self.clear_running_totals(fresh)
         for i in np.flatnonzero(fresh).tolist():
             self.reset_infos[i] = _row(self._infos, i)
         return observation
 
-    def clear_books(self, mask: NDArray[np.bool_]) -> None:
+    def clear_running_totals(self, mask: NDArray[np.bool_]) -> None:
         """Return and length of the episodes of the robots in ``mask`` count from zero."""
         self._return[mask] = 0.0
         self._length[mask] = 0
@@ -128,12 +128,12 @@ class SnakeVecEnv(VecEnv):
         return info
 
     @property
-    def books(self) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    def running_totals(self) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         """Return and length (n,) of the episodes that run; set them to continue from states taken before."""
         return self._return.copy(), self._length.copy()
 
-    @books.setter
-    def books(self, value: tuple[NDArray[np.float64], NDArray[np.int64]]) -> None:
+    @running_totals.setter
+    def running_totals(self, value: tuple[NDArray[np.float64], NDArray[np.int64]]) -> None:
         self._return[:], self._length[:] = value
 
     @property
@@ -183,7 +183,7 @@ class SnakeVecEnv(VecEnv):
 
 
 class _Robot(RobotView):
-    """One robot of a batch, whose books a reset clears."""
+    """One robot of a batch, whose running totals a reset clears."""
 
     def __init__(self, venv: SnakeVecEnv, index: int) -> None:
         super().__init__(venv.env, index)
@@ -191,7 +191,7 @@ class _Robot(RobotView):
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         observation, info = super().reset(seed=seed, options=options)
-        self._venv.clear_books(self._mask)
+        self._venv.clear_running_totals(self._mask)
         self._venv.reset_infos[self.index] = info
         return observation, info
 

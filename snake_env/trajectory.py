@@ -32,15 +32,15 @@ class Trajectory:
             in the spatial model.
         self_contact_force: (T, n, 2) force of the robot's other links on each link, averaged over the sample interval
             [N]; (T, n, 3) in the spatial model; None without self-contact.
-        residual: (T,) worst certified residual since the last sample: violation of balance, joints and laws, as a velocity
-            [m/s].
+        residual: (T,) worst certified residual since the last sample: violation of balance, joints and laws, as a
+            velocity [m/s].
         iterations: (T,) solver iterations since the last sample.
         unconverged: (T,) solves since the last sample that ended before their tolerance; also as ``misses``.
         fallbacks: (T,) solves since the last sample that Newton's method left to the fallback.
         energy: (T,) kinetic energy, in the spatial model also potential energy over the ground plane [J].
         max_joint_gap: largest distance between the two ends that meet in a joint, at any step [m].
-        max_penetration: deepest overlap of a link and an obstacle, in the spatial model also the ground, with self-contact
-            also another link, at any step [m].
+        max_penetration: deepest overlap of a link and an obstacle, in the spatial model also the ground, with
+            self-contact also another link, at any step [m].
         passive_velocity: (T, 3) w of (T 6.41), velocity of O_2 in the first link's frame and yaw rate [m/s, rad/s];
             the minimal model only.
         quaternion: (T, n, 4) orientations of the links, w first, from their own frame to the inertial one (T 4.1); the

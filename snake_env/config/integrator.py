@@ -31,7 +31,8 @@ class Integrator(Section):
         event_substeps: "implicit" only, order 2: most Euler steps that replace a step whose forces change abruptly,
             before penetrations are considered, 1 to 1000; default 4.
         event_tolerance: "implicit" only, order 2: distance between prediction and end of the second stage beyond which
-            forces count as abruptly changed [m], > 0; default the squared step times 0.32 m/s^2, in the spatial model 4 m/s^2.
+            forces count as abruptly changed [m], > 0; default the squared step times 0.32 m/s^2, in the spatial model
+            4 m/s^2.
         r_t: "thesis" only: r_T of (T 3.79), > 0; default the thesis's, 1.3, 0.2 for the minimal model, 0.01 for the
             spatial model.
         r_h: "thesis" only: r_H of (T 3.78), > 0; default 0.01.

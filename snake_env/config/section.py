@@ -29,8 +29,9 @@ class Section:
 def core_defaults(section: str, model: str = "planar") -> Any:
     """The core's defaults of a section, as attributes; lists are tuples."""
     values = defaults(section, model)
-    return SimpleNamespace(**{name: _frozen(value) for name, value in values.items()})
+    return SimpleNamespace(**{name: frozen(value) for name, value in values.items()})
 
 
-def _frozen(value: Any) -> Any:
-    return tuple(_frozen(item) for item in value) if isinstance(value, list) else value
+def frozen(value: Any) -> Any:
+    """A value whose lists, at any depth, are tuples."""
+    return tuple(frozen(item) for item in value) if isinstance(value, list) else value

@@ -72,7 +72,9 @@ class Network:
         """
         sees, shown = len(self._layers[0][0]), len(network_inputs(layout, time_constants(self.config)))
         if sees != shown:
-            raise ConfigError("policy", self.name, f"a policy with {shown} inputs, as this environment provides; this one has {sees}")
+            raise ConfigError(
+                "policy", self.name, f"a policy with {shown} inputs, as this environment provides; this one has {sees}"
+            )
         self._traces = MemoryTraces(layout, time_constants(self.config), num_envs)
         self._num_envs = num_envs
 

@@ -130,7 +130,7 @@ def test_a_reset_by_index_is_of_that_robot():
     assert before.shape == (3, observation.size)
 
 
-def test_a_reset_of_some_robots_keeps_the_books_of_the_others():
+def test_a_reset_of_some_robots_keeps_the_running_totals_of_the_others():
     env = new_env(2)
     env.reset()
     for _ in range(4):

@@ -161,7 +161,7 @@ POSES = {
 }
 
 
-@pytest.mark.filterwarnings("ignore:a link and a peg or the ground overlapped")
+@pytest.mark.filterwarnings("ignore:a link penetrated an obstacle or the ground")
 @pytest.mark.parametrize("integrator", [THESIS, None], ids=["thesis", "default"])
 @pytest.mark.parametrize("pose", POSES)
 def test_a_robot_in_any_pose_stays_above_the_ground_and_outside_of_pegs(pose, integrator):

@@ -87,7 +87,7 @@ def save(model: PPO, curve: LearningCurve, path: Path) -> None:
     venv = _venv(model)
     world = {
         "robots": venv.env.get_state(),
-        "books": venv.books,
+        "running_totals": venv.running_totals,
         "torch": torch.get_rng_state(),
         "numpy": np.random.get_state(),  # noqa: NPY002 - Stable-Baselines3 draws from it
         "curve": curve.state(),
@@ -103,7 +103,7 @@ def _resumed_model(path: Path, config: Sb3Config, env: Any, budget: Budget, curv
         world = pickle.loads(archive.read(WORLD))
     venv = _venv(model)
     venv.env.set_state(world["robots"])
-    venv.books = world["books"]
+    venv.running_totals = world["running_totals"]
     torch.set_rng_state(world["torch"])
     np.random.set_state(world["numpy"])  # noqa: NPY002
     curve.restore(world["curve"])

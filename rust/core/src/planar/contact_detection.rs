@@ -55,11 +55,7 @@ impl<T: Real> Workspace<T> {
     ) -> Prediction<'a, T> {
         let Self { stage, base, predicted: end, heading, guess: twist, motion_bound, start_pose: start, .. } = self;
         let (displacement, coefficient) = (motion_bound.displacement.lane(lane), stage.coefficient.lane(lane));
-        let mut margin = MARGIN.max(2.0 * coefficient * motion_bound.fastest.lane(lane));
-        if displacement > system.smallest_radius() {
-            // Fast enough to pass a peg within the step.
-            margin = margin.max(displacement);
-        }
+        let margin = motion_bound.contact_margin(lane, coefficient, 1.0, system.smallest_radius());
         let robot = &system.robot;
         Prediction { robot, pegs, lane, base, start, end, heading, twist, coefficient, elapsed, displacement, margin }
     }
@@ -92,14 +88,14 @@ impl<T: Real> Workspace<T> {
         solved: Lanes,
         contact_impulses: &mut Vec<ContactImpulse>,
     ) {
-        for rubbing in self.contacts.rubbing_in(solved) {
-            let pair = &mut members.body_mut(rubbing.lane).warm_start.near.pairs_mut()[rubbing.pair];
-            pair.friction = self.contact_friction_force[rubbing.row].lane(rubbing.lane);
-            let impulse = self.solution.contact_friction[rubbing.row].lane(rubbing.lane);
+        for frictional in self.contacts.frictional_in(solved) {
+            let pair = &mut members.body_mut(frictional.lane).warm_start.near.pairs_mut()[frictional.pair];
+            pair.friction = self.contact_friction_force[frictional.row].lane(frictional.lane);
+            let impulse = self.solution.contact_friction[frictional.row].lane(frictional.lane);
             contact_impulses.push(ContactImpulse {
-                lane: rubbing.lane,
-                link: rubbing.link,
-                impulse: rubbing.direction.xy().push(0.0) * impulse,
+                lane: frictional.lane,
+                link: frictional.link,
+                impulse: frictional.direction.xy().push(0.0) * impulse,
                 source: Source::Obstacle(pair.peg),
             });
         }

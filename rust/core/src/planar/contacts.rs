@@ -16,7 +16,7 @@ use crate::stepping::lanes::{Lanes, read_vector, set_vector};
 pub struct Contacts {
     found: Vec<Found>,
     /// Those of them that have friction, in their order.
-    rubbing: Vec<Rubbing>,
+    frictional: Vec<FrictionalContact>,
     /// Pairs of one robot within the margin, and how they are at the predicted end.
     close: Vec<(usize, LinkPegContact)>,
     /// For each link, contacts in the lane that has the most of them; once laid out, its first slot.
@@ -40,7 +40,7 @@ pub struct Found {
 
 /// Friction of one contact of one robot.
 #[derive(Debug, Clone, Copy)]
-pub struct Rubbing {
+pub struct FrictionalContact {
     /// Index of the contact among those found.
     found: usize,
     /// Its place in [`crate::planar::Stage::contact_friction`], once laid out.
@@ -83,7 +83,7 @@ impl Contacts {
         let pairs = PAIRS_PER_LINK * links;
         Self {
             found: Vec::with_capacity(pairs * lanes),
-            rubbing: Vec::new(),
+            frictional: Vec::new(),
             close: Vec::with_capacity(pairs),
             most: vec![0; links],
         }
@@ -96,13 +96,13 @@ impl Contacts {
 
     pub fn clear(&mut self) {
         self.found.clear();
-        self.rubbing.clear();
+        self.frictional.clear();
         self.most.fill(0);
     }
 
     /// Finds the contacts of a robot: its near pairs whose predicted gap is below the margin.
     pub fn find<T: Real>(&mut self, near: &mut NearPegs, prediction: &Prediction<T>) {
-        self.look(near, prediction);
+        self.collect_close(near, prediction);
         for (index, at_end) in &self.close {
             let pair = &mut near.pairs_mut()[*index];
             let (lane, link) = (prediction.lane, pair.link);
@@ -116,7 +116,16 @@ impl Contacts {
                 let radius = prediction.robot.links[link].radius;
                 let direction = plane.tangent(heading.cos, heading.sin, radius);
                 let (found, pair, force) = (self.found.len(), *index, pair.friction);
-                self.rubbing.push(Rubbing { found, row: 0, lane, pair, link, direction, coefficient, force });
+                self.frictional.push(FrictionalContact {
+                    found,
+                    row: 0,
+                    lane,
+                    pair,
+                    link,
+                    direction,
+                    coefficient,
+                    force,
+                });
             }
             self.found.push(Found { lane, pair: *index, link, slot, direction, offset, force: pair.force });
         }
@@ -125,7 +134,7 @@ impl Contacts {
     }
 
     /// Collects the pairs within the margin, without a branch that would be mispredicted.
-    fn look<T: Real>(&mut self, near: &mut NearPegs, prediction: &Prediction<T>) {
+    fn collect_close<T: Real>(&mut self, near: &mut NearPegs, prediction: &Prediction<T>) {
         let (close, mut count) = (&mut self.close, 0);
         near.visit_within(prediction.displacement, prediction.margin, |index, pair| {
             let at_end = prediction.contact(pair);
@@ -164,8 +173,8 @@ impl Contacts {
 
 impl Contacts {
     /// The friction of the `lanes`, lane by lane.
-    pub fn rubbing_in(&self, lanes: Lanes) -> impl Iterator<Item = &Rubbing> {
-        self.rubbing.iter().filter(move |rubbing| lanes[rubbing.lane])
+    pub fn frictional_in(&self, lanes: Lanes) -> impl Iterator<Item = &FrictionalContact> {
+        self.frictional.iter().filter(move |frictional| lanes[frictional.lane])
     }
 
     /// Gives the friction of every contact its row, in the order of the contacts that have been laid out; `forces`
@@ -174,19 +183,19 @@ impl Contacts {
         rows.clear();
         forces.clear();
         let (found, zero) = (&self.found, T::zero());
-        self.rubbing.sort_unstable_by_key(|rubbing| (found[rubbing.found].slot, rubbing.lane));
-        for rubbing in &mut self.rubbing {
-            let (contact, link) = (found[rubbing.found].slot, rubbing.link);
+        self.frictional.sort_unstable_by_key(|frictional| (found[frictional.found].slot, frictional.lane));
+        for frictional in &mut self.frictional {
+            let (contact, link) = (found[frictional.found].slot, frictional.link);
             if rows.last().is_none_or(|last| last.contact != contact) {
                 let direction = Vector3::new(zero, zero, zero);
                 rows.push(StageContactFriction { contact, link, direction, coefficient: zero, bound: zero });
                 forces.push(zero);
             }
-            rubbing.row = rows.len() - 1;
-            let row = &mut rows[rubbing.row];
-            set_vector(&mut row.direction, rubbing.lane, &rubbing.direction);
-            row.coefficient.set_lane(rubbing.lane, rubbing.coefficient);
-            forces[rubbing.row].set_lane(rubbing.lane, rubbing.force);
+            frictional.row = rows.len() - 1;
+            let row = &mut rows[frictional.row];
+            set_vector(&mut row.direction, frictional.lane, &frictional.direction);
+            row.coefficient.set_lane(frictional.lane, frictional.coefficient);
+            forces[frictional.row].set_lane(frictional.lane, frictional.force);
         }
     }
 }

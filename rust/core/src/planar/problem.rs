@@ -98,7 +98,7 @@ impl Problem {
         let contact = |c: &StageContact| ContactRow { link: c.link, direction: c.direction, offset: c.offset };
         let pair = |p: &StagePair| PairRow { links: p.links, direction: p.direction, offset: p.offset };
         let real_pairs = stage.pairs.iter().filter(|pair| pair.is_in(0));
-        let real = stage.contacts.iter().filter(|contact| contact.direction != Twist::zeros());
+        let real = stage.contacts.iter().filter(|contact| contact.is_in(0));
         Self {
             name: name.into(),
             coefficient: stage.coefficient,

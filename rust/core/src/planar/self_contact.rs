@@ -13,7 +13,6 @@ use crate::robot::{Link, Robot};
 use crate::stepping::lanes::{Lanes, NO_LANES, active, read_vector, set_vector};
 use crate::stepping::{ContactImpulse, Driven, Members, Source};
 
-use super::contact_detection::MARGIN;
 use super::joint_stop::JointStop;
 use super::workspace::Workspace;
 use super::{Heading, Planar, Stage, StagePair};
@@ -306,11 +305,7 @@ impl<T: Real> Workspace<T> {
                 continue;
             }
             let (coefficient, displacement) = (stage.coefficient.lane(lane), motion_bound.displacement.lane(lane));
-            let mut margin = MARGIN.max(2.0 * coefficient * motion_bound.fastest.lane(lane));
-            if displacement > members.system.smallest_radius() {
-                // Fast enough for two links to pass each other within the step.
-                margin = margin.max(2.0 * displacement);
-            }
+            let margin = motion_bound.contact_margin(lane, coefficient, 2.0, members.system.smallest_radius());
             let ends = Ends {
                 links: &members.system.robot.links,
                 lane,

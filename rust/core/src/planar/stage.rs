@@ -141,6 +141,11 @@ impl StagePair {
 }
 
 impl Stage {
+    /// Mass of the lightest link \[kg\].
+    pub(super) fn lightest_mass(&self) -> f64 {
+        self.links.iter().map(|link| link.mass).fold(f64::INFINITY, f64::min)
+    }
+
     /// Velocities of links 2..n from the joints, given the twist of link 1 and all angular velocities.
     pub fn follow_joints(&self, twist: &mut [Vector3<f64>]) {
         for i in 1..self.links.len() {

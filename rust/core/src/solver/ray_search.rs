@@ -10,7 +10,7 @@ pub(crate) trait Ray<T: Real> {
 
     /// Passes `nearest` every alpha at which the slope nearly jumps.
     #[inline(always)]
-    fn show_kinks(&self, _nearest: &mut NearestKink<T>) {}
+    fn visit_kinks(&self, _nearest: &mut NearestKink<T>) {}
 }
 
 /// How much of the step to take in the given lanes, and in which of them less than all of it: where the slope at its
@@ -54,7 +54,7 @@ fn kink_between<T: Real>(function: &impl Ray<T>, low: T, high: T) -> T {
     let middle = T::splat(0.5) * (low + high);
     let distance = T::splat(0.5) * (high - low);
     let mut nearest = NearestKink { middle, kink: middle, distance: distance - T::splat(1e-3) * distance };
-    function.show_kinks(&mut nearest);
+    function.visit_kinks(&mut nearest);
     nearest.kink
 }
 
@@ -69,7 +69,7 @@ pub(crate) struct NearestKink<T> {
 impl<T: Real> NearestKink<T> {
     /// Considers one more kink; NaN is ignored.
     #[inline(always)]
-    pub fn see(&mut self, kink: T) {
+    pub fn consider(&mut self, kink: T) {
         let away = (kink - self.middle).abs();
         let nearer = away.lt(self.distance);
         self.kink = T::select(nearer, kink, self.kink);

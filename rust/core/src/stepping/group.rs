@@ -17,7 +17,7 @@ use crate::math::{MAX_LANES, Real};
 
 use super::ImplicitConfig;
 use super::energy::EnergyLedger;
-use super::kernels::{Compiled, Part, Request};
+use super::kernels::{Compiled, Operation, Request};
 use super::lanes::{Lanes, Members, NO_LANES, active, mask};
 use super::model::{Driven, Model, RobotState};
 use super::sdirk::{EXTRAPOLATION, GAMMA};
@@ -67,7 +67,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
     pub fn euler_step<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, h: T, may_fail: Lanes) -> Lanes {
         self.load(members);
         self.run_stage(members, h, h, |_, _| false);
-        M::run_part(&mut self.workspace, Part::Arrive);
+        M::run(&mut self.workspace, Operation::Arrive);
         self.workspace.end_step(members);
         let lanes = members.lanes();
         let accepted = std::array::from_fn(|lane| lanes[lane] && !(may_fail[lane] && self.workspace.sinks(lane)));
@@ -85,9 +85,9 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         self.load(members);
         self.run_stage(members, c, c, |_, _| false);
         self.keep_first_stage(members);
-        M::run_part(&mut self.workspace, Part::Extrapolate { h });
+        M::run(&mut self.workspace, Operation::Extrapolate { h });
         self.run_stage(members, c, h, |group, lane| !group.is_smooth(lane));
-        M::run_part(&mut self.workspace, Part::Arrive);
+        M::run(&mut self.workspace, Operation::Arrive);
         self.workspace.end_step(members);
         let lanes = members.lanes();
         let accepted = std::array::from_fn(|lane| lanes[lane] && self.is_smooth(lane) && !self.workspace.sinks(lane));
@@ -111,7 +111,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         self.workspace.load(members);
         self.solves.fill(0);
         self.quality.fill(StepStatistics::default());
-        M::run_part(&mut self.workspace, Part::Begin);
+        M::run(&mut self.workspace, Operation::Begin);
     }
 
     /// Solves one stage of coefficient `c` that ends `end` after the start of the step. Where it ends far from its
@@ -127,7 +127,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         self.contact_impulses.clear();
         let mut pending = members.lanes();
         for repetition in 1..=MAX_PREDICTIONS {
-            M::run_part(&mut self.workspace, Part::Predict { c, elapsed: end, pending: mask::<T>(pending) });
+            M::run(&mut self.workspace, Operation::Predict { c, elapsed: end, pending: mask::<T>(pending) });
             self.workspace.find_contacts(members, pending, end);
             self.solve(members, pending);
             if repetition == 1 {
@@ -137,7 +137,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
             let again: Lanes =
                 std::array::from_fn(|lane| pending[lane] && self.workspace.is_mispredicted(lane) && may_repeat(lane));
             let solved = std::array::from_fn(|lane| pending[lane] && !again[lane]);
-            M::run_part(&mut self.workspace, Part::Keep { solved: mask::<T>(solved), again: mask::<T>(again) });
+            M::run(&mut self.workspace, Operation::Keep { solved: mask::<T>(solved), again: mask::<T>(again) });
             self.workspace.collect_contact_impulses(members, solved, &mut self.contact_impulses);
             for lane in active(solved) {
                 if let Some(record) = &mut members.body_mut(lane).record {
@@ -154,7 +154,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
     fn read_references<D: Driven<Model = M>>(&mut self, members: &Members<D>, end: T) {
         let waving = self.workspace.read_waves(members, end);
         if waving != NO_LANES {
-            M::run_part(&mut self.workspace, Part::FollowWaves);
+            M::run(&mut self.workspace, Operation::FollowWaves);
         }
         self.workspace.read_references(members, end, waving);
     }
@@ -187,7 +187,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
             }
             self.workspace.remember(lane);
         }
-        M::run_part(&mut self.workspace, Part::Evaluate { lanes: mask::<T>(lanes) });
+        M::run(&mut self.workspace, Operation::Evaluate { lanes: mask::<T>(lanes) });
     }
 
     /// Keeps work and impulses of pegs of the first stage until the step is accepted.

@@ -14,7 +14,7 @@ use super::stage::{SolvedStage, StageKernels};
 
 /// Parts of a step; see the methods of [`StageKernels`].
 #[derive(Debug, Clone, Copy)]
-pub enum Part<T: Real> {
+pub enum Operation<T: Real> {
     Begin,
     FollowWaves,
     Extrapolate { h: T },
@@ -34,7 +34,7 @@ pub struct Request<T: Real> {
 
 /// A model whose kernels are compiled for the width of `T`.
 pub trait Compiled<T: Real>: Model {
-    fn run_part(workspace: &mut Self::Workspace<T>, part: Part<T>);
+    fn run(workspace: &mut Self::Workspace<T>, operation: Operation<T>);
     fn solve(workspace: &mut Self::Workspace<T>, request: Request<T>) -> SolvedStage<T>;
 }
 
@@ -52,25 +52,25 @@ pub trait CompiledModel: Compiled<f64> {}
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
 impl<M: Compiled<f64>> CompiledModel for M {}
 
-pub struct RunPart<'a, T: Real, W> {
+pub struct RunOperation<'a, T: Real, W> {
     pub workspace: &'a mut W,
-    pub part: Part<T>,
+    pub operation: Operation<T>,
 }
 
-impl<T: Real, W: StageKernels<T>> Kernel for RunPart<'_, T, W> {
+impl<T: Real, W: StageKernels<T>> Kernel for RunOperation<'_, T, W> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
         let workspace = self.workspace;
-        match self.part {
-            Part::Begin => workspace.begin(),
-            Part::FollowWaves => workspace.follow_waves(),
-            Part::Extrapolate { h } => workspace.extrapolate(h),
-            Part::Predict { c, elapsed, pending } => workspace.predict(c, elapsed, pending),
-            Part::Evaluate { lanes } => workspace.evaluate(lanes),
-            Part::Keep { solved, again } => workspace.keep(solved, again),
-            Part::Arrive => workspace.arrive(),
+        match self.operation {
+            Operation::Begin => workspace.begin(),
+            Operation::FollowWaves => workspace.follow_waves(),
+            Operation::Extrapolate { h } => workspace.extrapolate(h),
+            Operation::Predict { c, elapsed, pending } => workspace.predict(c, elapsed, pending),
+            Operation::Evaluate { lanes } => workspace.evaluate(lanes),
+            Operation::Keep { solved, again } => workspace.keep(solved, again),
+            Operation::Arrive => workspace.arrive(),
         }
     }
 }
@@ -101,11 +101,11 @@ macro_rules! compile_kernels {
     };
     ($model:ty, $real:ty) => {
         impl $crate::stepping::kernels::Compiled<$real> for $model {
-            fn run_part(
+            fn run(
                 workspace: &mut <$model as $crate::stepping::Model>::Workspace<$real>,
-                part: $crate::stepping::kernels::Part<$real>,
+                operation: $crate::stepping::kernels::Operation<$real>,
             ) {
-                <$real as $crate::math::Real>::run($crate::stepping::kernels::RunPart { workspace, part });
+                <$real as $crate::math::Real>::run($crate::stepping::kernels::RunOperation { workspace, operation });
             }
 
             fn solve(

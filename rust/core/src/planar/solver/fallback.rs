@@ -88,8 +88,7 @@ impl Solvers {
     /// the residual in tolerances.
     fn merit(&self, stage: &Stage, solution: &StageSolution, tolerance: f64) -> (f64, f64) {
         let certificate = certify(stage, solution);
-        let lightest = stage.links.iter().map(|link| link.mass).fold(f64::INFINITY, f64::min);
-        let enough = (0.5 * lightest * tolerance * tolerance).max(RELATIVE_GAP * self.energy);
+        let enough = (0.5 * stage.lightest_mass() * tolerance * tolerance).max(ACCEPTED_GAP * self.energy);
         let residual = certificate.residual() / tolerance;
         // Impulses of a jam may be so large that even a small residual leaves more than the required gap.
         let merit = (certificate.gap / enough).min(10.0 * residual).max(residual / RESIDUAL_LIMIT);
@@ -103,4 +102,4 @@ const POLISH: f64 = 0.01;
 const MAX_POLISH: u32 = 50;
 
 /// Duality gap of a solved stage, relative to the stage's energies.
-const RELATIVE_GAP: f64 = 1e-10;
+const ACCEPTED_GAP: f64 = 1e-10;

@@ -79,9 +79,9 @@ impl<T: Real> Ray<T> for Step<'_, T> {
     }
 
     #[inline(always)]
-    fn show_kinks(&self, nearest: &mut NearestKink<T>) {
+    fn visit_kinks(&self, nearest: &mut NearestKink<T>) {
         for link in &self.newton.links {
-            nearest.see(link.friction.kink(&linear(&link.start), &linear(&link.step)));
+            nearest.consider(link.friction.kink(&linear(&link.start), &linear(&link.step)));
         }
     }
 }

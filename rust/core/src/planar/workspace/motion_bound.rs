@@ -4,6 +4,8 @@ use nalgebra::Vector3;
 
 use crate::math::{Mask, Real};
 
+use crate::planar::contact_detection::MARGIN;
+
 use super::{LinkConstants, Workspace};
 
 /// How far away pegs may matter to a stage.
@@ -13,6 +15,17 @@ pub struct MotionBound<T> {
     pub fastest: T,
     /// Largest displacement of any point of the robot from the start of the step to the predicted end \[m\].
     pub displacement: T,
+}
+
+impl<T: Real> MotionBound<T> {
+    /// Gap below which a pair becomes a contact of a stage of coefficient `c` in a lane, if `moving` of its two bodies are
+    /// links \[m\].
+    pub fn contact_margin(&self, lane: usize, c: f64, moving: f64, smallest_radius: f64) -> f64 {
+        let margin = MARGIN.max(2.0 * c * self.fastest.lane(lane));
+        let displacement = self.displacement.lane(lane);
+        // Fast enough to pass each other within the step.
+        if displacement > smallest_radius { margin.max(moving * displacement) } else { margin }
+    }
 }
 
 impl<T: Real> LinkConstants<T> {

@@ -69,13 +69,17 @@ impl<T: Real> Ray<T> for Step<'_, T> {
     }
 
     #[inline(always)]
-    fn show_kinks(&self, nearest: &mut NearestKink<T>) {
+    fn visit_kinks(&self, nearest: &mut NearestKink<T>) {
         for link in &self.newton.links {
             for (i, end) in link.ends.iter().enumerate() {
-                nearest.see(end.friction.kink(&self.newton.laws.sliding, &link.ray.slip[i], &link.ray.slip_change[i]));
+                nearest.consider(end.friction.kink(
+                    &self.newton.laws.sliding,
+                    &link.ray.slip[i],
+                    &link.ray.slip_change[i],
+                ));
             }
         }
-        self.newton.rough.show_kinks(&self.newton.pegs, &self.newton.links, |kink| nearest.see(kink));
+        self.newton.rough.visit_kinks(&self.newton.pegs, &self.newton.links, |kink| nearest.consider(kink));
     }
 }
 

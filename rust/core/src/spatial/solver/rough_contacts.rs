@@ -104,7 +104,7 @@ impl<T: Real> RoughContacts<T> {
 
     /// Calls `see` with the places along the step where a slip is least.
     #[inline(always)]
-    pub fn show_kinks(&self, pegs: &[PegTerm<T>], links: &[LinkTerm<T>], mut see: impl FnMut(T)) {
+    pub fn visit_kinks(&self, pegs: &[PegTerm<T>], links: &[LinkTerm<T>], mut see: impl FnMut(T)) {
         for (term, peg) in self.terms.iter().zip(pegs) {
             let link = &links[peg.link];
             see(term.friction.kink(&term.law, &term.slip(&link.start), &term.slip(&link.step)));

@@ -83,7 +83,7 @@ impl InteriorPoint {
         let mut descent = Descent { solves: 0, violation: f64::INFINITY };
         for _ in 0..MAX_CENTRES {
             self.spread(stage, solution, SPREAD * energy + f64::MIN_POSITIVE);
-            let enough = (0.5 * self.lightest * tolerance * tolerance).min(RELATIVE_GAP * energy);
+            let enough = (0.5 * self.lightest * tolerance * tolerance).min(TARGET_GAP * energy);
             descent.solves += self.follow_central_path(stage, solution, enough);
             descent.violation = self.recentre();
             // No better than before, or not finite: the contacts cannot all be kept open.
@@ -128,7 +128,7 @@ impl InteriorPoint {
             self.segments.push(Segment::new(&link.heading, before, link.half_length));
             before = &link.heading;
         }
-        self.lightest = stage.links.iter().map(|link| link.mass).fold(f64::INFINITY, f64::min);
+        self.lightest = stage.lightest_mass();
         self.contact.clear();
         self.contact.extend(stage.contacts.iter().map(|contact| Contact::new(stage.links[contact.link].mass)));
         self.self_contact.clear();
@@ -386,7 +386,7 @@ fn friction_softness(link: &StageLink) -> f64 {
 }
 
 /// Duality gap relative to the energies of the stage at which it counts as solved, whatever the tolerance.
-const RELATIVE_GAP: f64 = 1e-11;
+const TARGET_GAP: f64 = 1e-11;
 
 /// Largest stiffness of friction, in link masses: it keeps the linear systems solvable.
 const STIFFEST_FRICTION: f64 = 1e12;
