@@ -7,14 +7,15 @@ use snake_core::control::ControllerConfig;
 use snake_core::gait::{CardanGait, CardanTarget, Gait, JointTarget, Reference, Wave};
 use snake_core::obstacles::{Obstacle, Shape};
 use snake_core::pegs::PegGrid;
+use snake_core::planar::Twist;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Scene, SceneConfig};
 use snake_core::simulation::{PlanarSimulation, SpatialSimulation};
 use snake_core::slope::Slope;
-use snake_core::spatial::{Pose, SpatialFleet, SpatialScripted, SpatialSystem, orientation_of};
+use snake_core::spatial::{Pose, SpatialFleet, SpatialScripted, SpatialSystem, orientation_of, twist_of};
 use snake_core::stepping::IntegratorConfig;
 use snake_test_support::allocation::REQUESTS;
-use snake_test_support::planar::{ground, table_7_5};
+use snake_test_support::planar::{LIMP, ground, table_7_5};
 use snake_test_support::spatial::{implicit, implicit_options, undulation};
 
 const RADIUS: f64 = 0.0525;
@@ -66,7 +67,7 @@ fn a_robot_slides_along_a_rough_wall_as_in_the_plane() {
         plane.place_chain(0.0, RADIUS, 0.0, &[0.0; 10]);
         for _ in 0..25 {
             let report = space.advance(0.02, &Straight);
-            assert!(!report.diverged && report.unconverged == 0, "{report:?}");
+            assert!(!report.diverged && report.unconverged == 0 && report.fallbacks == 0, "{report:?}");
             plane.advance(0.02, &Straight);
         }
         let push: Vector3<f64> = space.contact_impulse().iter().sum();
@@ -77,6 +78,38 @@ fn a_robot_slides_along_a_rough_wall_as_in_the_plane() {
         let way = 0.5 * pull * 0.25;
         assert!((here.x - 5.0 * 0.122 + way).abs() < 1e-6, "slid to {} instead of {way}", here.x);
     }
+}
+
+/// A limp robot thrown at a rough wall, on ground without friction: friction acts at the surface of the links and turns them.
+#[test]
+fn a_robot_thrown_at_a_rough_wall_turns_as_in_the_plane() {
+    let wall = rough(Shape::Segment { start: [-9.0, 0.0], end: [9.0, 0.0] }, 0.5);
+    let scene = SceneConfig { obstacles: vec![wall], rolling_friction: 0.0, ..ground([0.0; 2]) };
+    let robot = RobotConfig { links: 3, ..RobotConfig::default() };
+    let (step, thrown) = (1e-3, [1.0, -1.0]);
+    let mut space = SpatialSimulation::new(&robot, &scene, &LIMP, &implicit(step, 2)).expect("admissible");
+    space.place_chain(
+        Pose { position: Vector3::new(0.0, 0.15, 0.0), orientation: orientation_of(0.6, 0.0, 0.0) },
+        &[Vector2::zeros(); 2],
+    );
+    space.rest_on_ground();
+    let mut state = space.state().clone();
+    state.twist.fill(twist_of(Vector3::new(thrown[0], thrown[1], 0.0), Vector3::zeros()));
+    space.place(&state);
+    let mut plane = PlanarSimulation::new(&robot, &scene, &LIMP, &implicit(step, 2)).unwrap();
+    plane.place_chain(0.0, 0.15, 0.6, &[0.0; 2]);
+    let mut state = plane.state().clone();
+    state.twist.fill(Twist::new(thrown[0], thrown[1], 0.0));
+    plane.place(&state);
+    for _ in 0..200 {
+        space.advance(step, &Straight);
+        plane.advance(step, &Straight);
+    }
+    let turned = plane.state().pose[0].z - 0.6;
+    let poses = plane.state().pose.iter().zip(&space.state().pose);
+    let apart = poses.map(|(q, p)| (q.xy() - p.position.xy()).norm()).fold(0.0, f64::max);
+    assert!(turned.abs() > 0.1, "turned by {turned}");
+    assert!(apart < 2e-4, "{apart} m apart");
 }
 
 #[test]
