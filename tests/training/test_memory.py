@@ -108,7 +108,7 @@ def test_a_policy_that_sees_other_things_is_named(tmp_path):
     learner = ppo.Learner(settings(), 0, lambda *episode: None)
     files.write(tmp_path / "policy.safetensors", learner.agent.arrays(), learner.config.model_dump(mode="json"))
     policy = Network(tmp_path / "policy.safetensors")
-    with pytest.raises(ValueError, match="expected a policy with 71 inputs, as .*; this one has 152"):
+    with pytest.raises(ValueError, match=r"expected a policy with 71 inputs, as .*; this one has 152"):
         policy.begin(rollout.layout_of("SnakeFree-v1", {}), 1)
 
 

@@ -205,7 +205,7 @@ fn pressed_links(rounds: usize) -> Result<(), ConfigError> {
 }
 
 /// Mean angles of the joints: from open arcs to coils of more than a turn \[rad\].
-const BENDS: [f64; 5] = [0.3, 0.58, 0.66, 0.8, 1.1];
+const BENDS: [f64; 5] = [0.3, 0.66, 1.1, 1.3, 1.5];
 
 fn environment(rounds: usize) -> Result<(), ConfigError> {
     let blind = |config: &EnvConfig| EnvConfig { perception: Perception::Blind, ..config.clone() };

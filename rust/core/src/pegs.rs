@@ -178,7 +178,8 @@ impl PegGrid {
         clear - extent
     }
 
-    fn is_clear(&self, x: f64, y: f64, distance: f64) -> bool {
+    /// Whether all pegs are farther than `distance` from `(x, y)`, and all walls surely so.
+    pub fn is_clear(&self, x: f64, y: f64, distance: f64) -> bool {
         let is_far = |&index: &u32| {
             let peg = &self.pegs[index as usize];
             (peg.x - x).hypot(peg.y - y) - peg.radius >= distance

@@ -79,7 +79,9 @@ impl Figures {
         if report.unconverged + report.relaxed == 0 {
             self.relative_gap = worse(self.relative_gap, report.gap / (energy.max(now) + work).max(SMALLEST_ENERGY));
         }
-        self.tunnels += simulation.tunnels(&before);
+        if !self.is_excused {
+            self.tunnels += simulation.tunnels(&before);
+        }
         self.measure(simulation, simulation.time() - time);
         // A robot may slow down within a step that is divided.
         self.travel = worse(self.travel, simulation.moved(&before));

@@ -61,6 +61,9 @@ impl ContactMap {
     ) {
         let first = self.slots.len();
         for (lane, body) in robots {
+            if LinkPrediction::is_clear(work, lane, index, link, &body.pegs) {
+                continue;
+            }
             let mut next = first;
             let prediction = LinkPrediction::of(work, lane, index, link, elapsed.lane(lane));
             prediction.visit(index, &body.pegs, |(peg, place), contact, surface| {

@@ -72,11 +72,17 @@ impl<'a> LinkPrediction<'a> {
         }
     }
 
+    /// Whether link `index` of a lane's robot is too far from all obstacles for a contact.
+    pub fn is_clear<T: Real>(work: &Workspace<T>, lane: usize, index: usize, link: &Link, pegs: &PegGrid) -> bool {
+        let [start, end] = [&work.start_frames[index], &work.frames[index]].map(|frame| frame.position.lane(lane));
+        pegs.is_clear(end.x, end.y, reach_between(link, &start, &end))
+    }
+
     /// Calls `add` with every obstacle and place that may matter, their contact, and its point of the link's surface, from
     /// the CG.
     pub fn visit(&self, index: usize, pegs: &PegGrid, mut add: impl FnMut((usize, usize), StagePeg, Vector3<f64>)) {
         let displacement = (self.end.position - self.start.position).norm();
-        let reach = self.link.reach() + displacement + MARGIN;
+        let reach = reach_between(self.link, &self.start.position, &self.end.position);
         let near = &self.end.position;
         let mut look = |obstacle: usize, place: usize, planes: [Plane; 2], touching: f64| {
             let Some((contact, arm)) = self.contact(planes, touching, displacement) else { return };
@@ -180,6 +186,11 @@ impl<'a> LinkPrediction<'a> {
             is_redundant: false,
         }
     }
+}
+
+/// Distance from the CG at its predicted end within which an obstacle may matter \[m\].
+fn reach_between(link: &Link, start: &Vector3<f64>, end: &Vector3<f64>) -> f64 {
+    link.reach() + (end - start).norm() + MARGIN
 }
 
 /// Predicted gap up to which a pair takes part \[m\].

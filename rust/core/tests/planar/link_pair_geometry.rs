@@ -173,3 +173,14 @@ fn links_are_apart_while_the_posture_is_within_the_folding_bound() {
     }
     assert!(within > 2_000 && beyond_and_close > 50, "{within} postures within, {beyond_and_close} close ones beyond");
 }
+
+/// As many links are skipped as numbers can count, and no more.
+#[test]
+fn links_of_a_diverged_computation_end_the_search() {
+    let robot = Robot::new(&links(11)).unwrap();
+    for far in [1e300, f64::INFINITY, f64::NAN] {
+        let mut poses: Vec<Vector3<f64>> = (0..11).map(|i| Vector3::new(0.122 * f64::from(i), 0.0, 0.0)).collect();
+        poses[4].x = far;
+        assert!(self_gap(&robot.links, &poses, 0.0) > 0.0);
+    }
+}
