@@ -66,7 +66,7 @@ impl Observable for PlanarSimulation {
     fn tunnels(&self, before: &PlanarState) -> u64 {
         let poses = [&before.pose[..], &self.state().pose];
         let through_pegs = tunnels(self.robot(), self.pegs(), poses, |pose| pose.xy(), offset_in_plane);
-        through_pegs + through_walls(self.body().pegs.walls().walls(), poses)
+        through_pegs + through_walls(self.body().pegs.walls().walls(), 2.0 * self.robot().links[0].radius, poses)
     }
 
     fn moved(&self, before: &PlanarState) -> f64 {
@@ -143,13 +143,15 @@ fn tunnels<P>(
     count
 }
 
-/// Links whose CG crossed a wall. One that turns about a corner by less than its width keeps clear of it.
-fn through_walls(walls: &[Wall], [before, now]: [&[Pose]; 2]) -> u64 {
+/// Links whose CG crossed a wall, of those that travelled less than their `width`: others may have gone around a corner in
+/// the parts of one step.
+fn through_walls(walls: &[Wall], width: f64, [before, now]: [&[Pose]; 2]) -> u64 {
     let ways = before
         .iter()
         .zip(now)
         .map(|(from, to)| CentreLine { middle: 0.5 * (from.xy() + to.xy()), half: 0.5 * (to.xy() - from.xy()) });
-    ways.map(|way| walls.iter().filter(|wall| wall.polygon.distance(&way) < 0.0).count() as u64).sum()
+    let short = ways.filter(|way| 2.0 * way.half.norm() < width);
+    short.map(|way| walls.iter().filter(|wall| wall.polygon.distance(&way) < 0.0).count() as u64).sum()
 }
 
 /// From the peg's centre to the nearest point of the link's centre line \[m\].
