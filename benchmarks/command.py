@@ -12,12 +12,13 @@ from typing import Literal, get_args
 
 from benchmarks import figures, native, page, throughput
 from benchmarks.results import Record, Results
-from benchmarks.targets import QUICKEST, all_targets
+from benchmarks.targets import all_targets
+from snake_env import _native
 from snake_env.markdown import table
 from training.cli import answer
 
-PEER, INTERFACE = "peer", "interface"
-Part = Literal["precision", "spatial", "growth", "skip", "certificate", "peer", "interface"]
+WIDTH, PEER, INTERFACE = "width", "peer", "interface"
+Part = Literal["precision", "spatial", "growth", "skip", "certificate", "width", "peer", "interface"]
 PARTS: tuple[Part, ...] = get_args(Part)
 DOCS = native.ROOT / "docs"
 RESULTS = "results.json"
@@ -97,6 +98,8 @@ def measure(args: Options, results: Results, progress: Progress) -> Iterator[Rec
     if parts:
         progress("building snake-bench")
         yield from native.measure(native.build(), native_arguments(args, parts), progress)
+    if WIDTH in args.parts:
+        yield from widths(args.quick, progress)
     if PEER in args.parts:
         yield from peers(results, args.quick, progress)
     if INTERFACE in args.parts:
@@ -110,20 +113,24 @@ def native_arguments(args: Options, parts: Sequence[str]) -> list[str]:
     return [*parts, *options, *(["--scenes", ",".join(args.scenes)] if args.scenes else [])]
 
 
+def widths(quick: bool, progress: Progress) -> Iterator[Record]:
+    """Environments in registers of every width that this processor has."""
+    program = native.build()
+    for lanes in (one for one in (1, 4, 8) if one <= _native.lanes()):
+        yield from native.measure(program, [WIDTH, *(["--quick"] if quick else [])], progress, lanes)
+
+
 def peers(results: Results, quick: bool, progress: Progress) -> Iterator[Record]:
-    """MuJoCo on the scenes whose references are known, if it is installed."""
+    """MuJoCo on the scenes whose references are known and on our environments, if it is installed."""
     if importlib.util.find_spec("mujoco") is None:
-        progress("MuJoCo is not installed (extra bench): no comparison with it")
+        progress("MuJoCo is not installed (group bench): no comparison with it")
         return
-    from benchmarks import mujoco_peer
+    from benchmarks import mujoco_batch, mujoco_peer
 
     scenes = [scene for scene in results.of("scene") if mujoco_peer.can_do(scene)]
     for scene in scenes[:2] if quick else scenes:
         yield from mujoco_peer.points(scene, quick, progress)
-    for scene in scenes:
-        if scene["scene"] == "course-7.5":
-            progress("course-7.5: MuJoCo, batch")
-            yield from mujoco_peer.batch_rates(scene, 256, 1.0 if quick else 5.0)
+    yield from mujoco_batch.rates(256, 0.5 if quick else 3.0, (1, 2), progress)
 
 
 def interface(quick: bool) -> Iterator[Record]:
@@ -135,7 +142,7 @@ def interface(quick: bool) -> Iterator[Record]:
 def write(results: Results, folder: Path, pictures: Path, data: str, text: str, images: str) -> None:
     """Writes results, pictures and page."""
     results.write(folder / data)
-    figures.draw_all(results, pictures, {scene: rows for scene, (_, rows) in QUICKEST.items()})
+    figures.draw_all(results, pictures)
     (folder / text).write_text(page.render(results, images))
 
 
@@ -144,6 +151,6 @@ DESCRIPTION = """Speed against error, growth, cost of features, certificates; pe
     python -m benchmarks
     python -m benchmarks --quick --parts precision peer --scenes free course-7.5
 
-Parts: precision (error against run time), spatial (the same in space), growth (links, pegs, robots and threads), skip
-(what features cost), certificate (residuals, gaps, iterations), peer (MuJoCo, if the group `bench` is installed),
-interface (Python's share of a step)."""
+Parts: precision (error against run time), spatial (the same in 3D), growth (links, pegs, robots and threads), skip
+(what features cost), certificate (residuals, gaps, iterations), width (registers of every width), peer (MuJoCo, if the
+group `bench` is installed), interface (Python's share of a step)."""

@@ -20,14 +20,14 @@ LOST = 0.1
 
 
 class Point(NamedTuple):
-    """Error [m] and simulated seconds per second of one thread, with the record behind it."""
+    """Error of the worst link over the run [m] and simulated seconds per second of one thread, with the record."""
 
     error: float
     speed: float
     record: dict[str, Any]
 
 
-def points(results: Results, scene: str, whose: str, speed: str = "best", error: str = "link6") -> list[Point]:
+def points(results: Results, scene: str, whose: str, speed: str = "best") -> list[Point]:
     """All trustworthy points of one party on a scene.
 
     Args:
@@ -35,17 +35,16 @@ def points(results: Results, scene: str, whose: str, speed: str = "best", error:
         scene: name.
         whose: "implicit" (ours), "thesis", or a peer's name such as "MuJoCo".
         speed: "speed_alone", "speed_fleet", or "best" of the two.
-        error: "link6" or "worst".
     """
-    ours = uncertainty(results, scene, error)
+    ours = uncertainty(results, scene)
     records = [*results.of("point", scene=scene), *results.of("peer", scene=scene)]
     found = []
     for record in records:
         party = record.get("peer") or record["curve"]
         value = _speed(record, speed)
-        floor = TRUST * (record["uncertainty"][error] if "uncertainty" in record else ours)
-        if party.startswith(whose) and record["error"] and record["error"][error] < LOST and value:
-            found.append(Point(max(record["error"][error], floor), value, record))
+        floor = TRUST * (record["uncertainty"]["worst"] if "uncertainty" in record else ours)
+        if party.startswith(whose) and record["error"] and record["error"]["worst"] < LOST and value:
+            found.append(Point(max(record["error"]["worst"], floor), value, record))
     return found
 
 
@@ -54,10 +53,10 @@ def _speed(record: dict[str, Any], which: str) -> float | None:
     return max(filter(None, speeds), default=None) if which == "best" else record.get(which)
 
 
-def uncertainty(results: Results, scene: str, error: str = "link6") -> float:
+def uncertainty(results: Results, scene: str) -> float:
     """Distance between the two fine runs of the reference [m]."""
     records = results.of("scene", scene=scene)
-    return records[0]["reference"]["uncertainty"][error] if records else 0.0
+    return records[0]["reference"]["uncertainty"]["worst"] if records else 0.0
 
 
 def frontier(candidates: Iterable[Point]) -> list[Point]:

@@ -14,27 +14,25 @@ from benchmarks.results import Record, Results
 from snake_env import drawing
 
 OURS, ALONE, PEER, THESIS, VARIANT = "#1f5fa8", "#6ea0d8", "#c0272d", "#8a8f98", "#cfd6de"
-TARGET = "#3a8f4d"
 PREFIX = "bench-"
 
 
-def draw_all(results: Results, folder: Path, targets: dict[str, dict[float, int]]) -> list[Path]:
+def draw_all(results: Results, folder: Path) -> list[Path]:
     """Draws what has been measured; one picture a scene, and one of growth.
 
     Args:
         results: of a run.
         folder: where the pictures go.
-        targets: scene -> {error of link 6 [mm]: simulated seconds per second}, drawn as crosses.
     """
     folder.mkdir(parents=True, exist_ok=True)
     scenes = [scene for scene in results.of("scene") if results.of("point", scene=scene["scene"])]
-    drawn = [work_precision(results, scene, targets.get(scene["scene"], {}), folder) for scene in scenes]
+    drawn = [work_precision(results, scene, folder) for scene in scenes]
     if results.of("growth"):
         drawn.append(growth(results, folder))
     return drawn
 
 
-def work_precision(results: Results, scene: Record, targets: dict[float, int], folder: Path) -> Path:
+def work_precision(results: Results, scene: Record, folder: Path) -> Path:
     """Speed over error, both logarithmic: up and to the left is better."""
     name = scene["scene"]
     ours = curves.points(results, name, curves.OURS, "speed_fleet")
@@ -46,12 +44,10 @@ def work_precision(results: Results, scene: Record, targets: dict[float, int], f
         _line(one, curves.frontier(curves.points(results, name, curves.OURS, "speed_alone")), ALONE, "ours, one robot")
         _line(one, curves.frontier(curves.points(results, name, curves.THESIS)), THESIS, "Algorithm 3.1, same code")
         _line(one, curves.frontier(curves.points(results, name, "MuJoCo")), PEER, "MuJoCo, best of its settings")
-        if targets:
-            one.plot(list(targets), list(targets.values()), "x", color=TARGET, markersize=8, label="targets")
         one.set(
             xscale="log",
             yscale="log",
-            xlabel=f"distance of link 6 from the converged solution after {scene['scenario']['duration']:g} s [mm]",
+            xlabel=f"largest distance of a link from the converged run in {scene['scenario']['duration']:g} s [mm]",
         )
         one.set(ylabel="simulated seconds per second, one thread", title=scene["title"])
         _plain_numbers(one)

@@ -1,4 +1,4 @@
-"""MuJoCo on the same scenes: error against the same reference, speed on one thread, throughput of its batch."""
+"""MuJoCo on the same scenes: error against the same reference, and speed on one thread."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from typing import Any
 import mujoco
 import numpy as np
 from mujoco import rollout
-from mujoco.batch import Batch
 from numpy.typing import NDArray
 
 from benchmarks import mujoco_spatial
@@ -25,10 +24,6 @@ QUICK_STEPS = (0.02, 0.005, 0.001)
 SHORT_RUN = 0.2
 """Runs that take less CPU time than this are repeated [s]."""
 STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
-MIDDLE = 5
-"""Link 6."""
-CONTROL_PERIOD = 0.05
-BATCH_STEP = 0.01
 
 
 def can_do(scene: Record) -> bool:
@@ -40,25 +35,31 @@ def can_do(scene: Record) -> bool:
 def points(scene: Record, quick: bool, progress: Callable[[str], None]) -> Iterator[Record]:
     """Work-precision of all set-ups on a scene record of ``snake-bench``."""
     scenario = scene["scenario"]
-    reference = np.array(scene["reference"]["links"])
-    if in_space(scenario):
-        yield from _points_in_space(scene["scene"], scenario, reference, quick, progress)
+    reference, sample = np.array(scene["reference"]["samples"]), scene["reference"]["sample"]
+    if is_spatial(scenario):
+        yield from _spatial_points(scene["scene"], scenario, reference, sample, quick, progress)
         return
     for setup in setups(bool(scenario["scene"]["obstacles"]), quick):
         progress(_text(scene["scene"], setup))
-        yield point(scene["scene"], scenario, reference, setup)
+        yield point(scene["scene"], scenario, reference, sample, setup)
 
 
-def in_space(scenario: Record) -> bool:
+def is_spatial(scenario: Record) -> bool:
     """Whether a scenario is one of the spatial model: it has a vertical wave."""
     return "pitch" in scenario
 
 
-def _points_in_space(
-    name: str, scenario: Record, ours: NDArray[np.float64], quick: bool, progress: Callable[[str], None]
+def _spatial_points(
+    name: str,
+    scenario: Record,
+    ours: NDArray[np.float64],
+    sample: float,
+    quick: bool,
+    progress: Callable[[str], None],
 ) -> Iterator[Record]:
     """The same in 3D, where soft contacts converge to a different motion, which is MuJoCo's reference."""
-    coarse, fine = (_reference(name, scenario, setup, progress) for setup in mujoco_spatial.reference_setups(quick))
+    fine_setups = mujoco_spatial.reference_setups(quick)
+    coarse, fine = (_reference(name, scenario, sample, setup, progress) for setup in fine_setups)
     own = {
         "uncertainty": _errors(fine, coarse),
         "apart": _errors(fine, ours),
@@ -66,16 +67,16 @@ def _points_in_space(
     }
     for setup in mujoco_spatial.setups(quick):
         progress(_text(name, setup))
-        yield point(name, scenario, fine, setup) | own
+        yield point(name, scenario, fine, sample, setup) | own
 
 
 def _reference(
-    name: str, scenario: Record, setup: SpatialSetup, progress: Callable[[str], None]
+    name: str, scenario: Record, sample: float, setup: SpatialSetup, progress: Callable[[str], None]
 ) -> NDArray[np.float64]:
     progress(_text(name, setup))
     run = Run(scenario, setup)
     run.seconds()
-    return run.positions()
+    return run.positions(sample)
 
 
 def _text(name: str, setup: Setup | SpatialSetup) -> str:
@@ -91,7 +92,9 @@ def setups(pegs: bool, quick: bool) -> list[Setup]:
     return [Setup(step, tol, peg_time, solver) for tol, solver in solvers for peg_time in times for step in STEPS]
 
 
-def point(name: str, scenario: Record, reference: NDArray[np.float64], setup: Setup | SpatialSetup) -> Record:
+def point(
+    name: str, scenario: Record, reference: NDArray[np.float64], sample: float, setup: Setup | SpatialSetup
+) -> Record:
     """Error and speed of one set-up; the speed is the median of the repetitions."""
     run = Run(scenario, setup)
     seconds = [run.seconds()]
@@ -103,17 +106,22 @@ def point(name: str, scenario: Record, reference: NDArray[np.float64], setup: Se
         "scene": name,
         "curve": f"MuJoCo {mujoco.__version__}",
         "setup": vars(setup),
-        "error": _errors(run.positions(), reference),
+        "error": _errors(run.positions(sample), reference),
         "speed_alone": scenario["duration"] / statistics.median(seconds),
         "repetitions": len(seconds),
     }
 
 
 def _errors(positions: NDArray[np.float64], reference: NDArray[np.float64]) -> dict[str, float] | None:
-    """Distances of the worst link and of link 6 [m]; None of a run that left the finite numbers."""
-    distance = np.linalg.norm(positions - reference, axis=1)
+    """Distance of the worst link over all samples, and at the last one [m]; None of a run that left the finite numbers.
+
+    Args:
+        positions: (samples, n, 2 or 3).
+        reference: of the same shape.
+    """
+    distance = np.linalg.norm(positions - reference, axis=-1)
     finite = bool(np.isfinite(distance).all())
-    return {"worst": float(distance.max()), "link6": float(distance[MIDDLE])} if finite else None
+    return {"worst": float(distance.max()), "end": float(distance[-1].max())} if finite else None
 
 
 class Run:
@@ -129,19 +137,24 @@ class Run:
             self._data = placed(self._model, scenario)
             self._control = servo_targets(setup.step, round(scenario["duration"] / setup.step), self._model.nu)
         self._start = state_of(self._model, self._data)
-        self._end = self._start
+        self._states = self._start[None]
+        self._step = setup.step
 
     def seconds(self) -> float:
         """CPU time of one run [s]."""
         start = time.process_time()
         states, _ = rollout.rollout(self._model, self._data, self._start, self._control[None])
         spent = time.process_time() - start
-        self._end = states[0, -1].copy()
+        self._states = states[0]
         return spent
 
-    def positions(self) -> NDArray[np.float64]:
-        """CGs of the links (n, 2), in 3D (n, 3), at the end of the last run [m]."""
-        mujoco.mj_setState(self._model, self._data, self._end, STATE)
+    def positions(self, sample: float) -> NDArray[np.float64]:
+        """CGs of the links in the last run every ``sample`` seconds: (samples, n, 2), in 3D (samples, n, 3) [m]."""
+        every = round(sample / self._step)
+        return np.array([self._positions_in(state) for state in self._states[every - 1 :: every]])
+
+    def _positions_in(self, state: NDArray[np.float64]) -> NDArray[np.float64]:
+        mujoco.mj_setState(self._model, self._data, state, STATE)
         mujoco.mj_kinematics(self._model, self._data)
         return self._data.xipos[1:, : self._coordinates].copy()
 
@@ -160,40 +173,3 @@ def servo_targets(step: float, count: int, joints: int, kp: float = 800.0, kd: f
     gait = GaitParameters()
     phase = gait.omega * step * np.arange(1, count + 1)[:, None] + gait.beta * np.arange(joints)
     return gait.amplitude * (np.sin(phase) + kd / kp * gait.omega * np.cos(phase))
-
-
-def batch_rates(scene: Record, robots: int, seconds: float, threads: tuple[int, ...] = (1, 2)) -> Iterator[Record]:
-    """Environment steps per second of ``mujoco.batch``: control period 0.05 s, steps of 10 ms."""
-    model = build(scene["scenario"], Setup(BATCH_STEP, 1e-4, 5e-3))
-    starts = _staggered(model, scene["scenario"], robots)
-    control = servo_targets(CONTROL_PERIOD, round(scene["scenario"]["duration"] / CONTROL_PERIOD), model.nu)
-    for count in threads:
-        batch = Batch(model, robots, nthread=count)
-        batch.qpos[:], batch.qvel[:] = starts[:, 1 : 1 + model.nq], starts[:, 1 + model.nq : 1 + model.nq + model.nv]
-        offset = _offsets(robots, len(control))
-        steps, start, cpu = 0, time.perf_counter(), time.process_time()
-        while (elapsed := time.perf_counter() - start) < seconds:
-            batch.ctrl[:] = control[(offset + steps) % len(control)]
-            batch.step(nstep=round(CONTROL_PERIOD / BATCH_STEP))
-            steps += 1
-        yield {
-            "kind": "peer_batch",
-            "peer": "MuJoCo",
-            "scene": scene["scene"],
-            "robots": robots,
-            "threads": count,
-            "steps_per_second": robots * steps / elapsed,
-            "steps_per_cpu_second": robots * steps / (time.process_time() - cpu),
-        }
-
-
-def _staggered(model: mujoco.MjModel, scenario: Record, robots: int) -> NDArray[np.float64]:
-    """States of one run, evenly spread over it."""
-    data = placed(model, scenario)
-    control = servo_targets(BATCH_STEP, round(scenario["duration"] / BATCH_STEP), model.nu)
-    states, _ = rollout.rollout(model, data, state_of(model, data), control[None])
-    return states[0, _offsets(robots, len(states[0]))]
-
-
-def _offsets(robots: int, count: int) -> NDArray[np.int64]:
-    return np.arange(robots) * count // robots

@@ -12,6 +12,8 @@ from typing import IO, Any
 
 ROOT = Path(__file__).resolve().parents[1]
 PARTS = ("precision", "spatial", "growth", "skip", "certificate")
+WIDTH = "SNAKE_ENV_LANES"
+"""Environment variable that prescribes the number of robots per register."""
 
 Progress = Callable[[str], None]
 
@@ -25,14 +27,25 @@ def build() -> Path:
     return Path(programs[-1])
 
 
-def measure(program: Path, arguments: list[str], progress: Progress) -> Iterator[dict[str, Any]]:
+def measure(
+    program: Path, arguments: list[str], progress: Progress, lanes: int | None = None
+) -> Iterator[dict[str, Any]]:
     """Runs the program and yields its results, one by one.
+
+    Args:
+        program: path.
+        arguments: of its command line.
+        progress: takes its messages.
+        lanes: robots per register; None: as many as the processor has room for.
 
     Raises:
         subprocess.CalledProcessError: the program failed.
     """
     command = [os.fspath(program), *arguments]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    environment = os.environ | ({} if lanes is None else {WIDTH: str(lanes)})
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
+    ) as process:
         assert process.stdout is not None
         assert process.stderr is not None
         speaker = Thread(target=_pass_on, args=(process.stderr, progress), daemon=True)

@@ -7,7 +7,7 @@ from typing import Any
 
 from benchmarks import comparison, texts
 from benchmarks.results import Record, Results
-from benchmarks.targets import all_targets
+from benchmarks.targets import all_targets, peer_rate, rate
 from snake_env.markdown import table
 
 BUSY = 0.5
@@ -23,7 +23,8 @@ def render(results: Results, images: str) -> str:
     """
     sections = [
         _head(results),
-        _summary(results),
+        _speeds(results),
+        _widths(results),
         _targets(results),
         comparison.render(results, images),
         *_growth(results, images),
@@ -56,21 +57,45 @@ def _head(results: Results) -> str:
     return "\n\n".join([text, *notes])
 
 
-def _summary(results: Results) -> str:
-    """The figures most often quoted, and how many targets are met."""
+SPEEDS = ("environment", "gait", "random", "random joints", "MuJoCo, gait", "MuJoCo, random", "gait", "random")
+
+
+def _speeds(results: Results) -> str:
+    """The figures most often quoted: environments x actions, ours and MuJoCo's."""
     rows = []
     for env in dict.fromkeys(r["env"] for r in results.of("growth", axis="batch")):
-        for actions in ("random", "gait"):
-            rates = _rates(results, env, actions)
-            if 256 in rates:
-                kind = "random actions" if actions == "random" else "constant zero action"
-                rows.append((f"`{env}`, {kind}, 256 robots, one thread", f"{rates[256][1]:,.0f} env-steps/s"))
-    targets = all_targets(results)
-    quoted = ("default accuracy", "MuJoCo")
-    rows += [(t.what, t.measured) for t in targets if t.what.startswith(quoted) and t.met is not None]
-    met, measured = (sum(t.met in values for t in targets) for values in ((True,), (True, False)))
-    rows.append(("targets met", f"{met} of {measured} measured"))
-    return "## Summary\n\n" + table(("quantity", "measured"), rows)
+        gait, random, joints = (rate(results, env, actions) for actions in ("gait", "random", "random joints"))
+        peers = [peer_rate(results, env, actions) for actions in ("gait", "random")]
+        cells = [_count(value) for value in (gait, random, joints, *peers)]
+        times = [_times(ours, peer) for ours, peer in zip((gait, random), peers, strict=True)]
+        rows.append((f"`{env}`", *cells, *times))
+    if not rows:
+        return ""
+    met, measured = (sum(t.met in values for t in all_targets(results)) for values in ((True,), (True, False)))
+    count = f"{met} of {measured} [targets](#targets) that were measured are met."
+    return f"{texts.SPEEDS}\n\n{table(SPEEDS, rows)}\n\n{count}"
+
+
+def _widths(results: Results) -> str:
+    """Environments in registers of every width."""
+    records = results.of("width")
+    if not records:
+        return ""
+    widths = sorted({r["lanes"] for r in records})
+    rows = []
+    for env, actions in dict.fromkeys((r["env"], r["actions"]) for r in records):
+        rates = {r["lanes"]: r["steps_per_cpu_second"] for r in records if (r["env"], r["actions"]) == (env, actions)}
+        rows.append((f"`{env}`", actions, *(_count(rates.get(lanes)) for lanes in widths)))
+    head = ("environment", "actions", *(f"{lanes} per register" for lanes in widths))
+    return f"{texts.WIDTHS}\n\n{table(head, rows)}"
+
+
+def _count(value: float | None) -> str:
+    return "-" if value is None else f"{value:,.0f}"
+
+
+def _times(ours: float | None, other: float | None) -> str:
+    return "-" if not ours or not other else f"{ours / other:.1f}x"
 
 
 def _targets(results: Results) -> str:
@@ -79,7 +104,7 @@ def _targets(results: Results) -> str:
 
 
 FLEET = ("scene", "links", "pegs", "us per step", "us per link", "solves per step", "divided steps", "us per peg scan")
-PEER = ("scene", "actions", "robots", "threads", "env-steps/s", "per CPU second")
+PEER = ("environment", "actions", "robots", "threads", "env-steps/s", "per CPU second")
 
 
 def _growth(results: Results, images: str) -> Iterator[str]:
@@ -118,8 +143,8 @@ def _batch_table(results: Results) -> str:
 
 
 def _peer_row(r: Record) -> tuple[Any, ...]:
-    rates = f"{r['steps_per_second']:,.0f}", f"{r['steps_per_cpu_second']:,.0f}"
-    return r["scene"], f"gait, {r['peer']}", f"{r['robots']:,}", r["threads"], *rates
+    rates = _count(r["steps_per_second"]), _count(r["steps_per_cpu_second"])
+    return r["env"], f"{r['actions']}, {r['peer']}", f"{r['robots']:,}", r["threads"], *rates
 
 
 def _fleet_row(r: Record) -> tuple[Any, ...]:

@@ -4,7 +4,8 @@
      "seconds": 812.3, "records": [{"kind": "point", ...}, ...]}
 
 Records are the lines of ``snake-bench`` and those of the peers, told apart by ``kind``:
-``scene``, ``point``, ``growth``, ``skip``, ``pressed``, ``certificate``, ``interface``, ``peer``, ``peer_batch``.
+``scene``, ``point``, ``growth``, ``skip``, ``pressed``, ``certificate``, ``width``, ``interface``, ``peer``,
+``peer_batch``.
 """
 
 from __future__ import annotations
@@ -30,9 +31,10 @@ REQUIRED = {
     "skip": ("feature", "off", "on", "idle", "us_off", "us_on", "ratio"),
     "pressed": ("bend", "pairs", "us_step", "us_solve", "solves"),
     "certificate": ("what", "percent", "residual", "gap", "iterations", "misses", "above_tolerance", "steps", "events"),
+    "width": ("env", "actions", "lanes", "robots", "steps_per_cpu_second"),
     "interface": ("robots",),
     "peer": ("peer", "scene", "curve", "setup", "error", "speed_alone"),
-    "peer_batch": ("peer", "scene", "robots", "threads", "steps_per_second", "steps_per_cpu_second"),
+    "peer_batch": ("peer", "env", "actions", "robots", "threads", "steps_per_second", "steps_per_cpu_second"),
 }
 """Kinds of records and what each must have."""
 

@@ -1,5 +1,6 @@
 //! CPU time and statistics of repetitions.
 
+use std::ops::AddAssign;
 use std::time::Instant;
 
 use cpu_time::{ProcessTime, ThreadTime};
@@ -10,6 +11,13 @@ pub struct Spent {
     /// CPU time of the calling thread: which depends least on the load of the machine.
     pub cpu: f64,
     pub wall: f64,
+}
+
+impl AddAssign for Spent {
+    fn add_assign(&mut self, other: Self) {
+        self.cpu += other.cpu;
+        self.wall += other.wall;
+    }
 }
 
 /// Runs `work` on this thread and returns the time it took.

@@ -3,7 +3,7 @@
 use snake_core::ConfigError;
 use snake_core::batch::{Batch, Outputs};
 use snake_core::environment::rng::Rng;
-use snake_core::environment::{EnvConfig, EnvironmentState, ModelKind, PlanarRobot, RobotModel, Task};
+use snake_core::environment::{ActionMode, EnvConfig, EnvironmentState, ModelKind, PlanarRobot, RobotModel, Task};
 
 /// The configuration behind an environment id.
 pub fn of_id(task: Task) -> (&'static str, EnvConfig) {
@@ -20,18 +20,30 @@ pub fn spatial_env() -> (&'static str, EnvConfig) {
 pub enum Actions {
     /// Action zero of the mode `gait`: the thesis's gait.
     Gait,
-    /// Drawn anew each step, uniformly from the whole range.
+    /// Drawn anew each step, uniformly from the whole range of the mode `gait`.
     Random,
+    /// The same in the mode `joints`.
+    RandomJoints,
 }
 
 impl Actions {
-    pub const ALL: [Actions; 2] = [Actions::Gait, Actions::Random];
+    pub const ALL: [Actions; 3] = [Actions::Gait, Actions::Random, Actions::RandomJoints];
 
     pub fn name(self) -> &'static str {
         match self {
             Actions::Gait => "gait",
             Actions::Random => "random",
+            Actions::RandomJoints => "random joints",
         }
+    }
+
+    /// The configuration with the action mode that these actions belong to.
+    pub fn configure(self, config: &EnvConfig) -> EnvConfig {
+        let action_mode = match self {
+            Actions::Gait | Actions::Random => ActionMode::Gait,
+            Actions::RandomJoints => ActionMode::Joints,
+        };
+        EnvConfig { action_mode, ..config.clone() }
     }
 }
 
@@ -116,7 +128,7 @@ impl<M: RobotModel> Robots<M> {
 
     /// One control period of all rows; rows whose episode has ended start the next one.
     pub fn step(&mut self) {
-        if self.actions == Actions::Random {
+        if self.actions != Actions::Gait {
             self.action.iter_mut().for_each(|value| *value = self.stream.around_zero(1.0));
         }
         self.batch.step(&self.action, &self.active, self.results.outputs());

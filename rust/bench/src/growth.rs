@@ -10,7 +10,7 @@ use snake_core::pegs::PegGrid;
 use snake_core::planar::{Fleet, PlanarSystem};
 use snake_core::robot::RobotConfig;
 use snake_core::scene::{Peg, START_7_5, START_FREE, TABLE_7_5};
-use snake_core::stepping::ImplicitConfig;
+use snake_core::stepping::{ImplicitConfig, widest_lanes};
 
 use crate::clock::{Spent, median, spent, spent_by_all};
 use crate::environments::{Actions, Robots, of_id, pool, spatial_env};
@@ -24,6 +24,8 @@ const BATCHES: [usize; 8] = [1, 8, 16, 64, 256, 1_024, 4_096, 16_384];
 /// Robots of the 3D model cost ten times as much; beyond this number a row costs what it costs at this number.
 const MOST_SPATIAL: usize = 1_024;
 const QUICK_BATCHES: [usize; 3] = [1, 64, 1_024];
+/// The size at which all environments and actions are compared.
+const COMPARED: usize = 256;
 const THREADS: [usize; 2] = [1, 2];
 
 /// Measures all three kinds of growth and emits every point.
@@ -202,6 +204,10 @@ fn with_batch(quick: bool) -> Result<(), ConfigError> {
         let (env, config) = of_id(task);
         with_robots::<PlanarRobot>(env, &config, batches, quick)?;
     }
+    for task in [Task::FREE, Task::CORRIDOR] {
+        let (env, config) = of_id(task);
+        with_robots::<PlanarRobot>(env, &config, &[COMPARED], quick)?;
+    }
     let (env, config) = spatial_env();
     let few = batches.partition_point(|&rows| rows <= MOST_SPATIAL);
     with_robots::<SpatialRobot>(env, &config, &batches[..few], quick)
@@ -213,14 +219,17 @@ fn with_robots<M: RobotModel>(
     batches: &[usize],
     quick: bool,
 ) -> Result<(), ConfigError> {
-    let (rounds, seconds) = if quick { (3, 0.1) } else { (5, 0.3) };
+    let (rounds, seconds) = repetitions(quick);
     for actions in Actions::ALL {
-        let pool = pool::<M>(config, actions)?;
-        for &rows in batches {
+        let config = actions.configure(config);
+        let pool = pool::<M>(&config, actions)?;
+        let compared = [COMPARED];
+        let sizes = if actions == Actions::RandomJoints { &compared } else { batches };
+        for &rows in sizes {
             progress(&format!("growth: {env}, {}, {rows} robots", actions.name()));
             let mut timed = Vec::new();
             for threads in THREADS {
-                timed.push(TimedBatch::new(Robots::<M>::in_motion(config, rows, threads, actions, &pool)?));
+                timed.push(TimedBatch::new(Robots::<M>::in_motion(&config, rows, threads, actions, &pool)?));
             }
             for _ in 0..rounds {
                 timed.iter_mut().for_each(|batch| batch.repeat(seconds));
@@ -229,6 +238,50 @@ fn with_robots<M: RobotModel>(
         }
     }
     Ok(())
+}
+
+/// Throughput in registers of one width.
+#[derive(Serialize)]
+struct WidthPoint<'a> {
+    env: &'a str,
+    actions: &'a str,
+    /// Robots per register.
+    lanes: usize,
+    robots: usize,
+    steps_per_cpu_second: f64,
+}
+
+/// Measures environments in registers of the width that this process uses: that of the processor, or of the variable
+/// `SNAKE_ENV_LANES`.
+///
+/// # Errors
+/// A configuration is not admissible.
+pub fn measure_width(quick: bool) -> Result<(), ConfigError> {
+    for task in [Task::COURSE, Task::FIELD] {
+        let (env, config) = of_id(task);
+        in_registers::<PlanarRobot>(env, &config, quick)?;
+    }
+    let (env, config) = spatial_env();
+    in_registers::<SpatialRobot>(env, &config, quick)
+}
+
+fn in_registers<M: RobotModel>(env: &str, config: &EnvConfig, quick: bool) -> Result<(), ConfigError> {
+    let (rounds, seconds) = repetitions(quick);
+    for actions in [Actions::Gait, Actions::Random] {
+        let lanes = widest_lanes();
+        progress(&format!("widths: {env}, {}, {lanes} robots per register", actions.name()));
+        let pool = pool::<M>(config, actions)?;
+        let mut batch = TimedBatch::new(Robots::<M>::in_motion(config, COMPARED, 1, actions, &pool)?);
+        (0..rounds).for_each(|_| batch.repeat(seconds));
+        let BatchPoint { actions, robots, steps_per_cpu_second, .. } = batch.point(env, actions);
+        emit("width", &WidthPoint { env, actions, lanes, robots, steps_per_cpu_second });
+    }
+    Ok(())
+}
+
+/// Number of repetitions, and the length of one \[s\].
+fn repetitions(quick: bool) -> (usize, f64) {
+    if quick { (3, 0.1) } else { (5, 0.3) }
 }
 
 /// A batch that is timed over and over.

@@ -2,7 +2,7 @@
 //!
 //!     snake-bench PART... [--quick] [--scenes NAME,...] [--cache FOLDER]
 //!
-//! Parts: `precision`, `growth`, `skip`, `certificate`, `spatial`.
+//! Parts: `precision`, `growth`, `width`, `skip`, `certificate`, `spatial`.
 
 mod certificate;
 mod clock;
@@ -24,7 +24,7 @@ use std::process::ExitCode;
 use scenes::Scenario;
 
 const USAGE: &str = "usage: snake-bench PART... [--quick] [--scenes NAME,...] [--cache FOLDER]
-parts: precision, growth, skip, certificate, spatial";
+parts: precision, growth, width, skip, certificate, spatial";
 
 fn main() -> ExitCode {
     match Options::parse(std::env::args().skip(1)).and_then(|options| options.run()) {
@@ -65,6 +65,7 @@ impl Options {
             match part.as_str() {
                 "precision" => precision::measure(&self.scenes, self.quick, self.cache.as_deref()),
                 "growth" => growth::measure(self.quick),
+                "width" => growth::measure_width(self.quick),
                 "skip" => feature_cost::measure(self.quick),
                 "spatial" => spatial::measure(self.quick, self.cache.as_deref()),
                 "certificate" => certificate::measure(&self.scenes, self.quick),

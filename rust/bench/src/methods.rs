@@ -10,7 +10,7 @@ pub struct Choice {
     pub integrator: IntegratorConfig,
 }
 
-/// Steps of the implicit schemes \[s\]; all divide 0.6 s and 1 s.
+/// Steps of the implicit schemes \[s\]; all divide 0.6 s and the time between samples.
 const STEPS: [f64; 8] = [0.05, 0.025, 0.02, 0.0125, 0.01, 0.005, 0.0025, 0.001];
 const QUICK_STEPS: [f64; 4] = [0.05, 0.02, 0.01, 0.0025];
 
@@ -72,6 +72,8 @@ fn thesis(quick: bool) -> Vec<Choice> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reference::Sampled;
+    use crate::scenes::Scenario;
     use std::collections::HashSet;
 
     #[test]
@@ -88,7 +90,7 @@ mod tests {
     #[test]
     fn steps_divide_the_intervals_that_are_measured() {
         for choice in choices(false, true) {
-            for interval in [crate::fleet::WINDOW, 1.0] {
+            for interval in [crate::fleet::WINDOW, Scenario::SAMPLE] {
                 let steps = f64::from(choice.integrator.steps_in(interval));
                 let step = choice.integrator.step();
                 assert!((interval - steps * step).abs() < 1e-9, "{step} s in {interval} s");

@@ -13,7 +13,7 @@ pub struct Point<'a> {
     pub integrator: IntegratorConfig,
     /// Whether it is the default configuration of the model.
     pub default: bool,
-    /// Distance from the reference at the end \[m\]; none if the run did not end in its time, or diverged.
+    /// Distance from the reference \[m\]; none if the run did not end in its time, or diverged.
     pub error: Option<Distance>,
     /// Simulated seconds per CPU second of one thread: a single robot, and a fleet.
     pub speed_alone: f64,

@@ -1,4 +1,4 @@
-//! Error at the end of a run against simulated seconds per second of one thread.
+//! Error over a run against simulated seconds per second of one thread.
 
 use std::path::Path;
 
@@ -12,9 +12,9 @@ use crate::clock::{Spent, spent};
 use crate::fleet::{ROBOTS, Undulator, WINDOW, staggered, time_window};
 use crate::methods::{Choice, choices, is_default};
 use crate::point::{Point, Work, speed};
-use crate::reference::{Distance, Positions, Reference};
+use crate::reference::{Distance, Positions, Reference, Sampled};
 use crate::report::{emit, progress};
-use crate::scenes::Scenario;
+use crate::scenes::{Scenario, positions};
 
 /// Reference and time limits of a scene's measurements.
 #[derive(Serialize)]
@@ -104,7 +104,7 @@ impl<'a> Case<'a> {
 
     /// One more repetition of what does not take too long.
     fn repeat(&mut self, system: &PlanarSystem, robots: &[Undulator], limits: &Limits) {
-        if self.run.spent.cpu < limits.repetition && self.run.end.is_some() {
+        if self.run.spent.cpu < limits.repetition && self.run.ended {
             self.alone.push(Run::to_the_end(self.start.clone(), self.duration, limits.run).spent);
         }
         let slow = self.together.first().is_some_and(|first| first.cpu > limits.repetition);
@@ -114,7 +114,7 @@ impl<'a> Case<'a> {
     }
 
     fn point<'b>(&'b self, scenario: &'b Scenario, reference: &Reference) -> Point<'b> {
-        let Run { end, simulated, work, .. } = &self.run;
+        let Run { samples, ended, simulated, work, .. } = &self.run;
         let of_fleet =
             |time: fn(&Spent) -> f64| self.fleet.as_ref().map(|_| speed(ROBOTS as f64 * WINDOW, &self.together, time));
         Point {
@@ -122,7 +122,7 @@ impl<'a> Case<'a> {
             curve: &self.choice.curve,
             integrator: self.choice.integrator,
             default: is_default(&self.choice.integrator),
-            error: end.as_ref().map(|end| Distance::between(end, &reference.links)),
+            error: ended.then(|| Distance::between(samples, &reference.samples)),
             speed_alone: speed(*simulated, &self.alone, |spent| spent.cpu),
             speed_fleet: of_fleet(|spent| spent.cpu),
             wall_alone: speed(*simulated, &self.alone, |spent| spent.wall),
@@ -136,8 +136,9 @@ impl<'a> Case<'a> {
 
 /// One robot's run.
 struct Run {
-    /// Link CGs at the end, if it came that far.
-    end: Option<Positions>,
+    samples: Vec<Positions>,
+    /// Whether it came to the end.
+    ended: bool,
     simulated: f64,
     spent: Spent,
     work: Work,
@@ -146,22 +147,19 @@ struct Run {
 impl Run {
     /// Runs for `duration`, or until `limit` seconds of CPU time are over.
     fn to_the_end(mut simulation: PlanarSimulation, duration: f64, limit: f64) -> Self {
-        let mut run = Run { end: None, simulated: 0.0, spent: Spent::default(), work: Work::default() };
-        while run.simulated < duration - 1e-9 && run.spent.cpu < limit && !run.work.diverged {
-            let (report, spent) = spent(|| simulation.advance(PIECE, &Wave::default()));
-            run.simulated += PIECE;
-            run.spent.cpu += spent.cpu;
-            run.spent.wall += spent.wall;
-            run.work.add(&report);
+        let (mut spent_in_all, mut work) = (Spent::default(), Work::default());
+        let (mut samples, mut simulated) = (Vec::new(), 0.0);
+        while simulated < duration - 1e-9 && spent_in_all.cpu < limit && !work.diverged {
+            let (report, spent) = spent(|| simulation.advance(Scenario::SAMPLE, &Wave::default()));
+            samples.push(positions(&simulation));
+            simulated = samples.len() as f64 * Scenario::SAMPLE;
+            spent_in_all += spent;
+            work.add(&report);
         }
-        let ended = run.simulated > duration - 1e-9 && !run.work.diverged;
-        run.end = ended.then(|| simulation.state().pose.iter().map(|pose| [pose.x, pose.y]).collect());
-        run
+        let ended = simulated > duration - 1e-9 && !work.diverged;
+        Self { samples, ended, simulated, spent: spent_in_all, work }
     }
 }
-
-/// Part of a run between two looks at the clock \[s\]; every step of [`choices`] divides it.
-const PIECE: f64 = 1.0;
 
 #[cfg(test)]
 mod tests {
@@ -178,7 +176,7 @@ mod tests {
         let whole = Case::new(scene, &system, &choice, &QUICK_LIMITS).unwrap();
         assert_eq!((whole.run.simulated, whole.run.work.steps), (5.0, 200));
         let hurried = Case::new(scene, &system, &choice, &Limits { run: 1e-9, ..QUICK_LIMITS }).unwrap();
-        assert!(hurried.run.end.is_none() && hurried.run.simulated == 1.0);
-        assert!(whole.run.end.is_some() && whole.run.work.misses == 0);
+        assert!(!hurried.run.ended && hurried.run.simulated == Scenario::SAMPLE);
+        assert!(whole.run.ended && whole.run.work.misses == 0);
     }
 }

@@ -9,9 +9,11 @@ use snake_core::planar::PlanarSystem;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_7_3, START_7_5, START_FREE, SceneConfig, TABLE_7_3, TABLE_7_5};
 use snake_core::simulation::PlanarSimulation;
-use snake_core::stepping::IntegratorConfig;
+use snake_core::stepping::{ImplicitConfig, IntegratorConfig};
 
-/// Simulated time after which errors are measured \[s\], by default.
+use crate::reference::{Positions, Sampled};
+
+/// Simulated time over which errors are measured \[s\], by default.
 pub const DURATION: f64 = 5.0;
 
 /// A robot at rest among its pegs, ready for the gait (T 7.3).
@@ -25,7 +27,7 @@ pub struct Scenario {
     /// CG of link 1 \[m\] and its absolute angle \[rad\].
     pub start: [f64; 3],
     pub joint_angle: Vec<f64>,
-    /// Simulated time after which errors are measured \[s\], a whole number of seconds.
+    /// Simulated time over which errors are measured \[s\], a whole number of seconds.
     pub duration: f64,
 }
 
@@ -61,6 +63,41 @@ impl Scenario {
     pub fn has_pegs(&self) -> bool {
         !self.scene.obstacles.is_empty()
     }
+}
+
+impl Sampled for Scenario {
+    const STEPS: [f64; 2] = [1e-4, 5e-5];
+    const SAMPLE: f64 = 0.1;
+
+    fn name(&self) -> &str {
+        self.name
+    }
+
+    fn fine(step: f64) -> IntegratorConfig {
+        ImplicitConfig {
+            step: Some(step),
+            tolerance: 1e-11,
+            event_substeps: 32,
+            max_iterations: 2000,
+            ..ImplicitConfig::default()
+        }
+        .into()
+    }
+
+    fn samples(&self, integrator: &IntegratorConfig) -> Result<Vec<Positions>, ConfigError> {
+        let mut simulation = self.simulation(integrator)?;
+        let count = (self.duration / Self::SAMPLE).round() as usize;
+        let sample = |_| {
+            simulation.advance(Self::SAMPLE, &Wave::default());
+            positions(&simulation)
+        };
+        Ok((0..count).map(sample).collect())
+    }
+}
+
+/// Link CGs \[m\].
+pub fn positions(simulation: &PlanarSimulation) -> Positions {
+    simulation.state().pose.iter().map(|pose| vec![pose.x, pose.y]).collect()
 }
 
 /// Aiko with the thesis's gains, in the posture of the gait at t = 0.

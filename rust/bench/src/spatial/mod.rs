@@ -1,7 +1,6 @@
 //! The 3D model: error against run time, of one robot and of a fleet in lanes.
 
 mod precision;
-mod reference;
 mod robots;
 mod scenes;
 

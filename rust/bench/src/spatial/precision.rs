@@ -1,4 +1,4 @@
-//! Error at the end of a run of the 3D model against simulated seconds per second of one thread.
+//! Error over a run of the 3D model against simulated seconds per second of one thread.
 
 use std::path::Path;
 
@@ -11,9 +11,9 @@ use crate::clock::{Spent, spent};
 use crate::fleet::{ROBOTS, WINDOW};
 use crate::methods::Choice;
 use crate::point::{Point, Work, speed};
+use crate::reference::{Distance, Positions, Reference, Sampled};
 use crate::report::{emit, progress};
 
-use super::reference::{SpatialReference, distance};
 use super::robots::{Robot, staggered, time_window};
 use super::scenes::{SpatialScenario, all, positions};
 
@@ -24,7 +24,7 @@ struct SceneRecord<'a> {
     model: &'a str,
     title: &'a str,
     scenario: &'a SpatialScenario,
-    reference: &'a SpatialReference,
+    reference: &'a Reference,
 }
 
 /// Measures the spatial model on all its scenes and emits every point.
@@ -33,7 +33,7 @@ struct SceneRecord<'a> {
 /// A scene is not admissible.
 pub fn measure(quick: bool, cache: Option<&Path>) -> Result<(), ConfigError> {
     for scenario in all() {
-        let reference = SpatialReference::of(&scenario, cache)?;
+        let reference = Reference::of(&scenario, cache)?;
         let SpatialScenario { name, title, .. } = scenario;
         emit(
             "scene",
@@ -53,7 +53,7 @@ fn rounds(quick: bool) -> usize {
     if quick { 1 } else { 5 }
 }
 
-/// Steps and tolerances of the work-precision curves; steps divide 0.6 s and 1 s.
+/// Steps and tolerances of the work-precision curves; steps divide 0.6 s and the time between samples.
 fn choices(quick: bool) -> Vec<Choice> {
     let steps: &[f64] = if quick {
         &[0.05, 0.01]
@@ -85,7 +85,7 @@ const DEFAULT_STEP: f64 = 0.01;
 
 fn measure_choice<'a>(
     scenario: &'a SpatialScenario,
-    reference: &SpatialReference,
+    reference: &Reference,
     system: &SpatialSystem,
     robots: &[Robot],
     choice: &'a Choice,
@@ -103,14 +103,14 @@ fn measure_choice<'a>(
         }
         together.push(time_window(system, &mut fleet, robots));
     }
-    let Run { work, ref links, .. } = run;
+    let Run { work, ref samples, .. } = run;
     let simulated = scenario.duration;
     Ok(Point {
         scene: scenario.name,
         curve: &choice.curve,
         integrator: choice.integrator,
         default: is_default(&choice.integrator),
-        error: (!work.diverged).then(|| distance(links, &reference.links)),
+        error: (!work.diverged).then(|| Distance::between(samples, &reference.samples)),
         speed_alone: speed(simulated, &alone, |spent| spent.cpu),
         speed_fleet: Some(speed(ROBOTS as f64 * WINDOW, &together, |spent| spent.cpu)),
         wall_alone: speed(simulated, &alone, |spent| spent.wall),
@@ -123,7 +123,7 @@ fn measure_choice<'a>(
 
 /// One robot's run.
 struct Run {
-    links: Vec<[f64; 3]>,
+    samples: Vec<Positions>,
     spent: Spent,
     work: Work,
 }
@@ -131,9 +131,13 @@ struct Run {
 impl Run {
     fn of(scenario: &SpatialScenario, integrator: &IntegratorConfig) -> Result<Self, ConfigError> {
         let (mut simulation, gait) = (scenario.simulation(integrator)?, scenario.gait());
-        let (report, spent) = spent(|| simulation.advance(scenario.duration, &gait));
-        let mut work = Work::default();
-        work.add(&report);
-        Ok(Self { links: positions(&simulation), spent, work })
+        let mut run = Self { samples: Vec::new(), spent: Spent::default(), work: Work::default() };
+        for _ in 0..(scenario.duration / SpatialScenario::SAMPLE).round() as usize {
+            let (report, spent) = spent(|| simulation.advance(SpatialScenario::SAMPLE, &gait));
+            run.spent += spent;
+            run.work.add(&report);
+            run.samples.push(positions(&simulation));
+        }
+        Ok(run)
     }
 }

@@ -11,7 +11,9 @@ use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_SPATIAL_7_5, Scene, SceneConfig, TABLE_7_5};
 use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::{Pose, SpatialSystem, orientation_of};
-use snake_core::stepping::IntegratorConfig;
+use snake_core::stepping::{ImplicitConfig, IntegratorConfig};
+
+use crate::reference::{Positions, Sampled};
 
 /// A robot of the 3D model, flat on the ground and at rest, ready for its gait.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -27,7 +29,7 @@ pub struct SpatialScenario {
     pub soft_start: bool,
     /// CG of link 1 \[m\] and the yaw of its centre line \[rad\].
     pub start: [f64; 3],
-    /// Simulated time after which errors are measured \[s\], a whole number of seconds.
+    /// Simulated time over which errors are measured \[s\], a whole number of seconds.
     pub duration: f64,
 }
 
@@ -73,9 +75,32 @@ impl SpatialScenario {
     }
 }
 
+impl Sampled for SpatialScenario {
+    const STEPS: [f64; 2] = [2.5e-4, 1.25e-4];
+    const SAMPLE: f64 = 0.2;
+
+    fn name(&self) -> &str {
+        self.name
+    }
+
+    fn fine(step: f64) -> IntegratorConfig {
+        ImplicitConfig { step: Some(step), tolerance: 1e-9, ..ImplicitConfig::default() }.into()
+    }
+
+    fn samples(&self, integrator: &IntegratorConfig) -> Result<Vec<Positions>, ConfigError> {
+        let (mut simulation, gait) = (self.simulation(integrator)?, self.gait());
+        let count = (self.duration / Self::SAMPLE).round() as usize;
+        let sample = |_| {
+            simulation.advance(Self::SAMPLE, &gait);
+            positions(&simulation)
+        };
+        Ok((0..count).map(sample).collect())
+    }
+}
+
 /// Link CGs \[m\].
-pub fn positions(simulation: &SpatialSimulation) -> Vec<[f64; 3]> {
-    simulation.state().pose.iter().map(|pose| pose.position.into()).collect()
+pub fn positions(simulation: &SpatialSimulation) -> Positions {
+    simulation.state().pose.iter().map(|pose| pose.position.as_slice().to_vec()).collect()
 }
 
 /// Lateral undulation (T 7.3) without lifting, among the pegs of Table 7.5.

@@ -3,6 +3,7 @@
 mod planar;
 mod planar_observation;
 mod planar_state;
+mod saved_robot;
 mod spatial;
 mod spatial_observation;
 mod spatial_state;

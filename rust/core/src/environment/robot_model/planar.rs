@@ -4,11 +4,10 @@ use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
-use crate::obstacles::SavedObstacle;
 use crate::planar::{Heading, Planar};
-use crate::scene::Peg;
 use crate::simulation::{PlanarSimulation, PlanarSnapshot, Simulation};
 
+use super::saved_robot::{MeanForces, SavedRobot, common_length};
 use super::{RobotModel, planar_observation, planar_state};
 use crate::environment::action::{ActionEntry, planar_entries};
 use crate::environment::config::{EnvConfig, ModelKind};
@@ -16,7 +15,7 @@ use crate::environment::motion::Motion;
 use crate::environment::observation::BlockRow;
 use crate::environment::perception::LinkPose;
 use crate::environment::quantity::Quantity;
-use crate::environment::reference::{ReferenceGenerator, ReferenceState};
+use crate::environment::reference::ReferenceGenerator;
 use crate::environment::signal::{Signal, float, integer};
 use crate::environment::start::Start;
 
@@ -25,12 +24,12 @@ use crate::environment::start::Start;
 pub struct PlanarRobot {
     pub simulation: PlanarSimulation,
     pub reference: ReferenceGenerator<1>,
-    forces: Forces,
+    forces: PlanarForces,
 }
 
-/// Mean forces on each link over the last control period, in the world frame \[N\].
+/// In the world frame \[N\].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Forces {
+pub struct PlanarForces {
     /// Of the pegs (T 7.6).
     peg: Vec<Vector2<f64>>,
     /// Their part to the left of the link.
@@ -39,7 +38,7 @@ struct Forces {
     own: Vec<Vector2<f64>>,
 }
 
-impl Forces {
+impl MeanForces for PlanarForces {
     fn zero(links: usize) -> Self {
         let none = vec![Vector2::zeros(); links];
         Self { peg: none.clone(), lateral: vec![0.0; links], own: none }
@@ -50,20 +49,14 @@ impl Forces {
         self.lateral.fill(0.0);
         self.own.fill(Vector2::zeros());
     }
+
+    fn links(&self) -> Option<usize> {
+        common_length([self.peg.len(), self.lateral.len(), self.own.len()])
+    }
 }
 
 /// All that a run changes about a planar robot.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct PlanarRobotState {
-    simulation: PlanarSnapshot,
-    reference: ReferenceState,
-    pegs: Vec<Peg>,
-    /// All obstacles, where they are not only pegs without friction.
-    obstacles: Vec<SavedObstacle>,
-    forces: Forces,
-    /// Of each obstacle over the last control period, by its number \[N s\].
-    obstacle_impulse: Vec<Vector3<f64>>,
-}
+pub type PlanarRobotState = SavedRobot<PlanarSnapshot, PlanarForces>;
 
 impl RobotModel for PlanarRobot {
     const KIND: ModelKind = ModelKind::Planar;
@@ -88,7 +81,7 @@ impl RobotModel for PlanarRobot {
         let robot = simulation.robot();
         let entries = planar_entries(config.action_mode, robot.joint_count(), config.largest_torque());
         let reference = ReferenceGenerator::new(entries, config.default_gait(), config.control_period);
-        Ok(Self { forces: Forces::zero(robot.link_count()), simulation, reference })
+        Ok(Self { forces: PlanarForces::zero(robot.link_count()), simulation, reference })
     }
 
     fn simulation(&self) -> &Simulation<Planar> {
@@ -168,41 +161,16 @@ impl RobotModel for PlanarRobot {
         LinkPose { x: pose.x, y: pose.y, angle: pose.z }
     }
 
-    fn save(&self) -> PlanarRobotState {
-        PlanarRobotState {
-            simulation: self.simulation.snapshot(),
-            reference: self.reference.state().clone(),
-            pegs: self.pegs().to_vec(),
-            obstacles: self.simulation.body().pegs.written().iter().map(SavedObstacle::from).collect(),
-            forces: self.forces.clone(),
-            obstacle_impulse: self.simulation.obstacle_impulse().to_vec(),
-        }
+    fn save(&self) -> Self::State {
+        SavedRobot::save(&self.simulation, &self.reference, &self.forces)
     }
 
-    fn restore(&mut self, state: &PlanarRobotState) -> bool {
-        let links = self.forces.lateral.len();
-        let lengths = [state.forces.peg.len(), state.forces.lateral.len(), state.forces.own.len()];
-        let fits = lengths == [links; 3]
-            && state.simulation.fits(links, state.pegs.len().max(state.obstacles.len()))
-            && state.obstacle_impulse.len() == state.pegs.len().max(state.obstacles.len())
-            && state.obstacles.iter().all(SavedObstacle::is_valid)
-            && self.reference.restore(&state.reference);
-        if fits {
-            if state.obstacles.is_empty() {
-                self.simulation.set_scene_pegs(&state.pegs);
-            } else {
-                let obstacles: Vec<_> = state.obstacles.iter().cloned().map(Into::into).collect();
-                self.simulation.set_obstacles(&obstacles);
-            }
-            self.simulation.restore(&state.simulation);
-            self.forces.clone_from(&state.forces);
-            self.simulation.body_mut().obstacle_impulse.clone_from(&state.obstacle_impulse);
-        }
-        fits
+    fn restore(&mut self, state: &Self::State) -> bool {
+        state.restore(&mut self.simulation, &mut self.reference, &mut self.forces)
     }
 
-    fn links_of(state: &PlanarRobotState) -> usize {
-        state.forces.lateral.len()
+    fn links_of(state: &Self::State) -> usize {
+        state.links().unwrap_or_default()
     }
 }
 
@@ -233,7 +201,7 @@ impl PlanarRobot {
 
     /// Mean forces of the last period; returns the number of links that pegs pushed.
     fn read_forces(&mut self, period: f64) -> u32 {
-        let (simulation, Forces { peg, lateral, own }) = (&self.simulation, &mut self.forces);
+        let (simulation, PlanarForces { peg, lateral, own }) = (&self.simulation, &mut self.forces);
         let mut contacts = 0;
         let impulses = simulation.contact_impulse().iter().zip(&simulation.state().pose);
         for ((force, lateral), (impulse, pose)) in peg.iter_mut().zip(lateral).zip(impulses) {

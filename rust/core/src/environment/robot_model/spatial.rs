@@ -6,11 +6,10 @@ use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
-use crate::obstacles::SavedObstacle;
-use crate::scene::Peg;
 use crate::simulation::{Simulation, SpatialSimulation, SpatialSnapshot};
 use crate::spatial::{Pose, Spatial, SpatialState, joint_angle, joint_rate, orientation_of, turning};
 
+use super::saved_robot::{MeanForces, SavedRobot, common_length};
 use super::{RobotModel, spatial_observation, spatial_state};
 use crate::environment::action::{ActionEntry, spatial_entries};
 use crate::environment::config::{EnvConfig, ModelKind};
@@ -19,7 +18,7 @@ use crate::environment::observation::BlockRow;
 use crate::environment::perception::LinkPose;
 use crate::environment::quantity::Quantity;
 use crate::environment::raised_chain::RaisedChain;
-use crate::environment::reference::{ReferenceGenerator, ReferenceState};
+use crate::environment::reference::ReferenceGenerator;
 use crate::environment::signal::{Signal, float, integer};
 use crate::environment::start::Start;
 
@@ -30,12 +29,11 @@ pub struct SpatialRobot {
     pub reference: ReferenceGenerator<2>,
     /// (yaw, pitch) of the joints at the start \[rad\].
     posture: Vec<Vector2<f64>>,
-    forces: Forces,
+    forces: SpatialForces,
 }
 
-/// Mean forces of the last control period.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Forces {
+pub struct SpatialForces {
     /// Of the obstacles on each link, x and y in frame I, and z \[N\].
     peg: Vec<Vector2<f64>>,
     lift: Vec<f64>,
@@ -45,18 +43,30 @@ struct Forces {
     own: Vec<Vector3<f64>>,
 }
 
-/// All that a run changes about a robot of the spatial model.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SpatialRobotState {
-    simulation: SpatialSnapshot,
-    reference: ReferenceState,
-    pegs: Vec<Peg>,
-    /// All obstacles, where they are not only pegs without friction.
-    obstacles: Vec<SavedObstacle>,
-    forces: Forces,
-    /// Of each obstacle over the last control period, by its number \[N s\].
-    obstacle_impulse: Vec<Vector3<f64>>,
+impl MeanForces for SpatialForces {
+    fn zero(links: usize) -> Self {
+        Self {
+            peg: vec![Vector2::zeros(); links],
+            lift: vec![0.0; links],
+            ground: vec![0.0; links],
+            own: vec![Vector3::zeros(); links],
+        }
+    }
+
+    fn clear(&mut self) {
+        self.peg.fill(Vector2::zeros());
+        self.lift.fill(0.0);
+        self.ground.fill(0.0);
+        self.own.fill(Vector3::zeros());
+    }
+
+    fn links(&self) -> Option<usize> {
+        common_length([self.peg.len(), self.lift.len(), self.ground.len(), self.own.len()])
+    }
 }
+
+/// All that a run changes about a robot of the spatial model.
+pub type SpatialRobotState = SavedRobot<SpatialSnapshot, SpatialForces>;
 
 /// Attitude of the body as a whole.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -107,12 +117,7 @@ impl RobotModel for SpatialRobot {
         Ok(Self {
             reference: ReferenceGenerator::new(entries, gait, config.control_period),
             posture: vec![Vector2::zeros(); joints],
-            forces: Forces {
-                peg: vec![Vector2::zeros(); links],
-                lift: vec![0.0; links],
-                ground: vec![0.0; links],
-                own: vec![Vector3::zeros(); links],
-            },
+            forces: SpatialForces::zero(links),
             simulation,
         })
     }
@@ -145,10 +150,7 @@ impl RobotModel for SpatialRobot {
         if *has_own_posture {
             self.reference.rest_bent(|joint, axis| self.posture[joint][axis]);
         }
-        self.forces.peg.fill(Vector2::zeros());
-        self.forces.lift.fill(0.0);
-        self.forces.ground.fill(0.0);
-        self.forces.own.fill(Vector3::zeros());
+        self.forces.clear();
     }
 
     fn raise(&mut self, chain: &RaisedChain) {
@@ -186,7 +188,7 @@ impl RobotModel for SpatialRobot {
         for (force, impulse) in self.forces.ground.iter_mut().zip(self.simulation.ground_impulse()) {
             *force = impulse / period;
         }
-        let Forces { peg, lift, .. } = &mut self.forces;
+        let SpatialForces { peg, lift, .. } = &mut self.forces;
         for ((force, lift), impulse) in peg.iter_mut().zip(lift).zip(self.simulation.contact_impulse()) {
             (*force, *lift) = (impulse.xy() / period, impulse.z / period);
         }
@@ -242,43 +244,16 @@ impl RobotModel for SpatialRobot {
         LinkPose { x: pose.position.x, y: pose.position.y, angle: axis.y.atan2(axis.x) }
     }
 
-    fn save(&self) -> SpatialRobotState {
-        SpatialRobotState {
-            simulation: self.simulation.snapshot(),
-            reference: self.reference.state().clone(),
-            pegs: self.pegs().to_vec(),
-            obstacles: self.simulation.body().pegs.written().iter().map(SavedObstacle::from).collect(),
-            forces: self.forces.clone(),
-            obstacle_impulse: self.simulation.obstacle_impulse().to_vec(),
-        }
+    fn save(&self) -> Self::State {
+        SavedRobot::save(&self.simulation, &self.reference, &self.forces)
     }
 
-    fn restore(&mut self, state: &SpatialRobotState) -> bool {
-        let links = self.forces.ground.len();
-        let fits = state.forces.ground.len() == links
-            && state.forces.peg.len() == links
-            && state.forces.lift.len() == links
-            && state.forces.own.len() == links
-            && state.simulation.fits(links, state.pegs.len().max(state.obstacles.len()))
-            && state.obstacle_impulse.len() == state.pegs.len().max(state.obstacles.len())
-            && state.obstacles.iter().all(SavedObstacle::is_valid)
-            && self.reference.restore(&state.reference);
-        if fits {
-            if state.obstacles.is_empty() {
-                self.simulation.set_scene_pegs(&state.pegs);
-            } else {
-                let obstacles: Vec<_> = state.obstacles.iter().cloned().map(Into::into).collect();
-                self.simulation.set_obstacles(&obstacles);
-            }
-            self.simulation.restore(&state.simulation);
-            self.forces.clone_from(&state.forces);
-            self.simulation.body_mut().obstacle_impulse.clone_from(&state.obstacle_impulse);
-        }
-        fits
+    fn restore(&mut self, state: &Self::State) -> bool {
+        state.restore(&mut self.simulation, &mut self.reference, &mut self.forces)
     }
 
-    fn links_of(state: &SpatialRobotState) -> usize {
-        state.forces.ground.len()
+    fn links_of(state: &Self::State) -> usize {
+        state.links().unwrap_or_default()
     }
 }
 
