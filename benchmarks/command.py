@@ -130,7 +130,7 @@ def peers(results: Results, quick: bool, progress: Progress) -> Iterator[Record]
     scenes = [scene for scene in results.of("scene") if mujoco_peer.can_do(scene)]
     for scene in scenes[:2] if quick else scenes:
         yield from mujoco_peer.points(scene, quick, progress)
-    yield from mujoco_batch.rates(256, 0.5 if quick else 3.0, (1, 2), progress)
+    yield from mujoco_batch.rates(256, 0.5 if quick else 6.0, (1, 2), progress)
 
 
 def interface(quick: bool) -> Iterator[Record]:

@@ -7,10 +7,10 @@ from benchmarks.targets import COMPARED
 
 SPEEDS = f"""## Environment steps per second
 
-Per CPU second of one thread, {COMPARED} robots, control period 50 ms. *gait* is the constant zero action, *random*
-draws a new action of the mode `gait` in every step, *random joints* one of the mode `joints`. MuJoCo's batch computes
-only the physics of the same robot in steps of 10 ms under the same joint set-points, without a torque limit, with
-which it is unstable at this step; the last two columns are the ratios."""
+Per CPU second of one thread in the fastest of several repetitions, {COMPARED} robots, control period 50 ms. *gait* is
+the constant zero action, *random* draws a new action of the mode `gait` in every step, *random joints* one of the mode
+`joints`. MuJoCo's batch computes only the physics of the same robot in steps of 10 ms under the same joint set-points,
+without a torque limit, with which it is unstable at this step; the last two columns are the ratios."""
 
 WIDTHS = """The same in registers of every width of this processor (`SNAKE_ENV_LANES`): 1 is scalar code, 4 are AVX2 or
 NEON, 8 AVX-512 registers."""
@@ -30,9 +30,9 @@ GROWTH = """A step is one of the default method, of one robot in a batch of 64. 
 A step in which a peg contact closes anywhere along the body is divided, so longer bodies among pegs divide more steps.
 A peg scan is one evaluation of the environment's peg sensor."""
 
-BATCH = """Environment steps per wall-clock second with one thread / with two threads, by number of robots. The control
-period is 50 ms; robots start in the middle of their episodes, and resets are included. *Busy*: least share of time in
-which both threads work, 64 robots and more."""
+BATCH = """Environment steps per wall-clock second with one thread / with two threads in the fastest of five
+repetitions, by number of robots. The control period is 50 ms; robots start in the middle of their episodes, and resets
+are included. *Busy*: least share of time in which both threads work, 64 robots and more."""
 
 PEER_BATCH = "`mujoco.batch` on the same robots and scenes (physics only), control period 50 ms, steps of 10 ms:"
 

@@ -187,11 +187,11 @@ struct BatchPoint<'a> {
     actions: &'a str,
     robots: usize,
     threads: usize,
-    /// Environment steps per second of wall time, median of the repetitions.
+    /// Environment steps per second of wall time in the fastest repetition, which other work on the machine disturbs
+    /// least, and in the slowest.
     steps_per_second: f64,
-    lowest: f64,
-    highest: f64,
-    /// Environment steps per second of CPU time of all threads together.
+    slowest: f64,
+    /// Environment steps per second of CPU time of all threads together, fastest repetition.
     steps_per_cpu_second: f64,
     /// CPU time over wall time and threads: 1 when no thread is ever idle.
     utilisation: f64,
@@ -284,6 +284,10 @@ fn repetitions(quick: bool) -> (usize, f64) {
     if quick { (3, 0.1) } else { (5, 0.3) }
 }
 
+fn fastest(rates: &[f64]) -> f64 {
+    rates.iter().copied().fold(0.0, f64::max)
+}
+
 /// A batch that is timed over and over.
 struct TimedBatch<M: RobotModel> {
     robots: Robots<M>,
@@ -322,10 +326,9 @@ impl<M: RobotModel> TimedBatch<M> {
             actions: actions.name(),
             robots: self.robots.batch.num_envs(),
             threads,
-            steps_per_second: median(&rates),
-            lowest: rates.iter().copied().fold(f64::INFINITY, f64::min),
-            highest: rates.iter().copied().fold(0.0, f64::max),
-            steps_per_cpu_second: median(&each(|(steps, spent)| steps / spent.cpu)),
+            steps_per_second: fastest(&rates),
+            slowest: rates.iter().copied().fold(f64::INFINITY, f64::min),
+            steps_per_cpu_second: fastest(&each(|(steps, spent)| steps / spent.cpu)),
             utilisation: median(&each(|(_, spent)| spent.cpu / spent.wall)) / threads as f64,
             repetitions: self.repetitions.len(),
         }
