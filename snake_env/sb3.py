@@ -78,13 +78,12 @@ class SnakeVecEnv(VecEnv):
 
     def reset(self) -> NDArray[np.float32]:
         """Starts new episodes with the seeds and options set since the last reset."""
-        options = next((one for one in self._options if one), None)
-        observation = self._reset(self._seeds, options)
+        observation = self._reset(self._seeds, _together(self._options))
         self._reset_seeds()
         self._reset_options()
         return observation
 
-    def _reset(self, seeds: Sequence[int | None], options: dict[str, Any] | None) -> NDArray[np.float32]:
+    def _reset(self, seeds: Sequence[int | None], options: dict[str, Any]) -> NDArray[np.float32]:
         """Starts new episodes of the robots that the options name; the others keep return and length."""
         observation, self._infos = self.env.reset(seed=seeds, options=options)
         fresh = self._infos["_time"]
@@ -194,6 +193,14 @@ class _Robot(RobotView):
         self._venv.clear_running_totals(self._mask)
         self._venv.reset_infos[self.index] = info
         return observation, info
+
+
+def _together(options: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Options of the batch: those that all robots share, or each robot's own in lists."""
+    if all(one is options[0] for one in options):
+        return options[0]
+    names = dict.fromkeys(name for one in options for name in one)
+    return {name: [one.get(name) for one in options] for name in names}
 
 
 def _row(infos: dict[str, Any], i: int) -> dict[str, Any]:
