@@ -53,8 +53,15 @@ def test_the_page_of_an_id_is_short_and_has_a_film():
 def test_the_page_lists_every_argument_of_every_environment():
     config = _native.layout({"task": "field"})["config"]
     assert set(card.ARGUMENTS) == set(config)
-    told = {"start", "goal", "corridor"}  # These reach the core episode by episode.
-    assert set(snake_env.options.TaskOptions.__annotations__) == set(config) - {"max_episode_steps"} | told
+    assert set(snake_env.options.TaskOptions.__annotations__) == set(config) - {"max_episode_steps"} | set(card.WORLD)
+
+
+@pytest.mark.parametrize("model", ["planar", "spatial"])
+def test_the_page_lists_every_info_of_a_model_once(model):
+    table = card.page().partition("## Info\n")[2].partition("\n## ")[0]
+    for signal in card.layout_of(model=model)["signals"]:
+        rows = re.findall(rf"^\| `{signal['name']}` \|.*\| (\w*) \|$", table, re.MULTILINE)
+        assert rows in ([""], [model]), signal["name"]
 
 
 @pytest.mark.parametrize("command", [[], ["card"], ["--help"]])
