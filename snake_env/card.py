@@ -68,8 +68,8 @@ ARGUMENTS = {
 
 WORLD = {
     "start": "a `snake_env.Start` in place of the task's: position and heading of link 1, and the posture",
-    "goal": "in place of the task's: the distance of a goal line [m], a goal point (x, y) or (x, y, radius) [m], a path "
-    "[(x, y), ...], or a command; see docs/interface.md",
+    "goal": "in place of the task's: the distance of a goal line, a goal point (x, y) or (x, y, radius), a path "
+    "[(x, y), ...], all in m, or a command; see docs/interface.md",
     "corridor": "(y of the centre line, half width) of the corridor [m]",
 }
 """Keywords that reach the core episode by episode."""
@@ -120,7 +120,7 @@ of every environment: `max_episode_steps`, `render_mode`, `observation`, `info_s
 | `autoreset_mode` | step in which an episode ends | next step of that robot | for |
 | --- | --- | --- | --- |
 | `"NextStep"` (default) | last observation | action ignored, reset observation, reward 0 | wrappers, RLlib |
-| `"SameStep"` | reset observation; the last one in `infos["final_obs"][i]`, its infos in `infos["final_info"]` | an ordinary step | SB3, CleanRL |
+| `"SameStep"` | reset observation; the last one in `infos["final_obs"]` | an ordinary step | SB3, CleanRL |
 | `"Disabled"` | last observation | an error, until `reset(options={"reset_mask": mask})` | manual control |
 
 RLlib reads the first observation of an episode from the step after its end: use `"NextStep"` there, since `"SameStep"`
@@ -132,7 +132,8 @@ seed continues with the next episode of each stream. Options of `reset` are `res
 
 As in Gymnasium's own vector environments, the infos are arrays with an entry per robot, and `infos["_name"]` tells
 which entries of `infos["name"]` are valid. In `infos["final_obs"]`, an array of objects, each robot whose episode has
-ended has an observation as its observation space has it: an array, or a mapping with `observation="dict"`.
+ended has an observation as its observation space has it: an array, or a mapping with `observation="dict"`. The infos of
+these last steps are in `infos["final_info"]`.
 
 `get_state(mask)` and `set_state(states, mask)` save and restore robots bit for bit
 (with the method "implicit"; "thesis" starts its iteration from zero impulses).

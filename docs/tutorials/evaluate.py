@@ -87,6 +87,7 @@ class Steered(snake_env.policies.Policy):
         self.mean[rows] = 0.0
 
     def __call__(self, observation):
+        """Actions for observations, robot by robot."""
         self.mean += 0.05 * (observation[:, self.sine] - self.mean)
         action = np.zeros((len(observation), 4), np.float32)
         action[:, 3] = np.clip(2.0 * self.mean, -1.0, 1.0)
