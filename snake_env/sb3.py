@@ -71,7 +71,8 @@ class SnakeVecEnv(VecEnv):
         self.monitor = monitor
         self._infos: dict[str, Any] = {}
         self._return = np.zeros(env.num_envs)
-        self._length = np.zeros(env.num_envs, np.int64)
+        self._steps = 0
+        self._steps_before = np.zeros(env.num_envs, np.int64)
         self._start_time = time.time()
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
         self.metadata = env.metadata
@@ -95,7 +96,7 @@ class SnakeVecEnv(VecEnv):
     def clear_running_totals(self, mask: NDArray[np.bool_]) -> None:
         """Return and length of the episodes of the robots in ``mask`` count from zero."""
         self._return[mask] = 0.0
-        self._length[mask] = 0
+        self._steps_before[mask] = self._steps
 
     def step_async(self, actions: NDArray[Any]) -> None:
         """Takes the actions of the next step."""
@@ -105,7 +106,7 @@ class SnakeVecEnv(VecEnv):
         """Takes the step."""
         observation, reward, terminated, truncated, infos = self.env.step(self._actions)
         self._return += reward
-        self._length += 1
+        self._steps += 1
         rows: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         if "final_obs" in infos:
             for i in np.flatnonzero(infos["_final_obs"]).tolist():
@@ -120,20 +121,21 @@ class SnakeVecEnv(VecEnv):
         info["terminal_observation"] = infos["final_obs"][i]
         info["TimeLimit.truncated"] = truncated
         if self.monitor:
-            elapsed = round(time.time() - self._start_time, 6)
-            info["episode"] = {"r": round(float(self._return[i]), 6), "l": int(self._length[i]), "t": elapsed}
+            length, elapsed = self._steps - int(self._steps_before[i]), round(time.time() - self._start_time, 6)
+            info["episode"] = {"r": round(float(self._return[i]), 6), "l": length, "t": elapsed}
         self._return[i] = 0.0
-        self._length[i] = 0
+        self._steps_before[i] = self._steps
         return info
 
     @property
     def running_totals(self) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         """Return and length (n,) of the episodes that run; set them to continue from states taken before."""
-        return self._return.copy(), self._length.copy()
+        return self._return.copy(), self._steps - self._steps_before
 
     @running_totals.setter
     def running_totals(self, value: tuple[NDArray[np.float64], NDArray[np.int64]]) -> None:
-        self._return[:], self._length[:] = value
+        self._return[:], length = value
+        self._steps_before[:] = self._steps - length
 
     @property
     def signals(self) -> dict[str, NDArray[Any]]:
