@@ -96,7 +96,7 @@ site: build .venv/.site-tools playground
 
 # Every figure and film in the README.
 readme: build
-	$(BIN)/python -m experiments.environment_films --only field
+	$(BIN)/python -m experiments.environment_films --only field maze corridor spatial
 
 # Wheels for Linux on two processors, for glibc 2.28 and later, and the source distribution, all in dist/.
 WHEEL_TARGETS := x86_64-unknown-linux-gnu aarch64-unknown-linux-gnu

@@ -68,6 +68,8 @@ class MaskTypeError(ConfigError, TypeError):
 
 def options(value: Mapping[str, Any] | None, known: Sequence[str]) -> Mapping[str, Any]:
     """Options of a reset; every key must be known."""
+    if value is not None and not isinstance(value, Mapping):
+        raise ConfigError("options", repr(value), "None or a mapping")
     for key in value or ():
         if key not in known:
             raise ConfigError(f"options[{key!r}]", repr((value or {})[key]), _one_of(known))

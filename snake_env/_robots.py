@@ -184,11 +184,14 @@ class Robots:
 
     def set_difficulty(self, difficulty: ArrayLike, indices: Sequence[int]) -> None:
         """Sets the difficulty of the episodes that the robots begin from now on: one for all, or one each."""
+        expected = f"a number, or {len(indices)} of them"
         try:
-            values = np.broadcast_to(np.asarray(difficulty, np.float64), (len(indices),))
+            values = np.asarray(difficulty, np.float64)
         except (TypeError, ValueError):
-            raise ConfigError("difficulty", repr(difficulty), f"a number, or {len(indices)} of them") from None
-        self.native.set_difficulty(indices, values.tolist())
+            raise ConfigError("difficulty", repr(difficulty), expected) from None
+        if values.shape not in [(), (len(indices),)]:
+            raise ConfigError("difficulty", repr(difficulty), expected)
+        self.native.set_difficulty(indices, np.broadcast_to(values, len(indices)).tolist())
 
     def push(self, impulse: ArrayLike, indices: Sequence[int]) -> None:
         """Changes the momentum of the links of some robots by impulses (k, L, 2 or 3) or (L, 2 or 3)."""

@@ -11,9 +11,13 @@ from numpy.typing import NDArray
 
 from snake_env import _checks, _worlds
 from snake_env._robots import Options, Robots
-from snake_env._task import Task
+from snake_env._task import BATCH_KEYWORDS, Task
 from snake_env._views import RENDER_MODES, Views, frame_rate
+from snake_env.options import TaskOptions
 from snake_env.picture import Picture
+
+FIXED = frozenset([*TaskOptions.__annotations__, *BATCH_KEYWORDS]) - {"difficulty", "render_mode", "num_envs"}
+"""Keywords that cannot be set as attributes: nothing would read them."""
 
 
 class RobotsEnvironment:
@@ -29,6 +33,12 @@ class RobotsEnvironment:
         self._views = Views(Picture.of(picture))
         self.metadata = {**self.metadata, "render_fps": frame_rate(robots.task.control_period)}  # type: ignore[misc]
         return robots.task
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Refuses what would be ignored."""
+        if name in FIXED:
+            raise AttributeError(f"{name} is fixed when the environment is made")
+        super().__setattr__(name, value)
 
     @property
     def control_period(self) -> float:

@@ -15,7 +15,7 @@ from snake_env.errors import ConfigError
 Generator = Callable[[np.random.Generator, float], Scene]
 World = dict[str, Any]
 
-SCENE = "a snake_env.Scene, a list of them, the path of a scene's file, or a function generator(rng, difficulty)"
+SCENE = "a snake_env.Scene, a list of them, the path of a scene file, or a function generator(rng, difficulty)"
 GOAL = "the distance of a goal line [m], a goal point (x, y) or (x, y, radius), a path [(x, y), ...], or a mapping"
 OPTIONS = ("scene", "start", "goal")
 """Options of a reset that tell the episodes it begins where they take place."""
@@ -124,15 +124,17 @@ def _scene_of(scene: Any) -> Scene:
 def _goal_of(goal: Any, centre_line: float | None) -> dict[str, Any] | None:
     """The goal as the core has it."""
     line = {} if centre_line is None else {"centre_line": centre_line}
+    if isinstance(goal, np.ndarray | np.generic):
+        goal = goal.tolist()
     if goal is None:
         return line or None
     if isinstance(goal, Mapping):
         return dict(goal)
     if _is_path(goal):
         return {"path": [list(_pair(f"goal[{k}]", point)) for k, point in enumerate(goal)]}
-    if isinstance(goal, list | tuple | np.ndarray) and len(goal) in (2, 3):
-        numbers = [float(one) for one in goal]
-        return {"point": numbers[:2]} | ({"radius": numbers[2]} if len(numbers) == 3 else {})
+    if isinstance(goal, list | tuple) and len(goal) in (2, 3):
+        x, y, *radius = _numbers("goal", goal, GOAL)
+        return {"point": [x, y]} | ({"radius": radius[0]} if radius else {})
     if isinstance(goal, int | float) and not isinstance(goal, bool):
         return {"distance": float(goal), **line}
     raise ConfigError("goal", repr(goal), GOAL)
@@ -140,15 +142,21 @@ def _goal_of(goal: Any, centre_line: float | None) -> dict[str, Any] | None:
 
 def _is_path(goal: Any) -> bool:
     """Whether it is a sequence of points."""
-    return isinstance(goal, list | tuple | np.ndarray) and len(goal) > 0 and np.ndim(goal[0]) == 1
+    return isinstance(goal, list | tuple) and len(goal) > 0 and isinstance(goal[0], list | tuple | np.ndarray)
 
 
 def _pair(field: str, value: Any) -> tuple[float, float]:
+    numbers = _numbers(field, value, "two numbers")
+    if len(numbers) != 2:
+        raise ConfigError(field, repr(value), "two numbers")
+    return numbers[0], numbers[1]
+
+
+def _numbers(field: str, value: Any, expected: str) -> list[float]:
     try:
-        first, second = (float(one) for one in value)
+        return [float(one) for one in value]
     except (TypeError, ValueError):
-        raise ConfigError(field, repr(value), "two numbers") from None
-    return first, second
+        raise ConfigError(field, repr(value), expected) from None
 
 
 def split(options: Mapping[str, Any]) -> tuple[Worlds, dict[str, Any]]:

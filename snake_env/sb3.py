@@ -71,20 +71,20 @@ class SnakeVecEnv(VecEnv):
         self.monitor = monitor
         self._infos: dict[str, Any] = {}
         self._return = np.zeros(env.num_envs)
-        self._length = np.zeros(env.num_envs, np.int64)
+        self._steps = 0
+        self._steps_before = np.zeros(env.num_envs, np.int64)
         self._start_time = time.time()
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
         self.metadata = env.metadata
 
     def reset(self) -> NDArray[np.float32]:
         """Starts new episodes with the seeds and options set since the last reset."""
-        options = next((one for one in self._options if one), None)
-        observation = self._reset(self._seeds, options)
+        observation = self._reset(self._seeds, _together(self._options))
         self._reset_seeds()
         self._reset_options()
         return observation
 
-    def _reset(self, seeds: Sequence[int | None], options: dict[str, Any] | None) -> NDArray[np.float32]:
+    def _reset(self, seeds: Sequence[int | None], options: dict[str, Any]) -> NDArray[np.float32]:
         """Starts new episodes of the robots that the options name; the others keep return and length."""
         observation, self._infos = self.env.reset(seed=seeds, options=options)
         fresh = self._infos["_time"]
@@ -96,7 +96,7 @@ class SnakeVecEnv(VecEnv):
     def clear_running_totals(self, mask: NDArray[np.bool_]) -> None:
         """Return and length of the episodes of the robots in ``mask`` count from zero."""
         self._return[mask] = 0.0
-        self._length[mask] = 0
+        self._steps_before[mask] = self._steps
 
     def step_async(self, actions: NDArray[Any]) -> None:
         """Takes the actions of the next step."""
@@ -106,7 +106,7 @@ class SnakeVecEnv(VecEnv):
         """Takes the step."""
         observation, reward, terminated, truncated, infos = self.env.step(self._actions)
         self._return += reward
-        self._length += 1
+        self._steps += 1
         rows: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         if "final_obs" in infos:
             for i in np.flatnonzero(infos["_final_obs"]).tolist():
@@ -121,20 +121,21 @@ class SnakeVecEnv(VecEnv):
         info["terminal_observation"] = infos["final_obs"][i]
         info["TimeLimit.truncated"] = truncated
         if self.monitor:
-            elapsed = round(time.time() - self._start_time, 6)
-            info["episode"] = {"r": round(float(self._return[i]), 6), "l": int(self._length[i]), "t": elapsed}
+            length, elapsed = self._steps - int(self._steps_before[i]), round(time.time() - self._start_time, 6)
+            info["episode"] = {"r": round(float(self._return[i]), 6), "l": length, "t": elapsed}
         self._return[i] = 0.0
-        self._length[i] = 0
+        self._steps_before[i] = self._steps
         return info
 
     @property
     def running_totals(self) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         """Return and length (n,) of the episodes that run; set them to continue from states taken before."""
-        return self._return.copy(), self._length.copy()
+        return self._return.copy(), self._steps - self._steps_before
 
     @running_totals.setter
     def running_totals(self, value: tuple[NDArray[np.float64], NDArray[np.int64]]) -> None:
-        self._return[:], self._length[:] = value
+        self._return[:], length = value
+        self._steps_before[:] = self._steps - length
 
     @property
     def signals(self) -> dict[str, NDArray[Any]]:
@@ -194,6 +195,14 @@ class _Robot(RobotView):
         self._venv.clear_running_totals(self._mask)
         self._venv.reset_infos[self.index] = info
         return observation, info
+
+
+def _together(options: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Options of the batch: those that all robots share, or each robot's own in lists."""
+    if all(one is options[0] for one in options):
+        return options[0]
+    names = dict.fromkeys(name for one in options for name in one)
+    return {name: [one.get(name) for one in options] for name in names}
 
 
 def _row(infos: dict[str, Any], i: int) -> dict[str, Any]:

@@ -104,16 +104,17 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
         """
         self._require_open()
         seeds = _checks.seeds(seed, self.num_envs)
-        given = options or {}
+        told = self._options(options, ["reset_mask"])
+        masked = bool(options) and "reset_mask" in options
         mask = self._robots.everyone
-        if "reset_mask" in given:
-            mask = _checks.mask("options['reset_mask']", given["reset_mask"], self.num_envs)
+        if masked:
+            mask = _checks.mask("options['reset_mask']", options["reset_mask"], self.num_envs)
         if not self._ready:
             self._require_all(mask)
         first = next((one for one in seeds if one is not None), None)
         rng = self.np_random if first is None else seeding.np_random(first)[0]
-        buffers = self._robots.reset(mask, seeds, rng, self._options(given, ["reset_mask"]))
-        if seed is not None and "reset_mask" not in given:
+        buffers = self._robots.reset(mask, seeds, rng, told)
+        if seed is not None and not masked:
             super().reset(seed=first)
         self._set_finished(self._finished & ~mask)
         self._ready = True
@@ -228,8 +229,10 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
         """Replaces the states of the robots in ``mask`` (None: all), in order; returns all present observations."""
         self._require_open()
         indices = self._indices(mask)
-        if len(states) != len(indices):
-            raise ConfigError("states", f"{len(states)} states", f"{len(indices)} states, one per robot in the mask")
+        count = len(states) if isinstance(states, Sequence) else None
+        if count != len(indices):
+            found = type(states).__name__ if count is None else f"{count} states"
+            raise ConfigError("states", found, f"{len(indices)} states, one per robot in the mask")
         if not self._ready:
             self._require_all(self._robots.everyone if mask is None else mask)
         self._robots.set_states(states, indices)

@@ -21,7 +21,7 @@ import snake_env
 torch.set_num_threads(1)
 
 # %% [markdown]
-# A new difficulty holds from the next episode on; the one that runs stays as it is. `mask` chooses robots.
+# A new difficulty applies from the next episode on; the running one is unchanged. `mask` chooses robots.
 
 # %%
 envs = gymnasium.make_vec("SnakeField-v1", num_envs=8, difficulty=0.0)

@@ -65,5 +65,37 @@ failed = ~episodes["is_success"].astype(bool)
 print(f"{failed.sum()} of {SCENES} fail, {episodes['left_corridor'][failed].sum():.0f} of them leave the corridor")
 
 # %% [markdown]
+# A policy that remembers something is a class with the members of `snake_env.policies.Policy`. This one steers against
+# the mean heading of the last second; `layout` says where the heading stands in the observation.
+
+
+# %%
+class Steered(snake_env.policies.Policy):
+    """The baseline gait, whose offset turns the robot back towards the goal."""
+
+    name = "steered gait"
+    env_options = {"action_mode": "gait", "perception": "blind"}  # noqa: RUF012, what the environment must be made with
+
+    def begin(self, layout, num_envs):
+        """Called once, before the first observations."""
+        blocks = {block["name"]: block for block in layout["observation"]}
+        self.sine = blocks["heading"]["start"] + blocks["heading"]["elements"].index("sin")
+        self.mean = np.zeros(num_envs)
+
+    def reset(self, rows):
+        """Called for robots whose next observation begins an episode."""
+        self.mean[rows] = 0.0
+
+    def __call__(self, observation):
+        """Actions for observations, robot by robot."""
+        self.mean += 0.05 * (observation[:, self.sine] - self.mean)
+        action = np.zeros((len(observation), 4), np.float32)
+        action[:, 3] = np.clip(2.0 * self.mean, -1.0, 1.0)
+        return action
+
+
+print(evaluate(Steered(), "field-hard", scenes=20))
+
+# %% [markdown]
 # In a report give the environment id, the version of the package, the number of scenes and of training seeds, and
 # success and speed with their intervals. `snake-env evaluate --policy FILE` prints the same table.

@@ -17,7 +17,7 @@ import snake_env
 from snake_env.obstacles import Box, Segment
 
 # %% [markdown]
-# A peg is a triple (radius, x, y) in metres. Here pegs alternate on both sides of the way.
+# A peg is a triple (radius, x, y) in metres. Here pegs alternate on both sides of the path.
 
 # %%
 x = np.arange(-1.3, 3.0, 0.33)

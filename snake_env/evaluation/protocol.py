@@ -95,6 +95,10 @@ def _player(policy: Any, env_options: dict[str, Any]) -> Policy:
             raise ConfigError(f"env_options[{key!r}]", repr(value), expected)
     if not hasattr(policy, "begin"):
         return _Function(policy, env_options)
+    missing = [part for part in ("name", "env_options", "reset") if not hasattr(policy, part)]
+    if missing:
+        expected = "name, env_options, begin and reset, as snake_env.policies.Policy describes them, or a function"
+        raise ConfigError("policy", f"{type(policy).__name__} without {', '.join(missing)}", expected)
     if env_options:
         raise ConfigError("env_options", repr(env_options), "none, the policy has its own")
     played: Policy = policy

@@ -55,7 +55,7 @@ def test_a_callback_of_stable_baselines_reaches_it():
     assert_identical(env.reset(), np.stack(rows), "the robot that was addressed")
 
 
-@pytest.mark.parametrize("difficulty", [-0.1, 1.1, float("nan"), "hard", [0.1, 0.2]])
+@pytest.mark.parametrize("difficulty", [-0.1, 1.1, float("nan"), "hard", [0.1, 0.2], [0.1]])
 def test_a_difficulty_out_of_range_is_named(difficulty):
     with pytest.raises(ConfigError, match=r"^difficulty = "):
         SnakeVectorEnv(3, task="field").set_difficulty(difficulty)

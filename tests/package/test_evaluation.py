@@ -52,10 +52,18 @@ def test_a_shipped_policy_brings_its_own_options():
         evaluate(snake_env.load_policy("field-hard"), task, scenes=2, env_options={"action_mode": "gait"})
 
 
+class Unfinished(snake_env.policies.Policy):
+    """Has the methods that it inherits, but neither name nor env_options."""
+
+    def __call__(self, observation):
+        return np.zeros((len(observation), 4), np.float32)
+
+
 @pytest.mark.parametrize(
     ("policy", "options", "field"),
     [
         (3, {}, "policy"),
+        (Unfinished(), {}, "policy"),
         (wave(0.0), {"task": "moon"}, "task"),
         (wave(0.0), {"scenes": 0}, "scenes"),
         (wave(0.0), {"scenes": 2.5}, "scenes"),

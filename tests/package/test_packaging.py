@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import inspect
 import re
 import subprocess
@@ -53,8 +54,30 @@ def test_the_page_of_an_id_is_short_and_has_a_film():
 def test_the_page_lists_every_argument_of_every_environment():
     config = _native.layout({"task": "field"})["config"]
     assert set(card.ARGUMENTS) == set(config)
-    told = {"start", "goal", "corridor"}  # These reach the core episode by episode.
-    assert set(snake_env.options.TaskOptions.__annotations__) == set(config) - {"max_episode_steps"} | told
+    assert set(snake_env.options.TaskOptions.__annotations__) == set(config) - {"max_episode_steps"} | set(card.WORLD)
+
+
+def test_a_release_has_no_relative_links():
+    """Package indexes show the README alone."""
+    spec = importlib.util.spec_from_file_location("absolute_links", ROOT / ".ci/absolute_links.py")
+    absolute_links = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(absolute_links)
+    text = absolute_links.absolute((ROOT / "README.md").read_text(encoding="utf-8"), "https://host/me/snake", "v9")
+    targets = re.findall(r"\]\(([^)]*)\)", text)
+    assert all(target.startswith("https://") for target in targets)
+    assert "](https://host/me/snake/raw/v9/docs/images/env-field.gif)" in text
+    own = re.findall(r"\]\(https://host/me/snake/(?:raw|blob)/v9/([^)#]*)", text)
+    assert len(own) > 20
+    assert all((ROOT / target).exists() for target in own)
+    assert 'Issues = "https://host/me/snake/issues"' in absolute_links.urls("https://host/me/snake", "v9")
+
+
+@pytest.mark.parametrize("model", ["planar", "spatial"])
+def test_the_page_lists_every_info_of_a_model_once(model):
+    table = card.page().partition("## Info\n")[2].partition("\n## ")[0]
+    for signal in card.layout_of(model=model)["signals"]:
+        rows = re.findall(rf"^\| `{signal['name']}` \|.*\| (\w*) \|$", table, re.MULTILINE)
+        assert rows in ([""], [model]), signal["name"]
 
 
 @pytest.mark.parametrize("command", [[], ["card"], ["--help"]])

@@ -74,6 +74,17 @@ def test_options_count_at_the_next_reset():
         env.reset()
 
 
+def test_each_robot_can_have_options_of_its_own():
+    env = new_env()
+    env.set_options([{"difficulty": 0.1}, {"difficulty": 0.9, "goal": (3.0, 0.5)}])
+    env.reset()
+    assert env.get_attr("difficulty") == [0.1, 0.9]
+    goals = [state.goal.tolist() for state in env.env_method("state")]
+    assert goals[1] == [3.0, 0.5] != goals[0]
+    env.reset()
+    assert env.env_method("state", indices=1)[0].goal.tolist() != [3.0, 0.5]
+
+
 def test_rewards_are_writable_single_floats_and_infos_are_fresh():
     env = new_env()
     env.reset()
@@ -162,8 +173,9 @@ def test_difficulty_is_an_attribute_of_each_robot():
     assert env.get_attr("difficulty") == [0.5, 1.0, 0.5]
     env.set_attr("difficulty", 0.25)
     assert env.get_attr("difficulty", indices=2) == [0.25]
-    with pytest.raises(AttributeError):
-        env.set_attr("control_period", 0.5)
+    for name in ("control_period", "reward_fn", "scene", "num_threads"):
+        with pytest.raises(AttributeError, match=f"{name} is fixed when the environment is made"):
+            env.set_attr(name, 0.5)
 
 
 def test_signals_of_every_step_are_at_hand():

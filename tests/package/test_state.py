@@ -78,6 +78,8 @@ def test_bad_states_are_named():
     states = env.get_state()
     with pytest.raises(ConfigError, match=r"states = 1 states: expected 2"):
         env.set_state(states[:1])
+    with pytest.raises(ConfigError, match=r"^states = NoneType: expected 2"):
+        env.set_state(None)
     with pytest.raises(ConfigError, match=r"^state = "):
         env.set_state([states[0]._replace(core=b"nonsense")] * 2)
     with pytest.raises(ConfigError, match=r"^state = "):

@@ -42,6 +42,8 @@ def test_large_seeds_and_numpy_seeds_are_welcome(make):
 def test_an_unknown_option_is_named(make):
     with pytest.raises(ConfigError, match=r"options\['resetmask'\].*reset_mask"):
         make(num_envs=2).reset(options={"resetmask": None})
+    with pytest.raises(ConfigError, match=r"^options = \[1\]: expected None or a mapping"):
+        make(num_envs=2).reset(options=[1])
     with pytest.raises(ConfigError, match=r"options\['reset_mask'\] = .*a bool array of shape \(2,\)") as caught:
         make(num_envs=2).reset(options={"reset_mask": [True, False]})
     assert isinstance(caught.value, TypeError)
@@ -189,7 +191,7 @@ def test_a_refused_call_changes_nothing(make):
 
 def test_attributes_that_nothing_would_heed_cannot_be_set(make):
     env = make(num_envs=2)
-    for name in ("control_period", "num_threads", "layout"):
+    for name in ("control_period", "num_threads", "layout", "reward_fn", "scene", "autoreset_mode"):
         with pytest.raises(AttributeError):
             setattr(env, name, 2)
     env.difficulty = 0.75

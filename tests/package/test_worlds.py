@@ -72,7 +72,13 @@ def test_a_preset_course_has_its_start(model):
 
 @pytest.mark.parametrize(
     ("goal", "point", "radius"),
-    [((1.0, 2.0), (1.0, 2.0), 0.25), ((1.0, 2.0, 0.4), (1.0, 2.0), 0.4), (1.5, None, 0.0)],
+    [
+        ((1.0, 2.0), (1.0, 2.0), 0.25),
+        (np.array([1.0, 2.0]), (1.0, 2.0), 0.25),
+        ((1.0, 2.0, 0.4), (1.0, 2.0), 0.4),
+        (1.5, None, 0.0),
+        (np.float32(1.5), None, 0.0),
+    ],
 )
 def test_a_goal_is_a_point_or_a_line(goal, point, radius):
     env = SnakeEnv(task="field", goal=goal)
@@ -170,6 +176,9 @@ def test_options_of_a_partial_reset_are_those_of_its_robots():
         ({"scene": Scene(), "start": Start(pitch=0.5)}, r"start\.pitch"),
         ({"start": Start(posture=[0.1])}, r"start\.posture"),
         ({"goal": "there"}, "goal"),
+        ({"goal": (1.0, "there")}, "goal"),
+        ({"goal": np.array("there")}, "goal"),
+        ({"goal": [(0.0, 0.0), (1.0,)]}, r"goal\[1\]"),
         ({"goal": -1.0}, r"goal\.distance"),
         ({"goal": (1.0, 0.0, -1.0)}, r"goal\.radius"),
         ({"goal": (0.0, 5.0), "start": BESIDE}, "goal"),

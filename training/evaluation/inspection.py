@@ -96,7 +96,7 @@ def _plain(found: dict[str, Any]) -> dict[str, Any]:
 
 def show(policy: Policy, kind: str, env_id: str, seed: int, out: Path, options: dict[str, Any]) -> None:
     """Frames, timeline and film of one episode."""
-    episode = film.play(policy, env_id, seed, render_mode="rgb_array", **options)
+    episode = film.play(policy, env_id, seed, render_mode="rgb_array", **(options | {"picture": video.STILL}))
     layout = rollout.layout_of(env_id, options | policy.env_options)
     stem = kind.replace(",", "").replace(" ", "-")
     title = f"{policy.name}, held-out field {seed - seeds.HELD_OUT.start}: {kind}"

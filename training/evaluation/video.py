@@ -18,6 +18,9 @@ from training.cli import answer
 from training.config import JsonObject
 from training.evaluation import loading
 
+STILL = {"size": (720, 432), "camera": "scene"}
+"""Pictures of films in documents: 720 pixels wide, of a camera that does not move."""
+
 
 @dataclass
 class Options:
@@ -54,14 +57,9 @@ def answer_film(args: Options) -> int:
     return 0
 
 
-def write_small_gif(frames: list[NDArray[np.uint8]], path: Path, width: int = 360) -> Path:
-    """Writes every third frame and the last, all in the same few colours, some hundreds of kilobytes for an episode."""
-    from PIL import Image
-
-    height = round(width * frames[0].shape[0] / frames[0].shape[1])
-    shown = [*frames[:-1:3], frames[-1]]
-    small = [np.asarray(Image.fromarray(frame).resize((width, height), Image.Resampling.BOX)) for frame in shown]
-    return film.write_gif(small, path, milliseconds=150)
+def write_small_gif(frames: list[NDArray[np.uint8]], path: Path) -> Path:
+    """Writes every third frame and the last, in the same few colours: small if they were drawn as ``STILL``."""
+    return film.write_gif([*frames[:-1:3], frames[-1]], path, milliseconds=150)
 
 
 if __name__ == "__main__":
