@@ -381,9 +381,14 @@ def test_aggregates_are_those_of_rliable():
     middle = statistics.interquartile_mean(*scores)
     assert middle.value == np.mean([2.0, 3.0, 4.0, 5.0])
     assert middle.low < middle.value < middle.high
-    better = statistics.probability_of_improvement([1.0, 2.0, 2.0], [0.0, 2.0])
+    better = statistics.probability_of_improvement([[1.0, 2.0, 2.0]], [[0.0, 2.0]])
     assert better.value == pytest.approx((1.0 + 0.0 + 1.0 + 0.5 + 1.0 + 0.5) / 6.0)
     assert 0.0 <= better.low <= better.high <= 1.0
+    in_two = statistics.probability_of_improvement([[1.0, 2.0, 2.0], [3.0]], [[0.0, 2.0], [1.0, 2.0, 4.0]])
+    assert in_two.value == pytest.approx(0.5 * (4.0 / 6.0 + 2.0 / 3.0))
+    above = statistics.performance_profile(3.0, *scores)
+    assert above.value == 0.5
+    assert above.low < above.value < above.high
 
 
 def test_scores_say_nothing_of_times_where_no_goal_was_reached():
@@ -393,6 +398,7 @@ def test_scores_say_nothing_of_times_where_no_goal_was_reached():
         "distance": np.array([0.1, 0.2, 0.3]),
         "speed": np.full(3, 0.01),
         "jam_ratio": np.zeros(3),
+        "mean_self_contact_force": np.zeros(3),
         "cost_of_transport": np.full(3, 2.0),
         "left_corridor": np.zeros(3, bool),
     }
