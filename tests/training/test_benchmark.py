@@ -135,7 +135,9 @@ def test_policies_of_every_task_are_compared_over_all_tasks():
     """Fast and always there against slow and there in every other scene; a policy of one task has no row."""
     reached, half = np.ones(4, np.bool_), np.array([True, False] * 2)
     fast, slow = ({"is_success": goal, "speed": np.full(4, v)} for goal, v in ((reached, 0.35), (half, 0.15)))
-    found = over_all_tasks.over_all({"a": {"fast": fast, "slow": slow, "other": fast}, "b": {"slow": slow, "fast": fast}})
+    found = over_all_tasks.over_all(
+        {"a": {"fast": fast, "slow": slow, "other": fast}, "b": {"slow": slow, "fast": fast}}
+    )
     assert list(found) == ["fast", "slow"]
     assert (found["fast"].middle.value, found["slow"].middle.value) == pytest.approx((0.35, 0.075))
     assert [found["fast"].profile[speed].value for speed in (0.0, 0.1, 0.2, 0.4)] == [1.0, 1.0, 1.0, 0.0]

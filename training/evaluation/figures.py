@@ -49,8 +49,8 @@ def learning_curves(runs: dict[str, list[list[dict[str, Any]]]], path: Path) -> 
     with drawing.style():
         drawn, axes = drawing.figure(1, len(panels), 9.0, 2.6)
         for one, (key, label) in zip(axes[0], panels, strict=True):
-            for (name, curves), colour in zip(runs.items(), reversed(COLOURS), strict=False):
-                _spread(one, curves, key, colour, f"{name}, {len(curves)} seeds")
+            for number, (name, curves) in enumerate(runs.items()):
+                _spread(one, curves, key, f"C{number}", f"{name}, {len(curves)} seeds")
             one.set(xlabel="environment steps [million]", ylabel=label, xlim=(0.0, None), ylim=(0.0, None))
         axes[0, 0].set_title("median and range over seeds, while they explore", fontsize=7)
         axes[0, -1].legend(loc="lower right", fontsize=6)
