@@ -5,7 +5,7 @@
 
 All learn from random weights in the environment and the number of steps of one configuration. Those of PPO share its
 settings, recurrent PPO with an LSTM of as many units in the place of the first hidden layer; SAC and TQC have the
-settings of :mod:`snake_env.zoo`, with the networks of the configuration and a gradient step per 16 environment steps.
+settings of :mod:`snake_env.zoo`, with the networks of the configuration and a gradient step per 32 environment steps.
 Each seed's policy plays on held-out fields without exploration; the processor time includes simulation and learning,
 on one thread. Finished seeds are kept: after Ctrl-C, or with more seeds, the same command continues. Prints Markdown,
 writes ``algorithms.json`` and ``learning-curves.png``.
@@ -36,7 +36,7 @@ from snake_env.policies.interface import Policy, interface
 from snake_env.zoo.sac import hyperparams as sac
 from snake_env.zoo.tqc import hyperparams as tqc
 from training import config as configs
-from training.budget import Budget
+from training.budget import Budget, Interval
 from training.cli import answer
 from training.config import PpoConfig, Sb3Config
 from training.evaluation import figures
@@ -48,7 +48,7 @@ from training.runs import RunFolder, replace, versions, write_json
 FIELDS = 500
 ROW_STEPS = 4096
 """Environment steps between two lines of a learning curve."""
-STEPS_PER_GRADIENT = 16
+STEPS_PER_GRADIENT = 32
 """Environment steps per gradient step of SAC and TQC."""
 
 
@@ -79,36 +79,44 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def compare(args: Options) -> int:
-    """Trains what is not finished, seed by seed; prints and writes the table."""
+    """Trains what is not finished, seed by seed; prints and writes the table of all that is."""
     torch.set_num_threads(1)
     config = configs.load_as(PpoConfig, args.config)
     config = config.with_changes(num_threads=1, torch_threads=1, total_steps=args.steps or config.total_steps)
     for seed in range(args.seeds):
         for name in args.algorithms:
-            row = run(name, config.with_changes(seed=seed), args)
-            print(f"{name}, seed {seed}: success {row['success']:.3f}, speed {row['speed [m/s]']:.3f} m/s", flush=True)
-    rows = {name: [run(name, config.with_changes(seed=k), args) for k in range(args.seeds)] for name in args.algorithms}
+            run = Run(name, seed, args)
+            if not run.result.exists():
+                run.work(config.with_changes(seed=seed))
+            print(f"{name}, seed {seed}: {json.loads(run.result.read_text())}", flush=True)
+    runs = {
+        name: [run for seed in range(args.seeds) if (run := Run(name, seed, args)).result.exists()] for name in KINDS
+    }
+    rows = {name: [json.loads(run.result.read_text()) for run in of] for name, of in runs.items() if of}
     print(text(rows, config.total_steps))
     write_json(args.out / "algorithms.json", {"steps": config.total_steps, "versions": versions(), "runs": rows})
-    curves = {name: [RunFolder(args.out / name / f"seed-{k}").read_curve() for k in range(args.seeds)] for name in rows}
+    curves = {name: [run.folder.read_curve() for run in runs[name]] for name in rows}
     figures.learning_curves(curves, args.out / "learning-curves.png")
     return 0
 
 
-def run(name: str, config: PpoConfig, args: Options) -> dict[str, float]:
-    """Scores of one seed, which is trained and played unless it has been before."""
-    folder = RunFolder(args.out / name / f"seed-{config.seed}")
-    result = folder.path / f"scores-{config.total_steps}-{args.fields}.json"
-    if not result.exists():
+class Run:
+    """One seed of an algorithm."""
+
+    def __init__(self, name: str, seed: int, args: Options) -> None:
+        self._train, self._fields = KINDS[name], args.fields
+        self.folder = RunFolder(args.out / name / f"seed-{seed}")
+        self.result = self.folder.path / "scores.json"
+
+    def work(self, config: PpoConfig) -> None:
+        """Trains, plays and notes the scores."""
         start = time.process_time()
-        policy = ALGORITHMS[name](folder, config)
+        policy = self._train(self.folder, config)
         seconds = time.process_time() - start
-        played = rollout.run_episodes(policy, config.env_id, seeds.held_out(args.fields), 1, **config.env)
+        played = rollout.run_episodes(policy, config.env_id, seeds.held_out(self._fields), 1, **config.env)
         scores = {"success": float(played["is_success"].mean()), "speed [m/s]": float(played["speed"].mean())}
         found = scores | {"steps per CPU second": config.total_steps / seconds}
-        replace(result, lambda part: write_json(part, found))
-    row: dict[str, float] = json.loads(result.read_text())
-    return row
+        replace(self.result, lambda part: write_json(part, found))
 
 
 def own(folder: RunFolder, config: PpoConfig) -> Policy:
@@ -151,7 +159,7 @@ def soft(kind: type, zoo: dict[str, dict[str, Any]]) -> Callable[[RunFolder, Ppo
 NOT_THE_ALGORITHMS = ("policy", "policy_kwargs", "vec_env_wrapper", "n_envs", "n_timesteps")
 """Settings of the zoo that are not keywords of an algorithm, or that the configuration has."""
 
-ALGORITHMS: dict[str, Callable[[RunFolder, PpoConfig], Policy]] = {
+KINDS: dict[str, Callable[[RunFolder, PpoConfig], Policy]] = {
     "ppo": own,
     "PPO (SB3)": of_sb3,
     "recurrent PPO": recurrent,
@@ -184,15 +192,19 @@ class Curve(BaseCallback):
     def __init__(self, folder: RunFolder, budget: Budget) -> None:
         super().__init__()
         self._folder, self._budget, self._curve = folder, budget, LearningCurve(budget)
+        self._rows = Interval(ROW_STEPS)
 
     def _on_step(self) -> bool:
         for done, info in zip(self.locals["dones"], self.locals["infos"], strict=True):
             if done:
                 self._curve.note(info["episode"]["r"], info)
         self._budget.note(self.num_timesteps)
-        if self.num_timesteps % ROW_STEPS < self.training_env.num_envs:
-            self._folder.append_curve(self._curve.row(self.num_timesteps))
+        if self._rows.due(self.num_timesteps):
+            self._on_training_end()
         return True
+
+    def _on_training_end(self) -> None:
+        self._folder.append_curve(self._curve.row(self.num_timesteps))
 
 
 class Model:
