@@ -48,9 +48,14 @@ def bootstrap(
         found = stats.bootstrap(
             data, statistic, n_resamples=resamples, paired=paired, method="percentile", rng=np.random.default_rng(0)
         )
+    return Estimate(value, *_ends(found.bootstrap_distribution))
+
+
+def _ends(distribution: Any) -> tuple[float, float]:
+    """Of the interval that holds the middle part of a bootstrap distribution."""
     tail = 50.0 * (1.0 - CONFIDENCE)
-    low, high = np.percentile(found.bootstrap_distribution, [tail, 100.0 - tail], method="closest_observation")
-    return Estimate(value, float(low), float(high))
+    low, high = np.percentile(distribution, [tail, 100.0 - tail], method="closest_observation")
+    return float(low), float(high)
 
 
 def mean_interval(values: Any) -> Estimate:
@@ -88,9 +93,14 @@ def interquartile_mean(*tasks: Any) -> Estimate:
 
 
 def performance_profile(threshold: float, *tasks: Any) -> Estimate:
-    """Share of the runs of all tasks, (runs,) each, that score higher than a threshold; stratified bootstrap."""
+    """Share of the runs of all tasks, (runs,) each, that score higher than a threshold; stratified bootstrap.
+
+    Of n runs drawn again the number above the threshold is binomial, so that it can be drawn at once.
+    """
     above = [np.asarray(runs, np.float64) > threshold for runs in tasks]
-    return bootstrap(lambda *runs, axis: np.concatenate(runs, axis=axis).mean(axis=axis), *above)
+    rng, total = np.random.default_rng(0), sum(map(len, above))
+    drawn = sum(rng.binomial(len(runs), runs.mean(), RESAMPLES) for runs in above) / total
+    return Estimate(float(np.concatenate(above).mean()), *_ends(drawn))
 
 
 def probability_of_improvement(scores: Sequence[Any], reference: Sequence[Any]) -> Estimate:

@@ -74,7 +74,8 @@ def write(
         overall = over_all_tasks.over_all({task.name: played[task.name] for task in chosen})
         picture = Path(pictures) / PICTURE
         figures.performance_profiles({name: row.profile for name, row in overall.items()}, out / picture)
-        sections[OVER_ALL] = f"{HEADING}{OVER_ALL}\n\n{over_all_tasks.text(overall, picture.as_posix())}"
+        over_all = f"{HEADING}{OVER_ALL}\n\n{over_all_tasks.text(overall, picture.as_posix())}"
+        sections = {OVER_ALL: over_all} | {name: one for name, one in sections.items() if name != OVER_ALL}
         aggregates = over_all_tasks.plain(overall)
     for task in chosen:
         rows = {name: scores.score(cell) for name, cell in played[task.name].items()}

@@ -67,9 +67,9 @@ def search(
 
 
 def ranges_of(entries: list[dict[str, Any]]) -> Mapping[str, Range]:
-    """What is searched, by the environment's table of actions: both waves where zero amplitude is one of its waves."""
-    amplitude, lifts = entries[0], any(entry["name"] == "lift" for entry in entries)
-    return SPATIAL_RANGES if lifts and amplitude["low"] == 0.0 else RANGES
+    """What is searched, by the environment's table of actions: both waves where action zero lifts."""
+    lifts = any(entry["name"] == "lift" and entry["low"] != -entry["high"] for entry in entries)
+    return SPATIAL_RANGES if lifts else RANGES
 
 
 def gait(values: Values) -> GaitParameters:
