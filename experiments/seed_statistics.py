@@ -133,7 +133,7 @@ def against(scores: Table, reference: Table, name: str, other: str) -> str:
         if np.isnan(difference.low):
             parts.append(f"{title} {difference.value:+.3f}, one seed")
             continue
-        better = probability_of_improvement(list(of_seed.values()), list(reference[title].values()))
+        better = probability_of_improvement([list(of_seed.values())], [list(reference[title].values())])
         interval = f"[{difference.low:+.3f}, {difference.high:+.3f}]"
         parts.append(f"{title} {difference.value:+.3f} {interval}, better with probability {better.value:.2f}")
     return f"{name} against {other}, seed by seed: " + "; ".join(parts) + "."

@@ -13,7 +13,10 @@ from snake_env.policies.interface import Policy
 from snake_env.vector_env import refuse_others
 
 Episodes = dict[str, NDArray[Any]]
-"""Signals of the last step of each episode (n,), and ``return``, its sum of rewards."""
+"""Signals of the last step of each episode (n,); ``return``, its sum of rewards, and the means of :data:`MEANS`."""
+
+MEANS = ("self_contact_force",)
+"""Signals of single steps, of which an episode has the mean over its steps under the name ``mean_<signal>``."""
 
 SHORTEST_DISTANCE = 0.01
 """Distances below this count as it in the environment's cost of transport [m]."""
@@ -60,11 +63,14 @@ def play(env: Any, act: Callable[[NDArray[np.float32]], NDArray[np.float32]], se
     """Plays the first episode of each seed in a batch of as many robots, and the steps of the batch this took."""
     observation, _ = env.reset(seed=seeds)
     running, steps = np.ones(len(seeds), np.bool_), 0
-    last: Episodes = {"return": np.zeros(len(seeds))}
+    last: Episodes = {name: np.zeros(len(seeds)) for name in ("return", *(f"mean_{signal}" for signal in MEANS))}
     while running.any():
         observation, reward, terminated, truncated, infos = env.step(act(observation))
         steps += 1
         last["return"][running] += reward[running]
+        for signal in MEANS:
+            mean = last[f"mean_{signal}"]
+            mean[running] += (infos[signal][running] - mean[running]) / steps
         ended = running & (terminated | truncated)
         if ended.any():
             _note(last, infos, ended)

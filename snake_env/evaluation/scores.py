@@ -48,6 +48,7 @@ SCORES = (
     Score("speed", "m/s", 3, _mean_of("speed")),
     Score("time_to_goal", "s", 1, _time_to_goal),
     Score("jam_ratio", "1", 3, _mean_of("jam_ratio")),
+    Score("self_contact_force", "N", 2, _mean_of("mean_self_contact_force")),
     Score("cost_of_transport", "1", 2, _cost_of_transport),
     Score("left_corridor", "1", 3, _mean_of("left_corridor")),
 )

@@ -48,9 +48,14 @@ def bootstrap(
         found = stats.bootstrap(
             data, statistic, n_resamples=resamples, paired=paired, method="percentile", rng=np.random.default_rng(0)
         )
+    return Estimate(value, *_ends(found.bootstrap_distribution))
+
+
+def _ends(distribution: Any) -> tuple[float, float]:
+    """Of the interval that holds the middle part of a bootstrap distribution."""
     tail = 50.0 * (1.0 - CONFIDENCE)
-    low, high = np.percentile(found.bootstrap_distribution, [tail, 100.0 - tail], method="closest_observation")
-    return Estimate(value, float(low), float(high))
+    low, high = np.percentile(distribution, [tail, 100.0 - tail], method="closest_observation")
+    return float(low), float(high)
 
 
 def mean_interval(values: Any) -> Estimate:
@@ -87,12 +92,35 @@ def interquartile_mean(*tasks: Any) -> Estimate:
     return bootstrap(lambda *runs, axis: stats.trim_mean(np.concatenate(runs, axis=axis), 0.25, axis=axis), *tasks)
 
 
-def probability_of_improvement(scores: Any, reference: Any) -> Estimate:
-    """Probability that a run scores higher than one of the reference, (runs,) each; ties count half."""
-    return bootstrap(_superiority, scores, reference)
+def performance_profile(threshold: float, *tasks: Any) -> Estimate:
+    """Share of the runs of all tasks, (runs,) each, that score higher than a threshold; stratified bootstrap.
+
+    Of n runs drawn again the number above the threshold is binomial, so that it can be drawn at once.
+    """
+    above = [np.asarray(runs, np.float64) > threshold for runs in tasks]
+    rng, total = np.random.default_rng(0), sum(map(len, above))
+    drawn = sum(rng.binomial(len(runs), runs.mean(), RESAMPLES) for runs in above) / total
+    return Estimate(float(np.concatenate(above).mean()), *_ends(drawn))
+
+
+def probability_of_improvement(scores: Sequence[Any], reference: Sequence[Any]) -> Estimate:
+    """Probability that a run scores higher than one of the reference in the same task; ties count half.
+
+    Args:
+        scores: by task (runs,); tasks count alike.
+        reference: in the same tasks.
+    """
+
+    def mean_over_tasks(*runs: Array, axis: int) -> Any:
+        pairs = zip(runs[: len(scores)], runs[len(scores) :], strict=True)
+        return np.mean([_superiority(ours, theirs, axis) for ours, theirs in pairs], axis=0)
+
+    return bootstrap(mean_over_tasks, *scores, *reference)
 
 
 def _superiority(scores: Array, reference: Array, axis: int) -> Any:
-    assert axis == -1
-    difference = scores[..., :, None] - reference[..., None, :]
-    return np.mean(0.5 * (1.0 + np.sign(difference)), axis=(-2, -1))
+    """The statistic of Mann and Whitney over the number of pairs."""
+    ours, theirs = scores.shape[axis], reference.shape[axis]
+    ranks = stats.rankdata(np.concatenate([scores, reference], axis=axis), axis=axis)
+    above = np.take(ranks, range(ours), axis=axis).sum(axis=axis) - 0.5 * ours * (ours + 1)
+    return above / (ours * theirs)

@@ -38,19 +38,25 @@ class GaitParameters:
         omega: [rad/s].
         beta: phase shift between adjacent joints [rad].
         gamma: offset of all joints [rad].
+        lift: amplitude of the vertical wave, only in 3D [rad].
+        lift_phase: phase of the vertical wave against the horizontal one [rad].
     """
 
     amplitude: float = 40 * DEGREE
     omega: float = 80 * DEGREE
     beta: float = -50 * DEGREE
     gamma: float = 0.0
+    lift: float = 0.0
+    lift_phase: float = 0.0
 
     def __str__(self) -> str:
-        amplitude, omega, beta = (value / DEGREE for value in (self.amplitude, self.omega, self.beta))
-        return f"A {amplitude:.0f}, omega {omega:.0f}, beta {beta:.0f} deg"
+        wave = f"A {self.amplitude / DEGREE:.0f}, omega {self.omega / DEGREE:.0f}, beta {self.beta / DEGREE:.0f}"
+        offset = f", gamma {self.gamma / DEGREE:.1f}" if self.gamma else ""
+        lift = f", lift {self.lift / DEGREE:.0f} at {self.lift_phase / DEGREE:.0f}" if self.lift else ""
+        return f"{wave}{offset}{lift} deg"
 
     def action(self, entries: list[dict[str, Any]]) -> NDArray[np.float32]:
-        """The constant action that commands this gait in action mode ``gait``; in 3D without a vertical wave.
+        """The constant action that commands this gait in action mode ``gait``.
 
         Args:
             entries: the environment's table of actions, ``layout["action"]``.
@@ -58,8 +64,18 @@ class GaitParameters:
         Raises:
             ConfigError: the environment cannot command it.
         """
-        wave = [self.amplitude, self.omega, self.beta, self.gamma]
-        values = np.array(wave + [0.0] * (len(entries) - len(wave)))
+        wave = {
+            "amplitude": self.amplitude,
+            "frequency": self.omega,
+            "phase_shift": self.beta,
+            "offset": self.gamma,
+            "lift": self.lift,
+            "lift_phase": self.lift_phase,
+        }
+        names = [entry["name"] for entry in entries]
+        if self.lift and "lift" not in names:
+            raise ConfigError("gait", self, "one without a vertical wave, which only the spatial model has")
+        values = np.array([wave.get(name, 0.0) for name in names])
         low, high = (np.array([entry[end] for entry in entries]) for end in ("low", "high"))
         action = (2.0 * values - low - high) / (high - low)
         if np.any(np.abs(action) > 1.0 + 1e-9):

@@ -10,7 +10,7 @@ from snake_env import ConfigError, Scene
 from snake_env.evaluation import rollout, seeds, tasks
 from snake_env.policies import interface
 from snake_env.policies.gaits import DEGREE, GaitParameters
-from training.evaluation import benchmark, benchmark_page, cached_scores, reference_limits
+from training.evaluation import benchmark, benchmark_page, cached_scores, over_all_tasks, reference_limits
 
 FREE = tasks.BenchmarkTask("free", "SnakeFree-v1", {"max_episode_steps": 40}, "open ground, for tests")
 FIELD = tasks.BenchmarkTask("field", "SnakeField-v1", {"max_episode_steps": 40}, "short fields, for tests")
@@ -30,7 +30,7 @@ def test_two_runs_are_equal_bit_for_bit(small, tmp_path):
     for name in ("first", "second"):
         assert benchmark.main([*small, "--out", str(tmp_path / name)]) == 0
     written = sorted(path.relative_to(tmp_path / "first") for path in (tmp_path / "first").glob("*.*"))
-    assert len(written) == 2 + 2, "JSON and Markdown, a picture per task"
+    assert len(written) == 2 + 3, "JSON and Markdown, a picture per task and one over all"
     for path in written:
         assert (tmp_path / "first" / path).read_bytes() == (tmp_path / "second" / path).read_bytes(), path
 
@@ -96,7 +96,7 @@ def test_configured_policies_exist_and_name_known_tasks():
     content = json.loads(cached_scores.CONFIG.read_text())
     for one in content["trained"]:
         assert (cached_scores.ROOT / one["path"]).exists()
-        assert set(one["tasks"]) <= set(tasks.load())
+        assert set(one.get("tasks", ())) <= set(tasks.load())
 
 
 def test_the_page_quotes_the_bounds(small, tmp_path):
@@ -129,6 +129,40 @@ def test_docs_keep_the_tasks_that_are_not_played(small, tmp_path, monkeypatch):
     assert benchmark.main([*arguments, "--episodes", "5"]) == 0
     assert list(json.loads(data.read_text())["tasks"]) == ["field"], "scores over other fields do not compare"
     assert "## free" not in page.read_text()
+
+
+def test_policies_of_every_task_are_compared_over_all_tasks():
+    """Fast and always there against slow and there in every other scene; a policy of one task has no row."""
+    reached, half = np.ones(4, np.bool_), np.array([True, False] * 2)
+    fast, slow = ({"is_success": goal, "speed": np.full(4, v)} for goal, v in ((reached, 0.35), (half, 0.15)))
+    found = over_all_tasks.over_all(
+        {"a": {"fast": fast, "slow": slow, "other": fast}, "b": {"slow": slow, "fast": fast}}
+    )
+    assert list(found) == ["fast", "slow"]
+    assert (found["fast"].middle.value, found["slow"].middle.value) == pytest.approx((0.35, 0.075))
+    assert [found["fast"].profile[speed].value for speed in (0.0, 0.1, 0.2, 0.4)] == [1.0, 1.0, 1.0, 0.0]
+    assert [found["slow"].profile[speed].value for speed in (0.0, 0.1, 0.2)] == [0.5, 0.5, 0.0]
+    assert found["fast"].beaten is None
+    assert found["slow"].beaten == (1.0, 1.0, 1.0)
+    assert "| slow | 0.075 " in over_all_tasks.text(found, "profiles.png")
+
+
+def test_an_episode_has_the_mean_self_contact_force():
+    """Two robots whose episodes last two and three steps."""
+
+    class Played:
+        def reset(self, seed):
+            self.step_number = 0
+            return np.zeros((2, 1), np.float32), {}
+
+        def step(self, action):
+            self.step_number += 1
+            ended = np.array([self.step_number >= 2, self.step_number >= 3])
+            infos = {"self_contact_force": np.array([1.0, 2.0]) * self.step_number, "time": np.zeros(2)}
+            return np.zeros((2, 1), np.float32), np.zeros(2), ended, np.zeros(2, np.bool_), infos
+
+    episodes, _ = rollout.play(Played(), lambda seen: seen, [0, 1])
+    np.testing.assert_allclose(episodes["mean_self_contact_force"], [1.5, 4.0])
 
 
 def test_the_no_slip_speed_of_the_thesis_gait_is_that_of_the_errata():

@@ -21,6 +21,7 @@ from stable_baselines3 import PPO
 from tensorboard.backend.event_processing import event_accumulator
 
 from benchmarks import throughput
+from snake_env import ConfigError
 from snake_env.evaluation import acting, rollout, scores, seeds, statistics
 from snake_env.policies import DEGREE, GaitParameters
 from training import cli, config, evaluate, pipeline, runs, train
@@ -232,6 +233,15 @@ def test_a_gait_plays_in_space_without_a_vertical_wave(tmp_path):
     commanded = low + 0.5 * (gait.action(entries) + 1.0) * (high - low)
     assert entries[4]["name"] == "lift"
     np.testing.assert_allclose(np.degrees(commanded), [30.0, 120.0, -50.0, 0.0, 0.0, 0.0], atol=1e-4)
+    rolling = GaitParameters(10 * DEGREE, 200 * DEGREE, 0.0, 2 * DEGREE, 10 * DEGREE, 90 * DEGREE)
+    assert str(rolling) == "A 10, omega 200, beta 0, gamma 2.0, lift 10 at 90 deg"
+    entries = rollout.layout_of("SnakeSpatial-v1", {"action_mode": "gait"})["action"]
+    low, high = (np.array([entry[end] for entry in entries]) for end in ("low", "high"))
+    commanded = low + 0.5 * (rolling.action(entries) + 1.0) * (high - low)
+    np.testing.assert_allclose(np.degrees(commanded), [10.0, 200.0, 0.0, 2.0, 10.0, 90.0], atol=1e-4)
+    assert gait_search.ranges_of(entries) == gait_search.SPATIAL_RANGES
+    with pytest.raises(ConfigError, match=r"without a vertical wave"):
+        rolling.action(rollout.layout_of("SnakeField-v1", {"action_mode": "gait"})["action"])
 
 
 def test_evaluation_repeats_itself_whatever_the_threads():
@@ -381,9 +391,14 @@ def test_aggregates_are_those_of_rliable():
     middle = statistics.interquartile_mean(*scores)
     assert middle.value == np.mean([2.0, 3.0, 4.0, 5.0])
     assert middle.low < middle.value < middle.high
-    better = statistics.probability_of_improvement([1.0, 2.0, 2.0], [0.0, 2.0])
+    better = statistics.probability_of_improvement([[1.0, 2.0, 2.0]], [[0.0, 2.0]])
     assert better.value == pytest.approx((1.0 + 0.0 + 1.0 + 0.5 + 1.0 + 0.5) / 6.0)
     assert 0.0 <= better.low <= better.high <= 1.0
+    in_two = statistics.probability_of_improvement([[1.0, 2.0, 2.0], [3.0]], [[0.0, 2.0], [1.0, 2.0, 4.0]])
+    assert in_two.value == pytest.approx(0.5 * (4.0 / 6.0 + 2.0 / 3.0))
+    above = statistics.performance_profile(3.0, *scores)
+    assert above.value == 0.5
+    assert above.low < above.value < above.high
 
 
 def test_scores_say_nothing_of_times_where_no_goal_was_reached():
@@ -393,6 +408,7 @@ def test_scores_say_nothing_of_times_where_no_goal_was_reached():
         "distance": np.array([0.1, 0.2, 0.3]),
         "speed": np.full(3, 0.01),
         "jam_ratio": np.zeros(3),
+        "mean_self_contact_force": np.zeros(3),
         "cost_of_transport": np.full(3, 2.0),
         "left_corridor": np.zeros(3, bool),
     }

@@ -13,23 +13,29 @@ from snake_env.evaluation.tasks import BenchmarkTask
 from snake_env.markdown import table
 from snake_env.policies.gaits import GaitParameters
 from training.config import ROOT
-from training.evaluation import figures, reference_limits
+from training.evaluation import figures, over_all_tasks, reference_limits
 from training.runs import versions, write_json
 
 DOCS = ROOT / "docs"
 
-SHOWN = ("success", "speed", "time_to_goal", "jam_ratio", "cost_of_transport")
+SHOWN = ("success", "speed", "time_to_goal", "jam_ratio", "self_contact_force", "cost_of_transport")
 MU = 0.2
 """Friction coefficient of the tasks with pegs."""
 
 HEADING = "\n## "
 """Before the name of each task."""
 
+OVER_ALL = "Over all tasks"
+"""Heading of the section about the policies that play in every task."""
+
+PICTURE = "learning-over-all-tasks.png"
+
 HEAD = """# Benchmark of learning and control
 
 Printed by `python -m training benchmark`. {episodes} episodes per policy and task on test scenes that were
 used for neither training nor tuning, the same scenes for all policies, under the same torque limit; brackets are 95 %
-bootstrap intervals over scenes.
+bootstrap intervals over scenes. Self-contact force: largest mean force of the other links on a link in a control
+period, mean over the episode.
 
 Bounds: cost of transport {least:.3f} for any steady planar motion at mu = {mu}, {weaving:.3f} for any that passes the
 pegs of the thesis's course on alternating sides, and {leader:.3f} for a body that follows the curve of the thesis's
@@ -49,11 +55,12 @@ def write(
 ) -> Path:
     """Writes ``<stem>.json``, ``<stem>.md`` and a picture a task; returns the Markdown page.
 
-    With ``keep`` tasks that were not played stay as these files have them, if with as many episodes.
+    With ``keep`` tasks that were not played stay as these files have them, if with as many episodes; so does then the
+    section over all tasks.
     """
     (out / pictures).mkdir(parents=True, exist_ok=True)
     page, data = out / f"{stem}.md", out / f"{stem}.json"
-    sections, content = kept(page, data, episodes) if keep else ({}, {})
+    sections, content, aggregates = kept(page, data, episodes) if keep else ({}, {}, {})
     text = HEAD.format(
         episodes=episodes,
         mu=MU,
@@ -63,6 +70,13 @@ def write(
         thesis=reference_limits.no_slip_speed(GaitParameters()),
         fastest=reference_limits.no_slip_speed(reference_limits.FASTEST_WAVE),
     )
+    if len(chosen) > 1 and {task.name for task in chosen} >= set(content):
+        overall = over_all_tasks.over_all({task.name: played[task.name] for task in chosen})
+        picture = Path(pictures) / PICTURE
+        figures.performance_profiles({name: row.profile for name, row in overall.items()}, out / picture)
+        over_all = f"{HEADING}{OVER_ALL}\n\n{over_all_tasks.text(overall, picture.as_posix())}"
+        sections = {OVER_ALL: over_all} | {name: one for name, one in sections.items() if name != OVER_ALL}
+        aggregates = over_all_tasks.plain(overall)
     for task in chosen:
         rows = {name: scores.score(cell) for name, cell in played[task.name].items()}
         picture = Path(pictures) / f"learning-{task.name}.png"
@@ -75,19 +89,21 @@ def write(
         }
     page.write_text(text + "".join(sections.values()))
     held_out = f"{seeds.HELD_OUT.start} to {seeds.HELD_OUT.start + episodes - 1}, one per field"
-    write_json(data, {"episodes": episodes, "seeds": held_out, "versions": versions(), "tasks": content})
+    found = {"episodes": episodes, "seeds": held_out, "versions": versions()}
+    write_json(data, {**found, "over_all_tasks": aggregates, "tasks": content})
     return page
 
 
-def kept(page: Path, data: Path, episodes: int) -> tuple[dict[str, str], dict[str, Any]]:
-    """Sections and scores by task of a page written before, if it tells of as many episodes."""
+def kept(page: Path, data: Path, episodes: int) -> tuple[dict[str, str], dict[str, Any], dict[str, Any]]:
+    """Sections, scores by task and aggregates of a page written before, if it tells of as many episodes."""
     if not page.exists() or not data.exists():
-        return {}, {}
+        return {}, {}, {}
     before = json.loads(data.read_text())
     if before["episodes"] != episodes:
-        return {}, {}
+        return {}, {}, {}
     sections = page.read_text().split(HEADING)[1:]
-    return {one.partition("\n")[0]: HEADING + one for one in sections}, before["tasks"]
+    by_heading = {one.partition("\n")[0]: HEADING + one for one in sections}
+    return by_heading, before["tasks"], before.get("over_all_tasks", {})
 
 
 def section(task: BenchmarkTask, rows: dict[str, Row], played: dict[str, Episodes], picture: Path) -> str:

@@ -24,7 +24,18 @@ from training.evaluation.loading import load_model
 
 CONFIG = CONFIGS / "benchmark.json"
 
-KEPT = ("is_success", "distance", "speed", "time", "jam_ratio", "cost_of_transport", "left_corridor", "diverged")
+KEPT = (
+    "is_success",
+    "distance",
+    "speed",
+    "time",
+    "jam_ratio",
+    "mean_self_contact_force",
+    "cost_of_transport",
+    "left_corridor",
+    "diverged",
+    "penetrated",
+)
 """Signals of an episode's last step that are kept."""
 
 
@@ -53,7 +64,7 @@ def entries(config: Path, chosen: Sequence[str] | None, more: list[tuple[str, Pa
     """
     content = json.loads(config.read_text())
     found = [scripted(name) for name in content["scripted"]]
-    found += [trained(one["name"], ROOT / one["path"], tuple(one["tasks"])) for one in content["trained"]]
+    found += [trained(one["name"], ROOT / one["path"], one.get("tasks")) for one in content["trained"]]
     known = [one.name for one in found]
     for name in chosen or []:
         if name not in known:
@@ -83,8 +94,8 @@ def thesis_gait(task: BenchmarkTask) -> Policy:
     return gait_policy(GaitParameters(), task.env_id, **task.options)
 
 
-def trained(name: str, path: Path, of_tasks: tuple[str, ...] | None) -> Entry:
-    """A policy from a file, with the interface it was trained with and the task's difficulty."""
+def trained(name: str, path: Path, of_tasks: Sequence[str] | None) -> Entry:
+    """A policy from a file, with the interface it was trained with and the task's difficulty; None: in all tasks."""
     return Entry(
         name,
         lambda task: load_model(path, name),

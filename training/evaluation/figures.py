@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from snake_env import Scene, drawing
 from snake_env.evaluation.scores import Row
+from snake_env.evaluation.statistics import Estimate
 from snake_env.obstacles import circles
 
 COLOURS = ("#8a8f98", "#d98a2b", "#1f5fa8")
@@ -48,8 +49,8 @@ def learning_curves(runs: dict[str, list[list[dict[str, Any]]]], path: Path) -> 
     with drawing.style():
         drawn, axes = drawing.figure(1, len(panels), 9.0, 2.6)
         for one, (key, label) in zip(axes[0], panels, strict=True):
-            for (name, curves), colour in zip(runs.items(), reversed(COLOURS), strict=False):
-                _spread(one, curves, key, colour, f"{name}, {len(curves)} seeds")
+            for number, (name, curves) in enumerate(runs.items()):
+                _spread(one, curves, key, f"C{number}", f"{name}, {len(curves)} seeds")
             one.set(xlabel="environment steps [million]", ylabel=label, xlim=(0.0, None), ylim=(0.0, None))
         axes[0, 0].set_title("median and range over seeds, while they explore", fontsize=7)
         axes[0, -1].legend(loc="lower right", fontsize=6)
@@ -112,6 +113,21 @@ def benchmark(rows: dict[str, Row], path: Path) -> Path:
                     one.barh(k, value, xerr=spread, capsize=2, height=0.65, color=COLOURS[-1])
             one.set(xlabel=label, ylim=(len(rows) - 0.5, -0.5))
             one.set_yticks(range(len(rows)), list(rows) if one is axes[0, 0] else [""] * len(rows), fontsize=7)
+        return drawing.save(drawn, path)
+
+
+def performance_profiles(profiles: dict[str, dict[float, Estimate]], path: Path) -> Path:
+    """Share of episodes above a score, by policy, with its interval."""
+    with drawing.style():
+        drawn, axes = drawing.figure(1, 1, 5.5, 3.0)
+        one = axes[0, 0]
+        for name, profile in profiles.items():
+            values = np.array(list(profile.values()))
+            (line,) = one.plot(list(profile), values[:, 0], label=name)
+            one.fill_between(list(profile), values[:, 1], values[:, 2], color=line.get_color(), alpha=0.2)
+        one.set(xlabel="speed of an episode that reaches the goal, else 0 [m/s]", ylabel="share of episodes above")
+        one.set(xlim=(0.0, None), ylim=(0.0, 1.0))
+        one.legend(fontsize=7)
         return drawing.save(drawn, path)
 
 

@@ -18,7 +18,7 @@ import snake_env.sb3
 from snake_env.evaluation import seeds
 from training import tracking
 from training.budget import Budget, Interval, StopRequest
-from training.config import Sb3Config
+from training.config import CurriculumConfig, Sb3Config
 from training.learning_curve import LearningCurve, text
 from training.policies.sb3_model import Model
 from training.progress import Progress
@@ -67,12 +67,12 @@ def _new_model(config: Sb3Config, env: Any, budget: Budget) -> PPO:
         seed=config.seed,
         device="cpu",
         policy_kwargs={"net_arch": list(config.policy.hidden), "log_std_init": config.policy.log_std},
-        **_learner(config, budget),
+        **settings(config, budget),
     )
 
 
-def _learner(config: Sb3Config, budget: Budget) -> dict[str, Any]:
-    """Keywords of the learner; the learning rate falls with the share of the steps that are taken."""
+def settings(config: CurriculumConfig, budget: Budget) -> dict[str, Any]:
+    """Keywords of PPO; the learning rate falls with the share of the steps that are taken."""
     values = config.ppo.model_dump()
     start, end = values.pop("learning_rate"), values.pop("final_learning_rate")
     return {**values, "learning_rate": lambda _: start * (1.0 - (1.0 - end) * budget.used)}
@@ -98,7 +98,7 @@ def save(model: PPO, curve: LearningCurve, path: Path) -> None:
 
 
 def _resumed_model(path: Path, config: Sb3Config, env: Any, budget: Budget, curve: LearningCurve) -> PPO:
-    model = PPO.load(path, env, device="cpu", force_reset=False, **_learner(config, budget))
+    model = PPO.load(path, env, device="cpu", force_reset=False, **settings(config, budget))
     with zipfile.ZipFile(path) as archive:
         world = pickle.loads(archive.read(WORLD))
     venv = _venv(model)

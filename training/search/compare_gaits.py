@@ -2,6 +2,7 @@
 
     python -m training gaits
     python -m training gaits --env SnakeCourse-v1 --amplitude 30 50 --omega 80 120 --beta -60 -50
+    python -m training gaits --env SnakeSpatial-v1 --batches 12   # both waves
 
 The search plays on validation fields; the best gait and the thesis's are then scored on held-out fields. Writes a
 figure and JSON.
@@ -10,17 +11,17 @@ figure and JSON.
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from snake_env.evaluation import scores, seeds
 from snake_env.evaluation.acting import gait_policy
-from snake_env.evaluation.rollout import run_episodes
+from snake_env.evaluation.rollout import layout_of, run_episodes
 from snake_env.policies.gaits import GaitParameters
 from training.cli import answer
 from training.config import JsonObject
 from training.evaluation.report import FIELDS, report
-from training.search.gait_search import PLAN, RANGES, gait, search, write
+from training.search.gait_search import PLAN, RANGES, gait, ranges_of, search, write
 from training.search.optimise import Range
 
 
@@ -31,10 +32,12 @@ class Options:
     Args:
         env: Environment.
         options: Keywords of the environment.
+        search_options: Keywords of the environment in the search only, on top of ``options``.
         amplitude: Range of A [deg].
         omega: Range of omega [deg/s].
         beta: Range of beta [deg].
         fields: Held-out fields of the comparison.
+        batches: Batches of candidates.
         quick: A tenth of the candidates and fields.
         num_threads: Threads of the simulator.
         out: Output folder.
@@ -42,10 +45,12 @@ class Options:
 
     env: str = "SnakeField-v1"
     options: JsonObject = field(default_factory=dict)
-    amplitude: Range = RANGES["amplitude"]
-    omega: Range = RANGES["omega"]
-    beta: Range = RANGES["beta"]
+    search_options: JsonObject = field(default_factory=dict)
+    amplitude: Range | None = None
+    omega: Range | None = None
+    beta: Range | None = None
     fields: int = FIELDS
+    batches: int = PLAN.batches
     quick: bool = False
     num_threads: int | None = None
     out: Path = Path("runs/gaits")
@@ -58,9 +63,11 @@ def main(arguments: list[str] | None = None) -> int:
 
 def compare(args: Options) -> int:
     """Searches, then scores the best gait and the thesis's."""
-    ranges = {"amplitude": args.amplitude, "omega": args.omega, "beta": args.beta}
-    plan = PLAN.quick() if args.quick else PLAN
-    found = search(args.env, ranges, plan, args.num_threads, show=True, **args.options)
+    given = {name: bounds for name in RANGES if (bounds := getattr(args, name)) is not None}
+    options = args.options | args.search_options
+    ranges = {**ranges_of(layout_of(args.env, options | {"action_mode": "gait"})["action"]), **given}
+    plan = PLAN.quick() if args.quick else replace(PLAN, batches=args.batches)
+    found = search(args.env, ranges, plan, args.num_threads, show=True, **options)
     write(found, args.out)
     best = gait(found.best)
     print(f"best of {len(found.tried)} gaits: {best}")

@@ -1,9 +1,9 @@
-"""The best constant gait: a search over amplitude, frequency and phase shift of the wave."""
+"""The best constant gait: a search over amplitude, frequency and phase shift of the wave, in 3D of both waves."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,14 @@ from training.search.optimise import Found, Plan, Range, Values, maximise
 
 RANGES: dict[str, Range] = {"amplitude": (20.0, 60.0), "omega": (80.0, 200.0), "beta": (-65.0, -25.0)}
 """[deg], [deg/s], [deg]; the thesis's gait lies within."""
+SPATIAL_RANGES = RANGES | {
+    "amplitude": (0.0, 60.0),
+    "beta": (-100.0, 0.0),
+    "gamma": (-10.0, 10.0),
+    "lift": (-10.0, 30.0),
+    "lift_phase": (-90.0, 270.0),
+}
+"""Those of the 3D model on open ground, where the wave at zero is sidewinding or, without phase shift, rolls."""
 PLAN = Plan()
 SHOW_SECONDS = 5.0
 """Between two lines of progress."""
@@ -25,7 +33,7 @@ SHOW_SECONDS = 5.0
 
 def search(
     env_id: str,
-    ranges: Mapping[str, Range] = RANGES,
+    ranges: Mapping[str, Range] | None = None,
     plan: Plan = PLAN,
     num_threads: int | None = None,
     show: bool = False,
@@ -35,13 +43,15 @@ def search(
 
     Args:
         env_id: Environment; its torque limit holds for every gait.
-        ranges: Bounds of the gait's parameters [deg], [deg/s], [deg].
+        ranges: Bounds of the gait's parameters, fields of :class:`GaitParameters` [deg], [deg/s];
+            None: those of the environment's model.
         plan: How much is tried.
         num_threads: Threads of the simulator.
         show: Print a line for each batch, and one of progress every few seconds.
         **options: Keywords of the environment.
     """
     entries = layout_of(env_id, options | {"action_mode": "gait"})["action"]
+    ranges = ranges_of(entries) if ranges is None else ranges
 
     def progress(tried: list[Values], fields: list[int]) -> NDArray[np.float64]:
         actions = np.array([gait(values).action(entries) for values in tried])
@@ -51,9 +61,15 @@ def search(
         distance: NDArray[np.float64] = episodes["distance"].reshape(len(tried), len(fields)).mean(axis=1)
         return distance
 
-    thesis = in_degrees(GaitParameters())
+    thesis = in_degrees(GaitParameters(), ranges)
     inside = all(low <= thesis[name] <= high for name, (low, high) in ranges.items())
     return maximise(ranges, progress, plan, [thesis] if inside else [], print if show else lambda line: None)
+
+
+def ranges_of(entries: list[dict[str, Any]]) -> Mapping[str, Range]:
+    """What is searched, by the environment's table of actions: both waves where action zero lifts."""
+    lifts = any(entry["name"] == "lift" and entry["low"] != -entry["high"] for entry in entries)
+    return SPATIAL_RANGES if lifts else RANGES
 
 
 def gait(values: Values) -> GaitParameters:
@@ -61,9 +77,9 @@ def gait(values: Values) -> GaitParameters:
     return GaitParameters(**{name: value * DEGREE for name, value in values.items()})
 
 
-def in_degrees(one: GaitParameters) -> Values:
-    """The wave's parameters [deg], [deg/s], [deg]."""
-    return {name: round(getattr(one, name) / DEGREE, 6) for name in RANGES}
+def in_degrees(one: GaitParameters, names: Iterable[str] = RANGES) -> Values:
+    """These parameters of the wave [deg], [deg/s]."""
+    return {name: round(getattr(one, name) / DEGREE, 6) for name in names}
 
 
 def write(found: Found, out: Path) -> None:

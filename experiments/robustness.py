@@ -1,0 +1,113 @@
+"""What randomised friction, mass, delay and backlash cost, and what training with them gains.
+
+    python -m training sweep --configs general-randomised --seeds 5 --jobs 1 --fields 100 --out runs/sweep
+    python -m experiments.robustness --sweep runs/sweep --config general-randomised
+
+Plays a shipped policy and each finished seed of a configuration in every task of the configuration, on held-out fields:
+with the parameters as they are, and randomised as in training. Episodes are cached: after Ctrl-C the same command
+continues. Prints Markdown, writes ``robustness.json``.
+"""
+
+from __future__ import annotations
+
+import statistics
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from experiments.seed_statistics import finished
+from snake_env.evaluation import scores, seeds
+from snake_env.evaluation.rollout import Episodes
+from snake_env.evaluation.tasks import BenchmarkTask
+from snake_env.markdown import table
+from snake_env.policies.shipped import policy_path
+from training.cli import answer
+from training.config import RunConfig
+from training.evaluation import cached_scores
+from training.evaluation.benchmark import Benchmark
+from training.runs import versions, write_json
+
+CONDITIONS = ("nominal", "randomised")
+
+
+@dataclass
+class Options:
+    """What is played.
+
+    Args:
+        sweep: Folder of the sweep.
+        config: Folder in it.
+        against: The shipped policy, which was trained without randomisation.
+        fields: Held-out fields of each task.
+        num_threads: Threads of the simulator.
+        out: Folder for everything.
+    """
+
+    sweep: Path = Path("runs/sweep")
+    config: str = "general-randomised"
+    against: str = "general"
+    fields: int = 500
+    num_threads: int | None = None
+    out: Path = Path("runs/robustness")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Runs the command."""
+    return answer(Options, compare, __doc__, arguments)
+
+
+def compare(args: Options) -> int:
+    """Plays everything, prints and writes the table."""
+    folders = finished(args.sweep / args.config)
+    bench = Benchmark(args.out, seeds.held_out(args.fields), args.num_threads)
+    before = cached_scores.trained(args.against, policy_path(args.against), None)
+    after = [cached_scores.trained(folder.path.name, folder.policy, None) for folder in folders]
+    found: dict[str, dict[str, Any]] = {}
+    for condition in CONDITIONS:
+        for task in tasks(folders[0].config(), condition == "randomised"):
+            played = {entry.name: bench.episodes(task, entry) for entry in [before, *after]}
+            print(condition, task.name, *(f"{one['is_success'].mean():.3f}" for one in played.values()), flush=True)
+            found.setdefault(task.name, {})[condition] = {name: means(one) for name, one in played.items()}
+    print(text(found, args.against, args.config))
+    args.out.mkdir(parents=True, exist_ok=True)
+    write_json(args.out / "robustness.json", {"fields": args.fields, "versions": versions(), "tasks": found})
+    return 0
+
+
+def tasks(config: RunConfig, randomised: bool) -> list[BenchmarkTask]:
+    """The tasks of a run, with or without the randomisation of its environments."""
+    return [
+        BenchmarkTask(name, env_id, {key: of[key] for key in of if randomised or key != "randomization"})
+        for name, env_id, of in config.environments()
+    ]
+
+
+def means(episodes: Episodes) -> dict[str, float]:
+    """Success rate and speed [m/s], and the ends of the interval of the first."""
+    row = scores.score(episodes)
+    success = row["success"]
+    return {"success": success.value, "low": success.low, "high": success.high, "speed": row["speed"].value}
+
+
+def text(found: dict[str, dict[str, Any]], before: str, after: str) -> str:
+    """A row per task, two columns per condition: the policy before, and the seeds after."""
+    heads = ["task"]
+    for condition in CONDITIONS:
+        heads += [f"{condition}: `{before}`", f"`{after}`: mean (sd), least", "speed [m/s]"]
+    lines = []
+    for task, of_task in found.items():
+        cells = [f"`{task}`"]
+        for condition in CONDITIONS:
+            of_before, *of_seeds = of_task[condition].values()
+            success, speed = ([row[key] for row in of_seeds] for key in ("success", "speed"))
+            deviation = statistics.stdev(success) if len(success) > 1 else 0.0
+            cells.append(f"{of_before['success']:.3f} [{of_before['low']:.3f}, {of_before['high']:.3f}]")
+            cells.append(f"{statistics.mean(success):.3f} ({deviation:.3f}), {min(success):.3f}")
+            cells.append(f"{of_before['speed']:.3f}, {statistics.mean(speed):.3f}")
+        lines.append(cells)
+    return table(heads, lines)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,40 @@
+"""Algorithms on one task: all take the same steps, a stopped comparison continues, missing seeds are seen."""
+
+import json
+
+import pytest
+
+pytest.importorskip("sb3_contrib")
+
+from experiments import algorithms
+from snake_env.zoo.tqc import hyperparams
+from training import config
+
+
+@pytest.fixture
+def small(tmp_path, monkeypatch):
+    values = config.read("algorithms") | {"num_envs": 8, "total_steps": 512, "policy": {"hidden": [8, 8]}}
+    values |= {"env": {"max_episode_steps": 20}, "ppo": {"n_steps": 32, "batch_size": 64, "n_epochs": 1}}
+    (tmp_path / "small.json").write_text(json.dumps(values))
+    for zoo in (algorithms.sac, hyperparams):
+        monkeypatch.setitem(zoo["SnakeField-v1"], "learning_starts", 100)
+    return ["--config", str(tmp_path / "small.json"), "--fields", "2", "--out", str(tmp_path / "out")]
+
+
+def test_finished_seeds_are_kept_and_fewer_seeds_are_said(small, tmp_path, monkeypatch, capsys):
+    assert algorithms.main([*small, "--seeds", "1"]) == 0
+    found = json.loads((tmp_path / "out" / "algorithms.json").read_text())
+    assert {name: len(rows) for name, rows in found["runs"].items()} == dict.fromkeys(algorithms.KINDS, 1)
+    for name in algorithms.KINDS:
+        curve = algorithms.RunFolder(tmp_path / "out" / name / "seed-0").read_curve()
+        assert curve[-1]["steps"] == 512, name
+    trained = []
+    for name in ("recurrent PPO", "TQC"):
+        kind = algorithms.KINDS[name]
+        monkeypatch.setitem(algorithms.KINDS, name, lambda *given, kind=kind: trained.append(1) or kind(*given))
+    assert algorithms.main([*small, "--seeds", "2", "--algorithms", "recurrent PPO"]) == 0
+    assert len(trained) == 1
+    lines = [line.split(" | ")[:2] for line in capsys.readouterr().out.splitlines() if line.startswith("| ")]
+    assert ["| recurrent PPO", "2"] in lines
+    assert ["| TQC", "1"] in lines
+    assert (tmp_path / "out" / "learning-curves.png").stat().st_size > 5000
