@@ -6,7 +6,8 @@
 
 Overlaps are computed from the published poses by the formulas below, which share nothing with the simulator: the
 distance of stadiums is that of their centre lines less their radii. Between two instants the chain is interpolated, and
-a link that is then deep inside a peg or another link has passed through it. Steps in which a robot is flagged
+a link that is then deep inside a peg or another link, or has its centre line on a wall, has passed through it. Steps in
+which a robot is flagged
 (`diverged`, `penetrated`) do not count; their number is printed. Prints a table in Markdown.
 """
 
@@ -61,7 +62,12 @@ ACTION_MODES = ("gait", "joints", "residual", "velocities", "torques")
 BETWEEN = 5
 """Interpolated poses per control period."""
 CROSSED = 0.5
-"""Overlap of an interpolated pose, relative to the sum of the radii, that counts as passing through."""
+"""Overlap of an interpolated pose, relative to the sum of the radii, that counts as passing through; a wall is then
+looked at more closely."""
+CLOSELY = 100
+"""Interpolated poses per control period of a robot that may have passed through a wall."""
+ON_THE_WALL = 0.95
+"""Overlap with a wall, relative to the radius, of a centre line that lies on it, up to the way between such poses."""
 HELD = (1, 2, 20)
 """Control periods for which a random action is held; robots differ in it."""
 
@@ -246,17 +252,31 @@ def _judge(found: Crawl, bodies: _Bodies, before: Array, judged: NDArray[np.bool
     found.self_overlap = max(found.self_overlap, float(-to_self.min(initial=0.0)))
     found.beyond += int((np.minimum(to_peg, to_self) < -1e-3).sum())
     moved = np.linalg.norm(pose - last, axis=-1).max(axis=1) > bodies.radius.min()
-    pose, last, pegs = pose[moved], last[moved], pegs[moved]
-    crossed = np.zeros(len(pose), dtype=bool)
-    if not moved.any():
-        return
-    thickness = bodies.radius.min() + smallest_radius(pegs)
+    if moved.any():
+        has_passed = passed_through(last[moved], pose[moved], bodies.half, bodies.radius, pegs[moved], bodies.walls)
+        found.crossings += int(has_passed.sum())
+
+
+def passed_through(
+    last: Array, pose: Array, half: Array, radius: Array, pegs: Array, walls: list[Array]
+) -> NDArray[np.bool_]:
+    """Whether links passed through a peg, a wall or each other (n,) on the way from ``last`` to ``pose``.
+
+    Links that swing beside a wall come deep into it when the chain is interpolated; those that pass through it also
+    come onto it with their centre lines.
+    """
+    thickness = radius.min() + smallest_radius(pegs)
+    passed, near_wall = np.zeros((2, len(pose)), dtype=bool)
     for share in np.linspace(0, 1, BETWEEN + 2)[1:-1]:
         between = interpolated(last, pose, share)
-        crossed |= peg_gap(between, bodies.half, bodies.radius, pegs) < -CROSSED * thickness
-        crossed |= wall_gap(between, bodies.half, bodies.radius, bodies.walls) < -CROSSED * bodies.radius.min()
-        crossed |= self_gap(between, bodies.half, bodies.radius) < -CROSSED * 2 * bodies.radius.min()
-    found.crossings += int(crossed.sum())
+        passed |= peg_gap(between, half, radius, pegs) < -CROSSED * thickness
+        passed |= self_gap(between, half, radius) < -CROSSED * 2 * radius.min()
+        near_wall |= wall_gap(between, half, radius, walls) < -CROSSED * radius.min()
+    closely = np.linspace(0, 1, CLOSELY) if near_wall.any() else []
+    for share in closely:
+        between = interpolated(last[near_wall], pose[near_wall], share)
+        passed[near_wall] |= wall_gap(between, half, radius, walls) < -ON_THE_WALL * radius.min()
+    return passed
 
 
 def smallest_radius(pegs: Array) -> Array:

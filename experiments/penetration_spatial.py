@@ -6,8 +6,8 @@
 The 3D companion of :mod:`experiments.penetration`: overlaps at every control instant, computed from the published poses
 by the formulas below, which share nothing with the simulator. Links are capsules, pegs and walls vertical cylinders and
 prisms without end; what touches the ground are the end spheres. Between two instants the chain is interpolated, and a
-link that is then deep inside a peg, a wall or another link has passed through it. Steps in which a robot is flagged do
-not count; their number is printed. Prints a table in Markdown.
+link that is then deep inside a peg or another link, or has its centre line on a wall, has passed through it. Steps in
+which a robot is flagged do not count; their number is printed. Prints a table in Markdown.
 """
 
 from __future__ import annotations
@@ -23,7 +23,9 @@ from numpy.typing import NDArray
 from experiments.penetration import (
     ACTION_MODES,
     BETWEEN,
+    CLOSELY,
     CROSSED,
+    ON_THE_WALL,
     arm_of,
     chain,
     random_actions,
@@ -196,18 +198,25 @@ def _judge(found: Crawl, bodies: _Bodies, before: tuple[Array, Array], judged: N
     moved = travel.max(axis=1) > bodies.radius.min()
     if not moved.any():
         return
-    crossed = np.zeros(int(moved.sum()), dtype=bool)
+    passed, near_wall = np.zeros((2, int(moved.sum())), dtype=bool)
     radius = bodies.radius.min()
     smallest = np.array([smallest_radius(bodies.pegs[i]) for i in judged[moved]])
     arm, middle = arm_of(centre, axis), [at[moved].mean(axis=1, keepdims=True) for at in (last_centre, centre)]
-    for share in np.linspace(0, 1, BETWEEN + 2)[1:-1]:
+
+    def interpolated(share: float) -> tuple[Array, Array]:
         between = last_axis[moved] + share * (axis - last_axis)[moved]
         between /= np.linalg.norm(between, axis=-1, keepdims=True)
-        place = (1 - share) * middle[0] + share * middle[1] + chain(between, arm)
-        to_peg, to_wall, _, to_self = bodies.gaps(place, between, judged[moved])
-        crossed |= to_peg < -CROSSED * (radius + smallest)
-        crossed |= (to_wall < -CROSSED * radius) | (to_self < -CROSSED * 2 * radius)
-    found.crossings += int(crossed.sum())
+        return (1 - share) * middle[0] + share * middle[1] + chain(between, arm), between
+
+    for share in np.linspace(0, 1, BETWEEN + 2)[1:-1]:
+        to_peg, to_wall, _, to_self = bodies.gaps(*interpolated(share), judged[moved])
+        passed |= (to_peg < -CROSSED * (radius + smallest)) | (to_self < -CROSSED * 2 * radius)
+        near_wall |= to_wall < -CROSSED * radius
+    # As in the plane, the centre line of a link that passes through a wall comes onto it.
+    for share in np.linspace(0, 1, CLOSELY) if near_wall.any() else []:
+        to_wall = wall_gap(*interpolated(share), bodies.half, bodies.radius, bodies.walls)
+        passed |= near_wall & (to_wall < -ON_THE_WALL * radius)
+    found.crossings += int(passed.sum())
 
 
 def axes(quaternion: Array) -> Array:

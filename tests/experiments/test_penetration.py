@@ -5,7 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from experiments.penetration import ACTION_MODES, SCENES, chain, crawl, interpolated, peg_gap, play, self_gap, wall_gap
+from experiments.penetration import (
+    ACTION_MODES,
+    SCENES,
+    chain,
+    crawl,
+    interpolated,
+    passed_through,
+    peg_gap,
+    play,
+    self_gap,
+    wall_gap,
+)
 from snake_env.evaluation import rollout, seeds, tasks
 from snake_env.policies.shipped import load_policy
 
@@ -66,6 +77,30 @@ def test_a_chain_is_interpolated_with_closed_joints():
         rotation = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
         np.testing.assert_allclose(between[..., :2], first[..., :2] @ rotation.T, atol=1e-12)
         np.testing.assert_allclose(between[..., 2], 0.3 + turn)
+
+
+def test_links_that_pass_through_something_are_found_and_those_that_swing_beside_it_are_not():
+    half, radius = np.full(3, 0.04), np.full(3, 0.05)
+    wall = [np.array([[-1.0, 0.0], [1.0, 0.0]])]
+    no_pegs = np.empty((1, 0, 3))
+
+    def straight(y, angle):
+        along = 0.12 * (np.arange(3) - 1)
+        return np.stack([along * np.cos(angle), y + along * np.sin(angle), np.full(3, angle)], axis=-1)[None]
+
+    below, above, beyond = straight(-0.1, 0.0), straight(0.1, 0.0), straight(0.25, 0.0)
+    assert passed_through(below, above, half, radius, no_pegs, wall)
+    assert not passed_through(above, beyond, half, radius, no_pegs, wall)
+    # The last link swings by half a turn beside the wall: on the way of a steady turn it is 3 cm inside.
+    angles = np.array([[0.0, 0.0, -0.3], [0.0, 0.0, -np.pi + 0.3]])[..., None]
+    hanging = chain(np.concatenate([np.cos(angles), np.sin(angles)], axis=-1), 0.06) + np.array([0.0, 0.095])
+    first, last = np.concatenate([hanging, angles], axis=-1)[:, None]
+    middle = wall_gap(interpolated(first, last, 0.5), half, radius, wall)
+    assert -0.9 * 0.05 < middle[0] < -0.5 * 0.05
+    assert not passed_through(first, last, half, radius, no_pegs, wall)
+    peg = np.array([[[0.05, 0.0, 0.0]]])
+    assert passed_through(below, above, half, radius, peg, [])
+    assert not passed_through(above, beyond, half, radius, peg, [])
 
 
 def test_gaps_between_links_are_those_of_points_on_their_centre_lines():

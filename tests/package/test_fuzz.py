@@ -142,8 +142,15 @@ def admissible(draw):
     """Sections that are accepted, over all decades."""
     links = draw(st.integers(2, 12))
     per_link = positive | st.lists(positive, min_size=links, max_size=links)
+    length, radius = draw(positive), draw(positive)
     robot = Robot(
-        links=links, mass=draw(per_link), inertia=draw(per_link), length=draw(positive), radius=draw(positive)
+        links=links,
+        mass=draw(per_link),
+        inertia=draw(per_link),
+        length=length,
+        radius=radius,
+        # Links that overlap in the straight robot cannot touch each other.
+        self_contact=None if length > Robot().contact_half_length + radius else False,
     )
     coordinate = st.floats(-1e3, 1e3)
     pegs = draw(st.lists(st.tuples(positive, coordinate, coordinate), max_size=5))

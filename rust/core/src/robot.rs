@@ -175,6 +175,22 @@ impl Robot {
         self.links.len() - 1
     }
 
+    /// Rejects links that are not neighbours and overlap although the robot is straight, where they are farthest apart: if
+    /// they touched each other, no posture would part them.
+    ///
+    /// # Errors
+    /// Names the length between them, and both.
+    pub fn require_parted_links(&self) -> Result<(), ConfigError> {
+        for (i, triple) in self.links.windows(3).enumerate() {
+            let [first, middle, last] = [&triple[0], &triple[1], &triple[2]];
+            let apart = 0.5 * (first.length + last.length) + middle.length;
+            let expected =
+                format!("links {i} and {} that are apart in the straight robot, or self_contact=False", i + 2);
+            require(apart > first.reach() + last.reach(), &format!("length[{}]", i + 1), middle.length, &expected)?;
+        }
+        Ok(())
+    }
+
     /// Mass of the whole robot \[kg\].
     pub fn total_mass(&self) -> f64 {
         self.links.iter().map(|link| link.mass).sum()

@@ -5,7 +5,8 @@
 //! ever asked for points next to it.
 use nalgebra::{DMatrix, DVector, Vector2};
 use snake_core::laws::{ConvexSet, Ellipse};
-use snake_core::planar::{Stage, StageContact, StageJoint, StageLink, StagePair, Twist};
+use snake_core::planar::{Heading, PlanarState, Stage, StageContact, StageJoint, StageLink, StagePair, Twist};
+use snake_core::robot::Robot;
 
 use crate::planar::Random;
 
@@ -29,6 +30,32 @@ pub fn joint_directions(stage: &Stage) -> DMatrix<f64> {
         }
     }
     w
+}
+
+/// Twists after the inelastic impact of a chain at a contact of direction `w`: `u+ = u- + M^-1 (W_J P_J + w P)` with
+/// `W_J^T u+ = 0` and `w^T u+ = 0`, the M-orthogonal projection on the constraints.
+///
+/// # Panics
+/// If the constraints depend on each other.
+pub fn after_impact(robot: &Robot, state: &PlanarState, w: &DVector<f64>) -> Vec<Twist> {
+    let mut stage = Stage::with_capacity(state.pose.len());
+    stage.links.extend(robot.links.iter().zip(&state.pose).map(|(link, q)| StageLink {
+        heading: Heading::of(q.z),
+        reference: Twist::zeros(),
+        mass: link.mass,
+        inertia: link.inertia,
+        half_length: 0.5 * link.length,
+        friction: Vector2::zeros(),
+    }));
+    let w_j = joint_directions(&stage);
+    let mut all = w_j.clone().insert_column(w_j.ncols(), 0.0);
+    all.set_column(w_j.ncols(), w);
+    let inverse_mass = mass_matrix(&stage).map_diagonal(|m| 1.0 / m);
+    let inverse_mass = DMatrix::from_diagonal(&inverse_mass);
+    let u = stacked(&state.twist);
+    let impulses =
+        (all.transpose() * &inverse_mass * &all).lu().solve(&(-all.transpose() * &u)).expect("independent constraints");
+    unstacked(&(u + inverse_mass * all * impulses))
 }
 
 /// Columns span the motions with W_J^T u = 0: translations, then each link's rotation, which carries

@@ -85,6 +85,9 @@ impl<M: SimulatedModel> Simulation<M> {
         let mut robot = Robot::new(robot).map_err(|e| e.inside("robot"))?;
         let has = |feature: Feature| feature.is_in(M::NAME, integrator.method());
         robot.self_contact &= has(Feature::SelfContact);
+        if robot.self_contact {
+            robot.require_parted_links().map_err(|e| e.inside("robot"))?;
+        }
         if !has(Feature::JointLimits) {
             robot.joint_limit = f64::INFINITY;
         }

@@ -1,7 +1,7 @@
 //! How deep the end of a step takes links into obstacles and into each other; see [`crate::stepping::penetration`].
 //!
-//! A link that moves farther than its radius in one step near a contact could pass to the other side of it, so such a
-//! step is divided, too.
+//! A link of which some point moves farther than its radius in one step near a contact could pass to the other side of it,
+//! so such a step is divided, too.
 
 use nalgebra::Vector3;
 
@@ -48,19 +48,25 @@ fn sinking_into(
 ) -> Sinking {
     let mut sinking = Sinking::No;
     let travelled = (end - start).norm();
-    let (near, may_cross) = (end.xy(), travelled > link.radius);
     let lowest = start.z.min(end.z) - link.reach();
-    obstacles.visit_obstacles(&near, link.reach() + if may_cross { travelled } else { 0.0 }, |obstacle| {
+    obstacles.visit_obstacles(&end.xy(), link.reach() + travelled, |obstacle| {
         if obstacles.solid(obstacle).is_some_and(|solid| lowest > solid.height) {
             return;
         }
-        let gap_at_end = obstacle_gap(link, &frame(1), obstacles, obstacle);
-        if may_cross {
+        let [start, end] = [0, 1].map(&frame);
+        if farthest_travel(link, &start, &end) > link.radius {
             sinking = sinking.max(Sinking::TooDeep);
         }
+        let gap_at_end = obstacle_gap(link, &end, obstacles, obstacle);
         if gap_at_end < -ALLOWED {
-            sinking = sinking.max(Sinking::of(obstacle_gap(link, &frame(0), obstacles, obstacle), gap_at_end));
+            sinking = sinking.max(Sinking::of(obstacle_gap(link, &start, obstacles, obstacle), gap_at_end));
         }
     });
     sinking
+}
+
+/// How far the point of a link's centre line moves that moves farthest, one of its ends \[m\].
+pub(super) fn farthest_travel(link: &Link, start: &Frame, end: &Frame) -> f64 {
+    let (moved, turned) = (end.position - start.position, (end.axes[2] - start.axes[2]) * link.contact_half_length);
+    (moved + turned).norm().max((moved - turned).norm())
 }

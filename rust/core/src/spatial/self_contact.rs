@@ -15,6 +15,7 @@ use crate::stepping::penetration::{ALLOWED, Sinking};
 use crate::stepping::{ContactImpulse, Source};
 
 use super::pair_slots::PairSlots;
+use super::penetration::farthest_travel;
 use super::workspace::Workspace;
 use super::{Frame, Laned, PairPlace, Pose, Stage, StagePair, StageSolution, Twist, Wrench};
 
@@ -163,7 +164,7 @@ impl<T: Real> SelfContactDetection<T> {
             capsule_gap([&first, &second])
         };
         let position = |frames: &[Frame<T>], link: usize| frames[link].position.lane(lane);
-        let travelled = |link: usize| (position(end, link) - position(start, link)).norm();
+        let travelled = |link: usize| farthest_travel(&links[link], &start[link].lane(lane), &end[link].lane(lane));
         visit_close_pairs(
             links,
             |link| position(end, link),
@@ -194,9 +195,10 @@ impl<T: Real> Workspace<T> {
         found.clear();
         for lane in active(pending).filter(|&lane| folded.lane(lane)) {
             let centre = |link: usize| self.frames[link].position.lane(lane);
-            let travel = |link: usize| (centre(link) - self.start_frames[link].position.lane(lane)).norm();
+            let [start, end] = [&self.start_frames, &self.frames];
+            let travel = |i: usize| farthest_travel(&links[i], &start[i].lane(lane), &end[i].lane(lane));
             let travelled = (0..links.len()).map(travel).fold(0.0, f64::max);
-            if travelled > links[0].radius {
+            if travelled > links.iter().map(|link| link.radius).fold(f64::INFINITY, f64::min) {
                 // Fast enough for two links to pass each other within the step.
                 visit_close_pairs(links, centre, 2.0 * travelled, |_, _| near[lane] = true);
             }

@@ -2,14 +2,16 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{DVector, Vector2, Vector3};
+use snake_core::contact::{PlacedLink, link_pair_gap};
 use snake_core::control::ControllerConfig;
 use snake_core::gait::Wave;
 use snake_core::planar::{PlanarState, Pose, Twist};
-use snake_core::robot::RobotConfig;
+use snake_core::robot::{PerLink, Robot, RobotConfig};
 use snake_core::simulation::PlanarSimulation;
 use snake_test_support::allocation::REQUESTS;
-use snake_test_support::planar::{Hold, LIMP, build, ground, implicit, momentum, moving_chain, posture};
+use snake_test_support::planar::{Hold, LIMP, Random, build, ground, implicit, momentum, moving_chain, posture};
+use snake_test_support::planar_stage::{after_impact, stacked};
 
 fn solid(links: usize) -> RobotConfig {
     RobotConfig { links, ..RobotConfig::default() }
@@ -50,6 +52,69 @@ fn an_impact_of_two_links_keeps_momentum_and_creates_no_energy() {
     assert!((linear - linear_after).norm() < 1e-9, "{linear} {linear_after}");
     // Forces act at the predicted configuration, which the end of a step leaves by an order of the step.
     assert!((angular - angular_after).abs() < 1e-3 * angular.abs().max(1e-2), "{angular} {angular_after}");
+}
+
+/// A chain whose first and last link touch, bent by `shape` times a common factor. Returns the factor.
+fn closed_by(simulation: &mut PlanarSimulation, shape: &[f64]) -> f64 {
+    let (mut open, mut closed) = (0.5 / shape.len() as f64, 6.0 / shape.len() as f64);
+    for _ in 0..60 {
+        let middle = 0.5 * (open + closed);
+        let joints: Vec<f64> = shape.iter().map(|angle| angle * middle).collect();
+        simulation.place_chain(0.1, -0.2, 0.4, &joints);
+        if simulation.self_gap() > 0.0 { open = middle } else { closed = middle }
+    }
+    open
+}
+
+/// Gradient of the distance of two links by their poses, from differences of the published one.
+fn gradient_of_gap(robot: &Robot, pose: &[Pose], [i, j]: [usize; 2]) -> DVector<f64> {
+    let mut gradient = DVector::zeros(3 * pose.len());
+    let gap = |pose: &[Pose]| link_pair_gap([i, j].map(|k| PlacedLink::new(&robot.links[k], pose[k])).each_ref());
+    for (link, axis) in [i, j].into_iter().flat_map(|link| (0..3).map(move |axis| (link, axis))) {
+        let moved = |by: f64| {
+            let mut pose = pose.to_vec();
+            pose[link][axis] += by;
+            gap(&pose)
+        };
+        gradient[3 * link + axis] = (moved(1e-6) - moved(-1e-6)) / 2e-6;
+    }
+    gradient
+}
+
+/// The halves of a chain meet with any velocities of their links: velocities after the impact are those of full matrices,
+/// and the energy falls by half the impulse times the closing velocity.
+#[test]
+fn two_halves_of_a_chain_that_meet_move_on_as_the_projection_on_the_constraints() {
+    let mut random = Random::new(41);
+    for links in [5, 6, 8, 11] {
+        for case in 0..4 {
+            let shape: Vec<f64> = (1..links).map(|_| random.between(0.85, 1.15)).collect();
+            for order in [1, 2] {
+                let mut simulation = build(&solid(links), &ground([0.0, 0.0]), &LIMP, &implicit(1e-6, order));
+                let factor = closed_by(&mut simulation, &shape);
+                assert!(shape.iter().all(|angle| angle * factor < FRAC_PI_2), "within the limits of the joints");
+                let pose: Vec<Pose> = simulation.state().pose.clone();
+                let w = gradient_of_gap(simulation.robot(), &pose, [0, links - 1]);
+                let head = Twist::new(random.between(-0.3, 0.3), random.between(-0.3, 0.3), random.between(-1.0, 1.0));
+                let omega: Vec<f64> = (1..links).map(|_| random.between(-1.0, 1.0)).collect();
+                let mut state = moving_chain(simulation.robot(), &pose, head, &omega);
+                if w.dot(&stacked(&state.twist)) > 0.0 {
+                    state.twist.iter_mut().for_each(|u| *u = -*u);
+                }
+                let closing = w.dot(&stacked(&state.twist));
+                let exact = after_impact(simulation.robot(), &state, &w);
+                simulation.place(&state);
+                let before = simulation.kinetic_energy();
+                simulation.advance(4e-6, &Hold(0.0));
+                // omega^2 h over four steps, and an impulse resolved to 1e-10.
+                let defect = (stacked(&simulation.state().twist) - stacked(&exact)).amax();
+                assert!(defect < 1e-4, "{links} links, case {case}, order {order}: {defect:e}");
+                let lost = before - simulation.kinetic_energy();
+                let expected = -0.5 * closing * simulation.self_contact_impulse()[0].norm();
+                assert!((lost - expected).abs() < 1e-4 * before, "{links} links: {lost} J lost, {expected} J expected");
+            }
+        }
+    }
 }
 
 #[test]
@@ -164,6 +229,19 @@ fn two_rods_that_meet_head_on_keep_their_momentum_and_lose_the_rest() {
         before > 1.2 * common && (energy - common).abs() < 1e-6 * common,
         "{before} J before, {energy} after, {common}"
     );
+}
+
+/// Links so short that those next but one overlap in the straight robot could only be pressed through each other.
+#[test]
+fn links_that_no_posture_parts_are_refused() {
+    let simulation = |length, self_contact| {
+        let robot = RobotConfig { length: PerLink::Same(length), self_contact, ..RobotConfig::default() };
+        PlanarSimulation::new(&robot, &ground([0.2, 0.2]), &LIMP, &implicit(1e-2, 2))
+    };
+    let reach = 0.0393 + 0.0525;
+    let refused = simulation(reach - 1e-6, None).map(drop).unwrap_err();
+    assert_eq!(refused.field, "robot.length[1]");
+    assert!(simulation(reach + 1e-6, None).is_ok() && simulation(0.05, Some(false)).is_ok());
 }
 
 /// A coil in a turned frame: where it ends, turned back.

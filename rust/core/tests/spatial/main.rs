@@ -12,6 +12,7 @@ mod lanes;
 mod laws;
 mod obstacle_friction_laws;
 mod peg_geometry;
+mod penetration_laws;
 mod reference;
 mod self_contact_laws;
 mod self_contact_stage;

@@ -53,9 +53,9 @@ pub struct Scenario {
 pub enum Effort {
     /// A few seconds, within the tests.
     Short,
-    /// Under a minute.
+    /// Ten minutes of one core.
     Quick,
-    /// About a quarter of an hour.
+    /// Some three hours of one core.
     Long,
 }
 
