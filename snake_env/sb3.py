@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import marshal
 import time
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -71,6 +72,8 @@ class SnakeVecEnv(VecEnv):
         self.monitor = monitor
         self._infos: dict[str, Any] = {}
         self._return = np.zeros(env.num_envs)
+        # New mappings in each step, of which loading makes 256 in 7.6 us and a comprehension in 9 us.
+        self._empty_infos = marshal.dumps([{} for _ in range(env.num_envs)])
         self._steps = 0
         self._steps_before = np.zeros(env.num_envs, np.int64)
         self._start_time = time.time()
@@ -107,7 +110,7 @@ class SnakeVecEnv(VecEnv):
         observation, reward, terminated, truncated, infos = self.env.step(self._actions)
         self._return += reward
         self._steps += 1
-        rows: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        rows: list[dict[str, Any]] = marshal.loads(self._empty_infos)
         if "final_obs" in infos:
             for i in np.flatnonzero(infos["_final_obs"]).tolist():
                 rows[i] = self._last_info(i, infos, bool(truncated[i] and not terminated[i]))
