@@ -185,7 +185,7 @@ def _keywords(config: dict[str, Any]) -> str:
 def _policies(env_id: str) -> list[str]:
     """Scores of the shipped policies that were trained in this environment."""
     cards = [load_policy(name).card for name in NAMES]
-    own = [one for one in cards if one.env_id == env_id and TASKS[env_id].get("model") != "spatial"]
+    own = [one for one in cards if one.env_id == env_id]
     if not own:
         return []
     rows = [_policy_row(one) for one in own]
