@@ -54,8 +54,8 @@ def test_the_numbering_of_the_links_matters_no_more_than_the_step(self_contact, 
 
 
 def test_mujoco_s_capsules_coil_up_alike():
-    """Without friction, under overdamped PD that presses the links on each other; MuJoCo's contacts are stiff springs with
-    dampers, ours are rigid: joint angles within 1e-3 rad, where links 2 mm thinner make a difference of 4e-3 rad."""
+    """Without friction, under overdamped PD that presses the links on each other; MuJoCo's contacts are stiff springs
+    with dampers, ours are rigid: joint angles within 1e-3 rad. Links 2 mm thinner would be off by 4e-3 rad."""
     mujoco = pytest.importorskip("mujoco")
     links, kp, kd, duration = 9, 20.0, 3.0, 2.0
     run = snake_env.simulate(
