@@ -1,7 +1,12 @@
 //! How deep links may be in pegs and in each other, whatever the action.
 
+use nalgebra::Vector2;
 use snake_core::environment::rng::Rng;
 use snake_core::environment::{ActionMode, EnvConfig, Environment, PlanarRobot, Task};
+use snake_core::planar::Twist;
+use snake_core::robot::{PerLink, RobotConfig};
+use snake_core::scene::{Peg, SceneConfig};
+use snake_test_support::planar::{Hold, LIMP, build, ground, implicit, moving_chain};
 
 /// Deepest overlap at the ends of random control periods, and the periods that ended with a flagged robot.
 fn crawl(config: &EnvConfig, seed: u64, periods: usize) -> (f64, usize) {
@@ -33,6 +38,41 @@ fn no_action_pushes_links_more_than_a_millimetre_into_anything() {
             let (deepest, flagged) = crawl(&config, seed as u64, 400);
             assert!(deepest < 1e-3, "{action_mode:?} {task:?}: {deepest} m");
             assert_eq!(flagged, 0, "{action_mode:?} {task:?}");
+        }
+    }
+}
+
+/// Three slender links of which the middle one turns about its CG and takes the others along: its end would be beyond a thin
+/// peg one step later.
+#[test]
+fn a_slender_link_that_turns_does_not_pass_through_a_peg() {
+    let robot = RobotConfig {
+        links: 3,
+        length: PerLink::Same(1.0),
+        contact_half_length: PerLink::Same(0.45),
+        radius: PerLink::Same(1e-3),
+        inertia: PerLink::Same(0.06),
+        ..RobotConfig::default()
+    };
+    for spin in [10.0, 15.0, 20.0] {
+        for place in 0..20 {
+            let peg = Peg { radius: 5e-4, x: 0.43, y: 0.03 + 0.004 * f64::from(place) };
+            let scene = SceneConfig { obstacles: vec![peg.into()], ..ground([0.0; 2]) };
+            let mut simulation = build(&robot, &scene, &LIMP, &implicit(0.01, 2));
+            simulation.place_chain(-1.0, 0.0, 0.0, &[0.0; 2]);
+            let pose = simulation.state().pose.clone();
+            let state = moving_chain(simulation.robot(), &pose, Twist::new(0.0, -0.5 * spin, 0.0), &[spin, 0.0]);
+            simulation.place(&state);
+            let mut was_pushed = false;
+            for _ in 0..25 {
+                simulation.advance(0.01, &Hold(0.0));
+                was_pushed |= simulation.contact_impulse().iter().any(|impulse| impulse.norm() > 0.0);
+                let link = simulation.state().pose[1];
+                let (axis, offset) = (Vector2::new(link.z.cos(), link.z.sin()), Vector2::new(peg.x, peg.y) - link.xy());
+                let is_beside = offset.dot(&axis).abs() < 0.45;
+                assert!(!is_beside || axis.perp(&offset) > 0.0, "{spin} rad/s, peg {place}: passed through");
+            }
+            assert!(was_pushed, "{spin} rad/s, peg {place}");
         }
     }
 }

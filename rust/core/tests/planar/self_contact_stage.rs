@@ -1,6 +1,6 @@
 //! Stages in which a robot touches itself, against full matrices and before the certificate.
 
-use snake_core::planar::{InteriorPoint, Newton, Stage, StageSolution, Twist, certify};
+use snake_core::planar::{InteriorPoint, Newton, Stage, StageLink, StageSolution, Twist, certify};
 use snake_test_support::planar::Random;
 use snake_test_support::planar_stage::{self as dense, Kind};
 
@@ -88,6 +88,38 @@ fn the_certificate_finds_a_wrong_impulse_between_links() {
             assert!(certify(&stage, &wrong).residual() > 1e-6);
         }
     }
+}
+
+/// Solutions in balance that break the law of a contact: one that ignores it while links approach each other, and one that
+/// pushes although they part.
+#[test]
+fn the_certificate_finds_a_contact_whose_law_is_broken() {
+    let mut random = Random::new(25);
+    let kind = Kind { friction: true, ..FREE };
+    let (mut ignored, mut pushed) = (0, 0);
+    for _ in 0..60 {
+        let mut stage = dense::random_stage(kind, &mut random);
+        dense::fold(&mut stage, 1, &mut random);
+        let pair = stage.pairs[0];
+        for impulse in [0.0, 0.01] {
+            let mut alone = stage.clone();
+            alone.pairs.clear();
+            for (link, w) in pair.links.into_iter().zip(&pair.direction) {
+                let StageLink { mass, inertia, reference, .. } = &mut alone.links[link];
+                *reference += w.component_div(&Twist::new(*mass, *mass, *inertia)) * impulse;
+            }
+            let (mut solution, _) = solve(&alone, 1e-11);
+            solution.pair = vec![impulse];
+            let opening =
+                pair.offset + (0..2).map(|k| pair.direction[k].dot(&solution.twist[pair.links[k]])).sum::<f64>();
+            let is_broken = opening < -1e-3 || (impulse > 0.0 && opening > 1e-3);
+            let residual = certify(&stage, &solution).residual();
+            assert!(!is_broken || residual > 5e-4, "{impulse} N s, opening {opening} m/s: {residual:e}");
+            ignored += usize::from(is_broken && impulse == 0.0);
+            pushed += usize::from(is_broken && impulse > 0.0);
+        }
+    }
+    assert!(ignored > 5 && pushed > 5, "{ignored} ignored, {pushed} pushed");
 }
 
 /// Impulses between links of one robot are internal: without friction and actuation they change no momentum.

@@ -25,13 +25,13 @@ fn a_slender_link_that_turns_does_not_pass_through_a_peg() {
         links: 3,
         length: PerLink::Same(1.0),
         contact_half_length: PerLink::Same(0.45),
-        radius: PerLink::Same(5e-3),
+        radius: PerLink::Same(1e-3),
         inertia: PerLink::Same(0.06),
         ..RobotConfig::default()
     };
-    for spin in [4.0, 8.0] {
-        for place in 0..12 {
-            let peg = Peg { radius: 1e-3, x: 0.43, y: 0.03 + 0.007 * f64::from(place) };
+    for spin in [10.0, 15.0, 20.0] {
+        for place in 0..20 {
+            let peg = Peg { radius: 5e-4, x: 0.43, y: 0.03 + 0.004 * f64::from(place) };
             let scene = SceneConfig { obstacles: vec![peg.into()], rolling_friction: 0.0, ..ground([0.0; 2]) };
             let mut simulation = SpatialSimulation::new(&robot, &scene, &LIMP, &implicit(0.01, 2)).expect("admissible");
             let head = Pose { position: Vector3::new(-1.0, 0.0, 50.0), orientation: orientation_of(0.0, 0.0, 0.0) };
