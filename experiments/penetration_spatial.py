@@ -2,6 +2,7 @@
 
     python -m experiments.penetration_spatial
     python -m experiments.penetration_spatial --action-modes joints --steps 300000
+    python -m experiments.penetration_spatial --policies spatial   # in its own environment
 
 The 3D companion of :mod:`experiments.penetration`: overlaps at every control instant, computed from the published poses
 by the formulas below, which share nothing with the simulator. Links are capsules, pegs and walls vertical cylinders and
@@ -15,7 +16,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,8 +34,11 @@ from experiments.penetration import (
     walls_to_line,
 )
 from snake_env import Scene, SnakeVectorEnv
+from snake_env.evaluation import seeds
 from snake_env.markdown import table
 from snake_env.obstacles import Box, Polygon, Segment, circles, outlines
+from snake_env.policies.network import Network
+from snake_env.policies.shipped import load_policy
 from training.cli import answer
 
 Array = NDArray[np.float64]
@@ -75,6 +79,8 @@ class Options:
         num_envs: Robots per batch.
         num_threads: Threads of the simulator.
         seed: Of scenes and actions.
+        policies: Instead of random actions, shipped policies or files, each in the environment of its training.
+        starts: Test scenes that these play, one episode each.
     """
 
     scenes: tuple[str, ...] = tuple(SCENES)
@@ -83,6 +89,8 @@ class Options:
     num_envs: int = 128
     num_threads: int | None = None
     seed: int = 0
+    policies: tuple[str, ...] = ()
+    starts: int = 40
 
 
 @dataclass
@@ -122,8 +130,22 @@ def _run(options: Options) -> int:
         "crossings",
         "flagged",
     ]
-    print(table(head, _rows(options)))
+    print(table(head, _policy_rows(options) if options.policies else _rows(options)))
     return 0
+
+
+def _policy_rows(options: Options) -> Iterator[list[str]]:
+    for name in options.policies:
+        policy = load_policy(name)
+        found = play(policy, seeds.held_out(options.starts), options.num_threads)
+        yield _row(name, policy.card.env_id, found)
+
+
+def _row(actions: str, scene: str, found: Crawl) -> list[str]:
+    print(actions, scene, found, file=sys.stderr, flush=True)
+    overlaps = [f"{1e3 * depth:.3f}" for depth in found.overlap]
+    counts = [str(count) for count in (found.beyond, found.crossings, found.flagged)]
+    return [actions, scene, str(found.steps), *overlaps, *counts]
 
 
 def _rows(options: Options) -> Iterator[list[str]]:
@@ -132,10 +154,7 @@ def _rows(options: Options) -> Iterator[list[str]]:
             keywords = SCENES[scene] | {"model": "spatial", "action_mode": mode}
             steps = options.steps // len(options.scenes)
             found = crawl(keywords, steps, options.num_envs, options.num_threads, options.seed)
-            print(mode, scene, found, file=sys.stderr, flush=True)
-            overlaps = [f"{1e3 * depth:.3f}" for depth in found.overlap]
-            counts = [str(count) for count in (found.beyond, found.crossings, found.flagged)]
-            yield [mode, scene, str(found.steps), *overlaps, *counts]
+            yield _row(mode, scene, found)
 
 
 def crawl(
@@ -156,6 +175,28 @@ def crawl(
         found.flagged += int(flagged.sum())
         _judge(found, bodies, before, np.flatnonzero(~ended & ~flagged))
         ended = terminated | truncated
+    envs.close()
+    return found
+
+
+def play(policy: Network, starts: list[int], num_threads: int | None = None) -> Crawl:
+    """A policy's first episodes of these seeds, judged at every control instant."""
+    envs = cast(SnakeVectorEnv, policy.make_vec(len(starts), num_threads=num_threads, autoreset_mode="Disabled"))
+    observation, _ = envs.reset(seed=starts)
+    bodies, found = _Bodies(envs), Crawl()
+    running = np.ones(len(starts), dtype=bool)
+    while running.any():
+        observation, _, terminated, truncated, info = envs.step(policy(observation))
+        before = bodies.centre, bodies.axis
+        bodies.read(~running)
+        flagged = info["diverged"] | info["penetrated"]
+        found.steps += int(running.sum())
+        found.flagged += int((flagged & running).sum())
+        _judge(found, bodies, before, np.flatnonzero(running & ~flagged))
+        ended = terminated | truncated
+        running &= ~ended
+        if ended.any():
+            observation, _ = envs.reset(options={"reset_mask": ended})
     envs.close()
     return found
 

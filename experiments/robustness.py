@@ -94,19 +94,28 @@ def text(found: dict[str, dict[str, Any]], before: str, after: str) -> str:
     """A row per task, two columns per condition: the policy before, and the seeds after."""
     heads = ["task"]
     for condition in CONDITIONS:
-        heads += [f"{condition}: `{before}`", f"`{after}`: mean (sd), least", "speed [m/s]"]
+        heads += [f"{condition}: `{before}`", f"`{after}`", "speeds [m/s]"]
     lines = []
     for task, of_task in found.items():
         cells = [f"`{task}`"]
         for condition in CONDITIONS:
             of_before, *of_seeds = of_task[condition].values()
-            success, speed = ([row[key] for row in of_seeds] for key in ("success", "speed"))
-            deviation = statistics.stdev(success) if len(success) > 1 else 0.0
-            cells.append(f"{of_before['success']:.3f} [{of_before['low']:.3f}, {of_before['high']:.3f}]")
-            cells.append(f"{statistics.mean(success):.3f} ({deviation:.3f}), {min(success):.3f}")
-            cells.append(f"{of_before['speed']:.3f}, {statistics.mean(speed):.3f}")
+            speed = statistics.mean(row["speed"] for row in of_seeds)
+            cells += [_success(of_before), _successes(of_seeds), f"{of_before['speed']:.3f}, {speed:.3f}"]
         lines.append(cells)
     return table(heads, lines)
+
+
+def _success(row: dict[str, float]) -> str:
+    return f"{row['success']:.3f} [{row['low']:.3f}, {row['high']:.3f}]"
+
+
+def _successes(rows: list[dict[str, float]]) -> str:
+    """Mean and standard deviation over seeds and the least; of a single seed its interval over scenes."""
+    if len(rows) == 1:
+        return _success(rows[0])
+    values = [row["success"] for row in rows]
+    return f"{statistics.mean(values):.3f} ({statistics.stdev(values):.3f}), least {min(values):.3f}"
 
 
 if __name__ == "__main__":

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from experiments.penetration_spatial import SCENES, crawl, ground_gap, peg_gap, self_gap, wall_gap
+from experiments.penetration_spatial import SCENES, crawl, ground_gap, peg_gap, play, self_gap, wall_gap
+from snake_env import load_policy
+from snake_env.evaluation import seeds
 
 HALF, RADIUS = np.full(4, 0.04), np.full(4, 0.05)
 ALONG = np.linspace(-HALF[0], HALF[0], 401)
@@ -61,3 +63,10 @@ def test_random_actions_leave_less_than_a_millimetre(scene, mode):
     assert found.steps > 350
     assert max(found.overlap) < 1e-3
     assert found.beyond == found.crossings == 0
+
+
+def test_a_policy_is_judged_in_each_step_of_its_episodes():
+    found = play(load_policy("spatial"), seeds.held_out(2), 1)
+    assert 160 < found.steps <= 2 * 160, "two episodes of 8 s, none of which ends at once"
+    assert found.beyond == found.crossings == found.flagged == 0
+    assert 0.0 < max(found.overlap) < 1e-3

@@ -57,6 +57,21 @@ def test_in_3d_a_policy_rolls_faster_than_the_best_constant_gait():
     assert not (rolls["diverged"] | rolls["penetrated"]).any()
 
 
+def test_in_3d_a_policy_does_not_throw_itself():
+    policy = snake_env.load_policy("spatial")
+    envs = policy.make_vec(4, num_threads=1)
+    observation, _ = envs.reset(seed=seeds.held_out(4))
+    carried, highest = [], 0.0
+    for _ in range(100):
+        observation, _, _, _, info = envs.step(policy(observation))
+        carried.append(info["grounded"])
+        highest = max(highest, envs.unwrapped.state().link_position[..., 2].max())
+        assert not (info["diverged"] | info["penetrated"]).any()
+    assert np.mean(np.array(carried) > 0) > 0.99
+    assert highest < 0.2
+    envs.close()
+
+
 def test_a_film_shows_the_episode_that_was_scored():
     policy, options = snake_env.load_policy("field-hard"), {"difficulty": 1.0, "max_episode_steps": 60}
     chosen = seeds.held_out(12)

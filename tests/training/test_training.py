@@ -396,9 +396,10 @@ def test_aggregates_are_those_of_rliable():
     assert 0.0 <= better.low <= better.high <= 1.0
     in_two = statistics.probability_of_improvement([[1.0, 2.0, 2.0], [3.0]], [[0.0, 2.0], [1.0, 2.0, 4.0]])
     assert in_two.value == pytest.approx(0.5 * (4.0 / 6.0 + 2.0 / 3.0))
-    above = statistics.performance_profile(3.0, *scores)
-    assert above.value == 0.5
+    above = statistics.performance_profile(1.5, *scores)
+    assert above.value == 0.75
     assert above.low < above.value < above.high
+    assert statistics.performance_profile(3.0, *scores) == (0.5, 0.5, 0.5), "resamples keep to their task"
 
 
 def test_scores_say_nothing_of_times_where_no_goal_was_reached():
