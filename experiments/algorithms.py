@@ -231,6 +231,10 @@ class Model:
         return np.asarray(action)
 
 
+FEWEST = 3
+"""Seeds below which there is no interval."""
+
+
 def text(rows: dict[str, list[dict[str, float]]], steps: int) -> str:
     """Means over the seeds with Student's intervals, and who is better than the first."""
     first = next(iter(rows))
@@ -238,13 +242,19 @@ def text(rows: dict[str, list[dict[str, float]]], steps: int) -> str:
     lines = []
     for name, of_seeds in rows.items():
         success, speed = ([row[key] for row in of_seeds] for key in ("success", "speed [m/s]"))
-        better = probability_of_improvement([success], [[row["success"] for row in rows[first]]])
         rate = float(np.median([row["steps per CPU second"] for row in of_seeds]))
-        means = [f"{one.value:.3f} [{one.low:.3f}, {one.high:.3f}]" for one in map(student_interval, (success, speed))]
         each = ", ".join(f"{value:.3f}" for value in success)
-        chance = "-" if name == first else f"{better.value:.2f} [{better.low:.2f}, {better.high:.2f}]"
-        lines.append([name, len(of_seeds), means[0], each, means[1], chance, f"{rate:,.0f}"])
+        chance = "-"
+        if name != first and len(of_seeds) >= FEWEST:
+            better = probability_of_improvement([success], [[row["success"] for row in rows[first]]])
+            chance = f"{better.value:.2f} [{better.low:.2f}, {better.high:.2f}]"
+        lines.append([name, len(of_seeds), _mean(success), each, _mean(speed), chance, f"{rate:,.0f}"])
     return f"{steps:,} steps.\n\n" + table([*heads, "steps per CPU second"], lines)
+
+
+def _mean(values: list[float]) -> str:
+    value, low, high = student_interval(values)
+    return f"{value:.3f} [{low:.3f}, {high:.3f}]" if len(values) >= FEWEST else f"{value:.3f}"
 
 
 if __name__ == "__main__":
