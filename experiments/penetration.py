@@ -272,8 +272,7 @@ def passed_through(
         passed |= peg_gap(between, half, radius, pegs) < -CROSSED * thickness
         passed |= self_gap(between, half, radius) < -CROSSED * 2 * radius.min()
         near_wall |= wall_gap(between, half, radius, walls) < -CROSSED * radius.min()
-    closely = np.linspace(0, 1, CLOSELY) if near_wall.any() else []
-    for share in closely:
+    for share in np.linspace(0, 1, CLOSELY) if near_wall.any() else ():
         between = interpolated(last[near_wall], pose[near_wall], share)
         passed[near_wall] |= wall_gap(between, half, radius, walls) < -ON_THE_WALL * radius.min()
     return passed

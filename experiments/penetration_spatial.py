@@ -254,7 +254,7 @@ def _judge(found: Crawl, bodies: _Bodies, before: tuple[Array, Array], judged: N
         passed |= (to_peg < -CROSSED * (radius + smallest)) | (to_self < -CROSSED * 2 * radius)
         near_wall |= to_wall < -CROSSED * radius
     # As in the plane, the centre line of a link that passes through a wall comes onto it.
-    for share in np.linspace(0, 1, CLOSELY) if near_wall.any() else []:
+    for share in np.linspace(0, 1, CLOSELY) if near_wall.any() else ():
         to_wall = wall_gap(*interpolated(share), bodies.half, bodies.radius, bodies.walls)
         passed |= near_wall & (to_wall < -ON_THE_WALL * radius)
     found.crossings += int(passed.sum())
