@@ -10,7 +10,6 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
-import gymnasium
 import numpy as np
 from mujoco.batch import Batch
 from numpy.typing import NDArray
@@ -19,6 +18,7 @@ from scipy.spatial.transform import Rotation
 import snake_env
 from benchmarks import mujoco_model, mujoco_spatial
 from snake_env import Scene, _native
+from snake_env.evaluation.rollout import make_env
 from snake_env.state import State
 
 Record = dict[str, Any]
@@ -67,21 +67,20 @@ def rates(robots: int, seconds: float, threads: tuple[int, ...], progress: Calla
 
 def record(env_id: str, actions: str, robots: int) -> Recording:
     """Starts and set-points of ``robots`` robots of ours."""
-    envs = gymnasium.make_vec(env_id, robots, action_mode="gait")
+    envs = make_env(env_id, robots, 1, action_mode="gait").unwrapped
     envs.reset(seed=[0] * robots)
-    core = envs.unwrapped
-    start, gains = core.state(), _gains()
+    start, gains = envs.state(), _gains()
     draw = np.random.default_rng(0)
     control = []
+    shape = (robots, len(envs.layout["action"]))
     for _ in range(PERIODS):
-        shape = envs.action_space.shape
         envs.step((np.zeros(shape) if actions == "gait" else draw.uniform(-1.0, 1.0, shape)).astype(np.float32))
-        state = core.state()
+        state = envs.state()
         rate = gains["kd"] / gains["kp"] * state.joint_rate
         control.append(state.joint_angle + rate - state.joint_torque / gains["kp"])
-    scenario = _scenario(core.scene(0), gains)
+    scenario = _scenario(envs.scene(0), gains)
     qpos = _spatial_start(start) if start.link_position.shape[-1] == 3 else _planar_start(start)
-    return Recording(scenario, qpos, np.array(control).reshape(PERIODS, robots, -1), core.control_period)
+    return Recording(scenario, qpos, np.array(control).reshape(PERIODS, robots, -1), envs.control_period)
 
 
 def _gains() -> Record:
@@ -90,7 +89,7 @@ def _gains() -> Record:
 
 
 def _scenario(scene: Scene, gains: Record) -> Record:
-    obstacles = [list(peg) for peg in scene.obstacles]
+    obstacles = [list(peg) for peg in scene.obstacles if isinstance(peg, tuple)]
     return {
         "robot": _native.defaults("robot"),
         "scene": {"obstacles": obstacles, "friction": list(scene.friction)},
@@ -101,13 +100,13 @@ def _scenario(scene: Scene, gains: Record) -> Record:
 
 
 def _planar_start(state: State) -> NDArray[np.float64]:
-    head = np.column_stack([state.link_position[:, 0], state.link_angle[:, 0]])
+    head = np.column_stack([state.link_position[:, 0], np.asarray(state.link_angle)[:, 0]])
     return np.hstack([head, state.joint_angle])
 
 
 def _spatial_start(state: State) -> NDArray[np.float64]:
     """MuJoCo's links have x along the centre line and z up, ours z along the centre line and y up."""
-    turned = Rotation.from_quat(state.link_quaternion[:, 0], scalar_first=True).as_matrix()[:, :, [2, 0, 1]]
+    turned = Rotation.from_quat(np.asarray(state.link_quaternion)[:, 0], scalar_first=True).as_matrix()[:, :, [2, 0, 1]]
     quaternion = Rotation.from_matrix(turned).as_quat(scalar_first=True)
     return np.hstack([state.link_position[:, 0], quaternion, state.joint_angle.reshape(len(quaternion), -1)])
 
@@ -121,7 +120,9 @@ def rate(recording: Recording, threads: int, seconds: float) -> Record:
     else:
         model = mujoco_model.build(recording.scenario, mujoco_model.Setup(STEP, 1e-4, 5e-3))
     batch = Batch(model, len(recording.qpos), nthread=threads)
-    wall, spent, begin = [], [], time.perf_counter()
+    wall: list[float] = []
+    spent: list[float] = []
+    begin = time.perf_counter()
     while not wall or time.perf_counter() - begin < seconds:
         start, cpu = time.perf_counter(), time.process_time()
         batch.qpos[:], batch.qvel[:] = recording.qpos, 0.0
