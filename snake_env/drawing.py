@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 # Of Okabe and Ito, told apart by readers with any kind of colour vision.
 CYCLE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
 STYLE: dict[str, Any] = {
-    "axes.prop_cycle": mpl.cycler(color=CYCLE),
+    "axes.prop_cycle": mpl.rcsetup.cycler(color=CYCLE),
     "font.size": 9,
     "axes.titlesize": 9,
     "axes.titlelocation": "left",
