@@ -8,6 +8,7 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from cycler import cycler
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -22,7 +23,7 @@ Array = NDArray[np.float64]
 # Of Okabe and Ito, told apart by readers with any kind of colour vision.
 CYCLE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
 STYLE: dict[str, Any] = {
-    "axes.prop_cycle": mpl.rcsetup.cycler(color=CYCLE),
+    "axes.prop_cycle": cycler(color=CYCLE),
     "font.size": 9,
     "axes.titlesize": 9,
     "axes.titlelocation": "left",
