@@ -40,7 +40,7 @@ class Evaluation:
     episodes: Episodes
 
     def against(self, other: Evaluation) -> Row:
-        """Differences in success and progress [m] to another policy, scene by scene, with their intervals.
+        """Differences in success, progress [m] and speed [m/s] to another policy, scene by scene, with their intervals.
 
         Raises:
             ConfigError: the two were played elsewhere, or on other numbers of scenes.

@@ -62,10 +62,11 @@ def score(episodes: Episodes) -> Row:
 
 
 def against(episodes: Episodes, reference: Episodes) -> Row:
-    """Differences in success and progress to another policy on the same fields, field by field."""
+    """Differences in success, progress and speed to another policy on the same fields, field by field."""
     return {
         "success": paired_difference(episodes["is_success"], reference["is_success"]),
         "progress": paired_difference(episodes["distance"], reference["distance"]),
+        "speed": paired_difference(episodes["speed"], reference["speed"]),
     }
 
 

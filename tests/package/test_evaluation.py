@@ -41,6 +41,7 @@ def test_scores_are_those_of_the_test_scenes():
 def test_a_policy_is_compared_scene_by_scene():
     fast, slow = (evaluate(wave(frequency), OPEN, scenes=4) for frequency in (1.0, -0.5))
     assert fast.against(slow)["success"] == (1.0, 1.0, 1.0)
+    assert fast.against(slow)["speed"].low > 0.0
     with pytest.raises(ConfigError, match=r"^other = open on 3 scenes: expected an evaluation of open on 4 scenes"):
         fast.against(evaluate(wave(1.0), OPEN, scenes=3))
 
