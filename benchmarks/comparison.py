@@ -15,7 +15,7 @@ def render(results: Results, images: str) -> str:
     scenes = results.of("scene")
     if not scenes:
         return ""
-    parts = [texts.PRECISION, _reference_table(scenes)]
+    parts = [texts.PRECISION, _reference_table(scenes), _default_table(results, scenes)]
     for scene in scenes:
         name = scene["scene"]
         title = title_of(scene)
@@ -51,6 +51,18 @@ def _reference_table(scenes: list[Record]) -> str:
         rows.append((title_of(scene), steps, *(_micro(d) for d in (check["worst"], check["end"], other))))
     head = ("scene", "steps of the two runs [ms]", "apart over the run [um]", "apart at the end [um]")
     return table((*head, "from an independent implementation over the run [um]"), rows)
+
+
+def _default_table(results: Results, scenes: list[Record]) -> str:
+    """Errors at the default step of each model."""
+    rows = []
+    for scene in scenes:
+        for point in results.of("point", scene=scene["scene"], default=True):
+            if point["error"]:
+                errors = (f"{1e3 * point['error'][name]:.2g}" for name in ("worst", "end"))
+                rows.append((title_of(scene), f"{1e3 * point['integrator']['step']:g}", *errors))
+    head = ("scene", "default step [ms]", "error over the run [mm]", "error at the end [mm]")
+    return f"{texts.DEFAULT}\n\n{table(head, rows)}" if rows else ""
 
 
 def _micro(metres: float | None) -> str:

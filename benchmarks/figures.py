@@ -40,7 +40,7 @@ def work_precision(results: Results, scene: Record, folder: Path) -> Path:
         picture, axes = drawing.figure(1, 1, 8.0, 4.2)
         one = axes[0, 0]
         _dots(one, ours, VARIANT, "all our settings")
-        _line(one, curves.frontier(ours), OURS, "ours, eight lanes")
+        _line(one, curves.frontier(ours), OURS, "ours, in registers")
         _line(one, curves.frontier(curves.points(results, name, curves.OURS, "speed_alone")), ALONE, "ours, one robot")
         _line(one, curves.frontier(curves.points(results, name, curves.THESIS)), THESIS, "Algorithm 3.1, same code")
         _line(one, curves.frontier(curves.points(results, name, "MuJoCo")), PEER, "MuJoCo, best of its settings")

@@ -26,6 +26,9 @@ setting of the same method beats in both error and speed; runs with errors above
 tables compare at equal error, interpolated between logarithms. Beyond the right end of a curve its fastest point
 counts. `benchmarks.json` holds every point with its settings."""
 
+DEFAULT = """Errors at the default step. Between pegs they grow while a link is about to slip past one and decay behind
+it: the robot does the same somewhat earlier or later."""
+
 GROWTH = """A step is one of the default method, of one robot in a batch of 64. *Solves* are eliminations of the chain.
 A step in which a peg contact closes anywhere along the body is divided, so longer bodies among pegs divide more steps.
 A peg scan is one evaluation of the environment's peg sensor."""

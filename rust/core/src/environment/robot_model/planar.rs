@@ -27,7 +27,7 @@ pub struct PlanarRobot {
     forces: PlanarForces,
 }
 
-/// In the world frame \[N\].
+/// Mean forces on each link over the last control period, in the world frame \[N\].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PlanarForces {
     /// Of the pegs (T 7.6).

@@ -32,6 +32,7 @@ pub struct SpatialRobot {
     forces: SpatialForces,
 }
 
+/// Mean forces on each link over the last control period.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SpatialForces {
     /// Of the obstacles on each link, x and y in frame I, and z \[N\].
