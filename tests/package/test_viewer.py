@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import shutil
 import time
 
 import numpy as np
 import pytest
 
 import snake_env
+from experiments import browser_pictures as pictures
 from snake_env import ConfigError, Gait, Scene
 from snake_env.__main__ import main
 from snake_env.evaluation import tasks
@@ -22,19 +22,7 @@ from snake_env.viewer.live import Live
 from snake_env.viewer.player import Player
 from snake_env.viewer.pull import force
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-FLAGS = [
-    "--no-sandbox",
-    "--no-first-run",
-    "--disable-quic",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-]
-NEEDS_BROWSER = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
+NEEDS_BROWSER = pytest.mark.skipif(pictures.CHROMIUM is None, reason="Chromium is not installed")
 
 
 @pytest.fixture(scope="module")
@@ -44,11 +32,9 @@ def run():
 
 @pytest.fixture
 def browser():
-    api = pytest.importorskip("playwright.sync_api")
-    with api.sync_playwright() as playwright:
-        opened = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield opened
-        opened.close()
+    pytest.importorskip("playwright.sync_api")
+    with pictures.browser() as found:
+        yield found
 
 
 def centre_lines(frames: Frames):
