@@ -60,16 +60,19 @@ impl<T: Real> Workspace<T> {
         Prediction { robot, pegs, lane, base, start, end, heading, twist, coefficient, elapsed, displacement, margin }
     }
 
-    /// Keeps the contact forces of the `solved` lanes as the next initial guess, and records which contacts close.
+    /// Keeps the contact forces as the next initial guess, and records which contacts close in the `solved` lanes.
     pub(super) fn keep_forces<D: Driven<Model = Planar>>(
         &mut self,
         members: &mut Members<D>,
         solved: Lanes,
         contact_impulses: &mut Vec<ContactImpulse>,
     ) {
-        for found in self.contacts.in_lanes(solved) {
+        for found in self.contacts.all() {
             let pair = &mut members.body_mut(found.lane).warm_start.near.pairs_mut()[found.pair];
             pair.force = self.contact_force[found.slot].lane(found.lane);
+            if !solved[found.lane] {
+                continue;
+            }
             self.closing[found.lane] |= !pair.closed && pair.force > 0.0;
             let impulse = self.solution.contact[found.slot].lane(found.lane);
             contact_impulses.push(ContactImpulse {

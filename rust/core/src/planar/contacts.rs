@@ -89,9 +89,9 @@ impl Contacts {
         }
     }
 
-    /// The contacts of the `lanes`, lane by lane.
-    pub fn in_lanes(&self, lanes: Lanes) -> impl Iterator<Item = &Found> {
-        self.found.iter().filter(move |found| lanes[found.lane])
+    /// The contacts of all lanes, lane by lane.
+    pub fn all(&self) -> &[Found] {
+        &self.found
     }
 
     pub fn clear(&mut self) {

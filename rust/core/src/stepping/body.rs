@@ -51,7 +51,37 @@ pub struct Clock {
     pub since_jump: f64,
     /// Whether a part of the last step had to be retaken, for whatever reason.
     pub was_divided: bool,
+    pub last_part: LastPart,
 }
+
+/// What the part of a step that a robot has just tried says about the next one.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct LastPart {
+    /// \[s\]
+    pub length: f64,
+    pub is_euler: bool,
+    /// How far its last stage ended from its prediction, over how far that of an accepted part of second order may; zero
+    /// where such deviations do not count.
+    pub abruptness: f64,
+}
+
+impl LastPart {
+    /// Whether a part of second order and of this length would be rejected if forces changed as they just did. A
+    /// deviation grows with the square of the length.
+    pub fn rules_out(&self, length: f64) -> bool {
+        let ratio = length / self.length;
+        !self.is_euler && self.abruptness * ratio * ratio > 1.0
+    }
+
+    /// Whether forces changed so abruptly in an Euler step that a part of second order after it would hardly be accepted.
+    pub fn was_abrupt(&self) -> bool {
+        self.is_euler && self.abruptness > ABRUPT
+    }
+}
+
+/// Abruptness of an Euler step after which the next part is not tried in second order: under random actions among pegs
+/// one such part in four is accepted.
+const ABRUPT: f64 = 4.0;
 
 impl<M: Model> Body<M> {
     pub fn new(robot: &Robot, pegs: PegGrid) -> Self {

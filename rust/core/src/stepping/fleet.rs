@@ -13,6 +13,7 @@ use super::lane_count::lanes_for;
 use super::lanes::{Lanes, Members};
 use super::model::{Driven, Model, RobotState};
 use super::plan::{Interval, StepPlan};
+use super::queues::Queues;
 use super::start::START_LASTS;
 use super::verdict::solves_left;
 
@@ -24,7 +25,7 @@ pub struct Fleet<M: Model> {
     width: Width<M>,
     members: Vec<usize>,
     plans: Vec<StepPlan<M::Division>>,
-    pending: Pending,
+    queues: Queues,
     targets: Vec<M::Target>,
 }
 
@@ -38,13 +39,6 @@ enum Width<M: Model> {
     Eight(Box<Group<M, Wide8>>),
 }
 
-/// Robots that have not come to the end of the interval, by the scheme of their next part.
-#[derive(Debug, Clone, Default)]
-struct Pending {
-    second_order: Vec<usize>,
-    euler: Vec<usize>,
-}
-
 impl<M: CompiledModel> Fleet<M> {
     /// A fleet of about `robots` robots; few of them are faster one by one than in a wide group.
     pub fn new(config: ImplicitConfig, system: &M::System, robots: usize) -> Self {
@@ -54,7 +48,7 @@ impl<M: CompiledModel> Fleet<M> {
             width: Width::choose(config, system, robots),
             members: Vec::with_capacity(robots),
             plans: Vec::with_capacity(robots),
-            pending: Pending { second_order: Vec::with_capacity(robots), euler: Vec::with_capacity(robots) },
+            queues: Queues::with_capacity(robots),
             targets: vec![M::Target::default(); M::robot(system).joint_count()],
         }
     }
@@ -73,7 +67,7 @@ impl<M: CompiledModel> Fleet<M> {
         duration: f64,
         takes_part: impl Fn(usize) -> bool,
     ) {
-        let Self { config, width, members, plans, pending, targets } = self;
+        let Self { config, width, members, plans, queues, targets } = self;
         members.clear();
         members.extend((0..robots.len()).filter(|&index| takes_part(index)));
         members.iter().for_each(|&member| robots[member].body_mut().begin());
@@ -84,7 +78,7 @@ impl<M: CompiledModel> Fleet<M> {
         let interval = Interval::new(config, duration);
         plans.clear();
         plans.resize(robots.len(), StepPlan::at_start());
-        let mut run = Run { config, system, robots, members, plans, pending, interval };
+        let mut run = Run { config, system, robots, members, plans, queues, interval };
         match width {
             Width::One(group) => run.advance(group),
             #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
@@ -138,55 +132,48 @@ struct Run<'a, D: Driven> {
     robots: &'a mut [D],
     members: &'a [usize],
     plans: &'a mut [StepPlan<<D::Model as Model>::Division>],
-    pending: &'a mut Pending,
+    queues: &'a mut Queues,
     interval: Interval,
 }
 
 impl<D: Driven> Run<'_, D> {
-    /// Each robot follows its own plan to the end of the interval; those that have not reached it are regrouped for
-    /// every part.
+    /// Each robot follows its own plan to the end of the interval; robots are regrouped for every part.
     fn advance<T: Real>(&mut self, group: &mut Group<D::Model, T>)
     where
         D::Model: Compiled<T>,
     {
         let step = self.interval.step;
         group.event_tolerance = self.config.event_tolerance.unwrap_or(D::Model::ABRUPT_CHANGE * step * step);
-        while self.choose_parts() {
-            let Pending { second_order, euler } = std::mem::take(self.pending);
-            for members in second_order.chunks(T::LANES) {
+        self.queues.clear();
+        for &member in self.members {
+            self.enqueue(member);
+        }
+        while !self.queues.is_empty() {
+            let round = self.queues.next_round(T::LANES, |member| &self.plans[member]);
+            for members in round.second_order.chunks(T::LANES) {
                 let lengths = self.lengths(members);
                 let accepted = group.sdirk_step(&mut Members::new(self.system, self.robots, members), lengths);
                 self.conclude(members, accepted);
             }
-            for members in euler.chunks(T::LANES) {
+            for members in round.euler.chunks(T::LANES) {
                 let lengths = self.lengths(members);
                 let may_fail = std::array::from_fn(|lane| lane < members.len() && self.may_fail(members[lane]));
                 let accepted =
                     group.euler_step(&mut Members::new(self.system, self.robots, members), lengths, may_fail);
                 self.conclude(members, accepted);
             }
-            *self.pending = Pending { second_order, euler };
+            self.queues.end_round(round);
         }
     }
 
-    /// Chooses the next part of every robot that has not reached the end; returns whether there is any.
-    fn choose_parts(&mut self) -> bool {
-        let Pending { second_order, euler } = &mut *self.pending;
-        second_order.clear();
-        euler.clear();
-        for &member in self.members {
-            let (plan, robot) = (&mut self.plans[member], &mut self.robots[member]);
-            if plan.has_ended(&self.interval) || robot.body().statistics.diverged {
-                continue;
-            }
-            plan.choose_part(&self.interval, robot);
-            if plan.part.is_euler { euler.push(member) } else { second_order.push(member) }
+    /// Chooses the next part of a robot, unless it has reached the end, and queues it.
+    fn enqueue(&mut self, member: usize) {
+        let (plan, robot) = (&mut self.plans[member], &mut self.robots[member]);
+        if plan.has_ended(&self.interval) || robot.body().statistics.diverged {
+            return;
         }
-        // A register takes as long as its slowest lane.
-        for list in [&mut *second_order, &mut *euler] {
-            list.sort_unstable_by_key(|&member| (self.plans[member].solves, member));
-        }
-        !(second_order.is_empty() && euler.is_empty())
+        plan.choose_part(&self.interval, robot);
+        self.queues.push(member, &plan.part);
     }
 
     /// Lengths of the members' parts, lane by lane.
@@ -211,6 +198,7 @@ impl<D: Driven> Run<'_, D> {
             } else {
                 plan.reject(&self.interval, body);
             }
+            self.enqueue(member);
         }
     }
 }

@@ -16,6 +16,7 @@ use nalgebra::Vector3;
 use crate::math::{MAX_LANES, Real};
 
 use super::ImplicitConfig;
+use super::body::LastPart;
 use super::energy::EnergyLedger;
 use super::kernels::{Compiled, Operation, Request};
 use super::lanes::{Lanes, Members, NO_LANES, active, mask};
@@ -69,6 +70,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         self.run_stage(members, h, h, |_, _| false);
         M::run(&mut self.workspace, Operation::Arrive);
         self.workspace.end_step(members);
+        self.keep_abruptness(members, h, true);
         let lanes = members.lanes();
         let accepted = std::array::from_fn(|lane| lanes[lane] && !(may_fail[lane] && self.workspace.sinks(lane)));
         self.accept(members, accepted, h);
@@ -89,6 +91,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         self.run_stage(members, c, h, |group, lane| !group.is_smooth(lane));
         M::run(&mut self.workspace, Operation::Arrive);
         self.workspace.end_step(members);
+        self.keep_abruptness(members, h, false);
         let lanes = members.lanes();
         let accepted = std::array::from_fn(|lane| lanes[lane] && self.is_smooth(lane) && !self.workspace.sinks(lane));
         self.add_first_stage(members, accepted);
@@ -98,13 +101,26 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
 
     /// Whether the forces of the first stage predict the end of the second.
     fn is_smooth(&self, lane: usize) -> bool {
+        let abrupt = self.deviation.lane(lane) > self.allowed_deviation(lane);
+        !abrupt
+    }
+
+    /// How far the second stage of an accepted step may end from its prediction \[m\].
+    fn allowed_deviation(&self, lane: usize) -> f64 {
         let is_pushed = || {
             let mut contact_impulses =
                 self.first_contact_impulses.iter().chain(&self.contact_impulses).filter(|each| each.lane == lane);
             contact_impulses.any(|each| each.impulse != Vector3::zeros())
         };
-        let abrupt = self.deviation.lane(lane) > self.workspace.deviation_share(lane, is_pushed) * self.event_tolerance;
-        !abrupt
+        self.workspace.deviation_share(lane, is_pushed) * self.event_tolerance
+    }
+
+    /// Records how abruptly forces changed in parts of lengths `h`.
+    fn keep_abruptness<D: Driven<Model = M>>(&self, members: &mut Members<D>, h: T, is_euler: bool) {
+        for lane in active(members.lanes()) {
+            let abruptness = self.deviation.lane(lane) / self.allowed_deviation(lane);
+            members.body_mut(lane).clock.last_part = LastPart { length: h.lane(lane), is_euler, abruptness };
+        }
     }
 
     fn load<D: Driven<Model = M>>(&mut self, members: &Members<D>) {

@@ -2,7 +2,7 @@ use super::body::Clock;
 use super::plan::{Division, Ends, Interval, Part};
 use super::start::{first_step, longest_step};
 
-/// Halves parts that have to be retaken, and doubles those that follow.
+/// Halves parts that have to be retaken, and doubles those that follow unless the last deviation rules that out.
 ///
 /// * A part in which forces change abruptly is halved and halved again, and at last taken in Euler steps.
 /// * A part ends where the joints' reference jumps, as in soft start: forces before the jump do not predict those after
@@ -38,9 +38,13 @@ struct EulerSteps {
 }
 
 impl Division for Growing {
-    fn begin_step(interval: &Interval, _: f64, _: &mut Clock, _: impl Fn(f64) -> f64) -> Self {
+    fn begin_step(interval: &Interval, _: f64, clock: &mut Clock, _: impl Fn(f64) -> f64) -> Self {
         let euler = interval.is_euler.then_some(EulerSteps { end: interval.step, step: interval.step });
-        Self { done: 0.0, ends: PartEnd::Nothing, next: interval.step, euler }
+        let mut next = interval.step;
+        while next > interval.shortest() && clock.last_part.rules_out(next) {
+            next *= 0.5;
+        }
+        Self { done: 0.0, ends: PartEnd::Nothing, next, euler }
     }
 
     fn next_part(&mut self, interval: &Interval, time: f64, clock: &mut Clock, next_jump: impl Fn(f64) -> f64) -> Part {
@@ -73,7 +77,8 @@ impl Division for Growing {
 
     fn accept(&mut self, interval: &Interval, part: &Part, clock: &mut Clock) -> Ends {
         self.done += part.length;
-        self.next = 2.0 * part.length;
+        let doubled = 2.0 * part.length;
+        self.next = if clock.last_part.rules_out(doubled) { part.length } else { doubled };
         match self.ends {
             PartEnd::Nothing => Ends::Nothing,
             PartEnd::Jump => {
@@ -90,8 +95,7 @@ impl Division for Growing {
 
     fn reject(&mut self, interval: &Interval, part: &Part, _: &mut Clock) {
         self.next = 0.5 * part.length;
-        let shortest = interval.step / f64::from(1u32 << interval.halvings);
-        if self.euler.is_none() && self.next < ALMOST * shortest {
+        if self.euler.is_none() && self.next < ALMOST * interval.shortest() {
             self.next = part.length / f64::from(interval.euler_steps);
             self.euler = Some(EulerSteps { end: self.done + part.length, step: self.next });
         }

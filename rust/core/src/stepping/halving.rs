@@ -4,8 +4,10 @@ use super::start::longest_step;
 
 /// Halves a step repeatedly.
 ///
-/// * A part in which a peg's force changes abruptly is halved, and at last taken in Euler steps. Such steps come in
-///   groups, so the step after one is halved without being tried.
+/// * A part in which a peg's force changes abruptly is halved, and at last taken in Euler steps. Such parts come in
+///   groups, so the next ones are not tried where they would be rejected if forces changed as they just did: the step
+///   after a divided one is halved at once, as is one that is too long for the last deviation, and a part after Euler
+///   steps of abrupt changes is taken in Euler steps itself.
 /// * An Euler step that takes a link too deep into a peg or another link is halved until it does not, or is too short.
 ///   Two halves that were taken are followed by a step of their common length.
 /// * A robot starts from rest with a reference in motion, so its first step is halved towards the start until it
@@ -54,6 +56,12 @@ impl Halving {
     /// Takes the current part in `parts` Euler steps.
     fn begin_euler(&mut self, parts: u32) {
         (self.euler_left, self.euler_parts, self.euler_halvings) = (parts, parts, 0);
+    }
+
+    fn euler_part(&self) -> Part {
+        let length = self.length() / f64::from(self.euler_parts);
+        let may_fail = self.euler_halvings < MOST_EULER_HALVINGS && self.rejections < MOST_REJECTIONS;
+        Part { length, is_euler: true, may_fail }
     }
 
     fn halve_euler(&mut self) {
@@ -120,18 +128,21 @@ impl Division for Halving {
             self.begin_euler(1);
         }
         if self.euler_left > 0 {
-            let length = self.length() / f64::from(self.euler_parts);
-            let may_fail = self.euler_halvings < MOST_EULER_HALVINGS && self.rejections < MOST_REJECTIONS;
-            return Part { length, is_euler: true, may_fail };
+            return self.euler_part();
         }
         if self.depth == 0 {
-            let was_divided = std::mem::take(&mut clock.was_divided);
-            if was_divided && interval.halvings > 0 {
+            let is_divided = std::mem::take(&mut clock.was_divided) || clock.last_part.rules_out(self.length());
+            if is_divided && interval.halvings > 0 {
                 self.halve();
             }
         }
         while self.length() > longest_step(interval.configured, clock.since_start) {
             self.halve();
+        }
+        if self.depth >= interval.halvings && clock.last_part.was_abrupt() {
+            clock.was_divided = true;
+            self.begin_euler(interval.euler_steps);
+            return self.euler_part();
         }
         Part { length: self.length(), is_euler: false, may_fail: true }
     }

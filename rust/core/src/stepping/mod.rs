@@ -20,6 +20,7 @@ mod model;
 pub(crate) mod penetration;
 mod plan;
 mod plant_parameters;
+mod queues;
 mod record;
 pub(crate) mod sdirk;
 mod stage;

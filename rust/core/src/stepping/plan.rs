@@ -38,6 +38,11 @@ impl Interval {
             euler_steps: config.event_steps(),
         }
     }
+
+    /// Shortest part of second order \[s\].
+    pub fn shortest(&self) -> f64 {
+        self.step / f64::from(1u32 << self.halvings)
+    }
 }
 
 /// The next part of a step.
@@ -81,11 +86,13 @@ pub struct StepPlan<V> {
     pub part: Part,
     /// Linear solves of the robot's last stage or step, see [`Model::SORTED_BY_STAGE`].
     pub solves: u32,
+    /// Time since the interval began \[s\].
+    progress: f64,
 }
 
 impl<V: Division> StepPlan<V> {
     pub fn at_start() -> Self {
-        Self { steps: 0, division: None, part: Part { length: 0.0, is_euler: false, may_fail: false }, solves: 0 }
+        Self { steps: 0, division: None, part: Part { length: 0.0, is_euler: false, may_fail: false }, solves: 0, progress: 0.0 }
     }
 
     pub fn has_ended(&self, interval: &Interval) -> bool {
@@ -100,6 +107,12 @@ impl<V: Division> StepPlan<V> {
         self.part = division.next_part(interval, time, &mut clock, next_jump);
         robot.body_mut().clock = clock;
         self.solves = robot.body().solves;
+        self.progress = time - robot.body().interval_start();
+    }
+
+    /// Time from the beginning of the interval to that of the next part \[s\].
+    pub fn progress(&self) -> f64 {
+        self.progress
     }
 
     /// Accepts the part: the robot has moved on by its length.
