@@ -216,3 +216,19 @@ impl<B: HasBody, R: Reference<<B::Model as Model>::Target>> Driven for Scripted<
         self.reference.next_jump(time)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::LastPart;
+
+    #[test]
+    fn what_the_last_part_rules_out() {
+        let half = |abruptness| LastPart { length: 0.0125, is_euler: false, abruptness };
+        assert!(half(0.3).rules_out(0.025), "four times the deviation of half the length");
+        assert!(!half(0.2).rules_out(0.025) && !half(0.9).rules_out(0.0125));
+        assert!(!LastPart::default().rules_out(0.025), "nothing is known of a robot just placed");
+        let euler = LastPart { is_euler: true, ..half(5.0) };
+        assert!(euler.was_abrupt() && !euler.rules_out(0.025));
+        assert!(!half(5.0).was_abrupt() && !LastPart { abruptness: 3.0, ..euler }.was_abrupt());
+    }
+}

@@ -149,7 +149,7 @@ impl<D: Driven> Run<'_, D> {
             self.enqueue(member);
         }
         while !self.queues.is_empty() {
-            let round = self.queues.next_round(T::LANES, |member| &self.plans[member]);
+            let round = self.queues.next_round(T::LANES, |member| self.plans[member].position());
             for members in round.second_order.chunks(T::LANES) {
                 let lengths = self.lengths(members);
                 let accepted = group.sdirk_step(&mut Members::new(self.system, self.robots, members), lengths);

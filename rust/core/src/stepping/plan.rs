@@ -85,14 +85,20 @@ pub struct StepPlan<V> {
     division: Option<V>,
     pub part: Part,
     /// Linear solves of the robot's last stage or step, see [`Model::SORTED_BY_STAGE`].
-    pub solves: u32,
+    solves: u32,
     /// Time since the interval began \[s\].
     progress: f64,
 }
 
 impl<V: Division> StepPlan<V> {
     pub fn at_start() -> Self {
-        Self { steps: 0, division: None, part: Part { length: 0.0, is_euler: false, may_fail: false }, solves: 0, progress: 0.0 }
+        Self {
+            steps: 0,
+            division: None,
+            part: Part { length: 0.0, is_euler: false, may_fail: false },
+            solves: 0,
+            progress: 0.0,
+        }
     }
 
     pub fn has_ended(&self, interval: &Interval) -> bool {
@@ -110,9 +116,9 @@ impl<V: Division> StepPlan<V> {
         self.progress = time - robot.body().interval_start();
     }
 
-    /// Time from the beginning of the interval to that of the next part \[s\].
-    pub fn progress(&self) -> f64 {
-        self.progress
+    /// Time from the beginning of the interval to that of the next part \[s\], and linear solves of the last stage or step.
+    pub fn position(&self) -> (f64, u32) {
+        (self.progress, self.solves)
     }
 
     /// Accepts the part: the robot has moved on by its length.

@@ -1,6 +1,6 @@
 //! Which robots share registers: those whose next parts are of one scheme, as alike as possible.
 
-use super::plan::{Division, Part, StepPlan};
+use super::plan::Part;
 
 /// Robots that have chosen their next part, by its scheme.
 #[derive(Debug, Clone, Default)]
@@ -38,8 +38,9 @@ impl Queues {
     }
 
     /// Takes as many robots from either queue as fill registers of `lanes`; those that are the most advanced wait for
-    /// others. Where no register can be filled, the longer queue is taken.
-    pub fn next_round<'a, V: Division + 'a>(&mut self, lanes: usize, plan: impl Fn(usize) -> &'a StepPlan<V>) -> Round {
+    /// others. Where no register can be filled, the longer queue is taken. `position` tells how far a robot has come \[s\]
+    /// and the linear solves of its last stage or step.
+    pub fn next_round(&mut self, lanes: usize, position: impl Fn(usize) -> (f64, u32)) -> Round {
         let Self { second_order, euler, spare } = self;
         let is_any_full = second_order.len().max(euler.len()) >= lanes;
         let is_second_order_longer = second_order.len() >= euler.len();
@@ -54,11 +55,11 @@ impl Queues {
                 (false, false) => 0,
             };
             if count < queue.len() {
-                queue.sort_unstable_by(|&a, &b| plan(b).progress().total_cmp(&plan(a).progress()).then(a.cmp(&b)));
+                queue.sort_unstable_by(|&a, &b| position(b).0.total_cmp(&position(a).0).then(a.cmp(&b)));
             }
             chosen.extend(queue.drain(queue.len() - count..));
             // A register takes as long as its slowest lane.
-            chosen.sort_unstable_by_key(|&member| (plan(member).solves, member));
+            chosen.sort_unstable_by_key(|&member| (position(member).1, member));
         }
         round
     }
@@ -68,5 +69,41 @@ impl Queues {
         round.second_order.clear();
         round.euler.clear();
         self.spare = round;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn queued(second_order: usize, euler: usize) -> Queues {
+        let mut queues = Queues::with_capacity(second_order + euler);
+        for member in 0..second_order + euler {
+            let is_euler = member >= second_order;
+            queues.push(member, &Part { length: 0.0125, is_euler, may_fail: true });
+        }
+        queues
+    }
+
+    #[test]
+    fn the_most_advanced_wait_until_a_register_is_full() {
+        let mut queues = queued(10, 3);
+        // Robots 3 and 7 are ahead, the others level.
+        let position = |member| (if [3, 7].contains(&member) { 0.02 } else { 0.01 }, 10 - (member as u32).min(10));
+        let round = queues.next_round(8, position);
+        assert_eq!(round.second_order, [9, 8, 6, 5, 4, 2, 1, 0], "in the order of their solves");
+        assert!(round.euler.is_empty(), "three robots do not fill a register");
+        queues.end_round(round);
+        let round = queues.next_round(8, position);
+        assert_eq!((round.second_order.len(), round.euler.len()), (0, 3), "the longer queue where none is full");
+        queues.end_round(round);
+        assert_eq!(queues.next_round(8, position).second_order.len(), 2);
+        assert!(queues.is_empty());
+    }
+
+    #[test]
+    fn robots_that_are_taken_one_by_one_never_wait() {
+        let round = queued(3, 2).next_round(1, |_| (0.0, 0));
+        assert_eq!((round.second_order.len(), round.euler.len()), (3, 2));
     }
 }
