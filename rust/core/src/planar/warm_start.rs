@@ -1,4 +1,4 @@
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::contact::{LINK_CONTACTS_PER_LINK, NearPegs};
@@ -16,6 +16,9 @@ pub struct WarmStart {
     pub near: NearPegs,
     /// Contacts of the robot with itself.
     pub self_contacts: Vec<SelfContact>,
+    /// Twists of the links with which a postponed stage is solved again; empty where none is.
+    #[serde(skip)]
+    pub guess: Vec<Vector3<f64>>,
     /// Position of each joint in its backlash, phi less the motor's angle \[rad\].
     pub backlash: Vec<f64>,
 }
@@ -29,6 +32,7 @@ impl stepping::WarmStart for WarmStart {
             joint_torque: vec![0.0; links - 1],
             near: NearPegs::with_capacity(links),
             self_contacts: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
+            guess: Vec::with_capacity(links),
             backlash: vec![0.0; links - 1],
         }
     }
@@ -38,6 +42,7 @@ impl stepping::WarmStart for WarmStart {
         self.joint_torque.fill(0.0);
         self.near.clear();
         self.self_contacts.clear();
+        self.guess.clear();
         self.backlash.fill(0.0);
     }
 

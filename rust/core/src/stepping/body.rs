@@ -36,6 +36,8 @@ pub struct Body<M: Model> {
     pub(super) solves: u32,
     /// Cost of all parts of the present step in linear solves, the retaken ones included; see [`super::verdict`].
     pub(super) step_solves: u32,
+    /// How often the next part has been predicted and solved, in vain.
+    pub(super) predictions: u32,
     /// Whether the state is that of a robot rather than of a diverged computation; set by the schemes.
     pub(crate) is_plausible: bool,
     /// Last plausible state.
@@ -100,6 +102,7 @@ impl<M: Model> Body<M> {
             record: None,
             solves: 0,
             step_solves: 0,
+            predictions: 0,
             is_plausible: true,
             last_good: M::State::zero(links),
         }

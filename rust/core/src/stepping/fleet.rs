@@ -7,10 +7,10 @@ use crate::math::Wide4;
 use crate::math::Wide8;
 
 use super::ImplicitConfig;
-use super::group::Group;
+use super::group::{Group, Verdicts};
 use super::kernels::{Compiled, CompiledModel};
 use super::lane_count::lanes_for;
-use super::lanes::{Lanes, Members};
+use super::lanes::Members;
 use super::model::{Driven, Model, RobotState};
 use super::plan::{Interval, StepPlan};
 use super::queues::Queues;
@@ -152,15 +152,15 @@ impl<D: Driven> Run<'_, D> {
             let round = self.queues.next_round(T::LANES, |member| self.plans[member].position());
             for members in round.second_order.chunks(T::LANES) {
                 let lengths = self.lengths(members);
-                let accepted = group.sdirk_step(&mut Members::new(self.system, self.robots, members), lengths);
-                self.conclude(members, accepted);
+                let verdicts = group.sdirk_step(&mut Members::new(self.system, self.robots, members), lengths);
+                self.conclude(members, &verdicts);
             }
             for members in round.euler.chunks(T::LANES) {
                 let lengths = self.lengths(members);
                 let may_fail = std::array::from_fn(|lane| lane < members.len() && self.may_fail(members[lane]));
-                let accepted =
+                let verdicts =
                     group.euler_step(&mut Members::new(self.system, self.robots, members), lengths, may_fail);
-                self.conclude(members, accepted);
+                self.conclude(members, &verdicts);
             }
             self.queues.end_round(round);
         }
@@ -190,10 +190,15 @@ impl<D: Driven> Run<'_, D> {
         self.plans[member].part.may_fail && solves_left(spent, self.config.max_iterations) > 0
     }
 
-    fn conclude(&mut self, members: &[usize], accepted: Lanes) {
-        for (&member, accepted) in members.iter().zip(accepted) {
+    fn conclude(&mut self, members: &[usize], verdicts: &Verdicts) {
+        for (lane, &member) in members.iter().enumerate() {
             let (plan, body) = (&mut self.plans[member], self.robots[member].body_mut());
-            if accepted {
+            if verdicts.postponed[lane] {
+                self.queues.push(member, &plan.part);
+                continue;
+            }
+            body.predictions = 0;
+            if verdicts.accepted[lane] {
                 plan.accept(&self.interval, body);
             } else {
                 plan.reject(&self.interval, body);

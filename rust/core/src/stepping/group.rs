@@ -63,32 +63,35 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         }
     }
 
-    /// Euler steps of lengths `h`. Those that `may_fail` and take a penetration too deep are rejected; the lanes of the
-    /// others are returned.
-    pub fn euler_step<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, h: T, may_fail: Lanes) -> Lanes {
+    /// Euler steps of lengths `h`. Those that `may_fail` and take a penetration too deep are rejected; those whose stage
+    /// ended far from its prediction may be postponed.
+    pub fn euler_step<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, h: T, may_fail: Lanes) -> Verdicts {
         self.load(members);
-        self.run_stage(members, h, h, |_, _| false);
+        self.workspace.take_guesses(members);
+        let postponed = self.run_stage(members, h, h, AfterMisprediction::Later);
         M::run(&mut self.workspace, Operation::Arrive);
         self.workspace.end_step(members);
         self.keep_abruptness(members, h, true);
         let lanes = members.lanes();
-        let accepted = std::array::from_fn(|lane| lanes[lane] && !(may_fail[lane] && self.workspace.sinks(lane)));
+        let accepted = std::array::from_fn(|lane| {
+            lanes[lane] && !postponed[lane] && !(may_fail[lane] && self.workspace.sinks(lane))
+        });
         self.accept(members, accepted, h);
         for lane in active(accepted) {
             members.body_mut(lane).statistics.penetrated |= self.workspace.sinks_beyond_recovery(lane);
         }
-        accepted
+        Verdicts { accepted, postponed }
     }
 
     /// Steps of second order of lengths `h`. Those in which forces change abruptly or that take a penetration too deep
-    /// are rejected; the lanes of the others are returned.
-    pub fn sdirk_step<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, h: T) -> Lanes {
+    /// are rejected.
+    pub fn sdirk_step<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, h: T) -> Verdicts {
         let c = T::splat(GAMMA) * h;
         self.load(members);
-        self.run_stage(members, c, c, |_, _| false);
+        self.run_stage(members, c, c, AfterMisprediction::AtOnce { in_rejected: true });
         self.keep_first_stage(members);
         M::run(&mut self.workspace, Operation::Extrapolate { h });
-        self.run_stage(members, c, h, |group, lane| !group.is_smooth(lane));
+        self.run_stage(members, c, h, AfterMisprediction::AtOnce { in_rejected: false });
         M::run(&mut self.workspace, Operation::Arrive);
         self.workspace.end_step(members);
         self.keep_abruptness(members, h, false);
@@ -96,7 +99,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         let accepted = std::array::from_fn(|lane| lanes[lane] && self.is_smooth(lane) && !self.workspace.sinks(lane));
         self.add_first_stage(members, accepted);
         self.accept(members, accepted, h);
-        accepted
+        Verdicts { accepted, postponed: NO_LANES }
     }
 
     /// Whether the forces of the first stage predict the end of the second.
@@ -118,8 +121,12 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
     /// Records how abruptly forces changed in parts of lengths `h`.
     fn keep_abruptness<D: Driven<Model = M>>(&self, members: &mut Members<D>, h: T, is_euler: bool) {
         for lane in active(members.lanes()) {
-            let abruptness = self.deviation.lane(lane) / self.allowed_deviation(lane);
-            members.body_mut(lane).clock.last_part = LastPart { length: h.lane(lane), is_euler, abruptness };
+            let mut abruptness = self.deviation.lane(lane) / self.allowed_deviation(lane);
+            let body = members.body_mut(lane);
+            if body.predictions > 0 {
+                abruptness = abruptness.max(body.clock.last_part.abruptness);
+            }
+            body.clock.last_part = LastPart { length: h.lane(lane), is_euler, abruptness };
         }
     }
 
@@ -131,14 +138,15 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
     }
 
     /// Solves one stage of coefficient `c` that ends `end` after the start of the step. Where it ends far from its
-    /// prediction, it is predicted again from its own end and solved again, unless its step `is_rejected` anyway.
+    /// prediction, it is predicted again from its own end and solved again, at once or later; returns the lanes in which
+    /// that is done later.
     fn run_stage<D: Driven<Model = M>>(
         &mut self,
         members: &mut Members<D>,
         c: T,
         end: T,
-        is_rejected: impl Fn(&Self, usize) -> bool,
-    ) {
+        after_misprediction: AfterMisprediction,
+    ) -> Lanes {
         self.read_references(members, end);
         self.contact_impulses.clear();
         let mut pending = members.lanes();
@@ -149,7 +157,11 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
             if repetition == 1 {
                 self.deviation = self.workspace.deviation();
             }
-            let may_repeat = |lane| repetition < MAX_PREDICTIONS && !is_rejected(self, lane);
+            let may_repeat = |lane: usize| {
+                repetition + members.body(lane).predictions < MAX_PREDICTIONS
+                    && (after_misprediction != AfterMisprediction::AtOnce { in_rejected: false }
+                        || self.is_smooth(lane))
+            };
             let again: Lanes =
                 std::array::from_fn(|lane| pending[lane] && self.workspace.is_mispredicted(lane) && may_repeat(lane));
             let solved = std::array::from_fn(|lane| pending[lane] && !again[lane]);
@@ -160,11 +172,29 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
                     self.workspace.record(lane, &mut record.stage);
                 }
             }
+            if after_misprediction == AfterMisprediction::Later {
+                let postponed = self.postpone(members, again);
+                if postponed != NO_LANES {
+                    return postponed;
+                }
+            }
             pending = again;
             if pending == NO_LANES {
                 break;
             }
         }
+        NO_LANES
+    }
+
+    /// Postpones the stages of the given lanes, if the model does that.
+    fn postpone<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, lanes: Lanes) -> Lanes {
+        let mut postponed = NO_LANES;
+        for lane in active(lanes) {
+            let body = members.body_mut(lane);
+            postponed[lane] = self.workspace.postpone(lane, body);
+            body.predictions += u32::from(postponed[lane]);
+        }
+        postponed
     }
 
     fn read_references<D: Driven<Model = M>>(&mut self, members: &Members<D>, end: T) {
@@ -251,6 +281,23 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         }
         add_contact_impulses(&self.contact_impulses, members, lanes, 1.0);
     }
+}
+
+/// What became of the steps of a register, lane by lane; those of other lanes are rejected.
+#[derive(Debug, Clone, Copy)]
+pub struct Verdicts {
+    pub accepted: Lanes,
+    /// The step is taken again as it is, from another guess.
+    pub postponed: Lanes,
+}
+
+/// When a stage that ended far from its prediction is solved again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum AfterMisprediction {
+    /// Before the register goes on; in the second stage of a step that will be rejected only if `in_rejected`.
+    AtOnce { in_rejected: bool },
+    /// With other robots.
+    Later,
 }
 
 /// Adds contact impulses, times `weight`, to the robots' sums.

@@ -46,6 +46,8 @@ pub trait StageInput<T: Real>: Sized {
     fn read_waves<D: Driven<Model = Self::Model>>(&mut self, _members: &Members<D>, _end: T) -> Lanes {
         NO_LANES
     }
+    /// Takes the guesses of the members whose stage was postponed.
+    fn take_guesses<D: Driven<Model = Self::Model>>(&mut self, _members: &mut Members<D>) {}
     /// References and torque limits at `end` after the start of the step; `waving` lanes have their references.
     fn read_references<D: Driven<Model = Self::Model>>(&mut self, members: &Members<D>, end: T, waving: Lanes);
     /// Contacts with obstacles, between links and at joint stops, at the predicted end.
@@ -65,6 +67,11 @@ pub trait StageOutput<T: Real> {
     fn deviation(&self) -> T;
     /// Whether the stage ended so far from its prediction that it has to be predicted again.
     fn is_mispredicted(&self, lane: usize) -> bool;
+    /// Passes the solution of a lane's stage on as the guess with which it is solved again later, among robots that fill the
+    /// register; `false` if the model solves it again at once.
+    fn postpone(&mut self, _lane: usize, _body: &mut Body<Self::Model>) -> bool {
+        false
+    }
     /// Collects the contact impulses on the robots of the `solved` lanes.
     fn collect_contact_impulses<D: Driven<Model = Self::Model>>(
         &mut self,

@@ -2,7 +2,7 @@
 
 use crate::math::Real;
 use crate::planar::{Body, Planar, PlanarSystem};
-use crate::stepping::lanes::{Lanes, NO_LANES, mask, set_vector};
+use crate::stepping::lanes::{Lanes, NO_LANES, active, mask, set_vector};
 use crate::stepping::{Driven, Members, PlantParameters, StageInput};
 
 use super::Workspace;
@@ -35,6 +35,15 @@ impl<T: Real> StageInput<T> for Workspace<T> {
             for (lanes, force) in self.friction_force.iter_mut().zip(&warm_start.friction) {
                 lanes.x.set_lane(lane, force.x);
                 lanes.y.set_lane(lane, force.y);
+            }
+        }
+    }
+
+    fn take_guesses<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>) {
+        for lane in active(members.lanes()) {
+            let guesses = &mut members.body_mut(lane).warm_start.guess;
+            for (lanes, guess) in self.guess.iter_mut().zip(guesses.drain(..)) {
+                set_vector(lanes, lane, &guess);
             }
         }
     }

@@ -5,7 +5,7 @@ use nalgebra::Vector2;
 use crate::math::{Mask, Real};
 use crate::planar::contact_detection::MARGIN;
 use crate::planar::{Body, Planar, PlanarSystem, StageSolution};
-use crate::stepping::lanes::{Lanes, active, read_lane};
+use crate::stepping::lanes::{Lanes, active, read_lane, read_vector};
 use crate::stepping::penetration::Sinking;
 use crate::stepping::{ContactImpulse, Driven, EnergyLedger, FallbackResult, Members, StageOutput, StageRecord};
 
@@ -25,6 +25,13 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     /// Gaps linearised at the prediction may then be wrong, or contacts missing.
     fn is_mispredicted(&self, lane: usize) -> bool {
         self.is_near_contact(lane) && self.deviation.lane(lane) > MARGIN
+    }
+
+    fn postpone(&mut self, lane: usize, body: &mut Body) -> bool {
+        let guess = &mut body.warm_start.guess;
+        guess.clear();
+        guess.extend(self.solution.twist.iter().map(|twist| read_vector(twist, lane)));
+        true
     }
 
     fn collect_contact_impulses<D: Driven<Model = Planar>>(
