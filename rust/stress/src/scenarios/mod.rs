@@ -78,14 +78,14 @@ impl Effort {
     }
 }
 
-/// All scenarios.
-pub fn all(effort: Effort) -> Vec<Scenario> {
-    let mut all = in_the_plane(effort);
-    all.extend(in_space(effort));
+/// All scenarios; `seed` is that of environments and their actions.
+pub fn all(effort: Effort, seed: u64) -> Vec<Scenario> {
+    let mut all = in_the_plane(effort, seed);
+    all.extend(in_space(effort, seed));
     all
 }
 
-fn in_the_plane(effort: Effort) -> Vec<Scenario> {
+fn in_the_plane(effort: Effort, seed: u64) -> Vec<Scenario> {
     let time = effort.seconds(2.0, 5.0, 60.0);
     let standing = effort.of(500, 50_000, 1_000_000);
     let default = Bounds::default();
@@ -135,19 +135,19 @@ fn in_the_plane(effort: Effort) -> Vec<Scenario> {
         Scenario {
             name: "random environment steps, steps of 10 and 50 ms",
             bounds: default,
-            jobs: random_steps::<PlanarRobot>(environments::step_lengths(), effort.of(2_000, 100_000, 1_000_000)),
+            jobs: random_steps::<PlanarRobot>(environments::step_lengths(), seed, effort.of(2_000, 100_000, 1_000_000)),
         },
     ]
     .into_iter()
     .chain(RANDOM_STEPS.map(|(mode, name, _)| Scenario {
         name,
         bounds: default,
-        jobs: random_steps::<PlanarRobot>(environments::everywhere(mode), effort.of(1_000, 50_000, 10_000_000)),
+        jobs: random_steps::<PlanarRobot>(environments::everywhere(mode), seed, effort.of(1_000, 50_000, 10_000_000)),
     }))
     .collect()
 }
 
-fn in_space(effort: Effort) -> Vec<Scenario> {
+fn in_space(effort: Effort, seed: u64) -> Vec<Scenario> {
     let time = effort.seconds(0.3, 2.0, 20.0);
     let standing = effort.of(200, 20_000, 1_000_000);
     let default = Bounds::default();
@@ -190,6 +190,7 @@ fn in_space(effort: Effort) -> Vec<Scenario> {
             bounds: default,
             jobs: random_steps::<SpatialRobot>(
                 environments::step_lengths_in_space(),
+                seed,
                 effort.of(1_000, 20_000, 100_000),
             ),
         },
@@ -198,7 +199,11 @@ fn in_space(effort: Effort) -> Vec<Scenario> {
     .chain(RANDOM_STEPS.map(|(mode, _, name)| Scenario {
         name,
         bounds: default,
-        jobs: random_steps::<SpatialRobot>(environments::everywhere_in_space(mode), effort.of(200, 4_000, 200_000)),
+        jobs: random_steps::<SpatialRobot>(
+            environments::everywhere_in_space(mode),
+            seed,
+            effort.of(200, 4_000, 200_000),
+        ),
     }))
     .collect()
 }
@@ -259,13 +264,13 @@ fn scenes(count: u64, duration: f64) -> Vec<Job> {
 }
 
 /// Jobs that share `steps` environment steps.
-fn random_steps<M: RobotModel>(kinds: Vec<Kind>, steps: u64) -> Vec<Job>
+fn random_steps<M: RobotModel>(kinds: Vec<Kind>, seed: u64, steps: u64) -> Vec<Job>
 where
     Simulation<M::Model>: Observable,
 {
     let each = steps / kinds.len() as u64;
-    let job = |(seed, Kind { name, config }): (usize, Kind)| {
-        Job::new(name, move || environments::random_steps::<M>(&config, each, seed as u64))
+    let job = |(index, Kind { name, config }): (usize, Kind)| {
+        Job::new(name, move || environments::random_steps::<M>(&config, each, seed * MOST_KINDS + index as u64))
     };
     kinds.into_iter().enumerate().map(job).collect()
 }
@@ -278,8 +283,11 @@ fn problems(count: u64) -> Vec<Job> {
     (0..BATCHES).map(job).collect()
 }
 
-/// Of everything drawn at random.
+/// Of everything drawn at random but environments.
 const SEED: u64 = 2007;
+
+/// Sets the seeds of different runs apart.
+const MOST_KINDS: u64 = 1000;
 
 const BATCHES: u64 = 20;
 
