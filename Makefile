@@ -43,7 +43,7 @@ fuzz: build
 bench: build .venv/.peers
 	$(BIN)/python -m benchmarks $(BENCH)
 
-# Every scenario at length, some three hours of one core, two of them random scenes; STRESS=--quick takes ten minutes of one.
+# Every scenario at length, some four hours of one core, two of them random scenes; STRESS=--quick takes ten minutes of one.
 stress:
 	cargo run --quiet --release -p snake-stress -- $(STRESS)
 

@@ -22,6 +22,9 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.crawl import Crawl
+from experiments.crawl import crawl as random_crawl
+from experiments.crawl import play as play_episodes
 from snake_env import Scene, SnakeVectorEnv
 from snake_env.evaluation import seeds, tasks
 from snake_env.evaluation.tasks import BenchmarkTask
@@ -68,8 +71,6 @@ CLOSELY = 100
 """Interpolated poses per control period of a robot that may have passed through a wall."""
 ON_THE_WALL = 0.95
 """Overlap with a wall, relative to the radius, of a centre line that lies on it, up to the way between such poses."""
-HELD = (1, 2, 20)
-"""Control periods for which a random action is held; robots differ in it."""
 
 
 @dataclass
@@ -97,27 +98,6 @@ class Options:
     scenes_per_task: int = 40
 
 
-@dataclass
-class Crawl:
-    """The outcome of random actions in one scene.
-
-    Args:
-        steps: Robot-steps.
-        peg_overlap: Deepest overlap of a link and a peg or wall at a control instant [m].
-        self_overlap: Deepest overlap of two links that are not neighbours [m].
-        beyond: Robot-steps with an overlap of more than a millimetre.
-        crossings: Robot-steps in which a link passed through a peg, a wall or another link.
-        flagged: Robot-steps that ended with a flagged robot.
-    """
-
-    steps: int = 0
-    peg_overlap: float = 0.0
-    self_overlap: float = 0.0
-    beyond: int = 0
-    crossings: int = 0
-    flagged: int = 0
-
-
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command."""
     return answer(Options, _run, __doc__, arguments)
@@ -139,7 +119,7 @@ def _policy_rows(options: Options) -> Iterator[list[str]]:
 
 
 def _row(actions: str, scene: str, found: Crawl) -> list[str]:
-    overlaps = [f"{1e3 * depth:.3f}" for depth in (found.peg_overlap, found.self_overlap)]
+    overlaps = [f"{1e3 * depth:.3f}" for depth in found.overlap]
     counts = [str(count) for count in (found.beyond, found.crossings, found.flagged)]
     print(actions, scene, found, file=sys.stderr, flush=True)
     return [actions, scene, str(found.steps), *overlaps, *counts]
@@ -163,58 +143,14 @@ def crawl(
 ) -> Crawl:
     """Random actions for about ``steps`` robot-steps in the environment of these keywords."""
     envs = SnakeVectorEnv(num_envs=num_envs, num_threads=num_threads, **options)
-    envs.reset(seed=seed)
-    bodies = _Bodies(envs)
-    found = Crawl()
-    ended = np.zeros(num_envs, dtype=bool)
-    for action in random_actions(envs.action_space, max(1, steps // num_envs), seed):
-        _, _, terminated, truncated, info = envs.step(action)
-        before = bodies.pose
-        bodies.read(ended)
-        judged = ~ended & ~(info["diverged"] | info["penetrated"])
-        found.steps += int(num_envs - ended.sum())
-        found.flagged += int((info["diverged"] | info["penetrated"]).sum())
-        _judge(found, bodies, before, judged)
-        ended = terminated | truncated
-    envs.close()
-    return found
-
-
-def random_actions(space: gym.Space[Any], steps: int, seed: int) -> Iterator[NDArray[np.float32]]:
-    """Actions (n, m) of each step: uniform or, as often, at their limits, held for as long as `HELD` tells."""
-    rng = np.random.default_rng(seed)
-    assert space.shape is not None, "a box"
-    action = np.zeros(space.shape)
-    held = np.resize(HELD, len(action))
-    for step in range(steps):
-        fresh = step % held == 0
-        uniform, extreme = rng.uniform(-1, 1, action[fresh].shape), rng.choice([-1.0, 1.0], action[fresh].shape)
-        action[fresh] = np.where(rng.random((fresh.sum(), 1)) < 0.5, uniform, extreme)
-        yield action.astype(np.float32)
+    return random_crawl(envs, _Bodies, steps, seed)
 
 
 def play(policy: Policy, task: BenchmarkTask, fields: list[int], num_threads: int | None = None) -> Crawl:
     """A policy's first episodes of these seeds in a task of the benchmark, judged at every control instant."""
     options = {"autoreset_mode": "Disabled", "num_threads": num_threads, **task.options, **policy.env_options}
     envs = cast(SnakeVectorEnv, gym.make_vec(task.env_id, num_envs=len(fields), **options).unwrapped)
-    observation, _ = envs.reset(seed=fields)
-    policy.begin(envs.layout, len(fields))
-    bodies, found = _Bodies(envs), Crawl()
-    running = np.ones(len(fields), dtype=bool)
-    while running.any():
-        observation, _, terminated, truncated, info = envs.step(policy(observation))
-        before = bodies.pose
-        bodies.read(~running)
-        flagged = info["diverged"] | info["penetrated"]
-        found.steps += int(running.sum())
-        found.flagged += int((flagged & running).sum())
-        _judge(found, bodies, before, running & ~flagged)
-        ended = terminated | truncated
-        running &= ~ended
-        if ended.any():
-            observation, _ = envs.reset(options={"reset_mask": ended})
-    envs.close()
-    return found
+    return play_episodes(envs, _Bodies, policy, fields)
 
 
 class _Bodies:
@@ -231,6 +167,7 @@ class _Bodies:
         """Reads the poses, and the pegs of the robots that were placed anew."""
         state = self._envs.state()
         self.half, self.radius = state.link_half_length, state.link_radius
+        self.last = self.pose
         self.pose = np.concatenate([state.link_position, np.asarray(state.link_angle)[..., None]], axis=-1)
         for i in np.flatnonzero(moved):
             obstacles = self._envs.scene(int(i)).obstacles
@@ -242,19 +179,16 @@ class _Bodies:
             self.pegs[i, :, 0] = 0.0
             self.pegs[i, : len(pegs)] = pegs
 
-
-def _judge(found: Crawl, bodies: _Bodies, before: Array, judged: NDArray[np.bool_]) -> None:
-    pose, last, pegs = bodies.pose[judged], before[judged], bodies.pegs[judged]
-    to_peg = peg_gap(pose, bodies.half, bodies.radius, pegs)
-    to_peg = np.minimum(to_peg, wall_gap(pose, bodies.half, bodies.radius, bodies.walls))
-    to_self = self_gap(pose, bodies.half, bodies.radius)
-    found.peg_overlap = max(found.peg_overlap, float(-to_peg.min(initial=0.0)))
-    found.self_overlap = max(found.self_overlap, float(-to_self.min(initial=0.0)))
-    found.beyond += int((np.minimum(to_peg, to_self) < -1e-3).sum())
-    moved = np.linalg.norm(pose - last, axis=-1).max(axis=1) > bodies.radius.min()
-    if moved.any():
-        has_passed = passed_through(last[moved], pose[moved], bodies.half, bodies.radius, pegs[moved], bodies.walls)
-        found.crossings += int(has_passed.sum())
+    def judge(self, found: Crawl, judged: NDArray[np.bool_]) -> None:
+        """Adds overlaps and crossings of these robots."""
+        pose, last, pegs = self.pose[judged], self.last[judged], self.pegs[judged]
+        to_peg = peg_gap(pose, self.half, self.radius, pegs)
+        to_peg = np.minimum(to_peg, wall_gap(pose, self.half, self.radius, self.walls))
+        found.add_gaps([to_peg, self_gap(pose, self.half, self.radius)])
+        moved = np.linalg.norm(pose - last, axis=-1).max(axis=1) > self.radius.min()
+        if moved.any():
+            has_passed = passed_through(last[moved], pose[moved], self.half, self.radius, pegs[moved], self.walls)
+            found.crossings += int(has_passed.sum())
 
 
 def passed_through(

@@ -21,6 +21,9 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.crawl import Crawl
+from experiments.crawl import crawl as random_crawl
+from experiments.crawl import play as play_episodes
 from experiments.penetration import (
     ACTION_MODES,
     BETWEEN,
@@ -29,7 +32,6 @@ from experiments.penetration import (
     ON_THE_WALL,
     arm_of,
     chain,
-    random_actions,
     smallest_radius,
     walls_to_line,
 )
@@ -93,25 +95,6 @@ class Options:
     starts: int = 40
 
 
-@dataclass
-class Crawl:
-    """The outcome of random actions in one scene.
-
-    Args:
-        steps: Robot-steps.
-        overlap: Deepest overlap with a peg, a wall, the ground and another link at a control instant [m].
-        beyond: Robot-steps with an overlap of more than a millimetre.
-        crossings: Robot-steps in which a link passed through a peg, a wall or another link.
-        flagged: Robot-steps that ended with a flagged robot.
-    """
-
-    steps: int = 0
-    overlap: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
-    beyond: int = 0
-    crossings: int = 0
-    flagged: int = 0
-
-
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command."""
     return answer(Options, _run, __doc__, arguments)
@@ -162,43 +145,13 @@ def crawl(
 ) -> Crawl:
     """Random actions for about ``steps`` robot-steps in the environment of these keywords."""
     envs = SnakeVectorEnv(num_envs=num_envs, num_threads=num_threads, **keywords)
-    envs.reset(seed=seed)
-    bodies = _Bodies(envs)
-    found = Crawl()
-    ended = np.zeros(num_envs, dtype=bool)
-    for action in random_actions(envs.action_space, max(1, steps // num_envs), seed):
-        _, _, terminated, truncated, info = envs.step(action)
-        before = bodies.centre, bodies.axis
-        bodies.read(ended)
-        flagged = info["diverged"] | info["penetrated"]
-        found.steps += int(num_envs - ended.sum())
-        found.flagged += int(flagged.sum())
-        _judge(found, bodies, before, np.flatnonzero(~ended & ~flagged))
-        ended = terminated | truncated
-    envs.close()
-    return found
+    return random_crawl(envs, _Bodies, steps, seed)
 
 
 def play(policy: Network, starts: list[int], num_threads: int | None = None) -> Crawl:
     """A policy's first episodes of these seeds, judged at every control instant."""
     envs = cast(SnakeVectorEnv, policy.make_vec(len(starts), num_threads=num_threads, autoreset_mode="Disabled"))
-    observation, _ = envs.reset(seed=starts)
-    bodies, found = _Bodies(envs), Crawl()
-    running = np.ones(len(starts), dtype=bool)
-    while running.any():
-        observation, _, terminated, truncated, info = envs.step(policy(observation))
-        before = bodies.centre, bodies.axis
-        bodies.read(~running)
-        flagged = info["diverged"] | info["penetrated"]
-        found.steps += int(running.sum())
-        found.flagged += int((flagged & running).sum())
-        _judge(found, bodies, before, np.flatnonzero(running & ~flagged))
-        ended = terminated | truncated
-        running &= ~ended
-        if ended.any():
-            observation, _ = envs.reset(options={"reset_mask": ended})
-    envs.close()
-    return found
+    return play_episodes(envs, _Bodies, policy, starts)
 
 
 class _Bodies:
@@ -208,6 +161,7 @@ class _Bodies:
         self._envs = envs
         self.pegs = [np.empty((0, 3))] * envs.num_envs
         self.walls: list[Array] = []
+        self.centre = self.axis = np.empty((0, 0, 3))
         self.read(np.ones(envs.num_envs, dtype=bool))
 
     def read(self, moved: NDArray[np.bool_]) -> None:
@@ -215,6 +169,7 @@ class _Bodies:
         state = self._envs.state()
         assert state.link_quaternion is not None, "a 3D model"
         self.half, self.radius = state.link_half_length, state.link_radius
+        self.last = self.centre, self.axis
         self.centre, self.axis = state.link_position, axes(state.link_quaternion)
         for i in np.flatnonzero(moved).tolist():
             obstacles = self._envs.scene(i).obstacles
@@ -228,36 +183,35 @@ class _Bodies:
         to_ground = ground_gap(centre, axis, self.half, self.radius)
         return [to_peg, to_wall, to_ground, self_gap(centre, axis, self.half, self.radius)]
 
+    def judge(self, found: Crawl, robots: NDArray[np.bool_]) -> None:
+        """Adds overlaps and crossings of these robots."""
+        judged = np.flatnonzero(robots)
+        centre, axis = self.centre[judged], self.axis[judged]
+        found.add_gaps(self.gaps(centre, axis, judged))
+        last_centre, last_axis = self.last[0][judged], self.last[1][judged]
+        travel = np.linalg.norm(centre - last_centre, axis=-1) + self.half * np.linalg.norm(axis - last_axis, axis=-1)
+        moved = travel.max(axis=1) > self.radius.min()
+        if not moved.any():
+            return
+        passed, near_wall = np.zeros((2, int(moved.sum())), dtype=bool)
+        radius = self.radius.min()
+        smallest = np.array([smallest_radius(self.pegs[i]) for i in judged[moved]])
+        arm, middle = arm_of(centre, axis), [at[moved].mean(axis=1, keepdims=True) for at in (last_centre, centre)]
 
-def _judge(found: Crawl, bodies: _Bodies, before: tuple[Array, Array], judged: NDArray[np.intp]) -> None:
-    centre, axis = bodies.centre[judged], bodies.axis[judged]
-    gaps = bodies.gaps(centre, axis, judged)
-    found.overlap = tuple(max(a, float(-gap.min(initial=0.0))) for a, gap in zip(found.overlap, gaps, strict=True))
-    found.beyond += int((np.minimum.reduce(gaps) < -1e-3).sum())
-    last_centre, last_axis = before[0][judged], before[1][judged]
-    travel = np.linalg.norm(centre - last_centre, axis=-1) + bodies.half * np.linalg.norm(axis - last_axis, axis=-1)
-    moved = travel.max(axis=1) > bodies.radius.min()
-    if not moved.any():
-        return
-    passed, near_wall = np.zeros((2, int(moved.sum())), dtype=bool)
-    radius = bodies.radius.min()
-    smallest = np.array([smallest_radius(bodies.pegs[i]) for i in judged[moved]])
-    arm, middle = arm_of(centre, axis), [at[moved].mean(axis=1, keepdims=True) for at in (last_centre, centre)]
+        def interpolated(share: float) -> tuple[Array, Array]:
+            between = last_axis[moved] + share * (axis - last_axis)[moved]
+            between /= np.linalg.norm(between, axis=-1, keepdims=True)
+            return (1 - share) * middle[0] + share * middle[1] + chain(between, arm), between
 
-    def interpolated(share: float) -> tuple[Array, Array]:
-        between = last_axis[moved] + share * (axis - last_axis)[moved]
-        between /= np.linalg.norm(between, axis=-1, keepdims=True)
-        return (1 - share) * middle[0] + share * middle[1] + chain(between, arm), between
-
-    for share in np.linspace(0, 1, BETWEEN + 2)[1:-1]:
-        to_peg, to_wall, _, to_self = bodies.gaps(*interpolated(share), judged[moved])
-        passed |= (to_peg < -CROSSED * (radius + smallest)) | (to_self < -CROSSED * 2 * radius)
-        near_wall |= to_wall < -CROSSED * radius
-    # As in the plane, the centre line of a link that passes through a wall comes onto it.
-    for share in np.linspace(0, 1, CLOSELY) if near_wall.any() else ():
-        to_wall = wall_gap(*interpolated(share), bodies.half, bodies.radius, bodies.walls)
-        passed |= near_wall & (to_wall < -ON_THE_WALL * radius)
-    found.crossings += int(passed.sum())
+        for share in np.linspace(0, 1, BETWEEN + 2)[1:-1]:
+            to_peg, to_wall, _, to_self = self.gaps(*interpolated(share), judged[moved])
+            passed |= (to_peg < -CROSSED * (radius + smallest)) | (to_self < -CROSSED * 2 * radius)
+            near_wall |= to_wall < -CROSSED * radius
+        # As in the plane, the centre line of a link that passes through a wall comes onto it.
+        for share in np.linspace(0, 1, CLOSELY) if near_wall.any() else ():
+            to_wall = wall_gap(*interpolated(share), self.half, self.radius, self.walls)
+            passed |= near_wall & (to_wall < -ON_THE_WALL * radius)
+        found.crossings += int(passed.sum())
 
 
 def axes(quaternion: Array) -> Array:

@@ -95,11 +95,6 @@ impl PegGrid {
         self.friction.get(obstacle).copied().unwrap_or(0.0)
     }
 
-    /// Whether some obstacle has friction.
-    pub fn is_rough(&self) -> bool {
-        !self.friction.is_empty()
-    }
-
     /// Whether some obstacle has a top face.
     pub fn has_tops(&self) -> bool {
         !self.height.is_empty()

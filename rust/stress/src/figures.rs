@@ -111,16 +111,21 @@ impl Figures {
         *residual = worse(*residual, report.residual);
     }
 
-    /// Measures one of several robots, whose last step was flagged for its penetration or not.
-    pub fn measure_one(&mut self, simulation: &impl Observable, step: f64, is_flagged: bool) {
+    /// Measures one of several robots, whose smallest gap is `gap` \[m\] and whose last step was flagged for its penetration
+    /// or not.
+    pub fn measure_one(&mut self, simulation: &impl Observable, gap: f64, step: f64, is_flagged: bool) {
         self.flagged += u64::from(is_flagged);
         self.is_excused = is_flagged;
-        self.measure(simulation, step);
+        self.measure_at(simulation, gap, step);
     }
 
     /// Measures the present state, after a step of length `step` \[s\].
     pub fn measure(&mut self, simulation: &impl Observable, step: f64) {
-        self.last_penetration = (-simulation.min_gap()).max(0.0);
+        self.measure_at(simulation, simulation.min_gap(), step);
+    }
+
+    fn measure_at(&mut self, simulation: &impl Observable, gap: f64, step: f64) {
+        self.last_penetration = (-gap).max(0.0);
         self.is_excused &= self.last_penetration > FLAGGED_DEPTH;
         if !self.is_excused {
             self.penetration = worse(self.penetration, self.last_penetration);

@@ -3,6 +3,7 @@
 pub mod case;
 pub mod draw;
 pub mod figures;
+pub mod geometry;
 pub mod observable;
 pub mod requirements;
 pub mod scenarios;

@@ -7,11 +7,13 @@ use std::process::ExitCode;
 use snake_stress::scenarios::{Effort, all};
 use snake_stress::table::{HEADER, Row, measure};
 
-const USAGE: &str = "usage: snake-stress [--quick] [--only PART_OF_A_NAME] [--json FILE]";
+const USAGE: &str = "usage: snake-stress [--quick] [--only PART_OF_A_NAME] [--seed SEED] [--json FILE]";
 
 struct Options {
     effort: Effort,
     only: String,
+    /// Of environments and their actions.
+    seed: u64,
     json: Option<String>,
 }
 
@@ -23,7 +25,7 @@ fn main() -> ExitCode {
             return ExitCode::from(2);
         }
     };
-    let scenarios = all(options.effort);
+    let scenarios = all(options.effort, options.seed);
     let chosen: Vec<_> = scenarios.iter().filter(|scenario| scenario.name.contains(&options.only)).collect();
     println!("{HEADER}");
     let mut rows = Vec::new();
@@ -44,12 +46,15 @@ fn main() -> ExitCode {
 }
 
 fn options(mut arguments: impl Iterator<Item = String>) -> Result<Options, String> {
-    let mut options = Options { effort: Effort::Long, only: String::new(), json: None };
+    let mut options = Options { effort: Effort::Long, only: String::new(), seed: 0, json: None };
     while let Some(argument) = arguments.next() {
         let mut value = || arguments.next().ok_or(format!("{argument} needs a value"));
         match argument.as_str() {
             "--quick" => options.effort = Effort::Quick,
             "--only" => options.only = value()?,
+            "--seed" => {
+                options.seed = value()?.parse().map_err(|_| "--seed takes a non-negative integer".to_owned())?;
+            }
             "--json" => options.json = Some(value()?),
             _ => return Err(format!("unknown argument {argument}")),
         }

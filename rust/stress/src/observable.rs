@@ -9,12 +9,16 @@ use snake_core::scene::Peg;
 use snake_core::simulation::{PlanarSimulation, SpatialSimulation};
 use snake_core::spatial::{self, SpatialState, nearest_point};
 
+use crate::geometry::LinkPlace;
+
 /// A simulation that can be observed step by step.
 pub trait Observable {
     /// Poses and twists of the links.
     type State: Clone;
+    type Pose: LinkPlace;
 
     fn state(&self) -> &Self::State;
+    fn poses(&self) -> &[Self::Pose];
     /// \[s\]
     fn time(&self) -> f64;
     /// Energy that only actuators and friction may change, and impacts decrease \[J\].
@@ -34,9 +38,14 @@ pub trait Observable {
 
 impl Observable for PlanarSimulation {
     type State = PlanarState;
+    type Pose = Pose;
 
     fn state(&self) -> &PlanarState {
         self.state()
+    }
+
+    fn poses(&self) -> &[Pose] {
+        &self.state().pose
     }
 
     fn time(&self) -> f64 {
@@ -77,9 +86,14 @@ impl Observable for PlanarSimulation {
 
 impl Observable for SpatialSimulation {
     type State = SpatialState;
+    type Pose = spatial::Pose;
 
     fn state(&self) -> &SpatialState {
         self.state()
+    }
+
+    fn poses(&self) -> &[spatial::Pose] {
+        &self.state().pose
     }
 
     fn time(&self) -> f64 {

@@ -53,11 +53,11 @@ impl<T: Real> Workspace<T> {
         lane: usize,
         elapsed: f64,
     ) -> Prediction<'a, T> {
-        let Self { stage, base, predicted: end, heading, guess: twist, motion_bound, start_pose: start, .. } = self;
+        let Self { stage, base, predicted: end, heading, travel, motion_bound, start_pose: start, .. } = self;
         let (displacement, coefficient) = (motion_bound.displacement.lane(lane), stage.coefficient.lane(lane));
         let margin = motion_bound.contact_margin(lane, coefficient, 1.0, system.smallest_radius());
         let robot = &system.robot;
-        Prediction { robot, pegs, lane, base, start, end, heading, twist, coefficient, elapsed, displacement, margin }
+        Prediction { robot, pegs, lane, base, start, end, heading, travel, coefficient, elapsed, displacement, margin }
     }
 
     /// Keeps the contact forces as the next initial guess, and records which contacts close in the `solved` lanes.

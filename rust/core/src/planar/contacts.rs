@@ -55,7 +55,7 @@ pub struct FrictionalContact {
     force: f64,
 }
 
-/// One robot of a stage: where it starts, where it is predicted to end, and with what velocity.
+/// One robot of a stage: where it starts, where it is predicted to end, and with what mean velocity it gets there.
 pub struct Prediction<'a, T> {
     pub robot: &'a Robot,
     pub pegs: &'a PegGrid,
@@ -67,7 +67,7 @@ pub struct Prediction<'a, T> {
     pub end: &'a [Vector3<T>],
     /// Headings at the predicted end.
     pub heading: &'a [Heading<T>],
-    pub twist: &'a [Vector3<T>],
+    pub travel: &'a [Vector3<T>],
     /// c \[s\].
     pub coefficient: f64,
     /// Time from the start of the step to the end of the stage \[s\].
@@ -212,7 +212,9 @@ impl<T: Real> Prediction<'_, T> {
     /// Direction and offset of a pair, given how it is at the predicted end.
     ///
     /// The end-of-stage gap (T 3.47 != D5) is linearised at the predicted end configuration,
-    /// `g(q_E) = g(q_pred) + c w . (u - u_pred)`, so that a sustained contact is exact to second order.
+    /// `g(q_E) = g(q_pred) + c w . (u - u_travel)`, where u_travel is the mean velocity on the way there, so that a
+    /// sustained contact is exact to second order. The velocity at its start would not do: while the links of a long chain
+    /// turn, what it misses adds up from joint to joint.
     /// Where the prediction runs deep into a peg, or past it, the side is uncertain, and the gap is linearised
     /// at the start of the step (T 3.47 != D9). Either plane touches the distance function of a convex body
     /// from below (for a link that translates), so `g + c w . u >= 0` keeps the true gap non-negative however
@@ -223,7 +225,7 @@ impl<T: Real> Prediction<'_, T> {
         let touching = touching_distance(link, self.pegs, pair.peg);
         let mut plane = *at_end;
         let mut at = Heading { cos: self.heading[i].cos.lane(lane), sin: self.heading[i].sin.lane(lane) };
-        let mut travelled = c * at_end.direction.dot(&read_vector(&self.twist[i], lane));
+        let mut travelled = c * at_end.direction.dot(&read_vector(&self.travel[i], lane));
         if at_end.gap < -DEEP * touching || self.displacement > touching {
             let start = read_vector(&self.start[i], lane);
             let heading = Heading::of(start.z);

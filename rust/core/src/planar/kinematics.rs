@@ -67,3 +67,19 @@ pub fn travel<T: Real>(
         (x, y) = (x + half_x, y + half_y);
     }
 }
+
+/// Mean twists between `twist` and those that keep the joints closed at `heading`, where `twist` keeps link 1 and turns all
+/// angles. If it keeps the joints closed at the headings from which [`travel`] moves a chain to these, the links travel as
+/// fast as this, to second order in the duration.
+#[inline(always)]
+pub fn mean_twist<T: Real>(half_length: &[T], heading: &[Heading<T>], twist: &[Vector3<T>], mean: &mut [Vector3<T>]) {
+    let (mut x, mut y) = (T::zero(), T::zero());
+    let half = T::splat(0.5);
+    for (i, u) in twist.iter().enumerate() {
+        let turning = u.z * half_length[i];
+        let (half_x, half_y) = (-(heading[i].sin * turning), heading[i].cos * turning);
+        (x, y) = if i == 0 { (u.x, u.y) } else { (x + half_x, y + half_y) };
+        mean[i] = Vector3::new(half * (u.x + x), half * (u.y + y), u.z);
+        (x, y) = (x + half_x, y + half_y);
+    }
+}

@@ -35,7 +35,7 @@ mod workspace;
 
 pub use certificate::{Certificate, certify};
 pub use heading::Heading;
-pub use kinematics::{assemble_chain, close_joints, joint_gap, largest_joint_gap, travel};
+pub use kinematics::{assemble_chain, close_joints, joint_gap, largest_joint_gap, mean_twist, travel};
 pub use model::{Body, Fleet, Planar, Scripted};
 pub use problem::{Answer, ContactRow, JointRow, LinkRow, Problem};
 pub use self_contact::{PairPlace, SelfContact};

@@ -188,7 +188,8 @@ struct Ends<'a, T> {
     end: &'a [Vector3<T>],
     /// Headings at the predicted end.
     heading: &'a [Heading<T>],
-    twist: &'a [Vector3<T>],
+    /// Mean velocity on the way there.
+    travel: &'a [Vector3<T>],
     /// c \[s\].
     coefficient: f64,
     /// Time from the start of the step to the end of the stage \[s\].
@@ -242,8 +243,8 @@ impl<T: Real> Ends<'_, T> {
                 return (start.direction, (start.gap + along(&start.direction, &moved)) / self.coefficient);
             }
         }
-        let twist = |link: usize| read_vector(&self.twist[link], lane);
-        (contact.direction, contact.gap / self.coefficient - along(&contact.direction, &twist))
+        let travel = |link: usize| read_vector(&self.travel[link], lane);
+        (contact.direction, contact.gap / self.coefficient - along(&contact.direction, &travel))
     }
 }
 
@@ -262,7 +263,7 @@ impl<T: Real> SelfContactDetection<T> {
         let angle = |link: usize| ends.end[link].z.lane(lane);
         JointStop::visit_near(ends.links, angle, limit, STOP_CLEARANCE, |place, stop| {
             let direction = stop.direction();
-            let rate = |end: usize| direction[end].z * ends.twist[place.links[end]].z.lane(lane);
+            let rate = |end: usize| direction[end].z * ends.travel[place.links[end]].z.lane(lane);
             let gap_rate = stop.gap(angle, limit) / ends.coefficient - (rate(0) + rate(1));
             self.push(ends, place, direction, gap_rate, known);
         });
@@ -297,7 +298,7 @@ impl<T: Real> Workspace<T> {
         if !self.self_contacts.is_enabled() {
             return;
         }
-        let Self { self_contacts, stage, motion_bound, start_pose, base, predicted, heading, guess, .. } = self;
+        let Self { self_contacts, stage, motion_bound, start_pose, base, predicted, heading, travel, .. } = self;
         self_contacts.found.clear();
         for lane in active(pending) {
             let (is_folded, is_bent) = (self_contacts.folded.lane(lane), self_contacts.bent.lane(lane));
@@ -313,7 +314,7 @@ impl<T: Real> Workspace<T> {
                 base,
                 end: predicted,
                 heading,
-                twist: guess,
+                travel,
                 coefficient,
                 elapsed: elapsed.lane(lane),
                 displacement,

@@ -49,15 +49,15 @@ impl ContactMap {
         work.solution.peg_friction.clear();
     }
 
-    /// Adds the contacts of link `index` in the lanes given; `elapsed` as in [`LinkPrediction`], `is_rough`
-    /// where some obstacle of some lane has friction.
+    /// Adds the contacts of link `index` in the lanes given; `elapsed` as in [`LinkPrediction`]. Once one of them has friction,
+    /// all have a row of it.
     pub fn add<'a, T: Real>(
         &mut self,
         work: &mut Workspace<T>,
         index: usize,
         link: &Link,
         robots: impl Iterator<Item = (usize, &'a SpatialBody)>,
-        (elapsed, is_rough): (T, bool),
+        elapsed: T,
     ) {
         let first = self.slots.len();
         for (lane, body) in robots {
@@ -71,10 +71,10 @@ impl ContactMap {
                     self.slots.push([None; MAX_LANES]);
                     work.stage.pegs.push(StagePeg::nowhere(index));
                     work.solution.peg.push(T::zero());
-                    if is_rough {
-                        work.stage.peg_friction.push(StagePegFriction::nowhere());
-                        work.solution.peg_friction.push(Vector2::new(T::zero(), T::zero()));
-                    }
+                }
+                let coefficient = body.pegs.friction(peg);
+                if coefficient > 0.0 || !work.stage.peg_friction.is_empty() {
+                    lay_out_friction(work);
                 }
                 self.slots[next][lane] = Some((peg, place));
                 work.stage.pegs[next].set_lane(lane, &contact);
@@ -82,9 +82,8 @@ impl ContactMap {
                 let known = self.pairs[lane].iter().find(same);
                 let c = work.stage.coefficient.lane(lane);
                 work.solution.peg[next].set_lane(lane, c * known.map_or(0.0, |pair| pair.force));
-                if is_rough {
-                    let normal = contact.direction.linear;
-                    let friction = StagePegFriction::new(&normal, &surface, body.pegs.friction(peg));
+                if coefficient > 0.0 {
+                    let friction = StagePegFriction::new(&contact.direction.linear, &surface, coefficient);
                     let force = known.map_or(Vector3::zeros(), |pair| pair.friction);
                     let impulse = Vector2::from(friction.tangents.map(|tangent| c * tangent.linear.dot(&force)));
                     work.solution.peg_friction[next].set_lane(lane, &impulse);
@@ -123,6 +122,13 @@ impl ContactMap {
             ContactImpulse { lane, link: *link, impulse, source: Source::Obstacle(obstacle) }
         })
     }
+}
+
+/// Gives every contact a row of friction, without any in lanes that do not set it.
+fn lay_out_friction<T: Real>(work: &mut Workspace<T>) {
+    let (stage, solution) = (&mut work.stage, &mut work.solution);
+    stage.peg_friction.resize(stage.pegs.len(), StagePegFriction::nowhere());
+    solution.peg_friction.resize(stage.pegs.len(), Vector2::new(T::zero(), T::zero()));
 }
 
 /// Friction of a lane's contact as an impulse on the link, frame I \[N s\].

@@ -3,10 +3,10 @@
 use nalgebra::{Matrix2, Vector2, Vector3};
 use snake_core::contact::{NearPegs, gap, link_peg_contact};
 use snake_core::pegs::PegGrid;
-use snake_core::planar::{Pose, joint_gap};
-use snake_core::robot::Link;
+use snake_core::planar::{Heading, Pose, Twist, assemble_chain, joint_gap, mean_twist, travel};
+use snake_core::robot::{Link, Robot};
 use snake_core::scene::Peg;
-use snake_test_support::planar::Random;
+use snake_test_support::planar::{Random, links, moving_chain};
 
 fn random_link(random: &mut Random) -> Link {
     Link {
@@ -274,4 +274,31 @@ fn the_clear_way_is_clear_and_long_where_pegs_are_far() {
         assert!(way >= 0.0 && way <= nearest.max(0.0), "{way} but {nearest}");
         assert!(distance < 100.0 || way > 0.1 * distance, "{way} at a distance of {distance}");
     }
+}
+
+/// Largest distance of a chain's links from where `move_by` takes them, after it has travelled for `duration` \[s\].
+fn travel_error(duration: f64, is_mean: bool) -> f64 {
+    let robot = Robot::new(&links(50)).unwrap();
+    let mut random = Random::new(3);
+    let joint_angle: Vec<f64> = (1..50).map(|_| random.between(-0.5, 0.5)).collect();
+    let omega: Vec<f64> = (1..50).map(|_| random.between(-1.0, 1.0)).collect();
+    let mut from = vec![Pose::zeros(); 50];
+    assemble_chain(&robot, Pose::new(0.0, 0.0, 0.3), &joint_angle, &mut from);
+    let twist = moving_chain(&robot, &from, Twist::new(0.1, -0.2, 0.5), &omega).twist;
+    let half_length: Vec<f64> = robot.links.iter().map(|link| 0.5 * link.length).collect();
+    let (mut to, mut heading) = (from.clone(), vec![Heading::of(0.0); 50]);
+    travel(&half_length, &from, &twist, duration, &mut to, &mut heading);
+    let mut mean = twist.clone();
+    if is_mean {
+        mean_twist(&half_length, &heading, &twist, &mut mean);
+    }
+    let moved = from.iter().zip(&mean).map(|(pose, u)| pose + u * duration);
+    to.iter().zip(moved).map(|(there, moved)| (there - moved).norm()).fold(0.0, f64::max)
+}
+
+#[test]
+fn links_travel_with_their_mean_twist_to_third_order() {
+    let order = |is_mean| (travel_error(2e-3, is_mean) / travel_error(1e-3, is_mean)).log2();
+    assert!((order(false) - 2.0).abs() < 0.05, "{}", order(false));
+    assert!((order(true) - 3.0).abs() < 0.05, "{}", order(true));
 }

@@ -6,7 +6,7 @@ use crate::gait::turned;
 use crate::math::{Mask, Real, add_scaled, select_into};
 use crate::planar::energy::work_of;
 use crate::planar::io_drive::IoInput;
-use crate::planar::{StageJoint, StageLink, certify, is_plausible, travel};
+use crate::planar::{StageJoint, StageLink, certify, is_plausible, mean_twist, travel};
 use crate::robot::{Breakage, LOCK_STIFFNESS};
 use crate::stepping::lanes::NO_LANES;
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
@@ -69,6 +69,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         travel(&self.half_length, &self.base, &self.guess, c, &mut self.predicted, &mut self.heading);
         self.self_contacts.predict(&self.predicted);
         if self.has_pegs || self.self_contacts.is_any_possible() {
+            mean_twist(&self.half_length, &self.heading, &self.guess, &mut self.travel);
             let gain = (self.pull.x * self.pull.x + self.pull.y * self.pull.y).sqrt() * c;
             let fastest = self.fastest(&self.guess).max(self.fastest(&self.reference) + gain);
             let displacement = self.bound(&self.predicted, &self.start_pose);

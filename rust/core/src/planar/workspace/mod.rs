@@ -41,8 +41,9 @@ pub struct Workspace<T: Real> {
     pub base: Vec<Vector3<T>>,
     pub reference: Vec<Vector3<T>>,
     pub guess: Vec<Vector3<T>>,
-    /// Expected end configuration.
+    /// Expected end configuration, and the mean velocities on the way there.
     pub predicted: Vec<Vector3<T>>,
+    pub travel: Vec<Vector3<T>>,
     pub heading: Vec<Heading<T>>,
     /// The wave that the joints follow at the end of the stage, where they follow one.
     pub wave: WaveJets<T>,
@@ -138,6 +139,7 @@ impl<T: Real> Workspace<T> {
             reference: rest.clone(),
             guess: rest.clone(),
             predicted: rest.clone(),
+            travel: rest.clone(),
             heading: vec![Heading { cos: T::splat(1.0), sin: zero }; links],
             wave: WaveJets::still(),
             target: vec![Jet { value: zero, rate: zero, acceleration: zero }; links - 1],

@@ -61,11 +61,10 @@ impl<T: Real> StageInput<T> for Workspace<T> {
     fn find_contacts<D: Driven<Model = Spatial>>(&mut self, members: &mut Members<D>, pending: Lanes, elapsed: T) {
         let mut contacts = std::mem::take(&mut self.contacts);
         contacts.clear(self);
-        let is_rough = active(pending).any(|lane| members.body(lane).pegs.is_rough());
         for (i, link) in members.system.robot.links.iter().enumerate() {
             let bodies = active(pending).map(|lane| (lane, members.body(lane)));
             let among_pegs = bodies.filter(|(_, body)| !body.pegs.is_empty());
-            contacts.add(self, i, link, among_pegs, (elapsed, is_rough));
+            contacts.add(self, i, link, among_pegs, elapsed);
         }
         self.contacts = contacts;
         for lane in active(pending).filter(|&lane| members.body(lane).pegs.has_tops()) {
