@@ -70,8 +70,9 @@ def write(
         thesis=reference_limits.no_slip_speed(GaitParameters()),
         fastest=reference_limits.no_slip_speed(reference_limits.FASTEST_WAVE),
     )
-    if len(chosen) > 1 and {task.name for task in chosen} >= set(content):
-        overall = over_all_tasks.over_all({task.name: played[task.name] for task in chosen})
+    planar = [task.name for task in chosen if task.model == "planar"]  # no policy plays in both models
+    if len(planar) > 1 and {task.name for task in chosen} >= set(content):
+        overall = over_all_tasks.over_all({name: played[name] for name in planar})
         picture = Path(pictures) / PICTURE
         figures.performance_profiles({name: row.profile for name, row in overall.items()}, out / picture)
         over_all = f"{HEADING}{OVER_ALL}\n\n{over_all_tasks.text(overall, picture.as_posix())}"

@@ -118,14 +118,14 @@ class FastTanh(torch.autograd.Function):
     """What :class:`Tanh` computes, and its derivative 1 - tanh(x)^2."""
 
     @staticmethod
-    def forward(ctx: Any, inputs: Tensor) -> Tensor:  # type: ignore[override]
+    def forward(ctx: Any, inputs: Tensor) -> Tensor:
         """Outputs of the shape of the inputs."""
         outputs = (2.0 * inputs).sigmoid_().mul_(2.0).sub_(1.0)
         ctx.save_for_backward(outputs)
         return outputs
 
     @staticmethod
-    def backward(ctx: Any, gradient: Tensor) -> Tensor:  # type: ignore[override]
+    def backward(ctx: Any, gradient: Tensor) -> Tensor:
         """Gradient of the inputs from that of the outputs."""
         (outputs,) = ctx.saved_tensors
         return torch.ops.aten.tanh_backward(gradient, outputs)
