@@ -67,12 +67,19 @@ class StopRequest:
     Signals reach only the main thread; in another thread this does nothing.
     """
 
+    SIGNALS: tuple[signal.Signals, ...] = (signal.SIGINT, signal.SIGTERM)
+
     def __init__(self) -> None:
-        self.received = False
+        self._asked = False
         self._before: dict[int, Any] = {}
 
+    @property
+    def received(self) -> bool:
+        """Whether the run has been asked to stop."""
+        return self._asked
+
     def __enter__(self) -> StopRequest:
-        heard = (signal.SIGINT, signal.SIGTERM) if threading.current_thread() is threading.main_thread() else ()
+        heard = self.SIGNALS if threading.current_thread() is threading.main_thread() else ()
         for number in heard:
             self._before[number] = signal.signal(number, self._receive)
         return self
@@ -82,7 +89,7 @@ class StopRequest:
             signal.signal(number, handler)
 
     def _receive(self, number: int, frame: FrameType | None) -> None:
-        if self.received:
+        if self._asked:
             raise KeyboardInterrupt
-        self.received = True
+        self._asked = True
         print("\nstopping after this step; the run will be saved", flush=True)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+
+import gymnasium as gym
 
 from snake_env.errors import ConfigError
 
@@ -30,6 +32,16 @@ class BenchmarkTask:
     env_id: str
     options: dict[str, Any] = field(default_factory=dict)
     about: str = ""
+
+    @property
+    def model(self) -> str:
+        """Of the robot: "planar" or "spatial"."""
+        return model_of(self.env_id, self.options)
+
+
+def model_of(env_id: str, options: Mapping[str, Any]) -> str:
+    """The robot's model in an environment with these keywords."""
+    return str(options.get("model", gym.spec(env_id).kwargs.get("model", "planar")))
 
 
 def load(path: Path = TASKS) -> dict[str, BenchmarkTask]:

@@ -57,7 +57,8 @@ class MemoryTraces:
 
     def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
         """What networks see (n, o + t), after the traces have moved on; those of a new episode begin at its start."""
-        self._traces = self._after(observation, slice(None))
+        if self._traces.size:
+            self._traces = self._after(observation, slice(None))
         self._new[:] = False
         return self._joined(observation, self._traces)
 

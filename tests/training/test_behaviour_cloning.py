@@ -11,6 +11,7 @@ from snake_env import ConfigError
 from snake_env.evaluation import rollout, seeds
 from snake_env.policies import Network, files, memory
 from snake_env.policies.scripted import catalogue
+from snake_env.policies.shipped import load_policy, policy_path
 from training import config, runs
 from training.config import BehaviourCloning
 from training.learners import agent, behaviour_cloning, ppo
@@ -147,3 +148,34 @@ def test_a_beginning_is_a_controller_of_a_task_or_a_policy():
     for values in ({}, {"controller": "heading control"}, {"policy": "a", "task": "b"}):
         with pytest.raises(ValueError, match=r"behaviour_cloning = .*: expected controller and task, a policy"):
             config.parse(config.PpoConfig, {"behaviour_cloning": values})
+
+
+def test_a_planar_policy_is_taken_over_in_3d():
+    """On the same fields both begin with the same commands, although the ranges of the actions differ."""
+    keywords = {"difficulty": 1.0, "action_mode": "residual", "nearest_pegs": 8, "perception": "body"}
+    general, giver = load_policy("general"), rollout.make_env("SnakeField-v1", 5, 1, **keywords)
+    heir = rollout.make_env("SnakeSpatial-v1", 5, 1, task="field", **keywords)
+    (flat, _), (spatial, _) = (env.reset(seed=seeds.selection(5)) for env in (giver, heir))
+    planar, layout = giver.unwrapped.layout, heir.unwrapped.layout
+    general.begin(planar, 5)
+    times = tuple(memory.time_constants(general.config))
+    networks = config.PpoNetworks(hidden=(128, 128), memory=times, symmetric=True)
+    run = config.PpoConfig(env_id="SnakeSpatial-v1", env=keywords | {"task": "field"}, policy=networks)
+    actor_critic = agent.make_agent(run, len(memory.network_inputs(layout, times)), len(layout["action"]))
+    behaviour_cloning.take_over(actor_critic, layout, times, policy_path("general"))
+    seen = torch.from_numpy(memory.MemoryTraces(layout, times, 5)(spatial))
+    with torch.no_grad():
+        acted = commands(actor_critic.actor(seen).numpy(), layout)
+    for name, value in commands(general(flat), planar).items():
+        np.testing.assert_allclose(acted[name.replace("joint_", "yaw_")], value, atol=1e-5)
+    assert not acted["lift"].any()
+    assert not acted["pitch_offset_5"].any()
+
+
+def commands(action, layout):
+    """Physical values of an action by name."""
+    scaled = [
+        (entry["name"], 0.5 * (entry["high"] - entry["low"]), 0.5 * (entry["high"] + entry["low"]))
+        for entry in layout["action"]
+    ]
+    return {name: centre + half * action[:, k] for k, (name, half, centre) in enumerate(scaled)}

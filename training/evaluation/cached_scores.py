@@ -14,13 +14,14 @@ import snake_env
 from snake_env import ConfigError, _native
 from snake_env.evaluation import rollout
 from snake_env.evaluation.acting import gait_policy
-from snake_env.evaluation.rollout import Episodes
+from snake_env.evaluation.rollout import Episodes, layout_of
 from snake_env.evaluation.tasks import BenchmarkTask
-from snake_env.policies.gaits import GaitParameters
+from snake_env.policies import gaits
+from snake_env.policies.gaits import DEGREE, GaitParameters
 from snake_env.policies.interface import Policy
 from snake_env.policies.scripted import catalogue
 from training.config import CONFIGS, ROOT
-from training.evaluation.loading import load_model
+from training.evaluation.loading import load_model, trained_with
 
 CONFIG = CONFIGS / "benchmark.json"
 
@@ -64,6 +65,7 @@ def entries(config: Path, chosen: Sequence[str] | None, more: list[tuple[str, Pa
     """
     content = json.loads(config.read_text())
     found = [scripted(name) for name in content["scripted"]]
+    found += [constant(one["name"], one["degrees"], one["tasks"]) for one in content["gaits"]]
     found += [trained(one["name"], ROOT / one["path"], one.get("tasks")) for one in content["trained"]]
     known = [one.name for one in found]
     for name in chosen or []:
@@ -94,12 +96,28 @@ def thesis_gait(task: BenchmarkTask) -> Policy:
     return gait_policy(GaitParameters(), task.env_id, **task.options)
 
 
+def constant(name: str, degrees: dict[str, float], of_tasks: Sequence[str]) -> Entry:
+    """A gait that never changes, by its parameters [deg], [deg/s]."""
+    wave = GaitParameters(**{key: value * DEGREE for key, value in degrees.items()})
+    return Entry(
+        name,
+        lambda task: gaits.scripted(
+            wave, layout_of(task.env_id, task.options | {"action_mode": "gait"})["action"], name
+        ),
+        lambda task: task.name in of_tasks,
+        lambda task: json.dumps(degrees).encode(),
+    )
+
+
 def trained(name: str, path: Path, of_tasks: Sequence[str] | None) -> Entry:
-    """A policy from a file, with the interface it was trained with and the task's difficulty; None: in all tasks."""
+    """A policy from a file, with the interface it was trained with and the task's difficulty.
+
+    Without ``of_tasks`` it plays in all tasks of the model that it was trained with.
+    """
     return Entry(
         name,
         lambda task: load_model(path, name),
-        lambda task: of_tasks is None or task.name in of_tasks,
+        lambda task: task.model == trained_with(path) if of_tasks is None else task.name in of_tasks,
         lambda task: path.read_bytes(),
     )
 

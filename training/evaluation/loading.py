@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import gymnasium as gym
-
 from snake_env import ConfigError
+from snake_env.evaluation.tasks import model_of
 from snake_env.policies.interface import INTERFACE, Policy, title
 from snake_env.policies.network import Network
 from snake_env.policies.shipped import NAMES, policy_path
@@ -40,8 +39,8 @@ def task(env_id: str | None, options: dict[str, Any], paths: list[Path]) -> tupl
     """Environment and keywords: those of the first policy's training, overridden by those given."""
     if env_id is not None or not paths:
         return env_id or "SnakeField-v1", options
-    env_id, trained_with = _origin(paths[0])
-    of_task = {name: value for name, value in trained_with.items() if name not in INTERFACE}
+    env_id, keywords = _origin(paths[0])
+    of_task = {name: value for name, value in keywords.items() if name not in INTERFACE}
     return env_id, of_task | options
 
 
@@ -54,6 +53,11 @@ def _origin(path: Path) -> tuple[str, dict[str, Any]]:
     folder = RunFolder(path.parent)
     config = folder.config() if folder.exists else Sb3Config()
     return config.env_id, config.env
+
+
+def trained_with(path: Path) -> str:
+    """The robot's model with which a policy was trained."""
+    return model_of(*_origin(path))
 
 
 def refuse_other_interface(policy: Policy, options: dict[str, Any]) -> None:
@@ -74,14 +78,9 @@ def refuse_other_model(paths: list[Path], env_id: str, options: dict[str, Any]) 
     Raises:
         ConfigError: names the model and the policy.
     """
-    here = _model(env_id, options)
+    here = model_of(env_id, options)
     for path in paths:
-        trained_in = _model(*_origin(path))
+        trained_in = trained_with(path)
         if trained_in != here:
             expected = f"{trained_in}, which {path} was trained in; --env and the option model choose it"
             raise ConfigError("model", here, expected)
-
-
-def _model(env_id: str, options: dict[str, Any]) -> str:
-    """The robot's model in an environment with these keywords."""
-    return str(options.get("model", gym.spec(env_id).kwargs.get("model", "planar")))

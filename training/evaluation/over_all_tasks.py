@@ -1,4 +1,4 @@
-"""The policies that play in every task, over all tasks: the aggregates of Agarwal et al. (2021).
+"""The policies that play in every planar task, over all of them: the aggregates of Agarwal et al. (2021).
 
 An episode stands for their run: the benchmark plays one policy in many scenes, not many trainings of it. Its score is
 its speed [m/s] if it reaches the goal, else zero, which needs no scale per task: distance and time limit are the same.
@@ -27,10 +27,10 @@ FASTER = (0.0, 0.1, 0.2, 0.3, 0.4)
 PROFILE = tuple(round(0.025 * k, 3) for k in range(25))
 """Speeds [m/s] of the performance profile."""
 
-TEXT = """The {count} policies that play in every task. The score of an episode is its speed if it reaches the goal,
-else zero. Interquartile mean, performance profile (share of episodes above a score) and probability of improvement are
-those of Agarwal et al. (2021), with an episode in the place of their run; intervals are of the bootstrap over scenes,
-stratified by task.
+TEXT = """The {count} policies that play in every planar task. The score of an episode is its speed if it reaches the
+goal, else zero. Interquartile mean, performance profile (share of episodes above a score) and probability of
+improvement are those of Agarwal et al. (2021), with an episode in the place of their run; intervals are of the
+bootstrap over scenes, stratified by task.
 """
 
 

@@ -10,6 +10,7 @@ untrained critic would undo in a few updates what was cloned.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -133,7 +134,9 @@ def begin(learner: Any, cloning: BehaviourCloning) -> None:
     for _ in range(cloning.critic_rounds):
         learner.collect()
         _, target = learner.targets()
-        observation = learner.rollout.observation.flatten(0, 1)
+        observation, target = (
+            learner.group.gathered(one).flatten(0, 1) for one in (learner.rollout.observation, target)
+        )
         fit(learner.agent.critic, observation, target[:, None], cloning.epochs, learner.rng)
 
 
@@ -166,13 +169,19 @@ def take_over(agent: Any, layout: dict[str, Any], times: Sequence[float], path: 
     if hidden != expected or f"actor.{len(expected) + 1}.bias" in arrays:
         raise ConfigError("behaviour_cloning.policy", path, f"hidden layers {expected}, found {hidden}")
     theirs = layout_of(run["env_id"], run["env"])
-    inputs = _matches(network_inputs(layout, times), network_inputs(theirs, time_constants(run)))
-    outputs = _matches(done(layout), done(theirs))
+    seen, known = network_inputs(layout, times), network_inputs(theirs, time_constants(run))
     last = len(expected)
-    for name, weights in own.items():  # they share their memory with the agent's parameters
-        given = arrays[name]
-        given = _taken(given.T, inputs).T if name == "actor.0.weight" else given
-        weights[...] = _taken(given, outputs) if name.startswith(f"actor.{last}.") else given
+    for k in range(last + 1):  # the agent's arrays share their memory with its parameters
+        weight, bias = arrays[f"actor.{k}.weight"], arrays[f"actor.{k}.bias"]
+        if k == 0:
+            scale, shift = _conversions(seen, layout, theirs)
+            columns = _taken(weight.T, _matches(seen, known))
+            weight, bias = (columns * scale[:, None]).T, bias + shift @ columns
+        if k == last:
+            scale, shift = _conversions(done(layout), layout, theirs)
+            rows = _matches(done(layout), done(theirs))
+            weight, bias = _taken(weight, rows) / scale[:, None], (_taken(bias, rows) - shift) / scale
+        own[f"actor.{k}.weight"][...], own[f"actor.{k}.bias"][...] = weight, bias
 
 
 def done(layout: dict[str, Any]) -> list[str]:
@@ -180,9 +189,46 @@ def done(layout: dict[str, Any]) -> list[str]:
     return [entry["name"] for entry in layout["action"]]
 
 
+PLANAR_NAMES = (
+    (r"(joint_angle|joint_rate|reference): yaw_", r"\1: joint_"),
+    (r"\byaw_(offset|velocity|torque)_", r"joint_\1_"),
+    (r"^((?:previous_action: )?)yaw_(\d)", r"\1joint_angle_\2"),
+    (r"(contact_force: link_\d+)_left", r"\1"),
+)
+"""How elements of observations and actions of the 3D model are called in the planar one, where it has them."""
+
+
+def planar_name(name: str) -> str:
+    """Of the same element in the planar model."""
+    for pattern, planar in PLANAR_NAMES:
+        name = re.sub(pattern, planar, name)
+    return name
+
+
 def _matches(own: list[str], theirs: list[str]) -> list[int]:
-    """For each name of ours its place in theirs, or -1."""
-    return [theirs.index(name) if name in theirs else -1 for name in own]
+    """For each name of ours its place in theirs, by its name in the planar model if need be; -1: it has none."""
+    places = {name: k for k, name in enumerate(theirs)}
+    return [places.get(name, places.get(planar_name(name), -1)) for name in own]
+
+
+def _conversions(
+    names: list[str], own: dict[str, Any], theirs: dict[str, Any]
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Scale and shift of each element, from its value in [-1, 1] with our range to that with theirs.
+
+    Only actions, and observations of them, have ranges; everything else is the same in all environments.
+    """
+    ranges = {entry["name"]: (entry["low"], entry["high"]) for entry in theirs["action"]}
+    found = dict.fromkeys(names, (1.0, 0.0))
+    for entry in own["action"]:
+        if (known := ranges.get(entry["name"], ranges.get(planar_name(entry["name"])))) is not None:
+            low, high = known
+            scale = (entry["high"] - entry["low"]) / (high - low)
+            shift = (entry["low"] + entry["high"] - low - high) / (high - low)
+            of_action = {f"{block}{entry['name']}": (scale, shift) for block in ("", "wave: ", "previous_action: ")}
+            found |= {name: of_action[name] for name in found.keys() & of_action.keys()}
+    scales, shifts = zip(*(found[name] for name in names), strict=True)
+    return np.array(scales, np.float32), np.array(shifts, np.float32)
 
 
 def _taken(rows: NDArray[np.float32], places: list[int]) -> NDArray[np.float32]:
@@ -195,8 +241,10 @@ def imitate(learner: Any, expert: Expert | Teachers, cloning: BehaviourCloning) 
     seen, told = [], []
     for _ in range(cloning.rounds):
         learner.collect()
-        seen.append(learner.rollout.observation.flatten(0, 1).clone())
-        told.append(labels(expert, learner.rollout.observation, learner.rollout.done))
+        observation = learner.group.gathered(learner.rollout.observation)
+        ended = learner.group.gathered(torch.from_numpy(learner.rollout.done)).numpy()
+        seen.append(observation.flatten(0, 1).clone())
+        told.append(labels(expert, observation, ended))
         missed = fit(learner.agent.actor, torch.cat(seen), torch.cat(told), cloning.epochs, learner.rng)
         print(f"imitation, {learner.steps} steps: mean squared error {missed:.4f}", flush=True)
 

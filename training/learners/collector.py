@@ -40,7 +40,7 @@ class Rollout:
         self.done = np.zeros(shape, np.bool_)
 
     def advantages(self, last_value: Tensor, ppo: Ppo) -> tuple[Tensor, Tensor]:
-        """Generalised advantages (Schulman et al. 2016) and the returns they imply, (T n,) each."""
+        """Generalised advantages (Schulman et al. 2016) and the returns they imply, (T, n) each."""
         value = self.value.numpy()
         advantage = np.zeros_like(value)
         following, next_value = np.zeros_like(value[0]), last_value.numpy()
@@ -49,7 +49,7 @@ class Rollout:
             error = self.reward[t] + ppo.gamma * goes_on * next_value - value[t]
             following = error + ppo.gamma * ppo.gae_lambda * goes_on * following
             advantage[t], next_value = following, value[t]
-        return torch.from_numpy(advantage).flatten(), torch.from_numpy(advantage + value).flatten()
+        return torch.from_numpy(advantage), torch.from_numpy(advantage + value)
 
 
 class Collector:
@@ -60,24 +60,27 @@ class Collector:
         seed: of the first robot's fields; the others take the seeds after it.
         used: share of the training budget used up before.
         note: Is called with each finished episode.
+        robots: those of the run that it steps; None: all.
 
     Attributes:
         simulator_seconds: wall time spent in the simulator [s].
     """
 
-    def __init__(self, config: PpoConfig, seed: int, used: float, note: Note) -> None:
-        self._env = Mixture(parts(config), config.num_threads)
-        layout = self._env.layout
-        self._traces = MemoryTraces(layout, config.policy.memory, config.num_envs)
+    def __init__(self, config: PpoConfig, seed: int, used: float, note: Note, robots: slice | None = None) -> None:
+        self._robots = slice(0, config.num_envs) if robots is None else robots
+        self._env = Mixture(parts(config, self._robots), config.num_threads)
+        layout, num_envs = self._env.layout, self._env.num_envs
+        self._traces = MemoryTraces(layout, config.policy.memory, num_envs)
         self.observations = len(network_inputs(layout, config.policy.memory))
         self.actions = len(layout["action"])
         self._hardest = float(layout["config"]["difficulty"])
-        self.rollout = Rollout(config.ppo.n_steps, config.num_envs, self.observations, self.actions)
+        self.rollout = Rollout(config.ppo.n_steps, num_envs, self.observations, self.actions)
+        self._deviation = torch.zeros_like(self.rollout.action)
         self._note = note
-        self._returns = np.zeros(config.num_envs)
+        self._returns = np.zeros(num_envs)
         self._config = config
         self.advance(used)
-        self.observation = torch.from_numpy(self._traces(self._env.reset(seed)))
+        self.observation = torch.from_numpy(self._traces(self._env.reset(seed + self._robots.start)))
         self.simulator_seconds = 0.0
 
     def advance(self, used: float) -> None:
@@ -85,13 +88,16 @@ class Collector:
         if self._config.curriculum:
             self._env.set_difficulty(self._config.difficulty(used, self._hardest))
 
-    @torch.no_grad()
+    @torch.inference_mode()
     def collect(self, agent: Agent, noise: torch.Generator, gamma: float) -> tuple[Rollout, Tensor]:
         """Fills the rollout with fresh steps; also returns the value of what comes after them (n,)."""
-        rollout = self.rollout
+        rollout, noises = self.rollout, (self._config.num_envs, self.actions)
         for t in range(len(rollout.reward)):
             rollout.observation[t] = self.observation
-            rollout.action[t], rollout.log_density[t] = agent.act(self.observation, noise)
+            self._deviation[t] = torch.empty(noises).normal_(generator=noise)[
+                self._robots
+            ]  # of all, whoever steps them
+            rollout.action[t] = agent.act(self.observation, self._deviation[t])
             start = time.perf_counter()
             observation, reward, terminated, truncated, infos = self._env.step(rollout.action[t].numpy())
             self.simulator_seconds += time.perf_counter() - start
@@ -105,6 +111,7 @@ class Collector:
                     rollout.reward[t, cut] += gamma * agent.value(torch.from_numpy(last)).numpy()
                 self._traces.reset(rollout.done[t])
             self.observation = torch.from_numpy(self._traces(observation))
+        rollout.log_density[:] = agent.log_density_of(self._deviation)
         rollout.value[:] = agent.value(rollout.observation)
         return rollout, agent.value(self.observation)
 

@@ -62,7 +62,13 @@ class Learner(Protocol):
         """Closes the environments."""
 
 
-def run(folder: RunFolder, config: RunConfig, make: Callable[[int, Note, float], Learner], show: bool) -> int:
+def run(
+    folder: RunFolder,
+    config: RunConfig,
+    make: Callable[[int, Note, float], Learner],
+    show: bool,
+    stop_request: StopRequest | None = None,
+) -> int:
     """Trains from the folder's latest checkpoint, or from the start; 130 when it was stopped.
 
     Args:
@@ -71,6 +77,7 @@ def run(folder: RunFolder, config: RunConfig, make: Callable[[int, Note, float],
         make: Makes the learner from the steps taken before, a receiver of finished episodes, and the share of the
             budget used up before.
         show: Print progress.
+        stop_request: Stops it; None: signals to this process.
     """
     checkpoint = folder.latest()
     steps = 0 if checkpoint is None else int(checkpoint.stem)
@@ -83,13 +90,14 @@ def run(folder: RunFolder, config: RunConfig, make: Callable[[int, Note, float],
         with folder.resumed():
             curve.restore(learner.restore(checkpoint))
     work = Work(learner, folder, config, budget, curve, show)
-    with StopRequest() as stop:
+    with stop_request or StopRequest() as stop:
         work.until(stop)
+        stopped = stop.received
     work.save()
     work.write_policy(folder.path / files.NAME)
     work.tracker.close()
     learner.close()
-    if stop.received:
+    if stopped:
         print(f"saved after {learner.steps} steps")
         return 130
     folder.finish({"steps": learner.steps, "seconds": round(budget.seconds, 1)})

@@ -14,67 +14,87 @@ from typing import Any
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from torch import Tensor, nn
+from torch import Tensor
 
 from snake_env.evaluation import seeds
 from snake_env.policies import files
 from training.config import Ppo, PpoConfig, load_as
 from training.learners import behaviour_cloning, loop
 from training.learners.agent import Agent, make_agent
+from training.learners.clipped_adam import ClippedAdam
 from training.learners.collector import Collector, Rollout
+from training.learners.group import Alone
 from training.learning_curve import Note
 from training.runs import RunFolder
+
+ALONE = Alone()
 
 
 def update(
     agent: Agent,
-    optimiser: torch.optim.Optimizer,
+    optimiser: ClippedAdam,
     rollout: Rollout,
     targets: tuple[Tensor, Tensor],
     ppo: Ppo,
     rng: np.random.Generator,
+    group: Alone = ALONE,
 ) -> dict[str, float]:
-    """Some epochs of gradient steps on clipped changes of probability, towards advantages and returns (T n,) each.
+    """Some epochs of gradient steps on clipped changes of probability, towards advantages and returns (T, n) each.
+
+    Args:
+        agent: learns.
+        optimiser: of its parameters.
+        rollout: what the robots of this process did.
+        targets: advantages and returns of it.
+        ppo: settings.
+        rng: orders the samples, alike in all processes.
+        group: of the processes that share the gradient steps.
 
     Returns:
         Diagnostics under the names of Stable-Baselines3, means over the gradient steps.
     """
-    advantage, target = targets
-    observation, action = rollout.observation.flatten(0, 1), rollout.action.flatten(0, 1)
-    log_density = rollout.log_density.flatten()
-    noted: list[Tensor] = []
+    advantage, target = group.gathered(targets[0]).flatten(), targets[1].flatten()
+    columns = (
+        rollout.observation,
+        rollout.action,
+        rollout.log_density[..., None],
+        target.view_as(rollout.value)[..., None],
+    )
+    samples, widths = torch.cat(columns, -1).flatten(0, 1), [one.shape[-1] for one in columns]  # gathered at once
+    module, noted = group.module(agent), list[Tensor]()
     for _ in range(ppo.n_epochs):
-        for part in batches(rng.permutation(len(target)), ppo.batch_size):
-            change = agent.log_density(observation[part], action[part]) - log_density[part]
-            moved = kl(change)
-            if ppo.target_kl is not None and moved > 1.5 * ppo.target_kl:
-                return diagnostics(noted, rollout, target, agent)
-            scaled = advantage[part]
-            if len(scaled) > 1:  # one sample has no spread
-                scaled = (scaled - scaled.mean()) / (scaled.std() + 1e-8)
+        for part in batches(rng.permutation(len(advantage)), ppo.batch_size):
+            rows, mine = group.own(part)
+            share = group.size / len(part)  # of a sample in the gradient, which is the mean over the processes
+            observation, action, log_density, wanted = samples.index_select(0, rows).split(widths, -1)
+            known, value = module(observation, action)
+            change = known - log_density[:, 0]
             ratio = change.exp()
+            with torch.no_grad():  # an estimate of the divergence that is never negative
+                moved = (ratio - 1.0 - change).sum() * share
+            if ppo.target_kl is not None and group.total(moved) / group.size > 1.5 * ppo.target_kl:
+                return diagnostics(noted, rollout, target, agent, group)
+            scaled = standardised(advantage.index_select(0, part))[mine]
             clipped = ratio.clamp(1.0 - ppo.clip_range, 1.0 + ppo.clip_range)
-            gain = torch.minimum(scaled * ratio, scaled * clipped).mean()
-            miss = (agent.value(observation[part]) - target[part]).square().mean()
+            gain = torch.minimum(scaled * ratio, scaled * clipped).sum() * share
+            miss = (value - wanted[:, 0]).square().sum() * share
             loss = ppo.vf_coef * miss - gain - ppo.ent_coef * agent.entropy()
-            optimiser.zero_grad()
             loss.backward()
-            norm = nn.utils.clip_grad_norm_(agent.parameters(), ppo.max_grad_norm)
-            optimiser.step()
-            beyond = ((ratio.detach() - 1.0).abs() > ppo.clip_range).float().mean()
-            noted.append(torch.stack([loss.detach(), -gain.detach(), miss.detach(), moved, beyond, norm]))
-    return diagnostics(noted, rollout, target, agent)
+            norm = optimiser.step(ppo.max_grad_norm)
+            with torch.no_grad():
+                noted.append(torch.stack([loss, -gain, miss, moved, (clipped != ratio).sum() * share, norm]))
+    return diagnostics(noted, rollout, target, agent, group)
 
 
 NOTED = ("loss", "policy_gradient_loss", "value_loss", "approx_kl", "clip_fraction", "grad_norm")
 """What is noted of each gradient step."""
 
 
-def diagnostics(noted: list[Tensor], rollout: Rollout, target: Tensor, agent: Agent) -> dict[str, float]:
+def diagnostics(noted: list[Tensor], rollout: Rollout, target: Tensor, agent: Agent, group: Alone) -> dict[str, float]:
     """Means over the gradient steps of an update, and what the critic explained of the returns before it."""
-    means = torch.stack(noted).mean(0).tolist() if noted else [float("nan")] * len(NOTED)
-    spread = float(target.var())
-    missed = float((target - rollout.value.flatten()).var())
+    means = (group.total(torch.stack(noted).mean(0)) / group.size).tolist() if noted else [float("nan")] * len(NOTED)
+    target, value = group.gathered(target.view_as(rollout.value)), group.gathered(rollout.value)
+    spread, missed = float(target.var()), float((target - value).var())
     found = dict(zip(NOTED, means, strict=True)) | {
         "entropy_loss": -float(agent.entropy().detach()),
         "explained_variance": 1.0 - missed / spread if spread > 0.0 else float("nan"),
@@ -89,10 +109,12 @@ def batches(order: NDArray[np.int64], size: int) -> list[Tensor]:
     return list(torch.from_numpy(order).split(size))
 
 
-def kl(change: Tensor) -> Tensor:
-    """How far the policy has moved, from changes of log densities: an estimate that is never negative."""
-    with torch.no_grad():
-        return (change.exp() - 1.0 - change).mean()
+def standardised(values: Tensor) -> Tensor:
+    """With mean zero and deviation one; a single value has no spread and stays."""
+    if len(values) == 1:
+        return values
+    deviation, mean = torch.std_mean(values)
+    return (values - mean) / (deviation + 1e-8)
 
 
 MakeCollector = Callable[[PpoConfig, int, float, Note], Any]
@@ -108,25 +130,32 @@ class Learner:
         note: is told of finished episodes.
         used: share of the budget used up before.
         make: makes the collector.
+        group: of the processes that share robots and updates.
     """
 
     checkpoint = ".pt"
 
     def __init__(
-        self, config: PpoConfig, steps: int, note: Note, used: float = 0.0, make: MakeCollector = Collector
+        self,
+        config: PpoConfig,
+        steps: int,
+        note: Note,
+        used: float = 0.0,
+        make: MakeCollector = Collector,
+        group: Alone = ALONE,
     ) -> None:
-        self.config, self.steps = config, steps
+        self.config, self.steps, self.group = config, steps, group
         torch.manual_seed(config.seed)
         self.noise = torch.Generator().manual_seed(config.seed)
         self.rng = np.random.default_rng(config.seed)
         self.collector = make(config, seeds.training(config.seed, 0, config.num_envs), used, note)
         self.agent = make_agent(config, self.collector.observations, self.collector.actions)
-        self.optimiser = torch.optim.Adam(self.agent.parameters(), eps=1e-5, fused=True)
+        self.optimiser = ClippedAdam(self.agent)
 
     def collect(self) -> None:
         """Takes ``n_steps`` of each robot."""
         self.rollout, self._last_value = self.collector.collect(self.agent, self.noise, self.config.ppo.gamma)
-        self.steps += self.rollout.reward.size
+        self.steps += self.config.ppo.n_steps * self.config.num_envs
 
     @property
     def simulator_seconds(self) -> float:
@@ -134,16 +163,15 @@ class Learner:
         return float(self.collector.simulator_seconds)
 
     def targets(self) -> tuple[Tensor, Tensor]:
-        """Advantages and returns of what was collected (T n,) each."""
+        """Advantages and returns of what was collected (T, n) each."""
         return self.rollout.advantages(self._last_value, self.config.ppo)
 
     def learn(self, used: float) -> dict[str, float]:
         """Learns from what was collected; ``used`` is the share of the budget that is used up."""
         ppo = self.config.ppo
         rate = ppo.learning_rate * (1.0 - (1.0 - ppo.final_learning_rate) * used)
-        for group in self.optimiser.param_groups:
-            group["lr"] = rate
-        found = update(self.agent, self.optimiser, self.rollout, self.targets(), ppo, self.rng)
+        self.optimiser.set_rate(rate)
+        found = update(self.agent, self.optimiser, self.rollout, self.targets(), ppo, self.rng, self.group)
         self.collector.advance(used)
         return found | {"train/learning_rate": rate}
 
@@ -184,7 +212,13 @@ class Learner:
         return curve
 
 
-def train(folder: RunFolder, config: PpoConfig, show: bool = True, make: MakeCollector = Collector) -> int:
+def train(
+    folder: RunFolder,
+    config: PpoConfig,
+    show: bool = True,
+    make: MakeCollector = Collector,
+    group: Alone = ALONE,
+) -> int:
     """Trains from the folder's latest checkpoint, or from the start; 130 when it was stopped.
 
     A configuration that the run begins from is trained first, in a folder of its own inside.
@@ -194,10 +228,17 @@ def train(folder: RunFolder, config: PpoConfig, show: bool = True, make: MakeCol
     cloning = config.behaviour_cloning
     if cloning is not None and cloning.run is not None:
         before = RunFolder(folder.path / "before")
-        if not before.finished and (status := train(before, _before(before, config, cloning.run), show, make)) != 0:
+        if (
+            not before.finished
+            and (status := train(before, _before(before, config, cloning.run), show, make, group)) != 0
+        ):
             return status
         learned = config.with_changes(behaviour_cloning=cloning.with_changes(run=None, policy=str(before.policy)))
-    return loop.run(folder, config, lambda steps, note, used: Learner(learned, steps, note, used, make), show)
+
+    def begin(steps: int, note: Note, used: float) -> Learner:
+        return Learner(learned, steps, note, used, make, group)
+
+    return loop.run(folder, config, begin, show, group.stop_request())
 
 
 def _before(folder: RunFolder, config: PpoConfig, name: str) -> PpoConfig:

@@ -55,7 +55,10 @@ class Controller:
     def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
         """Actions (n, a) in [-1, 1] for observations (n, o)."""
         self.senses.see(observation)
-        action = (2.0 * self.command() - self._low - self._high) / (self._high - self._low)
+        command = self.command()
+        if self.mode == "gait":  # in 3D the vertical wave, whose parameters come last, is zero
+            command = np.pad(command, ((0, 0), (0, len(self._low) - command.shape[1])))
+        action = (2.0 * command - self._low - self._high) / (self._high - self._low)
         return np.clip(action, -1.0, 1.0).astype(np.float32)
 
     def command(self) -> Array:
