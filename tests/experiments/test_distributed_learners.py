@@ -45,9 +45,13 @@ def alone(path, steps):
 
 
 def assert_equal_within_round_off(first, second):
-    """Gradients are sums in another order: weights of up to 1 differ by some 1e-8 after four updates."""
+    """Gradients are sums in another order, which differ by some 1e-8.
+
+    Adam divides by the gradient's size plus 1e-5: with the learning rate 5e-4 a weight whose gradient vanishes differs
+    by 5e-7 per gradient step; the runs take sixteen and more.
+    """
     for name in first:
-        np.testing.assert_allclose(first[name], second[name], rtol=0.0, atol=1e-6)
+        np.testing.assert_allclose(first[name], second[name], rtol=0.0, atol=1e-5)
 
 
 def test_two_learners_are_one_within_round_off(tmp_path):

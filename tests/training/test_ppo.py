@@ -19,7 +19,7 @@ from snake_env.evaluation import acting, rollout, seeds
 from snake_env.policies import GaitParameters, Network, files
 from training import config, evaluate, progress, runs, train
 from training.evaluation import loading
-from training.learners import agent, ppo, sb3
+from training.learners import agent, clipped_adam, ppo, sb3
 from training.learners.collector import Rollout
 
 SMOKE = ["--config", "smoke", "--no-bar"]
@@ -113,7 +113,7 @@ def test_diagnostics_are_what_their_names_mean():
     with torch.no_grad():
         played.log_density[:] = actor_critic.log_density(played.observation, played.action)
         played.value[:] = (0.5 * target)[:, None]
-    optimiser = torch.optim.Adam(actor_critic.parameters())
+    optimiser = clipped_adam.ClippedAdam(actor_critic)
     settings = config.Ppo(batch_size=6, n_epochs=1)
     found = ppo.update(actor_critic, optimiser, played, (torch.randn(6), target), settings, np.random.default_rng(0))
     assert found["train/approx_kl"] == pytest.approx(0.0, abs=1e-6)
@@ -270,7 +270,7 @@ def test_a_last_batch_of_one_sample_is_learnt_from():
     played.action.normal_()
     with torch.no_grad():
         played.log_density[:] = actor_critic.log_density(played.observation, played.action)
-    optimiser = torch.optim.Adam(actor_critic.parameters())
+    optimiser = clipped_adam.ClippedAdam(actor_critic)
     before = [parameter.detach().clone() for parameter in actor_critic.parameters()]
     settings = config.Ppo(batch_size=4, n_epochs=2)
     ppo.update(actor_critic, optimiser, played, (torch.randn(5), torch.randn(5)), settings, np.random.default_rng(0))
@@ -284,8 +284,9 @@ def test_density_is_that_of_the_normal_law():
     law = torch.distributions.Normal(actor_critic.actor(observation), actor_critic.log_std.exp())
     torch.testing.assert_close(actor_critic.log_density(observation, action), law.log_prob(action).sum(-1))
     torch.testing.assert_close(actor_critic.entropy(), law.entropy()[0].sum())
-    drawn, density = actor_critic.act(observation, torch.randn(4, 2))
-    torch.testing.assert_close(density, actor_critic.log_density(observation, drawn))
+    deviation = torch.randn(4, 2)
+    drawn = actor_critic.act(observation, deviation)
+    torch.testing.assert_close(actor_critic.log_density_of(deviation), actor_critic.log_density(observation, drawn))
 
 
 def test_it_learns_to_go_faster_on_open_ground(tmp_path):

@@ -45,17 +45,17 @@ class Agent(nn.Module):
         """Expected discounted return (n,)."""
         return self.critic(observation).squeeze(-1)
 
-    def act(self, observation: Tensor, deviation: Tensor) -> tuple[Tensor, Tensor]:
-        """Actions (n, a), so many standard deviations from the mean, and the logarithm of their density (n,)."""
-        return self.actor(observation) + deviation * self.log_std.exp(), self._log_density(deviation)
+    def act(self, observation: Tensor, deviation: Tensor) -> Tensor:
+        """Actions (n, a) that are so many standard deviations (n, a) from the mean."""
+        return torch.addcmul(self.actor(observation), deviation, self.log_std.exp())
 
     def log_density(self, observation: Tensor, action: Tensor) -> Tensor:
         """Logarithm of the density of given actions (n,)."""
-        return self._log_density((action - self.actor(observation)) * (-self.log_std).exp())
+        return self.log_density_of((action - self.actor(observation)) * (-self.log_std).exp())
 
-    def _log_density(self, deviation: Tensor) -> Tensor:
-        """Of a deviation from the mean in standard deviations."""
-        return -(0.5 * deviation.square() + self.log_std + LOG_SQRT_TAU).sum(-1)
+    def log_density_of(self, deviation: Tensor) -> Tensor:
+        """Logarithm of the density (...) of deviations from the mean in standard deviations (..., a)."""
+        return -0.5 * deviation.square().sum(-1) - (self.log_std + LOG_SQRT_TAU).sum()
 
     def entropy(self) -> Tensor:
         """Of the Gaussian."""

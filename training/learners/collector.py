@@ -75,6 +75,7 @@ class Collector:
         self.actions = len(layout["action"])
         self._hardest = float(layout["config"]["difficulty"])
         self.rollout = Rollout(config.ppo.n_steps, num_envs, self.observations, self.actions)
+        self._deviation = torch.zeros_like(self.rollout.action)
         self._note = note
         self._returns = np.zeros(num_envs)
         self._config = config
@@ -87,14 +88,16 @@ class Collector:
         if self._config.curriculum:
             self._env.set_difficulty(self._config.difficulty(used, self._hardest))
 
-    @torch.no_grad()
+    @torch.inference_mode()
     def collect(self, agent: Agent, noise: torch.Generator, gamma: float) -> tuple[Rollout, Tensor]:
         """Fills the rollout with fresh steps; also returns the value of what comes after them (n,)."""
         rollout, noises = self.rollout, (self._config.num_envs, self.actions)
         for t in range(len(rollout.reward)):
             rollout.observation[t] = self.observation
-            deviation = torch.empty(noises).normal_(generator=noise)[self._robots]  # a robot's, whoever steps it
-            rollout.action[t], rollout.log_density[t] = agent.act(self.observation, deviation)
+            self._deviation[t] = torch.empty(noises).normal_(generator=noise)[
+                self._robots
+            ]  # of all, whoever steps them
+            rollout.action[t] = agent.act(self.observation, self._deviation[t])
             start = time.perf_counter()
             observation, reward, terminated, truncated, infos = self._env.step(rollout.action[t].numpy())
             self.simulator_seconds += time.perf_counter() - start
@@ -108,6 +111,7 @@ class Collector:
                     rollout.reward[t, cut] += gamma * agent.value(torch.from_numpy(last)).numpy()
                 self._traces.reset(rollout.done[t])
             self.observation = torch.from_numpy(self._traces(observation))
+        rollout.log_density[:] = agent.log_density_of(self._deviation)
         rollout.value[:] = agent.value(rollout.observation)
         return rollout, agent.value(self.observation)
 

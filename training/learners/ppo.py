@@ -14,13 +14,14 @@ from typing import Any
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from torch import Tensor, nn
+from torch import Tensor
 
 from snake_env.evaluation import seeds
 from snake_env.policies import files
 from training.config import Ppo, PpoConfig, load_as
 from training.learners import behaviour_cloning, loop
 from training.learners.agent import Agent, make_agent
+from training.learners.clipped_adam import ClippedAdam
 from training.learners.collector import Collector, Rollout
 from training.learners.group import Alone
 from training.learning_curve import Note
@@ -31,7 +32,7 @@ ALONE = Alone()
 
 def update(
     agent: Agent,
-    optimiser: torch.optim.Optimizer,
+    optimiser: ClippedAdam,
     rollout: Rollout,
     targets: tuple[Tensor, Tensor],
     ppo: Ppo,
@@ -53,31 +54,35 @@ def update(
         Diagnostics under the names of Stable-Baselines3, means over the gradient steps.
     """
     advantage, target = group.gathered(targets[0]).flatten(), targets[1].flatten()
-    observation, action = rollout.observation.flatten(0, 1), rollout.action.flatten(0, 1)
-    log_density = rollout.log_density.flatten()
+    columns = (
+        rollout.observation,
+        rollout.action,
+        rollout.log_density[..., None],
+        target.view_as(rollout.value)[..., None],
+    )
+    samples, widths = torch.cat(columns, -1).flatten(0, 1), [one.shape[-1] for one in columns]  # gathered at once
     module, noted = group.module(agent), list[Tensor]()
     for _ in range(ppo.n_epochs):
         for part in batches(rng.permutation(len(advantage)), ppo.batch_size):
             rows, mine = group.own(part)
             share = group.size / len(part)  # of a sample in the gradient, which is the mean over the processes
-            known, value = module(observation.index_select(0, rows), action.index_select(0, rows))
-            change = known - log_density[rows]
+            observation, action, log_density, wanted = samples.index_select(0, rows).split(widths, -1)
+            known, value = module(observation, action)
+            change = known - log_density[:, 0]
             ratio = change.exp()
             with torch.no_grad():  # an estimate of the divergence that is never negative
                 moved = (ratio - 1.0 - change).sum() * share
             if ppo.target_kl is not None and group.total(moved) / group.size > 1.5 * ppo.target_kl:
                 return diagnostics(noted, rollout, target, agent, group)
-            scaled = standardised(advantage[part])[mine]
+            scaled = standardised(advantage.index_select(0, part))[mine]
             clipped = ratio.clamp(1.0 - ppo.clip_range, 1.0 + ppo.clip_range)
             gain = torch.minimum(scaled * ratio, scaled * clipped).sum() * share
-            miss = (value - target[rows]).square().sum() * share
+            miss = (value - wanted[:, 0]).square().sum() * share
             loss = ppo.vf_coef * miss - gain - ppo.ent_coef * agent.entropy()
-            optimiser.zero_grad()
             loss.backward()
-            norm = nn.utils.clip_grad_norm_(agent.parameters(), ppo.max_grad_norm)
-            optimiser.step()
-            beyond = ((ratio.detach() - 1.0).abs() > ppo.clip_range).sum() * share
-            noted.append(torch.stack([loss.detach(), -gain.detach(), miss.detach(), moved, beyond, norm]))
+            norm = optimiser.step(ppo.max_grad_norm)
+            with torch.no_grad():
+                noted.append(torch.stack([loss, -gain, miss, moved, (clipped != ratio).sum() * share, norm]))
     return diagnostics(noted, rollout, target, agent, group)
 
 
@@ -106,7 +111,10 @@ def batches(order: NDArray[np.int64], size: int) -> list[Tensor]:
 
 def standardised(values: Tensor) -> Tensor:
     """With mean zero and deviation one; a single value has no spread and stays."""
-    return (values - values.mean()) / (values.std() + 1e-8) if len(values) > 1 else values
+    if len(values) == 1:
+        return values
+    deviation, mean = torch.std_mean(values)
+    return (values - mean) / (deviation + 1e-8)
 
 
 MakeCollector = Callable[[PpoConfig, int, float, Note], Any]
@@ -142,7 +150,7 @@ class Learner:
         self.rng = np.random.default_rng(config.seed)
         self.collector = make(config, seeds.training(config.seed, 0, config.num_envs), used, note)
         self.agent = make_agent(config, self.collector.observations, self.collector.actions)
-        self.optimiser = torch.optim.Adam(self.agent.parameters(), eps=1e-5, fused=True)
+        self.optimiser = ClippedAdam(self.agent)
 
     def collect(self) -> None:
         """Takes ``n_steps`` of each robot."""
@@ -162,8 +170,7 @@ class Learner:
         """Learns from what was collected; ``used`` is the share of the budget that is used up."""
         ppo = self.config.ppo
         rate = ppo.learning_rate * (1.0 - (1.0 - ppo.final_learning_rate) * used)
-        for group in self.optimiser.param_groups:
-            group["lr"] = rate
+        self.optimiser.set_rate(rate)
         found = update(self.agent, self.optimiser, self.rollout, self.targets(), ppo, self.rng, self.group)
         self.collector.advance(used)
         return found | {"train/learning_rate": rate}
