@@ -96,6 +96,14 @@ def cell(estimate: Estimate, decimals: int) -> str:
     return f"{value} [{low}, {high}]" if np.isfinite(estimate.value) else "-"
 
 
+def from_plain(found: dict[str, dict[str, float | None]]) -> Row:
+    """From what :func:`plain` made; numbers that were not finite are NaN."""
+    return {
+        name: Estimate(**{key: np.nan if value is None else value for key, value in estimate.items()})
+        for name, estimate in found.items()
+    }
+
+
 def plain(row: Row) -> dict[str, dict[str, float | None]]:
     """For JSON; numbers that are not finite become null."""
     return {
