@@ -1,4 +1,5 @@
-"""Films and pictures of the environments: one film per id, and the gallery of all families of scenes.
+"""Films and pictures of the environments: one film per id, those of the policies in 3D, and the gallery of all families
+of scenes.
 
 python -m experiments.environment_films             # all films and the gallery, in docs/images
 python -m experiments.environment_films --only field gallery
@@ -18,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snake_env import card
-from snake_env.commands.environment_pages import FILMS
+from snake_env.commands.environment_pages import FILMS, Film
 from snake_env.drawing import figure, save, style
-from snake_env.evaluation import acting, film, seeds
+from snake_env.evaluation import acting, film, seeds, tasks
 from snake_env.evaluation.tasks import BenchmarkTask
 from snake_env.policies.gaits import ConstantAction
 from snake_env.policies.interface import Policy
@@ -38,36 +39,44 @@ STRIP_HEIGHT = 110
 EVERY = 2
 """Control periods per picture of a film: ten pictures per second."""
 DIFFICULTIES = (0.0, 0.5, 1.0)
+POLICIES = {
+    "spatial": Film("spatial", 0, {}),
+    "spatial-field": Film("spatial-field", 0, tasks.load()["spatial-field"].options),
+}
+"""Films of what policies have learned in 3D, for docs/learned.md."""
 
 
 def main(arguments: list[str]) -> int:
     """Writes what is asked for."""
     cli = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     names = [card.page_name(env_id) for env_id in FILMS]
-    cli.add_argument("--only", nargs="+", choices=[*names, "gallery"], help="default: all")
+    cli.add_argument(
+        "--only", nargs="+", choices=[*names, *(f"learned-{name}" for name in POLICIES), "gallery"], help="default: all"
+    )
     cli.add_argument("--out", type=Path, default=IMAGES)
     args = cli.parse_args(arguments)
     for env_id in FILMS:
         if args.only is None or card.page_name(env_id) in args.only:
-            print(write_film(env_id, args.out / f"env-{card.page_name(env_id)}.gif"))
+            print(write_film(env_id, FILMS[env_id], args.out / f"env-{card.page_name(env_id)}.gif"))
+    for name, shown in POLICIES.items():
+        if args.only is None or f"learned-{name}" in args.only:
+            print(write_film("SnakeSpatial-v1", shown, args.out / f"learned-{name}.gif"))
     if args.only is None or "gallery" in args.only:
         print(write_gallery(args.out / "gallery.png"))
     return 0
 
 
-def write_film(env_id: str, path: Path) -> Path:
-    """The episode on top of the page of an id, as an animated picture."""
-    shown = FILMS[env_id]
+def write_film(env_id: str, shown: Film, path: Path) -> Path:
+    """An episode as an animated picture."""
     height = SIZE[1] - (STRIP_HEIGHT if "spatial" in TASKS[env_id].values() else 0)
     picture = {"size": (SIZE[0], height), **_camera(env_id)}
     seed = seeds.HELD_OUT[shown.scene]
-    episode = film.play(_actor(env_id), env_id, seed, render_mode="rgb_array", picture=picture, **shown.options)
+    episode = film.play(_actor(env_id, shown), env_id, seed, render_mode="rgb_array", picture=picture, **shown.options)
     kept = episode.frames[: round(LONGEST / PERIOD) : EVERY]
     return film.write_gif(kept, path, milliseconds=round(1000 * PERIOD * EVERY))
 
 
-def _actor(env_id: str) -> Policy:
-    shown = FILMS[env_id]
+def _actor(env_id: str, shown: Film) -> Policy:
     if shown.policy == "action zero":
         size = len(card.layout_of(**TASKS[env_id])["action"])
         return ConstantAction(np.zeros(size, np.float32), shown.policy)

@@ -8,6 +8,7 @@ layers that learn in bfloat16, which Stable-Baselines3 does not have. Rates are 
 time, which is wall time on a thread of its own, simulation and learning together; shares are those of the simulator
 (with what makes it an environment), of acting (inference and bookkeeping of rollouts) and of the update. Each round of
 runs has its own seed, and all are then judged on validation fields, so that the faster ones are seen to learn no worse.
+The bound is the ratio of a learner that spends time on nothing but the simulator and the matrix products of the update.
 """
 
 from __future__ import annotations
@@ -16,20 +17,23 @@ import statistics
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import torch
 from stable_baselines3 import PPO
+from torch import nn
 
 from snake_env.evaluation import rollout, seeds
 from snake_env.policies.interface import Policy
 from snake_env.sb3 import SnakeVecEnv
 from training import config as configs
 from training.cli import answer
-from training.config import RunConfig
+from training.config import PpoConfig, RunConfig
 from training.evaluation.loading import load_model
 from training.learners import ppo, sb3
 from training.learners.mixture import Mixture
@@ -57,6 +61,8 @@ PARTS: dict[str, dict[str, tuple[type, str]]] = {
 """By learner the methods whose time is measured."""
 
 FIELDS = 100
+REPETITIONS = 30
+"""Of a matrix product."""
 
 
 @dataclass
@@ -101,6 +107,13 @@ def compare(args: Options) -> int:
     ratios = {name: rate / rates["SB3"] for name, rate in rates.items() if name != "SB3"}
     for name, ratio in ratios.items():
         print(f"{name} / SB3: {ratio:.2f} times the steps per CPU second")
+    seconds = {name: 1.0 / rate for name, rate in rates.items()}
+    simulator = summary["ppo"]["share of simulator"] * seconds["ppo"]
+    of_update = products(configs.parse(PpoConfig, values | {"learner": "ppo"}))
+    print(f"simulator and products of the update: {1e6 * simulator:.1f} + {1e6 * of_update:.1f} us per step of a robot")
+    print(
+        f"SB3 {1e6 * seconds['SB3']:.1f} us, so that {seconds['SB3'] / (simulator + of_update):.2f} times is the bound"
+    )
     args.out.parent.mkdir(parents=True, exist_ok=True)
     write_json(
         args.out,
@@ -130,6 +143,31 @@ def run(name: str, values: dict[str, Any], path: Path) -> dict[str, float]:
         "share of update": spent["learn"] / seconds,
     }
     return {"steps per CPU second": steps / seconds, **shares, **judge(load_model(folder.policy), config)}
+
+
+def products(config: PpoConfig) -> float:
+    """CPU time that the matrix products of an update take per step of a robot [s]: least of some repetitions."""
+    learner = ppo.Learner(config, 0, lambda *episode: None)
+    learner.close()
+    count, least = config.ppo.batch_size, 0.0
+    for network in (learner.agent.actor, learner.agent.critic):
+        layers = [layer.weight.detach() for layer in network.modules() if isinstance(layer, nn.Linear)]
+        for k, weight in enumerate(layers):
+            inputs, gradient = torch.ones(count, weight.shape[1]), torch.ones(count, weight.shape[0])
+            least += fastest(partial(torch.mm, inputs, weight.t())) + fastest(partial(torch.mm, gradient.t(), inputs))
+            least += fastest(partial(torch.mm, gradient, weight)) if k else 0.0  # observations have no gradient
+    return least * config.ppo.n_epochs / count
+
+
+def fastest(work: Callable[[], object]) -> float:
+    """CPU time of a call [s], least of some batches of them."""
+    taken = []
+    for _ in range(REPETITIONS):
+        start = time.process_time()
+        for _ in range(REPETITIONS):
+            work()
+        taken.append((time.process_time() - start) / REPETITIONS)
+    return min(taken)
 
 
 @contextmanager

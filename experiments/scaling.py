@@ -99,8 +99,9 @@ Measured on one core by `python -m experiments.scaling --config {name}`, per ste
 | weights of both networks | {parts.weights / 1e3:.0f} kB, {parts.gradients} gradient steps per update |
 
 One learning core is busy with {parts.collect / parts.learn:.1f} collecting cores, so the learner is the first
-bottleneck: beyond a handful of cores learning has to be distributed too, or each sample has to be used less often
-(larger batches, fewer epochs), which depends on what the task tolerates. Rates on many cores have not been measured.
+bottleneck: beyond a handful of cores the update has to be [shared](#sharing-the-update), or each sample has to be used
+less often (larger batches, fewer epochs), which depends on what the task tolerates. Rates on many cores have not been
+measured.
 """
 
 

@@ -17,30 +17,37 @@ from snake_env.policies import files
 from training import config, runs, train
 from training.learners import ppo
 
-SMOKE = ["--config", "smoke", "--no-bar", "--evaluations", "0"]
-EVERYTHING = [
-    "--policy.symmetric",
-    "--policy.memory",
-    "0.2",
-    "--ppo.target-kl",
-    "0.5",
-    "--ppo.final-learning-rate",
-    "1",
-]
-"""Networks and an update in which all that is shared takes part; the rate does not depend on the budget."""
+SMOKE = ["--config", "smoke", "--no-bar"]
+
+
+@pytest.fixture(scope="module")
+def everything(tmp_path_factory):
+    """Options of a run in which all that is shared takes part; its learning rate does not depend on the budget.
+
+    Robots of two tasks that begin as clones of a controller, symmetric networks with memory, and a bounded divergence.
+    """
+    smoke = config.load("smoke", "ppo")
+    shared = smoke.with_changes(
+        tasks={"course": 3, "corridor": 5},
+        behaviour_cloning=config.BehaviourCloning(
+            controller="heading control", task="course", rounds=1, critic_rounds=1, epochs=1
+        ),
+        policy=smoke.policy.with_changes(symmetric=True, memory=(0.2,)),
+        ppo=smoke.ppo.with_changes(target_kl=0.5, final_learning_rate=1.0),
+        evaluations=0,
+    )
+    path = tmp_path_factory.mktemp("config") / "everything.json"
+    config.save(shared, path)
+    return ["--config", str(path), "--no-bar"]
 
 
 def weights(path):
     return files.read(path / files.NAME)[0]
 
 
-def alone(path, steps):
+def alone(path, steps, arguments):
     """A run of one learner."""
-    if not (path / "config.json").exists():
-        arguments = ["--learner", "ppo", *SMOKE, *EVERYTHING]
-    else:
-        arguments = ["--learner", "ppo", "--resume", "--no-bar"]
-    assert train.main([*arguments, "--out", str(path), "--total-steps", str(steps)]) == 0
+    assert train.main([*arguments, "--learner", "ppo", "--out", str(path), "--total-steps", str(steps)]) == 0
     return path
 
 
@@ -54,10 +61,9 @@ def assert_equal_within_round_off(first, second):
         np.testing.assert_allclose(first[name], second[name], rtol=0.0, atol=1e-5)
 
 
-def test_two_learners_are_one_within_round_off(tmp_path):
-    one, two = alone(tmp_path / "one", 1024), tmp_path / "two"
-    arguments = [*SMOKE, *EVERYTHING, "--total-steps", "1024", "--learners", "2"]
-    assert learners.main([*arguments, "--out", str(two)]) == 0
+def test_two_learners_are_one_within_round_off(everything, tmp_path):
+    one, two = alone(tmp_path / "one", 1536, everything), tmp_path / "two"
+    assert learners.main([*everything, "--total-steps", "1536", "--learners", "2", "--out", str(two)]) == 0
     first, second = weights(one), weights(two)
     assert_equal_within_round_off(first, second)
     learner = ppo.Learner(runs.RunFolder(one).config(), 0, lambda *episode: None)
@@ -74,13 +80,17 @@ def started(path, *more):
     """The command in a process of its own, after its second update."""
     command = [sys.executable, "-m", "experiments.distributed.learners", "--learners", "2", "--out", str(path), *more]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
-    curve, before = path / "curve.jsonl", len(runs.RunFolder(path).read_curve())
-    deadline = time.monotonic() + 120.0
-    while not curve.exists() or len(runs.RunFolder(path).read_curve()) < before + 2:
+    before, deadline = lines(path / "curve.jsonl"), time.monotonic() + 120.0
+    while lines(path / "curve.jsonl") < before + 2:
         assert process.poll() is None, process.stderr.read()
         assert time.monotonic() < deadline
         time.sleep(0.05)
     return process
+
+
+def lines(path):
+    """How many a file has so far."""
+    return path.read_text().count("\n") if path.exists() else 0
 
 
 def of_session(process):
@@ -96,10 +106,10 @@ def of_session(process):
 
 
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="finds the processes as Linux lists them")
-def test_signals_and_losses_end_all_and_one_learner_continues(tmp_path):
+def test_signals_and_losses_end_all_and_one_learner_continues(everything, tmp_path):
     """A killed learner ends the run with a line; Ctrl-C saves it; what continues it is one learner."""
     path = tmp_path / "run"
-    process = started(path, *SMOKE, *EVERYTHING, "--total-steps", "1000000")
+    process = started(path, *everything, "--total-steps", "1000000")
     victim = of_session(process)[1]
     os.kill(victim, signal.SIGKILL)
     _, error = process.communicate(timeout=60)
@@ -115,7 +125,8 @@ def test_signals_and_losses_end_all_and_one_learner_continues(tmp_path):
     steps = int(folder.latest().stem)
     assert folder.read_curve()[-1]["steps"] == steps
 
-    assert_equal_within_round_off(weights(alone(path, steps + 256)), weights(alone(tmp_path / "alone", steps + 256)))
+    continued = alone(path, steps + 256, ["--resume", "--no-bar"])
+    assert_equal_within_round_off(weights(continued), weights(alone(tmp_path / "alone", steps + 256, everything)))
 
 
 def test_robots_are_shared_evenly(tmp_path, capsys):
