@@ -49,8 +49,7 @@ NOTES = {
         "It rolls. The best constant gait of a search reaches 0.344 m/s.",
     ],
     "spatial-field": [
-        "Trained with self-contact; it began with the weights of the planar policy general, which played in 3D as they are "
-        "reach about the same success at less speed.",
+        "Trained with self-contact, from the weights of the planar policy general, which had no pitch angles.",
         ONE_SEED,
     ],
 }

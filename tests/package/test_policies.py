@@ -8,8 +8,9 @@ from conftest import run_python
 
 import snake_env
 from snake_env import ConfigError
-from snake_env.evaluation import acting, film, rollout, seeds
+from snake_env.evaluation import acting, film, rollout, seeds, tasks
 from snake_env.policies import NAMES, GaitParameters
+from snake_env.policies.scripted import catalogue
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -57,8 +58,22 @@ def test_in_3d_a_policy_rolls_faster_than_the_best_constant_gait():
     assert not (rolls["diverged"] | rolls["penetrated"]).any()
 
 
-def test_in_3d_a_policy_does_not_throw_itself():
-    policy = snake_env.load_policy("spatial")
+def test_in_3d_a_policy_passes_fields_faster_than_heading_control():
+    """On twelve scenes of the benchmark's task, without passing through anything."""
+    task, fields = tasks.load()["spatial-field"], seeds.held_out(12)
+    played = [
+        rollout.run_episodes(policy, task.env_id, fields, 1, **task.options)
+        for policy in (catalogue.tuned("heading control", "field-hard"), snake_env.load_policy("spatial-field"))
+    ]
+    control, learned = played
+    assert learned["is_success"].mean() >= max(0.9, control["is_success"].mean())
+    assert learned["speed"].mean() > 1.3 * control["speed"].mean()
+    assert not (learned["diverged"] | learned["penetrated"]).any()
+
+
+@pytest.mark.parametrize("name", ["spatial", "spatial-field"])
+def test_in_3d_a_policy_does_not_throw_itself(name):
+    policy = snake_env.load_policy(name)
     envs = policy.make_vec(4, num_threads=1)
     observation, _ = envs.reset(seed=seeds.held_out(4))
     carried, highest = [], 0.0
