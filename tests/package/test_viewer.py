@@ -212,7 +212,10 @@ def test_a_saved_page_works_without_network(run, browser, tmp_path):
 
 def test_a_player_moves_on_and_stops(run):
     player = Player(Frames.of_trajectory(run), port=0)
-    time.sleep(0.5)
     assert player.url.startswith("http://127.0.0.1:")
+    for _ in range(200):  # on a busy machine its thread may start late
+        if player.time.value > 0.0:
+            break
+        time.sleep(0.05)
     assert player.time.value > 0.0
     player.stop()
