@@ -1,18 +1,22 @@
 """Measure the learner ppo against Stable-Baselines3's, and where their time goes: the same hyper-parameters and thread.
 
     python -m experiments.sb3_comparison
-    python -m experiments.sb3_comparison --config field-hard --steps 400000 --repetitions 3
+    python -m experiments.sb3_comparison --config field-hard --steps 400000 --repetitions 5 --learners SB3 ppo
 
 Runs alternate, so that other work on the machine weighs on all alike; the learner ppo runs once more with hidden
 layers that learn in bfloat16, which Stable-Baselines3 does not have. Rates are environment steps per second of CPU
 time, which is wall time on a thread of its own, simulation and learning together; shares are those of the simulator
 (with what makes it an environment), of acting (inference and bookkeeping of rollouts) and of the update. Each round of
-runs has its own seed, and all are then judged on validation fields, so that the faster ones are seen to learn no worse.
-The bound is the ratio of a learner that spends time on nothing but the simulator and the matrix products of the update.
+runs has its own seed, and all are then judged on validation fields; the differences from Stable-Baselines3 have
+Student's intervals over the seeds, since the progress of a seed may be half of another's. The bound is the ratio of a
+learner that spends time on nothing but the simulator and the matrix products of the update. Finished runs are kept:
+after Ctrl-C, or with more repetitions, the same command continues.
 """
 
 from __future__ import annotations
 
+import json
+import shutil
 import statistics
 import sys
 import tempfile
@@ -29,6 +33,8 @@ from stable_baselines3 import PPO
 from torch import nn
 
 from snake_env.evaluation import rollout, seeds
+from snake_env.evaluation.statistics import student_interval
+from snake_env.markdown import table
 from snake_env.policies.interface import Policy
 from snake_env.sb3 import SnakeVecEnv
 from training import config as configs
@@ -37,7 +43,7 @@ from training.config import PpoConfig, RunConfig
 from training.evaluation.loading import load_model
 from training.learners import ppo, sb3
 from training.learners.mixture import Mixture
-from training.runs import RunFolder, versions, write_json
+from training.runs import RunFolder, replace, versions, write_json
 
 LEARNERS: dict[str, tuple[Any, str, dict[str, bool]]] = {
     "SB3": (sb3.train, "sb3", {}),
@@ -60,6 +66,12 @@ PARTS: dict[str, dict[str, tuple[type, str]]] = {
 }
 """By learner the methods whose time is measured."""
 
+RATE = "steps per CPU second"
+SHARES = ("simulator", "acting", "update")
+"""Shares of the CPU time."""
+SCORES = ("success", "progress [m]")
+"""On validation fields."""
+
 FIELDS = 100
 REPETITIONS = 30
 """Of a matrix product."""
@@ -72,14 +84,16 @@ class Options:
     Args:
         config: A name in training/configs, or a file.
         steps: Environment steps of a run.
-        repetitions: Runs of each learner.
-        out: JSON file.
+        repetitions: Runs of each learner, with seeds 0, 1, ...
+        learners: Names.
+        out: Folder for everything.
     """
 
     config: Path = Path("field-hard")
     steps: int = 100_000
-    repetitions: int = 3
-    out: Path = Path("runs/learners.json")
+    repetitions: int = 20
+    learners: tuple[str, ...] = tuple(LEARNERS)
+    out: Path = Path("runs/sb3-comparison")
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -91,35 +105,71 @@ def compare(args: Options) -> int:
     """Runs the learners in turn, prints and writes rates and scores."""
     limits = {"num_threads": 1, "torch_threads": 1, "total_steps": args.steps, "evaluations": 0, "track": "none"}
     values = configs.read(args.config) | limits
-    rows: dict[str, list[dict[str, float]]] = {name: [] for name in LEARNERS}
+    rows: dict[str, list[dict[str, float]]] = {name: [] for name in args.learners}
     with tempfile.TemporaryDirectory() as folder:
-        for name in LEARNERS:  # warm-up: imports and allocations
-            run(name, values | {"total_steps": 1}, Path(folder) / f"{name}-warm")
-        for seed in range(args.repetitions):
-            for name, of_learner in rows.items():
-                row = run(name, values | {"seed": seed}, Path(folder) / f"{name}-{seed}")
-                of_learner.append(row)
-                print(
-                    f"{name}, seed {seed}: " + ", ".join(f"{key} {value:.4g}" for key, value in row.items()), flush=True
-                )
-    summary = {name: {key: statistics.median(row[key] for row in of) for key in of[0]} for name, of in rows.items()}
-    rates = {name: median["steps per CPU second"] for name, median in summary.items()}
-    ratios = {name: rate / rates["SB3"] for name, rate in rates.items() if name != "SB3"}
-    for name, ratio in ratios.items():
-        print(f"{name} / SB3: {ratio:.2f} times the steps per CPU second")
-    seconds = {name: 1.0 / rate for name, rate in rates.items()}
-    simulator = summary["ppo"]["share of simulator"] * seconds["ppo"]
-    of_update = products(configs.parse(PpoConfig, values | {"learner": "ppo"}))
-    print(f"simulator and products of the update: {1e6 * simulator:.1f} + {1e6 * of_update:.1f} us per step of a robot")
-    print(
-        f"SB3 {1e6 * seconds['SB3']:.1f} us, so that {seconds['SB3'] / (simulator + of_update):.2f} times is the bound"
-    )
-    args.out.parent.mkdir(parents=True, exist_ok=True)
-    write_json(
-        args.out,
-        {"config": str(args.config), "versions": versions(), "median": summary, "ratios": ratios, "runs": rows},
-    )
+        for name in rows:  # warm-up: imports and allocations
+            run(name, values | {"total_steps": 1}, Path(folder) / name)
+    for seed in range(args.repetitions):
+        for name, of_learner in rows.items():
+            row = kept(name, values | {"seed": seed}, args.out / f"{args.config.stem}-{args.steps}" / name / str(seed))
+            of_learner.append(row)
+            print(f"{name}, seed {seed}: " + ", ".join(f"{key} {value:.4g}" for key, value in row.items()), flush=True)
+    print(text(rows))
+    medians = {name: {key: statistics.median(row[key] for row in of) for key in of[0]} for name, of in rows.items()}
+    if {"SB3", "ppo"} <= set(rows):
+        print(bound(medians, configs.parse(PpoConfig, values | {"learner": "ppo"})))
+    found = {"config": str(args.config), "steps": args.steps, "versions": versions(), "median": medians, "runs": rows}
+    write_json(args.out / "sb3-comparison.json", found)
     return 0
+
+
+def kept(name: str, values: dict[str, Any], path: Path) -> dict[str, float]:
+    """The scores of a run, which is only done if it has none yet."""
+    result = path / "scores.json"
+    if not result.exists():
+        shutil.rmtree(path, ignore_errors=True)  # a run that was stopped
+        found = run(name, values, path)
+        replace(result, lambda part: write_json(part, found))
+    scores: dict[str, float] = json.loads(result.read_text())
+    return scores
+
+
+def text(rows: dict[str, list[dict[str, float]]]) -> str:
+    """A Markdown table: medians of rates and shares, means of scores with Student's intervals over the seeds."""
+    lines = []
+    for name, of_learner in rows.items():
+        rate, *shares = (statistics.median(row[key] for row in of_learner) for key in (RATE, *SHARES))
+        scores = (interval([row[key] for row in of_learner], "") for key in SCORES)
+        lines.append([name, f"{rate:,.0f}", *(f"{share:.2f}" for share in shares), *scores])
+    return "\n".join([table(["learner", RATE, *SHARES, *SCORES], lines), "", *against_sb3(rows)])
+
+
+def against_sb3(rows: dict[str, list[dict[str, float]]]) -> list[str]:
+    """A sentence about each other learner: the ratio of rates, and differences of scores between equal seeds."""
+    sentences = []
+    for name in [one for one in rows if one != "SB3" and "SB3" in rows]:
+        pairs = list(zip(rows[name], rows["SB3"], strict=True))
+        rates = statistics.median(row[RATE] / of_sb3[RATE] for row, of_sb3 in pairs)
+        parts = [f"{key} {interval([row[key] - of_sb3[key] for row, of_sb3 in pairs], '+')}" for key in SCORES]
+        sentences.append(f"{name} against SB3: {rates:.2f} times the {RATE}, {', '.join(parts)}.")
+    return sentences
+
+
+def interval(values: list[float], sign: str) -> str:
+    """Mean and Student's interval."""
+    value, low, high = student_interval(values)
+    return f"{value:{sign}.3f}" if len(values) < 3 else f"{value:{sign}.3f} [{low:{sign}.3f}, {high:{sign}.3f}]"
+
+
+def bound(medians: dict[str, dict[str, float]], config: PpoConfig) -> str:
+    """A sentence about the rate of a learner that does nothing but what both must."""
+    ours, theirs = (1.0 / medians[name][RATE] for name in ("ppo", "SB3"))
+    simulator, of_update = medians["ppo"]["simulator"] * ours, products(config)
+    return (
+        f"Of {1e6 * ours:.1f} us per step of a robot the simulator takes {1e6 * simulator:.1f} us, the matrix products "
+        f"of the update {1e6 * of_update:.1f} us; Stable-Baselines3 takes {1e6 * theirs:.1f} us, so that "
+        f"{theirs / (simulator + of_update):.2f} times its rate is the bound."
+    )
 
 
 def run(name: str, values: dict[str, Any], path: Path) -> dict[str, float]:
@@ -137,12 +187,9 @@ def run(name: str, values: dict[str, Any], path: Path) -> dict[str, float]:
         train(folder, config, False)
         seconds = time.process_time() - start
     steps = folder.read_curve()[-1]["steps"]
-    shares = {
-        "share of simulator": spent["step"] / seconds,
-        "share of acting": (spent["collect"] - spent["step"]) / seconds,
-        "share of update": spent["learn"] / seconds,
-    }
-    return {"steps per CPU second": steps / seconds, **shares, **judge(load_model(folder.policy), config)}
+    shares = (spent["step"] / seconds, (spent["collect"] - spent["step"]) / seconds, spent["learn"] / seconds)
+    scores = judge(load_model(folder.policy), config)
+    return {RATE: steps / seconds, **dict(zip(SHARES, shares, strict=True)), **scores}
 
 
 def products(config: PpoConfig) -> float:
@@ -193,7 +240,8 @@ def timed(owner: type, method: str, spent: dict[str, float], part: str) -> Itera
 def judge(policy: Policy, config: RunConfig) -> dict[str, float]:
     """Success rate and progress on validation fields."""
     episodes = rollout.run_episodes(policy, config.env_id, seeds.selection(FIELDS), 1, **config.env)
-    return {"success": float(episodes["is_success"].mean()), "progress [m]": float(episodes["distance"].mean())}
+    found = (episodes["is_success"].mean(), episodes["distance"].mean())
+    return dict(zip(SCORES, map(float, found), strict=True))
 
 
 if __name__ == "__main__":

@@ -3,11 +3,12 @@
     python -m training sweep --configs corridor-cloned perturbed-2 --seeds 5 --out runs/sweep
     python -m experiments.seed_statistics --sweep runs/sweep --configs corridor-cloned perturbed-2
 
-Plays the policy that each finished seed left, on held-out fields of its own task, the same for all, and caches the
-scores: after Ctrl-C, or with more seeds, the same command continues. Prints Markdown: mean, sample standard deviation
-and interquartile mean with its bootstrap interval over the seeds; and of the first configuration against each other one
-the mean difference between equal seeds with Student's 95 % interval, and the probability that one of its seeds is the
-better (Agarwal et al. 2021). Writes ``seed-statistics.json`` and ``learning-curves.png``.
+Plays the policy that each finished seed left, on held-out fields of its own task, or of a task of the benchmark, the
+same for all, and caches the scores: after Ctrl-C, or with more seeds, the same command continues. Prints Markdown:
+mean, sample standard deviation and interquartile mean with its bootstrap interval over the seeds; and of the first
+configuration against each other one the mean difference between equal seeds with Student's 95 % interval, and the
+probability that one of its seeds is the better (Agarwal et al. 2021). Writes ``seed-statistics.json`` and
+``learning-curves.png``.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from snake_env import ConfigError
-from snake_env.evaluation import seeds
+from snake_env.evaluation import seeds, tasks
 from snake_env.evaluation.statistics import interquartile_mean, probability_of_improvement, student_interval
 from snake_env.evaluation.tasks import BenchmarkTask
 from snake_env.markdown import table
@@ -44,6 +45,7 @@ class Options:
     Args:
         sweep: Folder of the sweep.
         configs: Folders in it.
+        task: Task of the benchmark in which all play; by default each plays in its own.
         fields: Number of held-out fields.
         num_threads: Threads of the simulator.
         out: Folder for JSON and picture.
@@ -51,6 +53,7 @@ class Options:
 
     configs: tuple[str, ...]
     sweep: Path = Path("runs/sweep")
+    task: str | None = None
     fields: int = FIELDS
     num_threads: int | None = None
     out: Path = Path("runs/seed-statistics")
@@ -65,10 +68,14 @@ def compare(args: Options) -> int:
     """Scores the seeds of all configurations; prints and writes the table."""
     folders = {name: finished(args.sweep / name) for name in args.configs}
     bench = Benchmark(args.out, seeds.held_out(args.fields), args.num_threads)
-    tables = {name: score(found, bench) for name, found in folders.items()}
+    task = None if args.task is None else tasks.chosen([args.task])[0]
+    tables = {name: score(found, bench, task) for name, found in folders.items()}
     print(text(tables))
     args.out.mkdir(parents=True, exist_ok=True)
-    write_json(args.out / "seed-statistics.json", {"fields": args.fields, "versions": versions(), "scores": tables})
+    write_json(
+        args.out / "seed-statistics.json",
+        {"task": args.task, "fields": args.fields, "versions": versions(), "scores": tables},
+    )
     sweep.draw(folders, args.out)
     return 0
 
@@ -87,13 +94,13 @@ def finished(path: Path) -> list[RunFolder]:
     return done
 
 
-def score(folders: list[RunFolder], bench: Benchmark) -> Table:
-    """Plays each run's policy on the benchmark's fields of the run's task; what has been played is kept."""
+def score(folders: list[RunFolder], bench: Benchmark, task: BenchmarkTask | None = None) -> Table:
+    """Plays each run's policy on the benchmark's fields of a task; None: of its own. What has been played is kept."""
     played = {}
     for folder in folders:
         config, name = folder.config(), folder.path.name
-        task = BenchmarkTask(folder.path.parent.name, config.env_id, config.env, config.about)
-        played[name] = bench.episodes(task, cached_scores.trained(name, folder.policy, None))
+        own = BenchmarkTask(folder.path.parent.name, config.env_id, config.env, config.about)
+        played[name] = bench.episodes(task or own, cached_scores.trained(name, folder.policy, None))
     return {
         title: {name: float(episodes[signal].mean()) for name, episodes in played.items()}
         for signal, title in SCORES.items()

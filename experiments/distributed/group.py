@@ -19,11 +19,11 @@ from training.budget import StopRequest
 from training.config import PpoConfig
 from training.learners.agent import Agent
 from training.learners.collector import Collector, Rollout
-from training.learners.group import Alone
+from training.learners.group import ProcessGroup
 from training.learning_curve import Note
 
 
-class Group(Alone):
+class GlooGroup(ProcessGroup):
     """This process among all of a run, each with an equal share of the robots.
 
     Args:
@@ -39,7 +39,7 @@ class Group(Alone):
         self.rank, self.size, self._num_envs = rank, size, num_envs
         self._module: DistributedDataParallel | None = None
 
-    def __enter__(self) -> Group:
+    def __enter__(self) -> GlooGroup:
         return self
 
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
@@ -96,7 +96,7 @@ class AgreedStop(StopRequest):
 
     SIGNALS = (signal.SIGTERM,)
 
-    def __init__(self, group: Group) -> None:
+    def __init__(self, group: GlooGroup) -> None:
         super().__init__()
         self._group = group
 
@@ -117,7 +117,7 @@ class SharedCollector(Collector):
         group: the processes.
     """
 
-    def __init__(self, config: PpoConfig, seed: int, used: float, note: Note, group: Group) -> None:
+    def __init__(self, config: PpoConfig, seed: int, used: float, note: Note, group: GlooGroup) -> None:
         self._ended: list[tuple[float, Mapping[str, Any]]] = []
         self._group, self._note_all = group, note
         robots = group.robots(config.num_envs)

@@ -24,7 +24,7 @@ from types import FrameType
 import torch.multiprocessing as mp
 from torch.multiprocessing.spawn import ProcessContext, ProcessException
 
-from experiments.distributed.group import Group, SharedCollector
+from experiments.distributed.group import GlooGroup, SharedCollector
 from snake_env import ConfigError
 from training.config import PpoConfig, load_as
 from training.learners import ppo
@@ -107,7 +107,7 @@ def work(rank: int, size: int, scratch: Path, path: Path, config: PpoConfig, sho
         folder = Follower(scratch / str(rank), folder)
         config = config.with_changes(evaluations=0, track="none")
         folder.create(config)
-    with Group(rank, size, scratch / "meeting", config.num_envs) as group:
+    with GlooGroup(rank, size, scratch / "meeting", config.num_envs) as group:
         ppo.train(folder, config, show and rank == 0, partial(SharedCollector, group=group), group)
 
 

@@ -23,7 +23,7 @@ from pathlib import Path
 import torch
 import torch.multiprocessing as mp
 
-from experiments.distributed.group import Group, SharedCollector
+from experiments.distributed.group import GlooGroup, SharedCollector
 from snake_env.markdown import table
 from training import config as configs
 from training.cli import answer
@@ -86,7 +86,7 @@ def work(rank: int, size: int, scratch: Path, config: PpoConfig, updates: int) -
     """One of the learners; the first notes its times."""
     torch.set_num_threads(1)
     found = []
-    with Group(rank, size, scratch / "meeting", config.num_envs) as group:
+    with GlooGroup(rank, size, scratch / "meeting", config.num_envs) as group:
         make = partial(SharedCollector, group=group)
         learner = Learner(config, 0, lambda *episode: None, make=make, group=group)
         for _ in range(updates + 1):

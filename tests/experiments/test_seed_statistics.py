@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("torch")
 
 from experiments import seed_statistics
-from snake_env.evaluation import seeds
+from snake_env.evaluation import seeds, tasks
 from training import config, runs
 from training.evaluation import benchmark
 from training.learners import ppo
@@ -47,6 +47,17 @@ def test_equal_runs_do_not_differ_and_unfinished_ones_do_not_count(swept, tmp_pa
     printed = capsys.readouterr().out
     assert "one against two, seed by seed: success +0.000 [+0.000, +0.000], better with probability 0.50" in printed
     assert (tmp_path / "learning-curves.png").stat().st_size > 5000
+
+
+def test_all_play_in_the_task_of_the_benchmark_if_one_is_named(swept, tmp_path, monkeypatch):
+    longer = tasks.BenchmarkTask("longer", "SnakeFree-v1", {"max_episode_steps": 80})
+    monkeypatch.setattr(tasks, "chosen", lambda names: [longer] if names == ["longer"] else [])
+    arguments = ["--sweep", str(swept), "--configs", "one", "--fields", "2", "--num-threads", "1"]
+    tables = []
+    for more in ([], ["--task", "longer"]):
+        assert seed_statistics.main([*arguments, "--out", str(tmp_path), *more]) == 0
+        tables.append(json.loads((tmp_path / "seed-statistics.json").read_text())["scores"]["one"])
+    assert tables[0] != tables[1]
 
 
 def test_a_score_is_that_of_the_seeds_own_policy(swept, tmp_path):

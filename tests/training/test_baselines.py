@@ -265,9 +265,18 @@ def test_the_command_keeps_what_was_tuned_before(tmp_path, monkeypatch, capsys):
     assert catalogue.tuned("best gait", "field", out).name == "best gait"
 
 
+def test_a_task_may_have_the_numbers_of_another_one(tmp_path):
+    path, title = tmp_path / "tuned.json", "heading control"
+    path.write_text(json.dumps({"plane": {title: {"values": ANY[title]}}, "space": {title: {"tuned_for": "plane"}}}))
+    assert catalogue.chosen(title, "space", path) == {"values": ANY[title]}
+    assert catalogue.tuned(title, "space", path).title == title
+    assert catalogue.chosen("best gait", "space", path) is None
+
+
 @pytest.mark.parametrize("task", tasks.load())
 def test_every_shipped_number_is_within_its_range(task):
-    for title, found in catalogue.read().get(task, {}).items():
+    for title in catalogue.read().get(task, {}):
+        found = catalogue.chosen(title, task)
         ranges = catalogue.CONTROLLERS[title].ranges
         assert set(found["values"]) == set(ranges)
         for name, value in found["values"].items():

@@ -86,8 +86,8 @@ def scripted(name: str) -> Entry:
     return Entry(
         name,
         lambda task: catalogue.tuned(name, task.name),
-        lambda task: name in catalogue.read().get(task.name, {}),
-        lambda task: json.dumps(catalogue.read().get(task.name, {}).get(name)).encode(),
+        lambda task: catalogue.chosen(name, task.name) is not None,
+        lambda task: json.dumps(catalogue.chosen(name, task.name)).encode(),
     )
 
 

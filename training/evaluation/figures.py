@@ -41,16 +41,21 @@ def learning_curve(curve: list[dict[str, Any]], gaits: dict[str, Row], path: Pat
 def learning_curves(runs: dict[str, list[list[dict[str, Any]]]], path: Path) -> Path:
     """Success, progress and speed over environment steps: median and range over the seeds of each configuration.
 
+    Success has no panel if no episode succeeds, as in runs towards a goal out of reach.
+
     Args:
         runs: by configuration its seeds' curves, none empty.
         path: of the picture.
     """
-    panels = (("is_success", "success rate"), ("distance", "progress [m]"), ("speed", "speed [m/s]"))
+    panels = [("is_success", "success rate"), ("distance", "progress [m]"), ("speed", "speed [m/s]")]
+    if not any(row.get("is_success") for curves in runs.values() for curve in curves for row in curve):
+        del panels[0]
     with drawing.style():
-        drawn, axes = drawing.figure(1, len(panels), 9.0, 2.6)
+        drawn, axes = drawing.figure(1, len(panels), 3.0 * len(panels), 2.6)
         for one, (key, label) in zip(axes[0], panels, strict=True):
             for number, (name, curves) in enumerate(runs.items()):
-                _spread(one, curves, key, f"C{number}", f"{name}, {len(curves)} seeds")
+                seeds = f"{len(curves)} seeds" if len(curves) > 1 else "1 seed"
+                _spread(one, curves, key, f"C{number}", f"{name}, {seeds}")
             one.set(xlabel="environment steps [million]", ylabel=label, xlim=(0.0, None), ylim=(0.0, None))
         axes[0, 0].set_title("median and range over seeds, while they explore", fontsize=7)
         axes[0, -1].legend(loc="lower right", fontsize=6)
@@ -111,7 +116,8 @@ def benchmark(rows: dict[str, Row], path: Path) -> Path:
                 if np.isfinite(value):
                     spread = np.array([[value - low], [high - value if np.isfinite(high) else 0.0]])
                     one.barh(k, value, xerr=spread, capsize=2, height=0.65, color=COLOURS[-1])
-            one.set(xlabel=label, ylim=(len(rows) - 0.5, -0.5))
+            least = min(0.0, *(row[key].value for row in rows.values()))  # NaN is never less
+            one.set(xlabel=label, xlim=(least, None), ylim=(len(rows) - 0.5, -0.5))
             one.set_yticks(range(len(rows)), list(rows) if one is axes[0, 0] else [""] * len(rows), fontsize=7)
         return drawing.save(drawn, path)
 

@@ -94,9 +94,8 @@ class Collector:
         rollout, noises = self.rollout, (self._config.num_envs, self.actions)
         for t in range(len(rollout.reward)):
             rollout.observation[t] = self.observation
-            self._deviation[t] = torch.empty(noises).normal_(generator=noise)[
-                self._robots
-            ]  # of all, whoever steps them
+            # Drawn for all robots of the run, so that noise does not depend on which process steps a robot.
+            self._deviation[t] = torch.empty(noises).normal_(generator=noise)[self._robots]
             rollout.action[t] = agent.act(self.observation, self._deviation[t])
             start = time.perf_counter()
             observation, reward, terminated, truncated, infos = self._env.step(rollout.action[t].numpy())

@@ -9,8 +9,8 @@ from torch import Tensor, nn
 from training.budget import StopRequest
 
 
-class Alone:
-    """One process, which has all robots and takes every gradient step by itself.
+class ProcessGroup:
+    """A group of one process, which has all robots and takes every gradient step; base class of larger groups.
 
     Attributes:
         size: Number of processes.

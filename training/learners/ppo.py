@@ -23,11 +23,11 @@ from training.learners import behaviour_cloning, loop
 from training.learners.agent import Agent, make_agent
 from training.learners.clipped_adam import ClippedAdam
 from training.learners.collector import Collector, Rollout
-from training.learners.group import Alone
+from training.learners.group import ProcessGroup
 from training.learning_curve import Note
 from training.runs import RunFolder
 
-ALONE = Alone()
+ONE_PROCESS = ProcessGroup()
 
 
 def update(
@@ -37,7 +37,7 @@ def update(
     targets: tuple[Tensor, Tensor],
     ppo: Ppo,
     rng: np.random.Generator,
-    group: Alone = ALONE,
+    group: ProcessGroup = ONE_PROCESS,
 ) -> dict[str, float]:
     """Some epochs of gradient steps on clipped changes of probability, towards advantages and returns (T, n) each.
 
@@ -90,7 +90,9 @@ NOTED = ("loss", "policy_gradient_loss", "value_loss", "approx_kl", "clip_fracti
 """What is noted of each gradient step."""
 
 
-def diagnostics(noted: list[Tensor], rollout: Rollout, target: Tensor, agent: Agent, group: Alone) -> dict[str, float]:
+def diagnostics(
+    noted: list[Tensor], rollout: Rollout, target: Tensor, agent: Agent, group: ProcessGroup
+) -> dict[str, float]:
     """Means over the gradient steps of an update, and what the critic explained of the returns before it."""
     means = (group.total(torch.stack(noted).mean(0)) / group.size).tolist() if noted else [float("nan")] * len(NOTED)
     target, value = group.gathered(target.view_as(rollout.value)), group.gathered(rollout.value)
@@ -142,7 +144,7 @@ class Learner:
         note: Note,
         used: float = 0.0,
         make: MakeCollector = Collector,
-        group: Alone = ALONE,
+        group: ProcessGroup = ONE_PROCESS,
     ) -> None:
         self.config, self.steps, self.group = config, steps, group
         torch.manual_seed(config.seed)
@@ -217,7 +219,7 @@ def train(
     config: PpoConfig,
     show: bool = True,
     make: MakeCollector = Collector,
-    group: Alone = ALONE,
+    group: ProcessGroup = ONE_PROCESS,
 ) -> int:
     """Trains from the folder's latest checkpoint, or from the start; 130 when it was stopped.
 

@@ -18,8 +18,8 @@ CONTROLLERS: dict[str, type[Controller]] = {
 }
 
 TUNED = Path(__file__).parent / "tuned.json"
-"""By task and controller: the parameters, and on how many scenes they were chosen;
-`python -m training tune` writes it."""
+"""By task and controller: the parameters, and on how many scenes they were chosen, which `python -m training tune`
+writes; or, under ``tuned_for``, another task whose parameters the controller has here too."""
 
 
 def read(path: Path = TUNED) -> dict[str, Any]:
@@ -27,19 +27,24 @@ def read(path: Path = TUNED) -> dict[str, Any]:
     return json.loads(path.read_text()) if path.exists() else {}
 
 
+def chosen(title: str, task: str, path: Path = TUNED) -> dict[str, Any] | None:
+    """What tuning has chosen for a controller in a task, or in the task that the file names instead; None: nothing."""
+    content = read(path)
+    found: dict[str, Any] | None = content.get(task, {}).get(title)
+    return content[found["tuned_for"]][title] if found and "tuned_for" in found else found
+
+
 def tuned(title: str, task: str, path: Path = TUNED) -> Controller:
     """A controller with the numbers chosen for a task.
 
     Raises:
-        ConfigError: the controller does not exist, or has not been tuned for the task.
+        ConfigError: the controller does not exist, or has no numbers for the task.
     """
-    controller = kind(title)
-    try:
-        values = read(path)[task][title]["values"]
-    except KeyError:
+    controller, found = kind(title), chosen(title, task, path)
+    if found is None:
         expected = f"one tuned for {task}: {', '.join(read(path).get(task, {})) or 'none is'}"
-        raise ConfigError("policy", title, expected) from None
-    return controller(values)
+        raise ConfigError("policy", title, expected)
+    return controller(found["values"])
 
 
 def kind(title: str) -> type[Controller]:
