@@ -3,21 +3,33 @@ PYTHON ?= python3
 BIN := .venv/bin
 RUST_SOURCES := Cargo.toml Cargo.lock $(shell find rust -name '*.rs' -o -name Cargo.toml)
 
-.PHONY: build train test test-rust test-python test-ray test-arm fuzz bench stress reproduce docs playground readme site wheels check-wheels lint-workflows lint format venv constraints clean
+.PHONY: build train test compile-tests test-rust test-python test-ray test-arm fuzz bench stress reproduce docs playground readme site wheels check-wheels lint-workflows lint format venv constraints clean
 
 build: .venv/.native
 
 train: build
 	$(BIN)/python -m training pipeline $(TRAIN)
 
-test: test-rust test-python
+# Rust compiles while Python packages are downloaded.
+test:
+	$(MAKE) --jobs=2 .venv/.packages compile-tests
+	$(MAKE) test-rust
+	$(MAKE) test-python
+
+# The tests of Rust and the native module of those of Python, in one call so that they share the crates below them.
+CHECKED := --quiet --profile checked --package snake-core --package snake-bench --package snake-stress --package snake-py
+test-rust compile-tests .venv/.native-test: export PYO3_NO_PYTHON = 1
+test-rust compile-tests .venv/.native-test: export PYO3_BUILD_EXTENSION_MODULE = 1
+
+compile-tests:
+	cargo build $(CHECKED) --lib --tests
 
 test-rust:
-	cargo test --quiet --package snake-core --package snake-bench --package snake-stress
+	cargo test $(CHECKED)
 
 # With the release build where there is one, else with one that compiles in less time.
 test-python: $(if $(wildcard .venv/.native),.venv/.native,.venv/.native-test)
-	$(BIN)/python -m pytest --numprocesses=auto --dist=worksteal $(PYTEST)
+	PYTHONPATH=$(CURDIR) $(BIN)/python -m pytest --numprocesses=auto --dist=worksteal $(PYTEST)
 
 RAY_TESTS := $(addprefix tests/experiments/test_distributed_,ppo.py rllib.py tune.py) \
 	tests/examples/test_examples.py $(addprefix tests/package/test_, \
@@ -166,7 +178,8 @@ venv: .venv/.packages
 	touch $@
 
 .venv/.native-test: .venv/.packages $(RUST_SOURCES)
-	PATH="$(CURDIR)/$(BIN):$$PATH" VIRTUAL_ENV="$(CURDIR)/.venv" $(BIN)/maturin develop --profile checked --uv --quiet
+	cargo build $(CHECKED) --lib --tests
+	cp $$(find target/checked -maxdepth 1 -name 'lib_native.*[bo]') snake_env/_native.abi3.so
 	touch $@
 
 # Pin the whole tree anew; torch pins its own CUDA libraries.

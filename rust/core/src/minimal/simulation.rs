@@ -29,7 +29,7 @@ pub struct MinimalConfig {
 }
 
 /// The scheme chosen at construction.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 enum Scheme {
     Implicit(Box<Implicit>),
     Thesis(Box<Thesis>),
@@ -37,7 +37,7 @@ enum Scheme {
 }
 
 /// A robot on plane ground under a joint controller.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct MinimalSimulation {
     model: Model,
     state: MinimalState,

@@ -3,9 +3,10 @@
 
 use std::cell::RefCell;
 
-use diffsol::{
-    BdfState, NalgebraLU, NalgebraMat, NalgebraVec, OdeBuilder, OdeSolverMethod, OdeSolverStopReason, VectorCommon,
-};
+use differential_equations::error::Error;
+use differential_equations::linalg::Matrix;
+use differential_equations::methods::{BackwardDifferentiationFormula, Ordinary};
+use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
 
 use crate::gait::{JointTarget, Reference};
 use crate::minimal::{MinimalState, Model, SmoothLaw};
@@ -14,14 +15,15 @@ use crate::stepping::{ImplicitConfig, StepStatistics};
 use super::controller::{Controller, ROUND_OFF};
 use super::smooth_plant::SmoothPlant;
 
+type Solver = BackwardDifferentiationFormula<Ordinary, f64, Vec<f64>>;
+
 /// The solver between two calls.
-#[derive(Clone)]
 pub struct Smooth {
     plant: RefCell<SmoothPlant>,
     /// Relative tolerance; the absolute one is a hundredth of it in m, rad, m/s and rad/s.
     tolerance: f64,
-    /// Multistep history, unless something has jumped.
-    history: Option<BdfState<NalgebraVec<f64>>>,
+    /// With its multistep history, unless something has jumped.
+    solver: Option<Solver>,
     y: Vec<f64>,
 }
 
@@ -37,14 +39,14 @@ impl Smooth {
         Self {
             plant: RefCell::new(plant),
             tolerance: config.tolerance,
-            history: None,
+            solver: None,
             y: vec![0.0; 2 * model.degrees()],
         }
     }
 
     /// Something jumps: the history no longer holds.
     pub fn handle_discontinuity(&mut self) {
-        self.history = None;
+        self.solver = None;
     }
 
     /// Integrates to `until`, before which nothing jumps; a failure leaves a state that is not finite.
@@ -78,58 +80,76 @@ impl Smooth {
         controller: &Controller,
         reference: &impl Reference<JointTarget>,
         statistics: &mut StepStatistics,
-    ) -> Result<(), diffsol::error::DiffsolError> {
-        let Self { plant, tolerance, history, y, .. } = self;
-        let n = y.len();
-        // Before a jump that falls on the end.
-        let f = |t: f64, y: &[f64], dy: &mut [f64]| {
-            plant.borrow_mut().derivative(t.min(until - ROUND_OFF), y, reference, &controller.held, dy);
+    ) -> Result<(), Error<f64, Vec<f64>>> {
+        let Self { plant, tolerance, solver: kept, y } = self;
+        let equation = Equation { plant, reference, held: &controller.held, until };
+        let mut solver = match kept.take() {
+            Some(solver) => solver,
+            None => {
+                let solver = Solver::adaptive().rtol(*tolerance).atol(ABSOLUTE * *tolerance).h0(FIRST_STEP);
+                // Sliding starts and stops often; the number of steps is not a sign of trouble.
+                let mut solver = solver.max_steps(usize::MAX);
+                solver.init(&equation, from, until, y)?;
+                solver
+            }
         };
-        let scratch = RefCell::new(vec![0.0; 3 * n]);
-        let start = y.clone();
-        let mut problem = OdeBuilder::<NalgebraMat<f64>>::new()
-            .t0(from)
-            .rtol(*tolerance)
-            .atol(vec![ABSOLUTE * *tolerance; n])
-            .rhs_implicit(
-                |y: &[f64], _: &[f64], t, dy: &mut [f64]| f(t, y, dy),
-                |y: &[f64], _: &[f64], t, v: &[f64], jv: &mut [f64]| {
-                    let mut scratch = scratch.borrow_mut();
-                    let (ahead, rest) = scratch.split_at_mut(n);
-                    let (behind, moved) = rest.split_at_mut(n);
-                    for (side, out) in [(DIFFERENCE, ahead), (-DIFFERENCE, behind)] {
-                        moved.iter_mut().zip(y.iter().zip(v)).for_each(|(m, (y, v))| *m = y + side * v);
-                        f(t, moved, out);
-                    }
-                    for (k, jv) in jv.iter_mut().enumerate() {
-                        *jv = (scratch[k] - scratch[n + k]) / (2.0 * DIFFERENCE);
-                    }
-                },
-            )
-            .init(move |_: &[f64], _, y: &mut [f64]| y.copy_from_slice(&start), n)
-            .build()?;
-        // Sliding starts and stops often; the solver's totals are not a sign of trouble.
-        problem.ode_options.max_nonlinear_solver_failures = usize::MAX;
-        problem.ode_options.max_error_test_failures = usize::MAX;
-        let mut solver = match history.take() {
-            Some(state) => problem.bdf_solver::<NalgebraLU<f64>>(state)?,
-            None => problem.bdf::<NalgebraLU<f64>>()?,
-        };
-        solver.set_stop_time(until)?;
-        while !matches!(solver.step()?, OdeSolverStopReason::TstopReached) {}
-        statistics.steps += u32::try_from(solver.get_statistics().number_of_steps).unwrap_or(u32::MAX);
-        statistics.iterations +=
-            u32::try_from(solver.get_statistics().number_of_nonlinear_solver_iterations).unwrap_or(u32::MAX);
-        y.copy_from_slice(solver.state().y.inner().as_slice());
-        let mut rate = vec![0.0; n];
-        f(until, y, &mut rate);
-        *history = Some(solver.into_state());
+        while until - solver.t() > ARRIVED {
+            let left = until - solver.t();
+            if solver.h() > left {
+                solver.set_h(left);
+            }
+            let evaluations = solver.step(&equation)?.function;
+            statistics.steps += 1;
+            statistics.iterations += u32::try_from(evaluations).unwrap_or(u32::MAX);
+        }
+        y.copy_from_slice(solver.y());
+        let mut rate = vec![0.0; y.len()];
+        equation.diff(until, y, &mut rate);
+        *kept = Some(solver);
         Ok(())
+    }
+}
+
+/// y' = f(t, y) up to `until`.
+struct Equation<'a, R> {
+    plant: &'a RefCell<SmoothPlant>,
+    reference: &'a R,
+    held: &'a [f64],
+    until: f64,
+}
+
+impl<R: Reference<JointTarget>> ODE<f64, Vec<f64>> for Equation<'_, R> {
+    fn diff(&self, t: f64, y: &Vec<f64>, dy: &mut Vec<f64>) {
+        // The solver's first call hands over an empty vector.
+        dy.resize(y.len(), 0.0);
+        // Before a jump that falls on the end.
+        self.plant.borrow_mut().derivative(t.min(self.until - ROUND_OFF), y, self.reference, self.held, dy);
+    }
+
+    /// Central differences.
+    fn jacobian(&self, t: f64, y: &Vec<f64>, jacobian: &mut Matrix<f64>) {
+        let (mut moved, mut ahead, mut behind) = (y.clone(), y.clone(), y.clone());
+        for column in 0..y.len() {
+            for (side, out) in [(DIFFERENCE, &mut ahead), (-DIFFERENCE, &mut behind)] {
+                moved[column] = y[column] + side;
+                self.diff(t, &moved, out);
+            }
+            moved[column] = y[column];
+            for (row, (ahead, behind)) in ahead.iter().zip(&behind).enumerate() {
+                jacobian[(row, column)] = (ahead - behind) / (2.0 * DIFFERENCE);
+            }
+        }
     }
 }
 
 /// Absolute over relative tolerance.
 const ABSOLUTE: f64 = 1e-2;
 
+/// First step after a jump \[s\]: the solver's own estimate is below round-off at small tolerances.
+const FIRST_STEP: f64 = 1e-6;
+
 /// Step of the central differences: small against eps_C = 1e-3 m/s, large against round-off.
 const DIFFERENCE: f64 = 1e-7;
+
+/// An interval of time too short for a step \[s\].
+const ARRIVED: f64 = 1e-12;
