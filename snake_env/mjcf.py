@@ -149,11 +149,8 @@ def _add_chain(world: Element, robot: Robot, start: Start) -> None:
         if i == 0:
             _add(body, "freejoint", name="root")
         else:
-            limit = (
-                {}
-                if robot.joint_limit is None or math.isinf(robot.joint_limit)
-                else {"range": (-robot.joint_limit, robot.joint_limit), "limited": "true"}
-            )
+            widest = math.pi / 2 if robot.joint_limit is None else robot.joint_limit
+            limit = {} if math.isinf(widest) else {"range": (-widest, widest), "limited": "true"}
             for axis, direction in (("yaw", (0, 0, 1)), ("pitch", (0, 1, 0))):
                 _add(body, "joint", name=f"{axis}_{i}", type="hinge", axis=direction, **limit)
         centre = 0.0 if i == 0 else 0.5 * length[i]

@@ -32,7 +32,8 @@ class Robot(Section):
         self_contact: whether links that are not neighbours touch each other, or pass through each other as in the
             thesis; None: True in the planar and the spatial model with the method "implicit".
         joint_limit: largest angle of a joint to either side [rad], > 0, ``inf`` for none; None: a right angle in the
-            planar model with the method "implicit", none elsewhere.
+            planar and the spatial model with the method "implicit", none elsewhere. In the spatial model it limits yaw
+            and pitch.
         free_play: angle by which a joint can turn while its motor stands still (T 7.5.4) [rad], 0 to pi/2; Aiko has 3
             to 5 degrees. Not in the minimal model, with the method "thesis" nor with :class:`IOLinearizing`.
         locked: joints that keep the angle of the start, numbered from 0 as in ``joint_angle``: springs of 1e9 N m/rad

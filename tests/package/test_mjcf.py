@@ -43,6 +43,14 @@ def test_per_link_quantities_reach_their_links():
     np.testing.assert_allclose(model.jnt_range[1:], [[-1.2, 1.2]] * 4)
 
 
+@pytest.mark.parametrize(("limit", "is_limited"), [(None, True), (np.inf, False)])
+def test_joints_have_the_limits_of_the_spatial_model(limit, is_limited):
+    model, _ = loaded(Scene(), robot=Robot(joint_limit=limit), start=Start(posture="straight"))
+    assert (model.jnt_limited[1:] == is_limited).all()
+    if is_limited:
+        np.testing.assert_allclose(model.jnt_range[1:], [[-np.pi / 2, np.pi / 2]] * 20)
+
+
 def test_sidewinding_covers_the_same_ground_in_both():
     """Two programs, two kinds of contacts: their distances agree within a few percent."""
     scene, gait, controller = Scene(rolling_friction=0.0), Gait.sidewinding(), PD(torque_limit=20.0)

@@ -6,28 +6,22 @@
 //! reported. Contacts between links, which change what a robot does, are measured by their number instead: what a step
 //! and a linear solve cost in postures with more and more of them.
 
-use std::collections::HashSet;
-
 use serde::Serialize;
 use snake_core::ConfigError;
 use snake_core::control::ControllerConfig;
 use snake_core::environment::{EnvConfig, Perception, PlanarRobot, Task};
-use snake_core::gait::Wave;
 use snake_core::obstacles::{Obstacle, Shape};
-use snake_core::pegs::PegGrid;
-use snake_core::planar::{Fleet, PlanarSystem};
 use snake_core::robot::RobotConfig;
 use snake_core::scene::{Peg, START_7_5, START_FREE, TABLE_7_5};
 use snake_core::slope::Slope;
-use snake_core::spatial::{SpatialFleet, SpatialSystem};
-use snake_core::stepping::ImplicitConfig;
 
 use crate::clock::{median, spent};
 use crate::environments::{Actions, Robots, of_id, pool};
-use crate::fleet::{ROBOTS, Undulator, WINDOW, Window, staggered, time_window};
+use crate::fleet::{ROBOTS, Window};
 use crate::report::{emit, progress};
 use crate::scenes::{Scenario, aiko};
 use crate::spatial::{self, SpatialScenario};
+use crate::timed_fleet::{TimedFleet, TimedSpatialFleet};
 
 /// One feature on against off.
 #[derive(Serialize)]
@@ -134,6 +128,7 @@ fn in_space(rounds: usize) -> Result<(), ConfigError> {
     };
     let solid = RobotConfig::default();
     let hollow = || RobotConfig { self_contact: Some(false), ..solid.clone() };
+    let unlimited = RobotConfig { joint_limit: Some(f64::INFINITY), ..solid.clone() };
     let step = |height| Obstacle { height: Some(height), ..far_wall() };
     let (course, winding) = (spatial::course, spatial::sidewinding);
     let among_pegs = || with(course(), FAR_PEG.into());
@@ -143,6 +138,13 @@ fn in_space(rounds: usize) -> Result<(), ConfigError> {
             "none",
             "links that stay apart",
             SpatialScenario { robot: hollow(), ..course() },
+            course(),
+        ),
+        (
+            "3D: joint limits",
+            "none",
+            "a right angle, never met",
+            SpatialScenario { robot: unlimited, ..course() },
             course(),
         ),
         ("3D: pegs", "none", "one, 100 m away", winding(), with(winding(), FAR_PEG.into())),
@@ -262,90 +264,6 @@ fn far_field() -> Vec<Peg> {
     (0..1000).map(place).map(|(r, angle)| Peg { radius: 0.1, x: r * angle.cos(), y: r * angle.sin() }).collect()
 }
 
-/// Robots of one scene.
-struct TimedFleet {
-    system: PlanarSystem,
-    fleet: Fleet,
-    robots: Vec<Undulator>,
-}
-
-impl TimedFleet {
-    fn new(scenario: &Scenario) -> Result<Self, ConfigError> {
-        let system = scenario.system()?;
-        let robots = staggered(scenario, &system, ROBOTS)?;
-        let fleet = Fleet::new(ImplicitConfig::default(), &system, ROBOTS);
-        Ok(Self { system, fleet, robots })
-    }
-
-    /// Robots that rock about a posture with all joints at `bend`, at different phases.
-    fn coiled(bend: f64) -> Result<Self, ConfigError> {
-        let mut scenario = aiko("coil", "", &[], [0.2, 0.2], START_FREE);
-        scenario.controller = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() };
-        let system = scenario.system()?;
-        let robot = |k: usize| {
-            let wave = Wave { amplitude: 0.05, omega: 3.0, beta: 0.0, gamma: bend, phase: 0.1 * k as f64 };
-            let straight = vec![0.0; system.robot.joint_count()];
-            Undulator::new(&system.robot, PegGrid::of(&[]), scenario.start, &straight, wave)
-        };
-        let mut robots: Vec<_> = (0..ROBOTS).map(robot).collect();
-        let mut fleet = Fleet::new(ImplicitConfig::default(), &system, ROBOTS);
-        fleet.advance(&system, &mut robots, SETTLED, |_| true);
-        Ok(Self { system, fleet, robots })
-    }
-
-    fn window(&mut self) -> Window {
-        time_window(&self.system, &mut self.fleet, &self.robots)
-    }
-
-    fn us_per_step(&mut self) -> f64 {
-        let window = self.window();
-        1e6 * window.spent.cpu / window.steps
-    }
-
-    /// Mean number of pairs of links that press on each other in a window.
-    fn pressed_pairs(&mut self) -> f64 {
-        let mut moving = self.robots.clone();
-        let mut count = 0;
-        for _ in 0..SAMPLES {
-            self.fleet.advance(&self.system, &mut moving, WINDOW / SAMPLES as f64, |_| true);
-            for robot in &moving {
-                let contacts = robot.body.warm_start.self_contacts.iter();
-                let pressed = contacts.filter(|contact| contact.force > 0.0 && !contact.place.is_stop());
-                count += pressed.map(|contact| contact.place.links).collect::<HashSet<_>>().len();
-            }
-        }
-        count as f64 / (SAMPLES * ROBOTS) as f64
-    }
-}
-
-/// Robots of the 3D model in one scene.
-struct TimedSpatialFleet {
-    system: SpatialSystem,
-    fleet: SpatialFleet,
-    robots: Vec<spatial::Robot>,
-}
-
-impl TimedSpatialFleet {
-    fn new(scenario: &SpatialScenario) -> Result<Self, ConfigError> {
-        let system = scenario.system()?;
-        let robots = spatial::staggered(scenario, &system)?;
-        let fleet = SpatialFleet::new(ImplicitConfig::default(), &system, ROBOTS);
-        Ok(Self { system, fleet, robots })
-    }
-
-    fn us_per_step(&mut self) -> f64 {
-        let spent = spatial::time_window(&self.system, &mut self.fleet, &self.robots);
-        let steps = (WINDOW / self.fleet.config().step()).round();
-        1e6 * spent.cpu / (steps * ROBOTS as f64)
-    }
-}
-
-/// Time after which a robot that was straight has coiled \[s\].
-const SETTLED: f64 = 4.0;
-
-/// Instants of a window at which pressed links are counted.
-const SAMPLES: usize = 8;
-
 /// Environments in motion on one thread.
 fn company(config: &EnvConfig) -> Result<Robots, ConfigError> {
     let pool = pool::<PlanarRobot>(config, Actions::Gait)?;
@@ -399,7 +317,8 @@ impl<'a> Comparison<'a> {
 mod tests {
     use super::*;
     use crate::fleet::at_start;
-    use snake_core::stepping::Driven;
+    use snake_core::planar::Fleet;
+    use snake_core::stepping::{Driven, ImplicitConfig};
 
     #[test]
     fn features_that_cannot_act_do_not_change_the_motion() {

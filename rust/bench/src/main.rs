@@ -17,6 +17,7 @@ mod reference;
 mod report;
 mod scenes;
 mod spatial;
+mod timed_fleet;
 
 use std::path::PathBuf;
 use std::process::ExitCode;

@@ -94,7 +94,7 @@ pub const CAPABILITIES: [Capability; 20] = {
         row(Feature::StribeckEffect, "the Stribeck effect", "0", [Always, Implicit, Never]),
         row(Feature::Backlash, "backlash of the joints", "0", [Implicit, Implicit, Never]),
         row(Feature::SelfContact, "contact of the robot with itself", "False", [Implicit, Implicit, Never]),
-        row(Feature::JointLimits, "limits of the joint angles", "inf", [Implicit, Never, Never]),
+        row(Feature::JointLimits, "limits of the joint angles", "inf", [Implicit, Implicit, Never]),
         row(Feature::BrokenJoints, "locked and limp joints", "()", [Implicit, Implicit, Implicit]),
         row(Feature::IoLinearization, "input-output linearisation", "\"pd\"", [Always, Never, Always]),
         row(Feature::HeldTorques, "a torque held over steps or periods", "\"implicit\"", [Never, Never, Always]),

@@ -7,7 +7,7 @@ use nalgebra::{SVector, Vector2, Vector3};
 use snake_core::obstacles::{Obstacle, Shape};
 use snake_core::planar;
 use snake_core::robot::{Link, Robot};
-use snake_core::spatial;
+use snake_core::spatial::{self, joint_angle};
 
 /// A link.
 #[derive(Debug, Clone, Copy)]
@@ -23,6 +23,8 @@ pub struct Capsule {
 /// A pose of a link, from which poses between two instants follow.
 pub trait LinkPlace: Copy {
     fn capsule(&self, link: &Link) -> Capsule;
+    /// Largest angle of the joint between this link and the next one, to either side \[rad\].
+    fn bend(&self, next: &Self) -> f64;
     /// Direction of the centre line when the link has turned by `share` of its way to `end`, steadily.
     fn axis_towards(&self, end: &Self, share: f64) -> Vector3<f64>;
 }
@@ -30,6 +32,10 @@ pub trait LinkPlace: Copy {
 impl LinkPlace for planar::Pose {
     fn capsule(&self, link: &Link) -> Capsule {
         Capsule::of(link, Vector3::new(self.x, self.y, link.radius), direction(self.z))
+    }
+
+    fn bend(&self, next: &Self) -> f64 {
+        (next.z - self.z).abs()
     }
 
     fn axis_towards(&self, end: &Self, share: f64) -> Vector3<f64> {
@@ -40,6 +46,10 @@ impl LinkPlace for planar::Pose {
 impl LinkPlace for spatial::Pose {
     fn capsule(&self, link: &Link) -> Capsule {
         Capsule::of(link, self.position, self.axis())
+    }
+
+    fn bend(&self, next: &Self) -> f64 {
+        joint_angle(self, next).amax()
     }
 
     fn axis_towards(&self, end: &Self, share: f64) -> Vector3<f64> {
@@ -81,6 +91,14 @@ impl Capsule {
         let of_lines = if inside { (offset + self.axis * s - other.axis * t).norm() } else { f64::INFINITY };
         of_ends.min(of_lines) - self.radius - other.radius
     }
+}
+
+/// What is left of the way to the limit of a joint, at the end of half a link \[m\]: the least of all joints, infinite
+/// without limits.
+pub fn gap_to_stops<P: LinkPlace>(robot: &Robot, poses: &[P]) -> f64 {
+    let joints = robot.links.iter().zip(poses.windows(2));
+    let gap = |(link, pair): (&Link, &[P])| 0.5 * link.length * (robot.joint_limit - pair[0].bend(&pair[1]));
+    joints.map(gap).fold(f64::INFINITY, f64::min)
 }
 
 /// The obstacles of a scene.

@@ -7,11 +7,14 @@ use std::process::ExitCode;
 use snake_stress::scenarios::{Effort, all};
 use snake_stress::table::{HEADER, Row, measure};
 
-const USAGE: &str = "usage: snake-stress [--quick] [--only PART_OF_A_NAME] [--seed SEED] [--json FILE]";
+const USAGE: &str =
+    "usage: snake-stress [--quick] [--only PART_OF_A_NAME] [--case PART_OF_A_NAME] [--seed SEED] [--json FILE]";
 
 struct Options {
     effort: Effort,
+    /// Parts of the names of scenarios and of their cases.
     only: String,
+    case: String,
     /// Of environments and their actions.
     seed: u64,
     json: Option<String>,
@@ -25,8 +28,10 @@ fn main() -> ExitCode {
             return ExitCode::from(2);
         }
     };
-    let scenarios = all(options.effort, options.seed);
-    let chosen: Vec<_> = scenarios.iter().filter(|scenario| scenario.name.contains(&options.only)).collect();
+    let mut chosen = all(options.effort, options.seed);
+    chosen.retain(|scenario| scenario.name.contains(&options.only));
+    chosen.iter_mut().for_each(|scenario| scenario.jobs.retain(|job| job.name.contains(&options.case)));
+    chosen.retain(|scenario| !scenario.jobs.is_empty());
     println!("{HEADER}");
     let mut rows = Vec::new();
     for (done, scenario) in chosen.iter().enumerate() {
@@ -46,12 +51,13 @@ fn main() -> ExitCode {
 }
 
 fn options(mut arguments: impl Iterator<Item = String>) -> Result<Options, String> {
-    let mut options = Options { effort: Effort::Long, only: String::new(), seed: 0, json: None };
+    let mut options = Options { effort: Effort::Long, only: String::new(), case: String::new(), seed: 0, json: None };
     while let Some(argument) = arguments.next() {
         let mut value = || arguments.next().ok_or(format!("{argument} needs a value"));
         match argument.as_str() {
             "--quick" => options.effort = Effort::Quick,
             "--only" => options.only = value()?,
+            "--case" => options.case = value()?,
             "--seed" => {
                 options.seed = value()?.parse().map_err(|_| "--seed takes a non-negative integer".to_owned())?;
             }

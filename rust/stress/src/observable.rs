@@ -19,6 +19,8 @@ pub trait Observable {
 
     fn state(&self) -> &Self::State;
     fn poses(&self) -> &[Self::Pose];
+    /// Poses at the ends of the parts of steps in the last interval, if they are kept.
+    fn path(&self) -> impl Iterator<Item = &[Self::Pose]>;
     /// \[s\]
     fn time(&self) -> f64;
     /// Energy that only actuators and friction may change, and impacts decrease \[J\].
@@ -46,6 +48,10 @@ impl Observable for PlanarSimulation {
 
     fn poses(&self) -> &[Pose] {
         &self.state().pose
+    }
+
+    fn path(&self) -> impl Iterator<Item = &[Pose]> {
+        self.body().path.iter().flatten().map(|state| &state.pose[..])
     }
 
     fn time(&self) -> f64 {
@@ -94,6 +100,10 @@ impl Observable for SpatialSimulation {
 
     fn poses(&self) -> &[spatial::Pose] {
         &self.state().pose
+    }
+
+    fn path(&self) -> impl Iterator<Item = &[spatial::Pose]> {
+        self.body().path.iter().flatten().map(|state| &state.pose[..])
     }
 
     fn time(&self) -> f64 {

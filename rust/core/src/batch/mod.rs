@@ -161,6 +161,12 @@ impl<M: RobotModel> Batch<M> {
         impulses.into_iter().enumerate().for_each(|(link, impulse)| model.strike(link, &impulse));
     }
 
+    /// Keeps from now on the states of a row's robot at the ends of the parts of steps within a control period, see
+    /// [`Body::path`](crate::stepping::Body::path).
+    pub fn keep_path(&mut self, row: usize) {
+        self.row_mut(row).environment.model_mut().simulation_mut().body_mut().path = Some(Vec::new());
+    }
+
     /// Writes a quantity of some rows, one after the other; `size` numbers each.
     pub fn read(&self, quantity: &Quantity<M>, rows: &[usize], size: usize, values: &mut [f64]) {
         let rows = rows.iter().map(|row| self.environment(*row));

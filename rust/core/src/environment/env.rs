@@ -1,5 +1,9 @@
 //! One environment: a robot, a sampler of scenarios, and the rules of the task.
 
+mod state;
+
+pub use state::EnvironmentState;
+
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
@@ -21,8 +25,8 @@ use super::perception::PegView;
 use super::randomization::{EpisodeParameters, Randomization};
 use super::reference::ReferenceGenerator;
 use super::rng::Rng;
+use super::robot_model::PlanarRobot;
 use super::robot_model::RobotModel;
-use super::robot_model::{PlanarRobot, PlanarRobotState};
 use super::scenarios::{ScenarioSampler, World};
 use super::sensors::Sensors;
 use super::signal::{SignalRow, Summary};
@@ -74,21 +78,6 @@ pub struct Outcome {
     pub terminated: bool,
     pub truncated: bool,
     pub signals: SignalRow,
-}
-
-/// Everything that changes while an environment runs; enough to continue it bit for bit (with the method
-/// `implicit`; `thesis` starts its iteration from zero impulses) in another one
-/// of the same configuration.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct EnvironmentState<S = PlanarRobotState> {
-    source: Source,
-    difficulty: f64,
-    drawn: EpisodeParameters,
-    latency: Latency,
-    delay: Delay,
-    episode: Episode,
-    model: S,
-    action: Vec<f64>,
 }
 
 impl<M: RobotModel> Environment<M> {
@@ -329,40 +318,6 @@ impl<M: RobotModel> Environment<M> {
     /// [`super::scenarios::PushPointCounter`].
     pub fn push_points(&self) -> usize {
         self.sampler.push_points(&self.episode.goal, self.model.pegs())
-    }
-
-    /// Everything that changes.
-    pub fn save(&self) -> EnvironmentState<M::State> {
-        EnvironmentState {
-            source: self.source,
-            difficulty: self.sampler.difficulty(),
-            drawn: self.drawn,
-            latency: self.latency.clone(),
-            delay: self.delay.clone(),
-            episode: self.episode.clone(),
-            model: self.model.save(),
-            action: self.action.clone(),
-        }
-    }
-
-    /// Continues from a saved state.
-    ///
-    /// # Errors
-    /// The state is of an environment with another number of links or another action mode.
-    pub fn restore(&mut self, state: &EnvironmentState<M::State>) -> Result<(), ConfigError> {
-        let fits = state.action.len() == self.action.len()
-            && self.latency.restore(&state.latency)
-            && self.delay.restore(&state.delay)
-            && self.model.restore(&state.model);
-        let size = format!("{} links, {} action elements", M::links_of(&state.model), state.action.len());
-        let expected = format!("{} links, {} action elements", self.robot().link_count(), self.action.len());
-        require(fits, "state", size, &expected)?;
-        self.source = state.source;
-        self.sampler.set_difficulty(state.difficulty);
-        self.episode.clone_from(&state.episode);
-        self.take_drawn(state.drawn);
-        self.action.copy_from_slice(&state.action);
-        Ok(())
     }
 
     /// Resets everything after a panic, but continues with the episodes of its own seed.

@@ -84,16 +84,19 @@ impl<T: Real> Workspace<T> {
         }
     }
 
-    /// Keeps the friction at obstacles of the `solved` lanes likewise.
+    /// Keeps friction at obstacles likewise.
     pub(super) fn keep_contact_friction<D: Driven<Model = Planar>>(
         &mut self,
         members: &mut Members<D>,
         solved: Lanes,
         contact_impulses: &mut Vec<ContactImpulse>,
     ) {
-        for frictional in self.contacts.frictional_in(solved) {
+        for frictional in self.contacts.frictional() {
             let pair = &mut members.body_mut(frictional.lane).warm_start.near.pairs_mut()[frictional.pair];
             pair.friction = self.contact_friction_force[frictional.row].lane(frictional.lane);
+            if !solved[frictional.lane] {
+                continue;
+            }
             let impulse = self.solution.contact_friction[frictional.row].lane(frictional.lane);
             contact_impulses.push(ContactImpulse {
                 lane: frictional.lane,

@@ -9,7 +9,7 @@ use crate::pegs::PegGrid;
 use crate::planar::{Heading, StageContact, StageContactFriction};
 use crate::robot::Robot;
 
-use crate::stepping::lanes::{Lanes, read_vector, set_vector};
+use crate::stepping::lanes::{read_vector, set_vector};
 
 /// The contacts of the current stage, of all lanes.
 #[derive(Debug, Clone, Default)]
@@ -172,9 +172,9 @@ impl Contacts {
 }
 
 impl Contacts {
-    /// The friction of the `lanes`, lane by lane.
-    pub fn frictional_in(&self, lanes: Lanes) -> impl Iterator<Item = &FrictionalContact> {
-        self.frictional.iter().filter(move |frictional| lanes[frictional.lane])
+    /// Contacts with friction, of all lanes.
+    pub fn frictional(&self) -> &[FrictionalContact] {
+        &self.frictional
     }
 
     /// Gives the friction of every contact its row, in the order of the contacts that have been laid out; `forces`

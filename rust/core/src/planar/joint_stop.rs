@@ -27,7 +27,7 @@ impl JointStop {
         place.is_stop().then(|| Self { joint, side, lever: 0.5 * links[joint].length })
     }
 
-    /// The stops of all joints whose angles come within `clearance` \[rad\] of `limit`; `angle` gives absolute angles.
+    /// The stops within `clearance` \[rad\] of which joints are; `angle` gives absolute angles.
     pub fn visit_near(
         links: &[Link],
         angle: impl Fn(usize) -> f64,
@@ -37,9 +37,10 @@ impl JointStop {
     ) {
         for (joint, link) in links[..links.len() - 1].iter().enumerate() {
             let bend = angle(joint + 1) - angle(joint);
-            if bend.abs() > limit - clearance {
-                let place = PairPlace { links: [joint, joint + 1], end: usize::from(bend < 0.0) };
-                visit(place, Self { joint, side: bend.signum(), lever: 0.5 * link.length });
+            for (end, side) in [1.0, -1.0].into_iter().enumerate() {
+                if side * bend > limit - clearance {
+                    visit(PairPlace { links: [joint, joint + 1], end }, Self { joint, side, lever: 0.5 * link.length });
+                }
             }
         }
     }

@@ -20,6 +20,7 @@ mod joint_stop;
 mod kinematics;
 mod lane_fallback;
 mod lanes;
+mod link_pairs;
 mod model;
 mod penetration;
 mod problem;

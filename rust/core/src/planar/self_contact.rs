@@ -1,12 +1,11 @@
 //! Contacts of robots with themselves and joints at their limits: detected before a stage is solved, stored after it.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::contact::recovery::{DEEP, RECOVERY_SPEED, SAME_SIDE, remaining_gap};
+use crate::contact::recovery::{RECOVERY_SPEED, remaining_gap};
 use crate::contact::{
-    Folding, FoldingBound, LINK_CONTACTS_PER_LINK, LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contact,
-    link_pair_ends, link_pair_gap, visit_close_pairs,
+    Folding, FoldingBound, LINK_CONTACTS_PER_LINK, PlacedLink, link_pair_contact, link_pair_gap, visit_close_pairs,
 };
 use crate::math::{Mask, Real};
 use crate::robot::{Link, Robot};
@@ -14,8 +13,9 @@ use crate::stepping::lanes::{Lanes, NO_LANES, active, read_vector, set_vector};
 use crate::stepping::{ContactImpulse, Driven, Members, Source};
 
 use super::joint_stop::JointStop;
+use super::link_pairs::{PosedRobot, place_in_lane};
 use super::workspace::Workspace;
-use super::{Heading, Planar, Stage, StagePair};
+use super::{Planar, Stage, StagePair};
 
 /// Two links and which of their four ends touches the other link; of neighbours, 0 for the stop at the largest angle of
 /// their joint and 1 for that at the least.
@@ -178,101 +178,31 @@ impl<T: Real> SelfContactDetection<T> {
     }
 }
 
-/// One robot of a stage, as its contacts with itself are found.
-struct Ends<'a, T> {
-    links: &'a [Link],
-    lane: usize,
-    /// Configurations at the start of the step and of the stage, and at its predicted end.
-    start: &'a [Vector3<T>],
-    base: &'a [Vector3<T>],
-    end: &'a [Vector3<T>],
-    /// Headings at the predicted end.
-    heading: &'a [Heading<T>],
-    /// Mean velocity on the way there.
-    travel: &'a [Vector3<T>],
-    /// c \[s\].
-    coefficient: f64,
-    /// Time from the start of the step to the end of the stage \[s\].
-    elapsed: f64,
-    /// Largest displacement of any point of the robot from the start of the step to the predicted end \[m\].
-    displacement: f64,
-    /// Predicted gap up to which a pair takes part \[m\].
-    margin: f64,
-    /// Whether links on either side of a link may touch.
-    is_sharp: bool,
-}
-
-impl<T: Real> Ends<'_, T> {
-    /// Visits the contacts of all pairs within the margin.
-    fn visit_contacts(&self, mut visit: impl FnMut(PairPlace, &[PlacedLink; 2], &LinkPairContact)) {
-        let centre = |link: usize| read_vector(&self.end[link], self.lane).xy();
-        visit_close_pairs(self.links, centre, self.margin, |i, j| {
-            if j == i + 2 && !self.is_sharp {
-                return;
-            }
-            let at_end = [i, j].map(|link| place_in_lane(self.links, link, self.lane, self.end, self.heading));
-            for end in link_pair_ends([&at_end[0], &at_end[1]]) {
-                let contact = link_pair_contact([&at_end[0], &at_end[1]], end);
-                if contact.gap < self.margin {
-                    visit(PairPlace { links: [i, j], end }, &at_end, &contact);
-                }
-            }
-        });
-    }
-
-    /// Direction of a contact, and its linearised gap without motion over c; see
-    /// [`super::contacts::Prediction`] for where gaps are linearised.
-    fn plane(
-        &self,
-        place: &PairPlace,
-        at_end: &[PlacedLink; 2],
-        contact: &LinkPairContact,
-    ) -> ([Vector3<f64>; 2], f64) {
-        let (pair, lane) = (place.links, self.lane);
-        let touching = self.links[pair[0]].radius + self.links[pair[1]].radius;
-        let along = |direction: &[Vector3<f64>; 2], of: &dyn Fn(usize) -> Vector3<f64>| {
-            direction[0].dot(&of(pair[0])) + direction[1].dot(&of(pair[1]))
-        };
-        let is_deep = contact.gap < -DEEP * touching || centre_lines_cross([&at_end[0], &at_end[1]]);
-        if is_deep || self.displacement > touching {
-            let at_start = pair.map(|link| PlacedLink::new(&self.links[link], read_vector(&self.start[link], lane)));
-            let start = link_pair_contact([&at_start[0], &at_start[1]], place.end);
-            let is_same_side = start.normal.dot(&contact.normal) > SAME_SIDE;
-            if is_deep || !is_same_side {
-                let moved = |link: usize| read_vector(&self.base[link], lane) - read_vector(&self.start[link], lane);
-                return (start.direction, (start.gap + along(&start.direction, &moved)) / self.coefficient);
-            }
-        }
-        let travel = |link: usize| read_vector(&self.travel[link], lane);
-        (contact.direction, contact.gap / self.coefficient - along(&contact.direction, &travel))
-    }
-}
-
 impl<T: Real> SelfContactDetection<T> {
     /// Lists the contacts of one robot; `known` are those of its last stage.
-    fn find_contacts(&mut self, ends: &Ends<T>, known: &[SelfContact]) {
-        ends.visit_contacts(|place, at_end, contact| {
-            let (direction, gap_rate) = ends.plane(&place, at_end, contact);
-            self.push(ends, place, direction, gap_rate, known);
+    fn find_contacts(&mut self, robot: &PosedRobot<T>, known: &[SelfContact]) {
+        robot.visit_contacts(|place, at_end, contact| {
+            let (direction, gap_rate) = robot.plane(&place, at_end, contact);
+            self.push(robot, place, direction, gap_rate, known);
         });
     }
 
     /// Lists the stops near the joints of one robot.
-    fn find_stops(&mut self, ends: &Ends<T>, known: &[SelfContact]) {
-        let (limit, lane) = (self.joint_limit, ends.lane);
-        let angle = |link: usize| ends.end[link].z.lane(lane);
-        JointStop::visit_near(ends.links, angle, limit, STOP_CLEARANCE, |place, stop| {
+    fn find_stops(&mut self, robot: &PosedRobot<T>, known: &[SelfContact]) {
+        let (limit, lane) = (self.joint_limit, robot.lane);
+        let angle = |link: usize| robot.end[link].z.lane(lane);
+        JointStop::visit_near(robot.links, angle, limit, STOP_CLEARANCE, |place, stop| {
             let direction = stop.direction();
-            let rate = |end: usize| direction[end].z * ends.travel[place.links[end]].z.lane(lane);
-            let gap_rate = stop.gap(angle, limit) / ends.coefficient - (rate(0) + rate(1));
-            self.push(ends, place, direction, gap_rate, known);
+            let rate = |end: usize| direction[end].z * robot.travel[place.links[end]].z.lane(lane);
+            let gap_rate = stop.gap(angle, limit) / robot.coefficient - (rate(0) + rate(1));
+            self.push(robot, place, direction, gap_rate, known);
         });
     }
 
     /// Adds a contact of this direction and of this gap over c without motion.
     fn push(
         &mut self,
-        ends: &Ends<T>,
+        robot: &PosedRobot<T>,
         place: PairPlace,
         direction: [Vector3<f64>; 2],
         gap_rate: f64,
@@ -280,9 +210,9 @@ impl<T: Real> SelfContactDetection<T> {
     ) {
         let known = known.iter().find(|known| known.place == place).copied();
         let known = known.unwrap_or(SelfContact { place, force: 0.0, depth: 0.0, touches: false, closed: false });
-        let offset = gap_rate - remaining_gap(known.depth, ends.elapsed) / ends.coefficient;
-        self.found.push(Found { lane: ends.lane, known, direction, offset: offset.max(-RECOVERY_SPEED) });
-        self.near[ends.lane] = true;
+        let offset = gap_rate - remaining_gap(known.depth, robot.elapsed) / robot.coefficient;
+        self.found.push(Found { lane: robot.lane, known, direction, offset: offset.max(-RECOVERY_SPEED) });
+        self.near[robot.lane] = true;
     }
 }
 
@@ -307,7 +237,7 @@ impl<T: Real> Workspace<T> {
             }
             let (coefficient, displacement) = (stage.coefficient.lane(lane), motion_bound.displacement.lane(lane));
             let margin = motion_bound.contact_margin(lane, coefficient, 2.0, members.system.smallest_radius());
-            let ends = Ends {
+            let robot = PosedRobot {
                 links: &members.system.robot.links,
                 lane,
                 start: start_pose,
@@ -323,10 +253,10 @@ impl<T: Real> Workspace<T> {
             };
             let known = &members.body(lane).warm_start.self_contacts;
             if is_folded {
-                self_contacts.find_contacts(&ends, known);
+                self_contacts.find_contacts(&robot, known);
             }
             if is_bent {
-                self_contacts.find_stops(&ends, known);
+                self_contacts.find_stops(&robot, known);
             }
         }
         self_contacts.lay_out(&mut stage.pairs);
@@ -394,7 +324,7 @@ impl<T: Real> Workspace<T> {
         link_pair_contact([&at_end[0], &at_end[1]], place.end).gap
     }
 
-    /// Ends a step of a lane's robot: records which contacts carry force, and what penetration is left.
+    /// PosedRobot a step of a lane's robot: records which contacts carry force, and what penetration is left.
     pub(super) fn end_self_contacts(&self, links: &[Link], lane: usize, known: &mut [SelfContact]) {
         for contact in known {
             contact.depth = (-self.end_gap_of_pair(links, lane, &contact.place)).max(0.0);
@@ -403,19 +333,6 @@ impl<T: Real> Workspace<T> {
             contact.touches = touches;
         }
     }
-}
-
-/// A link of a lane's robot at a pose whose direction is known.
-fn place_in_lane<'a, T: Real>(
-    links: &'a [Link],
-    link: usize,
-    lane: usize,
-    pose: &[Vector3<T>],
-    heading: &[Heading<T>],
-) -> PlacedLink<'a> {
-    let Heading { cos, sin } = heading[link];
-    let axis = Vector2::new(cos.lane(lane), sin.lane(lane));
-    PlacedLink { link: &links[link], pose: read_vector(&pose[link], lane), axis }
 }
 
 /// Clearance below which links are examined \[m\]: more than they move between a prediction and the end of its stage.

@@ -24,6 +24,7 @@ mod dynamics;
 mod energy;
 mod ground;
 mod joint;
+mod joint_stop;
 mod kinematics;
 mod lane_fallback;
 mod lanes;

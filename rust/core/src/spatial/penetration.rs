@@ -1,4 +1,4 @@
-//! How deep the end of a step takes links into obstacles and into each other; see [`crate::stepping::penetration`].
+//! How deep the end of a step takes links into obstacles and into each other, and joints beyond their limits; see [`crate::stepping::penetration`].
 //!
 //! A link of which some point moves farther than its radius in one step near a contact could pass to the other side of it,
 //! so such a step is divided, too.
@@ -21,7 +21,7 @@ impl<T: Real> Workspace<T> {
         let links = &members.system.robot.links;
         for lane in active(members.lanes()) {
             let obstacles = &members.body(lane).pegs;
-            let mut sinking = Sinking::No;
+            let mut sinking = self.sinking_into_stops(links, lane);
             if !obstacles.is_empty() {
                 for (i, link) in links.iter().enumerate() {
                     let ends = [&self.start_frames[i], &self.frames[i]];

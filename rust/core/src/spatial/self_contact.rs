@@ -1,4 +1,4 @@
-//! Where robots touch themselves: found before a stage is solved, kept after it.
+//! Where robots touch themselves and where joints are at their limits: found before a stage is solved, kept after it.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -9,11 +9,12 @@ use crate::contact::{
     visit_close_pairs,
 };
 use crate::math::{MAX_LANES, Mask, Real};
-use crate::robot::Link;
+use crate::robot::{Link, Robot};
 use crate::stepping::lanes::{Lanes, NO_LANES, active};
 use crate::stepping::penetration::{ALLOWED, Sinking};
 use crate::stepping::{ContactImpulse, Source};
 
+use super::joint_stop::{JointStop, largest_angle};
 use super::pair_slots::PairSlots;
 use super::penetration::farthest_travel;
 use super::workspace::Workspace;
@@ -32,10 +33,16 @@ pub struct SelfContactDetection<T: Real> {
     /// None where robots do not touch themselves.
     bound: Option<FoldingBound>,
     links: Vec<Link>,
-    /// The lanes whose predicted posture allows contact.
+    /// Largest angle of a joint \[rad\].
+    joint_limit: f64,
+    /// The lanes whose predicted posture allows contact, and those with a joint near its limit.
     folded: T::Mask,
-    /// The lanes that had contacts in the step at hand.
+    bent: T::Mask,
+    /// The lanes in which the last stage ended beyond the limit of a joint.
+    overbent: T::Mask,
+    /// The lanes that had contacts in the step at hand, and those in which a joint met its stop.
     near: Lanes,
+    meets_stop: Lanes,
     found: Vec<Found>,
     slots: PairSlots<T>,
     /// Contacts of the last stage, lane by lane.
@@ -47,6 +54,8 @@ struct Found {
     lane: usize,
     place: PairPlace,
     pair: StagePair,
+    /// Whether it is a stop that its joint approaches at the start of the step.
+    is_approached: bool,
 }
 
 /// Where two links of a robot are during a stage.
@@ -65,13 +74,22 @@ struct Situation<'a> {
 }
 
 impl<T: Real> SelfContactDetection<T> {
-    pub fn new(links: &[Link], is_enabled: bool) -> Self {
+    pub fn new(robot: &Robot) -> Self {
+        let bound = robot.self_contact.then(|| FoldingBound::new(&robot.links, CLEARANCE));
+        Self::of(robot.links.clone(), bound, robot.joint_limit)
+    }
+
+    fn of(links: Vec<Link>, bound: Option<FoldingBound>, joint_limit: f64) -> Self {
         let contacts = CONTACTS_PER_LINK * links.len();
         Self {
-            bound: is_enabled.then(|| FoldingBound::new(links, CLEARANCE)),
-            links: links.to_vec(),
+            bound,
+            links,
+            joint_limit,
             folded: T::Mask::of(|_| false),
+            bent: T::Mask::of(|_| false),
+            overbent: T::Mask::of(|_| false),
             near: NO_LANES,
+            meets_stop: NO_LANES,
             found: Vec::with_capacity(contacts * T::LANES),
             slots: PairSlots::with_capacity(contacts * T::LANES),
             known: std::array::from_fn(|_| Vec::with_capacity(contacts)),
@@ -80,7 +98,7 @@ impl<T: Real> SelfContactDetection<T> {
 
     /// Stands in for the detection while that is at work.
     fn placeholder() -> Self {
-        Self::new(&[], false)
+        Self::of(Vec::new(), None, f64::INFINITY)
     }
 
     /// Takes over what the last step of a lane's robot left.
@@ -95,14 +113,33 @@ impl<T: Real> SelfContactDetection<T> {
 
     pub fn begin_step(&mut self) {
         self.near = NO_LANES;
+        self.meets_stop = NO_LANES;
     }
 
-    /// Notes the lanes in which a robot with links at `frames` may touch itself.
+    /// Whether a joint of a lane's robot met its stop in the step at hand.
+    pub fn meets_stop(&self, lane: usize) -> bool {
+        self.meets_stop[lane]
+    }
+
+    /// Notes the lanes in which a robot with links at `frames` and these joint angles may touch itself or meet the limit of
+    /// a joint.
     #[inline(always)]
-    pub fn predict(&mut self, frames: &[Frame<T>]) {
+    pub fn predict(&mut self, frames: &[Frame<T>], angles: &[[T; 2]]) {
         if let Some(bound) = &self.bound {
             self.folded = bound.exceeded_by_axes(frames.iter().map(|frame| frame.axes[2]));
         }
+        self.bent = T::splat(self.joint_limit - STOP_CLEARANCE).lt(largest_angle(angles));
+    }
+
+    /// Notes the lanes in which a step ends with a joint beyond its limit.
+    #[inline(always)]
+    pub fn arrive(&mut self, angles: &[[T; 2]]) {
+        self.overbent = T::splat(self.joint_limit).lt(largest_angle(angles));
+    }
+
+    /// Whether robots touch themselves or have limited joints.
+    fn is_enabled(&self) -> bool {
+        self.bound.is_some() || self.joint_limit.is_finite()
     }
 
     #[inline(always)]
@@ -116,7 +153,7 @@ impl<T: Real> SelfContactDetection<T> {
         slots.fill(found.iter().map(|found| found.place));
         pairs.clear();
         pairs.extend(slots.places().iter().map(|place| StagePair::nowhere(place.links)));
-        for Found { lane, place, pair } in found {
+        for Found { lane, place, pair, .. } in found {
             let slot = slots.slot(place);
             pairs[slot].set_lane(*lane, pair);
             let known = known[*lane].iter().find(|known| known.place == *place);
@@ -126,12 +163,14 @@ impl<T: Real> SelfContactDetection<T> {
 
     /// The forces of a lane's solved stage become those that the next one starts from.
     pub fn remember(&mut self, stage: &Stage<T>, solution: &StageSolution<T>, lane: usize) {
-        let Self { found, slots, known, .. } = self;
+        let Self { found, slots, known, meets_stop, .. } = self;
+        let force = |place: &PairPlace| solution.pair[slots.slot(place)].lane(lane) / stage.coefficient.lane(lane);
         known[lane].clear();
-        known[lane].extend(found.iter().filter(|found| found.lane == lane).map(|found| {
-            let impulse = solution.pair[slots.slot(&found.place)].lane(lane);
-            SelfContact { place: found.place, force: impulse / stage.coefficient.lane(lane) }
-        }));
+        for Found { place, is_approached, .. } in found.iter().filter(|found| found.lane == lane) {
+            let force = force(place);
+            known[lane].push(SelfContact { place: *place, force });
+            meets_stop[lane] |= *is_approached && force > 0.0;
+        }
     }
 
     /// Impulses between the links in a lane's solved stage.
@@ -187,12 +226,15 @@ impl<T: Real> Workspace<T> {
     /// Finds the contacts of the `pending` lanes with themselves at their predicted ends, `elapsed` after the start of
     /// the step.
     pub(super) fn find_self_contacts(&mut self, pending: Lanes, elapsed: T) {
-        if self.self_contacts.bound.is_none() {
+        if !self.self_contacts.is_enabled() {
             return;
         }
         let mut detection = std::mem::replace(&mut self.self_contacts, SelfContactDetection::placeholder());
-        let SelfContactDetection { found, near, folded, links, .. } = &mut detection;
+        let SelfContactDetection { found, near, folded, bent, joint_limit, links, .. } = &mut detection;
         found.clear();
+        for lane in active(pending).filter(|&lane| bent.lane(lane)) {
+            self.find_stops(lane, elapsed.lane(lane), *joint_limit, links, found);
+        }
         for lane in active(pending).filter(|&lane| folded.lane(lane)) {
             let centre = |link: usize| self.frames[link].position.lane(lane);
             let [start, end] = [&self.start_frames, &self.frames];
@@ -206,13 +248,45 @@ impl<T: Real> Workspace<T> {
                 let situation = Situation::of(self, lane, [i, j], links, elapsed.lane(lane));
                 situation.visit(|contact, direction, offset| {
                     let pair = StagePair { links: [i, j], direction, offset };
-                    found.push(Found { lane, place: PairPlace { links: [i, j], contact }, pair });
+                    let place = PairPlace { links: [i, j], contact };
+                    found.push(Found { lane, place, pair, is_approached: false });
                     near[lane] = true;
                 });
             });
         }
         detection.lay_out(&mut self.stage.pairs);
         self.self_contacts = detection;
+    }
+
+    /// Lists the stops near the joints of a lane's robot.
+    fn find_stops(&self, lane: usize, elapsed: f64, limit: f64, links: &[Link], found: &mut Vec<Found>) {
+        let angles = |of: &[[T; 2]], joint: usize| of[joint].map(|angle| angle.lane(lane));
+        let coefficient = self.stage.coefficient.lane(lane);
+        for stop in JointStop::near(links, |joint| angles(&self.predicted.angle, joint), limit, STOP_CLEARANCE) {
+            let place = stop.place();
+            let gap = |of: &[[T; 2]]| stop.gap(|joint| angles(of, joint), limit);
+            let kept = remaining_gap((-gap(&self.start.angle)).max(0.0), elapsed);
+            let offset = ((gap(&self.base.angle) - kept) / coefficient).max(-RECOVERY_SPEED);
+            let direction = stop.direction(&place.links.map(|link| self.frames[link].lane(lane)));
+            let pair = StagePair { links: place.links, direction, offset };
+            let rate = |joint: usize| self.start_velocity.rate[joint].map(|rate| rate.lane(lane));
+            found.push(Found { lane, place, pair, is_approached: stop.approach(rate) > APPROACHING });
+        }
+    }
+
+    /// What a step does to the angles of a lane's joints beyond their limits.
+    pub(super) fn sinking_into_stops(&self, links: &[Link], lane: usize) -> Sinking {
+        if !self.self_contacts.overbent.lane(lane) {
+            return Sinking::No;
+        }
+        let limit = self.self_contacts.joint_limit;
+        let angles = |of: &[[T; 2]], joint: usize| of[joint].map(|angle| angle.lane(lane));
+        let stops = JointStop::near(links, |joint| angles(&self.arrival.angle, joint), limit, 0.0);
+        let gap = |stop: &JointStop, of: &[[T; 2]]| stop.gap(|joint| angles(of, joint), limit);
+        stops
+            .map(|stop| Sinking::of(gap(&stop, &self.start.angle), gap(&stop, &self.arrival.angle)))
+            .max()
+            .unwrap_or(Sinking::No)
     }
 }
 
@@ -295,6 +369,13 @@ const MARGIN: f64 = 0.02;
 /// Clearance of the postures in which links are not looked at \[m\]: more than they move between a prediction and the end
 /// of its stage, and little enough for straight robots to have it.
 const CLEARANCE: f64 = 0.01;
+
+/// Distance of a joint from its limit below which its stop takes part \[rad\]: more than joints turn between a prediction
+/// and the end of its stage.
+const STOP_CLEARANCE: f64 = 0.1;
+
+/// Speed of a joint towards its stop from which on it meets it instead of resting on it \[m/s\].
+const APPROACHING: f64 = 1e-5;
 
 /// Room for contacts of a robot with itself; more are possible.
 const CONTACTS_PER_LINK: usize = 4;

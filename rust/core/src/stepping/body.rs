@@ -32,12 +32,14 @@ pub struct Body<M: Model> {
     pub ground_impulse: Vec<f64>,
     /// What a run records besides, if it does.
     pub record: Option<Box<Record>>,
+    /// States at the ends of the parts of steps since [`Self::begin`], if they are kept.
+    pub path: Option<Vec<M::State>>,
     /// Linear solves of the last stage or step, see [`Model::SORTED_BY_STAGE`].
     pub(super) solves: u32,
     /// Cost of all parts of the present step in linear solves, the retaken ones included; see [`super::verdict`].
     pub(super) step_solves: u32,
-    /// How often the next part has been predicted and solved, in vain.
-    pub(super) predictions: u32,
+    /// How often the stage of the present part has been postponed.
+    pub(super) postponements: u32,
     /// Whether the state is that of a robot rather than of a diverged computation; set by the schemes.
     pub(crate) is_plausible: bool,
     /// Last plausible state.
@@ -81,8 +83,7 @@ impl LastPart {
     }
 }
 
-/// Abruptness of an Euler step after which the next part is not tried in second order: under random actions among pegs
-/// one such part in four is accepted.
+/// Abruptness of an Euler step after which the next part is not tried in second order.
 const ABRUPT: f64 = 4.0;
 
 impl<M: Model> Body<M> {
@@ -100,9 +101,10 @@ impl<M: Model> Body<M> {
             self_contact_impulse: vec![Vector3::zeros(); links],
             ground_impulse: vec![0.0; links],
             record: None,
+            path: None,
             solves: 0,
             step_solves: 0,
-            predictions: 0,
+            postponements: 0,
             is_plausible: true,
             last_good: M::State::zero(links),
         }
@@ -114,6 +116,7 @@ impl<M: Model> Body<M> {
         self.warm_start.clear();
         self.clock = Clock::default();
         self.solves = 0;
+        self.postponements = 0;
     }
 
     /// Begins an interval of integration.
@@ -121,6 +124,9 @@ impl<M: Model> Body<M> {
         self.last_good.copy_from(&self.state);
         self.statistics = StepStatistics::default();
         self.step_solves = 0;
+        if let Some(path) = &mut self.path {
+            path.clear();
+        }
         self.clear_impulses();
     }
 

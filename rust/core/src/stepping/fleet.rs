@@ -197,7 +197,7 @@ impl<D: Driven> Run<'_, D> {
                 self.queues.push(member, &plan.part);
                 continue;
             }
-            body.predictions = 0;
+            body.postponements = 0;
             if verdicts.accepted[lane] {
                 plan.accept(&self.interval, body);
             } else {

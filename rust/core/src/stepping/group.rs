@@ -71,7 +71,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         let postponed = self.run_stage(members, h, h, AfterMisprediction::Later);
         M::run(&mut self.workspace, Operation::Arrive);
         self.workspace.end_step(members);
-        self.keep_abruptness(members, h, true);
+        self.keep_abruptness(members, h, true, postponed);
         let lanes = members.lanes();
         let accepted = std::array::from_fn(|lane| {
             lanes[lane] && !postponed[lane] && !(may_fail[lane] && self.workspace.sinks(lane))
@@ -88,13 +88,13 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
     pub fn sdirk_step<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, h: T) -> Verdicts {
         let c = T::splat(GAMMA) * h;
         self.load(members);
-        self.run_stage(members, c, c, AfterMisprediction::AtOnce { in_rejected: true });
+        self.run_stage(members, c, c, AfterMisprediction::AtOnce);
         self.keep_first_stage(members);
         M::run(&mut self.workspace, Operation::Extrapolate { h });
-        self.run_stage(members, c, h, AfterMisprediction::AtOnce { in_rejected: false });
+        self.run_stage(members, c, h, AfterMisprediction::UnlessRejected);
         M::run(&mut self.workspace, Operation::Arrive);
         self.workspace.end_step(members);
-        self.keep_abruptness(members, h, false);
+        self.keep_abruptness(members, h, false, NO_LANES);
         let lanes = members.lanes();
         let accepted = std::array::from_fn(|lane| lanes[lane] && self.is_smooth(lane) && !self.workspace.sinks(lane));
         self.add_first_stage(members, accepted);
@@ -118,15 +118,15 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         self.workspace.deviation_share(lane, is_pushed) * self.event_tolerance
     }
 
-    /// Records how abruptly forces changed in parts of lengths `h`.
-    fn keep_abruptness<D: Driven<Model = M>>(&self, members: &mut Members<D>, h: T, is_euler: bool) {
+    /// Records how abruptly forces changed in parts of lengths `h`. The first prediction tells, also of stages that have
+    /// been `postponed` in the meantime.
+    fn keep_abruptness<D: Driven<Model = M>>(&self, members: &mut Members<D>, h: T, is_euler: bool, postponed: Lanes) {
         for lane in active(members.lanes()) {
-            let mut abruptness = self.deviation.lane(lane) / self.allowed_deviation(lane);
+            let abruptness = self.deviation.lane(lane) / self.allowed_deviation(lane);
             let body = members.body_mut(lane);
-            if body.predictions > 0 {
-                abruptness = abruptness.max(body.clock.last_part.abruptness);
+            if body.postponements == u32::from(postponed[lane]) {
+                body.clock.last_part = LastPart { length: h.lane(lane), is_euler, abruptness };
             }
-            body.clock.last_part = LastPart { length: h.lane(lane), is_euler, abruptness };
         }
     }
 
@@ -158,9 +158,8 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
                 self.deviation = self.workspace.deviation();
             }
             let may_repeat = |lane: usize| {
-                repetition + members.body(lane).predictions < MAX_PREDICTIONS
-                    && (after_misprediction != AfterMisprediction::AtOnce { in_rejected: false }
-                        || self.is_smooth(lane))
+                let is_rejected = after_misprediction == AfterMisprediction::UnlessRejected && !self.is_smooth(lane);
+                !is_rejected && repetition + members.body(lane).postponements < MAX_PREDICTIONS
             };
             let again: Lanes =
                 std::array::from_fn(|lane| pending[lane] && self.workspace.is_mispredicted(lane) && may_repeat(lane));
@@ -172,11 +171,13 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
                     self.workspace.record(lane, &mut record.stage);
                 }
             }
-            if after_misprediction == AfterMisprediction::Later {
-                let postponed = self.postpone(members, again);
-                if postponed != NO_LANES {
-                    return postponed;
+            if M::POSTPONES && after_misprediction == AfterMisprediction::Later {
+                for lane in active(again) {
+                    let body = members.body_mut(lane);
+                    self.workspace.postpone(lane, body);
+                    body.postponements += 1;
                 }
+                return again;
             }
             pending = again;
             if pending == NO_LANES {
@@ -184,17 +185,6 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
             }
         }
         NO_LANES
-    }
-
-    /// Postpones the stages of the given lanes, if the model does that.
-    fn postpone<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, lanes: Lanes) -> Lanes {
-        let mut postponed = NO_LANES;
-        for lane in active(lanes) {
-            let body = members.body_mut(lane);
-            postponed[lane] = self.workspace.postpone(lane, body);
-            body.predictions += u32::from(postponed[lane]);
-        }
-        postponed
     }
 
     fn read_references<D: Driven<Model = M>>(&mut self, members: &Members<D>, end: T) {
@@ -278,6 +268,10 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
             if let Some(record) = &mut body.record {
                 record.add_stage();
             }
+            if body.path.is_some() {
+                M::from_reduced(system, body);
+                body.path.iter_mut().for_each(|path| path.push(body.state.clone()));
+            }
         }
         add_contact_impulses(&self.contact_impulses, members, lanes, 1.0);
     }
@@ -294,9 +288,11 @@ pub struct Verdicts {
 /// When a stage that ended far from its prediction is solved again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum AfterMisprediction {
-    /// Before the register goes on; in the second stage of a step that will be rejected only if `in_rejected`.
-    AtOnce { in_rejected: bool },
-    /// With other robots.
+    /// Before the register goes on.
+    AtOnce,
+    /// Likewise, but not where the step will be rejected for its end.
+    UnlessRejected,
+    /// With other robots, if the model postpones stages.
     Later,
 }
 

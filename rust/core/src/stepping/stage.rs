@@ -67,11 +67,9 @@ pub trait StageOutput<T: Real> {
     fn deviation(&self) -> T;
     /// Whether the stage ended so far from its prediction that it has to be predicted again.
     fn is_mispredicted(&self, lane: usize) -> bool;
-    /// Passes the solution of a lane's stage on as the guess with which it is solved again later, among robots that fill the
-    /// register; `false` if the model solves it again at once.
-    fn postpone(&mut self, _lane: usize, _body: &mut Body<Self::Model>) -> bool {
-        false
-    }
+    /// Passes the solution of a lane's stage on as the guess with which it is solved again later; only of models that
+    /// postpone stages.
+    fn postpone(&mut self, _lane: usize, _body: &mut Body<Self::Model>) {}
     /// Collects the contact impulses on the robots of the `solved` lanes.
     fn collect_contact_impulses<D: Driven<Model = Self::Model>>(
         &mut self,

@@ -3,7 +3,7 @@
 use snake_core::batch::{Batch, Outputs};
 use snake_core::environment::rng::Rng;
 use snake_core::environment::{EnvConfig, Environment, ModelKind, PlanarRobot, RobotModel, SpatialRobot, Task};
-use snake_core::stepping::{ImplicitConfig, ThesisConfig};
+use snake_core::stepping::{ImplicitConfig, RobotState, ThesisConfig};
 
 /// Arrays that a batch writes to.
 #[derive(Clone, PartialEq, Debug)]
@@ -103,6 +103,40 @@ fn results_do_not_depend_on_threads_or_batch_size() {
 fn spatial_rows_do_not_depend_on_threads_or_batch_size() {
     let integrator = ImplicitConfig { step: Some(0.025), ..ImplicitConfig::default() }.into();
     rows_are_alone::<SpatialRobot>(&EnvConfig { model: ModelKind::Spatial, integrator, ..short_field() });
+}
+
+/// A path has the states within the control period, in order, and the last one is the row's; to keep it changes nothing.
+#[test]
+fn a_path_kept_leads_to_the_state_and_changes_nothing() {
+    keeps_path::<PlanarRobot>(&short_field());
+    keeps_path::<SpatialRobot>(&EnvConfig { model: ModelKind::Spatial, ..short_field() });
+}
+
+fn keeps_path<M: RobotModel>(config: &EnvConfig) {
+    let mut batches = [0, 1].map(|_| Batch::<M>::new(config, 2, 1).unwrap());
+    batches[1].keep_path(0);
+    let mut written = batches.each_ref().map(Arrays::of);
+    let mut longest = 0;
+    for step in 0..20 {
+        for (batch, arrays) in batches.iter_mut().zip(&mut written) {
+            let actions: Vec<f64> = [0, 1].into_iter().flat_map(|row| action(row, step, batch.action_size())).collect();
+            batch.step(&actions, &[true; 2], arrays.outputs());
+        }
+        assert_eq!(written[0], written[1]);
+        let body = |row: usize| batches[1].environment(row).model().simulation().body();
+        assert!(body(1).path.is_none());
+        let path = body(0).path.as_ref().expect("a path");
+        longest = longest.max(path.len());
+        let times: Vec<f64> = path.iter().map(RobotState::time).collect();
+        assert!(times[0] > body(0).interval_start() && times.is_sorted(), "{times:?}");
+        let end = path.last().expect("at least one part").clone();
+        let mut state = body(0).state.clone();
+        // The end of the interval is set without accumulated round-off.
+        assert!((end.time() - state.time()).abs() < 1e-12);
+        state.set_time(end.time());
+        assert_eq!(end, state);
+    }
+    assert!(longest > 2, "some step is divided");
 }
 
 #[test]

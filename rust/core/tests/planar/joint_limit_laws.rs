@@ -88,6 +88,22 @@ fn joints_have_right_angles_for_limits_unless_others_are_chosen() {
     assert!(largest(&links(Some(f64::INFINITY))) > 1.7);
 }
 
+/// A joint with hardly any room strikes both of its stops.
+#[test]
+fn a_joint_of_narrow_range_stays_between_its_stops() {
+    let robot = RobotConfig { links: 2, joint_limit: Some(0.02), ..RobotConfig::default() };
+    let pd = ControllerConfig { kp: 200.0, kd: 0.1, ..ControllerConfig::default() };
+    let mut simulation = build(&robot, &ground([0.0, 0.0]), &pd, &implicit(1e-2, 2));
+    simulation.place_chain(0.0, 0.0, 0.0, &[0.0]);
+    for wanted in [0.5, -0.5, 0.5] {
+        for _ in 0..20 {
+            simulation.advance(1e-2, &Hold(wanted));
+            assert!(bend(&simulation, 0).abs() < 0.02 + 1e-4, "{}", bend(&simulation, 0));
+        }
+        assert!((bend(&simulation, 0) - 0.02_f64.copysign(wanted)).abs() < 1e-6, "{}", bend(&simulation, 0));
+    }
+}
+
 /// Far from their limits joints move as without them, bit for bit.
 #[test]
 fn a_limit_that_no_joint_meets_changes_nothing() {

@@ -7,6 +7,7 @@ mod discrepancy_laws;
 mod flight;
 mod ground_geometry;
 mod implicit_laws;
+mod joint_limit_laws;
 mod joints;
 mod lanes;
 mod laws;

@@ -15,8 +15,9 @@ use snake_test_support::allocation::REQUESTS;
 use snake_test_support::planar::{Hold, LIMP, build, ground, implicit as planar_implicit, moving_chain};
 use snake_test_support::spatial::{DEGREE, implicit, implicit_options, undulation};
 
+/// Joints turn as far as the links let them.
 fn solid(links: usize) -> RobotConfig {
-    RobotConfig { links, self_contact: true.into(), ..RobotConfig::default() }
+    RobotConfig { links, self_contact: true.into(), joint_limit: Some(f64::INFINITY), ..RobotConfig::default() }
 }
 
 fn hollow(links: usize) -> RobotConfig {

@@ -9,7 +9,7 @@ use snake_core::simulation::Simulation;
 use snake_core::stepping::ImplicitConfig;
 
 use crate::figures::Figures;
-use crate::geometry::{Surroundings, capsules};
+use crate::geometry::{Surroundings, capsules, gap_to_stops};
 use crate::observable::Observable;
 
 /// One kind of environment.
@@ -39,12 +39,23 @@ pub fn everywhere_in_space(mode: ActionMode) -> Vec<Kind> {
     places.into_iter().map(spatial).map(Kind::new).collect()
 }
 
+/// A room with a rough box in every action mode.
+pub fn rough_rooms(model: ModelKind) -> Vec<Kind> {
+    let modes =
+        [ActionMode::Gait, ActionMode::Joints, ActionMode::Residual, ActionMode::Velocities, ActionMode::Torques];
+    let rough = |mode| {
+        let config = EnvConfig { scene: Some(room(model, 0.3)), ..of_task(Task::FREE, 0.5) };
+        Kind::new(("rough room", EnvConfig { action_mode: mode, model, ..config }))
+    };
+    modes.map(rough).into()
+}
+
 fn elsewhere(model: ModelKind) -> [(&'static str, EnvConfig); 4] {
     [
         ("perturbed", of_task(Task::PERTURBED, 1.0)),
         ("maze", of_task(Task::MAZE, 0.5)),
         ("corridor", of_task(Task::CORRIDOR, 0.5)),
-        ("walls", EnvConfig { scene: Some(room(model)), ..of_task(Task::FREE, 0.5) }),
+        ("walls", EnvConfig { scene: Some(room(model, 0.0)), ..of_task(Task::FREE, 0.5) }),
     ]
 }
 
@@ -52,9 +63,9 @@ fn of_task(task: Task, difficulty: f64) -> EnvConfig {
     EnvConfig { task, difficulty, ..EnvConfig::default() }
 }
 
-/// Walls and corners, two boxes, one of them rough, and a peg around the robot, which lies along x in the plane and along y
-/// in 3D.
-fn room(model: ModelKind) -> SceneConfig {
+/// Walls and corners, two boxes, one of them of this friction, and a peg around the robot, which lies along x in the plane and
+/// along y in 3D.
+fn room(model: ModelKind, friction: f64) -> SceneConfig {
     let at = |[x, y]: [f64; 2]| if model == ModelKind::Planar { [x, y] } else { [y, x] };
     let wall = |start, end| Shape::Segment { start: at(start), end: at(end) };
     let square = |size, centre, angle| {
@@ -72,7 +83,7 @@ fn room(model: ModelKind) -> SceneConfig {
         Shape::Polygon { vertices: [[0.2, -0.35], [0.5, -0.35], [0.35, -0.2]].map(at).to_vec() },
         Shape::Circle([0.1, x, y].into()),
     ];
-    let rough = Obstacle { friction: 0.3, ..Obstacle::endless(square([0.6, 0.05], [-1.7, 0.1], 0.3)) };
+    let rough = Obstacle { friction, ..Obstacle::endless(square([0.6, 0.05], [-1.7, 0.1], 0.3)) };
     let obstacles = shapes.map(Obstacle::endless).into_iter().chain([rough]).collect();
     SceneConfig { obstacles, friction: [0.2, 0.5], ..SceneConfig::default() }
 }
@@ -156,7 +167,7 @@ where
     terminated: Vec<bool>,
     truncated: Vec<bool>,
     signals: Vec<f64>,
-    /// Poses at the last instant, and obstacles, of every row.
+    /// Poses at the end of the last part of a step, and obstacles, of every row.
     poses: Vec<Vec<<Simulation<M::Model> as Observable>::Pose>>,
     surroundings: Vec<Surroundings>,
     figures: Figures,
@@ -184,6 +195,7 @@ where
             figures: Figures::default(),
             batch,
         };
+        (0..ROWS).for_each(|row| run.batch.keep_path(row));
         let seeds: Vec<Option<u64>> = (0..ROWS as u64).map(|row| Some(seed * 1_000_003 + row)).collect();
         run.reset(&[true; ROWS], &seeds);
         run
@@ -244,16 +256,24 @@ where
             figures.fallbacks += signal("fallbacks", row) as u64;
             figures.iterations += signal("iterations", row) as u64;
             figures.broken += u64::from(signal("diverged", row) != 0.0);
-            let worst = if unconverged > 0.0 { &mut figures.counted_residual } else { &mut figures.residual };
-            *worst = worst.max(residual);
             let is_flagged = signal("penetrated", row) + signal("diverged", row) > 0.0;
             let model = self.batch.environment(row).model();
             let (robot, simulation) = (model.robot(), model.simulation());
+            let relaxed = simulation.body().statistics.relaxed;
+            figures.relaxed += u64::from(relaxed);
+            let is_counted = unconverged > 0.0 || relaxed > 0;
+            let worst = if is_counted { &mut figures.counted_residual } else { &mut figures.residual };
+            *worst = worst.max(residual);
             let (around, before) = (&self.surroundings[row], &mut self.poses[row]);
-            let gap = around.gaps(&capsules(robot, simulation.poses())).least();
+            let mut gap = f64::INFINITY;
+            let mut passed = false;
+            for poses in simulation.path().chain([simulation.poses()]) {
+                gap = gap.min(around.gaps(&capsules(robot, poses)).least()).min(gap_to_stops(robot, poses));
+                passed |= around.passed_through(robot, before, poses);
+                before.copy_from_slice(poses);
+            }
             figures.measure_one(simulation, gap, self.step, is_flagged);
-            figures.tunnels += u64::from(!is_flagged && around.passed_through(robot, before, simulation.poses()));
-            before.copy_from_slice(simulation.poses());
+            figures.tunnels += u64::from(!is_flagged && passed);
         }
         let finite = self.observation.iter().all(|x| x.is_finite()) && self.reward.iter().all(|x| x.is_finite());
         figures.broken += u64::from(!finite);

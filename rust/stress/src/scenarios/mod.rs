@@ -10,7 +10,7 @@ pub mod robots;
 pub mod spatial;
 pub mod walls;
 
-use snake_core::environment::{ActionMode, PlanarRobot, RobotModel, SpatialRobot};
+use snake_core::environment::{ActionMode, ModelKind, PlanarRobot, RobotModel, SpatialRobot};
 use snake_core::simulation::{PlanarSimulation, Simulation, SpatialSimulation};
 
 use crate::case::Case;
@@ -99,7 +99,7 @@ fn in_the_plane(effort: Effort, seed: u64) -> Vec<Scenario> {
         run("wedge of converging pegs", default, pegs::wedge(time)),
         run("thin peg in the crack", default, pegs::crack(time)),
         // Clamped from both sides, a robot is thrown out in its first steps of 50 ms. They spend their budget and are flagged.
-        run("start in deep penetration", Bounds { unconverged: 100, ..inside }, pegs::deep(time)),
+        run("start in deep penetration", Bounds { unconverged: 20, ..inside }, pegs::deep(time)),
         run("1 to 100 m/s into a peg", default, pegs::fast(1.0)),
         run("coils and folds", default, coils::coils(time)),
         run("corners of walls", default, walls::corners(0.0, time)),
@@ -137,6 +137,15 @@ fn in_the_plane(effort: Effort, seed: u64) -> Vec<Scenario> {
             name: "random environment steps, steps of 10 and 50 ms",
             bounds: default,
             jobs: random_steps::<PlanarRobot>(environments::step_lengths(), seed, effort.of(2_000, 100_000, 1_000_000)),
+        },
+        Scenario {
+            name: "random environment steps, rough room",
+            bounds: default,
+            jobs: random_steps::<PlanarRobot>(
+                environments::rough_rooms(ModelKind::Planar),
+                seed,
+                effort.of(500, 30_000, 1_000_000),
+            ),
         },
     ]
     .into_iter()
@@ -193,6 +202,15 @@ fn in_space(effort: Effort, seed: u64) -> Vec<Scenario> {
                 environments::step_lengths_in_space(),
                 seed,
                 effort.of(1_000, 20_000, 100_000),
+            ),
+        },
+        Scenario {
+            name: "3D: random environment steps, rough room",
+            bounds: default,
+            jobs: random_steps::<SpatialRobot>(
+                environments::rough_rooms(ModelKind::Spatial),
+                seed,
+                effort.of(200, 4_000, 100_000),
             ),
         },
     ]

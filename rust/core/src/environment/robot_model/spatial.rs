@@ -287,7 +287,8 @@ impl SpatialRobot {
         let mut last = None;
         contacts
             .iter()
-            .filter(|contact| contact.force > 0.0 && last.replace(contact.place.links) != Some(contact.place.links))
+            .filter(|contact| contact.force > 0.0 && !contact.place.is_stop())
+            .filter(|contact| last.replace(contact.place.links) != Some(contact.place.links))
             .count()
     }
 

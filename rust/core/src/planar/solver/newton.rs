@@ -15,7 +15,7 @@ use crate::math::{Kernel, Mask, Real, add_scaled, select_into};
 use crate::planar::{Stage, StageLink, StageSolution};
 use crate::solver::{self, FrictionTerm, LawForm, NewtonStep, Outcome, StageProblem, Tuning};
 
-use super::contact_friction::ContactFrictionTerm;
+use super::contact_friction::ContactFriction;
 use super::link_term::{LinkTerm, in_frame, linear};
 use super::self_contacts::SelfContacts;
 use super::sweep::{Quadratic, Segment};
@@ -26,7 +26,7 @@ use super::terms::{ActuatorTerm, ContactTerm};
 pub struct Newton<T = f64> {
     pub(super) links: Vec<LinkTerm<T>>,
     pub(super) contacts: Vec<ContactTerm<T>>,
-    pub(super) contact_friction: Vec<ContactFrictionTerm<T>>,
+    pub(super) contact_friction: ContactFriction<T>,
     pub(super) self_contacts: SelfContacts<T>,
     /// Step of the velocity of link 1's free end, in the frame of link 1.
     head: Vector2<T>,
@@ -50,7 +50,7 @@ impl<T: Real> Newton<T> {
         Self {
             links: Vec::with_capacity(links),
             contacts: Vec::with_capacity(PAIRS_PER_LINK * links),
-            contact_friction: Vec::with_capacity(PAIRS_PER_LINK * links),
+            contact_friction: ContactFriction::new(PAIRS_PER_LINK * links),
             self_contacts: SelfContacts::new(links),
             head: Vector2::new(T::zero(), T::zero()),
             chain: Quadratic::zero(),
@@ -76,6 +76,28 @@ impl<T: Real> Newton<T> {
         let outcome = solver::solve(self, tolerance, max_iterations, lanes);
         self.write(stage, solution);
         outcome
+    }
+
+    /// The same with the bounds of friction at obstacles that the stage has.
+    #[inline(always)]
+    pub fn solve_with_held_bounds(
+        &mut self,
+        stage: &Stage<T>,
+        solution: &mut StageSolution<T>,
+        tolerance: f64,
+        max_iterations: u32,
+        lanes: T::Mask,
+    ) -> Outcome<T> {
+        self.contact_friction.are_bounds_held = true;
+        let outcome = self.solve(stage, solution, tolerance, max_iterations, lanes);
+        self.contact_friction.are_bounds_held = false;
+        outcome
+    }
+
+    /// How far the bounds of friction at obstacles are from those of the normal impulses, as a velocity \[m/s\].
+    #[inline(always)]
+    pub fn bound_error(&self) -> T {
+        self.contact_friction.squared_bound_error(&self.contacts).sqrt()
     }
 
     /// Laws around the warm start, and twists that satisfy the joints.
@@ -108,12 +130,7 @@ impl<T: Real> Newton<T> {
             let link = &stage.links[contact.link];
             self.contacts.push(ContactTerm::new(contact, link, impulse, T::splat(TUNING.penalty) * link.mass));
         }
-        self.contact_friction.clear();
-        for (friction, &impulse) in stage.contact_friction.iter().zip(&solution.contact_friction) {
-            let link = &stage.links[friction.link];
-            let penalty = T::splat(TUNING.penalty) * link.mass;
-            self.contact_friction.push(ContactFrictionTerm::new(friction, link, impulse, penalty));
-        }
+        self.contact_friction.warm_up(stage, &solution.contact_friction, TUNING.penalty);
         self.self_contacts.warm_up(stage, &solution.pair, TUNING.penalty);
     }
 
@@ -199,7 +216,7 @@ impl<T: Real> Newton<T> {
             slope = self.self_contacts.evaluate(form, &self.links);
         }
         let mut contacts = self.contacts.iter_mut().peekable();
-        let mut friction = self.contact_friction.iter_mut().peekable();
+        let mut friction = self.contact_friction.terms.iter_mut().peekable();
         let (mut omega, mut change) = (zero, zero);
         for (i, link) in self.links.iter_mut().enumerate() {
             advance(link);
@@ -247,9 +264,7 @@ impl<T: Real> Newton<T> {
         for (impulse, contact) in solution.contact.iter_mut().zip(&self.contacts) {
             *impulse = contact.law.impulse;
         }
-        for (impulse, term) in solution.contact_friction.iter_mut().zip(&self.contact_friction) {
-            *impulse = term.impulse;
-        }
+        self.contact_friction.write(&mut solution.contact_friction);
         self.self_contacts.write(&mut solution.pair);
     }
 }
@@ -280,9 +295,7 @@ impl<T: Real> StageProblem<T> for Newton<T> {
         for contact in &self.contacts {
             squared = squared.max(contact.law.squared_error());
         }
-        for term in &self.contact_friction {
-            squared = squared.max(term.squared_error());
-        }
+        squared = squared.max(self.contact_friction.squared_error(&self.contacts));
         squared.max(self.self_contacts.squared_error()).sqrt()
     }
 
@@ -290,7 +303,7 @@ impl<T: Real> StageProblem<T> for Newton<T> {
     fn stiffen(&mut self, factor: T) {
         self.links.iter_mut().for_each(|link| link.friction.stiffen(factor));
         self.contacts.iter_mut().for_each(|contact| contact.law.stiffen(factor));
-        self.contact_friction.iter_mut().for_each(|term| term.stiffen(factor));
+        self.contact_friction.stiffen(factor);
         self.self_contacts.stiffen(factor);
     }
 
@@ -298,7 +311,7 @@ impl<T: Real> StageProblem<T> for Newton<T> {
     fn recentre(&mut self, lanes: T::Mask) {
         self.links.iter_mut().for_each(|link| link.friction.recentre(lanes));
         self.contacts.iter_mut().for_each(|contact| contact.law.recentre(lanes));
-        self.contact_friction.iter_mut().for_each(|term| term.recentre(lanes));
+        self.contact_friction.recentre(lanes, &self.contacts);
         self.self_contacts.recentre(lanes);
     }
 }

@@ -27,11 +27,10 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         self.is_near_contact(lane) && self.deviation.lane(lane) > MARGIN
     }
 
-    fn postpone(&mut self, lane: usize, body: &mut Body) -> bool {
+    fn postpone(&mut self, lane: usize, body: &mut Body) {
         let guess = &mut body.warm_start.guess;
         guess.clear();
         guess.extend(self.solution.twist.iter().map(|twist| read_vector(twist, lane)));
-        true
     }
 
     fn collect_contact_impulses<D: Driven<Model = Planar>>(

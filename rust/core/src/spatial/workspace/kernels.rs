@@ -65,7 +65,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         self.predicted.travel(&self.base, &self.guess, c);
         self.predicted.place_links(&self.half_length, &mut self.frames);
         self.guess.twists(&self.frames, &self.half_length, &mut self.expected);
-        self.self_contacts.predict(&self.frames);
+        self.self_contacts.predict(&self.frames, &self.predicted.angle);
         self.fill_links(elapsed);
         self.fill_joints();
     }
@@ -143,6 +143,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
     fn arrive(&mut self) {
         self.arrival.travel(&self.base, &self.kept.end, self.stage.coefficient);
         self.arrival.place_links(&self.half_length, &mut self.frames);
+        self.self_contacts.arrive(&self.arrival.angle);
         self.sinking_into_ground = T::zero();
         for (i, frame) in self.frames.iter().enumerate() {
             for end in 0..2 {

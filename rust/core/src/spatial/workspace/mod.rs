@@ -51,13 +51,13 @@ pub struct Workspace<T: Real> {
     /// Heights of the spheres' lowest points there \[m\].
     start_gap: Vec<[T; 2]>,
     /// q_B and the expected end velocity of the stage.
-    base: Configuration<T>,
+    pub base: Configuration<T>,
     pub base_frames: Vec<Frame<T>>,
     guess: ChainVelocity<T>,
     /// Reference momenta p_R, without gravity.
     momentum: Vec<Momentum<T>>,
     /// Expected end configuration, and the twists of the guess there.
-    predicted: Configuration<T>,
+    pub predicted: Configuration<T>,
     pub frames: Vec<Frame<T>>,
     pub expected: Vec<Twist<T>>,
     /// Forces of the last stage.
@@ -137,7 +137,7 @@ impl<T: Real> Workspace<T> {
             rest: RestCandidate::new(&system.robot),
             began_at_rest: T::Mask::of(|_| false),
             contacts: ContactMap::new(links),
-            self_contacts: SelfContactDetection::new(&system.robot.links, system.robot.self_contact),
+            self_contacts: SelfContactDetection::new(&system.robot),
             fallback: LaneFallback::new(links),
             first_ground: vec![zero; links],
             targets: vec![CardanTarget::default(); links - 1],

@@ -63,8 +63,12 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         &self.kept.energy
     }
 
-    fn deviation_share(&self, _: usize, is_pushed: impl Fn() -> bool) -> f64 {
-        if is_pushed() { PUSHED } else { 1.0 }
+    fn deviation_share(&self, lane: usize, is_pushed: impl Fn() -> bool) -> f64 {
+        match (self.self_contacts.meets_stop(lane), is_pushed()) {
+            (true, _) => STOPPED,
+            (false, true) => PUSHED,
+            (false, false) => 1.0,
+        }
     }
 
     fn end_step<D: Driven<Model = Spatial>>(&mut self, members: &mut Members<D>) {
@@ -118,6 +122,10 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
 /// What remains of the tolerance for a deviation where a peg pushes: links that touch down or lift off gain little from
 /// shorter steps, a robot that hits a peg gains much.
 const PUSHED: f64 = 0.25;
+
+/// What remains of it where a joint meets its stop: a second stage that extrapolates the impulse of the impact makes the
+/// joint rebound, so that Euler steps have to take it.
+const STOPPED: f64 = 1e-3;
 
 /// A step that takes a sunk sphere deeper by more is divided \[m\].
 const SINKING: f64 = 2e-5;

@@ -1,0 +1,100 @@
+//! Robots of one scene, whose steps are timed.
+
+use std::collections::HashSet;
+
+use snake_core::ConfigError;
+use snake_core::control::ControllerConfig;
+use snake_core::gait::Wave;
+use snake_core::pegs::PegGrid;
+use snake_core::planar::{Fleet, PlanarSystem};
+use snake_core::scene::START_FREE;
+use snake_core::spatial::{SpatialFleet, SpatialSystem};
+use snake_core::stepping::ImplicitConfig;
+
+use crate::fleet::{ROBOTS, Undulator, WINDOW, Window, staggered, time_window};
+use crate::scenes::{Scenario, aiko};
+use crate::spatial::{self, SpatialScenario};
+
+/// Robots of one scene.
+pub struct TimedFleet {
+    system: PlanarSystem,
+    fleet: Fleet,
+    robots: Vec<Undulator>,
+}
+
+impl TimedFleet {
+    pub fn new(scenario: &Scenario) -> Result<Self, ConfigError> {
+        let system = scenario.system()?;
+        let robots = staggered(scenario, &system, ROBOTS)?;
+        let fleet = Fleet::new(ImplicitConfig::default(), &system, ROBOTS);
+        Ok(Self { system, fleet, robots })
+    }
+
+    /// Robots that rock about a posture with all joints at `bend`, at different phases.
+    pub fn coiled(bend: f64) -> Result<Self, ConfigError> {
+        let mut scenario = aiko("coil", "", &[], [0.2, 0.2], START_FREE);
+        scenario.controller = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() };
+        let system = scenario.system()?;
+        let robot = |k: usize| {
+            let wave = Wave { amplitude: 0.05, omega: 3.0, beta: 0.0, gamma: bend, phase: 0.1 * k as f64 };
+            let straight = vec![0.0; system.robot.joint_count()];
+            Undulator::new(&system.robot, PegGrid::of(&[]), scenario.start, &straight, wave)
+        };
+        let mut robots: Vec<_> = (0..ROBOTS).map(robot).collect();
+        let mut fleet = Fleet::new(ImplicitConfig::default(), &system, ROBOTS);
+        fleet.advance(&system, &mut robots, SETTLED, |_| true);
+        Ok(Self { system, fleet, robots })
+    }
+
+    pub fn window(&mut self) -> Window {
+        time_window(&self.system, &mut self.fleet, &self.robots)
+    }
+
+    pub fn us_per_step(&mut self) -> f64 {
+        let window = self.window();
+        1e6 * window.spent.cpu / window.steps
+    }
+
+    /// Mean number of pairs of links that press on each other in a window.
+    pub fn pressed_pairs(&mut self) -> f64 {
+        let mut moving = self.robots.clone();
+        let mut count = 0;
+        for _ in 0..SAMPLES {
+            self.fleet.advance(&self.system, &mut moving, WINDOW / SAMPLES as f64, |_| true);
+            for robot in &moving {
+                let contacts = robot.body.warm_start.self_contacts.iter();
+                let pressed = contacts.filter(|contact| contact.force > 0.0 && !contact.place.is_stop());
+                count += pressed.map(|contact| contact.place.links).collect::<HashSet<_>>().len();
+            }
+        }
+        count as f64 / (SAMPLES * ROBOTS) as f64
+    }
+}
+
+/// Robots of the 3D model in one scene.
+pub struct TimedSpatialFleet {
+    system: SpatialSystem,
+    fleet: SpatialFleet,
+    robots: Vec<spatial::Robot>,
+}
+
+impl TimedSpatialFleet {
+    pub fn new(scenario: &SpatialScenario) -> Result<Self, ConfigError> {
+        let system = scenario.system()?;
+        let robots = spatial::staggered(scenario, &system)?;
+        let fleet = SpatialFleet::new(ImplicitConfig::default(), &system, ROBOTS);
+        Ok(Self { system, fleet, robots })
+    }
+
+    pub fn us_per_step(&mut self) -> f64 {
+        let spent = spatial::time_window(&self.system, &mut self.fleet, &self.robots);
+        let steps = (WINDOW / self.fleet.config().step()).round();
+        1e6 * spent.cpu / (steps * ROBOTS as f64)
+    }
+}
+
+/// Time after which a robot that was straight has coiled \[s\].
+const SETTLED: f64 = 4.0;
+
+/// Instants of a window at which pressed links are counted.
+const SAMPLES: usize = 8;

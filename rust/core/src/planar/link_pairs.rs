@@ -1,0 +1,97 @@
+//! Pairs of links of one robot that may touch each other at the predicted end of a stage, and their linearised gaps.
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::contact::recovery::{DEEP, SAME_SIDE};
+use crate::contact::{
+    LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contact, link_pair_ends, visit_close_pairs,
+};
+use crate::math::Real;
+use crate::robot::Link;
+use crate::stepping::lanes::read_vector;
+
+use super::Heading;
+use super::self_contact::PairPlace;
+
+/// One robot of a stage, as its contacts with itself are found.
+pub struct PosedRobot<'a, T> {
+    pub links: &'a [Link],
+    pub lane: usize,
+    /// Configurations at the start of the step and of the stage, and at its predicted end.
+    pub start: &'a [Vector3<T>],
+    pub base: &'a [Vector3<T>],
+    pub end: &'a [Vector3<T>],
+    /// Headings at the predicted end.
+    pub heading: &'a [Heading<T>],
+    /// Mean velocity on the way there.
+    pub travel: &'a [Vector3<T>],
+    /// c \[s\].
+    pub coefficient: f64,
+    /// Time from the start of the step to the end of the stage \[s\].
+    pub elapsed: f64,
+    /// Largest displacement of any point of the robot from the start of the step to the predicted end \[m\].
+    pub displacement: f64,
+    /// Predicted gap up to which a pair takes part \[m\].
+    pub margin: f64,
+    /// Whether links on either side of a link may touch.
+    pub is_sharp: bool,
+}
+
+impl<T: Real> PosedRobot<'_, T> {
+    /// Visits the contacts of all pairs within the margin.
+    pub fn visit_contacts(&self, mut visit: impl FnMut(PairPlace, &[PlacedLink; 2], &LinkPairContact)) {
+        let centre = |link: usize| read_vector(&self.end[link], self.lane).xy();
+        visit_close_pairs(self.links, centre, self.margin, |i, j| {
+            if j == i + 2 && !self.is_sharp {
+                return;
+            }
+            let at_end = [i, j].map(|link| place_in_lane(self.links, link, self.lane, self.end, self.heading));
+            for end in link_pair_ends([&at_end[0], &at_end[1]]) {
+                let contact = link_pair_contact([&at_end[0], &at_end[1]], end);
+                if contact.gap < self.margin {
+                    visit(PairPlace { links: [i, j], end }, &at_end, &contact);
+                }
+            }
+        });
+    }
+
+    /// Direction of a contact, and its linearised gap without motion over c; see
+    /// [`super::contacts::Prediction`] for where gaps are linearised.
+    pub fn plane(
+        &self,
+        place: &PairPlace,
+        at_end: &[PlacedLink; 2],
+        contact: &LinkPairContact,
+    ) -> ([Vector3<f64>; 2], f64) {
+        let (pair, lane) = (place.links, self.lane);
+        let touching = self.links[pair[0]].radius + self.links[pair[1]].radius;
+        let along = |direction: &[Vector3<f64>; 2], of: &dyn Fn(usize) -> Vector3<f64>| {
+            direction[0].dot(&of(pair[0])) + direction[1].dot(&of(pair[1]))
+        };
+        let is_deep = contact.gap < -DEEP * touching || centre_lines_cross([&at_end[0], &at_end[1]]);
+        if is_deep || self.displacement > touching {
+            let at_start = pair.map(|link| PlacedLink::new(&self.links[link], read_vector(&self.start[link], lane)));
+            let start = link_pair_contact([&at_start[0], &at_start[1]], place.end);
+            let is_same_side = start.normal.dot(&contact.normal) > SAME_SIDE;
+            if is_deep || !is_same_side {
+                let moved = |link: usize| read_vector(&self.base[link], lane) - read_vector(&self.start[link], lane);
+                return (start.direction, (start.gap + along(&start.direction, &moved)) / self.coefficient);
+            }
+        }
+        let travel = |link: usize| read_vector(&self.travel[link], lane);
+        (contact.direction, contact.gap / self.coefficient - along(&contact.direction, &travel))
+    }
+}
+
+/// A link of a lane's robot at a pose whose direction is known.
+pub fn place_in_lane<'a, T: Real>(
+    links: &'a [Link],
+    link: usize,
+    lane: usize,
+    pose: &[Vector3<T>],
+    heading: &[Heading<T>],
+) -> PlacedLink<'a> {
+    let Heading { cos, sin } = heading[link];
+    let axis = Vector2::new(cos.lane(lane), sin.lane(lane));
+    PlacedLink { link: &links[link], pose: read_vector(&pose[link], lane), axis }
+}
