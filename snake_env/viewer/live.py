@@ -19,9 +19,10 @@ from snake_env.policies.gaits import DEGREE, ConstantAction, GaitParameters
 from snake_env.policies.scripted import catalogue
 from snake_env.policies.shipped import NAMES
 from snake_env.state import State
+from snake_env.viewer.camera import Follower, look_at
 from snake_env.viewer.drawing import Drawing
 from snake_env.viewer.frames import Frames
-from snake_env.viewer.player import close, look_at, server
+from snake_env.viewer.player import close, server
 from snake_env.viewer.plots import Plots
 from snake_env.viewer.pull import Pull
 
@@ -97,6 +98,7 @@ class Live:
         gui = self.server.gui
         self.playing = gui.add_checkbox("playing", initial_value=True)
         self.speed = gui.add_slider("speed", 0.1, 4.0, 0.1, initial_value=1.0)
+        self.camera = Follower(self.server, initial=True)
         self.task = gui.add_dropdown("task", tuple(self._tasks), initial_value=task.name)
         actors = tuple(dict.fromkeys((BASELINE, *catalogue.CONTROLLERS, *NAMES, policy)))
         self.policy = gui.add_dropdown("policy", actors, initial_value=policy)
@@ -288,6 +290,7 @@ class Live:
         self._remember()
         last = Frames.of_states([self.state], self._env.unwrapped.scene(0))
         self._drawing.show(last, 0)
+        self.camera.show(last, 0)
         return bool(terminated[0] or truncated[0])
 
 

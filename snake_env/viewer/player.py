@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import viser
 
+from snake_env.viewer.camera import Follower, look_at
 from snake_env.viewer.drawing import Drawing
 from snake_env.viewer.frames import Frames
 from snake_env.viewer.plots import Plots
@@ -35,14 +36,6 @@ def close(made: Any) -> None:
         made.stop()
 
 
-def look_at(made: Any, frames: Frames) -> None:
-    """The first view: from behind and above, the whole path in the picture."""
-    flat = frames.position.reshape(-1, 3)
-    middle, size = flat.mean(axis=0), max(1.2, float(np.ptp(flat[:, :2], axis=0).max()))
-    made.initial_camera.position = middle + size * np.array([-0.25, -0.65, 0.65])
-    made.initial_camera.look_at = middle
-
-
 class Player:
     """A page that plays frames; runs until :meth:`stop`.
 
@@ -61,6 +54,7 @@ class Player:
         self.playing = gui.add_checkbox("playing", initial_value=True)
         self.time = gui.add_slider("time [s]", float(frames.time[0]), float(frames.time[-1]), 0.001, initial_value=0.0)
         self.speed = gui.add_slider("speed", 0.1, 4.0, 0.1, initial_value=1.0)
+        self.camera = Follower(self.server, initial=False)
         Plots(gui).show(frames)
         self.time.on_update(lambda _: self._draw())
         self._running = threading.Event()
@@ -86,7 +80,9 @@ class Player:
 
     def _draw(self) -> None:
         k = int(np.searchsorted(self.frames.time, self.time.value - 1e-9))
-        self._drawing.show(self.frames, min(k, len(self.frames) - 1))
+        k = min(k, len(self.frames) - 1)
+        self._drawing.show(self.frames, k)
+        self.camera.show(self.frames, k)
 
     def _play(self) -> None:
         last = time.perf_counter()

@@ -202,6 +202,37 @@ def test_the_page_shows_a_robot_that_moves(browser, tmp_path):
 
 
 @NEEDS_BROWSER
+def test_the_camera_follows_the_robot(browser):
+    live = Live(BenchmarkTask("course", "SnakeCourse-v1", {}, ""), policy="general", port=0)
+    try:
+        live.playing.value = False
+        page = browser.new_page(viewport={"width": 640, "height": 480})
+        page.goto(live.url)
+        page.get_by_text("follow the robot").wait_for(timeout=60_000)
+        limit = time.monotonic() + 30
+        while not live.server.get_clients() and time.monotonic() < limit:
+            page.wait_for_timeout(200)
+        (client,) = live.server.get_clients().values()
+
+        def relative():
+            page.wait_for_timeout(500)
+            return client.camera.position - [*live.state.link_position.mean(axis=0)[:2], 0.0]
+
+        live.advance(1)
+        before, place = relative(), client.camera.position.copy()
+        live.advance(60)
+        np.testing.assert_allclose(relative(), before, atol=2e-3)
+        assert np.linalg.norm(client.camera.position - place) > 0.1
+        live.camera.following.value = False
+        place = client.camera.position.copy()
+        live.advance(20)
+        page.wait_for_timeout(500)
+        np.testing.assert_allclose(client.camera.position, place, atol=1e-6)
+    finally:
+        live.stop()
+
+
+@NEEDS_BROWSER
 def test_a_saved_page_works_without_network(run, browser, tmp_path):
     page = browser.new_context(offline=True, viewport={"width": 480, "height": 320}).new_page()
     told = []
