@@ -120,7 +120,7 @@ impl PegGrid {
     /// Calls `visit` with the number of every obstacle that may lie within `distance` of a point, seen from above.
     pub fn visit_obstacles(&self, point: &Vector2<f64>, distance: f64, mut visit: impl FnMut(usize)) {
         self.visit_near(point.x, point.y, distance, &mut visit);
-        self.walls.visit_near(point, distance, |wall| visit(self.pegs.len() + wall));
+        self.walls.near(*point, distance).for_each(|wall| visit(self.pegs.len() + wall));
     }
 
     /// Height of the highest top face below a point; zero for the ground \[m\].
@@ -173,23 +173,29 @@ impl PegGrid {
         clear - extent
     }
 
-    /// Whether all pegs are farther than `distance` from `(x, y)`, and all walls surely so.
+    /// Whether all pegs are farther than `distance` from `(x, y)`, and the rectangles around all walls.
     pub fn is_clear(&self, x: f64, y: f64, distance: f64) -> bool {
-        let is_far = |&index: &u32| {
-            let peg = &self.pegs[index as usize];
-            (peg.x - x).hypot(peg.y - y) - peg.radius >= distance
+        self.pegs_near(x, y, distance).next().is_none()
+            && self.walls.near(Vector2::new(x, y), distance).next().is_none()
+    }
+
+    /// Calls `visit` with the index of every peg whose rim lies within `distance` of `(x, y)`.
+    pub fn visit_near(&self, x: f64, y: f64, distance: f64, visit: impl FnMut(usize)) {
+        self.pegs_near(x, y, distance).for_each(visit);
+    }
+
+    /// The pegs whose rim lies within `distance` of `(x, y)`.
+    fn pegs_near(&self, x: f64, y: f64, distance: f64) -> impl Iterator<Item = usize> {
+        let is_near = move |&peg: &usize| {
+            let Peg { radius, x: peg_x, y: peg_y } = self.pegs[peg];
+            let (dx, dy, reach) = (peg_x - x, peg_y - y, distance + radius);
+            dx * dx + dy * dy <= reach * reach
         };
-        let mut is_clear = self.cells_near(x, y, distance).all(|pegs| pegs.iter().all(is_far));
-        self.walls.visit_near(&Vector2::new(x, y), distance, |_| is_clear = false);
-        is_clear
+        self.cells_near(x, y, distance).flatten().map(|&peg| peg as usize).filter(is_near)
     }
 
-    /// Calls `visit` with the index of every peg whose rim may lie within `distance` of `(x, y)`.
-    pub fn visit_near(&self, x: f64, y: f64, distance: f64, mut visit: impl FnMut(usize)) {
-        self.cells_near(x, y, distance).for_each(|pegs| pegs.iter().for_each(|&peg| visit(peg as usize)));
-    }
-
-    /// The pegs whose rim may lie within `distance` of `(x, y)`, one row of cells after the other.
+    /// The pegs in the cells that a square around `(x, y)` meets, one row of cells after the other: all whose rim lies
+    /// within `distance`, and others.
     fn cells_near(&self, x: f64, y: f64, distance: f64) -> impl Iterator<Item = &[u32]> {
         let reach = distance + self.largest_radius;
         let (first_column, last_column) = self.cells_between(x - reach, x + reach, 0, self.columns);
@@ -290,10 +296,10 @@ mod tests {
                 let near = |peg: &Peg| (peg.x - x).hypot(peg.y - y) - peg.radius <= d;
                 let mut found = Vec::new();
                 grid.visit_near(x, y, d, |peg| found.push(peg));
-                found.retain(|&peg| near(&pegs[peg]));
                 found.sort_unstable();
                 let all: Vec<usize> = (0..count).filter(|&peg| near(&pegs[peg])).collect();
                 assert_eq!(found, all);
+                assert_eq!(grid.is_clear(x, y, d), all.is_empty());
             }
         }
     }

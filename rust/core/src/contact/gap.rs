@@ -102,11 +102,8 @@ fn link_wall_contact(
 pub fn wall_gap(pose: &Vector3<f64>, link: &Link, obstacles: &PegGrid) -> f64 {
     let (sin, cos) = pose.z.sin_cos();
     let line = centre_line(pose, cos, sin, link);
-    let mut smallest = f64::INFINITY;
-    obstacles.walls().visit_near(&pose.xy(), link.reach(), |wall| {
-        smallest = smallest.min(obstacles.walls().walls()[wall].polygon.distance(&line) - link.radius);
-    });
-    smallest
+    let gap = |wall: usize| obstacles.walls().walls()[wall].polygon.distance(&line) - link.radius;
+    obstacles.walls().near(pose.xy(), link.reach()).map(gap).fold(f64::INFINITY, f64::min)
 }
 
 fn centre_line(pose: &Vector3<f64>, cos: f64, sin: f64, link: &Link) -> CentreLine {

@@ -207,7 +207,7 @@ impl NearPegs {
                     self.pairs.push(NearPair::open(i, (peg, 0), gap - displacement));
                 }
             });
-            pegs.walls().visit_near(&pose.xy(), link.reach() + margin + SKIN, |wall| {
+            for wall in pegs.walls().near(pose.xy(), link.reach() + margin + SKIN) {
                 for place in 0..pegs.walls().walls()[wall].polygon.places() {
                     let at = (pegs.pegs().len() + wall, place);
                     let gap = link_obstacle_contact(&pose, cos, sin, link, pegs, at).gap;
@@ -215,7 +215,7 @@ impl NearPegs {
                         self.pairs.push(NearPair::open(i, at, gap - displacement));
                     }
                 }
-            });
+            }
         }
         let listed = if self.pairs.is_empty() { pegs.clear_way(poses, links) } else { 0.0 };
         self.horizon = listed.max(margin + SKIN) - displacement;

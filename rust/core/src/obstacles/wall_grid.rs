@@ -46,6 +46,14 @@ struct Cells {
     rows: [usize; 2],
 }
 
+impl Cells {
+    /// Row and column of each cell.
+    fn places(self) -> impl Iterator<Item = (usize, usize)> {
+        let Self { columns, rows } = self;
+        (rows[0]..=rows[1]).flat_map(move |row| (columns[0]..=columns[1]).map(move |column| (row, column)))
+    }
+}
+
 impl WallGrid {
     pub fn new(polygons: impl Iterator<Item = ConvexPolygon>) -> Self {
         let mut grid = Self { walls: polygons.map(Wall::new).collect(), ..Self::default() };
@@ -60,26 +68,23 @@ impl WallGrid {
         &self.walls
     }
 
-    /// Calls `visit` once with the index of every wall that may lie within `distance` of a point.
-    pub fn visit_near(&self, point: &Vector2<f64>, distance: f64, mut visit: impl FnMut(usize)) {
-        if self.walls.is_empty() {
-            return;
-        }
-        let asked = self.cells(&point.add_scalar(-distance), &point.add_scalar(distance));
-        for row in asked.rows[0]..=asked.rows[1] {
-            for column in asked.columns[0]..=asked.columns[1] {
-                for &index in self.in_cell(row * self.columns + column) {
-                    let wall = &self.walls[index as usize];
+    /// Every wall, once, whose rectangle lies within `distance` of a point.
+    pub fn near(&self, point: Vector2<f64>, distance: f64) -> impl Iterator<Item = usize> {
+        let asked =
+            (!self.walls.is_empty()).then(|| self.cells(&point.add_scalar(-distance), &point.add_scalar(distance)));
+        asked.into_iter().flat_map(move |asked| {
+            asked.places().flat_map(move |(row, column)| {
+                let walls = self.in_cell(row * self.columns + column).iter().map(|&index| index as usize);
+                walls.filter(move |&index| {
+                    let wall = &self.walls[index];
                     let own = self.cells(&wall.low, &wall.high);
                     // A wall in several of the cells counts in the first of them.
                     let is_first =
                         row == own.rows[0].max(asked.rows[0]) && column == own.columns[0].max(asked.columns[0]);
-                    if is_first && wall.distance_bound(point) <= distance {
-                        visit(index as usize);
-                    }
-                }
-            }
-        }
+                    is_first && wall.distance_bound(&point) <= distance
+                })
+            })
+        })
     }
 
     fn in_cell(&self, cell: usize) -> &[u32] {
@@ -101,11 +106,8 @@ impl WallGrid {
         let count = self.columns * self.rows;
         let mut lists = vec![Vec::new(); count];
         for (index, wall) in self.walls.iter().enumerate() {
-            let Cells { columns, rows } = self.cells(&wall.low, &wall.high);
-            for row in rows[0]..=rows[1] {
-                for column in columns[0]..=columns[1] {
-                    lists[row * self.columns + column].push(index as u32);
-                }
+            for (row, column) in self.cells(&wall.low, &wall.high).places() {
+                lists[row * self.columns + column].push(index as u32);
             }
         }
         self.start = Vec::with_capacity(count + 1);

@@ -58,6 +58,19 @@ struct Plane {
     is_redundant: bool,
 }
 
+impl<T: Real> Workspace<T> {
+    /// Whether some link of a lane's robot may touch an obstacle at the start of the step, at its predicted end, or between:
+    /// one look for the whole robot. No link moves farther than the middle one and both its distances from it.
+    pub(super) fn may_reach(&self, lane: usize, obstacles: &PegGrid) -> bool {
+        if obstacles.is_empty() {
+            return false;
+        }
+        let middle = self.frames.len() / 2;
+        let [start, end] = [&self.start_frames, &self.frames].map(|frames| frames[middle].position.lane(lane));
+        !obstacles.is_clear(end.x, end.y, 3.0 * self.extent + (end - start).norm() + MARGIN)
+    }
+}
+
 impl<'a> LinkPrediction<'a> {
     /// Link `index` of a lane's robot in the current stage.
     pub fn of<T: Real>(work: &Workspace<T>, lane: usize, index: usize, link: &'a Link, elapsed: f64) -> Self {

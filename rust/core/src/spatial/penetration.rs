@@ -22,7 +22,7 @@ impl<T: Real> Workspace<T> {
         for lane in active(members.lanes()) {
             let obstacles = &members.body(lane).pegs;
             let mut sinking = self.sinking_into_stops(links, lane);
-            if !obstacles.is_empty() {
+            if self.may_reach(lane, obstacles) {
                 for (i, link) in links.iter().enumerate() {
                     let ends = [&self.start_frames[i], &self.frames[i]];
                     let positions = ends.map(|frame| frame.position.lane(lane));

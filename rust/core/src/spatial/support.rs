@@ -16,6 +16,12 @@ impl<T: Real> Workspace<T> {
     pub(super) fn find_supports(&mut self, lane: usize, links: &[Link], obstacles: &PegGrid, elapsed: f64) {
         let c = self.stage.coefficient.lane(lane);
         for (i, link) in links.iter().enumerate() {
+            let mut is_near_top = false;
+            let above = self.frames[i].position.lane(lane).xy();
+            obstacles.visit_solids(&above, link.reach(), |_| is_near_top = true);
+            if !is_near_top {
+                continue;
+            }
             let [start, end] = [&self.start_frames[i], &self.frames[i]].map(|frame| frame.lane(lane));
             let (of_stage, expected) = (self.stage.links[i].lane(lane), self.expected[i].lane(lane));
             for side in 0..2 {

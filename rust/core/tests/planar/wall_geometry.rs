@@ -164,8 +164,7 @@ fn the_grid_finds_each_near_wall_once() {
         for _ in 0..300 {
             let point = Vector2::new(random.between(-5.0, 5.0), random.between(-5.0, 5.0));
             let distance = random.between(0.0, 1.5);
-            let mut found = Vec::new();
-            grid.visit_near(&point, distance, |wall| found.push(wall));
+            let mut found: Vec<_> = grid.near(point, distance).collect();
             found.sort_unstable();
             assert!(found.windows(2).all(|pair| pair[0] < pair[1]), "a wall is visited once");
             let at_point = CentreLine { middle: point, half: Vector2::zeros() };

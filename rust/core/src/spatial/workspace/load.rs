@@ -3,7 +3,7 @@
 use crate::gait::CardanTarget;
 use crate::math::{Mask, Real};
 use crate::spatial::{Laned, Spatial, SpatialSystem, write_lane};
-use crate::stepping::lanes::{Lanes, active};
+use crate::stepping::lanes::{Lanes, NO_LANES, active};
 use crate::stepping::{Driven, Members, PlantParameters, StageInput};
 
 use super::Workspace;
@@ -61,13 +61,18 @@ impl<T: Real> StageInput<T> for Workspace<T> {
     fn find_contacts<D: Driven<Model = Spatial>>(&mut self, members: &mut Members<D>, pending: Lanes, elapsed: T) {
         let mut contacts = std::mem::take(&mut self.contacts);
         contacts.clear(self);
-        for (i, link) in members.system.robot.links.iter().enumerate() {
-            let bodies = active(pending).map(|lane| (lane, members.body(lane)));
-            let among_pegs = bodies.filter(|(_, body)| !body.pegs.is_empty());
-            contacts.add(self, i, link, among_pegs, elapsed);
+        let mut near_obstacles = NO_LANES;
+        for lane in active(pending) {
+            near_obstacles[lane] = self.may_reach(lane, &members.body(lane).pegs);
+        }
+        if near_obstacles != NO_LANES {
+            for (i, link) in members.system.robot.links.iter().enumerate() {
+                let bodies = active(near_obstacles).map(|lane| (lane, members.body(lane)));
+                contacts.add(self, i, link, bodies, elapsed);
+            }
         }
         self.contacts = contacts;
-        for lane in active(pending).filter(|&lane| members.body(lane).pegs.has_tops()) {
+        for lane in active(near_obstacles).filter(|&lane| members.body(lane).pegs.has_tops()) {
             self.find_supports(lane, &members.system.robot.links, &members.body(lane).pegs, elapsed.lane(lane));
         }
         self.find_self_contacts(pending, elapsed);

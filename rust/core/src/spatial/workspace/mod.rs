@@ -30,6 +30,8 @@ pub struct Workspace<T: Real> {
     /// Farthest point of each link's surface from its CG \[m\].
     reach: Vec<T>,
     half_length: Vec<T>,
+    /// Of the robot, see [`crate::robot::Robot::extent`] \[m\].
+    pub extent: f64,
     /// Acceleration in frame I \[m/s^2\].
     gravity: Vector3<T>,
     /// Gains k_P, k_D.
@@ -110,6 +112,7 @@ impl<T: Real> Workspace<T> {
         Self {
             reach: system.robot.links.iter().map(|link| T::splat(link.reach().max(0.5 * link.length))).collect(),
             half_length: system.robot.links.iter().map(|link| T::splat(0.5 * link.length)).collect(),
+            extent: system.robot.extent(),
             gravity: system.gravity.map(T::splat),
             gains: [system.controller.kp, system.controller.kd].map(T::splat),
             torque_limit: T::splat(f64::INFINITY),
