@@ -15,8 +15,8 @@ PAGES = [README, "CHANGELOG.md", "CONTRIBUTING.md", *DOCS]
 SHORTER = {"learn(500_000)": "learn(4_096)"}
 """What would take minutes."""
 ROUNDED_BY_THE_PROCESSOR = (README, "docs/notes/learning.md")
-"""Pages with learning or long runs of a policy, whose later lines differ in their last digit between processors: products
-of NumPy and torch round differently, and contacts amplify it."""
+"""Pages with learning or long runs of a policy, whose later lines differ in their last digit between processors:
+products of NumPy and torch round differently, and contacts amplify it."""
 
 
 def text_of(page: str) -> str:
