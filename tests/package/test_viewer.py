@@ -214,20 +214,32 @@ def test_the_camera_follows_the_robot(browser):
             page.wait_for_timeout(200)
         (client,) = live.server.get_clients().values()
 
-        def relative():
-            page.wait_for_timeout(500)
-            return client.camera.position - [*live.state.link_position.mean(axis=0)[:2], 0.0]
+        def centre():
+            return live.state.link_position.mean(axis=0)[:2]
 
-        live.advance(1)
-        before, place = relative(), client.camera.position.copy()
+        def comes_to(offset):
+            """Whether the page shows the robot from there, for a second: what it reports lags on a busy machine."""
+            limit, held = time.monotonic() + 60, 0
+            while held < 5 and time.monotonic() < limit:
+                page.wait_for_timeout(200)
+                seen = client.camera.position - client.camera.look_at
+                at_robot = np.allclose(client.camera.look_at[:2], centre(), atol=2e-3)
+                held = held + 1 if at_robot and np.allclose(seen, offset, atol=2e-3) else 0
+            return held == 5
+
+        first = live.server.initial_camera
+        offset = np.subtract(first.position, first.look_at)
+        assert comes_to(offset)
+        place = centre()
         live.advance(60)
-        np.testing.assert_allclose(relative(), before, atol=2e-3)
-        assert np.linalg.norm(client.camera.position - place) > 0.1
+        assert comes_to(offset)
+        assert np.linalg.norm(centre() - place) > 0.1
         live.camera.following.value = False
-        place = client.camera.position.copy()
+        seen, place = client.camera.position.copy(), centre()
         live.advance(20)
         page.wait_for_timeout(500)
-        np.testing.assert_allclose(client.camera.position, place, atol=1e-6)
+        assert np.linalg.norm(centre() - place) > 0.05
+        np.testing.assert_allclose(client.camera.position, seen, atol=5e-3)
     finally:
         live.stop()
 
