@@ -46,7 +46,7 @@ NOTES = {
     "spatial": [
         "Trained with self-contact, from random weights, with a goal out of reach; the scores are those of the "
         "environment's own goal at 2 m.",
-        "It rolls. The best of five seeds, which reach 0.803 to 0.864 m/s; the best constant gait of a search reaches "
+        "It rolls. The best of five seeds, which reach 0.803 to 0.864 m/s; the best constant gait of a search, "
         "0.344 m/s.",
     ],
     "spatial-field": [
