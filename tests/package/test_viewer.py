@@ -239,7 +239,8 @@ def test_the_camera_follows_the_robot(browser):
         live.advance(20)
         page.wait_for_timeout(500)
         assert np.linalg.norm(centre() - place) > 0.05
-        np.testing.assert_allclose(client.camera.position, seen, atol=5e-3)
+        # The view that held for a second may have had its last two millimetres still to come.
+        np.testing.assert_allclose(client.camera.position, seen, atol=2e-3)
     finally:
         live.stop()
 

@@ -17,8 +17,8 @@ impl<T: Real> Workspace<T> {
         let c = self.stage.coefficient.lane(lane);
         for (i, link) in links.iter().enumerate() {
             let mut is_near_top = false;
-            let above = self.frames[i].position.lane(lane).xy();
-            obstacles.visit_solids(&above, link.reach(), |_| is_near_top = true);
+            let from_above = self.frames[i].position.lane(lane).xy();
+            obstacles.visit_solids(&from_above, link.reach(), |_| is_near_top = true);
             if !is_near_top {
                 continue;
             }

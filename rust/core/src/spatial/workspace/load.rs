@@ -65,11 +65,9 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         for lane in active(pending) {
             near_obstacles[lane] = self.may_reach(lane, &members.body(lane).pegs);
         }
-        if near_obstacles != NO_LANES {
-            for (i, link) in members.system.robot.links.iter().enumerate() {
-                let bodies = active(near_obstacles).map(|lane| (lane, members.body(lane)));
-                contacts.add(self, i, link, bodies, elapsed);
-            }
+        for (i, link) in members.system.robot.links.iter().enumerate() {
+            let bodies = active(near_obstacles).map(|lane| (lane, members.body(lane)));
+            contacts.add(self, i, link, bodies, elapsed);
         }
         self.contacts = contacts;
         for lane in active(near_obstacles).filter(|&lane| members.body(lane).pegs.has_tops()) {
