@@ -32,15 +32,24 @@ pub struct LinkPairContact {
     pub direction: [Vector3<f64>; 2],
 }
 
-/// The ends of a pair of links that have to be evaluated: 0 and 1 are the first link's ends in front and behind, 2 and 3
-/// the second's. A contact of two ends is listed once, as the first link's.
-pub fn link_pair_ends(links: [&PlacedLink; 2]) -> impl Iterator<Item = usize> {
-    let of_first = [0, 1].map(|end| nearest_points(links, end));
-    let seconds = [2, 3].map(|end| (!of_first.contains(&nearest_points(links, end))).then_some(end));
-    [0, 1].into_iter().chain(seconds.into_iter().flatten())
+/// The contacts of a pair of links whose gap is below `margin`, each with the end that it belongs to: 0 and 1 are the first
+/// link's ends in front and behind, 2 and 3 the second's. A contact of two ends is listed once, as the first link's.
+pub fn link_pair_contacts<'a>(
+    links: [&'a PlacedLink<'a>; 2],
+    margin: f64,
+) -> impl Iterator<Item = (usize, LinkPairContact)> + 'a {
+    let along = [0, 1, 2, 3].map(|end| nearest_points(links, end));
+    let is_own = move |end: usize| end < 2 || !along[..2].contains(&along[end]);
+    // Rules out most ends without a root; the gap itself decides.
+    let close = margin + links[0].link.radius + links[1].link.radius + ROUNDING;
+    let is_close = move |along: [f64; 2]| offset(links, along).norm_squared() < close * close;
+    (0..4).filter(move |&end| is_close(along[end]) && is_own(end)).filter_map(move |end| {
+        let contact = contact_at(links, along[end]);
+        (contact.gap < margin).then_some((end, contact))
+    })
 }
 
-/// The contact of one end, numbered as in [`link_pair_ends`].
+/// The contact of one end, numbered as in [`link_pair_contacts`].
 pub fn link_pair_contact(links: [&PlacedLink; 2], end: usize) -> LinkPairContact {
     contact_at(links, nearest_points(links, end))
 }
@@ -77,9 +86,14 @@ pub fn centre_lines_cross(links: [&PlacedLink; 2]) -> bool {
     !apart(sides(first, second)) && !apart(sides(second, first))
 }
 
+/// From the point of the second centre line to that of the first.
+fn offset([first, second]: [&PlacedLink; 2], along: [f64; 2]) -> Vector2<f64> {
+    first.point(along[0]) - second.point(along[1])
+}
+
 fn contact_at(links: [&PlacedLink; 2], along: [f64; 2]) -> LinkPairContact {
     let [first, second] = links;
-    let offset = first.point(along[0]) - second.point(along[1]);
+    let offset = offset(links, along);
     let distance = offset.norm();
     // An end exactly on the other centre line leaves the side open: take e_y^B of the second link.
     let normal = if distance > 0.0 { offset / distance } else { second.lateral() };
@@ -118,6 +132,9 @@ impl<'a> PlacedLink<'a> {
         Vector3::new(normal.x, normal.y, s * normal.dot(&self.lateral()))
     }
 }
+
+/// More than the rounding of a distance \[m\].
+const ROUNDING: f64 = 1e-9;
 
 /// Contacts between links reserved for each link of a robot; one that is more tightly folded grows the lists once.
 pub const LINK_CONTACTS_PER_LINK: usize = 4;

@@ -1,6 +1,7 @@
 //! Contact of links with obstacles and with each other: gap functions and force directions (T 3.3.2), (T 3.4).
 
 mod capsule_pair;
+mod close_pairs;
 mod folding;
 mod gap;
 mod link_pair;
@@ -11,12 +12,13 @@ mod self_search;
 pub use capsule_pair::{
     CAPSULE_CONTACTS, Capsule, CapsuleContact, capsule_contact, capsule_contacts, capsule_gap, closest_capsule_contact,
 };
+pub use close_pairs::ClosePairs;
 pub use folding::{Folding, FoldingBound};
 pub use gap::{
     LinkPegContact, gap, link_obstacle_contact, link_obstacle_gap, link_peg_contact, touching_distance, wall_gap,
 };
 pub use link_pair::{
-    LINK_CONTACTS_PER_LINK, LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contact, link_pair_ends,
+    LINK_CONTACTS_PER_LINK, LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contact, link_pair_contacts,
     link_pair_gap,
 };
 pub use near::{NearPair, NearPegs, PAIRS_PER_LINK};

@@ -54,8 +54,9 @@ impl<T: Real> Workspace<T> {
         elapsed: f64,
     ) -> Prediction<'a, T> {
         let Self { stage, base, predicted: end, heading, travel, motion_bound, start_pose: start, .. } = self;
-        let (displacement, coefficient) = (motion_bound.displacement.lane(lane), stage.coefficient.lane(lane));
-        let margin = motion_bound.contact_margin(lane, coefficient, 1.0, system.smallest_radius());
+        let (coefficient, motion_bound) = (stage.coefficient.lane(lane), motion_bound.lane(lane));
+        let displacement = motion_bound.displacement;
+        let margin = motion_bound.contact_margin(coefficient, 1.0, system.smallest_radius());
         let robot = &system.robot;
         Prediction { robot, pegs, lane, base, start, end, heading, travel, coefficient, elapsed, displacement, margin }
     }

@@ -3,9 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use crate::contact::recovery::{DEEP, SAME_SIDE};
-use crate::contact::{
-    LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contact, link_pair_ends, visit_close_pairs,
-};
+use crate::contact::{LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contact, link_pair_contacts};
 use crate::math::Real;
 use crate::robot::Link;
 use crate::stepping::lanes::read_vector;
@@ -38,21 +36,18 @@ pub struct PosedRobot<'a, T> {
 }
 
 impl<T: Real> PosedRobot<'_, T> {
-    /// Visits the contacts of all pairs within the margin.
-    pub fn visit_contacts(&self, mut visit: impl FnMut(PairPlace, &[PlacedLink; 2], &LinkPairContact)) {
-        let centre = |link: usize| read_vector(&self.end[link], self.lane).xy();
-        visit_close_pairs(self.links, centre, self.margin, |i, j| {
-            if j == i + 2 && !self.is_sharp {
-                return;
+    /// Visits the contacts within the margin of these pairs.
+    pub fn visit_contacts(
+        &self,
+        pairs: impl Iterator<Item = [usize; 2]>,
+        mut visit: impl FnMut(PairPlace, &[PlacedLink; 2], &LinkPairContact),
+    ) {
+        for links in pairs.filter(|[i, j]| self.is_sharp || *j > i + 2) {
+            let at_end = links.map(|link| place_in_lane(self.links, link, self.lane, self.end, self.heading));
+            for (end, contact) in link_pair_contacts([&at_end[0], &at_end[1]], self.margin) {
+                visit(PairPlace { links, end }, &at_end, &contact);
             }
-            let at_end = [i, j].map(|link| place_in_lane(self.links, link, self.lane, self.end, self.heading));
-            for end in link_pair_ends([&at_end[0], &at_end[1]]) {
-                let contact = link_pair_contact([&at_end[0], &at_end[1]], end);
-                if contact.gap < self.margin {
-                    visit(PairPlace { links: [i, j], end }, &at_end, &contact);
-                }
-            }
-        });
+        }
     }
 
     /// Direction of a contact, and its linearised gap without motion over c; see

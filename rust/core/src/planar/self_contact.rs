@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::recovery::{RECOVERY_SPEED, remaining_gap};
 use crate::contact::{
-    Folding, FoldingBound, LINK_CONTACTS_PER_LINK, PlacedLink, link_pair_contact, link_pair_gap, visit_close_pairs,
+    ClosePairs, Folding, FoldingBound, LINK_CONTACTS_PER_LINK, PlacedLink, link_pair_contact, link_pair_gap,
+    visit_close_pairs,
 };
 use crate::math::{Mask, Real};
 use crate::robot::{Link, Robot};
@@ -64,6 +65,8 @@ pub struct SelfContactDetection<T: Real> {
     folded: T::Mask,
     sharp: T::Mask,
     bent: T::Mask,
+    /// Pairs of links that may touch at the predicted end.
+    close_pairs: ClosePairs<T, 2>,
     /// The lanes that had contacts in the current step.
     near: Lanes,
     found: Vec<Found>,
@@ -90,6 +93,7 @@ impl<T: Real> SelfContactDetection<T> {
             folded: T::Mask::of(|_| false),
             sharp: T::Mask::of(|_| false),
             bent: T::Mask::of(|_| false),
+            close_pairs: ClosePairs::new(links),
             near: NO_LANES,
             found: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links.len() * T::LANES),
             places: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links.len() * T::LANES),
@@ -109,6 +113,16 @@ impl<T: Real> SelfContactDetection<T> {
             self.sharp = bound.is_sharp(&folding);
         }
         self.bent = T::splat(self.joint_limit - STOP_CLEARANCE).lt(folding.bend);
+    }
+
+    /// Lists the pairs of links that may touch at poses which [`Self::predict`] has seen, in those of the `pending` lanes that
+    /// are folded; `margin` is the gap up to which a pair takes part \[m\].
+    #[inline(always)]
+    pub fn list_close_pairs(&mut self, poses: &[Vector3<T>], margin: T, pending: T::Mask) {
+        let lanes = self.folded & pending;
+        if lanes.any() {
+            self.close_pairs.find(poses.iter().map(|pose| pose.xy()), margin, lanes);
+        }
     }
 
     /// Whether robots touch themselves or have limited joints.
@@ -181,9 +195,10 @@ impl<T: Real> SelfContactDetection<T> {
 impl<T: Real> SelfContactDetection<T> {
     /// Lists the contacts of one robot; `known` are those of its last stage.
     fn find_contacts(&mut self, robot: &PosedRobot<T>, known: &[SelfContact]) {
-        robot.visit_contacts(|place, at_end, contact| {
+        let Self { close_pairs, found, .. } = self;
+        robot.visit_contacts(close_pairs.of_lane(robot.lane), |place, at_end, contact| {
             let (direction, gap_rate) = robot.plane(&place, at_end, contact);
-            self.push(robot, place, direction, gap_rate, known);
+            found.push(Found::new(robot, place, direction, gap_rate, known));
         });
     }
 
@@ -195,24 +210,24 @@ impl<T: Real> SelfContactDetection<T> {
             let direction = stop.direction();
             let rate = |end: usize| direction[end].z * robot.travel[place.links[end]].z.lane(lane);
             let gap_rate = stop.gap(angle, limit) / robot.coefficient - (rate(0) + rate(1));
-            self.push(robot, place, direction, gap_rate, known);
+            self.found.push(Found::new(robot, place, direction, gap_rate, known));
         });
     }
+}
 
-    /// Adds a contact of this direction and of this gap over c without motion.
-    fn push(
-        &mut self,
+impl Found {
+    /// A contact of this direction and of this gap over c without motion.
+    fn new<T: Real>(
         robot: &PosedRobot<T>,
         place: PairPlace,
         direction: [Vector3<f64>; 2],
         gap_rate: f64,
         known: &[SelfContact],
-    ) {
+    ) -> Self {
         let known = known.iter().find(|known| known.place == place).copied();
         let known = known.unwrap_or(SelfContact { place, force: 0.0, depth: 0.0, touches: false, closed: false });
         let offset = gap_rate - remaining_gap(known.depth, robot.elapsed) / robot.coefficient;
-        self.found.push(Found { lane: robot.lane, known, direction, offset: offset.max(-RECOVERY_SPEED) });
-        self.near[robot.lane] = true;
+        Self { lane: robot.lane, known, direction, offset: offset.max(-RECOVERY_SPEED) }
     }
 }
 
@@ -235,8 +250,9 @@ impl<T: Real> Workspace<T> {
             if !is_folded && !is_bent {
                 continue;
             }
-            let (coefficient, displacement) = (stage.coefficient.lane(lane), motion_bound.displacement.lane(lane));
-            let margin = motion_bound.contact_margin(lane, coefficient, 2.0, members.system.smallest_radius());
+            let (coefficient, motion_bound) = (stage.coefficient.lane(lane), motion_bound.lane(lane));
+            let displacement = motion_bound.displacement;
+            let margin = motion_bound.contact_margin(coefficient, 2.0, members.system.smallest_radius());
             let robot = PosedRobot {
                 links: &members.system.robot.links,
                 lane,
@@ -252,12 +268,14 @@ impl<T: Real> Workspace<T> {
                 is_sharp: self_contacts.sharp.lane(lane),
             };
             let known = &members.body(lane).warm_start.self_contacts;
+            let before = self_contacts.found.len();
             if is_folded {
                 self_contacts.find_contacts(&robot, known);
             }
             if is_bent {
                 self_contacts.find_stops(&robot, known);
             }
+            self_contacts.near[lane] |= self_contacts.found.len() > before;
         }
         self_contacts.lay_out(&mut stage.pairs);
     }

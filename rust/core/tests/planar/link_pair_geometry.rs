@@ -2,8 +2,8 @@
 
 use nalgebra::{Vector2, Vector3};
 use snake_core::contact::{
-    Folding, FoldingBound, LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contact, link_pair_ends,
-    self_gap, visit_close_pairs,
+    ClosePairs, Folding, FoldingBound, LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contacts, self_gap,
+    visit_close_pairs,
 };
 use snake_core::planar::{Pose, assemble_chain};
 use snake_core::robot::{Link, Robot};
@@ -38,7 +38,7 @@ fn random_pair(random: &mut Random) -> ([Link; 2], [Pose; 2]) {
 
 fn contacts(links: &[Link; 2], poses: &[Pose; 2]) -> Vec<LinkPairContact> {
     let [first, second] = [0, 1].map(|i| PlacedLink::new(&links[i], poses[i]));
-    link_pair_ends([&first, &second]).map(|end| link_pair_contact([&first, &second], end)).collect()
+    link_pair_contacts([&first, &second], f64::INFINITY).map(|(_, contact)| contact).collect()
 }
 
 fn gap(links: &[Link; 2], poses: &[Pose; 2]) -> f64 {
@@ -147,7 +147,43 @@ fn the_search_along_the_chain_finds_every_close_pair_and_skips_the_others() {
             let expected: Vec<(usize, usize)> =
                 (0..count).flat_map(|i| (i + 2..count).map(move |j| (i, j))).filter(|&(i, j)| close(i, j)).collect();
             assert_eq!(found, expected, "{count} links bent by up to {bend}");
+            let mut in_lanes = ClosePairs::<f64, 2>::new(&robot.links);
+            in_lanes.find(centre.iter().copied(), 0.01, true);
+            let found: Vec<(usize, usize)> = in_lanes.of_lane(0).map(|[i, j]| (i, j)).collect();
+            assert_eq!(found, expected, "{count} links bent by up to {bend}, in lanes");
         }
+    }
+}
+
+/// A straight robot and a coiled one side by side: neither hides or adds a pair of the other.
+#[test]
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+fn close_pairs_of_a_lane_are_its_own() {
+    use snake_core::math::{Mask, Real, Wide4};
+    if !Wide4::is_available() {
+        return;
+    }
+    let robot = Robot::new(&links(40)).expect("a robot");
+    let pairs_of = |found: &ClosePairs<f64, 2>| found.of_lane(0).collect::<Vec<_>>();
+    let mut lanes = vec![Vector2::new(Wide4::zero(), Wide4::zero()); 40];
+    let mut alone = Vec::new();
+    for (lane, bend) in [0.0, 0.5, 0.3, 0.16].into_iter().enumerate() {
+        let mut poses = vec![Pose::zeros(); 40];
+        assemble_chain(&robot, Pose::zeros(), &[bend; 39], &mut poses);
+        for (many, pose) in lanes.iter_mut().zip(&poses) {
+            many.x.set_lane(lane, pose.x);
+            many.y.set_lane(lane, pose.y);
+        }
+        let mut one = ClosePairs::new(&robot.links);
+        one.find(poses.iter().map(|pose| pose.xy()), 0.01, true);
+        alone.push(pairs_of(&one));
+    }
+    assert!(alone[0].is_empty() && alone[1].len() > 40, "a straight robot and a coil");
+    let mut together = ClosePairs::<Wide4, 2>::new(&robot.links);
+    together.find(lanes.iter().copied(), Wide4::splat(0.01), Mask::of(|lane| lane != 2));
+    for (lane, alone) in alone.iter().enumerate() {
+        let expected = if lane == 2 { &Vec::new() } else { alone };
+        assert_eq!(&together.of_lane(lane).collect::<Vec<_>>(), expected, "lane {lane}");
     }
 }
 

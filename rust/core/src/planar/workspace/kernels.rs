@@ -78,6 +78,8 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
                 fastest: T::select(pending, fastest, last_fastest),
                 displacement: T::select(pending, displacement, last_displacement),
             };
+            let margin = self.motion_bound.contact_margin(c, 2.0, self.smallest_radius);
+            self.self_contacts.list_close_pairs(&self.predicted, margin, pending);
         }
     }
 

@@ -30,6 +30,7 @@ pub struct Workspace<T: Real> {
     /// Constants of the links, in every lane.
     pub constants: Vec<LinkConstants<T>>,
     pub half_length: Vec<T>,
+    smallest_radius: f64,
     /// Acceleration by which gravity pulls the links along inclined ground \[m/s^2\].
     pull: Vector2<T>,
     /// Zero for each link.
@@ -131,6 +132,7 @@ impl<T: Real> Workspace<T> {
         Self {
             constants: system.robot.links.iter().map(|link| LinkConstants::of(system, link)).collect(),
             half_length: system.robot.links.iter().map(|link| T::splat(0.5 * link.length)).collect(),
+            smallest_radius: system.smallest_radius(),
             pull: system.pull().map(T::splat),
             at_rest: rest.clone(),
             start_pose: rest.clone(),

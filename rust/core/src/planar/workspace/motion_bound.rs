@@ -18,13 +18,18 @@ pub struct MotionBound<T> {
 }
 
 impl<T: Real> MotionBound<T> {
-    /// Gap below which a pair becomes a contact of a stage of coefficient `c` in a lane, if `moving` of its two bodies are
-    /// links \[m\].
-    pub fn contact_margin(&self, lane: usize, c: f64, moving: f64, smallest_radius: f64) -> f64 {
-        let margin = MARGIN.max(2.0 * c * self.fastest.lane(lane));
-        let displacement = self.displacement.lane(lane);
+    pub fn lane(&self, lane: usize) -> MotionBound<f64> {
+        MotionBound { fastest: self.fastest.lane(lane), displacement: self.displacement.lane(lane) }
+    }
+
+    /// Gap below which a pair becomes a contact of a stage of coefficient `c`, if `moving` of its two bodies are links
+    /// \[m\].
+    #[inline(always)]
+    pub fn contact_margin(&self, c: T, moving: f64, smallest_radius: f64) -> T {
+        let margin = T::splat(MARGIN).max(T::splat(2.0) * c * self.fastest);
         // Fast enough to pass each other within the step.
-        if displacement > smallest_radius { margin.max(moving * displacement) } else { margin }
+        let is_fast = T::splat(smallest_radius).lt(self.displacement);
+        T::select(is_fast, margin.max(T::splat(moving) * self.displacement), margin)
     }
 }
 
