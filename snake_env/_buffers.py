@@ -71,9 +71,9 @@ class StepBuffers:
         if has_own_reward:
             others = {name: values for name, values in self.values.items() if not name.startswith("reward_")}
             self.values = {OWN_REWARD: self.own_reward, **others}
-        self._everyone = np.ones((len(self.values), num_envs), np.bool_)
-        self._infos = self.values | _masks(self.values, self._everyone)
-        self._watched = [*self.arrays, self._everyone, *self._infos.values()]
+        self._all_rows = np.ones((len(self.values), num_envs), np.bool_)
+        self._infos = self.values | _masks(self.values, self._all_rows)
+        self._watched = [*self.arrays, self._all_rows, *self._infos.values()]
         self._idle = self._references() if counts_references() else None
 
     def _references(self) -> list[int]:
@@ -86,7 +86,7 @@ class StepBuffers:
 
     def infos(self) -> dict[str, NDArray[Any]]:
         """Gymnasium's ``infos`` where all robots report."""
-        self._everyone.fill(True)
+        self._all_rows.fill(True)
         return self._infos.copy()
 
     def masked_infos(self, mask: Mask) -> dict[str, NDArray[Any]]:

@@ -70,7 +70,7 @@ class Robots:
         self.num_envs = _checks.integer("num_envs", num_envs, 1)
         self.num_threads = _threads.resolve(num_threads, self.num_envs)
         self.native = Batch(task.config, self.num_envs, self.num_threads)
-        self.everyone: Mask = np.ones(self.num_envs, np.bool_)
+        self.all_rows: Mask = np.ones(self.num_envs, np.bool_)
         has_own_reward = functions.reward is not None
         self._buffers = BufferPool(self.num_envs, task.observation_size, task.layout["signals"], has_own_reward)
         self._functions = functions
@@ -219,7 +219,7 @@ class Robots:
         """Gymnasium's ``infos`` where the robots in ``mask`` report, None: all."""
         infos: dict[str, Any] = buffers.infos() if mask is None else buffers.masked_infos(mask)
         if self._info_state:
-            reporting = self.everyone if mask is None else mask
+            reporting = self.all_rows if mask is None else mask
             infos["state"] = in_infos(self.state(range(self.num_envs)), self._info_state, reporting)
             infos["_state"] = reporting.copy()
         return infos
@@ -239,7 +239,7 @@ class Robots:
     def observation(self) -> NDArray[np.float32]:
         """The present observations of all robots."""
         observation = self._buffers.new().arrays.observation
-        self.native.observe(self.everyone, observation)
+        self.native.observe(self.all_rows, observation)
         return observation
 
     def get_state(self, i: int, finished: bool) -> RobotState:

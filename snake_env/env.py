@@ -65,7 +65,7 @@ class SnakeEnv(RobotsEnvironment, gym.Env[Any, NDArray[np.float32]]):
             ConfigError: names the seed or the option that is not admissible.
         """
         seeds = _checks.seeds(None if seed is None else _checks.seed(seed), 1)
-        buffers = self._robots.reset(self._robots.everyone, seeds, self.np_random, self._options(options))
+        buffers = self._robots.reset(self._robots.all_rows, seeds, self.np_random, self._options(options))
         super().reset(seed=seeds[0])
         self._ready = True
         self._show()
@@ -84,7 +84,7 @@ class SnakeEnv(RobotsEnvironment, gym.Env[Any, NDArray[np.float32]]):
             raise ResetNeeded("call reset before step")
         checked = _checks.actions(action, self._robots.task.action_space.shape)
         _checks.finite("action", checked)
-        buffers, _ = self._robots.step(checked[np.newaxis], self._robots.everyone)
+        buffers, _ = self._robots.step(checked[np.newaxis], self._robots.all_rows)
         self._show()
         observation, reward, terminated, truncated, *_ = buffers.arrays
         return (

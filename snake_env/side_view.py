@@ -1,4 +1,4 @@
-"""Two views of one robot in space: from above, and in a strip below from the side, where lifting shows."""
+"""Two views of one robot in 3D: from above, and in a strip below from the side, where lifting shows."""
 
 from __future__ import annotations
 

@@ -105,7 +105,7 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
         self._require_open()
         seeds = _checks.seeds(seed, self.num_envs)
         told, given = self._options(options, ["reset_mask"]), options or {}
-        mask = self._robots.everyone
+        mask = self._robots.all_rows
         if "reset_mask" in given:
             mask = _checks.mask("options['reset_mask']", given["reset_mask"], self.num_envs)
         if not self._ready:
@@ -145,7 +145,7 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
     def _step_next(self, actions: ArrayLike) -> tuple[StepBuffers, dict[str, Any]]:
         """Robots that have finished start anew instead of taking a step."""
         starting = self._finished if self._any_finished else None
-        active = self._robots.everyone if starting is None else ~starting
+        active = self._robots.all_rows if starting is None else ~starting
         buffers, ended = self._robots.step(actions, active)
         if starting is not None:
             self._robots.next_episode(starting, buffers)
@@ -154,7 +154,7 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
 
     def _step_same(self, actions: ArrayLike) -> tuple[StepBuffers, dict[str, Any]]:
         """Robots that finish start anew within the step, and their last observation goes to the infos."""
-        buffers, ended = self._robots.step(actions, self._robots.everyone)
+        buffers, ended = self._robots.step(actions, self._robots.all_rows)
         if not ended:
             return buffers, self._robots.infos(buffers)
         done = buffers.arrays.terminated | buffers.arrays.truncated
@@ -176,7 +176,7 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
             # The kind of exception that SyncVectorEnv raises.
             finished = np.flatnonzero(self._finished).tolist()
             raise AssertionError(f"environments {finished} have finished: reset them with options['reset_mask']")
-        buffers, ended = self._robots.step(actions, self._robots.everyone)
+        buffers, ended = self._robots.step(actions, self._robots.all_rows)
         self._note_ends(buffers, ended)
         return buffers, self._robots.infos(buffers)
 
@@ -233,7 +233,7 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
             found = type(states).__name__ if count is None else f"{count} states"
             raise ConfigError("states", found, f"{len(indices)} states, one per robot in the mask")
         if not self._ready:
-            self._require_all(self._robots.everyone if mask is None else mask)
+            self._require_all(self._robots.all_rows if mask is None else mask)
         self._robots.set_states(states, indices)
         finished = self._finished.copy()
         finished[indices] = [state.finished for state in states]

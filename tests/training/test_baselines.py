@@ -12,7 +12,7 @@ from snake_env.policies.scripted import catalogue
 from snake_env.policies.scripted.controller import Controller
 from snake_env.policies.scripted.gaits import HeadingGait
 from snake_env.policies.scripted.reflex import ContactReflex
-from snake_env.policies.scripted.senses import Senses
+from snake_env.policies.scripted.sensors import Sensors
 from training.search import tune
 from training.search.optimise import Plan, maximise
 
@@ -35,7 +35,7 @@ def begun(title, env_id="SnakeField-v1", num_envs=3, **changes):
 
 def facing(policy, heading, lateral=0.0):
     """An observation (1, o) of nothing but a heading [rad] and a lateral offset [m]."""
-    blocks = policy.senses._blocks
+    blocks = policy.sensors._blocks
     observation = np.zeros((1, sum(block["size"] for block in blocks.values())), np.float32)
     start = blocks["heading"]["start"]
     observation[0, start : start + 2] = np.sin(heading), np.cos(heading)
@@ -101,10 +101,10 @@ def test_link_directions_are_those_of_the_links():
     policy, env, observation = begun("best gait", num_envs=1)
     for _ in range(25):
         observation = env.step(policy(observation))[0]
-    senses = Senses(env.unwrapped.layout)
-    senses.see(observation)
+    sensors = Sensors(env.unwrapped.layout)
+    sensors.read(observation)
     angles = env.unwrapped.state().link_angle[0] + np.pi
-    wrapped = (senses.link_directions[0] - angles + np.pi) % (2 * np.pi) - np.pi
+    wrapped = (sensors.link_directions[0] - angles + np.pi) % (2 * np.pi) - np.pi
     # Single precision of the observation.
     np.testing.assert_allclose(wrapped, 0.0, atol=1e-5)
 
@@ -144,14 +144,14 @@ def test_jam_resolving_turns_links_so_that_pegs_push_ahead():
     start = next(block["start"] for block in force if block["name"] == "contact_force")
     observation = observation.copy()
     observation[:, start : start + 11] = np.random.default_rng(3).uniform(-1, 1, (4, 11))
-    policy.senses.see(observation)
+    policy.sensors.read(observation)
     turned = policy._rotations()
     links = np.concatenate([np.zeros((4, 1)), np.cumsum(turned, axis=1)], axis=1)
-    tilt = policy.senses.link_directions - policy.wanted_heading()[:, None]
-    gain = (-policy.senses["contact_force"] * np.cos(tilt) * links).sum(axis=1)
+    tilt = policy.sensors.link_directions - policy.wanted_heading()[:, None]
+    gain = (-policy.sensors["contact_force"] * np.cos(tilt) * links).sum(axis=1)
     first = -policy["rotation"] * np.cos(tilt[:, 0])  # link 1 stays where the sum begins
-    share = policy.senses["contact_force"] / np.abs(policy.senses["contact_force"]).max(axis=1, keepdims=True)
-    gain += (-policy.senses["contact_force"] * np.cos(tilt)).sum(axis=1) * first * share[:, 0]
+    share = policy.sensors["contact_force"] / np.abs(policy.sensors["contact_force"]).max(axis=1, keepdims=True)
+    gain += (-policy.sensors["contact_force"] * np.cos(tilt)).sum(axis=1) * first * share[:, 0]
     assert np.all(gain > 0.0)
 
 
@@ -159,9 +159,9 @@ def test_jam_resolving_acts_on_jams_alone():
     policy, _, _ = begun("jam resolving", num_envs=1)
     still = facing(policy, 0.0)
     moving = still.copy()
-    moving[0, policy.senses._blocks["velocity"]["start"]] = 0.5
+    moving[0, policy.sensors._blocks["velocity"]["start"]] = 0.5
     assert np.all(policy(moving)[0, 4:] == 0.0)
-    still[0, policy.senses._blocks["contact_force"]["start"] + 4] = 0.5
+    still[0, policy.sensors._blocks["contact_force"]["start"] + 4] = 0.5
     before = [np.abs(policy(still)[0, 4:]).max() for _ in range(10)]
     after = [np.abs(policy(still)[0, 4:]).max() for _ in range(5)]
     assert max(before) == 0.0
@@ -181,11 +181,11 @@ def test_a_reflex_bends_the_joints_beside_the_force():
     policy, _, _ = begun("contact reflex", num_envs=1, compliance=0.0, reflex_ahead=0.01, reflex_behind=-0.01)
     calm = facing(policy, 0.0)
     pushed = calm.copy()
-    pushed[0, policy.senses._blocks["contact_force"]["start"] + 5] = 0.5
+    pushed[0, policy.sensors._blocks["contact_force"]["start"] + 5] = 0.5
     other = ContactReflex(ANY["contact reflex"] | {"compliance": 0.0, "reflex_ahead": 0.01, "reflex_behind": -0.01})
     other.begin(
         {
-            "observation": list(policy.senses._blocks.values()),
+            "observation": list(policy.sensors._blocks.values()),
             "control_period": 0.05,
             "action": [{"low": -1.0, "high": 1.0}] * 10,
         },

@@ -34,15 +34,15 @@ def started(env_id="SnakeCourse-v1", num_envs=3, **options):
     env = rollout.make_env(env_id, num_envs, 1, **policy.env_options, **options)
     observation, _ = env.reset(seed=seeds.selection(num_envs))
     policy.begin(env.unwrapped.layout, num_envs)
-    policy.senses.see(observation)
+    policy.sensors.read(observation)
     return policy, env, observation
 
 
 def planned(policy):
     """Bodies (2, links, n), directions (links, n), pegs (3, k, n) and the turns (DEPTH, n) ahead."""
     n = policy.num_envs
-    direction = policy.senses.link_directions.T
-    middle, pegs = middles(direction, AIKO.length), policy.senses.pegs
+    direction = policy.sensors.link_directions.T
+    middle, pegs = middles(direction, AIKO.length), policy.sensors.pegs
     wishes = Wishes(*(np.full(n, VALUES[name]) for name in ("bend", "slack", "grip", "straight")))
     turns, lack = Planner(AIKO, wishes, pegs).plan(middle, direction, np.zeros(n))
     return middle, direction, pegs, turns, lack
@@ -154,13 +154,13 @@ def test_tracks_on_the_course_pass_pegs_on_alternating_sides_with_a_grip():
 def test_located_pegs_are_where_they_are():
     """Against the scene of the simulation, which no policy sees."""
     policy, env, _ = started(num_envs=1)
-    seen = policy.senses.pegs[..., 0]
+    seen = policy.sensors.pegs[..., 0]
     radius, x, y = np.array(env.unwrapped.scene(0).obstacles).T
     at = env.unwrapped.state().link_position[0, 0]
     for peg in seen[:, seen[0] < 10.0].T:
         assert np.hypot(x - at[0] - peg[0], y - at[1] - peg[1]).min() < 1e-5
         assert peg[2] == pytest.approx(radius[0], abs=1e-5)
-    assert policy.senses.size("pegs") == 3 * PEGS
+    assert policy.sensors.size("pegs") == 3 * PEGS
 
 
 def test_where_there_is_no_grip_a_wave_goes_on_from_the_bend_at_the_head():

@@ -15,7 +15,7 @@ from PIL import Image, ImageSequence
 from snake_env import Scene, SnakeEnv
 from snake_env.evaluation import film, rollout, seeds
 from snake_env.policies import ConstantAction, GaitParameters, Network, files
-from snake_env.policies.scripted.senses import Senses
+from snake_env.policies.scripted.sensors import Sensors
 from training.evaluation import inspection, inspection_figures, video
 from training.evaluation.record_episodes import KINDS, RecordedPolicy, push_ahead
 
@@ -34,14 +34,14 @@ def random_policy(tmp_path):
 def test_pushes_are_the_pegs_forces_along_the_way():
     """The mean force over a control period against the change of momentum and the friction, which no policy sees."""
     env = rollout.make_env("SnakeField-v1", 1, 1)
-    senses = Senses(env.unwrapped.layout)
+    sensors = Sensors(env.unwrapped.layout)
     observation, _ = env.reset(seed=seeds.selection(1))
     gait = GaitParameters().action(env.unwrapped.layout["action"])
     told, felt = [], []
     for _ in range(100):
         observation = env.step(gait[None])[0]
-        senses.see(observation)
-        told.append(push_ahead(senses)[0])
+        sensors.read(observation)
+        told.append(push_ahead(sensors)[0])
         felt.append(env.unwrapped.state().contact_force[0, :, 0])
     told, felt = np.array(told), np.array(felt)
     pushing = (np.abs(told) > 1.0) & (np.abs(felt) > 1.0)

@@ -21,7 +21,7 @@ from snake_env.evaluation import film, rollout, seeds, tasks
 from snake_env.evaluation.tasks import GOAL
 from snake_env.policies.interface import Policy
 from snake_env.policies.scripted import catalogue
-from snake_env.policies.scripted.senses import Array
+from snake_env.policies.scripted.sensors import Array
 from training.cli import answer
 from training.evaluation import inspection_figures, video
 from training.evaluation.loading import load_model, task

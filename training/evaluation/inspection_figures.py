@@ -14,7 +14,7 @@ from snake_env import State, drawing
 from snake_env.config import Robot, Scene
 from snake_env.evaluation.film import Episode
 from snake_env.obstacles import circles
-from snake_env.policies.scripted.senses import Array, Senses
+from snake_env.policies.scripted.sensors import Array, Sensors
 from training.evaluation.figures import COLOURS
 from training.evaluation.record_episodes import push_ahead
 
@@ -107,18 +107,18 @@ def _legend(state: State, pushed: bool) -> list[Line2D]:
 
 def timeline(episode: Episode, layout: dict[str, Any], title: str, path: Path) -> Path:
     """Over time: the force ahead on each link, the gait that the policy commands, and the speed."""
-    senses = Senses(layout)
-    senses.see(episode.observations)
+    sensors = Sensors(layout)
+    sensors.read(episode.observations)
     time = np.arange(len(episode.observations)) * layout["control_period"]
     with drawing.style():
         drawn, axes = drawing.figure(3, 1, 7.0, 5.4, (1.3, 1.0, 0.8))
         pushes, gait, speed = axes[:, 0]
-        _pushes(pushes, push_ahead(senses), float(layout["control_period"]))
-        for name, values in _gait(senses, layout).items():
+        _pushes(pushes, push_ahead(sensors), float(layout["control_period"]))
+        for name, values in _gait(sensors, layout).items():
             gait.plot(time, values, label=name)
         gait.set(ylabel="gait [deg], [deg/s]")
         gait.legend(fontsize=7, ncols=4)
-        speed.plot(time, senses["velocity"][:, 0], color=COLOURS[-1])
+        speed.plot(time, sensors["velocity"][:, 0], color=COLOURS[-1])
         speed.set(ylabel="speed to goal [m/s]", xlabel="time [s]")
         for one in axes[:, 0]:
             one.set_xlim(0.0, time[-1])
@@ -136,14 +136,14 @@ def _pushes(axes: Axes, force: Array, period: float) -> None:
     axes.figure.colorbar(image, ax=axes, label="force ahead [N]")
 
 
-def _gait(senses: Senses, layout: dict[str, Any]) -> dict[str, Array]:
+def _gait(sensors: Sensors, layout: dict[str, Any]) -> dict[str, Array]:
     """The smoothed parameters of the wave in degrees and degrees per second; none where joints are commanded."""
-    if not senses.has("wave"):
+    if not sensors.has("wave"):
         return {}
     entries = layout["action"][:4]
     values = [
         entry["low"] + 0.5 * (column + 1.0) * (entry["high"] - entry["low"])
-        for entry, column in zip(entries, senses["wave"][:, 2:].T, strict=True)
+        for entry, column in zip(entries, sensors["wave"][:, 2:].T, strict=True)
     ]
     names = ("amplitude", "frequency", "phase shift", "offset")
     return {name: np.degrees(value) for name, value in zip(names, values, strict=True)}

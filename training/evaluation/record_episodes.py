@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from snake_env.evaluation.rollout import Episodes
 from snake_env.policies.interface import Policy
-from snake_env.policies.scripted.senses import Array, Senses
+from snake_env.policies.scripted.sensors import Array, Sensors
 
 STUCK_TIME, STUCK_WAY = 5.0, 0.1
 """A robot is stuck at the end if it has moved less than this [m] in the last seconds [s]."""
@@ -34,7 +34,7 @@ class RecordedPolicy:
 
     def begin(self, layout: dict[str, Any], num_envs: int) -> None:
         """Prepares for a batch of new episodes."""
-        self._senses = Senses(layout)
+        self._senses = Sensors(layout)
         self.force: list[Array] = []
         self.remaining: list[Array] = []
         self.period = float(layout["control_period"])
@@ -46,10 +46,10 @@ class RecordedPolicy:
 
     def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
         """Actions (n, a) for observations (n, o)."""
-        senses = self._senses
-        senses.see(observation)
-        self.force.append(push_ahead(senses))
-        self.remaining.append(senses["goal"][:, 0])
+        sensors = self._senses
+        sensors.read(observation)
+        self.force.append(push_ahead(sensors))
+        self.remaining.append(sensors["goal"][:, 0])
         return self._policy(observation)
 
     def during(self, episodes: Episodes) -> NDArray[np.bool_]:
@@ -67,9 +67,9 @@ class RecordedPolicy:
         return np.select([success, left, stuck], [0, 1, 2], 3)
 
 
-def push_ahead(senses: Senses) -> Array:
+def push_ahead(sensors: Sensors) -> Array:
     """Component of the pegs' force on each link along the goal direction (n, links) [N].
 
     A force f to the left of a link with the direction psi has the component -f sin(psi).
     """
-    return -senses["contact_force"] * np.sin(senses.link_directions)
+    return -sensors["contact_force"] * np.sin(sensors.link_directions)

@@ -187,14 +187,14 @@ impl Surroundings {
     /// through it also come onto it with their centre lines.
     pub fn passed_through<P: LinkPlace>(&self, robot: &Robot, start: &[P], end: &[P]) -> bool {
         let thinnest = robot.links.iter().map(|link| link.radius).fold(f64::INFINITY, f64::min);
-        let way = Way::new(robot, start, end);
-        if way.farthest() <= thinnest {
+        let between = Interpolation::new(robot, start, end);
+        if between.farthest() <= thinnest {
             return false;
         }
         let smallest_peg = self.pegs.iter().map(|(_, radius)| *radius).fold(f64::INFINITY, f64::min);
         let mut is_near_wall = false;
         for part in 1..=BETWEEN {
-            let gaps = self.gaps(&way.at(f64::from(part) / f64::from(BETWEEN + 1)));
+            let gaps = self.gaps(&between.at(f64::from(part) / f64::from(BETWEEN + 1)));
             if gaps.peg < -CROSSED * (thinnest + smallest_peg) || gaps.link < -CROSSED * 2.0 * thinnest {
                 return true;
             }
@@ -203,13 +203,13 @@ impl Surroundings {
         is_near_wall
             && (0..CLOSELY).any(|part| {
                 let share = f64::from(part) / f64::from(CLOSELY - 1);
-                self.gaps(&way.at(share)).wall < -ON_THE_WALL * thinnest
+                self.gaps(&between.at(share)).wall < -ON_THE_WALL * thinnest
             })
     }
 }
 
-/// The way of a robot between two instants: its links turn steadily, and the mean of their CGs moves steadily.
-struct Way<'a, P> {
+/// The motion of a robot between two instants: its links turn steadily, and the mean of their CGs moves steadily.
+struct Interpolation<'a, P> {
     robot: &'a Robot,
     start: &'a [P],
     end: &'a [P],
@@ -217,7 +217,7 @@ struct Way<'a, P> {
     capsules: [Vec<Capsule>; 2],
 }
 
-impl<'a, P: LinkPlace> Way<'a, P> {
+impl<'a, P: LinkPlace> Interpolation<'a, P> {
     fn new(robot: &'a Robot, start: &'a [P], end: &'a [P]) -> Self {
         Self { robot, start, end, capsules: [start, end].map(|poses| capsules(robot, poses)) }
     }
@@ -232,7 +232,7 @@ impl<'a, P: LinkPlace> Way<'a, P> {
         start.iter().zip(end).map(moved).fold(0.0, f64::max)
     }
 
-    /// The links on the way, their joints closed.
+    /// The links after a share of the motion, their joints closed.
     fn at(&self, share: f64) -> Vec<Capsule> {
         let links = &self.robot.links;
         let mut placed = self.capsules[0].clone();

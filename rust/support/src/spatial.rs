@@ -1,4 +1,4 @@
-//! Aiko in space: gaits, starts and reference trajectories.
+//! Aiko in 3D: gaits, starts and reference trajectories.
 use std::f64::consts::PI;
 
 use nalgebra::{Vector2, Vector3};

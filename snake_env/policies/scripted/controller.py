@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snake_env.policies.gaits import DEGREE
-from snake_env.policies.scripted.senses import Array, Senses
+from snake_env.policies.scripted.sensors import Array, Sensors
 
 AMPLITUDES = (25 * DEGREE, 65 * DEGREE)
 OMEGAS = (80 * DEGREE, 200 * DEGREE)
@@ -41,10 +41,10 @@ class Controller:
 
     def begin(self, layout: dict[str, Any], num_envs: int) -> None:
         """Prepares for a batch of new episodes."""
-        self.senses = Senses(layout)
+        self.sensors = Sensors(layout)
         self.period = float(layout["control_period"])
         self.num_envs = num_envs
-        self.joints = self.senses.size("joint_angle")
+        self.joints = self.sensors.size("joint_angle")
         self._low, self._high = (np.array([entry[end] for entry in layout["action"]]) for end in ("low", "high"))
         self.parameters = {name: np.broadcast_to(np.float64(value), num_envs) for name, value in self._values.items()}
         self.reset(np.ones(num_envs, np.bool_))
@@ -54,7 +54,7 @@ class Controller:
 
     def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
         """Actions (n, a) in [-1, 1] for observations (n, o)."""
-        self.senses.see(observation)
+        self.sensors.read(observation)
         command = self.command()
         if self.mode == "gait":  # in 3D the vertical wave, whose parameters come last, is zero
             command = np.pad(command, ((0, 0), (0, len(self._low) - command.shape[1])))
@@ -62,7 +62,7 @@ class Controller:
         return np.clip(action, -1.0, 1.0).astype(np.float32)
 
     def command(self) -> Array:
-        """Physical values (n, a) of the action's entries, for what the senses see."""
+        """Physical values (n, a) of the action's entries, for what the sensors measure."""
         raise NotImplementedError
 
     def __getitem__(self, name: str) -> Array:

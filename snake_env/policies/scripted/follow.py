@@ -12,7 +12,7 @@ from snake_env.policies.gaits import DEGREE
 from snake_env.policies.scripted.chain import Link, middles, shifted
 from snake_env.policies.scripted.gaits import FILTER_DELAY, HeadingGait
 from snake_env.policies.scripted.planner import DEPTH, Planner, Wishes
-from snake_env.policies.scripted.senses import Array
+from snake_env.policies.scripted.sensors import Array
 
 
 class FollowTheLeader(HeadingGait):
@@ -71,14 +71,14 @@ class FollowTheLeader(HeadingGait):
 
     def _lay(self, rows: NDArray[np.int64]) -> None:
         """New tracks from the present bodies on: planned ones, or waves where pegs cannot push."""
-        direction = self.senses.link_directions[rows].T
+        direction = self.sensors.link_directions[rows].T
         middle = middles(direction, self._link.length)
         wishes = Wishes(*(self[name][rows] for name in ("bend", "slack", "grip", "straight")))
-        lateral = self.senses["lateral_offset"][rows, 0] - middle[1].mean(axis=0)
-        planned, lack = Planner(self._link, wishes, self.senses.pegs[..., rows]).plan(middle, direction, lateral)
+        lateral = self.sensors["lateral_offset"][rows, 0] - middle[1].mean(axis=0)
+        planned, lack = Planner(self._link, wishes, self.sensors.pegs[..., rows]).plan(middle, direction, lateral)
         loose = lack[-NEAR:].mean(axis=0) > self["trust"][rows]
         ahead = np.where(loose, self._wave(rows), planned)
-        self._turns[rows] = np.concatenate([ahead.T, self.senses["joint_angle"][rows]], axis=1)
+        self._turns[rows] = np.concatenate([ahead.T, self.sensors["joint_angle"][rows]], axis=1)
         wave, track = self["omega"] / np.abs(self["beta"]), self["speed"] / self._link.length
         self._pace[rows] = np.where(loose, wave[rows], track[rows])
         self._moved[rows] = 0.0
@@ -87,7 +87,7 @@ class FollowTheLeader(HeadingGait):
         """Turns (DEPTH, n) of a wave that goes on from the bend at the head and keeps the heading, farthest first."""
         amplitude, beta = self["amplitude"][rows], self["beta"][rows]
         offset = self.steering_offset()[rows]
-        sine, behind = (self.senses["joint_angle"][rows, :2] - offset[:, None]).T
+        sine, behind = (self.sensors["joint_angle"][rows, :2] - offset[:, None]).T
         phase = np.arctan2(sine, (behind - sine * np.cos(beta)) / np.sin(beta))
         pieces = np.arange(DEPTH, 0, -1)[:, None]
         return amplitude * np.sin(phase - pieces * beta) + offset

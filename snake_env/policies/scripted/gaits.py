@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from snake_env.policies.scripted.controller import AMPLITUDES, BETAS, OMEGAS, Controller
-from snake_env.policies.scripted.senses import Array
+from snake_env.policies.scripted.sensors import Array
 
 FILTER_DELAY = 0.1
 """Time by which joint references lag behind actions at the default control period [s]."""
@@ -34,7 +34,7 @@ class TaperedGait(Controller):
         """The wave, and at each joint what it is to differ by."""
         wave = np.stack([self["amplitude"], self["omega"], self["beta"], np.zeros(self.num_envs)], axis=1)
         share = np.linspace(1.0, 0.0, self.joints)
-        phase = self.senses.phase + self["omega"] * FILTER_DELAY
+        phase = self.sensors.phase + self["omega"] * FILTER_DELAY
         angle = phase[:, None] + np.outer(self["beta"], np.arange(self.joints))
         return np.concatenate([wave, -(self["taper"] * self["amplitude"])[:, None] * share * np.sin(angle)], axis=1)
 
@@ -63,8 +63,8 @@ class HeadingGait(Controller):
 
     def steering_offset(self) -> Array:
         """Offset gamma (n,) [rad]; positive turns the head to the right."""
-        return self["steering"] * (self.senses.heading - self.wanted_heading())
+        return self["steering"] * (self.sensors.heading - self.wanted_heading())
 
     def wanted_heading(self) -> Array:
         """Direction towards the point of the centre line that lies the look-ahead distance ahead (n,) [rad]."""
-        return -np.arctan2(self.senses["lateral_offset"][:, 0], self["look_ahead"])
+        return -np.arctan2(self.sensors["lateral_offset"][:, 0], self["look_ahead"])

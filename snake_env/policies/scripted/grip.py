@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from snake_env.policies.scripted.senses import Array
+from snake_env.policies.scripted.sensors import Array
 
 ARM = 0.4
 """Length by which moments are compared with forces [m]; about the radius of gyration of a body of 1.34 m."""

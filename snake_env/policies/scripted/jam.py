@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from snake_env.policies.gaits import DEGREE
 from snake_env.policies.scripted.controller import AMPLITUDES, OMEGAS
 from snake_env.policies.scripted.gaits import HeadingGait
-from snake_env.policies.scripted.senses import Array
+from snake_env.policies.scripted.sensors import Array
 
 
 class JamResolving(HeadingGait):
@@ -60,16 +60,16 @@ class JamResolving(HeadingGait):
 
     def _note_jams(self) -> NDArray[np.bool_]:
         """Which robots are stuck: slow for a while, and then until a push has lasted for a while."""
-        slow = self.senses.speed < self["slow"]
+        slow = self.sensors.speed < self["slow"]
         self._slow_time = np.where(slow, self._slow_time + self.period, 0.0)
         self._pushing = np.where(self._slow_time > PATIENCE, PUSH_TIME, np.maximum(self._pushing - self.period, 0.0))
         return self._pushing > 0.0
 
     def _rotations(self) -> Array:
         """Offsets of the joints (n, joints) that turn the links in contact [rad]."""
-        force = self.senses["contact_force"]
+        force = self.sensors["contact_force"]
         share = force / np.maximum(np.abs(force).max(axis=1, keepdims=True), SMALLEST_FORCE)
-        tilt = self.senses.link_directions - self.wanted_heading()[:, None]
+        tilt = self.sensors.link_directions - self.wanted_heading()[:, None]
         turn = -self["rotation"][:, None] * share * np.cos(tilt)
         return turn[:, 1:] - turn[:, :-1]
 

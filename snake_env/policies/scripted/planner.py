@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from snake_env.policies.scripted import grip
 from snake_env.policies.scripted.chain import Link, gaps, touch, unit
-from snake_env.policies.scripted.senses import Array
+from snake_env.policies.scripted.sensors import Array
 
 DEPTH = 10
 """Pieces that a track has ahead of the head: most of what the robot sees."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from snake_env.policies.gaits import DEGREE
 from snake_env.policies.scripted.controller import OMEGAS
 from snake_env.policies.scripted.gaits import FILTER_DELAY, HeadingGait
-from snake_env.policies.scripted.senses import Array
+from snake_env.policies.scripted.sensors import Array
 
 
 class ContactReflex(HeadingGait):
@@ -59,7 +59,7 @@ class ContactReflex(HeadingGait):
         """Angles of all joints."""
         self._start_fresh()
         self._phase = self._phase + self["omega"] * self.period
-        seen = self["compliance"][:, None] * (self.senses["joint_angle"] - self._commanded) + self._commanded
+        seen = self["compliance"][:, None] * (self.sensors["joint_angle"] - self._commanded) + self._commanded
         self._history = np.concatenate([seen[None], self._history[:-1]])
         ahead = self._history[self._delay - 1, np.arange(self.num_envs)]
         angle = np.empty_like(seen)
@@ -70,7 +70,7 @@ class ContactReflex(HeadingGait):
 
     def _reflex(self) -> Array:
         """Angles that contact forces add (n, joints)."""
-        force = self.senses["contact_force"]
+        force = self.sensors["contact_force"]
         reflex = self["reflex_ahead"][:, None] * force[:, :-1] + self["reflex_behind"][:, None] * force[:, 1:]
         return np.clip(reflex, -LARGEST_REFLEX, LARGEST_REFLEX)
 
@@ -78,7 +78,7 @@ class ContactReflex(HeadingGait):
         """Takes the phase of the thesis's gait, in whose posture episodes begin, from the first two joints."""
         rows = self._fresh
         if rows.any():
-            angle = self.senses["joint_angle"][rows]
+            angle = self.sensors["joint_angle"][rows]
             sine = angle[:, 0]
             cosine = (angle[:, 1] - sine * np.cos(START_BETA)) / np.sin(START_BETA)
             self._phase[rows] = np.arctan2(sine, cosine)

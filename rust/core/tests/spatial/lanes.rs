@@ -1,4 +1,4 @@
-//! A robot in space moves the same, bit for bit, alone and in the lanes of a register among others.
+//! A robot in 3D moves the same, bit for bit, alone and in the lanes of a register among others.
 
 use nalgebra::{Vector2, Vector3};
 use snake_core::control::ControllerConfig;

@@ -73,7 +73,7 @@ fn a_robot_slides_along_a_rough_wall_as_in_the_plane() {
         let push: Vector3<f64> = space.contact_impulse().iter().sum();
         assert!((push.x - friction * push.y).abs() < 1e-4 * push.y && push.y > 0.0, "{push:?}");
         let (there, here) = (plane.state().pose[5].xy(), space.state().pose[5].position);
-        assert!((there - here.xy()).norm() < 1e-6, "{there:?} in the plane, {here:?} in space");
+        assert!((there - here.xy()).norm() < 1e-6, "{there:?} in the plane, {here:?} in 3D");
         let pull = 9.81 * 0.6_f64.sin() * (0.6_f64.cos() - friction * 0.6_f64.sin());
         let way = 0.5 * pull * 0.25;
         assert!((here.x - 5.0 * 0.122 + way).abs() < 1e-6, "slid to {} instead of {way}", here.x);

@@ -33,8 +33,8 @@ pub struct PushPointCounter {
     quarter_wave: f64,
 }
 
-/// A straight way.
-struct Way {
+/// The straight path from an origin to a goal.
+struct StraightPath {
     start: Vector2<f64>,
     ahead: Vector2<f64>,
     length: f64,
@@ -56,12 +56,12 @@ impl PushPointCounter {
 
     /// The smallest number of push-points in any body length on the straight way from `goal.origin` to the goal.
     pub fn push_points(&self, goal: &Goal, pegs: &[Peg]) -> usize {
-        let way = Way::to(goal);
+        let path = StraightPath::to(goal);
         let mut places: Vec<f64> =
-            pegs.iter().filter(|peg| self.serves(&way, peg, pegs)).map(|p| way.along(p)).collect();
+            pegs.iter().filter(|peg| self.serves(&path, peg, pegs)).map(|p| path.along(p)).collect();
         places.sort_unstable_by(f64::total_cmp);
-        let steps = (way.length / (self.length * WINDOW_STEP)).ceil() as u32;
-        let middles = (0..=steps).map(|step| way.length * f64::from(step) / f64::from(steps));
+        let steps = (path.length / (self.length * WINDOW_STEP)).ceil() as u32;
+        let middles = (0..=steps).map(|step| path.length * f64::from(step) / f64::from(steps));
         middles.map(|middle| self.count(&places, middle)).min().unwrap_or(0)
     }
 
@@ -77,20 +77,20 @@ impl PushPointCounter {
         .count()
     }
 
-    fn serves(&self, way: &Way, peg: &Peg, pegs: &[Peg]) -> bool {
-        let is_reached = way.across(peg).abs() - peg.radius <= self.across;
-        is_reached && [-1.0, 1.0].iter().any(|side| pegs.iter().all(|other| self.leaves_room(way, peg, other, *side)))
+    fn serves(&self, path: &StraightPath, peg: &Peg, pegs: &[Peg]) -> bool {
+        let is_reached = path.across(peg).abs() - peg.radius <= self.across;
+        is_reached && [-1.0, 1.0].iter().any(|side| pegs.iter().all(|other| self.leaves_room(path, peg, other, *side)))
     }
 
     /// Whether the robot fits between two pegs, or need not, because `other` is not beside `peg` on that side.
-    fn leaves_room(&self, way: &Way, peg: &Peg, other: &Peg, side: f64) -> bool {
+    fn leaves_room(&self, path: &StraightPath, peg: &Peg, other: &Peg, side: f64) -> bool {
         let distance = (other.x - peg.x).hypot(other.y - peg.y);
-        let is_beside = side * (way.across(other) - way.across(peg)) > BESIDE * distance;
+        let is_beside = side * (path.across(other) - path.across(peg)) > BESIDE * distance;
         !is_beside || distance - peg.radius - other.radius >= 2.0 * self.body
     }
 }
 
-impl Way {
+impl StraightPath {
     fn to(goal: &Goal) -> Self {
         let (ahead, length) = match goal.target {
             Target::Line { distance, .. } => (Vector2::new(1.0, 0.0), distance),
@@ -157,7 +157,7 @@ mod tests {
         assert_eq!(push_points(&row(0.5), 0.0, 0.0), 0, "out of reach");
         let blocked: Vec<Peg> = [row(0.0), row(0.15), row(-0.15)].concat();
         // Nobody passes the pegs in the middle; those beside them can be passed on their outer sides.
-        assert!(!aiko().serves(&Way::to(&goal()), &blocked[0], &blocked));
+        assert!(!aiko().serves(&StraightPath::to(&goal()), &blocked[0], &blocked));
         let dense: Vec<Peg> = (-30..90).map(|k| Peg { radius: 0.01, x: 0.04 * f64::from(k), y: 0.0 }).collect();
         assert!(push_points(&dense, 0.0, 0.0) <= 7, "a push-point a quarter wave at most");
     }

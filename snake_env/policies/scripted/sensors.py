@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-class Senses:
+class Sensors:
     """Reads the named blocks of an environment's observation.
 
     Args:
@@ -21,7 +21,7 @@ class Senses:
         self._blocks = {block["name"]: block for block in layout["observation"]}
         self._observation: NDArray[np.float32] = np.zeros((0, 0), np.float32)
 
-    def see(self, observation: NDArray[np.float32]) -> None:
+    def read(self, observation: NDArray[np.float32]) -> None:
         """Takes the present observation (n, o)."""
         self._observation = observation
 
