@@ -73,3 +73,54 @@ const LEAP: usize = 8;
 
 /// Pairs reserved for each link; a robot that is more tightly folded grows the list once.
 const PAIRS_PER_LINK: usize = 8;
+
+#[cfg(all(test, any(target_arch = "x86_64", target_arch = "aarch64")))]
+mod tests {
+    use nalgebra::Vector2;
+
+    use super::ClosePairs;
+    use crate::math::{Mask, Real, Wide4};
+    use crate::robot::{Robot, RobotConfig};
+
+    const LINKS: usize = 40;
+
+    /// CGs of links of this length whose joints are all bent by the same angle.
+    fn arc(length: f64, bend: f64) -> [Vector2<f64>; LINKS] {
+        let mut joint = Vector2::zeros();
+        std::array::from_fn(|link| {
+            let (sin, cos) = (bend * link as f64).sin_cos();
+            let arm = Vector2::new(cos, sin) * (0.5 * length);
+            joint += 2.0 * arm;
+            joint - arm
+        })
+    }
+
+    /// A straight robot and coiled ones side by side: neither hides or adds a pair of another, and lanes that are not asked
+    /// for have none.
+    #[test]
+    fn close_pairs_of_a_lane_are_its_own() {
+        if !Wide4::is_available() {
+            return;
+        }
+        let robot = Robot::new(&RobotConfig { links: LINKS, ..RobotConfig::default() }).expect("a robot");
+        let mut lanes = [Vector2::new(Wide4::zero(), Wide4::zero()); LINKS];
+        let mut alone = Vec::new();
+        for (lane, bend) in [0.0, 0.5, 0.3, 0.16].into_iter().enumerate() {
+            let centres = arc(robot.links[0].length, bend);
+            for (many, centre) in lanes.iter_mut().zip(&centres) {
+                many.x.set_lane(lane, centre.x);
+                many.y.set_lane(lane, centre.y);
+            }
+            let mut one = ClosePairs::new(&robot.links);
+            one.find(centres.into_iter(), 0.01, true);
+            alone.push(one.of_lane(0).collect::<Vec<_>>());
+        }
+        assert!(alone[0].is_empty() && alone[1].len() > LINKS, "a straight robot and a coil");
+        alone[2].clear();
+        let mut together = ClosePairs::<Wide4, 2>::new(&robot.links);
+        together.find(lanes.iter().copied(), Wide4::splat(0.01), Mask::of(|lane| lane != 2));
+        for (lane, expected) in alone.iter().enumerate() {
+            assert_eq!(&together.of_lane(lane).collect::<Vec<_>>(), expected, "lane {lane}");
+        }
+    }
+}

@@ -155,38 +155,6 @@ fn the_search_along_the_chain_finds_every_close_pair_and_skips_the_others() {
     }
 }
 
-/// A straight robot and a coiled one side by side: neither hides or adds a pair of the other.
-#[test]
-#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
-fn close_pairs_of_a_lane_are_its_own() {
-    use snake_core::math::{Mask, Real, Wide4};
-    if !Wide4::is_available() {
-        return;
-    }
-    let robot = Robot::new(&links(40)).expect("a robot");
-    let pairs_of = |found: &ClosePairs<f64, 2>| found.of_lane(0).collect::<Vec<_>>();
-    let mut lanes = vec![Vector2::new(Wide4::zero(), Wide4::zero()); 40];
-    let mut alone = Vec::new();
-    for (lane, bend) in [0.0, 0.5, 0.3, 0.16].into_iter().enumerate() {
-        let mut poses = vec![Pose::zeros(); 40];
-        assemble_chain(&robot, Pose::zeros(), &[bend; 39], &mut poses);
-        for (many, pose) in lanes.iter_mut().zip(&poses) {
-            many.x.set_lane(lane, pose.x);
-            many.y.set_lane(lane, pose.y);
-        }
-        let mut one = ClosePairs::new(&robot.links);
-        one.find(poses.iter().map(|pose| pose.xy()), 0.01, true);
-        alone.push(pairs_of(&one));
-    }
-    assert!(alone[0].is_empty() && alone[1].len() > 40, "a straight robot and a coil");
-    let mut together = ClosePairs::<Wide4, 2>::new(&robot.links);
-    together.find(lanes.iter().copied(), Wide4::splat(0.01), Mask::of(|lane| lane != 2));
-    for (lane, alone) in alone.iter().enumerate() {
-        let expected = if lane == 2 { &Vec::new() } else { alone };
-        assert_eq!(&together.of_lane(lane).collect::<Vec<_>>(), expected, "lane {lane}");
-    }
-}
-
 /// Postures within the bound keep the clearance; the search is left out for them.
 #[test]
 fn links_are_apart_while_the_posture_is_within_the_folding_bound() {
