@@ -95,6 +95,27 @@ mod tests {
         })
     }
 
+    /// Links on a line that comes straight back: distances fall as fast as they can, so that a longer leap would miss pairs.
+    #[test]
+    fn no_leap_passes_over_a_close_pair() {
+        let robot = Robot::new(&RobotConfig { links: LINKS, ..RobotConfig::default() }).expect("a robot");
+        let (length, reach) = (robot.links[0].length, robot.links[0].reach());
+        for turn in 12..30 {
+            for part in [0.05, 0.35, 0.65, 0.95] {
+                let place = |link: usize| {
+                    let ahead = if link <= turn { link as f64 } else { 2.0 * turn as f64 + part - link as f64 };
+                    Vector2::new(ahead * length, 0.0)
+                };
+                let mut pairs = ClosePairs::<f64, 2>::new(&robot.links);
+                pairs.find((0..LINKS).map(place), 0.01, true);
+                let is_close = |i: usize, j: usize| (place(i) - place(j)).norm() < 2.0 * reach + 0.01;
+                let all = (0..LINKS).flat_map(|i| (i + 2..LINKS).map(move |j| [i, j]));
+                let expected: Vec<[usize; 2]> = all.filter(|&[i, j]| is_close(i, j)).collect();
+                assert_eq!(pairs.of_lane(0).collect::<Vec<_>>(), expected, "back after {turn} links and {part}");
+            }
+        }
+    }
+
     /// A straight robot and coiled ones side by side: neither hides or adds a pair of another, and lanes that are not asked
     /// for have none.
     #[test]
