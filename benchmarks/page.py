@@ -100,7 +100,7 @@ def _times(ours: float | None, other: float | None) -> str:
 
 def _targets(results: Results) -> str:
     rows = [(t.what, t.target, t.measured, t.verdict) for t in all_targets(results)]
-    return "## Targets\n\n" + table(("quantity", "target", "measured", ""), rows)
+    return f"## Targets\n\n{table(('quantity', 'target', 'measured', ''), rows)}\n\n{texts.TARGETS}"
 
 
 FLEET = ("scene", "links", "pegs", "us per step", "us per link", "solves per step", "divided steps", "us per peg scan")

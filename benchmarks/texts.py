@@ -15,6 +15,9 @@ without a torque limit, with which it is unstable at this step; the last two col
 WIDTHS = """The same in registers of every width of this processor (`SNAKE_ENV_LANES`): 1 is scalar code, 4 are AVX2 or
 NEON, 8 AVX-512 registers."""
 
+TARGETS = (
+    "What bounds the missed ones, and what was tried, is in `docs/notes/method-planar.md` and `method-spatial.md`."
+)
 PRECISION = f"""## Error against run time
 
 One robot follows the gait (T 7.3) for five seconds, three in the jam. The error is the largest distance of any link
