@@ -26,7 +26,8 @@ impl<T: Real> MotionBound<T> {
     /// \[m\].
     #[inline(always)]
     pub fn contact_margin(&self, c: T, moving: f64, smallest_radius: f64) -> T {
-        let margin = T::splat(MARGIN).max(T::splat(2.0) * c * self.fastest);
+        // In this order the velocities of a diverged robot, which may be NaN, leave the least margin.
+        let margin = (T::splat(2.0) * c * self.fastest).max(T::splat(MARGIN));
         // Fast enough to pass each other within the step.
         let is_fast = T::splat(smallest_radius).lt(self.displacement);
         T::select(is_fast, margin.max(T::splat(moving) * self.displacement), margin)
