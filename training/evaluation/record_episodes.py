@@ -34,7 +34,7 @@ class RecordedPolicy:
 
     def begin(self, layout: dict[str, Any], num_envs: int) -> None:
         """Prepares for a batch of new episodes."""
-        self._senses = Sensors(layout)
+        self._sensors = Sensors(layout)
         self.force: list[Array] = []
         self.remaining: list[Array] = []
         self.period = float(layout["control_period"])
@@ -46,7 +46,7 @@ class RecordedPolicy:
 
     def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
         """Actions (n, a) for observations (n, o)."""
-        sensors = self._senses
+        sensors = self._sensors
         sensors.read(observation)
         self.force.append(push_ahead(sensors))
         self.remaining.append(sensors["goal"][:, 0])

@@ -1,15 +1,15 @@
 //! Pairs of links that may touch each other, of robots in lanes.
 
-use nalgebra::SVector;
+use nalgebra::Vector2;
 
 use crate::math::{Mask, Real};
 use crate::robot::Link;
 
-/// The pairs `i < j` of links that are not neighbours and are close to each other in a lane; `D` dimensions.
+/// The pairs `i < j` of links that are not neighbours and are close to each other in a lane.
 #[derive(Debug, Clone)]
-pub struct ClosePairs<T: Real, const D: usize> {
+pub struct ClosePairs<T: Real> {
     /// Positions of the links' CGs.
-    centres: Vec<SVector<T, D>>,
+    centres: Vec<Vector2<T>>,
     /// Upper bounds on the length of a link, and on twice its reach \[m\].
     longest: f64,
     reaches: f64,
@@ -22,13 +22,13 @@ struct ClosePair<M> {
     lanes: M,
 }
 
-impl<T: Real, const D: usize> ClosePairs<T, D> {
+impl<T: Real> ClosePairs<T> {
     pub fn new(links: &[Link]) -> Self {
         Self {
             centres: Vec::with_capacity(links.len()),
             longest: links.iter().map(|link| link.length).fold(0.0, f64::max),
             reaches: 2.0 * links.iter().map(Link::reach).fold(0.0, f64::max),
-            found: Vec::with_capacity(PAIRS_PER_LINK * links.len()),
+            found: Vec::with_capacity(ROOM_PER_LINK * links.len()),
         }
     }
 
@@ -38,7 +38,7 @@ impl<T: Real, const D: usize> ClosePairs<T, D> {
     /// Along the chain the distance from link `i` changes by at most the length of a link, so that a link that is far away
     /// in all lanes rules out those after it.
     #[inline(always)]
-    pub fn find(&mut self, centres: impl Iterator<Item = SVector<T, D>>, margin: T, lanes: T::Mask) {
+    pub fn find(&mut self, centres: impl Iterator<Item = Vector2<T>>, margin: T, lanes: T::Mask) {
         self.centres.clear();
         self.centres.extend(centres);
         self.found.clear();
@@ -48,11 +48,8 @@ impl<T: Real, const D: usize> ClosePairs<T, D> {
         for (i, first) in self.centres.iter().enumerate() {
             let mut j = i + 2;
             while let Some(second) = self.centres.get(j) {
-                let mut squared = T::zero();
-                for axis in 0..D {
-                    let difference = second[axis] - first[axis];
-                    squared = difference.mul_add(difference, squared);
-                }
+                let (x, y) = (second.x - first.x, second.y - first.y);
+                let squared = x.mul_add(x, y * y);
                 let near = squared.lt(close) & lanes;
                 if near.any() {
                     self.found.push(ClosePair { links: [i, j], lanes: near });
@@ -72,7 +69,7 @@ impl<T: Real, const D: usize> ClosePairs<T, D> {
 const LEAP: usize = 8;
 
 /// Pairs reserved for each link; a robot that is more tightly folded grows the list once.
-const PAIRS_PER_LINK: usize = 8;
+const ROOM_PER_LINK: usize = 8;
 
 #[cfg(all(test, any(target_arch = "x86_64", target_arch = "aarch64")))]
 mod tests {
@@ -106,7 +103,7 @@ mod tests {
                     let ahead = if link <= turn { link as f64 } else { 2.0 * turn as f64 + part - link as f64 };
                     Vector2::new(ahead * length, 0.0)
                 };
-                let mut pairs = ClosePairs::<f64, 2>::new(&robot.links);
+                let mut pairs = ClosePairs::<f64>::new(&robot.links);
                 pairs.find((0..LINKS).map(place), 0.01, true);
                 let is_close = |i: usize, j: usize| (place(i) - place(j)).norm() < 2.0 * reach + 0.01;
                 let all = (0..LINKS).flat_map(|i| (i + 2..LINKS).map(move |j| [i, j]));
@@ -138,7 +135,7 @@ mod tests {
         }
         assert!(alone[0].is_empty() && alone[1].len() > LINKS, "a straight robot and a coil");
         alone[2].clear();
-        let mut together = ClosePairs::<Wide4, 2>::new(&robot.links);
+        let mut together = ClosePairs::<Wide4>::new(&robot.links);
         together.find(lanes.iter().copied(), Wide4::splat(0.01), Mask::of(|lane| lane != 2));
         for (lane, expected) in alone.iter().enumerate() {
             assert_eq!(&together.of_lane(lane).collect::<Vec<_>>(), expected, "lane {lane}");

@@ -66,7 +66,7 @@ pub struct SelfContactDetection<T: Real> {
     sharp: T::Mask,
     bent: T::Mask,
     /// Pairs of links that may touch at the predicted end.
-    close_pairs: ClosePairs<T, 2>,
+    close_pairs: ClosePairs<T>,
     /// The lanes that had contacts in the current step.
     near: Lanes,
     found: Vec<Found>,

@@ -147,7 +147,7 @@ fn the_search_along_the_chain_finds_every_close_pair_and_skips_the_others() {
             let expected: Vec<(usize, usize)> =
                 (0..count).flat_map(|i| (i + 2..count).map(move |j| (i, j))).filter(|&(i, j)| close(i, j)).collect();
             assert_eq!(found, expected, "{count} links bent by up to {bend}");
-            let mut in_lanes = ClosePairs::<f64, 2>::new(&robot.links);
+            let mut in_lanes = ClosePairs::<f64>::new(&robot.links);
             in_lanes.find(centre.iter().copied(), 0.01, true);
             let found: Vec<(usize, usize)> = in_lanes.of_lane(0).map(|[i, j]| (i, j)).collect();
             assert_eq!(found, expected, "{count} links bent by up to {bend}, in lanes");
