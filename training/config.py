@@ -131,13 +131,16 @@ class Evolution(Section):
     """Evolution strategies; weights count in units of one over the root of a layer's inputs.
 
     Args:
+        strategy: "gradient" follows an estimate of the score's gradient; "cma", CMA-ES, is for a hundred parameters or
+            fewer and ignores both learning rates.
         fields: Fields on which each candidate plays an episode; all candidates of a generation on the same.
-        spread: Standard deviation of the candidates around their mean.
+        spread: Standard deviation of the candidates around their mean, with "cma" at the start.
         learning_rate: Step of Adam at the start; falls linearly with the share of the steps that are taken.
         final_learning_rate: Share of the learning rate that is left at the end.
         inputs: Blocks of the observation, or single elements as in "wave: sin_phase", that the network sees; None: all.
     """
 
+    strategy: Literal["gradient", "cma"] = "gradient"
     fields: Count = 4
     spread: Positive = 0.2
     learning_rate: Positive = 0.03

@@ -1,15 +1,12 @@
 """Evolution strategies over the native batch of robots: learning without noise on the actions.
 
-After Salimans et al. 2017. In a generation each robot has a network of its own, the mean of all plus or minus a random
-change, and plays one whole episode; the mean moves towards the changes that did well. A gait's worth lies in its exact
-repetition, which noise on the weights preserves and noise on the actions destroys.
+In a generation each robot has a network of its own, the mean of all plus a random change, and plays one whole episode;
+a strategy moves the mean towards the changes that did well. A gait's worth lies in its exact repetition, which noise on
+the weights preserves and noise on the actions destroys.
 
 Weights start at random, those of the last layer at zero, so that the first mean acts as action zero, the thesis's gait.
 What a generation draws depends only on seed and steps: a run whose budget is steps repeats itself bit for bit, also
 when it was stopped and resumed.
-
-The covariance of the candidates stays a multiple of the identity. CMA-ES would have to learn n (n + 1) / 2 numbers,
-50,000 for the smallest shipped network and 5 million for two hidden layers of 32 units, from 128 pairs per generation.
 """
 
 from __future__ import annotations
@@ -31,6 +28,7 @@ from snake_env.policies.memory import network_inputs
 from snake_env.policies.network import Layers, outputs
 from training.config import EvolutionConfig
 from training.learners import loop
+from training.learners.strategies import make_strategy
 from training.learning_curve import SIGNALS, Note
 from training.policies.symmetry import Reflection
 from training.runs import RunFolder
@@ -104,19 +102,6 @@ class Networks:
         return named | ({} if self._reflection is None else self._reflection.arrays())
 
 
-def slope(changes: Array, score: Array) -> Array:
-    """Direction (size,) in which the score rises, from pairs of candidates on either side of the mean.
-
-    Args:
-        changes: of the first of each pair (p, size); the second has the opposite.
-        score: of the first ones, then of the second ones (2 p,); only ranks count.
-    """
-    rank = np.empty(len(score))
-    rank[np.argsort(score, kind="stable")] = np.linspace(-0.5, 0.5, len(score))
-    ahead, behind = np.split(rank, 2)
-    return (ahead - behind) @ changes / len(changes)
-
-
 def sensed(layout: dict[str, Any], inputs: tuple[str, ...] | None) -> list[int]:
     """Indices of the elements of an observation that are named, or whose block is; None: all.
 
@@ -134,7 +119,7 @@ def sensed(layout: dict[str, Any], inputs: tuple[str, ...] | None) -> list[int]:
 
 
 class Learner:
-    """A mean network in training, and the optimiser that moves it.
+    """A mean network in training, and the strategy that moves it.
 
     Args:
         config: of the run.
@@ -151,36 +136,28 @@ class Learner:
     def __init__(self, config: EvolutionConfig, steps: int, note: Note) -> None:
         self.config, self.steps, self._note = config, steps, note
         self.simulator_seconds = 0.0
-        self._evolution = config.evolution
-        self._pairs, rest = divmod(config.num_envs, 2 * self._evolution.fields)
-        if rest or not self._pairs:
-            raise ConfigError("num_envs", config.num_envs, "a multiple of twice evolution.fields")
         self._env = make_env(config.env_id, config.num_envs, config.num_threads, **config.env)
         layout = self._env.unwrapped.layout
-        seen = sensed(layout, self._evolution.inputs)
+        seen = sensed(layout, config.evolution.inputs)
         sizes = sum(block["size"] for block in layout["observation"]), len(layout["action"])
         reflection = Reflection.of(layout) if config.policy.symmetric else None
         self.networks = Networks(*sizes, config.policy.hidden, seen, reflection)
-        self._mean = torch.from_numpy(self.networks.start(np.random.default_rng(config.seed)))
-        self._optimiser = torch.optim.Adam([self._mean], maximize=True)
+        start = self.networks.start(np.random.default_rng(config.seed))
+        self._strategy = make_strategy(config, start)
 
     @property
     def mean(self) -> Array:
         """The mean network as a vector (size,)."""
-        return self._mean.numpy()
+        return self._strategy.mean
 
     def collect(self) -> None:
         """Draws candidates around the mean and plays them."""
-        evolution = self._evolution
-        rng = np.random.default_rng([self.config.seed, self.steps])
-        self._changes = rng.normal(size=(self._pairs, self.networks.size))
-        moves = evolution.spread * np.concatenate([self._changes, -self._changes])
-        first = seeds.training(self.config.seed, self.steps, evolution.fields)
-        fields = list(range(first, first + evolution.fields))
-        played, steps = self.play(self.mean + moves, fields)
+        count = self.config.evolution.fields
+        first = seeds.training(self.config.seed, self.steps, count)
+        played, steps = self.play(self._strategy.ask(self.steps), list(range(first, first + count)))
         for k, score in enumerate(played["return"]):
             self._note(score, {name: played[name][k] for name in SIGNALS})
-        self._score = played["return"].reshape(-1, evolution.fields).mean(axis=1)
+        self._score = played["return"].reshape(-1, count).mean(axis=1)
         self.steps += steps
 
     def play(self, vectors: Array, fields: list[int]) -> tuple[Episodes, int]:
@@ -203,18 +180,10 @@ class Learner:
 
     def learn(self, used: float) -> dict[str, float]:
         """Moves the mean; ``used`` is the share of the budget that is used up."""
-        evolution = self._evolution
-        rate = evolution.learning_rate * (1.0 - (1.0 - evolution.final_learning_rate) * used)
-        for group in self._optimiser.param_groups:
-            group["lr"] = rate
-        direction = slope(self._changes, self._score)
-        self._mean.grad = torch.from_numpy(direction)
-        self._optimiser.step()
-        return {
-            "train/learning_rate": rate,
+        found = self._strategy.tell(self._score, used)
+        return found | {
             "train/score_mean": float(self._score.mean()),
             "train/score_std": float(self._score.std()),
-            "train/slope_norm": float(np.linalg.norm(direction)),
             "train/mean_norm": float(np.linalg.norm(self.mean)),
         }
 
@@ -231,13 +200,12 @@ class Learner:
 
     def save(self, path: Path, curve: dict[str, Any]) -> None:
         """Writes a checkpoint."""
-        torch.save({"mean": self._mean, "optimiser": self._optimiser.state_dict(), "curve": curve}, path)
+        torch.save({"strategy": self._strategy.state_dict(), "curve": curve}, path)
 
     def restore(self, path: Path) -> dict[str, Any]:
-        """Takes over the mean and the optimiser of a checkpoint; returns the state of the learning curve."""
+        """Takes over the strategy of a checkpoint; returns the state of the learning curve."""
         content = torch.load(path, weights_only=True)
-        self._mean.copy_(content["mean"])
-        self._optimiser.load_state_dict(content["optimiser"])
+        self._strategy.load_state_dict(content["strategy"])
         curve: dict[str, Any] = content["curve"]
         return curve
 
