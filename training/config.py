@@ -87,11 +87,11 @@ class EvolutionNetworks(Section):
     """The actor of the learner ``evolution``.
 
     Args:
-        hidden: Units of each hidden layer.
+        hidden: Units of each hidden layer; none: actions are linear in what the network sees.
         symmetric: The network treats left and right alike.
     """
 
-    hidden: tuple[Count, ...] = (64, 64)
+    hidden: tuple[Count, ...] = ()
     symmetric: bool = False
 
 
@@ -128,23 +128,16 @@ class Ppo(Section):
 
 
 class Evolution(Section):
-    """Evolution strategies; weights count in units of one over the root of a layer's inputs.
+    """Evolution by CMA-ES; weights count in units of one over the root of a layer's inputs.
 
     Args:
-        strategy: "gradient" follows an estimate of the score's gradient; "cma", CMA-ES, is for a hundred parameters or
-            fewer and ignores both learning rates.
         fields: Fields on which each candidate plays an episode; all candidates of a generation on the same.
-        spread: Standard deviation of the candidates around their mean, with "cma" at the start.
-        learning_rate: Step of Adam at the start; falls linearly with the share of the steps that are taken.
-        final_learning_rate: Share of the learning rate that is left at the end.
+        spread: Standard deviation of the candidates around their mean at the start.
         inputs: Blocks of the observation, or single elements as in "wave: sin_phase", that the network sees; None: all.
     """
 
-    strategy: Literal["gradient", "cma"] = "gradient"
     fields: Count = 4
     spread: Positive = 0.2
-    learning_rate: Positive = 0.03
-    final_learning_rate: Share = 0.3
     inputs: tuple[str, ...] | None = None
 
 
@@ -311,7 +304,7 @@ class PpoConfig(CurriculumConfig):
 
 
 class EvolutionConfig(RunConfig):
-    """A run of evolution strategies."""
+    """A run of evolution."""
 
     learner: Annotated[Literal["evolution"], tyro.conf.Suppress] = "evolution"
     policy: EvolutionNetworks = EvolutionNetworks()

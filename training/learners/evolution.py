@@ -1,12 +1,12 @@
-"""Evolution strategies over the native batch of robots: learning without noise on the actions.
+"""Evolution over the native batch of robots: learning without gradients and without noise on the actions.
 
-In a generation each robot has a network of its own, the mean of all plus a random change, and plays one whole episode;
-a strategy moves the mean towards the changes that did well. A gait's worth lies in its exact repetition, which noise on
-the weights preserves and noise on the actions destroys.
+In a generation of CMA-ES each robot has a network of its own, the mean of all plus a random change, and plays one whole
+episode; the mean moves towards the changes that did well, and the changes become likelier that did. A gait's worth lies
+in its exact repetition, which noise on the weights preserves and noise on the actions destroys.
 
 Weights start at random, those of the last layer at zero, so that the first mean acts as action zero, the thesis's gait.
-What a generation draws depends only on seed and steps: a run whose budget is steps repeats itself bit for bit, also
-when it was stopped and resumed.
+What a generation draws depends only on seed and steps: a run repeats itself bit for bit, also when it was stopped and
+resumed.
 """
 
 from __future__ import annotations
@@ -28,12 +28,18 @@ from snake_env.policies.memory import network_inputs
 from snake_env.policies.network import Layers, outputs
 from training.config import EvolutionConfig
 from training.learners import loop
-from training.learners.strategies import make_strategy
+from training.learners.cma_es import CmaEs
 from training.learning_curve import SIGNALS, Note
 from training.policies.symmetry import Reflection
 from training.runs import RunFolder
 
 Array = NDArray[np.float64]
+
+
+FEWEST = 4
+"""Candidates of a generation."""
+MOST_WEIGHTS = 2000
+"""Of a network: the covariance of their changes has half the square of this number of elements."""
 
 
 class Networks:
@@ -119,7 +125,7 @@ def sensed(layout: dict[str, Any], inputs: tuple[str, ...] | None) -> list[int]:
 
 
 class Learner:
-    """A mean network in training, and the strategy that moves it.
+    """A mean network in training, and the search that moves it.
 
     Args:
         config: of the run.
@@ -127,8 +133,7 @@ class Learner:
         note: is told of finished episodes.
 
     Raises:
-        ConfigError: the configuration is for another learner, has an option of one, or the robots do not make pairs of
-            candidates on all fields.
+        ConfigError: the robots do not make candidates on all fields, or the network has too many weights.
     """
 
     checkpoint = ".pt"
@@ -136,25 +141,33 @@ class Learner:
     def __init__(self, config: EvolutionConfig, steps: int, note: Note) -> None:
         self.config, self.steps, self._note = config, steps, note
         self.simulator_seconds = 0.0
+        candidates, rest = divmod(config.num_envs, config.evolution.fields)
+        if rest or candidates < FEWEST:
+            raise ConfigError(
+                "num_envs", config.num_envs, f"a multiple of evolution.fields, at least {FEWEST} times it"
+            )
         self._env = make_env(config.env_id, config.num_envs, config.num_threads, **config.env)
         layout = self._env.unwrapped.layout
         seen = sensed(layout, config.evolution.inputs)
         sizes = sum(block["size"] for block in layout["observation"]), len(layout["action"])
         reflection = Reflection.of(layout) if config.policy.symmetric else None
         self.networks = Networks(*sizes, config.policy.hidden, seen, reflection)
+        if self.networks.size > MOST_WEIGHTS:
+            reason = f"fewer units or evolution.inputs: at most {MOST_WEIGHTS} weights, not {self.networks.size}"
+            raise ConfigError("policy.hidden", config.policy.hidden, reason)
         start = self.networks.start(np.random.default_rng(config.seed))
-        self._strategy = make_strategy(config, start)
+        self._search = CmaEs(start, config.evolution.spread, candidates, config.seed)
 
     @property
     def mean(self) -> Array:
         """The mean network as a vector (size,)."""
-        return self._strategy.mean
+        return self._search.mean
 
     def collect(self) -> None:
         """Draws candidates around the mean and plays them."""
         count = self.config.evolution.fields
         first = seeds.training(self.config.seed, self.steps, count)
-        played, steps = self.play(self._strategy.ask(self.steps), list(range(first, first + count)))
+        played, steps = self.play(self._search.ask(self.steps), list(range(first, first + count)))
         for k, score in enumerate(played["return"]):
             self._note(score, {name: played[name][k] for name in SIGNALS})
         self._score = played["return"].reshape(-1, count).mean(axis=1)
@@ -180,8 +193,9 @@ class Learner:
 
     def learn(self, used: float) -> dict[str, float]:
         """Moves the mean; ``used`` is the share of the budget that is used up."""
-        found = self._strategy.tell(self._score, used)
-        return found | {
+        self._search.tell(self._score)
+        return {
+            "train/spread": self._search.spread,
             "train/score_mean": float(self._score.mean()),
             "train/score_std": float(self._score.std()),
             "train/mean_norm": float(np.linalg.norm(self.mean)),
@@ -200,12 +214,12 @@ class Learner:
 
     def save(self, path: Path, curve: dict[str, Any]) -> None:
         """Writes a checkpoint."""
-        torch.save({"strategy": self._strategy.state_dict(), "curve": curve}, path)
+        torch.save({"search": self._search.state_dict(), "curve": curve}, path)
 
     def restore(self, path: Path) -> dict[str, Any]:
-        """Takes over the strategy of a checkpoint; returns the state of the learning curve."""
+        """Takes over the search of a checkpoint; returns the state of the learning curve."""
         content = torch.load(path, weights_only=True)
-        self._strategy.load_state_dict(content["strategy"])
+        self._search.load_state_dict(content["search"])
         curve: dict[str, Any] = content["curve"]
         return curve
 
