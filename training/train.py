@@ -4,7 +4,7 @@
     python -m training train --config field-hard --learner sb3 --ppo.learning-rate 3e-4 --out runs/sb3
     python -m training train --resume --out runs/field
 
-Learners are ppo (the PPO of this package), sb3 (the PPO of Stable-Baselines3) and evolution (evolution strategies).
+Learners are ppo (the PPO of this package), sb3 (the PPO of Stable-Baselines3) and evolution (CMA-ES).
 Every value of a configuration has an option; the options depend on the learner. Ctrl-C saves and stops. The budget is
 in environment steps: the same configuration and seed give the same policy, whatever the speed of the machine and
 however often the run was stopped. ``tensorboard --logdir runs/field`` shows losses, diagnostics and evaluations.

@@ -255,6 +255,37 @@ def test_finalists_play_on_other_fields():
     assert found.best["x"] == min(one["x"] for one in found.tried)
 
 
+def test_a_known_candidate_is_in_the_final():
+    """Even if it did badly in the search, so that a search never ends below it."""
+
+    def score(tried, fields):
+        lucky = fields[0] == seeds.SELECTION.start
+        return np.array([one["x"] if lucky else -one["x"] for one in tried])
+
+    found = maximise({"x": (0.0, 1.0)}, score, Plan(2, 8, 2, 1, 2), [{"x": 0.0}])
+    assert found.best == {"x": 0.0}
+    assert maximise({"x": (0.0, 1.0)}, score, Plan(2, 8, 2, 1, 2)).best["x"] > 0.5
+
+
+def test_what_stands_gives_way_to_better_values_only(tmp_path, monkeypatch):
+    """It takes part, clipped to the ranges; another search with nothing better keeps it."""
+    out = tmp_path / "tuned.json"
+    values = {name: span[1] + 1.0 for name, span in catalogue.kind("best gait").ranges.items()}
+    out.write_text(json.dumps({"field": {"best gait": {"values": values}}}))
+    first = tune.standing(out, catalogue.kind("best gait"), FIELD)
+    assert first == [{name: span[1] for name, span in catalogue.kind("best gait").ranges.items()}]
+    monkeypatch.setattr(tune, "play", lambda kind, tried, *_: scored([one in first for one in tried]))
+    found = tune.tune(catalogue.kind("best gait"), FIELD, Plan(1, 4, 1, 1, 1), 1, first)
+    assert found["values"] == pytest.approx(first[0], abs=1e-6)
+    assert tune.standing(out, catalogue.kind("heading control"), FIELD) == []
+
+
+def scored(best):
+    """Means of candidates, of which some are the best."""
+    values = np.array(best, float)
+    return {"success": values, "way": values, "speed": values}
+
+
 def test_the_command_keeps_what_was_tuned_before(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(tune, "PLAN", Plan(1, 2, 1, 1, 1))
     monkeypatch.setattr(tasks, "chosen", lambda names: [FIELD])

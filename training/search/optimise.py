@@ -73,7 +73,7 @@ def maximise(
         ranges: Bounds of each number; a number whose bounds are equal is fixed.
         score: Plays candidates.
         plan: How much is tried.
-        first: Candidates to try in any case.
+        first: Candidates to try in any case, in the final too.
         report: Is given a line per batch.
     """
     optuna.logging.set_verbosity(optuna.logging.WARNING)
@@ -88,7 +88,8 @@ def maximise(
         report(f"batch {number + 1} of {plan.batches}: {len(trials)} candidates on {len(fields)} fields each")
         for trial, value in zip(trials, score([one.params for one in trials], fields), strict=True):
             study.tell(trial, float(value))
-    finalists = sorted(study.trials, key=_score, reverse=True)[: plan.finalists]
+    known, others = study.trials[: len(first)], study.trials[len(first) :]
+    finalists = known + sorted(others, key=_score, reverse=True)[: plan.finalists]
     report(f"final: {len(finalists)} candidates on {plan.final_fields} other fields each")
     final = score([one.params for one in finalists], seeds.selection(plan.final_fields, plan.fields))
     best = int(np.argmax(final))

@@ -5,13 +5,15 @@
 
 For each task and controller Optuna searches within the controller's ranges for the highest success rate plus share of
 the way made, under the task's limits of torque and time. Results go to ``snake_env/policies/scripted/tuned.json``,
-where those of other tasks and controllers stay.
+where those of other tasks and controllers stay. What stands there takes part in the search and its final, so that it
+gives way to better values only.
 """
 
 from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -60,22 +62,34 @@ def tune_all(args: Options) -> int:
     for task in tasks.chosen(args.tasks):
         for title, kind in kinds.items():
             start = time.monotonic()
-            found = tune(kind, task, PLAN.quick() if args.quick else PLAN, args.num_threads)
+            found = tune(
+                kind, task, PLAN.quick() if args.quick else PLAN, args.num_threads, standing(args.out, kind, task)
+            )
             keep(args.out, task.name, title, found)
             print(f"[{time.monotonic() - start:4.0f} s] {task.name}, {title}: {found}", flush=True)
     return 0
 
 
+def standing(path: Path, kind: type[Controller], task: BenchmarkTask) -> list[Values]:
+    """The parameters that a controller has for a task so far, within its ranges; none if it was never tuned."""
+    found = catalogue.chosen(kind.title, task.name, path)
+    return [{name: float(np.clip(found["values"][name], *span)) for name, span in kind.ranges.items()}] if found else []
+
+
 def tune(
-    kind: type[Controller], task: BenchmarkTask, plan: Plan = PLAN, num_threads: int | None = None
+    kind: type[Controller],
+    task: BenchmarkTask,
+    plan: Plan = PLAN,
+    num_threads: int | None = None,
+    first: Sequence[Values] = (),
 ) -> dict[str, Any]:
-    """The best parameters of a controller for a task, and its means on the fields of the finalists."""
+    """The best parameters of a controller for a task, ``first`` among them, and its means on the final fields."""
 
     def score(tried: list[Values], fields: list[int]) -> NDArray[np.float64]:
         means = play(kind, tried, task, fields, num_threads)
         return means["success"] + means["way"]
 
-    found = maximise(kind.ranges, score, plan)
+    found = maximise(kind.ranges, score, plan, first)
     values = {name: round(value, 6) for name, value in found.best.items()}
     means = play(kind, [values], task, seeds.selection(plan.final_fields, plan.fields), num_threads)
     rounded = {name: round(float(mean[0]), 3) for name, mean in means.items()}
