@@ -20,6 +20,7 @@ from snake_env.policies.shipped import FOLDER, NAMES, load_policy
 SCENES = 500
 ONE_SEED = "One seed of training; docs/learned.md tells how much seeds differ."
 TRAINED_WITHOUT = "Trained before links could touch each other; scored with self-contact, the environments' default."
+EVOLVED = "Trained with self-contact, from action zero, by CMA-ES; the best of five seeds on validation scenes."
 TRAINING = {
     "corridor": "python -m training train --config corridor-cloned --seed 0 --num-threads 1",
     "field-hard": "python -m training train --config field-hard-4 --seed 0, which trains the stages field-hard-1, -2 "
@@ -43,6 +44,8 @@ NOTES = {
         "tasks and seeds are in docs/learned.md.",
         "It began from the shipped policy for perturbed courses and imitated the shipped policy of each task.",
     ],
+    "isotropic": [EVOLVED],
+    "thrifty": [EVOLVED],
     "spatial": [
         "Trained with self-contact, from random weights, with a goal out of reach; the scores are those of the "
         "environment's own goal at 2 m.",
