@@ -20,7 +20,7 @@ from snake_env.policies.shipped import FOLDER, NAMES, load_policy
 SCENES = 500
 ONE_SEED = "One seed of training; docs/learned.md tells how much seeds differ."
 TRAINED_WITHOUT = "Trained before links could touch each other; scored with self-contact, the environments' default."
-EVOLVED = "Trained with self-contact, from action zero, by CMA-ES; the best of five seeds on validation scenes."
+EVOLVED = "Trained with self-contact, from action zero, by CMA-ES."
 TRAINING = {
     "corridor": "python -m training train --config corridor-cloned --seed 0 --num-threads 1",
     "field-hard": "python -m training train --config field-hard-4 --seed 0, which trains the stages field-hard-1, -2 "
@@ -30,7 +30,8 @@ TRAINING = {
     "perturbed": "python -m training train --config perturbed-2 --seed 0 --total-steps 35200000; the file began from a "
     "checkpoint of the last stage of field-hard that is not kept, so that the command does not repeat it",
     "spatial": "python -m training train --config spatial --seed 4",
-    "spatial-field": "python -m training train --config spatial-field --seed 0",
+    "spatial-field": "python -m training train --config spatial-field --seed 1; the best of seeds 0 to 4 on validation "
+    "scenes",
     "thrifty": "python -m training train --config course-evolved --seed 0",
 }
 
@@ -44,8 +45,8 @@ NOTES = {
         "tasks and seeds are in docs/learned.md.",
         "It began from the shipped policy for perturbed courses and imitated the shipped policy of each task.",
     ],
-    "isotropic": [EVOLVED],
-    "thrifty": [EVOLVED],
+    "isotropic": [EVOLVED, "The better of two seeds, 0.113 and 0.087 m/s over 30 s."],
+    "thrifty": [EVOLVED, "Four seeds differ by 1 % in cost of transport."],
     "spatial": [
         "Trained with self-contact, from random weights, with a goal out of reach; the scores are those of the "
         "environment's own goal at 2 m.",
@@ -54,7 +55,7 @@ NOTES = {
     ],
     "spatial-field": [
         "Trained with self-contact, from the weights of the planar policy general, which had no pitch angles.",
-        ONE_SEED,
+        "The best of five seeds, which reach 0.954 to 0.974 of the goals.",
     ],
 }
 """Where the two notes above do not hold."""

@@ -29,7 +29,7 @@ from training.cli import answer
 from training.runs import replace, write_json
 from training.search.optimise import Plan, Values, maximise
 
-PLAN = Plan(batches=6, candidates=48, fields=8, finalists=10, final_fields=100)
+PLAN = Plan(batches=6, candidates=48, fields=8, finalists=6, final_fields=400)
 
 
 @dataclass
