@@ -1,4 +1,4 @@
-"""Evolution finds a known optimum, repeat themselves, resume bit for bit, and leave policies for NumPy."""
+"""Evolution finds a known optimum, repeats itself, resumes bit for bit, and leaves policies for NumPy."""
 
 import json
 

@@ -59,12 +59,11 @@ def main(arguments: list[str] | None = None) -> int:
 def tune_all(args: Options) -> int:
     """Tunes the controllers for the tasks, one after another; each result is kept at once."""
     kinds = {title: catalogue.kind(title) for title in args.controllers}
+    plan = PLAN.quick() if args.quick else PLAN
     for task in tasks.chosen(args.tasks):
         for title, kind in kinds.items():
             start = time.monotonic()
-            found = tune(
-                kind, task, PLAN.quick() if args.quick else PLAN, args.num_threads, standing(args.out, kind, task)
-            )
+            found = tune(kind, task, plan, args.num_threads, standing(args.out, kind, task))
             keep(args.out, task.name, title, found)
             print(f"[{time.monotonic() - start:4.0f} s] {task.name}, {title}: {found}", flush=True)
     return 0
