@@ -1,8 +1,8 @@
 """Evolution over the native batch of robots: learning without gradients and without noise on the actions.
 
-In a generation of CMA-ES each candidate is a network of its own, the mean of all plus a random change, and plays a whole
-episode on each of a few fields; the mean moves towards the changes that did well, and these become likelier. A gait's
-worth lies in its exact repetition, which noise on the weights preserves and noise on the actions destroys.
+In a generation of CMA-ES each candidate is a network of its own, the mean of all plus a random change, and plays a
+whole episode on each of a few fields; the mean moves towards the changes that did well, and these become likelier. A
+gait's worth lies in its exact repetition, which noise on the weights preserves and noise on the actions destroys.
 
 Weights start at random, those of the last layer at zero, so that the first mean acts as action zero, the thesis's gait.
 What a generation draws depends only on seed and steps: a run repeats itself bit for bit, also when it was stopped and
