@@ -87,34 +87,58 @@ impl PegSensor {
     /// Locates the pegs and walls from a link at `pose`; a wall appears as a peg without size at its nearest point.
     pub fn scan(&mut self, pose: &LinkPose, pegs: &[Peg], walls: &[Wall]) {
         self.located.clear();
-        let (sin, cos) = pose.angle.sin_cos();
-        // Forward is -e_x^B: link 1 leads and its axis points to link 2.
-        let seen = |x: f64, y: f64| (-(x * cos + y * sin), x * sin - y * cos);
+        let mut farthest = self.farthest_kept();
         for peg in pegs {
             let (x, y) = (peg.x - pose.x, peg.y - pose.y);
-            let distance = (x * x + y * y).sqrt() - peg.radius;
-            let (forward, left) = seen(x, y);
-            self.keep_if_near(LocatedPeg { forward, left, distance });
+            let (squared, reach) = (x * x + y * y, farthest + peg.radius);
+            if squared > reach * reach * (1.0 + ROUNDING) {
+                continue;
+            }
+            self.keep_if_near(x, y, squared.sqrt() - peg.radius);
+            farthest = self.farthest_kept();
         }
         let place = Vector2::new(pose.x, pose.y);
         let range = self.range;
         for wall in walls.iter().filter(|wall| wall.distance_bound(&place) < range) {
             let (distance, away) = wall.polygon.signed_distance(&place);
-            let (forward, left) = seen(-distance * away.x, -distance * away.y);
-            self.keep_if_near(LocatedPeg { forward, left, distance });
+            self.keep_if_near(-distance * away.x, -distance * away.y, distance);
+        }
+        self.turn_to_link(pose.angle);
+    }
+
+    /// Distance below which a peg is kept \[m\].
+    fn farthest_kept(&self) -> f64 {
+        if self.located.len() < self.count {
+            return self.range;
+        }
+        self.located.last().map_or(f64::NEG_INFINITY, |farthest| farthest.distance)
+    }
+
+    /// Keeps a peg at (x, y) from the link's CG, in the world's axes, if it is nearer than what has been kept.
+    fn keep_if_near(&mut self, x: f64, y: f64, distance: f64) {
+        if distance < self.farthest_kept() {
+            let place = self.located.partition_point(|kept| kept.distance <= distance);
+            self.located.truncate(self.count - 1);
+            self.located.insert(place, LocatedPeg { forward: x, left: y, distance });
         }
     }
 
-    fn keep_if_near(&mut self, peg: LocatedPeg) {
-        let nearer_than_kept = self.located.len() < self.count
-            || self.located.last().is_some_and(|farthest| peg.distance < farthest.distance);
-        if peg.distance < self.range && nearer_than_kept {
-            let place = self.located.partition_point(|kept| kept.distance <= peg.distance);
-            self.located.insert(place, peg);
-            self.located.truncate(self.count);
+    /// Turns the kept positions from the world's axes to those of a link at `angle`. Forward is -e_x^B: link 1 leads and
+    /// its axis points to link 2.
+    fn turn_to_link(&mut self, angle: f64) {
+        if self.located.is_empty() {
+            return;
+        }
+        let (sin, cos) = angle.sin_cos();
+        for peg in &mut self.located {
+            let (x, y) = (peg.forward, peg.left);
+            (peg.forward, peg.left) = (-(x * cos + y * sin), x * sin - y * cos);
         }
     }
 }
+
+/// Allowance for rounding where squared distances are compared.
+const ROUNDING: f64 = 1e-9;
 
 #[cfg(test)]
 mod tests {
