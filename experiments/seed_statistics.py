@@ -1,7 +1,7 @@
 """What configurations are worth over the seeds of a sweep: means, spread, differences seed by seed.
 
-    python -m training sweep --configs corridor-cloned perturbed-2 --seeds 5 --out runs/sweep
-    python -m experiments.seed_statistics --sweep runs/sweep --configs corridor-cloned perturbed-2
+    python -m training sweep --configs corridor-cloned field-hard-symmetric --seeds 5 --out runs/sweep
+    python -m experiments.seed_statistics --sweep runs/sweep --configs corridor-cloned field-hard-symmetric
 
 Plays the policy that each finished seed left, on held-out fields of its own task, or of a task of the benchmark, the
 same for all, and caches the scores: after Ctrl-C, or with more seeds, the same command continues. Prints Markdown:

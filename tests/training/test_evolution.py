@@ -226,8 +226,8 @@ def test_what_it_cannot_do_is_named(change, message, tmp_path):
     [
         ("ppo", "isotropic-evolved", "policy.inputs|evolution = "),
         ("sb3", "isotropic-evolved", "policy.symmetric = True: expected one of hidden, log_std"),
-        ("evolution", "field-hard-1", "policy.log_std = -1.4: expected one of hidden, symmetric"),
-        ("sb3", "field-hard-1", "behaviour_cloning = .*: expected one of learner"),
+        ("evolution", "corridor-cloned", "policy.log_std = -1.4: expected one of hidden, symmetric"),
+        ("sb3", "corridor-cloned", "behaviour_cloning = .*: expected one of learner"),
     ],
 )
 def test_each_learner_refuses_the_options_of_others(learner, name, refused):

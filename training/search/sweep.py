@@ -1,6 +1,6 @@
 """Train several seeds of several configurations in parallel, and select the best.
 
-    python -m training sweep --configs field-hard perturbed-2 --seeds 5 --jobs 8
+    python -m training sweep --configs field-hard-symmetric corridor-cloned --seeds 5 --jobs 8
 
 Each run is a process with one thread and has a folder ``<out>/<config>/seed-<k>`` with a log. Ctrl-C or a termination
 signal, as that of ``timeout 540 python -m training sweep ...``, stops all runs, which save. The same command resumes a
