@@ -227,12 +227,17 @@ def test_what_it_cannot_do_is_named(change, message, tmp_path):
         ("ppo", "isotropic-evolved", "policy.inputs|evolution = "),
         ("sb3", "isotropic-evolved", "policy.symmetric = True: expected one of hidden, log_std"),
         ("evolution", "corridor-cloned", "policy.log_std = -1.4: expected one of hidden, symmetric"),
-        ("sb3", "corridor-cloned", "behaviour_cloning = .*: expected one of learner"),
     ],
 )
 def test_each_learner_refuses_the_options_of_others(learner, name, refused):
     with pytest.raises(ValueError, match=refused):
         config.load(name, learner)
+
+
+def test_a_section_of_another_learner_is_refused():
+    cloning = {"controller": "heading control", "task": "field-hard"}
+    with pytest.raises(ValueError, match="behaviour_cloning = .*: expected one of learner"):
+        config.parse(config.Sb3Config, {"behaviour_cloning": cloning})
 
 
 @pytest.mark.parametrize(("name", "value"), [("fields", 0), ("spread", 0.0), ("spread", -1.0)])
