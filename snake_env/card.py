@@ -174,8 +174,7 @@ Backlash also needs a PD controller. `joint_angle` is that of the joint, not of 
 VERSIONS = """## Version history
 
 - v1: links of the planar robot touch each other, joints have limits, and no action pushes links more than 1 mm into
-  pegs; in v0 links passed through each other. All shipped policies but `general` and those in 3D were trained in
-  v0.
+  pegs; in v0 links passed through each other. All shipped policies are trained in v1.
 - v0: first release of all ids.
 """
 
