@@ -236,7 +236,7 @@ def test_each_learner_refuses_the_options_of_others(learner, name, refused):
 
 def test_a_section_of_another_learner_is_refused():
     cloning = {"controller": "heading control", "task": "field-hard"}
-    with pytest.raises(ValueError, match="behaviour_cloning = .*: expected one of learner"):
+    with pytest.raises(ValueError, match=r"behaviour_cloning = .*: expected one of learner"):
         config.parse(config.Sb3Config, {"behaviour_cloning": cloning})
 
 
