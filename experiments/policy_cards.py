@@ -56,12 +56,13 @@ NOTES = {
     ],
     "general-randomised": [
         "Trained with self-contact in eight tasks at once, with randomised friction, mass, delay and backlash; the "
-        "scores here are those of hard fields with the same randomisation, those of all tasks are in docs/learned.md.",
+        "scores here are those of hard fields with the same randomisation, those of all tasks and of five seeds are in "
+        "docs/learned.md.",
         "It began from general and imitated it, and on perturbed courses perturbed-randomised.",
     ],
     "perturbed-randomised": [
-        "Trained with self-contact, from perturbed, with randomised friction, mass, delay and backlash, as it is "
-        "scored here.",
+        "Trained with self-contact, from perturbed, with randomised friction, mass, delay and backlash; the scores "
+        "here are with the same randomisation.",
         ONE_SEED,
     ],
     "isotropic": [EVOLVED, "The better of two seeds, 0.113 and 0.087 m/s over 30 s."],
