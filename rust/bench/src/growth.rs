@@ -148,7 +148,7 @@ fn with_pegs(rounds: usize) -> Result<(), ConfigError> {
     }
     take_turns(&mut fleets, rounds);
     for fleet in &fleets {
-        let look = us_per_look(PegGrid::of(&fleet.scenario.scene.obstacles).pegs());
+        let look = us_per_look(&PegGrid::of(&fleet.scenario.scene.obstacles));
         emit("growth", &fleet.point("pegs", Some(look)));
     }
     Ok(())
@@ -168,13 +168,13 @@ fn course_in_a_field(count: usize) -> Vec<Peg> {
 }
 
 /// Median CPU time of one look around \[us\].
-fn us_per_look(pegs: &[Peg]) -> f64 {
+fn us_per_look(pegs: &PegGrid) -> f64 {
     const LOOKS: usize = 200;
     let mut sensor = PegSensor::new(EnvConfig::default().nearest_pegs, 1.342);
     let [x, y, angle] = START_7_5;
     let pose = LinkPose { x, y, angle };
     let times: Vec<f64> = (0..9)
-        .map(|_| spent(|| (0..LOOKS).for_each(|_| sensor.scan(std::hint::black_box(&pose), pegs, &[]))).1.cpu)
+        .map(|_| spent(|| (0..LOOKS).for_each(|_| sensor.scan(std::hint::black_box(&pose), pegs, pegs.walls()))).1.cpu)
         .collect();
     1e6 * median(&times) / LOOKS as f64
 }

@@ -119,7 +119,7 @@ impl PegGrid {
 
     /// Calls `visit` with the number of every obstacle that may lie within `distance` of a point, seen from above.
     pub fn visit_obstacles(&self, point: &Vector2<f64>, distance: f64, mut visit: impl FnMut(usize)) {
-        self.visit_near(point.x, point.y, distance, &mut visit);
+        self.near(point.x, point.y, distance).for_each(&mut visit);
         self.walls.near(*point, distance).for_each(|wall| visit(self.pegs.len() + wall));
     }
 
@@ -175,17 +175,11 @@ impl PegGrid {
 
     /// Whether all pegs are farther than `distance` from `(x, y)`, and the rectangles around all walls.
     pub fn is_clear(&self, x: f64, y: f64, distance: f64) -> bool {
-        self.pegs_near(x, y, distance).next().is_none()
-            && self.walls.near(Vector2::new(x, y), distance).next().is_none()
+        self.near(x, y, distance).next().is_none() && self.walls.near(Vector2::new(x, y), distance).next().is_none()
     }
 
-    /// Calls `visit` with the index of every peg whose rim lies within `distance` of `(x, y)`.
-    pub fn visit_near(&self, x: f64, y: f64, distance: f64, visit: impl FnMut(usize)) {
-        self.pegs_near(x, y, distance).for_each(visit);
-    }
-
-    /// The pegs whose rim lies within `distance` of `(x, y)`.
-    fn pegs_near(&self, x: f64, y: f64, distance: f64) -> impl Iterator<Item = usize> {
+    /// The pegs whose rim lies within `distance` of `(x, y)`, by number.
+    pub fn near(&self, x: f64, y: f64, distance: f64) -> impl Iterator<Item = usize> {
         let is_near = move |&peg: &usize| {
             let Peg { radius, x: peg_x, y: peg_y } = self.pegs[peg];
             let (dx, dy, reach) = (peg_x - x, peg_y - y, distance + radius);
@@ -259,7 +253,7 @@ impl PegGrid {
 
     /// Half-open range of cells along `axis` that meet `[low, high]`.
     fn cells_between(&self, low: f64, high: f64, axis: usize, count: usize) -> (usize, usize) {
-        let index = |value: f64| ((value - self.origin[axis]) / self.cell).floor();
+        let index = |value: f64| (value - self.origin[axis]) / self.cell;
         let first = index(low).max(0.0) as usize;
         let last = (index(high) + 1.0).clamp(0.0, count as f64) as usize;
         (first.min(last), last)
@@ -294,8 +288,7 @@ mod tests {
             for k in 0..200 {
                 let (x, y, d) = (f64::from(k) * 0.06 - 4.0, f64::from(k % 17) * 0.4 - 1.0, 0.02 * f64::from(k % 23));
                 let near = |peg: &Peg| (peg.x - x).hypot(peg.y - y) - peg.radius <= d;
-                let mut found = Vec::new();
-                grid.visit_near(x, y, d, |peg| found.push(peg));
+                let mut found: Vec<usize> = grid.near(x, y, d).collect();
                 found.sort_unstable();
                 let all: Vec<usize> = (0..count).filter(|&peg| near(&pegs[peg])).collect();
                 assert_eq!(found, all);

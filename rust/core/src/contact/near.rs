@@ -201,7 +201,7 @@ impl NearPegs {
         self.clear();
         for (i, (pose, link)) in poses.clone().zip(links).enumerate() {
             let (sin, cos) = Real::sin_cos(pose.z);
-            pegs.visit_near(pose.x, pose.y, link.reach() + margin + SKIN, |peg| {
+            pegs.near(pose.x, pose.y, link.reach() + margin + SKIN).for_each(|peg| {
                 let gap = link_peg_contact(&pose, cos, sin, link, &pegs.pegs()[peg]).gap;
                 if gap < margin + SKIN {
                     self.pairs.push(NearPair::open(i, (peg, 0), gap - displacement));

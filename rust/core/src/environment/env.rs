@@ -216,10 +216,10 @@ impl<M: RobotModel> Environment<M> {
         let Source { seed, episode, .. } = self.source;
         let steps = self.episode.steps;
         self.sensors.measure(&self.model, &self.episode, || Rng::of_step(seed, episode, steps));
-        let walls = self.model.simulation().body().pegs.walls().walls();
-        self.peg_view.scan(|link| self.model.link(link), self.sensors.pegs(self.model.pegs()), walls);
+        let pegs = &self.model.simulation().body().pegs;
+        self.peg_view.scan(|link| self.model.link(link), self.sensors.pegs(pegs), pegs.walls());
         if self.sees_true_pegs {
-            self.true_pegs.scan(|link| self.model.link(link), self.model.pegs(), walls);
+            self.true_pegs.scan(|link| self.model.link(link), pegs, pegs.walls());
         }
         let view = View {
             model: &self.model,
@@ -298,7 +298,7 @@ impl<M: RobotModel> Environment<M> {
     pub fn obstacle_force(&self) -> Vec<[f64; 3]> {
         let body = self.model.simulation().body();
         let mut force = vec![[0.0; 3]; body.pegs.len()];
-        for (obstacle, impulse) in body.obstacle_impulse.iter().enumerate() {
+        for (obstacle, impulse) in body.obstacle_impulse.sums().iter().enumerate() {
             force[body.pegs.place_in_scene(obstacle)] = (impulse / self.rules.period).into();
         }
         force
@@ -353,7 +353,7 @@ impl<M: RobotModel> Environment<M> {
         self.drawn = drawn;
         self.model.set_parameters(drawn.parameters);
         let mut rng = Rng::of_step(self.source.seed, self.source.episode, u32::MAX);
-        self.sensors.begin(self.model.pegs(), &mut rng);
+        self.sensors.begin(&self.model.simulation().body().pegs, &mut rng);
     }
 
     /// Clips and keeps the action; returns its mean squared change.

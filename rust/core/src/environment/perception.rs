@@ -2,8 +2,8 @@
 
 use nalgebra::Vector2;
 
-use crate::obstacles::Wall;
-use crate::scene::Peg;
+use crate::obstacles::WallGrid;
+use crate::pegs::PegGrid;
 
 use super::config::Perception;
 
@@ -25,6 +25,8 @@ pub struct LocatedPeg {
     pub left: f64,
     /// Distance from the link's CG to the peg's rim \[m\].
     pub distance: f64,
+    /// Its number, which decides between equal distances.
+    number: usize,
 }
 
 /// Range of the sensor of each link, where all links have one, as a share of the robot's length.
@@ -37,20 +39,30 @@ pub struct PegView {
     pub ahead: PegSensor,
     /// From each link; none where only the leading one has a sensor.
     pub along: Vec<PegSensor>,
+    /// Pegs that may be in the range of a link.
+    nearby: Vec<usize>,
 }
 
 impl PegView {
     /// Of a robot of `links` links and this length \[m\] that locates at most `count` pegs from its leading link.
     pub fn new(perception: Perception, count: usize, links: usize, length: f64) -> Self {
         let watchful = if perception == Perception::Body { links } else { 0 };
-        Self { ahead: PegSensor::new(count, length), along: vec![PegSensor::new(1, REACH * length); watchful] }
+        let along = vec![PegSensor::new(1, REACH * length); watchful];
+        Self { ahead: PegSensor::new(count, length), along, nearby: Vec::new() }
     }
 
     /// Updates the sensors of the links; `link` returns their poses.
-    pub fn scan(&mut self, link: impl Fn(usize) -> LinkPose, pegs: &[Peg], walls: &[Wall]) {
+    pub fn scan(&mut self, link: impl Fn(usize) -> LinkPose, pegs: &PegGrid, walls: &WallGrid) {
         self.ahead.scan(&link(0), pegs, walls);
-        for (i, sensor) in self.along.iter_mut().enumerate() {
-            sensor.scan(&link(i), pegs, walls);
+        let Self { along, nearby, .. } = self;
+        let Some(sensor) = along.first() else { return };
+        let centre = link(along.len() / 2);
+        let squared_distance = |pose: LinkPose| (pose.x - centre.x).powi(2) + (pose.y - centre.y).powi(2);
+        let extent = (0..along.len()).map(|i| squared_distance(link(i))).fold(0.0, f64::max).sqrt();
+        nearby.clear();
+        nearby.extend(pegs.near(centre.x, centre.y, extent + sensor.range));
+        for (i, sensor) in along.iter_mut().enumerate() {
+            sensor.scan_among(nearby.iter().copied(), &link(i), pegs, walls);
         }
     }
 }
@@ -85,41 +97,47 @@ impl PegSensor {
     }
 
     /// Locates the pegs and walls from a link at `pose`; a wall appears as a peg without size at its nearest point.
-    pub fn scan(&mut self, pose: &LinkPose, pegs: &[Peg], walls: &[Wall]) {
+    pub fn scan(&mut self, pose: &LinkPose, pegs: &PegGrid, walls: &WallGrid) {
+        self.scan_among(pegs.near(pose.x, pose.y, self.range), pose, pegs, walls);
+    }
+
+    /// The same where only these pegs may be in range.
+    fn scan_among(&mut self, numbers: impl Iterator<Item = usize>, pose: &LinkPose, pegs: &PegGrid, walls: &WallGrid) {
         self.located.clear();
-        let mut farthest = self.farthest_kept();
-        for peg in pegs {
+        if self.count == 0 {
+            return;
+        }
+        let mut farthest = self.range;
+        numbers.for_each(|number| {
+            let peg = &pegs.pegs()[number];
             let (x, y) = (peg.x - pose.x, peg.y - pose.y);
             let (squared, reach) = (x * x + y * y, farthest + peg.radius);
-            if squared > reach * reach * (1.0 + ROUNDING) {
-                continue;
+            if squared <= reach * reach * (1.0 + ROUNDING) {
+                self.keep_if_near(LocatedPeg { forward: x, left: y, distance: squared.sqrt() - peg.radius, number });
+                farthest = self.farthest_kept();
             }
-            self.keep_if_near(x, y, squared.sqrt() - peg.radius);
-            farthest = self.farthest_kept();
-        }
+        });
         let place = Vector2::new(pose.x, pose.y);
-        let range = self.range;
-        for wall in walls.iter().filter(|wall| wall.distance_bound(&place) < range) {
-            let (distance, away) = wall.polygon.signed_distance(&place);
-            self.keep_if_near(-distance * away.x, -distance * away.y, distance);
+        for wall in walls.near(place, self.range) {
+            let (distance, away) = walls.walls()[wall].polygon.signed_distance(&place);
+            let number = pegs.pegs().len() + wall;
+            let (forward, left) = (-distance * away.x, -distance * away.y);
+            self.keep_if_near(LocatedPeg { forward, left, distance, number });
         }
         self.turn_to_link(pose.angle);
     }
 
-    /// Distance below which a peg is kept \[m\].
+    /// Distance beyond which no peg is kept \[m\].
     fn farthest_kept(&self) -> f64 {
-        if self.located.len() < self.count {
-            return self.range;
-        }
-        self.located.last().map_or(f64::NEG_INFINITY, |farthest| farthest.distance)
+        if self.located.len() < self.count { self.range } else { self.located[self.count - 1].distance }
     }
 
-    /// Keeps a peg at (x, y) from the link's CG, in the world's axes, if it is nearer than what has been kept.
-    fn keep_if_near(&mut self, x: f64, y: f64, distance: f64) {
-        if distance < self.farthest_kept() {
-            let place = self.located.partition_point(|kept| kept.distance <= distance);
+    /// Keeps a peg, its position in the world's axes, if it is in range and nearer than what has been kept.
+    fn keep_if_near(&mut self, peg: LocatedPeg) {
+        let place = self.located.partition_point(|kept| (kept.distance, kept.number) < (peg.distance, peg.number));
+        if peg.distance < self.range && place < self.count {
             self.located.truncate(self.count - 1);
-            self.located.insert(place, LocatedPeg { forward: x, left: y, distance });
+            self.located.insert(place, peg);
         }
     }
 
@@ -143,6 +161,7 @@ const ROUNDING: f64 = 1e-9;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Peg;
     use std::f64::consts::PI;
 
     #[test]
@@ -151,7 +170,7 @@ mod tests {
         let pose = LinkPose { x: 1.0, y: 0.0, angle: PI };
         let pegs = [[0.1, 1.5, 0.2], [0.1, 1.3, -0.1], [0.3, 0.2, 0.0], [0.1, 9.0, 0.0]].map(Peg::from);
         let mut sensor = PegSensor::new(2, 1.0);
-        sensor.scan(&pose, &pegs, &[]);
+        sensor.scan(&pose, &PegGrid::new(&pegs), &WallGrid::default());
         let [first, second] = sensor.located() else { panic!("two pegs of the three in range") };
         assert!((first.forward - 0.3).abs() < 1e-15 && (first.left + 0.1).abs() < 1e-15);
         assert!((second.forward - 0.5).abs() < 1e-15 && (second.left - 0.2).abs() < 1e-15);
@@ -163,16 +182,25 @@ mod tests {
         let pegs = [[0.1, 0.3, 0.2], [0.1, 1.2, -0.25], [0.05, 2.0, 0.0]].map(Peg::from);
         let link = |i: usize| LinkPose { x: 0.1 + 0.6 * i as f64, y: 0.0, angle: PI + 0.2 * i as f64 };
         let mut peg_view = PegView::new(Perception::Body, 2, 3, 1.2);
-        peg_view.scan(link, &pegs, &[]);
+        peg_view.scan(link, &PegGrid::new(&pegs), &WallGrid::default());
         for (i, along) in peg_view.along.iter().enumerate() {
             let mut alone = PegSensor::new(1, 0.3);
-            alone.scan(&link(i), &pegs, &[]);
+            alone.scan(&link(i), &PegGrid::new(&pegs), &WallGrid::default());
             assert_eq!(along.located(), alone.located());
         }
         let seen: Vec<usize> = peg_view.along.iter().map(|sensor| sensor.located().len()).collect();
         assert_eq!(seen, [1, 0, 1], "a quarter of its length reaches a peg from the first and from the last link");
         assert_eq!(peg_view.ahead.located().len(), 2);
         assert!(PegView::new(Perception::Pegs, 2, 3, 1.2).along.is_empty());
+    }
+
+    #[test]
+    fn of_pegs_at_the_same_distance_the_first_is_kept() {
+        let pegs = [[0.1, 0.0, 0.5], [0.1, 0.0, -0.5], [0.1, -0.5, 0.0], [0.1, 0.5, 0.0]].map(Peg::from);
+        let mut sensor = PegSensor::new(3, 1.0);
+        sensor.scan(&LinkPose { x: 0.0, y: 0.0, angle: PI }, &PegGrid::new(&pegs), &WallGrid::default());
+        let numbers: Vec<usize> = sensor.located().iter().map(|peg| peg.number).collect();
+        assert_eq!(numbers, [0, 1, 2], "however the grid visits them");
     }
 
     #[test]
@@ -186,7 +214,7 @@ mod tests {
             .collect();
         let pose = LinkPose { x: 0.9, y: 0.7, angle: 1.0 };
         let mut sensor = PegSensor::new(6, 0.8);
-        sensor.scan(&pose, &pegs, &[]);
+        sensor.scan(&pose, &PegGrid::new(&pegs), &WallGrid::default());
         let distance = |p: &Peg| ((p.x - 0.9).powi(2) + (p.y - 0.7).powi(2)).sqrt() - p.radius;
         let mut all: Vec<f64> = pegs.iter().map(distance).collect();
         all.sort_by(f64::total_cmp);

@@ -1,7 +1,7 @@
 //! Measured motion and pegs: the true ones with the noise of the robot's sensors.
 
 use crate::noise::NoiseConfig;
-use crate::scene::Peg;
+use crate::pegs::PegGrid;
 
 use super::episode::Episode;
 use super::motion::Motion;
@@ -21,26 +21,34 @@ pub struct Sensors {
     /// Share of the way to the goal that is left.
     pub remaining: f64,
     /// The pegs as located; empty where they are located without error.
-    pegs: Vec<Peg>,
+    pegs: PegGrid,
 }
 
 impl Sensors {
     pub fn new(randomization: Randomization, joint_coordinates: usize, motion: Motion) -> Self {
         let (joint_angle, joint_rate) = (vec![0.0; joint_coordinates], vec![0.0; joint_coordinates]);
-        Self { randomization, joint_angle, joint_rate, motion, lateral_offset: 0.0, remaining: 1.0, pegs: Vec::new() }
+        Self {
+            randomization,
+            joint_angle,
+            joint_rate,
+            motion,
+            lateral_offset: 0.0,
+            remaining: 1.0,
+            pegs: PegGrid::default(),
+        }
     }
 
     /// Begins an episode among `pegs`.
-    pub fn begin(&mut self, pegs: &[Peg], rng: &mut Rng) {
-        self.pegs.clear();
+    pub fn begin(&mut self, pegs: &PegGrid, rng: &mut Rng) {
         if self.randomization.peg_error > 0.0 {
-            self.pegs.extend_from_slice(pegs);
-            self.randomization.misplace(rng, &mut self.pegs);
+            let mut located = pegs.pegs().to_vec();
+            self.randomization.misplace(rng, &mut located);
+            self.pegs.rebuild(&located);
         }
     }
 
     /// The pegs as the robot's sensors report them.
-    pub fn pegs<'a>(&'a self, pegs: &'a [Peg]) -> &'a [Peg] {
+    pub fn pegs<'a>(&'a self, pegs: &'a PegGrid) -> &'a PegGrid {
         if self.pegs.is_empty() { pegs } else { &self.pegs }
     }
 

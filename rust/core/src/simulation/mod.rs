@@ -176,7 +176,7 @@ impl<M: SimulatedModel> Simulation<M> {
     /// Impulse of each obstacle, by its number, on the robot during the last `advance`, world frame \[N s\]; without a z
     /// part in the plane.
     pub fn obstacle_impulse(&self) -> &[Vector3<f64>] {
-        &self.body.obstacle_impulse
+        self.body.obstacle_impulse.sums()
     }
 
     /// Impulse of the robot's other links on each link during the last `advance`, world frame \[N s\]; without a z part in

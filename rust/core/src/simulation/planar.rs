@@ -64,7 +64,7 @@ impl PlanarSimulation {
         let Body { state, pegs, .. } = &self.body;
         let mut smallest = f64::INFINITY;
         for (pose, link) in state.pose.iter().zip(&self.system.robot.links) {
-            pegs.visit_near(pose.x, pose.y, link.reach(), |peg| {
+            pegs.near(pose.x, pose.y, link.reach()).for_each(|peg| {
                 smallest = smallest.min(gap(pose, link, &pegs.pegs()[peg]));
             });
             smallest = smallest.min(wall_gap(pose, link, pegs));

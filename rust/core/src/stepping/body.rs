@@ -8,6 +8,7 @@ use crate::pegs::PegGrid;
 use crate::robot::Robot;
 
 use super::model::{Driven, Model, RobotState, WarmStart};
+use super::obstacle_impulses::ObstacleImpulses;
 use super::{PlantParameters, Record, StepStatistics};
 
 /// State, surroundings, warm start and counters of one robot.
@@ -24,8 +25,8 @@ pub struct Body<M: Model> {
     /// Impulse of the pegs on each link since [`Self::begin`], world frame \[N s\]; over an interval's length it is
     /// (T 7.6).
     pub contact_impulse: Vec<Vector3<f64>>,
-    /// Impulse of each obstacle, by its number in the grid, on the robot since [`Self::begin`], world frame \[N s\].
-    pub obstacle_impulse: Vec<Vector3<f64>>,
+    /// Impulse of each obstacle, by its number in the grid, on the robot since [`Self::begin`].
+    pub obstacle_impulse: ObstacleImpulses,
     /// Impulse of the robot's other links on each link since [`Self::begin`], world frame \[N s\].
     pub self_contact_impulse: Vec<Vector3<f64>>,
     /// Impulse of the ground's normal forces on each link since [`Self::begin`] \[N s\]; zero in models without them.
@@ -91,7 +92,7 @@ impl<M: Model> Body<M> {
         let links = robot.link_count();
         Self {
             state: M::State::zero(links),
-            obstacle_impulse: vec![Vector3::zeros(); pegs.len()],
+            obstacle_impulse: ObstacleImpulses::zeros(pegs.len()),
             pegs,
             warm_start: M::WarmStart::new(links),
             clock: Clock::default(),
@@ -132,8 +133,7 @@ impl<M: Model> Body<M> {
 
     fn clear_impulses(&mut self) {
         self.contact_impulse.fill(Vector3::zeros());
-        self.obstacle_impulse.clear();
-        self.obstacle_impulse.resize(self.pegs.len(), Vector3::zeros());
+        self.obstacle_impulse.clear(self.pegs.len());
         self.self_contact_impulse.fill(Vector3::zeros());
         self.ground_impulse.fill(0.0);
     }

@@ -309,7 +309,7 @@ fn add_contact_impulses<D: Driven>(
             Source::Link(_) => body.self_contact_impulse[each.link] += each.impulse * weight,
             Source::Obstacle(obstacle) => {
                 body.contact_impulse[each.link] += each.impulse * weight;
-                body.obstacle_impulse[obstacle] += each.impulse * weight;
+                body.obstacle_impulse.add(obstacle, each.impulse * weight);
             }
         }
         if let Some(record) = &mut body.record {

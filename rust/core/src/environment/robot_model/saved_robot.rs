@@ -73,7 +73,7 @@ impl<M: SimulatedModel, F: MeanForces> SavedRobot<Snapshot<M>, F> {
             }
             simulation.restore(&self.simulation);
             forces.clone_from(&self.forces);
-            simulation.body_mut().obstacle_impulse.clone_from(&self.obstacle_impulse);
+            simulation.body_mut().obstacle_impulse.replace(&self.obstacle_impulse);
         }
         fits
     }

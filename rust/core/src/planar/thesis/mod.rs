@@ -11,7 +11,7 @@ use crate::planar::{
 };
 use crate::robot::Link;
 
-use crate::stepping::{Driven, Record, StepStatistics, ThesisConfig, ThesisScheme};
+use crate::stepping::{Driven, ObstacleImpulses, Record, StepStatistics, ThesisConfig, ThesisScheme};
 
 use super::energy::work_of;
 use super::io_drive::ExplicitIo;
@@ -173,12 +173,12 @@ impl Thesis {
     }
 
     /// Adds the impulses of the pegs to the sums of the links and of the pegs.
-    fn add_contact_impulses(&self, of_link: &mut [Vector3<f64>], of_peg: &mut [Vector3<f64>]) {
+    fn add_contact_impulses(&self, of_link: &mut [Vector3<f64>], of_peg: &mut ObstacleImpulses) {
         let contacts = self.stage.contacts.iter().zip(&self.solution.contact);
         for (pair, (contact, impulse)) in self.closed.iter().zip(contacts) {
             let impulse = (contact.direction.xy() * *impulse).push(0.0);
             of_link[pair.link] += impulse;
-            of_peg[pair.peg] += impulse;
+            of_peg.add(pair.peg, impulse);
         }
     }
 

@@ -9,7 +9,7 @@ use crate::spatial::{
     End, Pose, SpatialState, actuator_torque, close_joints, ground_contact, ground_gap, joint_angle, joint_rows,
     mass_diagonal, peg_contact, peg_gap, printed_joint_rate, smooth_force, travel, turning,
 };
-use crate::stepping::{Driven, Record, StepStatistics, ThesisConfig, ThesisScheme};
+use crate::stepping::{Driven, ObstacleImpulses, Record, StepStatistics, ThesisConfig, ThesisScheme};
 
 use super::{Spatial, SpatialBody, SpatialSystem};
 
@@ -146,7 +146,7 @@ impl SpatialThesis {
                     ground.push((i, k));
                 }
             }
-            pegs.visit_near(q.position.x, q.position.y, link.reach(), |peg| {
+            pegs.near(q.position.x, q.position.y, link.reach()).for_each(|peg| {
                 if peg_gap(link, q, &pegs.pegs()[peg]) <= 0.0 {
                     let direction = peg_contact(link, q, &pegs.pegs()[peg]).direction;
                     step.pegs.push(StepPeg { link: i, direction });
@@ -211,12 +211,12 @@ impl SpatialThesis {
     }
 
     /// Adds the impulses of the pegs to the sums of the links and of the pegs.
-    fn add_contact_impulses(&self, of_link: &mut [Vector3<f64>], of_peg: &mut [Vector3<f64>]) {
+    fn add_contact_impulses(&self, of_link: &mut [Vector3<f64>], of_peg: &mut ObstacleImpulses) {
         let links = self.step.links.len();
         for (pair, (contact, impulse)) in self.pegs.iter().zip(self.step.pegs.iter().zip(&self.solution.peg)) {
             let impulse = contact.direction.fixed_rows::<3>(0) * *impulse;
             of_link[contact.link] += impulse;
-            of_peg[pair / links] += impulse;
+            of_peg.add(pair / links, impulse);
         }
     }
 
