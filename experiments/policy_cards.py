@@ -18,7 +18,7 @@ from snake_env.evaluation import rollout, scores, seeds
 from snake_env.policies.shipped import FOLDER, NAMES, load_policy
 
 SCENES = 500
-ONE_SEED = "One seed of training; docs/learned.md tells how much seeds differ."
+ONE_SEED = "One seed of training; for general and spatial docs/learned.md tells how much seeds differ."
 CLONED = "Trained with self-contact, from a clone of heading control."
 EVOLVED = "Trained with self-contact, from action zero, by CMA-ES."
 TRAINING = {
@@ -71,7 +71,7 @@ NOTES = {
         "Trained with self-contact, from random weights, with a goal out of reach; the scores are those of the "
         "environment's own goal at 2 m.",
         "It rolls. The best of five seeds, which reach 0.803 to 0.864 m/s; the best constant gait of a search, "
-        "0.344 m/s.",
+        "0.345 m/s.",
     ],
     "spatial-field": [
         "Trained with self-contact, from the weights of the planar policy general, which had no pitch angles.",
@@ -84,12 +84,14 @@ NOTES = {
 def card(name: str, scenes: int = SCENES) -> dict[str, Any]:
     """What the JSON file beside a shipped policy holds."""
     policy = load_policy(name)
-    options = policy.card.env_options | SCORED_IN.get(name, {})
+    scored_in = SCORED_IN.get(name, {})
+    options = policy.card.env_options | scored_in
     episodes = rollout.run_episodes(policy, policy.card.env_id, seeds.held_out(scenes), **options)
     found = scores.plain(scores.score(episodes))
     return {
         "training": TRAINING[name],
         "license": "MIT",
+        "scored_in": scored_in,
         "scenes": scenes,
         "scores": {key: list(value.values()) for key, value in found.items()},
         "versions": {"snake_env": snake_env.__version__, "numpy": version("numpy"), "gymnasium": version("gymnasium")},

@@ -13,7 +13,7 @@ try:
 except ImportError as error:
     raise ImportError(
         f"the compiled core of snake_env cannot be loaded ({error}): reinstall snake-robot-env for this Python and "
-        "platform, or run `make build` in a clone of the repository"
+        "platform; in a clone of the repository, whose folder hides an installed package, run `make build`"
     ) from error
 
 from snake_env import minimal, obstacles, rewards

@@ -173,7 +173,7 @@ Backlash also needs a PD controller. `joint_angle` is that of the joint, not of 
 
 VERSIONS = """## Version history
 
-- v1: links of the planar robot touch each other, joints have limits, and no action pushes links more than 1 mm into
+- v1: links touch each other, joints have limits, and no action pushes links more than 1 mm into
   pegs; in v0 links passed through each other. All shipped policies are trained in v1.
 - v0: first release of all ids.
 """

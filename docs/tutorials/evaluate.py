@@ -98,4 +98,5 @@ print(evaluate(Steered(), "field-hard", scenes=20))
 
 # %% [markdown]
 # In a report give the environment id, the version of the package, the number of scenes and of training seeds, and
-# success and speed with their intervals. `snake-env evaluate --policy FILE` prints the same table.
+# success and speed with their intervals. `snake-env evaluate --policy FILE` prints the same table
+# for a `policy.safetensors` of `python -m training`.

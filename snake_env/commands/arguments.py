@@ -25,7 +25,7 @@ def add_policy(cli: argparse.ArgumentParser, **more: Any) -> None:
 
 
 def chosen_task(args: argparse.Namespace, policy: str | None) -> BenchmarkTask:
-    """The task given; without one that of the policy's training, else random fields of medium difficulty.
+    """The task given; without one that of the policy's scores, else random fields of medium difficulty.
 
     Raises:
         ConfigError: there is no such task.
@@ -34,7 +34,7 @@ def chosen_task(args: argparse.Namespace, policy: str | None) -> BenchmarkTask:
         return BenchmarkTask(args.env, args.env, args.options, "")
     if args.task is None and policy in NAMES:
         card = load_policy(policy).card
-        return BenchmarkTask(policy, card.env_id, card.env_options | args.options, card.about)
+        return BenchmarkTask(policy, card.env_id, card.scored_options | args.options, card.about)
     (found,) = tasks.chosen([args.task or "field-medium"])
     return BenchmarkTask(found.name, found.env_id, found.options | args.options, found.about)
 

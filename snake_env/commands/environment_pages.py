@@ -199,7 +199,7 @@ def _policies(env_id: str) -> list[str]:
 
 
 def _policy_row(one: PolicyCard) -> tuple[str, ...]:
-    told = {name: value for name, value in one.env_options.items() if name != "reward_weights"}
+    told = {name: value for name, value in one.scored_options.items() if name != "reward_weights"}
     options = ", ".join(f"`{name}={json.dumps(value)}`" for name, value in told.items())
     scores = (_estimate(one, name) for name in ("success", "speed"))
     return (f"`{one.name}`", options, *scores)

@@ -24,7 +24,7 @@ def main(arguments: list[str]) -> int:
     add_task(cli)
     add_policy(cli, default=BASELINE)
     cli.add_argument("--scene", type=int, default=0, metavar="K", help="test scene, from 0")
-    cli.add_argument("--film", type=Path, metavar="FILE", help="write a film (mp4; gif without ffmpeg) instead")
+    cli.add_argument("--film", type=Path, metavar="FILE", help="write a film, .mp4 or .gif, instead")
     args = cli.parse_args(arguments)
     if not 0 <= args.scene < len(seeds.HELD_OUT):
         cli.error(f"argument --scene: {args.scene}: expected an integer in [0, {len(seeds.HELD_OUT)})")

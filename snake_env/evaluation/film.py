@@ -71,9 +71,11 @@ def play(policy: Policy, env_id: str, seed: int, render_mode: str | None = None,
 
 
 def write(frames: list[NDArray[np.uint8]], path: Path, frames_per_second: int = 20) -> Path:
-    """Writes an mp4 file, or a gif where no ffmpeg is found; returns what was written."""
+    """Writes an mp4 file, or a gif if ``path`` ends so or no ffmpeg is found; returns what was written."""
     import imageio
 
+    if path.suffix.lower() == ".gif":
+        return _write_small_gif(frames, path, frames_per_second)
     try:
         with imageio.get_writer(path.with_suffix(".mp4"), fps=frames_per_second, macro_block_size=8) as writer:
             for frame in frames:
@@ -82,9 +84,12 @@ def write(frames: list[NDArray[np.uint8]], path: Path, frames_per_second: int = 
     except (ImportError, OSError, ValueError) as error:
         path.with_suffix(".mp4").unlink(missing_ok=True)
         print(f"no mp4 ({error}); writing a gif")
-        half = [frame[::2, ::2] for frame in frames[::2]]
-        imageio.mimsave(path.with_suffix(".gif"), list(half), duration=2000 / frames_per_second, loop=0)
-        return path.with_suffix(".gif")
+        return _write_small_gif(frames, path.with_suffix(".gif"), frames_per_second)
+
+
+def _write_small_gif(frames: list[NDArray[np.uint8]], path: Path, frames_per_second: int) -> Path:
+    """Every other frame, at half the size."""
+    return write_gif([frame[::2, ::2] for frame in frames[::2]], path, milliseconds=round(2000 / frames_per_second))
 
 
 def write_gif(frames: list[NDArray[np.uint8]], path: Path, milliseconds: int) -> Path:

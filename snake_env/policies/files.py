@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from safetensors import SafetensorError, safe_open
-from safetensors.numpy import save_file
+from safetensors.numpy import save
 
 Arrays = dict[str, NDArray[np.float32]]
 
@@ -20,7 +20,8 @@ NAME = "policy.safetensors"
 def write(path: Path, arrays: Arrays, config: dict[str, Any]) -> None:
     """Writes arrays and the configuration they come from."""
     contiguous = {name: np.ascontiguousarray(array, np.float32) for name, array in arrays.items()}
-    save_file(contiguous, path, metadata={"config": json.dumps(config)})
+    # Not `save_file`, whose files nobody but their owner may read.
+    path.write_bytes(save(contiguous, metadata={"config": json.dumps(config)}))
 
 
 def read(path: Path) -> tuple[Arrays, dict[str, Any]]:

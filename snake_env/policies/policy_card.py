@@ -24,7 +24,8 @@ class PolicyCard:
         env_options: Keywords of that environment, those that belong to the policy among them.
         steps: Environment steps of the last stage of training; None if unknown.
         training: The command that repeats the training, or what is known about it.
-        scores: On test scenes of ``env_id`` with ``env_options``; empty if it has not been scored.
+        scored_in: Keywords on top of ``env_options`` for the scores, such as another difficulty or goal.
+        scores: On test scenes of ``env_id`` with ``scored_options``; empty if it has not been scored.
         scenes: Number of test scenes, one episode each.
         versions: of the packages that the scores were computed with.
         notes: Facts that limit the use of the scores.
@@ -37,6 +38,7 @@ class PolicyCard:
     env_options: dict[str, Any] = field(default_factory=dict)
     steps: int | None = None
     training: str = ""
+    scored_in: dict[str, Any] = field(default_factory=dict)
     scores: Estimates = field(default_factory=dict)
     scenes: int = 0
     versions: dict[str, str | None] = field(default_factory=dict)
@@ -64,11 +66,17 @@ class PolicyCard:
             known["notes"] = tuple(known.get("notes", ()))
         return cls(name=name, **known)
 
+    @property
+    def scored_options(self) -> dict[str, Any]:
+        """Keywords of the environment of the scores."""
+        return self.env_options | self.scored_in
+
     def __str__(self) -> str:
         """The card in Markdown."""
         facts = [
             ("environment", f"`{self.env_id}`"),
             ("keywords", f"`{json.dumps(self.env_options)}`"),
+            *([("scored with", f"`{json.dumps(self.scored_in)}`")] if self.scored_in else []),
             ("training", self.training or "unknown"),
             ("environment steps of the last stage", f"{self.steps:,}" if self.steps else "unknown"),
             ("versions", ", ".join(f"{name} {version}" for name, version in self.versions.items()) or "unknown"),

@@ -104,7 +104,7 @@ impl RobotModel for SpatialRobot {
         float("self_contact_force", "N", "largest mean force of the other links on a link in this step", |robot| {
             robot.self_contact_force().iter().map(|force| force.norm_squared()).fold(0.0, f64::max).sqrt()
         }),
-        integer("overbent", "joints bent beyond a right angle, which loads beyond the torque limit can do", |robot| {
+        integer("overbent", "joints bent beyond a right angle: none unless `joint_limit` allows it", |robot| {
             robot.overbent() as f64
         }),
     ];
@@ -299,10 +299,10 @@ impl SpatialRobot {
         links.map(|(link, pose)| link.mass * pose.position.z).sum::<f64>() / robot.total_mass()
     }
 
-    /// Number of joints whose yaw or pitch is beyond a right angle; references never are.
+    /// Number of joints whose yaw or pitch is beyond a right angle, where the stop of a joint is by default.
     pub fn overbent(&self) -> usize {
         let joints = self.simulation.state().pose.windows(2);
-        joints.filter(|pose| joint_angle(&pose[0], &pose[1]).amax() > FRAC_PI_2).count()
+        joints.filter(|pose| joint_angle(&pose[0], &pose[1]).amax() > FRAC_PI_2 + AT_STOP).count()
     }
 
     pub fn attitude(&self) -> Attitude {
@@ -316,6 +316,9 @@ impl SpatialRobot {
         Attitude { roll: (-up.x).atan2(up.y), pitch: ahead.z.atan2(ahead.xy().norm()) }
     }
 }
+
+/// How far a joint that is pressed against its stop may be beyond it, by the tolerance of the solver \[rad\].
+const AT_STOP: f64 = 1e-6;
 
 /// Sum of the links' forward directions; link 1 leads, so they are -e_z^B.
 fn ahead(state: &SpatialState) -> Vector3<f64> {
