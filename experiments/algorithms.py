@@ -7,8 +7,9 @@ All learn from random weights in the environment and the number of steps of one 
 settings, recurrent PPO with an LSTM of as many units in the place of the first hidden layer; SAC and TQC have the
 settings of :mod:`snake_env.zoo`, with the networks of the configuration and a gradient step per 32 environment steps.
 Each seed's policy plays on held-out fields without exploration; the processor time includes simulation and learning,
-on one thread. Finished seeds are kept: after Ctrl-C, or with more seeds, the same command continues. Prints Markdown,
-writes ``algorithms.json`` and ``learning-curves.png``.
+on one thread. Finished seeds are kept: after Ctrl-C, or with more seeds, the same command continues; other steps,
+fields or another configuration have a folder of their own. Prints Markdown, writes ``algorithms.json`` and
+``learning-curves.png``.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from stable_baselines3 import SAC
 from stable_baselines3.common.callbacks import BaseCallback
 
 import snake_env.sb3
+from snake_env._checks import names
 from snake_env.evaluation import rollout, seeds
 from snake_env.evaluation.statistics import probability_of_improvement, student_interval
 from snake_env.markdown import table
@@ -38,7 +40,7 @@ from snake_env.zoo.tqc import hyperparams as tqc
 from training import config as configs
 from training.budget import Budget, Interval
 from training.cli import answer
-from training.config import PpoConfig, Sb3Config
+from training.config import Count, PpoConfig, Sb3Config
 from training.evaluation import figures
 from training.evaluation.loading import load_model
 from training.learners import ppo, sb3
@@ -67,9 +69,9 @@ class Options:
 
     config: Path = Path("algorithms")
     algorithms: tuple[str, ...] = ("ppo", "PPO (SB3)", "recurrent PPO", "SAC", "TQC")
-    seeds: int = 5
-    steps: int | None = None
-    fields: int = FIELDS
+    seeds: Count = 5
+    steps: Count | None = None
+    fields: Count = FIELDS
     out: Path = Path("runs/algorithms")
 
 
@@ -80,32 +82,41 @@ def main(arguments: list[str] | None = None) -> int:
 
 def compare(args: Options) -> int:
     """Trains what is not finished, seed by seed; prints and writes the table of all that is."""
+    names("algorithms", args.algorithms, tuple(KINDS))
     torch.set_num_threads(1)
     config = configs.load_as(PpoConfig, args.config)
     config = config.with_changes(num_threads=1, torch_threads=1, total_steps=args.steps or config.total_steps)
+    folder = args.out / f"{args.config.stem}-{config.total_steps}-{args.fields}"
     for seed in range(args.seeds):
         for name in args.algorithms:
-            run = Run(name, seed, args)
+            run = Run(name, seed, folder, args.fields)
             if not run.result.exists():
                 run.work(config.with_changes(seed=seed))
             print(f"{name}, seed {seed}: {json.loads(run.result.read_text())}", flush=True)
-    runs = {
-        name: [run for seed in range(args.seeds) if (run := Run(name, seed, args)).result.exists()] for name in KINDS
-    }
+    runs = {name: [Run(name, seed, folder, args.fields) for seed in range(args.seeds)] for name in KINDS}
+    runs = {name: [run for run in of if run.result.exists()] for name, of in runs.items()}
     rows = {name: [json.loads(run.result.read_text()) for run in of] for name, of in runs.items() if of}
     print(text(rows, config.total_steps))
-    write_json(args.out / "algorithms.json", {"steps": config.total_steps, "versions": versions(), "runs": rows})
+    about = {"config": str(args.config), "steps": config.total_steps, "fields": args.fields, "versions": versions()}
+    write_json(args.out / "algorithms.json", about | {"runs": rows})
     curves = {name: [run.folder.read_curve() for run in runs[name]] for name in rows}
     figures.learning_curves(curves, args.out / "learning-curves.png")
     return 0
 
 
 class Run:
-    """One seed of an algorithm."""
+    """One seed of an algorithm.
 
-    def __init__(self, name: str, seed: int, args: Options) -> None:
-        self._train, self._fields = KINDS[name], args.fields
-        self.folder = RunFolder(args.out / name / f"seed-{seed}")
+    Args:
+        name: Of the algorithm.
+        seed: Of the run.
+        out: Folder of all runs with the same configuration, steps and fields.
+        fields: Number of held-out fields.
+    """
+
+    def __init__(self, name: str, seed: int, out: Path, fields: int) -> None:
+        self._train, self._fields = KINDS[name], fields
+        self.folder = RunFolder(out / name / f"seed-{seed}")
         self.result = self.folder.path / "scores.json"
 
     def work(self, config: PpoConfig) -> None:

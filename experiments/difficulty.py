@@ -1,4 +1,4 @@
-"""Does difficulty order the tasks? Success of the thesis's gait, which never looks, against `difficulty`.
+"""Does difficulty order the tasks? Success of the thesis's gait, which uses no observations, against `difficulty`.
 
     python -m experiments.difficulty
     python -m experiments.difficulty --tasks field maze --fields 100
@@ -22,6 +22,7 @@ from snake_env.markdown import table
 from snake_env.policies.gaits import GaitParameters
 from snake_env.registration import TASKS
 from training.cli import answer
+from training.config import Count
 
 OPTIONS: dict[str, dict[str, Any]] = {
     "field": {"task": "field"},
@@ -50,7 +51,7 @@ class Options:
 
     tasks: tuple[str, ...] = tuple(OPTIONS)
     difficulties: tuple[float, ...] = DIFFICULTIES
-    fields: int = 500
+    fields: Count = 500
     num_threads: int | None = None
     picture: Path = Path("runs/difficulty.png")
 
@@ -94,7 +95,7 @@ def rates(curves: dict[str, Curve], difficulties: tuple[float, ...]) -> str:
 
 
 def draw(curves: dict[str, Curve], difficulties: tuple[float, ...], path: Path) -> Path:
-    """Success over difficulty, one line a task."""
+    """Success over difficulty, one line per task."""
     with drawing.style():
         drawn, axes = drawing.figure(1, 1, 5.0, 3.0)
         for name, curve in curves.items():

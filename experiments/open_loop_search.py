@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from snake_env.evaluation import seeds
 from snake_env.evaluation.rollout import make_env
 from training.cli import answer
-from training.config import JsonObject
+from training.config import Count, JsonObject
 
 ROBOTS = 384
 """Scripts tried at a time."""
@@ -56,8 +56,8 @@ class Options:
 
     env: str = "SnakePerturbed-v1"
     options: JsonObject = field(default_factory=dict)
-    starts: int = 10
-    rounds: int = 12
+    starts: Count = 10
+    rounds: Count = 12
     hold: float = 3.0
 
 

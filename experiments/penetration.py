@@ -33,6 +33,7 @@ from snake_env.obstacles import Box, Polygon, Segment, circles, outlines
 from snake_env.policies.interface import Policy
 from snake_env.policies.shipped import load_policy
 from training.cli import answer
+from training.config import Count, Seed
 
 Array = NDArray[np.float64]
 
@@ -90,12 +91,12 @@ class Options:
 
     scenes: tuple[str, ...] = tuple(SCENES)
     action_modes: tuple[str, ...] = ACTION_MODES
-    steps: int = 100_000
-    num_envs: int = 256
+    steps: Count = 100_000
+    num_envs: Count = 256
     num_threads: int | None = None
-    seed: int = 0
+    seed: Seed = 0
     policies: tuple[str, ...] = ()
-    scenes_per_task: int = 40
+    scenes_per_task: Count = 40
 
 
 def main(arguments: list[str] | None = None) -> int:

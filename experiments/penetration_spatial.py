@@ -42,6 +42,7 @@ from snake_env.obstacles import Box, Polygon, Segment, circles, outlines
 from snake_env.policies.network import Network
 from snake_env.policies.shipped import load_policy
 from training.cli import answer
+from training.config import Count, Seed
 
 Array = NDArray[np.float64]
 
@@ -87,12 +88,12 @@ class Options:
 
     scenes: tuple[str, ...] = tuple(SCENES)
     action_modes: tuple[str, ...] = ACTION_MODES
-    steps: int = 20_000
-    num_envs: int = 128
+    steps: Count = 20_000
+    num_envs: Count = 128
     num_threads: int | None = None
-    seed: int = 0
+    seed: Seed = 0
     policies: tuple[str, ...] = ()
-    starts: int = 40
+    starts: Count = 40
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from snake_env import SnakeVectorEnv
 from snake_env.markdown import table
 from training.cli import answer
+from training.config import Count, Seed
 
 Array = NDArray[np.float64]
 
@@ -59,9 +60,9 @@ class Options:
     steps: tuple[float, ...] = (0.025,)
     event_substeps: tuple[int, ...] = (4,)
     reference: float = 0.00025
-    num_envs: int = 128
-    periods: int = 20
-    seed: int = 0
+    num_envs: Count = 128
+    periods: Count = 20
+    seed: Seed = 0
 
 
 @dataclass

@@ -14,21 +14,23 @@ import statistics
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from experiments.seed_statistics import finished
+from snake_env.errors import ConfigError
 from snake_env.evaluation import scores, seeds
 from snake_env.evaluation.rollout import Episodes
 from snake_env.evaluation.tasks import BenchmarkTask
 from snake_env.markdown import table
 from snake_env.policies.shipped import policy_path
 from training.cli import answer
-from training.config import RunConfig
+from training.config import Count, RunConfig
 from training.evaluation import cached_scores
 from training.evaluation.benchmark import Benchmark
 from training.runs import versions, write_json
 
-CONDITIONS = ("nominal", "randomised")
+Condition = Literal["nominal", "randomised"]
+CONDITIONS: tuple[Condition, ...] = ("nominal", "randomised")
 
 
 @dataclass
@@ -40,6 +42,8 @@ class Options:
         config: Folder in it.
         against: The shipped policy, which was trained without randomisation.
         fields: Held-out fields of each task.
+        tasks: Of the configuration; all if empty.
+        conditions: Whether nominal, randomised or both.
         num_threads: Threads of the simulator.
         out: Folder for everything.
     """
@@ -47,7 +51,9 @@ class Options:
     sweep: Path = Path("runs/sweep")
     config: str = "general-randomised"
     against: str = "general"
-    fields: int = 500
+    fields: Count = 500
+    tasks: tuple[str, ...] = ()
+    conditions: tuple[Condition, ...] = CONDITIONS
     num_threads: int | None = None
     out: Path = Path("runs/robustness")
 
@@ -64,8 +70,8 @@ def compare(args: Options) -> int:
     before = cached_scores.trained(args.against, policy_path(args.against), None)
     after = [cached_scores.trained(folder.path.name, folder.policy, None) for folder in folders]
     found: dict[str, dict[str, Any]] = {}
-    for condition in CONDITIONS:
-        for task in tasks(folders[0].config(), condition == "randomised"):
+    for condition in args.conditions:
+        for task in tasks(folders[0].config(), condition == "randomised", args.tasks):
             played = {entry.name: bench.episodes(task, entry) for entry in [before, *after]}
             print(condition, task.name, *(f"{one['is_success'].mean():.3f}" for one in played.values()), flush=True)
             found.setdefault(task.name, {})[condition] = {name: means(one) for name, one in played.items()}
@@ -75,11 +81,21 @@ def compare(args: Options) -> int:
     return 0
 
 
-def tasks(config: RunConfig, randomised: bool) -> list[BenchmarkTask]:
-    """The tasks of a run, with or without the randomisation of its environments."""
+def tasks(config: RunConfig, randomised: bool, chosen: tuple[str, ...] = ()) -> list[BenchmarkTask]:
+    """The tasks of a run, or some of them, with or without the randomisation of its environments.
+
+    Raises:
+        ConfigError: the run has no such task.
+    """
+    environments = config.environments()
+    known = [name for name, _, _ in environments]
+    for name in chosen:
+        if name not in known:
+            raise ConfigError("tasks", repr(name), f"some of {', '.join(known)}")
     return [
         BenchmarkTask(name, env_id, {key: of[key] for key in of if randomised or key != "randomization"})
-        for name, env_id, of in config.environments()
+        for name, env_id, of in environments
+        if name in (chosen or known)
     ]
 
 
@@ -93,12 +109,13 @@ def means(episodes: Episodes) -> dict[str, float]:
 def text(found: dict[str, dict[str, Any]], before: str, after: str) -> str:
     """A row per task, two columns per condition: the policy before, and the seeds after."""
     heads = ["task"]
-    for condition in CONDITIONS:
-        heads += [f"{condition}: `{before}`", f"`{after}`", "speeds [m/s]"]
+    conditions = next(iter(found.values()))
+    for condition in conditions:
+        heads += [f"{condition}, `{before}`", f"{condition}, `{after}`", f"{condition}, speeds [m/s]"]
     lines = []
     for task, of_task in found.items():
         cells = [f"`{task}`"]
-        for condition in CONDITIONS:
+        for condition in conditions:
             of_before, *of_seeds = of_task[condition].values()
             speed = statistics.mean(row["speed"] for row in of_seeds)
             cells += [_success(of_before), _successes(of_seeds), f"{of_before['speed']:.3f}, {speed:.3f}"]

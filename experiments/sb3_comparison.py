@@ -32,6 +32,7 @@ import torch
 from stable_baselines3 import PPO
 from torch import nn
 
+from snake_env._checks import names
 from snake_env.evaluation import rollout, seeds
 from snake_env.evaluation.statistics import student_interval
 from snake_env.markdown import table
@@ -39,7 +40,7 @@ from snake_env.policies.interface import Policy
 from snake_env.sb3 import SnakeVecEnv
 from training import config as configs
 from training.cli import answer
-from training.config import PpoConfig, RunConfig
+from training.config import Count, PpoConfig, RunConfig
 from training.evaluation.loading import load_model
 from training.learners import ppo, sb3
 from training.learners.mixture import Mixture
@@ -90,8 +91,8 @@ class Options:
     """
 
     config: Path = Path("field-hard")
-    steps: int = 100_000
-    repetitions: int = 20
+    steps: Count = 100_000
+    repetitions: Count = 20
     learners: tuple[str, ...] = tuple(LEARNERS)
     out: Path = Path("runs/sb3-comparison")
 
@@ -103,6 +104,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 def compare(args: Options) -> int:
     """Runs the learners in turn, prints and writes rates and scores."""
+    names("learners", args.learners, tuple(LEARNERS))
     limits = {"num_threads": 1, "torch_threads": 1, "total_steps": args.steps, "evaluations": 0, "track": "none"}
     values = configs.read(args.config) | limits
     rows: dict[str, list[dict[str, float]]] = {name: [] for name in args.learners}

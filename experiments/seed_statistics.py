@@ -26,6 +26,7 @@ from snake_env.evaluation.statistics import interquartile_mean, probability_of_i
 from snake_env.evaluation.tasks import BenchmarkTask
 from snake_env.markdown import table
 from training.cli import answer
+from training.config import Count
 from training.evaluation import cached_scores
 from training.evaluation.benchmark import Benchmark
 from training.runs import RunFolder, versions, write_json
@@ -54,7 +55,7 @@ class Options:
     configs: tuple[str, ...]
     sweep: Path = Path("runs/sweep")
     task: str | None = None
-    fields: int = FIELDS
+    fields: Count = FIELDS
     num_threads: int | None = None
     out: Path = Path("runs/seed-statistics")
 

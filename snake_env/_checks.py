@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import operator
 from collections.abc import Mapping, Sequence
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -28,6 +30,69 @@ def integer(field: str, value: Any, low: int, high: int | None = None) -> int:
     return number
 
 
+def number(field: str, value: Any, low: float = -math.inf, high: float = math.inf, alternative: str = "") -> float:
+    """A finite number in [low, high]; ``alternative`` says in the error what else is admissible."""
+    expected = "a finite number" if (low, high) == (-math.inf, math.inf) else f"a number in [{low:g}, {high:g}]"
+    found = _real(value)
+    if found is None or not low <= found <= high:
+        raise ConfigError(field, repr(value), alternative + expected)
+    return found
+
+
+def positive(field: str, value: Any) -> float:
+    """A finite number > 0."""
+    found = _real(value)
+    if found is None or found <= 0.0:
+        raise ConfigError(field, repr(value), "a finite number > 0")
+    return found
+
+
+def _real(value: Any) -> float | None:
+    """A finite number of Python or NumPy; None for all else, True and False among it."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return None
+    try:
+        found = float(value)
+    except OverflowError:
+        return None
+    return found if math.isfinite(found) else None
+
+
+def reals(field: str, value: Any, expected: str = "real numbers") -> NDArray[np.float64]:
+    """A new C-contiguous array of finite real numbers.
+
+    Text, bools and complex numbers are none, although NumPy would convert them; in a list one of them among numbers
+    would not show in the type of the array.
+    """
+    try:
+        array = np.array(value)
+        is_mixed = not isinstance(value, np.ndarray) and _has_bools(value)
+    except (TypeError, ValueError, OverflowError, RecursionError):
+        raise ConfigError(field, repr(value), expected) from None
+    if array.dtype.kind not in "fiu" or is_mixed:
+        found = f"an array of dtype {array.dtype}" if isinstance(value, np.ndarray) else repr(value)
+        raise ConfigError(field, found, expected)
+    finite(field, array)
+    return np.ascontiguousarray(array, np.float64).reshape(array.shape)
+
+
+def times(value: Any) -> list[float]:
+    """A finite time or an array (T,) of them."""
+    array = np.atleast_1d(reals("time", value, "a time or times (T,)"))
+    if array.ndim != 1:
+        raise ConfigError("time", f"an array of shape {array.shape}", "a time or times (T,)")
+    return array.tolist()
+
+
+def _has_bools(value: Any) -> bool:
+    """Whether a number, or one in nested lists, is a bool."""
+    if isinstance(value, list | tuple):
+        return any(map(_has_bools, value))
+    if isinstance(value, np.ndarray):
+        return value.dtype == np.bool_
+    return isinstance(value, bool | np.bool_)
+
+
 def seed(value: Any, field: str = "seed") -> int:
     """A seed of one robot."""
     try:
@@ -43,7 +108,7 @@ def seeds(value: int | Sequence[int | None] | None, num_envs: int) -> list[int |
     """One seed per robot: robot ``i`` takes ``value + i``, or entry ``i`` of a sequence."""
     if value is None:
         return [None] * num_envs
-    if not isinstance(value, Sequence | np.ndarray) or isinstance(value, str):
+    if not isinstance(value, Sequence | np.ndarray) or isinstance(value, str | bytes | bytearray):
         first = seed(value)
         return [seed(first + i) for i in range(num_envs)]
     if len(value) != num_envs:
@@ -97,7 +162,7 @@ def finite(field: str, array: NDArray[Any]) -> None:
     """Numbers only; the error names the first element that is none."""
     if not np.isfinite(array).all():
         index = tuple(np.argwhere(~np.isfinite(array))[0].tolist())
-        raise ConfigError(f"{field}{list(index)}", array[index], "a finite number")
+        raise ConfigError(f"{field}{list(index)}" if index else field, array[index], "a finite number")
 
 
 def function(field: str, value: Any, call: str) -> Any:

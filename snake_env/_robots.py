@@ -113,7 +113,7 @@ class Robots:
         """Sets difficulties and tells episodes where they take place, or does neither."""
         rows, before = np.flatnonzero(mask).tolist(), self.difficulty
         if options.difficulty is not None:
-            given = np.asarray(options.difficulty)
+            given = _checks.reals("difficulty", options.difficulty, f"a number, or {len(rows)} of them")
             self.set_difficulty(given[mask] if given.shape == mask.shape else given, rows)
         try:
             if options.worlds is not None or self.task.worlds.tells:
@@ -173,22 +173,20 @@ class Robots:
         arguments = state, action[active], self._previous_action[active]
         arrays = buffers.arrays
         if self._functions.reward is not None:
-            reward = _result("reward_fn", "rewards", self._functions.reward(*arguments), np.float64, len(state.time))
+            reward = _rewards(self._functions.reward(*arguments), active, len(state.time))
             buffers.own_reward.fill(0.0)
             buffers.own_reward[active] = arrays.reward[active] = reward
         if self._functions.termination is not None:
             ends = self._functions.termination(*arguments)
-            arrays.terminated[active] |= _result("termination_fn", "flags", ends, np.bool_, len(state.time))
+            flags = _result("termination_fn", "flags", ends, len(state.time), "b", "dtype bool")
+            arrays.terminated[active] |= flags.astype(np.bool_)
         self._previous_action[active] = action[active]
         return int(np.count_nonzero((arrays.terminated | arrays.truncated) & active))
 
     def set_difficulty(self, difficulty: ArrayLike, indices: Sequence[int]) -> None:
         """Sets the difficulty of the episodes that the robots begin from now on: one for all, or one each."""
         expected = f"a number, or {len(indices)} of them"
-        try:
-            values = np.asarray(difficulty, np.float64)
-        except (TypeError, ValueError):
-            raise ConfigError("difficulty", repr(difficulty), expected) from None
+        values = _checks.reals("difficulty", difficulty, expected)
         if values.shape not in [(), (len(indices),)]:
             raise ConfigError("difficulty", repr(difficulty), expected)
         self.native.set_difficulty(indices, np.broadcast_to(values, len(indices)).tolist())
@@ -198,12 +196,12 @@ class Robots:
         links = len(self.task.layout["link_radius"])
         size = 2 if self.task.config["model"] == "planar" else 3
         expected = (len(indices), links, size)
+        shapes = f"an array of shape {expected} or {expected[1:]}"
+        given = _checks.reals("impulse", impulse, shapes)
         try:
-            values = np.broadcast_to(np.asarray(impulse, np.float64), expected)
-        except (TypeError, ValueError):
-            found = f"shape {np.shape(impulse)}" if isinstance(impulse, np.ndarray) else repr(impulse)
-            raise ConfigError("impulse", found, f"an array of shape {expected} or {expected[1:]}") from None
-        _checks.finite("impulse", values)
+            values = np.broadcast_to(given, expected)
+        except ValueError:
+            raise ConfigError("impulse", f"shape {given.shape}", shapes) from None
         self.native.push(indices, np.pad(values, [(0, 0), (0, 0), (0, 3 - size)]))
 
     @property
@@ -234,7 +232,7 @@ class Robots:
 
     def scene(self, i: int) -> Scene:
         """The scene of robot ``i``."""
-        return Scene.from_mapping(self.native.scene(i))
+        return Scene.from_fields(self.native.scene(i))
 
     def observation(self) -> NDArray[np.float32]:
         """The present observations of all robots."""
@@ -258,11 +256,25 @@ class Robots:
             self._seeded[i] = True
 
 
-def _result(field: str, what: str, value: Any, dtype: Any, rows: int) -> NDArray[Any]:
-    """What a function of the user's returned, one number per robot."""
-    array = np.asarray(value)
+def _rewards(value: Any, active: Mask, rows: int) -> NDArray[np.float64]:
+    """The rewards that a function of the user's returned, finite ones."""
+    rewards = _result("reward_fn", "rewards", value, rows, "fiu", "real numbers")
+    if not np.isfinite(rewards).all():
+        k = int(np.argmin(np.isfinite(rewards)))
+        robot = int(np.flatnonzero(active)[k])
+        raise ConfigError(f"reward_fn[{k}]", rewards[k], f"a finite reward of robot {robot}")
+    return rewards.astype(np.float64)
+
+
+def _result(field: str, what: str, value: Any, rows: int, kinds: str, expected: str) -> NDArray[Any]:
+    """What a function of the user's returned, one entry per robot of a dtype of one of these kinds."""
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        raise ConfigError(field, f"{what} in rows of different lengths", f"shape {(rows,)}") from None
     if array.shape != (rows,):
         raise ConfigError(field, f"{what} of shape {array.shape}", f"shape {(rows,)}")
-    if dtype is np.bool_ and array.dtype != np.bool_:
-        raise ConfigError(field, f"{what} of dtype {array.dtype}", "dtype bool")
-    return array.astype(dtype)
+    # An empty list, for no robots, is one of float64.
+    if rows and array.dtype.kind not in kinds:
+        raise ConfigError(field, f"{what} of dtype {array.dtype}", expected)
+    return array

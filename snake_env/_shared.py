@@ -11,13 +11,15 @@ from numpy.typing import NDArray
 
 from snake_env import _checks, _worlds
 from snake_env._robots import Options, Robots
-from snake_env._task import BATCH_KEYWORDS, Task
+from snake_env._task import BATCH_KEYWORDS
 from snake_env._views import RENDER_MODES, Views, frame_rate
 from snake_env.options import TaskOptions
 from snake_env.picture import Picture
 
 FIXED = frozenset([*TaskOptions.__annotations__, *BATCH_KEYWORDS]) - {"difficulty", "render_mode", "num_envs"}
 """Keywords that cannot be set as attributes: nothing would read them."""
+GUARDED = FIXED | {"render_mode"}
+"""Attributes that :meth:`RobotsEnvironment.__setattr__` looks at."""
 
 
 class RobotsEnvironment:
@@ -26,18 +28,19 @@ class RobotsEnvironment:
     metadata: ClassVar[dict[str, Any]] = {"render_modes": RENDER_MODES, "render_fps": 20}
     _ready = False
 
-    def _set_up(self, robots: Robots, render_mode: str | None, picture: Any = None) -> Task:
-        """Takes over the robots; returns their task."""
-        self.render_mode = _checks.choice("render_mode", render_mode, [None, *RENDER_MODES])
+    def _set_up(self, robots: Robots, render_mode: str | None, picture: Any = None) -> None:
+        """Takes over the robots."""
+        self.render_mode = render_mode
         self._robots = robots
         self._views = Views(Picture.of(picture))
         self.metadata = {**self.metadata, "render_fps": frame_rate(robots.task.control_period)}  # type: ignore[misc]
-        return robots.task
 
     def __setattr__(self, name: str, value: Any) -> None:
-        """Refuses what would be ignored."""
-        if name in FIXED:
-            raise AttributeError(f"{name} is fixed when the environment is made")
+        """Refuses what would be ignored, and a render mode that is none."""
+        if name in GUARDED:
+            if name in FIXED:
+                raise AttributeError(f"{name} is fixed when the environment is made")
+            _checks.choice(name, value, [None, *RENDER_MODES])
         super().__setattr__(name, value)
 
     @property
@@ -59,8 +62,12 @@ class RobotsEnvironment:
         checked = _worlds.check_options(options, known)
         if not checked:
             return Options()
-        told = _worlds.per_robot(checked, self._robots.num_envs)
+        told = self._told(checked)
         return Options(told if any(told) else None, checked.get("difficulty"))
+
+    def _told(self, options: Mapping[str, Any]) -> list[dict[str, Any]]:
+        """What the options tell each robot."""
+        return _worlds.per_robot(options, self._robots.num_envs)
 
     def _images(self, robots: Sequence[int]) -> list[NDArray[np.uint8]] | None:
         """The images of some robots ("rgb_array"); None otherwise."""

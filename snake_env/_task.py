@@ -93,19 +93,14 @@ def _controller(options: Mapping[str, Any]) -> dict[str, Any]:
     if not isinstance(value, str):
         return {}
     checks.choice("controller", value, ["pd", "io"])
-    environment = defaults("environment")
+    controller = defaults("environment")["controller"]
     if value == "pd":
-        return {"controller": environment["controller"]}
-    period = options.get("control_period", environment["control_period"])
-    return {"controller": _io(period, environment["controller"]["torque_limit"])}
-
-
-def _io(control_period: Any, torque_limit: float) -> IOLinearizing:
-    try:
-        period = float(control_period) / RATES_PER_PERIOD
-    except (TypeError, ValueError):
-        raise ConfigError("control_period", repr(control_period), "a finite number") from None
-    return IOLinearizing.for_period(period, torque_limit=torque_limit, treatment="implicit")
+        return {"controller": controller}
+    # The core checks the period before gains follow from it.
+    given = {name: options[name] for name in ("control_period",) if name in options}
+    period = layout(given)["config"]["control_period"] / RATES_PER_PERIOD
+    limit = controller["torque_limit"]
+    return {"controller": IOLinearizing.for_period(period, torque_limit=limit, treatment="implicit")}
 
 
 def _require_known(options: Mapping[str, Any], keywords: Sequence[str]) -> None:

@@ -80,8 +80,8 @@ class Views:
         return self._trails.setdefault(i, Trail())
 
 
-def _new_canvas(in_space: bool, picture: Picture) -> TopView:
-    if in_space:
+def _new_canvas(is_spatial: bool, picture: Picture) -> TopView:
+    if is_spatial:
         from snake_env.side_view import TwoViews
 
         return TwoViews(picture)

@@ -47,15 +47,9 @@ class Worlds:
         self._model = model
         self._start, self._goal = start, goal
         self._centre_line = None if corridor is None else _pair("corridor", corridor)[0]
-        self.scene = None if self._generator is None else self.generate(np.random.default_rng(0), 0.0)
+        first = np.random.default_rng(0)
+        self.scene = None if self._generator is None else _generated(self._generator, first, 0.0)
         self.tells = any(part is not None for part in (scene, start, goal, corridor))
-
-    def generate(self, rng: np.random.Generator, difficulty: float) -> Scene:
-        """A scene of the user's generator."""
-        scene = None if self._generator is None else self._generator(rng, difficulty)
-        if not isinstance(scene, Scene):
-            raise ConfigError("scene", f"a generator that returned {scene!r}", "a generator of snake_env.Scene")
-        return scene
 
     def world(self, episode: tuple[int, int], difficulty: float, options: Mapping[str, Any]) -> World:
         """What one episode is told.
@@ -65,11 +59,9 @@ class Worlds:
             difficulty: of the robot, in [0, 1].
             options: of the reset that begins it, over those of the environment.
         """
-        scene = options.get("scene")
-        if scene is not None:
-            scene = _scene_of(scene)
-        elif self._generator is not None:
-            scene = self.generate(np.random.default_rng(episode), difficulty)
+        own = options.get("scene")
+        generator = self._generator if own is None else _generator_of(own)
+        scene = None if generator is None else _generated(generator, np.random.default_rng(episode), difficulty)
         start = options.get("start", self._start)
         if start is None and scene is not None and scene.course is not None:
             start = Start.on_course(scene, self._model)
@@ -78,18 +70,28 @@ class Worlds:
         return {name: part for name, part in told.items() if part is not None}
 
 
+def given(options: Mapping[str, Any]) -> dict[str, Any]:
+    """The options that tell where episodes take place, without those that are None."""
+    return {name: options[name] for name in OPTIONS if options.get(name) is not None}
+
+
 def per_robot(options: Mapping[str, Any], num_envs: int) -> list[dict[str, Any]]:
     """The options of each robot; a list has one entry per robot, None where a robot has none."""
-    rows: list[dict[str, Any]] = [{} for _ in range(num_envs)]
-    for name in OPTIONS:
-        value = options.get(name)
-        values = value if isinstance(value, list) else [value] * num_envs
-        if len(values) != num_envs:
-            raise ConfigError(f"options[{name!r}]", f"a list of {len(values)}", f"a list of {num_envs}, or one for all")
-        for row, one in zip(rows, values, strict=True):
-            if one is not None:
-                row[name] = one
-    return rows
+    lists: dict[str, Any] = {}
+    for name, value in given(options).items():
+        lists[name] = value if isinstance(value, list) else [value] * num_envs
+        if len(lists[name]) != num_envs:
+            expected = f"a list of {num_envs}, or one for all; a point is a tuple, a path an array"
+            raise ConfigError(f"options[{name!r}]", f"a list of {len(value)}", expected)
+    return [given({name: values[i] for name, values in lists.items()}) for i in range(num_envs)]
+
+
+def _generated(generator: Generator, rng: np.random.Generator, difficulty: float) -> Scene:
+    """A scene of the user's generator."""
+    scene = generator(rng, difficulty)
+    if not isinstance(scene, Scene):
+        raise ConfigError("scene", f"a generator that returned {scene!r}", "a generator of snake_env.Scene")
+    return scene
 
 
 def _generator_of(scene: Any) -> Generator | None:
@@ -133,7 +135,7 @@ def _goal_of(goal: Any, centre_line: float | None) -> dict[str, Any] | None:
     if _is_path(goal):
         return {"path": [list(_pair(f"goal[{k}]", point)) for k, point in enumerate(goal)]}
     if isinstance(goal, list | tuple) and len(goal) in (2, 3):
-        x, y, *radius = _numbers("goal", goal, GOAL)
+        x, y, *radius = _checks.reals("goal", goal, GOAL).tolist()
         return {"point": [x, y]} | ({"radius": radius[0]} if radius else {})
     if isinstance(goal, int | float) and not isinstance(goal, bool):
         return {"distance": float(goal), **line}
@@ -146,17 +148,11 @@ def _is_path(goal: Any) -> bool:
 
 
 def _pair(field: str, value: Any) -> tuple[float, float]:
-    numbers = _numbers(field, value, "two numbers")
-    if len(numbers) != 2:
+    numbers = _checks.reals(field, value, "two numbers")
+    if numbers.shape != (2,):
         raise ConfigError(field, repr(value), "two numbers")
-    return numbers[0], numbers[1]
-
-
-def _numbers(field: str, value: Any, expected: str) -> list[float]:
-    try:
-        return [float(one) for one in value]
-    except (TypeError, ValueError):
-        raise ConfigError(field, repr(value), expected) from None
+    x, y = numbers.tolist()
+    return x, y
 
 
 def split(options: Mapping[str, Any]) -> tuple[Worlds, dict[str, Any]]:

@@ -11,7 +11,7 @@ from gymnasium.error import ResetNeeded
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Unpack
 
-from snake_env import _checks
+from snake_env import _checks, _worlds
 from snake_env._robots import Functions, Robots, RobotState
 from snake_env._shared import RobotsEnvironment
 from snake_env._task import Task
@@ -58,8 +58,8 @@ class SnakeEnv(RobotsEnvironment, gym.Env[Any, NDArray[np.float32]]):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Starts a new episode: the first of the stream ``seed``, or the next of the present stream.
 
-        ``options`` has the scene, start and goal of this episode, as the keywords of the environment, and the
-        ``difficulty`` from now on.
+        ``options`` has the ``scene``, ``start`` and ``goal`` of this episode, whatever the keywords of the environment
+        take, and the ``difficulty`` from now on.
 
         Raises:
             ConfigError: names the seed or the option that is not admissible.
@@ -70,6 +70,10 @@ class SnakeEnv(RobotsEnvironment, gym.Env[Any, NDArray[np.float32]]):
         self._ready = True
         self._show()
         return self._observed(buffers.arrays.observation[0]), self._robots.info(buffers)
+
+    def _told(self, options: Mapping[str, Any]) -> list[dict[str, Any]]:
+        """One robot has no list of one entry per robot: a list is what it is as a keyword, such as a point."""
+        return [_worlds.given(options)]
 
     def step(self, action: ArrayLike) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Moves the robot on by one control period.

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from snake_env import _checks
 from snake_env._native import control_plant as native_control_plant
 from snake_env._native import process_plant as native_process_plant
 from snake_env.config import PD, Robot, Scene
@@ -112,5 +113,5 @@ def control_plant(phi: ArrayLike, nu: ArrayLike, robot: Robot | None = None, sce
 
 
 def _state(vectors: dict[str, ArrayLike], robot: Robot | None, scene: Scene) -> dict[str, Any]:
-    arrays = {name: np.atleast_1d(np.asarray(vector, np.float64)) for name, vector in vectors.items()}
-    return {"robot": robot or Robot(), "scene": scene, **arrays}
+    arrays = {name: np.atleast_1d(_checks.reals(name, vector)) for name, vector in vectors.items()}
+    return {"robot": Robot.of(robot), "scene": Scene.of(scene), **arrays}

@@ -9,13 +9,14 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
+from snake_env.config.robot import per_link
 from snake_env.errors import ConfigError
 from snake_env.obstacles import Circle, Obstacle, Segment, outlines
 
 if TYPE_CHECKING:
     from snake_env.config.controllers import PD
     from snake_env.config.gait import Gait
-    from snake_env.config.robot import PerLink, Robot
+    from snake_env.config.robot import Robot
     from snake_env.config.scene import Scene
     from snake_env.config.start import Start
 
@@ -80,7 +81,7 @@ def _require_supported(scene: Scene, start: Start) -> None:
     if scene.friction[0] != scene.friction[1]:
         raise ConfigError("scene.friction", scene.friction, "equal coefficients along and across a link for MuJoCo")
     if scene.stribeck.drop or any(scene.viscous):
-        raise ConfigError("scene", "friction that depends on speed", "Coulomb friction alone for MuJoCo")
+        raise ConfigError("scene", "friction that depends on speed", "only Coulomb friction for MuJoCo")
     if start.pitch or start.roll:
         raise ConfigError("start.pitch", (start.pitch, start.roll), "a robot that lies flat for MuJoCo")
 
@@ -128,7 +129,7 @@ def _add_chain(world: Element, robot: Robot, start: Start) -> None:
     """Nested bodies, x along the links and z up, with the origin at the CG of link 1 and at the joints."""
     count = robot.links
     length, half, radius, mass, inertia, roll = (
-        _each(value, count)
+        per_link(value, count)
         for value in (
             robot.length,
             robot.contact_half_length,
@@ -184,7 +185,7 @@ def _posture(robot: Robot, start: Start, gait: Gait) -> Array:
 def _height(robot: Robot, posture: Array) -> float:
     """Height of the CG of link 1, which is level, where the lowest point of the robot touches the ground [m]."""
     count = robot.links
-    length, half, radius = (_each(value, count) for value in (robot.length, robot.contact_half_length, robot.radius))
+    length, half, radius = (per_link(value, count) for value in (robot.length, robot.contact_half_length, robot.radius))
     turned, joint, lowest = np.eye(3), 0.5 * length[0] * np.eye(3)[0], -float(radius[0])
     for i in range(1, count):
         (sin_yaw, sin_pitch), (cos_yaw, cos_pitch) = np.sin(posture[i - 1]), np.cos(posture[i - 1])
@@ -196,10 +197,6 @@ def _height(robot: Robot, posture: Array) -> float:
         lowest = min(lowest, float(centre[2] - half[i] * abs(axis[2]) - radius[i]))
         joint = joint + length[i] * axis
     return -lowest
-
-
-def _each(value: PerLink, links: int) -> Array:
-    return np.broadcast_to(np.asarray(value, np.float64), (links,))
 
 
 def _add(parent: Element, tag: str, /, **attributes: Any) -> Element:

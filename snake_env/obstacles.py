@@ -13,7 +13,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from snake_env.config.section import Section, frozen
+from snake_env import _checks
+from snake_env.config.section import Section, renamed
 from snake_env.errors import ConfigError
 
 __all__ = ["Box", "Circle", "Obstacle", "Polygon", "Segment"]
@@ -21,8 +22,21 @@ __all__ = ["Box", "Circle", "Obstacle", "Polygon", "Segment"]
 Point = tuple[float, float]
 
 
+class _Body(Section):
+    """What all obstacles have in common."""
+
+    _section: ClassVar[str] = "obstacle"
+
+    def __post_init__(self) -> None:
+        # The core leaves out what is None, and would name the whole obstacle.
+        for one in dataclasses.fields(self):  # type: ignore[arg-type]
+            if one.default is dataclasses.MISSING and getattr(self, one.name) is None:
+                raise ConfigError(f"obstacle.{one.name}", None, "a value")
+        super().__post_init__()
+
+
 @dataclass(frozen=True)
-class Circle(Section):
+class Circle(_Body):
     """A peg.
 
     Args:
@@ -34,8 +48,6 @@ class Circle(Section):
         height: of the top face above the ground, > 0; None: without end. The spatial model only [m].
     """
 
-    _section: ClassVar[str] = "obstacle"
-
     radius: float
     x: float
     y: float
@@ -46,11 +58,12 @@ class Circle(Section):
 
     def moved(self, dx: float, dy: float) -> Circle:
         """The obstacle shifted by (dx, dy) [m]."""
-        return dataclasses.replace(self, x=self.x + dx, y=self.y + dy)
+        ((x, y),) = _shifted([(self.x, self.y)], dx, dy)
+        return dataclasses.replace(self, x=x, y=y)
 
 
 @dataclass(frozen=True)
-class Segment(Section):
+class Segment(_Body):
     """A straight wall without thickness; links touch both sides and the ends.
 
     Args:
@@ -60,8 +73,6 @@ class Segment(Section):
         mass: None; obstacles are fixed.
         height: of the top face above the ground, > 0; None: without end. The spatial model only [m].
     """
-
-    _section: ClassVar[str] = "obstacle"
 
     start: Point
     end: Point
@@ -77,7 +88,7 @@ class Segment(Section):
 
 
 @dataclass(frozen=True)
-class Box(Section):
+class Box(_Body):
     """A rectangle.
 
     Args:
@@ -90,8 +101,6 @@ class Box(Section):
         height: of the top face above the ground, > 0; None: without end. The spatial model only [m].
     """
 
-    _section: ClassVar[str] = "obstacle"
-
     size: Point
     x: float
     y: float
@@ -103,11 +112,12 @@ class Box(Section):
 
     def moved(self, dx: float, dy: float) -> Box:
         """The obstacle shifted by (dx, dy) [m]."""
-        return dataclasses.replace(self, x=self.x + dx, y=self.y + dy)
+        ((x, y),) = _shifted([(self.x, self.y)], dx, dy)
+        return dataclasses.replace(self, x=x, y=y)
 
 
 @dataclass(frozen=True)
-class Polygon(Section):
+class Polygon(_Body):
     """A convex polygon.
 
     Args:
@@ -116,8 +126,6 @@ class Polygon(Section):
         mass: None; obstacles are fixed.
         height: of the top face above the ground, > 0; None: without end. The spatial model only [m].
     """
-
-    _section: ClassVar[str] = "obstacle"
 
     vertices: Sequence[Point]
     friction: float = 0.0
@@ -166,8 +174,8 @@ def moved(obstacle: Any, dx: float, dy: float) -> Any:
     """An obstacle of a scene, or a triple (radius, x, y), shifted by (dx, dy) [m]."""
     if isinstance(obstacle, Obstacle):
         return obstacle.moved(dx, dy)
-    radius, x, y = obstacle
-    return radius, x + dx, y + dy
+    radius, *centre = obstacle
+    return radius, *_shifted([tuple(centre)], dx, dy)[0]
 
 
 def to_plain(obstacle: Any) -> Any:
@@ -186,7 +194,7 @@ def from_plain(obstacle: Any, path: str) -> Any:
         ConfigError: names the field that is unknown, missing or not admissible.
     """
     if not isinstance(obstacle, Mapping):
-        return tuple(obstacle) if isinstance(obstacle, list) else obstacle
+        return obstacle
     fields = dict(obstacle)
     shape = fields.pop("shape", None)
     if not isinstance(shape, str) or shape not in _SHAPES:
@@ -196,12 +204,12 @@ def from_plain(obstacle: Any, path: str) -> Any:
         if name not in known:
             raise ConfigError(f"{path}.{name}", repr(value), f"a field of a {shape}: " + ", ".join(known))
     try:
-        return _SHAPES[shape](**{name: frozen(value) for name, value in fields.items()})
+        return _SHAPES[shape](**fields)
     except TypeError:
         required = [name for name in known if name not in ("angle", "friction", "mass", "height")]
         raise ConfigError(path, repr(obstacle), f"a {shape} with " + ", ".join(required)) from None
     except ConfigError as error:
-        raise ConfigError(path + error.field.removeprefix("obstacle"), error.value, error.expected) from None
+        raise renamed(error, "obstacle", path) from None
 
 
 def _corners(obstacle: Segment | Box | Polygon) -> NDArray[np.float64]:
@@ -215,6 +223,7 @@ def _corners(obstacle: Segment | Box | Polygon) -> NDArray[np.float64]:
 
 
 def _shifted(points: Sequence[Point], dx: float, dy: float) -> list[Point]:
+    dx, dy = _checks.number("dx", dx), _checks.number("dy", dy)
     return [(x + dx, y + dy) for x, y in points]
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from snake_env import _checks
+from snake_env.config.section import freeze
 from snake_env.errors import ConfigError
 
 LAYERS = ("grid", "goal", "obstacles", "trail", "links", "forces", "caption")
@@ -43,10 +44,10 @@ class Picture:
         _checks.choice("picture.camera", self.camera, CAMERAS)
         if self.centre is not None:
             for k, value in enumerate(_pair("picture.centre", self.centre)):
-                _number(f"picture.centre[{k}]", value, -1e6, 1e6)
-        _number("picture.zoom", self.zoom, 0.05, 20.0)
-        for k, layer in enumerate(self.layers):
-            _checks.choice(f"picture.layers[{k}]", layer, LAYERS)
+                _checks.number(f"picture.centre[{k}]", value, -1e6, 1e6)
+        _checks.number("picture.zoom", self.zoom, 0.05, 20.0)
+        _checks.names("picture.layers", self.layers, LAYERS)
+        freeze(self)
 
     @classmethod
     def of(cls, value: Any) -> Picture:
@@ -70,8 +71,3 @@ def _pair(field: str, value: Any) -> tuple[Any, Any]:
     if not isinstance(value, tuple | list) or len(value) != 2:
         raise ConfigError(field, repr(value), "two numbers")
     return value[0], value[1]
-
-
-def _number(field: str, value: Any, low: float, high: float) -> None:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
-        raise ConfigError(field, repr(value), f"a number in [{low:g}, {high:g}]")

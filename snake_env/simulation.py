@@ -9,10 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from snake_env import _checks, minimal
 from snake_env._native import simulate as native_simulate
 from snake_env.config import PD, Gait, Integrator, IOLinearizing, JointTrajectory, Noise, Robot, Scene, Start
 from snake_env.config.joint_trajectory import JointReference
+from snake_env.errors import ConfigError
 from snake_env.trajectory import Trajectory
+
+MODELS = ("planar", "spatial", "minimal")
 
 VISIBLE_PENETRATION = 1e-3
 """Penetration above which :func:`simulate` warns [m]."""
@@ -20,8 +24,8 @@ VISIBLE_PENETRATION = 1e-3
 
 def simulate(
     model: str = "planar",
-    robot: Robot | None = None,
-    scene: Scene | None = None,
+    robot: Robot | Mapping[str, Any] | None = None,
+    scene: Scene | Mapping[str, Any] | None = None,
     gait: Gait | JointTrajectory | JointReference | None = None,
     controller: PD | IOLinearizing | None = None,
     integrator: Integrator | None = None,
@@ -68,47 +72,68 @@ def simulate(
         UserWarning: a link overlapped a peg, or in the spatial model the ground, by more than a millimetre, as when the
             robot starts inside one; or solves ended before their tolerance.
     """
-    if self_contact is not None:
-        robot = dataclasses.replace(Robot() if robot is None else robot, self_contact=self_contact)
-    if reference_rate is not None or reference_delay != 0.0 or not _is_section(gait):
-        joints = _link_count(robot) - 1
-        gait = JointTrajectory.sampled(gait or Gait(), duration, joints, reference_rate, reference_delay)
-    groups = [record] if isinstance(record, str) else list(record)
-    config = {"model": model, "duration": duration, "sample": sample, "seed": seed, "record": groups}
+    _checks.choice("model", model, MODELS)
+    of_run: dict[str, Any] = {"robot": _robot(robot, self_contact), "scene": _scene(model, scene)}
+    delay = _checks.number("reference_delay", reference_delay, 0.0, 10.0)
+    if gait is None or isinstance(gait, Mapping):
+        gait = Gait.of(gait)
+    if reference_rate is not None or delay != 0.0 or not _is_section(gait):
+        gait = JointTrajectory.sampled(gait, duration, of_run["robot"].links - 1, reference_rate, delay)
+    config = {"model": model, "duration": duration, "sample": sample, "seed": seed, "record": _groups(record)}
     sections = {
-        "robot": robot,
-        "scene": scene,
+        **of_run,
         "gait": None if isinstance(gait, JointTrajectory) else gait,
         "joint_trajectory": gait.fields() if isinstance(gait, JointTrajectory) else None,
         "controller": controller,
         "integrator": integrator,
-        "start": _start(model, scene) if start is None else start,
+        "start": _start(model, of_run["scene"]) if start is None else start,
         "noise": noise,
     }
     given = {name: section for name, section in sections.items() if section is not None}
-    arrays: dict[str, Any] = native_simulate(config | given)
-    arrays["scene"] = scene if isinstance(scene, Scene) else None
-    arrays["robot"] = robot if isinstance(robot, Robot) else None
-    trajectory = Trajectory(**arrays)
+    trajectory = Trajectory(**_native_run(config | given), **of_run)
     _warn_of_penetration(trajectory, _others(model, trajectory))
     _warn_of_unconverged(trajectory)
     return trajectory
 
 
+def _robot(given: Any, self_contact: Any) -> Robot:
+    robot = Robot.of(given)
+    return robot if self_contact is None else dataclasses.replace(robot, self_contact=self_contact)
+
+
+def _scene(model: str, given: Any) -> Scene:
+    return minimal.TABLE_7_2_GROUND if given is None and model == "minimal" else Scene.of(given)
+
+
 def _is_section(gait: Any) -> bool:
     """Whether the core reads the gait as it is, or refuses it by name."""
-    return isinstance(gait, Gait | JointTrajectory | Mapping) or not hasattr(gait, "angle")
+    return isinstance(gait, Gait | JointTrajectory) or not hasattr(gait, "angle")
 
 
-def _link_count(robot: Any) -> int:
-    if isinstance(robot, Mapping):
-        return int(robot.get("links", Robot.links))
-    return Robot.links if robot is None else robot.links
+def _groups(record: Any) -> list[Any]:
+    """Names of what is recorded, which the core checks."""
+    if isinstance(record, str):
+        return [record]
+    try:
+        return list(record)
+    except TypeError:
+        raise ConfigError("record", repr(record), "a name or a list of names") from None
 
 
-def _start(model: str, scene: Any) -> Start | None:
+def _native_run(config: dict[str, Any]) -> dict[str, Any]:
+    """The arrays of a run."""
+    try:
+        return native_simulate(config)
+    except ConfigError as error:
+        # The core shows the noise in its own notation.
+        if error.field == "noise":
+            raise ConfigError("noise", repr(config["noise"]), error.expected) from None
+        raise
+
+
+def _start(model: str, scene: Scene) -> Start | None:
     """The start of a preset course."""
-    if getattr(scene, "course", None) is None:
+    if scene.course is None:
         return None
     return Start.on_course(scene, "spatial" if model == "spatial" else "planar")
 

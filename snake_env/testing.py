@@ -98,7 +98,7 @@ def check_results(make: MakeVector, num_envs: int, steps: int, seed: int) -> Non
 
 
 def _check_infos(infos: dict[str, Any], num_envs: int, where: str) -> None:
-    """Every key has a mask, every array one row an environment, every masked row is zero or None."""
+    """Every key has a mask, every array one row per environment, every masked row is zero or None."""
     for key, values in infos.items():
         if key.startswith("_"):
             continue
@@ -127,7 +127,7 @@ def check_fresh_arrays(make: MakeVector, num_envs: int, seed: int) -> None:
 
 
 def check_seeds(make: MakeVector, num_envs: int, seed: int) -> None:
-    """A seed fixes the run; robot i depends on its own seed alone, not on the size of the batch."""
+    """A seed fixes the run; robot i depends only on its own seed, not on the size of the batch."""
     runs = []
     forms: list[Any] = [seed, np.int64(seed), [seed + i for i in range(num_envs)]]
     for seeds in forms:
@@ -150,7 +150,7 @@ def check_seeds(make: MakeVector, num_envs: int, seed: int) -> None:
 
 
 def check_reset_mask(make: MakeVector, num_envs: int, seed: int) -> None:
-    """Partial resets start the chosen rows anew, keep the others, and leave the caller's options alone."""
+    """Partial resets start the chosen rows anew, keep the others, and leave the caller's options unchanged."""
     env = make(num_envs=num_envs, autoreset_mode=DISABLED)
     env.reset(seed=seed)
     observation = None

@@ -79,11 +79,11 @@ class Trajectory:
     energy: Array
     max_joint_gap: float
     max_penetration: float
+    scene: Scene
+    robot: Robot
     self_contact_force: Array | None = None
     passive_velocity: Array | None = None
     quaternion: Array | None = None
-    scene: Scene | None = None
-    robot: Robot | None = None
     velocity: Array | None = None
     angular_velocity: Array | None = None
     joint_rate: Array | None = None

@@ -38,7 +38,7 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
     whatever ``num_envs`` and ``num_threads`` are. One environment object belongs to one thread at a time.
 
     ``reset(seed=s)`` gives robot ``i`` the random stream ``s + i`` (or entry ``i`` of a sequence); a reset without
-    seed continues the streams. ``reset(options={"reset_mask": mask})`` resets the robots in a boolean mask alone.
+    seed continues the streams. ``reset(options={"reset_mask": mask})`` resets only the robots in a boolean mask.
 
     Arrays that a call has returned are never written again as long as anything refers to them.
 
@@ -96,8 +96,12 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
         """Starts new episodes, of all robots or of those in ``options["reset_mask"]``.
 
         Robots outside the mask keep their state and return their present observation. ``options`` may also have the
-        ``scene``, ``start`` and ``goal`` of these episodes, one for all or a list of one per robot, as the keywords of
-        the environment, and the ``difficulty`` of these robots from now on.
+        ``scene``, ``start`` and ``goal`` of these episodes, as the keywords of the environment take them, and the
+        ``difficulty`` of these robots from now on.
+
+        A list in ``options`` has one entry per robot of the batch, None where a robot has none; as a keyword it is one
+        value for all. A goal point of all robots is therefore a tuple or an array here, ``(3.0, 1.0)``, and a path an
+        array or a mapping: ``[3.0, 1.0]`` are the goal lines of two robots.
 
         Raises:
             ConfigError: names the seed, option or mask that is not admissible.

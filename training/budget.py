@@ -56,7 +56,7 @@ class Interval:
         return steps // self._length if self._length else 0
 
     def due(self, steps: int) -> bool:
-        """Whether another interval has ended since the last call that said so."""
+        """Whether another interval has ended since the last call that returned True."""
         before, self._done = self._done, self._number(steps)
         return self._length == 0 or self._done > before
 
@@ -75,7 +75,7 @@ class StopRequest:
 
     @property
     def received(self) -> bool:
-        """Whether the run has been asked to stop."""
+        """Whether a signal to stop has been received."""
         return self._asked
 
     def __enter__(self) -> StopRequest:

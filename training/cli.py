@@ -15,6 +15,8 @@ import tyro
 
 from snake_env import ConfigError
 from snake_env.policies.gaits import DEGREE, GaitParameters
+from training import config as configs
+from training.runs import StaleRun
 
 COMMANDS = {
     "train": ("training.train", "train a policy, or resume a run"),
@@ -61,8 +63,9 @@ def answer(
     """
     options = tyro.cli(kind, args=arguments, description=text)
     try:
+        configs.check(options)
         return work(options)
-    except (FileNotFoundError, ConfigError, gym.error.Error) as error:
+    except (FileNotFoundError, ConfigError, StaleRun, gym.error.Error) as error:
         print(error, file=sys.stderr)
         return 2
     except KeyboardInterrupt:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, TypeVar, get_type_hints
 
 import gymnasium as gym
 import tyro
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, field_validator, model_validator
 
 from snake_env import ConfigError
 from snake_env.evaluation import seeds
@@ -20,6 +22,8 @@ ROOT = Path(__file__).parents[1]
 CONFIGS = ROOT / "training" / "configs"
 
 Count = Annotated[int, Field(ge=1)]
+"""Number of things of which there is at least one."""
+Seed = Annotated[int, Field(ge=0, lt=seeds.TRAINING.stop)]
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
@@ -53,8 +57,13 @@ class Section(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
     def with_changes(self: Self, **changes: Any) -> Self:
-        """A copy with other values, which are checked too."""
-        return type(self)(**{name: getattr(self, name) for name in type(self).model_fields} | changes)
+        """A copy with other values, which are checked too.
+
+        Raises:
+            ConfigError: names the field, its value and what is admissible.
+        """
+        with checked(type(self)):
+            return type(self)(**{name: getattr(self, name) for name in type(self).model_fields} | changes)
 
 
 class Networks(Section):
@@ -87,7 +96,7 @@ class EvolutionNetworks(Section):
     """The actor of the learner ``evolution``.
 
     Args:
-        hidden: Units of each hidden layer; none: actions are linear in what the network sees.
+        hidden: Units of each hidden layer; none: actions are linear in the inputs of the network.
         symmetric: The network treats left and right alike.
     """
 
@@ -133,7 +142,7 @@ class Evolution(Section):
     Args:
         fields: Fields on which each candidate plays an episode; all candidates of a generation on the same.
         spread: Standard deviation of the candidates around their mean at the start.
-        inputs: Blocks of the observation, or single elements as in "wave: sin_phase", that the network sees; None: all.
+        inputs: Blocks of the observation, or single elements as in "wave: sin_phase", that are inputs; None: all.
     """
 
     fields: Count = 4
@@ -184,7 +193,7 @@ class RunConfig(Section):
         env: Keywords of the environment.
         num_envs: Robots in the batch.
         num_threads: Threads of the simulator.
-        torch_threads: Threads of the learner, which waits while the simulator runs, and vice versa.
+        torch_threads: Threads of the learner, which is idle while the simulator runs, and vice versa.
         seed: Of networks, noise and fields.
         total_steps: Environment steps after which training ends, summed over the robots; schedules follow them.
         checkpoint_steps: Environment steps between checkpoints; zero: one after every update.
@@ -201,7 +210,7 @@ class RunConfig(Section):
     num_envs: Count = 64
     num_threads: Count = 2
     torch_threads: Count = 1
-    seed: Annotated[int, Field(ge=0, lt=seeds.TRAINING.stop)] = 0
+    seed: Seed = 0
     total_steps: Count = 10_000_000
     checkpoint_steps: Annotated[int, Field(ge=0)] = 500_000
     evaluations: Annotated[int, Field(ge=0)] = 10
@@ -225,7 +234,7 @@ class RunConfig(Section):
         return max(1, self.total_steps // self.evaluations) if self.evaluations else None
 
     def environments(self) -> list[tuple[str, str, dict[str, Any]]]:
-        """Name of the task, environment and keywords of each task of the run; one alone has an empty name."""
+        """Name of the task, environment and keywords of each task of the run; a single one has an empty name."""
         return [("", self.env_id, self.env)]
 
     @field_validator("env_id")
@@ -271,7 +280,7 @@ class PpoConfig(CurriculumConfig):
     Args:
         behaviour_cloning: What the policy imitates first; None: it begins with random weights.
         tasks: Robots in each of several tasks of the benchmark, by name, for one policy for all of them; ``env_id`` is
-            then one of their environments, and ``env`` has the keywords that they share. Empty: ``env_id`` alone.
+            then one of their environments, and ``env`` has the keywords that they share. Empty: only ``env_id``.
     """
 
     learner: Annotated[Literal["ppo"], tyro.conf.Suppress] = "ppo"
@@ -329,7 +338,7 @@ def load(path: Path | str, learner: str | None = None) -> RunConfig:
     """
     values = read(path)
     name = values.get("learner", "sb3") if learner is None else learner
-    if name not in LEARNERS:
+    if not isinstance(name, str) or name not in LEARNERS:
         raise ConfigError("learner", name, f"one of {', '.join(LEARNERS)}")
     return parse(LEARNERS[name], values | {"learner": name})
 
@@ -347,7 +356,7 @@ def read(path: Path | str) -> dict[str, Any]:
     """The values of a configuration file, not yet checked.
 
     Raises:
-        ConfigError: there is no such file or name, or it is not a mapping in YAML or JSON.
+        ConfigError: there is no such file or name, or it is not a mapping of what JSON has, each name once.
     """
     import yaml
 
@@ -358,12 +367,46 @@ def read(path: Path | str) -> dict[str, Any]:
     kind = "JSON" if found.suffix == ".json" else "YAML"
     try:
         text = found.read_text()
-        values = json.loads(text) if kind == "JSON" else yaml.safe_load(text) or {}
-    except (ValueError, yaml.YAMLError) as error:
+        values = json.loads(text, object_pairs_hook=_each_once) if kind == "JSON" else _yaml(text)
+    except (TypeError, ValueError, yaml.YAMLError) as error:
         raise ConfigError("config", found, f"{kind} ({' '.join(str(error).split())})") from None
     if not isinstance(values, dict):
         raise ConfigError("config", found, "a mapping of names to values")
     return values
+
+
+def _yaml(text: str) -> Any:
+    """The values of a YAML text, of the kinds that JSON has: what YAML takes for a date remains a string."""
+    import yaml
+
+    class Loader(yaml.SafeLoader):
+        """Refuses a name that a mapping has twice."""
+
+        yaml_implicit_resolvers: ClassVar = {
+            first: [one for one in resolvers if one[0] != "tag:yaml.org,2002:timestamp"]
+            for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
+        }
+
+        def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+            _each_once([(key.value, None) for key, _ in node.value])
+            return super().construct_mapping(node, deep)
+
+    values = yaml.load(text, Loader)
+    json.dumps(values)  # raises where a tag makes something else
+    return values or {}
+
+
+def _each_once(pairs: list[tuple[Any, Any]]) -> dict[Any, Any]:
+    """The pairs of a mapping as a dict.
+
+    Raises:
+        ValueError: two pairs have one name.
+    """
+    names = [name for name, _ in pairs]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"{name} is there {names.count(name)} times")
+    return dict(pairs)
 
 
 def parse(kind: type[Kind], values: dict[str, Any]) -> Kind:
@@ -372,10 +415,40 @@ def parse(kind: type[Kind], values: dict[str, Any]) -> Kind:
     Raises:
         ConfigError: names the field, its value and what is admissible.
     """
-    try:
+    with checked(kind):
         return kind.model_validate_json(json.dumps(values))
+
+
+def check(options: object) -> None:
+    """Checks the options of a command, a dataclass, as the sections of a configuration are.
+
+    Raises:
+        ConfigError: names the option, its value and what is admissible.
+    """
+    for name, admissible in get_type_hints(type(options), include_extras=True).items():
+        try:
+            TypeAdapter(admissible).validate_python(getattr(options, name))
+        except ValidationError as error:
+            first = error.errors()[0]
+            raise ConfigError(".".join(map(str, (name, *first["loc"]))), first["input"], _expected(first)) from None
+
+
+@contextmanager
+def checked(kind: type[BaseModel]) -> Iterator[None]:
+    """For making a section.
+
+    Raises:
+        ConfigError: in the place of pydantic's error.
+    """
+    try:
+        yield
     except ValidationError as error:
         raise _config_error(kind, error) from None
+
+
+def _expected(error: Any) -> str:
+    """What one of pydantic's errors says is admissible."""
+    return str(error["msg"]).removeprefix("Input should be ")
 
 
 def _config_error(kind: type[BaseModel], error: ValidationError) -> ConfigError:
@@ -388,7 +461,7 @@ def _config_error(kind: type[BaseModel], error: ValidationError) -> ConfigError:
     section = kind
     for name in path:
         section = _section(section, str(name))
-    expected = first["msg"].removeprefix("Input should be ")
+    expected = _expected(first)
     if first["type"] == "extra_forbidden":
         expected = f"one of {', '.join(section.model_fields)}"
     elif first["type"] in ("model_type", "dict_type"):

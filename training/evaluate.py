@@ -3,7 +3,7 @@
     python -m training evaluate --policy runs/field/policy.safetensors --video
     python -m training evaluate --gait thesis --gait 30,120,-50 --env SnakeFree-v1
 
-Without --env the task is the one that the first policy was trained in. Every policy meets the same fields, on none of
+Without --env the task is the one that the first policy was trained in. All policies play on the same fields, on none of
 which anything was trained. Prints success, progress, speed, time to the goal, share of jammed time, cost of transport
 and share of robots that left the corridor, each with its 95 % bootstrap interval over fields, and writes them as JSON.
 """
@@ -21,9 +21,9 @@ import tyro
 from snake_env.evaluation import acting, scores, seeds
 from snake_env.evaluation.rollout import run_episodes
 from snake_env.policies.gaits import GaitParameters
-from snake_env.policies.interface import Policy
+from snake_env.policies.interface import Policy, refuse_other_interface
 from training.cli import Gait, answer
-from training.config import JsonObject
+from training.config import Count, JsonObject
 from training.evaluation import loading
 from training.evaluation.report import FIELDS, film, report
 
@@ -47,7 +47,7 @@ class Options:
     gait: tyro.conf.UseAppendAction[tuple[Gait, ...]] = ()
     env: str | None = None
     options: JsonObject = field(default_factory=dict)
-    fields: int = FIELDS
+    fields: Count = FIELDS
     num_threads: int | None = None
     out: Path = Path("runs/evaluate")
     video: bool = False
@@ -67,7 +67,7 @@ def evaluate(given: Options) -> int:
     policies += loading.load_models(paths)
     loading.refuse_other_model(paths, env_id, options)
     for policy in policies:
-        loading.refuse_other_interface(policy, options)
+        refuse_other_interface(policy, options)
     print(f"{env_id} {json.dumps(options)}, {given.fields} held-out fields")
     fields = seeds.held_out(given.fields)
     played = {one.name: run_episodes(one, env_id, fields, given.num_threads, **options) for one in policies}

@@ -5,8 +5,8 @@
 
 Three stages: the search for the best gait (``gaits/``), training (``policy/``) and the evaluation (``evaluation.json``,
 figures, video). The same command continues a stopped run: finished stages are not repeated, and training resumes from
-its latest checkpoint; only the evaluation is always repeated. The run starts over with
-``--fresh``, or if configuration or seed differ from those of the run in the folder.
+its latest checkpoint, also for a larger ``--total-steps`` than it finished with; only the evaluation is always
+repeated. The run starts over with ``--fresh``, or if configuration or seed differ from those of the run in the folder.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from snake_env.policies.gaits import GaitParameters
 from snake_env.policies.interface import Policy
 from training import config as configs
 from training.cli import answer
-from training.config import RunConfig
+from training.config import Count, RunConfig, Seed
 from training.evaluation import figures
 from training.evaluation.loading import load_model
 from training.evaluation.report import FIELDS, report
@@ -54,9 +54,9 @@ class Options:
 
     out: Path = Path("runs/train")
     config: Path = Path("default")
-    total_steps: int | None = None
-    seed: int | None = None
-    fields: int = FIELDS
+    total_steps: Count | None = None
+    seed: Seed | None = None
+    fields: Count = FIELDS
     fresh: bool = False
 
 
@@ -85,6 +85,8 @@ def _stages(args: Options) -> int:
         print(f"starting over in {args.out}")
         for name in ("policy", "gaits"):
             shutil.rmtree(args.out / name, ignore_errors=True)
+    if folder.exists:
+        folder.require_budget(config.total_steps)
     folder.create(config)
     start = time.monotonic()
     best = _gait_stage(args.out / "gaits", config)

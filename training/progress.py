@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,14 +20,12 @@ SHOWN = ("is_success", "speed", "return")
 
 
 class Progress:
-    """Plays policies of one run and remembers the best.
-
-    A policy is better if the mean over tasks of success rate plus speed [m/s] is higher.
+    """Plays policies of one run and keeps their scores; the one of the highest :func:`merit` is the best.
 
     Args:
         run: Folder, with the file ``evaluations.jsonl``.
         config: Of the run.
-        steps: Environment steps taken before; what an earlier part of the run noted beyond them is forgotten.
+        steps: Environment steps taken before; what an earlier part of the run noted beyond them is dropped.
     """
 
     def __init__(self, run: Path, config: RunConfig, steps: int) -> None:
@@ -38,26 +36,39 @@ class Progress:
 
     def play(self, policy: Policy, steps: int) -> dict[str, float]:
         """Scores of a policy after so many environment steps, also noted in the file."""
-        row: dict[str, float] = {"steps": steps}
-        found = {name: self._scores(policy, env_id, options) for name, env_id, options in self._config.environments()}
-        for key in SHOWN:
-            row[key] = round(float(np.mean([scores[key] for scores in found.values()])), 4)
-        if len(found) > 1:
-            row |= {f"{key}/{name}": round(scores[key], 4) for name, scores in found.items() for key in SHOWN[:2]}
+        fields = seeds.selection(self._config.evaluation_fields, SKIP)
+        found, of_tasks = means_over_tasks(policy, self._config, fields, SHOWN)
+        row = {"steps": steps} | {key: round(mean, 4) for key, mean in found.items()}
+        if len(of_tasks) > 1:
+            row |= {f"{key}/{task}": round(means[key], 4) for task, means in of_tasks.items() for key in SHOWN[:2]}
         self._rows = [one for one in self._rows if one["steps"] < steps] + [row]
         self._file.write_text("".join(json.dumps(one) + "\n" for one in self._rows))
         return row
 
-    def _scores(self, policy: Policy, env_id: str, options: dict[str, Any]) -> dict[str, float]:
-        fields = seeds.selection(self._config.evaluation_fields, SKIP)
-        episodes = rollout.run_episodes(policy, env_id, fields, self._config.num_threads, **options)
-        return {key: float(episodes[key].mean()) for key in SHOWN}
-
     @property
     def last_is_best(self) -> bool:
         """Whether none played before is better than the policy that has just played."""
-        return bool(self._rows) and all(_merit(self._rows[-1]) >= _merit(row) for row in self._rows)
+        return bool(self._rows) and all(merit(self._rows[-1]) >= merit(row) for row in self._rows)
 
 
-def _merit(row: Mapping[str, float]) -> float:
-    return row["is_success"] + row["speed"]
+def merit(row: Mapping[str, Any]) -> float:
+    """Success rate plus speed [m/s], by which policies of a task are compared; zero before an episode has ended."""
+    return float(row.get("is_success", 0.0) + row.get("speed", 0.0))
+
+
+def means_over_tasks(
+    policy: Policy, config: RunConfig, fields: list[int], signals: Sequence[str]
+) -> tuple[dict[str, float], dict[str, dict[str, float]]]:
+    """Means of signals of the episodes of a policy in the tasks of a run: over the tasks, and over the fields of each.
+
+    Args:
+        policy: Plays.
+        config: Of the run.
+        fields: Seeds, one per episode in each task.
+        signals: Names.
+    """
+    of_tasks: dict[str, dict[str, float]] = {}
+    for task, env_id, options in config.environments():
+        episodes = rollout.run_episodes(policy, env_id, fields, config.num_threads, **options)
+        of_tasks[task] = {name: float(episodes[name].mean()) for name in signals}
+    return {name: float(np.mean([means[name] for means in of_tasks.values()])) for name in signals}, of_tasks

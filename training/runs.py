@@ -1,15 +1,15 @@
 """A run's folder: configuration, versions, checkpoints, learning curve.
 
-config.json              what was asked for
+config.json              the configuration
 versions.json            what it ran on
 checkpoints/000123456.*  policy and optimiser after that many environment steps
 progress.json            wall seconds of training at each checkpoint
-curve.jsonl              one line an update: steps, seconds, means over the last episodes
-evaluations.jsonl        one line an evaluation: steps, means over validation fields without exploration
+curve.jsonl              one line per update: steps, seconds, means over the last episodes
+evaluations.jsonl        one line per evaluation: steps, means over validation fields without exploration
 tensorboard/             losses, diagnostics, rates, shares of wall time
 policy.safetensors       the policy at the end (model.zip of Stable-Baselines3)
 best.safetensors         the policy that was best in an evaluation (best.zip of Stable-Baselines3)
-finished.json            present when the budget has been used up
+finished.json            steps and wall seconds when a budget was used up
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 import snake_env
+from snake_env import ConfigError
 from training import config as configs
 
 PACKAGES = ("snake_env", "gymnasium", "stable_baselines3", "torch", "numpy")
@@ -109,8 +110,26 @@ class RunFolder:
 
     @property
     def finished(self) -> bool:
-        """The run has used up its budget."""
-        return self._finished.exists() and self.policy.exists()
+        """The run has used up its budget, which may have been raised after it finished before."""
+        return self.exists and self.has_taken(json.loads(self._config.read_text())["total_steps"])
+
+    def has_taken(self, total_steps: int) -> bool:
+        """The run has finished, after at least so many environment steps."""
+        if not self._finished.exists() or not self.policy.exists():
+            return False
+        return int(json.loads(self._finished.read_text())["steps"]) >= total_steps
+
+    def require_budget(self, total_steps: int) -> None:
+        """Raises if a run would end before the environment steps that it has taken, or that were its budget.
+
+        Raises:
+            ConfigError: names both numbers.
+        """
+        checkpoint = self.latest()
+        # The last update may have gone beyond the budget.
+        taken = 0 if checkpoint is None else min(int(checkpoint.stem), self.config().total_steps)
+        if total_steps < taken:
+            raise ConfigError("total_steps", total_steps, f"at least {taken}, which {self.path} has already taken")
 
     @property
     def policy(self) -> Path:

@@ -1,4 +1,4 @@
-"""Where a run tells how it goes, beside the learning curve: TensorBoard, which needs no network.
+"""Where the numbers of a run go, beside the learning curve: TensorBoard, which needs no network.
 
 Names are those of Stable-Baselines3, so that its runs and those of this package share the same pictures.
 """

@@ -70,7 +70,7 @@ Kind = TypeVar("Kind", bound=Options)
 Load = Callable[[Kind], RunConfig]
 """Reads the configuration that options name."""
 Train = Callable[[RunFolder, Any, bool], int]
-"""Trains the run of a folder from its latest checkpoint on; the flag asks for a progress display."""
+"""Trains the run of a folder from its latest checkpoint on; the flag enables the progress display."""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -111,10 +111,11 @@ def _parse(kind: type[Kind], text: str | None, given: list[str], load: Load[Kind
     """Options and configuration; the configuration that the options name has the defaults of its own options.
 
     Raises:
-        ConfigError: the configuration, or what overrides it, is not admissible.
+        ConfigError: an option, the configuration, or what overrides it, is not admissible.
         StaleRun: the run in the folder does not fit this version.
     """
     options, _ = tyro.cli(kind, args=[one for one in given if one not in ("-h", "--help")], return_unknown_args=True)
+    configs.check(options)
     folder = RunFolder(options.out)
     begun = folder.config() if options.resume and folder.exists else None
     default = begun or load(options)
@@ -125,11 +126,13 @@ def _parse(kind: type[Kind], text: str | None, given: list[str], load: Load[Kind
             ("values", Annotated[type(default), tyro.conf.arg(name="")], default),
         ],
     )
-    config: RunConfig = tyro.cli(both, args=given, description=text, config=(tyro.conf.AvoidSubcommands,)).values
+    with configs.checked(type(default)):
+        config: RunConfig = tyro.cli(both, args=given, description=text, config=(tyro.conf.AvoidSubcommands,)).values
     if options.action_mode is not None:
         config = config.with_changes(env=config.env | {"action_mode": options.action_mode})
     if begun is not None:
         _require_same_run(begun, config)
+        folder.require_budget(config.total_steps)
     return options, config
 
 

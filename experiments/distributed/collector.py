@@ -67,7 +67,7 @@ class RayCollector:
         config: of the run.
         seed: of the first robot.
         used: share of the training budget used up before.
-        note: is told of finished episodes.
+        note: receives the finished episodes.
         workers: number of actors; divides the number of robots.
 
     Attributes:

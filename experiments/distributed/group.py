@@ -88,7 +88,7 @@ class GlooGroup(ProcessGroup):
 
 
 class AgreedStop(StopRequest):
-    """Stops a run in all processes after the same update, when one of them has been told to terminate.
+    """Stops a run in all processes after the same update, when one of them has received a termination signal.
 
     Args:
         group: the processes.
@@ -102,7 +102,7 @@ class AgreedStop(StopRequest):
 
     @property
     def received(self) -> bool:
-        """Whether one of the processes has been told to terminate; all must ask at the same time."""
+        """Whether one of the processes has received a termination signal; all must call this at the same time."""
         return bool(self._group.total(torch.tensor(float(self._asked))) > 0.0)
 
 
@@ -113,7 +113,7 @@ class SharedCollector(Collector):
         config: of the run.
         seed: of the first robot of the run.
         used: share of the training budget used up before.
-        note: is told of finished episodes.
+        note: receives the finished episodes.
         group: the processes.
     """
 

@@ -26,7 +26,7 @@ from torch.multiprocessing.spawn import ProcessContext, ProcessException
 
 from experiments.distributed.group import GlooGroup, SharedCollector
 from snake_env import ConfigError
-from training.config import PpoConfig, load_as
+from training.config import Count, PpoConfig, load_as
 from training.learners import ppo
 from training.runs import RunFolder
 from training.train import Options, command
@@ -40,7 +40,7 @@ class SharedOptions(Options):
         learners: Processes, each with an equal share of the robots and --num-threads threads for them.
     """
 
-    learners: int = 2
+    learners: Count = 2
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -49,7 +49,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def train(options: SharedOptions, folder: RunFolder, config: PpoConfig) -> int:
-    """Starts the processes and waits for them."""
+    """Starts the processes; returns when they have ended."""
     if options.learners < 1 or config.num_envs % options.learners:
         raise ConfigError("learners", options.learners, f"a divisor of num_envs = {config.num_envs}")
     if config.behaviour_cloning is not None and config.behaviour_cloning.run is not None:
@@ -71,10 +71,10 @@ def train(options: SharedOptions, folder: RunFolder, config: PpoConfig) -> int:
 
 
 class Forwarding:
-    """Asks all processes to stop on Ctrl-C or a termination signal.
+    """Makes all processes stop on Ctrl-C or a termination signal.
 
     Args:
-        processes: who are asked.
+        processes: all of them.
     """
 
     def __init__(self, processes: ProcessContext) -> None:
@@ -97,7 +97,7 @@ def work(rank: int, size: int, scratch: Path, path: Path, config: PpoConfig, sho
     parent = os.getppid()
 
     def interrupted(number: int, frame: FrameType | None) -> None:
-        """The terminal's Ctrl-C, which the parent forwards, or the end of the parent, of which torch tells so."""
+        """The terminal's Ctrl-C, which the parent forwards, or torch's signal that the parent has ended."""
         if os.getppid() != parent:
             sys.exit(1)
 
@@ -112,7 +112,7 @@ def work(rank: int, size: int, scratch: Path, path: Path, config: PpoConfig, sho
 
 
 class Follower(RunFolder):
-    """The folder of a process that follows: it continues from what the first one has left, and keeps nothing.
+    """The folder of a process other than the first: it continues from the first one's checkpoints, and is temporary.
 
     Args:
         path: A temporary folder.

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from experiments.distributed import cluster
-from training.config import PpoConfig, load_as
+from training.config import Count, PpoConfig, load_as
 from training.learners import ppo
 from training.runs import RunFolder
 from training.train import Options, command
@@ -31,7 +31,7 @@ class RayOptions(Options):
         address: Of a running cluster, or 'auto'; None: Ray starts on this machine.
     """
 
-    workers: int = 2
+    workers: Count = 2
     address: str | None = None
 
 

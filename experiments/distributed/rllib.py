@@ -24,7 +24,7 @@ from snake_env import ConfigError
 from snake_env.evaluation import seeds
 from snake_env.policies import files
 from training.budget import Budget, Interval, StopRequest
-from training.config import LEARNERS, Networks, Ppo, RunConfig, load_as
+from training.config import LEARNERS, Count, Networks, Ppo, RunConfig, load_as
 from training.learning_curve import EPISODES, SIGNALS, text
 from training.runs import RunFolder
 from training.train import Options, command
@@ -53,7 +53,7 @@ def settings(config: RllibConfig, runners: int) -> Any:
 
     The robots are reset in the step after the one that ends an episode (Gymnasium's next-step mode), which is the
     one RLlib expects; with same-step resets it would take the first observation of an episode for the last of the
-    one before, without a word.
+    one before, without an error.
 
     Args:
         config: of the run.
@@ -122,7 +122,7 @@ def note_signals(episode: Any, metrics_logger: Any, **_: Any) -> None:
 
 
 def actor(weights: dict[str, Any]) -> files.Arrays:
-    """The layers of the actor among the weights of RLlib's module, numbered as :mod:`training.policies` reads them."""
+    """The layers of the actor of RLlib's module, numbered as :class:`snake_env.policies.Network` has them."""
     layers = [name.removesuffix(".weight") for name in weights if name.startswith("encoder.actor_encoder.net")]
     order = [name for name in layers if not name.endswith(".bias")] + ["pi.net.mlp.0"]
     return {
@@ -189,7 +189,7 @@ class RllibOptions(Options):
         address: Of a running cluster, or 'auto'; None: Ray starts on this machine.
     """
 
-    runners: int = 2
+    runners: Count = 2
     address: str | None = None
 
 

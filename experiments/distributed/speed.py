@@ -27,7 +27,7 @@ from experiments.distributed.group import GlooGroup, SharedCollector
 from snake_env.markdown import table
 from training import config as configs
 from training.cli import answer
-from training.config import PpoConfig
+from training.config import Count, PpoConfig
 from training.learners.ppo import Learner
 
 PARTS = ("simulator", "acting", "update")
@@ -45,9 +45,9 @@ class Options:
     """
 
     config: Path = Path("field-hard")
-    learners: tuple[int, ...] = (1, 2)
-    updates: int = 8
-    turns: int = 3
+    learners: tuple[Count, ...] = (1, 2)
+    updates: Count = 8
+    turns: Count = 3
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -19,7 +19,8 @@ from typing import Any
 from experiments.distributed import cluster
 from training import config as configs
 from training.cli import answer
-from training.config import Sb3Config
+from training.config import Count, Sb3Config
+from training.progress import merit
 from training.runs import RunFolder
 
 FIRST_LOOK = 0.1
@@ -49,7 +50,7 @@ class Reporting(RunFolder):
         from ray import tune
 
         super().append_curve(row)
-        tune.report({**row, "score": row.get("is_success", 0.0) + row.get("speed", 0.0)})
+        tune.report({**row, "score": merit(row)})
 
 
 def trial(drawn: dict[str, Any], config: Sb3Config) -> None:
@@ -108,8 +109,8 @@ class Options:
     """
 
     config: Path = Path("field-hard")
-    trials: int = 16
-    total_steps: int | None = None
+    trials: Count = 16
+    total_steps: Count | None = None
     address: str | None = None
     out: Path = Path("runs/search")
 

@@ -7,6 +7,7 @@ snake-env bench --env SnakeField-v1 --num-envs 1024 --num-threads 2
 from __future__ import annotations
 
 import argparse
+import math
 import time
 
 import gymnasium as gym
@@ -29,6 +30,8 @@ def main(arguments: list[str]) -> int:
     cli.add_argument("--num-threads", type=int, default=1, help="threads (default 1)")
     cli.add_argument("--seconds", type=float, default=2.0, help="of each measurement (default 2)")
     args = cli.parse_args(arguments)
+    if not 0.0 < args.seconds < math.inf:
+        cli.error(f"argument --seconds: {args.seconds}: expected a finite number > 0")
     rows = []
     for env_id in args.env or IDS:
         refuse_others(env_id)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from typing import Any
 
+from snake_env import _checks
 from snake_env.config.section import Section, core_defaults
-from snake_env.errors import ConfigError
 
 _PD = core_defaults("controller")
 _IO = core_defaults("io_controller")
@@ -49,7 +48,7 @@ class IOLinearizing(Section):
     """Input-output linearising joint controller (T 6.58), (T 6.60); the default gains are the thesis's (T Table 7.2).
 
     tau = M22_bar u + h2_bar - g2_bar, u = phi_d'' - K_D (phi' - phi_d') - K_P (phi - phi_d), with the smooth friction
-    (T 6.21) at two points a link as the controller's model, whatever the plant's law; so it is in the planar model too.
+    (T 6.21) at two points per link as the controller's model, whatever the plant's law; in the planar model too.
 
     Args:
         kp: K_P [1/s^2], >= 0.
@@ -77,7 +76,6 @@ class IOLinearizing(Section):
 
         Torques are held over the period unless ``treatment`` says otherwise.
         """
-        if not (isinstance(period, float | int) and 0.0 < period < math.inf):
-            raise ConfigError("controller.period", repr(period), "a finite number > 0")
+        period = _checks.positive("controller.period", period)
         kd = 0.5 / period
         return cls(**({"kp": 0.25 * kd * kd, "kd": kd, "treatment": period} | changes))

@@ -8,10 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from snake_env import _checks
 from snake_env._native import gait_reference
 from snake_env.config.section import DEGREE, Section, core_defaults
 
 _UNDULATION = core_defaults("gait")
+
+MOST_JOINTS = 10_000
+"""Of a reference; robots have fewer."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +34,7 @@ class Gait(Section):
         vertical_omega: omega_v [rad/s].
         vertical_beta: beta_v [rad].
         vertical_phase: beta_0, phase of the vertical against the horizontal wave [rad].
-        soft_start: each joint waits at zero until its reference first comes within 3 degrees after the actuators are
+        soft_start: each joint stays at zero until its reference first comes within 3 degrees after the actuators are
             switched on, at the controller's ``active_from`` (T 7.2.2).
     """
 
@@ -90,9 +94,14 @@ class Gait(Section):
         """The horizontal or vertical references at given times: "angle", "rate", "acceleration", (T, joints) each.
 
         ``start_up`` is when the actuators are switched on [s]; a soft start counts from then.
+
+        Raises:
+            ConfigError: names the argument that is not admissible.
         """
-        times = np.atleast_1d(np.asarray(time, np.float64)).tolist()
-        return gait_reference(self, joints, times, vertical, start_up)
+        times = _checks.times(time)
+        joints = _checks.integer("joints", joints, 0, MOST_JOINTS)
+        is_vertical = _checks.choice("vertical", vertical, [False, True])
+        return gait_reference(self, joints, times, bool(is_vertical), _checks.number("gait.start_up", start_up))
 
     @classmethod
     def _with_vertical(cls, values: dict[str, Any]) -> Gait:

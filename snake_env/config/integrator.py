@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from snake_env import _checks
 from snake_env.config.section import Section, core_defaults
+from snake_env.errors import ConfigError
 
 _DEFAULT = core_defaults("integrator")
 
@@ -53,3 +55,20 @@ class Integrator(Section):
     r_h: float | None = None
     r_n: float | None = None
     r_v: float | None = None
+
+    def __post_init__(self) -> None:
+        self._require_integers()
+        super().__post_init__()
+        if self.order == 1:
+            for name in ("event_substeps", "event_tolerance"):
+                if (value := getattr(self, name)) is not None:
+                    raise ConfigError(f"integrator.{name}", repr(value), "None with order=1, which has no events")
+
+    def _require_integers(self) -> None:
+        """The error of the core has another range for what is no integer than for an integer out of range."""
+        if self.max_iterations is not None:
+            _checks.integer("integrator.max_iterations", self.max_iterations, 1, 2**32 - 1)
+        if self.order is not None:
+            _checks.integer("integrator.order", self.order, 1, 2)
+        if self.event_substeps is not None:
+            _checks.integer("integrator.event_substeps", self.event_substeps, 1, 1000)

@@ -9,14 +9,17 @@ from typing import Any, ClassVar, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from snake_env import _checks
 from snake_env._native import sampled_reference
-from snake_env.config.gait import Gait
+from snake_env.config.gait import MOST_JOINTS, Gait
 from snake_env.errors import ConfigError
 
 Array = NDArray[np.float64]
 
 INTERVAL = 0.005
 """Time between samples of a reference that is given by functions [s]; cubics in between follow it to 1e-9 rad."""
+MOST_INTERVALS = 10**7
+"""Between samples; as many as a simulation has."""
 
 
 class JointReference(Protocol):
@@ -59,19 +62,23 @@ class JointTrajectory:
         if angle.ndim not in (2, 3) or angle.shape[0] != len(time) or (angle.ndim == 3 and angle.shape[2] != 2):
             expected = f"angles ({len(time)}, joints), or ({len(time)}, joints, 2) of yaw and pitch"
             raise ConfigError("gait.angle", f"an array of shape {angle.shape}", expected)
-        object.__setattr__(self, "time", time)
-        object.__setattr__(self, "angle", angle)
-        if self.rate is not None:
-            rate = _array("rate", self.rate)
-            if rate.shape != angle.shape:
-                raise ConfigError("gait.rate", f"an array of shape {rate.shape}", f"rates of shape {angle.shape}")
-            object.__setattr__(self, "rate", rate)
+        rate = None if self.rate is None else _array("rate", self.rate)
+        if rate is not None and rate.shape != angle.shape:
+            raise ConfigError("gait.rate", f"an array of shape {rate.shape}", f"rates of shape {angle.shape}")
+        self._keep(time=time, angle=angle, rate=rate)
         sampled_reference(self.fields(), [], False)
 
     def reference(self, time: ArrayLike, vertical: bool = False) -> dict[str, Array]:
         """The yaw or pitch references at given times: "angle", "rate", "acceleration", (T, joints) each."""
-        times = np.atleast_1d(np.asarray(time, np.float64)).tolist()
-        return sampled_reference(self.fields(), times, vertical)
+        is_vertical = _checks.choice("vertical", vertical, [False, True])
+        return sampled_reference(self.fields(), _checks.times(time), bool(is_vertical))
+
+    def _keep(self, **arrays: Array | None) -> None:
+        """Takes over copies that nobody changes after their check."""
+        for name, array in arrays.items():
+            if array is not None:
+                array.setflags(write=False)
+            object.__setattr__(self, name, array)
 
     def fields(self) -> dict[str, Any]:
         """The samples as the core reads them, one list per joint."""
@@ -97,16 +104,19 @@ class JointTrajectory:
             update_rate: how often the joints receive a sample [Hz]; a cubic leads from each to the next, which takes
                 one interval. None: all the time.
             delay: time from a reference to its arrival [s], >= 0.
+
+        Raises:
+            ConfigError: names the argument that is not admissible.
         """
-        if update_rate is not None and not (_is_number(update_rate) and 0.1 <= update_rate <= 1e4):
-            raise ConfigError("reference_rate", repr(update_rate), "None, or a number in [0.1, 10000]")
-        if not (_is_number(delay) and 0.0 <= delay <= 10.0):
-            raise ConfigError("reference_delay", repr(delay), "a number in [0, 10]")
-        interval = INTERVAL if update_rate is None else 1.0 / update_rate
-        count = math.ceil(duration / interval * (1.0 - 1e-12)) + 1
-        time = np.asarray(interval * np.arange(count), np.float64)
-        angle, rate = _samples(reference, time, joints)
-        lag = delay if update_rate is None else delay + interval
+        interval = INTERVAL
+        if update_rate is not None:
+            interval = 1.0 / _checks.number("reference_rate", update_rate, 0.1, 1e4, "None, or ")
+        lag = _checks.number("reference_delay", delay, 0.0, 10.0) + (0.0 if update_rate is None else interval)
+        intervals = _checks.positive("duration", duration) / interval * (1.0 - 1e-12)
+        if intervals > MOST_INTERVALS:
+            raise ConfigError("duration", duration, f"at most {MOST_INTERVALS:g} samples of the reference")
+        time = np.asarray(interval * np.arange(math.ceil(intervals) + 1), np.float64)
+        angle, rate = _samples(reference, time, _checks.integer("joints", joints, 1, MOST_JOINTS))
         return cls(time + lag, angle, rate)
 
 
@@ -125,11 +135,4 @@ def _samples(reference: Any, time: Array, joints: int) -> tuple[Array, Array]:
 
 
 def _array(name: str, values: Any) -> Array:
-    try:
-        return np.ascontiguousarray(values, np.float64)
-    except (TypeError, ValueError):
-        raise ConfigError(f"gait.{name}", repr(values), "an array of numbers") from None
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, float | int) and not isinstance(value, bool)
+    return _checks.reals(f"gait.{name}", values, "an array of numbers")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from snake_env import _checks
 from snake_env.config.section import DEGREE, Section, core_defaults
-from snake_env.errors import ConfigError
 
 _NONE = core_defaults("noise")
 
@@ -39,7 +39,5 @@ class Noise(Section):
     def table_7_4(cls, row: str) -> Noise:
         """Row "b", "c" or "d" of (T Table 7.4): the noise of Fig. 7.11 (b), (c) and (d)."""
         rows = {"b": (0.1, 0.1, 0.1), "c": (10.0, 10.0, 0.1), "d": (10.0, 10.0, 1.0)}
-        if row not in rows:
-            raise ConfigError("noise.table_7_4", repr(row), '"b", "c" or "d"')
-        base, turn, joint = rows[row]
+        base, turn, joint = rows[_checks.choice("noise.table_7_4", row, list(rows))]
         return cls(base, turn * DEGREE, joint * DEGREE, base, turn * DEGREE, joint * DEGREE)

@@ -49,6 +49,11 @@ class Randomization(Section):
     free_play: Range = _OFF.free_play
     stribeck: Range = _OFF.stribeck
 
+    def __post_init__(self) -> None:
+        if isinstance(self.noise, Mapping):
+            object.__setattr__(self, "noise", Noise.of(self.noise, "randomization.noise"))
+        super().__post_init__()
+
     @classmethod
     def thesis(cls) -> Randomization:
         """Everything at once: worn varnish, motors that saturate, references at 10 Hz that come 50 to 150 ms late, a

@@ -6,6 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from snake_env.config.section import DEGREE, Section, core_defaults
 
 PerLink = float | Sequence[float]
@@ -66,3 +69,8 @@ class Robot(Section):
         :meth:`PD.aiko`.
         """
         return cls(**({"free_play": 4 * DEGREE} | changes))
+
+
+def per_link(value: PerLink, links: int) -> NDArray[np.float64]:
+    """A quantity of each link (links,)."""
+    return np.broadcast_to(np.asarray(value, np.float64), (links,))

@@ -8,13 +8,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from typing_extensions import Self
+
 from snake_env import _checks, mjcf
-from snake_env._native import courses
+from snake_env._native import courses, defaults
 from snake_env.config import scene_file
 from snake_env.config.controllers import PD
 from snake_env.config.gait import Gait
 from snake_env.config.robot import Robot
-from snake_env.config.section import PYTHON_ONLY, Section, core_defaults
+from snake_env.config.section import PYTHON_ONLY, Section, core_defaults, frozen
 from snake_env.errors import ConfigError
 from snake_env.obstacles import Obstacle, from_plain, moved
 
@@ -23,6 +25,8 @@ if TYPE_CHECKING:
 
 _GROUND = core_defaults("scene")
 _CONSTANT = core_defaults("stribeck")
+_SERVO = {name: defaults("environment")["controller"][name] for name in ("kp", "kd", "torque_limit")}
+"""Controller of the environments."""
 
 
 @dataclass(frozen=True)
@@ -40,14 +44,6 @@ class Stribeck(Section):
 
     drop: float = _CONSTANT.drop
     speed: float = _CONSTANT.speed
-
-    @classmethod
-    def from_fields(cls, fields: dict[str, Any]) -> Stribeck:
-        """From a mapping of fields."""
-        for name, value in fields.items():
-            if name not in ("drop", "speed"):
-                raise ConfigError(f"scene.stribeck.{name}", repr(value), "a known field: drop, speed")
-        return cls(**fields)
 
 
 @dataclass(frozen=True)
@@ -84,20 +80,16 @@ class Scene(Section):
         _checks.choice("scene.course", self.course, [None, *courses()])
         if not isinstance(self.stribeck, Stribeck):
             raise ConfigError("scene.stribeck", repr(self.stribeck), "a snake_env.Stribeck")
+        obstacles = frozen(self.obstacles)
+        if isinstance(obstacles, tuple):
+            obstacles = tuple(from_plain(one, f"scene.obstacles[{j}]") for j, one in enumerate(obstacles))
+        object.__setattr__(self, "obstacles", obstacles)
         super().__post_init__()
 
     @classmethod
     def preset(cls, name: str, friction: tuple[float, float] = _GROUND.friction) -> Scene:
         """A course of the thesis: "table-7.3", "table-7.5" or "free" (no obstacles)."""
-        pegs = [tuple(peg) for peg in course(name)["obstacles"]]
-        return cls(obstacles=pegs, friction=friction, course=name)
-
-    @classmethod
-    def from_mapping(cls, fields: Mapping[str, Any]) -> Scene:
-        """A scene from its fields as lists and mappings of numbers."""
-        obstacles = [from_plain(obstacle, f"scene.obstacles[{j}]") for j, obstacle in enumerate(fields["obstacles"])]
-        pairs = {name: tuple(fields[name]) for name in ("friction", "viscous", "slope")}
-        return cls(**{**fields, **pairs, "obstacles": obstacles, "stribeck": Stribeck(**fields["stribeck"])})
+        return cls(obstacles=course(name)["obstacles"], friction=friction, course=name)
 
     def without(self, j: int) -> Scene:
         """The scene without obstacle ``j`` (1-based, as in the thesis)."""
@@ -147,13 +139,14 @@ class Scene(Section):
         Raises:
             ConfigError: names what MuJoCo does not have, such as friction that differs along and across a link.
         """
-        if isinstance(step, bool) or not isinstance(step, int | float) or not step > 0.0:
-            raise ConfigError("step", repr(step), "a number > 0")
-        controller = PD(torque_limit=10.0) if controller is None else controller
+        controller = PD(**_SERVO) if controller is None else controller
         if not isinstance(controller, PD):
             raise ConfigError("controller", repr(controller), "a snake_env.PD for MuJoCo")
+        # Starts know scenes, so that their class is not known here.
         at = core_defaults("start") if start is None else start
-        return mjcf.write(self, robot or Robot(), controller, at, gait or Gait(), float(step))
+        if start is not None and getattr(start, "_section", None) != "start":
+            raise ConfigError("start", repr(start), "a snake_env.Start")
+        return mjcf.write(self, Robot.of(robot), controller, at, Gait.of(gait), _checks.positive("step", step))
 
     @classmethod
     def from_fields(cls, fields: Mapping[str, Any]) -> Scene:
@@ -162,16 +155,19 @@ class Scene(Section):
         Raises:
             ConfigError: names the field, the value and what is admissible.
         """
-        fields = scene_file.arguments(fields, [each.name for each in dataclasses.fields(cls)])
-        if isinstance(stribeck := fields.get("stribeck"), dict):
-            fields["stribeck"] = Stribeck.from_fields(stribeck)
-        return cls(**fields)
+        if not isinstance(fields, Mapping):
+            raise ConfigError("scene", repr(fields), "a mapping of field names to values")
+        return cls.of(fields)
+
+    @classmethod
+    def of(cls, value: Any, path: str | None = None) -> Self:
+        """As for every section; a mapping may have its Stribeck effect as a mapping too."""
+        if isinstance(value, Mapping) and isinstance(stribeck := value.get("stribeck"), Mapping):
+            value = {**value, "stribeck": Stribeck.of(stribeck, "scene.stribeck")}
+        return super().of(value, path)
 
     def _index(self, j: int) -> int:
-        count = len(self.obstacles)
-        if not 1 <= j <= count:
-            raise ConfigError("obstacle", j, f"an integer in [1, {count}]")
-        return j - 1
+        return _checks.integer("obstacle", j, 1, len(self.obstacles)) - 1
 
 
 def course(name: str) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from snake_env.errors import ConfigError
-from snake_env.obstacles import from_plain, to_plain
+from snake_env.obstacles import to_plain
 
 FORMAT = "snake_env scene 1"
 """Value of the field "format" in a file."""
@@ -43,25 +43,6 @@ def read(path: str | Path) -> dict[str, Any]:
     if not isinstance(fields, dict) or fields.pop("format", None) != FORMAT:
         raise ConfigError("path", repr(str(path)), f'a file with "format": "{FORMAT}", as Scene.save writes it')
     return fields
-
-
-def arguments(fields: Mapping[str, Any], known: list[str]) -> dict[str, Any]:
-    """Arguments of a scene from its fields as lists and mappings of numbers.
-
-    Raises:
-        ConfigError: a field is not among ``known``, or an obstacle is not admissible.
-    """
-    fields = dict(fields)
-    for name, value in fields.items():
-        if name not in known:
-            raise ConfigError(f"scene.{name}", repr(value), "a known field: " + ", ".join(known))
-    obstacles = fields.get("obstacles", [])
-    if isinstance(obstacles, list):
-        fields["obstacles"] = [from_plain(one, f"scene.obstacles[{j}]") for j, one in enumerate(obstacles)]
-    return {
-        name: tuple(value) if isinstance(value, list) and name != "obstacles" else value
-        for name, value in fields.items()
-    }
 
 
 def _parse(source: Path) -> Any:

@@ -2,28 +2,77 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
+from collections.abc import Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
+from typing_extensions import Self
+
 from snake_env._native import check, defaults
+from snake_env.errors import ConfigError
 
 DEGREE = math.pi / 180.0
 
 PYTHON_ONLY = {"python_only": True}
 """Metadata of a field that the core does not know."""
 
+DEEPEST = 3
+"""No field nests lists deeper. The core refuses those that do; one may contain itself."""
+
 
 class Section:
     """A section of the configuration: a frozen dataclass that the core checks when it is made.
 
-    The core reads its fields by name. A field whose default is None is left out while it is None.
+    The core reads its fields by name. A field whose default is None is left out while it is None. Lists and arrays
+    become tuples, so that nobody changes a section after its check.
     """
 
     _section: ClassVar[str]
 
     def __post_init__(self) -> None:
+        freeze(self)
         check(self._section, self)
+
+    @classmethod
+    def of(cls, value: Any, path: str | None = None) -> Self:
+        """The section that a user gives: itself, a mapping of its fields, or None for the default.
+
+        Args:
+            value: what the user gives.
+            path: names it in errors; by default the name of the section.
+
+        Raises:
+            ConfigError: names the field, the value and what is admissible.
+        """
+        path = path or cls._section
+        if value is None or isinstance(value, cls):
+            return cls() if value is None else value
+        if not isinstance(value, Mapping):
+            expected = f"a snake_env.{cls.__name__}, or a mapping of field names to values"
+            raise ConfigError(path, repr(value), expected)
+        known = [field.name for field in dataclasses.fields(cls) if field.init]  # type: ignore[arg-type]
+        for name, one in value.items():
+            if name not in known:
+                raise ConfigError(f"{path}.{name}", repr(one), "a known field: " + ", ".join(known))
+        try:
+            return cls(**value)
+        except ConfigError as error:
+            raise renamed(error, cls._section, path) from None
+
+
+def renamed(error: ConfigError, section: str, path: str) -> ConfigError:
+    """The error of a section that a larger configuration has at ``path``."""
+    return ConfigError(path + error.field.removeprefix(section), error.value, error.expected)
+
+
+def freeze(section: Any) -> None:
+    """Lists and arrays in the fields of a frozen dataclass become tuples."""
+    for field in dataclasses.fields(section):
+        value = getattr(section, field.name)
+        if (plain := frozen(value)) is not value:
+            object.__setattr__(section, field.name, plain)
 
 
 def core_defaults(section: str, model: str = "planar") -> Any:
@@ -32,6 +81,10 @@ def core_defaults(section: str, model: str = "planar") -> Any:
     return SimpleNamespace(**{name: frozen(value) for name, value in values.items()})
 
 
-def frozen(value: Any) -> Any:
-    """A value whose lists, at any depth, are tuples."""
-    return tuple(frozen(item) for item in value) if isinstance(value, list) else value
+def frozen(value: Any, depth: int = 0) -> Any:
+    """A value whose sequences and arrays, at any depth, are tuples, as the core reads them."""
+    if hasattr(value, "__array__") and not isinstance(value, type):
+        value = value.tolist()
+    if not isinstance(value, Sequence) or isinstance(value, str | bytes | bytearray) or depth > DEEPEST:
+        return value
+    return tuple(frozen(item, depth + 1) for item in value)

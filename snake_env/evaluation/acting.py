@@ -8,7 +8,7 @@ from snake_env.errors import ConfigError
 from snake_env.evaluation.rollout import layout_of
 from snake_env.evaluation.tasks import BenchmarkTask
 from snake_env.policies.gaits import DEGREE, GaitParameters, scripted
-from snake_env.policies.interface import INTERFACE, Policy
+from snake_env.policies.interface import Policy, refuse_other_interface
 from snake_env.policies.scripted import catalogue
 from snake_env.policies.shipped import NAMES, load_policy
 
@@ -37,10 +37,7 @@ def acting(text: str, task: BenchmarkTask) -> Policy:
     if text.count(",") == 2:
         return gait_policy(_gait(text), task.env_id, **task.options)
     policy = load_policy(text)
-    for name in INTERFACE:
-        own = policy.env_options.get(name)
-        if own is not None and task.options.get(name, own) != own:
-            raise ConfigError(f"options.{name}", task.options[name], f"{own}, which {policy.name} acts with")
+    refuse_other_interface(policy, task.options)
     policy.begin(layout_of(task.env_id, task.options | policy.env_options), 1)
     return policy
 

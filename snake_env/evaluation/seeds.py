@@ -6,6 +6,8 @@ that nothing is tested on a field on which it was trained or selected.
 
 from __future__ import annotations
 
+from snake_env._checks import integer
+
 TRAINING = range(2**31)
 """Seeds of training runs."""
 SELECTION = range(2**32, 2**32 + 2**31)
@@ -15,8 +17,12 @@ HELD_OUT = range(2**33, 2**33 + 2**31)
 
 
 def held_out(count: int) -> list[int]:
-    """The first ``count`` test seeds, one per field."""
-    return list(HELD_OUT[:count])
+    """The first ``count`` test seeds, one per field.
+
+    Raises:
+        ConfigError: ``count`` is not an integer from one to the number of test seeds.
+    """
+    return list(HELD_OUT[: integer("count", count, 1, len(HELD_OUT))])
 
 
 def require_held_out(fields: list[int]) -> None:
@@ -31,8 +37,13 @@ def require_held_out(fields: list[int]) -> None:
 
 
 def selection(count: int, skip: int = 0) -> list[int]:
-    """``count`` validation seeds, after the first ``skip``."""
-    return list(SELECTION[skip : skip + count])
+    """``count`` validation seeds, after the first ``skip``.
+
+    Raises:
+        ConfigError: ``count`` is not an integer from one to the number of validation seeds that are left.
+    """
+    skip = integer("skip", skip, 0, len(SELECTION) - 1)
+    return list(SELECTION[skip : skip + integer("count", count, 1, len(SELECTION) - skip)])
 
 
 def training(seed: int, steps_taken: int, num_envs: int) -> int:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from snake_env.config.section import DEGREE, core_defaults
 from snake_env.errors import ConfigError
 from snake_env.policies.interface import Stateless
 
-DEGREE = math.pi / 180.0
+_THESIS = core_defaults("gait")
 
 
 @dataclass
@@ -42,10 +42,10 @@ class GaitParameters:
         lift_phase: phase of the vertical wave against the horizontal one [rad].
     """
 
-    amplitude: float = 40 * DEGREE
-    omega: float = 80 * DEGREE
-    beta: float = -50 * DEGREE
-    gamma: float = 0.0
+    amplitude: float = _THESIS.amplitude
+    omega: float = _THESIS.omega
+    beta: float = _THESIS.beta
+    gamma: float = _THESIS.gamma
     lift: float = 0.0
     lift_phase: float = 0.0
 

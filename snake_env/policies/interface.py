@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from snake_env.errors import ConfigError
 from snake_env.policies import files
 
 INTERFACE = ("action_mode", "perception", "nearest_pegs", "control_period")
@@ -52,3 +54,15 @@ class Stateless:
 def interface(options: dict[str, Any]) -> dict[str, Any]:
     """Those of an environment's keywords that belong to a policy."""
     return {name: value for name, value in options.items() if name in INTERFACE}
+
+
+def refuse_other_interface(policy: Policy, options: Mapping[str, Any]) -> None:
+    """Refuses keywords of an environment that differ from those with which a policy acts.
+
+    Raises:
+        ConfigError: names the keyword.
+    """
+    for name in INTERFACE:
+        own = policy.env_options.get(name)
+        if own is not None and options.get(name, own) != own:
+            raise ConfigError(f"options.{name}", options[name], f"{own}, which {policy.name} acts with")

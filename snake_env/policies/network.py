@@ -15,7 +15,8 @@ from snake_env.policies.interface import interface, title
 from snake_env.policies.memory import MemoryTraces, network_inputs, time_constants
 from snake_env.policies.policy_card import PolicyCard
 
-Layers = list[tuple[NDArray[np.float64], NDArray[np.float64]]]
+Double = NDArray[np.float64]
+Layers = list[tuple[Double, Double]]
 """Weights (..., inputs, outputs) and biases of each layer."""
 
 
@@ -44,12 +45,8 @@ class Network:
         """What the policy is, where it was trained and how it scored."""
         self._traces: MemoryTraces | None = None
         self._num_envs = 0
-        layers = sorted({int(key.split(".")[1]) for key in arrays if key.startswith("actor.")})
-        if not layers:
-            raise ValueError(f"{path}: expected arrays actor.<k>.weight, found {', '.join(arrays)}")
-        double = {name: array.astype(np.float64) for name, array in arrays.items()}
-        self._signs = (double["mirror.observation"], double["mirror.action"]) if "mirror.action" in double else None
-        self._layers = [(double[f"actor.{k}.weight"].T.copy(), double[f"actor.{k}.bias"]) for k in layers]
+        self._layers = _layers_of(path, arrays)
+        self._signs = _signs_of(path, arrays, self._layers)
 
     def make_vec(self, num_envs: int = 1, **options: Any) -> gym.vector.VectorEnv:
         """The environment in which the policy was trained, as a native batch.
@@ -122,6 +119,47 @@ class Network:
         expected = len(self._layers[0][0]) - (self._traces.size if self._traces is not None else 0)
         found = f"shape {np.shape(observation)}"
         raise ConfigError("observation", found, f"(n, {expected}), as in {self.card.env_id} with {self.env_options}")
+
+
+def _layers_of(path: Path, arrays: files.Arrays) -> Layers:
+    """The layers of a file, each of which takes the outputs of the one before."""
+    numbers = sorted({int(key.split(".")[1]) for key in arrays if key.startswith("actor.")})
+    if not numbers:
+        raise ValueError(f"{path}: expected arrays actor.<k>.weight, found {', '.join(arrays)}")
+    layers: Layers = []
+    for k in numbers:
+        weight = _array(path, arrays, f"actor.{k}.weight", (None, layers[-1][0].shape[1] if layers else None))
+        layers.append((weight.T.copy(), _array(path, arrays, f"actor.{k}.bias", (weight.shape[0],))))
+    return layers
+
+
+def _signs_of(path: Path, arrays: files.Arrays, layers: Layers) -> tuple[Double, Double] | None:
+    """Signs of the reflected observation and action, if the policy is symmetric."""
+    if not any(name.startswith("mirror.") for name in arrays):
+        return None
+    inputs, actions = layers[0][0].shape[0], layers[-1][0].shape[1]
+    return (
+        _array(path, arrays, "mirror.observation", (inputs,)),
+        _array(path, arrays, "mirror.action", (actions,)),
+    )
+
+
+def _array(path: Path, arrays: files.Arrays, name: str, shape: tuple[int | None, ...]) -> Double:
+    """A finite array of a file in double precision; None in ``shape``: of any size.
+
+    Raises:
+        ValueError: it is missing, of another shape or not finite.
+    """
+    if name not in arrays:
+        raise ValueError(f"{path}: {name} is missing")
+    array = arrays[name]
+    fits = len(array.shape) == len(shape) and all(one in (None, n) for one, n in zip(shape, array.shape, strict=True))
+    if not fits:
+        expected = ", ".join("any" if one is None else str(one) for one in shape)
+        raise ValueError(f"{path}: {name} has the shape {array.shape}, expected ({expected})")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{path}: {name} has numbers that are not finite")
+    return array.astype(np.float64)
 
 
 def outputs(layers: Layers, seen: NDArray[np.float64]) -> NDArray[np.float64]:

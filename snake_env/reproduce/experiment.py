@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
@@ -14,7 +13,6 @@ from snake_env.reproduce.serpenoid import NaturalPath
 from snake_env.simulation import simulate
 from snake_env.trajectory import Trajectory
 
-DEGREE = math.pi / 180.0
 PERIOD = 4.5
 """Period of the gaits (7.3), (7.4) and (7.5) [s]."""
 AIKO = Robot()

@@ -7,9 +7,10 @@ from functools import cache
 from typing import Any
 
 from snake_env.config import PD, Gait, Integrator, IOLinearizing, Noise, Robot, Scene, Start
+from snake_env.config.section import DEGREE
 from snake_env.minimal import TABLE_7_2_GROUND, TABLE_7_2_PD
 from snake_env.reproduce import broken, comparison, compliant, lyapunov, mechanism, placement, slope, stairs
-from snake_env.reproduce.experiment import DEFAULT, DEGREE, PERIOD, TABLE_7_2, Experiment
+from snake_env.reproduce.experiment import DEFAULT, PERIOD, TABLE_7_2, Experiment
 
 FRICTION_PAIRS = ((0.2, 0.2), (0.2, 0.5), (0.01, 1.0))
 """(mu_x, mu_y) of sections 7.3.2 and 7.3.3."""

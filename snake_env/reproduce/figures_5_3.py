@@ -9,7 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from snake_env import drawing
-from snake_env.reproduce.experiment import DEGREE, PERIOD, Runs
+from snake_env.config.section import DEGREE
+from snake_env.reproduce.experiment import PERIOD, Runs
 from snake_env.reproduce.measures import torque_beyond
 from snake_env.reproduce.mechanism import ALPHAS, BETA, OFFSETS, ROBOT, peg_forces, push
 

@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snake_env.config import PD, Gait, Robot, Scene, Start
+from snake_env.config.section import DEGREE
 from snake_env.reproduce import placement
-from snake_env.reproduce.experiment import DEGREE, PERIOD, Experiment
+from snake_env.reproduce.experiment import PERIOD, Experiment
 from snake_env.reproduce.measures import between
 from snake_env.trajectory import Trajectory
 

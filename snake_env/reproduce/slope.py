@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from snake_env.config import Gait, Scene, Start
-from snake_env.reproduce.experiment import DEGREE, PERIOD, Experiment, Runs
+from snake_env.config.section import DEGREE
+from snake_env.reproduce.experiment import PERIOD, Experiment, Runs
 from snake_env.reproduce.measures import period_speed
 
 FRICTION = (0.2, 0.5)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from snake_env.config import Gait, Scene, Start
+from snake_env.config.section import DEGREE
 from snake_env.obstacles import Box
-from snake_env.reproduce.experiment import DEFAULT, DEGREE, Experiment, Runs
+from snake_env.reproduce.experiment import DEFAULT, Experiment, Runs
 
 STEPS = 3
 TREAD = 0.8

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from snake_env._views import Views
-from snake_env.config import Robot, Scene
+from snake_env.config.robot import per_link
 from snake_env.evaluation.film import write
 from snake_env.picture import LAYERS, Picture
 from snake_env.rewards import TERMS
@@ -22,17 +22,16 @@ FAR = 1e3
 def film(trajectory: Trajectory, path: Path) -> Path:
     """Writes an mp4 file in real time, or a gif where no ffmpeg is found; returns what was written."""
     picture = Picture(layers=tuple(layer for layer in LAYERS if layer != "goal"))
-    views, scene = Views(picture), trajectory.scene or Scene()
-    pictures = [views.image(0, _state(trajectory, k), scene) for k in range(len(trajectory.time))]
+    views = Views(picture)
+    pictures = [views.image(0, _state(trajectory, k), trajectory.scene) for k in range(len(trajectory.time))]
     step = float(np.median(np.diff(trajectory.time))) if len(trajectory.time) > 1 else 1.0
     return write(pictures, path, frames_per_second=max(1, round(1.0 / step)))
 
 
 def _state(trajectory: Trajectory, k: int) -> State:
     """One sample as the state of a robot without a goal; velocities, which no picture shows, are zero."""
-    robot, position = trajectory.robot or Robot(), trajectory.position[k]
-    links = len(position)
-    half, radius = (np.broadcast_to(v, links).astype(float) for v in (robot.contact_half_length, robot.radius))
+    robot, position = trajectory.robot, trajectory.position[k]
+    links = robot.links
     centre, zeros = position[:, :2].mean(axis=0), np.zeros_like(position)
     three: dict[str, Any] = {}
     if trajectory.quaternion is not None:
@@ -63,7 +62,7 @@ def _state(trajectory: Trajectory, k: int) -> State:
         obstacles=np.empty((0, 3)),
         obstacle_force=np.empty((0, 2)),
         path=np.empty((0, 2)),
-        link_half_length=half,
-        link_radius=radius,
+        link_half_length=per_link(robot.contact_half_length, links),
+        link_radius=per_link(robot.radius, links),
         **three,
     )

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from snake_env.config import Robot, Scene
+from snake_env.config import Scene
+from snake_env.config.robot import per_link
 from snake_env.state import State
 from snake_env.trajectory import Trajectory
 
@@ -48,19 +49,18 @@ class Frames:
     @classmethod
     def of_trajectory(cls, trajectory: Trajectory) -> Frames:
         """The samples of a scripted run."""
-        robot = trajectory.robot or Robot()
-        links = trajectory.position.shape[1]
-        half, radius = (np.broadcast_to(v, links).astype(float) for v in (robot.contact_half_length, robot.radius))
+        robot = trajectory.robot
+        radius = per_link(robot.radius, robot.links)
         return cls(
             trajectory.time,
             _raised(trajectory.position, radius),
             _orientation(trajectory.angle, trajectory.quaternion),
-            _in_space(trajectory.contact_force),
+            _spatial(trajectory.contact_force),
             _flat(trajectory.joint_angle),
             _flat(trajectory.joint_torque),
-            half,
+            per_link(robot.contact_half_length, robot.links),
             radius,
-            trajectory.scene or Scene(),
+            trajectory.scene,
         )
 
     @classmethod
@@ -75,7 +75,7 @@ class Frames:
             stack["time"],
             _raised(stack["link_position"], first.link_radius),
             _orientation(angle, quaternion),
-            _in_space(stack["contact_force"]),
+            _spatial(stack["contact_force"]),
             _flat(stack["joint_angle"]),
             _flat(stack["joint_torque"]),
             first.link_half_length,
@@ -97,14 +97,14 @@ def _flat(joints: Array) -> Array:
     return joints if joints.ndim == 2 else np.concatenate([joints[..., 0], joints[..., 1]], axis=1)
 
 
-def _in_space(vectors: Array) -> Array:
+def _spatial(vectors: Array) -> Array:
     """Vectors (..., 3), without a vertical component in the plane."""
     return vectors if vectors.shape[-1] == 3 else np.concatenate([vectors, np.zeros_like(vectors[..., :1])], axis=-1)
 
 
 def _raised(position: Array, radius: Array) -> Array:
     """Positions (T, L, 3): a planar robot lies on the ground."""
-    found = np.array(_in_space(position))
+    found = np.array(_spatial(position))
     if position.shape[-1] == 2:
         found[..., 2] = radius
     return found

@@ -179,7 +179,7 @@ class Live:
         self.note.content = chosen.about
 
     def _steer(self) -> None:
-        """Hands the sliders of the gait to the robot; only the gait listens."""
+        """Commands the gait of the sliders, where the gait is what acts."""
         if self.policy.value == BASELINE and isinstance(self._actor, ConstantAction):
             degrees = (self.amplitude.value, self.omega.value, self.beta.value, self.gamma.value)
             try:

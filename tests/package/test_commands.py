@@ -73,6 +73,14 @@ def test_numbers_out_of_range_are_refused(arguments, capsys):
     assert "expected an integer" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("seconds", ["nan", "-1", "0", "inf"])
+def test_bench_measures_for_some_time(seconds, capsys):
+    with pytest.raises(SystemExit) as left:
+        main(["bench", "--seconds", seconds])
+    assert left.value.code == 2
+    assert "--seconds" in capsys.readouterr().err
+
+
 def test_a_missing_package_is_named_with_its_extra():
     code = """
         import sys

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import inspect
 import pickle
@@ -18,6 +19,7 @@ from snake_env import (
     Integrator,
     IOLinearizing,
     Noise,
+    Picture,
     Randomization,
     Robot,
     Scene,
@@ -25,7 +27,7 @@ from snake_env import (
     Stribeck,
     _native,
 )
-from snake_env.obstacles import Circle
+from snake_env.obstacles import Circle, Polygon
 
 NAN, INF = float("nan"), float("inf")
 
@@ -104,7 +106,7 @@ def test_the_numbers_of_the_thesis_method_are_checked(name, value):
         Integrator(method="thesis", **{name: value})
 
 
-IMPLICIT_OPTIONS = {"order": 1, "event_substeps": 2, "event_tolerance": 1e-3}
+IMPLICIT_OPTIONS = {"order": 2, "event_substeps": 2, "event_tolerance": 1e-3}
 THESIS_OPTIONS = {"r_t": 1.0, "r_h": 0.02, "r_n": 0.2, "r_v": 0.1}
 SHARED_OPTIONS = {"step": 1e-3, "tolerance": 1e-8, "max_iterations": 500}
 
@@ -132,6 +134,46 @@ def test_an_integrator_without_a_method_is_implicit():
         _native.check("integrator", {"ordre": 1})
 
 
+@pytest.mark.parametrize("option", [{"event_substeps": 2}, {"event_tolerance": 1e-6}])
+def test_the_first_order_has_no_events(option):
+    """The core has none either: the options change nothing."""
+    with pytest.raises(ConfigError, match=rf"^integrator\.{next(iter(option))} = .*: expected None with order=1"):
+        Integrator(order=1, **option)
+    scene = Scene.preset("table-7.5")
+    for model in ("planar", "spatial"):
+        runs = [
+            snake_env.simulate(model, scene=scene, integrator={"order": 1, **own}, duration=0.5) for own in ({}, option)
+        ]
+        np.testing.assert_array_equal(runs[0].position, runs[1].position)
+
+
+@pytest.mark.parametrize(("name", "outside"), [("max_iterations", 0), ("order", 3), ("event_substeps", 1001)])
+@pytest.mark.parametrize("value", [True, 2.5, "x", 10**30])
+def test_what_is_no_integer_has_the_range_of_integers(name, outside, value):
+    expected = []
+    for wrong in (value, outside):
+        with pytest.raises(ConfigError, match=rf"^integrator\.{name} = ") as caught:
+            Integrator(**{name: wrong})
+        expected.append(caught.value.expected)
+    assert expected[0] == expected[1]
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("position", ["x", None, (1.0,), (0.0, 0.0, 0.0, 0.0), (NAN, 0.0), (True, 0.0), ("1", "2")]),
+        ("heading", [None, "x", NAN, INF, True, 1j]),
+        ("posture", [5, None, "bent", [[0.0, 0.0, 0.0]], [NAN], [True, False], ["0.1"], [0.1, None]]),
+        ("pitch", ["y", None, 1.6, NAN, True]),
+        ("roll", ["z", INF, True]),
+    ],
+)
+def test_a_start_is_checked_when_it_is_made(name, values):
+    for value in values:
+        with pytest.raises(ConfigError, match=rf"^start\.{name}.* = "):
+            Start(**{name: value})
+
+
 THESIS = Integrator(method="thesis")
 
 BAD_SPATIAL = [
@@ -143,15 +185,15 @@ BAD_SPATIAL = [
     ({"robot": Robot(free_play=0.1)}, "robot.free_play"),
     ({"gait": Gait(amplitude=1.5, gamma=0.1)}, "gait.amplitude"),
     ({"gait": Gait(vertical_amplitude=-1.6)}, "gait.vertical_amplitude"),
-    ({"start": Start(position=(1.0,))}, "start.position"),
-    ({"start": Start(position=(0.0, 0.0, NAN))}, "start.position[2]"),
-    ({"start": Start(pitch=1.6)}, "start.pitch"),
-    ({"start": Start(pitch=NAN)}, "start.pitch"),
-    ({"start": Start(roll=INF)}, "start.roll"),
-    ({"start": Start(posture=[(0.0, 0.0)] * 3)}, "start.posture"),
-    ({"start": Start(posture=[(0.0, NAN)] * 10)}, "start.posture"),
-    ({"start": Start(posture=[(0.0, 0.0, 0.0)] * 10)}, "start.posture"),
-    ({"start": Start(posture=[(0.0, 1.6)] * 10)}, "start.posture"),
+    ({"start": {"position": (1.0,)}}, "start.position"),
+    ({"start": {"position": (0.0, 0.0, NAN)}}, "start.position[2]"),
+    ({"start": {"pitch": 1.6}}, "start.pitch"),
+    ({"start": {"pitch": NAN}}, "start.pitch"),
+    ({"start": {"roll": INF}}, "start.roll"),
+    ({"start": {"posture": [(0.0, 0.0)] * 3}}, "start.posture"),
+    ({"start": {"posture": [(0.0, NAN)] * 10}}, "start.posture"),
+    ({"start": {"posture": [(0.0, 0.0, 0.0)] * 10}}, "start.posture"),
+    ({"start": {"posture": [(0.0, 1.6)] * 10}}, "start.posture"),
 ]
 
 
@@ -166,16 +208,16 @@ BAD_SPATIAL = [
         ({"gait": Gait.sidewinding()}, "gait.vertical_amplitude"),
         ({"gait": Gait.lateral_rolling()}, "gait.vertical_amplitude"),
         ({"controller": Gait()}, "controller"),
-        ({"start": Start(position=(1.0,))}, "start.position"),
-        ({"start": Start(position=(NAN, 0.0))}, "start.position[0]"),
-        ({"start": Start(heading=INF)}, "start.heading"),
-        ({"start": Start(position=(0.0, 0.0, 0.1))}, "start.position"),
-        ({"start": Start(pitch=0.1)}, "start.pitch"),
-        ({"start": Start(roll=0.1)}, "start.roll"),
-        ({"model": "minimal", "start": Start(pitch=0.1)}, "start.pitch"),
-        ({"start": Start(posture="curled")}, "start.posture"),
-        ({"start": Start(posture=[0.0] * 3)}, "start.posture"),
-        ({"start": Start(posture=[NAN] * 10)}, "start.posture"),
+        ({"start": {"position": (1.0,)}}, "start.position"),
+        ({"start": {"position": (NAN, 0.0)}}, "start.position[0]"),
+        ({"start": {"heading": INF}}, "start.heading"),
+        ({"start": {"position": (0.0, 0.0, 0.1)}}, "start.position"),
+        ({"start": {"pitch": 0.1}}, "start.pitch"),
+        ({"start": {"roll": 0.1}}, "start.roll"),
+        ({"model": "minimal", "start": {"pitch": 0.1}}, "start.pitch"),
+        ({"start": {"posture": "curled"}}, "start.posture"),
+        ({"start": {"posture": [0.0] * 3}}, "start.posture"),
+        ({"start": {"posture": [NAN] * 10}}, "start.posture"),
         ({"duration": 0.0}, "duration"),
         ({"duration": NAN}, "duration"),
         ({"duration": 1e12}, "duration"),
@@ -199,7 +241,7 @@ BAD_SPATIAL = [
             {"model": "minimal", "scene": Scene(friction_law="arctan"), "integrator": THESIS},
             "scene.friction_law",
         ),
-        ({"model": "minimal", "start": Start(posture=[0.0] * 3)}, "start.posture"),
+        ({"model": "minimal", "start": {"posture": [0.0] * 3}}, "start.posture"),
         ({"model": "minimal", "gait": Gait.sidewinding()}, "gait.vertical_amplitude"),
         *[({"model": "spatial", "integrator": THESIS} | keywords, field) for keywords, field in BAD_SPATIAL],
         ({"seed": -1}, "seed"),
@@ -248,8 +290,46 @@ def test_sections_are_values(kind):
     assert pickle.loads(pickle.dumps(one)) == one
     assert eval(repr(one), {name: getattr(snake_env, name) for name in snake_env.__all__}) == one
     assert str(inspect.signature(kind)).startswith("(")
-    if kind is not Randomization:
-        assert hash(one) == hash(kind())
+    assert hash(one) == hash(kind())
+
+
+MUTABLE = [
+    (Robot, {"links": 2, "mass": np.array([1.0, 2.0]), "limp": [0]}),
+    (Scene, {"obstacles": [[0.1, 1.0, 0.0], {"shape": "box", "size": [1.0, 2.0], "x": 3.0, "y": 0.0}]}),
+    (Scene, {"obstacles": np.ones((2, 3)), "slope": np.zeros(2)}),
+    (Polygon, {"vertices": [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]}),
+    (Start, {"position": np.zeros(2), "posture": [[0.1, 0.2], [0.3, 0.4]]}),
+    (Randomization, {"friction": [0.5, 1.5], "noise": {"heading": 0.1}}),
+    (Gait, {"amplitude": np.float64(0.5)}),
+    (Picture, {"size": [64, 64], "centre": [0.0, 1.0], "layers": ["links"]}),
+]
+
+
+@pytest.mark.parametrize(("kind", "given"), MUTABLE)
+def test_a_section_keeps_nothing_that_the_caller_can_change(kind, given):
+    one, other = kind(**given), kind(**copy.deepcopy(given))
+    for value in given.values():
+        if isinstance(value, np.ndarray):
+            value[:] = -1.0
+        elif isinstance(value, list):
+            value.clear()
+        elif isinstance(value, dict):
+            value["heading"] = -1.0
+    assert one == other
+    assert hash(one) == hash(other)
+    assert eval(repr(one), {**vars(snake_env), **vars(snake_env.obstacles)}) == one
+
+
+def test_scenes_are_values():
+    assert len({Scene.preset("table-7.5"), Scene.preset("table-7.5"), Scene.preset("free")}) == 2
+
+
+def test_a_list_within_itself_is_refused():
+    endless: list = []
+    endless.append(endless)
+    for make in (lambda: Scene(obstacles=endless), lambda: Robot(mass=endless), lambda: Start(posture=endless)):
+        with pytest.raises(ConfigError):
+            make()
 
 
 def test_a_law_without_gains_has_its_own():
@@ -311,7 +391,7 @@ def test_presets_are_the_thesis_courses():
     scene = Scene.preset("table-7.5", friction=(0.1, 0.3))
     assert scene.obstacles[0] == (0.125, 0.051, 0.176)
     assert scene.friction == (0.1, 0.3)
-    assert Scene.preset("free").obstacles == []
+    assert Scene.preset("free").obstacles == ()
     with pytest.raises(ConfigError, match=r"preset = 'table-7\.4'"):
         Scene.preset("table-7.4")
 

@@ -55,7 +55,9 @@ def test_a_callback_of_stable_baselines_reaches_it():
     assert_identical(env.reset(), np.stack(rows), "the robot that was addressed")
 
 
-@pytest.mark.parametrize("difficulty", [-0.1, 1.1, float("nan"), "hard", [0.1, 0.2], [0.1]])
+@pytest.mark.parametrize(
+    "difficulty", [-0.1, 1.1, float("nan"), "hard", [0.1, 0.2], [0.1], "0.5", True, None, [True] * 3]
+)
 def test_a_difficulty_out_of_range_is_named(difficulty):
     with pytest.raises(ConfigError, match=r"^difficulty = "):
         SnakeVectorEnv(3, task="field").set_difficulty(difficulty)

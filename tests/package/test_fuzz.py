@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import inspect
 import math
 import warnings
 from collections.abc import Callable
@@ -21,18 +22,22 @@ from snake_env import (
     Gait,
     Integrator,
     IOLinearizing,
+    JointTrajectory,
     Noise,
+    Picture,
     Randomization,
     Robot,
     Scene,
     Start,
     Stribeck,
     _native,
+    minimal,
 )
 from snake_env.errors import DivergenceError
+from snake_env.obstacles import Box
 from snake_env.options import TaskOptions
 
-SECTIONS = [Robot, Scene, Stribeck, Gait, PD, IOLinearizing, Integrator, Noise, Randomization]
+SECTIONS = [Robot, Scene, Stribeck, Gait, PD, IOLinearizing, Integrator, Noise, Randomization, Start]
 FEW = settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
 FEWER = settings(FEW, max_examples=40)
 
@@ -107,31 +112,84 @@ def test_the_core_takes_any_mapping(entry):
     check()
 
 
-BAD_STARTS = st.builds(Start, position=junk, heading=junk, posture=junk)
 # Small enough to be run when it happens to be admissible.
 SHORT = {"duration": 0.1, "sample": 0.1}
 
 
-@FEWER
-@given(
-    st.dictionaries(
-        st.sampled_from(["model", "duration", "sample", "noise", "seed", *SHORT]), scalars | lists, max_size=3
-    )
-)
+class OwnReference:
+    """A joint reference by functions of time; what they return may be anything."""
+
+    def __init__(self, value):
+        self.angle = self.rate = lambda time: value
+
+
+ARGUMENTS = list(inspect.signature(snake_env.simulate).parameters)
+REFERENCES = st.builds(OwnReference, junk) | st.just(OwnReference([0.0] * 10))
+FIELDS = {"robot": Robot, "scene": Scene, "gait": Gait, "start": Start}
+anything = junk | json_values | REFERENCES
+
+
+@FEW
+@given(st.dictionaries(st.sampled_from(ARGUMENTS), anything, max_size=3))
+@example({"reference_rate": 10, "duration": math.nan})
+@example({"reference_rate": 10, "duration": math.inf})
+@example({"robot": {"links": 5}, "self_contact": True})
+@example({"robot": 5, "gait": OwnReference([0.0] * 10)})
+@example({"record": 5})
 def test_simulate_takes_any_arguments(values):
     arguments = SHORT | values
     # An admissible duration of years is work, not a defect.
-    if isinstance(arguments["duration"], int | float) and arguments["duration"] > 1.0:
+    if isinstance(arguments["duration"], int | float) and 1.0 < arguments["duration"] < math.inf:
         arguments["duration"] = 1.0
     if isinstance(arguments["sample"], int | float) and 0.0 < arguments["sample"] < 1e-3:
         arguments["sample"] = 1e-3
     check_rejection(lambda: snake_env.simulate(**arguments))
 
 
-@FEWER
-@given(BAD_STARTS)
-def test_simulate_takes_any_start(start):
-    check_rejection(lambda: snake_env.simulate(start=start, **SHORT))
+@pytest.mark.parametrize("section", FIELDS)
+def test_simulate_takes_any_fields(section):
+    @FEWER
+    @given(some_of(FIELDS[section]))
+    def check(fields):
+        # Ten thousand links are admissible, and no defect.
+        if isinstance(fields.get("links"), int | float):
+            fields["links"] = min(fields["links"], 20)
+        check_rejection(lambda: snake_env.simulate(**{section: fields}, **SHORT))
+
+    check()
+
+
+METHODS = {
+    "Gait.reference": (Gait().reference, 4),
+    "JointTrajectory": (JointTrajectory, 3),
+    "JointTrajectory.reference": (JointTrajectory([0.0, 1.0], np.zeros((2, 3))).reference, 2),
+    "Scene.without": (Scene.preset("table-7.5").without, 1),
+    "Scene.moved": (Scene.preset("table-7.5").moved, 3),
+    "Scene.from_fields": (Scene.from_fields, 1),
+    "Scene.to_mjcf": (Scene().to_mjcf, 5),
+    "Noise.table_7_4": (Noise.table_7_4, 1),
+    "Start": (Start, 5),
+    "Start.on_course": (Start.on_course, 2),
+    "Picture": (Picture, 5),
+    "IOLinearizing.for_period": (IOLinearizing.for_period, 1),
+    "minimal.process_plant": (minimal.process_plant, 4),
+    "minimal.control_plant": (minimal.control_plant, 4),
+    "Box.moved": (Box((1.0, 1.0), 0.0, 0.0).moved, 2),
+}
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_public_methods_take_any_arguments(name):
+    call, count = METHODS[name]
+    required = {"Gait.reference": 1, "Scene.moved": 3, "Box.moved": 2, "Start": 0, "Picture": 0, "Scene.to_mjcf": 0}
+    fewest = required.get(name, 2 if "plant" in name or name == "JointTrajectory" else 1)
+
+    @FEWER
+    @given(st.lists(anything, min_size=fewest, max_size=count))
+    def check(arguments):
+        check_rejection(lambda: call(*arguments))
+
+    check()
 
 
 positive = st.floats(1e-6, 1e6)

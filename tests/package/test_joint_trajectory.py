@@ -99,7 +99,11 @@ BAD = [
     ({"time": [[0.0, 1.0]], "angle": [[0.0], [0.1]]}, "gait.time"),
     ({"time": "x", "angle": [[0.0], [0.1]]}, "gait.time"),
     ({"time": [0.0, 1.0], "angle": [0.0, 0.1]}, "gait.angle"),
-    ({"time": [0.0, 1.0], "angle": [[0.0], [NAN]]}, "gait.yaw"),
+    ({"time": ["0", "1"], "angle": [[0.0], [0.1]]}, "gait.time"),
+    ({"time": [0.0, 1.0], "angle": [[0.0j], [0.1]]}, "gait.angle"),
+    ({"time": [0.0, 1.0], "angle": [[False], [0.1]]}, "gait.angle"),
+    ({"time": [0.0, 1.0], "angle": [[0.0], [0.1, 0.2]]}, "gait.angle"),
+    ({"time": [0.0, 1.0], "angle": [[0.0], [NAN]]}, "gait.angle[1, 0]"),
     ({"time": [0.0, 1.0], "angle": np.zeros((3, 10))}, "gait.angle"),
     ({"time": [0.0, 1.0], "angle": np.zeros((2, 10, 3))}, "gait.angle"),
     ({"time": [0.0, 1.0], "angle": np.zeros((2, 10)), "rate": np.zeros((2, 9))}, "gait.rate"),
@@ -131,9 +135,58 @@ def test_a_trajectory_that_does_not_fit_the_robot_is_refused(model, angle, messa
 
 @pytest.mark.parametrize(
     "keywords",
-    [{"reference_rate": 0.0}, {"reference_rate": "x"}, {"reference_delay": -0.1}, {"reference_delay": math.inf}],
+    [
+        *({"reference_rate": rate} for rate in (0.0, "x", True, math.nan)),
+        *({"reference_delay": delay} for delay in (-0.1, math.inf, False, "x", None, np.zeros(2))),
+    ],
 )
 def test_rates_and_delays_that_are_not_admissible_are_refused(keywords):
     (name,) = keywords
     with pytest.raises(ConfigError, match=rf"^{name} = "):
         snake_env.simulate(duration=0.1, **keywords)
+
+
+@pytest.mark.parametrize("duration", [math.nan, math.inf, "a", -1, 1e300, None])
+def test_a_reference_at_a_rate_needs_a_duration(duration):
+    with pytest.raises(ConfigError, match=r"^duration = "):
+        snake_env.simulate(reference_rate=10, duration=duration)
+
+
+def test_a_rate_may_be_an_integer_of_numpy_and_a_gait_a_mapping():
+    one = snake_env.simulate(reference_rate=np.int64(10), gait={"amplitude": 0.5}, duration=0.1)
+    other = snake_env.simulate(reference_rate=10.0, gait=Gait(amplitude=0.5), duration=0.1)
+    np.testing.assert_array_equal(one.position, other.position)
+
+
+def test_a_trajectory_keeps_copies_that_nobody_changes():
+    time, angle, rate = np.arange(2.0), np.zeros((2, 10)), np.zeros((2, 10))
+    trajectory = JointTrajectory(time, angle, rate)
+    angle[:] = 5.0
+    assert not np.any(trajectory.angle)
+    for array in (trajectory.time, trajectory.angle, trajectory.rate):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "field"),
+    [
+        (("0.5", 3), "time"),
+        ((True, 3), "time"),
+        ((math.nan, 3), "time"),
+        (([[0.0]], 3), "time"),
+        ((0.0, -1), "joints"),
+        ((0.0, 2.5), "joints"),
+        ((0.0, 10**15), "joints"),
+        ((0.0, 3, "up"), "vertical"),
+        ((0.0, 3, False, "a"), r"gait\.start_up"),
+        ((0.0, 3, False, -1.0), r"gait\.start_up"),
+    ],
+)
+def test_a_reference_names_its_argument(arguments, field):
+    with pytest.raises(ConfigError, match=f"^{field} = "):
+        Gait().reference(*arguments)
+    if field in ("time", "vertical"):
+        time, _, *rest = arguments
+        with pytest.raises(ConfigError, match=f"^{field} = "):
+            JointTrajectory([0.0, 1.0], np.zeros((2, 3))).reference(time, *rest[:1])

@@ -20,6 +20,15 @@ from snake_env.options import TaskOptions
 ROOT = Path(__file__).parents[2]
 
 
+class Angles:
+    """References of one's own."""
+
+    def angle(self, time):
+        return [0.0] * 10
+
+    rate = angle
+
+
 @pytest.mark.parametrize("value", [5, "x", [1, 2], None])
 @pytest.mark.parametrize(
     ("section", "words"),
@@ -48,6 +57,23 @@ def test_a_section_of_the_wrong_kind_is_told_its_class(section, words, value):
             'start.posture = 3: expected "gait", "straight" or a joint',
         ),
         (lambda: snake_env.PD(treatment=[1]), 'controller.treatment = .*: expected "implicit", "step" or a period'),
+        (lambda: SnakeEnv(controller="io", control_period=-1), r"^control_period = -1: expected a number in"),
+        (lambda: SnakeEnv(controller="io", control_period="x"), "control_period = 'x': expected a finite number"),
+        (lambda: snake_env.simulate(noise={}), 'noise = {}: expected None: .* needs model="minimal"'),
+        (lambda: snake_env.simulate(record=5), "record = 5: expected a name or a list of names"),
+        (lambda: snake_env.Picture(layers="grid"), "picture.layers = 'grid': expected a list of names"),
+        (lambda: snake_env.Picture(layers=5), "picture.layers = 5: expected a list of names"),
+        (lambda: snake_env.Noise.table_7_4([]), r"noise.table_7_4 = \[\]: expected one of 'b', 'c', 'd'"),
+        (lambda: snake_env.simulate(robot=5, gait=Angles()), "robot = 5: expected a snake_env.Robot, or a mapping"),
+        (lambda: snake_env.simulate(robot={"link": 5}, self_contact=True), "robot.link = 5: expected a known field"),
+        (lambda: snake_env.minimal.process_plant([True] * 13, [0.0] * 13), "q = .*: expected real numbers"),
+        (lambda: snake_env.minimal.control_plant(["0"] * 10, [0.0] * 13), "phi = .*: expected real numbers"),
+        (lambda: snake_env.minimal.process_plant([0.0] * 13, [0.0] * 13, 5), "robot = 5: expected a snake_env.Robot"),
+        (lambda: snake_env.Scene().to_mjcf(robot=5), "robot = 5: expected a snake_env.Robot, or a mapping"),
+        (lambda: snake_env.Scene().to_mjcf(start=5), "start = 5: expected a snake_env.Start"),
+        (lambda: snake_env.Scene().to_mjcf(gait=5), "gait = 5: expected a snake_env.Gait, or a mapping"),
+        (lambda: snake_env.Scene().to_mjcf(step=math.inf), "step = inf: expected a finite number > 0"),
+        (lambda: SnakeVectorEnv(2).reset(seed=b"ab"), "seed = b'ab': expected an integer"),
         (lambda: snake_env.Robot(mass="x"), "robot.mass = 'x': expected a number, or a list of numbers"),
     ],
 )
@@ -128,3 +154,12 @@ def test_missed_solves_are_reported_once_with_their_number_and_a_remedy():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert snake_env.simulate(duration=0.5).misses.sum() == 0
+
+
+@pytest.mark.parametrize("make", [SnakeEnv, SnakeVectorEnv])
+def test_a_render_mode_is_one_of_the_known(make):
+    env = make()
+    env.render_mode = "rgb_array"
+    with pytest.raises(ConfigError, match=r"^render_mode = 'ascii': expected one of None, 'human', 'rgb_array'"):
+        env.render_mode = "ascii"
+    assert env.render_mode == "rgb_array"

@@ -223,7 +223,7 @@ def test_a_course_is_still_one_when_read(tmp_path):
         ({"obstacles": [{"shape": "circle", "r": 1}]}, "scene.obstacles[0].r"),
         ({"obstacles": [{"shape": "circle", "radius": 1.0}]}, "scene.obstacles[0]"),
         ({"obstacles": [{"shape": "box", "size": [1, 0], "x": 0, "y": 0}]}, "scene.obstacles[0].size[1]"),
-        ({"stribeck": {"drop": 2.0}}, "stribeck.drop"),
+        ({"stribeck": {"drop": 2.0}}, "scene.stribeck.drop"),
         ({"stribeck": {"dropp": 0.1}}, "scene.stribeck.dropp"),
         ({"format": "other"}, "path"),
     ],
@@ -244,3 +244,49 @@ def test_a_file_that_is_no_scene_is_refused(tmp_path):
     (tmp_path / "text.json").write_text("{")
     with pytest.raises(ConfigError, match="a file in JSON"):
         Scene.load(tmp_path / "text.json")
+
+
+def test_the_default_scene_is_itself_when_read(tmp_path):
+    Scene().save(tmp_path / "scene.json")
+    assert Scene.load(tmp_path / "scene.json") == Scene()
+
+
+@pytest.mark.parametrize("fields", [None, 5, [], "scene"])
+def test_fields_of_a_scene_are_a_mapping(fields):
+    with pytest.raises(ConfigError, match=r"^scene = .*: expected a mapping"):
+        Scene.from_fields(fields)
+    assert Scene.from_fields({}) == Scene()
+
+
+@pytest.mark.parametrize("j", [1.0, "a", True, None, 0, 3])
+def test_an_obstacle_is_chosen_by_its_number(j):
+    scene = Scene(obstacles=[(0.1, 1.0, 0.0), Circle(0.1, 2.0, 0.0)])
+    for change in (scene.without, lambda number: scene.moved(number, 0.1, 0.1)):
+        with pytest.raises(ConfigError, match=r"^obstacle = .*: expected an integer in \[1, 2\]"):
+            change(j)
+
+
+@pytest.mark.parametrize("obstacle", [(0.1, 1.0, 0.0), *SCENE.obstacles])
+@pytest.mark.parametrize("wrong", ["a", None, True, math.nan])
+def test_obstacles_are_moved_by_numbers(obstacle, wrong):
+    scene = Scene(obstacles=[obstacle])
+    with pytest.raises(ConfigError, match=r"^dx = "):
+        scene.moved(1, wrong, 0.0)
+    with pytest.raises(ConfigError, match=r"^dy = "):
+        scene.moved(1, 0.0, wrong)
+
+
+@pytest.mark.parametrize(
+    ("make", "field"),
+    [
+        (lambda: Circle(None, 0.0, 0.0), r"obstacle\.radius"),
+        (lambda: Segment(None, (0.0, 0.0)), r"obstacle\.start"),
+        (lambda: Segment((0.0, 0.0), None), r"obstacle\.end"),
+        (lambda: Box(None, 0.0, 0.0), r"obstacle\.size"),
+        (lambda: Polygon(None), r"obstacle\.vertices"),
+        (lambda: Scene(obstacles=[{"shape": "segment", "start": None, "end": ()}]), r"scene\.obstacles\[0\]\.start"),
+    ],
+)
+def test_a_field_that_is_none_is_named(make, field):
+    with pytest.raises(ConfigError, match=f"^{field} = None: expected a value"):
+        make()

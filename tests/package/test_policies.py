@@ -9,7 +9,7 @@ from conftest import run_python
 import snake_env
 from snake_env import ConfigError
 from snake_env.evaluation import acting, film, rollout, seeds, tasks
-from snake_env.policies import NAMES, GaitParameters
+from snake_env.policies import NAMES, GaitParameters, files
 from snake_env.policies.scripted import catalogue
 
 
@@ -123,6 +123,47 @@ def test_bad_input_is_refused():
         policy = snake_env.load_policy(name)
         with pytest.raises(ConfigError, match=r"observation = shape \(2, 3\): expected \(n, \d+\)"):
             policy(np.zeros((2, 3), np.float32))
+
+
+def tensors(**changes):
+    """A symmetric network of two layers; None leaves a tensor out."""
+    found = {
+        "actor.0.weight": np.zeros((3, 4)),
+        "actor.0.bias": np.zeros(3),
+        "actor.1.weight": np.zeros((2, 3)),
+        "actor.1.bias": np.zeros(2),
+        "mirror.observation": np.ones(4),
+        "mirror.action": np.ones(2),
+    } | {name.replace("_", "."): array for name, array in changes.items()}
+    return {name: array for name, array in found.items() if array is not None}
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"actor_0_bias": None}, r"actor\.0\.bias is missing"),
+        ({"actor_0_weight": None}, r"actor\.0\.weight is missing"),
+        ({"actor_1_weight": np.zeros((2, 4))}, r"actor\.1\.weight has the shape \(2, 4\), expected \(any, 3\)"),
+        ({"actor_0_bias": np.zeros(2)}, r"actor\.0\.bias has the shape \(2,\), expected \(3\)"),
+        ({"actor_0_weight": np.zeros(3)}, r"actor\.0\.weight has the shape \(3,\), expected \(any, any\)"),
+        ({"actor_1_bias": np.array([0.0, np.nan])}, r"actor\.1\.bias has numbers that are not finite"),
+        ({"mirror_observation": np.ones(3)}, r"mirror\.observation has the shape \(3,\), expected \(4\)"),
+        ({"mirror_observation": None}, r"mirror\.observation is missing"),
+        ({"mirror_action": None}, r"mirror\.action is missing"),
+    ],
+)
+def test_a_file_without_a_whole_network_is_refused_by_tensor(tmp_path, changes, message):
+    path = tmp_path / "policy.safetensors"
+    files.write(path, tensors(), {})
+    assert snake_env.load_policy(path)(np.zeros(4, np.float32)).shape == (2,)
+    files.write(path, tensors(**changes), {})
+    with pytest.raises(ConfigError, match=rf"policy\.safetensors: {message}"):
+        snake_env.load_policy(path)
+
+
+def test_the_default_gait_is_that_of_the_core():
+    wave, degree = GaitParameters(), np.pi / 180.0
+    assert (wave.amplitude, wave.omega, wave.beta, wave.gamma) == (40 * degree, 80 * degree, -50 * degree, 0.0)
 
 
 def test_policies_need_no_torch():

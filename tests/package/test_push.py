@@ -73,7 +73,10 @@ def test_a_single_robot_and_a_robot_of_a_batch_are_pushed_alike():
     [
         (np.zeros((11, 3)), r"impulse = shape \(11, 3\): expected an array of shape \(3, 11, 2\) or \(11, 2\)"),
         ("hard", "impulse = 'hard'"),
-        (np.full((11, 2), np.nan), r"impulse\[0, 0, 0\] = nan: expected a finite number"),
+        (np.full((11, 2), np.nan), r"impulse\[0, 0\] = nan: expected a finite number"),
+        ("1", "impulse = '1'"),
+        (True, "impulse = True"),
+        (np.ones((11, 2), complex), "impulse = an array of dtype complex128"),
     ],
 )
 def test_impulses_that_are_refused(impulse, message):

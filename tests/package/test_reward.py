@@ -63,6 +63,57 @@ def test_a_reward_of_the_wrong_shape_is_named(make):
         env.step(np.zeros((3, 4)))
 
 
+@pytest.mark.parametrize(
+    ("rewards", "message"),
+    [
+        ([0.0, np.nan, 0.0], r"reward_fn\[1\] = nan: expected a finite reward of robot 1"),
+        (np.array([0.0, 0.0, -np.inf]), r"reward_fn\[2\] = -inf: expected a finite reward of robot 2"),
+        (["1", "2", "3"], r"reward_fn = rewards of dtype <U1: expected real numbers"),
+        ([1j, 0.0, 0.0], r"reward_fn = rewards of dtype complex128: expected real numbers"),
+        ([None, 0.0, 0.0], r"reward_fn = rewards of dtype object: expected real numbers"),
+        (np.ones(3, np.bool_), r"reward_fn = rewards of dtype bool: expected real numbers"),
+        ([[0.0], [0.0, 1.0], 0.0], r"reward_fn = rewards in rows of different lengths: expected shape \(3,\)"),
+        (None, r"reward_fn = rewards of shape \(\)"),
+    ],
+)
+def test_rewards_that_are_no_finite_numbers_are_refused(make, rewards, message):
+    env = make(num_envs=3, reward_fn=lambda state, action, previous_action: rewards)
+    env.reset(seed=0)
+    with pytest.raises(ConfigError, match=f"^{message}"):
+        env.step(np.zeros((3, 4)))
+
+
+def test_a_refused_reward_names_the_robot_of_the_batch():
+    """Where robots that start anew are left out of the rows."""
+    rewards = [0.0, 0.0, 0.0]
+    env = SnakeVectorEnv(
+        3,
+        task="free",
+        reward_fn=lambda state, action, previous_action: np.array(rewards[: len(action)]),
+        termination_fn=lambda state, action, previous_action: np.arange(len(action)) == 0,
+    )
+    env.reset(seed=0)
+    env.step(np.zeros((3, 4)))
+    rewards[0] = np.nan
+    with pytest.raises(ConfigError, match=r"^reward_fn\[0\] = nan: expected a finite reward of robot 1"):
+        env.step(np.zeros((3, 4)))
+
+
+@pytest.mark.parametrize("rewards", [[1, 2, 3], np.ones(3, np.float32), np.ones(3, np.uint8)])
+def test_rewards_may_be_of_any_real_type(make, rewards):
+    env = make(num_envs=3, reward_fn=lambda state, action, previous_action: rewards)
+    env.reset(seed=0)
+    np.testing.assert_array_equal(env.step(np.zeros((3, 4)))[1], rewards)
+
+
+@pytest.mark.parametrize("flags", [["yes", "no"], [None, True], [0, 1]])
+def test_flags_of_another_type_are_refused(make, flags):
+    env = make(num_envs=2, termination_fn=lambda state, action, previous_action: flags)
+    env.reset(seed=0)
+    with pytest.raises(ConfigError, match=r"^termination_fn = flags of dtype .*: expected dtype bool"):
+        env.step(np.zeros((2, 4)))
+
+
 def to_goal(state, action, previous_action):
     return -np.linalg.norm(state.goal - state.link_position[:, 0], axis=1)
 

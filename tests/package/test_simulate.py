@@ -12,7 +12,8 @@ import pytest
 from conftest import check_arrays
 
 import snake_env
-from snake_env import PD, DivergenceError, Integrator, Robot, Scene, Start
+from snake_env import PD, DivergenceError, Integrator, Robot, Scene, Start, minimal
+from snake_env.obstacles import Box
 
 
 def test_arrays_have_the_promised_shapes_and_layout():
@@ -104,3 +105,25 @@ def test_a_reference_without_soft_start_does_not_depend_on_start_up():
     np.testing.assert_array_equal(gait.reference(time, start_up=2.0)["angle"], gait.reference(time)["angle"])
     with pytest.raises(snake_env.ConfigError, match="start_up"):
         gait.reference(time, start_up=-1.0)
+
+
+@pytest.mark.parametrize(("model", "scene"), [("planar", Scene()), ("minimal", minimal.TABLE_7_2_GROUND)])
+def test_a_run_keeps_the_robot_and_the_scene_that_it_had(model, scene):
+    run = snake_env.simulate(model, duration=0.1)
+    assert (run.robot, run.scene) == (Robot(), scene)
+    told = snake_env.simulate(model, robot=Robot(), scene=scene, duration=0.1)
+    np.testing.assert_array_equal(run.position, told.position)
+
+
+def test_a_run_from_mappings_keeps_a_robot_and_a_scene():
+    obstacles = [(0.1, 1.0, 0.0), {"shape": "box", "size": [0.2, 0.1], "x": 2.0, "y": 0.0}]
+    run = snake_env.simulate(
+        robot={"links": 3, "radius": 0.02},
+        scene={"obstacles": obstacles, "stribeck": {"drop": 0.1}},
+        self_contact=False,
+        duration=0.1,
+    )
+    assert run.robot == Robot(links=3, radius=0.02, self_contact=False)
+    assert run.scene == Scene(obstacles=[obstacles[0], Box((0.2, 0.1), 2.0, 0.0)], stribeck=snake_env.Stribeck(0.1))
+    same = snake_env.simulate(robot=run.robot, scene=run.scene, duration=0.1)
+    np.testing.assert_array_equal(run.position, same.position)

@@ -81,15 +81,15 @@ def test_a_reset_raises_some_robots_once():
 @pytest.mark.parametrize(
     ("start", "field"),
     [
-        (Start(position=(0.0, 0.0, 0.01)), r"start\.position\[2\]"),
-        (Start(position=(0.0, 0.0, math.nan)), r"start\.position\[2\]"),
-        (Start(position=(0.0,)), r"start\.position"),
-        (Start(pitch=2.0), r"start\.pitch"),
-        (Start(roll=math.inf), r"start\.roll"),
-        (Start(posture=[(0.0, 2.0)] * 10), r"start\.posture"),
-        (Start(posture="bent"), r"start\.posture"),
+        ({"position": (0.0, 0.0, 0.01)}, r"start\.position\[2\]"),
+        ({"position": (0.0, 0.0, math.nan)}, r"start\.position\[2\]"),
+        ({"position": (0.0,)}, r"start\.position"),
+        ({"pitch": 2.0}, r"start\.pitch"),
+        ({"roll": math.inf}, r"start\.roll"),
+        ({"posture": [(0.0, 2.0)] * 10}, r"start\.posture"),
+        ({"posture": "bent"}, r"start\.posture"),
     ],
 )
 def test_a_start_that_is_none_is_refused_by_name(start, field):
     with pytest.raises(ConfigError, match=f"^{field} = "):
-        SnakeEnv(start=start, **SPATIAL)
+        SnakeEnv(start=Start(**start), **SPATIAL)

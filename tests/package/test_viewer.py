@@ -52,6 +52,13 @@ def test_frames_of_a_planar_run_lie_along_the_links(run):
     assert frames.scene == Scene.preset("table-7.5")
 
 
+def test_frames_of_a_run_from_mappings_have_its_robot_and_scene():
+    scene = {"obstacles": [(0.1, 1.0, 0.0)]}
+    run = snake_env.simulate(robot={"links": 3, "radius": 0.02}, scene=scene, duration=0.1)
+    frames = Frames.of_trajectory(run)
+    assert (frames.radius.tolist(), frames.scene.obstacles) == ([0.02] * 3, ((0.1, 1.0, 0.0),))
+
+
 def test_frames_of_a_3d_run_join_in_the_joints():
     run = snake_env.simulate(model="spatial", gait=Gait.sidewinding(), duration=0.3, sample=0.1)
     frames = Frames.of_trajectory(run)

@@ -177,6 +177,12 @@ def test_options_of_a_partial_reset_are_those_of_its_robots():
         ({"start": Start(posture=[0.1])}, r"start\.posture"),
         ({"goal": "there"}, "goal"),
         ({"goal": (1.0, "there")}, "goal"),
+        ({"goal": ("3", "1")}, "goal"),
+        ({"goal": (True, False)}, "goal"),
+        ({"goal": (True, 0.5)}, "goal"),
+        ({"goal": [(0.0, 0.0), ("1", 0.0)]}, r"goal\[1\]"),
+        ({"corridor": ("0", "0.5")}, "corridor"),
+        ({"corridor": (0.0, True)}, "corridor"),
         ({"goal": np.array("there")}, "goal"),
         ({"goal": [(0.0, 0.0), (1.0,)]}, r"goal\[1\]"),
         ({"goal": -1.0}, r"goal\.distance"),
@@ -305,3 +311,39 @@ def test_commands_differ_from_robot_to_robot():
 def test_a_goal_that_is_none_is_refused_by_name(task, goal, field):
     with pytest.raises(ConfigError, match=field):
         SnakeEnv(task=task, goal=goal)
+
+
+@pytest.mark.parametrize("goal", [[2.0, 1.0], [2.0, 1.0, 0.3], CORNER, (2.0, 1.0), 3.0])
+def test_one_environment_takes_at_a_reset_what_it_takes_as_a_keyword(goal):
+    own, told = SnakeEnv(task="field", goal=goal), SnakeEnv(task="field")
+    own.reset(seed=0)
+    told.reset(seed=0, options={"goal": goal, "start": None})
+    assert_identical(own.state().arrays(), told.state().arrays(), "the goal of a reset")
+
+
+def test_one_environment_draws_a_scene_at_a_reset_as_it_does_from_its_keyword():
+    ground = (0.2, 0.2)
+    for scene in ([RING, Scene(obstacles=FAR.obstacles, friction=ground)], lambda rng, difficulty: RING):
+        own, told = SnakeEnv(task="field", scene=scene), SnakeEnv(task="field", friction=ground)
+        for seed in range(4):
+            own.reset(seed=seed)
+            told.reset(seed=seed, options={"scene": scene})
+            assert own.scene().obstacles == told.scene().obstacles
+
+
+def test_in_a_batch_a_list_of_numbers_is_one_goal_line_per_robot():
+    """A point is a tuple or an array there."""
+    env = SnakeVectorEnv(2, task="field")
+    env.reset(seed=0, options={"goal": [3.0, 1.0]})
+    lines = env.state().goal
+    env.reset(seed=0, options={"goal": (3.0, 1.0)})
+    np.testing.assert_allclose(lines[:, 0], [3.0, 1.0], atol=0.1)  # from the start, which is drawn
+    assert env.state().goal.tolist() == [[3.0, 1.0]] * 2
+    with pytest.raises(ConfigError, match="a point is a tuple"):
+        SnakeVectorEnv(4, task="field").reset(options={"goal": [3.0, 1.0]})
+
+
+@pytest.mark.parametrize("difficulty", [[[0.1], [0.2, 0.3]], "0.5", [True, False], [0.5, None]])
+def test_a_difficulty_of_a_reset_that_is_none_is_named(difficulty):
+    with pytest.raises(ConfigError, match=r"^difficulty = "):
+        SnakeVectorEnv(2, task="field").reset(seed=0, options={"difficulty": difficulty})

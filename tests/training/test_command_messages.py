@@ -5,12 +5,15 @@ from __future__ import annotations
 import json
 import os
 import sys
+import zipfile
 from importlib import import_module
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import snake_env
+from snake_env.policies import files
 from training import cli, train
 
 ROOT = Path(__file__).parents[2]
@@ -79,6 +82,12 @@ def test_a_run_that_does_not_fit_says_what_it_was_begun_with(tmp_path, capsys, w
         ("experiments.sb3_comparison --config nowhere", "config = nowhere: expected a YAML or JSON file, or a name"),
         ("pipeline --config nowhere", "config = nowhere: expected a YAML or JSON file, or a name"),
         ("tune --controllers nobody", "policy = nobody: expected one of best gait, "),
+        ("experiments.algorithms --algorithms nobody", "algorithms[0] = 'nobody': expected one of 'ppo', "),
+        ("experiments.sb3_comparison --learners nobody", "learners[0] = 'nobody': expected one of 'SB3', "),
+        (
+            f"sweep --configs smoke {ROOT}/training/configs/smoke.yaml",
+            "configs = smoke: expected configurations of different",
+        ),
     ],
 )
 def test_a_name_that_does_not_exist_ends_a_command_with_one_line(capsys, command, told):
@@ -87,6 +96,73 @@ def test_a_name_that_does_not_exist_ends_a_command_with_one_line(capsys, command
     status = import_module(module).main(arguments) if "." in module else cli.main([module, *arguments])
     assert status == 2
     assert told in capsys.readouterr().err.splitlines()[-1]
+
+
+@pytest.mark.parametrize(
+    ("command", "told"),
+    [
+        ("train --config smoke --total-steps 0", "total_steps = 0: expected greater than or equal to 1"),
+        ("train --config smoke --num-envs -3", "num_envs = -3: expected greater than or equal to 1"),
+        ("pipeline --config smoke --total-steps 0", "total_steps = 0: expected greater than or equal to 1"),
+        ("pipeline --config smoke --seed -1", "seed = -1: expected greater than or equal to 0"),
+        ("sweep --configs smoke --jobs 0", "jobs = 0: expected greater than or equal to 1"),
+        ("sweep --configs smoke --seeds 0", "seeds = 0: expected greater than or equal to 1"),
+        ("sweep --configs smoke --total-steps 0", "total_steps = 0: expected greater than or equal to 1"),
+        ("evaluate --fields 0", "fields = 0: expected greater than or equal to 1"),
+        ("evaluate --fields -1", "fields = -1: expected greater than or equal to 1"),
+        ("evaluate --fields 3000000000", "count = 3000000000: expected an integer in [1, 2147483648]"),
+        ("benchmark --episodes 0", "episodes = 0: expected greater than or equal to 1"),
+        ("experiments.algorithms --seeds 0", "seeds = 0: expected greater than or equal to 1"),
+        ("experiments.sb3_comparison --repetitions 0", "repetitions = 0: expected greater than or equal to 1"),
+        ("experiments.distributed.speed --learners 1 0", "learners.1 = 0: expected greater than or equal to 1"),
+        ("experiments.distributed.ppo --workers 0", "workers = 0: expected greater than or equal to 1"),
+    ],
+)
+def test_a_number_out_of_range_ends_a_command_with_one_line(tmp_path, monkeypatch, capsys, command, told):
+    for name in ("torch", "stable_baselines3", "sb3_contrib"):
+        pytest.importorskip(name)
+    monkeypatch.chdir(tmp_path)
+    module, *arguments = command.split()
+    status = import_module(module).main(arguments) if "." in module else cli.main([module, *arguments])
+    assert status == 2
+    assert told in capsys.readouterr().err.splitlines()[-1]
+    assert not list(tmp_path.iterdir()), "nothing is written"
+
+
+def without_bias(path):
+    files.write(path, {"actor.0.weight": np.zeros((2, 2), np.float32)}, {"env_id": "SnakeField-v1", "env": {}})
+
+
+def without_run(path):
+    arrays = {"actor.0.weight": np.zeros((2, 2), np.float32), "actor.0.bias": np.zeros(2, np.float32)}
+    files.write(path, arrays, {})
+
+
+def zip_of_something_else(path):
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("data", "{}")
+
+
+@pytest.mark.parametrize("options", [[], ["--env", "SnakeField-v1"]], ids=["its own task", "a task"])
+@pytest.mark.parametrize(
+    ("name", "write", "told"),
+    [
+        ("text.safetensors", lambda path: path.write_text("no such thing"), "or model.zip of a run ("),
+        ("bias.safetensors", without_bias, "or model.zip of a run ("),
+        ("run.safetensors", without_run, "a file with the configuration of its run, env_id and env"),
+        ("text.zip", lambda path: path.write_text("no such thing"), "or model.zip of a run ("),
+        ("other.zip", zip_of_something_else, "or model.zip of a run ("),
+    ],
+)
+def test_a_broken_policy_ends_a_command_with_one_line(tmp_path, capsys, name, write, told, options):
+    pytest.importorskip("stable_baselines3")
+    path = tmp_path / name
+    write(path)
+    arguments = ["evaluate", "--policy", str(path), "--fields", "1", "--out", str(tmp_path / "out"), *options]
+    assert cli.main(arguments) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"policy = {path}: expected ")
+    assert told in line
 
 
 @pytest.mark.parametrize("command", ["train", "pipeline", "sweep"])
@@ -98,6 +174,15 @@ def test_a_name_that_does_not_exist_ends_a_command_with_one_line(capsys, command
         ("bytes.yaml", b"\xff\x00", "bytes.yaml: expected YAML ('utf-8' codec can't decode"),
         ("list.json", "[1, 2]", "list.json: expected a mapping of names to values"),
         ("section.json", '{"ppo": 3}', "ppo = 3: expected a mapping of names to values"),
+        ("date.yaml", "total_steps: 2026-11-25", "total_steps = 2026-11-25: expected a valid integer"),
+        (
+            "set.yaml",
+            "env: !!set {difficulty}",
+            "set.yaml: expected YAML (Object of type set is not JSON serializable)",
+        ),
+        ("learner.yaml", "learner: [ppo]", "learner = ['ppo']: expected one of sb3, ppo, evolution"),
+        ("twice.yaml", "ppo: {gamma: 0.9, gamma: 0.99}", "twice.yaml: expected YAML (gamma is there 2 times)"),
+        ("twice.json", '{"seed": 1, "seed": 2}', "twice.json: expected JSON (seed is there 2 times)"),
         (
             "river.json",
             '{"env_id": "SnakeRiver-v1"}',
@@ -134,6 +219,9 @@ def test_a_resumed_run_keeps_its_configuration(tmp_path, capsys):
     assert cli.main([*arguments[:-1], "512", "--resume", "--seed", "7"]) == 2
     assert "seed = 7: expected 0, with which the run was begun" in capsys.readouterr().err
     assert cli.main([*arguments[:-1], "512", "--resume"]) == 0
+    assert cli.main([*arguments[:-1], "256", "--resume"]) == 2
+    assert "total_steps = 256: expected at least 512, which " in capsys.readouterr().err
+    assert json.loads((tmp_path / "run" / "config.json").read_text())["total_steps"] == 512
 
 
 def test_the_commands_are_listed(capsys):

@@ -9,7 +9,7 @@ from snake_env import ConfigError
 from snake_env.evaluation import rollout
 from snake_env.evaluation import tasks as benchmark_tasks
 from snake_env.policies import files, load_policy
-from training import config, runs, train
+from training import config, progress, runs, train
 from training.learners import behaviour_cloning, mixture
 
 OPTIONS = {"action_mode": "residual", "nearest_pegs": 8, "perception": "body", "max_episode_steps": 30}
@@ -91,6 +91,23 @@ def test_a_run_of_several_tasks_imitates_their_teachers_and_tells_how_each_goes(
     assert last["distance"] == pytest.approx((last["distance/corridor"] + last["distance/perturbed"]) / 2, abs=1e-3)
     assert set(files.read(folder.policy)[1]["tasks"]) == set(TEACHERS)
     assert "speed/corridor" in (out / "evaluations.jsonl").read_text()
+
+
+def test_scores_of_a_run_of_several_tasks_are_means_over_the_tasks(monkeypatch):
+    perturbed = benchmark_tasks.load()["perturbed"]
+
+    def episodes(policy, env_id, fields, num_threads, **options):
+        speed = 2.0 if (env_id, options) == (perturbed.env_id, perturbed.options | OPTIONS) else 1.0
+        return {"speed": speed * np.array([0.1, 0.3]), "is_success": np.ones(len(fields), bool)}
+
+    monkeypatch.setattr(progress.rollout, "run_episodes", episodes)
+    means, of_tasks = progress.means_over_tasks(None, settings(), [7, 8], ("speed", "is_success"))
+    assert {task: found["speed"] for task, found in of_tasks.items()} == pytest.approx(
+        {"corridor": 0.2, "perturbed": 0.4}
+    )
+    assert means == pytest.approx({"speed": 0.3, "is_success": 1.0})
+    assert progress.merit(means) == pytest.approx(1.3)
+    assert progress.merit({"steps": 256}) == 0.0, "no episode has ended"
 
 
 @pytest.mark.parametrize(

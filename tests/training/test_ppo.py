@@ -129,14 +129,54 @@ def test_diagnostics_are_what_their_names_mean():
     assert found["train/approx_kl"] > 0.1
 
 
+def test_the_loss_is_that_of_the_clipped_surrogate_objective():
+    """Against the sums of Schulman et al. (2017) written out, of three samples, one of which is clipped."""
+    torch.manual_seed(0)
+    actor_critic = agent.Agent(3, 2, config.PpoNetworks(hidden=(8,)), None)
+    observation, action = torch.randn(3, 3), torch.randn(3, 2)
+    log_prob, value = (one.detach() for one in actor_critic(observation, action))
+    log_ratio, advantages, returns = torch.tensor([0.0, 0.1, 0.5]), torch.tensor([1.0, -1.0, 2.0]), torch.randn(3)
+    batch = ppo.Minibatch(observation, action, log_prob - log_ratio, returns, advantages, 1.0 / 3.0)
+    settings = config.Ppo(clip_range=0.2, vf_coef=0.7, ent_coef=0.01)
+    with torch.no_grad():
+        loss, terms = ppo.losses(actor_critic, actor_critic, batch, settings)
+    ratio = np.exp([0.0, 0.1, 0.5])
+    policy_loss = -np.mean([1.0, -ratio[1], 2.0 * 1.2])
+    value_loss = np.mean(np.square((value - returns).numpy()))
+    assert float(terms["policy_gradient_loss"]) == pytest.approx(policy_loss, rel=1e-5)
+    assert float(terms["value_loss"]) == pytest.approx(value_loss, rel=1e-5)
+    assert float(terms["approx_kl"]) == pytest.approx(np.mean(ratio - 1.0 - [0.0, 0.1, 0.5]), rel=1e-4)
+    assert float(terms["clip_fraction"]) == pytest.approx(1.0 / 3.0)
+    entropy = actor_critic.entropy().item()
+    assert float(loss) == pytest.approx(policy_loss + 0.7 * value_loss - 0.01 * entropy, rel=1e-5)
+
+
+def test_an_update_ends_when_the_policy_has_moved_too_far():
+    """A first step is always taken; ratios of e are beyond any target."""
+    actor_critic = agent.Agent(3, 2, config.PpoNetworks(hidden=(8,)), None)
+    played, targets = Rollout(6, 1, 3, 2), (torch.randn(6), torch.randn(6))
+    with torch.no_grad():
+        played.log_density[:] = actor_critic.log_density(played.observation, played.action)
+    settings = config.Ppo(batch_size=6, n_epochs=50, learning_rate=0.1, target_kl=0.01)
+    steps = []
+    for _ in range(2):
+        optimiser = clipped_adam.ClippedAdam(actor_critic)
+        found = ppo.update(actor_critic, optimiser, played, targets, settings, np.random.default_rng(0))
+        steps.append(found["train/gradient_steps"])
+        played.log_density -= 1.0
+    assert 1.0 <= steps[0] <= 50.0
+    assert steps[1] == 0.0
+
+
 def test_the_best_policy_of_a_run_is_kept(tmp_path, monkeypatch):
     """Of three evaluations the second scores highest: its policy stays."""
     merits = iter([0.1, 0.9, 0.5])
 
-    def scores(self, policy, env_id, options):
-        return dict.fromkeys(("is_success", "speed", "return"), next(merits))
+    def scores(policy, config, fields, signals):
+        means = dict.fromkeys(signals, next(merits))
+        return means, {"": means}
 
-    monkeypatch.setattr(progress.Progress, "_scores", scores)
+    monkeypatch.setattr(progress, "means_over_tasks", scores)
     arguments = ["--learner", "ppo", *SMOKE, "--evaluations", "3", "--total-steps", "768"]
     assert train.main([*arguments, "--out", str(tmp_path)]) == 0
     run = folder(tmp_path)

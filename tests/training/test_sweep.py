@@ -64,6 +64,31 @@ def test_a_stopped_sweep_goes_on_to_its_end_and_the_best_is_kept(tiny, tmp_path,
     assert (out / "tiny" / "seed-0" / files.NAME).stat().st_mtime_ns == before, "finished runs stay"
 
 
+def test_finished_runs_continue_to_a_larger_budget_and_refuse_a_smaller_one(tiny, tmp_path, capsys):
+    arguments = ["--configs", str(tiny), "--seeds", "1", "--jobs", "1", "--out", str(tmp_path), "--fields", "2"]
+    run = runs.RunFolder(tmp_path / "tiny" / "seed-0")
+    for steps in (256, 512):
+        assert sweep.main([*arguments, "--total-steps", str(steps)]) == 0
+        assert files.read(run.policy)[1]["steps"] == run.config().total_steps == steps
+    assert sweep.main([*arguments, "--total-steps", "256"]) == 2
+    assert "total_steps = 256: expected at least 512, which " in capsys.readouterr().err
+    assert run.config().total_steps == 512
+
+
+def test_a_finished_run_whose_budget_was_raised_has_not_finished(tmp_path):
+    """Even if it was killed before its next checkpoint."""
+    run = runs.RunFolder(tmp_path)
+    smoke = config.parse(config.PpoConfig, SMOKE)
+    run.create(smoke.with_changes(total_steps=500))
+    files.write(run.policy, {}, {})
+    run.finish({"steps": 512})
+    assert run.finished
+    assert run.has_taken(512)
+    run.create(smoke.with_changes(total_steps=1000))
+    assert not run.finished
+    assert run.has_taken(500)
+
+
 def test_a_run_that_fails_is_named(tiny, tmp_path, capsys):
     other = runs.RunFolder(tmp_path / "out" / "tiny" / "seed-0")
     other.create(config.load(tiny).with_changes(seed=3))

@@ -170,6 +170,17 @@ def test_fields_for_training_choosing_and_judging_never_meet():
         assert first + 128 <= seeds.TRAINING.stop
 
 
+@pytest.mark.parametrize("count", [0, -1, 2**31 + 1, 2.0, True])
+def test_only_as_many_fields_as_there_are_can_be_had(count):
+    for choose in (seeds.held_out, seeds.selection):
+        with pytest.raises(ConfigError, match=rf"count = {count}: expected an integer in \[1, 2147483648\]"):
+            choose(count)
+    with pytest.raises(ConfigError, match=r"count = 2: expected an integer in \[1, 1\]"):
+        seeds.selection(2, 2**31 - 1)
+    with pytest.raises(ConfigError, match=r"skip = -1: expected an integer in"):
+        seeds.selection(1, -1)
+
+
 def test_held_out_seeds_reach_the_environment():
     """The same seed gives the same field to every policy; another seed another one."""
     env = rollout.make_env("SnakeField-v1", 3, 1)
@@ -305,6 +316,20 @@ def test_the_pipeline_makes_every_file_and_repeats_no_finished_stage(tmp_path, m
     assert "starting over" not in capsys.readouterr().out
     assert pipeline.main([*arguments, "--seed", "5"]) == 0
     assert "starting over" in capsys.readouterr().out
+
+
+def test_the_pipeline_trains_on_for_more_steps_and_refuses_fewer(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(pipeline, "PLAN", Plan(1, 2, 1, 1, 1))
+    monkeypatch.setattr(pipeline, "_evaluation_stage", lambda *_: None)
+    arguments = ["--out", str(tmp_path), "--config", "smoke", "--total-steps"]
+    folder = runs.RunFolder(tmp_path / "policy")
+    for steps in (256, 512):
+        assert pipeline.main([*arguments, str(steps)]) == 0
+        assert PPO.load(folder.policy, device="cpu").num_timesteps == folder.config().total_steps == steps
+    assert "resuming after 256 steps" in capsys.readouterr().out
+    assert pipeline.main([*arguments, "256"]) == 2
+    assert "total_steps = 256: expected at least 512, which " in capsys.readouterr().err
+    assert folder.config().total_steps == 512
 
 
 def test_a_run_of_the_pipeline_is_the_same_whatever_is_told_about_it(tmp_path):

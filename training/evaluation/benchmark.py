@@ -25,6 +25,7 @@ from snake_env.evaluation.rollout import Episodes
 from snake_env.evaluation.tasks import BenchmarkTask
 from snake_env.policies.interface import title
 from training.cli import answer
+from training.config import Count
 from training.evaluation import benchmark_page, cached_scores
 from training.evaluation.cached_scores import Entry
 
@@ -32,7 +33,7 @@ EPISODES = 500
 
 
 def named_path(text: str) -> tuple[str, Path]:
-    """NAME=PATH, or PATH, which has its :func:`training.policies.title`."""
+    """NAME=PATH, or PATH, which has its :func:`snake_env.policies.title`."""
     name, equals, path = text.rpartition("=")
     return (name, Path(path)) if equals else (title(Path(text)), Path(text))
 
@@ -56,7 +57,7 @@ class Options:
     tasks: tuple[str, ...] | None = None
     policies: tuple[str, ...] | None = None
     policy: tyro.conf.UseAppendAction[tuple[str, ...]] = ()
-    episodes: int = EPISODES
+    episodes: Count = EPISODES
     config: Path = cached_scores.CONFIG
     num_threads: int | None = None
     out: Path = Path("runs/benchmark")
@@ -96,7 +97,7 @@ class Benchmark:
 
     Args:
         out: folder.
-        fields: seeds, one an episode; all of them held out.
+        fields: seeds, one per episode; all of them held out.
         num_threads: threads of the simulator.
         played: episodes by task and policy.
     """

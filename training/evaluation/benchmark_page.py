@@ -54,7 +54,7 @@ def write(
     pictures: str = ".",
     keep: bool = False,
 ) -> Path:
-    """Writes ``<stem>.json``, ``<stem>.md`` and a picture a task; returns the Markdown page.
+    """Writes ``<stem>.json``, ``<stem>.md`` and a picture per task; returns the Markdown page.
 
     With ``keep`` tasks that were not played stay as these files have them, if with as many episodes; so does then the
     section over all tasks.
@@ -111,7 +111,7 @@ def redraw(data: Path, pictures: Path) -> None:
 
 
 def kept(page: Path, data: Path, episodes: int) -> tuple[dict[str, str], dict[str, Any], dict[str, Any]]:
-    """Sections, scores by task and aggregates of a page written before, if it tells of as many episodes."""
+    """Sections, scores by task and aggregates of a page written before, if it has as many episodes."""
     if not page.exists() or not data.exists():
         return {}, {}, {}
     before = json.loads(data.read_text())

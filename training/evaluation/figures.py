@@ -78,7 +78,7 @@ def _on_grid(curve: list[dict[str, Any]], key: str, steps: NDArray[np.float64]) 
 
 
 def comparison(rows: dict[str, Row], path: Path) -> Path:
-    """Bars with confidence intervals, one panel a score."""
+    """Bars with confidence intervals, one panel per score."""
     panels = (
         ("success", "success rate"),
         ("progress", "progress [m]"),
@@ -102,7 +102,7 @@ def _bars(axes: Axes, estimates: list[Any]) -> None:
 
 
 def benchmark(rows: dict[str, Row], path: Path) -> Path:
-    """Horizontal bars with confidence intervals: a line a policy, a panel a score."""
+    """Horizontal bars with confidence intervals: a line per policy, a panel per score."""
     panels = (
         ("success", "success rate"),
         ("speed", "speed [m/s]"),

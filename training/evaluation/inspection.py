@@ -23,6 +23,7 @@ from snake_env.policies.interface import Policy
 from snake_env.policies.scripted import catalogue
 from snake_env.policies.scripted.sensors import Array
 from training.cli import answer
+from training.config import Count
 from training.evaluation import inspection_figures, video
 from training.evaluation.loading import load_model, task
 from training.evaluation.record_episodes import KINDS, RecordedPolicy
@@ -47,7 +48,7 @@ class Options:
     policy: Path
     beside: tuple[str, ...] = ("heading control",)
     task: str = "field-hard"
-    fields: int = 200
+    fields: Count = 200
     num_threads: int | None = None
     out: Path = Path("runs/inspect")
 

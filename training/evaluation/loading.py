@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import pickle
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -16,17 +20,48 @@ from training.runs import RunFolder
 
 
 def load_model(path: Path, name: str | None = None) -> Policy:
-    """A trained policy, with those keywords of its run that belong to it; named by :func:`training.policies.title`.
+    """A trained policy, with those keywords of its run that belong to it; named by :func:`snake_env.policies.title`.
+
+    Raises:
+        ConfigError: there is no such file, or it is of another kind.
+    """
+    path = _file(path)
+    options = _origin(path)[1] if path.suffix == ".zip" else {}
+    with _readable(path):
+        return Model(path, name or title(path), options) if path.suffix == ".zip" else Network(path, name)
+
+
+def _file(path: Path) -> Path:
+    """The file of a policy.
 
     Raises:
         ConfigError: there is no such file, or it is of another kind.
     """
     path = policy_path(path)
     if not path.is_file() or path.suffix not in (".safetensors", ".zip"):
-        raise ConfigError("policy", path, f"one of {', '.join(NAMES)}, or the policy.safetensors or model.zip of a run")
-    if path.suffix == ".safetensors":
-        return Network(path, name)
-    return Model(path, name or title(path), _origin(path)[1])
+        raise ConfigError("policy", path, f"one of {', '.join(NAMES)}, or {KIND}")
+    return path
+
+
+KIND = "the policy.safetensors or model.zip of a run"
+
+BROKEN = (EOFError, KeyError, OSError, RuntimeError, TypeError, ValueError, pickle.UnpicklingError, zipfile.BadZipFile)
+"""What readers of policy files raise about broken ones."""
+
+
+@contextmanager
+def _readable(path: Path) -> Iterator[None]:
+    """For reading the file of a policy.
+
+    Raises:
+        ConfigError: it cannot be read.
+    """
+    try:
+        yield
+    except ConfigError:
+        raise
+    except BROKEN as error:
+        raise ConfigError("policy", path, f"{KIND} ({' '.join(str(error).split())})") from None
 
 
 def load_models(paths: list[Path]) -> list[Policy]:
@@ -45,10 +80,17 @@ def task(env_id: str | None, options: dict[str, Any], paths: list[Path]) -> tupl
 
 
 def _origin(path: Path) -> tuple[str, dict[str, Any]]:
-    """Environment and keywords of the run that a policy comes from."""
-    path = policy_path(path)
+    """Environment and keywords of the run that a policy comes from.
+
+    Raises:
+        ConfigError: the file cannot be read, or does not name them.
+    """
+    path = _file(path)
     if path.suffix == ".safetensors":
-        found = Network(path).config
+        with _readable(path):
+            found = Network(path).config
+        if "env_id" not in found or "env" not in found:
+            raise ConfigError("policy", path, "a file with the configuration of its run, env_id and env, as metadata")
         return found["env_id"], found["env"]
     folder = RunFolder(path.parent)
     config = folder.config() if folder.exists else Sb3Config()
@@ -58,18 +100,6 @@ def _origin(path: Path) -> tuple[str, dict[str, Any]]:
 def trained_with(path: Path) -> str:
     """The robot's model with which a policy was trained."""
     return model_of(*_origin(path))
-
-
-def refuse_other_interface(policy: Policy, options: dict[str, Any]) -> None:
-    """Refuses keywords that differ from those with which a policy acts.
-
-    Raises:
-        ConfigError: names the keyword.
-    """
-    for name in INTERFACE:
-        own = policy.env_options.get(name)
-        if own is not None and options.get(name, own) != own:
-            raise ConfigError(f"options.{name}", options[name], f"{own}, which {policy.name} acts with")
 
 
 def refuse_other_model(paths: list[Path], env_id: str, options: dict[str, Any]) -> None:

@@ -2,8 +2,8 @@
 
 A configuration with a section ``behaviour_cloning`` begins like this, before the first update of PPO. The agent acts,
 and the actor learns by least squares what the controller would have done; the samples of all rounds are kept (DAgger;
-Ross, Gordon and Bagnell 2011), so that the actor knows the right action where its own mistakes lead to. Labels are
-exact, since the controller sees the same observations. A run of several tasks may have a policy trained before as the
+Ross, Gordon and Bagnell 2011), so that the actor learns the right action where its own mistakes lead to. Labels are
+exact, since the controller has the same observations. A run of several tasks may have a policy trained before as the
 teacher in each of them. From one policy trained before, the weights are copied. Then only the critic learns: an
 untrained critic would undo in a few updates what was cloned.
 """
@@ -123,7 +123,7 @@ def _action_mode(layout: dict[str, Any]) -> str:
 
 
 def begin(learner: Any, cloning: BehaviourCloning) -> None:
-    """Makes the agent of a :class:`training.learners.ppo.Learner` what ``cloning`` says, then warms its critic up."""
+    """Gives the agent of a :class:`training.learners.ppo.Learner` what ``cloning`` names, then warms its critic up."""
     layout = layout_of(learner.config.env_id, learner.config.env)
     if cloning.policy is not None:
         take_over(learner.agent, layout, learner.config.policy.memory, policy_path(cloning.policy))
@@ -143,8 +143,8 @@ def begin(learner: Any, cloning: BehaviourCloning) -> None:
 def take_over(agent: Any, layout: dict[str, Any], times: Sequence[float], path: Path) -> None:
     """Gives the actor the weights of a policy file, input by input and output by output of the same name.
 
-    The file's policy may have sensed and done other things: what only it knows is left out, and what only the agent
-    knows has no weight yet, and as an action the value zero.
+    The file's policy may have other inputs and actions: those that only it has are left out; those that only the agent
+    has get zero weights, and as actions the value zero.
 
     Args:
         agent: a :class:`training.learners.ppo.Agent`.

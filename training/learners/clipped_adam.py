@@ -28,7 +28,7 @@ class ClippedAdam:
         self._adam.param_groups[0]["lr"] = rate
 
     def step(self, max_norm: float) -> Tensor:
-        """Follows the gradients of the parameters, shortened to ``max_norm``, and forgets them.
+        """Follows the gradients of the parameters, shortened to ``max_norm``, and clears them.
 
         Returns:
             Their norm before.

@@ -24,7 +24,7 @@ class CmaEs:
 
     def __init__(self, start: Array, spread: float, candidates: int, seed: int) -> None:
         self._seed = seed
-        # A seed that is not a number leaves NumPy's global random state alone.
+        # A seed that is not a number does not change NumPy's global random state.
         options = {"popsize": candidates, "randn": self._normal, "seed": np.nan, "verbose": -9}
         self._search = cma.CMAEvolutionStrategy(start, spread, options)
         self._told: list[tuple[int, Array]] = []
@@ -55,12 +55,12 @@ class CmaEs:
         self._search.tell(self._candidates, list(-score))
 
     def state_dict(self) -> dict[str, Any]:
-        """What was told so far."""
+        """Steps and scores of all generations so far."""
         steps, scores = zip(*self._told, strict=True) if self._told else ((), ())
         return {"steps": list(steps), "scores": torch.from_numpy(np.array(scores))}
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
-        """Asks and tells again what was told before, which leads to the same search bit for bit."""
+        """Draws and scores the same candidates again, which leads to the same search bit for bit."""
         for steps, score in zip(state["steps"], state["scores"].numpy(), strict=True):
             self.ask(steps)
             self.tell(score)

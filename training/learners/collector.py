@@ -105,7 +105,7 @@ class Collector:
             if "final_obs" in infos:
                 self._note_ends(infos)
                 cut = np.flatnonzero(truncated & ~terminated)
-                if len(cut):  # time was up: what would have come counts as the critic sees it
+                if len(cut):  # time was up: the critic's value stands for what would have come
                     last = self._traces.peek(np.stack(infos["final_obs"][cut]), cut)
                     rollout.reward[t, cut] += gamma * agent.value(torch.from_numpy(last)).numpy()
                 self._traces.reset(rollout.done[t])

@@ -129,7 +129,7 @@ class Learner:
     Args:
         config: of the run.
         steps: environment steps taken before.
-        note: is told of finished episodes.
+        note: receives the finished episodes.
 
     Raises:
         ConfigError: the robots do not make candidates on all fields, or the network has too many weights.

@@ -9,12 +9,12 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from torch import Tensor
+from torch import Tensor, nn
 
 from snake_env.evaluation import seeds
 from snake_env.policies import files
@@ -39,13 +39,13 @@ def update(
     rng: np.random.Generator,
     group: ProcessGroup = ONE_PROCESS,
 ) -> dict[str, float]:
-    """Some epochs of gradient steps on clipped changes of probability, towards advantages and returns (T, n) each.
+    """Some epochs of gradient steps on the clipped surrogate objective, the error of the critic and the entropy.
 
     Args:
         agent: learns.
         optimiser: of its parameters.
         rollout: what the robots of this process did.
-        targets: advantages and returns of it.
+        targets: advantages and returns of it (T, n) each.
         ppo: settings.
         rng: orders the samples, alike in all processes.
         group: of the processes that share the gradient steps.
@@ -53,37 +53,96 @@ def update(
     Returns:
         Diagnostics under the names of Stable-Baselines3, means over the gradient steps.
     """
-    advantage, target = group.gathered(targets[0]).flatten(), targets[1].flatten()
-    columns = (
-        rollout.observation,
-        rollout.action,
-        rollout.log_density[..., None],
-        target.view_as(rollout.value)[..., None],
-    )
-    samples, widths = torch.cat(columns, -1).flatten(0, 1), [one.shape[-1] for one in columns]  # gathered at once
-    module, noted = group.module(agent), list[Tensor]()
+    samples, module, noted = Samples(rollout, targets, group), group.module(agent), list[Tensor]()
     for _ in range(ppo.n_epochs):
-        for part in batches(rng.permutation(len(advantage)), ppo.batch_size):
-            rows, mine = group.own(part)
-            share = group.size / len(part)  # of a sample in the gradient, which is the mean over the processes
-            observation, action, log_density, wanted = samples.index_select(0, rows).split(widths, -1)
-            known, value = module(observation, action)
-            change = known - log_density[:, 0]
-            ratio = change.exp()
-            with torch.no_grad():  # an estimate of the divergence that is never negative
-                moved = (ratio - 1.0 - change).sum() * share
-            if ppo.target_kl is not None and group.total(moved) / group.size > 1.5 * ppo.target_kl:
-                return diagnostics(noted, rollout, target, agent, group)
-            scaled = standardised(advantage.index_select(0, part))[mine]
-            clipped = ratio.clamp(1.0 - ppo.clip_range, 1.0 + ppo.clip_range)
-            gain = torch.minimum(scaled * ratio, scaled * clipped).sum() * share
-            miss = (value - wanted[:, 0]).square().sum() * share
-            loss = ppo.vf_coef * miss - gain - ppo.ent_coef * agent.entropy()
+        for part in batches(rng.permutation(len(samples)), ppo.batch_size):
+            loss, terms = losses(module, agent, samples.minibatch(part), ppo)
+            if ppo.target_kl is not None and group.total(terms["approx_kl"]) / group.size > 1.5 * ppo.target_kl:
+                return diagnostics(noted, rollout, targets[1], agent, group)
             loss.backward()
-            norm = optimiser.step(ppo.max_grad_norm)
-            with torch.no_grad():
-                noted.append(torch.stack([loss, -gain, miss, moved, (clipped != ratio).sum() * share, norm]))
-    return diagnostics(noted, rollout, target, agent, group)
+            terms["grad_norm"] = optimiser.step(ppo.max_grad_norm)
+            noted.append(torch.stack([terms[name].detach() for name in NOTED]))
+    return diagnostics(noted, rollout, targets[1], agent, group)
+
+
+class Minibatch(NamedTuple):
+    """Samples of a gradient step, those of the robots of this process.
+
+    Attributes:
+        observation: (k, o).
+        action: (k, a).
+        log_prob: Logarithm of the density of the action under the policy that took it (k,).
+        returns: (k,).
+        advantages: Standardised over the samples of all processes (k,).
+        share: Of a sample in the gradient, which is the mean over the processes.
+    """
+
+    observation: Tensor
+    action: Tensor
+    log_prob: Tensor
+    returns: Tensor
+    advantages: Tensor
+    share: float
+
+
+class Samples:
+    """The T n samples of a rollout, in one array so that a minibatch is gathered at once.
+
+    Args:
+        rollout: Of the robots of this process.
+        targets: Advantages and returns of it (T, n) each.
+        group: Of the processes.
+    """
+
+    def __init__(self, rollout: Rollout, targets: tuple[Tensor, Tensor], group: ProcessGroup) -> None:
+        advantages, returns = targets
+        self._group, self._advantages = group, group.gathered(advantages).flatten()
+        columns = (
+            rollout.observation,
+            rollout.action,
+            rollout.log_density[..., None],
+            returns.view_as(rollout.value)[..., None],
+        )
+        self._samples, self._widths = torch.cat(columns, -1).flatten(0, 1), [one.shape[-1] for one in columns]
+
+    def __len__(self) -> int:
+        """Number of samples of all processes."""
+        return len(self._advantages)
+
+    def minibatch(self, part: Tensor) -> Minibatch:
+        """This process's share of the samples with the indices ``part``."""
+        rows, mine = self._group.own(part)
+        observation, action, log_prob, returns = self._samples.index_select(0, rows).split(self._widths, -1)
+        advantages = standardised(self._advantages.index_select(0, part))[mine]
+        share = self._group.size / len(part)
+        return Minibatch(observation, action, log_prob[:, 0], returns[:, 0], advantages, share)
+
+
+def losses(module: nn.Module, agent: Agent, batch: Minibatch, ppo: Ppo) -> tuple[Tensor, dict[str, Tensor]]:
+    """The loss of a gradient step, and its terms and diagnostics by the names in :data:`NOTED`.
+
+    Args:
+        module: The agent, or what computes as it does and shares its gradients.
+        agent: The agent.
+        batch: Samples.
+        ppo: Settings.
+    """
+    log_prob, value = module(batch.observation, batch.action)
+    log_ratio = log_prob - batch.log_prob
+    ratio = log_ratio.exp()
+    with torch.no_grad():  # an estimate of the divergence that is never negative
+        approx_kl = (ratio - 1.0 - log_ratio).sum() * batch.share
+    clipped = ratio.clamp(1.0 - ppo.clip_range, 1.0 + ppo.clip_range)
+    policy_loss = -torch.minimum(batch.advantages * ratio, batch.advantages * clipped).sum() * batch.share
+    value_loss = (value - batch.returns).square().sum() * batch.share
+    loss = policy_loss + ppo.vf_coef * value_loss - ppo.ent_coef * agent.entropy()
+    return loss, {
+        "loss": loss,
+        "policy_gradient_loss": policy_loss,
+        "value_loss": value_loss,
+        "approx_kl": approx_kl,
+        "clip_fraction": (clipped != ratio).sum() * batch.share,
+    }
 
 
 NOTED = ("loss", "policy_gradient_loss", "value_loss", "approx_kl", "clip_fraction", "grad_norm")
@@ -91,12 +150,12 @@ NOTED = ("loss", "policy_gradient_loss", "value_loss", "approx_kl", "clip_fracti
 
 
 def diagnostics(
-    noted: list[Tensor], rollout: Rollout, target: Tensor, agent: Agent, group: ProcessGroup
+    noted: list[Tensor], rollout: Rollout, returns: Tensor, agent: Agent, group: ProcessGroup
 ) -> dict[str, float]:
     """Means over the gradient steps of an update, and what the critic explained of the returns before it."""
     means = (group.total(torch.stack(noted).mean(0)) / group.size).tolist() if noted else [float("nan")] * len(NOTED)
-    target, value = group.gathered(target.view_as(rollout.value)), group.gathered(rollout.value)
-    spread, missed = float(target.var()), float((target - value).var())
+    returns, value = group.gathered(returns.view_as(rollout.value)), group.gathered(rollout.value)
+    spread, missed = float(returns.var()), float((returns - value).var())
     found = dict(zip(NOTED, means, strict=True)) | {
         "entropy_loss": -float(agent.entropy().detach()),
         "explained_variance": 1.0 - missed / spread if spread > 0.0 else float("nan"),
@@ -129,7 +188,7 @@ class Learner:
     Args:
         config: of the run.
         steps: environment steps taken before.
-        note: is told of finished episodes.
+        note: receives the finished episodes.
         used: share of the budget used up before.
         make: makes the collector.
         group: of the processes that share robots and updates.

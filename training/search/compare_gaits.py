@@ -19,7 +19,7 @@ from snake_env.evaluation.acting import gait_policy
 from snake_env.evaluation.rollout import layout_of, run_episodes
 from snake_env.policies.gaits import GaitParameters
 from training.cli import answer
-from training.config import JsonObject
+from training.config import Count, JsonObject
 from training.evaluation.report import FIELDS, report
 from training.search.gait_search import PLAN, RANGES, gait, ranges_of, search, write
 from training.search.optimise import Range
@@ -49,8 +49,8 @@ class Options:
     amplitude: Range | None = None
     omega: Range | None = None
     beta: Range | None = None
-    fields: int = FIELDS
-    batches: int = PLAN.batches
+    fields: Count = FIELDS
+    batches: Count = PLAN.batches
     quick: bool = False
     num_threads: int | None = None
     out: Path = Path("runs/gaits")

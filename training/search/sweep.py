@@ -4,7 +4,8 @@
 
 Each run is a process with one thread and has a folder ``<out>/<config>/seed-<k>`` with a log. Ctrl-C or a termination
 signal, as that of ``timeout 540 python -m training sweep ...``, stops all runs, which save. The same command resumes a
-stopped sweep: finished runs are kept, others continue from their checkpoints. At the end each configuration has
+stopped sweep: finished runs are kept, others continue from their checkpoints, as do finished ones after which
+``--total-steps`` was raised. At the end each configuration has
 ``best.safetensors``, the policy of the highest success rate plus speed [m/s] on validation fields, ``seeds.json`` with
 the scores of all, and, with matplotlib, ``learning-curves.png`` with the spread over seeds.
 """
@@ -21,20 +22,22 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from snake_env.evaluation import rollout, seeds
-from snake_env.policies.interface import Policy
+from snake_env import ConfigError
+from snake_env.evaluation import seeds
 from training import config as configs
 from training.cli import answer
+from training.config import Count
 from training.evaluation.loading import load_model
 from training.learning_curve import text
+from training.progress import means_over_tasks, merit
 from training.runs import RunFolder, write_json
 
 FIELDS = 200
 """Fields on which the seeds of a configuration are compared."""
 SKIP = 100_000
 """Validation seeds before this one are for tuning scripted controllers."""
+SHOWN = ("is_success", "speed", "distance", "jam_ratio")
+"""Signals whose means are compared."""
 
 
 @dataclass
@@ -51,10 +54,10 @@ class Options:
     """
 
     configs: tuple[str, ...]
-    seeds: int = 5
-    jobs: int = os.cpu_count() or 1
-    total_steps: int | None = None
-    fields: int = FIELDS
+    seeds: Count = 5
+    jobs: Count = os.cpu_count() or 1
+    total_steps: Count | None = None
+    fields: Count = FIELDS
     out: Path = Path("runs/sweep")
 
 
@@ -65,42 +68,62 @@ def main(arguments: list[str] | None = None) -> int:
 
 def sweep(args: Options) -> int:
     """Trains all seeds, then selects the best of each configuration."""
-    for name in args.configs:
-        configs.load(name)
-    limits = [f"--total-steps={args.total_steps}"] if args.total_steps else []
-    runs = [Run(name, seed, args.out, limits) for seed in range(args.seeds) for name in args.configs]
+    runs = planned(args)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.default_int_handler)
     try:
-        work([run for run in runs if not run.folder.finished], args.jobs)
+        work([run for run in runs if not run.finished], args.jobs)
     except KeyboardInterrupt:
         stop(runs)
         print("\nstopped; the same command continues")
         return 130
-    failed = [run for run in runs if not run.folder.finished]
+    failed = [run for run in runs if not run.finished]
     for run in failed:
         print(f"{run.folder.path} failed: see {run.log}", file=sys.stderr)
     for name in args.configs:
-        of_config = [run.folder for run in runs if run.config == name and run.folder.finished]
+        of_config = [run.folder for run in runs if run.config == name and run.finished]
         if of_config:
             print(choose(args.out / Path(name).stem, of_config, args.fields), flush=True)
     return 1 if failed else 0
 
 
+def planned(args: Options) -> list[Run]:
+    """The runs of a sweep.
+
+    Raises:
+        ConfigError: a configuration is not admissible, two would share a folder, or a run has taken more steps already.
+    """
+    stems = [Path(name).stem for name in args.configs]
+    for name, stem in zip(args.configs, stems, strict=True):
+        if stems.count(stem) > 1:
+            raise ConfigError("configs", name, f"configurations of different names, {stem} is the folder of the runs")
+    steps = {name: args.total_steps or configs.load(name).total_steps for name in args.configs}
+    runs = [Run(name, seed, args.out, steps[name]) for seed in range(args.seeds) for name in args.configs]
+    for run in runs:
+        if run.folder.exists:
+            run.folder.require_budget(run.total_steps)
+    return runs
+
+
 @dataclass
 class Run:
-    """One process: a configuration and a seed."""
+    """One process: a configuration, a seed and a budget of environment steps."""
 
     config: str
     seed: int
     out: Path
-    limits: list[str]
+    total_steps: int
     process: subprocess.Popen[bytes] | None = field(default=None, init=False)
 
     @property
     def folder(self) -> RunFolder:
         """Where it trains."""
         return RunFolder(self.out / Path(self.config).stem / f"seed-{self.seed}")
+
+    @property
+    def finished(self) -> bool:
+        """It has used up its budget."""
+        return self.folder.has_taken(self.total_steps)
 
     @property
     def log(self) -> Path:
@@ -118,9 +141,11 @@ class Run:
             self.config,
             "--seed",
             str(self.seed),
+            "--total-steps",
+            str(self.total_steps),
             "--resume",
         ]
-        command += ["--out", str(self.folder.path), "--num-threads", "1", "--torch-threads", "1", *self.limits]
+        command += ["--out", str(self.folder.path), "--num-threads", "1", "--torch-threads", "1"]
         with self.log.open("ab") as log:
             environment = os.environ | {"OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
             self.process = subprocess.Popen(
@@ -161,7 +186,7 @@ def show(running: list[Run], waiting: int) -> None:
 
 
 def stop(runs: list[Run]) -> None:
-    """Makes all processes save and stop, and waits for them."""
+    """Makes all processes save and stop; returns when they have ended."""
     running = [run for run in runs if run.running]
     for run in running:
         if run.process is not None:
@@ -173,27 +198,18 @@ def stop(runs: list[Run]) -> None:
 
 def choose(out: Path, folders: list[RunFolder], fields: int) -> str:
     """Scores the seeds of a configuration on validation fields, copies the best policy, draws the curves."""
-    config: configs.RunConfig = folders[0].config()
+    config, chosen_on = folders[0].config(), seeds.selection(fields, SKIP)
     rows: list[dict[str, Any]] = []
     for folder in folders:
-        rows.append({"run": folder.path.name, **means_over_tasks(load_model(folder.policy), config, fields)})
-    best = max(rows, key=lambda row: row["is_success"] + row["speed"])
+        found, of_tasks = means_over_tasks(load_model(folder.policy), config, chosen_on, SHOWN)
+        each = {f"is_success/{task}": means["is_success"] for task, means in of_tasks.items() if task}
+        rows.append({"run": folder.path.name, **found, **each})
+    best = max(rows, key=merit)
     chosen = RunFolder(out / best["run"]).policy
     shutil.copyfile(chosen, out / f"best{chosen.suffix}")
     write_json(out / "seeds.json", {"best": best["run"], "fields": fields, "seeds": rows})
     draw({out.name: folders}, out)
     return f"{out}: best is {best['run']}, success {best['is_success']:.3f}, speed {best['speed']:.3f} m/s"
-
-
-def means_over_tasks(policy: Policy, config: configs.RunConfig, fields: int) -> dict[str, float]:
-    """Means of scores on validation fields; with several tasks over the tasks, and the success rate of each."""
-    found = {
-        task: rollout.run_episodes(policy, env_id, seeds.selection(fields, SKIP), config.num_threads, **options)
-        for task, env_id, options in config.environments()
-    }
-    shown = ("is_success", "speed", "distance", "jam_ratio")
-    means = {name: float(np.mean([episodes[name].mean() for episodes in found.values()])) for name in shown}
-    return means | {f"is_success/{task}": float(one["is_success"].mean()) for task, one in found.items() if task}
 
 
 def draw(runs: dict[str, list[RunFolder]], out: Path) -> None:

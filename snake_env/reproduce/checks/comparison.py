@@ -7,9 +7,10 @@ import math
 import numpy as np
 
 from snake_env.config import Gait
+from snake_env.config.section import DEGREE
 from snake_env.reproduce import compliant
 from snake_env.reproduce.comparison import QuasiStatic, law_speed, small_amplitude_speed, steady_speed
-from snake_env.reproduce.experiment import DEGREE, Runs
+from snake_env.reproduce.experiment import Runs
 from snake_env.reproduce.findings import Result, Rows
 from snake_env.reproduce.serpenoid import NaturalPath
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from snake_env.reproduce.experiment import DEGREE, PERIOD, Runs
+from snake_env.config.section import DEGREE
+from snake_env.reproduce.experiment import PERIOD, Runs
 from snake_env.reproduce.findings import Result, Rows
 from snake_env.reproduce.measures import gravity_centre, period_speed, torque_beyond
 from snake_env.reproduce.mechanism import ALPHAS, BETA, OFFSETS, peg_forces, push

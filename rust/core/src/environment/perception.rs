@@ -48,7 +48,7 @@ impl PegView {
     pub fn new(perception: Perception, count: usize, links: usize, length: f64) -> Self {
         let watchful = if perception == Perception::Body { links } else { 0 };
         let along = vec![PegSensor::new(1, REACH * length); watchful];
-        Self { ahead: PegSensor::new(count, length), along, nearby: Vec::new() }
+        Self { ahead: PegSensor::new(count, length), along, nearby: Vec::with_capacity(NEARBY) }
     }
 
     /// Updates the sensors of the links; `link` returns their poses.
@@ -154,6 +154,9 @@ impl PegSensor {
         }
     }
 }
+
+/// Pegs reserved for near a robot; a denser field grows the list once.
+const NEARBY: usize = 128;
 
 /// Allowance for rounding where squared distances are compared.
 const ROUNDING: f64 = 1e-9;

@@ -12,7 +12,7 @@ pub struct ObstacleImpulses {
 
 impl ObstacleImpulses {
     pub fn zeros(obstacles: usize) -> Self {
-        Self { sums: vec![Vector3::zeros(); obstacles], touched: Vec::new() }
+        Self { sums: vec![Vector3::zeros(); obstacles], touched: Vec::with_capacity(TOUCHED) }
     }
 
     /// The sums, by the obstacles' numbers.
@@ -45,6 +45,9 @@ impl ObstacleImpulses {
         }
     }
 }
+
+/// Obstacles reserved for; a robot that touches more in an interval grows the list once.
+const TOUCHED: usize = 64;
 
 #[cfg(test)]
 mod tests {
