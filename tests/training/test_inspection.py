@@ -83,6 +83,10 @@ def test_the_command_counts_every_episode_and_shows_each_kind(random_policy, tmp
     assert set(found) == {"mine", "heading control"}
     assert all(sum(one["ends"].values()) == 4 for one in found.values())
     assert all(min(one["ahead"]) >= 0.0 >= max(one["back"]) for one in found.values())
+    for one in found.values():
+        low, median, high = one["wave"]["frequency"]
+        assert -40.0 <= low <= median <= high <= 200.0
+    assert f"{found['mine']['no_slip_speed']:.3f} without slip" in capsys.readouterr().out
     shown = sum(found["mine"]["ends"][kind] > 0 for kind in KINDS)
     assert len(list(out.glob("*-frames.png"))) == len(list(out.glob("*-timeline.png"))) == shown
     assert len(list(out.glob("*.gif"))) == shown

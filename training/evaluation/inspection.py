@@ -3,9 +3,10 @@
     python -m training inspect --policy field-hard --out runs/inspect
 
 Plays the policy and the scripted controllers of ``--beside`` on held-out fields of the policy's own task. Prints the
-counts of outcomes; writes them and the mean force of the pegs on each link as JSON; draws ``links.png`` and, for the
-first episode of each outcome, ``<outcome>-frames.png`` with the forces, ``<outcome>-timeline.png`` and
-``<outcome>.gif``.
+counts of outcomes and, of a policy that commands a wave, the 10 %, 50 % and 90 % quantiles of its parameters and the
+speed at which the wave of the medians would move without slip. Writes these and the mean force of the pegs on each link
+as JSON; draws ``links.png`` and, for the first episode of each outcome, ``<outcome>-frames.png`` with the forces,
+``<outcome>-timeline.png`` and ``<outcome>.gif``.
 """
 
 from __future__ import annotations
@@ -18,7 +19,9 @@ from typing import Any
 import numpy as np
 
 from snake_env.evaluation import film, rollout, seeds, tasks
+from snake_env.evaluation.rollout import Episodes
 from snake_env.evaluation.tasks import GOAL
+from snake_env.policies.gaits import DEGREE, GaitParameters
 from snake_env.policies.interface import Policy
 from snake_env.policies.scripted import catalogue
 from snake_env.policies.scripted.sensors import Array
@@ -27,9 +30,12 @@ from training.config import Count
 from training.evaluation import inspection_figures, video
 from training.evaluation.loading import load_model, task
 from training.evaluation.record_episodes import KINDS, RecordedPolicy
+from training.evaluation.reference_limits import no_slip_speed
 from training.runs import write_json
 
 FRAMES = 4
+
+QUANTILES = (0.1, 0.5, 0.9)
 
 
 @dataclass
@@ -70,6 +76,7 @@ def inspect(args: Options) -> int:
     inspection_figures.links({name: (one["ahead"], one["back"]) for name, one in found.items()}, args.out / "links.png")
     for name, one in found.items():
         print(f"{name}: " + ", ".join(f"{kind} {count}" for kind, count in one["ends"].items()))
+        print("".join(f"  {what}: {text}\n" for what, text in _told(one).items()), end="")
     write_json(args.out / "inspection.json", {name: _plain(one) for name, one in found.items()})
     for k, kind in enumerate(KINDS):
         of_kind = np.flatnonzero(found[policy.name]["kind"] == k)
@@ -87,12 +94,37 @@ def record(
     kind = recorded.kinds(episodes, float(options.get("goal_distance", GOAL)))
     force: Array = np.array(recorded.force)[recorded.during(episodes)]
     ends = {name: int((kind == k).sum()) for k, name in enumerate(KINDS)}
-    return {"ends": ends, "kind": kind, "ahead": np.maximum(force, 0).mean(0), "back": np.minimum(force, 0).mean(0)}
+    ahead, back = np.maximum(force, 0).mean(0), np.minimum(force, 0).mean(0)
+    return {"ends": ends, "kind": kind, "ahead": ahead, "back": back, "speed": float(episodes["speed"].mean())} | waves(
+        recorded, episodes
+    )
+
+
+def waves(recorded: RecordedPolicy, episodes: Episodes) -> dict[str, Any]:
+    """Quantiles of the parameters of the wave [deg, deg/s], and the speed of that of the medians without slip [m/s]."""
+    names, during = recorded.wave[0], recorded.during(episodes)
+    if not names:
+        return {}
+    of = {name: np.quantile(np.array([one[name] for one in recorded.wave])[during], QUANTILES) for name in names}
+    amplitude, omega, beta = (of[name][1] * DEGREE for name in ("amplitude", "frequency", "phase shift"))
+    return {"wave": of, "no_slip_speed": no_slip_speed(GaitParameters(amplitude, omega, beta))}
+
+
+def _told(found: dict[str, Any]) -> dict[str, str]:
+    """Lines about the wave of a policy that commands one."""
+    if "wave" not in found:
+        return {}
+    lines = {name: ", ".join(f"{value:.1f}" for value in values) for name, values in found["wave"].items()}
+    return lines | {"speed": f"{found['speed']:.3f} m/s, {found['no_slip_speed']:.3f} without slip"}
 
 
 def _plain(found: dict[str, Any]) -> dict[str, Any]:
     """For JSON."""
-    return {"ends": found["ends"], **{key: [round(float(f), 3) for f in found[key]] for key in ("ahead", "back")}}
+    plain: dict[str, Any] = {key: [round(float(f), 3) for f in found[key]] for key in ("ahead", "back")}
+    if "wave" in found:
+        quantiles = {name: [round(float(value), 1) for value in values] for name, values in found["wave"].items()}
+        plain |= {"wave": quantiles, "no_slip_speed": round(found["no_slip_speed"], 3)}
+    return {"ends": found["ends"], "speed": round(found["speed"], 3), **plain}
 
 
 def show(policy: Policy, kind: str, env_id: str, seed: int, out: Path, options: dict[str, Any]) -> None:

@@ -16,7 +16,7 @@ from snake_env.evaluation.film import Episode
 from snake_env.obstacles import circles
 from snake_env.policies.scripted.sensors import Array, Sensors
 from training.evaluation.figures import COLOURS
-from training.evaluation.record_episodes import push_ahead
+from training.evaluation.record_episodes import push_ahead, wave_parameters
 
 HALF_VIEW = (0.95, 0.75)
 """Half of the ground that a frame shows along and across [m]."""
@@ -114,7 +114,7 @@ def timeline(episode: Episode, layout: dict[str, Any], title: str, path: Path) -
         drawn, axes = drawing.figure(3, 1, 7.0, 5.4, (1.3, 1.0, 0.8))
         pushes, gait, speed = axes[:, 0]
         _pushes(pushes, push_ahead(sensors), float(layout["control_period"]))
-        for name, values in _gait(sensors, layout).items():
+        for name, values in wave_parameters(sensors, layout).items():
             gait.plot(time, values, label=name)
         gait.set(ylabel="gait [deg], [deg/s]")
         gait.legend(fontsize=7, ncols=4)
@@ -134,19 +134,6 @@ def _pushes(axes: Axes, force: Array, period: float) -> None:
     axes.grid(visible=False)
     axes.set(ylabel="link, 1 leads")
     axes.figure.colorbar(image, ax=axes, label="force ahead [N]")
-
-
-def _gait(sensors: Sensors, layout: dict[str, Any]) -> dict[str, Array]:
-    """The smoothed parameters of the wave in degrees and degrees per second; none where joints are commanded."""
-    if not sensors.has("wave"):
-        return {}
-    entries = layout["action"][:4]
-    values = [
-        entry["low"] + 0.5 * (column + 1.0) * (entry["high"] - entry["low"])
-        for entry, column in zip(entries, sensors["wave"][:, 2:].T, strict=True)
-    ]
-    names = ("amplitude", "frequency", "phase shift", "offset")
-    return {name: np.degrees(value) for name, value in zip(names, values, strict=True)}
 
 
 def links(forces: dict[str, tuple[Array, Array]], path: Path) -> Path:

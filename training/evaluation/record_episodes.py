@@ -26,6 +26,7 @@ class RecordedPolicy:
     Attributes:
         force: step by step, force of the pegs on each link towards the goal (n, links) [N]; negative: it brakes.
         remaining: step by step, distance left relative to that at the start (n,).
+        wave: step by step, the parameters of the wave by name (n,) [deg, deg/s]; empty where joints are commanded.
     """
 
     def __init__(self, policy: Policy) -> None:
@@ -37,6 +38,8 @@ class RecordedPolicy:
         self._sensors = Sensors(layout)
         self.force: list[Array] = []
         self.remaining: list[Array] = []
+        self.wave: list[dict[str, Array]] = []
+        self._layout = layout
         self.period = float(layout["control_period"])
         self._policy.begin(layout, num_envs)
 
@@ -50,6 +53,7 @@ class RecordedPolicy:
         sensors.read(observation)
         self.force.append(push_ahead(sensors))
         self.remaining.append(sensors["goal"][:, 0])
+        self.wave.append(wave_parameters(sensors, self._layout))
         return self._policy(observation)
 
     def during(self, episodes: Episodes) -> NDArray[np.bool_]:
@@ -73,3 +77,16 @@ def push_ahead(sensors: Sensors) -> Array:
     A force f to the left of a link with the direction psi has the component -f sin(psi).
     """
     return -sensors["contact_force"] * np.sin(sensors.link_directions)
+
+
+def wave_parameters(sensors: Sensors, layout: dict[str, Any]) -> dict[str, Array]:
+    """The smoothed parameters of the wave in degrees and degrees per second; none where joints are commanded."""
+    if not sensors.has("wave"):
+        return {}
+    entries = layout["action"][:4]
+    values = [
+        entry["low"] + 0.5 * (column + 1.0) * (entry["high"] - entry["low"])
+        for entry, column in zip(entries, sensors["wave"][:, 2:].T, strict=True)
+    ]
+    names = ("amplitude", "frequency", "phase shift", "offset")
+    return {name: np.degrees(value) for name, value in zip(names, values, strict=True)}
