@@ -66,7 +66,7 @@ NOTES = {
         ONE_SEED,
     ],
     "isotropic": [EVOLVED, "Five seeds reach 0.083 to 0.109 m/s on validation starts; this one 0.109."],
-    "thrifty": [EVOLVED, "Four seeds differ by 1 % in cost of transport."],
+    "thrifty": [EVOLVED, "Five seeds differ by 1 % in cost of transport."],
     "spatial": [
         "Trained with self-contact, from random weights, with a goal out of reach; the scores are those of the "
         "environment's own goal at 2 m.",
