@@ -258,7 +258,7 @@ class Robots:
 
 def _rewards(value: Any, active: Mask, rows: int) -> NDArray[np.float64]:
     """The rewards that a function of the user's returned, finite ones."""
-    rewards = _result("reward_fn", "rewards", value, rows, "fiu", "real numbers")
+    rewards = _result("reward_fn", "rewards", value, rows, "biuf", "real numbers")
     if not np.isfinite(rewards).all():
         k = int(np.argmin(np.isfinite(rewards)))
         robot = int(np.flatnonzero(active)[k])

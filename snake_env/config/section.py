@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import operator
 from collections.abc import Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any, ClassVar
@@ -20,6 +21,9 @@ PYTHON_ONLY = {"python_only": True}
 
 DEEPEST = 3
 """No field nests lists deeper. The core refuses those that do; one may contain itself."""
+
+PLAIN = frozenset([float, int, bool, str, type(None)])
+"""Types of most values, which nothing need be asked about."""
 
 
 class Section:
@@ -82,9 +86,18 @@ def core_defaults(section: str, model: str = "planar") -> Any:
 
 
 def frozen(value: Any, depth: int = 0) -> Any:
-    """A value whose sequences and arrays, at any depth, are tuples, as the core reads them."""
-    if hasattr(value, "__array__") and not isinstance(value, type):
-        value = value.tolist()
-    if not isinstance(value, Sequence) or isinstance(value, str | bytes | bytearray) or depth > DEEPEST:
+    """A value whose sequences and arrays, at any depth, are tuples, as the core reads them; itself if it is one."""
+    kind = type(value)
+    if kind in PLAIN:
         return value
-    return tuple(frozen(item, depth + 1) for item in value)
+    if kind not in (list, tuple):
+        if hasattr(value, "__array__") and not isinstance(value, type):
+            value = value.tolist()
+        if not isinstance(value, Sequence) or isinstance(value, str | bytes | bytearray):
+            return value
+    if depth > DEEPEST:
+        return value
+    if PLAIN.issuperset(map(type, value)):
+        return tuple(value)
+    items = tuple([frozen(item, depth + 1) for item in value])
+    return value if kind is tuple and all(map(operator.is_, items, value)) else items

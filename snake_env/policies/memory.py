@@ -24,7 +24,8 @@ def network_inputs(layout: dict[str, Any], times: Sequence[float]) -> list[str]:
 
 def time_constants(run: dict[str, Any]) -> Sequence[float]:
     """Time constants [s] of the traces of a policy, from the configuration in its file."""
-    times: Sequence[float] = run.get("policy", {}).get("memory", ())
+    policy = run.get("policy", {})
+    times: Sequence[float] = policy.get("memory", policy.get("traces", ()))  # its earlier name
     return times
 
 

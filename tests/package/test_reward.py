@@ -71,7 +71,6 @@ def test_a_reward_of_the_wrong_shape_is_named(make):
         (["1", "2", "3"], r"reward_fn = rewards of dtype <U1: expected real numbers"),
         ([1j, 0.0, 0.0], r"reward_fn = rewards of dtype complex128: expected real numbers"),
         ([None, 0.0, 0.0], r"reward_fn = rewards of dtype object: expected real numbers"),
-        (np.ones(3, np.bool_), r"reward_fn = rewards of dtype bool: expected real numbers"),
         ([[0.0], [0.0, 1.0], 0.0], r"reward_fn = rewards in rows of different lengths: expected shape \(3,\)"),
         (None, r"reward_fn = rewards of shape \(\)"),
     ],
@@ -81,6 +80,12 @@ def test_rewards_that_are_no_finite_numbers_are_refused(make, rewards, message):
     env.reset(seed=0)
     with pytest.raises(ConfigError, match=f"^{message}"):
         env.step(np.zeros((3, 4)))
+
+
+def test_a_sparse_reward_may_be_bool(make):
+    env = make(num_envs=3, reward_fn=lambda state, action, previous_action: np.arange(3) == 1)
+    env.reset(seed=0)
+    assert list(env.step(np.zeros((3, 4)))[1]) == [0.0, 1.0, 0.0]
 
 
 def test_a_refused_reward_names_the_robot_of_the_batch():

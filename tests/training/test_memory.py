@@ -12,7 +12,7 @@ import torch
 from snake_env import ConfigError
 from snake_env.evaluation import rollout
 from snake_env.policies import Network, files
-from snake_env.policies.memory import MemoryTraces, network_inputs, remembered
+from snake_env.policies.memory import MemoryTraces, network_inputs, remembered, time_constants
 from training import config
 from training.learners import agent, behaviour_cloning, ppo
 
@@ -156,3 +156,8 @@ def test_networks_without_hidden_layers_are_linear():
 def test_times_are_positive():
     with pytest.raises(ValueError, match="greater than 0"):
         config.PpoNetworks(memory=(0.0,))
+
+
+@pytest.mark.parametrize("name", ["memory", "traces"])
+def test_a_file_of_either_name_has_its_memory(name):
+    assert time_constants({"policy": {name: TIMES}}) == TIMES

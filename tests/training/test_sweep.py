@@ -99,3 +99,10 @@ def test_a_run_that_fails_is_named(tiny, tmp_path, capsys):
 
 def test_seeds_for_comparing_runs_are_for_choosing():
     assert all(seed in seeds.SELECTION for seed in seeds.selection(sweep.FIELDS, sweep.SKIP))
+
+
+def test_a_configuration_that_is_not_there_is_refused_before_anything_runs(tiny, tmp_path, capsys):
+    arguments = ["--configs", str(tiny), "nowhere", "--total-steps", "100", "--out", str(tmp_path / "out")]
+    assert sweep.main(arguments) == 2
+    assert "nowhere" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

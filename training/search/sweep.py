@@ -97,7 +97,8 @@ def planned(args: Options) -> list[Run]:
     for name, stem in zip(args.configs, stems, strict=True):
         if stems.count(stem) > 1:
             raise ConfigError("configs", name, f"configurations of different names, {stem} is the folder of the runs")
-    steps = {name: args.total_steps or configs.load(name).total_steps for name in args.configs}
+    loaded = {name: configs.load(name) for name in args.configs}
+    steps = {name: args.total_steps or config.total_steps for name, config in loaded.items()}
     runs = [Run(name, seed, args.out, steps[name]) for seed in range(args.seeds) for name in args.configs]
     for run in runs:
         if run.folder.exists:
