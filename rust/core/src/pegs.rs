@@ -254,6 +254,7 @@ impl PegGrid {
     /// Half-open range of cells along `axis` that meet `[low, high]`.
     fn cells_between(&self, low: f64, high: f64, axis: usize, count: usize) -> (usize, usize) {
         let index = |value: f64| (value - self.origin[axis]) / self.cell;
+        // The conversion truncates, which is the floor of what is not negative.
         let first = index(low).max(0.0) as usize;
         let last = (index(high) + 1.0).clamp(0.0, count as f64) as usize;
         (first.min(last), last)
