@@ -39,6 +39,7 @@ from snake_env.markdown import table
 from snake_env.policies.interface import Policy
 from snake_env.sb3 import SnakeVecEnv
 from training import config as configs
+from training import config_file
 from training.cli import answer
 from training.config import Count, PpoConfig, RunConfig
 from training.evaluation.loading import load_model
@@ -106,7 +107,7 @@ def compare(args: Options) -> int:
     """Runs the learners in turn, prints and writes rates and scores."""
     names("learners", args.learners, tuple(LEARNERS))
     limits = {"num_threads": 1, "torch_threads": 1, "total_steps": args.steps, "evaluations": 0, "track": "none"}
-    values = configs.read(args.config) | limits
+    values = config_file.read(args.config) | limits
     rows: dict[str, list[dict[str, float]]] = {name: [] for name in args.learners}
     with tempfile.TemporaryDirectory() as folder:
         for name in rows:  # warm-up: imports and allocations

@@ -17,9 +17,9 @@ from snake_env.evaluation import seeds
 from snake_env.evaluation import tasks as benchmark_tasks
 from snake_env.registration import OWN_ID
 from snake_env.vector_env import refuse_others
+from training import config_file
 
 ROOT = Path(__file__).parents[1]
-CONFIGS = ROOT / "training" / "configs"
 
 Count = Annotated[int, Field(ge=1)]
 """Number of things of which there is at least one."""
@@ -336,7 +336,7 @@ def load(path: Path | str, learner: str | None = None) -> RunConfig:
     Raises:
         ConfigError: there is no such file or name, it cannot be read, or a value in it is not admissible.
     """
-    values = read(path)
+    values = config_file.read(path)
     name = values.get("learner", "sb3") if learner is None else learner
     if not isinstance(name, str) or name not in LEARNERS:
         raise ConfigError("learner", name, f"one of {', '.join(LEARNERS)}")
@@ -349,64 +349,7 @@ def load_as(kind: type[Kind], path: Path | str) -> Kind:
     Raises:
         ConfigError: as :func:`load`.
     """
-    return parse(kind, read(path) | {"learner": kind.model_fields["learner"].default})
-
-
-def read(path: Path | str) -> dict[str, Any]:
-    """The values of a configuration file, not yet checked.
-
-    Raises:
-        ConfigError: there is no such file or name, or it is not a mapping of what JSON has, each name once.
-    """
-    import yaml
-
-    bare = [CONFIGS / f"{path}{suffix}" for suffix in (".yaml", ".json")]
-    found = next((one for one in bare if one.exists()), Path(path))
-    if not found.is_file():
-        raise ConfigError("config", path, "a YAML or JSON file, or a name in training/configs")
-    kind = "JSON" if found.suffix == ".json" else "YAML"
-    try:
-        text = found.read_text()
-        values = json.loads(text, object_pairs_hook=_each_once) if kind == "JSON" else _yaml(text)
-    except (TypeError, ValueError, yaml.YAMLError) as error:
-        raise ConfigError("config", found, f"{kind} ({' '.join(str(error).split())})") from None
-    if not isinstance(values, dict):
-        raise ConfigError("config", found, "a mapping of names to values")
-    return values
-
-
-def _yaml(text: str) -> Any:
-    """The values of a YAML text, of the kinds that JSON has: what YAML takes for a date remains a string."""
-    import yaml
-
-    class Loader(yaml.SafeLoader):
-        """Refuses a name that a mapping has twice."""
-
-        yaml_implicit_resolvers: ClassVar = {
-            first: [one for one in resolvers if one[0] != "tag:yaml.org,2002:timestamp"]
-            for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
-        }
-
-        def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-            _each_once([(key.value, None) for key, _ in node.value])
-            return super().construct_mapping(node, deep)
-
-    values = yaml.load(text, Loader)
-    json.dumps(values)  # raises where a tag makes something else
-    return values or {}
-
-
-def _each_once(pairs: list[tuple[Any, Any]]) -> dict[Any, Any]:
-    """The pairs of a mapping as a dict.
-
-    Raises:
-        ValueError: two pairs have one name.
-    """
-    names = [name for name, _ in pairs]
-    for name in names:
-        if names.count(name) > 1:
-            raise ValueError(f"{name} is there {names.count(name)} times")
-    return dict(pairs)
+    return parse(kind, config_file.read(path) | {"learner": kind.model_fields["learner"].default})
 
 
 def parse(kind: type[Kind], values: dict[str, Any]) -> Kind:

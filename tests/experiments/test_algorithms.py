@@ -9,12 +9,12 @@ pytest.importorskip("sb3_contrib")
 
 from experiments import algorithms
 from snake_env.zoo.tqc import hyperparams
-from training import config
+from training import config_file
 
 
 @pytest.fixture
 def small(tmp_path, monkeypatch):
-    values = config.read("algorithms") | {"num_envs": 8, "total_steps": 512, "policy": {"hidden": [8, 8]}}
+    values = config_file.read("algorithms") | {"num_envs": 8, "total_steps": 512, "policy": {"hidden": [8, 8]}}
     values |= {"env": {"max_episode_steps": 20}, "ppo": {"n_steps": 32, "batch_size": 64, "n_epochs": 1}}
     (tmp_path / "small.json").write_text(json.dumps(values))
     for zoo in (algorithms.sac, hyperparams):

@@ -6,6 +6,7 @@ import pytest
 
 from snake_env import ConfigError
 from training import config
+from training.config_file import CONFIGS
 
 
 @pytest.mark.parametrize(
@@ -53,7 +54,7 @@ def test_an_unknown_learner_is_named(tmp_path):
 
 @pytest.mark.parametrize(
     "path",
-    sorted(path for path in config.CONFIGS.iterdir() if path.stem not in ("benchmark", "tasks")),
+    sorted(path for path in CONFIGS.iterdir() if path.stem not in ("benchmark", "tasks")),
     ids=lambda path: path.stem,
 )
 def test_shipped_configurations_survive_a_round_trip(path, tmp_path):

@@ -20,7 +20,8 @@ from snake_env.policies import gaits
 from snake_env.policies.gaits import DEGREE, GaitParameters
 from snake_env.policies.interface import Policy
 from snake_env.policies.scripted import catalogue
-from training.config import CONFIGS, ROOT
+from training.config import ROOT
+from training.config_file import CONFIGS
 from training.evaluation.loading import load_model, trained_with
 
 CONFIG = CONFIGS / "benchmark.json"
