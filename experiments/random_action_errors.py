@@ -26,7 +26,12 @@ from training.config import Count, Seed
 
 Array = NDArray[np.float64]
 
-TASKS: dict[str, dict[str, Any]] = {"course": {"task": "course"}, "field": {"task": "field", "difficulty": 0.5}}
+TASKS: dict[str, dict[str, Any]] = {
+    "course": {"task": "course"},
+    "field": {"task": "field", "difficulty": 0.5},
+    "spatial-course": {"task": "course", "model": "spatial"},
+    "spatial-field": {"task": "field", "difficulty": 0.5, "model": "spatial"},
+}
 MODES = ("gait", "joints")
 HEAD = (
     "task",
@@ -45,7 +50,7 @@ class Options:
     """What is measured.
 
     Args:
-        tasks: "course" or "field".
+        tasks: "course", "field", or these in 3D with "spatial-" before.
         modes: Action modes.
         steps: Longest steps [s].
         event_substeps: Parts into which an abrupt step is divided.
@@ -55,7 +60,7 @@ class Options:
         seed: Of scenes and actions.
     """
 
-    tasks: tuple[str, ...] = tuple(TASKS)
+    tasks: tuple[str, ...] = ("course", "field")
     modes: tuple[str, ...] = MODES
     steps: tuple[float, ...] = (0.025,)
     event_substeps: tuple[int, ...] = (4,)

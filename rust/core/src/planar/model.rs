@@ -35,7 +35,6 @@ impl Model for Planar {
     const ABRUPT_CHANGE: f64 = 0.32;
     const RESIDUAL_FACTOR: f64 = 1.0;
     const SORTED_BY_STAGE: bool = true;
-    const POSTPONES: bool = true;
 
     fn robot(system: &PlanarSystem) -> &Robot {
         &system.robot

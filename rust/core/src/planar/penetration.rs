@@ -7,7 +7,7 @@
 use crate::contact::{NearPair, link_obstacle_contact};
 use crate::math::Real;
 use crate::pegs::PegGrid;
-use crate::stepping::lanes::{active, read_vector};
+use crate::stepping::lanes::{Lanes, active, read_vector};
 use crate::stepping::penetration::{ALLOWED, Sinking};
 use crate::stepping::{Driven, Members};
 
@@ -15,10 +15,10 @@ use super::workspace::Workspace;
 use super::{Body, Heading, Planar, PlanarSystem};
 
 impl<T: Real> Workspace<T> {
-    /// Examines the ends of the members' steps.
-    pub(super) fn measure_sinking<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>) {
+    /// Examines the ends of the steps in the given lanes.
+    pub(super) fn measure_sinking<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>, lanes: Lanes) {
         let system = members.system;
-        for lane in active(members.lanes()) {
+        for lane in active(lanes) {
             self.sinking[lane] = self.sinking_of(lane, system, members.body_mut(lane));
         }
     }

@@ -30,6 +30,9 @@ pub struct ChainState {
     pub self_contacts: Vec<SelfContact>,
     /// The last step began at rest.
     pub began_at_rest: bool,
+    /// Velocity with which a postponed stage is solved again, if there is one.
+    pub guess: ChainVelocity,
+    pub is_postponed: bool,
     /// tau_C = (yaw, pitch) of each joint in the last step \[N m\] (T 4.89).
     pub joint_torque: Vec<Vector2<f64>>,
     /// Positions of the joints in their backlash, yaw and pitch of each, phi less the motor's angle \[rad\].
@@ -164,6 +167,8 @@ impl WarmStart for ChainState {
             pairs: Vec::with_capacity(4 * links),
             self_contacts: Vec::with_capacity(4 * links),
             began_at_rest: false,
+            guess: ChainVelocity::rest(links),
+            is_postponed: false,
             joint_torque: vec![Vector2::zeros(); links - 1],
             backlash: vec![0.0; 2 * (links - 1)],
             frames: vec![Frame::origin(); links],
@@ -172,6 +177,7 @@ impl WarmStart for ChainState {
 
     fn clear(&mut self) {
         self.began_at_rest = false;
+        self.is_postponed = false;
         self.forces.clear();
         self.pairs.clear();
         self.self_contacts.clear();

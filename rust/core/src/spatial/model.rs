@@ -38,8 +38,6 @@ impl Model for Spatial {
     const ABRUPT_CHANGE: f64 = 4.0;
     const RESIDUAL_FACTOR: f64 = RESIDUAL_LIMIT;
     const SORTED_BY_STAGE: bool = false;
-    // Such stages are rare here.
-    const POSTPONES: bool = false;
 
     fn configured(config: ImplicitConfig) -> ImplicitConfig {
         ImplicitConfig { step: Some(config.step.unwrap_or(STEP)), ..config }

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use crate::math::Real;
 use crate::pegs::PegGrid;
 use crate::robot::Link;
-use crate::stepping::lanes::active;
+use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::penetration::{ALLOWED, Sinking};
 use crate::stepping::{Driven, Members};
 
@@ -17,9 +17,9 @@ use super::{Frame, Laned, Spatial, obstacle_gap};
 
 impl<T: Real> Workspace<T> {
     /// Examines the ends of the members' steps.
-    pub(super) fn measure_sinking<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>) {
+    pub(super) fn measure_sinking<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>, lanes: Lanes) {
         let links = &members.system.robot.links;
-        for lane in active(members.lanes()) {
+        for lane in active(lanes) {
             let obstacles = &members.body(lane).pegs;
             let mut sinking = self.sinking_into_stops(links, lane);
             if self.may_reach(lane, obstacles) {

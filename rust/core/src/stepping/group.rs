@@ -67,15 +67,16 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
     /// ended far from its prediction may be postponed.
     pub fn euler_step<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, h: T, may_fail: Lanes) -> Verdicts {
         self.load(members);
-        self.workspace.take_guesses(members);
-        let postponed = self.run_stage(members, h, h, AfterMisprediction::Later);
-        M::run(&mut self.workspace, Operation::Arrive);
-        self.workspace.end_step(members);
-        self.keep_abruptness(members, h, true, postponed);
         let lanes = members.lanes();
-        let accepted = std::array::from_fn(|lane| {
-            lanes[lane] && !postponed[lane] && !(may_fail[lane] && self.workspace.sinks(lane))
-        });
+        let postponed = self.run_stage(members, lanes, h, h, AfterMisprediction::Later);
+        let ended = std::array::from_fn(|lane| lanes[lane] && !postponed[lane]);
+        M::run(&mut self.workspace, Operation::Arrive);
+        self.workspace.end_step(members, ended);
+        // The first prediction tells how abruptly forces change, also of a stage that has been postponed since.
+        let predicted =
+            std::array::from_fn(|lane| lanes[lane] && members.body(lane).postponements == u32::from(postponed[lane]));
+        self.keep_abruptness(members, predicted, h, true);
+        let accepted = std::array::from_fn(|lane| ended[lane] && !(may_fail[lane] && self.workspace.sinks(lane)));
         self.accept(members, accepted, h);
         for lane in active(accepted) {
             members.body_mut(lane).statistics.penetrated |= self.workspace.sinks_beyond_recovery(lane);
@@ -84,22 +85,23 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
     }
 
     /// Steps of second order of lengths `h`. Those in which forces change abruptly or that take a penetration too deep
-    /// are rejected.
+    /// are rejected; those whose first stage ended far from its prediction may be postponed.
     pub fn sdirk_step<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, h: T) -> Verdicts {
         let c = T::splat(GAMMA) * h;
         self.load(members);
-        self.run_stage(members, c, c, AfterMisprediction::AtOnce);
-        self.keep_first_stage(members);
-        M::run(&mut self.workspace, Operation::Extrapolate { h });
-        self.run_stage(members, c, h, AfterMisprediction::UnlessRejected);
-        M::run(&mut self.workspace, Operation::Arrive);
-        self.workspace.end_step(members);
-        self.keep_abruptness(members, h, false, NO_LANES);
         let lanes = members.lanes();
+        let postponed = self.run_stage(members, lanes, c, c, AfterMisprediction::Later);
+        let lanes: Lanes = std::array::from_fn(|lane| lanes[lane] && !postponed[lane]);
+        self.keep_first_stage(members, lanes);
+        M::run(&mut self.workspace, Operation::Extrapolate { h });
+        self.run_stage(members, lanes, c, h, AfterMisprediction::UnlessRejected);
+        M::run(&mut self.workspace, Operation::Arrive);
+        self.workspace.end_step(members, lanes);
+        self.keep_abruptness(members, lanes, h, false);
         let accepted = std::array::from_fn(|lane| lanes[lane] && self.is_smooth(lane) && !self.workspace.sinks(lane));
         self.add_first_stage(members, accepted);
         self.accept(members, accepted, h);
-        Verdicts { accepted, postponed: NO_LANES }
+        Verdicts { accepted, postponed }
     }
 
     /// Whether the forces of the first stage predict the end of the second.
@@ -118,38 +120,37 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         self.workspace.deviation_share(lane, is_pushed) * self.event_tolerance
     }
 
-    /// Records how abruptly forces changed in parts of lengths `h`. The first prediction tells, also of stages that have
-    /// been `postponed` in the meantime.
-    fn keep_abruptness<D: Driven<Model = M>>(&self, members: &mut Members<D>, h: T, is_euler: bool, postponed: Lanes) {
-        for lane in active(members.lanes()) {
+    /// Records how abruptly forces changed in parts of lengths `h` in the given lanes.
+    fn keep_abruptness<D: Driven<Model = M>>(&self, members: &mut Members<D>, lanes: Lanes, h: T, is_euler: bool) {
+        for lane in active(lanes) {
             let abruptness = self.deviation.lane(lane) / self.allowed_deviation(lane);
-            let body = members.body_mut(lane);
-            if body.postponements == u32::from(postponed[lane]) {
-                body.clock.last_part = LastPart { length: h.lane(lane), is_euler, abruptness };
-            }
+            members.body_mut(lane).clock.last_part = LastPart { length: h.lane(lane), is_euler, abruptness };
         }
     }
 
-    fn load<D: Driven<Model = M>>(&mut self, members: &Members<D>) {
+    fn load<D: Driven<Model = M>>(&mut self, members: &mut Members<D>) {
         self.workspace.load(members);
+        self.first_contact_impulses.clear();
         self.solves.fill(0);
         self.quality.fill(StepStatistics::default());
         M::run(&mut self.workspace, Operation::Begin);
+        self.workspace.take_guesses(members);
     }
 
-    /// Solves one stage of coefficient `c` that ends `end` after the start of the step. Where it ends far from its
-    /// prediction, it is predicted again from its own end and solved again, at once or later; returns the lanes in which
-    /// that is done later.
+    /// Solves one stage of coefficient `c`, which ends `end` after the start of the step, in the given lanes. Where it
+    /// ends far from its prediction, it is predicted again from its own end and solved again, at once or later; returns
+    /// the lanes in which that is done later.
     fn run_stage<D: Driven<Model = M>>(
         &mut self,
         members: &mut Members<D>,
+        lanes: Lanes,
         c: T,
         end: T,
         after_misprediction: AfterMisprediction,
     ) -> Lanes {
         self.read_references(members, end);
         self.contact_impulses.clear();
-        let mut pending = members.lanes();
+        let mut pending = lanes;
         for repetition in 1..=MAX_PREDICTIONS {
             M::run(&mut self.workspace, Operation::Predict { c, elapsed: end, pending: mask::<T>(pending) });
             self.workspace.find_contacts(members, pending, end);
@@ -171,7 +172,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
                     self.workspace.record(lane, &mut record.stage);
                 }
             }
-            if M::POSTPONES && after_misprediction == AfterMisprediction::Later {
+            if after_misprediction == AfterMisprediction::Later {
                 for lane in active(again) {
                     let body = members.body_mut(lane);
                     self.workspace.postpone(lane, body);
@@ -227,11 +228,11 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
     }
 
     /// Keeps work and impulses of pegs of the first stage until the step is accepted.
-    fn keep_first_stage<D: Driven<Model = M>>(&mut self, members: &mut Members<D>) {
+    fn keep_first_stage<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, lanes: Lanes) {
         self.first_energy = *self.workspace.kept_energy();
         std::mem::swap(&mut self.first_contact_impulses, &mut self.contact_impulses);
         self.workspace.keep_first_stage();
-        for lane in active(members.lanes()) {
+        for lane in active(lanes) {
             if let Some(record) = &mut members.body_mut(lane).record {
                 record.keep_first_stage();
             }
@@ -288,11 +289,9 @@ pub struct Verdicts {
 /// When a stage that ended far from its prediction is solved again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum AfterMisprediction {
-    /// Before the register goes on.
-    AtOnce,
-    /// Likewise, but not where the step will be rejected for its end.
+    /// At once, but not where the step will be rejected for its end.
     UnlessRejected,
-    /// With other robots, if the model postpones stages.
+    /// With other robots.
     Later,
 }
 

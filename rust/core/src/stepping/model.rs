@@ -34,8 +34,6 @@ pub trait Model: Debug + Clone + Copy + PartialEq + 'static {
     /// Whether robots share registers by the linear solves of their last stage, instead of their last accepted step:
     /// whichever predicts better how many the next stage takes.
     const SORTED_BY_STAGE: bool;
-    /// Whether Euler stages that have to be predicted again wait for other robots, instead of being solved again at once.
-    const POSTPONES: bool;
 
     /// The configuration with the model's own defaults.
     fn configured(config: ImplicitConfig) -> ImplicitConfig {

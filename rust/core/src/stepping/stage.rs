@@ -47,7 +47,7 @@ pub trait StageInput<T: Real>: Sized {
         NO_LANES
     }
     /// Takes the guesses of the members whose stage was postponed.
-    fn take_guesses<D: Driven<Model = Self::Model>>(&mut self, _members: &mut Members<D>) {}
+    fn take_guesses<D: Driven<Model = Self::Model>>(&mut self, members: &mut Members<D>);
     /// References and torque limits at `end` after the start of the step; `waving` lanes have their references.
     fn read_references<D: Driven<Model = Self::Model>>(&mut self, members: &Members<D>, end: T, waving: Lanes);
     /// Contacts with obstacles, between links and at joint stops, at the predicted end.
@@ -67,9 +67,8 @@ pub trait StageOutput<T: Real> {
     fn deviation(&self) -> T;
     /// Whether the stage ended so far from its prediction that it has to be predicted again.
     fn is_mispredicted(&self, lane: usize) -> bool;
-    /// Passes the solution of a lane's stage on as the guess with which it is solved again later; only of models that
-    /// postpone stages.
-    fn postpone(&mut self, _lane: usize, _body: &mut Body<Self::Model>) {}
+    /// Passes the solution of a lane's stage on as the guess with which it is solved again later.
+    fn postpone(&mut self, lane: usize, body: &mut Body<Self::Model>);
     /// Collects the contact impulses on the robots of the `solved` lanes.
     fn collect_contact_impulses<D: Driven<Model = Self::Model>>(
         &mut self,
@@ -83,9 +82,9 @@ pub trait StageOutput<T: Real> {
     fn kept_energy(&self) -> &EnergyLedger<T>;
     /// Share of the tolerance for a deviation that a lane's step has; infinite if deviations do not count.
     fn deviation_share(&self, lane: usize, is_pushed: impl Fn() -> bool) -> f64;
-    /// Ends the members' steps, before it is known which of them are accepted: measures penetrations, and keeps what
-    /// predicts the next step in any case.
-    fn end_step<D: Driven<Model = Self::Model>>(&mut self, members: &mut Members<D>);
+    /// Ends the steps of the given lanes, before it is known which of them are accepted: measures penetrations, and keeps
+    /// what predicts the next step in any case.
+    fn end_step<D: Driven<Model = Self::Model>>(&mut self, members: &mut Members<D>, lanes: Lanes);
     /// Whether the step takes a penetration too deep: a shorter one has to be tried.
     fn sinks(&self, _lane: usize) -> bool {
         false

@@ -31,6 +31,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         let guess = &mut body.warm_start.guess;
         guess.clear();
         guess.extend(self.solution.twist.iter().map(|twist| read_vector(twist, lane)));
+        self.keep_friction(lane, body);
     }
 
     fn collect_contact_impulses<D: Driven<Model = Planar>>(
@@ -67,9 +68,11 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         }
     }
 
-    fn end_step<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>) {
-        self.keep_friction(members);
-        self.measure_sinking(members);
+    fn end_step<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>, lanes: Lanes) {
+        for lane in active(lanes) {
+            self.keep_friction(lane, members.body_mut(lane));
+        }
+        self.measure_sinking(members, lanes);
     }
 
     fn sinks(&self, lane: usize) -> bool {
@@ -97,12 +100,9 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
 
 impl<T: Real> Workspace<T> {
     /// Keeps the friction of the last stage as the next initial guess.
-    fn keep_friction<D: Driven<Model = Planar>>(&self, members: &mut Members<D>) {
-        for lane in active(members.lanes()) {
-            let friction = &mut members.body_mut(lane).warm_start.friction;
-            for (force, lanes) in friction.iter_mut().zip(&self.friction_force) {
-                *force = Vector2::new(lanes.x.lane(lane), lanes.y.lane(lane));
-            }
+    fn keep_friction(&self, lane: usize, body: &mut Body) {
+        for (force, lanes) in body.warm_start.friction.iter_mut().zip(&self.friction_force) {
+            *force = Vector2::new(lanes.x.lane(lane), lanes.y.lane(lane));
         }
     }
 }

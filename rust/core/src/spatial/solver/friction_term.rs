@@ -145,6 +145,23 @@ impl<T: Real> FrictionTerm<T> {
         self.held = lanes & sticks(&self.centre, self.radius);
     }
 
+    /// The impulse becomes the multiplier in the given lanes, and the impulse what it will then be at the slip gamma of
+    /// the last evaluation, on the branch of `stiffness`.
+    #[inline(always)]
+    pub fn recentre_here(
+        &mut self,
+        law: &FrictionLaw<T>,
+        gamma: &Vector2<T>,
+        stiffness: &Symmetric2<T>,
+        lanes: T::Mask,
+    ) {
+        self.centre = select(lanes, &self.value, &self.centre);
+        let x = stiffness.xx * gamma.x + stiffness.xy * gamma.y;
+        let y = stiffness.xy * gamma.x + stiffness.yy * gamma.y;
+        let value = Vector2::new(self.value.x - law.inverse_shape.x * x, self.value.y - law.inverse_shape.y * y);
+        self.value = select(lanes, &value, &self.value);
+    }
+
     /// The alpha at which the slip gamma + alpha rate is least; not a number if it does not change, or has no friction.
     #[inline(always)]
     pub fn kink(&self, law: &FrictionLaw<T>, gamma: &Vector2<T>, rate: &Vector2<T>) -> T {

@@ -164,7 +164,13 @@ impl<T: Real> LinkTerm<T> {
     /// friction laws first take the radii that belong to the normal impulses. Returns how far the radii are from those,
     /// as a velocity.
     #[inline(always)]
-    pub fn evaluate_ground(&mut self, model: &mut Quadratic<T>, laws: &GroundLaws<T>, coupled: T::Mask) -> T {
+    pub fn evaluate_ground<const RECENTRING: bool>(
+        &mut self,
+        model: &mut Quadratic<T>,
+        laws: &GroundLaws<T>,
+        coupled: T::Mask,
+        recentred: T::Mask,
+    ) -> T {
         let (twist, tangent) = (self.twist, self.link.tangent);
         let mut error = T::zero();
         let mut load = T::zero();
@@ -181,14 +187,18 @@ impl<T: Real> LinkTerm<T> {
             }
             error = error.max((wanted - held).abs());
             end.friction.radius = T::select(coupled, wanted, held);
-            let stick = end.friction.evaluate(&laws.sliding, &slip);
-            end.add_to(model, &tangent, &laws.sliding, normal, &stick);
             load += end.normal.value;
+            let stick = end.friction.evaluate(&laws.sliding, &slip);
+            if RECENTRING {
+                end.normal.recentre_here(closing, normal, recentred);
+                end.friction.recentre_here(&laws.sliding, &slip, &stick, recentred);
+            }
+            end.add_to(model, &tangent, &laws.sliding, normal, &stick);
         }
         let (wanted, held) = (laws.rolling.radius(load), self.rolling.radius);
         error = error.max((wanted - held).abs());
         self.rolling.radius = T::select(coupled, wanted, held);
-        self.evaluate_rolling(model, &laws.rolling);
+        self.evaluate_rolling::<RECENTRING>(model, &laws.rolling, recentred);
         error * self.inverse_mass
     }
 
@@ -225,9 +235,18 @@ impl<T: Real> LinkTerm<T> {
 
     /// Rolling friction of both ends (T 4.86), as a function of L_SC (omega_x, omega_y): a disc may be turned.
     #[inline(always)]
-    fn evaluate_rolling(&mut self, model: &mut Quadratic<T>, law: &FrictionLaw<T>) {
+    fn evaluate_rolling<const RECENTRING: bool>(
+        &mut self,
+        model: &mut Quadratic<T>,
+        law: &FrictionLaw<T>,
+        recentred: T::Mask,
+    ) {
         let arm = self.link.radius;
-        let stiffness = self.rolling.evaluate(law, &rolling_velocity(&self.link, &self.twist));
+        let velocity = rolling_velocity(&self.link, &self.twist);
+        let stiffness = self.rolling.evaluate(law, &velocity);
+        if RECENTRING {
+            self.rolling.recentre_here(law, &velocity, &stiffness, recentred);
+        }
         let squared = arm * arm;
         model.angular.xx += squared * stiffness.xx;
         model.angular.xy += squared * stiffness.xy;

@@ -4,8 +4,9 @@
 //! `P = prox_C(-r gamma)`: contacts with a vanishing compliance 1/r, the same for all of them, which selects the
 //! shortest of all impulses that move the robot alike. For given friction radii the velocities then minimise a strongly
 //! convex, piecewise smooth function: Newton's method on it, one O(n) [`sweep`](super::sweep) per step and a [search
-//! along the ray](super::ray) that brackets the zero of the slope, converges from any start. At the end the multipliers
-//! move to the impulses, once, which removes the compliance to round-off.
+//! along the ray](super::ray) that brackets the zero of the slope, converges from any start. Once close to the solution
+//! the multipliers move to the impulses, which removes the compliance; where that leaves more than round-off, they move
+//! again at the end.
 //!
 //! Coulomb's law requires the radii mu P_N of the resulting normal impulses. Each assembly takes them from the present
 //! normal impulses, so that forces are those of the coupled problem and only the tangent neglects that the radii vary:
@@ -193,7 +194,13 @@ impl<T: Real> Newton<T> {
             (fraction, overshoots) = self.step_length(accuracy, moving);
         }
         let coupled = moving & progress.coupled & !overshoots;
-        let there = self.assemble(fraction, moving, coupled | progress.corrections.couple);
+        let recentred = progress.recentre_next & coupled;
+        let following = coupled | progress.corrections.couple;
+        let there = if recentred.any() {
+            self.assemble::<true>(fraction, moving, following, recentred)
+        } else {
+            self.assemble::<false>(fraction, moving, following, recentred)
+        };
         let undone = coupled & !there.is_plausible(here.largest_radius);
         if undone.any() {
             for link in &mut self.links {
@@ -203,21 +210,28 @@ impl<T: Real> Newton<T> {
             }
             self.rough.frictions().for_each(|friction| friction.restore(undone));
         }
-        progress.record(moving, coupled & !undone, undone);
+        progress.record(moving, coupled & !undone, undone, recentred);
         there
     }
 
     /// From tail to head: twists a fraction of the step on in the lanes `moving`, forces and stiffnesses of all laws
-    /// there, and the elimination of the chain.
+    /// there, and the elimination of the chain. If `RECENTRING`, multipliers in the lanes `recentred` move to the
+    /// impulses before forces are added up; otherwise there are no such lanes.
     #[inline(always)]
-    fn assemble(&mut self, fraction: T, moving: T::Mask, coupled: T::Mask) -> Assembly<T> {
+    fn assemble<const RECENTRING: bool>(
+        &mut self,
+        fraction: T,
+        moving: T::Mask,
+        coupled: T::Mask,
+        recentred: T::Mask,
+    ) -> Assembly<T> {
         let zero = T::zero();
         let (mut descent, mut radius_error, mut squared_error) = (zero, zero, zero);
         let (mut largest_radius, mut squared_speed) = (zero, zero);
         let touches_itself = !self.self_contacts.is_empty();
         if touches_itself {
             let links = &self.links;
-            squared_error = self.self_contacts.evaluate(|link| links[link].twist_after(fraction, moving));
+            squared_error = self.self_contacts.evaluate(|link| links[link].twist_after(fraction, moving), recentred);
         }
         let mut pegs = self.pegs.iter_mut().enumerate().rev().peekable();
         let mut behind = Quadratic::zero();
@@ -227,15 +241,22 @@ impl<T: Real> Newton<T> {
             if touches_itself {
                 self.self_contacts.add_gradient(i, &mut own.gradient);
             }
-            radius_error = radius_error.max(link.evaluate_ground(&mut own, &self.laws, coupled));
+            radius_error =
+                radius_error.max(link.evaluate_ground::<RECENTRING>(&mut own, &self.laws, coupled, recentred));
             squared_error = squared_error.max(link.squared_error(&self.laws));
             largest_radius = largest_radius.max(link.largest_radius());
             squared_speed = squared_speed.max(inner(&link.twist.linear, &link.twist.linear));
             while let Some((k, peg)) = pegs.next_if(|(_, peg)| peg.link == i) {
-                let penalty = peg.contact.evaluate(peg.direction.dot(&link.twist));
+                let closing = peg.direction.dot(&link.twist);
+                let penalty = peg.contact.evaluate(closing);
+                let load = peg.contact.value;
+                if RECENTRING {
+                    peg.contact.recentre_here(closing, penalty, recentred);
+                }
                 own.add_rank_one(&peg.direction, penalty, -peg.contact.value);
                 squared_error = squared_error.max(peg.contact.squared_error());
-                if let Some(error) = self.rough.evaluate(k, peg.contact.value, &link.twist, &mut own, coupled) {
+                let rough = self.rough.evaluate::<RECENTRING>(k, load, &link.twist, &mut own, coupled, recentred);
+                if let Some(error) = rough {
                     radius_error = radius_error.max(error.radius * link.inverse_mass);
                     largest_radius = largest_radius.max(error.largest * link.inverse_mass);
                     squared_error = squared_error.max(error.squared);

@@ -46,6 +46,10 @@ pub(super) struct Progress<T: Real> {
     pub corrections: Corrections<T>,
     /// Lanes whose laws the next pass evaluates at the same velocities with the friction radii of before.
     still: T::Mask,
+    /// Lanes whose multipliers move to the impulses at the end of the next step, if friction radii follow in it, and
+    /// those in which they have done so.
+    pub recentre_next: T::Mask,
+    recentred: T::Mask,
     /// Whether there has been a pass.
     begun: bool,
     /// Lanes at the end of a step, and those of them in which the friction radii followed.
@@ -94,6 +98,8 @@ impl<T: Real> Progress<T> {
             coupled: if patient { lanes } else { none },
             corrections: Corrections { couple: none, move_radii: none, fraction: T::zero(), recentre: none },
             still: none,
+            recentre_next: none,
+            recentred: none,
             begun: false,
             arrived: none,
             kept: none,
@@ -112,10 +118,11 @@ impl<T: Real> Progress<T> {
         begun & self.active & !self.corrections.lanes() & !self.still
     }
 
-    /// Records a pass in which some lanes moved, in some of them with `kept` friction radii, and in others left
-    /// `undone` for the next one.
+    /// Records a pass in which some lanes moved, in some of them with `kept` friction radii, in others left `undone` for
+    /// the next one, and in some with `recentred` multipliers.
     #[inline(always)]
-    pub fn record(&mut self, moving: T::Mask, kept: T::Mask, undone: T::Mask) {
+    pub fn record(&mut self, moving: T::Mask, kept: T::Mask, undone: T::Mask, recentred: T::Mask) {
+        self.recentred = self.recentred | recentred;
         self.outcome.iterations += T::select(moving, T::splat(1.0), T::zero());
         self.arrived = (moving & !undone) | self.still;
         self.kept = kept;
@@ -143,9 +150,18 @@ impl<T: Real> Progress<T> {
         self.active = self.active & !(self.arrived & (self.outcome.converged | !goes_on));
         // A lane that has ended keeps its impulses while others continue.
         let recentre = solved & !exact & self.active;
+        let close = next.le(T::splat(CLOSE) * here.largest_radius) & self.will_be_exact(next, here);
+        self.recentre_next = self.active & self.arrived & self.kept & close & !exact & !self.recentred;
         let (couple, move_radii) = (couple & self.active, move_radii & self.active);
         self.corrections = Corrections { couple, move_radii, fraction: self.fraction, recentre };
         self.corrections
+    }
+
+    /// Whether multipliers that move to the impulses at the end of a step of length `next` will leave nothing to be
+    /// removed: that length bounds by which share of themselves they are wrong.
+    #[inline(always)]
+    fn will_be_exact(&self, next: T, here: &Assembly<T>) -> T::Mask {
+        (next * here.multiplier_error).le(T::splat(EXACT) * here.fastest * here.largest_radius)
     }
 
     /// Moves of the radii become shorter while they gain little, and longer again when they gain much.
@@ -196,6 +212,11 @@ const TRUST: f64 = 1e-2;
 /// Length of the next step over the tolerance below which none is needed. Imbalances of closed contacts are longer than
 /// it by the square root of the penalty.
 const ACCURACY: f64 = 0.1;
+
+/// Length of the next step over the largest friction radius from which on impulses are known to a few per cent, so that
+/// multipliers may move to them. The steps after that also remove the compliance, which would take two or three passes
+/// at the end.
+const CLOSE: f64 = 0.02;
 
 /// Violation of the laws that is left to the compliance, over the speed of the robot, and over the tolerance: creep is
 /// slower than motion by this factor, and at rest there is none.

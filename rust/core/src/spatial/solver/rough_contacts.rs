@@ -64,13 +64,14 @@ impl<T: Real> RoughContacts<T> {
     /// Moves the law of contact `k`, under the normal impulse `load`, to its link's twist and adds gradient and Hessian.
     /// In the lanes `coupled` its radius first takes that impulse's.
     #[inline(always)]
-    pub fn evaluate(
+    pub fn evaluate<const RECENTRING: bool>(
         &mut self,
         k: usize,
         load: T,
         twist: &Twist<T>,
         model: &mut Quadratic<T>,
         coupled: T::Mask,
+        recentred: T::Mask,
     ) -> Option<RoughError<T>> {
         let term = self.terms.get_mut(k)?;
         let slip = term.slip(twist);
@@ -78,6 +79,9 @@ impl<T: Real> RoughContacts<T> {
         let (wanted, held) = (law.radius(load), friction.radius);
         friction.radius = T::select(coupled, wanted, held);
         let stick = friction.evaluate(law, &slip);
+        if RECENTRING {
+            friction.recentre_here(law, &slip, &stick, recentred);
+        }
         let impulse = friction.impulse(law);
         // K = kxx aa + kxy (ab + ba) + kyy bb, as three squares.
         let both = along.plus_scaled(across, T::splat(1.0));

@@ -91,13 +91,14 @@ impl<T: Real> SelfContacts<T> {
 
     /// Forces and stiffnesses at the given twists; returns the largest squared violation.
     #[inline(always)]
-    pub fn evaluate(&mut self, twist: impl Fn(usize) -> Twist<T>) -> T {
+    pub fn evaluate(&mut self, twist: impl Fn(usize) -> Twist<T>, recentred: T::Mask) -> T {
         self.force.fill(Wrench::zero());
         let mut squared_error = T::zero();
         for term in &mut self.terms {
             let velocity = term.velocity(&twist);
             let PairTerm { coupling, contact } = term;
             coupling.stiffness = contact.evaluate(velocity);
+            contact.recentre_here(velocity, coupling.stiffness, recentred);
             for (link, w) in coupling.links.into_iter().zip(&coupling.direction) {
                 self.force[link] = self.force[link].plus_scaled(w, contact.value);
             }

@@ -71,6 +71,14 @@ impl<T: Real> ContactTerm<T> {
     pub fn recentre(&mut self, lanes: T::Mask) {
         self.centre = T::select(lanes, self.value, self.centre);
     }
+
+    /// The impulse becomes the multiplier in the given lanes, and the impulse what it will then be at the velocity gamma
+    /// of the last evaluation, on the branch of `stiffness`.
+    #[inline(always)]
+    pub fn recentre_here(&mut self, gamma: T, stiffness: T, lanes: T::Mask) {
+        self.recentre(lanes);
+        self.value = T::select(lanes, self.value - stiffness * (gamma + self.offset), self.value);
+    }
 }
 
 impl<T: Real> ActuatorTerm<T> {

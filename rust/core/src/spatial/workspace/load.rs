@@ -32,6 +32,15 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         self.began_at_rest = T::Mask::of(|lane| members.body(lane).warm_start.began_at_rest);
     }
 
+    fn take_guesses<D: Driven<Model = Spatial>>(&mut self, members: &mut Members<D>) {
+        for lane in active(members.lanes()) {
+            let state = &mut members.body_mut(lane).warm_start;
+            if std::mem::take(&mut state.is_postponed) {
+                self.guess.set_lane(lane, &state.guess);
+            }
+        }
+    }
+
     fn read_references<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>, end: T, _: Lanes) {
         self.has_own_torques = false;
         for lane in 0..T::LANES {

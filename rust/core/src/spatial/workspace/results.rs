@@ -4,7 +4,7 @@ use nalgebra::Vector2;
 
 use crate::math::Real;
 use crate::spatial::rest::is_at_rest;
-use crate::spatial::{Spatial, SpatialBody, SpatialSystem, StageSolution, read_lane};
+use crate::spatial::{ChainState, Spatial, SpatialBody, SpatialSystem, StageSolution, read_lane};
 use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::penetration::Sinking;
 use crate::stepping::{ContactImpulse, Driven, EnergyLedger, FallbackResult, Members, StageOutput, StageRecord};
@@ -30,6 +30,14 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     fn is_mispredicted(&self, lane: usize) -> bool {
         // Also where the deviation is not a number.
         !matches!(self.deviation.lane(lane), deviation if deviation < MISPREDICTED)
+    }
+
+    /// Its forces serve as the next warm start, too.
+    fn postpone(&mut self, lane: usize, body: &mut SpatialBody) {
+        let state = &mut body.warm_start;
+        self.guess.read_lane(lane, &mut state.guess);
+        state.is_postponed = true;
+        self.keep_forces(lane, state);
     }
 
     fn collect_contact_impulses<D: Driven<Model = Spatial>>(
@@ -71,8 +79,8 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         }
     }
 
-    fn end_step<D: Driven<Model = Spatial>>(&mut self, members: &mut Members<D>) {
-        self.measure_sinking(members);
+    fn end_step<D: Driven<Model = Spatial>>(&mut self, members: &mut Members<D>, lanes: Lanes) {
+        self.measure_sinking(members, lanes);
     }
 
     fn sinks(&self, lane: usize) -> bool {
@@ -104,11 +112,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         self.kept.end.read_lane(lane, &mut state.velocity);
         self.backlash.save(lane, &mut state.backlash);
         read_lane::<T, _>(&self.kept.momentum, lane, &mut state.momentum);
-        self.forces.read_lane(lane, &mut state.forces);
-        state.pairs.clear();
-        state.pairs.extend_from_slice(self.contacts.pairs(lane));
-        state.self_contacts.clear();
-        state.self_contacts.extend_from_slice(self.self_contacts.known(lane));
+        self.keep_forces(lane, state);
         for (sum, ends) in ground_impulse.iter_mut().zip(&state.forces.normal) {
             *sum += ends[0] * c + ends[1] * c;
         }
@@ -116,6 +120,17 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
             *torque = -Vector2::new(drive[0].lane(lane), drive[1].lane(lane)) / c;
         }
         body.is_plausible &= state.velocity.is_plausible();
+    }
+}
+
+impl<T: Real> Workspace<T> {
+    /// Keeps the forces of a lane's last stage as the next warm start.
+    fn keep_forces(&self, lane: usize, state: &mut ChainState) {
+        self.forces.read_lane(lane, &mut state.forces);
+        state.pairs.clear();
+        state.pairs.extend_from_slice(self.contacts.pairs(lane));
+        state.self_contacts.clear();
+        state.self_contacts.extend_from_slice(self.self_contacts.known(lane));
     }
 }
 
@@ -131,4 +146,4 @@ const STOPPED: f64 = 1e-3;
 const SINKING: f64 = 2e-5;
 
 /// Distance between prediction and end of a stage from which on it is predicted again \[m\].
-const MISPREDICTED: f64 = 2e-3;
+const MISPREDICTED: f64 = 2.5e-3;
