@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::obstacles::{Obstacle, Outline, Peg, Shape, Solid, WallGrid};
+use crate::obstacles::{Obstacle, Outline, Peg, Rectangle, Shape, Solid, WallGrid};
 use crate::robot::Link;
 
 /// Pegs sorted into square cells, and walls beside them; replacing the pegs re-uses memory.
@@ -24,6 +24,8 @@ pub struct PegGrid {
     friction: Vec<f64>,
     /// Heights of the obstacles, infinite without end \[m\]; empty where all are without end.
     height: Vec<f64>,
+    /// Around all that have a top face.
+    tops: Rectangle,
     /// Place of each obstacle in the scene; empty where all are pegs.
     place: Vec<usize>,
     /// The obstacles as the scene has them; empty where all are pegs without friction and end.
@@ -54,6 +56,10 @@ impl PegGrid {
         if numbered().any(|(_, obstacle)| obstacle.height.is_some()) {
             grid.height = numbered().map(|(_, obstacle)| obstacle.height.unwrap_or(f64::INFINITY)).collect();
         }
+        grid.tops = Rectangle::around((0..grid.len()).filter_map(|obstacle| grid.solid(obstacle)).flat_map(|solid| {
+            let Rectangle { low, high } = solid.outline.rectangle();
+            [low, high]
+        }));
         if !others.is_empty() {
             grid.place = numbered().map(|(place, _)| *place).collect();
         }
@@ -95,9 +101,9 @@ impl PegGrid {
         self.friction.get(obstacle).copied().unwrap_or(0.0)
     }
 
-    /// Whether some obstacle has a top face.
-    pub fn has_tops(&self) -> bool {
-        !self.height.is_empty()
+    /// Whether some obstacle with a top face may lie within `distance` of a point, seen from above.
+    pub fn may_have_top(&self, point: &Vector2<f64>, distance: f64) -> bool {
+        self.tops.distance(point) <= distance
     }
 
     /// An obstacle of finite height as a body; none without end.
@@ -112,7 +118,7 @@ impl PegGrid {
 
     /// Calls `visit` with every obstacle of finite height that may lie within `distance` of a point, seen from above.
     pub fn visit_solids(&self, point: &Vector2<f64>, distance: f64, mut visit: impl FnMut(Solid)) {
-        if self.has_tops() {
+        if self.may_have_top(point, distance) {
             self.visit_obstacles(point, distance, |obstacle| self.solid(obstacle).into_iter().for_each(&mut visit));
         }
     }
@@ -150,6 +156,7 @@ impl PegGrid {
         }
         self.friction.clear();
         self.height.clear();
+        self.tops = Rectangle::default();
         self.place.clear();
         self.written.clear();
         self.pegs.clear();

@@ -2,6 +2,7 @@
 
 mod config;
 mod polygon;
+mod rectangle;
 mod solid;
 mod solid_circle;
 mod solid_polygon;
@@ -9,5 +10,6 @@ mod wall_grid;
 
 pub use config::{Obstacle, Peg, SavedObstacle, Shape};
 pub use polygon::{CentreLine, ConvexPolygon, Separation};
+pub use rectangle::Rectangle;
 pub use solid::{Outline, Solid, SolidContact, SolidLine};
 pub use wall_grid::{Wall, WallGrid};

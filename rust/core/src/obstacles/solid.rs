@@ -12,7 +12,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::{CentreLine, ConvexPolygon, Peg};
+use super::{CentreLine, ConvexPolygon, Peg, Rectangle};
 
 /// An obstacle of finite height.
 #[derive(Debug, Clone, Copy)]
@@ -27,6 +27,18 @@ pub struct Solid<'a> {
 pub enum Outline<'a> {
     Circle(&'a Peg),
     Polygon(&'a ConvexPolygon),
+}
+
+impl Outline<'_> {
+    pub fn rectangle(&self) -> Rectangle {
+        match self {
+            Self::Circle(peg) => {
+                let centre = Vector2::new(peg.x, peg.y);
+                Rectangle { low: centre.add_scalar(-peg.radius), high: centre.add_scalar(peg.radius) }
+            }
+            Self::Polygon(polygon) => Rectangle::around(polygon.vertices().iter().copied()),
+        }
+    }
 }
 
 /// The centre line of a link: its middle, and half of it.

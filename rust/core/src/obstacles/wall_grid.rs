@@ -2,27 +2,19 @@
 
 use nalgebra::Vector2;
 
-use super::ConvexPolygon;
+use super::{ConvexPolygon, Rectangle};
 
 /// A polygon with the rectangle around it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wall {
     pub polygon: ConvexPolygon,
-    low: Vector2<f64>,
-    high: Vector2<f64>,
+    pub rectangle: Rectangle,
 }
 
 impl Wall {
     pub fn new(polygon: ConvexPolygon) -> Self {
-        let vertices = polygon.vertices();
-        let low = vertices.iter().fold(Vector2::repeat(f64::INFINITY), |low, vertex| low.inf(vertex));
-        let high = vertices.iter().fold(Vector2::repeat(f64::NEG_INFINITY), |high, vertex| high.sup(vertex));
-        Self { polygon, low, high }
-    }
-
-    /// Lower bound on the distance of a point \[m\].
-    pub fn distance_bound(&self, point: &Vector2<f64>) -> f64 {
-        (self.low - point).sup(&(point - self.high)).sup(&Vector2::zeros()).norm()
+        let rectangle = Rectangle::around(polygon.vertices().iter().copied());
+        Self { polygon, rectangle }
     }
 }
 
@@ -70,18 +62,18 @@ impl WallGrid {
 
     /// Every wall, once, whose rectangle lies within `distance` of a point.
     pub fn near(&self, point: Vector2<f64>, distance: f64) -> impl Iterator<Item = usize> {
-        let asked =
-            (!self.walls.is_empty()).then(|| self.cells(&point.add_scalar(-distance), &point.add_scalar(distance)));
+        let around = Rectangle { low: point.add_scalar(-distance), high: point.add_scalar(distance) };
+        let asked = (!self.walls.is_empty()).then(|| self.cells(&around));
         asked.into_iter().flat_map(move |asked| {
             asked.places().flat_map(move |(row, column)| {
                 let walls = self.in_cell(row * self.columns + column).iter().map(|&index| index as usize);
                 walls.filter(move |&index| {
                     let wall = &self.walls[index];
-                    let own = self.cells(&wall.low, &wall.high);
+                    let own = self.cells(&wall.rectangle);
                     // A wall in several of the cells counts in the first of them.
                     let is_first =
                         row == own.rows[0].max(asked.rows[0]) && column == own.columns[0].max(asked.columns[0]);
-                    is_first && wall.distance_bound(&point) <= distance
+                    is_first && wall.rectangle.distance(&point) <= distance
                 })
             })
         })
@@ -93,8 +85,8 @@ impl WallGrid {
 
     /// About as many cells as walls.
     fn lay_out_cells(&mut self) {
-        let low = self.walls.iter().fold(Vector2::repeat(f64::INFINITY), |low, wall| low.inf(&wall.low));
-        let high = self.walls.iter().fold(Vector2::repeat(f64::NEG_INFINITY), |high, wall| high.sup(&wall.high));
+        let Rectangle { low, high } =
+            Rectangle::around(self.walls.iter().flat_map(|Wall { rectangle, .. }| [rectangle.low, rectangle.high]));
         let (size, count) = (high - low, self.walls.len() as f64);
         self.cell = (size.x * size.y / count).sqrt().max(size.max() / count).max(MIN_CELL);
         self.origin = low;
@@ -106,7 +98,7 @@ impl WallGrid {
         let count = self.columns * self.rows;
         let mut lists = vec![Vec::new(); count];
         for (index, wall) in self.walls.iter().enumerate() {
-            for (row, column) in self.cells(&wall.low, &wall.high).places() {
+            for (row, column) in self.cells(&wall.rectangle).places() {
                 lists[row * self.columns + column].push(index as u32);
             }
         }
@@ -119,7 +111,7 @@ impl WallGrid {
     }
 
     /// The cells that a rectangle meets; one outside the grid counts as at its border.
-    fn cells(&self, low: &Vector2<f64>, high: &Vector2<f64>) -> Cells {
+    fn cells(&self, Rectangle { low, high }: &Rectangle) -> Cells {
         let index = |value: f64, axis: usize, count: usize| {
             let cell = (value - self.origin[axis]) / self.cell;
             (cell.max(0.0) as usize).min(count - 1)

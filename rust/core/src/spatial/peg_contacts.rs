@@ -65,9 +65,21 @@ impl<T: Real> Workspace<T> {
         if obstacles.is_empty() {
             return false;
         }
+        let (middle, reach) = self.reach_of(lane);
+        !obstacles.is_clear(middle.x, middle.y, reach)
+    }
+
+    /// The same for obstacles with a top face.
+    pub(super) fn may_reach_tops(&self, lane: usize, obstacles: &PegGrid) -> bool {
+        let (middle, reach) = self.reach_of(lane);
+        obstacles.may_have_top(&middle, reach)
+    }
+
+    /// A circle that no link of a lane's robot leaves, seen from above: its centre, and its radius \[m\].
+    fn reach_of(&self, lane: usize) -> (Vector2<f64>, f64) {
         let middle = self.frames.len() / 2;
         let [start, end] = [&self.start_frames, &self.frames].map(|frames| frames[middle].position.lane(lane));
-        !obstacles.is_clear(end.x, end.y, 3.0 * self.extent + (end - start).norm() + MARGIN)
+        (end.xy(), 3.0 * self.extent + (end - start).norm() + MARGIN)
     }
 }
 

@@ -79,8 +79,11 @@ impl<T: Real> StageInput<T> for Workspace<T> {
             contacts.add(self, i, link, bodies, elapsed);
         }
         self.contacts = contacts;
-        for lane in active(near_obstacles).filter(|&lane| members.body(lane).pegs.has_tops()) {
-            self.find_supports(lane, &members.system.robot.links, &members.body(lane).pegs, elapsed.lane(lane));
+        for lane in active(near_obstacles) {
+            let pegs = &members.body(lane).pegs;
+            if self.may_reach_tops(lane, pegs) {
+                self.find_supports(lane, &members.system.robot.links, pegs, elapsed.lane(lane));
+            }
         }
         self.find_self_contacts(pending, elapsed);
     }
