@@ -181,7 +181,7 @@ impl<T: Real> Newton<T> {
         }
     }
 
-    /// One damped Newton step from `here` in the lanes that move. In coupled lanes the friction radii follow the normal
+    /// One Newton step from `here` in the lanes that move, damped where the solve does not converge yet. In coupled lanes the friction radii follow the normal
     /// impulses, unless the step overshoots or the impulses are implausible: those of contacts that close during the
     /// step are as large as their penalties make them. Where they are, the next pass takes the radii of before.
     #[inline(always)]
@@ -189,9 +189,16 @@ impl<T: Real> Newton<T> {
         let moving = progress.moving();
         let (mut fraction, mut overshoots) = (T::zero(), moving);
         if moving.any() {
-            self.look_along_step();
-            let accuracy = (T::splat(OVERSHOOT) * here.descent).max(progress.negligible());
-            (fraction, overshoots) = self.step_length(accuracy, moving);
+            self.prepare_step();
+            let searching = moving & !progress.converging;
+            if searching.any() {
+                self.look_along_step();
+                let accuracy = (T::splat(OVERSHOOT) * here.descent).max(progress.negligible());
+                (fraction, overshoots) = self.step_length(accuracy, searching);
+            } else {
+                overshoots = searching;
+            }
+            fraction = T::select(searching, fraction, T::splat(1.0));
         }
         let coupled = moving & progress.coupled & !overshoots;
         let recentred = progress.recentre_next & coupled;
@@ -297,9 +304,9 @@ impl<T: Real> Newton<T> {
         }
     }
 
-    /// The Newton step, and the data of the line search along it. Friction radii are saved.
+    /// The Newton step. Friction radii are saved.
     #[inline(always)]
-    fn look_along_step(&mut self) {
+    fn prepare_step(&mut self) {
         let is_known = !self.self_contacts.is_empty();
         let mut before = self.head;
         for (i, link) in self.links.iter_mut().enumerate() {
@@ -308,12 +315,19 @@ impl<T: Real> Newton<T> {
             }
             link.start = link.twist;
             link.start_rates = link.rates;
-            link.look_along_step();
             for friction in link.frictions() {
                 friction.remember();
             }
         }
         self.rough.frictions().for_each(FrictionTerm::remember);
+    }
+
+    /// The data of the line search along the step.
+    #[inline(always)]
+    fn look_along_step(&mut self) {
+        for link in &mut self.links {
+            link.look_along_step();
+        }
     }
 
     /// Moves friction radii and multipliers, but for those that the next assembly couples.

@@ -50,6 +50,10 @@ pub(super) struct Progress<T: Real> {
     /// those in which they have done so.
     pub recentre_next: T::Mask,
     recentred: T::Mask,
+    /// Lanes whose steps have become much shorter, or multipliers moved, so that the next one is taken in full.
+    pub converging: T::Mask,
+    /// Length of the last step \[m/s\].
+    last_length: T,
     /// Whether there has been a pass.
     begun: bool,
     /// Lanes at the end of a step, and those of them in which the friction radii followed.
@@ -100,6 +104,8 @@ impl<T: Real> Progress<T> {
             still: none,
             recentre_next: none,
             recentred: none,
+            converging: none,
+            last_length: T::zero(),
             begun: false,
             arrived: none,
             kept: none,
@@ -122,6 +128,7 @@ impl<T: Real> Progress<T> {
     /// the next one, and in some with `recentred` multipliers.
     #[inline(always)]
     pub fn record(&mut self, moving: T::Mask, kept: T::Mask, undone: T::Mask, recentred: T::Mask) {
+        self.converging = recentred;
         self.recentred = self.recentred | recentred;
         self.outcome.iterations += T::select(moving, T::splat(1.0), T::zero());
         self.arrived = (moving & !undone) | self.still;
@@ -135,6 +142,10 @@ impl<T: Real> Progress<T> {
         let tolerance = self.tolerance;
         // The length of the next step as a velocity; `max` would drop NaN.
         let next = (here.descent.abs() / self.mass).sqrt();
+        let is_close = next.le(T::splat(CLOSE) * here.largest_radius);
+        let shorter = next.le(T::splat(CONVERGING) * self.last_length);
+        self.converging = self.arrived & (self.converging | (is_close & shorter));
+        self.last_length = next;
         let hard = self.is_hard();
         let mistaken = self.arrived & tolerance.lt(here.radius_error);
         let couple = mistaken & !hard & !self.kept & next.le(T::splat(TRUST) * here.radius_error);
@@ -150,8 +161,8 @@ impl<T: Real> Progress<T> {
         self.active = self.active & !(self.arrived & (self.outcome.converged | !goes_on));
         // A lane that has ended keeps its impulses while others continue.
         let recentre = solved & !exact & self.active;
-        let close = next.le(T::splat(CLOSE) * here.largest_radius) & self.will_be_exact(next, here);
-        self.recentre_next = self.active & self.arrived & self.kept & close & !exact & !self.recentred;
+        let may_recentre = is_close & self.will_be_exact(next, here) & !exact & !self.recentred;
+        self.recentre_next = self.active & self.arrived & self.kept & may_recentre;
         let (couple, move_radii) = (couple & self.active, move_radii & self.active);
         self.corrections = Corrections { couple, move_radii, fraction: self.fraction, recentre };
         self.corrections
@@ -204,6 +215,10 @@ const PATIENCE: f64 = 20.0;
 const SLOW_GAIN: f64 = 0.7;
 const FAST_GAIN: f64 = 0.2;
 const SHORTEST_MOVE: f64 = 0.1;
+
+/// Length of the next step over that of the last one from which on it needs no line search: Newton's method converges
+/// quadratically but for the radii, which gain a factor of twenty.
+const CONVERGING: f64 = 0.2;
 
 /// Length of a step over the error of the friction radii below which the normal impulses count as accurate: in it
 /// errors of the forces of closed contacts are divided by the square root of the penalty.
