@@ -181,24 +181,22 @@ impl<T: Real> Newton<T> {
         }
     }
 
-    /// One Newton step from `here` in the lanes that move, damped where the solve does not converge yet. In coupled lanes the friction radii follow the normal
-    /// impulses, unless the step overshoots or the impulses are implausible: those of contacts that close during the
-    /// step are as large as their penalties make them. Where they are, the next pass takes the radii of before.
+    /// One Newton step from `here` in the lanes that move, damped where the solve does not converge yet. In coupled lanes
+    /// the friction radii follow the normal impulses, unless the step overshoots or the impulses are implausible: those
+    /// of contacts that close during the step are as large as their penalties make them. Where they are, the next pass
+    /// takes the radii of before.
     #[inline(always)]
     fn descend(&mut self, here: &Assembly<T>, progress: &mut Progress<T>) -> Assembly<T> {
         let moving = progress.moving();
-        let (mut fraction, mut overshoots) = (T::zero(), moving);
+        let searching = moving & !progress.converging;
+        let (mut fraction, mut overshoots) = (T::splat(1.0), T::Mask::of(|_| false));
         if moving.any() {
             self.prepare_step();
-            let searching = moving & !progress.converging;
-            if searching.any() {
-                self.look_along_step();
-                let accuracy = (T::splat(OVERSHOOT) * here.descent).max(progress.negligible());
-                (fraction, overshoots) = self.step_length(accuracy, searching);
-            } else {
-                overshoots = searching;
-            }
-            fraction = T::select(searching, fraction, T::splat(1.0));
+        }
+        if searching.any() {
+            self.look_along_step();
+            let accuracy = (T::splat(OVERSHOOT) * here.descent).max(progress.negligible());
+            (fraction, overshoots) = self.step_length(accuracy, searching);
         }
         let coupled = moving & progress.coupled & !overshoots;
         let recentred = progress.recentre_next & coupled;

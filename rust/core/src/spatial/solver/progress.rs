@@ -144,7 +144,8 @@ impl<T: Real> Progress<T> {
         let next = (here.descent.abs() / self.mass).sqrt();
         let is_close = next.le(T::splat(CLOSE) * here.largest_radius);
         let shorter = next.le(T::splat(CONVERGING) * self.last_length);
-        self.converging = self.arrived & (self.converging | (is_close & shorter));
+        let early = self.outcome.iterations.lt(T::splat(UNSEARCHED));
+        self.converging = self.arrived & early & (self.converging | (is_close & shorter));
         self.last_length = next;
         let hard = self.is_hard();
         let mistaken = self.arrived & tolerance.lt(here.radius_error);
@@ -219,6 +220,9 @@ const SHORTEST_MOVE: f64 = 0.1;
 /// Length of the next step over that of the last one from which on it needs no line search: Newton's method converges
 /// quadratically but for the radii, which gain a factor of twenty.
 const CONVERGING: f64 = 0.2;
+
+/// Linear solves after which every step is searched: steps taken in full may lead back to where they came from.
+const UNSEARCHED: f64 = 7.0;
 
 /// Length of a step over the error of the friction radii below which the normal impulses count as accurate: in it
 /// errors of the forces of closed contacts are divided by the square root of the penalty.
