@@ -21,6 +21,9 @@ WIDTH = 10.0
 DURATION = 60.0
 CASES = ((10, 1, 0.2), (10, 2, 0.2), (20, 2, 0.2), (20, 6, 0.2), (20, 6, 0.4))
 """Vertical amplitude [deg], rise of a step [cm], friction coefficient."""
+NEARBY = tuple(round(0.36 + 0.01 * k, 2) for k in range(9))
+"""Friction coefficients around the last case, whose outcome changes with the least of them: whether a link catches an
+edge depends on its place within a millimetre."""
 
 
 def flight(rise: float) -> list[Box]:
@@ -50,7 +53,7 @@ def experiments() -> dict[str, Experiment]:
             integrator=DEFAULT,
             printed=DEFAULT,
         )
-        for lift, rise, mu in CASES
+        for lift, rise, mu in (*CASES, *((*CASES[-1][:2], mu) for mu in NEARBY))
     }
 
 
