@@ -9,6 +9,8 @@
 
 use nalgebra::Vector2;
 
+use super::Rectangle;
+
 /// A convex polygon, its vertices in counter-clockwise order, or a wall with two of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ConvexPolygon {
@@ -80,6 +82,11 @@ impl ConvexPolygon {
 
     pub fn vertices(&self) -> &[Vector2<f64>] {
         &self.vertices
+    }
+
+    /// The rectangle around it.
+    pub fn rectangle(&self) -> Rectangle {
+        Rectangle::around(self.vertices.iter().copied())
     }
 
     /// Number of places that describe a pair: the ends of the centre line, then the vertices.

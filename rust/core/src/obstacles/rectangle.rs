@@ -1,3 +1,5 @@
+//! Rectangles along the axes, which rule out what is far away.
+
 use nalgebra::Vector2;
 
 /// The smallest rectangle along the axes around some points \[m\].

@@ -36,7 +36,7 @@ impl Outline<'_> {
                 let centre = Vector2::new(peg.x, peg.y);
                 Rectangle { low: centre.add_scalar(-peg.radius), high: centre.add_scalar(peg.radius) }
             }
-            Self::Polygon(polygon) => Rectangle::around(polygon.vertices().iter().copied()),
+            Self::Polygon(polygon) => polygon.rectangle(),
         }
     }
 }

@@ -13,8 +13,7 @@ pub struct Wall {
 
 impl Wall {
     pub fn new(polygon: ConvexPolygon) -> Self {
-        let rectangle = Rectangle::around(polygon.vertices().iter().copied());
-        Self { polygon, rectangle }
+        Self { rectangle: polygon.rectangle(), polygon }
     }
 }
 

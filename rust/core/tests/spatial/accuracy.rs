@@ -28,6 +28,15 @@ fn worst_distance(name: &str, mut simulation: SpatialSimulation, gait: &CardanGa
     worst
 }
 
+/// Steps that are taken in full close to the solution do not lead back to where they came from.
+#[test]
+fn long_steps_on_the_course_need_no_fallback() {
+    for step in [1.0 / 15.0, 0.05, 0.025] {
+        let report = on_course(&implicit(step, 2)).advance(5.0, &undulation());
+        assert_eq!((report.fallbacks, report.unconverged), (0, 0), "step {step}");
+    }
+}
+
 #[test]
 fn follows_the_course_reference_for_ten_seconds() {
     let worst = worst_distance("table-7.5", on_course(&implicit(0.0025, 2)), &undulation(), 10.0);
