@@ -145,6 +145,24 @@ def test_half_precision_is_that_of_the_hidden_layers_alone():
     assert 0.0 < (found - expected).abs().max() < 0.02
 
 
+def test_half_precision_is_the_same_without_instructions_for_it(monkeypatch):
+    """Outputs within two spacings of bfloat16 numbers below one, gradients within two in a hundred."""
+    actor_critic = agent.make_agent(settings(bfloat16=True), 40, 4)
+    seen, outputs, gradients = torch.rand(256, 40), [], []
+    for native in (True, False):
+        monkeypatch.setattr(agent, "MULTIPLIES_BFLOAT16", native)
+        actor_critic.zero_grad()
+        outputs.append(actor_critic.actor[0](seen))
+        outputs[-1].square().mean().backward()
+        gradients.append([weights.grad for weights in actor_critic.actor[0].parameters()])
+    difference = (outputs[0] - outputs[1]).detach().abs()
+    assert outputs[1].dtype == torch.float32
+    assert difference.max() <= 2.0**-7
+    assert difference.mean() < 1e-4
+    for native, rounded in zip(*gradients, strict=True):
+        assert (native - rounded).norm() < 0.02 * native.norm()
+
+
 def test_networks_without_hidden_layers_are_linear():
     actor_critic = agent.make_agent(config.PpoConfig(policy=config.PpoNetworks(hidden=())), 40, 4)
     seen = torch.rand(2, 40)

@@ -132,9 +132,40 @@ class FastTanh(torch.autograd.Function):
 
 
 class HalfPrecision(nn.Sequential):
-    """Layers whose products are of bfloat16 numbers; what they leave is in single precision again."""
+    """Layers whose products are of bfloat16 numbers; what they leave is in single precision again.
+
+    Processors without instructions for such products multiply the rounded numbers in single precision: torch's own
+    kernels for them are several times slower there. Both sum in single precision, in different orders.
+    """
 
     def forward(self, inputs: Tensor) -> Tensor:
         """Outputs (n, k)."""
-        with torch.autocast("cpu", torch.bfloat16):
-            return cast(Tensor, super().forward(inputs)).float()
+        if MULTIPLIES_BFLOAT16:
+            with torch.autocast("cpu", torch.bfloat16):
+                return cast(Tensor, super().forward(inputs)).float()
+        outputs = rounded(inputs)
+        for layer in self:
+            if isinstance(layer, nn.Linear):
+                outputs = rounded(nn.functional.linear(outputs, rounded(layer.weight), rounded(layer.bias)))
+            else:
+                outputs = rounded(layer(outputs))
+        return outputs
+
+
+def rounded(numbers: Tensor) -> Tensor:
+    """The nearest bfloat16 numbers, and their gradients likewise, in single precision."""
+    return numbers.bfloat16().float()
+
+
+def multiplies_bfloat16() -> bool:
+    """Whether this processor has instructions for products of bfloat16 numbers, by their names on x86 and ARM.
+
+    Versions of torch that cannot tell leave the products to their own kernels.
+    """
+    if not hasattr(torch.cpu, "get_capabilities"):
+        return True
+    capabilities = torch.cpu.get_capabilities()
+    return any(capabilities.get(name, False) for name in ("avx512_bf16", "bf16"))
+
+
+MULTIPLIES_BFLOAT16 = multiplies_bfloat16()
