@@ -40,7 +40,8 @@ impl<M: RobotModel> Chunk<M> {
     ) {
         self.active.copy_from_slice(active);
         self.for_active(prototype, observation, |index, row, observation| {
-            row.outcome = row.environment.reset(seeds[index], observation);
+            let outcome = row.environment.reset(seeds[index], observation);
+            row.report(outcome);
         });
     }
 
@@ -53,7 +54,8 @@ impl<M: RobotModel> Chunk<M> {
         });
         self.advance(prototype, observation);
         self.for_active(prototype, observation, |_, row, observation| {
-            row.outcome = row.environment.end_step(observation);
+            let outcome = row.environment.end_step(observation);
+            row.report(outcome);
         });
     }
 
@@ -103,7 +105,7 @@ mod tests {
     /// Three rows after a reset with seeds 0, 1, 2, and their observations.
     fn three_rows(prototype: &Environment) -> (Chunk<PlanarRobot>, Vec<f32>) {
         let fleet = Fleet::new(ImplicitConfig::default(), prototype.system(), 3);
-        let mut chunk = Chunk::new(0, vec![Row::new(prototype); 3], Some(fleet));
+        let mut chunk = Chunk::new(0, vec![Row::new(prototype.clone()); 3], Some(fleet));
         let mut observation = vec![0.5; 3 * prototype.observation_size()];
         chunk.reset(prototype, &[0, 1, 2].map(Some), &[true; 3], &mut observation);
         (chunk, observation)

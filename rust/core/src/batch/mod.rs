@@ -67,7 +67,7 @@ impl<M: RobotModel> Batch<M> {
             let rows = rows_per_chunk.min(num_envs - first);
             let system = prototype.model().simulation().system();
             let fleet = config.integrator.implicit().map(|config| Fleet::new(config, system, rows));
-            Chunk::new(first, vec![Row::new(&prototype); rows], fleet)
+            Chunk::new(first, vec![Row::new(prototype.clone()); rows], fleet)
         };
         let chunks = (0..num_envs).step_by(rows_per_chunk).map(chunk).collect();
         Ok(Self { prototype, chunks, rows_per_chunk, rows: num_envs, signals: signals_of::<M>(), workers })
@@ -190,7 +190,7 @@ impl<M: RobotModel> Batch<M> {
         };
         let environments: Vec<_> = rows.iter().zip(states).map(continued).collect::<Result<_, ConfigError>>()?;
         for (row, environment) in rows.iter().zip(environments) {
-            *self.row_mut(*row) = Row { outcome: environment.outcome(), environment };
+            *self.row_mut(*row) = Row::new(environment);
         }
         Ok(())
     }
@@ -246,8 +246,8 @@ impl<M: RobotModel> Batch<M> {
             for (signal, value) in outcome.signals.iter().enumerate() {
                 out.signals[signal * n + index] = *value;
             }
-            for (signal, own) in M::SIGNALS.iter().enumerate() {
-                out.signals[(COUNT + signal) * n + index] = (own.value)(row.environment.model());
+            for (signal, value) in row.own_signals.iter().enumerate() {
+                out.signals[(COUNT + signal) * n + index] = *value;
             }
         }
     }

@@ -10,17 +10,30 @@ use crate::stepping::{Body, Driven, Model};
 pub struct Row<M: 'static> {
     pub environment: Environment<M>,
     pub outcome: Outcome,
+    /// The signals that only its model has.
+    pub own_signals: Vec<f64>,
 }
 
 impl<M: RobotModel> Row<M> {
-    pub fn new(prototype: &Environment<M>) -> Self {
-        Self { environment: prototype.clone(), outcome: prototype.outcome() }
+    pub fn new(environment: Environment<M>) -> Self {
+        let outcome = environment.outcome();
+        let mut row = Self { environment, outcome, own_signals: vec![0.0; M::SIGNALS.len()] };
+        row.report(outcome);
+        row
+    }
+
+    /// What the step or reset that has just ended returned; its robot is still in the cache.
+    pub fn report(&mut self, outcome: Outcome) {
+        self.outcome = outcome;
+        for (value, signal) in self.own_signals.iter_mut().zip(M::SIGNALS) {
+            *value = (signal.value)(self.environment.model());
+        }
     }
 
     /// Replaces the environment; the row ends, flagged as diverged.
     pub fn give_up(&mut self, prototype: &Environment<M>, observation: &mut [f32]) {
         self.environment.recover(prototype);
-        self.outcome = broken();
+        self.report(broken());
         observation.fill(0.0);
     }
 }

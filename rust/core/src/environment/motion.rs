@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
+use crate::math::Real;
 use crate::planar::PlanarState;
 use crate::robot::Robot;
 
@@ -30,7 +31,7 @@ impl Motion {
         for ((link, q), u) in robot.links.iter().zip(&state.pose).zip(&state.twist) {
             position += link.mass * q.xy();
             velocity += link.mass * u.xy();
-            let (sin, cos) = q.z.sin_cos();
+            let (sin, cos) = Real::sin_cos(q.z);
             direction -= Vector2::new(cos, sin);
             yaw_rate += u.z;
         }

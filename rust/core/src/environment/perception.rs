@@ -104,7 +104,7 @@ impl PegSensor {
     /// The same where only these pegs may be in range.
     fn scan_among(&mut self, numbers: impl Iterator<Item = usize>, pose: &LinkPose, pegs: &PegGrid, walls: &WallGrid) {
         self.located.clear();
-        if self.count == 0 {
+        if self.count == 0 || pegs.is_empty() && walls.walls().is_empty() {
             return;
         }
         let mut farthest = self.range;

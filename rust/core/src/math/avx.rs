@@ -114,8 +114,8 @@ impl Mask for Mask4 {
 
     #[inline(always)]
     fn of(is_true: impl Fn(usize) -> bool) -> Self {
-        let bits = |lane: usize| if is_true(lane) { -1 } else { 0 };
-        unsafe { Self(_mm256_castsi256_pd(_mm256_set_epi64x(bits(3), bits(2), bits(1), bits(0)))) }
+        let bits: [u64; 4] = std::array::from_fn(|lane| if is_true(lane) { u64::MAX } else { 0 });
+        unsafe { Self(std::mem::transmute::<[u64; 4], __m256d>(bits)) }
     }
 
     #[inline(always)]
@@ -123,8 +123,9 @@ impl Mask for Mask4 {
         unsafe { _mm256_movemask_pd(self.0) != 0 }
     }
 
+    // By way of memory: code that reads single lanes is compiled without AVX, where an intrinsic would be a call.
     #[inline(always)]
     fn lane(self, lane: usize) -> bool {
-        unsafe { _mm256_movemask_pd(self.0) >> lane & 1 == 1 }
+        unsafe { (*(&raw const self.0).cast::<[u64; 4]>())[lane] != 0 }
     }
 }

@@ -93,7 +93,8 @@ impl<M> ObservationBlock<M> {
 #[derive(Debug)]
 pub struct ObservationLayout<M: 'static> {
     blocks: Vec<ObservationBlock<M>>,
-    size: usize,
+    /// Scale and bound of each element.
+    ranges: Vec<[f64; 2]>,
     has_noise: bool,
 }
 
@@ -134,7 +135,9 @@ impl<M: RobotModel> ObservationLayout<M> {
             blocks.push(ObservationBlock { row, start, elements, scale: (row.scale)(setup), noise, delay });
         }
         require(size > 0, "observation_blocks", "[]", "at least one block")?;
-        Ok(Self { has_noise: blocks.iter().any(|block| block.noise > 0.0), blocks, size })
+        let range = |block: &ObservationBlock<M>| vec![[block.scale, block.row.bound]; block.size()];
+        let ranges = blocks.iter().flat_map(range).collect();
+        Ok(Self { has_noise: blocks.iter().any(|block| block.noise > 0.0), blocks, ranges })
     }
 
     pub fn blocks(&self) -> &[ObservationBlock<M>] {
@@ -143,7 +146,7 @@ impl<M: RobotModel> ObservationLayout<M> {
 
     /// Number of elements.
     pub fn size(&self) -> usize {
-        self.size
+        self.ranges.len()
     }
 
     /// Writes the observation; every element is finite and inside its bounds. `values` is room for as
@@ -151,17 +154,15 @@ impl<M: RobotModel> ObservationLayout<M> {
     pub fn write(&self, view: &View<M>, values: &mut [f64], observation: &mut [f32], rng: impl FnOnce() -> Rng) {
         let mut rng = self.has_noise.then(rng);
         for block in &self.blocks {
-            let range = block.start..block.start + block.size();
-            let values = &mut values[range.clone()];
+            let values = &mut values[block.start..block.start + block.size()];
             (block.row.read)(view, values);
             if let (Some(rng), true) = (&mut rng, block.noise > 0.0) {
                 values.iter_mut().for_each(|value| *value += rng.around_zero(block.noise));
             }
-            let bound = block.row.bound;
-            for (element, value) in observation[range].iter_mut().zip(values) {
-                let scaled = (*value / block.scale).clamp(-bound, bound);
-                *element = if scaled.is_finite() { scaled as f32 } else { 0.0 };
-            }
+        }
+        for ((element, value), [scale, bound]) in observation.iter_mut().zip(values).zip(&self.ranges) {
+            let scaled = (*value / scale).max(-bound).min(*bound);
+            *element = if value.is_nan() { 0.0 } else { scaled as f32 };
         }
     }
 }

@@ -205,17 +205,20 @@ impl PlanarRobot {
         let mut contacts = 0;
         let impulses = simulation.contact_impulse().iter().zip(&simulation.state().pose);
         for ((force, lateral), (impulse, pose)) in peg.iter_mut().zip(lateral).zip(impulses) {
-            let impulse = impulse.xy();
-            let pushed = impulse != Vector2::zeros();
+            *force = mean_force(impulse, period);
             // The left of a link that moves along -e_x^B is -e_y^B.
-            let to_left = |impulse: &Vector2<f64>| -impulse.dot(&Heading::of(pose.z).lateral());
-            *lateral = if pushed { to_left(&impulse) / period } else { 0.0 };
-            *force = impulse / period;
+            let pushed = *force != Vector2::zeros();
+            *lateral = if pushed { -force.dot(&Heading::of(pose.z).lateral()) } else { 0.0 };
             contacts += u32::from(pushed);
         }
         own.iter_mut()
             .zip(simulation.self_contact_impulse())
-            .for_each(|(force, impulse)| *force = impulse.xy() / period);
+            .for_each(|(force, impulse)| *force = mean_force(impulse, period));
         contacts
     }
+}
+
+/// Mean horizontal force of an impulse over a period; most links have none.
+fn mean_force(impulse: &Vector3<f64>, period: f64) -> Vector2<f64> {
+    if *impulse == Vector3::zeros() { Vector2::zeros() } else { impulse.xy() / period }
 }

@@ -27,28 +27,40 @@ pub(super) struct LinkTerm<T> {
 }
 
 impl<T: Real> LinkTerm<T> {
-    /// A link that moves with `twist`; the multipliers of its laws are the last impulses.
+    /// Room for a link.
+    pub fn vacant() -> Self {
+        let zero = T::zero();
+        let rest = Vector3::new(zero, zero, zero);
+        let ahead = Heading { cos: T::splat(1.0), sin: zero };
+        Self {
+            segment: Segment::new(&ahead, &ahead, zero),
+            mass: zero,
+            inertia: zero,
+            reference: rest,
+            friction: FrictionTerm::none(),
+            actuator: ActuatorTerm::none(),
+            model: Quadratic::zero(),
+            actuator_stiffness: zero,
+            start: rest,
+            step: rest,
+            twist: rest,
+        }
+    }
+
+    /// Takes in a link with its laws, whose multipliers are the last impulses, and the joint to the link before, which
+    /// has the heading `before`. What the iteration writes before it reads is left as it is.
     #[inline(always)]
-    pub fn new(
+    pub fn begin(
+        &mut self,
         link: &StageLink<T>,
-        segment: Segment<T>,
+        before: &Heading<T>,
         friction: FrictionTerm<T>,
         actuator: ActuatorTerm<T>,
-        twist: Vector3<T>,
-    ) -> Self {
-        Self {
-            segment,
-            mass: link.mass,
-            inertia: link.inertia,
-            reference: in_frame(&link.heading, &link.reference),
-            friction,
-            actuator,
-            model: Quadratic::zero(),
-            actuator_stiffness: T::zero(),
-            start: twist,
-            step: Vector3::new(T::zero(), T::zero(), T::zero()),
-            twist,
-        }
+    ) {
+        self.segment.place(&link.heading, before, link.half_length);
+        (self.mass, self.inertia) = (link.mass, link.inertia);
+        self.reference = in_frame(&link.heading, &link.reference);
+        (self.friction, self.actuator) = (friction, actuator);
     }
 
     /// Takes the Newton step in full in the given lanes.

@@ -18,7 +18,7 @@ use crate::solver::{self, FrictionTerm, LawForm, NewtonStep, Outcome, StageProbl
 use super::contact_friction::ContactFriction;
 use super::link_term::{LinkTerm, in_frame, linear};
 use super::self_contacts::SelfContacts;
-use super::sweep::{Quadratic, Segment};
+use super::sweep::Quadratic;
 use super::terms::{ActuatorTerm, ContactTerm};
 
 /// Workspace of the solver, re-used from stage to stage.
@@ -48,7 +48,7 @@ struct StepEnd<T> {
 impl<T: Real> Newton<T> {
     pub fn new(links: usize) -> Self {
         Self {
-            links: Vec::with_capacity(links),
+            links: vec![LinkTerm::vacant(); links],
             contacts: Vec::with_capacity(PAIRS_PER_LINK * links),
             contact_friction: ContactFriction::new(PAIRS_PER_LINK * links),
             self_contacts: SelfContacts::new(links),
@@ -104,16 +104,10 @@ impl<T: Real> Newton<T> {
     #[inline(always)]
     fn warm_up(&mut self, stage: &Stage<T>, solution: &StageSolution<T>) {
         let (mut mass, mut inertia) = (stage.links[0].mass, stage.links[0].inertia);
-        self.links.clear();
         let mut before = stage.links[0].heading;
-        let mut end = Vector2::new(T::zero(), T::zero());
-        for (i, link) in stage.links.iter().enumerate() {
+        let mut end = free_end(&stage.links[0], &solution.twist[0]);
+        for (i, (term, link)) in self.links.iter_mut().zip(&stage.links).enumerate() {
             (mass, inertia) = (mass.min(link.mass), inertia.min(link.inertia));
-            let segment = Segment::new(&link.heading, &before, link.half_length);
-            if i == 0 {
-                end = free_end(link, &solution.twist[0]);
-            }
-            let twist = segment.follow(solution.twist[i].z, &mut end);
             let penalty = T::splat(TUNING.penalty) * link.mass;
             let friction = FrictionTerm::new(link.friction, &solution.friction[i], penalty);
             let actuator = if i > 0 {
@@ -121,7 +115,8 @@ impl<T: Real> Newton<T> {
             } else {
                 ActuatorTerm::none()
             };
-            self.links.push(LinkTerm::new(link, segment, friction, actuator, twist));
+            term.begin(link, &before, friction, actuator);
+            term.twist = term.segment.follow(solution.twist[i].z, &mut end);
             before = link.heading;
         }
         self.mobility = [mass, inertia].map(|least| T::splat(1.0) / least);

@@ -204,6 +204,12 @@ impl<T: Real> Segment<T> {
         Self { turn: heading.relative_to(before), half_length, elimination: Elimination::zero() }
     }
 
+    /// Puts another link in the place of this one; what an elimination left stays.
+    #[inline(always)]
+    pub fn place(&mut self, heading: &Heading<T>, before: &Heading<T>, half_length: T) {
+        (self.turn, self.half_length) = (heading.relative_to(before), half_length);
+    }
+
     /// Eliminates omega_i, given the value of all that lies behind the far end and the link's own model at its CG,
     /// both in its frame, and the stiffness of the joint before it. Returns the value at the near end in the frame
     /// of the link before, and twice the decrease.

@@ -68,12 +68,12 @@ impl<T: Real> StageInput<T> for Workspace<T> {
             let share = robot.body().parameters.torque_limit;
             self.torque_limit.set_lane(lane, share * members.system.controller.limit_until(time));
             if robot.torques(time, &mut self.torques) {
-                self.has_own_torques = true;
+                if !std::mem::replace(&mut self.has_own_torques, true) {
+                    self.own_torque.fill(T::zero());
+                }
                 for (lanes, torque) in self.own_torque.iter_mut().zip(&self.torques) {
                     lanes.set_lane(lane, *torque);
                 }
-            } else {
-                self.own_torque.iter_mut().for_each(|lanes| lanes.set_lane(lane, 0.0));
             }
             if is_waving {
                 continue;

@@ -54,13 +54,13 @@ impl<T: Real> StageInput<T> for Workspace<T> {
                 }
             }
             if robot.torques(time, &mut self.torques) {
-                self.has_own_torques = true;
+                if !std::mem::replace(&mut self.has_own_torques, true) {
+                    self.own_torque.fill([T::zero(); 2]);
+                }
                 for (lanes, torques) in self.own_torque.iter_mut().zip(self.torques.chunks_exact(2)) {
                     lanes[0].set_lane(lane, torques[0]);
                     lanes[1].set_lane(lane, torques[1]);
                 }
-            } else {
-                self.own_torque.iter_mut().flatten().for_each(|lanes| lanes.set_lane(lane, 0.0));
             }
             let share = robot.body().parameters.torque_limit;
             self.torque_limit.set_lane(lane, share * members.system.controller.limit_until(time));
