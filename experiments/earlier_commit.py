@@ -1,11 +1,12 @@
-"""Speed against that of an earlier commit, which is built beside this one.
+"""Speed against that of an earlier commit.
 
     python -m experiments.earlier_commit 2e355ed
     python -m experiments.earlier_commit HEAD~1 --envs SnakeCourse --actions random --modes gait
 
+Both commits are built in folders of their own, which are kept; that needs what `make build` needs, and takes as long.
 Two processes, one with each build, step the same batch in turn for short runs, so that other work on the machine weighs
 on both alike. Prints the rates of both and the median of the ratios of CPU times over the turns, with quartiles: above
-one where this commit is faster. The other build needs what `make build` needs, and as long; it is kept.
+one where the later commit is faster.
 """
 
 from __future__ import annotations
@@ -16,28 +17,30 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import tyro
 from numpy.typing import NDArray
 
 from snake_env import ConfigError
-from snake_env._checks import names
 from snake_env.markdown import table
 from training.cli import answer
 from training.config import Count
+from training.runs import replace
 
 ROOT = Path(__file__).resolve().parent.parent
 TIMER = Path(__file__).with_name("step_timer.py")
-ENVS = ("SnakeCourse", "SnakeField", "SnakeFree", "SnakeCorridor", "SnakeSpatial")
-MODES = ("gait", "joints")
-ACTIONS = ("zero", "random")
-HEAD = ("environment", "mode", "actions", "earlier [steps/s]", "now [steps/s]", "ratio", "quartiles")
+HEAD = ("environment", "mode", "actions", "earlier [steps/s]", "later [steps/s]", "ratio", "quartiles")
+
+Env = Literal["SnakeCourse", "SnakeField", "SnakeFree", "SnakeCorridor", "SnakeSpatial"]
+Batch = tuple[str, str, str, int]
+"""Id of the environment, action mode, actions, robots."""
 
 
 @dataclass
@@ -46,9 +49,10 @@ class Options:
 
     Args:
         commit: The earlier one.
-        envs: Ids without their version.
+        later: The later one.
+        envs: Ids without their version; one that the earlier commit does not have is left out.
         modes: Action modes.
-        actions: "zero", which is the gait in the mode of that name, or "random".
+        actions: "zero", the gait in the mode of that name and left out in the other; or "random".
         robots: Of a batch, on one thread.
         turns: Runs of each build.
         periods: Control periods of a run.
@@ -56,108 +60,141 @@ class Options:
     """
 
     commit: Annotated[str, tyro.conf.Positional]
-    envs: tuple[str, ...] = ENVS
-    modes: tuple[str, ...] = MODES
-    actions: tuple[str, ...] = ACTIONS
+    later: str = "HEAD"
+    envs: tuple[Env, ...] = ("SnakeCourse", "SnakeField", "SnakeFree", "SnakeCorridor", "SnakeSpatial")
+    modes: tuple[Literal["gait", "joints"], ...] = ("gait", "joints")
+    actions: tuple[Literal["zero", "random"], ...] = ("zero", "random")
     robots: Count = 256
     turns: Count = 15
     periods: Count = 6
     builds: Path = Path("runs/builds")
 
 
-def built(commit: str, builds: Path) -> Path:
+def built(field: str, commit: str, builds: Path) -> Path:
     """The folder with the `snake_env` of a commit, which is checked out and compiled there unless it has been.
 
     Raises:
-        ConfigError: the repository has no such commit.
+        ConfigError: there is no such commit, or it does not compile; names the `field`.
     """
-    found = subprocess.run(
-        ["git", "rev-parse", "--verify", "--quiet", f"{commit}^{{commit}}"], cwd=ROOT, capture_output=True, text=True
-    )
+    command = ["git", "rev-parse", "--verify", "--quiet", f"{commit}^{{commit}}"]
+    found = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     if found.returncode:
-        raise ConfigError("commit", commit, "a commit of this repository")
+        raise ConfigError(field, commit, "a commit of this repository")
     name = found.stdout.strip()
     tree = builds.resolve() / name
     module = tree / "snake_env" / "_native.abi3.so"
-    if not module.exists():
-        shutil.rmtree(tree, ignore_errors=True)
+    if module.exists():
+        return tree
+    print(f"builds {commit} in {tree}", file=sys.stderr, flush=True)
+    shutil.rmtree(tree, ignore_errors=True)
+    settings = {"PYO3_NO_PYTHON": "1", "PYO3_BUILD_EXTENSION_MODULE": "1", "CARGO_TARGET_DIR": str(tree / "target")}
+    try:
         subprocess.run(["git", "clone", "--quiet", "--shared", "--no-checkout", str(ROOT), str(tree)], check=True)
         subprocess.run(["git", "checkout", "--quiet", name], cwd=tree, check=True)
-        settings = {"PYO3_NO_PYTHON": "1", "PYO3_BUILD_EXTENSION_MODULE": "1", "CARGO_TARGET_DIR": str(tree / "target")}
         cargo = ["cargo", "build", "--quiet", "--release", "--package", "snake-py"]
         subprocess.run(cargo, cwd=tree, env=os.environ | settings, check=True)
-        libraries = [path for path in (tree / "target" / "release").glob("lib_native.*") if path.suffix != ".d"]
-        shutil.copy(libraries[0], module)
+    except subprocess.CalledProcessError as error:
+        raise ConfigError(field, commit, f"a commit that can be built ({' '.join(error.cmd)} failed)") from None
+    [library] = (path for path in (tree / "target" / "release").glob("lib_native.*") if path.suffix != ".d")
+    replace(module, partial(copy, library))
     return tree
 
 
+def copy(source: Path, target: Path) -> None:
+    """Copies a file."""
+    shutil.copy(source, target)
+
+
 class Timer:
-    """A process that steps with the `snake_env` of a folder."""
+    """A process that steps with the `snake_env` of a folder.
+
+    Raises:
+        RuntimeError: it has ended, or has another `snake_env`; what went wrong is on standard error.
+    """
 
     def __init__(self, tree: Path) -> None:
         environment = os.environ | {"PYTHONPATH": str(tree), "OMP_NUM_THREADS": "1"}
-        pipe = subprocess.PIPE
         command = [sys.executable, str(TIMER)]
-        self.process = subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True, env=environment, cwd=tree)
+        self.tree = tree
+        self.process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment, cwd=tree
+        )
+        if (found := self.reply()) != str(tree / "snake_env"):
+            self.stop()
+            raise RuntimeError(f"the process for {tree} has the snake_env of {found}")
 
-    def ask(self, request: Any) -> str:
-        """Its answer.
-
-        Raises:
-            RuntimeError: it has ended; what went wrong is on standard error.
-        """
-        assert self.process.stdin is not None
+    def reply(self) -> str:
+        """The next line of its output."""
         assert self.process.stdout is not None
-        self.process.stdin.write(json.dumps(request) + "\n")
-        self.process.stdin.flush()
-        reply = self.process.stdout.readline().strip()
-        if not reply:
-            raise RuntimeError(f"the process with the build in {self.process.args!r} ended")
-        return reply
+        line = self.process.stdout.readline().strip()
+        if not line:
+            raise RuntimeError(f"the process with the build in {self.tree} ended")
+        return line
+
+    def request(self, what: Any) -> str:
+        """Its reply to a request of :mod:`experiments.step_timer`."""
+        assert self.process.stdin is not None
+        try:
+            self.process.stdin.write(json.dumps(what) + "\n")
+            self.process.stdin.flush()
+        except BrokenPipeError:
+            raise RuntimeError(f"the process with the build in {self.tree} ended") from None
+        return self.reply()
+
+    def stop(self) -> None:
+        """Ends the process."""
+        self.process.kill()
+        self.process.communicate()
 
 
 @contextmanager
 def timers(trees: tuple[Path, Path]) -> Iterator[tuple[Timer, Timer]]:
     """A process for each folder, while they are needed."""
-    both = Timer(trees[0]), Timer(trees[1])
-    try:
-        yield both
-    finally:
-        for timer in both:
-            timer.process.kill()
-            timer.process.communicate()
+    with ExitStack() as stack:
+        both = []
+        for tree in trees:
+            both.append(Timer(tree))
+            stack.callback(both[-1].stop)
+        yield both[0], both[1]
 
 
-def times(both: tuple[Timer, Timer], batch: tuple[str, str, str, int], turns: int, periods: int) -> NDArray[np.float64]:
-    """CPU time per robot and step of both builds in turn (turns, 2) [s]; the first runs do not count."""
+def measure(both: tuple[Timer, Timer], batch: Batch, turns: int, periods: int) -> NDArray[np.float64] | None:
+    """CPU time per robot and control period of both builds (turns, 2) [s], None where one lacks the environment.
+
+    The first runs do not count; which build runs first changes from turn to turn.
+    """
+    if "unknown" in [timer.request(batch) for timer in both]:
+        return None
     for timer in both:
-        timer.ask(batch)
-    for timer in both:
-        timer.ask(3 * periods)
-    return np.array([[float(timer.ask(periods)) for timer in both] for _ in range(turns)])
+        timer.request(3 * periods)
+    times = np.empty((turns, 2))
+    for turn in range(turns):
+        for build in (0, 1) if turn % 2 else (1, 0):
+            times[turn, build] = float(both[build].request(periods))
+    return times
 
 
-def row(batch: tuple[str, str, str, int], taken: NDArray[np.float64]) -> tuple[str, ...]:
+def row(batch: Batch, times: NDArray[np.float64]) -> tuple[str, ...]:
     """A row of the table."""
-    ratio = taken[:, 0] / taken[:, 1]
-    rates = (f"{1.0 / each:,.0f}" for each in np.median(taken, axis=0))
+    ratio = times[:, 0] / times[:, 1]
+    rates = (f"{1.0 / each:,.0f}" for each in np.median(times, axis=0))
     low, high = np.quantile(ratio, (0.25, 0.75))
     return (*batch[:3], *rates, f"{np.median(ratio):.2f}", f"{low:.2f} to {high:.2f}")
 
 
 def compare(args: Options) -> int:
     """Prints the table."""
-    names("envs", args.envs, ENVS)
-    names("modes", args.modes, MODES)
-    names("actions", args.actions, ACTIONS)
-    with timers((built(args.commit, args.builds), ROOT)) as both:
-        rows = []
+    trees = built("commit", args.commit, args.builds), built("later", args.later, args.builds)
+    rows = []
+    with timers(trees) as both:
         for name, mode, actions in product(args.envs, args.modes, args.actions):
             if mode != "gait" and actions == "zero":
                 continue  # a robot that holds its shape
             batch = (f"{name}-v1", mode, actions, args.robots)
-            rows.append(row(batch, times(both, batch, args.turns, args.periods)))
-            print(", ".join(rows[-1]), file=sys.stderr, flush=True)
+            times = measure(both, batch, args.turns, args.periods)
+            if times is not None:
+                rows.append(row(batch, times))
+                print(", ".join(rows[-1]), file=sys.stderr, flush=True)
     print(table(HEAD, rows))
     return 0
 

@@ -41,7 +41,7 @@ impl<M: RobotModel> Chunk<M> {
         self.active.copy_from_slice(active);
         self.for_active(prototype, observation, |index, row, observation| {
             let outcome = row.environment.reset(seeds[index], observation);
-            row.report(outcome);
+            row.keep(outcome);
         });
     }
 
@@ -55,7 +55,7 @@ impl<M: RobotModel> Chunk<M> {
         self.advance(prototype, observation);
         self.for_active(prototype, observation, |_, row, observation| {
             let outcome = row.environment.end_step(observation);
-            row.report(outcome);
+            row.keep(outcome);
         });
     }
 

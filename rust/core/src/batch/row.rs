@@ -18,12 +18,12 @@ impl<M: RobotModel> Row<M> {
     pub fn new(environment: Environment<M>) -> Self {
         let outcome = environment.outcome();
         let mut row = Self { environment, outcome, own_signals: vec![0.0; M::SIGNALS.len()] };
-        row.report(outcome);
+        row.keep(outcome);
         row
     }
 
-    /// What the step or reset that has just ended returned; its robot is still in the cache.
-    pub fn report(&mut self, outcome: Outcome) {
+    /// Keeps what a step or reset has returned, and reads its model's own signals while the robot is in the cache.
+    pub fn keep(&mut self, outcome: Outcome) {
         self.outcome = outcome;
         for (value, signal) in self.own_signals.iter_mut().zip(M::SIGNALS) {
             *value = (signal.value)(self.environment.model());
@@ -33,7 +33,7 @@ impl<M: RobotModel> Row<M> {
     /// Replaces the environment; the row ends, flagged as diverged.
     pub fn give_up(&mut self, prototype: &Environment<M>, observation: &mut [f32]) {
         self.environment.recover(prototype);
-        self.report(broken());
+        self.keep(broken());
         observation.fill(0.0);
     }
 }

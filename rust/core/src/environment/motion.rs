@@ -5,8 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-use crate::math::Real;
-use crate::planar::PlanarState;
+use crate::planar::{Heading, PlanarState};
 use crate::robot::Robot;
 
 /// Where the whole robot is and how it moves; the goal direction is +x of the world.
@@ -31,8 +30,7 @@ impl Motion {
         for ((link, q), u) in robot.links.iter().zip(&state.pose).zip(&state.twist) {
             position += link.mass * q.xy();
             velocity += link.mass * u.xy();
-            let (sin, cos) = Real::sin_cos(q.z);
-            direction -= Vector2::new(cos, sin);
+            direction -= Heading::of(q.z).axial();
             yaw_rate += u.z;
         }
         let mass = robot.total_mass();

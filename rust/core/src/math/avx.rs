@@ -109,6 +109,8 @@ impl Not for Mask4 {
     }
 }
 
+// Single lanes by way of memory: the code that sets and reads them is compiled without AVX, where an intrinsic would be a
+// call.
 impl Mask for Mask4 {
     const LANES: usize = 4;
 
@@ -123,9 +125,8 @@ impl Mask for Mask4 {
         unsafe { _mm256_movemask_pd(self.0) != 0 }
     }
 
-    // By way of memory: code that reads single lanes is compiled without AVX, where an intrinsic would be a call.
     #[inline(always)]
     fn lane(self, lane: usize) -> bool {
-        unsafe { (*(&raw const self.0).cast::<[u64; 4]>())[lane] != 0 }
+        unsafe { std::mem::transmute::<__m256d, [u64; 4]>(self.0)[lane] != 0 }
     }
 }

@@ -25,12 +25,6 @@ impl<T: Real> FrictionTerm<T> {
         Self { law: Coulomb::with_axes(axes), penalty: penalty * (of_longer * of_longer), centre, value: centre }
     }
 
-    /// No friction.
-    pub fn none() -> Self {
-        let zero = Vector2::new(T::zero(), T::zero());
-        Self { law: Coulomb::with_axes(zero), penalty: T::zero(), centre: zero, value: zero }
-    }
-
     /// P_T \[N s\].
     #[inline(always)]
     pub fn impulse(&self) -> Vector2<T> {

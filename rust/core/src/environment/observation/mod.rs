@@ -161,8 +161,8 @@ impl<M: RobotModel> ObservationLayout<M> {
             }
         }
         for ((element, value), [scale, bound]) in observation.iter_mut().zip(values).zip(&self.ranges) {
-            let scaled = (*value / scale).max(-bound).min(*bound);
-            *element = if value.is_nan() { 0.0 } else { scaled as f32 };
+            let scaled = *value / scale;
+            *element = if scaled.is_nan() { 0.0 } else { scaled.clamp(-bound, *bound) as f32 };
         }
     }
 }

@@ -37,7 +37,7 @@ impl<T: Real> LinkTerm<T> {
             mass: zero,
             inertia: zero,
             reference: rest,
-            friction: FrictionTerm::none(),
+            friction: FrictionTerm::new(rest.xy(), &rest.xy(), zero),
             actuator: ActuatorTerm::none(),
             model: Quadratic::zero(),
             actuator_stiffness: zero,
@@ -48,7 +48,8 @@ impl<T: Real> LinkTerm<T> {
     }
 
     /// Takes in a link with its laws, whose multipliers are the last impulses, and the joint to the link before, which
-    /// has the heading `before`. What the iteration writes before it reads is left as it is.
+    /// has the heading `before`. Step, model and stiffness of the last stage stay: only the first evaluation reads them,
+    /// for a `StepEnd` that nobody uses.
     #[inline(always)]
     pub fn begin(
         &mut self,

@@ -103,6 +103,7 @@ impl<T: Real> Newton<T> {
     /// Laws around the warm start, and twists that satisfy the joints.
     #[inline(always)]
     fn warm_up(&mut self, stage: &Stage<T>, solution: &StageSolution<T>) {
+        debug_assert_eq!(self.links.len(), stage.links.len());
         let (mut mass, mut inertia) = (stage.links[0].mass, stage.links[0].inertia);
         let mut before = stage.links[0].heading;
         let mut end = free_end(&stage.links[0], &solution.twist[0]);
