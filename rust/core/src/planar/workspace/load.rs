@@ -68,7 +68,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
             let share = robot.body().parameters.torque_limit;
             self.torque_limit.set_lane(lane, share * members.system.controller.limit_until(time));
             if robot.torques(time, &mut self.torques) {
-                // The other robots of the register have none.
+                // Zero for the robots of the register that have none.
                 if !std::mem::replace(&mut self.has_own_torques, true) {
                     self.own_torque.fill(T::zero());
                 }

@@ -54,7 +54,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
                 }
             }
             if robot.torques(time, &mut self.torques) {
-                // The other robots of the register have none.
+                // Zero for the robots of the register that have none.
                 if !std::mem::replace(&mut self.has_own_torques, true) {
                     self.own_torque.fill([T::zero(); 2]);
                 }
