@@ -68,11 +68,6 @@ def frontier(candidates: Iterable[Point]) -> list[Point]:
     return best
 
 
-def fastest_within(candidates: Iterable[Point], error: float) -> Point | None:
-    """The fastest measured point whose error is not larger than ``error`` [m]."""
-    return max((p for p in candidates if p.error <= error), key=lambda p: p.speed, default=None)
-
-
 def speed_at(curve: list[Point], error: float) -> float | None:
     """Speed of a frontier at an error, interpolated between logarithms.
 
@@ -85,25 +80,3 @@ def speed_at(curve: list[Point], error: float) -> float | None:
             part = math.log(error / left.error) / math.log(right.error / left.error)
             return left.speed * (right.speed / left.speed) ** part
     return curve[-1].speed
-
-
-class Ratio(NamedTuple):
-    """How many times faster the first of two curves is at an error [m]."""
-
-    error: float
-    value: float
-
-
-def ratios(ours: list[Point], theirs: list[Point]) -> list[Ratio]:
-    """At the error of every point of both frontiers that both can reach."""
-    found = []
-    for error in sorted({p.error for p in (*ours, *theirs)}):
-        mine, other = speed_at(ours, error), speed_at(theirs, error)
-        if mine is not None and other is not None:
-            found.append(Ratio(error, mine / other))
-    return found
-
-
-def unreached(ours: list[Point], theirs: list[Point]) -> list[Point]:
-    """Points of the second frontier more accurate than any of the first."""
-    return [p for p in theirs if ours and p.error < ours[0].error]

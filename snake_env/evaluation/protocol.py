@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from snake_env._checks import integer
 from snake_env.errors import ConfigError
 from snake_env.evaluation import seeds, tasks
 from snake_env.evaluation.rollout import Episodes, run_episodes
@@ -80,10 +81,9 @@ def evaluate(
     """
     if isinstance(task, str):
         (task,) = tasks.chosen([task])
-    if isinstance(scenes, bool) or not isinstance(scenes, int) or not 1 <= scenes <= len(seeds.HELD_OUT):
-        raise ConfigError("scenes", repr(scenes), f"an integer in [1, {len(seeds.HELD_OUT)}]")
+    count = integer("scenes", scenes, 1, len(seeds.HELD_OUT))
     player = _player(policy, dict(env_options or {}))
-    episodes = run_episodes(player, task.env_id, seeds.held_out(scenes), num_threads, **task.options)
+    episodes = run_episodes(player, task.env_id, seeds.held_out(count), num_threads, **task.options)
     return Evaluation(name or player.name, task, score(episodes), episodes)
 
 

@@ -208,16 +208,6 @@ def test_speeds_are_interpolated_between_logarithms_and_never_beyond_the_most_ac
     assert curves.speed_at([], 1.0) is None
 
 
-def test_ratios_are_taken_at_every_point_that_both_curves_reach():
-    ours = [Point(1e-5, 100.0, {}), Point(1e-3, 1000.0, {})]
-    theirs = [Point(1e-4, 10.0, {}), Point(1e-2, 20.0, {})]
-    ratios = curves.ratios(ours, theirs)
-    assert [r.error for r in ratios] == [1e-4, 1e-3, 1e-2]
-    assert math.isclose(ratios[0].value, 100.0 * math.sqrt(10.0) / 10.0)
-    assert math.isclose(ratios[2].value, 50.0)
-    assert curves.unreached(ours, [Point(1e-6, 1.0, {})]) == [Point(1e-6, 1.0, {})]
-
-
 def test_errors_below_what_the_reference_is_worth_are_not_believed(results):
     results.add(point_record(1e-9, 5.0, step=1e-3))
     best = min(curves.points(results, "free", curves.OURS), key=lambda p: p.error)

@@ -7,9 +7,6 @@ import numpy as np
 from snake_env import Robot, Scene
 from snake_env.policies.gaits import DEGREE, GaitParameters
 
-LINK_LENGTH = 0.122
-"""Of Aiko [m] (T Table 7.1)."""
-
 
 def swing(gait: GaitParameters) -> float:
     """Largest angle K between body and direction of travel [rad], A / (2 sin(|beta| / 2))."""
@@ -25,9 +22,9 @@ def straightness(gait: GaitParameters) -> float:
     return float(np.cos(swing(gait) * np.cos(phases)).mean())
 
 
-def no_slip_speed(gait: GaitParameters, link_length: float = LINK_LENGTH) -> float:
-    """Speed of a wave whose links all move along themselves [m/s]: one link length in the time of a phase shift."""
-    return link_length * gait.omega / abs(gait.beta) * straightness(gait)
+def no_slip_speed(gait: GaitParameters) -> float:
+    """Speed of Aiko in a wave whose links move along themselves [m/s]: one link length in the time of a phase shift."""
+    return float(np.mean(Robot().length)) * gait.omega / abs(gait.beta) * straightness(gait)
 
 
 def least_cost(mu: float) -> float:
