@@ -63,7 +63,11 @@ impl JointStop {
 /// The largest magnitude of any joint angle.
 #[inline(always)]
 pub fn largest_angle<T: Real>(angles: &[[T; 2]]) -> T {
-    angles.iter().flatten().fold(T::zero(), |largest, angle| largest.max(angle.abs()))
+    let mut largest = T::zero();
+    for [yaw, pitch] in angles {
+        largest = largest.max(yaw.abs()).max(pitch.abs());
+    }
+    largest
 }
 
 /// Stops of a joint: both axes, to either side.

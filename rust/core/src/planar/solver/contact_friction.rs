@@ -55,18 +55,22 @@ impl<T: Real> ContactFriction<T> {
     /// Square of the largest violation.
     #[inline(always)]
     pub fn squared_error(&self, contacts: &[ContactTerm<T>]) -> T {
-        let of_laws = self.terms.iter().map(ContactFrictionTerm::squared_error).fold(T::zero(), T::max);
+        let mut of_laws = T::zero();
+        for term in &self.terms {
+            of_laws = of_laws.max(term.squared_error());
+        }
         if self.are_bounds_held { of_laws } else { of_laws.max(self.squared_bound_error(contacts)) }
     }
 
     /// Square of the largest way of a bound to that of its normal impulse, as a velocity \[m/s\].
     #[inline(always)]
     pub fn squared_bound_error(&self, contacts: &[ContactTerm<T>]) -> T {
-        let of_term = |term: &ContactFrictionTerm<T>| {
+        let mut largest = T::zero();
+        for term in &self.terms {
             let change = term.bound_change(contacts) / term.mass;
-            change * change
-        };
-        self.terms.iter().map(of_term).fold(T::zero(), T::max)
+            largest = largest.max(change * change);
+        }
+        largest
     }
 
     /// The impulses become the centres of the laws, and bounds move to those of the normal impulses.

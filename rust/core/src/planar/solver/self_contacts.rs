@@ -105,7 +105,11 @@ impl<T: Real> SelfContacts<T> {
     /// The largest squared violation.
     #[inline(always)]
     pub fn squared_error(&self) -> T {
-        self.terms.iter().fold(T::zero(), |worst, term| worst.max(term.law.squared_error()))
+        let mut worst = T::zero();
+        for term in &self.terms {
+            worst = worst.max(term.law.squared_error());
+        }
+        worst
     }
 
     #[inline(always)]
