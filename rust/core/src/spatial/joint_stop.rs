@@ -63,6 +63,7 @@ impl JointStop {
 /// The largest magnitude of any joint angle.
 #[inline(always)]
 pub fn largest_angle<T: Real>(angles: &[[T; 2]]) -> T {
+    // A fold would be compiled as a function without the instructions of the kernel.
     let mut largest = T::zero();
     for [yaw, pitch] in angles {
         largest = largest.max(yaw.abs()).max(pitch.abs());
