@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from snake_env import _checks as checks
 from snake_env import _worlds
 from snake_env._native import defaults, layout
-from snake_env.config import IOLinearizing
+from snake_env.config import Integrator, IOLinearizing
 from snake_env.errors import ConfigError
 from snake_env.options import TaskOptions
 
@@ -61,6 +61,9 @@ class Task:
         _require_known(options, keywords)
         self.worlds, options = _worlds.split(options)
         limit = NO_STEP_LIMIT if max_episode_steps is None else max_episode_steps
+        options = dict(options)
+        if (precision := options.pop("precision", None)) is not None:
+            options["integrator"] = Integrator.at(precision, options.get("integrator"))
         self.layout: dict[str, Any] = layout({**options, **_controller(options), "max_episode_steps": limit})
         self.config: dict[str, Any] = self.layout["config"]
         self.control_period: float = self.layout["control_period"]

@@ -68,11 +68,12 @@ ARGUMENTS = {
 
 WORLD = {
     "start": "a `snake_env.Start` in place of the task's: position and heading of link 1, and the posture",
+    "precision": '"fast", "default" or "fine": how accurate the time stepping is; fields of `integrator` override it',
     "goal": "in place of the task's: the distance of a goal line, a goal point (x, y) or (x, y, radius), a path "
     "[(x, y), ...], all in m, or a command; see docs/interface.md",
     "corridor": "(y of the centre line, half width) of the corridor [m]",
 }
-"""Keywords that reach the core episode by episode."""
+"""Keywords that are no fields of the core's configuration."""
 
 HEADER = """# Environments
 

@@ -63,6 +63,7 @@ class TaskOptions(TypedDict, total=False):
     stribeck: Stribeck | Mapping[str, float]
     slope: tuple[float, float]
     controller: PD | IOLinearizing | str | Mapping[str, Any]
+    precision: str
     integrator: Integrator | Mapping[str, Any]
     robot: Robot | Mapping[str, int | PerLink]
     reward_weights: Mapping[str, float]

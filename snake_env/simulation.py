@@ -38,6 +38,7 @@ def simulate(
     reference_rate: float | None = None,
     reference_delay: float = 0.0,
     record: str | Sequence[str] = (),
+    precision: str | None = None,
 ) -> Trajectory:
     """Simulate one robot that follows a gait.
 
@@ -63,6 +64,8 @@ def simulate(
         record: what the trajectory holds besides the motion, one name or several of "velocity", "ground", "obstacles",
             "self_contacts" and "power": the optional arrays of :class:`Trajectory`. The minimal model has no
             obstacles and no contact with itself, and sums forces and power up with set-valued friction only.
+        precision: "fast", "default" or "fine": how accurate the time stepping is; the fields of ``integrator`` override
+            it.
 
     Raises:
         ConfigError: names the field, the value and what is admissible.
@@ -85,7 +88,7 @@ def simulate(
         "gait": None if isinstance(gait, JointTrajectory) else gait,
         "joint_trajectory": gait.fields() if isinstance(gait, JointTrajectory) else None,
         "controller": controller,
-        "integrator": integrator,
+        "integrator": integrator if precision is None else Integrator.at(precision, integrator),
         "start": _start(model, of_run["scene"]) if start is None else start,
         "noise": noise,
     }

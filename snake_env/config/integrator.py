@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
 
 from snake_env import _checks
 from snake_env.config.section import Section, core_defaults
 from snake_env.errors import ConfigError
 
 _DEFAULT = core_defaults("integrator")
+
+PRECISIONS = ("fast", "default", "fine")
 
 
 @dataclass(frozen=True)
@@ -20,21 +24,24 @@ class Integrator(Section):
     Args:
         method: "implicit", the fast default; or "thesis", the time stepping and Modified Newton iteration as printed
             (T 3.6.2).
+        precision: "implicit" only: "fast", "default" or "fine", which scales ``tolerance``, ``step_tolerance`` and
+            ``impact_step`` together: 2, 1 or 0.05 times their defaults.
         step: largest step [s], > 0; a sample interval is divided into equal steps no longer than this. "thesis":
-            2.5e-4. "implicit": 0.025, and shorter in the first 0.2 s after the robot was placed; 0.01 for the spatial
-            model; 0.02 for the minimal model, 2.5e-4 if torques are held over steps. The minimal model's smooth plants
+            2.5e-4. "implicit": 0.025; 0.02 for the minimal model, 2.5e-4 if torques are held over steps, and times the
+            root of what ``precision`` scales. The minimal model's smooth plants
             have a solver that chooses its own.
         tolerance: > 0. "thesis": the iteration stops when the impulses change by less [N s] (T 3.81), default 2e-5,
-            1e-5 for the minimal model. "implicit": accuracy of the velocities in a stage [m/s], default 1e-6; of a
-            smooth plant of the minimal model the relative tolerance.
+            1e-5 for the minimal model. "implicit": accuracy of the velocities in a stage [m/s], default 1e-4,
+            1e-5 for the spatial model and 1e-6 for the minimal one; of a smooth plant of the minimal model the
+            relative tolerance.
         max_iterations: after which a solve is given up and counts as unconverged, >= 1; "thesis": 10,000, "implicit":
             200.
         order: "implicit" only: 1, implicit Euler, or 2, the default, the two-stage SDIRK scheme.
-        event_substeps: "implicit" only, order 2: most Euler steps that replace a step whose forces change abruptly,
-            before penetrations are considered, 1 to 1000; default 4.
-        event_tolerance: "implicit" only, order 2: distance between prediction and end of the second stage beyond which
-            forces count as abruptly changed [m], > 0; default the squared step times 0.32 m/s^2, in the spatial model
-            4 m/s^2.
+        step_tolerance: "implicit" only, order 2: largest accepted deviation of any point of the robot between prediction
+            and end of a part of a step [m], > 0; parts are as long as it allows. Default 4e-4, 2e-4 for the spatial
+            model, times the cube of ``step`` over 0.025 where that is shorter.
+        impact_step: "implicit" only, order 2: length of the implicit Euler steps that take an impact [s], > 0; default
+            1.5e-3, 5e-4 for the spatial model, and at most a quarter of a step.
         r_t: "thesis" only: r_T of (T 3.79), > 0; default the thesis's, 1.3, 0.2 for the minimal model, 0.01 for the
             spatial model.
         r_h: "thesis" only: r_H of (T 3.78), > 0; default 0.01.
@@ -45,24 +52,36 @@ class Integrator(Section):
     _section = "integrator"
 
     method: str = _DEFAULT.method
+    precision: str | None = None
     step: float | None = None
     tolerance: float | None = None
     max_iterations: int | None = None
     order: int | None = None
-    event_substeps: int | None = None
-    event_tolerance: float | None = None
+    step_tolerance: float | None = None
+    impact_step: float | None = None
     r_t: float | None = None
     r_h: float | None = None
     r_n: float | None = None
     r_v: float | None = None
 
+    @classmethod
+    def at(cls, precision: str | None, given: Integrator | Mapping[str, Any] | None) -> Integrator:
+        """The integrator at a precision, which the options that are given override."""
+        chosen = cls.of(given)
+        if precision is None:
+            return chosen
+        _checks.choice("precision", precision, PRECISIONS)
+        if chosen.method != "implicit" or chosen.precision is not None:
+            return chosen
+        return replace(chosen, precision=precision)
+
     def __post_init__(self) -> None:
         self._require_integers()
         super().__post_init__()
         if self.order == 1:
-            for name in ("event_substeps", "event_tolerance"):
+            for name in ("step_tolerance", "impact_step"):
                 if (value := getattr(self, name)) is not None:
-                    raise ConfigError(f"integrator.{name}", repr(value), "None with order=1, which has no events")
+                    raise ConfigError(f"integrator.{name}", repr(value), "None with order=1, whose steps are all alike")
 
     def _require_integers(self) -> None:
         """The error of the core has another range for what is no integer than for an integer out of range."""
@@ -70,5 +89,3 @@ class Integrator(Section):
             _checks.integer("integrator.max_iterations", self.max_iterations, 1, 2**32 - 1)
         if self.order is not None:
             _checks.integer("integrator.order", self.order, 1, 2)
-        if self.event_substeps is not None:
-            _checks.integer("integrator.event_substeps", self.event_substeps, 1, 1000)

@@ -63,6 +63,7 @@ def evaluate(
     name: str | None = None,
     env_options: Mapping[str, Any] | None = None,
     num_threads: int | None = None,
+    precision: str | None = None,
 ) -> Evaluation:
     """Plays a policy on test scenes, which neither training nor selection may use, one episode on each.
 
@@ -75,6 +76,7 @@ def evaluate(
         env_options: what a function needs of the environment: ``action_mode``, ``perception``, ``nearest_pegs`` and
             ``control_period``. Everything else belongs to the task.
         num_threads: threads of the simulator; None: the environment's choice.
+        precision: "fast", "default" or "fine": how accurate the time stepping is; None: the task's.
 
     Raises:
         ConfigError: the task, an option or the number of scenes is not admissible.
@@ -83,7 +85,8 @@ def evaluate(
         (task,) = tasks.chosen([task])
     count = integer("scenes", scenes, 1, len(seeds.HELD_OUT))
     player = _player(policy, dict(env_options or {}))
-    episodes = run_episodes(player, task.env_id, seeds.held_out(count), num_threads, **task.options)
+    options = task.options if precision is None else {**task.options, "precision": precision}
+    episodes = run_episodes(player, task.env_id, seeds.held_out(count), num_threads, **options)
     return Evaluation(name or player.name, task, score(episodes), episodes)
 
 

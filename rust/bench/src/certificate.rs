@@ -4,7 +4,8 @@ use serde::Serialize;
 use snake_core::ConfigError;
 use snake_core::environment::{EnvConfig, FieldKind, Task};
 use snake_core::gait::Wave;
-use snake_core::stepping::{ImplicitConfig, IntegratorConfig};
+use snake_core::planar::Planar;
+use snake_core::stepping::{IntegratorConfig, Model};
 
 use crate::clock::percentile;
 use crate::environments::{Actions, Robots};
@@ -122,7 +123,7 @@ impl Sample {
         self.events += u64::from(events);
         self.misses += u64::from(misses);
         self.missed_intervals += u64::from(misses > 0);
-        self.above_tolerance += u64::from(residual > ImplicitConfig::default().tolerance);
+        self.above_tolerance += u64::from(residual > Planar::ACCURACY.tolerance);
     }
 
     fn statistics<'a>(&self, what: &'a str, interval: f64, robots: usize) -> Statistics<'a> {

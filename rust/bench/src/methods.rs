@@ -1,6 +1,6 @@
 //! The ways to integrate that are compared: plain configurations with a name.
 
-use snake_core::stepping::{ImplicitConfig, IntegratorConfig, ThesisConfig};
+use snake_core::stepping::{ImplicitConfig, IntegratorConfig, Precision, ThesisConfig};
 
 /// One point of a work-precision plot.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,13 +27,13 @@ pub fn choices(quick: bool, pegs: bool) -> Vec<Choice> {
     if !quick {
         for tolerance in [1e-5, 1e-8, 1e-10] {
             let name = format!("implicit order 2, tolerance {tolerance:e}");
-            choices.extend(curve(&name, steps, ImplicitConfig { tolerance, ..default }));
+            choices.extend(curve(&name, steps, ImplicitConfig { tolerance: Some(tolerance), ..default }));
         }
     }
     if !quick && pegs {
-        for event_substeps in [2, 8, 16] {
-            let name = format!("implicit order 2, {event_substeps} event substeps");
-            choices.extend(curve(&name, steps, ImplicitConfig { event_substeps, ..default }));
+        for precision in [Precision::Fast, Precision::Fine] {
+            let name = format!("implicit order 2, {precision:?}");
+            choices.extend(curve(&name, steps, ImplicitConfig { precision, ..default }));
         }
     }
     choices

@@ -9,7 +9,7 @@ use snake_core::planar::PlanarSystem;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_7_3, START_7_5, START_FREE, SceneConfig, TABLE_7_3, TABLE_7_5};
 use snake_core::simulation::PlanarSimulation;
-use snake_core::stepping::{ImplicitConfig, IntegratorConfig};
+use snake_core::stepping::{ImplicitConfig, IntegratorConfig, Precision};
 
 use crate::reference::{Positions, Sampled};
 
@@ -76,8 +76,8 @@ impl Sampled for Scenario {
     fn fine(step: f64) -> IntegratorConfig {
         ImplicitConfig {
             step: Some(step),
-            tolerance: 1e-11,
-            event_substeps: 32,
+            tolerance: Some(1e-11),
+            precision: Precision::Fine,
             max_iterations: 2000,
             ..ImplicitConfig::default()
         }

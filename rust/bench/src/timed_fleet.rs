@@ -88,7 +88,7 @@ impl TimedSpatialFleet {
 
     pub fn us_per_step(&mut self) -> f64 {
         let spent = spatial::time_window(&self.system, &mut self.fleet, &self.robots);
-        let steps = (WINDOW / self.fleet.config().step()).round();
+        let steps = (WINDOW / self.fleet.accuracy().step).round();
         1e6 * spent.cpu / (steps * ROBOTS as f64)
     }
 }

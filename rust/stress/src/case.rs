@@ -7,7 +7,7 @@ use snake_core::planar::{PlanarState, Twist};
 use snake_core::robot::{PerLink, RobotConfig};
 use snake_core::scene::{START_7_5, SceneConfig, TABLE_7_5};
 use snake_core::simulation::PlanarSimulation;
-use snake_core::stepping::ImplicitConfig;
+use snake_core::stepping::{ImplicitConfig, IntegratorConfig};
 
 use crate::figures::Figures;
 
@@ -110,7 +110,7 @@ impl Case {
     pub fn run(&self) -> Figures {
         let step = self.integrator.step();
         let advance = |simulation: &mut PlanarSimulation| simulation.advance(step, &self.motion);
-        Figures::of_run(self.simulation(), self.integrator.steps_in(self.duration), advance)
+        Figures::of_run(self.simulation(), IntegratorConfig::from(self.integrator).steps_in(self.duration), advance)
     }
 }
 

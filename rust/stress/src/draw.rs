@@ -95,7 +95,7 @@ impl Draw {
             integrator: ImplicitConfig {
                 step: Some(self.step),
                 order: self.order,
-                tolerance: self.tolerance,
+                tolerance: Some(self.tolerance),
                 ..ImplicitConfig::default()
             },
             motion: Motion::Wave(self.wave),

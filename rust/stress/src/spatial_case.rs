@@ -9,7 +9,7 @@ use snake_core::robot::RobotConfig;
 use snake_core::scene::{START_SPATIAL_7_5, SceneConfig, TABLE_7_5};
 use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::{Pose, SpatialState, orientation_of, twist_of};
-use snake_core::stepping::ImplicitConfig;
+use snake_core::stepping::{ImplicitConfig, IntegratorConfig};
 
 use crate::case::{Motion, pegs};
 use crate::figures::Figures;
@@ -152,6 +152,6 @@ impl SpatialCase {
     pub fn run(&self) -> Figures {
         let step = self.integrator.step();
         let advance = |simulation: &mut SpatialSimulation| simulation.advance(step, &self.motion);
-        Figures::of_run(self.simulation(), self.integrator.steps_in(self.duration), advance)
+        Figures::of_run(self.simulation(), IntegratorConfig::from(self.integrator).steps_in(self.duration), advance)
     }
 }

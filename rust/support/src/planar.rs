@@ -58,7 +58,7 @@ pub fn thesis(step: f64, epsilon: f64) -> IntegratorConfig {
 }
 
 pub fn implicit(step: f64, order: u32) -> IntegratorConfig {
-    ImplicitConfig { step: Some(step), order, tolerance: 1e-10, ..ImplicitConfig::default() }.into()
+    ImplicitConfig { step: Some(step), order, tolerance: Some(1e-10), ..ImplicitConfig::default() }.into()
 }
 
 pub fn links(links: usize) -> RobotConfig {

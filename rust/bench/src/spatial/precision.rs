@@ -68,7 +68,7 @@ fn choices(quick: bool) -> Vec<Choice> {
                 1e-6 => "implicit order 2".to_owned(),
                 _ => format!("implicit order 2, tolerance {tolerance:e}"),
             };
-            let integrator = ImplicitConfig { step: Some(step), tolerance, ..ImplicitConfig::default() }.into();
+            let integrator = ImplicitConfig { step: Some(step), tolerance: Some(tolerance), ..ImplicitConfig::default() }.into();
             choices.push(Choice { curve, integrator });
         }
     }
@@ -81,7 +81,7 @@ fn is_default(integrator: &IntegratorConfig) -> bool {
 }
 
 /// The spatial model's own default step \[s\].
-const DEFAULT_STEP: f64 = 0.01;
+const DEFAULT_STEP: f64 = 0.025;
 
 fn measure_choice<'a>(
     scenario: &'a SpatialScenario,

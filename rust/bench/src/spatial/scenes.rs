@@ -84,7 +84,7 @@ impl Sampled for SpatialScenario {
     }
 
     fn fine(step: f64) -> IntegratorConfig {
-        ImplicitConfig { step: Some(step), tolerance: 1e-9, ..ImplicitConfig::default() }.into()
+        ImplicitConfig { step: Some(step), tolerance: Some(1e-9), ..ImplicitConfig::default() }.into()
     }
 
     fn samples(&self, integrator: &IntegratorConfig) -> Result<Vec<Positions>, ConfigError> {

@@ -28,14 +28,11 @@ pub struct NearPair {
     pub friction: f64,
     /// Whether the contact carried force at the end of the last accepted step.
     pub touches: bool,
-    /// Whether it did so in two consecutive steps: an impact takes two steps, one that closes the gap and one that
-    /// ends the approach.
-    pub closed: bool,
 }
 
 impl NearPair {
     fn open(link: usize, (peg, place): (usize, usize), clearance: f64) -> Self {
-        Self { link, peg, place, clearance, depth: 0.0, force: 0.0, friction: 0.0, touches: false, closed: false }
+        Self { link, peg, place, clearance, depth: 0.0, force: 0.0, friction: 0.0, touches: false }
     }
 }
 
@@ -176,9 +173,7 @@ impl NearPegs {
     pub fn end_step(&mut self) {
         for pair in &mut self.pairs {
             pair.depth = 0.0;
-            let touches = pair.force > 0.0;
-            pair.closed = touches && pair.touches;
-            pair.touches = touches;
+            pair.touches = pair.force > 0.0;
         }
         for (index, gap) in self.ends.drain(..) {
             self.pairs[index as usize].depth = (-gap).max(0.0);

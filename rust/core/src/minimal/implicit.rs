@@ -24,7 +24,11 @@ use super::motion::quarter_turn;
 /// Workspace of the scheme.
 #[derive(Debug, Clone)]
 pub struct Implicit {
-    config: ImplicitConfig,
+    /// Accuracy of the velocities in a stage \[m/s\].
+    tolerance: f64,
+    max_iterations: u32,
+    /// Order 1.
+    is_euler: bool,
     stage: Stage,
     solution: StageSolution,
     newton: Newton,
@@ -64,7 +68,9 @@ impl Implicit {
         let (links, degrees) = (model.link_count(), model.degrees());
         let zero = vec![0.0; degrees];
         Self {
-            config,
+            tolerance: tolerance_of(&config),
+            max_iterations: config.max_iterations,
+            is_euler: config.order == 1,
             stage: Stage {
                 coefficient: 0.0,
                 links: Vec::with_capacity(links),
@@ -118,7 +124,7 @@ impl Implicit {
         }
         self.base.copy_from_slice(&state.q);
         let end = state.time + h;
-        if self.config.order == 1 {
+        if self.is_euler {
             self.guess_from(&state.rate, h);
             self.run_stage(model, controller, reference, h, end, statistics);
         } else {
@@ -201,13 +207,13 @@ impl Implicit {
             self.predict(model, c);
             self.fill_joints(model, controller, limit);
             self.replace_broken_joints(model, controller);
-            let mut outcome = self.solve(self.config.tolerance);
+            let mut outcome = self.solve(self.tolerance);
             let is_beyond = |drive: &f64| drive.abs() > c * limit;
             if controller.config().law == ControlLaw::Io && self.solution.actuator.iter().any(is_beyond) {
                 self.saturated = true;
                 self.load_guess();
                 self.limit_torques(model, controller, limit);
-                outcome.iterations += self.solve(self.config.tolerance).iterations;
+                outcome.iterations += self.solve(self.tolerance).iterations;
             }
             self.judge(outcome, statistics);
             self.keep();
@@ -304,13 +310,13 @@ impl Implicit {
     }
 
     fn solve(&mut self, tolerance: f64) -> Outcome {
-        self.newton.solve(&self.stage, &mut self.solution, tolerance, self.config.max_iterations)
+        self.newton.solve(&self.stage, &mut self.solution, tolerance, self.max_iterations)
     }
 
     /// Certifies the solution. Newton's method bounds the velocity of its last step; where that step ends between
     /// sticking and slipping, the stiffness of sticking makes a larger imbalance of it, and the stage is solved further.
     fn judge(&mut self, mut outcome: Outcome, statistics: &mut StepStatistics) {
-        let tolerance = self.config.tolerance;
+        let tolerance = self.tolerance;
         let limit = RESIDUAL_LIMIT * tolerance;
         let mut residual = certify(&self.stage, &self.solution).residual();
         if outcome.converged && residual > limit {
@@ -366,3 +372,11 @@ fn constant_drive(drive: f64) -> StageJoint {
 /// A stage that ends farther than this from its prediction is predicted again \[m\].
 const MAX_DEVIATION: f64 = 2e-3;
 const MAX_PREDICTIONS: u32 = 4;
+
+/// The accuracy of stages, or of a smooth plant, that was chosen.
+pub(super) fn tolerance_of(config: &ImplicitConfig) -> f64 {
+    config.tolerance.unwrap_or(TOLERANCE * config.precision.scale())
+}
+
+/// At the default precision \[m/s\].
+const TOLERANCE: f64 = 1e-6;

@@ -281,7 +281,11 @@ fn treatment_of(config: &MinimalConfig) -> Treatment {
 fn with_default_step(config: IntegratorConfig, treatment: Treatment) -> IntegratorConfig {
     let step = if treatment == Treatment::Step { THESIS_STEP } else { STEP };
     match config {
-        IntegratorConfig::Implicit(chosen) => ImplicitConfig { step: chosen.step.or(Some(step)), ..chosen }.into(),
+        // The error of the scheme grows with the square of the step.
+        IntegratorConfig::Implicit(chosen) => {
+            let step = step * chosen.precision.scale().sqrt();
+            ImplicitConfig { step: chosen.step.or(Some(step)), ..chosen }.into()
+        }
         IntegratorConfig::Thesis(_) => config,
     }
 }

@@ -13,6 +13,7 @@ use crate::minimal::{MinimalState, Model, SmoothLaw};
 use crate::stepping::{ImplicitConfig, StepStatistics};
 
 use super::controller::{Controller, ROUND_OFF};
+use super::implicit::tolerance_of;
 use super::smooth_plant::SmoothPlant;
 
 type Solver = BackwardDifferentiationFormula<Ordinary, f64, Vec<f64>>;
@@ -38,7 +39,7 @@ impl Smooth {
         let plant = SmoothPlant::new(model, law, *controller.config());
         Self {
             plant: RefCell::new(plant),
-            tolerance: config.tolerance,
+            tolerance: tolerance_of(config),
             solver: None,
             y: vec![0.0; 2 * model.degrees()],
         }

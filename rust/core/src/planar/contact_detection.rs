@@ -4,7 +4,7 @@ use crate::contact::{NearPair, link_obstacle_gap};
 use crate::math::Real;
 use crate::pegs::PegGrid;
 use crate::stepping::lanes::{Lanes, active, mask, read_vector};
-use crate::stepping::{ContactImpulse, Driven, Members, Source};
+use crate::stepping::{ClosingRow, ContactImpulse, Driven, Members, Source};
 
 use super::contacts::Prediction;
 use super::workspace::Workspace;
@@ -74,7 +74,14 @@ impl<T: Real> Workspace<T> {
             if !solved[found.lane] {
                 continue;
             }
-            self.closing[found.lane] |= !pair.closed && pair.force > 0.0;
+            let row = ClosingRow {
+                offset: found.offset(),
+                expected_rate: found.direction.dot(&read_vector(&self.guess[found.link], found.lane)),
+                rate: found.direction.dot(&read_vector(&self.solution.twist[found.link], found.lane)),
+                presses: pair.force > 0.0,
+                touched: pair.touches,
+            };
+            self.closings.add(found.lane, &row, self.stage.coefficient.lane(found.lane), self.elapsed.lane(found.lane));
             let impulse = self.solution.contact[found.slot].lane(found.lane);
             contact_impulses.push(ContactImpulse {
                 lane: found.lane,

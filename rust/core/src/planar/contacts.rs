@@ -78,6 +78,13 @@ pub struct Prediction<'a, T> {
     pub margin: f64,
 }
 
+impl Found {
+    /// Gap at the end of the stage without motion, over its coefficient \[m/s\].
+    pub fn offset(&self) -> f64 {
+        self.offset
+    }
+}
+
 impl Contacts {
     pub fn with_capacity(links: usize, lanes: usize) -> Self {
         let pairs = PAIRS_PER_LINK * links;

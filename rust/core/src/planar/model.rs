@@ -6,7 +6,7 @@ use crate::pegs::PegGrid;
 use crate::robot::Robot;
 use crate::stepping::kernels::compile_kernels;
 use crate::stepping::start::is_following;
-use crate::stepping::{self, Halving, Model};
+use crate::stepping::{self, Accuracy, Model};
 
 use super::workspace::Workspace;
 use super::{PlanarState, PlanarSystem, Pose, WarmStart, assemble_chain};
@@ -29,10 +29,9 @@ impl Model for Planar {
     type State = PlanarState;
     type WarmStart = WarmStart;
     type Target = JointTarget;
-    type Division = Halving;
     type Workspace<T: Real> = Workspace<T>;
 
-    const ABRUPT_CHANGE: f64 = 0.32;
+    const ACCURACY: Accuracy = Accuracy { step: 0.025, tolerance: 1e-4, step_tolerance: 4e-4, impact_step: 1.5e-3 };
     const RESIDUAL_FACTOR: f64 = 1.0;
     const SORTED_BY_STAGE: bool = true;
 

@@ -11,7 +11,7 @@ use crate::contact::{
 use crate::math::{Mask, Real};
 use crate::robot::{Link, Robot};
 use crate::stepping::lanes::{Lanes, NO_LANES, active, read_vector, set_vector};
-use crate::stepping::{ContactImpulse, Driven, Members, Source};
+use crate::stepping::{ClosingRow, ContactImpulse, Driven, Members, Source};
 
 use super::joint_stop::JointStop;
 use super::link_pairs::{PosedRobot, place_in_lane};
@@ -48,9 +48,8 @@ pub struct SelfContact {
     pub force: f64,
     /// Penetration left at the end of the last accepted step, at least zero \[m\].
     pub depth: f64,
-    /// Whether the contact carried force at the end of the last accepted step, and of the one before too.
+    /// Whether the contact carried force at the end of the last accepted step.
     pub touches: bool,
-    pub closed: bool,
 }
 
 /// Contacts of the current stage between links of one robot, of all lanes.
@@ -225,7 +224,7 @@ impl Found {
         known: &[SelfContact],
     ) -> Self {
         let known = known.iter().find(|known| known.place == place).copied();
-        let known = known.unwrap_or(SelfContact { place, force: 0.0, depth: 0.0, touches: false, closed: false });
+        let known = known.unwrap_or(SelfContact { place, force: 0.0, depth: 0.0, touches: false });
         let offset = gap_rate - remaining_gap(known.depth, robot.elapsed) / robot.coefficient;
         Self { lane: robot.lane, known, direction, offset: offset.max(-RECOVERY_SPEED) }
     }
@@ -298,7 +297,18 @@ impl<T: Real> Workspace<T> {
             let (lane, place) = (found.lane, found.known.place);
             let slot = places.binary_search(&place).expect("a listed place");
             let known = SelfContact { force: force[slot].lane(lane), ..found.known };
-            self.closing[lane] |= !known.closed && known.force > 0.0;
+            let rate = |u: &[Vector3<T>]| -> f64 {
+                let ends = place.links.iter().zip(&found.direction);
+                ends.map(|(&link, direction)| direction.dot(&read_vector(&u[link], lane))).sum()
+            };
+            let row = ClosingRow {
+                offset: found.offset,
+                expected_rate: rate(&self.guess),
+                rate: rate(&self.solution.twist),
+                presses: known.force > 0.0,
+                touched: known.touches,
+            };
+            self.closings.add(lane, &row, self.stage.coefficient.lane(lane), self.elapsed.lane(lane));
             members.body_mut(lane).warm_start.self_contacts.push(known);
             let impulse = self.solution.pair[slot].lane(lane);
             let [first, second] = place.links;
@@ -342,13 +352,11 @@ impl<T: Real> Workspace<T> {
         link_pair_contact([&at_end[0], &at_end[1]], place.end).gap
     }
 
-    /// PosedRobot a step of a lane's robot: records which contacts carry force, and what penetration is left.
+    /// Ends a step of a lane's robot: records which contacts carry force, and what penetration is left.
     pub(super) fn end_self_contacts(&self, links: &[Link], lane: usize, known: &mut [SelfContact]) {
         for contact in known {
             contact.depth = (-self.end_gap_of_pair(links, lane, &contact.place)).max(0.0);
-            let touches = contact.force > 0.0;
-            contact.closed = touches && contact.touches;
-            contact.touches = touches;
+            contact.touches = contact.force > 0.0;
         }
     }
 }

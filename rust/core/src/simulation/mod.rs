@@ -101,7 +101,7 @@ impl<M: SimulatedModel> Simulation<M> {
             }
             IntegratorConfig::Implicit(config) => {
                 let fleet = Fleet::new(config, &system, 1);
-                ((*fleet.config()).into(), Scheme::Implicit(Box::new(fleet)))
+                (integrator.with_step(fleet.accuracy().step), Scheme::Implicit(Box::new(fleet)))
             }
         };
         let mut simulation = Self { system, body, integrator, scheme };

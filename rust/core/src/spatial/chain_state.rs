@@ -24,6 +24,8 @@ pub struct ChainState {
     /// Momentum of each link, and angular momentum about its CG, frame I: exchanged by the joints and conserved.
     pub momentum: Vec<Momentum>,
     pub forces: GroundForces,
+    /// Whether the ground carried the ends of each link at the end of the last accepted step.
+    pub stands: Vec<[bool; 2]>,
     /// Pairs of the last stage.
     pub pairs: Vec<Pair>,
     /// Contacts of the robot with itself in the last stage.
@@ -118,6 +120,15 @@ impl ChainState {
         }
     }
 
+    /// Ends a step: records which contacts carry force.
+    pub fn end_step(&mut self) {
+        for (stands, normal) in self.stands.iter_mut().zip(&self.forces.normal) {
+            *stands = normal.map(|force| force > 0.0);
+        }
+        self.pairs.iter_mut().for_each(|pair| pair.touches = pair.force > 0.0);
+        self.self_contacts.iter_mut().for_each(|contact| contact.touches = contact.force > 0.0);
+    }
+
     fn place_links(&mut self, half_length: &[f64], pose: &mut [Pose]) {
         self.configuration.place_links(half_length, &mut self.frames);
         let about = UnitQuaternion::from_axis_angle;
@@ -150,6 +161,7 @@ fn linear(twist: &StackedTwist) -> Vector3<f64> {
 pub struct SavedForces {
     began_at_rest: bool,
     forces: GroundForces,
+    stands: Vec<[bool; 2]>,
     pairs: Vec<Pair>,
     self_contacts: Vec<SelfContact>,
     backlash: Vec<f64>,
@@ -164,6 +176,7 @@ impl WarmStart for ChainState {
             velocity: ChainVelocity::rest(links),
             momentum: vec![Momentum::zero(); links],
             forces: GroundForces::none(links),
+            stands: vec![[false; 2]; links],
             pairs: Vec::with_capacity(4 * links),
             self_contacts: Vec::with_capacity(4 * links),
             began_at_rest: false,
@@ -179,6 +192,7 @@ impl WarmStart for ChainState {
         self.began_at_rest = false;
         self.is_postponed = false;
         self.forces.clear();
+        self.stands.fill([false; 2]);
         self.pairs.clear();
         self.self_contacts.clear();
         self.joint_torque.fill(Vector2::zeros());
@@ -186,13 +200,14 @@ impl WarmStart for ChainState {
     }
 
     fn save(&self) -> SavedForces {
-        let Self { began_at_rest, forces, pairs, self_contacts, backlash, .. } = self.clone();
-        SavedForces { began_at_rest, forces, pairs, self_contacts, backlash }
+        let Self { began_at_rest, forces, stands, pairs, self_contacts, backlash, .. } = self.clone();
+        SavedForces { began_at_rest, forces, stands, pairs, self_contacts, backlash }
     }
 
     fn resume(&mut self, saved: &SavedForces) {
         self.began_at_rest = saved.began_at_rest;
         self.forces.copy_from(&saved.forces);
+        self.stands.copy_from_slice(&saved.stands);
         self.pairs.clear();
         self.pairs.extend_from_slice(&saved.pairs);
         self.self_contacts.clone_from(&saved.self_contacts);
@@ -201,6 +216,7 @@ impl WarmStart for ChainState {
 
     fn fits(saved: &SavedForces, links: usize, pegs: usize) -> bool {
         saved.forces.fits(links)
+            && saved.stands.len() == links
             && saved.backlash.len() == 2 * (links - 1)
             && saved.pairs.iter().all(|pair| pair.link < links && pair.peg < pegs)
             && saved.self_contacts.iter().all(|contact| contact.place.fits(links))

@@ -4,14 +4,14 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::math::{MAX_LANES, Real};
 use crate::robot::Link;
-use crate::spatial::{Laned, SpatialBody, Stage, StagePeg, StagePegFriction, StageSolution, Wrench};
-use crate::stepping::{ContactImpulse, Source};
+use crate::spatial::{Laned, SpatialBody, Stage, StagePeg, StagePegFriction, StageSolution, Twist, Wrench};
+use crate::stepping::{ClosingRow, Closings, ContactImpulse, Source};
 
 use super::peg_contacts::{LinkPrediction, Pair};
 use super::workspace::Workspace;
 
-/// The obstacles, and the places at them, that lanes have in one contact of the stage.
-type Slot = [Option<(usize, usize)>; MAX_LANES];
+/// The obstacles, and the places at them, that lanes have in one contact of the stage, and whether they touched before.
+type Slot = [Option<(usize, usize, bool)>; MAX_LANES];
 
 /// Peg contacts of the current stage, and the pairs of the one before.
 #[derive(Debug, Clone, Default)]
@@ -76,10 +76,10 @@ impl ContactMap {
                 if coefficient > 0.0 || !work.stage.peg_friction.is_empty() {
                     lay_out_friction(work);
                 }
-                self.slots[next][lane] = Some((peg, place));
                 work.stage.pegs[next].set_lane(lane, &contact);
                 let same = |pair: &&Pair| (pair.link, pair.peg, pair.place) == (index, peg, place);
                 let known = self.pairs[lane].iter().find(same);
+                self.slots[next][lane] = Some((peg, place, known.is_some_and(|pair| pair.touches)));
                 let c = work.stage.coefficient.lane(lane);
                 work.solution.peg[next].set_lane(lane, c * known.map_or(0.0, |pair| pair.force));
                 if coefficient > 0.0 {
@@ -99,11 +99,37 @@ impl ContactMap {
         let Self { slots, pairs } = self;
         pairs[lane].clear();
         for (index, (slot, (contact, impulse))) in slots.iter().zip(stage.pegs.iter().zip(&solution.peg)).enumerate() {
-            if let Some((peg, place)) = slot[lane] {
+            if let Some((peg, place, touches)) = slot[lane] {
                 let c = stage.coefficient.lane(lane);
                 let friction = friction_of(stage, solution, index, lane) / c;
-                pairs[lane].push(Pair { link: contact.link, peg, place, force: impulse.lane(lane) / c, friction });
+                pairs[lane].push(Pair { link: contact.link, peg, place, force: impulse.lane(lane) / c, friction, touches });
             }
+        }
+    }
+
+    /// Adds the closings in a lane's solved stage, which was predicted with the twists `expected`.
+    pub fn add_closings<T: Real>(
+        &self,
+        stage: &Stage<T>,
+        solution: &StageSolution<T>,
+        expected: &[Twist<T>],
+        elapsed: T,
+        lane: usize,
+        closings: &mut Closings,
+    ) {
+        let [c, elapsed] = [stage.coefficient, elapsed].map(|time| time.lane(lane));
+        for index in self.of_lane(lane) {
+            let contact = &stage.pegs[index];
+            let direction = contact.direction.lane(lane);
+            let (_, _, touched) = self.slots[index][lane].expect("a contact of the lane");
+            let row = ClosingRow {
+                offset: contact.offset.lane(lane),
+                expected_rate: direction.dot(&expected[contact.link].lane(lane)),
+                rate: direction.dot(&solution.twist[contact.link].lane(lane)),
+                presses: solution.peg[index].lane(lane) > 0.0,
+                touched,
+            };
+            closings.add(lane, &row, c, elapsed);
         }
     }
 
@@ -118,7 +144,7 @@ impl ContactMap {
             let StagePeg { link, direction: Wrench { linear, .. }, .. } = &stage.pegs[index];
             let pressed = linear.lane(lane) * solution.peg[index].lane(lane);
             let impulse = pressed + friction_of(stage, solution, index, lane);
-            let (obstacle, _) = self.slots[index][lane].expect("a contact of the lane");
+            let (obstacle, ..) = self.slots[index][lane].expect("a contact of the lane");
             ContactImpulse { lane, link: *link, impulse, source: Source::Obstacle(obstacle) }
         })
     }

@@ -48,11 +48,6 @@ impl JointStop {
         self.lever * (limit - self.side * angle(self.joint)[self.axis])
     }
 
-    /// Speed towards the stop \[m/s\]; `rate` gives the rates of a joint.
-    pub fn approach(&self, rate: impl Fn(usize) -> [f64; 2]) -> f64 {
-        self.lever * self.side * rate(self.joint)[self.axis]
-    }
-
     /// w of both links, which are at the given frames: `gap' = w[0] . u_0 + w[1] . u_1`.
     pub fn direction(&self, [near, far]: &[Frame; 2]) -> [Wrench; 2] {
         let axis = [near.axes[1], far.axes[0]][self.axis];

@@ -6,9 +6,8 @@ use crate::gait::{CardanTarget, Reference};
 use crate::math::Real;
 use crate::pegs::PegGrid;
 use crate::robot::Robot;
-use crate::solver::RESIDUAL_LIMIT;
 use crate::stepping::kernels::compile_kernels;
-use crate::stepping::{self, Growing, ImplicitConfig, Model};
+use crate::stepping::{self, Accuracy, Model};
 
 use super::workspace::Workspace;
 use super::{ChainState, Pose, SpatialState, SpatialSystem, assemble_chain, rest_on};
@@ -31,17 +30,12 @@ impl Model for Spatial {
     type State = SpatialState;
     type WarmStart = ChainState;
     type Target = CardanTarget;
-    type Division = Growing;
     type Workspace<T: Real> = Workspace<T>;
 
-    // More than in the plane: links touch down all the time.
-    const ABRUPT_CHANGE: f64 = 4.0;
-    const RESIDUAL_FACTOR: f64 = RESIDUAL_LIMIT;
+    // Links touch down all the time: impacts count for more than in the plane.
+    const ACCURACY: Accuracy = Accuracy { step: 0.025, tolerance: 1e-5, step_tolerance: 2e-4, impact_step: 5e-4 };
+    const RESIDUAL_FACTOR: f64 = 10.0;
     const SORTED_BY_STAGE: bool = false;
-
-    fn configured(config: ImplicitConfig) -> ImplicitConfig {
-        ImplicitConfig { step: Some(config.step.unwrap_or(STEP)), ..config }
-    }
 
     fn robot(system: &SpatialSystem) -> &Robot {
         &system.robot
@@ -74,7 +68,3 @@ impl<R: Reference<CardanTarget>> SpatialScripted<R> {
         Self { body, reference }
     }
 }
-
-/// Default step \[s\]: errors of tenths of a millimetre in the peg course, and of some millimetres in sidewinding,
-/// where normal forces are indeterminate.
-const STEP: f64 = 0.01;

@@ -23,6 +23,8 @@ pub struct Pair {
     pub force: f64,
     /// Friction on the link, frame I \[N\].
     pub friction: Vector3<f64>,
+    /// Whether the contact carried force at the end of the last accepted step.
+    pub touches: bool,
 }
 
 /// Where one link is during a stage.

@@ -12,7 +12,7 @@ use crate::math::{MAX_LANES, Mask, Real};
 use crate::robot::{Link, Robot};
 use crate::stepping::lanes::{Lanes, NO_LANES, active};
 use crate::stepping::penetration::{ALLOWED, Sinking};
-use crate::stepping::{ContactImpulse, Source};
+use crate::stepping::{ClosingRow, Closings, ContactImpulse, Source};
 
 use super::joint_stop::{JointStop, largest_angle};
 use super::pair_slots::PairSlots;
@@ -25,6 +25,8 @@ use super::{Frame, Laned, PairPlace, Pose, Stage, StagePair, StageSolution, Twis
 pub struct SelfContact {
     pub place: PairPlace,
     pub force: f64,
+    /// Whether it carried force at the end of the last accepted step.
+    pub touches: bool,
 }
 
 /// Contacts of the stage at hand between links of one robot, of all lanes.
@@ -40,9 +42,8 @@ pub struct SelfContactDetection<T: Real> {
     bent: T::Mask,
     /// The lanes in which the last stage ended beyond the limit of a joint.
     overbent: T::Mask,
-    /// The lanes that had contacts in the step at hand, and those in which a joint met its stop.
+    /// The lanes that had contacts in the step at hand.
     near: Lanes,
-    meets_stop: Lanes,
     found: Vec<Found>,
     slots: PairSlots<T>,
     /// Contacts of the last stage, lane by lane.
@@ -54,8 +55,8 @@ struct Found {
     lane: usize,
     place: PairPlace,
     pair: StagePair,
-    /// Whether it is a stop that its joint approaches at the start of the step.
-    is_approached: bool,
+    /// Whether the contact carried force at the end of the last accepted step.
+    touched: bool,
 }
 
 /// Where two links of a robot are during a stage.
@@ -89,7 +90,6 @@ impl<T: Real> SelfContactDetection<T> {
             bent: T::Mask::of(|_| false),
             overbent: T::Mask::of(|_| false),
             near: NO_LANES,
-            meets_stop: NO_LANES,
             found: Vec::with_capacity(contacts * T::LANES),
             slots: PairSlots::with_capacity(contacts * T::LANES),
             known: std::array::from_fn(|_| Vec::with_capacity(contacts)),
@@ -113,12 +113,6 @@ impl<T: Real> SelfContactDetection<T> {
 
     pub fn begin_step(&mut self) {
         self.near = NO_LANES;
-        self.meets_stop = NO_LANES;
-    }
-
-    /// Whether a joint of a lane's robot met its stop in the step at hand.
-    pub fn meets_stop(&self, lane: usize) -> bool {
-        self.meets_stop[lane]
     }
 
     /// Notes the lanes in which a robot with links at `frames` and these joint angles may touch itself or meet the limit of
@@ -153,23 +147,48 @@ impl<T: Real> SelfContactDetection<T> {
         slots.fill(found.iter().map(|found| found.place));
         pairs.clear();
         pairs.extend(slots.places().iter().map(|place| StagePair::nowhere(place.links)));
-        for Found { lane, place, pair, .. } in found {
+        for Found { lane, place, pair, touched } in found {
             let slot = slots.slot(place);
             pairs[slot].set_lane(*lane, pair);
             let known = known[*lane].iter().find(|known| known.place == *place);
             slots.set_force(slot, *lane, known.map_or(0.0, |known| known.force));
+            *touched = known.is_some_and(|known| known.touches);
         }
     }
 
     /// The forces of a lane's solved stage become those that the next one starts from.
     pub fn remember(&mut self, stage: &Stage<T>, solution: &StageSolution<T>, lane: usize) {
-        let Self { found, slots, known, meets_stop, .. } = self;
+        let Self { found, slots, known, .. } = self;
         let force = |place: &PairPlace| solution.pair[slots.slot(place)].lane(lane) / stage.coefficient.lane(lane);
         known[lane].clear();
-        for Found { place, is_approached, .. } in found.iter().filter(|found| found.lane == lane) {
-            let force = force(place);
-            known[lane].push(SelfContact { place: *place, force });
-            meets_stop[lane] |= *is_approached && force > 0.0;
+        for Found { place, touched, .. } in found.iter().filter(|found| found.lane == lane) {
+            known[lane].push(SelfContact { place: *place, force: force(place), touches: *touched });
+        }
+    }
+
+    /// Adds the closings in a lane's solved stage, which was predicted with the twists `expected`.
+    pub fn add_closings(
+        &self,
+        stage: &Stage<T>,
+        solution: &StageSolution<T>,
+        expected: &[Twist<T>],
+        elapsed: T,
+        lane: usize,
+        closings: &mut Closings,
+    ) {
+        let [c, elapsed] = [stage.coefficient, elapsed].map(|time| time.lane(lane));
+        for Found { place, pair, touched, .. } in self.found.iter().filter(|found| found.lane == lane) {
+            let rate = |twists: &[Twist<T>]| -> f64 {
+                (0..2).map(|k| pair.direction[k].dot(&twists[pair.links[k]].lane(lane))).sum()
+            };
+            let row = ClosingRow {
+                offset: pair.offset,
+                expected_rate: rate(expected),
+                rate: rate(&solution.twist),
+                presses: solution.pair[self.slots.slot(place)].lane(lane) > 0.0,
+                touched: *touched,
+            };
+            closings.add(lane, &row, c, elapsed);
         }
     }
 
@@ -249,7 +268,7 @@ impl<T: Real> Workspace<T> {
                 situation.visit(|contact, direction, offset| {
                     let pair = StagePair { links: [i, j], direction, offset };
                     let place = PairPlace { links: [i, j], contact };
-                    found.push(Found { lane, place, pair, is_approached: false });
+                    found.push(Found { lane, place, pair, touched: false });
                     near[lane] = true;
                 });
             });
@@ -269,8 +288,7 @@ impl<T: Real> Workspace<T> {
             let offset = ((gap(&self.base.angle) - kept) / coefficient).max(-RECOVERY_SPEED);
             let direction = stop.direction(&place.links.map(|link| self.frames[link].lane(lane)));
             let pair = StagePair { links: place.links, direction, offset };
-            let rate = |joint: usize| self.start_velocity.rate[joint].map(|rate| rate.lane(lane));
-            found.push(Found { lane, place, pair, is_approached: stop.approach(rate) > APPROACHING });
+            found.push(Found { lane, place, pair, touched: false });
         }
     }
 
@@ -373,9 +391,6 @@ const CLEARANCE: f64 = 0.01;
 /// Distance of a joint from its limit below which its stop takes part \[rad\]: more than joints turn between a prediction
 /// and the end of its stage.
 const STOP_CLEARANCE: f64 = 0.1;
-
-/// Speed of a joint towards its stop from which on it meets it instead of resting on it \[m/s\].
-const APPROACHING: f64 = 1e-5;
 
 /// Room for contacts of a robot with itself; more are possible.
 const CONTACTS_PER_LINK: usize = 4;

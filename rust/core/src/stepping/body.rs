@@ -7,6 +7,7 @@ use crate::gait::{Reference, WaveJets};
 use crate::pegs::PegGrid;
 use crate::robot::Robot;
 
+use super::closing::Closing;
 use super::model::{Driven, Model, RobotState, WarmStart};
 use super::obstacle_impulses::ObstacleImpulses;
 use super::{PlantParameters, Record, StepStatistics};
@@ -18,6 +19,7 @@ pub struct Body<M: Model> {
     pub pegs: PegGrid,
     pub warm_start: M::WarmStart,
     pub clock: Clock,
+    pub(super) trial: Trial,
     /// Deviations of this robot from the system that all share.
     pub parameters: PlantParameters,
     /// Statistics since [`Self::begin`].
@@ -47,45 +49,24 @@ pub struct Body<M: Model> {
     last_good: M::State,
 }
 
-/// Times since the events that the choice of steps depends on.
+/// What the last part says of the next one: with it a run continues elsewhere.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Clock {
-    /// Time since the robot was placed \[s\].
-    pub since_start: f64,
-    /// Time since the reference last jumped \[s\].
-    pub since_jump: f64,
-    /// Whether a part of the last step had to be retaken, for whatever reason.
-    pub was_divided: bool,
-    pub last_part: LastPart,
+    /// Longest part of second order to be tried next \[s\]; zero for a robot that was just placed.
+    pub next: f64,
+    /// Whether it ends where an open contact is forecast to close.
+    pub ends_at_closing: bool,
+    /// Time that is taken in Euler parts first \[s\].
+    pub euler_time: f64,
 }
 
-/// What the part of a step that a robot has just tried says about the next one.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct LastPart {
-    /// \[s\]
-    pub length: f64,
-    pub is_euler: bool,
-    /// How far its last stage ended from its prediction, over how far that of an accepted part of second order may; zero
-    /// where such deviations do not count.
-    pub abruptness: f64,
+/// What became of the part that was just tried.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Trial {
+    /// How far its last stage ended from its prediction, over how far that of an accepted part may.
+    pub deviation: f64,
+    pub closing: Closing,
 }
-
-impl LastPart {
-    /// Whether a part of second order and of this length would be rejected if forces changed as they just did. A
-    /// deviation grows with the square of the length.
-    pub fn rules_out(&self, length: f64) -> bool {
-        let ratio = length / self.length;
-        !self.is_euler && self.abruptness * ratio * ratio > 1.0
-    }
-
-    /// Whether forces changed so abruptly in an Euler step that a part of second order after it would hardly be accepted.
-    pub fn was_abrupt(&self) -> bool {
-        self.is_euler && self.abruptness > ABRUPT
-    }
-}
-
-/// Abruptness of an Euler step after which the next part is not tried in second order.
-const ABRUPT: f64 = 4.0;
 
 impl<M: Model> Body<M> {
     pub fn new(robot: &Robot, pegs: PegGrid) -> Self {
@@ -96,6 +77,7 @@ impl<M: Model> Body<M> {
             pegs,
             warm_start: M::WarmStart::new(links),
             clock: Clock::default(),
+            trial: Trial::default(),
             parameters: PlantParameters::default(),
             statistics: StepStatistics::default(),
             contact_impulse: vec![Vector3::zeros(); links],
@@ -223,21 +205,5 @@ impl<B: HasBody, R: Reference<<B::Model as Model>::Target>> Driven for Scripted<
 
     fn next_jump(&self, time: f64) -> f64 {
         self.reference.next_jump(time)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::LastPart;
-
-    #[test]
-    fn what_the_last_part_rules_out() {
-        let half = |abruptness| LastPart { length: 0.0125, is_euler: false, abruptness };
-        assert!(half(0.3).rules_out(0.025), "four times the deviation of half the length");
-        assert!(!half(0.2).rules_out(0.025) && !half(0.9).rules_out(0.0125));
-        assert!(!LastPart::default().rules_out(0.025), "nothing is known of a robot just placed");
-        let euler = LastPart { is_euler: true, ..half(5.0) };
-        assert!(euler.was_abrupt() && !euler.rules_out(0.025));
-        assert!(!half(5.0).was_abrupt() && !LastPart { abruptness: 3.0, ..euler }.was_abrupt());
     }
 }

@@ -31,7 +31,7 @@ impl Method {
     fn options(self) -> &'static [&'static str] {
         match self {
             Method::Thesis => &["step", "tolerance", "max_iterations", "r_t", "r_h", "r_n", "r_v"],
-            Method::Implicit => &["step", "tolerance", "max_iterations", "order", "event_substeps", "event_tolerance"],
+            Method::Implicit => &["precision", "step", "tolerance", "max_iterations", "order", "step_tolerance", "impact_step"],
         }
     }
 }
@@ -80,61 +80,106 @@ impl ThesisConfig {
     }
 }
 
-/// Options of the method `implicit`; `None` takes the model's own default.
+/// How accurate the method `implicit` is, in one word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, Default)]
+#[serde(rename_all = "lowercase")]
+pub enum Precision {
+    /// The cheapest that keeps the bias of work within 4 %.
+    Fast,
+    /// For learning.
+    #[default]
+    Default,
+    /// For judging what was learned.
+    Fine,
+}
+
+impl Precision {
+    /// Lengths, velocities and times of [`Accuracy`] over those of the default.
+    pub(crate) fn scale(self) -> f64 {
+        match self {
+            Precision::Fast => 2.0,
+            Precision::Default => 1.0,
+            Precision::Fine => 0.05,
+        }
+    }
+}
+
+/// What bounds the error of the method `implicit`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Accuracy {
+    /// Largest step \[s\].
+    pub step: f64,
+    /// Accuracy of the velocities in a stage \[m/s\].
+    pub tolerance: f64,
+    /// Largest accepted deviation of a part of a step from its prediction, for any point of the robot \[m\].
+    pub step_tolerance: f64,
+    /// Length of the Euler steps that take an impact \[s\].
+    pub impact_step: f64,
+}
+
+/// Options of the method `implicit`; `None` takes the model's own default at the precision.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ImplicitConfig {
+    pub precision: Precision,
     /// Largest step \[s\]; a run divides its sampling interval into equal steps no longer than this.
     pub step: Option<f64>,
     /// Accuracy of the velocities \[m/s\] (T 3.81 != D11); of a smooth plant of the minimal model, relative.
-    pub tolerance: f64,
+    pub tolerance: Option<f64>,
     /// Iterations after which a stage is given up and counts as unconverged (T Remark 3.1).
     pub max_iterations: u32,
     /// 1 is implicit Euler, 2 the two-stage L-stable SDIRK.
     pub order: u32,
-    /// Order 2: most implicit Euler steps that replace a step whose forces change abruptly, before penetrations are
-    /// considered.
-    pub event_substeps: u32,
-    /// Order 2: distance between prediction and end of the second stage beyond which forces count as abruptly changed
-    /// \[m\].
-    pub event_tolerance: Option<f64>,
+    /// Order 2: largest accepted deviation of a part of a step from its prediction, for any point of the robot \[m\].
+    pub step_tolerance: Option<f64>,
+    /// Order 2: length of the implicit Euler steps that take an impact \[s\].
+    pub impact_step: Option<f64>,
 }
 
 impl Default for ImplicitConfig {
     fn default() -> Self {
-        Self { step: None, tolerance: 1e-6, max_iterations: 200, order: 2, event_substeps: 4, event_tolerance: None }
+        Self {
+            precision: Precision::Default,
+            step: None,
+            tolerance: None,
+            max_iterations: 200,
+            order: 2,
+            step_tolerance: None,
+            impact_step: None,
+        }
     }
 }
 
 impl ImplicitConfig {
-    /// Largest step; that of the planar model if no other was chosen \[s\].
+    /// Largest step; that of the plane and of 3D if no other was chosen \[s\].
     pub fn step(&self) -> f64 {
         self.step.unwrap_or(0.025)
     }
 
-    /// Number of equal steps that divide `duration`.
-    pub fn steps_in(&self, duration: f64) -> u32 {
-        steps_in(duration, self.step())
-    }
-
-    /// How often a step in which a peg's force changes abruptly is halved before it is taken as Euler steps.
-    pub(crate) fn event_halvings(&self) -> usize {
-        (self.event_substeps.max(2).ilog2() - 1) as usize
-    }
-
-    /// Euler steps at the end of the halvings.
-    pub(crate) fn event_steps(&self) -> u32 {
-        self.event_substeps.div_ceil(1 << self.event_halvings())
+    /// The accuracy that was chosen; `default` is that of the model.
+    ///
+    /// A step that is shorter than the default one tightens the default tolerance of a step with its cube, as smooth
+    /// motion deviates: then all parts shorten in proportion, and the scheme keeps its order.
+    pub fn accuracy(&self, default: &Accuracy) -> Accuracy {
+        let (scale, step) = (self.precision.scale(), self.step.unwrap_or(default.step));
+        let shorter = step / default.step;
+        Accuracy {
+            step,
+            tolerance: self.tolerance.unwrap_or(scale * default.tolerance),
+            step_tolerance: self.step_tolerance.unwrap_or(scale.min(shorter.powi(3)) * default.step_tolerance),
+            impact_step: self.impact_step.unwrap_or(scale * default.impact_step),
+        }
     }
 
     fn validate(&self) -> Result<(), ConfigError> {
         positive("step", self.step())?;
-        positive("tolerance", self.tolerance)?;
         require(self.max_iterations >= 1, "max_iterations", self.max_iterations, "an integer >= 1")?;
         require((1..=2).contains(&self.order), "order", self.order, "1 or 2")?;
-        let substeps = self.event_substeps;
-        require((1..=1000).contains(&substeps), "event_substeps", substeps, "an integer in [1, 1000]")?;
-        self.event_tolerance.map_or(Ok(0.0), |value| positive("event_tolerance", value)).map(drop)
+        let lengths = [("step_tolerance", self.step_tolerance), ("impact_step", self.impact_step)];
+        for (name, value) in [("tolerance", self.tolerance)].into_iter().chain(lengths) {
+            value.map_or(Ok(0.0), |value| positive(name, value))?;
+        }
+        Ok(())
     }
 }
 
@@ -220,7 +265,8 @@ impl IntegratorConfig {
     }
 }
 
-fn steps_in(duration: f64, step: f64) -> u32 {
+/// Number of equal steps no longer than `step` that divide `duration`.
+pub fn steps_in(duration: f64, step: f64) -> u32 {
     (duration / step - STEP_SLACK).ceil().max(1.0) as u32
 }
 

@@ -6,7 +6,7 @@ use crate::math::Wide4;
 #[cfg(target_arch = "x86_64")]
 use crate::math::Wide8;
 
-use super::ImplicitConfig;
+use super::{Accuracy, ImplicitConfig};
 use super::group::{Group, Verdicts};
 use super::kernels::{Compiled, CompiledModel};
 use super::lane_count::lanes_for;
@@ -14,7 +14,7 @@ use super::lanes::Members;
 use super::model::{Driven, Model, RobotState};
 use super::plan::{Interval, StepPlan};
 use super::queues::Queues;
-use super::start::START_LASTS;
+use super::start::first_part;
 use super::verdict::solves_left;
 
 /// Advances robots in groups as wide as the machine's registers; one robot's motion does not depend on that width, on
@@ -22,9 +22,10 @@ use super::verdict::solves_left;
 #[derive(Debug, Clone)]
 pub struct Fleet<M: Model> {
     config: ImplicitConfig,
+    accuracy: Accuracy,
     width: Width<M>,
     members: Vec<usize>,
-    plans: Vec<StepPlan<M::Division>>,
+    plans: Vec<StepPlan>,
     queues: Queues,
     targets: Vec<M::Target>,
 }
@@ -42,10 +43,10 @@ enum Width<M: Model> {
 impl<M: CompiledModel> Fleet<M> {
     /// A fleet of about `robots` robots; few of them are faster one by one than in a wide group.
     pub fn new(config: ImplicitConfig, system: &M::System, robots: usize) -> Self {
-        let config = M::configured(config);
         Self {
             config,
-            width: Width::choose(config, system, robots),
+            accuracy: config.accuracy(&M::ACCURACY),
+            width: Width::choose(&config, system, robots),
             members: Vec::with_capacity(robots),
             plans: Vec::with_capacity(robots),
             queues: Queues::with_capacity(robots),
@@ -53,9 +54,9 @@ impl<M: CompiledModel> Fleet<M> {
         }
     }
 
-    /// The configuration with the model's defaults.
-    pub fn config(&self) -> &ImplicitConfig {
-        &self.config
+    /// The configured accuracy, with the model's defaults.
+    pub fn accuracy(&self) -> &Accuracy {
+        &self.accuracy
     }
 
     /// Integrates the robots chosen by `takes_part` over `duration` in equal steps no longer than the configured one. A
@@ -67,17 +68,17 @@ impl<M: CompiledModel> Fleet<M> {
         duration: f64,
         takes_part: impl Fn(usize) -> bool,
     ) {
-        let Self { config, width, members, plans, queues, targets } = self;
+        let Self { config, accuracy, width, members, plans, queues, targets } = self;
         members.clear();
         members.extend((0..robots.len()).filter(|&index| takes_part(index)));
         members.iter().for_each(|&member| robots[member].body_mut().begin());
         if duration <= 0.0 {
             return;
         }
-        members.iter().for_each(|&member| prepare(system, &mut robots[member], targets));
-        let interval = Interval::new(config, duration);
+        let interval = Interval::new(config, accuracy, duration);
+        members.iter().for_each(|&member| prepare(system, &mut robots[member], accuracy.step, targets));
         plans.clear();
-        plans.resize(robots.len(), StepPlan::at_start());
+        plans.resize(robots.len(), StepPlan::at_start(&interval));
         let mut run = Run { config, system, robots, members, plans, queues, interval };
         match width {
             Width::One(group) => run.advance(group),
@@ -96,7 +97,7 @@ impl<M: CompiledModel> Fleet<M> {
 }
 
 impl<M: CompiledModel> Width<M> {
-    fn choose(config: ImplicitConfig, system: &M::System, robots: usize) -> Self {
+    fn choose(config: &ImplicitConfig, system: &M::System, robots: usize) -> Self {
         match lanes_for(robots) {
             #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
             Wide4::LANES => Width::Four(Box::new(Group::new(config, system))),
@@ -107,22 +108,21 @@ impl<M: CompiledModel> Width<M> {
     }
 }
 
-/// Prepares a robot for an interval: its reduced coordinates, and whether its start is to be resolved by short steps,
-/// which one that was placed in motion with its reference does not need.
+/// Prepares a robot for an interval: its reduced coordinates, and how long the first part of a robot that was just placed
+/// is: short unless it was placed in motion with its reference. `step` is the configured one \[s\].
 fn prepare<D: Driven>(
     system: &<D::Model as Model>::System,
     robot: &mut D,
+    step: f64,
     targets: &mut [<D::Model as Model>::Target],
 ) {
     D::Model::to_reduced(system, robot.body_mut());
-    if robot.body().clock.since_start > 0.0 {
+    if robot.body().clock.next > 0.0 {
         return;
     }
     robot.targets(robot.body().state.time(), targets);
-    if D::Model::follows(robot.body(), targets) {
-        let clock = &mut robot.body_mut().clock;
-        (clock.since_start, clock.since_jump) = (START_LASTS, START_LASTS);
-    }
+    let is_following = D::Model::follows(robot.body(), targets);
+    robot.body_mut().clock.next = if is_following { step } else { first_part(step) };
 }
 
 /// One call of [`Fleet::advance`].
@@ -131,7 +131,7 @@ struct Run<'a, D: Driven> {
     system: &'a <D::Model as Model>::System,
     robots: &'a mut [D],
     members: &'a [usize],
-    plans: &'a mut [StepPlan<<D::Model as Model>::Division>],
+    plans: &'a mut [StepPlan],
     queues: &'a mut Queues,
     interval: Interval,
 }
@@ -142,8 +142,6 @@ impl<D: Driven> Run<'_, D> {
     where
         D::Model: Compiled<T>,
     {
-        let step = self.interval.step;
-        group.event_tolerance = self.config.event_tolerance.unwrap_or(D::Model::ABRUPT_CHANGE * step * step);
         self.queues.clear();
         for &member in self.members {
             self.enqueue(member);

@@ -11,12 +11,10 @@
 //!   change abruptly. The second stage then ends far from its prediction, which extrapolates too, and the step
 //!   is rejected, to be retaken in parts and at last as Euler steps (T 3.58 != D6).
 
-use nalgebra::Vector3;
-
 use crate::math::{MAX_LANES, Real};
 
-use super::ImplicitConfig;
-use super::body::LastPart;
+use super::{Accuracy, ImplicitConfig};
+use super::body::Trial;
 use super::energy::EnergyLedger;
 use super::kernels::{Compiled, Operation, Request};
 use super::lanes::{Lanes, Members, NO_LANES, active, mask};
@@ -29,7 +27,8 @@ use super::verdict::solves_left;
 /// Workspace for up to `T::LANES` robots of one system.
 #[derive(Debug, Clone)]
 pub struct Group<M: Model, T: Real> {
-    config: ImplicitConfig,
+    accuracy: Accuracy,
+    max_iterations: u32,
     workspace: M::Workspace<T>,
     /// Work and contact impulses of the first stage, until the step is accepted.
     first_energy: EnergyLedger<T>,
@@ -38,8 +37,6 @@ pub struct Group<M: Model, T: Real> {
     contact_impulses: Vec<ContactImpulse>,
     /// How far the last stage ended from its first prediction \[m\].
     deviation: T,
-    /// Deviation beyond which a step is rejected \[m\].
-    pub event_tolerance: f64,
     /// Linear solves of the current step.
     solves: [u32; MAX_LANES],
     /// How well its stages were solved, which counts once the step is accepted.
@@ -47,17 +44,17 @@ pub struct Group<M: Model, T: Real> {
 }
 
 impl<T: Real, M: Compiled<T>> Group<M, T> {
-    pub fn new(config: ImplicitConfig, system: &M::System) -> Self {
+    pub fn new(config: &ImplicitConfig, system: &M::System) -> Self {
         let links = M::robot(system).link_count();
         let contact_impulses = || Vec::with_capacity(PEG_IMPULSES_PER_LINK * links * T::LANES);
         Self {
-            config,
+            accuracy: config.accuracy(&M::ACCURACY),
+            max_iterations: config.max_iterations,
             workspace: M::Workspace::new(system),
             first_energy: EnergyLedger::zero(),
             first_contact_impulses: contact_impulses(),
             contact_impulses: contact_impulses(),
             deviation: T::zero(),
-            event_tolerance: f64::INFINITY,
             solves: [0; MAX_LANES],
             quality: [StepStatistics::default(); MAX_LANES],
         }
@@ -75,7 +72,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         // The first prediction tells how abruptly forces change, also of a stage that has been postponed since.
         let predicted =
             std::array::from_fn(|lane| lanes[lane] && members.body(lane).postponements == u32::from(postponed[lane]));
-        self.keep_abruptness(members, predicted, h, true);
+        self.keep_trial(members, predicted);
         let accepted = std::array::from_fn(|lane| ended[lane] && !(may_fail[lane] && self.workspace.sinks(lane)));
         self.accept(members, accepted, h);
         for lane in active(accepted) {
@@ -97,7 +94,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         self.run_stage(members, lanes, c, h, AfterMisprediction::UnlessRejected);
         M::run(&mut self.workspace, Operation::Arrive);
         self.workspace.end_step(members, lanes);
-        self.keep_abruptness(members, lanes, h, false);
+        self.keep_trial(members, lanes);
         let accepted = std::array::from_fn(|lane| lanes[lane] && self.is_smooth(lane) && !self.workspace.sinks(lane));
         self.add_first_stage(members, accepted);
         self.accept(members, accepted, h);
@@ -106,25 +103,22 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
 
     /// Whether the forces of the first stage predict the end of the second.
     fn is_smooth(&self, lane: usize) -> bool {
-        let abrupt = self.deviation.lane(lane) > self.allowed_deviation(lane);
-        !abrupt
+        let is_abrupt = self.relative_deviation(lane) > 1.0;
+        !is_abrupt
     }
 
-    /// How far the second stage of an accepted step may end from its prediction \[m\].
-    fn allowed_deviation(&self, lane: usize) -> f64 {
-        let is_pushed = || {
-            let mut contact_impulses =
-                self.first_contact_impulses.iter().chain(&self.contact_impulses).filter(|each| each.lane == lane);
-            contact_impulses.any(|each| each.impulse != Vector3::zeros())
-        };
-        self.workspace.deviation_share(lane, is_pushed) * self.event_tolerance
+    /// How far the last stage of a part ended from its prediction, over how far that of an accepted part of second order
+    /// may.
+    fn relative_deviation(&self, lane: usize) -> f64 {
+        let share = if self.workspace.closing(lane).is_fresh() { CLOSING } else { 1.0 };
+        self.deviation.lane(lane) / (share * self.accuracy.step_tolerance)
     }
 
-    /// Records how abruptly forces changed in parts of lengths `h` in the given lanes.
-    fn keep_abruptness<D: Driven<Model = M>>(&self, members: &mut Members<D>, lanes: Lanes, h: T, is_euler: bool) {
+    /// Records what the parts of the given lanes say of the next ones.
+    fn keep_trial<D: Driven<Model = M>>(&self, members: &mut Members<D>, lanes: Lanes) {
         for lane in active(lanes) {
-            let abruptness = self.deviation.lane(lane) / self.allowed_deviation(lane);
-            members.body_mut(lane).clock.last_part = LastPart { length: h.lane(lane), is_euler, abruptness };
+            let (deviation, closing) = (self.relative_deviation(lane), *self.workspace.closing(lane));
+            members.body_mut(lane).trial = Trial { deviation, closing };
         }
     }
 
@@ -198,7 +192,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
 
     /// Solves the stage in all lanes, and by the fallback where that fails; see [`super::verdict`].
     fn solve<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, lanes: Lanes) {
-        let (tolerance, max_iterations) = (self.config.tolerance, self.config.max_iterations);
+        let (tolerance, max_iterations) = (self.accuracy.tolerance, self.max_iterations);
         let solved = M::solve(&mut self.workspace, Request { tolerance, max_iterations, lanes: mask::<T>(lanes) });
         for lane in active(lanes) {
             let iterations = solved.outcome.iterations.lane(lane) as u32;
@@ -259,8 +253,6 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
             let (body, h) = (members.body_mut(lane), h.lane(lane));
             self.workspace.accept(system, lane, body);
             body.state.set_time(body.state.time() + h);
-            body.clock.since_start += h;
-            body.clock.since_jump += h;
             if !M::SORTED_BY_STAGE {
                 body.solves = self.solves[lane];
             }
@@ -316,6 +308,10 @@ fn add_contact_impulses<D: Driven>(
         }
     }
 }
+
+/// What remains of the tolerance for a deviation if a contact closes: the second stage extrapolates the impulse of the
+/// impact with the forces'.
+const CLOSING: f64 = 0.25;
 
 /// Most predictions of a stage, the first included; the later ones start from a solution of it.
 const MAX_PREDICTIONS: u32 = 4;

@@ -7,12 +7,11 @@
 
 mod backlash;
 mod body;
+pub(crate) mod closing;
 mod config;
 pub(crate) mod energy;
 mod fleet;
 mod group;
-mod growing;
-mod halving;
 pub(crate) mod kernels;
 mod lane_count;
 pub(crate) mod lanes;
@@ -33,11 +32,10 @@ mod verdict;
 
 pub use backlash::{Backlash, MovedAxis, PlayedAxis};
 pub use body::{Body, Clock, HasBody, Scripted};
-pub use config::{ImplicitConfig, IntegratorConfig, Method, ThesisConfig};
+pub use closing::{Closing, ClosingRow, Closings};
+pub use config::{Accuracy, ImplicitConfig, IntegratorConfig, Method, Precision, ThesisConfig};
 pub use energy::EnergyLedger;
 pub use fleet::Fleet;
-pub use growing::Growing;
-pub use halving::Halving;
 pub use kernels::CompiledModel;
 pub use lane_count::{available_lanes, forced_lanes, widest_lanes};
 pub use lanes::Members;

@@ -1,4 +1,4 @@
-//! What a robot model provides to the stepper: its data, its stage, and how its steps are divided.
+//! What a robot model provides to the stepper: its data and its stage.
 
 use std::fmt::Debug;
 
@@ -9,9 +9,8 @@ use crate::gait::WaveJets;
 use crate::math::Real;
 use crate::robot::Robot;
 
-use super::ImplicitConfig;
+use super::Accuracy;
 use super::body::Body;
-use super::plan::Division;
 use super::stage::{StageInput, StageKernels, StageOutput};
 
 /// A robot model in stages: `planar::Planar` or `spatial::Spatial`. Everything is monomorphised.
@@ -22,23 +21,16 @@ pub trait Model: Debug + Clone + Copy + PartialEq + 'static {
     type WarmStart: WarmStart;
     /// Reference of one joint.
     type Target: Debug + Clone + Copy + Default + Send;
-    /// How a step is divided where it cannot be taken whole.
-    type Division: Division;
     /// The current stage of as many robots as `T` has lanes.
     type Workspace<T: Real>: StageKernels<T> + StageInput<T, Model = Self> + StageOutput<T, Model = Self>;
 
-    /// Change of acceleration within a step that counts as abrupt \[m/s^2\].
-    const ABRUPT_CHANGE: f64;
+    /// Accuracy at the default precision.
+    const ACCURACY: Accuracy;
     /// Largest certified residual of a solved stage over its tolerance; see [`super::verdict`].
     const RESIDUAL_FACTOR: f64;
     /// Whether robots share registers by the linear solves of their last stage, instead of their last accepted step:
     /// whichever predicts better how many the next stage takes.
     const SORTED_BY_STAGE: bool;
-
-    /// The configuration with the model's own defaults.
-    fn configured(config: ImplicitConfig) -> ImplicitConfig {
-        config
-    }
 
     fn robot(system: &Self::System) -> &Robot;
 

@@ -1,103 +1,97 @@
-//! The plan of one robot's interval: equal steps, taken in parts where forces or references change abruptly.
+//! The plan of one robot's interval, which it advances through in parts of free length.
 //!
-//! Each robot follows its own plan; those that have not reached the end of the interval are regrouped for every part,
-//! so that robots at different depths of division share registers. How a step is divided is the model's [`Division`]:
-//! [`super::Halving`] in the plane, [`super::Growing`] in 3D.
+//! Each robot follows its own plan; those that have not reached the end of the interval are regrouped for every part.
+//!
+//! * A part of second order is accepted if its second stage ends within `step_tolerance` of its prediction, and within a
+//!   share of it where a contact closes. The deviation, which grows with the square of the length where a force jumps
+//!   and with its cube otherwise, sets the length of the next part, or of the part that replaces a rejected one.
+//! * An impact is a jump of velocity, which no length resolves: the part before it ends where open contacts are forecast
+//!   to close, and two short Euler parts take it. The first ends the gap, the second the approach.
+//! * A part ends where the reference jumps. Parts after a jump and after a robot was placed begin short.
+//! * An Euler part that takes a link too deep into what it touches is halved until it does not, or is too short.
 
-use std::fmt::Debug;
-
-use super::ImplicitConfig;
-use super::body::{Body, Clock};
+use super::{Accuracy, ImplicitConfig};
+use super::body::{Body, Clock, Trial};
+use super::config::steps_in;
 use super::model::{Driven, Model, RobotState};
-use super::start::end_before;
+use super::start::{end_before, first_part};
 
-/// The equal steps of an interval.
+/// An interval, and the parts that it may be taken in.
 #[derive(Debug, Clone, Copy)]
 pub struct Interval {
-    /// Length of a step \[s\].
-    pub step: f64,
-    pub steps: u32,
-    /// The configured length of a step, by which starts are graded \[s\].
-    pub configured: f64,
-    /// Whether steps are Euler steps from the outset.
-    pub is_euler: bool,
-    /// How often a step is halved before it is taken in Euler steps, and how many of them replace the shortest part.
-    pub halvings: u32,
-    pub euler_steps: u32,
+    /// \[s\]
+    duration: f64,
+    /// Longest part \[s\], of which a whole number fills the interval, and this number.
+    step: f64,
+    steps: u32,
+    /// Whether all parts are Euler steps.
+    is_euler: bool,
+    /// Length of the parts that take an impact \[s\].
+    impact_step: f64,
 }
 
 impl Interval {
-    pub fn new(config: &ImplicitConfig, duration: f64) -> Self {
-        let steps = config.steps_in(duration);
-        Self {
-            step: duration / f64::from(steps),
-            steps,
-            configured: config.step(),
-            is_euler: config.order == 1,
-            halvings: config.event_halvings() as u32,
-            euler_steps: config.event_steps(),
-        }
+    pub fn new(config: &ImplicitConfig, accuracy: &Accuracy, duration: f64) -> Self {
+        let steps = steps_in(duration, accuracy.step);
+        let step = duration / f64::from(steps);
+        let is_euler = config.order == 1;
+        let impact_step = if is_euler { step } else { accuracy.impact_step.min(0.25 * step) };
+        Self { duration, step, steps, is_euler, impact_step }
     }
 
-    /// Shortest part of second order \[s\].
-    pub fn shortest(&self) -> f64 {
-        self.step / f64::from(1u32 << self.halvings)
+    pub fn step(&self) -> f64 {
+        self.step
     }
 }
 
-/// The next part of a step.
+/// The next part of an interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Part {
     /// \[s\]
     pub length: f64,
     /// An Euler step instead of one of second order.
     pub is_euler: bool,
-    /// Whether it may be rejected because it takes a penetration too deep; steps of second order always may.
+    /// Whether it may be rejected because it takes a penetration too deep; parts of second order always may.
     pub may_fail: bool,
 }
 
-/// What a finished part ends.
+/// What a part ends with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ends {
+enum Ends {
     Nothing,
     /// The reference jumps here.
     Jump,
-    Step,
-}
-
-/// How a step is divided into parts.
-pub trait Division: Debug + Clone + Copy + Send {
-    /// Begins a step at `time`; `next_jump` returns the latest end of a part that begins at a time.
-    fn begin_step(interval: &Interval, time: f64, clock: &mut Clock, next_jump: impl Fn(f64) -> f64) -> Self;
-    fn next_part(&mut self, interval: &Interval, time: f64, clock: &mut Clock, next_jump: impl Fn(f64) -> f64) -> Part;
-    /// Accepts the part; returns what ends with it, and resets the clock where the reference jumps.
-    fn accept(&mut self, interval: &Interval, part: &Part, clock: &mut Clock) -> Ends;
-    /// The part has to be retaken in shorter parts.
-    fn reject(&mut self, interval: &Interval, part: &Part, clock: &mut Clock);
+    Interval,
 }
 
 /// Position of a robot within its interval, and the part it takes next.
 #[derive(Debug, Clone, Copy)]
-pub struct StepPlan<V> {
-    /// Whole steps done.
-    steps: u32,
-    /// `None` between steps.
-    division: Option<V>,
+pub struct StepPlan {
     pub part: Part,
-    /// Linear solves of the robot's last stage or step, see [`Model::SORTED_BY_STAGE`].
-    solves: u32,
-    /// Time since the interval began \[s\].
+    ends: Ends,
+    /// Time since the interval began \[s\], and the whole steps that it contains.
     progress: f64,
+    steps: u32,
+    /// Length of the next Euler part, and time that the last ones have taken without one of second order between \[s\].
+    euler_length: f64,
+    euler_run: f64,
+    /// Parts of the present step that were rejected.
+    rejections: u32,
+    /// Linear solves of the robot's last stage or part, see [`Model::SORTED_BY_STAGE`].
+    solves: u32,
 }
 
-impl<V: Division> StepPlan<V> {
-    pub fn at_start() -> Self {
+impl StepPlan {
+    pub fn at_start(interval: &Interval) -> Self {
         Self {
-            steps: 0,
-            division: None,
             part: Part { length: 0.0, is_euler: false, may_fail: false },
-            solves: 0,
+            ends: Ends::Nothing,
             progress: 0.0,
+            steps: 0,
+            euler_length: interval.impact_step,
+            euler_run: 0.0,
+            rejections: 0,
+            solves: 0,
         }
     }
 
@@ -105,44 +99,185 @@ impl<V: Division> StepPlan<V> {
         self.steps == interval.steps
     }
 
-    /// Chooses the next part.
-    pub fn choose_part<D: Driven>(&mut self, interval: &Interval, robot: &mut D) {
-        let (time, mut clock) = (robot.body().state.time(), robot.body().clock);
-        let next_jump = |time: f64| end_before(time, |time| robot.next_jump(time));
-        let division = self.division.get_or_insert_with(|| V::begin_step(interval, time, &mut clock, next_jump));
-        self.part = division.next_part(interval, time, &mut clock, next_jump);
-        robot.body_mut().clock = clock;
-        self.solves = robot.body().solves;
-        self.progress = time - robot.body().interval_start();
-    }
-
-    /// Time from the beginning of the interval to that of the next part \[s\], and linear solves of the last stage or step.
+    /// Time from the beginning of the interval to that of the next part \[s\], and linear solves of the last stage or part.
     pub fn position(&self) -> (f64, u32) {
         (self.progress, self.solves)
     }
 
-    /// Accepts the part: the robot has moved on by its length.
+    /// Chooses the next part.
+    pub fn choose_part<D: Driven>(&mut self, interval: &Interval, robot: &D) {
+        let body = robot.body();
+        let (time, clock) = (body.state.time(), &body.clock);
+        let to_jump = end_before(time, |time| robot.next_jump(time)) - time;
+        let to_end = interval.duration - self.progress;
+        let (left, end) = if to_jump < to_end { (to_jump, Ends::Jump) } else { (to_end, Ends::Interval) };
+        let is_euler = interval.is_euler || clock.euler_time > 0.0;
+        let wanted = if is_euler { self.euler_length } else { clock.next.min(interval.step) };
+        let is_exact = interval.is_euler || clock.ends_at_closing;
+        let length;
+        (length, self.ends) = match wanted / left {
+            share if share >= if is_exact { ALMOST } else { STRETCHED } => (left, end),
+            // Two equal parts rather than a long and a tiny one.
+            share if share > 0.5 && !is_exact && !is_euler => (0.5 * left, Ends::Nothing),
+            _ => (wanted, Ends::Nothing),
+        };
+        let is_divisible = length > interval.impact_step / LONGEST_OVER_SHORTEST_EULER;
+        self.part = Part { length, is_euler, may_fail: !is_euler || (is_divisible && self.rejections < MOST_REJECTIONS) };
+        self.solves = body.solves;
+    }
+
+    /// Accepts the part: the robot has moved on by its length, or is quarantined if it diverged.
     pub fn accept<M: Model>(&mut self, interval: &Interval, body: &mut Body<M>) {
-        let Some(division) = &mut self.division else { return };
-        if division.accept(interval, &self.part, &mut body.clock) == Ends::Step {
-            self.division = None;
-            self.end_step(interval, body);
+        self.progress += self.part.length;
+        body.quarantine();
+        if body.statistics.diverged {
+            return;
+        }
+        let Body { trial, clock, .. } = body;
+        if self.part.is_euler {
+            self.follow_euler(interval, trial, clock);
+        } else {
+            self.follow_second_order(interval, trial, clock);
+        }
+        if clock.euler_time == 0.0 && !interval.is_euler {
+            self.cut_at_forecast(interval, trial, clock);
+        }
+        if self.ends == Ends::Jump {
+            *clock = Clock { next: first_part(interval.step), ..Clock::default() };
+        }
+        let passed = match self.ends {
+            Ends::Interval => interval.steps,
+            _ => ((self.progress / interval.step) as u32).min(interval.steps - 1),
+        };
+        if passed > self.steps {
+            self.end_step(interval, body, passed);
         }
     }
 
-    /// The part is retaken.
-    pub fn reject<M: Model>(&mut self, interval: &Interval, body: &mut Body<M>) {
-        let Some(division) = &mut self.division else { return };
-        body.statistics.events += u32::from(!self.part.is_euler);
-        division.reject(interval, &self.part, &mut body.clock);
+    /// After a part of second order.
+    fn follow_second_order(&mut self, interval: &Interval, trial: &Trial, clock: &mut Clock) {
+        if std::mem::take(&mut clock.ends_at_closing) && trial.closing.is_fresh() {
+            clock.euler_time = interval.impact_step;
+        }
+        let length = self.part.length;
+        let longest = LARGEST_GROWTH * clock.next.max(length);
+        clock.next = scaled(length, trial.deviation, 0.5).max(length.min(interval.impact_step)).min(longest);
     }
 
-    /// Sets the time without accumulated round-off and quarantines a diverged robot.
-    fn end_step<M: Model>(&mut self, interval: &Interval, body: &mut Body<M>) {
-        self.steps += 1;
-        body.statistics.steps += 1;
+    /// After an Euler part.
+    fn follow_euler(&mut self, interval: &Interval, trial: &Trial, clock: &mut Clock) {
+        let (length, impact_step) = (self.part.length, interval.impact_step);
+        // After one that was halved for a penetration, twice its length is tried.
+        self.euler_length = (2.0 * length).min(impact_step);
+        if interval.is_euler {
+            return;
+        }
+        self.euler_run += length;
+        clock.euler_time -= length;
+        if clock.euler_time < (1.0 - ALMOST) * impact_step {
+            clock.euler_time = 0.0;
+        }
+        if trial.closing.is_fresh() {
+            clock.euler_time = clock.euler_time.max(impact_step);
+        }
+        if clock.euler_time == 0.0 {
+            self.euler_run = 0.0;
+            clock.next = AFTER_IMPACT * length.max(0.5 * impact_step);
+        } else if self.euler_run > ALMOST * IMPACT * impact_step && length >= impact_step {
+            self.euler_length = LONGER * length;
+            clock.euler_time = clock.euler_time.max(self.euler_length);
+        }
+    }
+
+    /// Ends the next part where an open contact is forecast to close, or takes that at once.
+    fn cut_at_forecast(&mut self, interval: &Interval, trial: &Trial, clock: &mut Clock) {
+        let time = trial.closing.forecast;
+        if time < AT_ONCE * interval.impact_step {
+            clock.euler_time = IMPACT * interval.impact_step;
+        } else if time < clock.next {
+            (clock.next, clock.ends_at_closing) = (time, true);
+        }
+    }
+
+    /// The part is retaken in shorter parts, or in Euler parts.
+    pub fn reject<M: Model>(&mut self, interval: &Interval, body: &mut Body<M>) {
+        self.rejections += 1;
+        let Body { trial, clock, .. } = body;
+        let length = self.part.length;
+        if self.part.is_euler {
+            self.euler_length = 0.5 * length;
+            return;
+        }
+        body.statistics.events += 1;
+        clock.ends_at_closing = false;
+        let [at_once, impact] = [AT_ONCE, IMPACT].map(|parts| parts * interval.impact_step);
+        let is_sunk_only = trial.deviation <= 1.0;
+        if self.rejections > MOST_SECOND_ORDER_REJECTIONS {
+            clock.euler_time = impact;
+        } else if trial.closing.is_fresh() && !is_sunk_only {
+            if trial.closing.at > at_once {
+                (clock.next, clock.ends_at_closing) = (trial.closing.at.min(0.95 * length), true);
+            } else {
+                clock.euler_time = impact;
+            }
+        } else if length <= SHORTEST * interval.impact_step {
+            clock.euler_time = impact;
+        } else if is_sunk_only {
+            clock.next = 0.5 * length;
+        } else {
+            clock.next = scaled(length, trial.deviation, 0.15).min(0.6 * length);
+        }
+    }
+
+    /// Ends steps; sets the time without accumulated round-off at the end of the interval.
+    fn end_step<M: Model>(&mut self, interval: &Interval, body: &mut Body<M>, passed: u32) {
+        body.statistics.steps += passed - self.steps;
+        self.steps = passed;
+        self.rejections = 0;
         body.step_solves = 0;
-        body.state.set_time(body.interval_start() + interval.step * f64::from(self.steps));
-        body.quarantine();
+        if passed == interval.steps {
+            body.state.set_time(body.interval_start() + interval.duration);
+        }
     }
 }
+
+/// A length that deviates by [`AIM`], from one that deviated by `deviation`, and not less than `least` of it. Both exponents
+/// that a deviation may have are considered: the length grows by the larger and shrinks by the smaller.
+fn scaled(length: f64, deviation: f64, least: f64) -> f64 {
+    // A deviation that is not a number shortens the most.
+    let share = AIM / deviation;
+    let factor = if share > 1.0 { share.cbrt() } else { share.sqrt() };
+    if factor >= least { length * factor } else { length * least }
+}
+
+/// Share of the allowed deviation that the next part aims at.
+const AIM: f64 = 0.25;
+
+/// Largest growth from part to part.
+const LARGEST_GROWTH: f64 = 2.0;
+
+/// Share of what is left beyond which a part takes all of it, and that for a part that must not be longer than wanted.
+const STRETCHED: f64 = 0.8;
+const ALMOST: f64 = 0.999;
+
+/// Euler parts of an impact.
+const IMPACT: f64 = 2.0;
+
+/// Time to a closing, in Euler parts, below which they begin at once.
+const AT_ONCE: f64 = 1.2;
+
+/// Shortest part of second order that is divided into others, in Euler parts.
+const SHORTEST: f64 = 0.25;
+
+/// Length of the part after an impact, in Euler parts; and growth of Euler parts from the third on.
+const AFTER_IMPACT: f64 = 4.0;
+const LONGER: f64 = 1.5;
+
+/// Longest Euler part over the shortest that is halved for a penetration: by then links that move at metres per second
+/// travel less than a millimetre.
+const LONGEST_OVER_SHORTEST_EULER: f64 = 64.0;
+
+/// How many parts of one step may be rejected, and how many before all others are Euler parts. Robots whose light links
+/// spin at hundreds of metres per second would otherwise be divided thousands of times.
+const MOST_REJECTIONS: u32 = 64;
+const MOST_SECOND_ORDER_REJECTIONS: u32 = 40;

@@ -8,6 +8,7 @@ use crate::math::Real;
 use crate::solver::Outcome;
 
 use super::body::Body;
+use super::closing::Closing;
 use super::energy::EnergyLedger;
 use super::lanes::{Lanes, Members, NO_LANES};
 use super::model::{Driven, Model};
@@ -80,8 +81,8 @@ pub trait StageOutput<T: Real> {
     fn record(&self, lane: usize, record: &mut StageRecord);
     /// Work of the kept stage.
     fn kept_energy(&self) -> &EnergyLedger<T>;
-    /// Share of the tolerance for a deviation that a lane's step has; infinite if deviations do not count.
-    fn deviation_share(&self, lane: usize, is_pushed: impl Fn() -> bool) -> f64;
+    /// Closings of the contacts of a lane's robot in the part at hand.
+    fn closing(&self, lane: usize) -> &Closing;
     /// Ends the steps of the given lanes, before it is known which of them are accepted: measures penetrations, and keeps
     /// what predicts the next step in any case.
     fn end_step<D: Driven<Model = Self::Model>>(&mut self, members: &mut Members<D>, lanes: Lanes);

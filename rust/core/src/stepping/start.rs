@@ -1,14 +1,9 @@
-//! The first steps after a robot was placed: short ones, until its links have come to rest on the ground.
+//! The first part of a step after a robot was placed or its reference has jumped.
 
 use crate::gait::JointTarget;
 
-/// Longest step of a robot that was placed `elapsed` \[s\] ago, where steps are `step` long \[s\].
-pub fn longest_step(step: f64, elapsed: f64) -> f64 {
-    step * (FIRST + elapsed / START_LASTS)
-}
-
-/// Length of the first step of a robot whose reference has just jumped, where steps are `step` long \[s\].
-pub fn first_step(step: f64) -> f64 {
+/// Length of the first part after a robot was placed or its reference has jumped, where steps are `step` long \[s\].
+pub fn first_part(step: f64) -> f64 {
     step * FIRST
 }
 
@@ -26,12 +21,8 @@ pub fn is_following(target: &JointTarget, angle: f64, rate: f64) -> bool {
     (target.angle - angle).abs() < AT_REFERENCE && (target.rate - rate).abs() < WITH_REFERENCE
 }
 
-/// Length of the first step, in steps.
+/// Length of the first part, in steps.
 const FIRST: f64 = 0.02;
-
-/// Time over which steps then grow to their full length \[s\]: links that their joints set in motion at v come to rest
-/// on the ground after about v / (mu g).
-pub const START_LASTS: f64 = 0.2;
 
 /// Deviations from the reference up to which a joint moves with it \[rad\], \[rad/s\].
 const AT_REFERENCE: f64 = 1e-3;

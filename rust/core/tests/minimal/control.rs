@@ -21,7 +21,7 @@ fn with_step(config: MinimalConfig, step: f64) -> MinimalConfig {
 }
 
 fn on(config: MinimalConfig, law: SmoothLaw, tolerance: f64) -> MinimalConfig {
-    let integrator = ImplicitConfig { tolerance, ..ImplicitConfig::default() }.into();
+    let integrator = ImplicitConfig { tolerance: Some(tolerance), ..ImplicitConfig::default() }.into();
     MinimalConfig { friction_law: FrictionLaw::Smooth(law), integrator, ..config }
 }
 
@@ -110,7 +110,7 @@ fn implicit_feedback_has_no_limit_on_the_step() {
 /// Whether a straight robot whose joint 5 is pushed comes to rest, its torques held for `period`.
 fn recovers(law: ControllerConfig, period: f64) -> bool {
     let controller = ControllerConfig { treatment: Treatment::Period(period), ..law };
-    let integrator = ImplicitConfig { step: Some(period), tolerance: 1e-7, ..ImplicitConfig::default() }.into();
+    let integrator = ImplicitConfig { step: Some(period), tolerance: Some(1e-7), ..ImplicitConfig::default() }.into();
     let config = MinimalConfig { controller, integrator, ..default_config() };
     let mut simulation = MinimalSimulation::new(&config).expect("admissible");
     let mut state = MinimalState::zero(13);

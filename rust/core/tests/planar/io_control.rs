@@ -27,7 +27,7 @@ fn with_step(method: Method, step: f64) -> IntegratorConfig {
     match method {
         Method::Thesis => ThesisConfig { step, tolerance: Some(1e-9), ..ThesisConfig::default() }.into(),
         Method::Implicit => {
-            ImplicitConfig { step: Some(step), tolerance: 1e-9, order: 1, ..ImplicitConfig::default() }.into()
+            ImplicitConfig { step: Some(step), tolerance: Some(1e-9), order: 1, ..ImplicitConfig::default() }.into()
         }
     }
 }

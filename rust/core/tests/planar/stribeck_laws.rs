@@ -79,7 +79,7 @@ fn lagged_bounds_cost_no_order_while_sliding() {
         let errors = [0.02, 0.01, 0.005].map(|h| {
             let mut simulation = sliding(&links(2), &ground([mu, mu], EFFECT), [v, 0.0], &implicit(h, order));
             // Past the start, in which steps are shorter than configured.
-            simulation.body_mut().clock.since_start = 1.0;
+            simulation.body_mut().clock.next = h;
             let start = simulation.state().pose[0].x;
             simulation.advance(0.2, &Hold(0.0));
             (simulation.state().pose[0].x - start - exact).abs()

@@ -85,7 +85,7 @@ fn sidewound(friction: f64, step: f64, gait: &impl Reference<CardanTarget>) -> V
 /// same way, though most of the time the model leaves open how its contacts share the weight.
 #[test]
 fn the_path_does_not_depend_on_warm_starts() {
-    let config = ImplicitConfig { tolerance: 1e-8, ..implicit_options(0.005, 1) }.into();
+    let config = ImplicitConfig { tolerance: Some(1e-8), ..implicit_options(0.005, 1) }.into();
     let mut remembering = on_course(&config);
     let mut forgetting = on_course(&config);
     for _ in 0..40 {
@@ -104,7 +104,7 @@ fn the_path_does_not_depend_on_warm_starts() {
 fn the_schemes_have_their_orders() {
     let end = |step: f64, order: u32| {
         let config =
-            ImplicitConfig { tolerance: 1e-8, event_tolerance: Some(1.0), ..implicit_options(step, order) }.into();
+            ImplicitConfig { tolerance: Some(1e-8), step_tolerance: Some(1.0), ..implicit_options(step, order) }.into();
         let mut simulation = straight(&config);
         let mut state = simulation.state().clone();
         let (centre, spin) = (state.pose[5].position, Vector3::z() * 2.0);

@@ -14,7 +14,7 @@ pub fn steps(duration: f64) -> Vec<Case> {
                 let mut case =
                     Case::course(format!("h {step} s, order {order}, tolerance {tolerance:e}"), step, duration);
                 case.integrator.order = order;
-                case.integrator.tolerance = tolerance;
+                case.integrator.tolerance = Some(tolerance);
                 cases.push(case);
             }
         }

@@ -55,7 +55,7 @@ fn pressed(name: &str, step: f64) -> Case {
     case.posture = Some((0..10).map(|joint| 0.7 * (joint as f64 * -0.87).sin()).collect());
     case.controller = ControllerConfig { kp: 20.0, kd: 2.0, ..ControllerConfig::default() };
     case.motion = Motion::Hold(0.3);
-    case.integrator.tolerance = 1e-8;
+    case.integrator.tolerance = Some(1e-8);
     case
 }
 

@@ -3,12 +3,11 @@
 use nalgebra::{Vector2, Vector3};
 
 use crate::gait::turned;
-use crate::math::{Mask, Real, add_scaled, select_into};
+use crate::math::{Real, add_scaled, select_into};
 use crate::planar::energy::work_of;
 use crate::planar::io_drive::IoInput;
 use crate::planar::{StageJoint, StageLink, certify, is_plausible, mean_twist, travel};
 use crate::robot::{Breakage, LOCK_STIFFNESS};
-use crate::stepping::lanes::NO_LANES;
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
 use crate::stepping::{MovedAxis, PlayedAxis, SolvedStage, StageKernels};
 
@@ -24,7 +23,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         self.guess.copy_from_slice(&self.start_twist);
         self.backlash.begin_step();
         self.stribeck.begin_step(self.start_twist.iter().map(in_plane));
-        self.closing = NO_LANES;
+        self.closings.begin_part();
         self.self_contacts.begin_step();
     }
 
@@ -64,8 +63,9 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
     }
 
     #[inline(always)]
-    fn predict(&mut self, c: T, _: T, pending: T::Mask) {
+    fn predict(&mut self, c: T, elapsed: T, pending: T::Mask) {
         self.stage.coefficient = c;
+        self.elapsed = elapsed;
         travel(&self.half_length, &self.base, &self.guess, c, &mut self.predicted, &mut self.heading);
         self.self_contacts.predict(&self.predicted);
         if self.has_pegs || self.self_contacts.is_any_possible() {
@@ -102,9 +102,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
     fn evaluate(&mut self, lanes: T::Mask) {
         self.energy = work_of(&self.stage, &self.solution);
         self.store_forces(lanes);
-        if self.among_pegs.any() || self.self_contacts.is_any_near() {
-            self.measure_deviation();
-        }
+        self.measure_deviation();
     }
 
     #[inline(always)]

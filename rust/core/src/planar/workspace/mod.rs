@@ -14,7 +14,7 @@ use crate::math::{MAX_LANES, Mask, Real};
 use crate::planar::{Heading, Newton, PlanarSystem, Stage, StageSolution};
 use crate::robot::{Breakage, Link};
 use crate::stepping::lanes::{Lanes, NO_LANES};
-use crate::stepping::{Backlash, EnergyLedger, StribeckBounds};
+use crate::stepping::{Backlash, Closings, EnergyLedger, StribeckBounds};
 
 use super::contacts::Contacts;
 use super::io_drive::IoDrive;
@@ -59,8 +59,9 @@ pub struct Workspace<T: Real> {
     pub near_pegs: Lanes,
     pub contacts: Contacts,
     pub self_contacts: SelfContactDetection<T>,
-    /// Lanes in which a contact has closed during the step that was open after the last accepted one.
-    pub closing: Lanes,
+    pub closings: Closings,
+    /// Time from the start of the step to the end of the stage \[s\].
+    pub elapsed: T,
     /// How far away pegs may matter to the stage.
     pub motion_bound: MotionBound<T>,
     /// Input-output linearisation instead of PD.
@@ -161,7 +162,8 @@ impl<T: Real> Workspace<T> {
             near_pegs: NO_LANES,
             contacts: Contacts::with_capacity(links, T::LANES),
             self_contacts: SelfContactDetection::new(&system.robot),
-            closing: NO_LANES,
+            closings: Closings::none(),
+            elapsed: zero,
             motion_bound: MotionBound { fastest: zero, displacement: zero },
             friction_force: vec![Vector2::new(zero, zero); links],
             deviation: zero,

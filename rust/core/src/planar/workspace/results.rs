@@ -7,7 +7,7 @@ use crate::planar::contact_detection::MARGIN;
 use crate::planar::{Body, Planar, PlanarSystem, StageSolution};
 use crate::stepping::lanes::{Lanes, active, read_lane, read_vector};
 use crate::stepping::penetration::Sinking;
-use crate::stepping::{ContactImpulse, Driven, EnergyLedger, FallbackResult, Members, StageOutput, StageRecord};
+use crate::stepping::{Closing, ContactImpulse, Driven, EnergyLedger, FallbackResult, Members, StageOutput, StageRecord};
 
 use super::Workspace;
 
@@ -40,6 +40,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         solved: Lanes,
         contact_impulses: &mut Vec<ContactImpulse>,
     ) {
+        active(solved).for_each(|lane| self.closings.begin_stage(lane));
         self.keep_forces(members, solved, contact_impulses);
         self.keep_contact_friction(members, solved, contact_impulses);
         self.keep_self_contacts(members, solved, contact_impulses);
@@ -59,13 +60,8 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         &self.kept_energy
     }
 
-    /// Away from contacts deviations do not count: friction is bounded and the schemes keep their stability.
-    fn deviation_share(&self, lane: usize, _: impl Fn() -> bool) -> f64 {
-        match (self.is_near_contact(lane), self.closing[lane]) {
-            (true, true) => CLOSING,
-            (true, false) => 1.0,
-            (false, _) => f64::INFINITY,
-        }
+    fn closing(&self, lane: usize) -> &Closing {
+        self.closings.of(lane)
     }
 
     fn end_step<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>, lanes: Lanes) {
@@ -106,7 +102,3 @@ impl<T: Real> Workspace<T> {
         }
     }
 }
-
-/// What remains of the tolerance for a deviation if a contact closes: an impact's impulse is extrapolated with the
-/// forces'.
-const CLOSING: f64 = 0.5;

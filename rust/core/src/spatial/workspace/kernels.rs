@@ -8,6 +8,7 @@ use crate::robot::{Breakage, LOCK_STIFFNESS};
 use crate::spatial::energy::work_of;
 use crate::spatial::spatial_vector::scaled;
 use crate::spatial::{Frame, StageDrive, StageLink, StageSolution, Twist, certify};
+use crate::stepping::closing::SLOW;
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
 use crate::stepping::{MovedAxis, PlayedAxis, SolvedStage, StageKernels};
 
@@ -26,6 +27,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             let link = &self.stage.links[i];
             self.start_gap[i] = [frame.ground_gap(link, 0), frame.ground_gap(link, 1)];
         }
+        self.closings.begin_part();
         self.self_contacts.begin_step();
         self.backlash.begin_step();
         if self.stribeck.is_any {
@@ -62,6 +64,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
     #[inline(always)]
     fn predict(&mut self, c: T, elapsed: T, _: T::Mask) {
         self.stage.coefficient = c;
+        self.elapsed = elapsed;
         self.predicted.travel(&self.base, &self.guess, c);
         self.predicted.place_links(&self.half_length, &mut self.frames);
         self.guess.twists(&self.frames, &self.half_length, &mut self.expected);
@@ -107,6 +110,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         }
         self.energy = work_of(&self.stage, &self.solution);
         self.measure_deviation();
+        self.find_touchdowns();
     }
 
     /// Keeps the solution in the lanes where it is accepted; in others it becomes the next guess.
@@ -168,6 +172,27 @@ impl<T: Real> Workspace<T> {
             fastest = fastest.max(linear + *reach * angular);
         }
         self.deviation = fastest * self.stage.coefficient;
+    }
+
+    /// Times at which spheres touch down, see [`crate::stepping::Closings::add`].
+    #[inline(always)]
+    fn find_touchdowns(&mut self) {
+        let (c, zero, never) = (self.stage.coefficient, T::zero(), T::splat(f64::INFINITY));
+        let slow = T::splat(-SLOW);
+        (self.touchdown, self.touchdown_forecast) = (never, never);
+        for (i, link) in self.stage.links.iter().enumerate() {
+            for end in 0..2 {
+                let arm = link.ground_arm(end);
+                let [rate, expected] = [&self.solution.twist[i], &self.expected[i]].map(|u| u.velocity_at(&arm).z);
+                let presses = zero.lt(self.solution.normal[i][end]);
+                let gap = (c * (link.ground[end] + rate)).max(zero);
+                let forecast = T::select(rate.lt(slow) & !presses, gap / -rate, never);
+                self.touchdown_forecast = self.touchdown_forecast.min(forecast);
+                let at = (self.elapsed - c + c * link.ground[end] / -expected).max(zero).min(self.elapsed);
+                let touches_down = presses & expected.lt(slow) & !self.stood[i][end];
+                self.touchdown = self.touchdown.min(T::select(touches_down, at, never));
+            }
+        }
     }
 
     #[inline(always)]

@@ -29,6 +29,9 @@ impl<T: Real> StageInput<T> for Workspace<T> {
             self.contacts.recall(lane, &state.pairs);
             self.self_contacts.recall(lane, &state.self_contacts);
         }
+        for (i, ends) in self.stood.iter_mut().enumerate() {
+            *ends = [0, 1].map(|end| T::Mask::of(|lane| members.body(lane).warm_start.stands[i][end]));
+        }
         self.began_at_rest = T::Mask::of(|lane| members.body(lane).warm_start.began_at_rest);
     }
 

@@ -16,7 +16,7 @@ use crate::spatial::{
     StageLink, StageSolution, Twist,
 };
 use crate::stepping::penetration::Sinking;
-use crate::stepping::{Backlash, EnergyLedger, StribeckBounds};
+use crate::stepping::{Backlash, Closings, EnergyLedger, StribeckBounds};
 
 use super::chain_state::GroundForces;
 use super::contact_map::ContactMap;
@@ -50,8 +50,9 @@ pub struct Workspace<T: Real> {
     pub start_velocity: ChainVelocity<T>,
     pub start_momentum: Vec<Momentum<T>>,
     pub start_frames: Vec<Frame<T>>,
-    /// Heights of the spheres' lowest points there \[m\].
+    /// Heights of the spheres' lowest points there \[m\], and which of them the ground carried.
     start_gap: Vec<[T; 2]>,
+    stood: Vec<[T::Mask; 2]>,
     /// q_B and the expected end velocity of the stage.
     pub base: Configuration<T>,
     pub base_frames: Vec<Frame<T>>,
@@ -82,6 +83,12 @@ pub struct Workspace<T: Real> {
     own_torque: Vec<[T; 2]>,
     torques: Vec<f64>,
     energy: EnergyLedger<T>,
+    pub closings: Closings,
+    /// Of the ground alone: when spheres touch down within the step, and when after it \[s\].
+    touchdown: T,
+    touchdown_forecast: T,
+    /// Time from the start of the step to the end of the stage \[s\].
+    elapsed: T,
     /// How far the stage ended from its prediction, for any point of the robot \[m\].
     pub deviation: T,
     pub kept: Kept<T>,
@@ -126,6 +133,7 @@ impl<T: Real> Workspace<T> {
             start_momentum: none(),
             start_frames: frames(),
             start_gap: vec![[zero; 2]; links],
+            stood: vec![[T::Mask::of(|_| false); 2]; links],
             base: Configuration::straight(links),
             base_frames: frames(),
             guess: ChainVelocity::rest(links),
@@ -148,6 +156,10 @@ impl<T: Real> Workspace<T> {
             own_torque: vec![[zero; 2]; links - 1],
             torques: vec![0.0; 2 * (links - 1)],
             energy: EnergyLedger::zero(),
+            closings: Closings::none(),
+            touchdown: zero,
+            touchdown_forecast: zero,
+            elapsed: zero,
             deviation: zero,
             kept: Kept {
                 end: ChainVelocity::rest(links),

@@ -7,7 +7,7 @@ use crate::spatial::rest::is_at_rest;
 use crate::spatial::{ChainState, Spatial, SpatialBody, SpatialSystem, StageSolution, read_lane};
 use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::penetration::Sinking;
-use crate::stepping::{ContactImpulse, Driven, EnergyLedger, FallbackResult, Members, StageOutput, StageRecord};
+use crate::stepping::{Closing, ContactImpulse, Driven, EnergyLedger, FallbackResult, Members, StageOutput, StageRecord};
 
 use super::Workspace;
 
@@ -49,6 +49,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         for lane in active(solved) {
             contact_impulses.extend(self.contacts.contact_impulses(&self.stage, &self.solution, lane));
             contact_impulses.extend(self.self_contacts.contact_impulses(&self.solution, lane));
+            self.find_closings(lane);
         }
     }
 
@@ -71,12 +72,8 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         &self.kept.energy
     }
 
-    fn deviation_share(&self, lane: usize, is_pushed: impl Fn() -> bool) -> f64 {
-        match (self.self_contacts.meets_stop(lane), is_pushed()) {
-            (true, _) => STOPPED,
-            (false, true) => PUSHED,
-            (false, false) => 1.0,
-        }
+    fn closing(&self, lane: usize) -> &Closing {
+        self.closings.of(lane)
     }
 
     fn end_step<D: Driven<Model = Spatial>>(&mut self, members: &mut Members<D>, lanes: Lanes) {
@@ -113,6 +110,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         self.backlash.save(lane, &mut state.backlash);
         read_lane::<T, _>(&self.kept.momentum, lane, &mut state.momentum);
         self.keep_forces(lane, state);
+        state.end_step();
         for (sum, ends) in ground_impulse.iter_mut().zip(&state.forces.normal) {
             *sum += ends[0] * c + ends[1] * c;
         }
@@ -124,6 +122,15 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
 }
 
 impl<T: Real> Workspace<T> {
+    /// Finds the closings in a lane's solved stage.
+    fn find_closings(&mut self, lane: usize) {
+        let Self { stage, solution, expected, elapsed, closings, contacts, self_contacts, .. } = self;
+        closings.begin_stage(lane);
+        closings.add_times(lane, self.touchdown.lane(lane), self.touchdown_forecast.lane(lane));
+        contacts.add_closings(stage, solution, expected, *elapsed, lane, closings);
+        self_contacts.add_closings(stage, solution, expected, *elapsed, lane, closings);
+    }
+
     /// Keeps the forces of a lane's last stage as the next warm start.
     fn keep_forces(&self, lane: usize, state: &mut ChainState) {
         self.forces.read_lane(lane, &mut state.forces);
@@ -133,14 +140,6 @@ impl<T: Real> Workspace<T> {
         state.self_contacts.extend_from_slice(self.self_contacts.known(lane));
     }
 }
-
-/// What remains of the tolerance for a deviation where a peg pushes: links that touch down or lift off gain little from
-/// shorter steps, a robot that hits a peg gains much.
-const PUSHED: f64 = 0.25;
-
-/// What remains of it where a joint meets its stop: a second stage that extrapolates the impulse of the impact makes the
-/// joint rebound, so that Euler steps have to take it.
-const STOPPED: f64 = 1e-3;
 
 /// A step that takes a sunk sphere deeper by more is divided \[m\].
 const SINKING: f64 = 2e-5;

@@ -1,0 +1,92 @@
+//! Contacts that close: when they do within a part of a step, and when open ones will after it.
+//!
+//! Every row of contact, in every model, has at the end of its stage the gap `c (offset + rate)` with the coefficient c
+//! of the stage and the rate `w . u` at which it opens. Closing times follow from these numbers, so that they cost no
+//! geometry.
+
+use crate::math::MAX_LANES;
+
+/// What the rows of one robot say of a part.
+#[derive(Debug, Clone, Copy)]
+pub struct Closing {
+    /// Time from the start of the part to the first closing of a contact that did not touch before; infinite if none
+    /// closes \[s\].
+    pub at: f64,
+    /// Time from the end of the part to the first closing of an open contact, by its gap and rate there \[s\].
+    pub forecast: f64,
+}
+
+impl Closing {
+    const NONE: Self = Self { at: f64::INFINITY, forecast: f64::INFINITY };
+
+    /// Whether a contact closes in the part that did not touch before.
+    pub fn is_fresh(&self) -> bool {
+        self.at < f64::INFINITY
+    }
+}
+
+impl Default for Closing {
+    fn default() -> Self {
+        Self::NONE
+    }
+}
+
+/// One row of contact at the end of a solved stage.
+#[derive(Debug, Clone, Copy)]
+pub struct ClosingRow {
+    /// Its gap without motion over the coefficient of the stage \[m/s\].
+    pub offset: f64,
+    /// w . u of the velocity with which the stage was predicted, and of its solution \[m/s\].
+    pub expected_rate: f64,
+    pub rate: f64,
+    /// Whether it carries force, and did so at the end of the last accepted part.
+    pub presses: bool,
+    pub touched: bool,
+}
+
+/// The closings of a register's robots.
+#[derive(Debug, Clone)]
+pub struct Closings {
+    lanes: [Closing; MAX_LANES],
+}
+
+impl Closings {
+    pub fn none() -> Self {
+        Self { lanes: [Closing::NONE; MAX_LANES] }
+    }
+
+    /// Begins a part.
+    pub fn begin_part(&mut self) {
+        self.lanes = [Closing::NONE; MAX_LANES];
+    }
+
+    /// Begins to collect the rows of a lane's solved stage: those of the stage before no longer forecast.
+    pub fn begin_stage(&mut self, lane: usize) {
+        self.lanes[lane].forecast = f64::INFINITY;
+    }
+
+    pub fn of(&self, lane: usize) -> &Closing {
+        &self.lanes[lane]
+    }
+
+    /// Adds a closing at a time within the part, and one forecast at a time after it; infinite where there is none \[s\].
+    pub fn add_times(&mut self, lane: usize, at: f64, forecast: f64) {
+        let closing = &mut self.lanes[lane];
+        (closing.at, closing.forecast) = (closing.at.min(at), closing.forecast.min(forecast));
+    }
+
+    /// Adds a row of a stage of coefficient `c` that ends `elapsed` after the start of the part.
+    pub fn add(&mut self, lane: usize, row: &ClosingRow, c: f64, elapsed: f64) {
+        if !row.presses {
+            let gap = c * (row.offset + row.rate);
+            self.add_times(lane, f64::INFINITY, if row.rate < -SLOW { gap.max(0.0) / -row.rate } else { f64::INFINITY });
+        } else if !row.touched && row.expected_rate < -SLOW {
+            // From the base of the stage with the velocity that was expected without the contact.
+            let from_base = c * row.offset / -row.expected_rate;
+            self.add_times(lane, (elapsed - c + from_base).clamp(0.0, elapsed), f64::INFINITY);
+        }
+    }
+}
+
+/// Speed of approach below which a closing is no impact \[m/s\]: the rates of contacts at rest are round-off.
+pub(crate) const SLOW: f64 = 1e-3;
