@@ -111,11 +111,11 @@ def _is_section(gait: Any) -> bool:
 
 
 def _groups(record: Any) -> list[Any]:
-    """Names of what is recorded, which the core checks."""
+    """Names of what is recorded, each once; the core checks them."""
     if isinstance(record, str):
         return [record]
     try:
-        return list(record)
+        return list(dict.fromkeys(record))
     except TypeError:
         raise ConfigError("record", repr(record), "a name or a list of names") from None
 
