@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyReadwriteArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
+use pythonize::pythonize;
 use snake_core::ConfigError;
 use snake_core::batch::Batch as Rows;
 use snake_core::environment::quantity::quantities_of;
@@ -15,7 +16,6 @@ use crate::ffi::{CoreError, detached};
 use crate::from_python::from_python;
 use crate::numbers::set_array;
 use crate::step_buffers::{StepBuffers, shape};
-use crate::to_python::to_python;
 use crate::world::WorldConfig;
 
 /// n environments of one configuration.
@@ -181,11 +181,11 @@ impl Batch {
         self.require_row(row)?;
         let core = &self.core;
         let obstacles = of_model!(core, core => core.environment(row).obstacles());
-        to_python(py, &self.config.scene(obstacles))
+        Ok(pythonize(py, &self.config.scene(obstacles))?)
     }
 
     fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, usize, usize)> {
-        Ok((to_python(py, &self.config)?, self.core.num_envs(), self.core.num_threads()))
+        Ok((pythonize(py, &self.config)?, self.core.num_envs(), self.core.num_threads()))
     }
 
     fn __getstate__<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyBytes>>> {
