@@ -115,7 +115,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         let is_pushed = || {
             let mut contact_impulses =
                 self.first_contact_impulses.iter().chain(&self.contact_impulses).filter(|each| each.lane == lane);
-            contact_impulses.any(|each| each.impulse != Vector3::zeros())
+            contact_impulses.any(|each| each.impulse != Vector3::zeros() && !matches!(each.source, Source::Top(_)))
         };
         self.workspace.deviation_share(lane, is_pushed) * self.event_tolerance
     }
@@ -306,7 +306,10 @@ fn add_contact_impulses<D: Driven>(
         let body = members.body_mut(each.lane);
         match each.source {
             Source::Link(_) => body.self_contact_impulse[each.link] += each.impulse * weight,
-            Source::Obstacle(obstacle) => {
+            Source::Obstacle(obstacle) | Source::Top(obstacle) => {
+                if let Source::Top(_) = each.source {
+                    body.top_impulse[each.link] += each.impulse.z * weight;
+                }
                 body.contact_impulse[each.link] += each.impulse * weight;
                 body.obstacle_impulse.add(obstacle, each.impulse * weight);
             }

@@ -143,7 +143,7 @@ impl RobotModel for PlanarRobot {
     }
 
     fn energy(&self) -> f64 {
-        self.simulation.kinetic_energy()
+        self.simulation.energy()
     }
 
     fn joint_coordinates(&self) -> usize {
