@@ -18,7 +18,7 @@ use crate::environment::observation::BlockRow;
 use crate::environment::perception::LinkPose;
 use crate::environment::quantity::Quantity;
 use crate::environment::raised_chain::RaisedChain;
-use crate::environment::reference::ReferenceGenerator;
+use crate::environment::reference::{Held, ReferenceGenerator};
 use crate::environment::signal::{Signal, float, integer};
 use crate::environment::start::Start;
 
@@ -154,6 +154,7 @@ impl RobotModel for SpatialRobot {
         if *has_own_posture {
             self.reference.rest_bent(|joint, axis| self.posture[joint][axis]);
         }
+        self.lock_joints();
         self.forces.clear();
     }
 
@@ -165,6 +166,7 @@ impl RobotModel for SpatialRobot {
         if chain.has_own_posture {
             self.reference.rest_bent(|joint, axis| chain.joint_angle[joint][axis]);
         }
+        self.lock_joints();
     }
 
     fn set_action(&mut self, action: &[f64]) {
@@ -276,6 +278,19 @@ impl SpatialRobot {
     /// Mean normal force of the ground on each link over the last control period \[N\].
     pub fn normal_force(&self) -> &[f64] {
         &self.forces.ground
+    }
+
+    /// The same with that of top faces: what a sensor under the link feels \[N\].
+    pub fn force_from_below(&self) -> impl Iterator<Item = f64> + '_ {
+        self.forces.ground.iter().zip(&self.forces.top).map(|(ground, top)| ground + top)
+    }
+
+    /// Locked joints keep their present angles.
+    fn lock_joints(&mut self) {
+        let pose = &self.simulation.state().pose;
+        let angle = |joint: usize| joint_angle(&pose[joint], &pose[joint + 1]).into();
+        let locked = self.simulation.robot().locked();
+        self.reference.lock(locked.map(|joint| Held { joint, angle: angle(joint) }));
     }
 
     /// Keeps references that integrate rates near the joints.
