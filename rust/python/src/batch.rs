@@ -156,8 +156,8 @@ impl Batch {
     fn set_next_worlds(&mut self, rows: Vec<usize>, worlds: Vec<Bound<'_, PyAny>>) -> PyResult<()> {
         self.require_rows(&rows, worlds.len(), "worlds")?;
         let core = &mut self.core;
-        let links = of_model!(&*core, core => core.environment(0).robot().link_count());
-        let resolve = |world: &Bound<'_, PyAny>| from_python::<WorldConfig>(world)?.resolve(&self.config, links);
+        let robot = of_model!(&*core, core => core.environment(0).robot().clone());
+        let resolve = |world: &Bound<'_, PyAny>| from_python::<WorldConfig>(world)?.resolve(&self.config, &robot);
         let worlds = worlds.iter().map(resolve).collect::<Result<Vec<_>, _>>().map_err(CoreError::from)?;
         Ok(of_model!(core, core => core.set_next_worlds(&rows, worlds)).map_err(CoreError::from)?)
     }
