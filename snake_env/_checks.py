@@ -16,6 +16,15 @@ from snake_env.errors import ConfigError
 SEED_RANGE = "an integer in [0, 2^64)"
 
 
+def plain(value: Any) -> Any:
+    """Mappings, lists and tuples with Python's own numbers and lists in place of NumPy's."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return {name: plain(item) for name, item in value.items()}
+    return type(value)(map(plain, value)) if type(value) in (list, tuple) else value
+
+
 def integer(field: str, value: Any, low: int, high: int | None = None) -> int:
     """An integer not below ``low``, nor above ``high``."""
     expected = f"an integer >= {low}" if high is None else f"an integer in [{low}, {high}]"

@@ -19,14 +19,13 @@ from snake_env.state import State, in_infos, state_of
 
 
 class RobotState(NamedTuple):
-    """All that a run changes about one robot: enough to continue it bit for bit in any batch of the same task.
-
-    With the integrator's method "thesis" it goes on with zero impulses as first guess of the iteration.
-    """
+    """All that a run changes about one robot: enough to continue it bit for bit in any batch of the same task."""
 
     core: bytes
     finished: bool
     previous_action: NDArray[np.float32]
+    config: Mapping[str, Any]
+    """Of the environment that it is from, with all defaults."""
 
 
 class Functions(NamedTuple):
@@ -242,18 +241,42 @@ class Robots:
 
     def get_state(self, i: int, finished: bool) -> RobotState:
         """The state of robot ``i``."""
-        return RobotState(self.native.get_state(i), finished, self._previous_action[i].copy())
+        return RobotState(self.native.get_state(i), finished, self._previous_action[i].copy(), self.task.config)
 
     def set_states(self, states: Sequence[RobotState], indices: Sequence[int]) -> None:
         """Replaces the states of some robots, or of none where one of the states does not fit."""
+        own = _of_run(self.task.config)
         for k, state in enumerate(states):
-            if not isinstance(state, RobotState) or np.shape(state.previous_action) != self._action_shape[1:]:
-                expected = "what get_state of such an environment has returned"
+            expected = "what get_state of such an environment has returned"
+            if not isinstance(state, RobotState) or not isinstance(state.config, Mapping):
                 raise ConfigError(f"states[{k}]", type(state).__name__, expected)
+            if state.config is not self.task.config and (found := _difference(_of_run(state.config), own)):
+                path, theirs, ours = found
+                raise ConfigError(f"states[{k}]{path}", repr(theirs), f"{ours!r}, as in this environment")
+            if np.shape(state.previous_action) != self._action_shape[1:]:
+                raise ConfigError(f"states[{k}].previous_action", f"shape {np.shape(state.previous_action)}", expected)
         self.native.set_states(indices, [state.core for state in states])
         for i, state in zip(indices, states, strict=True):
             self._previous_action[i] = state.previous_action
             self._seeded[i] = True
+
+
+def _of_run(config: Mapping[str, Any]) -> dict[str, Any]:
+    """What a robot's state depends on: neither the time limit, which the classes choose differently, nor the
+    obstacles and the difficulty, which the state has.
+    """
+    rest = {name: value for name, value in config.items() if name not in ("max_episode_steps", "difficulty")}
+    return {**rest, "scene": rest.get("scene") and {**rest["scene"], "obstacles": ()}}
+
+
+def _difference(theirs: Any, ours: Any, path: str = "") -> tuple[str, Any, Any] | None:
+    """The first difference of two configurations: its path and both values; None where there is none."""
+    if theirs == ours:
+        return None
+    if isinstance(theirs, Mapping) and isinstance(ours, Mapping):
+        inside = (_difference(theirs[name], ours[name], f"{path}.{name}") for name in ours if name in theirs)
+        return next(filter(None, inside), (path, theirs, ours))
+    return path, theirs, ours
 
 
 def _rewards(value: Any, active: Mask, rows: int) -> NDArray[np.float64]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import gymnasium as gym
@@ -18,7 +19,7 @@ from snake_env.picture import Picture
 
 FIXED = frozenset([*TaskOptions.__annotations__, *BATCH_KEYWORDS]) - {"difficulty", "render_mode", "num_envs"}
 """Keywords that cannot be set as attributes: nothing would read them."""
-GUARDED = FIXED | {"render_mode"}
+GUARDED = FIXED | {"render_mode", "spec"}
 """Attributes that :meth:`RobotsEnvironment.__setattr__` looks at."""
 
 
@@ -36,11 +37,16 @@ class RobotsEnvironment:
         self.metadata = {**self.metadata, "render_fps": frame_rate(robots.task.control_period)}  # type: ignore[misc]
 
     def __setattr__(self, name: str, value: Any) -> None:
-        """Refuses what would be ignored, and a render mode that is none."""
+        """Refuses what would be ignored, and a render mode that is none; a spec keeps no NumPy values, which JSON has
+        none of.
+        """
         if name in GUARDED:
             if name in FIXED:
                 raise AttributeError(f"{name} is fixed when the environment is made")
-            _checks.choice(name, value, [None, *RENDER_MODES])
+            if name == "spec":
+                value = value and replace(value, kwargs=_checks.plain(value.kwargs))
+            else:
+                _checks.choice(name, value, [None, *RENDER_MODES])
         super().__setattr__(name, value)
 
     @property

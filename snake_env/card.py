@@ -125,7 +125,8 @@ of every environment: `max_episode_steps`, `render_mode`, `observation`, `info_s
 | `"Disabled"` | last observation | an error, until `reset(options={"reset_mask": mask})` | manual control |
 
 RLlib reads the first observation of an episode from the step after its end: use `"NextStep"` there, since `"SameStep"`
-silently corrupts its episodes.
+silently corrupts its episodes. Gymnasium's `RecordEpisodeStatistics` counts returns and lengths wrongly over
+`"SameStep"` before version 1.4.
 
 `reset(seed=s)` gives robot i the random stream s + i, independent of the number of robots and threads; a reset without
 seed continues with the next episode of each stream. Options of `reset` are `reset_mask`, a bool array, and `scene`,
@@ -136,8 +137,8 @@ which entries of `infos["name"]` are valid. In `infos["final_obs"]`, an array of
 ended has an observation as its observation space has it: an array, or a mapping with `observation="dict"`. The infos of
 these last steps are in `infos["final_info"]`.
 
-`get_state(mask)` and `set_state(states, mask)` save and restore robots bit for bit
-(with the method "implicit"; "thesis" starts its iteration from zero impulses).
+`get_state(mask)` and `set_state(states, mask)` save and restore robots bit for bit. A state of an environment with
+another configuration is refused with what differs; only the time limit and the difficulty of later episodes may.
 
 `SnakeVecEnv`, the batch for Stable-Baselines3, reports return and length of each episode itself, as `VecMonitor` does,
 which is not needed then. `infos[i]` is empty but for the last step of an episode; `venv.signals` has the entries of

@@ -73,13 +73,15 @@ def simulate(
 
     Warns:
         UserWarning: a link overlapped a peg, or in the spatial model the ground, by more than a millimetre, as when the
-            robot starts inside one; or solves ended before their tolerance.
+            robot starts inside one; solves ended before their tolerance; or all samples of a :class:`JointTrajectory`
+            lie before the run or after it.
     """
     _checks.choice("model", model, MODELS)
     of_run: dict[str, Any] = {"robot": _robot(robot, self_contact), "scene": _scene(model, scene)}
     delay = _checks.number("reference_delay", reference_delay, 0.0, 10.0)
     if gait is None or isinstance(gait, Mapping):
         gait = Gait.of(gait)
+    own = gait
     if reference_rate is not None or delay != 0.0 or not _is_section(gait):
         gait = JointTrajectory.sampled(gait, duration, of_run["robot"].links - 1, reference_rate, delay)
     config = {"model": model, "duration": duration, "sample": sample, "seed": seed, "record": _groups(record)}
@@ -96,6 +98,8 @@ def simulate(
     trajectory = Trajectory(**_native_run(config | given), **of_run)
     _warn_of_penetration(trajectory, _others(model, trajectory))
     _warn_of_unconverged(trajectory)
+    if isinstance(own, JointTrajectory):
+        _warn_of_samples(own, duration)
     return trajectory
 
 
@@ -114,11 +118,11 @@ def _is_section(gait: Any) -> bool:
 
 
 def _groups(record: Any) -> list[Any]:
-    """Names of what is recorded, which the core checks."""
+    """Names of what is recorded, each once; the core checks them."""
     if isinstance(record, str):
         return [record]
     try:
-        return list(record)
+        return list(dict.fromkeys(record))
     except TypeError:
         raise ConfigError("record", repr(record), "a name or a list of names") from None
 
@@ -146,6 +150,17 @@ def _others(model: str, trajectory: Trajectory) -> str:
     ground = ["the ground"] if model == "spatial" else []
     links = [] if trajectory.self_contact_force is None else ["another link"]
     return " or ".join(["an obstacle", *ground, *links])
+
+
+def _warn_of_samples(gait: JointTrajectory, duration: float) -> None:
+    """Warns of samples that all lie outside the run, as those of a clock do."""
+    first, last = np.asarray(gait.time)[[0, -1]]
+    if last <= 0.0 or first >= duration:
+        warnings.warn(
+            f"gait.time, {first:g} to {last:g} s, lies outside the run, which begins at 0: the joints stay at the "
+            "nearest sample. Times of a clock become those of a run by time - time[0]",
+            stacklevel=3,
+        )
 
 
 def _warn_of_penetration(trajectory: Trajectory, where: str) -> None:

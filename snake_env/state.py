@@ -22,7 +22,8 @@ class State:
         position: (n, 2) centre of gravity, seen from above [m].
         velocity: (n, 2) its velocity [m/s].
         heading: (n,) angle from +x to the mean direction of the body [rad], in [-pi, pi].
-        energy: (n,) kinetic energy; in 3D with the potential energy, zero where every CG is in the ground plane [J].
+        energy: (n,) kinetic and potential energy, the latter zero with every CG at the height of the origin: on level
+            ground always in the plane [J]. ``info["energy"]`` is the positive work of the actuators.
         distance: (n,) distance of the centre of gravity towards the goal, gained since the start [m].
         reward_terms: (n, t) value of each built-in reward term in the last step, without its weight, in the order of
             :data:`snake_env.rewards.TERMS`.
@@ -37,17 +38,18 @@ class State:
         link_position: (n, L, 2) CGs of the links [m]; (n, L, 3) in 3D.
         link_velocity: (n, L, 2) their velocities [m/s]; (n, L, 3) in 3D.
         link_angular_velocity: (n, L) [rad/s]; (n, L, 3) in 3D.
-        joint_angle: (n, L - 1) [rad]; (n, L - 1, 2) in 3D, yaw and pitch.
+        joint_angle: (n, L - 1) [rad]; (n, L - 1, 2) in 3D, yaw and pitch, which lowers the links behind its joint.
         joint_rate: of the same shape [rad/s].
         joint_torque: of the same shape, of the actuators in the last integration step, thesis sign [N m].
         contact_force: (n, L, 2) force of the obstacles on each link, averaged over the last control period [N];
-            (n, L, 3) in 3D.
+            (n, L, 3) in 3D, with the normal force and friction of top faces.
         self_contact_force: of the same shape, force of the robot's other links [N]; zero where the model has none.
         link_half_length: (L,) half length of the straight sides of a link's outline [m].
         link_radius: (L,) half width of a link and radius of its round ends [m].
         link_angle: (n, L) absolute angles of the links [rad]; None in 3D.
         link_quaternion: (n, L, 4) orientations of the links, w first; 3D only.
-        normal_force: (n, L) normal force of the ground, averaged over the last control period [N]; 3D only.
+        normal_force: (n, L) normal force of the ground, without that of top faces, averaged over the last control
+            period [N]; 3D only.
         obstacles: (n, k, 3) radius and centre (radius, x, y) of the pegs, NaN where a robot has fewer than k [m].
         obstacle_force: (n, m, 2|3) force of each obstacle on the robot, averaged over the last control period, in the
             order of ``scene(i).obstacles``; NaN where a robot has fewer than m [N].

@@ -24,12 +24,13 @@ class Trajectory:
         time: (T,) [s].
         position: (T, n, 2) CGs of the links [m]; (T, n, 3) in the spatial model.
         angle: (T, n) absolute link angles [rad]; in the spatial model the yaw of each centre line, in (-pi, pi].
-        joint_angle: (T, n - 1) [rad]; (T, n - 1, 2) in the spatial model, yaw and pitch.
+        joint_angle: (T, n - 1) [rad]; (T, n - 1, 2) in the spatial model, yaw and pitch, which lowers the links behind
+            its joint, other than that of a :class:`snake_env.Start`.
         joint_torque: (T, n - 1) actuator torques of the last step [N m]: planar tau_C of (T 3.51), which acts on the
             link before the joint; minimal model tau of (T 7.8), which drives the joint angle up. Spatial model:
             (T, n - 1, 2), tau_C of (T 4.89), yaw and pitch.
         contact_force: (T, n, 2) obstacle force on each link, averaged over the sample interval (T 7.6) [N]; (T, n, 3)
-            in the spatial model.
+            in the spatial model, with the normal force and friction of top faces.
         self_contact_force: (T, n, 2) force of the robot's other links on each link, averaged over the sample interval
             [N]; (T, n, 3) in the spatial model; None without self-contact.
         residual: (T,) worst certified residual since the last sample: violation of balance, joints and laws, as a
@@ -37,7 +38,8 @@ class Trajectory:
         iterations: (T,) solver iterations since the last sample.
         unconverged: (T,) solves since the last sample that ended before their tolerance; also as ``misses``.
         fallbacks: (T,) solves since the last sample that Newton's method left to the fallback.
-        energy: (T,) kinetic energy, in the spatial model also potential energy over the ground plane [J].
+        energy: (T,) kinetic and potential energy, the latter zero with every CG at the height of the origin: on level
+            ground always in the planar and the minimal model [J].
         max_joint_gap: largest distance between the two ends that meet in a joint, at any step [m].
         max_penetration: deepest overlap of a link and an obstacle, in the spatial model also the ground, with
             self-contact also another link, at any step [m].
@@ -57,8 +59,9 @@ class Trajectory:
         joint_rate: (T, n - 1) [rad/s]; (T, n - 1, 2) in the spatial model, yaw and pitch ("velocity").
         ground_friction: (T, n, c, 2) friction of the ground on each link, x and y of the inertial frame, with viscous
             friction, without the moment of rolling friction [N] ("ground").
-        ground_normal: (T, n, c) normal force of the ground [N] ("ground").
-        obstacle_force: (T, m, 2|3) force of each of the m obstacles of the scene on the robot [N] ("obstacles").
+        ground_normal: (T, n, c) normal force of the ground, zero at a contact on a top face [N] ("ground").
+        obstacle_force: (T, m, 2|3) force of each of the m obstacles of the scene on the robot, at sides, edges and top
+            faces [N] ("obstacles").
         pair_force: (T, n, n, 2) force on each link of each other link, ``[:, i, j]`` on link i of link j [N];
             (T, n, n, 3) in the spatial model ("self_contacts").
         actuator_power: (T, n - 1) power of each actuator [W]; (T, n - 1, 2) in the spatial model ("power").

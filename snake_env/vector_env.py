@@ -49,7 +49,8 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
         render_mode: None, "rgb_array" (``render`` returns a tuple of n uint8 images (height, width, 3)) or
             "human" (a window that shows robot 0).
         autoreset_mode: "NextStep", "SameStep" or "Disabled", or a member of ``gymnasium.vector.AutoresetMode``;
-            strings keep the spec serialisable.
+            strings keep the spec serialisable. Gymnasium's ``RecordEpisodeStatistics`` counts wrongly over "SameStep"
+            before version 1.4.
         num_threads: threads that step the batch, >= 1; None: the environment variable SNAKE_ENV_NUM_THREADS, else
             min(cores, ceil(num_envs / 8)).
         reward_fn: replaces the reward; see :data:`snake_env.options.RewardFn`.

@@ -41,7 +41,8 @@ class Robot(Section):
             to 5 degrees. Not in the minimal model, with the method "thesis" nor with :class:`IOLinearizing`.
         locked: joints that keep the angle of the start, numbered from 0 as in ``joint_angle``: springs of 1e9 N m/rad
             hold them within 1e-9 rad per N m whatever their torque, with neither play nor torque limit, and without
-            drift. ``simulate`` with the method "implicit", set-valued friction and :class:`PD` only.
+            drift. With the method "implicit", set-valued friction and :class:`PD` only. In environments actions do not
+            move them.
         limp: joints without an actuator, numbered likewise; the same holds.
     """
 

@@ -27,7 +27,8 @@ class Start(Section):
             leading link faces +x. In the spatial model the yaw of its centre line.
         posture: "gait" (joint angles equal the reference at t = 0), "straight", or n - 1 joint angles [rad]; in the
             spatial model also n - 1 pairs (yaw, pitch).
-        pitch: lifts the chain behind link 1, which then faces down [rad], in [-pi/2, pi/2]; the spatial model only.
+        pitch: lifts the chain behind link 1, which then faces down [rad], in [-pi/2, pi/2]; the spatial model only. The
+            pitch of a joint has the opposite sign: it lowers the links behind the joint.
         roll: turns the chain about the centre line of link 1, its left side down [rad]; the spatial model only. None
             is 0, but -pi/2, on its side, for a gait that also yaws and whose posture bends only up and down, as
             lateral rolling's.

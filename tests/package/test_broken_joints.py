@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
-import gymnasium
 import numpy as np
 import pytest
 
 import snake_env
-from snake_env import PD, ConfigError, Gait, Integrator, IOLinearizing, JointTrajectory, Noise, Robot, Scene, Start
+from snake_env import (
+    PD,
+    ConfigError,
+    Gait,
+    Integrator,
+    IOLinearizing,
+    JointTrajectory,
+    Noise,
+    Robot,
+    Scene,
+    SnakeEnv,
+    SnakeVectorEnv,
+    Start,
+)
 
 MODELS = ("planar", "spatial", "minimal")
 GROUND = Scene(friction=(0.2, 0.5))
@@ -119,6 +131,81 @@ def test_what_cannot_be_broken_is_refused_by_name(robot, keywords, field):
     assert refused.value.field == field
 
 
-def test_environments_refuse_broken_joints():
-    with pytest.raises(ConfigError, match="environments"):
-        gymnasium.make("snake_env:SnakeFree-v1", robot=Robot(limp=(1,)))
+@pytest.mark.parametrize("mode", ["gait", "joints", "residual", "velocities", "torques"])
+@pytest.mark.parametrize("model", ["planar", "spatial"])
+def test_broken_joints_of_environments_are_held_or_let_go_whatever_the_actions_are(model, mode):
+    """Each robot keeps the angle of its own start."""
+    options = {"model": model, "task": "field", "action_mode": mode, "randomization": {"free_play": (0.0, 0.05)}}
+    if mode == "torques":
+        options.pop("randomization")
+    env = SnakeVectorEnv(3, robot=Robot(locked=(0, 4), limp=(7,)), **options)
+    env.action_space.seed(0)
+    for seed in (1, 2):
+        env.reset(seed=seed)
+        at_start = env.state().joint_angle[:, [0, 4]]
+        states, pressed, moved = env.get_state(), [], []
+        for _ in range(25):
+            env.step(env.action_space.sample())
+            state = env.state()
+            np.testing.assert_allclose(state.joint_angle[:, [0, 4]], at_start, atol=2e-6)
+            assert not state.joint_torque[:, 7].any()
+            pressed.append(state.joint_torque[:, [0, 4]])
+            moved.append(state.joint_angle[:, 5])
+        assert np.abs(pressed).max() > 0.1
+        assert np.ptp(moved, axis=0).max() > 0.05
+    env.set_state(states)
+    np.testing.assert_array_equal(env.state().joint_angle[:, [0, 4]], at_start)
+    env.step(env.action_space.sample())
+    np.testing.assert_allclose(env.state().joint_angle[:, [0, 4]], at_start, atol=2e-6)
+
+
+@pytest.mark.parametrize("model", ["planar", "spatial"])
+def test_an_environment_with_broken_joints_is_the_run_with_them(model):
+    """Actions that hold the posture of the start, as the reference of a run does; single precision has them exactly."""
+    options = {"model": model, "task": "free", "action_mode": "joints"}
+    entries = SnakeEnv(**options).layout["action"]
+    rest = np.array([0.0 if "pitch" in entry["name"] else 0.0625 * k - 0.25 for k, entry in enumerate(entries)])
+    angle = np.array(
+        [
+            entry["low"] + 0.5 * (1.0 + x) * (entry["high"] - entry["low"])
+            for x, entry in zip(rest, entries, strict=True)
+        ]
+    )
+    angle = angle.reshape((10, 2) if model == "spatial" else 10)
+    robot, friction = Robot(locked=(2,), limp=(5, 6)), (0.1, 0.3)
+    start = Start(position=(0.0, 0.0), heading=2.0, posture=angle)
+    env = SnakeEnv(robot=robot, start=start, friction=friction, slope=(0.5, 0.0), **options)
+    env.reset(seed=0)
+    for _ in range(10):
+        env.step(rest)
+    run = snake_env.simulate(
+        model,
+        robot=robot,
+        start=start,
+        scene=Scene(friction=friction, slope=(0.5, 0.0)),
+        gait=JointTrajectory([0.0, 1.0], [angle, angle]),
+        controller=PD(torque_limit=10.0),
+        duration=0.5,
+        sample=0.05,
+    )
+    # The stages of half a second end within 1e-6 m/s of their solutions; the plane has no other differences.
+    tolerance = 5e-6 if model == "spatial" else 1e-9
+    np.testing.assert_allclose(env.state().link_position, run.position[-1], atol=tolerance)
+    np.testing.assert_allclose(env.state().joint_angle, run.joint_angle[-1], atol=10 * tolerance)
+    block = next(block for block in env.layout["observation"] if block["name"] == "reference")
+    observed = env.step(rest)[0][block["start"] : block["start"] + block["size"]] * block["scale"]
+    np.testing.assert_allclose(observed.reshape(angle.shape)[2], angle[2], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("options", "field"),
+    [
+        ({"robot": Robot(locked=(3,)), "integrator": Integrator(method="thesis")}, "robot.locked"),
+        ({"robot": Robot(limp=(3,)), "controller": IOLinearizing()}, "robot.limp"),
+        ({"robot": {"links": 3, "limp": (2,)}}, "robot.limp[0]"),
+    ],
+)
+def test_environments_refuse_what_runs_refuse(options, field):
+    with pytest.raises(ConfigError) as refused:
+        SnakeEnv(task="free", **options)
+    assert refused.value.field == field

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import functools
 import inspect
+import operator
 import pickle
 
 import gymnasium
@@ -27,7 +29,7 @@ from snake_env import (
     Stribeck,
     _native,
 )
-from snake_env.obstacles import Circle, Polygon
+from snake_env.obstacles import Box, Circle, Polygon, Segment
 
 NAN, INF = float("nan"), float("inf")
 
@@ -193,7 +195,7 @@ BAD_SPATIAL = [
     ({"start": {"posture": [(0.0, 0.0)] * 3}}, "start.posture"),
     ({"start": {"posture": [(0.0, NAN)] * 10}}, "start.posture"),
     ({"start": {"posture": [(0.0, 0.0, 0.0)] * 10}}, "start.posture"),
-    ({"start": {"posture": [(0.0, 1.6)] * 10}}, "start.posture"),
+    ({"start": {"posture": [(0.0, 3.2)] * 10}}, "start.posture"),
 ]
 
 
@@ -435,6 +437,57 @@ def test_gaits_take_keywords_over_the_thesis_values():
     assert (crawling.amplitude, crawling.vertical_omega, crawling.vertical_phase) == (0.0, 1.0, 0.0)
     rolling = Gait.lateral_rolling(amplitude=0.2)
     assert (rolling.vertical_amplitude, rolling.vertical_phase, rolling.beta) == (0.2, 90 * degree, 0.0)
+
+
+def leaves(tree, path=()):
+    """Paths of all values of a configuration that hold no others."""
+    items = tree.items() if isinstance(tree, dict) else enumerate(tree) if isinstance(tree, (list, tuple)) else ()
+    below = [leaf for key, item in items for leaf in leaves(item, (*path, key))]
+    return below or [path]
+
+
+def replaced(tree, path, value):
+    """A copy of a configuration with another value at ``path``."""
+    if not path:
+        return value
+    copy = dict(tree) if isinstance(tree, dict) else list(tree)
+    copy[path[0]] = replaced(tree[path[0]], path[1:], value)
+    return copy
+
+
+SHAPES = [
+    Circle(0.1, 1.0, 1.0, friction=0.2),
+    Box((0.5, 0.2), 3.0, 1.0, angle=0.3),
+    Segment((5.0, 5.0), (6.0, 5.0)),
+    Polygon(((7.0, 7.0), (8.0, 7.0), (7.0, 8.0))),
+]
+
+
+@pytest.mark.parametrize("value", [INF, -INF, NAN, None, 5e-324, 0.1 + 0.2, 1, True, "x", [], [INF, NAN]])
+def test_every_field_of_a_configuration_is_refused_or_comes_back_as_it_was_given(value):
+    whole = _native.layout({"scene": Scene(obstacles=SHAPES)})["config"]
+    assert _native.layout(whole)["config"] == whole
+    kept = []
+    for path in leaves(whole):
+        try:
+            config = _native.layout(replaced(whole, path, value))["config"]
+        except ConfigError:
+            continue
+        assert functools.reduce(operator.getitem, path, config) == value, path
+        assert _native.layout(config)["config"] == config, path
+        kept.append(path)
+    if value == INF:
+        assert kept == [("robot", "joint_limit")]
+
+
+def test_an_infinite_joint_limit_reaches_environments():
+    folded = [0.9, 2.0, 2.0, *[0.0] * 7]
+    robot = {"joint_limit": INF, "self_contact": False}
+    env = snake_env.SnakeEnv(task="free", robot=robot, start=Start(posture=folded), action_mode="torques")
+    env.reset(seed=0)
+    for one in (env, pickle.loads(pickle.dumps(env))):
+        one.step(np.zeros(10))
+        np.testing.assert_allclose(one.state().joint_angle, folded, atol=1e-3)
 
 
 def test_joints_without_limits_are_given_by_an_infinite_one():

@@ -92,6 +92,21 @@ def test_joints_that_receive_ten_samples_a_second_lag_by_an_interval():
     assert abs(slow.joint_angle[-1] - Gait().reference(1.9)["angle"][0]).max() < 0.01
 
 
+@pytest.mark.parametrize("first", [1.7e9, 0.5, -1.0])
+def test_samples_that_lie_outside_the_run_warn(first):
+    """Times of a clock."""
+    gait = JointTrajectory(first + np.array([0.0, 0.5, 1.0]), np.zeros((3, 10)))
+    for rate in (None, 20.0):
+        with pytest.warns(UserWarning, match=r"gait\.time, .* s, lies outside the run"):
+            snake_env.simulate(gait=gait, reference_rate=rate, duration=0.5)
+
+
+@pytest.mark.parametrize("first", [0.0, 0.4, -0.9])
+def test_samples_of_which_some_lie_within_the_run_do_not(first, recwarn):
+    snake_env.simulate(gait=JointTrajectory([first, first + 1.0], np.zeros((2, 10))), duration=0.5)
+    assert not recwarn.list
+
+
 BAD = [
     ({"time": [0.0], "angle": [[0.0]]}, "gait.time"),
     ({"time": [0.0, 0.0], "angle": [[0.0], [0.1]]}, "gait.time"),

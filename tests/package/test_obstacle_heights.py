@@ -59,6 +59,58 @@ def test_edges_lift_links():
     assert run.ground_normal.max() == 0.0
 
 
+PLATEAU = Box((3.0, 2.0), 1.2, 0.0, height=0.1)
+WEIGHT = 7.5 * 9.81
+
+
+def test_a_top_face_is_part_of_its_obstacle():
+    """It carries a robot that lies on it; on a slope it holds the robot by friction, too."""
+    hill = Scene(obstacles=[(0.1, 9.0, 9.0), PLATEAU], friction=(0.5, 0.5), slope=(0.2, 0.0))
+    run = simulate(hill, duration=1.0, record=["obstacles", "ground"])
+    expected = WEIGHT * np.array([np.sin(0.2), 0.0, np.cos(0.2)])
+    np.testing.assert_allclose(run.obstacle_force[-1], [np.zeros(3), expected], atol=1e-3)
+    np.testing.assert_allclose(run.contact_force[-1].sum(axis=0), expected, atol=1e-3)
+    assert not run.ground_normal.any()
+    assert not run.ground_friction.any()
+
+
+def test_forces_of_sides_edges_faces_and_ground_change_the_momentum():
+    """A robot in motion, half of it on a plateau."""
+    scene = Scene(obstacles=[PLATEAU, Circle(0.05, -0.7, 0.2, friction=0.3)], friction=(0.3, 0.3))
+    start = Start(position=(0.0, 0.0), heading=np.pi, posture="gait")
+    step = Integrator(step=2.5e-3)
+    record = ["velocity", "obstacles", "ground"]
+    run = simulate(
+        scene, gait=Gait(vertical_amplitude=0.1), start=start, integrator=step, duration=1.5, sample=0.05, record=record
+    )
+    np.testing.assert_allclose(run.obstacle_force.sum(axis=1), run.contact_force.sum(axis=1), atol=1e-9)
+    ground = np.concatenate([run.ground_friction.sum(axis=(1, 2)), run.ground_normal.sum(axis=(1, 2))[:, None]], axis=1)
+    force = run.obstacle_force.sum(axis=1) + ground - [0.0, 0.0, WEIGHT]
+    change = 7.5 / 11 * np.diff(run.velocity.sum(axis=1), axis=0)
+    np.testing.assert_allclose(change, 0.05 * force[1:], atol=1e-4)
+    settled = slice(10, None)
+    assert run.obstacle_force[settled, 0, 2].min() > 0.1 * WEIGHT
+    assert ground[settled, 2].min() > 0.1 * WEIGHT
+    assert np.abs(run.obstacle_force[settled, 1]).max() > 1.0
+
+
+def test_an_environment_tells_a_top_face_from_the_ground():
+    """What lies under a link presses on its sensor either way."""
+    scene = Scene(obstacles=[Box((5.0, 2.0), 0.9, 0.0, height=0.1)], friction=(0.2, 0.2))
+    env = gymnasium.make("SnakeSpatial-v1", scene=scene, start=FLAT["start"], action_mode="joints").unwrapped
+    env.reset(seed=0)
+    for _ in range(20):
+        observation, *_, info = env.step(np.zeros(20))
+    state = env.state()
+    np.testing.assert_allclose(state.obstacle_force[:, 2], [WEIGHT], rtol=1e-3)
+    np.testing.assert_allclose(state.contact_force[:, 2].sum(), WEIGHT, rtol=1e-3)
+    assert not state.normal_force.any()
+    block = next(block for block in env.layout["observation"] if block["name"] == "normal_force")
+    felt = observation[block["start"] : block["start"] + block["size"]] * block["scale"]
+    np.testing.assert_allclose(felt, state.contact_force[:, 2], rtol=1e-5)
+    assert info["grounded"] == 11
+
+
 def test_scene_files_keep_heights(tmp_path):
     scene = Scene(obstacles=[*PEGS, (0.1, 4.0, 4.0)])
     scene.save(tmp_path / "steps.json")

@@ -134,6 +134,16 @@ def test_nothing_changes_and_nothing_is_held_unasked():
     assert len(recorded) == 9
 
 
+@pytest.mark.parametrize("group", ["velocity", "ground", "obstacles", "self_contacts", "power"])
+@pytest.mark.parametrize("model", ["planar", "spatial"])
+def test_every_group_has_a_row_per_sample_where_there_is_nothing_to_record(model, group):
+    """Among no obstacles, of the shortest robot, and named twice."""
+    run = snake_env.simulate(model, robot=Robot(links=2), duration=0.02, sample=0.01, record=[group, group])
+    assert {len(value) for value in vars(run).values() if isinstance(value, np.ndarray)} == {3}
+    if group == "obstacles":
+        assert run.obstacle_force.shape == (3, 0, 2 if model == "planar" else 3)
+
+
 @pytest.mark.parametrize(
     ("keywords", "field"),
     [

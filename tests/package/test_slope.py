@@ -76,6 +76,35 @@ def test_energy_stays_on_inclined_ground_without_friction(model):
     assert abs(run.energy - run.energy[0]).max() < 1e-3 * kinetic
 
 
+def energy_of(state, robot: Robot, angle: float) -> np.ndarray:
+    """Kinetic and potential energy of robots in motion, from what is known of their links; x rises by ``angle``."""
+    omega = state.link_angular_velocity
+    turning = robot.inertia * omega**2
+    if omega.ndim == 3:
+        along = (omega * state.link_axis).sum(axis=2)
+        turning = robot.inertia * (omega**2).sum(axis=2) + (robot.roll_inertia - robot.inertia) * along**2
+    gravity = -GRAVITY * np.array([math.sin(angle), 0.0, math.cos(angle)])[: state.link_position.shape[2]]
+    potential = -robot.mass * state.link_position @ gravity
+    return (0.5 * (robot.mass * (state.link_velocity**2).sum(axis=2) + turning) + potential).sum(axis=1)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.4])
+@pytest.mark.parametrize("model", ["planar", "spatial"])
+def test_energy_is_kinetic_and_potential_in_environments_and_runs(model, angle):
+    keywords = {"model": model, "action_mode": "joints"}
+    envs = snake_env.SnakeVectorEnv(3, task="free", slope=(angle, 0.0), friction=(0.2, 0.2), **keywords)
+    envs.reset(seed=1)
+    envs.action_space.seed(2)
+    for _ in range(5):
+        envs.step(envs.action_space.sample())
+        np.testing.assert_allclose(envs.state().energy, energy_of(envs.state(), Robot(), angle), rtol=1e-9)
+    start = Start(position=(1.0, 0.5), posture="straight", heading=1.0)
+    run = snake_env.simulate(model, scene=ground(angle), gait=STILL, start=start, duration=0.1)
+    single = snake_env.SnakeEnv(task="free", slope=(angle, 0.0), start=start, **keywords)
+    single.reset(seed=0)
+    assert run.energy[0] == pytest.approx(single.state().energy, rel=1e-12)
+
+
 @pytest.mark.parametrize("model", ["planar", "spatial"])
 def test_an_environment_lies_on_the_slope_it_is_given(model):
     def end(slope: float) -> np.ndarray:

@@ -7,7 +7,7 @@ import pytest
 from conftest import check_arrays
 
 import snake_env
-from snake_env import PD, Gait, Integrator, Robot, Scene, Start
+from snake_env import PD, ConfigError, Gait, Integrator, JointTrajectory, Robot, Scene, Start
 
 THESIS = Integrator(method="thesis")
 RADIUS = 0.0525
@@ -69,6 +69,71 @@ def test_row_zero_is_the_start():
     np.testing.assert_allclose(e_z, along, atol=1e-15)
     weight = 7.5 / 11 * 9.81
     np.testing.assert_allclose(trajectory.energy[0], weight * trajectory.position[0, :, 2].sum(), rtol=1e-12)
+
+
+def test_a_joint_that_pitches_by_as_much_as_the_start_levels_the_link_behind_it():
+    start = Start(position=(0.0, 0.0, 0.4), pitch=0.5, posture=[(0.0, 0.5), *[(0.0, 0.0)] * 9])
+    height = run(start=start, duration=0.01, sample=0.01).position[0, :, 2]
+    np.testing.assert_allclose(height[1:], height[1], atol=1e-14)
+    assert height[1] > height[0]
+
+
+QUARTER = np.pi / 2
+
+
+@pytest.mark.parametrize(("limit", "largest"), [(None, QUARTER), (0.5, QUARTER), (2.5, 2.5), (np.inf, np.pi)])
+def test_references_and_postures_go_as_far_as_the_joint_limit(limit, largest):
+    robot = Robot(links=3, joint_limit=limit, self_contact=False)
+
+    def accepts(gait=None, posture="straight", **keywords):
+        start = Start(position=(0.0, 0.0, 1.0), posture=posture)
+        keywords = {"robot": robot, "gait": gait, "start": start, "duration": 0.01, "sample": 0.01} | keywords
+        snake_env.simulate(model="spatial", **keywords)
+
+    for sign in (1.0, -1.0):
+        accepts(Gait(amplitude=0.0, gamma=sign * largest))
+        accepts(Gait(amplitude=sign * (largest - 0.3), gamma=0.1 + 0.2))
+        accepts(Gait(amplitude=0.0, vertical_amplitude=sign * largest))
+        accepts(JointTrajectory([0.0, 1.0], np.full((2, 2, 2), sign * largest)))
+        accepts(posture=np.full((2, 2), sign * largest))
+        beyond = sign * (largest + 0.03)
+        for refused in (
+            {"gait": Gait(amplitude=0.0, gamma=beyond)},
+            {"gait": Gait(amplitude=0.0, vertical_amplitude=beyond)},
+            {"gait": JointTrajectory([0.0, 1.0], np.full((2, 2), beyond))},
+            {"posture": np.full(2, beyond)},
+        ):
+            with pytest.raises(ConfigError):
+                accepts(**refused)
+    with pytest.raises(ConfigError, match=r"gait\.gamma"):
+        accepts(Gait(amplitude=0.0, gamma=1.6), robot=Robot(links=3, self_contact=False), integrator=THESIS)
+
+
+def test_joints_bend_beyond_a_right_angle_where_their_limit_lets_them():
+    bent = JointTrajectory([0.0, 0.5], [np.zeros((2, 2)), [[2.0, 0.0], [0.0, -2.2]]])
+    robot = Robot(links=3, joint_limit=2.5, self_contact=False)
+    start = Start(position=(0.0, 0.0, 1.0), posture="straight")
+    still = snake_env.simulate("spatial", robot=robot, gait=bent, start=start, duration=0.6, sample=0.1)
+    np.testing.assert_allclose(still.joint_angle[-1], [[2.0, 0.0], [0.0, -2.2]], atol=0.02)
+    env = snake_env.SnakeEnv(model="spatial", task="free", robot=robot, start=Start(posture=still.joint_angle[-1]))
+    env.reset(seed=0)
+    np.testing.assert_allclose(env.state().joint_angle, still.joint_angle[-1], atol=1e-12)
+
+
+@pytest.mark.parametrize("limit", [None, np.inf])
+@pytest.mark.parametrize("integrator", [Integrator(), THESIS])
+def test_a_posture_that_a_run_returned_is_a_start(limit, integrator):
+    """Of a limp robot that falls into a heap, on its stops where it has some."""
+    if limit is not None and integrator is THESIS:
+        pytest.skip("the printed scheme has no limits")
+    robot = Robot(links=6, joint_limit=limit, self_contact=False)
+    limp, thrown = PD(kp=0.0, kd=0.0), [(1.2 * (-1) ** joint, QUARTER) for joint in range(5)]
+    keywords = {"model": "spatial", "robot": robot, "controller": limp, "integrator": integrator}
+    heap = snake_env.simulate(start=Start(position=(0.0, 0.0, 0.7), posture=thrown), duration=0.8, **keywords)
+    assert np.abs(heap.joint_angle).max() > QUARTER
+    for angles in heap.joint_angle:
+        again = snake_env.simulate(start=Start(posture=angles), duration=0.01, sample=0.01, **keywords)
+        np.testing.assert_allclose(again.joint_angle[0], angles, atol=1e-12)
 
 
 def test_without_a_height_the_robot_rests_on_the_ground():

@@ -9,7 +9,6 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from snake_env._robots import RobotState
 from snake_env.policies.memory import MemoryTraces, network_inputs
 from training.config import Ppo, PpoConfig
 from training.learners.agent import Agent
@@ -138,8 +137,12 @@ class Collector:
         """Continues the robots from :meth:`state`."""
         cores = state["core"].numpy().tobytes()
         ends = np.cumsum(state["lengths"].numpy()).tolist()
-        robots = zip([0, *ends], ends, state["finished"].tolist(), state["previous_action"].numpy(), strict=False)
-        self._env.set_state([RobotState(cores[start:end], done, action.copy()) for start, end, done, action in robots])
+        saved = zip([0, *ends], ends, state["finished"].tolist(), state["previous_action"].numpy(), strict=False)
+        robots = [
+            now._replace(core=cores[start:end], finished=done, previous_action=action.copy())
+            for now, (start, end, done, action) in zip(self._env.get_state(), saved, strict=True)
+        ]
+        self._env.set_state(robots)
         self._traces.restore(state["traces"].numpy(), state["new"].numpy())
         self._returns[:] = state["returns"].numpy()
         self.observation = state["observation"]

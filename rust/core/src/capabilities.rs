@@ -6,7 +6,7 @@ use crate::control::{ControlLaw, ControllerConfig, Treatment};
 use crate::error::{ConfigError, require};
 use crate::obstacles::Obstacle;
 use crate::robot::RobotConfig;
-use crate::scene::{FrictionLaw, SceneConfig};
+use crate::scene::{FrictionLawName, SceneConfig};
 use crate::stepping::Method;
 
 /// The models of the robot.
@@ -190,7 +190,7 @@ pub fn require_supported(
     let viscous = scene.viscous;
     Feature::ViscousFriction.require(on, viscous != [0.0; 2], "scene.viscous", format!("{viscous:?}"))?;
     let law = scene.friction_law;
-    let smooth = law != FrictionLaw::SetValued;
+    let smooth = law != FrictionLawName::SetValued;
     Feature::SmoothFriction.require(on, smooth, "scene.friction_law", format!("\"{}\"", law.name()))?;
     let is_io = controller.law == ControlLaw::Io;
     Feature::IoLinearization.require(on, is_io, "controller.law", "\"io\"")?;
@@ -230,7 +230,7 @@ fn require_driven_joints(
     for (field, joints) in [("robot.locked", &robot.locked), ("robot.limp", &robot.limp)] {
         let (is_any, value) = (!joints.is_empty(), format!("{joints:?}"));
         Feature::BrokenJoints.require(on, is_any, field, &value)?;
-        let is_smooth = scene.friction_law != FrictionLaw::SetValued;
+        let is_smooth = scene.friction_law != FrictionLawName::SetValued;
         require(!is_any || !is_smooth, field, &value, "() with a smooth friction law")?;
         let is_pd = controller.law == ControlLaw::Pd;
         require(!is_any || is_pd, field, &value, "() unless the controller is PD")?;

@@ -117,9 +117,11 @@ impl PegGrid {
     }
 
     /// Calls `visit` with every obstacle of finite height that may lie within `distance` of a point, seen from above.
-    pub fn visit_solids(&self, point: &Vector2<f64>, distance: f64, mut visit: impl FnMut(Solid)) {
+    pub fn visit_solids(&self, point: &Vector2<f64>, distance: f64, mut visit: impl FnMut(usize, Solid)) {
         if self.may_have_top(point, distance) {
-            self.visit_obstacles(point, distance, |obstacle| self.solid(obstacle).into_iter().for_each(&mut visit));
+            self.visit_obstacles(point, distance, |obstacle| {
+                self.solid(obstacle).into_iter().for_each(|solid| visit(obstacle, solid));
+            });
         }
     }
 
@@ -129,12 +131,12 @@ impl PegGrid {
         self.walls.near(*point, distance).for_each(|wall| visit(self.pegs.len() + wall));
     }
 
-    /// Height of the highest top face below a point; zero for the ground \[m\].
-    pub fn support(&self, point: &Vector3<f64>) -> f64 {
-        let mut highest = 0.0;
-        self.visit_solids(&point.xy(), 0.0, |solid| {
-            if solid.carries(point) {
-                highest = solid.height.max(highest);
+    /// The obstacle with the highest top face below a point, and its height \[m\]; none above the ground.
+    pub fn support(&self, point: &Vector3<f64>) -> Option<(usize, f64)> {
+        let mut highest = None;
+        self.visit_solids(&point.xy(), 0.0, |obstacle, solid| {
+            if solid.carries(point) && highest.is_none_or(|(_, height)| height < solid.height) {
+                highest = Some((obstacle, solid.height));
             }
         });
         highest

@@ -199,6 +199,11 @@ impl Robot {
         Ok(())
     }
 
+    /// The joints that keep their angles.
+    pub fn locked(&self) -> impl Iterator<Item = usize> + '_ {
+        self.broken.iter().filter(|(_, breakage)| *breakage == Breakage::Locked).map(|(joint, _)| *joint)
+    }
+
     /// Mass of the whole robot \[kg\].
     pub fn total_mass(&self) -> f64 {
         self.links.iter().map(|link| link.mass).sum()

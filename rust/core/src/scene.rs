@@ -1,7 +1,6 @@
 //! The scene: obstacles and the ground's friction (T 3.3.1, T Tables 7.3 and 7.5).
 
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, non_negative, positive};
 use crate::laws::{SmoothLaw, Stribeck};
@@ -20,20 +19,30 @@ pub enum FrictionLaw {
     Smooth(SmoothLaw),
 }
 
-impl FrictionLaw {
-    /// The name that users write.
+/// The laws by the names that users write.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FrictionLawName {
+    #[default]
+    SetValued,
+    Arctan,
+    Ellipse,
+}
+
+impl FrictionLawName {
+    /// As users write it.
     pub fn name(self) -> &'static str {
         match self {
-            FrictionLaw::SetValued => "set-valued",
-            FrictionLaw::Smooth(SmoothLaw::Arctan { .. }) => "arctan",
-            FrictionLaw::Smooth(SmoothLaw::Ellipse { .. }) => "ellipse",
+            FrictionLawName::SetValued => "set-valued",
+            FrictionLawName::Arctan => "arctan",
+            FrictionLawName::Ellipse => "ellipse",
         }
     }
 }
 
 /// What a user may choose about the scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(from = "SceneFields", into = "SceneFields")]
+#[serde(default, deny_unknown_fields)]
 pub struct SceneConfig {
     pub obstacles: Vec<Obstacle>,
     /// Coulomb friction coefficients along and across a link, (mu_Tx, mu_Ty).
@@ -44,7 +53,9 @@ pub struct SceneConfig {
     pub stribeck: Stribeck,
     /// Viscous coefficients along and across a link, (mu_Vx, mu_Vy) \[s/m\]; the minimal model only.
     pub viscous: [f64; 2],
-    pub friction_law: FrictionLaw,
+    pub friction_law: FrictionLawName,
+    /// Parameter of the smooth laws.
+    pub smoothing: f64,
     /// Inclination of the ground, and the direction in which it rises.
     pub slope: Slope,
 }
@@ -57,70 +68,23 @@ impl Default for SceneConfig {
             rolling_friction: 0.02,
             stribeck: Stribeck::default(),
             viscous: [0.0; 2],
-            friction_law: FrictionLaw::SetValued,
+            friction_law: FrictionLawName::SetValued,
+            smoothing: SmoothLaw::SMOOTHING,
             slope: Slope::default(),
         }
     }
 }
 
-/// What a user writes: the law of friction by name, next to the parameter of the smooth laws.
-#[derive(Serialize, Deserialize)]
-#[serde(rename = "SceneConfig", default, deny_unknown_fields)]
-struct SceneFields {
-    obstacles: Vec<Obstacle>,
-    friction: [f64; 2],
-    rolling_friction: f64,
-    stribeck: Stribeck,
-    viscous: [f64; 2],
-    friction_law: FrictionLawName,
-    /// Read and checked under every law, used by the smooth ones.
-    #[serde(deserialize_with = "positive_number")]
-    smoothing: f64,
-    slope: Slope,
-}
-
-#[derive(Clone, Copy, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum FrictionLawName {
-    SetValued,
-    Arctan,
-    Ellipse,
-}
-
-impl Default for SceneFields {
-    fn default() -> Self {
-        SceneConfig::default().into()
-    }
-}
-
-impl From<SceneFields> for SceneConfig {
-    fn from(fields: SceneFields) -> Self {
-        let SceneFields { obstacles, friction, rolling_friction, stribeck, viscous, friction_law, smoothing, slope } =
-            fields;
-        let friction_law = match friction_law {
+impl SceneConfig {
+    /// The law of friction with its parameter.
+    pub fn law(&self) -> FrictionLaw {
+        let smoothing = self.smoothing;
+        match self.friction_law {
             FrictionLawName::SetValued => FrictionLaw::SetValued,
             FrictionLawName::Arctan => FrictionLaw::Smooth(SmoothLaw::Arctan { smoothing }),
             FrictionLawName::Ellipse => FrictionLaw::Smooth(SmoothLaw::Ellipse { smoothing }),
-        };
-        Self { obstacles, friction, rolling_friction, stribeck, viscous, friction_law, slope }
+        }
     }
-}
-
-impl From<SceneConfig> for SceneFields {
-    fn from(config: SceneConfig) -> Self {
-        let SceneConfig { obstacles, friction, rolling_friction, stribeck, viscous, friction_law, slope } = config;
-        let (friction_law, smoothing) = match friction_law {
-            FrictionLaw::SetValued => (FrictionLawName::SetValued, SmoothLaw::SMOOTHING),
-            FrictionLaw::Smooth(SmoothLaw::Arctan { smoothing }) => (FrictionLawName::Arctan, smoothing),
-            FrictionLaw::Smooth(SmoothLaw::Ellipse { smoothing }) => (FrictionLawName::Ellipse, smoothing),
-        };
-        Self { obstacles, friction, rolling_friction, stribeck, viscous, friction_law, smoothing, slope }
-    }
-}
-
-fn positive_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
-    let number = f64::deserialize(deserializer)?;
-    positive("", number).map_err(|error| D::Error::custom(error.expected))
 }
 
 /// A validated scene.
@@ -148,11 +112,7 @@ impl Scene {
         stribeck.validate().map_err(|e| e.inside("stribeck"))?;
         non_negative("viscous[0]", config.viscous[0])?;
         non_negative("viscous[1]", config.viscous[1])?;
-        if let FrictionLaw::Smooth(SmoothLaw::Arctan { smoothing } | SmoothLaw::Ellipse { smoothing }) =
-            config.friction_law
-        {
-            positive("smoothing", smoothing)?;
-        }
+        positive("smoothing", config.smoothing)?;
         Ok(Self { obstacles: config.obstacles.clone(), friction, rolling_friction, stribeck, slope })
     }
 }

@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyReadwriteArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
+use pythonize::pythonize;
 use snake_core::ConfigError;
 use snake_core::batch::Batch as Rows;
 use snake_core::environment::quantity::quantities_of;
@@ -15,7 +16,6 @@ use crate::ffi::{CoreError, detached};
 use crate::from_python::from_python;
 use crate::numbers::set_array;
 use crate::step_buffers::{StepBuffers, shape};
-use crate::to_python::to_python;
 use crate::world::WorldConfig;
 
 /// n environments of one configuration.
@@ -156,8 +156,8 @@ impl Batch {
     fn set_next_worlds(&mut self, rows: Vec<usize>, worlds: Vec<Bound<'_, PyAny>>) -> PyResult<()> {
         self.require_rows(&rows, worlds.len(), "worlds")?;
         let core = &mut self.core;
-        let links = of_model!(&*core, core => core.environment(0).robot().link_count());
-        let resolve = |world: &Bound<'_, PyAny>| from_python::<WorldConfig>(world)?.resolve(&self.config, links);
+        let robot = of_model!(&*core, core => core.environment(0).robot().clone());
+        let resolve = |world: &Bound<'_, PyAny>| from_python::<WorldConfig>(world)?.resolve(&self.config, &robot);
         let worlds = worlds.iter().map(resolve).collect::<Result<Vec<_>, _>>().map_err(CoreError::from)?;
         Ok(of_model!(core, core => core.set_next_worlds(&rows, worlds)).map_err(CoreError::from)?)
     }
@@ -181,11 +181,11 @@ impl Batch {
         self.require_row(row)?;
         let core = &self.core;
         let obstacles = of_model!(core, core => core.environment(row).obstacles());
-        to_python(py, &self.config.scene(obstacles))
+        Ok(pythonize(py, &self.config.scene(obstacles))?)
     }
 
     fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, usize, usize)> {
-        Ok((to_python(py, &self.config)?, self.core.num_envs(), self.core.num_threads()))
+        Ok((pythonize(py, &self.config)?, self.core.num_envs(), self.core.num_threads()))
     }
 
     fn __getstate__<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyBytes>>> {

@@ -2,6 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
+use pythonize::pythonize;
 use serde::de::DeserializeOwned;
 use snake_core::ConfigError;
 use snake_core::capabilities::{CAPABILITIES, ModelName, Support};
@@ -19,7 +20,6 @@ use crate::from_python::from_python;
 use crate::gait::GaitConfig;
 use crate::run::{default_controller, default_scene};
 use crate::start::StartConfig;
-use crate::to_python::to_python;
 
 /// Checks one section of a configuration.
 ///
@@ -58,21 +58,22 @@ fn read<T: DeserializeOwned>(section: &str, config: &Bound<'_, PyAny>) -> Result
 #[pyo3(signature = (section, model = None))]
 pub fn defaults<'py>(py: Python<'py>, section: &str, model: Option<&Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
     let model = model.map_or(Ok(ModelName::Planar), from_python::<ModelName>).map_err(CoreError::from)?;
-    match section {
-        "environment" => to_python(py, &EnvConfig::default()),
-        "robot" => to_python(py, &RobotConfig::default()),
-        "scene" => to_python(py, &default_scene(model)),
-        "stribeck" => to_python(py, &Stribeck::default()),
-        "gait" => to_python(py, &GaitConfig::default()),
-        "controller" => to_python(py, &default_controller(model)),
-        "io_controller" => to_python(py, &ControllerConfig::io()),
-        "integrator" => to_python(py, &IntegratorConfig::default()),
-        "thesis_integrator" => to_python(py, &IntegratorConfig::of(Method::Thesis)),
-        "noise" => to_python(py, &NoiseConfig::default()),
-        "randomization" => to_python(py, &Randomization::default()),
-        "start" => to_python(py, &StartConfig::default()),
-        other => Err(unknown(other)),
-    }
+    let plain = match section {
+        "environment" => pythonize(py, &EnvConfig::default()),
+        "robot" => pythonize(py, &RobotConfig::default()),
+        "scene" => pythonize(py, &default_scene(model)),
+        "stribeck" => pythonize(py, &Stribeck::default()),
+        "gait" => pythonize(py, &GaitConfig::default()),
+        "controller" => pythonize(py, &default_controller(model)),
+        "io_controller" => pythonize(py, &ControllerConfig::io()),
+        "integrator" => pythonize(py, &IntegratorConfig::default()),
+        "thesis_integrator" => pythonize(py, &IntegratorConfig::of(Method::Thesis)),
+        "noise" => pythonize(py, &NoiseConfig::default()),
+        "randomization" => pythonize(py, &Randomization::default()),
+        "start" => pythonize(py, &StartConfig::default()),
+        other => return Err(unknown(other)),
+    };
+    Ok(plain?)
 }
 
 fn unknown(section: &str) -> PyErr {

@@ -1,6 +1,6 @@
 //! The gait of a scripted run as the user writes it.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -12,6 +12,7 @@ use snake_core::gait::{CardanGait, Gait, Reference, SoftStart, Wave};
 use crate::ffi::CoreError;
 use crate::from_python::from_python;
 use crate::numbers::set_array;
+use crate::start::written;
 
 /// Horizontal and vertical travelling waves (T 2.14), (T 7.1), (T 7.2).
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
@@ -73,19 +74,21 @@ impl GaitConfig {
         Ok(self.yaw(joints, start_up))
     }
 
-    /// The reference of a spatial robot whose actuators are switched on at `start_up` \[s\].
+    /// The reference of a spatial robot whose actuators are switched on at `start_up` \[s\] and whose references are at
+    /// most `largest` \[rad\].
     ///
     /// # Errors
-    /// Names the parameter that is not finite, or the amplitude that takes a joint beyond a right angle (T 4.5).
-    pub fn spatial(&self, joints: usize, start_up: f64) -> Result<CardanGait, ConfigError> {
+    /// Names the parameter that is not finite, or the amplitude that takes a joint too far.
+    pub fn spatial(&self, joints: usize, start_up: f64, largest: f64) -> Result<CardanGait, ConfigError> {
         self.validate()?;
-        let offset = self.gamma;
-        require(offset.abs() < FRAC_PI_2, "gamma", offset, "an angle in (-pi/2, pi/2), in radians")?;
-        let room = FRAC_PI_2 - self.gamma.abs();
-        let expected = "less than pi/2 with the offset: joints bend by less than a right angle";
-        require(self.amplitude.abs() < room, "amplitude", self.amplitude, expected)?;
-        let vertical = self.vertical_amplitude;
-        require(vertical.abs() < FRAC_PI_2, "vertical_amplitude", vertical, "an angle in (-pi/2, pi/2)")?;
+        let angle = written(largest);
+        let expected = format!("an angle in [-{angle}, {angle}], in radians");
+        let (offset, vertical) = (self.gamma, self.vertical_amplitude);
+        require(offset.abs() <= largest, "gamma", offset, &expected)?;
+        require(vertical.abs() <= largest, "vertical_amplitude", vertical, &expected)?;
+        let expected = format!("at most {angle} with the offset, in radians: the joint limit, or a right angle");
+        let bend = self.amplitude.abs() + offset.abs();
+        require(bend <= largest + ROUND_OFF, "amplitude", self.amplitude, &expected)?;
         Ok(CardanGait { yaw: self.yaw(joints, start_up), pitch: self.pitch(joints, start_up) })
     }
 
@@ -123,6 +126,9 @@ impl GaitConfig {
         }
     }
 }
+
+/// Sums of amplitude and offset this little beyond the limit are at it \[rad\].
+pub const ROUND_OFF: f64 = 1e-12;
 
 /// References of the yaw angles, or with `vertical` of the pitch angles, at given times: angle, rate and acceleration
 /// of (T, joints) each. `start_up`: when the actuators are switched on \[s\].

@@ -1,6 +1,6 @@
 //! Joint references of the user's own, sampled in time.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -11,7 +11,9 @@ use snake_core::gait::{CardanGait, Gait, Reference, SampledReference, Wave};
 
 use crate::ffi::CoreError;
 use crate::from_python::from_python;
+use crate::gait::ROUND_OFF;
 use crate::numbers::set_array;
+use crate::start::written;
 
 /// Samples of the references of all joints, one list per joint.
 #[derive(Debug, Clone, Deserialize)]
@@ -41,16 +43,18 @@ impl TrajectoryConfig {
         Ok(Gait::Sampled(yaw))
     }
 
-    /// The reference of a spatial robot; without pitch angles its joints bend sideways only.
+    /// The reference of a spatial robot, at most `limit` \[rad\]; without pitch angles its joints bend sideways only.
     ///
     /// # Errors
     /// Names the samples that are not admissible.
-    pub fn spatial(&self, joints: usize) -> Result<CardanGait, ConfigError> {
+    pub fn spatial(&self, joints: usize, limit: f64) -> Result<CardanGait, ConfigError> {
         let (yaw, pitch) = (self.yaw()?, self.pitch()?);
         for sampled in pitch.iter().chain([&yaw]) {
             require_joints(sampled, joints)?;
             let largest = sampled.largest_angle();
-            require(largest < FRAC_PI_2, "angle", largest, "angles in (-pi/2, pi/2), in radians")?;
+            let angle = written(limit);
+            let expected = format!("angles in [-{angle}, {angle}], in radians: the joint limit, or a right angle");
+            require(largest <= limit + ROUND_OFF, "angle", largest, &expected)?;
         }
         let pitch = pitch.map_or_else(|| Gait::Wave(Wave::still()), Gait::Sampled);
         Ok(CardanGait { yaw: Gait::Sampled(yaw), pitch })

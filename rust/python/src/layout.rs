@@ -2,6 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
+use pythonize::pythonize;
 use snake_core::environment::action::ActionEntry;
 use snake_core::environment::observation::ObservationBlock;
 use snake_core::environment::quantity::quantities_of;
@@ -12,7 +13,6 @@ use snake_core::robot::Robot;
 
 use crate::ffi::{CoreError, detached};
 use crate::from_python::from_python;
-use crate::to_python::to_python;
 
 /// Describes the environment of a configuration: "observation", "action", "reward", "signals" and "state" entry by
 /// entry, "control_period" \[s\], "link_half_length" and "link_radius" of the contact shape \[m\], and "config", the
@@ -38,7 +38,7 @@ fn describe<'py, M: RobotModel>(py: Python<'py>, config: &EnvConfig) -> PyResult
     let links = &environment.robot().links;
     dict.set_item("link_half_length", links.iter().map(|link| link.contact_half_length).collect::<Vec<_>>())?;
     dict.set_item("link_radius", links.iter().map(|link| link.radius).collect::<Vec<_>>())?;
-    dict.set_item("config", to_python(py, config)?)?;
+    dict.set_item("config", pythonize(py, config)?)?;
     Ok(dict)
 }
 

@@ -20,7 +20,6 @@ mod samples;
 mod spatial;
 mod start;
 mod step_buffers;
-mod to_python;
 mod world;
 
 use pyo3::prelude::*;

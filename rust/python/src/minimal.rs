@@ -28,7 +28,7 @@ impl MinimalRobot {
         let mut simulation = MinimalSimulation::new(&MinimalConfig {
             robot: config.robot.clone(),
             ground: Ground::of(&scene),
-            friction_law: scene.friction_law,
+            friction_law: scene.law(),
             controller: config.controller(),
             integrator: config.integrator,
             noise: config.noise.unwrap_or_default(),

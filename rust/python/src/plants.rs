@@ -29,7 +29,7 @@ impl StateConfig {
     fn model(&self) -> Result<(Model, SmoothLaw), ConfigError> {
         let robot = Robot::new(&self.robot).map_err(|e| e.inside("robot"))?;
         Scene::new(&self.scene).map_err(|e| e.inside("scene"))?;
-        let law = match self.scene.friction_law {
+        let law = match self.scene.law() {
             FrictionLaw::Smooth(law) => law,
             FrictionLaw::SetValued => {
                 let expected = "\"arctan\" or \"ellipse\": a set-valued force is no function of the state";

@@ -1,5 +1,6 @@
 //! `simulate`: one scripted robot of any model, sampled; Ctrl-C ends it.
 
+use std::f64::consts::FRAC_PI_2;
 use std::time::{Duration, Instant};
 
 use nalgebra::Vector3;
@@ -12,7 +13,7 @@ use snake_core::control::ControllerConfig;
 use snake_core::error::{positive, require};
 use snake_core::gait::{CardanGait, Gait, JointTarget};
 use snake_core::minimal::{Ground, NoiseConfig};
-use snake_core::robot::RobotConfig;
+use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::SceneConfig;
 use snake_core::stepping::{IntegratorConfig, Method, Record, StepStatistics};
 
@@ -25,7 +26,7 @@ use crate::planar::PlanarRobot;
 use crate::records::{Layout, Recorded, Sums, write_means};
 use crate::samples::Samples;
 use crate::spatial::SpatialRobot;
-use crate::start::StartConfig;
+use crate::start::{StartConfig, largest_reference};
 
 /// A run as the user writes it; what is left out of scene and controller depends on the model.
 #[derive(Deserialize)]
@@ -120,11 +121,15 @@ impl RunConfig {
         reference.map_err(|e| e.inside("gait"))
     }
 
-    /// The reference of a robot in 3D.
-    pub fn spatial_reference(&self, joints: usize) -> Result<CardanGait, ConfigError> {
+    /// The reference of a robot in 3D. The printed scheme has joints that bend by a right angle at most (T 4.5).
+    pub fn spatial_reference(&self, robot: &Robot) -> Result<CardanGait, ConfigError> {
+        let largest = match self.integrator.method() {
+            Method::Thesis => FRAC_PI_2,
+            Method::Implicit => largest_reference(robot.joint_limit),
+        };
         let reference = match &self.joint_trajectory {
-            Some(trajectory) => trajectory.spatial(joints),
-            None => self.gait.spatial(joints, self.controller().active_from),
+            Some(trajectory) => trajectory.spatial(robot.joint_count(), largest),
+            None => self.gait.spatial(robot.joint_count(), self.controller().active_from, largest),
         };
         reference.map_err(|e| e.inside("gait"))
     }

@@ -19,6 +19,7 @@ struct Column {
     name: &'static str,
     /// Of one row.
     shape: Vec<usize>,
+    rows: usize,
     /// Row by row.
     values: Vec<f64>,
 }
@@ -28,17 +29,17 @@ impl Samples {
     pub fn put(&mut self, name: &'static str, shape: &[usize], row: impl IntoIterator<Item = f64>) {
         let known = self.columns.iter().position(|column| column.name == name);
         let k = known.unwrap_or_else(|| {
-            self.columns.push(Column { name, shape: shape.to_vec(), values: Vec::new() });
+            self.columns.push(Column { name, shape: shape.to_vec(), rows: 0, values: Vec::new() });
             self.columns.len() - 1
         });
+        self.columns[k].rows += 1;
         self.columns[k].values.extend(row);
     }
 
     /// The fields of `Trajectory`.
     pub fn into_dict(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
         let dict = PyDict::new(py);
-        for Column { name, shape, values } in self.columns {
-            let rows = values.len() / shape.iter().product::<usize>();
+        for Column { name, shape, rows, values } in self.columns {
             set_array(&dict, name, values, &[&[rows], &shape[..]].concat())?;
         }
         dict.set_item("max_joint_gap", self.max_joint_gap)?;

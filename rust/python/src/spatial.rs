@@ -22,7 +22,7 @@ impl SpatialRobot {
     pub fn new(config: &RunConfig) -> Result<Self, ConfigError> {
         let RunConfig { robot, integrator, start, .. } = config;
         let mut simulation = SpatialSimulation::new(robot, &config.scene(), &config.controller(), integrator)?;
-        let gait = config.spatial_reference(simulation.robot().joint_count())?;
+        let gait = config.spatial_reference(simulation.robot())?;
         start.place(&mut simulation, &gait)?;
         if config.is_summed() {
             simulation.start_record();

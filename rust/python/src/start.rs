@@ -9,6 +9,7 @@ use snake_core::capabilities::{Feature, ModelName};
 use snake_core::environment::{OwnStart, Raised};
 use snake_core::error::{finite, require, within};
 use snake_core::gait::{CardanGait, Gait, Reference};
+use snake_core::robot::Robot;
 use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::{Pose, orientation_of};
 use snake_core::stepping::Method;
@@ -55,15 +56,17 @@ impl StartConfig {
     }
 
     /// The joint angles of a posture other than the gait's.
-    pub fn own_posture(&self, joints: usize) -> Result<Option<Vec<f64>>, ConfigError> {
+    pub fn own_posture(&self, robot: &Robot) -> Result<Option<Vec<f64>>, ConfigError> {
+        let (joints, largest) = (robot.joint_count(), largest_bend(robot));
+        let angle = written(largest_reference(robot.joint_limit));
         match &self.posture {
             Posture::Named(name) if name == "gait" => Ok(None),
             Posture::Named(name) if name == "straight" => Ok(Some(vec![0.0; joints])),
-            Posture::Angles(angles) if angles.len() == joints && angles.iter().all(|a| a.abs() < FRAC_PI_2) => {
+            Posture::Angles(angles) if angles.len() == joints && angles.iter().all(|a| a.abs() <= largest) => {
                 Ok(Some(angles.clone()))
             }
             other => {
-                let expected = format!("\"gait\", \"straight\" or {joints} joint angles below a right angle");
+                let expected = format!("\"gait\", \"straight\" or {joints} joint angles in [-{angle}, {angle}]");
                 Err(ConfigError::new("start.posture", other.written(), expected))
             }
         }
@@ -83,10 +86,10 @@ impl StartConfig {
     }
 
     /// The start of an episode of the spatial model.
-    pub fn own_in_space(&self, joints: usize) -> Result<OwnStart, ConfigError> {
+    pub fn own_in_space(&self, robot: &Robot) -> Result<OwnStart, ConfigError> {
         self.check_in_space()?;
         let roll = finite("start.roll", self.roll.unwrap_or(0.0))?;
-        let own = self.own_pairs(joints)?;
+        let own = self.own_pairs(robot)?;
         let of_axis =
             |axis: usize| own.as_ref().map(|angles| angles.iter().map(|angle| angle[axis]).collect::<Vec<_>>());
         let (joint_angle, joint_pitch) = (of_axis(0), of_axis(1).unwrap_or_default());
@@ -115,7 +118,7 @@ impl StartConfig {
     /// Places a robot in 3D; it rests on the ground unless the position has a third coordinate.
     pub fn place(&self, simulation: &mut SpatialSimulation, gait: &CardanGait) -> Result<(), ConfigError> {
         self.check_in_space()?;
-        let posture = self.joint_angles(simulation.robot().joint_count(), gait)?;
+        let posture = self.joint_angles(simulation.robot(), gait)?;
         let roll = finite("start.roll", self.roll.unwrap_or_else(|| self.natural_roll(&posture, gait)))?;
         let height = self.position.get(2).copied();
         let position = Vector3::new(self.position[0], self.position[1], height.unwrap_or(0.0));
@@ -128,23 +131,23 @@ impl StartConfig {
     }
 
     /// The joint angles (yaw, pitch) of the posture.
-    fn joint_angles(&self, joints: usize, gait: &CardanGait) -> Result<Vec<Vector2<f64>>, ConfigError> {
-        let of_gait = || (0..joints).map(|joint| at_start(gait, joint)).collect();
-        let angles: Vec<Vector2<f64>> = self.own_pairs(joints)?.unwrap_or_else(of_gait);
-        require_bends(&angles, joints, &self.posture)?;
+    fn joint_angles(&self, robot: &Robot, gait: &CardanGait) -> Result<Vec<Vector2<f64>>, ConfigError> {
+        let of_gait = || (0..robot.joint_count()).map(|joint| at_start(gait, joint)).collect();
+        let angles: Vec<Vector2<f64>> = self.own_pairs(robot)?.unwrap_or_else(of_gait);
+        require_bends(&angles, robot, &self.posture)?;
         Ok(angles)
     }
 
     /// The joint angles (yaw, pitch) of a posture other than the gait's.
-    fn own_pairs(&self, joints: usize) -> Result<Option<Vec<Vector2<f64>>>, ConfigError> {
+    fn own_pairs(&self, robot: &Robot) -> Result<Option<Vec<Vector2<f64>>>, ConfigError> {
         let angles: Vec<Vector2<f64>> = match &self.posture {
             Posture::Named(name) if name == "gait" => return Ok(None),
-            Posture::Named(name) if name == "straight" => vec![Vector2::zeros(); joints],
+            Posture::Named(name) if name == "straight" => vec![Vector2::zeros(); robot.joint_count()],
             Posture::Named(_) => Vec::new(),
             Posture::Pairs(angles) => angles.iter().map(|&angle| angle.into()).collect(),
             Posture::Angles(angles) => angles.iter().map(|&yaw| Vector2::new(yaw, 0.0)).collect(),
         };
-        require_bends(&angles, joints, &self.posture)?;
+        require_bends(&angles, robot, &self.posture)?;
         Ok(Some(angles))
     }
 
@@ -169,13 +172,38 @@ impl Posture {
     }
 }
 
-/// The angles (yaw, pitch) are those of all joints, and below a right angle.
-fn require_bends(angles: &[Vector2<f64>], joints: usize, posture: &Posture) -> Result<(), ConfigError> {
+/// The angles (yaw, pitch) are those of all joints, and admissible.
+fn require_bends(angles: &[Vector2<f64>], robot: &Robot, posture: &Posture) -> Result<(), ConfigError> {
+    let (joints, largest) = (robot.joint_count(), largest_bend(robot));
+    let angle = written(largest_reference(robot.joint_limit));
     let expected =
-        format!("\"gait\", \"straight\", {joints} yaw angles or {joints} pairs (yaw, pitch), all below a right angle");
-    let admissible = angles.len() == joints && angles.iter().flatten().all(|angle| angle.abs() < FRAC_PI_2);
+        format!("\"gait\", \"straight\", {joints} yaw angles or {joints} pairs (yaw, pitch), in [-{angle}, {angle}]");
+    let admissible = angles.len() == joints && angles.iter().flatten().all(|angle| angle.abs() <= largest);
     require(admissible, "start.posture", posture.written(), &expected)
 }
+
+/// Largest joint angle of a posture, that of a joint pressed beyond its stop included \[rad\].
+fn largest_bend(robot: &Robot) -> f64 {
+    (largest_reference(robot.joint_limit) + OVERRUN).min(PI)
+}
+
+/// Largest joint angle of a reference: the joint limit, but a right angle at least, beyond which stops hold joints
+/// anyway, and half a turn at most \[rad\].
+pub fn largest_reference(joint_limit: f64) -> f64 {
+    joint_limit.clamp(FRAC_PI_2, PI)
+}
+
+/// A largest angle as messages have it.
+pub fn written(largest: f64) -> String {
+    match largest {
+        FRAC_PI_2 => "pi/2".to_owned(),
+        PI => "pi".to_owned(),
+        _ => format!("{largest:.4}"),
+    }
+}
+
+/// How far a run may press a joint beyond its stop: a millimetre at the end of a link of Aiko \[rad\].
+const OVERRUN: f64 = 0.02;
 
 /// Joint angles below which a joint counts as straight \[rad\].
 const FLAT: f64 = 1e-9;

@@ -9,6 +9,7 @@ use snake_core::environment::scenarios::GoalKind;
 use snake_core::environment::{EnvConfig, ModelKind, OwnGoal, OwnStart, World};
 use snake_core::error::{finite, non_negative, positive, require};
 use snake_core::obstacles::Obstacle;
+use snake_core::robot::Robot;
 use snake_core::scene::{Scene, SceneConfig};
 
 use crate::start::StartConfig;
@@ -46,9 +47,9 @@ struct GoalConfig {
 impl WorldConfig {
     /// # Errors
     /// Names the field, its value and what is admissible.
-    pub fn resolve(self, config: &EnvConfig, links: usize) -> Result<World, ConfigError> {
+    pub fn resolve(self, config: &EnvConfig, robot: &Robot) -> Result<World, ConfigError> {
         let obstacles = self.scene.map(|scene| obstacles_of(&scene, config)).transpose()?;
-        let start = self.start.map(|start| own_start(&start, config, links - 1)).transpose()?;
+        let start = self.start.map(|start| own_start(&start, config, robot)).transpose()?;
         let speed = self.goal.as_ref().map_or(Ok(None), |goal| goal.commanded_speed(config))?;
         let goal = self.goal.map_or(Ok(None), |goal| goal.resolve(config))?;
         Ok(World { obstacles, start, goal, speed })
@@ -72,12 +73,12 @@ fn obstacles_of(scene: &SceneConfig, config: &EnvConfig) -> Result<Vec<Obstacle>
     Ok(obstacles)
 }
 
-fn own_start(start: &StartConfig, config: &EnvConfig, joints: usize) -> Result<OwnStart, ConfigError> {
+fn own_start(start: &StartConfig, config: &EnvConfig, robot: &Robot) -> Result<OwnStart, ConfigError> {
     if config.model == ModelKind::Spatial {
-        return start.own_in_space(joints);
+        return start.own_in_space(robot);
     }
     let [x, y, angle] = start.in_plane((ModelName::Planar, config.integrator.method()))?;
-    Ok(OwnStart { position: Vector2::new(x, y), angle, joint_angle: start.own_posture(joints)?, raised: None })
+    Ok(OwnStart { position: Vector2::new(x, y), angle, joint_angle: start.own_posture(robot)?, raised: None })
 }
 
 impl GoalConfig {

@@ -329,9 +329,6 @@ impl EnvConfig {
         let held = treatment != Treatment::Implicit;
         Feature::HeldTorques.require(on, held, "controller.treatment", treatment)?;
         self.validate_torques()?;
-        for (field, joints) in [("robot.locked", &self.robot.locked), ("robot.limp", &self.robot.limp)] {
-            require(joints.is_empty(), field, format!("{joints:?}"), "() in environments")?;
-        }
         let (play, law) = (self.robot.free_play, self.controller.law);
         self.randomization.validate_beyond(play, law, drop).map_err(|e| e.inside("randomization"))
     }

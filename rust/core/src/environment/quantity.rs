@@ -58,7 +58,7 @@ impl<M: RobotModel> Quantity<M> {
         Self {
             name: "energy",
             unit: "J",
-            description: "kinetic energy; in 3D with the potential energy, zero where every CG is in the ground plane",
+            description: "kinetic and potential energy, the latter zero with every CG at the height of the origin",
             shape: |_| vec![],
             read: |environment, value| value[0] = environment.model().energy(),
         },

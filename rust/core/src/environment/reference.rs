@@ -40,6 +40,15 @@ pub struct ReferenceState {
     frequency: FilteredParameter,
     phase_shift: FilteredParameter,
     axes: Vec<Axis>,
+    held: Vec<Held>,
+}
+
+/// A locked joint, which keeps its angles of the start.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Held {
+    pub joint: usize,
+    /// About each axis, the yaw angle first; zero where there is none \[rad\].
+    pub angle: [f64; 2],
 }
 
 /// The wave of one axis of the joints, and what single joints add to it.
@@ -75,6 +84,7 @@ impl<const AXES: usize> ReferenceGenerator<AXES> {
             frequency: FilteredParameter::at_rest(0.0),
             phase_shift: FilteredParameter::at_rest(0.0),
             axes: (0..AXES).map(axis).collect(),
+            held: Vec::new(),
         };
         Self {
             filter: Filter::new(period),
@@ -103,7 +113,8 @@ impl<const AXES: usize> ReferenceGenerator<AXES> {
     pub fn restore(&mut self, state: &ReferenceState) -> bool {
         let lengths = |axis: &Axis| [axis.joints.len(), axis.angles.len(), axis.torques.len()];
         let shape = |state: &ReferenceState| state.axes.iter().map(lengths).collect::<Vec<_>>();
-        let fits = shape(state) == shape(&self.state);
+        let held = |state: &ReferenceState| state.held.iter().map(|held| held.joint).collect::<Vec<_>>();
+        let fits = shape(state) == shape(&self.state) && held(state) == held(&self.state);
         if fits {
             self.state.clone_from(state);
         }
@@ -149,6 +160,12 @@ impl<const AXES: usize> ReferenceGenerator<AXES> {
                 axis.hold(|joint| joint_angle(joint, index));
             }
         }
+    }
+
+    /// Locks joints at angles, whatever waves and actions do.
+    pub fn lock(&mut self, held: impl Iterator<Item = Held>) {
+        self.state.held.clear();
+        self.state.held.extend(held);
     }
 
     /// Moves the parameters towards an action in [-1, 1]; the new period begins at `time` \[s\].
@@ -224,10 +241,16 @@ impl<const AXES: usize> ReferenceGenerator<AXES> {
                 *value = self.joint_target(axis, &waves[axis], joint, decay, 0.0).angle;
             }
         }
+        for Held { joint, angle } in &self.state.held {
+            values[joint * AXES..(joint + 1) * AXES].copy_from_slice(&angle[..AXES]);
+        }
     }
 
     /// The references of a joint about its axes at `time` \[s\].
     pub fn joint_targets(&self, joint: usize, time: f64) -> [JointTarget; AXES] {
+        if let Some(held) = self.state.held.iter().find(|held| held.joint == joint) {
+            return std::array::from_fn(|axis| held.target(axis));
+        }
         let (waves, decay) = self.waves_at(time);
         let elapsed = time - self.state.instant;
         std::array::from_fn(|axis| self.joint_target(axis, &waves[axis], joint, decay, elapsed))
@@ -333,6 +356,12 @@ impl ReferenceState {
     }
 }
 
+impl Held {
+    fn target(&self, axis: usize) -> JointTarget {
+        JointTarget { angle: self.angle[axis], ..JointTarget::default() }
+    }
+}
+
 impl Axis {
     fn at_rest(joints: usize, angles: usize, torques: usize) -> Self {
         let zero = FilteredParameter::at_rest(0.0);
@@ -378,10 +407,12 @@ impl Reference<JointTarget> for ReferenceGenerator<1> {
     fn targets(&self, time: f64, targets: &mut [JointTarget]) {
         let ([wave], decay) = self.waves_at(time);
         self.all_targets(YAW, &wave, targets.iter_mut(), decay, time - self.state.instant);
+        self.state.held.iter().for_each(|held| targets[held.joint] = held.target(YAW));
     }
 
     fn travelling_wave(&self, time: f64) -> Option<WaveJets> {
-        self.state.axes[YAW].joints.is_empty().then(|| self.waves_at(time).0[YAW])
+        let is_all = self.state.axes[YAW].joints.is_empty() && self.state.held.is_empty();
+        is_all.then(|| self.waves_at(time).0[YAW])
     }
 
     fn torques(&self, _: f64, torques: &mut [f64]) -> bool {
@@ -400,6 +431,9 @@ impl Reference<CardanTarget> for ReferenceGenerator<2> {
         let elapsed = time - self.state.instant;
         self.all_targets(YAW, &yaw, targets.iter_mut().map(|target| &mut target.yaw), decay, elapsed);
         self.all_targets(PITCH, &pitch, targets.iter_mut().map(|target| &mut target.pitch), decay, elapsed);
+        for held in &self.state.held {
+            targets[held.joint] = CardanTarget { yaw: held.target(YAW), pitch: held.target(PITCH) };
+        }
     }
 
     fn torques(&self, _: f64, torques: &mut [f64]) -> bool {

@@ -257,7 +257,7 @@ impl MinimalSimulation {
             .collect()
     }
 
-    /// Kinetic and potential energy, the latter zero with every CG on the horizontal through the origin \[J\].
+    /// Kinetic and potential energy, the latter zero with every CG at the height of the origin \[J\].
     pub fn energy(&mut self) -> f64 {
         let links = self.poses().into_iter().zip(&self.model.links);
         let work = links.map(|(pose, link)| link.mass * self.model.pull.dot(&pose.xy())).sum::<f64>();

@@ -232,7 +232,7 @@ struct ObstacleFields {
     x: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     y: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "number")]
     angle: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     vertices: Option<Vec<[f64; 2]>>,
@@ -242,6 +242,11 @@ struct ObstacleFields {
     mass: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     height: Option<f64>,
+}
+
+/// None is no number, although it may be left out.
+fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
+    f64::deserialize(deserializer).map(Some)
 }
 
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]

@@ -55,14 +55,15 @@ enum Scheme<M: SimulatedModel> {
     Implicit(Box<Fleet<M>>),
 }
 
-/// All that a run changes: enough to continue it elsewhere bit for bit with the method `implicit`; `thesis` starts its
-/// iteration from zero impulses.
+/// All that a run changes: enough to continue it elsewhere bit for bit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Snapshot<M: Model> {
     state: M::State,
     clock: Clock,
     warm_start: <M::WarmStart as WarmStart>::Saved,
+    /// With the method `thesis`, those of its impulses that are not zero, by their places \[N s\].
+    impulses: Vec<(usize, f64)>,
 }
 
 impl<M: Model> Snapshot<M> {
@@ -204,7 +205,18 @@ impl<M: SimulatedModel> Simulation<M> {
     /// The changing part of a simulation.
     pub fn snapshot(&self) -> Snapshot<M> {
         let Body { state, clock, warm_start, .. } = &self.body;
-        Snapshot { state: state.clone(), clock: *clock, warm_start: warm_start.save() }
+        let impulses = match &self.scheme {
+            Scheme::Thesis(scheme) => {
+                let mut scheme = scheme.clone();
+                let impulses = scheme.impulses(self.pegs().len()).enumerate();
+                impulses
+                    .filter(|(_, impulse)| impulse.to_bits() != 0)
+                    .map(|(place, impulse)| (place, *impulse))
+                    .collect()
+            }
+            Scheme::Implicit(_) => Vec::new(),
+        };
+        Snapshot { state: state.clone(), clock: *clock, warm_start: warm_start.save(), impulses }
     }
 
     /// Continues from a snapshot of a simulation of the same configuration among the same pegs.
@@ -212,6 +224,12 @@ impl<M: SimulatedModel> Simulation<M> {
         self.place(&snapshot.state);
         self.body.clock = snapshot.clock;
         self.body.warm_start.resume(&snapshot.warm_start);
+        if let Scheme::Thesis(scheme) = &mut self.scheme {
+            let mut impulses: Vec<_> = scheme.impulses(self.body.pegs.pegs().len()).collect();
+            for (place, impulse) in &snapshot.impulses {
+                impulses.get_mut(*place).into_iter().for_each(|kept| **kept = *impulse);
+            }
+        }
     }
 
     fn clear_memory(&mut self) {

@@ -51,7 +51,7 @@ impl PlanarSimulation {
         self.body.parameters.mass * self.body.state.kinetic_energy(&self.system.robot)
     }
 
-    /// Kinetic and potential energy, the latter zero with every CG on the horizontal through the origin \[J\].
+    /// Kinetic and potential energy, the latter zero with every CG at the height of the origin \[J\].
     pub fn energy(&self) -> f64 {
         let pull = self.system.pull();
         let links = self.system.robot.links.iter().zip(&self.body.state.pose);

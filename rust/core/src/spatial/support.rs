@@ -10,6 +10,16 @@ use crate::robot::{Link, Robot};
 use super::workspace::{Workspace, opening};
 use super::{Frame, Laned, Pose, rest_on_ground, solid_line};
 
+/// An end sphere above a top face, which carries it in place of the ground.
+#[derive(Debug, Clone, Copy)]
+pub struct Support {
+    pub lane: usize,
+    pub link: usize,
+    /// Front (0) or rear (1).
+    pub side: usize,
+    pub obstacle: usize,
+}
+
 impl<T: Real> Workspace<T> {
     /// Sets the ground below the spheres of a lane's robot that are above a top face at their predicted ends, `elapsed`
     /// after the start of the step.
@@ -18,18 +28,19 @@ impl<T: Real> Workspace<T> {
         for (i, link) in links.iter().enumerate() {
             let mut is_near_top = false;
             let from_above = self.frames[i].position.lane(lane).xy();
-            obstacles.visit_solids(&from_above, link.reach(), |_| is_near_top = true);
+            obstacles.visit_solids(&from_above, link.reach(), |_, _| is_near_top = true);
             if !is_near_top {
                 continue;
             }
             let [start, end] = [&self.start_frames[i], &self.frames[i]].map(|frame| frame.lane(lane));
             let (of_stage, expected) = (self.stage.links[i].lane(lane), self.expected[i].lane(lane));
             for side in 0..2 {
-                let height = obstacles.support(&sphere(link, &end, side));
-                if height > 0.0 {
+                if let Some((obstacle, height)) = obstacles.support(&sphere(link, &end, side)) {
+                    self.supports.push(Support { lane, link: i, side, obstacle });
                     let closing = expected.velocity_at(&of_stage.ground_arm(side)).z;
                     let still = end.ground_gap(&of_stage, side) - height - c * closing;
-                    let stood = obstacles.support(&sphere(link, &start, side)) == height;
+                    let below = obstacles.support(&sphere(link, &start, side));
+                    let stood = below.is_some_and(|(_, before)| before == height);
                     let at_start = if stood { start.ground_gap(&of_stage, side) - height } else { 0.0 };
                     self.stage.links[i].ground[side].set_lane(lane, opening(still, at_start, c, elapsed));
                 }
@@ -52,7 +63,7 @@ pub fn rest_on(robot: &Robot, obstacles: &PegGrid, pose: &mut [Pose]) {
         for (link, pose) in robot.links.iter().zip(&*pose) {
             let line =
                 SolidLine { middle: pose.position + Vector3::z() * lift, half: pose.axis() * link.contact_half_length };
-            obstacles.visit_solids(&pose.position.xy(), link.reach(), |solid| {
+            obstacles.visit_solids(&pose.position.xy(), link.reach(), |_, solid| {
                 is_clear &= solid.distance(&line) - link.radius >= -depth;
             });
         }

@@ -33,6 +33,8 @@ pub struct Body<M: Model> {
     pub self_contact_impulse: Vec<Vector3<f64>>,
     /// Impulse of the ground's normal forces on each link since [`Self::begin`] \[N s\]; zero in models without them.
     pub ground_impulse: Vec<f64>,
+    /// The same of top faces of obstacles, which `contact_impulse` contains.
+    pub top_impulse: Vec<f64>,
     /// What a run records besides, if it does.
     pub record: Option<Box<Record>>,
     /// States at the ends of the parts of steps since [`Self::begin`], if they are kept.
@@ -83,6 +85,7 @@ impl<M: Model> Body<M> {
             contact_impulse: vec![Vector3::zeros(); links],
             self_contact_impulse: vec![Vector3::zeros(); links],
             ground_impulse: vec![0.0; links],
+            top_impulse: vec![0.0; links],
             record: None,
             path: None,
             solves: 0,
@@ -118,6 +121,7 @@ impl<M: Model> Body<M> {
         self.obstacle_impulse.clear(self.pegs.len());
         self.self_contact_impulse.fill(Vector3::zeros());
         self.ground_impulse.fill(0.0);
+        self.top_impulse.fill(0.0);
     }
 
     /// Time at which the present interval began \[s\].

@@ -298,7 +298,10 @@ fn add_contact_impulses<D: Driven>(
         let body = members.body_mut(each.lane);
         match each.source {
             Source::Link(_) => body.self_contact_impulse[each.link] += each.impulse * weight,
-            Source::Obstacle(obstacle) => {
+            Source::Obstacle(obstacle) | Source::Top(obstacle) => {
+                if let Source::Top(_) = each.source {
+                    body.top_impulse[each.link] += each.impulse.z * weight;
+                }
                 body.contact_impulse[each.link] += each.impulse * weight;
                 body.obstacle_impulse.add(obstacle, each.impulse * weight);
             }

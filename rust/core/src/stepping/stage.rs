@@ -125,8 +125,10 @@ pub struct ContactImpulse {
 /// Whose impulse it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
-    /// By its number in the grid.
+    /// The side or an edge of an obstacle, by its number in the grid.
     Obstacle(usize),
+    /// The top face of an obstacle, which lies below the robot as the ground does.
+    Top(usize),
     /// Another link of the robot.
     Link(usize),
 }

@@ -16,6 +16,9 @@ pub trait ThesisScheme: Debug + Clone {
     /// Clears all impulses.
     fn clear(&mut self);
 
+    /// Impulses that the next step's iteration starts from, among `pegs` pegs, in a fixed order \[N s\].
+    fn impulses(&mut self, pegs: usize) -> impl Iterator<Item = &mut f64>;
+
     /// One step of length `h`; the time is set by [`Self::advance`].
     fn step<D: Driven<Model = Self::Model>>(&mut self, system: &<Self::Model as Model>::System, robot: &mut D, h: f64);
 

@@ -11,9 +11,8 @@ use crate::error::{ConfigError, require};
 
 use super::{Environment, Source};
 
-/// Everything that changes while an environment runs; enough to continue it bit for bit (with the method
-/// `implicit`; `thesis` starts its iteration from zero impulses) in another one
-/// of the same configuration.
+/// Everything that changes while an environment runs; enough to continue it bit for bit in another one of the same
+/// configuration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EnvironmentState<S = PlanarRobotState> {
     source: Source,
@@ -44,15 +43,15 @@ impl<M: RobotModel> Environment<M> {
     /// Continues from a saved state.
     ///
     /// # Errors
-    /// The state is of an environment with another number of links or another action mode.
+    /// The state is of an environment of another configuration, as far as its size tells.
     pub fn restore(&mut self, state: &EnvironmentState<M::State>) -> Result<(), ConfigError> {
         let fits = state.action.len() == self.action.len()
             && self.latency.restore(&state.latency)
             && self.delay.restore(&state.delay)
             && self.model.restore(&state.model);
-        let size = format!("{} links, {} action elements", M::links_of(&state.model), state.action.len());
-        let expected = format!("{} links, {} action elements", self.robot().link_count(), self.action.len());
-        require(fits, "state", size, &expected)?;
+        let size = |links: usize, elements: usize| format!("of {links} links and {elements} action elements");
+        let expected = size(self.robot().link_count(), self.action.len()) + ", and of the same configuration";
+        require(fits, "state", size(M::links_of(&state.model), state.action.len()), &expected)?;
         self.source = state.source;
         self.sampler.set_difficulty(state.difficulty);
         self.episode.clone_from(&state.episode);

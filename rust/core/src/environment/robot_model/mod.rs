@@ -117,7 +117,7 @@ pub trait RobotModel: Clone + Debug + Send + Sync + 'static {
 
     fn motion(&self) -> Motion;
 
-    /// Kinetic energy, and potential energy where the model has height \[J\].
+    /// Kinetic and potential energy, the latter zero with every CG at the height of the origin \[J\].
     fn energy(&self) -> f64;
 
     /// Number of joint angles.

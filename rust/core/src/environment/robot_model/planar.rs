@@ -15,7 +15,7 @@ use crate::environment::motion::Motion;
 use crate::environment::observation::BlockRow;
 use crate::environment::perception::LinkPose;
 use crate::environment::quantity::Quantity;
-use crate::environment::reference::ReferenceGenerator;
+use crate::environment::reference::{Held, ReferenceGenerator};
 use crate::environment::signal::{Signal, float, integer};
 use crate::environment::start::Start;
 
@@ -107,6 +107,8 @@ impl RobotModel for PlanarRobot {
         if *has_own_posture {
             self.reference.rest_bent(|joint, _| joint_angle[joint]);
         }
+        let locked = self.simulation.robot().locked();
+        self.reference.lock(locked.map(|joint| Held { joint, angle: [joint_angle[joint], 0.0] }));
         self.forces.clear();
     }
 
@@ -143,7 +145,7 @@ impl RobotModel for PlanarRobot {
     }
 
     fn energy(&self) -> f64 {
-        self.simulation.kinetic_energy()
+        self.simulation.energy()
     }
 
     fn joint_coordinates(&self) -> usize {

@@ -18,7 +18,7 @@ use crate::environment::observation::BlockRow;
 use crate::environment::perception::LinkPose;
 use crate::environment::quantity::Quantity;
 use crate::environment::raised_chain::RaisedChain;
-use crate::environment::reference::ReferenceGenerator;
+use crate::environment::reference::{Held, ReferenceGenerator};
 use crate::environment::signal::{Signal, float, integer};
 use crate::environment::start::Start;
 
@@ -38,8 +38,9 @@ pub struct SpatialForces {
     /// Of the obstacles on each link, x and y in frame I, and z \[N\].
     peg: Vec<Vector2<f64>>,
     lift: Vec<f64>,
-    /// Normal force of the ground on each link \[N\].
+    /// Normal force of the ground on each link \[N\], and of top faces.
     ground: Vec<f64>,
+    top: Vec<f64>,
     /// Of the robot's other links on each link, frame I \[N\].
     own: Vec<Vector3<f64>>,
 }
@@ -50,6 +51,7 @@ impl MeanForces for SpatialForces {
             peg: vec![Vector2::zeros(); links],
             lift: vec![0.0; links],
             ground: vec![0.0; links],
+            top: vec![0.0; links],
             own: vec![Vector3::zeros(); links],
         }
     }
@@ -58,11 +60,12 @@ impl MeanForces for SpatialForces {
         self.peg.fill(Vector2::zeros());
         self.lift.fill(0.0);
         self.ground.fill(0.0);
+        self.top.fill(0.0);
         self.own.fill(Vector3::zeros());
     }
 
     fn links(&self) -> Option<usize> {
-        common_length([self.peg.len(), self.lift.len(), self.ground.len(), self.own.len()])
+        common_length([self.peg.len(), self.lift.len(), self.ground.len(), self.top.len(), self.own.len()])
     }
 }
 
@@ -95,8 +98,8 @@ impl RobotModel for SpatialRobot {
             robot.attitude().roll
         }),
         float("pitch", "rad", "angle by which the body direction points up", |robot| robot.attitude().pitch),
-        integer("grounded", "links that the ground carried in this step", |robot| {
-            robot.forces.ground.iter().filter(|force| **force > 0.0).count() as f64
+        integer("grounded", "links that the ground or a top face carried in this step", |robot| {
+            robot.force_from_below().filter(|force| *force > 0.0).count() as f64
         }),
         integer("self_contacts", "pairs of links pressed on each other at the end of this step", |robot| {
             robot.self_contacts() as f64
@@ -151,6 +154,7 @@ impl RobotModel for SpatialRobot {
         if *has_own_posture {
             self.reference.rest_bent(|joint, axis| self.posture[joint][axis]);
         }
+        self.lock_joints();
         self.forces.clear();
     }
 
@@ -162,6 +166,7 @@ impl RobotModel for SpatialRobot {
         if chain.has_own_posture {
             self.reference.rest_bent(|joint, axis| chain.joint_angle[joint][axis]);
         }
+        self.lock_joints();
     }
 
     fn set_action(&mut self, action: &[f64]) {
@@ -186,9 +191,10 @@ impl RobotModel for SpatialRobot {
 
     fn finish_period(&mut self, period: f64) -> u32 {
         self.reference.finish_period();
-        for (force, impulse) in self.forces.ground.iter_mut().zip(self.simulation.ground_impulse()) {
-            *force = impulse / period;
-        }
+        let SpatialForces { ground, top, .. } = &mut self.forces;
+        let forces = ground.iter_mut().chain(top);
+        let impulses = self.simulation.ground_impulse().iter().chain(&self.simulation.body().top_impulse);
+        forces.zip(impulses).for_each(|(force, impulse)| *force = impulse / period);
         let SpatialForces { peg, lift, .. } = &mut self.forces;
         for ((force, lift), impulse) in peg.iter_mut().zip(lift).zip(self.simulation.contact_impulse()) {
             (*force, *lift) = (impulse.xy() / period, impulse.z / period);
@@ -196,7 +202,7 @@ impl RobotModel for SpatialRobot {
         for (force, impulse) in self.forces.own.iter_mut().zip(self.simulation.self_contact_impulse()) {
             *force = impulse / period;
         }
-        self.forces.peg.iter().map(|force| u32::from(*force != Vector2::zeros())).sum()
+        self.obstacle_force().map(|force| u32::from(force != Vector3::zeros())).sum()
     }
 
     fn peg_force(&self) -> &[Vector2<f64>] {
@@ -272,6 +278,19 @@ impl SpatialRobot {
     /// Mean normal force of the ground on each link over the last control period \[N\].
     pub fn normal_force(&self) -> &[f64] {
         &self.forces.ground
+    }
+
+    /// The same with that of top faces: what a sensor under the link feels \[N\].
+    pub fn force_from_below(&self) -> impl Iterator<Item = f64> + '_ {
+        self.forces.ground.iter().zip(&self.forces.top).map(|(ground, top)| ground + top)
+    }
+
+    /// Locked joints keep their present angles.
+    fn lock_joints(&mut self) {
+        let pose = &self.simulation.state().pose;
+        let angle = |joint: usize| joint_angle(&pose[joint], &pose[joint + 1]).into();
+        let locked = self.simulation.robot().locked();
+        self.reference.lock(locked.map(|joint| Held { joint, angle: angle(joint) }));
     }
 
     /// Keeps references that integrate rates near the joints.

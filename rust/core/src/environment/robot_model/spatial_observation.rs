@@ -100,7 +100,7 @@ pub const CONTACT_AND_REFERENCE: &[BlockRow<SpatialRobot>] = &[
     BlockRow {
         name: "normal_force",
         unit: "N",
-        description: "normal force of the ground on each link, averaged over the control period",
+        description: "normal force of the ground or a top face on each link, averaged over the control period",
         present: always,
         elements: |setup| each(setup.links(), &[even("link_#")]),
         scale: |setup| {
@@ -109,7 +109,9 @@ pub const CONTACT_AND_REFERENCE: &[BlockRow<SpatialRobot>] = &[
         },
         bound: 4.0,
         memory: false,
-        read: |view, values| values.copy_from_slice(view.model.normal_force()),
+        read: |view, values| {
+            values.iter_mut().zip(view.model.force_from_below()).for_each(|(value, force)| *value = force);
+        },
     },
     BlockRow {
         name: "contact_force",

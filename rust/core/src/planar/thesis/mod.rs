@@ -67,6 +67,11 @@ impl ThesisScheme for Thesis {
         self.last_impulse.fill(0.0);
     }
 
+    fn impulses(&mut self, pegs: usize) -> impl Iterator<Item = &mut f64> {
+        self.last_impulse.resize(self.midpoint.len() * pegs, 0.0);
+        self.solution.friction.iter_mut().flatten().chain(&mut self.last_impulse)
+    }
+
     /// One step of length `h`: q_M, active set and directions there, impulses, q_E, projection.
     fn step<D: Driven<Model = Planar>>(&mut self, system: &PlanarSystem, robot: &mut D, h: f64) {
         robot.targets(robot.body().state.time, &mut self.targets);

@@ -1,5 +1,7 @@
 //! The thesis's scheme: midpoint time stepping with Algorithms 4.1, 4.2 and 4.3 (T 4.6).
 
+use std::iter::once;
+
 use nalgebra::{Vector2, Vector3};
 
 use crate::gait::CardanTarget;
@@ -65,6 +67,16 @@ impl ThesisScheme for SpatialThesis {
     fn clear(&mut self) {
         self.last_ground.fill(Default::default());
         self.last_peg.fill(0.0);
+    }
+
+    fn impulses(&mut self, pegs: usize) -> impl Iterator<Item = &mut f64> {
+        self.last_peg.resize(self.midpoint.len() * pegs, 0.0);
+        let of_ground = self
+            .last_ground
+            .iter_mut()
+            .flatten()
+            .flat_map(|GroundImpulse { normal, tangent, rolling }| once(normal).chain(tangent).chain(rolling));
+        of_ground.chain(&mut self.last_peg)
     }
 
     /// Algorithm 4.1 with step length `h`.

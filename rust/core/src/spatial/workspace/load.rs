@@ -74,6 +74,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
     fn find_contacts<D: Driven<Model = Spatial>>(&mut self, members: &mut Members<D>, pending: Lanes, elapsed: T) {
         let mut contacts = std::mem::take(&mut self.contacts);
         contacts.clear(self);
+        self.supports.retain(|support| !pending[support.lane]);
         let mut near_obstacles = NO_LANES;
         for lane in active(pending) {
             near_obstacles[lane] = self.may_reach(lane, &members.body(lane).pegs);

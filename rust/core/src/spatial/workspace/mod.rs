@@ -23,6 +23,7 @@ use super::contact_map::ContactMap;
 use super::lane_fallback::LaneFallback;
 use super::rest::RestCandidate;
 use super::self_contact::SelfContactDetection;
+use super::support::Support;
 
 /// Data of the current stage, for as many robots as `T` has lanes.
 #[derive(Debug, Clone)]
@@ -72,6 +73,8 @@ pub struct Workspace<T: Real> {
     /// Lanes whose robots' last steps began at rest.
     began_at_rest: T::Mask,
     contacts: ContactMap,
+    /// Of the present stage.
+    pub supports: Vec<Support>,
     pub self_contacts: SelfContactDetection<T>,
     fallback: LaneFallback,
     /// Normal impulses of the ground in the first stage of a step.
@@ -148,6 +151,7 @@ impl<T: Real> Workspace<T> {
             rest: RestCandidate::new(&system.robot),
             began_at_rest: T::Mask::of(|_| false),
             contacts: ContactMap::new(links),
+            supports: Vec::with_capacity(2 * links * T::LANES),
             self_contacts: SelfContactDetection::new(&system.robot),
             fallback: LaneFallback::new(links),
             first_ground: vec![zero; links],

@@ -1,13 +1,16 @@
 //! What follows from a solved stage, lane by lane: the next prediction, the verdict on the step and its end state.
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 
 use crate::math::Real;
 use crate::spatial::rest::is_at_rest;
+use crate::spatial::support::Support;
 use crate::spatial::{ChainState, Spatial, SpatialBody, SpatialSystem, StageSolution, read_lane};
 use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::penetration::Sinking;
-use crate::stepping::{Closing, ContactImpulse, Driven, EnergyLedger, FallbackResult, Members, StageOutput, StageRecord};
+use crate::stepping::{
+    Closing, ContactImpulse, Driven, EnergyLedger, FallbackResult, Members, Source, StageOutput, StageRecord,
+};
 
 use super::Workspace;
 
@@ -48,20 +51,19 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     ) {
         for lane in active(solved) {
             contact_impulses.extend(self.contacts.contact_impulses(&self.stage, &self.solution, lane));
+            contact_impulses.extend(self.top_impulses(lane));
             contact_impulses.extend(self.self_contacts.contact_impulses(&self.solution, lane));
             self.find_closings(lane);
         }
     }
 
     fn record(&self, lane: usize, record: &mut StageRecord) {
-        let StageSolution { normal, friction, rate, actuator, .. } = &self.solution;
-        for (i, (to, link)) in record.ground.iter_mut().zip(&self.stage.links).enumerate() {
-            let tangent = link.tangent.map(|t| t.lane(lane));
-            for end in 0..2 {
-                let impulse = friction[i][end].map(|p| p.lane(lane));
-                let across = Vector2::new(-tangent.y, tangent.x);
-                to[end] = (tangent * impulse.x + across * impulse.y).push(normal[i][end].lane(lane));
-            }
+        let StageSolution { rate, actuator, .. } = &self.solution;
+        for (link, to) in record.ground.iter_mut().enumerate() {
+            *to = [0, 1].map(|side| match self.is_on_top(lane, link, side) {
+                true => Vector3::zeros(),
+                false => self.impulse_from_below(lane, link, side),
+            });
         }
         for (work, (impulse, rate)) in record.actuator_work.iter_mut().zip(actuator.iter().zip(rate)) {
             *work = [0, 1].map(|axis| impulse[axis].lane(lane) * rate[axis].lane(lane));
@@ -93,6 +95,10 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         for (sum, ends) in self.first_ground.iter_mut().zip(&self.forces.normal) {
             *sum = ends[0] * c + ends[1] * c;
         }
+        for &Support { lane, link, .. } in &self.supports {
+            let of_ground = self.ground_impulse(lane, link);
+            self.first_ground[link].set_lane(lane, of_ground);
+        }
     }
 
     fn add_first_stage(&self, lane: usize, weight: f64, body: &mut SpatialBody) {
@@ -111,8 +117,8 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         read_lane::<T, _>(&self.kept.momentum, lane, &mut state.momentum);
         self.keep_forces(lane, state);
         state.end_step();
-        for (sum, ends) in ground_impulse.iter_mut().zip(&state.forces.normal) {
-            *sum += ends[0] * c + ends[1] * c;
+        for (link, sum) in ground_impulse.iter_mut().enumerate() {
+            *sum += self.ground_impulse(lane, link);
         }
         for (torque, drive) in state.joint_torque.iter_mut().zip(&self.kept.actuator) {
             *torque = -Vector2::new(drive[0].lane(lane), drive[1].lane(lane)) / c;
@@ -129,6 +135,41 @@ impl<T: Real> Workspace<T> {
         closings.add_times(lane, self.touchdown.lane(lane), self.touchdown_forecast.lane(lane));
         contacts.add_closings(stage, solution, expected, *elapsed, lane, closings);
         self_contacts.add_closings(stage, solution, expected, *elapsed, lane, closings);
+    }
+
+    /// Impulses of top faces in a lane's solved stage.
+    fn top_impulses(&self, lane: usize) -> impl Iterator<Item = ContactImpulse> + '_ {
+        self.supports.iter().filter(move |support| support.lane == lane).map(move |support| {
+            let Support { link, side, obstacle, .. } = *support;
+            ContactImpulse {
+                lane,
+                link,
+                impulse: self.impulse_from_below(lane, link, side),
+                source: Source::Top(obstacle),
+            }
+        })
+    }
+
+    /// Impulse of the ground or a top face on an end sphere in a lane's solved stage, frame I \[N s\].
+    fn impulse_from_below(&self, lane: usize, link: usize, side: usize) -> Vector3<f64> {
+        let tangent = self.stage.links[link].tangent.map(|t| t.lane(lane));
+        let across = Vector2::new(-tangent.y, tangent.x);
+        let friction = self.solution.friction[link][side].map(|p| p.lane(lane));
+        (tangent * friction.x + across * friction.y).push(self.solution.normal[link][side].lane(lane))
+    }
+
+    /// Normal impulse of the ground on a lane's link in the last stage, without those of top faces \[N s\].
+    fn ground_impulse(&self, lane: usize, link: usize) -> f64 {
+        let c = self.stage.coefficient.lane(lane);
+        let [front, rear] = [0, 1].map(|side| match self.is_on_top(lane, link, side) {
+            true => 0.0,
+            false => self.forces.normal[link][side].lane(lane) * c,
+        });
+        front + rear
+    }
+
+    fn is_on_top(&self, lane: usize, link: usize, side: usize) -> bool {
+        self.supports.iter().any(|support| (support.lane, support.link, support.side) == (lane, link, side))
     }
 
     /// Keeps the forces of a lane's last stage as the next warm start.
