@@ -20,15 +20,16 @@ class Integrator(Section):
     Args:
         method: "implicit", the fast default; or "thesis", the time stepping and Modified Newton iteration as printed
             (T 3.6.2).
-        step: largest step [s], > 0; a sample interval is divided into equal steps no longer than this. "thesis":
-            2.5e-4. "implicit": 0.025, and shorter in the first 0.2 s after the robot was placed; 0.01 for the spatial
-            model; 0.02 for the minimal model, 2.5e-4 if torques are held over steps. The minimal model's smooth plants
-            have a solver that chooses its own.
-        tolerance: > 0. "thesis": the iteration stops when the impulses change by less [N s] (T 3.81), default 2e-5,
-            1e-5 for the minimal model. "implicit": accuracy of the velocities in a stage [m/s], default 1e-6; of a
-            smooth plant of the minimal model the relative tolerance.
-        max_iterations: after which a solve is given up and counts as unconverged, >= 1; "thesis": 10,000, "implicit":
-            200.
+        step: largest step [s], 1e-8 to 1e3; a sample interval is divided into equal steps no longer than this.
+            "thesis": 2.5e-4. "implicit": 0.025, and shorter in the first 0.2 s after the robot was placed; 0.01 for the
+            spatial model; 0.02 for the minimal model, 2.5e-4 if torques are held over steps. The minimal model's smooth
+            plants have a solver that chooses its own.
+        tolerance: > 0 and at most 0.01, beyond which sliding is not told from sticking. "thesis": the iteration stops
+            when the impulses change by less [N s] (T 3.81), default 2e-5, 1e-5 for the minimal model. "implicit":
+            accuracy of the velocities in a stage [m/s], default 1e-6; of a smooth plant of the minimal model the
+            relative tolerance.
+        max_iterations: after which a solve is given up and counts as unconverged, 1 to 1,000,000; "thesis": 10,000,
+            "implicit": 200.
         order: "implicit" only: 1, implicit Euler, or 2, the default, the two-stage SDIRK scheme.
         event_substeps: "implicit" only, order 2: most Euler steps that replace a step whose forces change abruptly,
             before penetrations are considered, 1 to 1000; default 4.

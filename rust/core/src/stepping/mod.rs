@@ -33,7 +33,7 @@ mod verdict;
 
 pub use backlash::{Backlash, MovedAxis, PlayedAxis};
 pub use body::{Body, Clock, HasBody, Scripted};
-pub use config::{ImplicitConfig, IntegratorConfig, Method, ThesisConfig};
+pub use config::{ImplicitConfig, IntegratorConfig, MOST_STEPS_PER_PERIOD, Method, ThesisConfig, step_length};
 pub use energy::EnergyLedger;
 pub use fleet::Fleet;
 pub use growing::Growing;
