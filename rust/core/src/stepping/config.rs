@@ -219,14 +219,13 @@ impl IntegratorConfig {
         steps_in(duration, self.step())
     }
 
-    /// Rejects a step of which a duration has more than `most`.
+    /// Rejects a duration, `name`, of more steps than `most`.
     ///
     /// # Errors
-    /// Names the step and the duration.
+    /// Names the duration and the step.
     pub fn require_steps(&self, duration: f64, most: u32, name: &str) -> Result<(), ConfigError> {
-        let expected = format!("at least {name} / {most}, with {name} = {duration} s");
-        let step = format!("{:e}", self.step());
-        require(duration / self.step() <= f64::from(most), "integrator.step", step, &expected)
+        let expected = format!("at most {most} steps of integrator.step = {:e} s", self.step());
+        require(duration / self.step() <= f64::from(most), name, duration, &expected)
     }
 }
 
