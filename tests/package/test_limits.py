@@ -65,9 +65,9 @@ def test_steps_of_no_use_are_refused(method, step):
 
 
 def test_a_call_has_a_bounded_number_of_steps():
-    with pytest.raises(ConfigError, match=r"^control_period = 0\.5: .*at most 100000 steps of integrator\.step = 2e-6 s"):
+    with pytest.raises(ConfigError, match=r"^control_period = 0\.5: .*at most 100000 steps of .*2e-6 s"):
         SnakeEnv(control_period=0.5, integrator=Integrator(step=2e-6))
-    with pytest.raises(ConfigError, match=r"^duration = 1000: .*at most 1000000000 steps of integrator\.step = 1e-7 s"):
+    with pytest.raises(ConfigError, match=r"^duration = 1000: .*at most 1000000000 steps of .*1e-7 s"):
         snake_env.simulate(duration=1e3, sample=1e3, integrator=Integrator(step=1e-7))
     for name, held in (("treatment", 1e-12), ("treatment", 1e9)):
         with pytest.raises(ConfigError, match=rf"controller\.{name} = "):
