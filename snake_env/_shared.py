@@ -50,6 +50,11 @@ class RobotsEnvironment:
         super().__setattr__(name, value)
 
     @property
+    def _needs_reset(self) -> bool:
+        """Before the first reset, and after a call that a signal handler has ended."""
+        return not self._ready or self._robots.native.is_interrupted
+
+    @property
     def control_period(self) -> float:
         """Simulated time of one step [s]."""
         return self._robots.task.control_period

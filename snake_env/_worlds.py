@@ -79,6 +79,8 @@ def per_robot(options: Mapping[str, Any], num_envs: int) -> list[dict[str, Any]]
     """The options of each robot; a list has one entry per robot, None where a robot has none."""
     lists: dict[str, Any] = {}
     for name, value in given(options).items():
+        if name == "scene" and not isinstance(value, list):
+            value = _generator_of(value)  # a file is read once
         lists[name] = value if isinstance(value, list) else [value] * num_envs
         if len(lists[name]) != num_envs:
             expected = f"a list of {num_envs}, or one for all; a point is a tuple, a path an array"

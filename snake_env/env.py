@@ -84,7 +84,7 @@ class SnakeEnv(RobotsEnvironment, gym.Env[Any, NDArray[np.float32]]):
         Raises:
             ConfigError: the shape or type of the action, or the element that is not finite.
         """
-        if not self._ready:
+        if self._needs_reset:
             raise ResetNeeded("call reset before step")
         checked = _checks.actions(action, self._robots.task.action_space.shape)
         _checks.finite("action", checked)

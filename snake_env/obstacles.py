@@ -121,7 +121,8 @@ class Polygon(_Body):
     """A convex polygon.
 
     Args:
-        vertices: three or more corners (x, y) in order, either way round [m].
+        vertices: three or more corners (x, y) in order, either way round [m]. Vertices that repeat their neighbour,
+            close the ring or lie on a straight edge within round-off, a billionth of the polygon, are left out.
         friction: Coulomb coefficient between links and the obstacle, >= 0.
         mass: None; obstacles are fixed.
         height: of the top face above the ground, > 0; None: without end. The spatial model only [m].

@@ -113,7 +113,7 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
         mask = self._robots.all_rows
         if "reset_mask" in given:
             mask = _checks.mask("options['reset_mask']", given["reset_mask"], self.num_envs)
-        if not self._ready:
+        if self._needs_reset:
             self._require_all(mask)
         first = next((one for one in seeds if one is not None), None)
         rng = self.np_random if first is None else seeding.np_random(first)[0]
@@ -135,7 +135,7 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
             ConfigError: the shape or type of the actions, or the robot and element that is not finite.
         """
         self._require_open()
-        if not self._ready:
+        if self._needs_reset:
             raise ResetNeeded("call reset before step")
         if self._mode is AutoresetMode.NEXT_STEP:
             buffers, infos = self._step_next(actions)
@@ -237,7 +237,7 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
         if count != len(indices):
             found = type(states).__name__ if count is None else f"{count} states"
             raise ConfigError("states", found, f"{len(indices)} states, one per robot in the mask")
-        if not self._ready:
+        if self._needs_reset:
             self._require_all(self._robots.all_rows if mask is None else mask)
         self._robots.set_states(states, indices)
         finished = self._finished.copy()

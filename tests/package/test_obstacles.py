@@ -290,3 +290,67 @@ def test_obstacles_are_moved_by_numbers(obstacle, wrong):
 def test_a_field_that_is_none_is_named(make, field):
     with pytest.raises(ConfigError, match=f"^{field} = None: expected a value"):
         make()
+
+
+SQUARE = [(-0.4, -0.3), (-0.4, 0.3), (-1.0, 0.3), (-1.0, -0.3)]
+
+
+def with_extra(vertices, dent=0.0, repeats=1):
+    """The same outline with corners repeated, a vertex inside each edge that lies ``dent`` inside it, and closed."""
+    corners = np.array(vertices)
+    middle = corners.mean(axis=0)
+    extra = []
+    for at, after in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        on_edge = at + 0.3 * (after - at)
+        inwards = (middle - on_edge) / np.linalg.norm(middle - on_edge)
+        extra += [tuple(at)] * repeats + [tuple(on_edge + dent * inwards)]
+    return [*extra, extra[0]]
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("vertices", [SQUARE, SQUARE[::-1]])
+@pytest.mark.parametrize("dent", [0.0, 1e-13, 2e-10, -2e-10])
+@pytest.mark.parametrize("repeats", [1, 3])
+def test_polygons_of_maps_are_the_polygons_of_their_corners(model, vertices, dent, repeats):
+    """Rings are closed, corners are repeated, vertices lie on edges within round-off."""
+    options = {"duration": 0.6, "sample": 0.1, "friction": (0.05, 0.05)}
+    told, clean = (sliding([Polygon(v)], model, **options) for v in (with_extra(vertices, dent, repeats), vertices))
+    np.testing.assert_array_equal(told.position, clean.position)
+    assert np.abs(told.contact_force).max() > 1.0
+
+
+def test_an_outline_of_many_vertices_is_cleaned_soon():
+    angle = np.linspace(0.0, 2.0 * math.pi, 200_001)
+    Polygon([(5.0 + math.cos(a), math.sin(a)) for a in angle])
+    on_a_line = [(x, 0.0) for x in np.linspace(0.0, 1.0, 50_000)]
+    Polygon([*on_a_line, (0.5, 1.0)])
+
+
+def test_maps_far_from_their_origin_have_the_round_off_of_their_coordinates():
+    east, north = 5e5, 9e5
+    Polygon([(east, north), (east + 0.1, north + 0.1 / 3), (east + 0.3, north + 0.1), (east, north + 0.4)])
+
+
+@pytest.mark.parametrize(
+    ("vertices", "field", "problem"),
+    [
+        ([(0, 0), (1, 0), (1, 1), (0.5, 0.5 + 1e-6), (0, 1)], "vertices\\[3\\]", "a dent"),
+        ([(0, 0), (0, 0), (1, 0), (0.5, 1e-6), (1, 1), (0, 1)], "vertices\\[3\\]", "a dent"),
+        ([(0, 0), (1, 1), (1, 0), (0, 1)], "vertices\\[0\\]", "out of order"),
+        (
+            [(math.cos(4 * math.pi * k / 5), math.sin(4 * math.pi * k / 5)) for k in range(5)],
+            "vertices",
+            "goes round once",
+        ),
+        ([(0, 0), (1, 0), (2, 0), (1, 0)], "vertices", "enclose an area"),
+        ([(0, 0), (1, 0), (0, 0)], "vertices", "enclose an area"),
+        ([(0, 0), (1, 0), (1, 1e-12)], "vertices", "enclose an area"),
+        ([(0, 0)] * 5, "vertices", "enclose an area"),
+        ([], "vertices", "enclose an area"),
+        ([(0, 0), (1, 0), (NAN, 1)], "vertices\\[2\\]\\[0\\]", "finite"),
+    ],
+)
+def test_an_outline_that_is_none_is_refused_by_its_corner(vertices, field, problem):
+    with pytest.raises(ConfigError, match=rf"^obstacle\.{field} = .*{problem}") as caught:
+        Polygon([(float(x), float(y)) for x, y in vertices])
+    assert len(str(caught.value)) < 300

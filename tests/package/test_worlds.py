@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import time
 
 import gymnasium as gym
 import numpy as np
 import pytest
 
 from snake_env import ConfigError, Scene, SnakeEnv, SnakeVectorEnv, Start
+from snake_env.obstacles import Box
 from snake_env.testing import assert_identical, check_vector_env
 
 RING = Scene(obstacles=[(0.05, x, y) for x in (-1.5, 1.5) for y in (-0.5, 0.5)])
@@ -347,3 +349,50 @@ def test_in_a_batch_a_list_of_numbers_is_one_goal_line_per_robot():
 def test_a_difficulty_of_a_reset_that_is_none_is_named(difficulty):
     with pytest.raises(ConfigError, match=r"^difficulty = "):
         SnakeVectorEnv(2, task="field").reset(seed=0, options={"difficulty": difficulty})
+
+
+def test_a_scene_is_converted_once_for_all_robots_and_episodes(tmp_path):
+    """A reset among thousands of boxes costs a robot little more than one on open ground."""
+    crowd = Scene(obstacles=[Box((0.05, 0.05), 3.0 + 0.2 * (k % 200), 0.2 * (k // 200)) for k in range(4000)])
+    path = tmp_path / "crowd.json"
+    crowd.save(path)
+
+    def seconds(envs, options=None):
+        envs.reset(seed=0, options=options)
+        begin = time.process_time()
+        envs.reset(seed=1, options=options)
+        return time.process_time() - begin
+
+    envs = gym.make_vec("SnakeField-v1", num_envs=50, scene=crowd, num_threads=1)
+    once = -time.process_time()
+    Scene(obstacles=crowd.obstacles)
+    once += time.process_time()
+    assert seconds(envs) < 0.2 * once
+    # Nor is it converted for each robot where the options of a reset name a file.
+    assert seconds(envs, {"scene": path}) < 20 * once
+
+
+def test_robots_that_share_a_scene_are_those_that_have_one_each():
+    crowd = [(0.03, 1.0 + 0.3 * (k % 10), 0.3 * (k // 10) - 1.0) for k in range(70)] + [Box((0.1, 0.1), 2.5, 1.2)]
+    shared = SnakeVectorEnv(num_envs=3, scene=Scene(obstacles=crowd))
+    own = SnakeVectorEnv(num_envs=3, scene=Scene(obstacles=[]))
+    told = {"scene": [Scene(obstacles=crowd) for _ in range(3)]}
+    rng = np.random.default_rng(0)
+    for seed in range(2):
+        assert_identical(shared.reset(seed=seed), own.reset(seed=seed, options=told), f"reset {seed}")
+        for k in range(20):
+            actions = rng.uniform(-1.0, 1.0, shared.action_space.shape)
+            assert_identical(shared.step(actions), own.step(actions), f"step {k}")
+    # A robot that leaves the scene changes nothing for the others.
+    shared.reset(options={"reset_mask": np.array([True, False, False]), "scene": Scene(obstacles=[(0.1, 4.0, 0.0)])})
+    assert [len(shared.scene(i).obstacles) for i in range(3)] == [1, 71, 71]
+    shared.set_state(own.get_state())
+    assert [len(shared.scene(i).obstacles) for i in range(3)] == [71, 71, 71]
+
+
+def test_a_scene_that_is_gone_is_not_taken_for_another():
+    """Python gives a new object the address of one that is gone."""
+    envs = SnakeVectorEnv(num_envs=1, scene=FAR)
+    for k in range(50):
+        envs.reset(seed=0, options={"scene": Scene(obstacles=[(0.1, 3.0 + k, 0.0)], friction=(0.2, 0.5))})
+        assert envs.scene(0).obstacles == ((0.1, 3.0 + k, 0.0),)

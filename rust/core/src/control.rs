@@ -6,6 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::error::{ConfigError, non_negative, positive};
 use crate::gait::JointTarget;
+use crate::stepping::step_length;
 
 /// Which control law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -128,7 +129,7 @@ impl ControllerConfig {
             positive("torque_limit", limit)?;
         }
         if let Treatment::Period(period) = self.treatment {
-            positive("treatment", period)?;
+            step_length("treatment", period)?;
         }
         Ok(())
     }

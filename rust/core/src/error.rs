@@ -23,7 +23,8 @@ impl ConfigError {
 
     /// The same error with the field placed inside a section: `mass` becomes `robot.mass`.
     pub fn inside(mut self, section: &str) -> Self {
-        self.field = format!("{section}.{}", self.field);
+        let dot = if self.field.is_empty() { "" } else { "." };
+        self.field = format!("{section}{dot}{}", self.field);
         self
     }
 }
@@ -71,23 +72,56 @@ pub fn integer_in<'de, D: Deserializer<'de>, const LOW: usize, const HIGH: usize
     deserializer.deserialize_any(InRange::<LOW, HIGH>)
 }
 
-/// A finite number.
+/// A finite number of a size whose products do not overflow.
 pub fn finite(field: &str, value: f64) -> Result<f64, ConfigError> {
-    require(value.is_finite(), field, value, "a finite number").map(|()| value)
+    require(value.is_finite(), field, written(value), "a finite number")?;
+    within(field, value, -LARGEST, LARGEST)
 }
 
-/// A finite number above zero.
+/// A finite number above zero, of a size whose products and quotients neither overflow nor vanish.
 pub fn positive(field: &str, value: f64) -> Result<f64, ConfigError> {
-    require(value.is_finite() && value > 0.0, field, value, "a finite number > 0").map(|()| value)
+    require(value.is_finite() && value > 0.0, field, written(value), "a finite number > 0")?;
+    within(field, value, SMALLEST, LARGEST)
 }
 
-/// A finite number, zero or above.
+/// A finite number, zero or above, of a size whose products do not overflow.
 pub fn non_negative(field: &str, value: f64) -> Result<f64, ConfigError> {
-    require(value.is_finite() && value >= 0.0, field, value, "a finite number >= 0").map(|()| value)
+    require(value.is_finite() && value >= 0.0, field, written(value), "a finite number >= 0")?;
+    within(field, value, 0.0, LARGEST)
 }
+
+/// A coordinate \[m\] or an angle \[rad\], of a size at which differences of a nanometre or nanoradian are left.
+pub fn coordinate(field: &str, value: f64) -> Result<f64, ConfigError> {
+    finite(field, value)?;
+    within(field, value, -FARTHEST, FARTHEST)
+}
+
+/// A length above zero \[m\].
+pub fn length(field: &str, value: f64) -> Result<f64, ConfigError> {
+    positive(field, value)?;
+    within(field, value, 1.0 / LARGEST, FARTHEST)
+}
+
+/// A length, zero or above \[m\].
+pub fn length_or_zero(field: &str, value: f64) -> Result<f64, ConfigError> {
+    non_negative(field, value)?;
+    within(field, value, 0.0, FARTHEST)
+}
+
+/// A number in digits, or with an exponent where there would be many.
+fn written(value: f64) -> String {
+    if value == 0.0 || (1e-5..1e16).contains(&value.abs()) { value.to_string() } else { format!("{value:e}") }
+}
+
+/// Largest number and smallest above zero in a configuration.
+const LARGEST: f64 = 1e12;
+const SMALLEST: f64 = 1e-15;
+
+/// Largest coordinate and length \[m\].
+pub const FARTHEST: f64 = 1e6;
 
 /// A number in the closed interval `[low, high]`.
 pub fn within(field: &str, value: f64, low: f64, high: f64) -> Result<f64, ConfigError> {
-    let expected = format!("a number in [{low}, {high}]");
-    require(value >= low && value <= high, field, value, &expected).map(|()| value)
+    let expected = format!("a number in [{}, {}]", written(low), written(high));
+    require(value >= low && value <= high, field, written(value), &expected).map(|()| value)
 }

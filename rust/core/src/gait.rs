@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{ConfigError, finite};
+use crate::error::{ConfigError, coordinate};
 
 mod holding;
 mod sampled;
@@ -104,11 +104,11 @@ impl Wave {
     /// # Errors
     /// Names the parameter that is not finite.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        finite("amplitude", self.amplitude)?;
-        finite("omega", self.omega)?;
-        finite("beta", self.beta)?;
-        finite("gamma", self.gamma)?;
-        finite("phase", self.phase)?;
+        coordinate("amplitude", self.amplitude)?;
+        coordinate("omega", self.omega)?;
+        coordinate("beta", self.beta)?;
+        coordinate("gamma", self.gamma)?;
+        coordinate("phase", self.phase)?;
         Ok(())
     }
 

@@ -14,6 +14,7 @@ pub mod control;
 pub mod environment;
 pub mod error;
 pub mod gait;
+pub mod interrupt;
 mod judge;
 pub mod laws;
 pub mod math;

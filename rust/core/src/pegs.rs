@@ -2,6 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use crate::error::FARTHEST;
 use crate::obstacles::{Obstacle, Outline, Peg, Rectangle, Shape, Solid, WallGrid};
 use crate::robot::Link;
 
@@ -81,6 +82,11 @@ impl PegGrid {
         } else {
             self.written.clone()
         }
+    }
+
+    /// The obstacle at a place in the scene.
+    pub fn obstacle(&self, place: usize) -> Obstacle {
+        self.written.get(place).cloned().unwrap_or_else(|| self.pegs[place].into())
     }
 
     pub fn walls(&self) -> &WallGrid {
@@ -272,9 +278,6 @@ impl PegGrid {
 
 /// Smallest cell \[m\].
 const MIN_CELL: f64 = 0.1;
-
-/// Largest distance at which the nearest peg is searched for \[m\].
-const FARTHEST: f64 = 1e6;
 
 #[cfg(test)]
 mod tests {

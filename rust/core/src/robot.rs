@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::error::{ConfigError, integer_in, non_negative, positive, require, within};
+use crate::error::{ConfigError, integer_in, length, length_or_zero, positive, require, within};
 
 /// A quantity given once for all links or link by link.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -143,15 +143,15 @@ impl Robot {
     pub fn new(config: &RobotConfig) -> Result<Self, ConfigError> {
         let n = config.links;
         require((2..=MAX_LINKS).contains(&n), "links", n, &format!("an integer in [2, {MAX_LINKS}]"))?;
-        let length = config.length.expand("length", n, positive)?;
-        let half = config.contact_half_length.expand("contact_half_length", n, non_negative)?;
-        let radius = config.radius.expand("radius", n, positive)?;
+        let lengths = config.length.expand("length", n, length)?;
+        let half = config.contact_half_length.expand("contact_half_length", n, length_or_zero)?;
+        let radius = config.radius.expand("radius", n, length)?;
         let mass = config.mass.expand("mass", n, positive)?;
         let inertia = config.inertia.expand("inertia", n, positive)?;
         let roll_inertia = config.roll_inertia.expand("roll_inertia", n, positive)?;
         let links = (0..n)
             .map(|i| Link {
-                length: length[i],
+                length: lengths[i],
                 contact_half_length: half[i],
                 radius: radius[i],
                 mass: mass[i],

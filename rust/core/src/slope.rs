@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::error::{ConfigError, finite, within};
+use crate::error::{ConfigError, coordinate, within};
 
 /// Inclination of the ground; configured as the pair `[angle, direction]`.
 ///
@@ -36,7 +36,7 @@ impl Slope {
     /// Names the angle or the direction that is not admissible.
     pub fn validate(&self) -> Result<(), ConfigError> {
         within("slope[0]", self.angle, 0.0, FRAC_PI_2)?;
-        finite("slope[1]", self.direction)?;
+        coordinate("slope[1]", self.direction)?;
         Ok(())
     }
 

@@ -5,7 +5,7 @@ use snake_core::ConfigError;
 use snake_core::environment::action::ActionEntry;
 use snake_core::environment::signal::{SignalInfo, signals_of};
 use snake_core::environment::{EnvConfig, Environment, Outcome};
-use snake_core::obstacles::{Obstacle, Peg};
+use snake_core::obstacles::Peg;
 use snake_core::robot::Robot;
 
 use crate::policy::Policy;
@@ -89,7 +89,7 @@ impl<M: Shown> Session<M> {
     fn place_pegs(&mut self) {
         let simulation = self.environment.model_mut().simulation_mut();
         let clock = simulation.body().clock;
-        simulation.set_obstacles(&self.pegs.iter().copied().map(Obstacle::from).collect::<Vec<_>>());
+        simulation.set_scene_pegs(&self.pegs);
         simulation.body_mut().clock = clock;
         self.environment.observe(&mut self.observation);
     }

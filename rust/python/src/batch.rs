@@ -12,9 +12,11 @@ use snake_core::environment::{EnvConfig, Environment, ModelKind, RobotModel};
 use snake_core::error::require;
 
 use crate::core::{Core, of_model};
-use crate::ffi::{CoreError, detached};
+use crate::ffi::{CoreError, detached, interruptible, signal_raised};
 use crate::from_python::from_python;
+use crate::memory;
 use crate::numbers::set_array;
+use crate::scenes::Scenes;
 use crate::step_buffers::{StepBuffers, shape};
 use crate::world::WorldConfig;
 
@@ -27,6 +29,10 @@ use crate::world::WorldConfig;
 pub struct Batch {
     config: EnvConfig,
     core: Core,
+    scenes: Scenes,
+    /// A signal handler has ended a call, and has left robots at the start of other episodes.
+    #[pyo3(get)]
+    is_interrupted: bool,
     /// Actions of the step at hand.
     actions: Vec<f64>,
 }
@@ -36,8 +42,16 @@ impl Batch {
     #[new]
     fn new(py: Python<'_>, config: &Bound<'_, PyAny>, num_envs: usize, num_threads: usize) -> PyResult<Self> {
         let config: EnvConfig = from_python(config).map_err(CoreError::from)?;
-        let core = detached(py, || Ok(Core::new(&config, num_envs, num_threads)?))?;
-        Ok(Self { actions: vec![0.0; num_envs * core.action_size()], config, core })
+        let core = detached(py, || {
+            let links = config.robot.links;
+            let obstacles = config.scene.as_ref().map_or(0, |scene| scene.obstacles.len());
+            let bytes = num_envs as f64 * memory::of_environment(links, obstacles);
+            memory::require_memory("num_envs", num_envs, &format!("{num_envs} robots of {links} links"), bytes)?;
+            Ok(Core::new(&config, num_envs, num_threads)?)
+        })?;
+        of_model!(&core, core => core.interrupt().ask_with(signal_raised));
+        let actions = vec![0.0; num_envs * core.action_size()];
+        Ok(Self { actions, scenes: Scenes::default(), is_interrupted: false, config, core })
     }
 
     /// Starts an episode in the rows of `mask`: with a seed its first, without one the next of the row.
@@ -54,10 +68,12 @@ impl Batch {
         require(seeds.len() == n, "seeds", format!("{} seeds", seeds.len()), "one per row").map_err(CoreError::from)?;
         buffers.check(&self.core)?;
         let (core, mask, out) = (&mut self.core, mask.as_slice()?, buffers.outputs()?);
-        detached(py, || {
+        self.is_interrupted = true;
+        interruptible(py, || {
             of_model!(core, core => core.reset(mask, &seeds, out));
             Ok(())
         })?;
+        self.is_interrupted = false;
         buffers.copy_typed(&self.core)
     }
 
@@ -77,10 +93,12 @@ impl Batch {
         let active = active.as_slice()?;
         self.take_actions(actions.as_slice()?, active)?;
         let (core, actions, out) = (&mut self.core, &self.actions, buffers.outputs()?);
-        detached(py, || {
+        self.is_interrupted = true;
+        interruptible(py, || {
             of_model!(core, core => core.step(actions, active, out));
             Ok(())
         })?;
+        self.is_interrupted = false;
         buffers.copy_typed(&self.core)?;
         buffers.ended(active)
     }
@@ -153,13 +171,25 @@ impl Batch {
     }
 
     /// Tells the next episodes of rows where they take place, or none of them; see [`WorldConfig`].
-    fn set_next_worlds(&mut self, rows: Vec<usize>, worlds: Vec<Bound<'_, PyAny>>) -> PyResult<()> {
+    fn set_next_worlds(&mut self, py: Python<'_>, rows: Vec<usize>, worlds: Vec<Bound<'_, PyDict>>) -> PyResult<()> {
         self.require_rows(&rows, worlds.len(), "worlds")?;
         let core = &mut self.core;
         let robot = of_model!(&*core, core => core.environment(0).robot().clone());
-        let resolve = |world: &Bound<'_, PyAny>| from_python::<WorldConfig>(world)?.resolve(&self.config, &robot);
-        let worlds = worlds.iter().map(resolve).collect::<Result<Vec<_>, _>>().map_err(CoreError::from)?;
-        Ok(of_model!(core, core => core.set_next_worlds(&rows, worlds)).map_err(CoreError::from)?)
+        self.scenes.forget(py);
+        let mut told = Vec::with_capacity(worlds.len());
+        for world in worlds {
+            let rest = world.copy()?;
+            let obstacles = match rest.get_item("scene")? {
+                Some(scene) => Some(self.scenes.obstacles(&scene, &self.config)?),
+                None => None,
+            };
+            if obstacles.is_some() {
+                rest.del_item("scene")?;
+            }
+            let world: WorldConfig = from_python(&rest).map_err(CoreError::from)?;
+            told.push(world.resolve(obstacles, &self.config, &robot).map_err(CoreError::from)?);
+        }
+        Ok(of_model!(core, core => core.set_next_worlds(&rows, told)).map_err(CoreError::from)?)
     }
 
     /// Seed and number of the next episode of a row.

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::{Deserialize, Serialize};
 use snake_core::ConfigError;
-use snake_core::error::{finite, non_negative, require};
+use snake_core::error::{coordinate, non_negative, require};
 use snake_core::gait::{CardanGait, Gait, Reference, SoftStart, Wave};
 
 use crate::ffi::CoreError;
@@ -51,10 +51,10 @@ impl GaitConfig {
     /// Names the parameter that is not finite.
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.wave().validate()?;
-        finite("vertical_amplitude", self.vertical_amplitude)?;
-        finite("vertical_omega", self.vertical_omega)?;
-        finite("vertical_beta", self.vertical_beta)?;
-        finite("vertical_phase", self.vertical_phase)?;
+        coordinate("vertical_amplitude", self.vertical_amplitude)?;
+        coordinate("vertical_omega", self.vertical_omega)?;
+        coordinate("vertical_beta", self.vertical_beta)?;
+        coordinate("vertical_phase", self.vertical_phase)?;
         Ok(())
     }
 

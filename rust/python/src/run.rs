@@ -1,7 +1,6 @@
 //! `simulate`: one scripted robot of any model, sampled; Ctrl-C ends it.
 
 use std::f64::consts::FRAC_PI_2;
-use std::time::{Duration, Instant};
 
 use nalgebra::Vector3;
 use pyo3::prelude::*;
@@ -17,10 +16,11 @@ use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::SceneConfig;
 use snake_core::stepping::{IntegratorConfig, Method, Record, StepStatistics};
 
-use crate::ffi::{CoreError, detached};
+use crate::ffi::{CoreError, interruptible, signal_raised};
 use crate::from_python::from_python;
 use crate::gait::GaitConfig;
 use crate::joint_trajectory::TrajectoryConfig;
+use crate::memory::require_memory;
 use crate::minimal::MinimalRobot;
 use crate::planar::PlanarRobot;
 use crate::records::{Layout, Recorded, Sums, write_means};
@@ -81,6 +81,7 @@ impl RunConfig {
         let noise = format!("{:?}", self.noise);
         Feature::MeasurementNoise.require(self.on(), self.noise.is_some(), "noise", noise)?;
         self.validate_record()?;
+        self.integrator.require_steps(self.duration, MOST_STEPS, "duration")?;
         require_supported(self.model, self.integrator.method(), &self.robot, &self.scene(), &self.controller())
     }
 
@@ -172,7 +173,7 @@ pub fn simulate<'py>(py: Python<'py>, config: &Bound<'py, PyAny>) -> PyResult<Bo
             ModelName::Minimal => sampled(MinimalRobot::new(&config)?, duration, sample, &config.record),
         }
     };
-    detached(py, run)?.into_dict(py)
+    interruptible(py, run)?.into_dict(py)
 }
 
 /// A robot of some model together with its gait.
@@ -232,9 +233,11 @@ pub trait Scripted {
 /// A duration is not admissible; the robot diverged; a signal handler raised.
 pub fn sampled<R: Scripted>(robot: R, duration: f64, sample: f64, record: &[Recorded]) -> Result<Samples, CoreError> {
     let count = count_samples(duration, sample)?;
-    let mut run = Run { robot, sample, record, watch: SignalWatch::new() };
+    let mut run = Run { robot, sample, record };
     let mut samples = Samples::default();
     run.write(0.0, 0.0, &Interval::new(&run.robot), &mut samples);
+    let bytes = MOST_COPIES * samples.bytes() * count as f64;
+    require_memory("duration", duration, &format!("{count} samples every {sample} s"), bytes)?;
     for k in 1..=count {
         let interval = run.advance()?;
         run.write(k as f64 * sample, sample, &interval, &mut samples);
@@ -246,7 +249,6 @@ struct Run<'a, R> {
     robot: R,
     sample: f64,
     record: &'a [Recorded],
-    watch: SignalWatch,
 }
 
 impl<R: Scripted> Run<'_, R> {
@@ -262,7 +264,9 @@ impl<R: Scripted> Run<'_, R> {
                 return Err(CoreError::Diverged(before));
             }
             interval.add(&report, &self.robot);
-            self.watch.poll()?;
+            if signal_raised() {
+                return Err(CoreError::Interrupted);
+            }
         }
         interval.finish(self.sample);
         Ok(interval)
@@ -366,21 +370,8 @@ const ROUND_OFF: f64 = 1e-9;
 
 const MAX_SAMPLES: f64 = 1e7;
 
-/// Lets Python's signal handlers run about every 50 ms.
-struct SignalWatch {
-    last: Instant,
-}
+/// A table that outgrows its memory is copied into twice as much.
+const MOST_COPIES: f64 = 3.0;
 
-impl SignalWatch {
-    fn new() -> Self {
-        Self { last: Instant::now() }
-    }
-
-    fn poll(&mut self) -> PyResult<()> {
-        if self.last.elapsed() < Duration::from_millis(50) {
-            return Ok(());
-        }
-        self.last = Instant::now();
-        Python::attach(|py| py.check_signals())
-    }
-}
+/// Most steps of a run.
+const MOST_STEPS: u32 = 1_000_000_000;

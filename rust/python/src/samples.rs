@@ -36,6 +36,11 @@ impl Samples {
         self.columns[k].values.extend(row);
     }
 
+    /// Memory of all columns.
+    pub fn bytes(&self) -> f64 {
+        self.columns.iter().map(|column| size_of_val(&column.values[..]) as f64).sum()
+    }
+
     /// The fields of `Trajectory`.
     pub fn into_dict(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
         let dict = PyDict::new(py);

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use snake_core::ConfigError;
 use snake_core::capabilities::{Feature, ModelName};
 use snake_core::environment::{OwnStart, Raised};
-use snake_core::error::{finite, require, within};
+use snake_core::error::{FARTHEST, coordinate, require, within};
 use snake_core::gait::{CardanGait, Gait, Reference};
 use snake_core::robot::Robot;
 use snake_core::simulation::SpatialSimulation;
@@ -52,7 +52,11 @@ impl StartConfig {
         let Ok([x, y]) = <[f64; 2]>::try_from(self.position.as_slice()) else {
             return Err(ConfigError::new("start.position", format!("{:?}", self.position), "2 numbers"));
         };
-        Ok([finite("start.position[0]", x)?, finite("start.position[1]", y)?, finite("start.heading", self.heading)?])
+        Ok([
+            coordinate("start.position[0]", x)?,
+            coordinate("start.position[1]", y)?,
+            coordinate("start.heading", self.heading)?,
+        ])
     }
 
     /// The joint angles of a posture other than the gait's.
@@ -78,7 +82,7 @@ impl StartConfig {
         match &self.posture {
             Posture::Named(name) if name == "gait" => Ok((0..joints).map(|j| gait.target(j, 0.0).angle).collect()),
             Posture::Named(name) if name == "straight" => Ok(vec![0.0; joints]),
-            Posture::Angles(angles) if angles.len() == joints && angles.iter().all(|angle| angle.is_finite()) => {
+            Posture::Angles(angles) if angles.len() == joints && angles.iter().all(|angle| angle.abs() <= FARTHEST) => {
                 Ok(angles.clone())
             }
             other => Err(ConfigError::new("start.posture", other.written(), expected)),
@@ -88,7 +92,7 @@ impl StartConfig {
     /// The start of an episode of the spatial model.
     pub fn own_in_space(&self, robot: &Robot) -> Result<OwnStart, ConfigError> {
         self.check_in_space()?;
-        let roll = finite("start.roll", self.roll.unwrap_or(0.0))?;
+        let roll = coordinate("start.roll", self.roll.unwrap_or(0.0))?;
         let own = self.own_pairs(robot)?;
         let of_axis =
             |axis: usize| own.as_ref().map(|angles| angles.iter().map(|angle| angle[axis]).collect::<Vec<_>>());
@@ -107,10 +111,10 @@ impl StartConfig {
     fn check_in_space(&self) -> Result<(), ConfigError> {
         let expected = "(x, y) or (x, y, z)";
         require((2..=3).contains(&self.position.len()), "start.position", format!("{:?}", self.position), expected)?;
-        for (k, &coordinate) in self.position.iter().enumerate() {
-            finite(&format!("start.position[{k}]"), coordinate)?;
+        for (k, &value) in self.position.iter().enumerate() {
+            coordinate(&format!("start.position[{k}]"), value)?;
         }
-        finite("start.heading", self.heading)?;
+        coordinate("start.heading", self.heading)?;
         within("start.pitch", self.pitch, -FRAC_PI_2, FRAC_PI_2)?;
         Ok(())
     }
@@ -119,7 +123,7 @@ impl StartConfig {
     pub fn place(&self, simulation: &mut SpatialSimulation, gait: &CardanGait) -> Result<(), ConfigError> {
         self.check_in_space()?;
         let posture = self.joint_angles(simulation.robot(), gait)?;
-        let roll = finite("start.roll", self.roll.unwrap_or_else(|| self.natural_roll(&posture, gait)))?;
+        let roll = coordinate("start.roll", self.roll.unwrap_or_else(|| self.natural_roll(&posture, gait)))?;
         let height = self.position.get(2).copied();
         let position = Vector3::new(self.position[0], self.position[1], height.unwrap_or(0.0));
         let orientation = orientation_of(self.heading, self.pitch, roll);

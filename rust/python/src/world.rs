@@ -1,24 +1,24 @@
 //! Where an episode takes place, as the user writes it.
 
+use std::sync::Arc;
+
 use nalgebra::Vector2;
 use serde::Deserialize;
 use snake_core::ConfigError;
-use snake_core::capabilities::{Feature, ModelName, require_supported_obstacle};
+use snake_core::capabilities::ModelName;
 use snake_core::environment::polyline::Polyline;
 use snake_core::environment::scenarios::GoalKind;
 use snake_core::environment::{EnvConfig, ModelKind, OwnGoal, OwnStart, World};
-use snake_core::error::{finite, non_negative, positive, require};
-use snake_core::obstacles::Obstacle;
+use snake_core::error::{coordinate, length, non_negative, require};
+use snake_core::pegs::PegGrid;
 use snake_core::robot::Robot;
-use snake_core::scene::{Scene, SceneConfig};
 
 use crate::start::StartConfig;
 
-/// Scene, start and goal of one episode; what is absent the family of scenes draws.
+/// Start and goal of one episode, beside the scene; what is absent the family of scenes draws.
 #[derive(Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct WorldConfig {
-    scene: Option<SceneConfig>,
     start: Option<StartConfig>,
     goal: Option<GoalConfig>,
 }
@@ -47,30 +47,17 @@ struct GoalConfig {
 impl WorldConfig {
     /// # Errors
     /// Names the field, its value and what is admissible.
-    pub fn resolve(self, config: &EnvConfig, robot: &Robot) -> Result<World, ConfigError> {
-        let obstacles = self.scene.map(|scene| obstacles_of(&scene, config)).transpose()?;
+    pub fn resolve(
+        self,
+        obstacles: Option<Arc<PegGrid>>,
+        config: &EnvConfig,
+        robot: &Robot,
+    ) -> Result<World, ConfigError> {
         let start = self.start.map(|start| own_start(&start, config, robot)).transpose()?;
         let speed = self.goal.as_ref().map_or(Ok(None), |goal| goal.commanded_speed(config))?;
         let goal = self.goal.map_or(Ok(None), |goal| goal.resolve(config))?;
         Ok(World { obstacles, start, goal, speed })
     }
-}
-
-/// The ground is that of the environment: only obstacles differ between robots.
-fn obstacles_of(scene: &SceneConfig, config: &EnvConfig) -> Result<Vec<Obstacle>, ConfigError> {
-    let obstacles = Scene::new(scene).map_err(|e| e.inside("scene"))?.obstacles;
-    let on = (config.model.name(), config.integrator.method());
-    for (j, obstacle) in obstacles.iter().enumerate() {
-        let field = format!("scene.obstacles[{j}]");
-        Feature::Walls.require(on, obstacle.is_wall(), &field, format!("{:?}", obstacle.shape))?;
-        require_supported_obstacle(on, obstacle, &field)?;
-    }
-    let ground = config.scene(Vec::new());
-    let same = SceneConfig { obstacles: Vec::new(), ..scene.clone() } == ground;
-    let value = format!("friction {:?}, or another property of the ground", scene.friction);
-    let expected = format!("the ground of the environment, friction {:?}: scenes differ in obstacles", ground.friction);
-    require(same, "scene", value, &expected)?;
-    Ok(obstacles)
 }
 
 fn own_start(start: &StartConfig, config: &EnvConfig, robot: &Robot) -> Result<OwnStart, ConfigError> {
@@ -89,9 +76,9 @@ impl GoalConfig {
         let count = kinds.into_iter().filter(|is_given| *is_given).count();
         let expected = "one of a point, the distance of a line, a path and a heading";
         require(count <= 1, "goal", format!("{count} kinds of goals"), expected)?;
-        let radius = positive("goal.radius", self.radius.unwrap_or(config.goal_radius))?;
+        let radius = length("goal.radius", self.radius.unwrap_or(config.goal_radius))?;
         if let Some([x, y]) = self.point {
-            let centre = Vector2::new(finite("goal.point[0]", x)?, finite("goal.point[1]", y)?);
+            let centre = Vector2::new(coordinate("goal.point[0]", x)?, coordinate("goal.point[1]", y)?);
             return Ok(Some(OwnGoal::Disc { centre, radius }));
         }
         if let Some(points) = self.path {
@@ -99,13 +86,13 @@ impl GoalConfig {
             return Ok(Some(OwnGoal::Path { path, radius }));
         }
         if let Some(angle) = self.heading {
-            return Ok(Some(OwnGoal::Direction { angle: finite("goal.heading", angle)? }));
+            return Ok(Some(OwnGoal::Direction { angle: coordinate("goal.heading", angle)? }));
         }
         if self.speed.is_some() && !is_line {
             return Ok(None);
         }
-        let distance = positive("goal.distance", self.distance.unwrap_or(config.goal_distance))?;
-        let centre_line = self.centre_line.map(|y| finite("goal.centre_line", y)).transpose()?;
+        let distance = length("goal.distance", self.distance.unwrap_or(config.goal_distance))?;
+        let centre_line = self.centre_line.map(|y| coordinate("goal.centre_line", y)).transpose()?;
         Ok(Some(OwnGoal::Line { distance, centre_line }))
     }
 

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::environment::{Environment, RobotModel};
-use crate::stepping::Fleet;
+use crate::stepping::{Driven, Fleet};
 
 use super::row::Row;
 
@@ -87,7 +87,10 @@ impl<M: RobotModel> Chunk<M> {
         let observations = observation.chunks_exact_mut(prototype.observation_size());
         let rows = self.rows.iter_mut().zip(&mut self.active).zip(observations);
         for (index, ((row, active), observation)) in rows.enumerate().filter(|(_, ((_, active), _))| **active) {
-            let result = catch_unwind(AssertUnwindSafe(|| part(index, row, observation)));
+            let result = catch_unwind(AssertUnwindSafe(|| {
+                row.body().interrupt.check();
+                part(index, row, observation);
+            }));
             if result.is_err() {
                 *active = false;
                 row.give_up(prototype, observation);

@@ -10,6 +10,9 @@ mod chunk;
 mod row;
 mod workers;
 
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::time::Duration;
+
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -17,6 +20,7 @@ use crate::environment::quantity::Quantity;
 use crate::environment::signal::{COUNT, SignalInfo, signals_of};
 use crate::environment::{EnvConfig, Environment, EnvironmentState, PlanarRobot, RobotModel, World};
 use crate::error::{ConfigError, require, within};
+use crate::interrupt::Interrupt;
 use crate::math::MAX_LANES;
 use crate::stepping::Fleet;
 
@@ -71,6 +75,11 @@ impl<M: RobotModel> Batch<M> {
         };
         let chunks = (0..num_envs).step_by(rows_per_chunk).map(chunk).collect();
         Ok(Self { prototype, chunks, rows_per_chunk, rows: num_envs, signals: signals_of::<M>(), workers })
+    }
+
+    /// Ends a reset or a step early; the rows that it leaves are flagged as diverged and begin anew.
+    pub fn interrupt(&self) -> &Interrupt {
+        &self.prototype.model().simulation().body().interrupt
     }
 
     /// Number of rows.
@@ -213,6 +222,8 @@ impl<M: RobotModel> Batch<M> {
         assert_eq!(out.observation.len(), n * size, "one observation a row");
         assert!(out.reward.len() == n && out.terminated.len() == n && out.truncated.len() == n, "one value a row");
         assert_eq!(out.signals.len(), self.signals.len() * n, "one value a row and signal");
+        self.interrupt().clear();
+        let interrupt = self.interrupt().clone();
         let busy = self.chunks.iter().filter(|chunk| active[chunk.range()].contains(&true)).count();
         let (prototype, per_chunk) = (&self.prototype, self.rows_per_chunk);
         match self.workers.pool(busy) {
@@ -222,15 +233,27 @@ impl<M: RobotModel> Batch<M> {
                 .zip(active.chunks(per_chunk))
                 .zip(out.observation.chunks_mut(per_chunk * size))
                 .for_each(|((chunk, active), observation)| visit(chunk, prototype, active, observation)),
-            Some(pool) => pool.install(|| {
-                self.chunks
+            Some(pool) => {
+                let parts = self
+                    .chunks
                     .par_iter_mut()
                     .zip(active.par_chunks(per_chunk))
                     .zip(out.observation.par_chunks_mut(per_chunk * size))
                     // A thread that is done takes over any chunk that another has not begun.
-                    .with_max_len(1)
-                    .for_each(|((chunk, active), observation)| visit(chunk, prototype, active, observation));
-            }),
+                    .with_max_len(1);
+                let visit = |((chunk, active), observation)| visit(chunk, prototype, active, observation);
+                let (running, ended) = mpsc::channel::<()>();
+                pool.in_place_scope(|scope| {
+                    scope.spawn(move |_| {
+                        let _running = running;
+                        parts.for_each(visit);
+                    });
+                    // The calling thread alone can be interrupted.
+                    while ended.recv_timeout(LONGEST_WAIT) == Err(RecvTimeoutError::Timeout) {
+                        interrupt.is_raised();
+                    }
+                });
+            }
         }
         self.write_outcomes(active, out);
     }
@@ -267,6 +290,9 @@ const LARGEST_CHUNK: usize = 64;
 
 /// Fewer rows than this leave lanes empty where steps are divided.
 const SMALLEST_SPLIT: usize = 32;
+
+/// Longest time between two looks at the interrupt.
+const LONGEST_WAIT: Duration = Duration::from_millis(50);
 
 /// Guards against typing errors.
 const MAX_ENVS: usize = 1_000_000;

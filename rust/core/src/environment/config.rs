@@ -13,7 +13,7 @@ use crate::obstacles::Obstacle;
 use crate::robot::RobotConfig;
 use crate::scene::SceneConfig;
 use crate::slope::Slope;
-use crate::stepping::{IntegratorConfig, Method};
+use crate::stepping::{IntegratorConfig, MOST_STEPS_PER_PERIOD, Method};
 
 use super::default_gait::DefaultGait;
 use super::perturbation::Perturbation;
@@ -220,6 +220,7 @@ impl EnvConfig {
         let pegs = self.nearest_pegs;
         require((1..=MAX_NEAREST_PEGS).contains(&pegs), "nearest_pegs", pegs, "an integer in [1, 64]")?;
         within("control_period", self.control_period, 0.001, 1.0)?;
+        self.integrator.require_steps(self.control_period, MOST_STEPS_PER_PERIOD, "control_period")?;
         let steps = self.max_episode_steps;
         require(steps >= 1, "max_episode_steps", steps, "an integer >= 1")?;
         within("goal_distance", self.goal_distance, 0.1, 20.0)?;

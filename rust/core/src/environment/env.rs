@@ -333,9 +333,9 @@ impl<M: RobotModel> Environment<M> {
         let world = self.next_world.take();
         let scene = self.sampler.draw(world.as_deref(), &mut rng);
         let simulation = self.model.simulation_mut();
-        match self.sampler.obstacles() {
-            [] => simulation.set_scene_pegs(self.sampler.pegs()),
-            obstacles => simulation.set_obstacles(obstacles),
+        match self.sampler.scene() {
+            None => simulation.set_scene_pegs(self.sampler.pegs()),
+            Some(scene) => simulation.set_obstacles(Arc::clone(scene)),
         }
         self.model.reset(&scene.start, self.sampler.joint_angle());
         if let Some(chain) = self.sampler.raised() {

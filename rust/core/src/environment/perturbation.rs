@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-use crate::error::{ConfigError, finite, require, within};
+use crate::error::{ConfigError, coordinate, require, within};
 use crate::scene::{Peg, START_7_3, START_7_5, START_SPATIAL_7_3, START_SPATIAL_7_5, TABLE_7_3, TABLE_7_5};
 
 use super::config::ModelKind;
@@ -84,8 +84,8 @@ impl Perturbation {
         self.without.iter().enumerate().try_for_each(|(k, &j)| exists(format!("without[{k}]"), j))?;
         for (k, &(j, dx, dy)) in self.moved.iter().enumerate() {
             exists(format!("moved[{k}][0]"), j)?;
-            finite(&format!("moved[{k}][1]"), dx)?;
-            finite(&format!("moved[{k}][2]"), dy)?;
+            coordinate(&format!("moved[{k}][1]"), dx)?;
+            coordinate(&format!("moved[{k}][2]"), dy)?;
         }
         let fixed = self.without.iter().chain(self.moved.iter().map(|(j, ..)| j)).filter(|j| **j >= FIRST).count();
         let free = (last + 1 - FIRST).saturating_sub(fixed);

@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-use crate::error::{ConfigError, finite, require};
+use crate::error::{ConfigError, coordinate, require};
 
 /// Two points or more, no two in a row the same.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -18,7 +18,7 @@ impl Polyline {
         let count = points.len();
         require(count >= 2, "path", format!("{count} points"), "2 points or more")?;
         for (k, point) in points.iter().enumerate() {
-            point.iter().try_for_each(|coordinate| finite(&format!("path[{k}]"), *coordinate).map(drop))?;
+            point.iter().try_for_each(|value| coordinate(&format!("path[{k}]"), *value).map(drop))?;
             let differs = k == 0 || (point - points[k - 1]).norm() > 0.0;
             require(differs, &format!("path[{k}]"), format!("{:?}", [point.x, point.y]), "another point than before")?;
         }

@@ -8,7 +8,7 @@
 //! means of the slopes on both sides, zero where these have opposite signs. The reference then stays between neighbouring
 //! samples and never overshoots. Before the first and after the last sample the angles stay.
 
-use crate::error::{ConfigError, finite, require};
+use crate::error::{ConfigError, coordinate, finite, require};
 
 use super::{JointTarget, Reference};
 
@@ -113,7 +113,7 @@ fn validate_table(field: &str, table: &[Vec<f64>], samples: usize, joints: usize
         let expected = format!("{samples} samples, one per time");
         require(values.len() == samples, field, format!("{} samples", values.len()), &expected)?;
         for (k, &value) in values.iter().enumerate() {
-            finite(&format!("{field}[{k}][{joint}]"), value)?;
+            coordinate(&format!("{field}[{k}][{joint}]"), value)?;
         }
     }
     Ok(())

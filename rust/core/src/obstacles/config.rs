@@ -7,9 +7,9 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error as _, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::error::{ConfigError, finite, non_negative, positive, require};
+use crate::error::{ConfigError, coordinate, length, non_negative, require};
 
-use super::ConvexPolygon;
+use super::{ConvexPolygon, outline};
 
 /// A circular obstacle; configured as the triple `[radius, x, y]` of the thesis's tables.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -131,7 +131,7 @@ impl Obstacle {
             return Err(ConfigError::new("mass", mass, "None: all obstacles are fixed"));
         }
         if let Some(height) = self.height {
-            positive("height", height)?;
+            length("height", height)?;
         }
         self.shape.validate()
     }
@@ -141,23 +141,24 @@ impl Shape {
     fn validate(&self) -> Result<(), ConfigError> {
         match self {
             Shape::Circle(Peg { radius, x, y }) => {
-                positive("radius", *radius)?;
-                finite("x", *x)?;
-                finite("y", *y)?;
+                length("radius", *radius)?;
+                coordinate("x", *x)?;
+                coordinate("y", *y)?;
             }
             Shape::Segment { start, end } => {
                 finite_point("start", start)?;
                 finite_point("end", end)?;
-                require(start != end, "end", format!("{end:?}"), "another point than the start")?;
+                let length = (Vector2::from(*end) - Vector2::from(*start)).norm();
+                require(length > SHORTEST, "end", format!("{end:?}"), "another point than the start")?;
             }
             Shape::Box { size, x, y, angle } => {
-                positive("size[0]", size[0])?;
-                positive("size[1]", size[1])?;
-                finite("x", *x)?;
-                finite("y", *y)?;
-                finite("angle", *angle)?;
+                length("size[0]", size[0])?;
+                length("size[1]", size[1])?;
+                coordinate("x", *x)?;
+                coordinate("y", *y)?;
+                coordinate("angle", *angle)?;
             }
-            Shape::Polygon { vertices } => validate_polygon(vertices)?,
+            Shape::Polygon { vertices } => validate_outline(vertices)?,
         }
         Ok(())
     }
@@ -174,46 +175,32 @@ impl Shape {
                 Some(ConvexPolygon::new(corners.map(corner).to_vec()))
             }
             Shape::Polygon { vertices } => {
-                let mut vertices: Vec<Vector2<f64>> = vertices.iter().copied().map(Vector2::from).collect();
-                if turn_at(&vertices, 0) < 0.0 {
-                    vertices.reverse();
+                let mut corners: Vec<_> = outline::corners(vertices).into_iter().map(|(_, corner)| corner).collect();
+                if outline::turning(&corners) < 0.0 {
+                    corners.reverse();
                 }
-                Some(ConvexPolygon::new(vertices))
+                Some(ConvexPolygon::new(corners))
             }
         }
     }
 }
 
 fn finite_point(field: &str, point: &[f64; 2]) -> Result<(), ConfigError> {
-    for (axis, &coordinate) in point.iter().enumerate() {
-        finite(&format!("{field}[{axis}]"), coordinate)?;
+    for (axis, &value) in point.iter().enumerate() {
+        coordinate(&format!("{field}[{axis}]"), value)?;
     }
     Ok(())
 }
 
-fn validate_polygon(vertices: &[[f64; 2]]) -> Result<(), ConfigError> {
+fn validate_outline(vertices: &[[f64; 2]]) -> Result<(), ConfigError> {
     for (i, vertex) in vertices.iter().enumerate() {
         finite_point(&format!("vertices[{i}]"), vertex)?;
     }
-    let points: Vec<Vector2<f64>> = vertices.iter().copied().map(Vector2::from).collect();
-    let turns: Vec<f64> = (0..points.len()).map(|i| turn_at(&points, i)).collect();
-    let total = turns.iter().sum::<f64>().abs();
-    let turns_one_way = turns.iter().all(|turn| *turn > FLAT) || turns.iter().all(|turn| *turn < -FLAT);
-    let is_convex = points.len() >= 3 && turns_one_way && total < 1.5 * std::f64::consts::TAU;
-    let expected = "three or more corners of a convex polygon, in order";
-    require(is_convex, "vertices", format!("{vertices:?}"), expected)
+    outline::validate(vertices)
 }
 
-/// Angle by which the outline turns at a vertex, to the left positive \[rad\].
-fn turn_at(vertices: &[Vector2<f64>], i: usize) -> f64 {
-    let count = vertices.len();
-    let (before, at, after) = (vertices[(i + count - 1) % count], vertices[i], vertices[(i + 1) % count]);
-    let (arriving, leaving) = (at - before, after - at);
-    arriving.perp(&leaving).atan2(arriving.dot(&leaving))
-}
-
-/// Turn of an outline below which a vertex is no corner \[rad\].
-const FLAT: f64 = 1e-9;
+/// Shortest wall \[m\].
+const SHORTEST: f64 = 1e-9;
 
 /// The fields of an obstacle in a mapping: which of them it takes depends on its shape.
 #[derive(Serialize, Deserialize, Default)]

@@ -1,6 +1,7 @@
 //! Obstacles: what users write, and the geometry that follows, seen from above and of bodies of finite height.
 
 mod config;
+mod outline;
 mod polygon;
 mod rectangle;
 mod solid;

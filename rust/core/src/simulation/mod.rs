@@ -7,6 +7,7 @@ pub use planar::{PlanarSimulation, PlanarSnapshot};
 pub use spatial::{SpatialSimulation, SpatialSnapshot};
 
 use std::fmt::Debug;
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -15,7 +16,7 @@ use crate::capabilities::{Feature, ModelName, require_supported};
 use crate::control::ControllerConfig;
 use crate::error::ConfigError;
 use crate::gait::Reference;
-use crate::obstacles::{Obstacle, Peg};
+use crate::obstacles::Peg;
 use crate::pegs::PegGrid;
 use crate::robot::{Robot, RobotConfig};
 use crate::scene::{Scene, SceneConfig};
@@ -141,13 +142,16 @@ impl<M: SimulatedModel> Simulation<M> {
 
     /// Replaces all obstacles by pegs; the caller has validated them.
     pub fn set_scene_pegs(&mut self, pegs: &[Peg]) {
-        self.body.pegs.rebuild(pegs);
+        match Arc::get_mut(&mut self.body.pegs) {
+            Some(own) => own.rebuild(pegs),
+            None => self.body.pegs = PegGrid::new(pegs).into(),
+        }
         self.clear_memory();
     }
 
-    /// Replaces all obstacles; the caller has validated them.
-    pub fn set_obstacles(&mut self, obstacles: &[Obstacle]) {
-        self.body.pegs = PegGrid::of(obstacles);
+    /// Replaces all obstacles, which robots may share; the caller has validated them.
+    pub fn set_obstacles(&mut self, obstacles: Arc<PegGrid>) {
+        self.body.pegs = obstacles;
         self.clear_memory();
     }
 

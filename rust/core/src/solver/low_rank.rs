@@ -48,6 +48,10 @@ pub(crate) struct LowRank<T, D, S> {
     applied: Vec<(Coupling<T, D>, T)>,
 }
 
+/// Rows whose responses are reserved at most, so that memory grows with the number of links, not with its square; a long
+/// robot that touches itself at more places allocates once.
+const ROWS: usize = 64;
+
 impl<T: Real, D> Coupling<T, D> {
     /// w_0 . x_0 + w_1 . x_1 of the two links' entries of `x`.
     #[inline(always)]
@@ -60,7 +64,7 @@ impl<T: Real, D> Coupling<T, D> {
 impl<T: Real, D: Copy, S: LinkStep<T, D>> LowRank<T, D, S> {
     pub fn new(links: usize) -> Self {
         let rows = LINK_CONTACTS_PER_LINK * links;
-        Self { response: Vec::with_capacity(rows * links), applied: Vec::with_capacity(rows) }
+        Self { response: Vec::with_capacity(rows.min(ROWS) * links), applied: Vec::with_capacity(rows) }
     }
 
     /// Turns steps without couplings into those with them. Returns by how much g^T H^-1 g decreases \[J\].

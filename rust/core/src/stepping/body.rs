@@ -1,9 +1,12 @@
 //! One robot among its pegs, as the schemes advance it.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::gait::{Reference, WaveJets};
+use crate::interrupt::Interrupt;
 use crate::pegs::PegGrid;
 use crate::robot::Robot;
 
@@ -16,7 +19,10 @@ use super::{PlantParameters, Record, StepStatistics};
 #[derive(Debug, Clone)]
 pub struct Body<M: Model> {
     pub state: M::State,
-    pub pegs: PegGrid,
+    /// Shared by the robots of a scene.
+    pub pegs: Arc<PegGrid>,
+    /// Of the calls that advance it.
+    pub interrupt: Interrupt,
     pub warm_start: M::WarmStart,
     pub clock: Clock,
     pub(super) trial: Trial,
@@ -76,7 +82,8 @@ impl<M: Model> Body<M> {
         Self {
             state: M::State::zero(links),
             obstacle_impulse: ObstacleImpulses::zeros(pegs.len()),
-            pegs,
+            pegs: pegs.into(),
+            interrupt: Interrupt::default(),
             warm_start: M::WarmStart::new(links),
             clock: Clock::default(),
             trial: Trial::default(),

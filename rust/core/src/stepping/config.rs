@@ -5,7 +5,7 @@ use std::fmt;
 use serde::de::{DeserializeSeed, Deserializer, Error, IntoDeserializer, MapAccess, Visitor, value};
 use serde::{Deserialize, Serialize};
 
-use crate::error::{ConfigError, positive, require};
+use crate::error::{ConfigError, positive, require, within};
 
 /// Which time-stepping scheme.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, Default)]
@@ -69,9 +69,9 @@ impl ThesisConfig {
     }
 
     fn validate(&self) -> Result<(), ConfigError> {
-        positive("step", self.step)?;
-        self.tolerance.map_or(Ok(0.0), |value| positive("tolerance", value))?;
-        require(self.max_iterations >= 1, "max_iterations", self.max_iterations, "an integer >= 1")?;
+        step_length("step", self.step)?;
+        self.tolerance.map_or(Ok(0.0), |value| tolerance(value, LARGEST_IMPULSE_ERROR))?;
+        validate_iterations(self.max_iterations)?;
         self.r_t.map_or(Ok(0.0), |value| positive("r_t", value))?;
         for (name, value) in [("r_h", self.r_h), ("r_n", self.r_n), ("r_v", self.r_v)] {
             positive(name, value)?;
@@ -172,11 +172,11 @@ impl ImplicitConfig {
     }
 
     fn validate(&self) -> Result<(), ConfigError> {
-        positive("step", self.step())?;
-        require(self.max_iterations >= 1, "max_iterations", self.max_iterations, "an integer >= 1")?;
+        step_length("step", self.step())?;
+        self.tolerance.map_or(Ok(0.0), |value| tolerance(value, LARGEST_VELOCITY_ERROR))?;
+        validate_iterations(self.max_iterations)?;
         require((1..=2).contains(&self.order), "order", self.order, "1 or 2")?;
-        let lengths = [("step_tolerance", self.step_tolerance), ("impact_step", self.impact_step)];
-        for (name, value) in [("tolerance", self.tolerance)].into_iter().chain(lengths) {
+        for (name, value) in [("step_tolerance", self.step_tolerance), ("impact_step", self.impact_step)] {
             value.map_or(Ok(0.0), |value| positive(name, value))?;
         }
         Ok(())
@@ -263,7 +263,48 @@ impl IntegratorConfig {
     pub fn steps_in(&self, duration: f64) -> u32 {
         steps_in(duration, self.step())
     }
+
+    /// Rejects a duration, `name`, of more steps than `most`.
+    ///
+    /// # Errors
+    /// Names the duration and the step.
+    pub fn require_steps(&self, duration: f64, most: u32, name: &str) -> Result<(), ConfigError> {
+        let expected = format!("at most {most} steps of integrator.step = {:e} s", self.step());
+        require(duration / self.step() <= f64::from(most), name, duration, &expected)
+    }
 }
+
+/// The length of a step \[s\].
+pub fn step_length(field: &str, step: f64) -> Result<f64, ConfigError> {
+    positive(field, step)?;
+    within(field, step, SHORTEST_STEP, LONGEST_STEP)
+}
+
+fn tolerance(value: f64, largest: f64) -> Result<f64, ConfigError> {
+    positive("tolerance", value)?;
+    within("tolerance", value, 0.0, largest)
+}
+
+fn validate_iterations(iterations: u32) -> Result<(), ConfigError> {
+    let expected = format!("an integer in [1, {MOST_ITERATIONS}]");
+    require((1..=MOST_ITERATIONS).contains(&iterations), "max_iterations", iterations, &expected)
+}
+
+/// Below the shortest step a robot moves less than the round-off of its position, beyond the longest no motion is
+/// resolved \[s\].
+const SHORTEST_STEP: f64 = 1e-8;
+const LONGEST_STEP: f64 = 1e3;
+
+/// Error of a velocity beyond which sliding at the speed of a robot, 0.1 m/s, is not told from sticking \[m/s\].
+const LARGEST_VELOCITY_ERROR: f64 = 0.01;
+
+/// The impulse that such a velocity has at a link of Aiko, rounded up \[N s\].
+const LARGEST_IMPULSE_ERROR: f64 = 0.01;
+
+const MOST_ITERATIONS: u32 = 1_000_000;
+
+/// Most steps of one control period, each divided into at most 1,000 parts of at most `max_iterations` iterations.
+pub const MOST_STEPS_PER_PERIOD: u32 = 100_000;
 
 /// Number of equal steps no longer than `step` that divide `duration`.
 pub fn steps_in(duration: f64, step: f64) -> u32 {

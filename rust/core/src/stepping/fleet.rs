@@ -147,6 +147,7 @@ impl<D: Driven> Run<'_, D> {
             self.enqueue(member);
         }
         while !self.queues.is_empty() {
+            self.robots[self.members[0]].body().interrupt.check();
             let round = self.queues.next_round(T::LANES, |member| self.plans[member].position());
             for members in round.second_order.chunks(T::LANES) {
                 let lengths = self.lengths(members);

@@ -36,6 +36,7 @@ pub trait ThesisScheme: Debug + Clone {
         let steps = self.config().steps_in(duration);
         let h = duration / f64::from(steps);
         for k in 1..=steps {
+            robot.body().interrupt.check();
             self.step(system, robot, h);
             let body = robot.body_mut();
             body.state.set_time(body.interval_start() + h * f64::from(k));

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::environment::reference::{ReferenceGenerator, ReferenceState};
 use crate::obstacles::SavedObstacle;
+use crate::pegs::PegGrid;
 use crate::scene::Peg;
 use crate::simulation::{SimulatedModel, Simulation, Snapshot};
 
@@ -69,7 +70,9 @@ impl<M: SimulatedModel, F: MeanForces> SavedRobot<Snapshot<M>, F> {
                 simulation.set_scene_pegs(&self.pegs);
             } else {
                 let obstacles: Vec<_> = self.obstacles.iter().cloned().map(Into::into).collect();
-                simulation.set_obstacles(&obstacles);
+                if simulation.body().pegs.written() != obstacles {
+                    simulation.set_obstacles(PegGrid::of(&obstacles).into());
+                }
             }
             simulation.restore(&self.simulation);
             forces.clone_from(&self.forces);

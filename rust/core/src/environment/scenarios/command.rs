@@ -6,6 +6,7 @@ use crate::environment::config::EnvConfig;
 use crate::environment::goal::Target;
 use crate::environment::rng::Rng;
 use crate::environment::start::StartJitter;
+use crate::error::ConfigError;
 use crate::robot::Robot;
 
 use super::free::{self, Free};
@@ -19,7 +20,7 @@ pub const FAMILY: Family = Family {
                   `SnakeFree-v1`. `goal` commands a direction, `{\"heading\": 0.5, \"speed\": 0.1}`, a path to follow, \
                   `[(0, 0), (1, 0), (1, 1)]`, or a point. An episode with a direction ends only by `max_episode_steps`.",
     goal: GoalKind::Direction,
-    scenario: |config, robot| Ok(Arc::new(Command::new(config, robot))),
+    scenario: |config, robot| Ok(Arc::new(Command::new(config, robot)?)),
     ..free::FAMILY
 };
 
@@ -31,8 +32,8 @@ struct Command {
 }
 
 impl Command {
-    fn new(config: &EnvConfig, robot: &Robot) -> Self {
-        Self { ground: Free::new(config, robot), turn: config.turn, speed: config.speed }
+    fn new(config: &EnvConfig, robot: &Robot) -> Result<Self, ConfigError> {
+        Ok(Self { ground: Free::new(config, robot)?, turn: config.turn, speed: config.speed })
     }
 }
 

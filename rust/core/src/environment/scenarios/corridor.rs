@@ -24,7 +24,7 @@ pub const FAMILY: Family = Family {
                   to `difficulty` times 90 degrees, with the goal point at its end. `difficulty` also widens the \
                   corridor beyond the width that fits the gait and moves pegs along the walls.",
     goal: GoalKind::Disc,
-    scenario: |config, robot| Ok(Arc::new(Corridor(OpenGround::new(config, robot)))),
+    scenario: |config, robot| Ok(Arc::new(Corridor(OpenGround::new(config, robot, places)?))),
     ..Family::DEFAULT
 };
 
@@ -47,6 +47,11 @@ const OPENING: f64 = 0.9;
 
 /// Jitter of a peg along the corridor at difficulty one, as a share of the distance between pegs.
 const JITTER: f64 = 0.2;
+
+/// Number of pegs, at most.
+fn places(region: &PegRegion) -> f64 {
+    2.0 * ((region.x[1] - region.x[0]) / region.path.half_wave() + 1.0)
+}
 
 /// Builds the walls; returns the goal, on the centre line `path.length` from the start.
 fn corridor(difficulty: f64, path: &GoalPath, region: &PegRegion, rng: &mut Rng, pegs: &mut Vec<Peg>) -> Vector2<f64> {

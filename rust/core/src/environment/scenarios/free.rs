@@ -6,6 +6,7 @@ use crate::environment::config::{EnvConfig, ModelKind};
 use crate::environment::default_gait::DefaultGait;
 use crate::environment::rng::Rng;
 use crate::environment::start::StartJitter;
+use crate::error::ConfigError;
 use crate::robot::Robot;
 
 use super::open_ground::OpenGround;
@@ -26,7 +27,7 @@ pub const FAMILY: Family = Family {
         ModelKind::Planar => DefaultGait::undulation(),
         ModelKind::Spatial => DefaultGait::sidewinding(),
     },
-    scenario: |config, robot| Ok(Arc::new(Free::new(config, robot))),
+    scenario: |config, robot| Ok(Arc::new(Free::new(config, robot)?)),
     ..Family::DEFAULT
 };
 
@@ -34,8 +35,8 @@ pub const FAMILY: Family = Family {
 pub struct Free(OpenGround);
 
 impl Free {
-    pub fn new(config: &EnvConfig, robot: &Robot) -> Self {
-        Self(OpenGround::new(config, robot))
+    pub fn new(config: &EnvConfig, robot: &Robot) -> Result<Self, ConfigError> {
+        OpenGround::new(config, robot, |_| 0.0).map(Self)
     }
 }
 

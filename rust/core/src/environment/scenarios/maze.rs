@@ -27,7 +27,7 @@ pub const FAMILY: Family = Family {
                   so that a body length meets three columns and passages are three body widths wide.",
     goal: GoalKind::Disc,
     friction: |_| ORTHOTROPIC,
-    scenario: |config, robot| Ok(Arc::new(Maze(OpenGround::new(config, robot)))),
+    scenario: |config, robot| Ok(Arc::new(Maze(OpenGround::new(config, robot, |_| f64::from(COLUMNS * ROWS))?))),
     ..Family::DEFAULT
 };
 

@@ -108,7 +108,7 @@ impl Family {
         friction: |_| ISOTROPIC,
         gait: |_| DefaultGait::undulation(),
         validate: |_| Ok(()),
-        scenario: |config, robot| Ok(Arc::new(free::Free::new(config, robot))),
+        scenario: |config, robot| Ok(Arc::new(free::Free::new(config, robot)?)),
     };
 }
 

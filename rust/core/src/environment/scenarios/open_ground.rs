@@ -6,6 +6,7 @@ use crate::environment::config::EnvConfig;
 use crate::environment::default_gait::DefaultGait;
 use crate::environment::goal::{Goal, Target};
 use crate::environment::start::{StartJitter, StartLine};
+use crate::error::{ConfigError, require};
 use crate::robot::Robot;
 use crate::scene::Peg;
 
@@ -26,18 +27,37 @@ pub struct OpenGround {
 }
 
 impl OpenGround {
-    pub fn new(config: &EnvConfig, robot: &Robot) -> Self {
+    /// Of a family that tries pegs at so many `places`.
+    ///
+    /// # Errors
+    /// There are too many of them, or of the places where push-points are counted.
+    pub fn new(config: &EnvConfig, robot: &Robot, places: impl Fn(&PegRegion) -> f64) -> Result<Self, ConfigError> {
         let DefaultGait { yaw, travel, .. } = config.default_gait();
         let line = StartLine::at_origin(yaw, robot).turned(-travel);
-        Self {
-            region: PegRegion::around(&line, config, robot),
+        let region = PegRegion::around(&line, config, robot);
+        let counter = PushPointCounter::of(robot);
+        let (length, windows) = (robot.total_length(), counter.windows(config.goal_distance));
+        let needed = places(&region).max(if config.push_points > 0 { windows } else { 0.0 });
+        let value = format!(
+            "{:?} with robot.radius = {} m, {} links of {length} m together, goal_distance = {} m, \
+             corridor_half_width = {} m",
+            config.task,
+            region.body_radius,
+            robot.link_count(),
+            config.goal_distance,
+            config.corridor_half_width,
+        );
+        let expected = format!("lengths that need at most {MOST_PLACES:.0e} places for pegs; these need {needed:.1e}");
+        require(needed <= MOST_PLACES, "task", value, &expected)?;
+        Ok(Self {
+            region,
             line,
             goal_distance: config.goal_distance,
             goal_radius: config.goal_radius,
             turn: config.turn,
             push_points: config.push_points,
-            counter: PushPointCounter::of(robot),
-        }
+            counter,
+        })
     }
 
     /// The way to a goal point.
@@ -70,6 +90,9 @@ impl OpenGround {
         EpisodeStart { start, target, speed: None }
     }
 }
+
+/// Most places at which a family may try to put a peg: a second's work.
+const MOST_PLACES: f64 = 1e6;
 
 /// Scenes drawn at most until one has as many push-points as required; the last one is kept.
 const MAX_DRAWS: u32 = 100;

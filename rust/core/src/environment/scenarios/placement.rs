@@ -1,5 +1,8 @@
 //! The robot at its start and the pegs around it, while an episode is laid out.
 
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
 use nalgebra::Vector2;
 
 use crate::contact::{gap, wall_gap};
@@ -15,11 +18,11 @@ use crate::scene::Peg;
 #[derive(Debug, Clone)]
 pub struct Placement {
     robot: Robot,
+    /// The drawn ones.
     pub pegs: Vec<Peg>,
-    /// All obstacles of a scene that is told, where they are not only pegs without friction; `pegs` are then the
-    /// circles among them.
-    obstacles: Vec<Obstacle>,
-    /// The same in a grid.
+    /// The obstacles of a scene that is told, which replace them.
+    scene: Option<Arc<PegGrid>>,
+    /// Workspace: the pegs in a grid.
     grid: PegGrid,
     joint_angle: Vec<f64>,
     pose: Vec<Pose>,
@@ -31,7 +34,7 @@ impl Placement {
     pub fn new(robot: &Robot) -> Self {
         Self {
             pegs: Vec::new(),
-            obstacles: Vec::new(),
+            scene: None,
             grid: PegGrid::default(),
             joint_angle: vec![0.0; robot.joint_count()],
             pose: vec![Pose::zeros(); robot.link_count()],
@@ -40,31 +43,14 @@ impl Placement {
         }
     }
 
-    /// Takes the obstacles of a scene that is told.
-    pub fn set_obstacles(&mut self, obstacles: &[Obstacle]) {
-        self.forget_obstacles();
-        self.pegs.clear();
-        self.pegs.extend(obstacles.iter().filter_map(|obstacle| match obstacle.shape {
-            Shape::Circle(peg) => Some(peg),
-            _ => None,
-        }));
-        if !obstacles.iter().all(Obstacle::is_plain_peg) {
-            self.obstacles.extend_from_slice(obstacles);
-            self.grid = PegGrid::of(obstacles);
-        }
+    /// Begins an episode in a scene that is told, or whose pegs are drawn.
+    pub fn set_scene(&mut self, scene: Option<Arc<PegGrid>>) {
+        self.scene = scene;
     }
 
-    /// Begins an episode whose pegs are drawn.
-    pub fn forget_obstacles(&mut self) {
-        if !self.obstacles.is_empty() {
-            self.obstacles.clear();
-            self.grid = PegGrid::default();
-        }
-    }
-
-    /// All obstacles where they are not only pegs without friction; empty otherwise.
-    pub fn obstacles(&self) -> &[Obstacle] {
-        &self.obstacles
+    /// The scene that was told.
+    pub fn scene(&self) -> Option<&Arc<PegGrid>> {
+        self.scene.as_ref()
     }
 
     /// The robot's joint angles at its start \[rad\].
@@ -142,10 +128,28 @@ impl Placement {
         }
     }
 
-    /// Smallest gap between the robot and any obstacle of the episode \[m\].
+    /// Smallest gap between the robot and any obstacle of the episode; of those of a scene that is told only the ones
+    /// in reach count \[m\].
     pub fn smallest_gap(&self) -> f64 {
-        let to_walls = self.gap_to_walls(&self.grid);
-        self.pegs.iter().map(|peg| self.gap_to(peg)).fold(to_walls, f64::min)
+        match &self.scene {
+            None => self.pegs.iter().map(|peg| self.gap_to(peg)).fold(f64::INFINITY, f64::min),
+            Some(scene) => {
+                let near = self.within_reach(scene, 2.0 * CLEARANCE).into_iter();
+                near.map(|place| self.gap_to_obstacle(&scene.obstacle(place))).fold(f64::INFINITY, f64::min)
+            }
+        }
+    }
+
+    /// Places in a scene of the obstacles that may lie within `margin` of the robot, in order.
+    pub fn within_reach(&self, scene: &PegGrid, margin: f64) -> BTreeSet<usize> {
+        let mut places = BTreeSet::new();
+        for (i, link) in self.robot.links.iter().enumerate() {
+            let centre = self.raised.as_ref().map_or(self.pose[i].xy(), |chain| chain.pose[i].position.xy());
+            scene.visit_obstacles(&centre, link.reach() + margin, |obstacle| {
+                places.insert(scene.place_in_scene(obstacle));
+            });
+        }
+        places
     }
 
     /// Smallest gap between the robot and the ground, where it does not lie flat \[m\].
@@ -165,12 +169,12 @@ impl Placement {
     /// Makes room for the robot: pegs nearer than `clearance` shrink, pegs that would become smaller than `smallest`
     /// are taken away \[m\].
     pub fn clear_pegs(&mut self, clearance: f64, smallest: f64) {
-        let mut pegs = std::mem::take(&mut self.pegs);
-        pegs.retain_mut(|peg| {
-            peg.radius -= (clearance - self.gap_to(peg)).max(0.0);
-            peg.radius >= smallest
-        });
-        self.pegs = pegs;
+        self.grid.rebuild(&self.pegs);
+        for place in self.within_reach(&self.grid, 2.0 * clearance) {
+            let gap = self.gap_to(&self.pegs[place]);
+            self.pegs[place].radius -= (clearance - gap).max(0.0);
+        }
+        self.pegs.retain(|peg| peg.radius >= smallest);
     }
 }
 

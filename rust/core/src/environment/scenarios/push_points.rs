@@ -16,6 +16,7 @@ use crate::environment::action::wave_entries;
 use crate::environment::goal::{Goal, Target};
 use crate::environment::path::NaturalPath;
 use crate::gait::Wave;
+use crate::pegs::PegGrid;
 use crate::robot::Robot;
 use crate::scene::Peg;
 
@@ -57,18 +58,25 @@ impl PushPointCounter {
     /// The smallest number of push-points in any body length on the straight way from `goal.origin` to the goal.
     pub fn push_points(&self, goal: &Goal, pegs: &[Peg]) -> usize {
         let path = StraightPath::to(goal);
+        let grid = PegGrid::new(pegs);
         let mut places: Vec<f64> =
-            pegs.iter().filter(|peg| self.serves(&path, peg, pegs)).map(|p| path.along(p)).collect();
+            pegs.iter().filter(|peg| self.serves(&path, peg, &grid)).map(|p| path.along(p)).collect();
         places.sort_unstable_by(f64::total_cmp);
-        let steps = (path.length / (self.length * WINDOW_STEP)).ceil() as u32;
+        let steps = self.windows(path.length) as u32;
         let middles = (0..=steps).map(|step| path.length * f64::from(step) / f64::from(steps));
         middles.map(|middle| self.count(&places, middle)).min().unwrap_or(0)
+    }
+
+    /// Number of steps from one stretch of a way of some length to the next.
+    pub fn windows(&self, length: f64) -> f64 {
+        (length / (self.length * WINDOW_STEP)).ceil()
     }
 
     /// Push-points among `places`, in order, of a robot whose middle is at `middle`.
     fn count(&self, places: &[f64], middle: f64) -> usize {
         let mut last = f64::NEG_INFINITY;
-        let near = places.iter().filter(|place| (*place - middle).abs() <= 0.5 * self.length);
+        let first = places.partition_point(|place| place - middle < -0.5 * self.length);
+        let near = places[first..].iter().take_while(|place| (*place - middle).abs() <= 0.5 * self.length);
         near.filter(|place| {
             let counts = **place >= last + self.quarter_wave;
             last = if counts { **place } else { last };
@@ -77,9 +85,11 @@ impl PushPointCounter {
         .count()
     }
 
-    fn serves(&self, path: &StraightPath, peg: &Peg, pegs: &[Peg]) -> bool {
+    fn serves(&self, path: &StraightPath, peg: &Peg, pegs: &PegGrid) -> bool {
         let is_reached = path.across(peg).abs() - peg.radius <= self.across;
-        is_reached && [-1.0, 1.0].iter().any(|side| pegs.iter().all(|other| self.leaves_room(path, peg, other, *side)))
+        // All others leave room.
+        let close = || pegs.near(peg.x, peg.y, (peg.radius + 2.0 * self.body) * (1.0 + 1e-9)).map(|j| &pegs.pegs()[j]);
+        is_reached && [-1.0, 1.0].iter().any(|side| close().all(|other| self.leaves_room(path, peg, other, *side)))
     }
 
     /// Whether the robot fits between two pegs, or need not, because `other` is not beside `peg` on that side.
@@ -157,7 +167,7 @@ mod tests {
         assert_eq!(push_points(&row(0.5), 0.0, 0.0), 0, "out of reach");
         let blocked: Vec<Peg> = [row(0.0), row(0.15), row(-0.15)].concat();
         // Nobody passes the pegs in the middle; those beside them can be passed on their outer sides.
-        assert!(!aiko().serves(&StraightPath::to(&goal()), &blocked[0], &blocked));
+        assert!(!aiko().serves(&StraightPath::to(&goal()), &blocked[0], &PegGrid::new(&blocked)));
         let dense: Vec<Peg> = (-30..90).map(|k| Peg { radius: 0.01, x: 0.04 * f64::from(k), y: 0.0 }).collect();
         assert!(push_points(&dense, 0.0, 0.0) <= 7, "a push-point a quarter wave at most");
     }

@@ -8,7 +8,7 @@ use crate::environment::raised_chain::RaisedChain;
 use crate::environment::rng::Rng;
 use crate::environment::start::StartJitter;
 use crate::error::ConfigError;
-use crate::obstacles::Obstacle;
+use crate::pegs::PegGrid;
 use crate::robot::Robot;
 use crate::scene::Peg;
 
@@ -50,14 +50,14 @@ impl ScenarioSampler {
         self.difficulty = difficulty;
     }
 
-    /// The pegs of the episode drawn last.
+    /// The pegs of the episode drawn last, unless it takes place in a [`Self::scene`].
     pub fn pegs(&self) -> &[Peg] {
         &self.placement.pegs
     }
 
-    /// All obstacles of the last episode where they are not only pegs without friction; empty otherwise.
-    pub fn obstacles(&self) -> &[Obstacle] {
-        self.placement.obstacles()
+    /// The obstacles of the last episode, if they were told.
+    pub fn scene(&self) -> Option<&Arc<PegGrid>> {
+        self.placement.scene()
     }
 
     /// The robot's joint angles at its start \[rad\].
@@ -85,7 +85,7 @@ impl ScenarioSampler {
     pub fn draw(&mut self, world: Option<&World>, rng: &mut Rng) -> EpisodeStart {
         let jitter = StartJitter::draw(rng, self.jitter);
         let Self { scenario, difficulty, placement, worlds, .. } = self;
-        placement.forget_obstacles();
+        placement.set_scene(None);
         match world {
             None => scenario.draw(placement, *difficulty, &jitter, rng),
             Some(world) => worlds.draw(world, scenario.as_ref(), (placement, *difficulty), &jitter, rng),

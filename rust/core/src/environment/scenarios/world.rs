@@ -1,5 +1,7 @@
 //! Episodes that are told where they take place instead of drawing it.
 
+use std::sync::Arc;
+
 use nalgebra::Vector2;
 
 use crate::environment::config::EnvConfig;
@@ -10,16 +12,17 @@ use crate::environment::raised_chain::Raised;
 use crate::environment::rng::Rng;
 use crate::environment::start::{Start, StartJitter, StartLine};
 use crate::error::{ConfigError, require};
-use crate::obstacles::{Obstacle, Shape};
+use crate::obstacles::Shape;
+use crate::pegs::PegGrid;
 use crate::robot::Robot;
 
 use super::placement::CLEARANCE;
 use super::{EpisodeStart, Placement, Scenario};
 
 /// What an episode is told; the family of scenes draws what is absent.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct World {
-    pub obstacles: Option<Vec<Obstacle>>,
+    pub obstacles: Option<Arc<PegGrid>>,
     pub start: Option<OwnStart>,
     pub goal: Option<OwnGoal>,
     /// Commanded speed \[m/s\].
@@ -90,8 +93,9 @@ impl WorldLayout {
         if let Some(obstacles) = &world.obstacles {
             self.place(world, placement);
             // A robot rests on obstacles that have a top face.
-            for (j, obstacle) in obstacles.iter().enumerate().filter(|(_, obstacle)| obstacle.height.is_none()) {
-                let gap = placement.gap_to_obstacle(obstacle);
+            let near = placement.within_reach(obstacles, 0.0).into_iter().map(|j| (j, obstacles.obstacle(j)));
+            for (j, obstacle) in near.filter(|(_, obstacle)| obstacle.height.is_none()) {
+                let gap = placement.gap_to_obstacle(&obstacle);
                 let shape = match &obstacle.shape {
                     Shape::Circle(peg) => format!("{:?}", [peg.radius, peg.x, peg.y]),
                     wall => format!("{wall:?}"),
@@ -126,10 +130,10 @@ impl WorldLayout {
         jitter: &StartJitter,
         rng: &mut Rng,
     ) -> EpisodeStart {
+        placement.set_scene(world.obstacles.clone());
         let drawn = match &world.obstacles {
             None => family.draw(placement, difficulty, jitter, rng),
-            Some(obstacles) => {
-                placement.set_obstacles(obstacles);
+            Some(_) => {
                 let target = Target::Line { distance: self.goal_distance, centre_line: self.line.centre_line };
                 EpisodeStart { start: self.line.nominal, target, speed: None }
             }

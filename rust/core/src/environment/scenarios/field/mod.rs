@@ -25,7 +25,10 @@ pub const FAMILY: Family = Family {
     description: "A new random field of pegs each episode, by three generators: a threaded track with jitter, a \
                   staggered lattice, and pegs thrown at random (Poisson disc). `difficulty` in [0, 1] sets how \
                   irregular it is. The robot never starts inside a peg.",
-    scenario: |config, robot| Ok(Arc::new(Field { ground: OpenGround::new(config, robot), kind: config.field })),
+    scenario: |config, robot| {
+        let ground = OpenGround::new(config, robot, |region| places(config.field, region))?;
+        Ok(Arc::new(Field { ground, kind: config.field }))
+    },
     ..Family::DEFAULT
 };
 
@@ -44,11 +47,23 @@ impl Scenario for Field {
     }
 }
 
+/// Number of places at which a peg may be tried.
+fn places(kind: FieldKind, region: &PegRegion) -> f64 {
+    let places = |kind| match kind {
+        FieldKind::Lattice => lattice::places(region),
+        FieldKind::Poisson => poisson::places(region),
+        FieldKind::Track | FieldKind::Mixed => track::places(region),
+    };
+    if kind == FieldKind::Mixed { KINDS.map(places).iter().sum() } else { places(kind) }
+}
+
+/// The generators, of which a mixed field draws one.
+const KINDS: [FieldKind; 3] = [FieldKind::Track, FieldKind::Lattice, FieldKind::Poisson];
+
 /// Replaces `pegs` by a random field.
 fn random_field(kind: FieldKind, difficulty: f64, region: &PegRegion, rng: &mut Rng, pegs: &mut Vec<Peg>) {
     pegs.clear();
-    let kinds = [FieldKind::Track, FieldKind::Lattice, FieldKind::Poisson];
-    match if kind == FieldKind::Mixed { kinds[rng.index(kinds.len())] } else { kind } {
+    match if kind == FieldKind::Mixed { KINDS[rng.index(KINDS.len())] } else { kind } {
         FieldKind::Lattice => lattice::lattice(difficulty, region, rng, pegs),
         FieldKind::Poisson => poisson::poisson(difficulty, region, rng, pegs),
         FieldKind::Track | FieldKind::Mixed => track::track(difficulty, region, rng, pegs),
@@ -66,7 +81,7 @@ mod tests {
     use crate::robot::{Robot, RobotConfig};
     use proptest::prelude::*;
 
-    const KINDS: [FieldKind; 4] = [FieldKind::Mixed, FieldKind::Track, FieldKind::Lattice, FieldKind::Poisson];
+    const ALL: [FieldKind; 4] = [FieldKind::Mixed, FieldKind::Track, FieldKind::Lattice, FieldKind::Poisson];
 
     proptest! {
         #[test]
@@ -79,7 +94,7 @@ mod tests {
             let start = line.deviated(&StartJitter::draw(&mut rng, scale));
             let mut placement = Placement::new(&robot);
             placement.assemble(&line, &start);
-            random_field(KINDS[kind], difficulty, &region, &mut rng, &mut placement.pegs);
+            random_field(ALL[kind], difficulty, &region, &mut rng, &mut placement.pegs);
             placement.clear_pegs(region.clearance(), region.smallest_radius());
             prop_assert!(placement.pegs.len() > 10);
             prop_assert!(placement.smallest_gap() > 0.999 * region.clearance());
@@ -92,7 +107,7 @@ mod tests {
     #[test]
     fn fields_cover_the_corridor_from_start_to_goal() {
         let (region, mut pegs) = (aiko_region(), Vec::new());
-        for kind in KINDS {
+        for kind in ALL {
             for seed in 0..20 {
                 random_field(kind, 0.5, &region, &mut Rng::new(seed, 0), &mut pegs);
                 // Wherever the robot is, a peg is at most a metre away.

@@ -19,12 +19,22 @@ const MISSING: f64 = 0.25;
 /// Distance between parallel tracks \[m\]; between two of them nothing passes, along each the gait does.
 const TRACK_PITCH: f64 = 0.55;
 
+/// Tracks to either side of the first.
+fn tracks(region: &PegRegion) -> f64 {
+    (region.half_width / (TRACK_PITCH * region.scale())).trunc()
+}
+
+/// Number of places for pegs, at most.
+pub fn places(region: &PegRegion) -> f64 {
+    (2.0 * tracks(region) + 1.0) * ((region.x[1] - region.x[0]) / region.path.half_wave() + 1.0)
+}
+
 /// A track through the start posture and parallel ones that fill the corridor.
 ///
 /// A peg stands inside each bend of the path, near its centre line, so that the body always has
 /// three of them to push against.
 pub fn track(difficulty: f64, region: &PegRegion, rng: &mut Rng, pegs: &mut Vec<Peg>) {
-    let tracks = (region.half_width / (TRACK_PITCH * region.scale())) as i32;
+    let tracks = tracks(region) as i32;
     let half_wave = region.path.half_wave();
     let crest = region.path.crossing() + FRAC_PI_2;
     let first_crest = region.head[0] + region.path.displacement(0.0, crest).x;
