@@ -9,12 +9,15 @@ from io import StringIO
 from typing import Any
 
 import numpy as np
-import viser
 
+from snake_env._extras import extras
 from snake_env.viewer.camera import Follower, look_at
 from snake_env.viewer.drawing import Drawing
 from snake_env.viewer.frames import Frames
 from snake_env.viewer.plots import Plots
+
+with extras():
+    import viser
 
 TICK = 1 / 30
 """Time between two pictures [s]."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import pickle
 import zipfile
 from collections.abc import Iterator
@@ -11,7 +12,7 @@ from typing import Any
 
 from snake_env import ConfigError
 from snake_env.evaluation.tasks import model_of
-from snake_env.policies.interface import INTERFACE, Policy, title
+from snake_env.policies.interface import INTERFACE, Policy, named_task, title
 from snake_env.policies.network import Network
 from snake_env.policies.shipped import NAMES, policy_path
 from training.config import Sb3Config
@@ -38,7 +39,7 @@ def _file(path: Path) -> Path:
         ConfigError: there is no such file, or it is of another kind.
     """
     path = policy_path(path)
-    if not path.is_file() or path.suffix not in (".safetensors", ".zip"):
+    if not os.path.isfile(path) or path.suffix not in (".safetensors", ".zip"):
         raise ConfigError("policy", path, f"one of {', '.join(NAMES)}, or {KIND}")
     return path
 
@@ -91,7 +92,7 @@ def _origin(path: Path) -> tuple[str, dict[str, Any]]:
             found = Network(path).config
         if "env_id" not in found or "env" not in found:
             raise ConfigError("policy", path, "a file with the configuration of its run, env_id and env, as metadata")
-        return found["env_id"], found["env"]
+        return named_task(found["env_id"], found["env"])
     folder = RunFolder(path.parent)
     config = folder.config() if folder.exists else Sb3Config()
     return config.env_id, config.env
