@@ -19,7 +19,7 @@ def shortened(text: str, longest: int) -> str:
     return f"{whole[:half].decode(errors='ignore')} ... {whole[-half:].decode(errors='ignore')}"
 
 
-def _message(error: ConfigError) -> str:
+def _message(error: BaseException) -> str:
     field, value, expected = (shortened(str(getattr(error, part)), most) for part, most in LONGEST.items())
     return f"{field} = {value}: expected {expected}"
 

@@ -83,6 +83,8 @@ def test_the_command_that_evaluates_a_policy_runs_no_code_of_its_file(tmp_path, 
     path = policy_file(tmp_path / "p.safetensors", {"env_id": env_id, "env": {}})
     assert evaluate.main(["--policy", str(path), "--fields", "1", "--out", str(tmp_path)]) == 2
     assert "expected an id of one of this package's environments" in capsys.readouterr().err
+    assert evaluate.main(["--policy", str(path), "--env", "SnakeFree-v1", "--fields", "1", "--out", str(tmp_path)]) == 2
+    assert "a policy with " in capsys.readouterr().err, "of another environment, in which it does not fit"
     assert not trap.exists()
 
 
