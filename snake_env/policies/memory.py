@@ -35,7 +35,9 @@ def time_constants(run: dict[str, Any]) -> tuple[float, ...]:
         ConfigError: they are none.
     """
     policy = _checks.kind("policy", run.get("policy", {}), dict, "a mapping")
-    times = _checks.kind("policy.memory", policy.get("memory", policy.get("traces", [])), list, "a list of times")
+    times = _checks.kind(
+        "policy.memory", policy.get("memory", policy.get("traces", ())), list | tuple, "a list of times"
+    )
     if len(times) > MOST_TIMES:
         raise ConfigError("policy.memory", f"{len(times)} times", f"at most {MOST_TIMES}")
     return tuple(_checks.positive(f"policy.memory[{k}]", time) for k, time in enumerate(times))
