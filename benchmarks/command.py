@@ -14,6 +14,7 @@ from benchmarks import figures, native, page, throughput
 from benchmarks.results import Record, Results
 from benchmarks.targets import all_targets
 from snake_env import _native
+from snake_env._files import write_text
 from snake_env.markdown import table
 from training.cli import answer
 
@@ -143,7 +144,7 @@ def write(results: Results, folder: Path, pictures: Path, data: str, text: str, 
     """Writes results, pictures and page."""
     results.write(folder / data)
     figures.draw_all(results, pictures)
-    (folder / text).write_text(page.render(results, images))
+    write_text(folder / text, page.render(results, images))
 
 
 DESCRIPTION = """Speed against error, growth, cost of features, certificates; peers on the same scenes.

@@ -20,7 +20,8 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.native import ROOT
-from training.runs import replace, versions
+from snake_env._files import write_text
+from training.runs import versions
 
 Record = dict[str, Any]
 
@@ -91,11 +92,7 @@ class Results:
         content = asdict(self)
         records = ",\n".join(json.dumps(record) for record in content.pop("records"))
         head = json.dumps(content, indent=2).removesuffix("\n}")
-
-        def write(part: Path) -> None:
-            part.write_text(f'{head},\n  "records": [\n{records}\n]\n}}\n')
-
-        replace(path, write)
+        write_text(path, f'{head},\n  "records": [\n{records}\n]\n}}\n')
 
     @classmethod
     def read(cls, path: Path) -> Results:

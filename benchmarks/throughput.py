@@ -28,10 +28,11 @@ import numpy as np
 
 import snake_env.sb3
 from snake_env import _native
+from snake_env._files import write_json
 from snake_env.evaluation.rollout import make_env
 from snake_env.testing import remove_physics
 from training.cli import answer
-from training.runs import versions, write_json
+from training.runs import versions
 
 Actions = Literal["random", "gait"]
 

@@ -31,6 +31,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 
 import snake_env.sb3
 from snake_env._checks import names
+from snake_env._files import write_json
 from snake_env.evaluation import rollout, seeds
 from snake_env.evaluation.statistics import probability_of_improvement, student_interval
 from snake_env.markdown import table
@@ -45,7 +46,7 @@ from training.evaluation import figures
 from training.evaluation.loading import load_model
 from training.learners import ppo, sb3
 from training.learning_curve import LearningCurve
-from training.runs import RunFolder, replace, versions, write_json
+from training.runs import RunFolder, versions
 
 FIELDS = 500
 ROW_STEPS = 4096
@@ -127,7 +128,7 @@ class Run:
         played = rollout.run_episodes(policy, config.env_id, seeds.held_out(self._fields), 1, **config.env)
         scores = {"success": float(played["is_success"].mean()), "speed [m/s]": float(played["speed"].mean())}
         found = scores | {"steps per CPU second": config.total_steps / seconds}
-        replace(self.result, lambda part: write_json(part, found))
+        write_json(self.result, found)
 
 
 def own(folder: RunFolder, config: PpoConfig) -> Policy:

@@ -17,6 +17,8 @@ from collections.abc import Iterator
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
+from snake_env._files import write_text
+
 ROOT = Path(__file__).resolve().parent.parent
 CORE = "rust/core/src"
 LAYERS: tuple[dict[str, str], ...] = (
@@ -205,7 +207,7 @@ def main(arguments: list[str] | None = None) -> int:
     for line in wrong:
         print(line)
     if args.write and not wrong:
-        (ROOT / "docs/images/architecture.svg").write_text(svg(edges))
+        write_text(ROOT / "docs/images/architecture.svg", svg(edges))
     print(f"{len(edges)} units, {sum(map(len, edges.values()))} arrows, {len(wrong)} of them wrong")
     return 1 if wrong else 0
 

@@ -29,10 +29,10 @@ import tyro
 from numpy.typing import NDArray
 
 from snake_env import ConfigError
+from snake_env._files import replace
 from snake_env.markdown import table
 from training.cli import answer
 from training.config import Count
-from training.runs import replace
 
 ROOT = Path(__file__).resolve().parent.parent
 TIMER = Path(__file__).with_name("step_timer.py")

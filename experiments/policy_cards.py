@@ -9,11 +9,11 @@ What else a card says, such as the environment, is in the metadata of the policy
 from __future__ import annotations
 
 import argparse
-import json
 from importlib.metadata import version
 from typing import Any
 
 import snake_env
+from snake_env._files import write_json
 from snake_env.evaluation import rollout, scores, seeds
 from snake_env.policies.shipped import FOLDER, NAMES, load_policy
 
@@ -117,7 +117,7 @@ def main(arguments: list[str] | None = None) -> int:
     for name in args.only:
         found = card(name, args.scenes)
         if args.write:
-            (FOLDER / f"{name}.json").write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
+            write_json(FOLDER / f"{name}.json", found)
         value, low, high = found["scores"]["success"]
         print(f"{name}: success {value:.3f} [{low:.3f}, {high:.3f}], speed {found['scores']['speed'][0]:.3f} m/s")
     return 0

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from experiments.seed_statistics import finished
+from snake_env._files import write_json
 from snake_env.errors import ConfigError
 from snake_env.evaluation import scores, seeds
 from snake_env.evaluation.rollout import Episodes
@@ -27,7 +28,7 @@ from training.cli import answer
 from training.config import Count, RunConfig
 from training.evaluation import cached_scores
 from training.evaluation.benchmark import Benchmark
-from training.runs import versions, write_json
+from training.runs import versions
 
 Condition = Literal["nominal", "randomised"]
 CONDITIONS: tuple[Condition, ...] = ("nominal", "randomised")

@@ -33,6 +33,7 @@ from stable_baselines3 import PPO
 from torch import nn
 
 from snake_env._checks import names
+from snake_env._files import write_json
 from snake_env.evaluation import rollout, seeds
 from snake_env.evaluation.statistics import student_interval
 from snake_env.markdown import table
@@ -45,7 +46,7 @@ from training.config import Count, PpoConfig, RunConfig
 from training.evaluation.loading import load_model
 from training.learners import ppo, sb3
 from training.learners.mixture import Mixture
-from training.runs import RunFolder, replace, versions, write_json
+from training.runs import RunFolder, versions
 
 LEARNERS: dict[str, tuple[Any, str, dict[str, bool]]] = {
     "SB3": (sb3.train, "sb3", {}),
@@ -132,7 +133,7 @@ def kept(name: str, values: dict[str, Any], path: Path) -> dict[str, float]:
     if not result.exists():
         shutil.rmtree(path, ignore_errors=True)  # a run that was stopped
         found = run(name, values, path)
-        replace(result, lambda part: write_json(part, found))
+        write_json(result, found)
     scores: dict[str, float] = json.loads(result.read_text())
     return scores
 

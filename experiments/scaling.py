@@ -18,6 +18,7 @@ from pathlib import Path
 
 import torch
 
+from snake_env._files import write_text
 from training import config as configs
 from training.cli import answer
 from training.config import PpoConfig
@@ -129,7 +130,7 @@ def write(args: Options) -> int:
     print(section)
     if args.write is not None:
         kept = args.write.read_text().split(HEADING)[0]
-        args.write.write_text(kept + section)
+        write_text(args.write, kept + section)
     return 0
 
 

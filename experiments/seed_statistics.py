@@ -21,6 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from snake_env import ConfigError
+from snake_env._files import write_json
 from snake_env.evaluation import seeds, tasks
 from snake_env.evaluation.statistics import interquartile_mean, probability_of_improvement, student_interval
 from snake_env.evaluation.tasks import BenchmarkTask
@@ -29,7 +30,7 @@ from training.cli import answer
 from training.config import Count
 from training.evaluation import cached_scores
 from training.evaluation.benchmark import Benchmark
-from training.runs import RunFolder, versions, write_json
+from training.runs import RunFolder, versions
 from training.search import sweep
 
 FIELDS = 500

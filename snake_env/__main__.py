@@ -20,16 +20,6 @@ COMMANDS = {
 }
 """Name -> module with ``main(arguments) -> status``, and what it does."""
 
-EXTRAS = {
-    "scipy": "evaluate",
-    "matplotlib": "reproduce",
-    "pygame": "render",
-    "imageio": "video",
-    "viser": "view",
-    "trimesh": "view",
-}
-"""Module -> extra of the distribution that installs it."""
-
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs a command; returns its status: 2 after one line about what is wrong with its input, 130 when interrupted."""
@@ -46,11 +36,6 @@ def main(arguments: list[str] | None = None) -> int:
         status: int = import_module(COMMANDS[args.command][0]).main(args.arguments)
     except (ConfigError, gym.error.Error) as error:
         print(error, file=sys.stderr)
-        return 2
-    except ModuleNotFoundError as error:
-        if error.name not in EXTRAS:
-            raise
-        print(f"{error.name} is missing: pip install 'snake-robot-env[{EXTRAS[error.name]}]'", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         print("\nstopped", file=sys.stderr)

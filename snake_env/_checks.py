@@ -209,6 +209,13 @@ def same(value: Any, expected: Any) -> bool:
         return False
 
 
+def kind(field: str, value: Any, types: Any, expected: str) -> Any:
+    """A value of one of a few types."""
+    if not isinstance(value, types):
+        raise ConfigError(field, repr(value), expected)
+    return value
+
+
 def choice(field: str, value: Any, admissible: Sequence[Any]) -> Any:
     """One of a few values."""
     if not any(same(value, one) for one in admissible):

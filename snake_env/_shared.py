@@ -86,7 +86,8 @@ class RobotsEnvironment:
             gym.logger.warn("render needs a render_mode: pass it when the environment is made")
             return None
         if self.render_mode == "human":
-            self._show()
+            if 0 in robots:  # asked of each robot in turn, the window is drawn once
+                self._show()
             return None
         return [self._views.image(i, self._robots.state([i]).robot(0), self._robots.scene(i)) for i in robots]
 

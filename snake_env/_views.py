@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from gymnasium.error import DependencyNotInstalled
 from numpy.typing import NDArray
 
 from snake_env.config import Scene
@@ -35,12 +33,10 @@ class Views:
 
     def image(self, i: int, state: State, scene: Scene) -> NDArray[np.uint8]:
         """Picture of robot ``i`` (height, width, 3)."""
-        self.require_pygame()
         return self._open(state).image(state, scene, self._trail(i))
 
     def show(self, state: State, scene: Scene, frames_per_second: int) -> None:
         """Shows robot 0 in a window, in real time."""
-        self.require_pygame()
         from snake_env.rendering import Window
 
         self._window = self._window or Window()
@@ -58,16 +54,6 @@ class Views:
     def __getstate__(self) -> dict[str, Any]:
         """Pictures are not part of what is pickled or copied."""
         return {"_picture": self._picture, "_canvas": None, "_window": None, "_trails": {}}
-
-    @staticmethod
-    def require_pygame() -> None:
-        """Says how pygame is installed.
-
-        Raises:
-            DependencyNotInstalled: it is missing.
-        """
-        if find_spec("pygame") is None:
-            raise DependencyNotInstalled('pygame is not installed: run `pip install "snake-robot-env[render]"`')
 
     def _open(self, state: State) -> TopView:
         if self._canvas is None:

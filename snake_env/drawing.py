@@ -6,17 +6,21 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
-from cycler import cycler
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-from matplotlib.patches import Circle, FancyArrowPatch, Polygon
 from numpy.typing import NDArray
 
+from snake_env._extras import extras
+from snake_env._files import replace
 from snake_env.config import Robot, Scene
 from snake_env.obstacles import circles
+
+with extras():
+    import matplotlib as mpl
+    from cycler import cycler
+    from matplotlib.axes import Axes
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Circle, FancyArrowPatch, Polygon
 
 Array = NDArray[np.float64]
 
@@ -68,7 +72,7 @@ def figure(
 
 def save(drawn: Figure, path: Path) -> Path:
     """Writes a PNG file."""
-    drawn.savefig(path, dpi=150)
+    replace(path, lambda part: drawn.savefig(part, dpi=150))
     return path
 
 

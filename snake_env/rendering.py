@@ -9,14 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
-
-import pygame
-
+from snake_env._extras import extras
 from snake_env.config import Scene
 from snake_env.obstacles import circles, heights, outlines
 from snake_env.picture import Picture
 from snake_env.state import State
+
+os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
+
+with extras():
+    import pygame
 
 REFERENCE_WIDTH = 800
 """Width of a picture that shows VIEW_WIDTH at zoom 1 [pixels]."""

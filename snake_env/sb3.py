@@ -11,13 +11,16 @@ import gymnasium as gym
 import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
-from stable_baselines3.common.monitor import Monitor
-from stable_baselines3.common.vec_env import VecEnv, VecMonitor
-from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvStepReturn
 
+from snake_env._extras import extras
 from snake_env._robot_view import RobotView, row_of
 from snake_env.errors import ConfigError
 from snake_env.vector_env import SnakeVectorEnv, refuse_others
+
+with extras():
+    from stable_baselines3.common.monitor import Monitor
+    from stable_baselines3.common.vec_env import VecEnv, VecMonitor
+    from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvStepReturn
 
 
 def make(env_id: str = "SnakeField-v1", num_envs: int = 1, *, monitor: bool = True, **options: Any) -> SnakeVecEnv:

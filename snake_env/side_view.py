@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import pygame
 from numpy.typing import NDArray
 
+from snake_env._extras import extras
 from snake_env.config import Scene
 from snake_env.obstacles import solids
 from snake_env.picture import Picture
@@ -24,6 +24,9 @@ from snake_env.rendering import (
     shade,
 )
 from snake_env.state import State
+
+with extras():
+    import pygame
 
 STRIP_HEIGHT = 110
 """Height of the side view [pixels]."""

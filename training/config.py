@@ -12,7 +12,8 @@ import gymnasium as gym
 import tyro
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, field_validator, model_validator
 
-from snake_env import ConfigError
+from snake_env import ConfigError, _documents
+from snake_env._files import write_text
 from snake_env.evaluation import seeds
 from snake_env.evaluation import tasks as benchmark_tasks
 from snake_env.registration import OWN_ID
@@ -30,7 +31,7 @@ Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
 def _json_object(words: list[str]) -> dict[str, Any]:
-    value = json.loads(words[0])
+    value = _documents.of_json(words[0])
     if not isinstance(value, dict):
         raise ValueError(f"{words[0]!r}: expected a JSON object")
     return value
@@ -421,4 +422,4 @@ def _section(kind: type[BaseModel], name: str) -> type[BaseModel]:
 
 def save(config: RunConfig, path: Path) -> None:
     """Writes a JSON file that :func:`load` reads."""
-    path.write_text(config.model_dump_json(indent=2) + "\n")
+    write_text(path, config.model_dump_json(indent=2) + "\n")

@@ -20,7 +20,6 @@ import tyro
 
 from snake_env.evaluation import acting, scores, seeds
 from snake_env.evaluation.rollout import run_episodes
-from snake_env.policies.gaits import GaitParameters
 from snake_env.policies.interface import Policy, refuse_other_interface
 from training.cli import Gait, answer
 from training.config import Count, JsonObject
@@ -34,7 +33,8 @@ class Options:
 
     Args:
         policy: policy.safetensors or model.zip of a run; may be repeated.
-        gait: 'thesis' (used if none is given), or A,omega,beta in degrees and degrees per second; may be repeated.
+        gait: 'thesis', or A,omega,beta in degrees and degrees per second; may be repeated. If none is given, that of
+            action zero.
         env: Environment; by default that of the first policy, or SnakeField-v1.
         options: Keywords of the environment.
         fields: Number of held-out fields.
@@ -62,8 +62,9 @@ def evaluate(given: Options) -> int:
     """Plays all policies, prints and writes their scores."""
     paths = list(given.policy)
     env_id, options = loading.task(given.env, given.options, paths)
-    gaits = given.gait or (GaitParameters(),)
-    policies: list[Policy] = [acting.gait_policy(gait, env_id, **options) for gait in gaits]
+    policies: list[Policy] = [acting.gait_policy(gait, env_id, **options) for gait in given.gait]
+    if not policies:
+        policies = [acting.default_gait(env_id, **options)]
     policies += loading.load_models(paths)
     loading.refuse_other_model(paths, env_id, options)
     for policy in policies:

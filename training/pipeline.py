@@ -32,7 +32,7 @@ from training.evaluation import figures
 from training.evaluation.loading import load_model
 from training.evaluation.report import FIELDS, report
 from training.evaluation.report import film as film_of
-from training.runs import RunFolder, StaleRun
+from training.runs import RunFolder, StaleRun, sole_writer
 from training.search import gait_search
 from training.train import MODULES
 
@@ -80,11 +80,17 @@ def run(args: Options) -> int:
 def _stages(args: Options) -> int:
     changes = {name: value for name in ("total_steps", "seed") if (value := getattr(args, name)) is not None}
     config = configs.load(args.config).with_changes(**changes)
+    with sole_writer(args.out):
+        return _continued(args, config)
+
+
+def _continued(args: Options, config: RunConfig) -> int:
     folder = RunFolder(args.out / "policy")
     if args.fresh or (folder.exists and not _holds(folder, config)):
         print(f"starting over in {args.out}")
-        for name in ("policy", "gaits"):
-            shutil.rmtree(args.out / name, ignore_errors=True)
+        with sole_writer(folder.path):
+            for name in ("policy", "gaits"):
+                shutil.rmtree(args.out / name, ignore_errors=True)
     if folder.exists:
         folder.require_budget(config.total_steps)
     folder.create(config)
@@ -131,7 +137,8 @@ def _training_stage(folder: RunFolder, config: RunConfig) -> int:
     if checkpoint is not None:
         used = folder.seconds(checkpoint) / 60.0
         print(f"resuming after {int(checkpoint.stem)} steps and {used:.1f} minutes: {checkpoint}")
-    status: int = import_module(MODULES[config.learner]).train(folder, config, True)
+    with sole_writer(folder.path):
+        status: int = import_module(MODULES[config.learner]).train(folder, config, True)
     return status
 
 

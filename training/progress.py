@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from snake_env._files import write_text
 from snake_env.evaluation import rollout, seeds
 from snake_env.policies.interface import Policy
 from training.config import RunConfig
@@ -42,7 +43,7 @@ class Progress:
         if len(of_tasks) > 1:
             row |= {f"{key}/{task}": round(means[key], 4) for task, means in of_tasks.items() for key in SHOWN[:2]}
         self._rows = [one for one in self._rows if one["steps"] < steps] + [row]
-        self._file.write_text("".join(json.dumps(one) + "\n" for one in self._rows))
+        write_text(self._file, "".join(json.dumps(one) + "\n" for one in self._rows))
         return row
 
     @property

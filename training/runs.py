@@ -17,6 +17,8 @@ from __future__ import annotations
 import json
 import os
 import platform
+import zipfile
+import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from importlib.metadata import PackageNotFoundError, version
@@ -25,6 +27,8 @@ from typing import Any
 
 import snake_env
 from snake_env import ConfigError
+from snake_env._files import replace, write_json, write_text
+from snake_env.errors import shortened
 from training import config as configs
 
 PACKAGES = ("snake_env", "gymnasium", "stable_baselines3", "torch", "numpy")
@@ -33,6 +37,9 @@ PACKAGES = ("snake_env", "gymnasium", "stable_baselines3", "torch", "numpy")
 class StaleRun(ValueError):
     """A run that this version cannot continue; the message names the version it was started with."""
 
+
+LOCK = ".lock"
+"""File that the process holds that writes in a folder."""
 
 POLICIES = ("policy.safetensors", "model.zip")
 """Names of the policy at the end: that of Stable-Baselines3 is a zip file."""
@@ -58,12 +65,14 @@ class RunFolder:
     def create(self, config: configs.RunConfig) -> None:
         """Makes the folder and notes what the run is made from."""
         self.checkpoints.mkdir(parents=True, exist_ok=True)
-        configs.save(config, self._config)
         write_json(self._versions, versions())
+        configs.save(config, self._config)
+        if self.curve.exists():  # goes on after its last whole line
+            write_text(self.curve, "".join(json.dumps(row) + "\n" for row in self.read_curve()))
 
     def discard(self) -> None:
         """Undoes :meth:`create`, of a run that has not begun."""
-        for file in (self._config, self._versions):
+        for file in (self._config, self._versions, self.path / LOCK):
             file.unlink(missing_ok=True)
         for folder in (self.checkpoints, self.path):
             with suppress(OSError):  # what holds something stays
@@ -89,7 +98,7 @@ class RunFolder:
             yield
         except (KeyError, RuntimeError, TypeError, ValueError) as error:
             raise StaleRun(
-                f"{self.path} does not resume: {error}\n{self._provenance()}; choose another --out"
+                f"{self.path} does not resume: {shortened(str(error), 500)}\n{self._provenance()}; choose another --out"
             ) from error
 
     def _provenance(self) -> str:
@@ -106,7 +115,12 @@ class RunFolder:
     @property
     def has_begun(self) -> bool:
         """The run has left something of what it learned."""
-        return self.curve.exists() or self.latest() is not None
+        return self.curve.exists() or bool(self._saved())
+
+    @property
+    def is_taken(self) -> bool:
+        """Holds a run, or the configuration of something else; not one that ended before it began to learn."""
+        return self.exists and (self.has_begun or not self._versions.exists())
 
     @property
     def finished(self) -> bool:
@@ -143,15 +157,20 @@ class RunFolder:
         return self.path / f"best{self.policy.suffix}"
 
     def latest(self) -> Path | None:
-        """The checkpoint after the most steps."""
-        return max(self.checkpoints.glob("[0-9]*"), key=lambda path: int(path.stem), default=None)
+        """The checkpoint after the most steps, of those that are whole."""
+        return next((path for path in reversed(self._saved()) if _is_whole(path)), None)
+
+    def _saved(self) -> list[Path]:
+        """The checkpoints in the order of their steps."""
+        return sorted(self.checkpoints.glob("[0-9]*"), key=lambda path: int(path.stem))
 
     def save_checkpoint(self, save: Callable[[Path], None], steps: int, seconds: float, suffix: str) -> Path:
-        """Saves a checkpoint: whole or not at all; the two before it are kept."""
+        """Saves a checkpoint; the two before it are kept, and none beyond it, from which the run has gone back."""
         path = self.checkpoints / f"{steps:09d}{suffix}"
         replace(path, save)
-        replace(self._progress, lambda part: write_json(part, self._seconds() | {path.stem: seconds}))
-        for old in sorted(self.checkpoints.glob("[0-9]*"))[:-3]:
+        write_json(self._progress, self._seconds() | {path.stem: seconds})
+        before = [one for one in self._saved() if int(one.stem) <= steps]
+        for old in {*self._saved(), *self.checkpoints.glob("part-*")} - {*before[-3:]}:
             old.unlink()
         return path
 
@@ -177,23 +196,43 @@ class RunFolder:
             return []
         rows: list[dict[str, Any]] = []
         for line in self.curve.read_text().splitlines():
-            row = json.loads(line)
+            try:
+                row = json.loads(line)
+            except ValueError:  # cut off, as when the disk was full
+                continue
             while rows and rows[-1]["steps"] >= row["steps"]:
                 rows.pop()
             rows.append(row)
         return rows
 
 
-def replace(path: Path, write: Callable[[Path], None]) -> None:
-    """Writes a file beside ``path`` and puts it in its place in one operation."""
-    part = path.with_name(f"part-{path.name}")
-    write(part)
-    os.replace(part, path)
+def _is_whole(checkpoint: Path) -> bool:
+    """Whether an archive has all that was written into it."""
+    try:
+        with zipfile.ZipFile(checkpoint) as archive:
+            return archive.testzip() is None
+    except (EOFError, OSError, zipfile.BadZipFile, zlib.error):
+        return False
 
 
-def write_json(path: Path, content: Any) -> None:
-    """Writes a JSON file, indented."""
-    path.write_text(json.dumps(content, indent=2) + "\n")
+@contextmanager
+def sole_writer(folder: Path) -> Iterator[None]:
+    """For writing in a folder, which is made; ends with the process, in whatever way that ends.
+
+    Raises:
+        ConfigError: another process writes there.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / LOCK).open("a") as file:
+        try:
+            import fcntl
+
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except ImportError:  # Windows, where runs are not protected
+            pass
+        except BlockingIOError:
+            raise ConfigError("out", folder, "a folder in which no other process writes") from None
+        yield
 
 
 def versions() -> dict[str, Any]:

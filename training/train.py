@@ -13,7 +13,10 @@ however often the run was stopped. ``tensorboard --logdir runs/field`` shows los
 from __future__ import annotations
 
 import dataclasses
+import os
+import signal
 import sys
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
@@ -26,7 +29,10 @@ import tyro
 from snake_env import ConfigError
 from training import config as configs
 from training.config import LearnerName, RunConfig
-from training.runs import RunFolder, StaleRun
+from training.runs import RunFolder, StaleRun, sole_writer
+
+ENDS_WITH_INPUT = "TRAINING_ENDS_WITH_INPUT"
+"""Environment variable of processes that another one has started, which holds the other end of their standard input."""
 
 MODULES = {
     "sb3": "training.learners.sb3",
@@ -99,12 +105,24 @@ def command(
         load: Reads the configuration.
         train: Trains the run of a folder.
     """
+    if os.environ.get(ENDS_WITH_INPUT):
+        _end_with_input()
     try:
         options, config = _parse(kind, text, sys.argv[1:] if arguments is None else arguments, load)
         return _run(options, config, train)
     except (StaleRun, ConfigError, gym.error.Error) as error:
         print(error, file=sys.stderr)
         return 2
+
+
+def _end_with_input() -> None:
+    """Makes the process save and stop when its standard input ends: with the process at the other end of it."""
+
+    def wait() -> None:
+        sys.stdin.buffer.read()
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    threading.Thread(target=wait, daemon=True).start()
 
 
 def _parse(kind: type[Kind], text: str | None, given: list[str], load: Load[Kind]) -> tuple[Kind, RunConfig]:
@@ -145,20 +163,20 @@ def _require_same_run(begun: RunConfig, config: RunConfig) -> None:
 
 
 def _run(options: Kind, config: RunConfig, train: Callable[[Kind, RunFolder, Any], int]) -> int:
-    folder = RunFolder(options.out)
-    new = not folder.exists
-    if not new and not options.resume:
-        print(f"{options.out} already holds a run: choose another --out, or add --resume", file=sys.stderr)
-        return 2
-    if new and options.resume:
-        print(f"{options.out} holds no run: starting one", flush=True)
-    folder.create(config)
-    try:
-        status = train(options, folder, config)
-    except Exception:
-        if new and not folder.has_begun:
-            folder.discard()
-        raise
+    with sole_writer(options.out):
+        folder = RunFolder(options.out)
+        if folder.is_taken and not options.resume:
+            print(f"{options.out} already holds a run: choose another --out, or add --resume", file=sys.stderr)
+            return 2
+        if options.resume and not folder.exists:
+            print(f"{options.out} holds no run: starting one", flush=True)
+        folder.create(config)
+        try:
+            status = train(options, folder, config)
+        except Exception:
+            if not folder.has_begun:
+                folder.discard()
+            raise
     if status == 130:
         print(f"continue with --resume --out {options.out}")
     return status

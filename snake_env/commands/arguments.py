@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import json
 from typing import Any
 
+from snake_env import _documents
 from snake_env.evaluation import tasks
 from snake_env.evaluation.acting import CHOICES
 from snake_env.evaluation.tasks import BenchmarkTask
@@ -21,7 +21,7 @@ def add_task(cli: argparse.ArgumentParser) -> None:
 
 def add_policy(cli: argparse.ArgumentParser, **more: Any) -> None:
     """Adds --policy."""
-    cli.add_argument("--policy", metavar="NAME", help=f"{CHOICES}; by default the baseline gait", **more)
+    cli.add_argument("--policy", metavar="NAME", help=f"{CHOICES}; by default the gait of action zero", **more)
 
 
 def chosen_task(args: argparse.Namespace, policy: str | None) -> BenchmarkTask:
@@ -41,8 +41,8 @@ def chosen_task(args: argparse.Namespace, policy: str | None) -> BenchmarkTask:
 
 def _object(text: str) -> dict[str, Any]:
     try:
-        found = json.loads(text)
-    except json.JSONDecodeError as error:
+        found = _documents.of_json(text)
+    except ValueError as error:
         raise argparse.ArgumentTypeError(f"expected a JSON object ({error})") from None
     if not isinstance(found, dict):
         raise argparse.ArgumentTypeError(f"expected a JSON object, found {text}")

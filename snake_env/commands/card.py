@@ -10,6 +10,7 @@ import argparse
 from pathlib import Path
 
 from snake_env import card
+from snake_env._files import write_text
 from snake_env.commands import environment_pages
 from snake_env.policies.shipped import NAMES, load_policy
 
@@ -37,4 +38,4 @@ def main(arguments: list[str]) -> int:
 
 def _write(path: Path, text: str) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, encoding="utf-8")
+    write_text(path, text)

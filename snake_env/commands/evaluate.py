@@ -13,6 +13,7 @@ import argparse
 import json
 from pathlib import Path
 
+from snake_env._files import write_json
 from snake_env.commands.arguments import add_policy, add_task, chosen_task
 from snake_env.evaluation import scores
 from snake_env.evaluation.acting import BASELINE, acting
@@ -45,5 +46,5 @@ def main(arguments: list[str]) -> int:
         plain = {name: scores.plain(row) for name, row in rows.items()}
         content = {"env": task.env_id, "options": task.options, "scenes": args.scenes, "scores": plain}
         args.out.parent.mkdir(parents=True, exist_ok=True)
-        args.out.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+        write_json(args.out, content)
     return 0

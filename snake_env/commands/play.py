@@ -28,6 +28,8 @@ def main(arguments: list[str]) -> int:
     args = cli.parse_args(arguments)
     if not 0 <= args.scene < len(seeds.HELD_OUT):
         cli.error(f"argument --scene: {args.scene}: expected an integer in [0, {len(seeds.HELD_OUT)})")
+    if args.film is not None:
+        args.film = film.file(args.film)
     task = chosen_task(args, args.policy)
     policy = acting(args.policy, task)
     mode = "human" if args.film is None else "rgb_array"

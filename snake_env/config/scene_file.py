@@ -3,33 +3,32 @@
 from __future__ import annotations
 
 import dataclasses
-import importlib
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from snake_env import _documents
+from snake_env._documents import YAML, notation
+from snake_env._extras import extras
+from snake_env._files import write_json, write_text
 from snake_env.errors import ConfigError
 from snake_env.obstacles import to_plain
 
 FORMAT = "snake_env scene 1"
 """Value of the field "format" in a file."""
 
-YAML = (".yaml", ".yml")
-"""Suffixes of YAML files."""
-
 
 def write(path: str | Path, fields: Mapping[str, Any]) -> None:
     """Write the fields of a scene; what follows from the suffix is the notation."""
     plain = {"format": FORMAT} | {name: _plain(name, value) for name, value in fields.items()}
-    target = Path(path)
-    if target.suffix in YAML:
-        text = _yaml(target).safe_dump(plain, sort_keys=False)
-    else:
-        text = json.dumps(plain, indent=2) + "\n"
-    target.write_text(text, encoding="utf-8")
+    if Path(path).suffix not in YAML:
+        write_json(path, plain)
+        return
+    with extras():
+        import yaml
+    write_text(path, yaml.safe_dump(plain, sort_keys=False))
 
 
 def read(path: str | Path) -> dict[str, Any]:
@@ -39,33 +38,15 @@ def read(path: str | Path) -> dict[str, Any]:
         ConfigError: the file is not a scene.
     """
     source = Path(path)
-    fields = _parse(source)
+    try:
+        fields = _documents.read(source)
+    except OSError as error:
+        raise ConfigError("path", repr(str(path)), f"a file that can be read ({error.strerror})") from None
+    except ValueError as error:
+        raise ConfigError("path", repr(str(path)), f"a file in {notation(source)} ({error})") from None
     if not isinstance(fields, dict) or fields.pop("format", None) != FORMAT:
         raise ConfigError("path", repr(str(path)), f'a file with "format": "{FORMAT}", as Scene.save writes it')
     return fields
-
-
-def _parse(source: Path) -> Any:
-    try:
-        text = source.read_text(encoding="utf-8")
-        return _yaml(source).safe_load(text) if source.suffix in YAML else json.loads(text)
-    except OSError as error:
-        raise ConfigError("path", repr(str(source)), f"a file that can be read ({error.strerror})") from None
-    except ConfigError:
-        raise
-    except ValueError as error:
-        raise ConfigError("path", repr(str(source)), f"a file in JSON ({error})") from None
-    except Exception as error:
-        if type(error).__module__.startswith("yaml"):
-            raise ConfigError("path", repr(str(source)), f"a file in YAML ({error})") from None
-        raise
-
-
-def _yaml(path: Path) -> Any:
-    try:
-        return importlib.import_module("yaml")
-    except ImportError:
-        raise ConfigError("path", repr(str(path)), "a .json file: YAML needs the package PyYAML") from None
 
 
 def _plain(name: str, value: Any) -> Any:

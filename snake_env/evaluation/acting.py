@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import astuple
 from typing import Any
+
+import numpy as np
 
 from snake_env.errors import ConfigError
 from snake_env.evaluation.rollout import layout_of
@@ -13,7 +16,7 @@ from snake_env.policies.scripted import catalogue
 from snake_env.policies.shipped import NAMES, load_policy
 
 BASELINE = "gait"
-"""The baseline gait of Transeth (2007), lateral undulation (T 7.3)."""
+"""The default gait of the environment, action zero: in the plane lateral undulation (T 7.3)."""
 
 CHOICES = f"{BASELINE}, A,omega,beta in degrees, {', '.join(catalogue.CONTROLLERS)}, {', '.join(NAMES)}, or a file"
 """What may be named."""
@@ -31,7 +34,7 @@ def acting(text: str, task: BenchmarkTask) -> Policy:
         ConfigError: there is no such policy, or it was trained with another model or interface than the task has.
     """
     if text == BASELINE:
-        return gait_policy(GaitParameters(), task.env_id, **task.options)
+        return default_gait(task.env_id, **task.options)
     if text in catalogue.CONTROLLERS:
         return catalogue.tuned(text, task.name)
     if text.count(",") == 2:
@@ -47,6 +50,14 @@ def _gait(text: str) -> GaitParameters:
         return GaitParameters(*(float(part) * DEGREE for part in text.split(",")))
     except ValueError:
         raise ConfigError("policy", text, f"one of {CHOICES}") from None
+
+
+def default_gait(env_id: str, **options: Any) -> Policy:
+    """Action zero as a policy: the default gait of an environment with these keywords."""
+    entries = layout_of(env_id, options | {"action_mode": "gait"})["action"]
+    gait = GaitParameters.default(entries)
+    name = "thesis gait" if np.allclose(astuple(gait), astuple(GaitParameters())) else "default gait"
+    return scripted(gait, entries, name)
 
 
 def gait_policy(gait: GaitParameters, env_id: str, **options: Any) -> Policy:

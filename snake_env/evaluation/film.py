@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from snake_env._extras import extras
+from snake_env._files import replace
 from snake_env.config import Scene
+from snake_env.errors import ConfigError
 from snake_env.evaluation.rollout import make_env
 from snake_env.policies.interface import Policy
 from snake_env.state import State
@@ -70,21 +73,51 @@ def play(policy: Policy, env_id: str, seed: int, render_mode: str | None = None,
     return Episode(walk, scene, frames, success, states, np.array(observations))
 
 
-def write(frames: list[NDArray[np.uint8]], path: Path, frames_per_second: int = 20) -> Path:
-    """Writes an mp4 file, or a gif if ``path`` ends so or no ffmpeg is found; returns what was written."""
-    import imageio
+def file(path: Path) -> Path:
+    """The file of a film: an mp4 or a gif; without an ending, an mp4.
 
+    Raises:
+        ConfigError: another ending.
+        MissingExtra: the packages that write films are missing.
+    """
+    with extras():
+        import imageio  # noqa: F401
+        from PIL import Image  # noqa: F401
+    path = path if path.suffix else path.with_name(f"{path.name}.mp4")
+    if path.suffix.lower() not in (".mp4", ".gif"):
+        raise ConfigError("film", str(path), "a name that ends in .mp4 or .gif")
+    return path
+
+
+def write(frames: list[NDArray[np.uint8]], path: Path, frames_per_second: int = 20) -> Path:
+    """Writes a film; returns what was written.
+
+    Args:
+        frames: pictures of one size.
+        path: ends in .mp4 or .gif; without an ending .mp4 is added. Where no ffmpeg is found, a gif stands in for an
+            mp4.
+        frames_per_second: of real time.
+
+    Raises:
+        ConfigError: another ending.
+    """
+    path = file(path)
     if path.suffix.lower() == ".gif":
         return _write_small_gif(frames, path, frames_per_second)
     try:
-        with imageio.get_writer(path.with_suffix(".mp4"), fps=frames_per_second, macro_block_size=8) as writer:
-            for frame in frames:
-                writer.append_data(frame)  # type: ignore[attr-defined]
-        return path.with_suffix(".mp4")
+        replace(path, lambda part: _write_mp4(frames, part, frames_per_second))
+        return path
     except (ImportError, OSError, ValueError) as error:
-        path.with_suffix(".mp4").unlink(missing_ok=True)
         print(f"no mp4 ({error}); writing a gif")
         return _write_small_gif(frames, path.with_suffix(".gif"), frames_per_second)
+
+
+def _write_mp4(frames: list[NDArray[np.uint8]], path: Path, frames_per_second: int) -> None:
+    import imageio
+
+    with imageio.get_writer(path, fps=frames_per_second, macro_block_size=8) as writer:
+        for frame in frames:
+            writer.append_data(frame)  # type: ignore[attr-defined]
 
 
 def _write_small_gif(frames: list[NDArray[np.uint8]], path: Path, frames_per_second: int) -> Path:
@@ -94,12 +127,14 @@ def _write_small_gif(frames: list[NDArray[np.uint8]], path: Path, frames_per_sec
 
 def write_gif(frames: list[NDArray[np.uint8]], path: Path, milliseconds: int) -> Path:
     """Writes frames of one size, shown so long each, in the same few colours: small where little moves."""
-    from PIL import Image
+    with extras():
+        from PIL import Image
 
     pictures = [Image.fromarray(frame) for frame in frames]
     palette = _palette(pictures)
     few = [one.quantize(palette=palette, dither=Image.Dither.NONE) for one in pictures]
-    few[0].save(path, save_all=True, append_images=few[1:], duration=milliseconds, loop=0, optimize=False)
+    settings: dict[str, Any] = {"save_all": True, "append_images": few[1:], "duration": milliseconds, "loop": 0}
+    replace(path, lambda part: few[0].save(part, optimize=False, **settings))
     return path
 
 

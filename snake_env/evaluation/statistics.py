@@ -11,7 +11,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+
+from snake_env._extras import extras
+
+with extras():
+    from scipy import stats
 
 Array = NDArray[np.float64]
 

@@ -15,6 +15,17 @@ from snake_env.policies.interface import Stateless
 _THESIS = core_defaults("gait")
 
 
+ACTIONS = {
+    "amplitude": "amplitude",
+    "omega": "frequency",
+    "beta": "phase_shift",
+    "gamma": "offset",
+    "lift": "lift",
+    "lift_phase": "lift_phase",
+}
+"""Parameter of a gait -> the action that commands it."""
+
+
 @dataclass
 class ConstantAction(Stateless):
     """The same action at all times: one for all robots (a,), or one each (n, a)."""
@@ -55,6 +66,16 @@ class GaitParameters:
         lift = f", lift {self.lift / DEGREE:.0f} at {self.lift_phase / DEGREE:.0f}" if self.lift else ""
         return f"{wave}{offset}{lift} deg"
 
+    @classmethod
+    def default(cls, entries: list[dict[str, Any]]) -> GaitParameters:
+        """The gait of action zero.
+
+        Args:
+            entries: the environment's table of actions in action mode ``gait``, ``layout["action"]``.
+        """
+        middle = {entry["name"]: 0.5 * (entry["low"] + entry["high"]) for entry in entries}
+        return cls(**{parameter: middle[name] for parameter, name in ACTIONS.items() if name in middle})
+
     def action(self, entries: list[dict[str, Any]]) -> NDArray[np.float32]:
         """The constant action that commands this gait in action mode ``gait``.
 
@@ -64,14 +85,7 @@ class GaitParameters:
         Raises:
             ConfigError: the environment cannot command it.
         """
-        wave = {
-            "amplitude": self.amplitude,
-            "frequency": self.omega,
-            "phase_shift": self.beta,
-            "offset": self.gamma,
-            "lift": self.lift,
-            "lift_phase": self.lift_phase,
-        }
+        wave = {name: getattr(self, parameter) for parameter, name in ACTIONS.items()}
         names = [entry["name"] for entry in entries]
         if self.lift and "lift" not in names:
             raise ConfigError("gait", self, "one without a vertical wave, which only the spatial model has")

@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snake_env.errors import ConfigError
+from snake_env.options import TaskOptions
 from snake_env.policies import files
+from snake_env.registration import OWN_ID, TASKS
 
 INTERFACE = ("action_mode", "perception", "nearest_pegs", "control_period")
 """Keywords of the environment that belong to a policy; all others belong to the task on which it is evaluated."""
@@ -54,6 +56,21 @@ class Stateless:
 def interface(options: dict[str, Any]) -> dict[str, Any]:
     """Those of an environment's keywords that belong to a policy."""
     return {name: value for name, value in options.items() if name in INTERFACE}
+
+
+def named_task(env_id: str, options: dict[str, Any]) -> tuple[str, dict[str, Any]]:
+    """The environment and keywords that a file names, whose author need not be trusted.
+
+    Raises:
+        ConfigError: the id is not one that this package registers, since making another runs its code; or a keyword
+            does not belong to the task.
+    """
+    if env_id not in TASKS:
+        raise ConfigError("env_id", repr(env_id), OWN_ID)
+    for name, value in options.items():
+        if name not in (*TaskOptions.__annotations__, "max_episode_steps"):
+            raise ConfigError(f"env.{name}", repr(value), "a keyword of a task")
+    return env_id, options
 
 
 def refuse_other_interface(policy: Policy, options: Mapping[str, Any]) -> None:

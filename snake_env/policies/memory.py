@@ -15,6 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from snake_env import _checks
+from snake_env.errors import ConfigError
+
+MOST_TIMES = 16
+"""Time constants of a policy."""
+
 
 def network_inputs(layout: dict[str, Any], times: Sequence[float]) -> list[str]:
     """Names of what a network sees: the elements of an observation, then their traces."""
@@ -22,11 +28,19 @@ def network_inputs(layout: dict[str, Any], times: Sequence[float]) -> list[str]:
     return names + [f"{names[k]}, over {float(time)} s" for time in times for k in remembered(layout)]
 
 
-def time_constants(run: dict[str, Any]) -> Sequence[float]:
-    """Time constants [s] of the traces of a policy, from the configuration in its file."""
-    policy = run.get("policy", {})
-    times: Sequence[float] = policy.get("memory", policy.get("traces", ()))  # its earlier name
-    return times
+def time_constants(run: dict[str, Any]) -> tuple[float, ...]:
+    """Time constants [s] of the traces of a policy, from the configuration in its file.
+
+    Raises:
+        ConfigError: they are none.
+    """
+    policy = _checks.kind("policy", run.get("policy", {}), dict, "a mapping")
+    times = _checks.kind(
+        "policy.memory", policy.get("memory", policy.get("traces", ())), list | tuple, "a list of times"
+    )
+    if len(times) > MOST_TIMES:
+        raise ConfigError("policy.memory", f"{len(times)} times", f"at most {MOST_TIMES}")
+    return tuple(_checks.positive(f"policy.memory[{k}]", time) for k, time in enumerate(times))
 
 
 def _names(layout: dict[str, Any]) -> list[str]:

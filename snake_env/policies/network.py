@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from snake_env.errors import ConfigError
 from snake_env.policies import files
-from snake_env.policies.interface import interface, title
+from snake_env.policies.interface import interface, named_task, title
 from snake_env.policies.memory import MemoryTraces, network_inputs, time_constants
 from snake_env.policies.policy_card import PolicyCard
 
@@ -40,9 +40,10 @@ class Network:
     def __init__(self, path: Path, name: str | None = None) -> None:
         arrays, self.config = files.read(path)
         self.name = name or title(path)
-        self.env_options = interface(self.config.get("env", {}))
         self.card = PolicyCard.of(self.name, self.config, path.with_suffix(".json"))
         """What the policy is, where it was trained and how it scored."""
+        self.env_options = interface(self.config.get("env", {}))
+        self._times = time_constants(self.config)
         self._traces: MemoryTraces | None = None
         self._num_envs = 0
         self._layers = _layers_of(path, arrays)
@@ -57,9 +58,13 @@ class Network:
         Args:
             num_envs: Robots.
             **options: Keywords of the environment that override those of the training.
+
+        Raises:
+            ConfigError: the file names an environment that is not one of this package's, or a keyword that is not
+                admissible.
         """
-        chosen = {"autoreset_mode": "SameStep"} | self.card.env_options | options
-        return gym.make_vec(self.card.env_id, num_envs=num_envs, **chosen)
+        env_id, trained = named_task(self.card.env_id, self.card.env_options)
+        return gym.make_vec(env_id, num_envs=num_envs, **{"autoreset_mode": "SameStep"} | trained | options)
 
     def begin(self, layout: dict[str, Any], num_envs: int) -> None:
         """Prepares a memory for a batch of new episodes.
@@ -67,12 +72,12 @@ class Network:
         Raises:
             ConfigError: the environment's observations do not have the size that the policy was trained on.
         """
-        sees, shown = len(self._layers[0][0]), len(network_inputs(layout, time_constants(self.config)))
+        sees, shown = len(self._layers[0][0]), len(network_inputs(layout, self._times))
         if sees != shown:
             raise ConfigError(
                 "policy", self.name, f"a policy with {shown} inputs, as this environment provides; this one has {sees}"
             )
-        self._traces = MemoryTraces(layout, time_constants(self.config), num_envs)
+        self._traces = MemoryTraces(layout, self._times, num_envs)
         self._num_envs = num_envs
 
     def reset(self, rows: NDArray[np.bool_] | None = None) -> None:
@@ -92,7 +97,7 @@ class Network:
             ConfigError: the observations are not those that the policy was trained on.
         """
         batch = np.atleast_2d(np.asarray(observation, np.float32))
-        if time_constants(self.config) and self._num_envs != len(batch):
+        if self._times and self._num_envs != len(batch):
             self._begin_as_trained(len(batch))
         seen = (batch if self._traces is None else self._checked(batch)).astype(np.float64)
         if seen.shape[1] != len(self._layers[0][0]):
@@ -154,6 +159,7 @@ def _array(path: Path, arrays: files.Arrays, name: str, shape: tuple[int | None,
         raise ValueError(f"{path}: {name} is missing")
     array = arrays[name]
     fits = len(array.shape) == len(shape) and all(one in (None, n) for one, n in zip(shape, array.shape, strict=True))
+    fits = fits and array.size > 0
     if not fits:
         expected = ", ".join("any" if one is None else str(one) for one in shape)
         raise ValueError(f"{path}: {name} has the shape {array.shape}, expected ({expected})")

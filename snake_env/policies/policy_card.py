@@ -7,10 +7,28 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from snake_env import _checks, _documents
+from snake_env.errors import ConfigError
 from snake_env.markdown import table
 
 Estimates = dict[str, tuple[float | None, float | None, float | None]]
 """Score by name: value, low and high end of its 95 % bootstrap interval; None where there is no value."""
+
+
+KINDS: dict[str, tuple[Any, str]] = {
+    "about": (str, "a text"),
+    "env_id": (str, "the id of an environment"),
+    "env_options": (dict, "a mapping of keywords to values"),
+    "steps": (int | None, "an integer"),
+    "training": (str, "a text"),
+    "scored_in": (dict, "a mapping of keywords to values"),
+    "scores": (dict, "a mapping of names to [value, low, high]"),
+    "scenes": (int, "an integer"),
+    "versions": (dict, "a mapping of packages to versions"),
+    "notes": (list, "a list of texts"),
+    "license": (str, "a text"),
+}
+"""Of the parts of a card in a file."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +71,9 @@ class PolicyCard:
             name: of the policy.
             config: from the metadata of its file.
             beside: JSON file with further attributes.
+
+        Raises:
+            ConfigError: names the attribute that is not admissible.
         """
         known = {
             "about": config.get("about", ""),
@@ -61,10 +82,14 @@ class PolicyCard:
             "steps": config.get("steps"),
         }
         if beside.exists():
-            known |= json.loads(beside.read_text(encoding="utf-8"))
-            known["scores"] = {key: tuple(value) for key, value in known.get("scores", {}).items()}
-            known["notes"] = tuple(known.get("notes", ()))
-        return cls(name=name, **known)
+            known |= _read(beside)
+        for part, value in known.items():
+            if part not in KINDS:
+                raise ConfigError(f"card.{part}", repr(value), f"one of {', '.join(KINDS)}")
+            _checks.kind(f"card.{part}", value, *KINDS[part])
+        scores = {key: _estimate(key, value) for key, value in known.get("scores", {}).items()}
+        notes = tuple(_checks.kind("card.notes", note, str, "texts") for note in known.get("notes", []))
+        return cls(name=name, **known | {"scores": scores, "notes": notes})
 
     @property
     def scored_options(self) -> dict[str, Any]:
@@ -87,3 +112,19 @@ class PolicyCard:
             rows = [(name, *("-" if v is None else f"{v:.3f}" for v in values)) for name, values in self.scores.items()]
             parts += [f"{self.scenes} test scenes, 95 % intervals:", table(("score", "value", "low", "high"), rows)]
         return "\n\n".join([part.strip() for part in (*parts, *self.notes) if part]) + "\n"
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        found = _documents.read(path)
+    except (OSError, ValueError) as error:
+        raise ConfigError("card", str(path), f"a JSON file ({error})") from None
+    card: dict[str, Any] = _checks.kind("card", found, dict, "a mapping")
+    return card
+
+
+def _estimate(name: str, value: Any) -> tuple[float | None, float | None, float | None]:
+    if not isinstance(value, list) or len(value) != 3:
+        raise ConfigError(f"card.scores.{name}", repr(value), "[value, low, high]")
+    found, low, high = (None if one is None else _checks.number(f"card.scores.{name}", one) for one in value)
+    return found, low, high

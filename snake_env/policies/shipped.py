@@ -32,9 +32,11 @@ def load_policy(policy: str | os.PathLike[str]) -> Network:
         ConfigError: no policy has this name and there is no such file, or the file is of another kind.
     """
     path = policy_path(policy)
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise ConfigError("policy", str(policy), f"one of {', '.join(NAMES)}, or the path of a policy.safetensors")
     try:
         return Network(path)
+    except ConfigError:
+        raise
     except (ValueError, OSError) as error:
         raise ConfigError("policy", str(policy), f"a policy.safetensors of a run ({error})") from None

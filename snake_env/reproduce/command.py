@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from snake_env._extras import extras
 from snake_env.reproduce import report
 from snake_env.reproduce.checks import CHECKS
 from snake_env.reproduce.experiment import Runs
@@ -48,13 +49,14 @@ def main(arguments: list[str]) -> int:
 
 
 def _reproduce(args: argparse.Namespace) -> int:
+    if not args.quick:
+        with extras():  # the table does without
+            from snake_env.reproduce import figures
     runs = Runs(experiments(), args.method)
     sections = tuple(args.section)
     table = findings(runs, sections)
     report.write(table, args.out)
     if not args.quick:
-        from snake_env.reproduce import figures  # needs matplotlib, the table does not
-
         for path in figures.write(runs, args.out, sections):
             print(path)
     print(report.printed(table))

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
+from snake_env._files import write_json, write_text
 from snake_env.markdown import table
 from snake_env.reproduce.findings import Finding, Verdict
 
@@ -43,9 +43,8 @@ def summary(findings: list[Finding]) -> str:
 def write(findings: list[Finding], folder: Path) -> None:
     """Writes ``findings.md`` and ``findings.json``."""
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "findings.md").write_text(markdown(findings), encoding="utf-8")
-    rows = [dataclasses.asdict(finding) for finding in findings]
-    (folder / "findings.json").write_text(json.dumps(rows, indent=2) + "\n", encoding="utf-8")
+    write_text(folder / "findings.md", markdown(findings))
+    write_json(folder / "findings.json", [dataclasses.asdict(finding) for finding in findings])
 
 
 def _cells(finding: Finding) -> tuple[str, ...]:

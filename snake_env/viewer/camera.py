@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from snake_env.viewer.controls import checkbox, place
 from snake_env.viewer.frames import Frames
 
 
@@ -29,7 +30,7 @@ class Follower:
 
     def __init__(self, made: Any, initial: bool) -> None:
         self._server = made
-        self.following = made.gui.add_checkbox("follow the robot", initial_value=initial)
+        self.following = checkbox(made.gui, "follow the robot", initial)
 
     def show(self, frames: Frames, k: int) -> None:
         """Points the cameras at the middle of the robot.
@@ -43,8 +44,11 @@ class Follower:
         middle = frames.position[k].mean(axis=0)
         for client in self._server.get_clients().values():
             camera = client.camera
+            position, looked_at = place(camera.position), place(camera.look_at)
+            if position is None or looked_at is None:
+                continue
             # What a page reports may be late, but its distance from where it looks is not changed by following.
-            offset = camera.position - camera.look_at
+            offset = position - looked_at
             with client.atomic():
                 camera.position = middle + offset
                 camera.look_at = middle

@@ -6,11 +6,14 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
+from snake_env._extras import extras
 from snake_env.obstacles import circles, heights, outlines
 from snake_env.viewer.frames import Frames
+
+with extras():
+    import trimesh
 
 Array = NDArray[np.float64]
 Colour = tuple[int, int, int]

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from snake_env._files import write_text
 from snake_env.viewer.drawing import Drawing
 from snake_env.viewer.frames import Frames
 from snake_env.viewer.player import close, look_at, server
@@ -21,7 +22,7 @@ def page(frames: Frames, path: Path) -> Path:
         for k, step in enumerate(np.diff(frames.time, append=frames.time[-1])):
             drawing.show(frames, k)
             recording.insert_sleep(float(step))
-        path.write_text(recording.as_html(), encoding="utf-8")
+        write_text(path, recording.as_html())
     finally:
         close(made)
     return path

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
+from dataclasses import replace
 from typing import Any
 
 import gymnasium as gym
@@ -20,9 +21,10 @@ from snake_env.policies.scripted import catalogue
 from snake_env.policies.shipped import NAMES
 from snake_env.state import State
 from snake_env.viewer.camera import Follower, look_at
+from snake_env.viewer.controls import Control, Slider, checkbox, choice, count, place
 from snake_env.viewer.drawing import Drawing
 from snake_env.viewer.frames import Frames
-from snake_env.viewer.player import close, server
+from snake_env.viewer.player import SPEEDS, close, server
 from snake_env.viewer.plots import Plots
 from snake_env.viewer.pull import Pull
 
@@ -35,6 +37,8 @@ KEYS = {
     "arrowdown": ("omega", -10.0),
 }
 """Keys of the page: the slider of the gait that each moves, and by how much."""
+PAUSE = 1.0
+"""How long an episode that has ended is shown before the next one begins [s]."""
 PLOTTED = 10
 """Control instants between two changes of the plots, which cost more than the robot."""
 
@@ -55,6 +59,11 @@ class Live:
     def __init__(self, task: BenchmarkTask, policy: str = BASELINE, host: str = "127.0.0.1", port: int = 8080) -> None:
         self._tasks = tasks.load() | {task.name: task}
         self._env: Any = None
+        self._shown: dict[Control, Any] = {}
+        """Task, policy, scene and friction of the running episode."""
+        self._puts_back = self._ended = False
+        self._waits_until = 0.0
+        self._outcome = self._refusal = ""
         self._lock = threading.RLock()
         self._changed: dict[str, Any] = {}
         """Scene and start of episodes after an obstacle was moved."""
@@ -63,7 +72,7 @@ class Live:
         self._controls(task, policy)
         try:
             self._begin()
-        except ConfigError:
+        except Exception:
             close(self.server)
             raise
         look_at(self.server, self._frames())
@@ -96,78 +105,105 @@ class Live:
 
     def _controls(self, task: BenchmarkTask, policy: str) -> None:
         gui = self.server.gui
-        self.playing = gui.add_checkbox("playing", initial_value=True)
-        self.speed = gui.add_slider("speed", 0.1, 4.0, 0.1, initial_value=1.0)
+        self.playing = checkbox(gui, "playing", True)
+        self.speed = Slider(gui, "speed", *SPEEDS)
         self.camera = Follower(self.server, initial=True)
-        self.task = gui.add_dropdown("task", tuple(self._tasks), initial_value=task.name)
+        self.task = choice(gui, "task", tuple(self._tasks), task.name)
         actors = tuple(dict.fromkeys((BASELINE, *catalogue.CONTROLLERS, *NAMES, policy)))
-        self.policy = gui.add_dropdown("policy", actors, initial_value=policy)
-        self.scene = gui.add_number("test scene", initial_value=0, min=0, max=len(seeds.HELD_OUT) - 1, step=1)
-        self.own_friction = gui.add_checkbox("own friction", initial_value=False)
-        self.friction = gui.add_slider("friction", 0.05, 1.0, 0.01, initial_value=0.2)
+        self.policy = choice(gui, "policy", actors, policy)
+        self.scene = count(gui, "test scene", len(seeds.HELD_OUT) - 1)
+        self.own_friction = checkbox(gui, "own friction", False)
+        self.friction = Slider(gui, "friction", 0.05, 1.0, 0.01, 0.2)
         self.restart = gui.add_button("restart")
         with gui.add_folder("gait (policy: gait)"):
-            self.amplitude = gui.add_slider("amplitude [deg]", 5.0, 65.0, 1.0, initial_value=40.0)
-            self.omega = gui.add_slider("frequency [deg/s]", -40.0, 200.0, 1.0, initial_value=80.0)
-            self.beta = gui.add_slider("phase shift [deg]", -65.0, -15.0, 1.0, initial_value=-50.0)
-            self.gamma = gui.add_slider("offset [deg]", -25.0, 25.0, 0.5, initial_value=0.0)
+            self.amplitude = Slider(gui, "amplitude [deg]", 5.0, 65.0, 1.0, 40.0)
+            self.omega = Slider(gui, "frequency [deg/s]", -40.0, 200.0, 1.0, 80.0)
+            self.beta = Slider(gui, "phase shift [deg]", -65.0, -15.0, 1.0, -50.0)
+            self.gamma = Slider(gui, "offset [deg]", -25.0, 25.0, 0.5, 0.0)
         with gui.add_folder("obstacle"):
-            hint = "0: none; drag it in the scene"
-            self.obstacle = gui.add_number("number", initial_value=0, min=0, step=1, hint=hint)
+            self.obstacle = count(gui, "number", hint="0: none; drag it in the scene")
         with gui.add_folder("push"):
-            hint = "0: none; drag the handle at the link, and a spring pulls it"
-            self.link = gui.add_number("link", initial_value=0, min=0, step=1, hint=hint)
-        for key, (name, change) in KEYS.items():
-            self._key(key, name, change)
+            self.link = count(gui, "link", hint="0: none; drag the handle at the link, and a spring pulls it")
         self.note = gui.add_markdown("")
         self._plots = Plots(gui)
         self._handle: Any = None
         self._pull: Pull | None = None
-        for control in (self.task, self.policy, self.scene, self.own_friction, self.friction):
-            control.on_update(lambda _: self._again(forget=True))
+        self._choices = (self.task, self.policy, self.scene, self.own_friction, self.friction)
+        for control in self._choices:
+            control.on_update(lambda: self._again(forget=True))
         self.restart.on_click(lambda _: self._again(forget=False))
-        for slider in (self.amplitude, self.omega, self.beta, self.gamma):
-            slider.on_update(lambda _: self._steer())
-        self.obstacle.on_update(lambda _: self._grip())
-        self.link.on_update(lambda _: self._take_hold())
+        self._sliders = {"amplitude": self.amplitude, "omega": self.omega, "beta": self.beta, "gamma": self.gamma}
+        for slider in self._sliders.values():
+            slider.on_update(self._steer)
+        for key, (name, change) in KEYS.items():
+            self._key(key, name, change)
+        self.obstacle.on_update(self._grip)
+        self.link.on_update(self._take_hold)
 
     def _key(self, key: Any, name: str, change: float) -> None:
         """Lets a key of the page change a slider of the gait."""
-        slider = getattr(self, name)
+        slider = self._sliders[name]
         command = self.server.gui.add_command(f"{name} {change:+g}", hotkey=key)
         command.on_trigger(lambda _: self.drive(slider, change))
 
-    def drive(self, slider: Any, change: float) -> None:
+    def drive(self, slider: Slider, change: float) -> None:
         """Moves a slider of the gait, as far as it goes."""
         slider.value = min(slider.max, max(slider.min, slider.value + change))
-        self._steer()
 
     def _again(self, forget: bool) -> None:
         """Begins anew; with the scene as it has been changed by hand, unless ``forget``."""
         with self._lock:
-            if forget:
-                self._changed = {}
-            try:
+            if self._puts_back or (forget and self._chosen() == self._shown):
+                return
+            self._outcome = ""
+            self._begin_with({} if forget else self._changed)
+
+    def _begin_with(self, changed: dict[str, Any]) -> None:
+        """Begins anew; where that is refused, the controls go back to the running episode."""
+        before, self._changed = self._changed, changed
+        try:
+            self._begin()
+        except Exception as error:  # whatever it is, the running episode goes on
+            self._changed, self._puts_back = before, True
+            for control, value in self._shown.items():
+                control.value = value
+            self._puts_back = False
+            if self._ended:
                 self._begin()
-            except (ConfigError, gym.error.Error) as error:
-                self.note.content = f"**{error}**"
+            self._tell(refusal=f"**{error}**")
+
+    def _chosen(self) -> dict[Control, Any]:
+        return {control: control.value for control in self._choices}
+
+    def _tell(self, refusal: str = "") -> None:
+        """Writes the note: what the episode is, how the one before ended, and what is refused."""
+        self._refusal = refusal
+        parts = (self._outcome, self._tasks[self.task.value].about, refusal)
+        self.note.content = "\n\n".join(filter(None, parts))
 
     def _begin(self) -> None:
         """A new episode of what the page says; nothing changes if that is refused."""
-        chosen = self._tasks[self.task.value]
+        shown = self._chosen()
+        chosen = self._tasks[shown[self.task]]
         options = dict(chosen.options)
-        if self.own_friction.value:
-            options["friction"] = (self.friction.value, self.friction.value)
+        if shown[self.own_friction]:
+            options["friction"] = (shown[self.friction],) * 2
         chosen = BenchmarkTask(chosen.name, chosen.env_id, options, chosen.about)
-        actor = acting(self.policy.value, chosen)
+        actor = acting(shown[self.policy], chosen)
         options |= actor.env_options
         env: Any = gym.make_vec(chosen.env_id, 1, num_threads=1, autoreset_mode="Disabled", **options)
         given = {"options": self._changed} if self._changed else {}
-        self._observation, _ = env.reset(seed=[seeds.HELD_OUT[int(self.scene.value)]], **given)
+        self._observation, _ = env.reset(seed=[seeds.HELD_OUT[shown[self.scene]]], **given)
+        actor.begin(env.unwrapped.layout, 1)
         if self._env is not None:
             self._env.close()
         self._env, self._actor = env, actor
-        actor.begin(env.unwrapped.layout, 1)
+        is_new = any(self._shown.get(one) != shown[one] for one in (self.task, self.policy))
+        self._shown, self._ended = shown, False
+        if is_new and self._driven() is not None:
+            self._default = GaitParameters.default(env.unwrapped.layout["action"])
+            for name, slider in self._sliders.items():
+                slider.value = round(getattr(self._default, name) / DEGREE, 6)
         self._steer()
         self._states.clear()
         self._remember()
@@ -176,19 +212,25 @@ class Live:
         self._drawing = Drawing(self.server.scene, self._frames(), trail=False)
         self._grip()
         self._take_hold()
-        self.note.content = chosen.about
+        self._tell(self._refusal)
+
+    def _driven(self) -> ConstantAction | None:
+        """The gait of the sliders, where it is what acts."""
+        return self._actor if self._shown[self.policy] == BASELINE and isinstance(self._actor, ConstantAction) else None
 
     def _steer(self) -> None:
-        """Commands the gait of the sliders, where the gait is what acts."""
-        if self.policy.value == BASELINE and isinstance(self._actor, ConstantAction):
-            degrees = (self.amplitude.value, self.omega.value, self.beta.value, self.gamma.value)
+        """Commands what the sliders say, where they drive the robot."""
+        with self._lock:
+            gait = self._driven()
+            if gait is None:
+                self._tell()
+                return
+            wave = {name: slider.value * DEGREE for name, slider in self._sliders.items()}
             try:
-                self._actor.action = GaitParameters(*(v * DEGREE for v in degrees)).action(
-                    self._env.unwrapped.layout["action"]
-                )
-                self.note.content = ""
+                gait.action = replace(self._default, **wave).action(self._env.unwrapped.layout["action"])
+                self._tell()
             except ConfigError as error:
-                self.note.content = f"**{error}**"
+                self._tell(f"**{error}**")
 
     def _grip(self) -> None:
         """Puts a handle on the chosen obstacle; when it is let go, the episode begins anew with the obstacle there."""
@@ -196,19 +238,19 @@ class Live:
             if self._handle is not None:
                 self._handle.remove()
                 self._handle = None
-            scene, j = self._env.unwrapped.scene(0), int(self.obstacle.value)
+            scene, j = self._env.unwrapped.scene(0), self.obstacle.value
             if not 1 <= j <= len(scene.obstacles):
                 return
-            place = _place(scene.obstacles[j - 1])
+            middle = _place(scene.obstacles[j - 1])
             handle = self.server.scene.add_transform_controls(
-                "/handle", scale=0.3, position=(*place, 0.1), active_axes=(True, True, False), disable_rotations=True
+                "/handle", scale=0.3, position=(*middle, 0.1), active_axes=(True, True, False), disable_rotations=True
             )
 
             def let_go(event: Any) -> None:
-                if event.phase != "end":
-                    return
-                dx, dy = np.asarray(handle.position)[:2] - place
-                self.move(j, float(dx), float(dy))
+                found = place(handle.position)
+                if event.phase == "end" and found is not None:
+                    dx, dy = found[:2] - middle
+                    self.move(j, float(dx), float(dy))
 
             handle.on_update(let_go)
             self._handle = handle
@@ -219,7 +261,7 @@ class Live:
             if self._pull is not None:
                 self._pull.remove()
                 self._pull = None
-            link = int(self.link.value)
+            link = self.link.value
             if 1 <= link <= len(self.state.link_radius):
                 self._pull = Pull(self.server.scene, link - 1, self.state)
 
@@ -229,13 +271,12 @@ class Live:
         Robots in 3D begin at their usual start.
         """
         with self._lock:
-            before = self._changed
-            self._changed = {"scene": self._env.unwrapped.scene(0).moved(j, dx, dy)} | _start(self.state)
             try:
-                self._begin()
+                scene = self._env.unwrapped.scene(0).moved(j, dx, dy)
             except ConfigError as error:
-                self._changed = before
-                self.note.content = f"**{error}**"
+                self._tell(f"**{error}**")
+                return
+            self._begin_with({"scene": scene} | _start(self.state))
 
     def _remember(self) -> None:
         self._states.append(self._env.unwrapped.state().robot(0))
@@ -250,16 +291,25 @@ class Live:
                 due = time.perf_counter()
                 time.sleep(0.05)
                 continue
-            with self._lock:
-                ended = self._step()
-                period = float(self._env.unwrapped.control_period)
-                if (steps := steps + 1) % PLOTTED == 0 or ended:
-                    self._show_past()
-                if ended:
-                    self.note.content = "goal reached" if self._info["is_success"][0] else "episode over"
-                    self._begin()
-            due = max(due + period / self.speed.value, time.perf_counter() - period)
+            try:
+                steps += 1
+                due = max(due, time.perf_counter()) + self._moves_on(steps) / self.speed.value
+            except Exception as error:  # the page stays, whatever becomes of the robot
+                self.playing.value = False
+                self._tell(f"**{error}**")
             time.sleep(max(0.0, due - time.perf_counter()))
+
+    def _moves_on(self, steps: int) -> float:
+        """The next control period, or the next episode; returns how long that takes [s]."""
+        with self._lock:
+            if self._ended:
+                if time.perf_counter() >= self._waits_until:
+                    self._begin_with(self._changed)
+                return 0.05
+            self._step()
+            if steps % PLOTTED == 0 or self._ended:
+                self._show_past()
+            return float(self._env.unwrapped.control_period)
 
     def advance(self, steps: int) -> None:
         """Takes so many control periods at once while the page is paused, or fewer where the episode ends.
@@ -268,8 +318,8 @@ class Live:
         """
         with self._lock:
             for _ in range(steps):
-                if self._step():
-                    break
+                if not self._ended:
+                    self._step()
             self._show_past()
             look_at(self.server, Frames.of_states([self.state], self._env.unwrapped.scene(0)))
 
@@ -280,8 +330,8 @@ class Live:
         if len(frames) > 1:
             self._drawing.trail(frames.position.mean(axis=1))
 
-    def _step(self) -> bool:
-        """One control period; whether the episode has ended."""
+    def _step(self) -> None:
+        """One control period; at its end the episode may have ended."""
         if self._pull is not None:
             impulse = self._pull.impulse(self.state, float(self._env.unwrapped.control_period))
             if impulse is not None:
@@ -291,7 +341,12 @@ class Live:
         last = Frames.of_states([self.state], self._env.unwrapped.scene(0))
         self._drawing.show(last, 0)
         self.camera.show(last, 0)
-        return bool(terminated[0] or truncated[0])
+        self._ended = bool(terminated[0] or truncated[0])
+        if self._ended:
+            reached = "goal reached" if self._info["is_success"][0] else "episode over"
+            self._outcome = f"**{reached}** after {float(self.state.time):.2f} s"
+            self._waits_until = time.perf_counter() + PAUSE
+            self._tell(self._refusal)
 
 
 def _start(state: State) -> dict[str, Start]:

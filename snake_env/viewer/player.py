@@ -9,21 +9,35 @@ from io import StringIO
 from typing import Any
 
 import numpy as np
-import viser
 
+from snake_env._extras import extras
 from snake_env.viewer.camera import Follower, look_at
+from snake_env.viewer.controls import Slider, checkbox
 from snake_env.viewer.drawing import Drawing
 from snake_env.viewer.frames import Frames
+from snake_env.viewer.gate import guarded
 from snake_env.viewer.plots import Plots
 
+with extras():
+    import viser
+
+SPEEDS = (0.1, 4.0, 0.1, 1.0)
+"""Slowest and fastest that runs are shown, the step between two speeds, and the first one; times real time."""
 TICK = 1 / 30
 """Time between two pictures [s]."""
 
 
 def server(host: str = "127.0.0.1", port: int = 8080) -> Any:
-    """A viser server with z up; the next free port if this one is taken."""
-    with redirect_stdout(StringIO()):  # of its banner
+    """A viser server with z up; the next free port if this one is taken.
+
+    Raises:
+        RuntimeError: this version of viser cannot be guarded.
+    """
+    with guarded(host) as guards, redirect_stdout(StringIO()):  # of its banner
         made = viser.ViserServer(host=host, port=port, label="snake_env", verbose=False)
+    if not guards:
+        close(made)
+        raise RuntimeError("this version of viser answers everybody: install viser 1.1")
     made.scene.set_up_direction("+z")
     made.gui.configure_theme(show_share_button=False)
     made.gui.main_panel.dock_right()
@@ -51,12 +65,12 @@ class Player:
         self._drawing = Drawing(self.server.scene, frames)
         look_at(self.server, frames)
         gui = self.server.gui
-        self.playing = gui.add_checkbox("playing", initial_value=True)
-        self.time = gui.add_slider("time [s]", float(frames.time[0]), float(frames.time[-1]), 0.001, initial_value=0.0)
-        self.speed = gui.add_slider("speed", 0.1, 4.0, 0.1, initial_value=1.0)
+        self.playing = checkbox(gui, "playing", True)
+        self.time = Slider(gui, "time [s]", float(frames.time[0]), float(frames.time[-1]), 0.001, 0.0)
+        self.speed = Slider(gui, "speed", *SPEEDS)
         self.camera = Follower(self.server, initial=False)
         Plots(gui).show(frames)
-        self.time.on_update(lambda _: self._draw())
+        self.time.on_update(self._draw)
         self._running = threading.Event()
         self._running.set()
         self._thread = threading.Thread(target=self._play, daemon=True)

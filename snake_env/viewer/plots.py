@@ -6,9 +6,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from viser import uplot
 
+from snake_env._extras import extras
 from snake_env.viewer.frames import Frames
+
+with extras():
+    from viser import uplot
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 SHOWN = 4

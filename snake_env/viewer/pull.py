@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snake_env.state import State
+from snake_env.viewer.controls import place
 
 Array = NDArray[np.float64]
 
@@ -48,10 +49,12 @@ class Pull:
         if not self._is_dragged:
             self._handle.position = _place(state, self._link)
             return None
+        target = place(self._handle.position)
+        if target is None:
+            return None
         found = np.zeros_like(state.link_velocity)
-        size = found.shape[1]
-        target = np.asarray(self._handle.position, float)[:size]
-        found[self._link] = period * force(target - state.link_position[self._link], state.link_velocity[self._link])
+        stretch = target[: found.shape[1]] - state.link_position[self._link]
+        found[self._link] = period * force(stretch, state.link_velocity[self._link])
         return found
 
     def _drag(self, is_dragged: bool) -> None:

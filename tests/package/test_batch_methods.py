@@ -90,9 +90,10 @@ def test_modules_that_import_others_are_loaded_when_they_are_named():
 
 
 def test_a_missing_pygame_comes_with_the_command_that_installs_it(monkeypatch):
+    for module in ("snake_env.rendering", "snake_env.side_view"):
+        monkeypatch.delitem(sys.modules, module, raising=False)
     monkeypatch.setitem(sys.modules, "pygame", None)
-    monkeypatch.setattr("snake_env._views.find_spec", lambda name: None)
     env = SnakeEnv(task="free", render_mode="rgb_array")
     env.reset(seed=0)
-    with pytest.raises(DependencyNotInstalled, match=r"pip install"):
+    with pytest.raises(DependencyNotInstalled, match=r"pygame is missing: pip install 'snake-robot-env\[render\]'"):
         env.render()

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
+import numpy as np
 import pytest
 from conftest import run_python
 
 from snake_env.__main__ import COMMANDS, main
+from snake_env.evaluation import acting, tasks
 
 
 def test_evaluate_scores_policies_controllers_and_gaits(capsys, tmp_path):
@@ -33,6 +36,31 @@ def test_play_films_a_test_scene(capsys, tmp_path):
     assert main(["play", "--policy", "corridor", *options]) == 0
     assert capsys.readouterr().out.startswith("corridor, corridor, test scene 0: failed")
     assert film.read_bytes().startswith(b"GIF")
+
+
+@pytest.mark.parametrize("name", ["film.avi", "film.MOV", "film.v2"])
+def test_a_film_is_of_a_known_kind_and_replaces_no_other(name, tmp_path, capsys, monkeypatch):
+    pytest.importorskip("imageio")
+    monkeypatch.setattr("snake_env.evaluation.film.play", lambda *_, **__: pytest.fail("it was played"))
+    (tmp_path / "film.mp4").write_text("another film")
+    assert main(["play", "--film", str(tmp_path / name)]) == 2
+    assert "expected a name that ends in .mp4 or .gif" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["film.mp4"]
+    assert (tmp_path / "film.mp4").read_text() == "another film"
+
+
+@pytest.mark.parametrize("task", ["spatial-open", "spatial-field", "course"])
+def test_the_default_gait_is_action_zero(task):
+    gait = acting.acting(acting.BASELINE, tasks.load()[task])
+    np.testing.assert_allclose(gait.action, 0.0, atol=1e-12)
+    assert gait.action.shape == ((6,) if "spatial" in task else (4,))
+
+
+def test_in_3d_the_default_gait_moves_on(tmp_path):
+    out = tmp_path / "scores.json"
+    short = ["--scenes", "1", "--options", '{"max_episode_steps": 100}', "--out", str(out)]
+    assert main(["evaluate", "--task", "spatial-open", *short]) == 0
+    assert json.loads(out.read_text())["scores"]["default gait"]["speed"]["value"] > 0.08, "m/s"
 
 
 def test_bench_prints_a_row_per_environment(capsys):
@@ -81,15 +109,63 @@ def test_bench_measures_for_some_time(seconds, capsys):
     assert "--seconds" in capsys.readouterr().err
 
 
-def test_a_missing_package_is_named_with_its_extra():
-    code = """
+@pytest.mark.parametrize(
+    ("module", "extra", "arguments"),
+    [
+        ("scipy", "evaluate", ["evaluate", "--scenes", "1"]),
+        ("pygame", "render", ["play"]),
+        ("imageio", "video", ["play", "--film", "film.mp4"]),
+        ("PIL", "video", ["play", "--film", "film.gif"]),
+        ("viser", "view", ["view"]),
+        ("trimesh", "view", ["view"]),
+        ("matplotlib", "reproduce", ["reproduce"]),
+    ],
+)
+def test_a_missing_package_is_named_with_its_extra(module, extra, arguments, tmp_path, monkeypatch):
+    code = f"""
         import sys
-        sys.modules["scipy"] = None
+        sys.modules["{module}"] = None
         sys.stderr = sys.stdout
         from snake_env.__main__ import main
-        print(main(["evaluate", "--scenes", "1"]))
+        print(main({arguments}))
     """
-    assert run_python(code) == "scipy is missing: pip install 'snake-robot-env[evaluate]'\n2"
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2]))
+    monkeypatch.chdir(tmp_path)
+    assert run_python(code) == f"{module} is missing: pip install 'snake-robot-env[{extra}]'\n2"
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("module", "extra", "call"),
+    [
+        ("stable_baselines3", "sb3", "snake_env.sb3.make('SnakeFree-v1')"),
+        ("stable_baselines3", "sb3", "importlib.import_module('snake_env.sb3')"),
+        ("viser", "view", "snake_env.simulate(duration=0.1).save('a.html')"),
+        ("viser", "view", "snake_env.simulate(duration=0.1).view()"),
+        ("imageio", "video", "snake_env.simulate(duration=0.1).save('a.mp4')"),
+        ("yaml", "yaml", "snake_env.Scene().save('a.yaml')"),
+        ("yaml", "yaml", "snake_env.Scene.load('b.yaml')"),
+        ("scipy", "evaluate", "snake_env.evaluation.evaluate(lambda o: o[:, :4], scenes=1)"),
+        ("pygame", "render", "None"),
+    ],
+)
+def test_python_names_the_extra_of_a_missing_package(module, extra, call, tmp_path, monkeypatch):
+    code = f"""
+        import importlib, sys, gymnasium, snake_env
+        sys.modules["{module}"] = None
+        try:
+            found = {call}
+            env = gymnasium.make("SnakeFree-v1", render_mode="rgb_array")
+            env.reset(seed=0)
+            env.render()
+        except ImportError as error:
+            print(error)
+    """
+    (tmp_path / "b.yaml").write_text("format: snake_env scene 1")
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2]))
+    monkeypatch.chdir(tmp_path)
+    assert run_python(code) == f"{module} is missing: pip install 'snake-robot-env[{extra}]'"
+    assert [path.name for path in tmp_path.iterdir()] == ["b.yaml"]
 
 
 @pytest.mark.parametrize("command", COMMANDS)

@@ -13,9 +13,10 @@ pytest.importorskip("pygame")
 
 import pygame
 
+import snake_env
 from snake_env import ConfigError, Picture, Scene, SnakeEnv, SnakeVectorEnv, Start
 from snake_env.obstacles import Box
-from snake_env.rendering import BODY, CAPTION, FORCE, GOAL, GRID, GROUND, HEAD, PEG, TopView, caption, shade
+from snake_env.rendering import BODY, CAPTION, FORCE, GOAL, GRID, GROUND, HEAD, PEG, TopView, Window, caption, shade
 
 SIZE = Picture().size
 
@@ -295,6 +296,33 @@ def test_keys_zoom_and_close_the_window():
     press(pygame.K_ESCAPE)
     assert pygame.display.get_surface() is None
     env.close()
+
+
+@pytest.mark.parametrize("num_envs", [1, 5])
+def test_the_window_of_a_batch_is_drawn_once_however_it_is_asked(num_envs, monkeypatch):
+    drawn, show = [], Window.show
+    monkeypatch.setattr(Window, "show", lambda *args: (drawn.append(1), show(*args)))
+    envs = SnakeVectorEnv(num_envs, task="free", render_mode="human", control_period=0.01)
+    envs.reset(seed=0)
+    envs.step(np.zeros((num_envs, 4)))
+    assert len(drawn) == 2
+    for ask in (envs.render, lambda: envs.call("render"), lambda: [envs.render_robot(i) for i in range(num_envs)]):
+        drawn.clear()
+        ask()
+        assert len(drawn) == 1
+    envs.close()
+
+
+def test_the_window_of_stable_baselines_is_drawn_once(monkeypatch):
+    pytest.importorskip("stable_baselines3")
+    drawn = []
+    monkeypatch.setattr(Window, "show", lambda *args: drawn.append(1))
+    venv = snake_env.sb3.make("SnakeFree-v1", 5, render_mode="human")
+    venv.reset()
+    drawn.clear()
+    venv.render("human")
+    assert len(drawn) == 1
+    venv.close()
 
 
 def test_a_path_is_drawn_along_its_corners():

@@ -181,8 +181,8 @@ def test_a_broken_policy_ends_a_command_with_one_line(tmp_path, capsys, name, wr
             "set.yaml: expected YAML (Object of type set is not JSON serializable)",
         ),
         ("learner.yaml", "learner: [ppo]", "learner = ['ppo']: expected one of sb3, ppo, evolution"),
-        ("twice.yaml", "ppo: {gamma: 0.9, gamma: 0.99}", "twice.yaml: expected YAML (gamma is there 2 times)"),
-        ("twice.json", '{"seed": 1, "seed": 2}', "twice.json: expected JSON (seed is there 2 times)"),
+        ("twice.yaml", "ppo: {gamma: 0.9, gamma: 0.99}", "twice.yaml: expected YAML (gamma is there twice)"),
+        ("twice.json", '{"seed": 1, "seed": 2}', "twice.json: expected JSON (seed is there twice)"),
         (
             "river.json",
             '{"env_id": "SnakeRiver-v1"}',

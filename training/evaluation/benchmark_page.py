@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from snake_env._files import write_json, write_text
 from snake_env.evaluation import scores, seeds
 from snake_env.evaluation.rollout import Episodes
 from snake_env.evaluation.scores import SCORES, Row
@@ -15,7 +16,7 @@ from snake_env.markdown import table
 from snake_env.policies.gaits import GaitParameters
 from training.config import ROOT
 from training.evaluation import figures, over_all_tasks, reference_limits
-from training.runs import versions, write_json
+from training.runs import versions
 
 DOCS = ROOT / "docs"
 
@@ -89,7 +90,7 @@ def write(
             "options": task.options,
             "scores": {name: scores.plain(row) for name, row in rows.items()},
         }
-    page.write_text(text + "".join(sections.values()))
+    write_text(page, text + "".join(sections.values()))
     held_out = f"{seeds.HELD_OUT.start} to {seeds.HELD_OUT.start + episodes - 1}, one per field"
     found = {"episodes": episodes, "seeds": held_out, "versions": versions()}
     write_json(data, {**found, "over_all_tasks": aggregates, "tasks": content})

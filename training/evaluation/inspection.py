@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from snake_env._files import write_json
 from snake_env.evaluation import film, rollout, seeds, tasks
 from snake_env.evaluation.rollout import Episodes
 from snake_env.evaluation.tasks import GOAL
@@ -31,7 +32,6 @@ from training.evaluation import inspection_figures, video
 from training.evaluation.loading import load_model, task
 from training.evaluation.record_episodes import KINDS, RecordedPolicy
 from training.evaluation.reference_limits import no_slip_speed
-from training.runs import write_json
 
 FRAMES = 4
 

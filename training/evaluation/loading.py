@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import pickle
 import zipfile
 from collections.abc import Iterator
@@ -11,9 +12,10 @@ from typing import Any
 
 from snake_env import ConfigError
 from snake_env.evaluation.tasks import model_of
-from snake_env.policies.interface import INTERFACE, Policy, title
+from snake_env.policies.interface import INTERFACE, Policy, named_task, title
 from snake_env.policies.network import Network
 from snake_env.policies.shipped import NAMES, policy_path
+from snake_env.registration import TASKS
 from training.config import Sb3Config
 from training.policies.sb3_model import Model
 from training.runs import RunFolder
@@ -38,7 +40,7 @@ def _file(path: Path) -> Path:
         ConfigError: there is no such file, or it is of another kind.
     """
     path = policy_path(path)
-    if not path.is_file() or path.suffix not in (".safetensors", ".zip"):
+    if not os.path.isfile(path) or path.suffix not in (".safetensors", ".zip"):
         raise ConfigError("policy", path, f"one of {', '.join(NAMES)}, or {KIND}")
     return path
 
@@ -74,7 +76,7 @@ def task(env_id: str | None, options: dict[str, Any], paths: list[Path]) -> tupl
     """Environment and keywords: those of the first policy's training, overridden by those given."""
     if env_id is not None or not paths:
         return env_id or "SnakeField-v1", options
-    env_id, keywords = _origin(paths[0])
+    env_id, keywords = named_task(*_origin(paths[0]))
     of_task = {name: value for name, value in keywords.items() if name not in INTERFACE}
     return env_id, of_task | options
 
@@ -99,7 +101,8 @@ def _origin(path: Path) -> tuple[str, dict[str, Any]]:
 
 def trained_with(path: Path) -> str:
     """The robot's model with which a policy was trained."""
-    return model_of(*_origin(path))
+    env_id, options = _origin(path)
+    return str(options.get("model", TASKS.get(env_id, {}).get("model", "planar")))
 
 
 def refuse_other_model(paths: list[Path], env_id: str, options: dict[str, Any]) -> None:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from snake_env._files import write_json
 from snake_env.evaluation import film as films
 from snake_env.evaluation import scores, seeds
 from snake_env.evaluation.rollout import Episodes
 from snake_env.policies.interface import Policy
-from training.runs import versions, write_json
+from training.runs import versions
 
 FIELDS = 200
 """Held-out fields of a report."""

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snake_env.evaluation import acting, film, seeds
-from snake_env.policies.gaits import GaitParameters
 from training.cli import answer
 from training.config import JsonObject
 from training.evaluation import loading
@@ -27,11 +26,11 @@ class Options:
     """What is filmed.
 
     Args:
-        policy: policy.safetensors or model.zip of a run; None: the thesis's gait.
+        policy: policy.safetensors or model.zip of a run; None: the gait of action zero.
         env: Environment; by default that of the policy, or SnakeField-v1.
         options: Keywords of the environment.
         seed: Of the episode; by default the first held-out one.
-        out: File without its suffix, mp4 or, without ffmpeg, gif.
+        out: File, .mp4 or .gif; without an ending .mp4 is added.
     """
 
     policy: Path | None = None
@@ -51,7 +50,7 @@ def answer_film(args: Options) -> int:
     paths = [] if args.policy is None else [args.policy]
     env_id, options = loading.task(args.env, args.options, paths)
     loading.refuse_other_model(paths, env_id, options)
-    policies = loading.load_models(paths) or [acting.gait_policy(GaitParameters(), env_id, **options)]
+    policies = loading.load_models(paths) or [acting.default_gait(env_id, **options)]
     args.out.parent.mkdir(parents=True, exist_ok=True)
     print(film.write(film.play(policies[0], env_id, args.seed, render_mode="rgb_array", **options).frames, args.out))
     return 0

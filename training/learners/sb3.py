@@ -15,6 +15,7 @@ from stable_baselines3.common.logger import Logger, configure
 from tqdm import tqdm
 
 import snake_env.sb3
+from snake_env._files import replace
 from snake_env.evaluation import seeds
 from training import tracking
 from training.budget import Budget, Interval, StopRequest
@@ -22,7 +23,7 @@ from training.config import CurriculumConfig, Sb3Config
 from training.learning_curve import LearningCurve, text
 from training.policies.sb3_model import Model
 from training.progress import Progress
-from training.runs import RunFolder, replace
+from training.runs import RunFolder
 
 BAR_FORMAT = "{percentage:3.0f}%|{bar:25}| {elapsed}, {postfix}"
 WORLD = "robots.pkl"
@@ -54,7 +55,7 @@ def train(folder: RunFolder, config: Sb3Config, bar: bool = True) -> int:
             latest = folder.latest()
             print(f"saved after {0 if latest is None else int(latest.stem)} steps")
             return 130
-    model.save(folder.path / "model.zip")
+    replace(folder.path / "model.zip", model.save)
     folder.finish({"steps": model.num_timesteps, "seconds": round(budget.seconds, 1)})
     env.close()
     return 0

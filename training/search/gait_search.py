@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from snake_env._files import write_json
 from snake_env.evaluation.rollout import layout_of, run_episodes
 from snake_env.policies.gaits import DEGREE, ConstantAction, GaitParameters
 from training.evaluation import figures
-from training.runs import write_json
 from training.search.optimise import Found, Plan, Range, Values, maximise
 
 RANGES: dict[str, Range] = {"amplitude": (20.0, 60.0), "omega": (80.0, 200.0), "beta": (-65.0, -25.0)}

@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from snake_env import ConfigError
+from snake_env._files import replace, write_json
 from snake_env.evaluation import seeds
 from training import config as configs
 from training.cli import answer
@@ -30,7 +31,8 @@ from training.config import Count
 from training.evaluation.loading import load_model
 from training.learning_curve import text
 from training.progress import means_over_tasks, merit
-from training.runs import RunFolder, write_json
+from training.runs import RunFolder, sole_writer
+from training.train import ENDS_WITH_INPUT
 
 FIELDS = 200
 """Fields on which the seeds of a configuration are compared."""
@@ -71,6 +73,11 @@ def sweep(args: Options) -> int:
     runs = planned(args)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.default_int_handler)
+    with sole_writer(args.out):
+        return _trained(args, runs)
+
+
+def _trained(args: Options, runs: list[Run]) -> int:
     try:
         work([run for run in runs if not run.finished], args.jobs)
     except KeyboardInterrupt:
@@ -148,9 +155,14 @@ class Run:
         ]
         command += ["--out", str(self.folder.path), "--num-threads", "1", "--torch-threads", "1"]
         with self.log.open("ab") as log:
-            environment = os.environ | {"OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+            environment = os.environ | {"OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", ENDS_WITH_INPUT: "1"}
             self.process = subprocess.Popen(
-                command, stdout=log, stderr=subprocess.STDOUT, env=environment, start_new_session=True
+                command,
+                stdin=subprocess.PIPE,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                env=environment,
+                start_new_session=True,
             )
 
     @property
@@ -207,7 +219,7 @@ def choose(out: Path, folders: list[RunFolder], fields: int) -> str:
         rows.append({"run": folder.path.name, **found, **each})
     best = max(rows, key=merit)
     chosen = RunFolder(out / best["run"]).policy
-    shutil.copyfile(chosen, out / f"best{chosen.suffix}")
+    replace(out / f"best{chosen.suffix}", lambda part: shutil.copyfile(chosen, part))
     write_json(out / "seeds.json", {"best": best["run"], "fields": fields, "seeds": rows})
     draw({out.name: folders}, out)
     return f"{out}: best is {best['run']}, success {best['is_success']:.3f}, speed {best['speed']:.3f} m/s"

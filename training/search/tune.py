@@ -21,12 +21,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from snake_env._files import write_json
 from snake_env.evaluation import rollout, seeds, tasks
 from snake_env.evaluation.tasks import GOAL, BenchmarkTask
 from snake_env.policies.scripted import catalogue
 from snake_env.policies.scripted.controller import Controller
 from training.cli import answer
-from training.runs import replace, write_json
 from training.search.optimise import Plan, Values, maximise
 
 PLAN = Plan(batches=6, candidates=48, fields=8, finalists=6, final_fields=400)
@@ -115,7 +115,7 @@ def keep(path: Path, task: str, title: str, found: dict[str, Any]) -> None:
     content = catalogue.read(path)
     content.setdefault(task, {})[title] = found
     path.parent.mkdir(parents=True, exist_ok=True)
-    replace(path, lambda part: write_json(part, content))
+    write_json(path, content)
 
 
 if __name__ == "__main__":

@@ -33,14 +33,13 @@ create_exception!(
     "A defect of the simulator: the core panicked. The object that was called must not be used any more."
 );
 
-/// Gives the exceptions, whose arguments are kept in `args`, their attributes and texts.
+/// Gives the exceptions, whose arguments are kept in `args`, their attributes, and the second one its text; that of the
+/// first is in `snake_env/errors.py`.
 pub fn add_members(py: Python<'_>) -> PyResult<()> {
     let config = py.get_type::<ConfigError>();
     config.setattr("field", py.eval(c_str!("property(lambda self: self.args[0])"), None, None)?)?;
     config.setattr("value", py.eval(c_str!("property(lambda self: self.args[1])"), None, None)?)?;
     config.setattr("expected", py.eval(c_str!("property(lambda self: self.args[2])"), None, None)?)?;
-    let text = c_str!("lambda self: '{} = {}: expected {}'.format(*self.args)");
-    config.setattr("__str__", py.eval(text, None, None)?)?;
     let divergence = py.get_type::<DivergenceError>();
     divergence.setattr("time", py.eval(c_str!("property(lambda self: self.args[0])"), None, None)?)?;
     let text = c_str!(
