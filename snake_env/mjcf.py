@@ -29,8 +29,10 @@ LID = 5e-3
 """Thickness of the top faces, which have the ground's friction [m]."""
 THICKNESS = 1e-3
 """Half thickness of segments, which have none in this package [m]."""
-IMPEDANCE = (0.99, 0.9999, 1e-4)
-"""Of contacts: links sink by less than a tenth of a millimetre."""
+IMPRATIO, TOLERANCE, CONTACT_STEPS = 1e3, 1e-12, 7.0
+"""Hardness of friction over that of the normal contact, tolerance of the solver, and time constant of contacts [steps].
+
+Robots that friction holds hardly creep with them; contacts of a few steps rattle loose near the limit of friction."""
 SOLID, LINK = "1", "2"
 """Collision types: links touch what is solid, and each other."""
 
@@ -46,13 +48,16 @@ def write(scene: Scene, robot: Robot, controller: PD, start: Start, gait: Gait, 
         timestep=step,
         integrator="implicitfast",
         cone="elliptic",
-        impratio=1000.0,
+        impratio=IMPRATIO,
+        tolerance=TOLERANCE,
         gravity=_gravity(scene, robot),
     )
     meshes = _add(root, "asset")
     world = _add(root, "worldbody")
     _add(world, "light", pos=(0.0, 0.0, 4.0))
     ground = {"condim": 3, "friction": (scene.friction[0], 0.0, 0.0), **_solid(step)}
+    if scene.friction[0] != scene.friction[1]:
+        _add_orthotropic_pairs(root, scene, robot.links, step)
     _add(world, "geom", name="ground", type="plane", size=(0.0, 0.0, 1.0), **ground)
     for j, obstacle in enumerate(scene.obstacles, start=1):
         name, height = f"obstacle_{j}", obstacle.height if isinstance(obstacle, Obstacle) else None
@@ -77,9 +82,12 @@ def write(scene: Scene, robot: Robot, controller: PD, start: Start, gait: Gait, 
 
 
 def _require_supported(scene: Scene, start: Start) -> None:
-    """MuJoCo's contact frames do not turn with the links, and its friction does not depend on speed."""
-    if scene.friction[0] != scene.friction[1]:
-        raise ConfigError("scene.friction", scene.friction, "equal coefficients along and across a link for MuJoCo")
+    """MuJoCo's frame of a contact turns with the capsule on a plane, but not on the box or mesh of a top face."""
+    has_top = any(isinstance(obstacle, Obstacle) and obstacle.height is not None for obstacle in scene.obstacles)
+    if has_top and scene.friction[0] != scene.friction[1]:
+        raise ConfigError(
+            "scene.friction", scene.friction, "equal coefficients where obstacles have top faces, for MuJoCo"
+        )
     if scene.stribeck.drop or any(scene.viscous):
         raise ConfigError("scene", "friction that depends on speed", "only Coulomb friction for MuJoCo")
     if start.pitch or start.roll:
@@ -93,8 +101,20 @@ def _gravity(scene: Scene, robot: Robot) -> tuple[float, float, float]:
 
 
 def _solid(step: float) -> dict[str, Any]:
-    """Contacts with the ground and obstacles, as stiff as the step allows."""
-    return {"contype": SOLID, "conaffinity": 0, "priority": 1, "solref": (2.0 * step, 1.0), "solimp": IMPEDANCE}
+    """Contacts with the ground and obstacles."""
+    return {"contype": SOLID, "conaffinity": 0, "priority": 1, "solref": _solref(step)}
+
+
+def _solref(step: float) -> tuple[float, float]:
+    return CONTACT_STEPS * step, 1.0
+
+
+def _add_orthotropic_pairs(root: Element, scene: Scene, links: int, step: float) -> None:
+    """Contacts of the ground with each link, with friction along and across it."""
+    contacts = _add(root, "contact")
+    for i in range(1, links + 1):
+        friction = (*scene.friction, 0.0, 0.0, 0.0)
+        _add(contacts, "pair", geom1="ground", geom2=f"link_{i}", condim=3, friction=friction, solref=_solref(step))
 
 
 def _add_obstacle(

@@ -127,7 +127,8 @@ class Scene(Section):
 
         Links are capsules ``link_1`` to ``link_n`` on a free joint, joints the hinges ``yaw_i`` and ``pitch_i`` with
         position servos of the same names, and the keyframe "start" has the robot at its start, flat on the ground.
-        Contacts are those of MuJoCo, which are soft; rolling friction is left out.
+        Contacts are those of MuJoCo, which are soft; friction along and across a link is that of explicit pairs with
+        the ground; rolling friction is left out.
 
         Args:
             robot: default Aiko.
@@ -137,7 +138,7 @@ class Scene(Section):
             step: of the time stepping [s], > 0.
 
         Raises:
-            ConfigError: names what MuJoCo does not have, such as friction that differs along and across a link.
+            ConfigError: names what the model cannot have, such as friction that depends on speed.
         """
         controller = PD(**_SERVO) if controller is None else controller
         if not isinstance(controller, PD):
