@@ -80,7 +80,7 @@ def write(scene: Scene, robot: Robot, controller: PD, start: Start | None, gait:
 
 
 def _require_supported(scene: Scene) -> None:
-    """MuJoCo's frame of a contact turns with the capsule on a plane, but not on the box or mesh of a top face."""
+    """MuJoCo's frame of a contact turns with the capsule on a plane, but not on the cylinder or mesh of a top face."""
     has_top = any(isinstance(obstacle, Obstacle) and obstacle.height is not None for obstacle in scene.obstacles)
     if has_top and scene.friction[0] != scene.friction[1]:
         raise ConfigError(
