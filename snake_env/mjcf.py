@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
+from snake_env._native import simulate
 from snake_env.config.robot import per_link
 from snake_env.errors import ConfigError
 from snake_env.obstacles import Circle, Obstacle, Segment, outlines
@@ -29,15 +30,18 @@ LID = 5e-3
 """Thickness of the top faces, which have the ground's friction [m]."""
 THICKNESS = 1e-3
 """Half thickness of segments, which have none in this package [m]."""
-IMPEDANCE = (0.99, 0.9999, 1e-4)
-"""Of contacts: links sink by less than a tenth of a millimetre."""
+IMPRATIO, TOLERANCE, CONTACT_STEPS = 1e3, 1e-12, 7.0
+"""Hardness of friction over that of the normal contact, tolerance of the solver, and time constant of contacts [steps].
+
+Robots that friction holds hardly creep with them; contacts of a few steps rattle loose near the limit of friction."""
 SOLID, LINK = "1", "2"
 """Collision types: links touch what is solid, and each other."""
 
 
-def write(scene: Scene, robot: Robot, controller: PD, start: Start, gait: Gait, step: float) -> str:
+def write(scene: Scene, robot: Robot, controller: PD, start: Start | None, gait: Gait, step: float) -> str:
     """The document; see :meth:`snake_env.Scene.to_mjcf`."""
-    _require_supported(scene, start)
+    _require_supported(scene)
+    place, orientation, posture = _pose(scene, robot, start, gait)
     root = Element("mujoco", model="snake_env")
     _add(root, "compiler", angle="radian")
     _add(
@@ -46,13 +50,16 @@ def write(scene: Scene, robot: Robot, controller: PD, start: Start, gait: Gait, 
         timestep=step,
         integrator="implicitfast",
         cone="elliptic",
-        impratio=1000.0,
+        impratio=IMPRATIO,
+        tolerance=TOLERANCE,
         gravity=_gravity(scene, robot),
     )
     meshes = _add(root, "asset")
     world = _add(root, "worldbody")
     _add(world, "light", pos=(0.0, 0.0, 4.0))
     ground = {"condim": 3, "friction": (scene.friction[0], 0.0, 0.0), **_solid(step)}
+    if scene.friction[0] != scene.friction[1]:
+        _add_orthotropic_pairs(root, scene, robot.links, step)
     _add(world, "geom", name="ground", type="plane", size=(0.0, 0.0, 1.0), **ground)
     for j, obstacle in enumerate(scene.obstacles, start=1):
         name, height = f"obstacle_{j}", obstacle.height if isinstance(obstacle, Obstacle) else None
@@ -61,29 +68,26 @@ def write(scene: Scene, robot: Robot, controller: PD, start: Start, gait: Gait, 
         _add_obstacle(world, meshes, obstacle, name, (-HEIGHT, HEIGHT if height is None else height - LID), contact)
         if height is not None:
             _add_obstacle(world, meshes, obstacle, f"{name}_top", (height - LID, height), ground)
-    posture = _posture(robot, start, gait)
-    _add_chain(world, robot, start)
+    _add_chain(world, robot, place)
     actuators = _add(root, "actuator")
     for joint in range(1, robot.links):
         for axis in ("yaw", "pitch"):
             _add(actuators, "position", name=f"{axis}_{joint}", joint=f"{axis}_{joint}", **_servo(controller))
-    orientation = (math.cos(0.5 * start.heading), 0.0, 0.0, math.sin(0.5 * start.heading))
-    height = start.position[2] if len(start.position) > 2 else _height(robot, posture)
-    place = (*start.position[:2], height)
     key = _add(_add(root, "keyframe"), "key", name="start", qpos=(*place, *orientation, *posture.ravel()))
     key.set("ctrl", _text(tuple(posture.ravel())))
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="unicode")
 
 
-def _require_supported(scene: Scene, start: Start) -> None:
-    """MuJoCo's contact frames do not turn with the links, and its friction does not depend on speed."""
-    if scene.friction[0] != scene.friction[1]:
-        raise ConfigError("scene.friction", scene.friction, "equal coefficients along and across a link for MuJoCo")
+def _require_supported(scene: Scene) -> None:
+    """MuJoCo's frame of a contact turns with the capsule on a plane, but not on the cylinder or mesh of a top face."""
+    has_top = any(isinstance(obstacle, Obstacle) and obstacle.height is not None for obstacle in scene.obstacles)
+    if has_top and scene.friction[0] != scene.friction[1]:
+        raise ConfigError(
+            "scene.friction", scene.friction, "equal coefficients where obstacles have top faces, for MuJoCo"
+        )
     if scene.stribeck.drop or any(scene.viscous):
         raise ConfigError("scene", "friction that depends on speed", "only Coulomb friction for MuJoCo")
-    if start.pitch or start.roll:
-        raise ConfigError("start.pitch", (start.pitch, start.roll), "a robot that lies flat for MuJoCo")
 
 
 def _gravity(scene: Scene, robot: Robot) -> tuple[float, float, float]:
@@ -93,8 +97,20 @@ def _gravity(scene: Scene, robot: Robot) -> tuple[float, float, float]:
 
 
 def _solid(step: float) -> dict[str, Any]:
-    """Contacts with the ground and obstacles, as stiff as the step allows."""
-    return {"contype": SOLID, "conaffinity": 0, "priority": 1, "solref": (2.0 * step, 1.0), "solimp": IMPEDANCE}
+    """Contacts with the ground and obstacles."""
+    return {"contype": SOLID, "conaffinity": 0, "priority": 1, "solref": _solref(step)}
+
+
+def _solref(step: float) -> tuple[float, float]:
+    return CONTACT_STEPS * step, 1.0
+
+
+def _add_orthotropic_pairs(root: Element, scene: Scene, links: int, step: float) -> None:
+    """Contacts of the ground with each link, with friction along and across it."""
+    contacts = _add(root, "contact")
+    for i in range(1, links + 1):
+        friction = (*scene.friction, 0.0, 0.0, 0.0)
+        _add(contacts, "pair", geom1="ground", geom2=f"link_{i}", condim=3, friction=friction, solref=_solref(step))
 
 
 def _add_obstacle(
@@ -125,7 +141,7 @@ def _add_obstacle(
     _add(world, "geom", name=name, type="mesh", mesh=name, **contact)
 
 
-def _add_chain(world: Element, robot: Robot, start: Start) -> None:
+def _add_chain(world: Element, robot: Robot, place: tuple[float, ...]) -> None:
     """Nested bodies, x along the links and z up, with the origin at the CG of link 1 and at the joints."""
     count = robot.links
     length, half, radius, mass, inertia, roll = (
@@ -143,10 +159,8 @@ def _add_chain(world: Element, robot: Robot, start: Start) -> None:
     contact = {"contype": 0 if robot.self_contact is False else LINK, "conaffinity": 3, "condim": 1}
     body = world
     for i in range(count):
-        place = (
-            (*start.position[:2], float(radius[0])) if i == 0 else (length[i - 1] * (0.5 if i == 1 else 1.0), 0.0, 0.0)
-        )
-        body = _add(body, "body", name=f"link_{i + 1}", pos=place)
+        at = place if i == 0 else (length[i - 1] * (0.5 if i == 1 else 1.0), 0.0, 0.0)
+        body = _add(body, "body", name=f"link_{i + 1}", pos=at)
         if i == 0:
             _add(body, "freejoint", name="root")
         else:
@@ -166,37 +180,19 @@ def _servo(controller: PD) -> dict[str, Any]:
     return {"kp": controller.kp, "kv": controller.kd, **bounds}
 
 
-def _posture(robot: Robot, start: Start, gait: Gait) -> Array:
-    """Angles (n - 1, 2) of the joints, yaw and pitch."""
-    joints = robot.links - 1
-    angles = np.zeros((joints, 2))
-    if isinstance(start.posture, str):
-        if start.posture == "gait":
-            for axis in (0, 1):
-                angles[:, axis] = gait.reference(np.zeros(1), joints, bool(axis))["angle"][0]
-        return angles
-    given = np.asarray(start.posture, np.float64)
-    if given.shape not in ((joints,), (joints, 2)):
-        raise ConfigError("start.posture", f"shape {given.shape}", f"{joints} angles, or pairs of yaw and pitch")
-    angles[:, : 1 if given.ndim == 1 else 2] = given.reshape(joints, -1)
-    return angles
+def _pose(
+    scene: Scene, robot: Robot, start: Start | None, gait: Gait
+) -> tuple[tuple[float, ...], tuple[float, ...], Array]:
+    """CG and quaternion of link 1, for the chain written here, and angles (n - 1, 2) of the joints, yaw and pitch."""
+    given = {} if start is None else {"start": start}
+    run = {"model": "spatial", "robot": robot, "scene": scene, "gait": gait, "duration": 1e-6, "sample": 1e-6}
+    begin = {name: np.asarray(value)[0] for name, value in simulate(run | given).items() if name in _POSE}
+    return tuple(begin["position"][0]), tuple(_FROM_BODY_AXES @ begin["quaternion"][0]), begin["joint_angle"]
 
 
-def _height(robot: Robot, posture: Array) -> float:
-    """Height of the CG of link 1, which is level, where the lowest point of the robot touches the ground [m]."""
-    count = robot.links
-    length, half, radius = (per_link(value, count) for value in (robot.length, robot.contact_half_length, robot.radius))
-    turned, joint, lowest = np.eye(3), 0.5 * length[0] * np.eye(3)[0], -float(radius[0])
-    for i in range(1, count):
-        (sin_yaw, sin_pitch), (cos_yaw, cos_pitch) = np.sin(posture[i - 1]), np.cos(posture[i - 1])
-        yaw = np.array([[cos_yaw, -sin_yaw, 0.0], [sin_yaw, cos_yaw, 0.0], [0.0, 0.0, 1.0]])
-        pitch = np.array([[cos_pitch, 0.0, sin_pitch], [0.0, 1.0, 0.0], [-sin_pitch, 0.0, cos_pitch]])
-        turned = turned @ yaw @ pitch
-        axis = turned[:, 0]
-        centre = joint + 0.5 * length[i] * axis
-        lowest = min(lowest, float(centre[2] - half[i] * abs(axis[2]) - radius[i]))
-        joint = joint + length[i] * axis
-    return -lowest
+_POSE = ("position", "quaternion", "joint_angle")
+_FROM_BODY_AXES = 0.5 * np.array([[1, 1, 1, 1], [-1, 1, -1, 1], [-1, 1, 1, -1], [-1, -1, 1, 1]])
+"""The body axes, z along the centre line and y up, turned to x along it and z up."""
 
 
 def _add(parent: Element, tag: str, /, **attributes: Any) -> Element:

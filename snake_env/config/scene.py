@@ -126,8 +126,9 @@ class Scene(Section):
         """Robot and scene as a model of MuJoCo in 3D, an MJCF document for ``mujoco.MjModel.from_xml_string``.
 
         Links are capsules ``link_1`` to ``link_n`` on a free joint, joints the hinges ``yaw_i`` and ``pitch_i`` with
-        position servos of the same names, and the keyframe "start" has the robot at its start, flat on the ground.
-        Contacts are those of MuJoCo, which are soft; rolling friction is left out.
+        position servos of the same names, and the keyframe "start" has the robot at its start.
+        Contacts are those of MuJoCo, which are soft; friction along and across a link is that of explicit pairs with
+        the ground; rolling friction is left out.
 
         Args:
             robot: default Aiko.
@@ -137,16 +138,15 @@ class Scene(Section):
             step: of the time stepping [s], > 0.
 
         Raises:
-            ConfigError: names what MuJoCo does not have, such as friction that differs along and across a link.
+            ConfigError: names what the model cannot have, such as friction that depends on speed.
         """
         controller = PD(**_SERVO) if controller is None else controller
         if not isinstance(controller, PD):
             raise ConfigError("controller", repr(controller), "a snake_env.PD for MuJoCo")
         # Starts know scenes, so that their class is not known here.
-        at = core_defaults("start") if start is None else start
         if start is not None and getattr(start, "_section", None) != "start":
             raise ConfigError("start", repr(start), "a snake_env.Start")
-        return mjcf.write(self, Robot.of(robot), controller, at, Gait.of(gait), _checks.positive("step", step))
+        return mjcf.write(self, Robot.of(robot), controller, start, Gait.of(gait), _checks.positive("step", step))
 
     @classmethod
     def from_fields(cls, fields: Mapping[str, Any]) -> Scene:

@@ -34,6 +34,20 @@ def test_the_robot_lies_where_the_environment_puts_it():
     assert model.body_mass.sum() == pytest.approx(7.5)
 
 
+@pytest.mark.parametrize(
+    ("start", "gait"),
+    [
+        (Start(position=(0.3, -0.2), heading=1.0, pitch=0.3), Gait.sidewinding()),
+        (Start(position=(0.0, 0.0, 0.3), heading=1.0, roll=0.4), Gait.lateral_undulation()),
+        (Start(posture=[(0.1 * i, -0.05 * i) for i in range(10)]), Gait.lateral_undulation()),
+        (Start(), Gait.lateral_rolling()),
+    ],
+)
+def test_the_robot_lies_where_simulate_puts_it(start, gait):
+    run = simulate(model="spatial", start=start, gait=gait, duration=1e-3, sample=1e-3)
+    np.testing.assert_allclose(links(*loaded(Scene(), start=start, gait=gait)), run.position[0], atol=1e-12)
+
+
 def test_per_link_quantities_reach_their_links():
     robot = Robot(links=3, length=(0.1, 0.2, 0.3), mass=(1.0, 2.0, 3.0), inertia=(1e-3, 2e-3, 3e-3), joint_limit=1.2)
     model, data = loaded(Scene(), robot=robot, start=Start(posture="straight"))
@@ -51,9 +65,54 @@ def test_joints_have_the_limits_of_the_spatial_model(limit, is_limited):
         np.testing.assert_allclose(model.jnt_range[1:], [[-np.pi / 2, np.pi / 2]] * 20)
 
 
-def test_sidewinding_covers_the_same_ground_in_both():
+def advance(model, data, seconds):
+    for _ in range(round(seconds / model.opt.timestep)):
+        mujoco.mj_step(model, data)
+    mujoco.mj_forward(model, data)
+
+
+def slope(friction, share, heading):
+    """A scene without rolling friction, inclined at ``share`` of the slope at which a link of this heading slides."""
+    critical = 1.0 / np.hypot(np.cos(heading) / friction[0], np.sin(heading) / friction[1])
+    return Scene(friction=friction, slope=(np.arctan(share * critical), 0.0), rolling_friction=0.0)
+
+
+@pytest.mark.parametrize(("share", "creep"), [(0.5, 1e-6), (0.95, 4e-6)])
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"start": Start(heading=1.0)},
+        {"robot": Robot(links=20), "start": Start(heading=0.0, posture="straight")},
+        {"step": 0.004, "start": Start(heading=0.0, posture="straight")},
+    ],
+)
+def test_a_robot_that_friction_holds_hardly_creeps(options, share, creep):
+    """MuJoCo's friction is damping below its bound, so that some creep is left [m/s]."""
+    model, data = loaded(slope((0.3, 0.3), share, 0.0), **options)
+    advance(model, data, 2.0)
+    before = links(model, data)
+    advance(model, data, 1.0)
+    assert np.abs(links(model, data) - before)[:, :2].max() < creep
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.25 * np.pi, 0.5 * np.pi, 2.5])
+def test_friction_along_and_across_turns_with_the_links(heading):
+    """A robot too sluggish to roll slides where the ellipse of the friction ends, whatever its direction."""
+    robot, start = Robot(links=2, inertia=1e3, roll_inertia=1e3), Start(heading=heading, posture="straight")
+    for share in (0.98, 1.02):
+        model, data = loaded(slope((0.2, 0.5), share, heading), robot=robot, start=start)
+        advance(model, data, 0.5)
+        before = links(model, data)
+        advance(model, data, 1.0)
+        assert (np.hypot(*(links(model, data) - before)[0, :2]) > 1e-3) == (share > 1.0)
+
+
+@pytest.mark.parametrize("friction", [(0.2, 0.2), (0.1, 0.7)])
+def test_sidewinding_covers_the_same_ground_in_both(friction):
     """Two programs, two kinds of contacts: their distances agree within a few percent."""
-    scene, gait, controller = Scene(rolling_friction=0.0), Gait.sidewinding(), PD(torque_limit=20.0)
+    scene, controller = Scene(friction=friction, rolling_friction=0.0), PD(torque_limit=20.0)
+    gait = Gait.sidewinding()
     run = simulate(model="spatial", scene=scene, gait=gait, controller=controller, duration=6.0, sample=1.0)
     model, data = loaded(scene, controller=controller, gait=gait, step=0.001)
     before = links(model, data).mean(axis=0)
@@ -102,9 +161,8 @@ def test_obstacles_stop_a_robot():
 @pytest.mark.parametrize(
     ("scene", "options", "field"),
     [
-        (Scene(friction=(0.2, 0.5)), {}, "scene.friction"),
+        (Scene(obstacles=[Box(size=(0.2, 0.2), x=0.5, y=0.0, height=0.1)], friction=(0.2, 0.5)), {}, "scene.friction"),
         (Scene(stribeck=Stribeck(drop=0.3)), {}, "scene"),
-        (Scene(), {"start": Start(pitch=0.2)}, "start.pitch"),
         (Scene(), {"start": Start(posture=[0.1])}, "start.posture"),
         (Scene(), {"step": 0.0}, "step"),
     ],
