@@ -62,7 +62,7 @@ def main(arguments: list[str] | None = None) -> int:
             redraw(name)
             print(f"{name}: drawn in {time.monotonic() - start:.1f} s", flush=True)
         except Exception as error:  # a browser that is missing must not keep the others from being drawn
-            print(f"{name}: not drawn, {error!r}", flush=True)
+            print(f"{name}: not drawn, {type(error).__name__}: {str(error).partition(chr(10))[0]}", flush=True)
             left += 1
     return 1 if left else 0
 
