@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 RUST_SOURCES := Cargo.toml Cargo.lock $(shell find rust -name '*.rs' -o -name Cargo.toml)
 
-.PHONY: build train test compile-tests test-rust test-python test-ray test-arm fuzz bench stress reproduce docs playground readme site wheels check-wheels lint-workflows lint format venv constraints clean
+.PHONY: build train test compile-tests test-rust test-python test-ray test-arm fuzz bench stress reproduce docs playground pictures site wheels check-wheels lint-workflows lint format venv constraints clean
 
 build: .venv/.native
 
@@ -106,9 +106,9 @@ site: build .venv/.site-tools playground
 		--requirement pyproject.toml --extra all --group docs
 	touch $@
 
-# Every figure and film in the README.
-readme: build
-	$(BIN)/python -m experiments.environment_films --only field maze corridor spatial
+# The pictures of the documents that are stale; PICTURES=--quick leaves out the learning curves, which train policies.
+pictures: build
+	$(BIN)/python -m experiments.pictures $(PICTURES)
 
 # Wheels for Linux on two processors, for glibc 2.28 and later, and the source distribution, all in dist/.
 WHEEL_TARGETS := x86_64-unknown-linux-gnu aarch64-unknown-linux-gnu

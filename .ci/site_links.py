@@ -1,4 +1,6 @@
-"""Hook of mkdocs: the README with the playground is the home page, and links out of docs/ become plain text."""
+"""Hook of mkdocs: the README with the playground is the home page, links out of docs/ become plain text, and Sphinx
+roles of docstrings links.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +17,7 @@ PLAYGROUND = """
 The simulator itself runs in the frame above ([full page](playground/index.html){target=_blank}): drag pegs, pull the
 robot, change gait, friction and number of links, in the plane and in 3D; or watch a shipped policy.
 """
+ROLE = re.compile(r":(?:attr|class|data|exc|func|meth|mod):<code>([^<]*)</code>")
 LINK = re.compile(r"(?<!!)\[([^\]]*)\]\(((?![a-z]+://)[^)#\s]*)(#[^)]*)?\)")
 
 
@@ -38,6 +41,21 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Files) -> str
         return found[0] if not target or files.get_file_from_path(_joined(folder, target)) else words
 
     return LINK.sub(kept, markdown)
+
+
+def on_page_content(html: str, page: Any, config: Any, files: Files) -> str:
+    """Roles of docstrings, such as ``:class:`Scene```, become names, with a link where the page describes them."""
+    described = [(one.start(), one[1]) for one in re.finditer(r'id="(snake_env[\w.]*)"', html)]
+
+    def named(found: re.Match[str]) -> str:
+        name = found[1].removeprefix("~")
+        here = max((one for one in described if one[0] < found.start()), default=(0, ""))[1]
+        targets = [one for _, one in described if f".{one}".endswith(f".{name}")]
+        # The one of the same class, if there are several.
+        target = max(targets, key=lambda one: here.startswith(one.removesuffix(name)), default=None)
+        return f'<a href="#{target}"><code>{name}</code></a>' if target else f"<code>{name}</code>"
+
+    return ROLE.sub(named, html)
 
 
 def _joined(folder: Path, target: str) -> str:

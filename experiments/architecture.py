@@ -44,7 +44,8 @@ LAYERS: tuple[dict[str, str], ...] = (
     {"snake_env/viewer": "in the browser"},
     {"snake_env/commands": "snake-env"},
     {"training": "learners, policies, evaluation"},
-    {"benchmarks": "simulator", "experiments": "tables of the docs"},
+    {"benchmarks": "simulator"},
+    {"experiments": "tables and pictures of the docs"},
 )
 """Units from the bottom to the top, each with its content; a unit imports only from rows below its own.
 
@@ -172,7 +173,7 @@ def svg(edges: Edges, layers: tuple[dict[str, str], ...] = LAYERS) -> str:
         '<path d="M0 0L8 4L0 8z" fill="#667"/></marker></defs>',
         f'<rect width="{WIDTH}" height="{height}" fill="#fff"/>',
     ]
-    parts += [_arrow(centre[unit], centre[other]) for unit, other in reduced(edges)]
+    parts += [_arrow(centre[unit], centre[other]) for unit, other in sorted(reduced(edges))]
     parts += [_box(unit, content, centre[unit]) for layer in layers for unit, content in layer.items()]
     return "\n".join([*parts, "</svg>"]) + "\n"
 

@@ -1,17 +1,12 @@
 """Pictures of what runs in a browser: the viewer, the playground, and a 3D film of sidewinding.
 
-make playground
-python -m experiments.browser_pictures               # into docs/images
-
 Needs Chromium (Debian's package, or any other on the PATH) and playwright.
 """
 
 from __future__ import annotations
 
-import argparse
 import io
 import shutil
-import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -46,19 +41,6 @@ VIEWER_STEPS = 60
 """Control periods from the start to the picture of the viewer."""
 FILM_STEPS, EVERY = 120, 2
 """Control periods of the film, and per picture: 6 s in ten pictures per second."""
-
-
-def main(arguments: list[str]) -> int:
-    """Writes the pictures."""
-    cli = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    pictures = {"viewer": viewer, "playground": playground, "sidewinding": sidewinding}
-    cli.add_argument("--only", nargs="+", choices=list(pictures), default=list(pictures))
-    cli.add_argument("--out", type=Path, default=DOCS / "images")
-    args = cli.parse_args(arguments)
-    with browser() as opened:
-        for name in args.only:
-            print(pictures[name](opened, args.out))
-    return 0
 
 
 @contextmanager
@@ -140,7 +122,3 @@ def sidewinding(opened: Any, folder: Path) -> Path:
             frames.append(np.asarray(shot))
         page.close()
     return film.write_gif(frames, folder / "sidewinding.gif", milliseconds=50 * EVERY)
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))

@@ -1,16 +1,11 @@
 """Films and pictures of the environments: one film per id, those of the policies in 3D, and the gallery of all families
 of scenes.
 
-python -m experiments.environment_films             # all films and the gallery, in docs/images
-python -m experiments.environment_films --only field gallery
-
 A film shows a test scene in real time, the episode that ``snake-env evaluate`` scores.
 """
 
 from __future__ import annotations
 
-import argparse
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snake_env import card
-from snake_env.commands.environment_pages import FILMS, Film
+from snake_env.commands.environment_pages import Film
 from snake_env.drawing import figure, save, style
 from snake_env.evaluation import acting, film, seeds, tasks
 from snake_env.evaluation.tasks import BenchmarkTask
@@ -28,7 +23,6 @@ from snake_env.policies.interface import Policy
 from snake_env.policies.scripted import catalogue
 from snake_env.registration import SCENARIOS, TASKS
 
-IMAGES = Path(__file__).parents[1] / "docs/images"
 SIZE = (720, 432)
 LONGEST = 12.0
 """Part of an episode that a film shows [s]."""
@@ -46,37 +40,18 @@ POLICIES = {
 """Films of what policies have learned in 3D, for docs/learned.md."""
 
 
-def main(arguments: list[str]) -> int:
-    """Writes what is asked for."""
-    cli = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    names = [card.page_name(env_id) for env_id in FILMS]
-    cli.add_argument(
-        "--only", nargs="+", choices=[*names, *(f"learned-{name}" for name in POLICIES), "gallery"], help="default: all"
-    )
-    cli.add_argument("--out", type=Path, default=IMAGES)
-    args = cli.parse_args(arguments)
-    for env_id in FILMS:
-        if args.only is None or card.page_name(env_id) in args.only:
-            print(write_film(env_id, FILMS[env_id], args.out / f"env-{card.page_name(env_id)}.gif"))
-    for name, shown in POLICIES.items():
-        if args.only is None or f"learned-{name}" in args.only:
-            print(write_film("SnakeSpatial-v1", shown, args.out / f"learned-{name}.gif"))
-    if args.only is None or "gallery" in args.only:
-        print(write_gallery(args.out / "gallery.png"))
-    return 0
-
-
 def write_film(env_id: str, shown: Film, path: Path) -> Path:
     """An episode as an animated picture."""
     height = SIZE[1] - (STRIP_HEIGHT if "spatial" in TASKS[env_id].values() else 0)
     picture = {"size": (SIZE[0], height), **_camera(env_id)}
     seed = seeds.HELD_OUT[shown.scene]
-    episode = film.play(_actor(env_id, shown), env_id, seed, render_mode="rgb_array", picture=picture, **shown.options)
+    episode = film.play(actor(env_id, shown), env_id, seed, render_mode="rgb_array", picture=picture, **shown.options)
     kept = episode.frames[: round(LONGEST / PERIOD) : EVERY]
     return film.write_gif(kept, path, milliseconds=round(1000 * PERIOD * EVERY))
 
 
-def _actor(env_id: str, shown: Film) -> Policy:
+def actor(env_id: str, shown: Film) -> Policy:
+    """What acts in a film."""
     if shown.policy == "action zero":
         size = len(card.layout_of(**TASKS[env_id])["action"])
         return ConstantAction(np.zeros(size, np.float32), shown.policy)
@@ -134,7 +109,3 @@ def _starts(env_id: str) -> dict[float, NDArray[np.uint8]]:
         if not any(np.array_equal(image, other) for other in pictures.values()):
             pictures[difficulty] = image
     return pictures
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))

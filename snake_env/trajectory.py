@@ -58,7 +58,8 @@ class Trajectory:
         angular_velocity: (T, n) of the links [rad/s]; (T, n, 3), frame I, in the spatial model ("velocity").
         joint_rate: (T, n - 1) [rad/s]; (T, n - 1, 2) in the spatial model, yaw and pitch ("velocity").
         ground_friction: (T, n, c, 2) friction of the ground on each link, x and y of the inertial frame, with viscous
-            friction, without the moment of rolling friction [N] ("ground").
+            friction, without the moment of rolling friction [N] ("ground"). While planar links stick, their forces are
+            one of many solutions; their sum is unique.
         ground_normal: (T, n, c) normal force of the ground, zero at a contact on a top face [N] ("ground").
         obstacle_force: (T, m, 2|3) force of each of the m obstacles of the scene on the robot, at sides, edges and top
             faces [N] ("obstacles").

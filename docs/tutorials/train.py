@@ -7,7 +7,7 @@
 # # Train a policy
 #
 # PPO of Stable-Baselines3 learns to pass random fields of pegs. This page trains for some seconds, to show the parts;
-# `make train` trains for six minutes and passes 0.855 of the test scenes.
+# `make train` trains for six minutes and passes most of the test scenes.
 
 # %%
 import numpy as np

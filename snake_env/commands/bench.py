@@ -1,4 +1,4 @@
-"""Environment steps per second on this machine, with random actions and with action zero.
+"""Environment steps per second of processor time and of wall time, with random actions and with action zero.
 
 snake-env bench
 snake-env bench --env SnakeField-v1 --num-envs 1024 --num-threads 2
@@ -17,7 +17,7 @@ from snake_env.markdown import table
 from snake_env.registration import TASKS
 from snake_env.vector_env import refuse_others
 
-IDS = ("SnakeCourse-v1", "SnakeField-v1", "SnakeSpatial-v1")
+IDS = ("SnakeCourse-v1", "SnakeField-v1", "SnakeFree-v1", "SnakeSpatial-v1")
 
 
 def main(arguments: list[str]) -> int:
@@ -36,23 +36,24 @@ def main(arguments: list[str]) -> int:
     for env_id in args.env or IDS:
         refuse_others(env_id)
         rates = [rate(env_id, args.num_envs, args.num_threads, args.seconds, random) for random in (True, False)]
-        rows.append((f"`{env_id}`", *(f"{value:,.0f}" for value in rates)))
-    print(f"{args.num_envs} robots, {args.num_threads} thread(s), steps per second\n")
-    print(table(("environment", "random actions", "action zero"), rows))
+        rows.append((f"`{env_id}`", *(f"{value:,.0f}" for pair in zip(*rates, strict=True) for value in pair)))
+    print(f"{args.num_envs} robots, {args.num_threads} thread(s), steps per second of processor and wall time\n")
+    print(table(("environment", "random actions", "action zero", "random, wall", "zero, wall"), rows))
     return 0
 
 
-def rate(env_id: str, num_envs: int, num_threads: int, seconds: float, random: bool) -> float:
-    """Steps of robots per second of wall time."""
+def rate(env_id: str, num_envs: int, num_threads: int, seconds: float, random: bool) -> tuple[float, float]:
+    """Steps of robots per second of processor time, of all threads, and of wall time."""
     envs = gym.make_vec(env_id, num_envs=num_envs, num_threads=num_threads)
     envs.reset(seed=0)
     rng = np.random.default_rng(0)
     shape = envs.action_space.shape
     assert shape is not None
     actions = rng.uniform(-1.0, 1.0, (16, *shape)).astype(np.float32) if random else np.zeros((16, *shape), np.float32)
-    steps, start = 0, time.perf_counter()
+    steps, start, spent = 0, time.perf_counter(), time.process_time()
     while (passed := time.perf_counter() - start) < seconds:
         envs.step(actions[steps % len(actions)])
         steps += 1
+    spent = time.process_time() - spent
     envs.close()
-    return steps * num_envs / passed
+    return steps * num_envs / max(spent, 1e-6), steps * num_envs / passed

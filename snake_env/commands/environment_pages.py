@@ -37,7 +37,7 @@ FILMS = {
     "SnakeCommand-v1": Film("heading control", 0, {}),
     "SnakeSpatial-v1": Film("action zero", 0, {}),
 }
-"""By id; ``python -m experiments.environment_films`` makes them."""
+"""By id; ``make pictures`` draws them."""
 
 KEYWORDS = {
     "course": ("goal_distance", "corridor_half_width"),

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import sys
 from pathlib import Path
 
@@ -13,7 +14,7 @@ pytest.importorskip("matplotlib")
 from benchmarks import command, comparison, curves, native, page
 from benchmarks.curves import Point
 from benchmarks.results import REQUIRED, Results
-from benchmarks.targets import all_targets
+from benchmarks.targets import all_targets, rate
 
 SCENARIO = {
     "robot": {
@@ -274,6 +275,16 @@ def test_the_committed_page_is_what_the_committed_results_say():
     assert committed.complete
     assert not committed.quick
     assert (command.DOCS / "benchmarks.md").read_text() == page.render(committed, "images")
+
+
+@pytest.mark.parametrize("path", ["README.md", "docs/accuracy.md"])
+def test_pages_repeat_the_rates_that_were_measured(path):
+    committed = Results.read(command.DOCS / "benchmarks.json")
+    rows = re.findall(r"^\| `(Snake\w+-v1)` \| (\d.*) \|$", (native.ROOT / path).read_text(), re.MULTILINE)
+    assert len(rows) >= 4
+    for env, cells in rows:
+        rates = {f"{rate(committed, env, actions):,.0f}" for actions in ("random", "gait")}
+        assert rates <= set(cells.split(" | ")), env
 
 
 def pretend(monkeypatch, tmp_path, script):

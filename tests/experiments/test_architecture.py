@@ -22,6 +22,13 @@ def test_the_repository_has_no_upward_arrow(capsys):
     assert architecture.main([]) == 0, capsys.readouterr().out
 
 
+def test_the_picture_is_that_of_the_present_imports():
+    units = [unit for layer in architecture.LAYERS for unit in layer]
+    edges = architecture.imports_between_units(architecture.ROOT, units)
+    drawn = (architecture.ROOT / "docs/images/architecture.svg").read_text()
+    assert drawn == architecture.svg(edges), "run `make docs`"
+
+
 def test_a_made_up_upward_arrow_is_reported(tmp_path):
     write(tmp_path, "rust/core/src/planar/mod.rs", "use crate::math::Real;\n")
     write(tmp_path, "rust/core/src/math/mod.rs", "// use crate::planar::Stage;\npub trait Real {}\n")

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+import time
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +12,9 @@ import pytest
 from conftest import run_python
 
 from snake_env.__main__ import COMMANDS, main
+from snake_env.commands import bench
 from snake_env.evaluation import acting, tasks
+from snake_env.vector_env import SnakeVectorEnv
 
 
 def test_evaluate_scores_policies_controllers_and_gaits(capsys, tmp_path):
@@ -66,6 +70,27 @@ def test_in_3d_the_default_gait_moves_on(tmp_path):
 def test_bench_prints_a_row_per_environment(capsys):
     assert main(["bench", "--seconds", "0.02", "--num-envs", "2", "--env", "SnakeFree-v1"]) == 0
     assert "| `SnakeFree-v1` | " in capsys.readouterr().out
+
+
+def test_bench_counts_processor_time_as_the_readme_does(monkeypatch):
+    """While a process waits, its wall time goes on and its processor time does not."""
+    step = SnakeVectorEnv.step
+
+    def waits(self, actions):
+        time.sleep(0.02)
+        return step(self, actions)
+
+    monkeypatch.setattr(SnakeVectorEnv, "step", waits)
+    processor, wall = bench.rate("SnakeFree-v1", 1, 1, 0.3, random=False)
+    assert wall < 50.0
+    assert processor > 3.0 * wall
+
+
+def test_bench_measures_the_environments_of_the_readme():
+    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    speed = readme.partition("\n## Speed\n")[2].partition("\n## ")[0]
+    assert "steps per CPU second" in speed
+    assert tuple(re.findall(r"^\| `(\w+-v1)`", speed, re.MULTILINE)) == bench.IDS
 
 
 def test_card_of_a_policy(capsys):

@@ -1,12 +1,17 @@
-"""The snippets of the pages run as they stand, one after another as a reader would type them."""
+"""The snippets of the pages run as they stand, in a fresh process: those of the README each alone, those of other pages
+one after another as a reader would type them. Numbers that pages repeat are those of their source."""
 
 from __future__ import annotations
 
+import json
 import re
 from functools import cache
 from pathlib import Path
 
 import pytest
+from conftest import run_python
+
+from snake_env.policies.shipped import NAMES, load_policy
 
 ROOT = Path(__file__).parents[2]
 README = "README.md"
@@ -27,20 +32,49 @@ def snippets(page: str) -> list[str]:
     return re.findall(r"^```python\n(.*?)^```$", text_of(page), re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize("page", list(filter(snippets, PAGES)))
-def test_snippets_run_and_print_what_the_page_says(page, tmp_path, monkeypatch, capsys):
+def programs() -> list[tuple[str, str]]:
+    """Page and code of every process that a reader starts."""
+    readme = [(README, block) for block in snippets(README)]
+    return readme + [(page, "\n".join(snippets(page))) for page in PAGES[1:] if snippets(page)]
+
+
+@pytest.mark.parametrize(("page", "code"), programs(), ids=[page for page, _ in programs()])
+def test_snippets_run_and_print_what_the_page_says(page, code, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    if page == README:
+    if "stable_baselines3" in code:
         pytest.importorskip("stable_baselines3")
-    names = {"__name__": "__main__"}
-    for block in snippets(page):
-        for long, short in SHORTER.items():
-            block = block.replace(long, short)
-        exec(compile(block, page, "exec"), names)
-    printed = capsys.readouterr().out.splitlines()
+    for long, short in SHORTER.items():
+        code = code.replace(long, short)
+    printed = run_python(code, timeout=300).splitlines()
     text = text_of(page)
     for line in printed[:1] if page in ROUNDED_BY_THE_PROCESSOR else printed:
         assert line in text
+
+
+ESTIMATE = r"\d\.\d{3} \[\d\.\d{3}, \d\.\d{3}\]"
+
+
+@pytest.mark.parametrize(("page", "section"), [(README, "Learned results"), ("docs/learned.md", "Other policies")])
+def test_scores_on_a_page_are_those_of_the_policies_cards(page, section):
+    text = text_of(page).partition(f"\n## {section}\n")[2].partition("\n## ")[0]
+    rows = re.findall(rf"^\| `({'|'.join(NAMES)})` \|(.*)$", text, re.MULTILINE)
+    assert len(rows) >= 5
+    for name, row in rows:
+        scored = load_policy(name).card.scores
+        known = {"{:.3f} [{:.3f}, {:.3f}]".format(*scored[score]) for score in ("success", "speed")}
+        assert set(re.findall(ESTIMATE, row)) <= known, name
+
+
+def test_scripted_controllers_score_on_the_readme_as_in_the_benchmark():
+    tasks = json.loads(text_of("docs/learning-benchmark.json"))["tasks"]
+    scores = {name: task["scores"] for name, task in tasks.items()}
+    known = [
+        max(scores[task][name]["success"]["value"] for name in scores[task] if not name.startswith("PPO"))
+        for task in ("field-hard", "corridor", "perturbed")
+    ]
+    sentence = r"Scripted controllers reach ([\d.]+) in hard fields, ([\d.]+) in corridors and ([\d.]+) on"
+    found = re.search(sentence, text_of(README))
+    assert list(found.groups()) == [f"{value:.3f}" for value in known]
 
 
 @pytest.mark.parametrize("page", PAGES)

@@ -33,6 +33,13 @@ def test_pages_and_pictures_that_are_linked_exist(site):
                 assert (page.parent / target).exists(), f"{page.relative_to(site)}: {target}"
 
 
+def test_the_reference_links_what_docstrings_name(site):
+    """A role of Sphinx, which these pages are not made with, is a link or plain code."""
+    text = (site / "api/index.html").read_text(encoding="utf-8")
+    assert not re.search(r":(?:attr|class|data|exc|func|meth|mod):", text)
+    assert '<a href="#snake_env.Scene"><code>Scene</code></a>' in text
+
+
 def test_the_reference_describes_what_the_contract_names(site):
     text = (site / "api/index.html").read_text(encoding="utf-8")
     for name in ("simulate", "Trajectory", "SnakeVectorEnv", "policies.shipped.load_policy", "Scene", "Randomization"):

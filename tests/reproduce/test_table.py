@@ -1,18 +1,27 @@
 """The table of findings: every row holds, by both methods, and the command writes what it says."""
 
+import ast
 import dataclasses
 import json
 import re
-from collections import Counter
+from collections import Counter, defaultdict
 from pathlib import Path
 
 import pytest
 
 from snake_env.__main__ import main
-from snake_env.reproduce import report
-from snake_env.reproduce.checks import CHECKS
+from snake_env.reproduce import checks, report
+from snake_env.reproduce.checks import CHECKS, control, sidewinding
+from snake_env.reproduce.experiment import Runs
 from snake_env.reproduce.findings import SECTIONS, Finding, Rows, Verdict
 
+ROOT = Path(__file__).parents[2]
+QUOTED = {
+    "sidewinding: where it goes": r"(\d+), (\d+) and (\d+) degrees; once per period",
+    "sidewinding on (0.01, 1): slides back": r"slides back by up to ([\d.]+), ([\d.]+) and ([\d.]+) cm",
+    "Table 7.3 in 3D": r"([\d.]+) and ([\d.]+) cm/s, paths within (\d+) mm",
+}
+"""Rows whose numbers docs/chapter-4.md repeats in other words."""
 ROW = Finding("7.5.3", "speed", Verdict.REPRODUCED, "15 cm/s", "3 cm/s | wrong", "14 to 16 cm/s", "", "", False)
 
 
@@ -27,6 +36,11 @@ def test_every_row_holds_with_the_default_integrator(tmp_path, capsys):
     summary = f"{len(rows)} findings: " + ", ".join(f"{counts[verdict.value]} {verdict.value}" for verdict in Verdict)
     assert summary in printed
     assert summary in (tmp_path / "findings.md").read_text()
+    page = (ROOT / "docs/chapter-4.md").read_text(encoding="utf-8")
+    for name, pattern in QUOTED.items():
+        quoted = re.search(pattern, page)
+        ours = next(row["ours"] for row in rows if row["name"] == name)
+        assert set(quoted.groups()) <= set(re.findall(r"\d+(?:\.\d+)?", ours)), f"{quoted[0]}: {ours}"
 
 
 @pytest.mark.parametrize("section", ["2.3.2", "7.3.1", "7.3.4", "7.5.2"])
@@ -44,9 +58,36 @@ def test_every_section_has_rows_and_every_row_says_what_it_demands():
         assert bool(check.reason) == (check.verdict == Verdict.CORRECTED), check.name
 
 
+def test_no_row_holds_whatever_comes_out():
+    """What a check returns beside its words is measured; a constant cannot fail."""
+    for path in Path(checks.__file__).parent.glob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Return) and isinstance(node.value, ast.Tuple):
+                assert not isinstance(node.value.elts[-1], ast.Constant), f"{path.name}, line {node.lineno}"
+
+
+def test_a_slow_controller_does_not_pass(monkeypatch):
+    monkeypatch.setattr(control, "_seconds", lambda runs, name: 30.0 if name == "IO, set-valued" else 1.0)
+    row = next(check for check in CHECKS if check.name == "time of simulation under IO")
+    assert not row.finding(Runs({})).holds
+
+
+@pytest.mark.parametrize(
+    ("found", "holds"),
+    [((93.0, 94.0, 82.0, 86.0), True), ((93.0, 94.0, 86.5, 85.0), False), ((93.0, 94.0, 82.0, 70.0), False)],
+)
+def test_directions_differ_by_more_than_tolerances_explain(found, holds, monkeypatch):
+    """6.7 deg in the independent implementation, whose tolerance is the printed one too."""
+    directions = iter(found)
+    monkeypatch.setattr(sidewinding, "displacement", lambda *_: None)
+    monkeypatch.setattr(sidewinding, "direction", lambda _: next(directions))
+    row = next(check for check in CHECKS if check.name == "sidewinding: where it goes")
+    assert row.finding(defaultdict(lambda: None)).holds == holds
+
+
 def test_the_page_counts_the_verdicts():
     counts = Counter(check.verdict for check in CHECKS)
-    page = (Path(__file__).parents[2] / "docs/reproduction.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs/reproduction.md").read_text(encoding="utf-8")
     sentence = re.search(r"Of \d+ findings, [^.]*\.", page)
     assert sentence, "a sentence that begins with `Of 64 findings,`"
     assert [int(number) for number in re.findall(r"\d+", sentence[0])] == [len(CHECKS), *map(counts.get, Verdict)]

@@ -218,15 +218,3 @@ def test_two_policies_of_one_name_are_refused():
     paths = [benchmark.named_path(f"{folder}/seed-0/policy.safetensors") for folder in ("one", "two")]
     with pytest.raises(ConfigError, match=r"policy = seed-0 \(two.*NAME=PATH"):
         cached_scores.entries(cached_scores.CONFIG, [], paths)
-
-
-def test_pictures_are_drawn_anew_from_the_scores(small, tmp_path, monkeypatch):
-    """The same pictures as those of the episodes, although what is not finite is null in the file."""
-    monkeypatch.setattr(benchmark_page, "DOCS", tmp_path)
-    assert benchmark.main([*small, "--out", str(tmp_path / "out"), "--write-docs"]) == 0
-    pictures = {path: path.read_bytes() for path in (tmp_path / "images").iterdir()}
-    assert len(pictures) == 3
-    for path in pictures:
-        path.unlink()
-    assert benchmark.main(["--redraw-docs"]) == 0
-    assert {path: path.read_bytes() for path in pictures} == pictures

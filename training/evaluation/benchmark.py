@@ -51,7 +51,6 @@ class Options:
         num_threads: Threads of the simulator.
         out: Folder for everything.
         write_docs: Also write docs/learning-benchmark.* and its pictures; tasks that are not chosen stay as they are.
-        redraw_docs: Play nothing; only draw the pictures of docs/learning-benchmark.md anew from its JSON file.
     """
 
     tasks: tuple[str, ...] | None = None
@@ -62,7 +61,6 @@ class Options:
     num_threads: int | None = None
     out: Path = Path("runs/benchmark")
     write_docs: bool = False
-    redraw_docs: bool = False
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -72,9 +70,6 @@ def main(arguments: list[str] | None = None) -> int:
 
 def play(args: Options) -> int:
     """Plays what is not cached and writes the page; 130 when it was stopped."""
-    if args.redraw_docs:
-        benchmark_page.redraw(benchmark_page.DOCS / "learning-benchmark.json", benchmark_page.DOCS / "images")
-        return 0
     chosen = tasks.chosen(args.tasks)
     entries = cached_scores.entries(args.config, args.policies, [named_path(one) for one in args.policy])
     bench = Benchmark(args.out, seeds.held_out(args.episodes), args.num_threads)

@@ -10,7 +10,6 @@ from snake_env._files import write_json, write_text
 from snake_env.evaluation import scores, seeds
 from snake_env.evaluation.rollout import Episodes
 from snake_env.evaluation.scores import SCORES, Row
-from snake_env.evaluation.statistics import Estimate
 from snake_env.evaluation.tasks import BenchmarkTask
 from snake_env.markdown import table
 from snake_env.policies.gaits import GaitParameters
@@ -95,20 +94,6 @@ def write(
     found = {"episodes": episodes, "seeds": held_out, "versions": versions()}
     write_json(data, {**found, "over_all_tasks": aggregates, "tasks": content})
     return page
-
-
-def redraw(data: Path, pictures: Path) -> None:
-    """Draws the pictures of a page written before, from its JSON file."""
-    content = json.loads(data.read_text())
-    profiles = {
-        name: {float(speed): Estimate(**share) for speed, share in row["performance_profile"].items()}
-        for name, row in content["over_all_tasks"].items()
-    }
-    if profiles:
-        figures.performance_profiles(profiles, pictures / PICTURE)
-    for task, found in content["tasks"].items():
-        rows = {name: scores.from_plain(row) for name, row in found["scores"].items()}
-        figures.benchmark(rows, pictures / f"learning-{task}.png")
 
 
 def kept(page: Path, data: Path, episodes: int) -> tuple[dict[str, str], dict[str, Any], dict[str, Any]]:
