@@ -64,8 +64,18 @@ def test_mujoco_converges_to_our_limit(case):
     """One period, among pegs and on orthotropic ground: first order in its step, without a floor of the model's."""
     course = Course(case, 2 * SCENES, 9, {"step": 0.00125, "event_substeps": 16})
     players = [Mujoco(course, Setup(step, 1e-4, 1e-4, DEFAULT)) for step in (2e-3, 2.5e-4)]
-    coarse, fine = (np.median(course.errors(player, [4, 8])[0]) for player in players)
-    assert fine < 0.2 * coarse < 0.2e-3
+    (coarse, bias, _), (fine, fine_bias, _) = (course.errors(player, [4, 8]) for player in players)
+    assert np.median(fine) < 0.2 * np.median(coarse) < 0.2e-3
+    assert abs(fine_bias) < min(0.02, abs(bias)), "the actuators' work converges too"
+
+
+@pytest.mark.parametrize("step", [0.005, 0.025])
+def test_mujocos_torque_stays_near_its_limit_in_long_steps(step):
+    """Where a servo of limited force bangs between its limits, with positions meters off and work times ten."""
+    course = Course(Case("SnakeCourse-v1", "joints"), SCENES, 9, {"step": 0.00125, "event_substeps": 16})
+    errors, bias, _ = course.errors(Mujoco(course, Setup(step, 1e-2, 2e-3, DEFAULT)), [4, 8])
+    assert np.median(errors) < 0.02
+    assert abs(bias) < 0.6
 
 
 def test_ours_restarts_as_if_it_had_not_stopped():
