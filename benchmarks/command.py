@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
 
-from benchmarks import figures, native, page, throughput
+from benchmarks import equal_error, figures, native, page, throughput
 from benchmarks.results import Record, Results
 from benchmarks.targets import all_targets
 from snake_env import _native
@@ -18,11 +18,11 @@ from snake_env._files import write_text
 from snake_env.markdown import table
 from training.cli import answer
 
-WIDTH, PEER, INTERFACE = "width", "peer", "interface"
-Part = Literal["precision", "spatial", "growth", "skip", "certificate", "width", "peer", "interface"]
+WIDTH, PEER, EQUAL_ERROR, INTERFACE = "width", "peer", "equal-error", "interface"
+Part = Literal["precision", "spatial", "growth", "skip", "certificate", "width", "peer", "equal-error", "interface"]
 PARTS: tuple[Part, ...] = get_args(Part)
 DOCS = native.ROOT / "docs"
-RESULTS = "results.json"
+RESULTS, PUBLISHED = "results.json", "benchmarks.json"
 
 Progress = Callable[[str], None]
 
@@ -36,7 +36,7 @@ class Options:
         parts: What is measured.
         scenes: Scenes of the parts precision, certificate and peer; all if absent.
         out: Folder for results, pictures and page.
-        write_docs: Also replace the committed page, pictures and results.
+        write_docs: Also replace the committed page, pictures and results, or what the parts have measured of them.
     """
 
     quick: bool = False
@@ -54,7 +54,7 @@ def main(arguments: list[str] | None = None) -> int:
 def run(args: Options) -> int:
     """Measures, and writes the page; 130 if it was interrupted."""
     args.out.mkdir(parents=True, exist_ok=True)
-    results = Results.begin("make bench" + (" BENCH=--quick" if args.quick else ""), args.quick)
+    results = Results.begin(_command(args), args.quick)
     progress = Clock()
     try:
         for record in measure(args, results, progress):
@@ -67,7 +67,9 @@ def run(args: Options) -> int:
         results.write(args.out / RESULTS)
     write(results, args.out, args.out, RESULTS, "README.md", ".")
     if args.write_docs and results.complete:
-        write(results, DOCS, DOCS / "images", "benchmarks.json", "benchmarks.md", "images")
+        published = results if args.parts == PARTS else Results.read(DOCS / PUBLISHED).renewed(results)
+        write(published, DOCS, DOCS / "images", PUBLISHED, "benchmarks.md", "images")
+        equal_error.write_blocks(published)
     print(
         table(
             ("target", "aim", "measured", ""), ((t.what, t.target, t.measured, t.verdict) for t in all_targets(results))
@@ -75,6 +77,13 @@ def run(args: Options) -> int:
     )
     print(f"{args.out / 'README.md'}")
     return 0 if results.complete else 130
+
+
+def _command(args: Options) -> str:
+    """What to type for this run."""
+    parts = ["--parts", *args.parts] if args.parts != PARTS else []
+    options = " ".join([*(["--quick"] if args.quick else []), *parts])
+    return f'make bench BENCH="{options}"' if options else "make bench"
 
 
 class Clock:
@@ -101,8 +110,13 @@ def measure(args: Options, results: Results, progress: Progress) -> Iterator[Rec
         yield from native.measure(native.build(), native_arguments(args, parts), progress)
     if WIDTH in args.parts:
         yield from widths(args.quick, progress)
-    if PEER in args.parts:
+    if PEER in args.parts and has_mujoco(progress):
         yield from peers(results, args.quick, progress)
+    if EQUAL_ERROR in args.parts and has_mujoco(progress):
+        from benchmarks import settings_search
+
+        plan = settings_search.QUICK if args.quick else settings_search.Plan()
+        yield from settings_search.measure(plan, progress)
     if INTERFACE in args.parts:
         progress("interface without physics")
         yield from ({"kind": "interface", **row} for row in interface(args.quick))
@@ -122,16 +136,20 @@ def widths(quick: bool, progress: Progress) -> Iterator[Record]:
 
 
 def peers(results: Results, quick: bool, progress: Progress) -> Iterator[Record]:
-    """MuJoCo on the scenes whose references are known and on our environments, if it is installed."""
-    if importlib.util.find_spec("mujoco") is None:
-        progress("MuJoCo is not installed (group bench): no comparison with it")
-        return
-    from benchmarks import mujoco_batch, mujoco_peer
+    """MuJoCo on the scenes whose references are known."""
+    from benchmarks import mujoco_peer
 
-    scenes = [scene for scene in results.of("scene") if mujoco_peer.can_do(scene)]
+    scenes = results.of("scene")
     for scene in scenes[:2] if quick else scenes:
         yield from mujoco_peer.points(scene, quick, progress)
-    yield from mujoco_batch.rates(256, 0.5 if quick else 6.0, (1, 2), progress)
+
+
+def has_mujoco(progress: Progress) -> bool:
+    """Whether there is anything to compare with."""
+    found = importlib.util.find_spec("mujoco") is not None
+    if not found:
+        progress("MuJoCo is not installed (group bench): no comparison with it")
+    return found
 
 
 def interface(quick: bool) -> Iterator[Record]:
@@ -153,5 +171,6 @@ DESCRIPTION = """Speed against error, growth, cost of features, certificates; pe
     python -m benchmarks --quick --parts precision peer --scenes free course-7.5
 
 Parts: precision (error against run time), spatial (the same in 3D), growth (links, pegs, robots and threads), skip
-(what features cost), certificate (residuals, gaps, iterations), width (registers of every width), peer (MuJoCo, if the
-group `bench` is installed), interface (Python's share of a step)."""
+(what features cost), certificate (residuals, gaps, iterations), width (registers of every width), peer (MuJoCo on the
+scenes of precision and spatial, if the group `bench` is installed), equal-error (cost at equal error under random
+actions, ours and MuJoCo's), interface (Python's share of a step)."""

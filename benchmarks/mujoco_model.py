@@ -1,10 +1,11 @@
 """The planar snake as a MuJoCo model, in the set-up in which MuJoCo does best here.
 
 Integrator ``discrete`` (implicit in the servo's stiffness and damping), elliptic cones, pegs as spheres that capsules
-touch without friction. Ground friction is a condim-3 contact of a sphere under each CG with a plane. The robot has
-no vertical freedom, so the penetration is constant and is calibrated until the normal force is m g. A tangential
-residual adds to the normal force of MuJoCo's elliptic cone in proportion to friction over reference acceleration;
-hence the softest admissible impedance, which makes that acceleration as large as it gets (7e4 m/s^2).
+touch without friction. Ground friction is a contact under each CG with a plane, of a sphere, or where friction differs
+along and across the links of the lower end of a steep capsule, whose axis turns the tangents of the contact with it.
+The robot has no vertical freedom, so the penetration is constant and is calibrated until the normal force is m g. It
+stays m g in motion because the floor's inverse weight exceeds the links' so much that their posture does not count,
+and because friction is so much harder than the normal contact that its residual does not add to the normal force.
 """
 
 from __future__ import annotations
@@ -16,15 +17,18 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-IMPRATIO = 1e4
+IMPRATIO = 1e8
 """Friction is this much harder than the normal contact."""
+FLOOR_INVERSE_WEIGHT = 1e3
+"""Of the floor's body [1/kg], against about 1 / kg of a link."""
 SOFTEST = 1e-4
 """Smallest impedance that MuJoCo admits."""
 GROUND_STIFFNESS = 1e2
 FRICTION_DAMPING = 1e4
 SPHERE = 1e3
 """Radius of the spheres under the CGs [m]: any, as long as it is larger than the penetration."""
-PEG_IMPEDANCE = "0.99 0.9999 1e-4"
+STIFF, DEFAULT = "0.99 0.9999 1e-4", "0.9 0.95 1e-3"
+"""Impedances of a contact: near rigid, and MuJoCo's default."""
 
 
 @dataclass(frozen=True)
@@ -35,12 +39,14 @@ class Setup:
         step: time step [s].
         tolerance: of the constraint solver.
         peg_time: time constant of a peg contact [s]; below the step MuJoCo takes the stiffest that does not rebound.
+        peg_impedance: of a peg contact.
         solver: "CG" or "Newton".
     """
 
     step: float
     tolerance: float = 1e-8
     peg_time: float = 1e-4
+    peg_impedance: str = STIFF
     solver: str = "CG"
 
 
@@ -49,9 +55,17 @@ def build(scenario: dict[str, Any], setup: Setup) -> mujoco.MjModel:
     links, weight = scenario["robot"]["links"], scenario["robot"]["mass"] * scenario["robot"]["gravity"]
     depth = np.full(links, 1.0)
     for _ in range(4):
-        model = mujoco.MjModel.from_xml_string(_document(scenario, setup, depth))
-        depth *= weight / _normal_force(model, scenario)
-    return mujoco.MjModel.from_xml_string(_document(scenario, setup, depth))
+        model = _compiled(scenario, setup, depth)
+        data = placed(model, scenario)
+        data.ctrl[:] = scenario["joint_angle"]
+        depth *= weight / normal_force(model, data)
+    return _compiled(scenario, setup, depth)
+
+
+def _compiled(scenario: dict[str, Any], setup: Setup, depth: NDArray[np.float64]) -> mujoco.MjModel:
+    model = mujoco.MjModel.from_xml_string(_document(scenario, setup, depth))
+    model.body_invweight0[model.body("floor").id] = FLOOR_INVERSE_WEIGHT
+    return model
 
 
 def placed(model: mujoco.MjModel, scenario: dict[str, Any]) -> mujoco.MjData:
@@ -62,12 +76,10 @@ def placed(model: mujoco.MjModel, scenario: dict[str, Any]) -> mujoco.MjData:
     return data
 
 
-def _normal_force(model: mujoco.MjModel, scenario: dict[str, Any]) -> NDArray[np.float64]:
-    """Force of the ground on each link [N], at rest in the posture of the start."""
-    data = placed(model, scenario)
-    data.ctrl[:] = scenario["joint_angle"]
+def normal_force(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
+    """Force of the ground on each link [N]."""
     mujoco.mj_forward(model, data)
-    force, wrench = np.zeros(scenario["robot"]["links"]), np.zeros(6)
+    force, wrench = np.zeros(model.nu + 1), np.zeros(6)
     for k, contact in enumerate(data.contact):
         if contact.dim == 3:
             mujoco.mj_contactForce(model, data, k, wrench)
@@ -78,8 +90,6 @@ def _normal_force(model: mujoco.MjModel, scenario: dict[str, Any]) -> NDArray[np
 
 def _document(scenario: dict[str, Any], setup: Setup, depth: NDArray[np.float64]) -> str:
     friction = scenario["scene"]["friction"]
-    if friction[0] != friction[1]:
-        raise ValueError("MuJoCo's contact frames do not turn with the links: isotropic friction only")
     links = range(scenario["robot"]["links"])
     limit = scenario["controller"]["torque_limit"]
     gains = f'kp="{scenario["controller"]["kp"]}" kv="{scenario["controller"]["kd"]}"'
@@ -94,8 +104,9 @@ def _document(scenario: dict[str, Any], setup: Setup, depth: NDArray[np.float64]
   <option timestep="{setup.step}" integrator="discrete" solver="{setup.solver}" tolerance="{setup.tolerance}"
           cone="elliptic" impratio="{IMPRATIO}" gravity="0 0 0"><flag island="disable"/></option>
   <worldbody>
-    <geom name="floor" type="plane" size="0 0 1" pos="0 0 {-SPHERE}" contype="0" conaffinity="0"/>
-    {"".join(_peg(peg, setup.peg_time) for peg in scenario["scene"]["obstacles"])}
+    <body name="floor"><geom name="floor" type="plane" size="0 0 1" pos="0 0 {-SPHERE}" contype="0" conaffinity="0"/>
+    </body>
+    {"".join(_peg(peg, setup) for peg in scenario["scene"]["obstacles"])}
     {_chain(scenario, depth)}
   </worldbody>
   <contact>{"".join(f'<pair geom1="ground{i}" geom2="floor" {ground}/>' for i in links)}</contact>
@@ -103,11 +114,11 @@ def _document(scenario: dict[str, Any], setup: Setup, depth: NDArray[np.float64]
 </mujoco>"""
 
 
-def _peg(peg: list[float], time: float) -> str:
+def _peg(peg: list[float], setup: Setup) -> str:
     radius, x, y = peg
     return (
         f'<geom type="sphere" pos="{x!r} {y!r} 0" size="{radius!r}" contype="1" conaffinity="0" condim="1" '
-        f'solref="{time} 1" solimp="{PEG_IMPEDANCE}" priority="1"/>'
+        f'solref="{setup.peg_time} 1" solimp="{setup.peg_impedance}" priority="1"/>'
     )
 
 
@@ -116,18 +127,20 @@ def _chain(scenario: dict[str, Any], depth: NDArray[np.float64]) -> str:
     robot = scenario["robot"]
     length, half, radius = robot["length"], robot["contact_half_length"], robot["radius"]
     mass, inertia = robot["mass"], robot["inertia"]
+    along, across = scenario["scene"]["friction"]
     text = ""
     for i in reversed(range(robot["links"])):
         centre = 0.0 if i == 0 else length / 2
         place = (
             f"{scenario['start'][0]!r} {scenario['start'][1]!r}" if i == 0 else f"{length / 2 if i == 1 else length} 0"
         )
+        steep = f'type="capsule" fromto="{centre} 0 0 {centre + 1} 0 {SPHERE}"'
+        foot = f'type="sphere" pos="{centre} 0 0"' if along == across else steep
         text = f"""<body pos="{place} 0">{_joints(i)}
           <inertial pos="{centre} 0 0" mass="{mass!r}" diaginertia="{inertia} {inertia} {inertia}"/>
           <geom type="capsule" fromto="{centre - half} 0 0 {centre + half} 0 0" size="{radius}"
                 contype="0" conaffinity="1" condim="1"/>
-          <geom name="ground{i}" type="sphere" pos="{centre} 0 0" size="{SPHERE + float(depth[i])!r}"
-                contype="0" conaffinity="0"/>
+          <geom name="ground{i}" {foot} size="{SPHERE + float(depth[i])!r}" contype="0" conaffinity="0"/>
           {text}</body>"""
     return text
 

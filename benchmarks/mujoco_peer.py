@@ -5,6 +5,7 @@ from __future__ import annotations
 import statistics
 import time
 from collections.abc import Callable, Iterator
+from itertools import product
 from typing import Any
 
 import mujoco
@@ -13,7 +14,7 @@ from mujoco import rollout
 from numpy.typing import NDArray
 
 from benchmarks import mujoco_spatial
-from benchmarks.mujoco_model import Setup, build, placed
+from benchmarks.mujoco_model import DEFAULT, STIFF, Setup, build, placed
 from benchmarks.mujoco_spatial import SpatialSetup
 from snake_env.policies.gaits import GaitParameters
 
@@ -24,12 +25,6 @@ QUICK_STEPS = (0.02, 0.005, 0.001)
 SHORT_RUN = 0.2
 """Runs that take less CPU time than this are repeated [s]."""
 STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
-
-
-def can_do(scene: Record) -> bool:
-    """MuJoCo's contact frames do not turn with the links: isotropic friction only."""
-    along, across = scene["scenario"]["scene"]["friction"]
-    return along == across
 
 
 def points(scene: Record, quick: bool, progress: Callable[[str], None]) -> Iterator[Record]:
@@ -87,9 +82,9 @@ def setups(pegs: bool, quick: bool) -> list[Setup]:
     """What is tried; the best at each error is what counts."""
     if quick:
         return [Setup(step, 1e-4, 1e-2) for step in QUICK_STEPS]
-    solvers = [(1e-4, "CG"), (1e-6, "CG"), (1e-8, "CG"), (1e-8, "Newton")]
-    times = (1e-4, 5e-3, 1e-2) if pegs else (1e-4,)
-    return [Setup(step, tol, peg_time, solver) for tol, solver in solvers for peg_time in times for step in STEPS]
+    contacts = list(product((1e-4, 2e-3, 5e-3), (DEFAULT, STIFF)))[: None if pegs else 1]
+    solvers = ((1e-2, "CG"), (1e-6, "CG"), (1e-8, "Newton"))
+    return [Setup(step, tol, *one, solver) for (tol, solver), one, step in product(solvers, contacts, STEPS)]
 
 
 def point(
@@ -138,7 +133,7 @@ class Run:
             self._control = servo_targets(setup.step, round(scenario["duration"] / setup.step), self._model.nu)
         self._start = state_of(self._model, self._data)
         self._states = self._start[None]
-        self._step = setup.step
+        self._step, self._links = setup.step, scenario["robot"]["links"]
 
     def seconds(self) -> float:
         """CPU time of one run [s]."""
@@ -156,7 +151,7 @@ class Run:
     def _positions_in(self, state: NDArray[np.float64]) -> NDArray[np.float64]:
         mujoco.mj_setState(self._model, self._data, state, STATE)
         mujoco.mj_kinematics(self._model, self._data)
-        return self._data.xipos[1:, : self._coordinates].copy()
+        return self._data.xipos[-self._links :, : self._coordinates].copy()
 
 
 def state_of(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:

@@ -15,13 +15,14 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.mujoco_model import DEFAULT, STIFF
 from snake_env import Gait
 
 SETTINGS = ((1e-2, "CG"), (1e-4, "CG"), (1e-4, "Newton"))
 """Tolerances of the constraint solver and solvers that are tried."""
-CONTACTS = ((2e-3, 1e3), (2e-2, 10.0))
-"""Time constants [s] and hardness of friction that are tried: as stiff as steps of a millisecond allow, and MuJoCo's
-default."""
+CONTACTS = ((2e-3, 1e3, STIFF), (2e-2, 1e3, DEFAULT))
+"""Time constants [s], hardness of friction and impedances that are tried: as stiff as steps of a millisecond allow, and
+MuJoCo's default but for friction."""
 STEPS = (0.05, 0.025, 0.02, 0.0125, 0.01, 0.005, 0.002, 0.001, 0.0005)
 QUICK_STEPS = (0.02, 0.005)
 REFERENCE_STEPS = (1e-4, 5e-5)
@@ -30,7 +31,6 @@ QUICK_REFERENCE_STEPS = (1e-3, 5e-4)
 
 PEG_HEIGHT = 2.0
 """Half length of the vertical capsules [m]: no link comes near their ends."""
-IMPEDANCE = "0.99 0.9999 1e-4"
 
 
 @dataclass(frozen=True)
@@ -42,6 +42,7 @@ class SpatialSetup:
         tolerance: of the constraint solver.
         contact_time: time constant of the contacts [s]; below two steps MuJoCo takes two steps.
         impratio: how much harder friction is than the normal contact.
+        impedance: of the contacts.
         solver: "CG" or "Newton".
     """
 
@@ -49,6 +50,7 @@ class SpatialSetup:
     tolerance: float = 1e-10
     contact_time: float = 1e-3
     impratio: float = 1e3
+    impedance: str = STIFF
     solver: str = "Newton"
 
 
@@ -110,8 +112,8 @@ def _references(scenario: dict[str, Any], time: NDArray[np.float64]) -> tuple[ND
 def _document(scenario: dict[str, Any], setup: SpatialSetup) -> str:
     friction = scenario["scene"]["friction"]
     if friction[0] != friction[1]:
-        raise ValueError("MuJoCo's contact frames do not turn with the links: isotropic friction only")
-    contact = f'solref="{setup.contact_time} 1" solimp="{IMPEDANCE}"'
+        raise ValueError("this model has only isotropic friction")
+    contact = f'solref="{setup.contact_time} 1" solimp="{setup.impedance}"'
     gains, joints = scenario["controller"], range(1, scenario["robot"]["links"])
     limit = gains["torque_limit"]
     force_range = "" if limit is None else f'forcerange="{-limit} {limit}"'

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from benchmarks import comparison, texts
+from benchmarks import comparison, equal_error, texts
 from benchmarks.results import Record, Results
-from benchmarks.targets import all_targets, peer_rate, rate
+from benchmarks.targets import all_targets, rate
 from snake_env.markdown import table
 
 BUSY = 0.5
@@ -23,6 +23,7 @@ def render(results: Results, images: str) -> str:
     """
     sections = [
         _head(results),
+        equal_error.render(results),
         _speeds(results),
         _widths(results),
         _targets(results),
@@ -44,6 +45,11 @@ def _head(results: Results) -> str:
     if (machine.get("load") or 0.0) > BUSY:
         load = f"{machine['load']:.1f} runnable processes at the start"
         notes.append(f"**The machine was busy**: {load}. This affects wall-clock rates much more than CPU times.")
+    for run in results.of("run"):
+        notes.append(
+            f"Measured anew by `{run['command']}`: {run['seconds'] / 60:.1f} minutes on {run['machine']['cpu']}, "
+            f"commit `{run['commit']}`."
+        )
     if not results.of("peer"):
         notes.append("MuJoCo was not installed (dependency group `bench`): no comparison with it.")
     lines = [
@@ -57,18 +63,14 @@ def _head(results: Results) -> str:
     return "\n\n".join([text, *notes])
 
 
-SPEEDS = ("environment", "gait", "random", "random joints", "MuJoCo, gait", "MuJoCo, random", "gait", "random")
+SPEEDS = ("environment", "gait", "random", "random joints")
 
 
 def _speeds(results: Results) -> str:
-    """The figures most often quoted: environments x actions, ours and MuJoCo's."""
+    """Environments x actions."""
     rows = []
     for env in dict.fromkeys(r["env"] for r in results.of("growth", axis="batch")):
-        gait, random, joints = (rate(results, env, actions) for actions in ("gait", "random", "random joints"))
-        peers = [peer_rate(results, env, actions) for actions in ("gait", "random")]
-        cells = [_count(value) for value in (gait, random, joints, *peers)]
-        times = [_times(ours, peer) for ours, peer in zip((gait, random), peers, strict=True)]
-        rows.append((f"`{env}`", *cells, *times))
+        rows.append((f"`{env}`", *(_count(rate(results, env, actions)) for actions in SPEEDS[1:])))
     if not rows:
         return ""
     met, measured = (sum(t.met in values for t in all_targets(results)) for values in ((True,), (True, False)))
@@ -94,17 +96,12 @@ def _count(value: float | None) -> str:
     return "-" if value is None else f"{value:,.0f}"
 
 
-def _times(ours: float | None, other: float | None) -> str:
-    return "-" if not ours or not other else f"{ours / other:.1f}x"
-
-
 def _targets(results: Results) -> str:
     rows = [(t.what, t.target, t.measured, t.verdict) for t in all_targets(results)]
     return f"## Targets\n\n{table(('quantity', 'target', 'measured', ''), rows)}\n\n{texts.TARGETS}"
 
 
 FLEET = ("scene", "links", "pegs", "us per step", "us per link", "solves per step", "divided steps", "us per peg scan")
-PEER = ("environment", "actions", "robots", "threads", "env-steps/s", "per CPU second")
 
 
 def _growth(results: Results, images: str) -> Iterator[str]:
@@ -116,9 +113,6 @@ def _growth(results: Results, images: str) -> Iterator[str]:
         yield f"{texts.GROWTH}\n\n{table(FLEET, map(_fleet_row, fleets))}"
     if results.of("growth", axis="batch"):
         yield f"{texts.BATCH}\n\n{_batch_table(results)}"
-    peers = results.of("peer_batch")
-    if peers:
-        yield f"{texts.PEER_BATCH}\n\n{table(PEER, map(_peer_row, peers))}"
 
 
 def _rates(results: Results, env: str, actions: str) -> dict[int, dict[int, float]]:
@@ -140,11 +134,6 @@ def _batch_table(results: Results) -> str:
         busy = [r["utilisation"] for r in two if r["robots"] >= 64]
         rows.append((env, actions, *cells, f"{100 * min(busy):.0f} %" if busy else "-"))
     return table(("environment", "actions", *(f"{size:,}" for size in sizes), "busy"), rows)
-
-
-def _peer_row(r: Record) -> tuple[Any, ...]:
-    rates = _count(r["steps_per_second"]), _count(r["steps_per_cpu_second"])
-    return r["env"], f"{r['actions']}, {r['peer']}", f"{r['robots']:,}", r["threads"], *rates
 
 
 def _fleet_row(r: Record) -> tuple[Any, ...]:

@@ -5,7 +5,7 @@
 
 Records are the lines of ``snake-bench`` and those of the peers, told apart by ``kind``:
 ``scene``, ``point``, ``growth``, ``skip``, ``pressed``, ``certificate``, ``width``, ``interface``, ``peer``,
-``peer_batch``.
+``equal_error``, and ``run`` of a later command that measured some of these anew.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.native import ROOT
+from snake_env import _native
 from snake_env._files import write_text
 from training.runs import versions
 
@@ -35,7 +36,8 @@ REQUIRED = {
     "width": ("env", "actions", "lanes", "robots", "steps_per_cpu_second"),
     "interface": ("robots",),
     "peer": ("peer", "scene", "curve", "setup", "error", "speed_alone"),
-    "peer_batch": ("peer", "env", "actions", "robots", "threads", "steps_per_second", "steps_per_cpu_second"),
+    "equal_error": ("env", "actions", "period", "party", "setup", "shown", "error", "work_bias", "cost"),
+    "run": ("command", "machine", "commit", "seconds"),
 }
 """Kinds of records and what each must have."""
 
@@ -87,6 +89,13 @@ class Results:
         """The records of a kind with the given values."""
         return [r for r in self.records if r["kind"] == kind and all(r.get(k) == v for k, v in values.items())]
 
+    def renewed(self, other: Results) -> Results:
+        """These results with the kinds of records that ``other``, a run of some parts, has measured anew."""
+        fresh = {record["kind"] for record in other.records}
+        kept = [r for r in self.records if r["kind"] not in fresh and r.get("command") != other.command]
+        run = {"kind": "run", **{name: getattr(other, name) for name in REQUIRED["run"]}}
+        return Results(**(vars(self) | {"records": [*kept, *other.records, run]}))
+
     def write(self, path: Path) -> None:
         """Writes the file whole or not at all, a line a record."""
         content = asdict(self)
@@ -101,13 +110,14 @@ class Results:
 
 
 def machine() -> dict[str, Any]:
-    """What the figures depend on most."""
+    """What the figures depend on most; ``lanes``: robots per register."""
     found = versions()
     return {
         "cpu": _cpu_model(),
         "cores": found["cores"],
         "architecture": found["machine"],
         "system": platform.system(),
+        "lanes": _native.lanes(),
         "load": os.getloadavg()[0] if hasattr(os, "getloadavg") else None,
     }
 

@@ -5,12 +5,36 @@ from __future__ import annotations
 from benchmarks.curves import LOST, TRUST
 from benchmarks.targets import COMPARED
 
+EQUAL_ERROR = """## Cost at equal error under random actions
+
+CPU milliseconds of one thread for a simulated second of one robot, where the worst link of half the robots is off by
+the *error* after one control period of 50 ms. Robots start it from states in mid-run of a fine run of ours, under a
+torque limit of 10 N m, 64 robots in 8 scenes from four instants (32 in 3D); a new action of the mode `joints` or `gait`
+is drawn in every period. *Work* is the bias of the positive work of the actuators against that run. Ours is the whole
+step of the environment, MuJoCo's only its physics. Both are interpolated between the best of their settings, which the
+benchmark searches: steps, time constant and impedance of the contacts, in 3D `impratio`. MuJoCo's planar model has its
+ground friction made exact (`benchmarks/mujoco_model.py`), its servos get the set-points of the ends of its steps, and
+in steps above 2.5 ms, with which its torque limit is unstable, set-points clipped by the predicted torque."""
+
+EQUAL_ERROR_SHORT = """**Cost at equal error under random actions**: how many times what ours costs MuJoCo costs,
+then CPU milliseconds of one thread for a simulated second of one robot, ours / MuJoCo, and the bias of the actuators'
+work. Each is at the best of its settings with which the worst link of half the robots is off by so much after one
+control period of 50 ms that starts in mid-run. Ours is the whole step of the environment, MuJoCo's only its physics."""
+
+STEPS = """### Environment steps with their errors
+
+Environment steps per CPU second of one thread in the same runs, ours at the default settings, MuJoCo's physics at the
+best of its settings in steps of 10 ms. The rates belong to different errors; the table above compares at equal ones."""
+
+STEPS_SHORT = """**Environment steps** of 50 ms per CPU second of one thread at our default settings, and of MuJoCo's
+physics in steps of 10 ms, with their errors and the bias of the actuators' work; rates at different errors do not
+compare."""
+
 SPEEDS = f"""## Environment steps per second
 
 Per CPU second of one thread in the fastest of several repetitions, {COMPARED} robots, control period 50 ms. *gait* is
 the constant zero action, *random* draws a new action of the mode `gait` in every step, *random joints* one of the mode
-`joints`. MuJoCo's batch computes only the physics of the same robot in steps of 10 ms under the same joint set-points,
-without a torque limit, with which it is unstable at this step; the last two columns are the ratios."""
+`joints`."""
 
 WIDTHS = """The same in registers of every width of this processor (`SNAKE_ENV_LANES`): 1 is scalar code, 4 are AVX2 or
 NEON, 8 AVX-512 registers."""
@@ -40,8 +64,6 @@ BATCH = """Environment steps per wall-clock second with one thread / with two th
 repetitions, by number of robots. The control period is 50 ms; robots start in the middle of their episodes, and resets
 are included. *Busy*: least share of time in which both threads work, 64 robots and more."""
 
-PEER_BATCH = "`mujoco.batch` on the same robots and scenes (physics only), control period 50 ms, steps of 10 ms:"
-
 SKIP = """## What a feature costs
 
 A feature that *cannot act* leaves the motion unchanged, so its cost is what a scene pays for something it does not
@@ -64,9 +86,10 @@ CPU time of one call of `step` without physics."""
 
 HOW = """## How to reproduce
 
-    make bench                       # everything, within 20 minutes; runs/bench
+    make bench                       # everything, about 40 minutes; runs/bench
     make bench BENCH=--quick         # within 2 minutes
     make bench BENCH="--parts precision peer --scenes free course-7.5"
     make bench BENCH=--write-docs    # everything, and this page
+    make bench BENCH="--parts equal-error --write-docs"    # this part anew, in the blocks of other pages too
 
 Ctrl-C stops cleanly and keeps the results so far. `cargo bench -p snake-core` times single kernels."""

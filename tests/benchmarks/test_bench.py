@@ -11,7 +11,7 @@ import pytest
 
 pytest.importorskip("matplotlib")
 
-from benchmarks import command, comparison, curves, native, page
+from benchmarks import command, comparison, curves, equal_error, native, page
 from benchmarks.curves import Point
 from benchmarks.results import REQUIRED, Results
 from benchmarks.targets import all_targets, rate
@@ -153,20 +153,28 @@ RECORDS = [
     },
     *(
         {
-            "kind": "peer_batch",
-            "peer": "MuJoCo",
+            "kind": "equal_error",
             "env": "SnakeCourse-v1",
-            "actions": actions,
-            "robots": 256,
-            "threads": 1,
-            "steps_per_second": 3e3,
-            "steps_per_cpu_second": 3e3,
+            "actions": "joints",
+            "period": 0.05,
+            "party": party,
+            "setup": {},
+            "shown": shown,
+            "error": error,
+            "work_bias": bias,
+            "cost": cost,
         }
-        for actions in ("gait", "random")
+        for party, shown, error, bias, cost in (
+            ("ours", True, 1e-3, -0.04, 1e-3),
+            ("ours", False, 1e-4, 0.0, 4e-3),
+            ("MuJoCo", True, 4e-3, -0.3, 4e-3),
+            ("MuJoCo", False, 2e-4, -0.02, 0.08),
+        )
     ),
+    {"kind": "run", "command": "make bench", "machine": {"cpu": "one"}, "commit": "0", "seconds": 60.0},
 ]
 
-SKIP = next(k for k, record in enumerate(RECORDS) if record["kind"] == "skip")
+SKIP, EQUAL = ([record["kind"] for record in RECORDS].index(kind) for kind in ("skip", "equal_error"))
 
 
 @pytest.fixture
@@ -222,10 +230,12 @@ def test_a_robot_that_is_somewhere_else_is_not_a_point(results):
 
 def test_targets_are_judged_by_the_least_favourable_point(results):
     rows = {target.what: target for target in all_targets(results)}
-    gait = rows["SnakeCourse-v1, gait actions: env-steps over MuJoCo's in steps of 10 ms"]
-    assert (gait.measured, gait.met) == ("52.0x", True)
-    assert rows["SnakeCourse-v1, random actions: env-steps over MuJoCo's in steps of 10 ms"].met
-    assert rows["SnakeField-v1, random actions: env-steps over MuJoCo's in steps of 10 ms"].met is None
+    ahead = "random actions {}, worst case: cost of MuJoCo over ours at {} mm"
+    assert rows[ahead.format("in the plane", 1)].measured == "16x (SnakeCourse-v1, joints)"
+    assert rows[ahead.format("in the plane", 1)].met is False
+    assert rows[ahead.format("in the plane", 0.1)].measured == "MuJoCo does not reach it"
+    assert rows[ahead.format("in the plane", 0.1)].met
+    assert rows[ahead.format("in 3D", 0.3)].met is None
     threads = rows["two threads over one, 64 robots and more, worst environment"]
     assert threads.measured == "1.94x (SnakeCourse-v1, gait, 64 robots)"
     assert threads.met is False
@@ -246,6 +256,7 @@ def test_nothing_measured_is_neither_met_nor_missed():
 def test_the_page_has_every_section_and_only_whole_tables(results):
     text = page.render(results, "images")
     for heading in (
+        "Cost at equal error under random actions",
         "Environment steps per second",
         "Targets",
         "Error against run time",
@@ -259,6 +270,9 @@ def test_the_page_has_every_section_and_only_whole_tables(results):
         widths = {line.count("|") for line in block.splitlines() if line.startswith("|")}
         assert len(widths) <= 1, block
     assert "images/bench-free.png" in text
+    assert "| `SnakeCourse-v1` | joints | 0.1 | 4 | +0.0 % | not reached | - | - |" in text
+    assert "| `SnakeCourse-v1` | joints | 1 | 1 | -4.0 % | 16 | -17.0 % | 16x |" in text
+    assert "| `SnakeCourse-v1` | joints | 20,000 | 1 | -4 % | 5,000 | 4 | -30 % |" in text
     assert "100.0x" in comparison.render(results, "images"), "4,000 against 40 at 0.1 mm"
 
 
@@ -275,6 +289,17 @@ def test_the_committed_page_is_what_the_committed_results_say():
     assert committed.complete
     assert not committed.quick
     assert (command.DOCS / "benchmarks.md").read_text() == page.render(committed, "images")
+    assert all(equal_error.block(committed) in other.read_text() for other in equal_error.PAGES)
+
+
+def test_a_later_run_renews_what_it_has_measured(results):
+    later = Results.begin("make bench --parts", quick=False)
+    later.add(fresh := RECORDS[EQUAL] | {"cost": 5.0})
+    again = results.renewed(later).renewed(later)
+    assert again.of("equal_error") == [fresh]
+    assert [run["command"] for run in again.of("run")] == ["make bench", "make bench --parts"]
+    assert again.of("point") == results.of("point")
+    assert "Measured anew by `make bench --parts`" in page.render(again, "images")
 
 
 @pytest.mark.parametrize("path", ["README.md", "docs/accuracy.md"])
@@ -360,10 +385,11 @@ class TestMujoco:
         data = mujoco_model.placed(model, SCENARIO)
         mujoco_model.mujoco.mj_kinematics(model, data)
         assert (model.nv, model.nu) == (13, 10)
-        assert np.allclose(data.xipos[1], [0.5, 0.0, 0.0])
-        distance = np.linalg.norm(np.diff(data.xipos[1:], axis=0), axis=1)
+        assert np.allclose(data.xipos[-11], [0.5, 0.0, 0.0])
+        distance = np.linalg.norm(np.diff(data.xipos[-11:], axis=0), axis=1)
         assert np.allclose(distance, 0.122), "a straight chain"
-        force = mujoco_model._normal_force(model, SCENARIO)
+        data.ctrl[:] = SCENARIO["joint_angle"]
+        force = mujoco_model.normal_force(model, data)
         assert np.allclose(force, 7.5 / 11 * 9.81, rtol=1e-6)
 
     def test_it_slides_under_coulomb_friction(self):
@@ -376,15 +402,35 @@ class TestMujoco:
             mujoco_model.mujoco.mj_step(model, data)
         assert math.isclose(data.qvel[0], 0.1 - 0.02 * 0.2 * 9.81, rel_tol=0.01)
 
-    def test_orthotropic_friction_is_beyond_it(self):
-        from benchmarks import mujoco_model, mujoco_peer
+    @pytest.mark.parametrize("direction", [0.0, np.pi / 4, np.pi / 2])
+    def test_its_friction_differs_along_and_across_a_link(self, direction):
+        """On a robot that slides, heading 3.7 rad, force and velocity are as in maximal dissipation on the ellipse."""
+        from benchmarks import mujoco_model
 
-        scene = scene_record()
-        assert mujoco_peer.can_do(scene)
-        orthotropic = SCENARIO | {"scene": {"obstacles": [], "friction": [0.2, 0.5]}}
-        assert not mujoco_peer.can_do(scene | {"scenario": orthotropic})
-        with pytest.raises(ValueError, match="isotropic"):
-            mujoco_model.build(orthotropic, mujoco_model.Setup(0.01))
+        friction = np.array([0.2, 0.5])
+        scenario = SCENARIO | {"scene": {"obstacles": [], "friction": friction.tolist()}}
+        model = mujoco_model.build(scenario, mujoco_model.Setup(1e-3))
+        data = mujoco_model.placed(model, scenario)
+        heading = 3.7 + direction
+        data.qvel[:2] = start = np.array([np.cos(heading), np.sin(heading)])
+        mujoco_model.mujoco.mj_step(model, data)
+        axes = np.array([[np.cos(3.7), np.sin(3.7)], [-np.sin(3.7), np.cos(3.7)]])
+        towards = friction**2 * (axes @ start)
+        expected = towards / np.linalg.norm(towards / friction)
+        # The velocity turns by 0.5 g 1e-3 s in the step, and the force with it.
+        np.testing.assert_allclose(axes @ (start - data.qvel[:2]) / (9.81 * 1e-3), expected, atol=5e-3)
+
+    def test_each_link_is_pressed_to_the_ground_by_its_weight_in_motion_too(self):
+        """Bent and moving, under a servo's torque, where the normal force is calibrated straight and at rest."""
+        from benchmarks import mujoco_model
+
+        model = mujoco_model.build(SCENARIO, mujoco_model.Setup(1e-3))
+        data = mujoco_model.placed(model, SCENARIO)
+        random = np.random.default_rng(0)
+        data.qpos[3:], data.qvel[:] = random.uniform(-0.8, 0.8, 10), random.uniform(-1.0, 1.0, 13)
+        data.ctrl[:] = random.uniform(-0.8, 0.8, 10)
+        force = mujoco_model.normal_force(model, data)
+        np.testing.assert_allclose(force, 7.5 / 11 * 9.81, rtol=1e-3)
 
     def test_a_point_is_a_complete_record(self, results):
         from benchmarks import mujoco_peer
@@ -402,16 +448,3 @@ def test_documents_name_no_file_that_is_missing():
     pictures = [line.split("(")[1].rstrip(")") for line in text.splitlines() if line.startswith("![")]
     assert pictures
     assert all((command.DOCS / picture).exists() for picture in pictures)
-
-
-def test_mujocos_batch_starts_as_ours_and_follows_the_same_set_points():
-    pytest.importorskip("mujoco")
-    from benchmarks import mujoco_batch
-    from benchmarks.mujoco_peer import servo_targets
-
-    recording = mujoco_batch.record("SnakeCourse-v1", "gait", 2)
-    amplitude = np.abs(recording.control[20:]).max(axis=(0, 1))
-    assert np.allclose(amplitude, np.abs(servo_targets(0.05, 60, 10)).max(), rtol=0.02), "the thesis's gait"
-    assert len(recording.scenario["scene"]["obstacles"]) > 5
-    rates = mujoco_batch.rate(recording, 1, 0.05)
-    assert rates["steps_per_cpu_second"] > 0.0
