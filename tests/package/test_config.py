@@ -84,8 +84,8 @@ SECTIONS = [
     *[(Integrator, name, [0.0, -1.0, NAN, INF, "x"]) for name in ("step", "tolerance")],
     (Integrator, "max_iterations", [0, -1, 2.5, "x"]),
     (Integrator, "order", [0, 3, 1.5, "x"]),
-    (Integrator, "event_substeps", [0, -1, 1001, 2.5]),
-    (Integrator, "event_tolerance", [0.0, -1.0, NAN, "x"]),
+    *[(Integrator, name, [0.0, -1.0, NAN, INF, "x"]) for name in ("step_tolerance", "impact_step")],
+    (Integrator, "precision", ["finest", "", 1.0]),
 ]
 
 BAD_SECTIONS = [(kind, name, value) for kind, name, values in SECTIONS for value in values]
@@ -108,7 +108,7 @@ def test_the_numbers_of_the_thesis_method_are_checked(name, value):
         Integrator(method="thesis", **{name: value})
 
 
-IMPLICIT_OPTIONS = {"order": 2, "event_substeps": 2, "event_tolerance": 1e-3}
+IMPLICIT_OPTIONS = {"order": 2, "step_tolerance": 1e-3, "impact_step": 1e-3, "precision": "fine"}
 THESIS_OPTIONS = {"r_t": 1.0, "r_h": 0.02, "r_n": 0.2, "r_v": 0.1}
 SHARED_OPTIONS = {"step": 1e-3, "tolerance": 1e-8, "max_iterations": 500}
 
@@ -136,9 +136,9 @@ def test_an_integrator_without_a_method_is_implicit():
         _native.check("integrator", {"ordre": 1})
 
 
-@pytest.mark.parametrize("option", [{"event_substeps": 2}, {"event_tolerance": 1e-6}])
-def test_the_first_order_has_no_events(option):
-    """The core has none either: the options change nothing."""
+@pytest.mark.parametrize("option", [{"step_tolerance": 1e-6}, {"impact_step": 1e-4}])
+def test_steps_of_first_order_are_all_alike(option):
+    """In the core, too, the options of parts change nothing."""
     with pytest.raises(ConfigError, match=rf"^integrator\.{next(iter(option))} = .*: expected None with order=1"):
         Integrator(order=1, **option)
     scene = Scene.preset("table-7.5")
@@ -149,7 +149,7 @@ def test_the_first_order_has_no_events(option):
         np.testing.assert_array_equal(runs[0].position, runs[1].position)
 
 
-@pytest.mark.parametrize(("name", "outside"), [("max_iterations", 0), ("order", 3), ("event_substeps", 1001)])
+@pytest.mark.parametrize(("name", "outside"), [("max_iterations", 0), ("order", 3)])
 @pytest.mark.parametrize("value", [True, 2.5, "x", 10**30])
 def test_what_is_no_integer_has_the_range_of_integers(name, outside, value):
     expected = []

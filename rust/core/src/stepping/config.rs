@@ -31,7 +31,7 @@ impl Method {
     fn options(self) -> &'static [&'static str] {
         match self {
             Method::Thesis => &["step", "tolerance", "max_iterations", "r_t", "r_h", "r_n", "r_v"],
-            Method::Implicit => &["precision", "step", "tolerance", "max_iterations", "order", "step_tolerance", "impact_step"],
+            Method::Implicit => &["step", "tolerance", "max_iterations", "order", "step_tolerance", "impact_step", "precision"],
         }
     }
 }
