@@ -19,10 +19,13 @@ from benchmarks.curves import Point, frontier
 from benchmarks.mujoco_model import DEFAULT, STIFF, Setup
 from benchmarks.mujoco_spatial import SpatialSetup
 from benchmarks.restarts import SCENES, Case, Course, Mujoco, Ours, Player
+from snake_env import Scene
 
 Record = dict[str, Any]
 
 FIELD = (("difficulty", 0.5),)
+NO_ROLLING_FRICTION = (("scene", Scene(friction=(0.2, 0.2), rolling_friction=0.0)),)
+"""MuJoCo's model in 3D leaves it out."""
 CASES = (
     Case("SnakeCourse-v1", "joints"),
     Case("SnakeCourse-v1", "gait"),
@@ -30,10 +33,12 @@ CASES = (
     Case("SnakeField-v1", "gait", FIELD),
     Case("SnakeFree-v1", "joints"),
     Case("SnakeFree-v1", "gait"),
-    Case("SnakeSpatial-v1", "joints"),
+    Case("SnakeSpatial-v1", "joints", NO_ROLLING_FRICTION),
 )
 STEPS = (0.025, 0.01, 0.005, 0.0025, 0.002, 0.001, 0.0005, 0.00025)
 """Steps of MuJoCo that are tried [s]."""
+FINEST_3D = 0.0001
+"""One more in 3D, where its errors fall more slowly [s]."""
 SHOWN_STEP = 0.01
 """That of MuJoCo in the table of environment steps [s]."""
 PEG_CONTACTS = tuple(product((2e-3, 1e-4), (DEFAULT, STIFF)))
@@ -68,6 +73,7 @@ class Plan:
         timed: number of periods, from the first of these on, that are timed.
         rounds: of timing.
         steps: of MuJoCo that are tried [s].
+        steps_3d: the same in 3D.
         contacts: number of its contact settings that are tried; None: all.
     """
 
@@ -77,12 +83,14 @@ class Plan:
     timed: int = 6
     rounds: int = 4
     steps: tuple[float, ...] = STEPS
+    steps_3d: tuple[float, ...] = (*STEPS, FINEST_3D)
     contacts: int | None = None
 
 
 SHORTEST = 0.1
 """CPU time of a timing [s]."""
-QUICK = Plan(CASES[::6], 2 * SCENES, timed=2, rounds=1, steps=(SHOWN_STEP, 0.002, 0.001), contacts=1)
+QUICK_STEPS = (SHOWN_STEP, 0.002, 0.001)
+QUICK = Plan(CASES[::6], 2 * SCENES, timed=2, rounds=1, steps=QUICK_STEPS, steps_3d=QUICK_STEPS, contacts=1)
 
 
 @dataclass(eq=False)
@@ -150,7 +158,8 @@ def _players(course: Course, plan: Plan, model: str) -> Iterator[tuple[str, Reco
     for ours in ({}, *OURS[model]):
         yield "ours", ours, Ours(course, ours)
     has_pegs = any(scenario["scene"]["obstacles"] for scenario in course.scenarios)
-    for setup in setups(model, plan.steps, plan.contacts if has_pegs or model == "spatial" else 1):
+    steps = plan.steps_3d if model == "spatial" else plan.steps
+    for setup in setups(model, steps, plan.contacts if has_pegs or model == "spatial" else 1):
         yield "MuJoCo", dict(vars(setup)), Mujoco(course, setup)
 
 

@@ -70,7 +70,7 @@ def _ahead(results: Results) -> Iterator[Target]:
                 least, (env, actions) = min(known)
                 yield Target(what, f">= {aim:g}x", f"{least:.0f}x ({env}, {actions})", least >= aim)
             else:
-                yield Target(what, f">= {aim:g}x", "MuJoCo does not reach it" if own else "-", bool(own) or None)
+                yield Target(what, f">= {aim:g}x", "not reached by MuJoCo's steps" if own else "-", None)
 
 
 def _ahead_in_3d(results: Results) -> Iterator[Target]:

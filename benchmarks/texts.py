@@ -9,12 +9,14 @@ EQUAL_ERROR = """## Cost at equal error under random actions
 
 CPU milliseconds of one thread for a simulated second of one robot, where the worst link of half the robots is off by
 the *error* after one control period of 50 ms. Robots start it from states in mid-run of a fine run of ours, under a
-torque limit of 10 N m, 64 robots in 8 scenes from four instants (32 in 3D); a new action of the mode `joints` or `gait`
-is drawn in every period. *Work* is the bias of the positive work of the actuators against that run. Ours is the whole
-step of the environment, MuJoCo's only its physics. Both are interpolated between the best of their settings, which the
-benchmark searches: steps, time constant and impedance of the contacts, in 3D `impratio`. MuJoCo's planar model has its
-ground friction made exact (`benchmarks/mujoco_model.py`), its servos get the set-points of the ends of its steps, and
-in steps above 2.5 ms, with which its torque limit is unstable, set-points clipped by the predicted torque."""
+torque limit of 10 N m, 64 robots in 8 scenes from four instants (in 3D 32, without rolling friction, which MuJoCo's
+model leaves out); a new action of the mode `joints` or `gait` is drawn in every period. *Work* is the bias of the
+positive work of the actuators against that run. Ours is the whole step of the environment, MuJoCo's only its physics.
+Both are interpolated between the best of their settings, which the benchmark searches: steps, time constant and
+impedance of the contacts, in 3D `impratio`. MuJoCo's planar model has its ground friction made exact
+(`benchmarks/mujoco_model.py`), its servos get the set-points of the ends of its steps, and in steps above 2.5 ms, with
+which its torque limit is unstable, set-points clipped by the predicted torque. *Not reached*: at no setting, in steps
+down to 0.25 ms, in 3D to 0.1 ms."""
 
 EQUAL_ERROR_SHORT = """**Cost at equal error under random actions**: how many times what ours costs MuJoCo costs,
 then CPU milliseconds of one thread for a simulated second of one robot, ours / MuJoCo, and the bias of the actuators'
