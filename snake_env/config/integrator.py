@@ -24,24 +24,24 @@ class Integrator(Section):
     Args:
         method: "implicit", the fast default; or "thesis", the time stepping and Modified Newton iteration as printed
             (T 3.6.2).
-        precision: "implicit" only: "fast", "default" or "fine", which scales ``tolerance``, ``step_tolerance`` and
-            ``impact_step`` together: 2, 1 or 0.05 times their defaults.
         step: largest step [s], 1e-8 to 1e3; a sample interval is divided into equal steps no longer than this.
             "thesis": 2.5e-4. "implicit": 0.025; 0.02 for the minimal model, 2.5e-4 if torques are held over steps, and
             times the root of what ``precision`` scales. The minimal model's smooth plants have a solver that chooses
             its own.
         tolerance: > 0 and at most 0.01, beyond which sliding is not told from sticking. "thesis": the iteration stops
             when the impulses change by less [N s] (T 3.81), default 2e-5, 1e-5 for the minimal model. "implicit":
-            accuracy of the velocities in a stage [m/s], default 1e-4, 1e-5 for the spatial model and 1e-6 for the
-            minimal one; of a smooth plant of the minimal model the relative tolerance.
+            accuracy of the velocities in a stage [m/s], default 1e-4, 1e-6 for the spatial and the
+            minimal model; of a smooth plant of the minimal model the relative tolerance.
         max_iterations: after which a solve is given up and counts as unconverged, 1 to 1,000,000; "thesis": 10,000,
             "implicit": 200.
         order: "implicit" only: 1, implicit Euler, or 2, the default, the two-stage SDIRK scheme.
         step_tolerance: "implicit" only, order 2: largest accepted deviation of any point of the robot between prediction
-            and end of a part of a step [m], > 0; parts are as long as it allows. Default 4e-4, 2e-4 for the spatial
+            and end of a part of a step [m], > 0; parts are as long as it allows. Default 4e-4, 1.5e-4 for the spatial
             model, times the cube of ``step`` over 0.025 where that is shorter.
         impact_step: "implicit" only, order 2: length of the implicit Euler steps that take an impact [s], > 0; default
-            1.5e-3, 5e-4 for the spatial model, and at most a quarter of a step.
+            1.5e-3, 4e-4 for the spatial model, and at most a quarter of a step.
+        precision: "implicit" only: "fast", "default" or "fine", which scales ``tolerance``, ``step_tolerance`` and
+            ``impact_step`` together: 2, 1 or 0.05 times their defaults.
         r_t: "thesis" only: r_T of (T 3.79), > 0; default the thesis's, 1.3, 0.2 for the minimal model, 0.01 for the
             spatial model.
         r_h: "thesis" only: r_H of (T 3.78), > 0; default 0.01.
@@ -52,13 +52,13 @@ class Integrator(Section):
     _section = "integrator"
 
     method: str = _DEFAULT.method
-    precision: str | None = None
     step: float | None = None
     tolerance: float | None = None
     max_iterations: int | None = None
     order: int | None = None
     step_tolerance: float | None = None
     impact_step: float | None = None
+    precision: str | None = None
     r_t: float | None = None
     r_h: float | None = None
     r_n: float | None = None

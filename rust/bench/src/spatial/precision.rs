@@ -68,7 +68,8 @@ fn choices(quick: bool) -> Vec<Choice> {
                 1e-6 => "implicit order 2".to_owned(),
                 _ => format!("implicit order 2, tolerance {tolerance:e}"),
             };
-            let integrator = ImplicitConfig { step: Some(step), tolerance: Some(tolerance), ..ImplicitConfig::default() }.into();
+            let integrator =
+                ImplicitConfig { step: Some(step), tolerance: Some(tolerance), ..ImplicitConfig::default() }.into();
             choices.push(Choice { curve, integrator });
         }
     }

@@ -102,7 +102,14 @@ impl ContactMap {
             if let Some((peg, place, touches)) = slot[lane] {
                 let c = stage.coefficient.lane(lane);
                 let friction = friction_of(stage, solution, index, lane) / c;
-                pairs[lane].push(Pair { link: contact.link, peg, place, force: impulse.lane(lane) / c, friction, touches });
+                pairs[lane].push(Pair {
+                    link: contact.link,
+                    peg,
+                    place,
+                    force: impulse.lane(lane) / c,
+                    friction,
+                    touches,
+                });
             }
         }
     }

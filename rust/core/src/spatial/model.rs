@@ -33,7 +33,7 @@ impl Model for Spatial {
     type Workspace<T: Real> = Workspace<T>;
 
     // Links touch down all the time: impacts count for more than in the plane.
-    const ACCURACY: Accuracy = Accuracy { step: 0.025, tolerance: 1e-5, step_tolerance: 2e-4, impact_step: 5e-4 };
+    const ACCURACY: Accuracy = Accuracy { step: 0.025, tolerance: 1e-6, step_tolerance: 1.5e-4, impact_step: 4e-4 };
     const RESIDUAL_FACTOR: f64 = 10.0;
     const SORTED_BY_STAGE: bool = false;
 

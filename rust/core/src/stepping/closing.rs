@@ -79,7 +79,11 @@ impl Closings {
     pub fn add(&mut self, lane: usize, row: &ClosingRow, c: f64, elapsed: f64) {
         if !row.presses {
             let gap = c * (row.offset + row.rate);
-            self.add_times(lane, f64::INFINITY, if row.rate < -SLOW { gap.max(0.0) / -row.rate } else { f64::INFINITY });
+            self.add_times(
+                lane,
+                f64::INFINITY,
+                if row.rate < -SLOW { gap.max(0.0) / -row.rate } else { f64::INFINITY },
+            );
         } else if !row.touched && row.expected_rate < -SLOW {
             // From the base of the stage with the velocity that was expected without the contact.
             let from_base = c * row.offset / -row.expected_rate;

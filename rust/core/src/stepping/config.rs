@@ -31,7 +31,9 @@ impl Method {
     fn options(self) -> &'static [&'static str] {
         match self {
             Method::Thesis => &["step", "tolerance", "max_iterations", "r_t", "r_h", "r_n", "r_v"],
-            Method::Implicit => &["step", "tolerance", "max_iterations", "order", "step_tolerance", "impact_step", "precision"],
+            Method::Implicit => {
+                &["step", "tolerance", "max_iterations", "order", "step_tolerance", "impact_step", "precision"]
+            }
         }
     }
 }
@@ -121,7 +123,6 @@ pub struct Accuracy {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ImplicitConfig {
-    pub precision: Precision,
     /// Largest step \[s\]; a run divides its sampling interval into equal steps no longer than this.
     pub step: Option<f64>,
     /// Accuracy of the velocities \[m/s\] (T 3.81 != D11); of a smooth plant of the minimal model, relative.
@@ -134,18 +135,20 @@ pub struct ImplicitConfig {
     pub step_tolerance: Option<f64>,
     /// Order 2: length of the implicit Euler steps that take an impact \[s\].
     pub impact_step: Option<f64>,
+    /// Scales the defaults of all three tolerances.
+    pub precision: Precision,
 }
 
 impl Default for ImplicitConfig {
     fn default() -> Self {
         Self {
-            precision: Precision::Default,
             step: None,
             tolerance: None,
             max_iterations: 200,
             order: 2,
             step_tolerance: None,
             impact_step: None,
+            precision: Precision::Default,
         }
     }
 }

@@ -6,7 +6,6 @@ use crate::math::Wide4;
 #[cfg(target_arch = "x86_64")]
 use crate::math::Wide8;
 
-use super::{Accuracy, ImplicitConfig};
 use super::group::{Group, Verdicts};
 use super::kernels::{Compiled, CompiledModel};
 use super::lane_count::lanes_for;
@@ -16,6 +15,7 @@ use super::plan::{Interval, StepPlan};
 use super::queues::Queues;
 use super::start::first_part;
 use super::verdict::solves_left;
+use super::{Accuracy, ImplicitConfig};
 
 /// Advances robots in groups as wide as the machine's registers; one robot's motion does not depend on that width, on
 /// its neighbours, or on their number.

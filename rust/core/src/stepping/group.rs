@@ -13,7 +13,6 @@
 
 use crate::math::{MAX_LANES, Real};
 
-use super::{Accuracy, ImplicitConfig};
 use super::body::Trial;
 use super::energy::EnergyLedger;
 use super::kernels::{Compiled, Operation, Request};
@@ -23,6 +22,7 @@ use super::sdirk::{EXTRAPOLATION, GAMMA};
 use super::stage::{ContactImpulse, Source, StageInput, StageOutput};
 use super::statistics::StepStatistics;
 use super::verdict::solves_left;
+use super::{Accuracy, ImplicitConfig};
 
 /// Workspace for up to `T::LANES` robots of one system.
 #[derive(Debug, Clone)]

@@ -10,11 +10,11 @@
 //! * A part ends where the reference jumps. Parts after a jump and after a robot was placed begin short.
 //! * An Euler part that takes a link too deep into what it touches is halved until it does not, or is too short.
 
-use super::{Accuracy, ImplicitConfig};
 use super::body::{Body, Clock, Trial};
 use super::config::steps_in;
 use super::model::{Driven, Model, RobotState};
 use super::start::{end_before, first_part};
+use super::{Accuracy, ImplicitConfig};
 
 /// An interval, and the parts that it may be taken in.
 #[derive(Debug, Clone, Copy)]
@@ -75,8 +75,9 @@ pub struct StepPlan {
     /// Length of the next Euler part, and time that the last ones have taken without one of second order between \[s\].
     euler_length: f64,
     euler_run: f64,
-    /// Parts of the present step that were rejected.
+    /// Parts of the present step that were rejected, and the longest that is tried since one took a link too deep \[s\].
     rejections: u32,
+    longest: f64,
     /// Linear solves of the robot's last stage or part, see [`Model::SORTED_BY_STAGE`].
     solves: u32,
 }
@@ -91,6 +92,7 @@ impl StepPlan {
             euler_length: interval.impact_step,
             euler_run: 0.0,
             rejections: 0,
+            longest: f64::INFINITY,
             solves: 0,
         }
     }
@@ -112,7 +114,7 @@ impl StepPlan {
         let to_end = interval.duration - self.progress;
         let (left, end) = if to_jump < to_end { (to_jump, Ends::Jump) } else { (to_end, Ends::Interval) };
         let is_euler = interval.is_euler || clock.euler_time > 0.0;
-        let wanted = if is_euler { self.euler_length } else { clock.next.min(interval.step) };
+        let wanted = if is_euler { self.euler_length } else { clock.next.min(interval.step) }.min(self.longest);
         let is_exact = interval.is_euler || clock.ends_at_closing;
         let length;
         (length, self.ends) = match wanted / left {
@@ -122,13 +124,15 @@ impl StepPlan {
             _ => (wanted, Ends::Nothing),
         };
         let is_divisible = length > interval.impact_step / LONGEST_OVER_SHORTEST_EULER;
-        self.part = Part { length, is_euler, may_fail: !is_euler || (is_divisible && self.rejections < MOST_REJECTIONS) };
+        self.part =
+            Part { length, is_euler, may_fail: !is_euler || (is_divisible && self.rejections < MOST_REJECTIONS) };
         self.solves = body.solves;
     }
 
     /// Accepts the part: the robot has moved on by its length, or is quarantined if it diverged.
     pub fn accept<M: Model>(&mut self, interval: &Interval, body: &mut Body<M>) {
         self.progress += self.part.length;
+        self.longest *= GROWTH_AFTER_SINKING;
         body.quarantine();
         if body.statistics.diverged {
             return;
@@ -167,9 +171,8 @@ impl StepPlan {
     /// After an Euler part.
     fn follow_euler(&mut self, interval: &Interval, trial: &Trial, clock: &mut Clock) {
         let (length, impact_step) = (self.part.length, interval.impact_step);
-        // After one that was halved for a penetration, twice its length is tried.
-        self.euler_length = (2.0 * length).min(impact_step);
         if interval.is_euler {
+            self.euler_length = impact_step;
             return;
         }
         self.euler_run += length;
@@ -181,8 +184,8 @@ impl StepPlan {
             clock.euler_time = clock.euler_time.max(impact_step);
         }
         if clock.euler_time == 0.0 {
-            self.euler_run = 0.0;
-            clock.next = AFTER_IMPACT * length.max(0.5 * impact_step);
+            (self.euler_run, self.euler_length) = (0.0, impact_step);
+            clock.next = AFTER_IMPACT * length;
         } else if self.euler_run > ALMOST * IMPACT * impact_step && length >= impact_step {
             self.euler_length = LONGER * length;
             clock.euler_time = clock.euler_time.max(self.euler_length);
@@ -204,27 +207,24 @@ impl StepPlan {
         self.rejections += 1;
         let Body { trial, clock, .. } = body;
         let length = self.part.length;
+        let is_sunk_only = self.part.is_euler || trial.deviation <= 1.0;
+        if is_sunk_only {
+            self.longest = 0.5 * length;
+        }
         if self.part.is_euler {
-            self.euler_length = 0.5 * length;
             return;
         }
         body.statistics.events += 1;
         clock.ends_at_closing = false;
-        let [at_once, impact] = [AT_ONCE, IMPACT].map(|parts| parts * interval.impact_step);
-        let is_sunk_only = trial.deviation <= 1.0;
-        if self.rejections > MOST_SECOND_ORDER_REJECTIONS {
-            clock.euler_time = impact;
-        } else if trial.closing.is_fresh() && !is_sunk_only {
-            if trial.closing.at > at_once {
-                (clock.next, clock.ends_at_closing) = (trial.closing.at.min(0.95 * length), true);
-            } else {
-                clock.euler_time = impact;
-            }
-        } else if length <= SHORTEST * interval.impact_step {
-            clock.euler_time = impact;
-        } else if is_sunk_only {
-            clock.next = 0.5 * length;
-        } else {
+        let closes_fresh = trial.closing.is_fresh() && !is_sunk_only;
+        let closes_at_once = closes_fresh && trial.closing.at <= AT_ONCE * interval.impact_step;
+        let is_too_short = !closes_fresh && length <= SHORTEST * interval.impact_step;
+        if closes_at_once || is_too_short || self.rejections > MOST_SECOND_ORDER_REJECTIONS {
+            self.euler_length = interval.impact_step.min(0.5 * length);
+            clock.euler_time = IMPACT * self.euler_length;
+        } else if closes_fresh {
+            (clock.next, clock.ends_at_closing) = (trial.closing.at.min(0.95 * length), true);
+        } else if !is_sunk_only {
             clock.next = scaled(length, trial.deviation, 0.15).min(0.6 * length);
         }
     }
@@ -267,11 +267,14 @@ const IMPACT: f64 = 2.0;
 const AT_ONCE: f64 = 1.2;
 
 /// Shortest part of second order that is divided into others, in Euler parts.
-const SHORTEST: f64 = 0.25;
+const SHORTEST: f64 = 1.0 / 64.0;
 
 /// Length of the part after an impact, in Euler parts; and growth of Euler parts from the third on.
 const AFTER_IMPACT: f64 = 4.0;
 const LONGER: f64 = 1.5;
+
+/// Growth of the longest part that is tried after one that took a link too deep.
+const GROWTH_AFTER_SINKING: f64 = 1.2;
 
 /// Longest Euler part over the shortest that is halved for a penetration: by then links that move at metres per second
 /// travel less than a millimetre.

