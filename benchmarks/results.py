@@ -26,6 +26,9 @@ from training.runs import versions
 
 Record = dict[str, Any]
 
+COMPARED = 256
+"""Robots at which environments are compared."""
+
 REQUIRED = {
     "scene": ("scene", "title", "scenario", "reference"),
     "point": ("scene", "curve", "integrator", "default", "error", "speed_alone", "speed_fleet", "misses"),

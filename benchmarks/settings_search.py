@@ -47,17 +47,21 @@ CONTACTS_3D = tuple(product((2e-3, 1e-3, 2e-2), (1e3, 1e5), (DEFAULT, STIFF)))
 """Time constants [s], hardness of friction and impedances that are tried in 3D."""
 TOLERANCE = 1e-2
 """Of MuJoCo's solver; tighter ones cost more and err no less."""
-REFERENCE: dict[str, Record] = {
-    "planar": {"step": 0.000625, "event_substeps": 16},
-    "spatial": {"step": 0.0005, "event_substeps": 16},
-}
+FINEST = {"tolerance": 1e-7, "step_tolerance": 1e-6, "impact_step": 1e-4}
+REFERENCE: dict[str, Record] = {"planar": {"step": 0.000625, **FINEST}, "spatial": {"step": 0.0005, **FINEST}}
+SHARES = (0.5, 0.2, 0.1)
+"""Of the default tolerances, between the precisions "default" and "fine"."""
+
+
+def _between(tolerance: float, step_tolerance: float, impact_step: float) -> list[Record]:
+    defaults = {"tolerance": tolerance, "step_tolerance": step_tolerance, "impact_step": impact_step}
+    shares = [{name: share * value for name, value in defaults.items()} for share in SHARES]
+    return [{"precision": "fast"}, {"precision": "fine"}, *shares]
+
+
 OURS: dict[str, list[Record]] = {
-    "planar": [
-        {"order": 1, "step": 0.01},
-        {"event_substeps": 8},
-        *({"step": step, "event_substeps": 16} for step in (0.025, 0.0125, 0.00625)),
-    ],
-    "spatial": [{"step": 0.025}, *({"step": step, "event_substeps": 16} for step in (0.025, 0.01, 0.005, 0.0025))],
+    "planar": _between(1e-4, 4e-4, 1.5e-3),
+    "spatial": _between(1e-6, 1.5e-4, 4e-4),
 }
 """Settings of ours that are tried beside the default."""
 

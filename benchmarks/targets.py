@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from benchmarks import curves, equal_error
-from benchmarks.results import Record, Results
+from benchmarks.results import COMPARED, Record, Results
 
 ACCURATE = 0.5
 """Error of the worst link over the whole run at the default step [mm]."""
@@ -17,8 +17,6 @@ AHEAD = {
 """How many times less a second costs than MuJoCo's at an error [mm] under random actions, in the worst case."""
 AHEAD_3D = {"spatial-course-7.5": (0.64, 40.0), "spatial-sidewinding": (10.0, 10.0)}
 """Error [mm], and times faster than MuJoCo at that error."""
-COMPARED = 256
-"""Robots at which environments are compared."""
 TWO_THREADS = 1.95
 INTERFACE = {"Gymnasium [us]": 4.0, "SB3 [us]": 15.0}
 """CPU time of a call of ``step`` without physics."""

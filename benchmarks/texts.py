@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from benchmarks.curves import LOST, TRUST
-from benchmarks.targets import COMPARED
+from benchmarks.results import COMPARED
 
 EQUAL_ERROR = """## Cost at equal error under random actions
 

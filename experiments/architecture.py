@@ -22,7 +22,7 @@ from snake_env._files import write_text
 ROOT = Path(__file__).resolve().parent.parent
 CORE = "rust/core/src"
 LAYERS: tuple[dict[str, str], ...] = (
-    {"error": "ConfigError", "math": "lanes, trigonometry"},
+    {"error": "ConfigError", "interrupt": "signals", "math": "lanes, trigonometry"},
     {"laws": "force laws as convex sets", "judge": "verification of laws"},
     {"obstacles": "shapes, distances", "slope": ""},
     {"robot": "", "scene": "", "gait": "references", "noise": ""},

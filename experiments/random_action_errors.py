@@ -5,8 +5,8 @@
 
 Robots of one batch start alike and draw the same action of their mode in every control period of 50 ms; a batch that
 takes far finer steps is the reference. The error is that of the worst link of a robot, after the first period and after
-one second, since contacts amplify errors; the bias is that of the positive work of the actuators of all robots, with its
-standard error over robots. Prints a table in Markdown.
+one second, since contacts amplify errors; the bias is that of the positive work of the actuators of all robots, with
+its standard error over robots. Prints a table in Markdown.
 """
 
 from __future__ import annotations

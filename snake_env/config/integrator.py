@@ -35,9 +35,9 @@ class Integrator(Section):
         max_iterations: after which a solve is given up and counts as unconverged, 1 to 1,000,000; "thesis": 10,000,
             "implicit": 200.
         order: "implicit" only: 1, implicit Euler, or 2, the default, the two-stage SDIRK scheme.
-        step_tolerance: "implicit" only, order 2: largest accepted deviation of any point of the robot between prediction
-            and end of a part of a step [m], > 0; parts are as long as it allows. Default 4e-4, 1.5e-4 for the spatial
-            model, times the cube of ``step`` over 0.025 where that is shorter.
+        step_tolerance: "implicit" only, order 2: largest accepted deviation of any point of the robot between
+            prediction and end of a part of a step [m], > 0; parts are as long as it allows. Default 4e-4, 1.5e-4 for
+            the spatial model, times the cube of ``step`` over 0.025 where that is shorter.
         impact_step: "implicit" only, order 2: length of the implicit Euler steps that take an impact [s], > 0; default
             1.5e-3, 4e-4 for the spatial model, and at most a quarter of a step.
         precision: "implicit" only: "fast", "default" or "fine", which scales ``tolerance``, ``step_tolerance`` and

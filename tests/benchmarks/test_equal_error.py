@@ -62,7 +62,7 @@ def test_mujocos_robots_start_where_ours_are_and_as_fast(env):
 @pytest.mark.parametrize("case", [Case("SnakeCourse-v1", "gait"), Case("SnakeFree-v1", "joints")])
 def test_mujoco_converges_to_our_limit(case):
     """One period, among pegs and on orthotropic ground: first order in its step, without a floor of the model's."""
-    course = Course(case, 2 * SCENES, 9, {"step": 0.00125, "event_substeps": 16})
+    course = Course(case, 2 * SCENES, 9, {"precision": "fine"})
     players = [Mujoco(course, Setup(step, 1e-4, 1e-4, DEFAULT)) for step in (2e-3, 2.5e-4)]
     (coarse, bias, _), (fine, fine_bias, _) = (course.errors(player, [4, 8]) for player in players)
     assert np.median(fine) < 0.2 * np.median(coarse) < 0.2e-3
@@ -72,7 +72,7 @@ def test_mujoco_converges_to_our_limit(case):
 @pytest.mark.parametrize("step", [0.005, 0.025])
 def test_mujocos_torque_stays_near_its_limit_in_long_steps(step):
     """Where a servo of limited force bangs between its limits, with positions meters off and work times ten."""
-    course = Course(Case("SnakeCourse-v1", "joints"), SCENES, 9, {"step": 0.00125, "event_substeps": 16})
+    course = Course(Case("SnakeCourse-v1", "joints"), SCENES, 9, {"precision": "fine"})
     errors, bias, _ = course.errors(Mujoco(course, Setup(step, 1e-2, 2e-3, DEFAULT)), [4, 8])
     assert np.median(errors) < 0.02
     assert abs(bias) < 0.6

@@ -4,9 +4,8 @@ use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::error::{ConfigError, non_negative, positive};
+use crate::error::{ConfigError, non_negative, positive, time_step};
 use crate::gait::JointTarget;
-use crate::stepping::step_length;
 
 /// Which control law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -129,7 +128,7 @@ impl ControllerConfig {
             positive("torque_limit", limit)?;
         }
         if let Treatment::Period(period) = self.treatment {
-            step_length("treatment", period)?;
+            time_step("treatment", period)?;
         }
         Ok(())
     }

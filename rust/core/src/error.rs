@@ -125,3 +125,14 @@ pub fn within(field: &str, value: f64, low: f64, high: f64) -> Result<f64, Confi
     let expected = format!("a number in [{}, {}]", written(low), written(high));
     require(value >= low && value <= high, field, written(value), &expected).map(|()| value)
 }
+
+/// The length of a step \[s\].
+pub fn time_step(field: &str, step: f64) -> Result<f64, ConfigError> {
+    positive(field, step)?;
+    within(field, step, SHORTEST_STEP, LONGEST_STEP)
+}
+
+/// Below the shortest step a robot moves less than the round-off of its position, beyond the longest no motion is
+/// resolved \[s\].
+const SHORTEST_STEP: f64 = 1e-8;
+const LONGEST_STEP: f64 = 1e3;

@@ -5,7 +5,7 @@ use std::fmt;
 use serde::de::{DeserializeSeed, Deserializer, Error, IntoDeserializer, MapAccess, Visitor, value};
 use serde::{Deserialize, Serialize};
 
-use crate::error::{ConfigError, positive, require, within};
+use crate::error::{ConfigError, positive, require, time_step, within};
 
 /// Which time-stepping scheme.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, Default)]
@@ -71,7 +71,7 @@ impl ThesisConfig {
     }
 
     fn validate(&self) -> Result<(), ConfigError> {
-        step_length("step", self.step)?;
+        time_step("step", self.step)?;
         self.tolerance.map_or(Ok(0.0), |value| tolerance(value, LARGEST_IMPULSE_ERROR))?;
         validate_iterations(self.max_iterations)?;
         self.r_t.map_or(Ok(0.0), |value| positive("r_t", value))?;
@@ -175,7 +175,7 @@ impl ImplicitConfig {
     }
 
     fn validate(&self) -> Result<(), ConfigError> {
-        step_length("step", self.step())?;
+        time_step("step", self.step())?;
         self.tolerance.map_or(Ok(0.0), |value| tolerance(value, LARGEST_VELOCITY_ERROR))?;
         validate_iterations(self.max_iterations)?;
         require((1..=2).contains(&self.order), "order", self.order, "1 or 2")?;
@@ -277,12 +277,6 @@ impl IntegratorConfig {
     }
 }
 
-/// The length of a step \[s\].
-pub fn step_length(field: &str, step: f64) -> Result<f64, ConfigError> {
-    positive(field, step)?;
-    within(field, step, SHORTEST_STEP, LONGEST_STEP)
-}
-
 fn tolerance(value: f64, largest: f64) -> Result<f64, ConfigError> {
     positive("tolerance", value)?;
     within("tolerance", value, 0.0, largest)
@@ -292,11 +286,6 @@ fn validate_iterations(iterations: u32) -> Result<(), ConfigError> {
     let expected = format!("an integer in [1, {MOST_ITERATIONS}]");
     require((1..=MOST_ITERATIONS).contains(&iterations), "max_iterations", iterations, &expected)
 }
-
-/// Below the shortest step a robot moves less than the round-off of its position, beyond the longest no motion is
-/// resolved \[s\].
-const SHORTEST_STEP: f64 = 1e-8;
-const LONGEST_STEP: f64 = 1e3;
 
 /// Error of a velocity beyond which sliding at the speed of a robot, 0.1 m/s, is not told from sticking \[m/s\].
 const LARGEST_VELOCITY_ERROR: f64 = 0.01;

@@ -33,9 +33,7 @@ mod verdict;
 pub use backlash::{Backlash, MovedAxis, PlayedAxis};
 pub use body::{Body, Clock, HasBody, Scripted};
 pub use closing::{Closing, ClosingRow, Closings};
-pub use config::{
-    Accuracy, ImplicitConfig, IntegratorConfig, MOST_STEPS_PER_PERIOD, Method, Precision, ThesisConfig, step_length,
-};
+pub use config::{Accuracy, ImplicitConfig, IntegratorConfig, MOST_STEPS_PER_PERIOD, Method, Precision, ThesisConfig};
 pub use energy::EnergyLedger;
 pub use fleet::Fleet;
 pub use kernels::CompiledModel;
