@@ -15,6 +15,7 @@ from benchmarks import curves, texts
 from benchmarks.curves import Point
 from benchmarks.native import ROOT
 from benchmarks.results import Record, Results
+from snake_env._files import write_text
 from snake_env.markdown import table
 
 ERRORS = (0.1, 0.3, 1.0)
@@ -84,7 +85,7 @@ def write_blocks(results: Results) -> None:
     for page in PAGES:
         text = page.read_text()
         before, rest = text.split(BEGIN)
-        page.write_text(before + block(results) + rest.split(END, 1)[1])
+        write_text(page, before + block(results) + rest.split(END, 1)[1])
 
 
 def _cells(found: Cost | None) -> tuple[str, str]:

@@ -17,6 +17,7 @@ except ImportError as error:
     ) from error
 
 from snake_env import minimal, obstacles, rewards
+from snake_env._native import lanes as _lanes
 from snake_env.config import (
     PD,
     Gait,
@@ -85,4 +86,5 @@ __all__ = [
     "simulate",
 ]
 
+_lanes()  # refuses a width of registers that the processor lacks
 register()

@@ -295,6 +295,8 @@ def remove_physics(env: Any) -> None:
 class _NoPhysics:
     """Stands in for the native batch."""
 
+    is_interrupted = False
+
     def step(self, *arguments: Any) -> int:
         """Ends no episode."""
         return 0

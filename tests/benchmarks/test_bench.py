@@ -302,16 +302,6 @@ def test_a_later_run_renews_what_it_has_measured(results):
     assert "Measured anew by `make bench --parts`" in page.render(again, "images")
 
 
-@pytest.mark.parametrize("path", ["README.md", "docs/accuracy.md"])
-def test_pages_repeat_the_rates_that_were_measured(path):
-    committed = Results.read(command.DOCS / "benchmarks.json")
-    rows = re.findall(r"^\| `(Snake\w+-v1)` \| (\d.*) \|$", (native.ROOT / path).read_text(), re.MULTILINE)
-    assert len(rows) >= 4
-    for env, cells in rows:
-        rates = {f"{rate(committed, env, actions):,.0f}" for actions in ("random", "gait")}
-        assert rates <= set(cells.split(" | ")), env
-
-
 def pretend(monkeypatch, tmp_path, script):
     """Lets a Python script stand in for the measuring program."""
     program = tmp_path / "program"

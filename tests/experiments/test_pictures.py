@@ -65,13 +65,13 @@ def test_a_picture_is_not_stale_after_it_was_drawn(stale):
 
 @pytest.mark.parametrize(("model", "expected"), [("planar", PLANAR), ("spatial", SPATIAL), ("minimal", MINIMAL)])
 def test_physics_makes_those_stale_that_show_it(model, expected, stale, monkeypatch):
-    """A friction coefficient of one model is another by a thousandth."""
+    """A friction coefficient of one model is another by a hundredth."""
     simulate = Experiment.simulate
 
     def changed(self, **options):
         if self.model == model:
             along, across = self.scene.friction
-            self = dataclasses.replace(self, scene=dataclasses.replace(self.scene, friction=(1.001 * along, across)))
+            self = dataclasses.replace(self, scene=dataclasses.replace(self.scene, friction=(1.01 * along, across)))
         return simulate(self, **options)
 
     monkeypatch.setattr(Experiment, "simulate", changed)

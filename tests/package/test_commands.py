@@ -89,8 +89,8 @@ def test_bench_counts_processor_time_as_the_readme_does(monkeypatch):
 def test_bench_measures_the_environments_of_the_readme():
     readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
     speed = readme.partition("\n## Speed\n")[2].partition("\n## ")[0]
-    assert "steps per CPU second" in speed
-    assert tuple(re.findall(r"^\| `(\w+-v1)`", speed, re.MULTILINE)) == bench.IDS
+    assert "per CPU second" in speed
+    assert set(re.findall(r"^\| `(\w+-v1)`", speed, re.MULTILINE)) == set(bench.IDS)
 
 
 def test_card_of_a_policy(capsys):

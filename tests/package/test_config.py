@@ -121,7 +121,7 @@ def test_an_option_of_the_other_method_is_refused(method, own, others):
     Integrator(method=method, **SHARED_OPTIONS, **own)
     known = ", ".join([*SHARED_OPTIONS, *own])
     for name, value in others.items():
-        message = rf'^integrator\.{name} = {value}: expected an option of method="{method}": {known}$'
+        message = rf'^integrator\.{name} = {value!r}: expected an option of method="{method}": {known}$'
         with pytest.raises(ConfigError, match=message):
             Integrator(method=method, **{name: value})
         with pytest.raises(ConfigError, match=message):

@@ -83,7 +83,11 @@ def test_friction_at_an_obstacle_acts_along_it():
     across it. Means over a control period keep the bound."""
     for mu in (0.0, 0.5):
         env = SnakeVectorEnv(
-            1, task="free", scene=scene(Segment((0.6, -3.0), (0.6, 3.0), friction=mu)), start_jitter=0.0
+            1,
+            task="free",
+            scene=scene(Segment((0.6, -3.0), (0.6, 3.0), friction=mu)),
+            start_jitter=0.0,
+            integrator={"tolerance": 1e-7},
         )
         env.reset(seed=0)
         forces = []

@@ -74,7 +74,7 @@ def test_friction_at_a_peg_takes_energy_and_never_gives_any():
         runs.append(snake_env.simulate(scene=scene, gait=gait, start=start, duration=5.0))
     for run in runs:
         assert run.unconverged.sum() == 0
-        assert run.residual.max() < 1e-5
+        assert run.residual.max() < 1e-4
         assert run.max_penetration < 1e-3
     way = [run.position[-1, :, 0].mean() - run.position[0, :, 0].mean() for run in runs]
     assert 0.5 * way[0] < way[1] < way[0]

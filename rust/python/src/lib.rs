@@ -60,14 +60,13 @@ mod _native {
     /// Robots that are stepped side by side in a large batch: as SNAKE_ENV_LANES prescribes, or as many as the widest
     /// registers of the processor hold.
     #[pyfunction]
-    fn lanes() -> usize {
-        widest_lanes()
+    fn lanes() -> PyResult<usize> {
+        forced_lanes().map_err(CoreError::from)?;
+        Ok(widest_lanes())
     }
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
-        add_members(module.py())?;
-        forced_lanes().map_err(CoreError::from)?;
-        Ok(())
+        add_members(module.py())
     }
 }
