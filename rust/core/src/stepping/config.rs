@@ -165,11 +165,11 @@ impl ImplicitConfig {
     /// motion deviates: then all parts shorten in proportion, and the scheme keeps its order.
     pub fn accuracy(&self, default: &Accuracy) -> Accuracy {
         let (scale, step) = (self.precision.scale(), self.step.unwrap_or(default.step));
-        let shorter = step / default.step;
+        let shorter = if step < default.step { (step / default.step).powi(3) } else { f64::INFINITY };
         Accuracy {
             step,
             tolerance: self.tolerance.unwrap_or(scale * default.tolerance),
-            step_tolerance: self.step_tolerance.unwrap_or(scale.min(shorter.powi(3)) * default.step_tolerance),
+            step_tolerance: self.step_tolerance.unwrap_or(scale.min(shorter) * default.step_tolerance),
             impact_step: self.impact_step.unwrap_or(scale * default.impact_step),
         }
     }
