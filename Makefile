@@ -106,7 +106,7 @@ site: build .venv/.site-tools playground
 		--requirement pyproject.toml --extra all --group docs
 	touch $@
 
-# The pictures of the documents that are stale; PICTURES=--quick leaves out the learning curves, which train policies.
+# The pictures of the documents that are stale.
 pictures: build
 	$(BIN)/python -m experiments.pictures $(PICTURES)
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import subprocess
-import sys
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -28,7 +26,6 @@ from snake_env.reproduce.experiment import Experiment, Runs
 from snake_env.reproduce.experiments import experiments
 from snake_env.viewer import drawing as viewer_drawing
 from snake_env.viewer import live, plots
-from training import config as configs
 from training.evaluation import figures, inspection, inspection_figures
 from training.evaluation.loading import task as task_of
 
@@ -48,21 +45,19 @@ class Picture:
         code: functions and modules that draw it.
         configuration: on what else it depends; anything that JSON can hold.
         policies: shipped ones, and scripted controllers with the task for which they are tuned.
-        trains: it is drawn by training policies.
     """
 
     draw: Callable[[Path], tuple[str, ...]]
     code: Code
     configuration: Any = None
     policies: tuple[str, ...] = ()
-    trains: bool = False
 
 
 @cache
 def pictures() -> dict[str, Picture]:
-    """All by file name, those that train last."""
-    quick = (_films(), _thesis(), _benchmark(), _learning(), _difficulty(), _inspected(), _browser())
-    return {name: picture for group in (*quick, _trained()) for name, picture in group.items()}
+    """All by file name."""
+    groups = (_films(), _thesis(), _benchmark(), _learning(), _difficulty(), _inspected(), _browser())
+    return {name: picture for group in groups for name, picture in group.items()}
 
 
 def episode(policy: str, env_id: str, scene: int = 0, options: dict[str, Any] | None = None) -> str:
@@ -251,32 +246,3 @@ def _browser() -> dict[str, Picture]:
         "playground.png": Picture(partial(draw, page, hard), (page,), web, ("general",)),
         "sidewinding.gif": Picture(partial(draw, sidewinds, still), (sidewinds, film.write_gif), web),
     }
-
-
-TRAINED = {
-    "learning-curve.png": ("default", "training pipeline --fresh", "learning-curve.png"),
-    "learned-spatial-curve.png": (
-        "spatial",
-        "training sweep --configs spatial --seeds 5 --jobs 1 --fields 100",
-        "learning-curves.png",
-    ),
-    "learned-algorithms.png": ("algorithms", "experiments.algorithms --seeds 5 --fields 200", "learning-curves.png"),
-}
-"""Configuration, command without its ``--out``, and which file of that folder."""
-
-
-def _trained() -> dict[str, Picture]:
-    def draw(command: str, shown: str, run: str, path: Path) -> tuple[str, ...]:
-        out = path.parent / "out"
-        module = [sys.executable, "-m", *command.split()]
-        subprocess.run([*module, "--out", str(out)], check=True, stdout=subprocess.DEVNULL)
-        shutil.copyfile(out / shown, path)
-        return (run,)
-
-    found = {}
-    for name, (config, command, shown) in TRAINED.items():
-        settings = configs.load(config)
-        run = episode("gait", settings.env_id, 0, settings.env)
-        plain = [command, json.loads(json.dumps(settings, default=vars))]
-        found[name] = Picture(partial(draw, command, shown, run), (figures, drawing), plain, trains=True)
-    return found

@@ -6,7 +6,7 @@
 
 Every PNG and GIF file of docs/images holds what it was made from (:mod:`experiments.origin`); it is stale if that has
 changed. :mod:`experiments.picture_list` has them all. Three need Chromium and playwright, two of these also `make
-playground`; three show how policies learn, and train them anew.
+playground`.
 """
 
 from __future__ import annotations
@@ -46,14 +46,13 @@ def main(arguments: list[str] | None = None) -> int:
     cli = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     cli.add_argument("--only", nargs="+", choices=list(pictures()), metavar="FILE", help="draw these, stale or not")
     cli.add_argument("--check", action="store_true", help="draw nothing")
-    cli.add_argument("--quick", action="store_true", help="leave out those that train policies")
     args = cli.parse_args(arguments)
     left = 0
     for name in args.only or pictures():
         reasons = stale(name)
         if not reasons and not args.only:
             continue
-        if args.check or (args.quick and pictures()[name].trains):
+        if args.check:
             print(f"{name} is stale: {'; '.join(reasons)}")
             left += 1
             continue

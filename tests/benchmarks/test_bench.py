@@ -2,7 +2,6 @@
 
 import json
 import math
-import re
 import sys
 from pathlib import Path
 
@@ -14,7 +13,7 @@ pytest.importorskip("matplotlib")
 from benchmarks import command, comparison, curves, equal_error, native, page
 from benchmarks.curves import Point
 from benchmarks.results import REQUIRED, Results
-from benchmarks.targets import all_targets, rate
+from benchmarks.targets import all_targets
 
 SCENARIO = {
     "robot": {

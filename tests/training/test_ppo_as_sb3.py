@@ -19,7 +19,8 @@ UPDATES = 2
 HIDDEN = (16, 8)
 STEPS, ROBOTS = 32, 8
 ENV = {"max_episode_steps": 40, "goal_distance": 0.1, "difficulty": 1.0, "integrator": {"order": 1}}
-"""Equal steps, whose lengths do not depend on round-off. Episodes end within a rollout, some at the goal and some because time is up."""
+"""Equal steps, whose lengths do not depend on round-off. Episodes end within a rollout, some at the goal and some
+because time is up."""
 ROUND_OFF = 1e-4
 """Bound of a layer's difference, relative to what it has learned: Adam divides the round-off of a weight by the size of
 its gradient, so that of a single weight has none. Both learners differ by up to 1.3e-5, depending on the processor."""
