@@ -241,8 +241,8 @@ impl StepPlan {
     }
 }
 
-/// A length that deviates by [`AIM`], from one that deviated by `deviation`, and not less than `least` of it. Both exponents
-/// that a deviation may have are considered: the length grows by the larger and shrinks by the smaller.
+/// A length that deviates by [`AIM`], from one that deviated by `deviation`, and not less than `least` of it. A deviation
+/// grows with the square or the cube of the length: whichever gives the shorter one counts.
 fn scaled(length: f64, deviation: f64, least: f64) -> f64 {
     // A deviation that is not a number shortens the most.
     let share = AIM / deviation;
