@@ -3,7 +3,6 @@
 use serde::Serialize;
 
 use crate::figures::{FLAGGED_DEPTH, Figures};
-use snake_core::solver::RESIDUAL_LIMIT;
 
 /// Bounds of a scenario; figures with an infinite bound are reported but not tested.
 #[derive(Debug, Clone, Copy, Serialize)]
@@ -46,8 +45,8 @@ pub fn broken(figures: &Figures, bounds: &Bounds) -> Vec<String> {
     broken
 }
 
-/// Largest residual of a stage that is not counted \[m/s\]: `RESIDUAL_LIMIT` times the loosest tolerance of any case.
-const RESIDUAL: f64 = RESIDUAL_LIMIT * 1e-6;
+/// Largest residual of a stage that is not counted \[m/s\], see `snake_core::solver::residual_limit`.
+const RESIDUAL: f64 = 1e-4;
 
 /// Joints are eliminated, not solved for: what is left is the round-off of positions of metres \[m\].
 const JOINT_GAP: f64 = 1e-11;

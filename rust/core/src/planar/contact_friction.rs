@@ -6,7 +6,7 @@
 //! impulses, until they change by no more than the tolerance, as a velocity of the link.
 //!
 //! The certificate judges with the bounds of the solution itself. A stage whose bounds have not settled counts as
-//! unconverged, unless the certificate finds it within `RESIDUAL_LIMIT` tolerances like a solution of the fallback. It
+//! unconverged, unless the certificate finds it within `residual_limit` like a solution of the fallback. It
 //! keeps its solution where the bounds came close ([`KEPT_CHANGE`]), and is solved without friction at obstacles where they
 //! did not.
 

@@ -1,7 +1,7 @@
 //! The fallback for one lane of a register.
 
 use crate::math::Real;
-use crate::solver::{RESIDUAL_LIMIT, SolveStatus};
+use crate::solver::{SolveStatus, residual_limit};
 use crate::stepping::{FallbackResult, may_fall_back};
 
 use super::{Fallback, Stage, StageSolution, certify};
@@ -57,5 +57,5 @@ fn accept_lane<T: Real>(
     let certificate = certify(stage, solution);
     let (residual, gap) = (certificate.residual().lane(lane), certificate.gap.lane(lane));
     let accepted = || FallbackResult { solves: 0, pairs: 0, status: SolveStatus::Solved, residual, gap };
-    (residual <= RESIDUAL_LIMIT * tolerance).then(accepted)
+    (residual <= residual_limit(tolerance)).then(accepted)
 }

@@ -10,5 +10,5 @@ mod ray_search;
 pub(crate) use augmented_lagrangian::{LawForm, NewtonStep, StageProblem, Tuning, solve};
 pub(crate) use friction_term::FrictionTerm;
 pub(crate) use low_rank::{Coupling, EliminatedChain, LinkStep, LowRank};
-pub use outcome::{Outcome, RESIDUAL_LIMIT, SolveStatus, is_unsolved};
+pub use outcome::{Outcome, RESIDUAL_LIMIT, SolveStatus, is_unsolved, residual_limit};
 pub(crate) use ray_search::{NearestKink, Ray, step_length};

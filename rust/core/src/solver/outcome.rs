@@ -21,10 +21,18 @@ pub enum SolveStatus {
     Unsolved,
 }
 
-/// Largest residual over the tolerance of a stage that a fallback solved, and of any solved stage in 3D and in the minimal
-/// model: solvers bound velocities in the norm of the energy,
+/// Largest residual over the tolerance of a stage that a fallback solved, and of any solved stage of the minimal model: solvers bound velocities in the norm of the energy,
 /// certificates check every link separately.
 pub const RESIDUAL_LIMIT: f64 = 100.0;
+
+/// Largest residual of a stage of this tolerance that a fallback solved \[m/s\]: [`RESIDUAL_LIMIT`] tolerances, but no more
+/// than 0.1 mm/s unless the tolerance itself is looser.
+pub fn residual_limit(tolerance: f64) -> f64 {
+    (RESIDUAL_LIMIT * tolerance).min(LARGEST_RESIDUAL).max(tolerance)
+}
+
+/// \[m/s\]
+const LARGEST_RESIDUAL: f64 = 1e-4;
 
 /// Whether the solver left a stage unsolved: its stopping rule was not met, or the certificate's residual \[m/s\] exceeds
 /// `limit` or is NaN. The caller hands such a stage to the fallback, if it has one.

@@ -2,7 +2,7 @@
 //! contradict each other, a relaxed stage.
 
 use crate::planar::{Stage, StageSolution, certify};
-use crate::solver::{RESIDUAL_LIMIT, SolveStatus};
+use crate::solver::{SolveStatus, residual_limit};
 
 use super::{InteriorPoint, Newton};
 
@@ -91,7 +91,8 @@ impl Solvers {
         let enough = (0.5 * stage.lightest_mass() * tolerance * tolerance).max(ACCEPTED_GAP * self.energy);
         let residual = certificate.residual() / tolerance;
         // Impulses of a jam may be so large that even a small residual leaves more than the required gap.
-        let merit = (certificate.gap / enough).min(10.0 * residual).max(residual / RESIDUAL_LIMIT);
+        let merit =
+            (certificate.gap / enough).min(10.0 * residual).max(residual * tolerance / residual_limit(tolerance));
         let is_number = !certificate.gap.is_nan() && !residual.is_nan();
         (if is_number { merit } else { f64::INFINITY }, residual)
     }

@@ -4,7 +4,7 @@
 
 use nalgebra::Vector2;
 
-use crate::solver::{RESIDUAL_LIMIT, SolveStatus};
+use crate::solver::{SolveStatus, residual_limit};
 use crate::spatial::{Stage, StageLink, StageSolution, Twist, certify};
 
 use super::{CoulombNewton, Newton};
@@ -111,7 +111,7 @@ impl Attempt {
 /// At most 1 for a solution that is good enough.
 fn merit(stage: &Stage, solution: &StageSolution, tolerance: f64) -> f64 {
     let residual = certify(stage, solution).residual();
-    if residual.is_nan() { f64::INFINITY } else { residual / (RESIDUAL_LIMIT * tolerance) }
+    if residual.is_nan() { f64::INFINITY } else { residual / residual_limit(tolerance) }
 }
 
 /// M^-1 p.
