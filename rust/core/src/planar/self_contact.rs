@@ -140,10 +140,6 @@ impl<T: Real> SelfContactDetection<T> {
         self.near[lane]
     }
 
-    pub fn is_any_near(&self) -> bool {
-        self.near != NO_LANES
-    }
-
     pub fn begin_step(&mut self) {
         self.near = NO_LANES;
     }
