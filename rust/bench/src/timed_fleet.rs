@@ -63,7 +63,7 @@ impl TimedFleet {
             self.fleet.advance(&self.system, &mut moving, WINDOW / SAMPLES as f64, |_| true);
             for robot in &moving {
                 let contacts = robot.body.warm_start.self_contacts.iter();
-                let pressed = contacts.filter(|contact| contact.force > 0.0 && !contact.place.is_stop());
+                let pressed = contacts.filter(|contact| contact.force > 0.0);
                 count += pressed.map(|contact| contact.place.links).collect::<HashSet<_>>().len();
             }
         }

@@ -1,10 +1,14 @@
 //! How a penetration is undone: the same in all models (T 3.55 != D10).
 
+use crate::math::Real;
+
 /// Gap that a contact may keep at the end of a stage, zero or negative \[m\]: what is left of the penetration `depth`
 /// from before the step, `elapsed` after its start.
-pub fn remaining_gap(depth: f64, elapsed: f64) -> f64 {
-    let speed_up = 1.0 + depth / SLIGHT_DEPTH;
-    -depth * (1.0 - speed_up * elapsed / RECOVERY_TIME).max(0.0)
+#[inline(always)]
+pub fn remaining_gap<T: Real>(depth: T, elapsed: T) -> T {
+    let one = T::splat(1.0);
+    let speed_up = one + depth / T::splat(SLIGHT_DEPTH);
+    -depth * (one - speed_up * elapsed / T::splat(RECOVERY_TIME)).max(T::zero())
 }
 
 /// Predicted penetration, relative to the sum of the radii, beyond which the side of a peg is uncertain.

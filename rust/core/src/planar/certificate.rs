@@ -11,6 +11,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::judge::{self, BalancedLink, ChainBalance, Mobility, worse};
 use crate::math::{Real, add_scaled};
+use crate::stepping::StageStop;
 
 use super::stage::{Stage, StageContact, StageContactFriction, StageJoint, StageLink, StagePair, StageSolution};
 
@@ -73,6 +74,9 @@ fn verify_chain<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certific
             let (next, u_next) = (&stage.links[i + 1], &solution.twist[i + 1]);
             let violation = actuator_violation(&stage.joints[i], u_next.z - u.z, solution.actuator[i]);
             certificate.law = worse(certificate.law, violation * mobility.torque);
+            if let (Some(stop), Some(impulses)) = (stage.stops.get(i), solution.stop.get(i)) {
+                verify_stop(stop, mass, u_next.z - u.z, impulses, certificate);
+            }
             let near = end_velocity(link, u, T::splat(1.0));
             let far = end_velocity(next, u_next, T::splat(-1.0));
             let (x, y) = (near.x - far.x, near.y - far.y);
@@ -90,6 +94,17 @@ fn verify_chain<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certific
     certificate.joint = squared_joint.sqrt();
     certificate.balance = balance.worst;
     certificate.gap += balance.energy;
+}
+
+/// Both stops of a joint at its rate, behind a link of mass `mass`.
+#[inline(always)]
+fn verify_stop<T: Real>(stop: &StageStop<T>, mass: T, rate: T, impulses: &[T; 2], certificate: &mut Certificate<T>) {
+    let velocity = stop.lever * rate;
+    let openings = [stop.offset[0] - velocity, stop.offset[1] + velocity];
+    for (opening, &impulse) in openings.into_iter().zip(impulses) {
+        certificate.law = worse(certificate.law, judge::half_line(impulse, opening, mass) / mass);
+        certificate.gap += worse(T::zero(), impulse * opening);
+    }
 }
 
 #[inline(always)]
@@ -173,16 +188,26 @@ fn applied_impulse<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: us
     applied
 }
 
-/// Friction and actuator impulses on link `i` as (x, y, moment about the CG).
+/// Impulse of a joint's actuator and stops, positive driving phi upwards \[N m s\].
+#[inline(always)]
+fn joint_impulse<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, joint: usize) -> T {
+    let mut impulse = solution.actuator[joint];
+    if let (Some(stop), Some([upper, lower])) = (stage.stops.get(joint), solution.stop.get(joint)) {
+        impulse += stop.lever * (*lower - *upper);
+    }
+    impulse
+}
+
+/// Impulses of friction and joints on link `i` as (x, y, moment about the CG).
 #[inline(always)]
 fn own_impulse<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: usize) -> Vector3<T> {
     let friction = stage.links[i].heading.to_world(solution.friction[i]);
     let mut moment = T::zero();
     if i > 0 {
-        moment += solution.actuator[i - 1];
+        moment += joint_impulse(stage, solution, i - 1);
     }
     if i < solution.actuator.len() {
-        moment -= solution.actuator[i];
+        moment -= joint_impulse(stage, solution, i);
     }
     Vector3::new(friction.x, friction.y, moment)
 }

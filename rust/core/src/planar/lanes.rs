@@ -1,12 +1,23 @@
 //! Copies of one robot's stage from the lanes of many, and of its solution back to them.
+//!
+//! In the copy the stops of joints are contacts between neighbouring links: the fallback needs one kind of row less.
 
 use nalgebra::{Vector2, Vector3};
 
 use crate::math::Real;
+use crate::stepping::StageStop;
 
 use super::{Heading, Stage, StageContact, StageJoint, StageLink, StagePair, StageSolution};
 
 impl<T: Real> Stage<T> {
+    /// The stop of a lane's joint as a contact between the links.
+    fn stop_as_pair(&self, lane: usize, joint: usize, side: usize) -> StagePair {
+        let stop = &self.stops[joint];
+        let turn = StageStop::<T>::SIDES[side] * stop.lever.lane(lane);
+        let direction = [Vector3::new(0.0, 0.0, turn), Vector3::new(0.0, 0.0, -turn)];
+        StagePair { links: [joint, joint + 1], direction, offset: stop.offset[side].lane(lane) }
+    }
+
     /// Copies the stage of `lane` into `one`, with the contacts that the lane has.
     pub fn copy_lane(&self, lane: usize, one: &mut Stage) {
         let vector = |v: &Vector3<T>| Vector3::new(v.x.lane(lane), v.y.lane(lane), v.z.lane(lane));
@@ -40,6 +51,9 @@ impl<T: Real> Stage<T> {
             direction: pair.direction.each_ref().map(vector),
             offset: pair.offset.lane(lane),
         }));
+        one.stops.clear();
+        one.pairs
+            .extend(StageStop::in_lane(&self.stops, lane).map(|(joint, side)| self.stop_as_pair(lane, joint, side)));
     }
 }
 
@@ -78,6 +92,8 @@ impl<T: Real> StageSolution<T> {
         one.pair.clear();
         let impulses = self.pair.iter().zip(&stage.pairs).filter(|(_, pair)| pair.is_in(lane));
         one.pair.extend(impulses.map(|(impulse, _)| impulse.lane(lane)));
+        one.stop.clear();
+        one.pair.extend(StageStop::in_lane(&stage.stops, lane).map(|(joint, side)| self.stop[joint][side].lane(lane)));
     }
 
     /// Copies `one` to the solution of `lane`; both are of the same `stage`.
@@ -98,9 +114,12 @@ impl<T: Real> StageSolution<T> {
         for ((many, _), one) in impulses.zip(&one.contact) {
             many.set_lane(lane, *one);
         }
-        let impulses = self.pair.iter_mut().zip(&stage.pairs).filter(|(_, pair)| pair.is_in(lane));
-        for ((many, _), one) in impulses.zip(&one.pair) {
-            many.set_lane(lane, *one);
+        let mut impulses = one.pair.iter();
+        for (many, _) in self.pair.iter_mut().zip(&stage.pairs).filter(|(_, pair)| pair.is_in(lane)) {
+            impulses.next().into_iter().for_each(|one| many.set_lane(lane, *one));
+        }
+        for ((joint, side), one) in StageStop::in_lane(&stage.stops, lane).zip(impulses) {
+            self.stop[joint][side].set_lane(lane, *one);
         }
     }
 }

@@ -16,7 +16,6 @@ mod contacts;
 mod energy;
 mod heading;
 mod io_drive;
-mod joint_stop;
 mod kinematics;
 mod lane_fallback;
 mod lanes;

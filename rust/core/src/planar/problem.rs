@@ -119,6 +119,7 @@ impl Problem {
             coefficient: self.coefficient,
             links: self.links.iter().map(StageLink::from).collect(),
             joints: self.joints.iter().map(StageJoint::from).collect(),
+            stops: Vec::new(),
             contacts: self.contacts.iter().map(StageContact::from).collect(),
             contact_friction: Vec::new(),
             pairs: self.pairs.iter().map(StagePair::from).collect(),
@@ -212,6 +213,6 @@ impl From<&StageSolution> for Answer {
 impl From<Answer> for StageSolution {
     fn from(answer: Answer) -> Self {
         let Answer { twist, friction, drive, contact, pair } = answer;
-        Self { twist, friction, actuator: drive, contact, contact_friction: Vec::new(), pair }
+        Self { twist, friction, actuator: drive, stop: Vec::new(), contact, contact_friction: Vec::new(), pair }
     }
 }

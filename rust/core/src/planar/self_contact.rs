@@ -1,4 +1,4 @@
-//! Contacts of robots with themselves and joints at their limits: detected before a stage is solved, stored after it.
+//! Contacts of robots with themselves: detected before a stage is solved, stored after it.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -13,13 +13,11 @@ use crate::robot::{Link, Robot};
 use crate::stepping::lanes::{Lanes, NO_LANES, active, read_vector, set_vector};
 use crate::stepping::{ClosingRow, ContactImpulse, Driven, Members, Source};
 
-use super::joint_stop::JointStop;
 use super::link_pairs::{PosedRobot, place_in_lane};
 use super::workspace::Workspace;
 use super::{Planar, Stage, StagePair};
 
-/// Two links and which of their four ends touches the other link; of neighbours, 0 for the stop at the largest angle of
-/// their joint and 1 for that at the least.
+/// Two links that are not neighbours, and which of their four ends touches the other link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct PairPlace {
     pub links: [usize; 2],
@@ -27,16 +25,10 @@ pub struct PairPlace {
 }
 
 impl PairPlace {
-    /// Whether it is the stop of a joint.
-    pub fn is_stop(&self) -> bool {
-        self.links[0] + 1 == self.links[1]
-    }
-
     /// Whether it is of a robot of `links` links.
     pub fn fits(&self, links: usize) -> bool {
         let [i, j] = self.links;
-        let ends = if self.is_stop() { 2 } else { 4 };
-        i < j && j < links && self.end < ends
+        i + 1 < j && j < links && self.end < 4
     }
 }
 
@@ -57,13 +49,9 @@ pub struct SelfContact {
 pub struct SelfContactDetection<T: Real> {
     /// None where robots do not touch themselves.
     bound: Option<FoldingBound>,
-    /// Largest angle of a joint \[rad\].
-    joint_limit: f64,
-    /// The lanes whose predicted posture allows contact, those of them where links on either side of a link may touch, and
-    /// those with a joint near its limit.
+    /// The lanes whose predicted posture allows contact, and those of them where links on either side of a link may touch.
     folded: T::Mask,
     sharp: T::Mask,
-    bent: T::Mask,
     /// Pairs of links that may touch at the predicted end.
     close_pairs: ClosePairs<T>,
     /// The lanes that had contacts in the current step.
@@ -88,10 +76,8 @@ impl<T: Real> SelfContactDetection<T> {
         let links = &robot.links;
         Self {
             bound: robot.self_contact.then(|| FoldingBound::new(links, CLEARANCE)),
-            joint_limit: robot.joint_limit,
             folded: T::Mask::of(|_| false),
             sharp: T::Mask::of(|_| false),
-            bent: T::Mask::of(|_| false),
             close_pairs: ClosePairs::new(links),
             near: NO_LANES,
             found: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links.len() * T::LANES),
@@ -100,18 +86,13 @@ impl<T: Real> SelfContactDetection<T> {
         }
     }
 
-    /// Records the lanes in which a robot of these poses may touch itself or meet the limit of a joint.
+    /// Records the lanes in which a robot that is so folded may touch itself.
     #[inline(always)]
-    pub fn predict(&mut self, poses: &[Vector3<T>]) {
-        if !self.is_enabled() {
-            return;
-        }
-        let folding = Folding::of(poses.iter().map(|pose| pose.z));
+    pub fn predict(&mut self, folding: &Folding<T>) {
         if let Some(bound) = &self.bound {
-            self.folded = bound.exceeded_by(&folding);
-            self.sharp = bound.is_sharp(&folding);
+            self.folded = bound.exceeded_by(folding);
+            self.sharp = bound.is_sharp(folding);
         }
-        self.bent = T::splat(self.joint_limit - STOP_CLEARANCE).lt(folding.bend);
     }
 
     /// Lists the pairs of links that may touch at poses which [`Self::predict`] has seen, in those of the `pending` lanes that
@@ -124,15 +105,15 @@ impl<T: Real> SelfContactDetection<T> {
         }
     }
 
-    /// Whether robots touch themselves or have limited joints.
+    /// Whether robots touch themselves.
     fn is_enabled(&self) -> bool {
-        self.bound.is_some() || self.joint_limit.is_finite()
+        self.bound.is_some()
     }
 
     /// Whether a predicted posture allows contacts.
     #[inline(always)]
     pub fn is_any_possible(&self) -> bool {
-        self.folded.any() || self.bent.any()
+        self.folded.any()
     }
 
     /// Whether a lane had contacts in the current step.
@@ -196,18 +177,6 @@ impl<T: Real> SelfContactDetection<T> {
             found.push(Found::new(robot, place, direction, gap_rate, known));
         });
     }
-
-    /// Lists the stops near the joints of one robot.
-    fn find_stops(&mut self, robot: &PosedRobot<T>, known: &[SelfContact]) {
-        let (limit, lane) = (self.joint_limit, robot.lane);
-        let angle = |link: usize| robot.end[link].z.lane(lane);
-        JointStop::visit_near(robot.links, angle, limit, STOP_CLEARANCE, |place, stop| {
-            let direction = stop.direction();
-            let rate = |end: usize| direction[end].z * robot.travel[place.links[end]].z.lane(lane);
-            let gap_rate = stop.gap(angle, limit) / robot.coefficient - (rate(0) + rate(1));
-            self.found.push(Found::new(robot, place, direction, gap_rate, known));
-        });
-    }
 }
 
 impl Found {
@@ -240,11 +209,8 @@ impl<T: Real> Workspace<T> {
         }
         let Self { self_contacts, stage, motion_bound, start_pose, base, predicted, heading, travel, .. } = self;
         self_contacts.found.clear();
-        for lane in active(pending) {
-            let (is_folded, is_bent) = (self_contacts.folded.lane(lane), self_contacts.bent.lane(lane));
-            if !is_folded && !is_bent {
-                continue;
-            }
+        let folded = self_contacts.folded;
+        for lane in active(pending).filter(|&lane| folded.lane(lane)) {
             let (coefficient, motion_bound) = (stage.coefficient.lane(lane), motion_bound.lane(lane));
             let displacement = motion_bound.displacement;
             let margin = motion_bound.contact_margin(coefficient, 2.0, members.system.smallest_radius());
@@ -264,12 +230,7 @@ impl<T: Real> Workspace<T> {
             };
             let known = &members.body(lane).warm_start.self_contacts;
             let before = self_contacts.found.len();
-            if is_folded {
-                self_contacts.find_contacts(&robot, known);
-            }
-            if is_bent {
-                self_contacts.find_stops(&robot, known);
-            }
+            self_contacts.find_contacts(&robot, known);
             self_contacts.near[lane] |= self_contacts.found.len() > before;
         }
         self_contacts.lay_out(&mut stage.pairs);
@@ -341,9 +302,6 @@ impl<T: Real> Workspace<T> {
 
     /// Gap at a place at the end of the step \[m\].
     fn end_gap_of_pair(&self, links: &[Link], lane: usize, place: &PairPlace) -> f64 {
-        if let Some(stop) = JointStop::at(place, links) {
-            return stop.gap(|link| self.end[link].z.lane(lane), self.self_contacts.joint_limit);
-        }
         let at_end = place.links.map(|link| place_in_lane(links, link, lane, &self.end, &self.heading));
         link_pair_contact([&at_end[0], &at_end[1]], place.end).gap
     }
@@ -359,7 +317,3 @@ impl<T: Real> Workspace<T> {
 
 /// Clearance below which links are examined \[m\]: more than they move between a prediction and the end of its stage.
 const CLEARANCE: f64 = 0.01;
-
-/// Distance of a joint from its limit below which the stop is examined \[rad\]: more than joints turn between a prediction
-/// and the end of its stage.
-const STOP_CLEARANCE: f64 = 0.1;

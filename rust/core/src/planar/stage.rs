@@ -16,6 +16,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
 use crate::math::Real;
+use crate::stepping::StageStop;
 
 use super::Heading;
 
@@ -75,8 +76,7 @@ pub struct StageContactFriction<T = f64> {
     pub bound: T,
 }
 
-/// One contact between two links in a stage, or the stop of a joint between neighbours. A lane without it has
-/// directions 0 and offset 1.
+/// One contact between two links in a stage. A lane without it has directions 0 and offset 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StagePair<T = f64> {
     /// In order along the chain.
@@ -94,6 +94,8 @@ pub struct Stage<T = f64> {
     pub coefficient: T,
     pub links: Vec<StageLink<T>>,
     pub joints: Vec<StageJoint<T>>,
+    /// Of each joint; empty where no joint is near a stop.
+    pub stops: Vec<StageStop<T>>,
     /// Sorted by link.
     pub contacts: Vec<StageContact<T>>,
     /// Of those contacts that have it, in their order.
@@ -108,6 +110,7 @@ impl<T: Real> Stage<T> {
             coefficient: T::zero(),
             links: Vec::with_capacity(links),
             joints: Vec::with_capacity(links - 1),
+            stops: Vec::with_capacity(links - 1),
             contacts: Vec::with_capacity(PAIRS_PER_LINK * links),
             contact_friction: Vec::with_capacity(PAIRS_PER_LINK * links),
             pairs: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
@@ -188,6 +191,8 @@ pub struct StageSolution<T = f64> {
     pub friction: Vec<Vector2<T>>,
     /// D of each joint, positive driving phi upwards: -c tau_C of (T 3.51) \[N m s\].
     pub actuator: Vec<T>,
+    /// Impulses of each entry of [`Stage::stops`] \[N s\].
+    pub stop: Vec<[T; 2]>,
     /// P_H of each entry of [`Stage::contacts`] \[N s\].
     pub contact: Vec<T>,
     /// Impulse of each entry of [`Stage::contact_friction`] \[N s\].
@@ -202,6 +207,7 @@ impl<T: Real> StageSolution<T> {
             twist: vec![Vector3::new(T::zero(), T::zero(), T::zero()); links],
             friction: vec![Vector2::new(T::zero(), T::zero()); links],
             actuator: vec![T::zero(); links - 1],
+            stop: Vec::with_capacity(links - 1),
             contact: Vec::with_capacity(PAIRS_PER_LINK * links),
             contact_friction: Vec::with_capacity(PAIRS_PER_LINK * links),
             pair: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),

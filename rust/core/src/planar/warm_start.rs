@@ -19,6 +19,8 @@ pub struct WarmStart {
     /// Twists of the links with which a postponed stage is solved again; empty where none is.
     #[serde(skip)]
     pub guess: Vec<Vector3<f64>>,
+    /// Forces at both stops of each joint \[N\].
+    pub joint_stops: Vec<[f64; 2]>,
     /// Position of each joint in its backlash, phi less the motor's angle \[rad\].
     pub backlash: Vec<f64>,
 }
@@ -33,6 +35,7 @@ impl stepping::WarmStart for WarmStart {
             near: NearPegs::with_capacity(links),
             self_contacts: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
             guess: Vec::with_capacity(links),
+            joint_stops: vec![[0.0; 2]; links - 1],
             backlash: vec![0.0; links - 1],
         }
     }
@@ -43,6 +46,7 @@ impl stepping::WarmStart for WarmStart {
         self.near.clear();
         self.self_contacts.clear();
         self.guess.clear();
+        self.joint_stops.fill([0.0; 2]);
         self.backlash.fill(0.0);
     }
 
@@ -57,6 +61,7 @@ impl stepping::WarmStart for WarmStart {
     fn fits(saved: &Self, links: usize, pegs: usize) -> bool {
         saved.friction.len() == links
             && saved.joint_torque.len() == links - 1
+            && saved.joint_stops.len() == links - 1
             && saved.backlash.len() == links - 1
             && saved.near.fits(links, pegs)
             && saved.self_contacts.iter().all(|contact| contact.place.fits(links))

@@ -130,6 +130,14 @@ fn verify_joint<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, j: usize
         let impulse = solution.actuator[j][axis];
         let violation = judge::clamp_with_backlash(impulse, wanted, drive.slack, drive.limit);
         certificate.actuator = worse(certificate.actuator, violation * mobility.torque);
+        if let (Some(stop), Some(impulses)) = (stage.stops.get(2 * j + axis), solution.stop.get(2 * j + axis)) {
+            let velocity = stop.lever * rate;
+            for (opening, &impulse) in [stop.offset[0] - velocity, stop.offset[1] + velocity].into_iter().zip(impulses)
+            {
+                let violation = judge::half_line(impulse, opening, near.mass) / near.mass;
+                certificate.normal = worse(certificate.normal, violation);
+            }
+        }
     }
 }
 
@@ -160,8 +168,11 @@ fn verify_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certif
         // About the joint behind the link.
         moment = minus(&moment, &vector(&joint_point(link, 1.0), &force));
         let axes = [link.axes[1], stage.links[i + 1].axes[0]];
-        for (axis, drive) in axes.iter().zip(&solution.actuator[i]) {
-            let left = scalar(axis, &moment) + *drive;
+        for (k, (axis, drive)) in axes.iter().zip(&solution.actuator[i]).enumerate() {
+            let mut left = scalar(axis, &moment) + *drive;
+            if let (Some(stop), Some([upper, lower])) = (stage.stops.get(2 * i + k), solution.stop.get(2 * i + k)) {
+                left += stop.lever * (*lower - *upper);
+            }
             certificate.balance = worse(certificate.balance, left.abs() * mobility.end);
         }
     }

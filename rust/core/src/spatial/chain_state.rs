@@ -30,6 +30,8 @@ pub struct ChainState {
     pub pairs: Vec<Pair>,
     /// Contacts of the robot with itself in the last stage.
     pub self_contacts: Vec<SelfContact>,
+    /// Forces at both stops of each axis \[N\].
+    pub joint_stops: Vec<[f64; 2]>,
     /// The last step began at rest.
     pub began_at_rest: bool,
     /// Velocity with which a postponed stage is solved again, if there is one.
@@ -164,6 +166,7 @@ pub struct SavedForces {
     stands: Vec<[bool; 2]>,
     pairs: Vec<Pair>,
     self_contacts: Vec<SelfContact>,
+    joint_stops: Vec<[f64; 2]>,
     backlash: Vec<f64>,
 }
 
@@ -179,6 +182,7 @@ impl WarmStart for ChainState {
             stands: vec![[false; 2]; links],
             pairs: Vec::with_capacity(4 * links),
             self_contacts: Vec::with_capacity(4 * links),
+            joint_stops: vec![[0.0; 2]; 2 * (links - 1)],
             began_at_rest: false,
             guess: ChainVelocity::rest(links),
             is_postponed: false,
@@ -195,13 +199,14 @@ impl WarmStart for ChainState {
         self.stands.fill([false; 2]);
         self.pairs.clear();
         self.self_contacts.clear();
+        self.joint_stops.fill([0.0; 2]);
         self.joint_torque.fill(Vector2::zeros());
         self.backlash.fill(0.0);
     }
 
     fn save(&self) -> SavedForces {
-        let Self { began_at_rest, forces, stands, pairs, self_contacts, backlash, .. } = self.clone();
-        SavedForces { began_at_rest, forces, stands, pairs, self_contacts, backlash }
+        let Self { began_at_rest, forces, stands, pairs, self_contacts, joint_stops, backlash, .. } = self.clone();
+        SavedForces { began_at_rest, forces, stands, pairs, self_contacts, joint_stops, backlash }
     }
 
     fn resume(&mut self, saved: &SavedForces) {
@@ -211,12 +216,14 @@ impl WarmStart for ChainState {
         self.pairs.clear();
         self.pairs.extend_from_slice(&saved.pairs);
         self.self_contacts.clone_from(&saved.self_contacts);
+        self.joint_stops.copy_from_slice(&saved.joint_stops);
         self.backlash.copy_from_slice(&saved.backlash);
     }
 
     fn fits(saved: &SavedForces, links: usize, pegs: usize) -> bool {
         saved.forces.fits(links)
             && saved.stands.len() == links
+            && saved.joint_stops.len() == 2 * (links - 1)
             && saved.backlash.len() == 2 * (links - 1)
             && saved.pairs.iter().all(|pair| pair.link < links && pair.peg < pegs)
             && saved.self_contacts.iter().all(|contact| contact.place.fits(links))

@@ -38,9 +38,9 @@ impl LaneFallback {
         if !self.stage.links.iter().all(|link| is_finite(&link.momentum)) || !may_fall_back(solves_left, pairs) {
             return None;
         }
-        solution.read_lane(lane, contacts.of_lane(lane), &mut self.solution);
+        solution.read_lane(stage, lane, contacts.of_lane(lane), &mut self.solution);
         let (solves, status) = self.fallback.solve_hard(&self.stage, &mut self.solution, tolerance);
-        solution.set_lane(lane, contacts.of_lane(lane), &self.solution);
+        solution.set_lane(stage, lane, contacts.of_lane(lane), &self.solution);
         let residual = certify(&self.stage, &self.solution).residual();
         Some(FallbackResult { solves, pairs, status, residual, gap: 0.0 })
     }

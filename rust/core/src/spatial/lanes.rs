@@ -3,6 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use crate::math::Real;
+use crate::stepping::StageStop;
 
 use super::{
     ChainVelocity, Configuration, Frame, SpatialVector, Stage, StageDrive, StageLink, StagePair, StagePeg,
@@ -197,7 +198,8 @@ impl<T: Real> ChainVelocity<T> {
 }
 
 impl<T: Real> Stage<T> {
-    /// The stage of one robot; of all peg contacts those of `pegs` are its own.
+    /// The stage of one robot; of all peg contacts those of `pegs` are its own. Its stops become contacts between
+    /// neighbouring links: the fallback needs one kind of row less.
     pub fn read_lane(&self, lane: usize, pegs: impl Iterator<Item = usize> + Clone, to: &mut Stage) {
         to.coefficient = Real::lane(self.coefficient, lane);
         to.friction.sliding = self.friction.sliding.lane(lane);
@@ -212,12 +214,28 @@ impl<T: Real> Stage<T> {
         to.pegs.extend(pegs.map(|peg| self.pegs[peg].lane(lane)));
         to.pairs.clear();
         to.pairs.extend(self.pairs.iter().map(|pair| pair.lane(lane)));
+        to.stops.clear();
+        for (axis, side) in StageStop::in_lane(&self.stops, lane) {
+            let joint = axis / 2;
+            let about = [to.links[joint].axes[1], to.links[joint + 1].axes[0]][axis % 2];
+            let turn = StageStop::<T>::SIDES[side] * Real::lane(self.stops[axis].lever, lane);
+            let direction = [turn, -turn].map(|turn| Wrench { angular: about * turn, ..Wrench::zero() });
+            let offset = Real::lane(self.stops[axis].offset[side], lane);
+            to.pairs.push(StagePair { links: [joint, joint + 1], direction, offset });
+        }
     }
 }
 
 impl<T: Real> StageSolution<T> {
     /// The solution of one robot; `pegs` as in [`Stage::read_lane`].
-    pub fn read_lane(&self, lane: usize, pegs: impl Iterator<Item = usize> + Clone, to: &mut StageSolution) {
+    pub fn read_lane(
+        &self,
+        stage: &Stage<T>,
+        lane: usize,
+        pegs: impl Iterator<Item = usize> + Clone,
+        to: &mut StageSolution,
+    ) {
+        let stops = StageStop::in_lane(&stage.stops, lane);
         read_lane::<T, _>(&self.twist, lane, &mut to.twist);
         read_lane::<T, _>(&self.rate, lane, &mut to.rate);
         read_lane::<T, _>(&self.normal, lane, &mut to.normal);
@@ -230,9 +248,18 @@ impl<T: Real> StageSolution<T> {
         to.peg.extend(pegs.map(|peg| Real::lane(self.peg[peg], lane)));
         to.pair.clear();
         to.pair.extend(self.pair.iter().map(|pair| Real::lane(*pair, lane)));
+        to.stop.clear();
+        to.pair.extend(stops.map(|(axis, side)| Real::lane(self.stop[axis][side], lane)));
     }
 
-    pub fn set_lane(&mut self, lane: usize, pegs: impl Iterator<Item = usize> + Clone, from: &StageSolution) {
+    pub fn set_lane(
+        &mut self,
+        stage: &Stage<T>,
+        lane: usize,
+        pegs: impl Iterator<Item = usize> + Clone,
+        from: &StageSolution,
+    ) {
+        let stops = StageStop::in_lane(&stage.stops, lane);
         write_lane::<T, _>(&mut self.twist, lane, &from.twist);
         write_lane::<T, _>(&mut self.rate, lane, &from.rate);
         write_lane::<T, _>(&mut self.normal, lane, &from.normal);
@@ -246,5 +273,8 @@ impl<T: Real> StageSolution<T> {
             Real::set_lane(&mut self.peg[peg], lane, *impulse);
         }
         write_lane::<T, _>(&mut self.pair, lane, &from.pair);
+        for ((axis, side), impulse) in stops.zip(&from.pair[self.pair.len()..]) {
+            Real::set_lane(&mut self.stop[axis][side], lane, *impulse);
+        }
     }
 }

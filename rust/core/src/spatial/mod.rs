@@ -24,7 +24,6 @@ mod dynamics;
 mod energy;
 mod ground;
 mod joint;
-mod joint_stop;
 mod kinematics;
 mod lane_fallback;
 mod lanes;

@@ -5,28 +5,19 @@ use serde::{Deserialize, Serialize};
 use crate::contact::CAPSULE_CONTACTS;
 use crate::math::Real;
 
-use super::joint_stop::JOINT_STOPS;
-
-/// Two links, and which of the contacts that a pair can have.
+/// Two links that are not neighbours, and which of the contacts that a pair can have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct PairPlace {
     pub links: [usize; 2],
-    /// Number of the contact, see [`crate::contact::capsule_contacts`]; of neighbours, number of the stop of their joint, see
-    /// [`JointStop::place`](super::joint_stop::JointStop::place).
+    /// Number of the contact, see [`crate::contact::capsule_contacts`].
     pub contact: usize,
 }
 
 impl PairPlace {
-    /// Whether it is the stop of a joint.
-    pub fn is_stop(&self) -> bool {
-        self.links[0] + 1 == self.links[1]
-    }
-
     /// Whether it is of a robot of `links` links.
     pub fn fits(&self, links: usize) -> bool {
         let [i, j] = self.links;
-        let contacts = if self.is_stop() { JOINT_STOPS } else { CAPSULE_CONTACTS };
-        i < j && j < links && self.contact < contacts
+        i + 1 < j && j < links && self.contact < CAPSULE_CONTACTS
     }
 }
 

@@ -1,4 +1,4 @@
-//! How deep the end of a step takes links into obstacles and into each other, and joints beyond their limits; see [`crate::stepping::penetration`].
+//! How deep the end of a step takes links into obstacles and into each other; see [`crate::stepping::penetration`].
 //!
 //! A link of which some point moves farther than its radius in one step near a contact could pass to the other side of it,
 //! so such a step is divided, too.
@@ -21,7 +21,7 @@ impl<T: Real> Workspace<T> {
         let links = &members.system.robot.links;
         for lane in active(lanes) {
             let obstacles = &members.body(lane).pegs;
-            let mut sinking = self.sinking_into_stops(links, lane);
+            let mut sinking = Sinking::No;
             if self.may_reach(lane, obstacles) {
                 for (i, link) in links.iter().enumerate() {
                     let ends = [&self.start_frames[i], &self.frames[i]];

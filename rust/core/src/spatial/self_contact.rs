@@ -1,4 +1,4 @@
-//! Where robots touch themselves and where joints are at their limits: found before a stage is solved, kept after it.
+//! Where robots touch themselves: found before a stage is solved, kept after it.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,6 @@ use crate::stepping::lanes::{Lanes, NO_LANES, active};
 use crate::stepping::penetration::{ALLOWED, Sinking};
 use crate::stepping::{ClosingRow, Closings, ContactImpulse, Source};
 
-use super::joint_stop::{JointStop, largest_angle};
 use super::pair_slots::PairSlots;
 use super::penetration::farthest_travel;
 use super::workspace::Workspace;
@@ -35,13 +34,8 @@ pub struct SelfContactDetection<T: Real> {
     /// None where robots do not touch themselves.
     bound: Option<FoldingBound>,
     links: Vec<Link>,
-    /// Largest angle of a joint \[rad\].
-    joint_limit: f64,
-    /// The lanes whose predicted posture allows contact, and those with a joint near its limit.
+    /// The lanes whose predicted posture allows contact.
     folded: T::Mask,
-    bent: T::Mask,
-    /// The lanes in which the last stage ended beyond the limit of a joint.
-    overbent: T::Mask,
     /// The lanes that had contacts in the step at hand.
     near: Lanes,
     found: Vec<Found>,
@@ -77,18 +71,15 @@ struct Situation<'a> {
 impl<T: Real> SelfContactDetection<T> {
     pub fn new(robot: &Robot) -> Self {
         let bound = robot.self_contact.then(|| FoldingBound::new(&robot.links, CLEARANCE));
-        Self::of(robot.links.clone(), bound, robot.joint_limit)
+        Self::of(robot.links.clone(), bound)
     }
 
-    fn of(links: Vec<Link>, bound: Option<FoldingBound>, joint_limit: f64) -> Self {
+    fn of(links: Vec<Link>, bound: Option<FoldingBound>) -> Self {
         let contacts = CONTACTS_PER_LINK * links.len();
         Self {
             bound,
             links,
-            joint_limit,
             folded: T::Mask::of(|_| false),
-            bent: T::Mask::of(|_| false),
-            overbent: T::Mask::of(|_| false),
             near: NO_LANES,
             found: Vec::with_capacity(contacts * T::LANES),
             slots: PairSlots::with_capacity(contacts * T::LANES),
@@ -98,7 +89,7 @@ impl<T: Real> SelfContactDetection<T> {
 
     /// Stands in for the detection while that is at work.
     fn placeholder() -> Self {
-        Self::of(Vec::new(), None, f64::INFINITY)
+        Self::of(Vec::new(), None)
     }
 
     /// Takes over what the last step of a lane's robot left.
@@ -115,25 +106,12 @@ impl<T: Real> SelfContactDetection<T> {
         self.near = NO_LANES;
     }
 
-    /// Notes the lanes in which a robot with links at `frames` and these joint angles may touch itself or meet the limit of
-    /// a joint.
+    /// Notes the lanes in which a robot with links at `frames` may touch itself.
     #[inline(always)]
-    pub fn predict(&mut self, frames: &[Frame<T>], angles: &[[T; 2]]) {
+    pub fn predict(&mut self, frames: &[Frame<T>]) {
         if let Some(bound) = &self.bound {
             self.folded = bound.exceeded_by_axes(frames.iter().map(|frame| frame.axes[2]));
         }
-        self.bent = T::splat(self.joint_limit - STOP_CLEARANCE).lt(largest_angle(angles));
-    }
-
-    /// Notes the lanes in which a step ends with a joint beyond its limit.
-    #[inline(always)]
-    pub fn arrive(&mut self, angles: &[[T; 2]]) {
-        self.overbent = T::splat(self.joint_limit).lt(largest_angle(angles));
-    }
-
-    /// Whether robots touch themselves or have limited joints.
-    fn is_enabled(&self) -> bool {
-        self.bound.is_some() || self.joint_limit.is_finite()
     }
 
     #[inline(always)]
@@ -245,15 +223,12 @@ impl<T: Real> Workspace<T> {
     /// Finds the contacts of the `pending` lanes with themselves at their predicted ends, `elapsed` after the start of
     /// the step.
     pub(super) fn find_self_contacts(&mut self, pending: Lanes, elapsed: T) {
-        if !self.self_contacts.is_enabled() {
+        if self.self_contacts.bound.is_none() {
             return;
         }
         let mut detection = std::mem::replace(&mut self.self_contacts, SelfContactDetection::placeholder());
-        let SelfContactDetection { found, near, folded, bent, joint_limit, links, .. } = &mut detection;
+        let SelfContactDetection { found, near, folded, links, .. } = &mut detection;
         found.clear();
-        for lane in active(pending).filter(|&lane| bent.lane(lane)) {
-            self.find_stops(lane, elapsed.lane(lane), *joint_limit, links, found);
-        }
         for lane in active(pending).filter(|&lane| folded.lane(lane)) {
             let centre = |link: usize| self.frames[link].position.lane(lane);
             let [start, end] = [&self.start_frames, &self.frames];
@@ -275,36 +250,6 @@ impl<T: Real> Workspace<T> {
         }
         detection.lay_out(&mut self.stage.pairs);
         self.self_contacts = detection;
-    }
-
-    /// Lists the stops near the joints of a lane's robot.
-    fn find_stops(&self, lane: usize, elapsed: f64, limit: f64, links: &[Link], found: &mut Vec<Found>) {
-        let angles = |of: &[[T; 2]], joint: usize| of[joint].map(|angle| angle.lane(lane));
-        let coefficient = self.stage.coefficient.lane(lane);
-        for stop in JointStop::near(links, |joint| angles(&self.predicted.angle, joint), limit, STOP_CLEARANCE) {
-            let place = stop.place();
-            let gap = |of: &[[T; 2]]| stop.gap(|joint| angles(of, joint), limit);
-            let kept = remaining_gap((-gap(&self.start.angle)).max(0.0), elapsed);
-            let offset = ((gap(&self.base.angle) - kept) / coefficient).max(-RECOVERY_SPEED);
-            let direction = stop.direction(&place.links.map(|link| self.frames[link].lane(lane)));
-            let pair = StagePair { links: place.links, direction, offset };
-            found.push(Found { lane, place, pair, touched: false });
-        }
-    }
-
-    /// What a step does to the angles of a lane's joints beyond their limits.
-    pub(super) fn sinking_into_stops(&self, links: &[Link], lane: usize) -> Sinking {
-        if !self.self_contacts.overbent.lane(lane) {
-            return Sinking::No;
-        }
-        let limit = self.self_contacts.joint_limit;
-        let angles = |of: &[[T; 2]], joint: usize| of[joint].map(|angle| angle.lane(lane));
-        let stops = JointStop::near(links, |joint| angles(&self.arrival.angle, joint), limit, 0.0);
-        let gap = |stop: &JointStop, of: &[[T; 2]]| stop.gap(|joint| angles(of, joint), limit);
-        stops
-            .map(|stop| Sinking::of(gap(&stop, &self.start.angle), gap(&stop, &self.arrival.angle)))
-            .max()
-            .unwrap_or(Sinking::No)
     }
 }
 
@@ -387,10 +332,6 @@ const MARGIN: f64 = 0.02;
 /// Clearance of the postures in which links are not looked at \[m\]: more than they move between a prediction and the end
 /// of its stage, and little enough for straight robots to have it.
 const CLEARANCE: f64 = 0.01;
-
-/// Distance of a joint from its limit below which its stop takes part \[rad\]: more than joints turn between a prediction
-/// and the end of its stage.
-const STOP_CLEARANCE: f64 = 0.1;
 
 /// Room for contacts of a robot with itself; more are possible.
 const CONTACTS_PER_LINK: usize = 4;

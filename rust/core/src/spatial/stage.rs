@@ -19,6 +19,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::contact::LINK_CONTACTS_PER_LINK;
 use crate::math::Real;
+use crate::stepping::StageStop;
 
 use super::spatial_vector::{Momentum, Twist, Wrench, cross, scaled, sum};
 
@@ -119,6 +120,8 @@ pub struct Stage<T = f64> {
     pub links: Vec<StageLink<T>>,
     /// Yaw and pitch of each joint.
     pub joints: Vec<[StageDrive<T>; 2]>,
+    /// Of the two axes of each joint in turn; empty where no joint is near a stop.
+    pub stops: Vec<StageStop<T>>,
     /// Sorted by link.
     pub pegs: Vec<StagePeg<T>>,
     /// Friction of each entry of `pegs`; empty where no obstacle has any.
@@ -135,6 +138,7 @@ impl<T: Real> Stage<T> {
             friction: StageFriction { sliding: Vector2::new(zero, zero), rolling: zero },
             links: Vec::with_capacity(links),
             joints: Vec::with_capacity(links - 1),
+            stops: Vec::with_capacity(2 * (links - 1)),
             pegs: Vec::with_capacity(PEGS_PER_LINK * links),
             peg_friction: Vec::with_capacity(PEGS_PER_LINK * links),
             pairs: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
@@ -148,6 +152,7 @@ impl<T: Real> Stage<T> {
         (self.coefficient, self.friction) = (other.coefficient, other.friction);
         self.links.clone_from(&other.links);
         self.joints.clone_from(&other.joints);
+        self.stops.clone_from(&other.stops);
         self.pegs.clone_from(&other.pegs);
         self.peg_friction.clone_from(&other.peg_friction);
         self.pairs.clone_from(&other.pairs);
@@ -207,6 +212,8 @@ pub struct StageSolution<T = f64> {
     pub rolling: Vec<Vector2<T>>,
     /// D of each joint: yaw, pitch, positive driving phi upwards \[N m s\].
     pub actuator: Vec<[T; 2]>,
+    /// Impulses of each entry of [`Stage::stops`] \[N s\].
+    pub stop: Vec<[T; 2]>,
     /// P_H of each entry of [`Stage::pegs`] \[N s\].
     pub peg: Vec<T>,
     /// P_T of each entry of [`Stage::peg_friction`], along its tangents \[N s\].
@@ -226,6 +233,7 @@ impl<T: Real> StageSolution<T> {
             friction: vec![[none; 2]; links],
             rolling: vec![none; links],
             actuator: vec![[zero; 2]; links - 1],
+            stop: Vec::with_capacity(2 * (links - 1)),
             peg: Vec::with_capacity(PEGS_PER_LINK * links),
             peg_friction: Vec::with_capacity(PEGS_PER_LINK * links),
             pair: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
@@ -242,6 +250,7 @@ impl<T: Real> StageSolution<T> {
         self.friction.clone_from(&other.friction);
         self.rolling.clone_from(&other.rolling);
         self.actuator.clone_from(&other.actuator);
+        self.stop.clone_from(&other.stop);
         self.peg.clone_from(&other.peg);
         self.peg_friction.clone_from(&other.peg_friction);
         self.pair.clone_from(&other.pair);
@@ -269,6 +278,9 @@ impl<T: Real> StageSolution<T> {
         for (own, theirs) in self.peg_friction.iter_mut().zip(&other.peg_friction) {
             take(&mut own.x, lanes, theirs.x);
             take(&mut own.y, lanes, theirs.y);
+        }
+        for (own, theirs) in self.stop.iter_mut().flatten().zip(other.stop.iter().flatten()) {
+            take(own, lanes, *theirs);
         }
         let impulses = self.peg.iter_mut().zip(&other.peg).chain(self.pair.iter_mut().zip(&other.pair));
         for (own, theirs) in impulses {

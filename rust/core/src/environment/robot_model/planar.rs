@@ -196,7 +196,7 @@ impl PlanarRobot {
     /// Pairs of links that press on each other now; a pair may touch at two ends.
     fn pressed_pairs(&self) -> usize {
         let contacts = &self.simulation.body().warm_start.self_contacts;
-        let pressed = contacts.iter().filter(|contact| contact.force > 0.0 && !contact.place.is_stop());
+        let pressed = contacts.iter().filter(|contact| contact.force > 0.0);
         let mut before = None;
         pressed.filter(|contact| before.replace(contact.place.links) != Some(contact.place.links)).count()
     }

@@ -306,7 +306,7 @@ impl SpatialRobot {
         let mut last = None;
         contacts
             .iter()
-            .filter(|contact| contact.force > 0.0 && !contact.place.is_stop())
+            .filter(|contact| contact.force > 0.0)
             .filter(|contact| last.replace(contact.place.links) != Some(contact.place.links))
             .count()
     }

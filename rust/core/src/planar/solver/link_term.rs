@@ -17,9 +17,10 @@ pub(super) struct LinkTerm<T> {
     pub friction: FrictionTerm<T>,
     /// Actuator of the joint to the link before; none for the first.
     pub actuator: ActuatorTerm<T>,
-    /// Inertia and laws without actuators at the present twist, and the actuator's stiffness.
+    /// Inertia and laws of the link at the present twist; moment of that joint, with its stops, and its stiffness.
     pub model: Quadratic<T>,
-    pub actuator_stiffness: T,
+    pub joint_moment: T,
+    pub joint_stiffness: T,
     /// Velocities before the present Newton step, the step, and where it leads.
     pub start: Vector3<T>,
     pub step: Vector3<T>,
@@ -40,7 +41,8 @@ impl<T: Real> LinkTerm<T> {
             friction: FrictionTerm::new(rest.xy(), &rest.xy(), zero),
             actuator: ActuatorTerm::none(),
             model: Quadratic::zero(),
-            actuator_stiffness: zero,
+            joint_moment: zero,
+            joint_stiffness: zero,
             start: rest,
             step: rest,
             twist: rest,

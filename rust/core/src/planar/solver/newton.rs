@@ -19,12 +19,14 @@ use super::contact_friction::ContactFriction;
 use super::link_term::{LinkTerm, in_frame, linear};
 use super::self_contacts::SelfContacts;
 use super::sweep::Quadratic;
-use super::terms::{ActuatorTerm, ContactTerm};
+use super::terms::{ActuatorTerm, ContactTerm, StopTerm};
 
 /// Workspace of the solver, re-used from stage to stage.
 #[derive(Debug, Clone)]
 pub struct Newton<T = f64> {
     pub(super) links: Vec<LinkTerm<T>>,
+    /// Of the joint before each link but the first; empty where no joint is near a stop.
+    pub(super) stops: Vec<StopTerm<T>>,
     pub(super) contacts: Vec<ContactTerm<T>>,
     pub(super) contact_friction: ContactFriction<T>,
     pub(super) self_contacts: SelfContacts<T>,
@@ -49,6 +51,7 @@ impl<T: Real> Newton<T> {
     pub fn new(links: usize) -> Self {
         Self {
             links: vec![LinkTerm::vacant(); links],
+            stops: Vec::with_capacity(links - 1),
             contacts: Vec::with_capacity(PAIRS_PER_LINK * links),
             contact_friction: ContactFriction::new(PAIRS_PER_LINK * links),
             self_contacts: SelfContacts::new(links),
@@ -121,6 +124,10 @@ impl<T: Real> Newton<T> {
             before = link.heading;
         }
         self.mobility = [mass, inertia].map(|least| T::splat(1.0) / least);
+        self.stops.clear();
+        for ((stop, link), impulse) in stage.stops.iter().zip(&stage.links).zip(&solution.stop) {
+            self.stops.push(StopTerm::new(stop, *impulse, T::splat(TUNING.penalty) * link.mass));
+        }
         self.contacts.clear();
         for (contact, &impulse) in stage.contacts.iter().zip(&solution.contact) {
             let link = &stage.links[contact.link];
@@ -151,15 +158,15 @@ impl<T: Real> Newton<T> {
     #[inline(always)]
     fn eliminate<const COUPLED: bool>(&mut self) -> T {
         let mut behind = Quadratic::zero();
-        let (mut actuator_behind, mut descent) = (T::zero(), T::zero());
+        let (mut moment_behind, mut descent) = (T::zero(), T::zero());
         for (i, link) in self.links.iter_mut().enumerate().rev() {
             let mut own = link.model;
             if COUPLED {
                 own.subtract_force(&self.self_contacts.force[i]);
             }
-            own.gw += actuator_behind - link.actuator.impulse;
-            actuator_behind = link.actuator.impulse;
-            let (before, decrease) = link.segment.eliminate(behind, own, link.actuator_stiffness);
+            own.gw += moment_behind - link.joint_moment;
+            moment_behind = link.joint_moment;
+            let (before, decrease) = link.segment.eliminate(behind, own, link.joint_stiffness);
             behind = before;
             descent += decrease;
         }
@@ -236,10 +243,17 @@ impl<T: Real> Newton<T> {
             link.model = model;
             let (joint_rate, joint_step) = (link.twist.z - omega, link.step.z - change);
             (omega, change) = (link.twist.z, link.step.z);
-            let expected = link.actuator_stiffness.subtract_from(joint_step, link.actuator.impulse);
-            link.actuator_stiffness = link.actuator.evaluate(form, joint_rate);
-            let torque = link.actuator.impulse - expected;
-            slope = link.actuator.impulse.subtract_from(joint_step, slope + model.slope_along(&link.step));
+            let expected = link.joint_stiffness.subtract_from(joint_step, link.joint_moment);
+            link.joint_stiffness = link.actuator.evaluate(form, joint_rate);
+            link.joint_moment = link.actuator.impulse;
+            if i > 0
+                && let Some(stop) = self.stops.get_mut(i - 1)
+            {
+                link.joint_stiffness += stop.evaluate(form, joint_rate);
+                link.joint_moment += stop.moment();
+            }
+            let torque = link.joint_moment - expected;
+            slope = link.joint_moment.subtract_from(joint_step, slope + model.slope_along(&link.step));
             forces = x.mul_add(x, y.mul_add(y, forces));
             moments = moment.mul_add(moment, torque.mul_add(torque, moments));
         }
@@ -256,6 +270,9 @@ impl<T: Real> Newton<T> {
             if i > 0 {
                 solution.actuator[i - 1] = link.actuator.impulse;
             }
+        }
+        for (impulse, stop) in solution.stop.iter_mut().zip(&self.stops) {
+            *impulse = stop.impulse();
         }
         for (impulse, contact) in solution.contact.iter_mut().zip(&self.contacts) {
             *impulse = contact.law.impulse;
@@ -288,6 +305,9 @@ impl<T: Real> StageProblem<T> for Newton<T> {
         for link in &self.links {
             squared = squared.max(link.friction.squared_error(&linear(&link.twist), link.mass));
         }
+        for stop in &self.stops {
+            squared = squared.max(stop.squared_error());
+        }
         for contact in &self.contacts {
             squared = squared.max(contact.law.squared_error());
         }
@@ -298,6 +318,7 @@ impl<T: Real> StageProblem<T> for Newton<T> {
     #[inline(always)]
     fn stiffen(&mut self, factor: T) {
         self.links.iter_mut().for_each(|link| link.friction.stiffen(factor));
+        self.stops.iter_mut().for_each(|stop| stop.stiffen(factor));
         self.contacts.iter_mut().for_each(|contact| contact.law.stiffen(factor));
         self.contact_friction.stiffen(factor);
         self.self_contacts.stiffen(factor);
@@ -306,6 +327,7 @@ impl<T: Real> StageProblem<T> for Newton<T> {
     #[inline(always)]
     fn recentre(&mut self, lanes: T::Mask) {
         self.links.iter_mut().for_each(|link| link.friction.recentre(lanes));
+        self.stops.iter_mut().for_each(|stop| stop.recentre(lanes));
         self.contacts.iter_mut().for_each(|contact| contact.law.recentre(lanes));
         self.contact_friction.recentre(lanes, &self.contacts);
         self.self_contacts.recentre(lanes);

@@ -61,9 +61,15 @@ impl<T: Real> Ray<T> for Step<'_, T> {
             curvature += second;
         };
         let (mut omega, mut change) = (T::zero(), T::zero());
-        for link in &newton.links {
+        for (i, link) in newton.links.iter().enumerate() {
             add(link.friction.along(&linear(&link.start), &linear(&link.step), alpha));
-            add(link.actuator.along(link.start.z - omega, link.step.z - change, alpha));
+            let (rate, turn) = (link.start.z - omega, link.step.z - change);
+            add(link.actuator.along(rate, turn, alpha));
+            if i > 0
+                && let Some(stop) = newton.stops.get(i - 1)
+            {
+                add(stop.along(rate, turn, alpha));
+            }
             (omega, change) = (link.start.z, link.step.z);
         }
         for contact in &newton.contacts {

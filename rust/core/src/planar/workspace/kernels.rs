@@ -2,6 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use crate::contact::Folding;
 use crate::gait::turned;
 use crate::math::{Real, add_scaled, select_into};
 use crate::planar::energy::work_of;
@@ -67,7 +68,9 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         self.stage.coefficient = c;
         self.elapsed = elapsed;
         travel(&self.half_length, &self.base, &self.guess, c, &mut self.predicted, &mut self.heading);
-        self.self_contacts.predict(&self.predicted);
+        let folding = Folding::of(self.predicted.iter().map(|pose| pose.z));
+        self.self_contacts.predict(&folding);
+        self.joint_stops.predict(folding.bend);
         if self.has_pegs || self.self_contacts.is_any_possible() {
             mean_twist(&self.half_length, &self.heading, &self.guess, &mut self.travel);
             let gain = (self.pull.x * self.pull.x + self.pull.y * self.pull.y).sqrt() * c;
@@ -250,6 +253,9 @@ impl<T: Real> Workspace<T> {
             self.solution.contact_friction.push(*force * c);
         }
         self.self_contacts.load_forces(&self.stage, &mut self.solution.pair);
+        let bends = self.start_pose.windows(2).zip(self.base.windows(2));
+        let angles = bends.map(|(start, base)| [start[1].z - start[0].z, base[1].z - base[0].z]);
+        self.joint_stops.fill(angles, c, self.elapsed, &mut self.stage.stops, &mut self.solution.stop);
     }
 
     #[inline(always)]
@@ -266,5 +272,6 @@ impl<T: Real> Workspace<T> {
             *force = *impulse * per_second;
         }
         self.self_contacts.store_forces(&self.solution.pair, per_second);
+        self.joint_stops.store(&self.solution.stop, self.stage.coefficient, lanes);
     }
 }

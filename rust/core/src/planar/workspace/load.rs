@@ -28,6 +28,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
             for (lanes, torque) in self.actuator_torque.iter_mut().zip(&warm_start.joint_torque) {
                 lanes.set_lane(lane, -torque);
             }
+            self.joint_stops.load(lane, &warm_start.joint_stops);
             for (i, (q, u)) in state.pose.iter().zip(&state.twist).enumerate() {
                 set_vector(&mut self.start_pose[i], lane, q);
                 set_vector(&mut self.start_twist[i], lane, u);

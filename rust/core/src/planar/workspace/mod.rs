@@ -14,7 +14,7 @@ use crate::math::{MAX_LANES, Mask, Real};
 use crate::planar::{Heading, Newton, PlanarSystem, Stage, StageSolution};
 use crate::robot::{Breakage, Link};
 use crate::stepping::lanes::{Lanes, NO_LANES};
-use crate::stepping::{Backlash, Closings, EnergyLedger, StribeckBounds};
+use crate::stepping::{Backlash, Closings, EnergyLedger, JointStops, StribeckBounds};
 
 use super::contacts::Contacts;
 use super::io_drive::IoDrive;
@@ -59,6 +59,7 @@ pub struct Workspace<T: Real> {
     pub near_pegs: Lanes,
     pub contacts: Contacts,
     pub self_contacts: SelfContactDetection<T>,
+    pub joint_stops: JointStops<T>,
     pub closings: Closings,
     /// Time from the start of the step to the end of the stage \[s\].
     pub elapsed: T,
@@ -162,6 +163,7 @@ impl<T: Real> Workspace<T> {
             near_pegs: NO_LANES,
             contacts: Contacts::with_capacity(links, T::LANES),
             self_contacts: SelfContactDetection::new(&system.robot),
+            joint_stops: JointStops::new(&system.robot, 1),
             closings: Closings::none(),
             elapsed: zero,
             motion_bound: MotionBound { fastest: zero, displacement: zero },

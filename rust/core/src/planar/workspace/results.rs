@@ -46,6 +46,11 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         self.keep_forces(members, solved, contact_impulses);
         self.keep_contact_friction(members, solved, contact_impulses);
         self.keep_self_contacts(members, solved, contact_impulses);
+        let Self { stage, solution, guess, elapsed, joint_stops, closings, .. } = self;
+        let rates = |j: usize| [guess, &solution.twist].map(|u| u[j + 1].z - u[j].z);
+        for lane in active(solved) {
+            joint_stops.add_closings(lane, &stage.stops, rates, [stage.coefficient, *elapsed], closings);
+        }
     }
 
     fn record(&self, lane: usize, record: &mut StageRecord) {
@@ -85,6 +90,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         read_lane(&self.end, lane, &mut body.state.pose);
         read_lane(&self.kept_twist, lane, &mut body.state.twist);
         self.backlash.save(lane, &mut body.warm_start.backlash);
+        self.joint_stops.save(lane, &mut body.warm_start.joint_stops);
         body.is_plausible &= self.plausible.lane(lane);
         body.warm_start.near.arrive(self.motion_bound.displacement.lane(lane), self.misprediction.lane(lane));
         body.warm_start.near.end_step();

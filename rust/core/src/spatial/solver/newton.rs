@@ -29,7 +29,7 @@ use super::progress::{Assembly, Corrections, Progress};
 use super::rough_contacts::RoughContacts;
 use super::self_contacts::SelfContacts;
 use super::sweep::{Quadratic, Segment};
-use super::terms::{ActuatorTerm, PegTerm};
+use super::terms::{ActuatorTerm, PegTerm, StopTerm};
 use crate::spatial::spatial_vector::{Twist, difference, inner, sum};
 use crate::spatial::{Stage, StageFriction, StageSolution};
 
@@ -37,6 +37,8 @@ use crate::spatial::{Stage, StageFriction, StageSolution};
 #[derive(Debug, Clone)]
 pub struct Newton<T: Real = f64> {
     pub(super) links: Vec<LinkTerm<T>>,
+    /// Of the axes of the joints in turn; empty where no joint is near a stop.
+    pub(super) stops: Vec<StopTerm<T>>,
     pub(super) pegs: Vec<PegTerm<T>>,
     pub(super) rough: RoughContacts<T>,
     pub(super) self_contacts: SelfContacts<T>,
@@ -64,6 +66,7 @@ impl<T: Real> Newton<T> {
         let zero = T::zero();
         Self {
             links: Vec::with_capacity(links),
+            stops: Vec::with_capacity(2 * (links - 1)),
             pegs: Vec::with_capacity(4 * links),
             rough: RoughContacts::new(links),
             self_contacts: SelfContacts::new(links),
@@ -113,6 +116,7 @@ impl<T: Real> Newton<T> {
                 friction.release();
             }
         }
+        self.stops.iter_mut().for_each(StopTerm::release);
         for peg in &mut self.pegs {
             peg.contact.release();
         }
@@ -135,6 +139,10 @@ impl<T: Real> Newton<T> {
         for i in 0..stage.links.len() {
             let term = self.link_term(stage, solution, i);
             self.links.push(term);
+        }
+        self.stops.clear();
+        for (stop, impulse) in stage.stops.iter().zip(&solution.stop) {
+            self.stops.push(StopTerm::new(stop, penalty, impulse));
         }
         self.pegs.clear();
         for (peg, impulse) in stage.pegs.iter().zip(&solution.peg) {
@@ -272,8 +280,14 @@ impl<T: Real> Newton<T> {
                 behind = total;
                 break;
             }
-            let actuators = [link.actuators[0].evaluate(link.rates[0]), link.actuators[1].evaluate(link.rates[1])];
-            let (before, decrease) = link.segment.eliminate(total, &actuators);
+            let mut axes = [link.actuators[0].evaluate(link.rates[0]), link.actuators[1].evaluate(link.rates[1])];
+            if let Some(stops) = self.stops.get_mut(2 * (i - 1)..2 * i) {
+                for ((stop, axis), rate) in stops.iter_mut().zip(&mut axes).zip(link.rates) {
+                    stop.add_to(axis, rate, recentred);
+                    squared_error = squared_error.max(stop.squared_error());
+                }
+            }
+            let (before, decrease) = link.segment.eliminate(total, &axes);
             behind = before;
             descent += decrease;
         }
@@ -365,6 +379,7 @@ impl<T: Real> Newton<T> {
                 friction.recentre(lanes);
             }
         }
+        self.stops.iter_mut().for_each(|stop| stop.recentre(lanes));
         for peg in &mut self.pegs {
             peg.contact.recentre(lanes);
         }
@@ -387,6 +402,9 @@ impl<T: Real> Newton<T> {
                 solution.rate[i - 1] = link.rates;
                 solution.actuator[i - 1] = [link.actuators[0].impulse, link.actuators[1].impulse];
             }
+        }
+        for (impulse, stop) in solution.stop.iter_mut().zip(&self.stops) {
+            *impulse = stop.impulse();
         }
         for (impulse, peg) in solution.peg.iter_mut().zip(&self.pegs) {
             *impulse = peg.contact.value;

@@ -38,7 +38,7 @@ impl<T: Real> Ray<T> for Step<'_, T> {
         let Self { newton, inertia } = self;
         let laws = &newton.laws;
         let (mut slope, mut curvature) = (inertia[0] + alpha * inertia[1], inertia[1]);
-        for link in &newton.links {
+        for (i, link) in newton.links.iter().enumerate() {
             let ray = &link.ray;
             for (i, end) in link.ends.iter().enumerate() {
                 add(&mut slope, &mut curvature, end.normal.along(ray.closing[i], ray.closing_change[i], alpha));
@@ -56,6 +56,11 @@ impl<T: Real> Ray<T> for Step<'_, T> {
             for axis in 0..2 {
                 let actuator = link.actuators[axis].along(link.start_rates[axis], link.step_rates[axis], alpha);
                 add(&mut slope, &mut curvature, actuator);
+                if i > 0
+                    && let Some(stop) = newton.stops.get(2 * (i - 1) + axis)
+                {
+                    add(&mut slope, &mut curvature, stop.along(link.start_rates[axis], link.step_rates[axis], alpha));
+                }
             }
         }
         for peg in &newton.pegs {

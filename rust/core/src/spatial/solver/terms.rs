@@ -8,6 +8,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::laws::{Backlash, HalfLine, LimitedActuator};
 use crate::math::{Mask, Real};
+use crate::stepping::StageStop;
 
 use super::sweep::ActuatorModel;
 use crate::spatial::spatial_vector::Wrench;
@@ -30,6 +31,64 @@ pub(super) struct ActuatorTerm<T> {
     law: Backlash<T>,
     /// D \[N m s\].
     pub impulse: T,
+}
+
+/// Both stops of one joint axis.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct StopTerm<T: Real> {
+    stop: StageStop<T>,
+    contacts: [ContactTerm<T>; 2],
+}
+
+impl<T: Real> StopTerm<T> {
+    #[inline(always)]
+    pub fn new(stop: &StageStop<T>, penalty: T, impulse: &[T; 2]) -> Self {
+        let contact = |side: usize| ContactTerm::new(stop.offset[side], penalty, impulse[side]);
+        Self { stop: *stop, contacts: [contact(0), contact(1)] }
+    }
+
+    /// Moves to the rate of the axis, and multipliers to the impulses in the lanes `recentred`; adds moment and stiffness
+    /// to those of the drive.
+    #[inline(always)]
+    pub fn add_to(&mut self, axis: &mut ActuatorModel<T>, rate: T, recentred: T::Mask) {
+        let velocity = self.stop.lever * rate;
+        for (contact, gamma) in self.contacts.iter_mut().zip([-velocity, velocity]) {
+            let stiffness = contact.evaluate(gamma);
+            contact.recentre_here(gamma, stiffness, recentred);
+            axis.stiffness += self.stop.lever * self.stop.lever * stiffness;
+        }
+        axis.impulse += self.stop.moment(&self.impulse());
+    }
+
+    /// First and second derivative of the laws' function at rate + alpha change by alpha.
+    #[inline(always)]
+    pub fn along(&self, rate: T, change: T, alpha: T) -> (T, T) {
+        let (velocity, change) = (self.stop.lever * rate, self.stop.lever * change);
+        let [upper, lower] = &self.contacts;
+        let (upper, lower) = (upper.along(-velocity, -change, alpha), lower.along(velocity, change, alpha));
+        (upper.0 + lower.0, upper.1 + lower.1)
+    }
+
+    /// Impulses of both \[N s\].
+    #[inline(always)]
+    pub fn impulse(&self) -> [T; 2] {
+        [self.contacts[0].value, self.contacts[1].value]
+    }
+
+    #[inline(always)]
+    pub fn squared_error(&self) -> T {
+        self.contacts[0].squared_error().max(self.contacts[1].squared_error())
+    }
+
+    #[inline(always)]
+    pub fn release(&mut self) {
+        self.contacts.iter_mut().for_each(ContactTerm::release);
+    }
+
+    #[inline(always)]
+    pub fn recentre(&mut self, lanes: T::Mask) {
+        self.contacts.iter_mut().for_each(|contact| contact.recentre(lanes));
+    }
 }
 
 impl<T: Real> ContactTerm<T> {

@@ -68,7 +68,8 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         self.predicted.travel(&self.base, &self.guess, c);
         self.predicted.place_links(&self.half_length, &mut self.frames);
         self.guess.twists(&self.frames, &self.half_length, &mut self.expected);
-        self.self_contacts.predict(&self.frames, &self.predicted.angle);
+        self.self_contacts.predict(&self.frames);
+        self.joint_stops.predict(largest_angle(&self.predicted.angle));
         self.fill_links(elapsed);
         self.fill_joints();
     }
@@ -87,6 +88,9 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             rolling[i] = impulse(&self.forces.rolling[i], c);
         }
         self.self_contacts.load_impulses(c, &mut self.solution.pair);
+        let angles = self.start.angle.iter().flatten().zip(self.base.angle.iter().flatten());
+        let angles = angles.map(|(start, base)| [*start, *base]);
+        self.joint_stops.fill(angles, c, self.elapsed, &mut self.stage.stops, &mut self.solution.stop);
         let stands = self.rest.holds(lanes & self.began_at_rest, &self.stage, &self.solution, tolerance);
         let mut outcome =
             self.newton.solve(&self.stage, &mut self.solution, tolerance, max_iterations, lanes & !stands);
@@ -108,6 +112,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             }
             select_force(&mut rolling[i], lanes, &self.solution.rolling[i], per_second);
         }
+        self.joint_stops.store(&self.solution.stop, self.stage.coefficient, lanes);
         self.energy = work_of(&self.stage, &self.solution);
         self.measure_deviation();
         self.find_touchdowns();
@@ -147,7 +152,6 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
     fn arrive(&mut self) {
         self.arrival.travel(&self.base, &self.kept.end, self.stage.coefficient);
         self.arrival.place_links(&self.half_length, &mut self.frames);
-        self.self_contacts.arrive(&self.arrival.angle);
         self.sinking_into_ground = T::zero();
         for (i, frame) in self.frames.iter().enumerate() {
             for end in 0..2 {
@@ -260,6 +264,17 @@ impl<T: Real> Workspace<T> {
             }
         }
     }
+}
+
+/// The largest magnitude of any joint angle.
+#[inline(always)]
+fn largest_angle<T: Real>(angles: &[[T; 2]]) -> T {
+    // A fold would be compiled as a function without the instructions of the kernel.
+    let mut largest = T::zero();
+    for [yaw, pitch] in angles {
+        largest = largest.max(yaw.abs()).max(pitch.abs());
+    }
+    largest
 }
 
 /// Horizontal velocities of the lowest points of all spheres.

@@ -28,6 +28,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
             self.forces.set_lane(lane, &state.forces);
             self.contacts.recall(lane, &state.pairs);
             self.self_contacts.recall(lane, &state.self_contacts);
+            self.joint_stops.load(lane, &state.joint_stops);
         }
         for (i, ends) in self.stood.iter_mut().enumerate() {
             *ends = [0, 1].map(|end| T::Mask::of(|lane| members.body(lane).warm_start.stands[i][end]));

@@ -16,7 +16,7 @@ use crate::spatial::{
     StageLink, StageSolution, Twist,
 };
 use crate::stepping::penetration::Sinking;
-use crate::stepping::{Backlash, Closings, EnergyLedger, StribeckBounds};
+use crate::stepping::{Backlash, Closings, EnergyLedger, JointStops, StribeckBounds};
 
 use super::chain_state::GroundForces;
 use super::contact_map::ContactMap;
@@ -76,6 +76,7 @@ pub struct Workspace<T: Real> {
     /// Of the present stage.
     pub supports: Vec<Support>,
     pub self_contacts: SelfContactDetection<T>,
+    joint_stops: JointStops<T>,
     fallback: LaneFallback,
     /// Normal impulses of the ground in the first stage of a step.
     first_ground: Vec<T>,
@@ -153,6 +154,7 @@ impl<T: Real> Workspace<T> {
             contacts: ContactMap::new(links),
             supports: Vec::with_capacity(2 * links * T::LANES),
             self_contacts: SelfContactDetection::new(&system.robot),
+            joint_stops: JointStops::new(&system.robot, 2),
             fallback: LaneFallback::new(links),
             first_ground: vec![zero; links],
             targets: vec![CardanTarget::default(); links - 1],

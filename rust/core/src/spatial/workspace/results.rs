@@ -114,6 +114,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         self.arrival.read_lane(lane, &mut state.configuration);
         self.kept.end.read_lane(lane, &mut state.velocity);
         self.backlash.save(lane, &mut state.backlash);
+        self.joint_stops.save(lane, &mut state.joint_stops);
         read_lane::<T, _>(&self.kept.momentum, lane, &mut state.momentum);
         self.keep_forces(lane, state);
         state.end_step();
@@ -130,11 +131,14 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
 impl<T: Real> Workspace<T> {
     /// Finds the closings in a lane's solved stage.
     fn find_closings(&mut self, lane: usize) {
-        let Self { stage, solution, expected, elapsed, closings, contacts, self_contacts, .. } = self;
+        let Self { stage, solution, expected, guess, elapsed, closings, contacts, self_contacts, joint_stops, .. } =
+            self;
         closings.begin_stage(lane);
         closings.add_times(lane, self.touchdown.lane(lane), self.touchdown_forecast.lane(lane));
         contacts.add_closings(stage, solution, expected, *elapsed, lane, closings);
         self_contacts.add_closings(stage, solution, expected, *elapsed, lane, closings);
+        let rates = |axis: usize| [&guess.rate, &solution.rate].map(|rates| rates[axis / 2][axis % 2]);
+        joint_stops.add_closings(lane, &stage.stops, rates, [stage.coefficient, *elapsed], closings);
     }
 
     /// Impulses of top faces in a lane's solved stage.
