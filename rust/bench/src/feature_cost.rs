@@ -70,7 +70,8 @@ fn physics(rounds: usize) -> Result<(), ConfigError> {
     let course = || aiko("course", "", &TABLE_7_5, [0.2, 0.2], START_7_5);
     let with_robot = |robot| Scenario { robot, ..free() };
     let hollow = RobotConfig { self_contact: Some(false), ..RobotConfig::default() };
-    let unlimited = RobotConfig { joint_limit: Some(f64::INFINITY), ..RobotConfig::default() };
+    let limited = |limit| RobotConfig { joint_limit: Some(limit), ..RobotConfig::default() };
+    let unlimited = limited(f64::INFINITY);
     let rough_course = || {
         let mut scenario = course();
         scenario.scene.obstacles.iter_mut().for_each(|peg| peg.friction = 0.3);
@@ -108,6 +109,8 @@ fn physics(rounds: usize) -> Result<(), ConfigError> {
         ("friction", "none", "isotropic, 0.2", false, with_friction([0.0, 0.0]), free()),
         ("self-contact", "none", "links that stay apart", true, with_robot(hollow), free()),
         ("joint limits", "none", "a right angle, never met", true, with_robot(unlimited), free()),
+        ("joint limits", "a right angle", "0.79 rad, near, never met", true, free(), with_robot(limited(0.79))),
+        ("joint limits", "a right angle", "0.65 rad, met", false, free(), with_robot(limited(0.65))),
         ("torque limit", "none", "1e9 N m, never reached", true, free(), with_limit(free(), 1e9)),
         ("torque limit", "none", "10 N m, on the course", false, course(), with_limit(course(), 10.0)),
     ];
@@ -128,7 +131,7 @@ fn in_space(rounds: usize) -> Result<(), ConfigError> {
     };
     let solid = RobotConfig::default();
     let hollow = || RobotConfig { self_contact: Some(false), ..solid.clone() };
-    let unlimited = RobotConfig { joint_limit: Some(f64::INFINITY), ..solid.clone() };
+    let limited = |limit| RobotConfig { joint_limit: Some(limit), ..solid.clone() };
     let step = |height| Obstacle { height: Some(height), ..far_wall() };
     let (course, winding) = (spatial::course, spatial::sidewinding);
     let among_pegs = || with(course(), FAR_PEG.into());
@@ -144,8 +147,22 @@ fn in_space(rounds: usize) -> Result<(), ConfigError> {
             "3D: joint limits",
             "none",
             "a right angle, never met",
-            SpatialScenario { robot: unlimited, ..course() },
+            SpatialScenario { robot: limited(f64::INFINITY), ..course() },
             course(),
+        ),
+        (
+            "3D: joint limits",
+            "a right angle",
+            "0.79 rad, near, never met",
+            course(),
+            SpatialScenario { robot: limited(0.79), ..course() },
+        ),
+        (
+            "3D: joint limits",
+            "a right angle",
+            "0.65 rad, met",
+            course(),
+            SpatialScenario { robot: limited(0.65), ..course() },
         ),
         ("3D: pegs", "none", "one, 100 m away", winding(), with(winding(), FAR_PEG.into())),
         ("3D: walls", "a peg more, 100 m away", "a wall there", among_pegs(), with(course(), far_wall())),

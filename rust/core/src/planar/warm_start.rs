@@ -19,7 +19,7 @@ pub struct WarmStart {
     /// Twists of the links with which a postponed stage is solved again; empty where none is.
     #[serde(skip)]
     pub guess: Vec<Vector3<f64>>,
-    /// Forces at both stops of each joint \[N\].
+    /// Forces at both stops of each joint, empty where none presses \[N\].
     pub joint_stops: Vec<[f64; 2]>,
     /// Position of each joint in its backlash, phi less the motor's angle \[rad\].
     pub backlash: Vec<f64>,
@@ -35,7 +35,7 @@ impl stepping::WarmStart for WarmStart {
             near: NearPegs::with_capacity(links),
             self_contacts: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
             guess: Vec::with_capacity(links),
-            joint_stops: vec![[0.0; 2]; links - 1],
+            joint_stops: Vec::with_capacity(links - 1),
             backlash: vec![0.0; links - 1],
         }
     }
@@ -46,7 +46,7 @@ impl stepping::WarmStart for WarmStart {
         self.near.clear();
         self.self_contacts.clear();
         self.guess.clear();
-        self.joint_stops.fill([0.0; 2]);
+        self.joint_stops.clear();
         self.backlash.fill(0.0);
     }
 
@@ -61,7 +61,7 @@ impl stepping::WarmStart for WarmStart {
     fn fits(saved: &Self, links: usize, pegs: usize) -> bool {
         saved.friction.len() == links
             && saved.joint_torque.len() == links - 1
-            && saved.joint_stops.len() == links - 1
+            && [0, links - 1].contains(&saved.joint_stops.len())
             && saved.backlash.len() == links - 1
             && saved.near.fits(links, pegs)
             && saved.self_contacts.iter().all(|contact| contact.place.fits(links))

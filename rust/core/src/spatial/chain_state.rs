@@ -30,7 +30,7 @@ pub struct ChainState {
     pub pairs: Vec<Pair>,
     /// Contacts of the robot with itself in the last stage.
     pub self_contacts: Vec<SelfContact>,
-    /// Forces at both stops of each axis \[N\].
+    /// Forces at both stops of each axis, empty where none presses \[N\].
     pub joint_stops: Vec<[f64; 2]>,
     /// The last step began at rest.
     pub began_at_rest: bool,
@@ -182,7 +182,7 @@ impl WarmStart for ChainState {
             stands: vec![[false; 2]; links],
             pairs: Vec::with_capacity(4 * links),
             self_contacts: Vec::with_capacity(4 * links),
-            joint_stops: vec![[0.0; 2]; 2 * (links - 1)],
+            joint_stops: Vec::with_capacity(2 * (links - 1)),
             began_at_rest: false,
             guess: ChainVelocity::rest(links),
             is_postponed: false,
@@ -199,7 +199,7 @@ impl WarmStart for ChainState {
         self.stands.fill([false; 2]);
         self.pairs.clear();
         self.self_contacts.clear();
-        self.joint_stops.fill([0.0; 2]);
+        self.joint_stops.clear();
         self.joint_torque.fill(Vector2::zeros());
         self.backlash.fill(0.0);
     }
@@ -216,14 +216,14 @@ impl WarmStart for ChainState {
         self.pairs.clear();
         self.pairs.extend_from_slice(&saved.pairs);
         self.self_contacts.clone_from(&saved.self_contacts);
-        self.joint_stops.copy_from_slice(&saved.joint_stops);
+        self.joint_stops.clone_from(&saved.joint_stops);
         self.backlash.copy_from_slice(&saved.backlash);
     }
 
     fn fits(saved: &SavedForces, links: usize, pegs: usize) -> bool {
         saved.forces.fits(links)
             && saved.stands.len() == links
-            && saved.joint_stops.len() == 2 * (links - 1)
+            && [0, 2 * (links - 1)].contains(&saved.joint_stops.len())
             && saved.backlash.len() == 2 * (links - 1)
             && saved.pairs.iter().all(|pair| pair.link < links && pair.peg < pegs)
             && saved.self_contacts.iter().all(|contact| contact.place.fits(links))

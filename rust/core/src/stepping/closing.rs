@@ -4,7 +4,7 @@
 //! of the stage and the rate `w . u` at which it opens. Closing times follow from these numbers, so that they cost no
 //! geometry.
 
-use crate::math::MAX_LANES;
+use crate::math::{MAX_LANES, Real};
 
 /// What the rows of one robot say of a part.
 #[derive(Debug, Clone, Copy)]
@@ -33,15 +33,30 @@ impl Default for Closing {
 
 /// One row of contact at the end of a solved stage.
 #[derive(Debug, Clone, Copy)]
-pub struct ClosingRow {
+pub struct ClosingRow<T: Real = f64> {
     /// Its gap without motion over the coefficient of the stage \[m/s\].
-    pub offset: f64,
+    pub offset: T,
     /// w . u of the velocity with which the stage was predicted, and of its solution \[m/s\].
-    pub expected_rate: f64,
-    pub rate: f64,
+    pub expected_rate: T,
+    pub rate: T,
     /// Whether it carries force, and did so at the end of the last accepted part.
-    pub presses: bool,
-    pub touched: bool,
+    pub presses: T::Mask,
+    pub touched: T::Mask,
+}
+
+impl<T: Real> ClosingRow<T> {
+    /// In a stage of coefficient `c` that ends `elapsed` after the start of the part: time within the part at which the row
+    /// closes, and time after it at which it is forecast to; infinite where there is none \[s\].
+    #[inline(always)]
+    pub fn times(&self, c: T, elapsed: T) -> (T, T) {
+        let (zero, never, slow) = (T::zero(), T::splat(f64::INFINITY), T::splat(-SLOW));
+        // From the base of the stage with the velocity that was expected without the contact.
+        let at = (elapsed - c - c * self.offset / self.expected_rate).max(zero).min(elapsed);
+        let closes = self.presses & !self.touched & self.expected_rate.lt(slow);
+        let forecast = (c * (self.offset + self.rate)).max(zero) / -self.rate;
+        let approaches = !self.presses & self.rate.lt(slow);
+        (T::select(closes, at, never), T::select(approaches, forecast, never))
+    }
 }
 
 /// The closings of a register's robots.
@@ -75,22 +90,12 @@ impl Closings {
         (closing.at, closing.forecast) = (closing.at.min(at), closing.forecast.min(forecast));
     }
 
-    /// Adds a row of a stage of coefficient `c` that ends `elapsed` after the start of the part.
+    /// Adds a row, see [`ClosingRow::times`].
     pub fn add(&mut self, lane: usize, row: &ClosingRow, c: f64, elapsed: f64) {
-        if !row.presses {
-            let gap = c * (row.offset + row.rate);
-            self.add_times(
-                lane,
-                f64::INFINITY,
-                if row.rate < -SLOW { gap.max(0.0) / -row.rate } else { f64::INFINITY },
-            );
-        } else if !row.touched && row.expected_rate < -SLOW {
-            // From the base of the stage with the velocity that was expected without the contact.
-            let from_base = c * row.offset / -row.expected_rate;
-            self.add_times(lane, (elapsed - c + from_base).clamp(0.0, elapsed), f64::INFINITY);
-        }
+        let (at, forecast) = row.times(c, elapsed);
+        self.add_times(lane, at, forecast);
     }
 }
 
 /// Speed of approach below which a closing is no impact \[m/s\]: the rates of contacts at rest are round-off.
-pub(crate) const SLOW: f64 = 1e-3;
+const SLOW: f64 = 1e-3;

@@ -52,6 +52,11 @@ pub struct JointStops<T: Real> {
     /// Forces in the last stage, and at the end of the last accepted part \[N\].
     force: Vec<[T; 2]>,
     start_force: Vec<[T; 2]>,
+    /// Whether any of them may be other than zero.
+    has_forces: bool,
+    /// When a stop closes in the part, and when after it \[s\].
+    closes_at: T,
+    forecast: T,
 }
 
 impl<T: Real> JointStops<T> {
@@ -67,6 +72,9 @@ impl<T: Real> JointStops<T> {
             near: T::Mask::of(|_| false),
             force: none.clone(),
             start_force: none,
+            has_forces: false,
+            closes_at: T::zero(),
+            forecast: T::zero(),
         }
     }
 
@@ -76,19 +84,29 @@ impl<T: Real> JointStops<T> {
         self.near = (self.limit - T::splat(CLEARANCE)).lt(bend);
     }
 
-    /// Takes over the forces at the end of a robot's last accepted part.
-    pub fn load(&mut self, lane: usize, force: &[[f64; 2]]) {
-        for ((lanes, start), force) in self.force.iter_mut().zip(&mut self.start_force).zip(force) {
-            for side in 0..2 {
-                lanes[side].set_lane(lane, force[side]);
-                start[side].set_lane(lane, force[side]);
+    /// Takes over the forces at the ends of the robots' last accepted parts, none from those without.
+    pub fn load<'a>(&mut self, forces: impl Fn(usize) -> &'a [[f64; 2]]) {
+        let presses = (0..T::LANES).any(|lane| !forces(lane).is_empty());
+        if !presses && !self.has_forces {
+            return;
+        }
+        self.has_forces = presses;
+        for (axis, (force, start)) in self.force.iter_mut().zip(&mut self.start_force).enumerate() {
+            for lane in 0..T::LANES {
+                let [upper, lower] = forces(lane).get(axis).copied().unwrap_or_default();
+                force[0].set_lane(lane, upper);
+                force[1].set_lane(lane, lower);
             }
+            *start = *force;
         }
     }
 
-    pub fn save(&self, lane: usize, force: &mut [[f64; 2]]) {
-        for (force, lanes) in force.iter_mut().zip(&self.force) {
-            *force = lanes.map(|lanes| lanes.lane(lane));
+    /// Passes on the forces of a lane's robot, none if no stop presses.
+    pub fn save(&self, lane: usize, forces: &mut Vec<[f64; 2]>) {
+        forces.clear();
+        let of_lane = |force: &[T; 2]| [force[0].lane(lane), force[1].lane(lane)];
+        if self.has_forces && self.force.iter().any(|force| of_lane(force) != [0.0; 2]) {
+            forces.extend(self.force.iter().map(of_lane));
         }
     }
 
@@ -97,7 +115,7 @@ impl<T: Real> JointStops<T> {
     #[inline(always)]
     pub fn fill(
         &self,
-        angles: impl Iterator<Item = [T; 2]>,
+        angles: impl Iterator<Item = (T, T)>,
         c: T,
         elapsed: T,
         stops: &mut Vec<StageStop<T>>,
@@ -108,55 +126,75 @@ impl<T: Real> JointStops<T> {
         if !self.near.any() {
             return;
         }
-        let (per_second, slowest) = (T::splat(1.0) / c, T::splat(-RECOVERY_SPEED));
-        for ((lever, force), [start, base]) in self.lever.iter().zip(&self.force).zip(angles) {
-            let offset = StageStop::<T>::SIDES.map(|side| {
-                let gap = |angle: T| *lever * (self.limit - T::splat(side) * angle);
-                let kept = remaining_gap((-gap(start)).max(T::zero()), elapsed);
-                let offset = ((gap(base) - kept) * per_second).max(slowest);
-                T::select(self.near, offset, T::splat(StageStop::<T>::FAR))
-            });
+        let mut axes = self.lever.iter().zip(&self.force);
+        for (start, base) in angles {
+            let Some((lever, force)) = axes.next() else { break };
+            let offset = [self.offset(*lever, start, base, c, elapsed), self.offset(*lever, -start, -base, c, elapsed)];
             stops.push(StageStop { lever: *lever, offset });
-            impulses.push(force.map(|force| force * c));
+            impulses.push([force[0] * c, force[1] * c]);
         }
     }
 
-    /// Keeps the forces of a stage of coefficient `c` in the given lanes.
+    /// Offset of the stop at the largest angle of an axis with these angles.
     #[inline(always)]
-    pub fn store(&mut self, impulses: &[[T; 2]], c: T, lanes: T::Mask) {
-        let per_second = T::splat(1.0) / c;
-        for (i, force) in self.force.iter_mut().enumerate() {
-            for (side, force) in force.iter_mut().enumerate() {
-                let new = impulses.get(i).map_or(T::zero(), |impulse| impulse[side] * per_second);
-                *force = T::select(lanes, new, *force);
-            }
-        }
+    fn offset(&self, lever: T, start: T, base: T, c: T, elapsed: T) -> T {
+        let kept = remaining_gap((lever * (start - self.limit)).max(T::zero()), elapsed);
+        let offset = ((lever * (self.limit - base) - kept) / c).max(T::splat(-RECOVERY_SPEED));
+        T::select(self.near, offset, T::splat(StageStop::<T>::FAR))
     }
 
-    /// Adds the closings in a lane's solved stage; `rates` gives the rate of an axis that was expected, and the solution's.
-    pub fn add_closings(
-        &self,
-        lane: usize,
+    /// Keeps the forces of a solved stage in the given lanes, and when stops close; `rates` are those of the axes that were
+    /// expected, and the solution's. For `c` and `elapsed` see [`Self::fill`].
+    #[inline(always)]
+    pub fn store(
+        &mut self,
         stops: &[StageStop<T>],
-        rates: impl Fn(usize) -> [T; 2],
+        impulses: &[[T; 2]],
+        rates: impl Iterator<Item = (T, T)>,
         [c, elapsed]: [T; 2],
-        closings: &mut Closings,
+        lanes: T::Mask,
     ) {
-        if !self.near.lane(lane) {
+        (self.closes_at, self.forecast) = (T::splat(f64::INFINITY), T::splat(f64::INFINITY));
+        if stops.is_empty() {
+            if self.has_forces {
+                self.let_go(lanes);
+            }
             return;
         }
-        for (axis, stop) in stops.iter().enumerate() {
-            let [expected, solved] = rates(axis).map(|rate| (stop.lever * rate).lane(lane));
-            for (k, side) in StageStop::<T>::SIDES.into_iter().enumerate() {
+        self.has_forces = true;
+        let per_second = T::splat(1.0) / c;
+        let mut rows = stops.iter().zip(impulses).zip(self.force.iter_mut().zip(&self.start_force));
+        for (expected, rate) in rates {
+            let Some(((stop, impulse), (force, start_force))) = rows.next() else { break };
+            for side in 0..2 {
+                force[side] = T::select(lanes, impulse[side] * per_second, force[side]);
+                let lever = if side == 0 { -stop.lever } else { stop.lever };
                 let row = ClosingRow {
-                    offset: stop.offset[k].lane(lane),
-                    expected_rate: -side * expected,
-                    rate: -side * solved,
-                    presses: self.force[axis][k].lane(lane) > 0.0,
-                    touched: self.start_force[axis][k].lane(lane) > 0.0,
+                    offset: stop.offset[side],
+                    expected_rate: lever * expected,
+                    rate: lever * rate,
+                    presses: T::zero().lt(impulse[side]),
+                    touched: T::zero().lt(start_force[side]),
                 };
-                closings.add(lane, &row, c.lane(lane), elapsed.lane(lane));
+                let (at, forecast) = row.times(c, elapsed);
+                (self.closes_at, self.forecast) = (self.closes_at.min(at), self.forecast.min(forecast));
             }
+        }
+    }
+
+    /// No forces in the given lanes.
+    #[inline(always)]
+    fn let_go(&mut self, lanes: T::Mask) {
+        for force in &mut self.force {
+            force[0] = T::select(lanes, T::zero(), force[0]);
+            force[1] = T::select(lanes, T::zero(), force[1]);
+        }
+    }
+
+    /// Adds the closings in a lane's solved stage.
+    pub fn add_closings(&self, lane: usize, closings: &mut Closings) {
+        if self.near.lane(lane) {
+            closings.add_times(lane, self.closes_at.lane(lane), self.forecast.lane(lane));
         }
     }
 }

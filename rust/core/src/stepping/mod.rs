@@ -7,7 +7,7 @@
 
 mod backlash;
 mod body;
-pub(crate) mod closing;
+mod closing;
 mod config;
 pub(crate) mod energy;
 mod fleet;

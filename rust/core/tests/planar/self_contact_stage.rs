@@ -1,6 +1,7 @@
 //! Stages in which a robot touches itself, against full matrices and before the certificate.
 
 use snake_core::planar::{InteriorPoint, Newton, Stage, StageLink, StageSolution, Twist, certify};
+use snake_core::stepping::StageStop;
 use snake_test_support::planar::Random;
 use snake_test_support::planar_stage::{self as dense, Kind};
 
@@ -11,6 +12,7 @@ fn solve(stage: &Stage, tolerance: f64) -> (StageSolution, f64) {
     let mut solution = StageSolution::new(stage.links.len());
     solution.contact.resize(stage.contacts.len(), 0.0);
     solution.pair.resize(stage.pairs.len(), 0.0);
+    solution.stop.resize(stage.stops.len(), [0.0; 2]);
     let outcome = Newton::new(stage.links.len()).solve(stage, &mut solution, tolerance, 2000, true);
     (solution, outcome.iterations)
 }
@@ -137,4 +139,36 @@ fn impulses_between_links_conserve_linear_momentum() {
         let change = momentum(&|i| solution.twist[i]) - momentum(&|i| stage.links[i].reference);
         assert!(change.norm() < 1e-10, "{change}");
     }
+}
+
+/// A stop is a term of its joint in the chain's elimination, or a contact between the links, a correction of low rank.
+#[test]
+fn stops_of_joints_are_contacts_between_neighbours() {
+    let mut random = Random::new(22);
+    let (mut worst, mut met): (f64, usize) = (0.0, 0);
+    for case in 0..60 {
+        let kind = Kind { stiff: case % 2 == 0, friction: case % 3 != 0, contacts: case % 3, ..FREE };
+        let mut stage = dense::random_stage(kind, &mut random);
+        for joint in 0..stage.joints.len() {
+            let mut offset = [random.between(-2e-3, 2e-2), StageStop::<f64>::FAR];
+            offset.rotate_left(random.below(2));
+            stage.stops.push(StageStop { lever: stage.links[joint].half_length, offset });
+        }
+        let (of_joints, _) = solve(&stage, 1e-9);
+        let (mut as_pairs, mut copied) = (Stage::with_capacity(6), StageSolution::new(6));
+        stage.copy_lane(0, &mut as_pairs);
+        assert!(as_pairs.stops.is_empty() && as_pairs.pairs.len() == 5);
+        let (of_pairs, _) = solve(&as_pairs, 1e-9);
+        worst = worst.max(distance(&of_joints.twist, &of_pairs.twist));
+        // Impulses are those of the copy, too.
+        of_joints.copy_lane(&stage, 0, &mut copied);
+        let residual = [certify(&stage, &of_joints), certify(&as_pairs, &copied)].map(|it| it.residual());
+        assert!(residual[0] < 1e-7 && residual[1] < 1e-7, "case {case}: {residual:?}");
+        let mut back = of_joints.clone();
+        back.stop.fill([0.0; 2]);
+        back.set_lane(&stage, 0, &copied);
+        assert_eq!(back, of_joints);
+        met += copied.pair.iter().filter(|impulse| **impulse > 0.0).count();
+    }
+    assert!(worst < 1e-7 && met > 60, "{worst}, {met} stops met");
 }

@@ -5,6 +5,7 @@ use snake_core::solver::SolveStatus;
 use snake_core::spatial::{
     CoulombNewton, Fallback, Newton, SpatialVector, Stage, StagePair, StageSolution, Wrench, certify,
 };
+use snake_core::stepping::StageStop;
 use snake_test_support::planar::Random;
 use snake_test_support::spatial_stage::{Dense, stacked};
 
@@ -144,4 +145,35 @@ fn contradicting_self_contacts_are_relaxed() {
     let (_, status) = Fallback::new(5).solve_hard(&stage, &mut solution, 1e-6);
     assert_eq!(status, SolveStatus::Relaxed);
     assert!(solution.twist.iter().all(|x| x.linear.norm() < 1e-3));
+}
+
+/// A stop is a term of its axis in the chain's elimination, or a contact between the links, a correction of low rank.
+#[test]
+fn stops_of_joints_are_contacts_between_neighbours() {
+    let mut random = Random::new(35);
+    let (mut worst, mut met): (f64, usize) = (0.0, 0);
+    for trial in 0..40 {
+        let mut stage = moving(&mut random, 6);
+        for axis in 0..10 {
+            let mut offset = [random.between(-2e-3, 2e-2), StageStop::<f64>::FAR];
+            offset.rotate_left(random.below(2));
+            stage.stops.push(StageStop { lever: stage.links[axis / 2].half_length, offset });
+        }
+        let of_joints = solve(&stage, 1e-9);
+        let (mut as_pairs, mut copied) = (Stage::with_capacity(6), StageSolution::new(6));
+        as_pairs.links.clone_from(&stage.links);
+        stage.read_lane(0, 0..stage.pegs.len(), &mut as_pairs);
+        assert!(as_pairs.stops.is_empty() && as_pairs.pairs.len() == 10);
+        let of_pairs = solve(&as_pairs, 1e-9);
+        worst = worst.max((stacked(&of_joints.twist) - stacked(&of_pairs.twist)).amax());
+        of_joints.read_lane(&stage, 0, 0..stage.pegs.len(), &mut copied);
+        let residual = [certify(&stage, &of_joints), certify(&as_pairs, &copied)].map(|it| it.residual());
+        assert!(residual[0] < 1e-6 && residual[1] < 1e-6, "trial {trial}: {residual:?}");
+        let mut back = of_joints.clone();
+        back.stop.fill([0.0; 2]);
+        back.set_lane(&stage, 0, 0..stage.pegs.len(), &copied);
+        assert_eq!(back, of_joints);
+        met += copied.pair.iter().filter(|impulse| **impulse > 0.0).count();
+    }
+    assert!(worst < 1e-6 && met > 60, "{worst}, {met} stops met");
 }

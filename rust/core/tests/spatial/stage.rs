@@ -79,6 +79,7 @@ pub fn blank(stage: &Stage) -> StageSolution {
     let mut solution = StageSolution::new(stage.links.len());
     solution.peg.resize(stage.pegs.len(), 0.0);
     solution.pair.resize(stage.pairs.len(), 0.0);
+    solution.stop.resize(stage.stops.len(), [0.0; 2]);
     solution
 }
 

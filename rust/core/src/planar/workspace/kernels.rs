@@ -254,7 +254,7 @@ impl<T: Real> Workspace<T> {
         }
         self.self_contacts.load_forces(&self.stage, &mut self.solution.pair);
         let bends = self.start_pose.windows(2).zip(self.base.windows(2));
-        let angles = bends.map(|(start, base)| [start[1].z - start[0].z, base[1].z - base[0].z]);
+        let angles = bends.map(|(start, base)| (start[1].z - start[0].z, base[1].z - base[0].z));
         self.joint_stops.fill(angles, c, self.elapsed, &mut self.stage.stops, &mut self.solution.stop);
     }
 
@@ -272,6 +272,14 @@ impl<T: Real> Workspace<T> {
             *force = *impulse * per_second;
         }
         self.self_contacts.store_forces(&self.solution.pair, per_second);
-        self.joint_stops.store(&self.solution.stop, self.stage.coefficient, lanes);
+        let rates = self.guess.windows(2).zip(self.solution.twist.windows(2));
+        let rates = rates.map(|(expected, u)| (expected[1].z - expected[0].z, u[1].z - u[0].z));
+        self.joint_stops.store(
+            &self.stage.stops,
+            &self.solution.stop,
+            rates,
+            [self.stage.coefficient, self.elapsed],
+            lanes,
+        );
     }
 }

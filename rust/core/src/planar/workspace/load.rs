@@ -19,6 +19,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         let (system, parameters) = (members.system, |lane| &members.body(lane).parameters);
         self.backlash.load(|lane| (system.backlash(parameters(lane)), &members.body(lane).warm_start.backlash));
         self.stribeck.load(|lane| system.stribeck().drop + parameters(lane).stribeck);
+        self.joint_stops.load(|lane| &members.body(lane).warm_start.joint_stops);
         self.has_pegs = members.any(|body| !body.pegs.is_empty());
         self.near_pegs =
             std::array::from_fn(|lane| lane < T::LANES && !members.body(lane).warm_start.near.pairs().is_empty());
@@ -28,7 +29,6 @@ impl<T: Real> StageInput<T> for Workspace<T> {
             for (lanes, torque) in self.actuator_torque.iter_mut().zip(&warm_start.joint_torque) {
                 lanes.set_lane(lane, -torque);
             }
-            self.joint_stops.load(lane, &warm_start.joint_stops);
             for (i, (q, u)) in state.pose.iter().zip(&state.twist).enumerate() {
                 set_vector(&mut self.start_pose[i], lane, q);
                 set_vector(&mut self.start_twist[i], lane, u);

@@ -46,11 +46,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         self.keep_forces(members, solved, contact_impulses);
         self.keep_contact_friction(members, solved, contact_impulses);
         self.keep_self_contacts(members, solved, contact_impulses);
-        let Self { stage, solution, guess, elapsed, joint_stops, closings, .. } = self;
-        let rates = |j: usize| [guess, &solution.twist].map(|u| u[j + 1].z - u[j].z);
-        for lane in active(solved) {
-            joint_stops.add_closings(lane, &stage.stops, rates, [stage.coefficient, *elapsed], closings);
-        }
+        active(solved).for_each(|lane| self.joint_stops.add_closings(lane, &mut self.closings));
     }
 
     fn record(&self, lane: usize, record: &mut StageRecord) {

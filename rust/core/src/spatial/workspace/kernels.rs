@@ -8,9 +8,8 @@ use crate::robot::{Breakage, LOCK_STIFFNESS};
 use crate::spatial::energy::work_of;
 use crate::spatial::spatial_vector::scaled;
 use crate::spatial::{Frame, StageDrive, StageLink, StageSolution, Twist, certify};
-use crate::stepping::closing::SLOW;
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
-use crate::stepping::{MovedAxis, PlayedAxis, SolvedStage, StageKernels};
+use crate::stepping::{ClosingRow, MovedAxis, PlayedAxis, SolvedStage, StageKernels};
 
 use super::{GroundForces, Kept, Workspace};
 
@@ -89,7 +88,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         }
         self.self_contacts.load_impulses(c, &mut self.solution.pair);
         let angles = self.start.angle.iter().flatten().zip(self.base.angle.iter().flatten());
-        let angles = angles.map(|(start, base)| [*start, *base]);
+        let angles = angles.map(|(start, base)| (*start, *base));
         self.joint_stops.fill(angles, c, self.elapsed, &mut self.stage.stops, &mut self.solution.stop);
         let stands = self.rest.holds(lanes & self.began_at_rest, &self.stage, &self.solution, tolerance);
         let mut outcome =
@@ -112,7 +111,15 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             }
             select_force(&mut rolling[i], lanes, &self.solution.rolling[i], per_second);
         }
-        self.joint_stops.store(&self.solution.stop, self.stage.coefficient, lanes);
+        let rates = self.guess.rate.iter().flatten().zip(self.solution.rate.iter().flatten());
+        let rates = rates.map(|(expected, rate)| (*expected, *rate));
+        self.joint_stops.store(
+            &self.stage.stops,
+            &self.solution.stop,
+            rates,
+            [self.stage.coefficient, self.elapsed],
+            lanes,
+        );
         self.energy = work_of(&self.stage, &self.solution);
         self.measure_deviation();
         self.find_touchdowns();
@@ -178,23 +185,23 @@ impl<T: Real> Workspace<T> {
         self.deviation = fastest * self.stage.coefficient;
     }
 
-    /// Times at which spheres touch down, see [`crate::stepping::Closings::add`].
+    /// Times at which spheres touch down.
     #[inline(always)]
     fn find_touchdowns(&mut self) {
-        let (c, zero, never) = (self.stage.coefficient, T::zero(), T::splat(f64::INFINITY));
-        let slow = T::splat(-SLOW);
-        (self.touchdown, self.touchdown_forecast) = (never, never);
+        (self.touchdown, self.touchdown_forecast) = (T::splat(f64::INFINITY), T::splat(f64::INFINITY));
         for (i, link) in self.stage.links.iter().enumerate() {
             for end in 0..2 {
                 let arm = link.ground_arm(end);
-                let [rate, expected] = [&self.solution.twist[i], &self.expected[i]].map(|u| u.velocity_at(&arm).z);
-                let presses = zero.lt(self.solution.normal[i][end]);
-                let gap = (c * (link.ground[end] + rate)).max(zero);
-                let forecast = T::select(rate.lt(slow) & !presses, gap / -rate, never);
+                let row = ClosingRow {
+                    offset: link.ground[end],
+                    expected_rate: self.expected[i].velocity_at(&arm).z,
+                    rate: self.solution.twist[i].velocity_at(&arm).z,
+                    presses: T::zero().lt(self.solution.normal[i][end]),
+                    touched: self.stood[i][end],
+                };
+                let (at, forecast) = row.times(self.stage.coefficient, self.elapsed);
+                self.touchdown = self.touchdown.min(at);
                 self.touchdown_forecast = self.touchdown_forecast.min(forecast);
-                let at = (self.elapsed - c + c * link.ground[end] / -expected).max(zero).min(self.elapsed);
-                let touches_down = presses & expected.lt(slow) & !self.stood[i][end];
-                self.touchdown = self.touchdown.min(T::select(touches_down, at, never));
             }
         }
     }

@@ -20,6 +20,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         let (system, parameters) = (members.system, |lane| &members.body(lane).parameters);
         self.backlash.load(|lane| (system.backlash(parameters(lane)), &members.body(lane).warm_start.backlash));
         self.stribeck.load(|lane| system.stribeck.drop + parameters(lane).stribeck);
+        self.joint_stops.load(|lane| &members.body(lane).warm_start.joint_stops);
         for lane in 0..T::LANES {
             let state = &members.body(lane).warm_start;
             self.start.set_lane(lane, &state.configuration);
@@ -28,7 +29,6 @@ impl<T: Real> StageInput<T> for Workspace<T> {
             self.forces.set_lane(lane, &state.forces);
             self.contacts.recall(lane, &state.pairs);
             self.self_contacts.recall(lane, &state.self_contacts);
-            self.joint_stops.load(lane, &state.joint_stops);
         }
         for (i, ends) in self.stood.iter_mut().enumerate() {
             *ends = [0, 1].map(|end| T::Mask::of(|lane| members.body(lane).warm_start.stands[i][end]));

@@ -131,14 +131,12 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
 impl<T: Real> Workspace<T> {
     /// Finds the closings in a lane's solved stage.
     fn find_closings(&mut self, lane: usize) {
-        let Self { stage, solution, expected, guess, elapsed, closings, contacts, self_contacts, joint_stops, .. } =
-            self;
+        let Self { stage, solution, expected, elapsed, closings, contacts, self_contacts, joint_stops, .. } = self;
         closings.begin_stage(lane);
         closings.add_times(lane, self.touchdown.lane(lane), self.touchdown_forecast.lane(lane));
         contacts.add_closings(stage, solution, expected, *elapsed, lane, closings);
         self_contacts.add_closings(stage, solution, expected, *elapsed, lane, closings);
-        let rates = |axis: usize| [&guess.rate, &solution.rate].map(|rates| rates[axis / 2][axis % 2]);
-        joint_stops.add_closings(lane, &stage.stops, rates, [stage.coefficient, *elapsed], closings);
+        joint_stops.add_closings(lane, closings);
     }
 
     /// Impulses of top faces in a lane's solved stage.
