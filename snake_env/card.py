@@ -89,6 +89,10 @@ sliding more easily along its links than across them. Link 1 leads. Units are SI
 [notation.md](notation.md#glossary), scenes in [tasks.md](tasks.md).
 """
 
+INFO_TEXT = """The same keys after `reset` and `step`. `positive_work`, `energy` and `cost_of_transport` have a bias
+that depends on `precision`: [accuracy.md](accuracy.md#work-of-the-actuators).
+"""
+
 ACTION_TEXT = """An action in [-1, 1] maps linearly to the interval [min, max]; values beyond are clipped. The
 joint references follow it smoothly within the slew limit, and a joint controller with a torque limit follows the
 references. In mode "residual" the wave comes first, then the offsets of the joints. Mode "velocities" integrates the
@@ -387,7 +391,7 @@ def _info() -> str:
             having.setdefault((f"`{s['name']}`", s["kind"], s["unit"], s["description"]), []).append(model)
     rows = [(*signal, "" if len(models) == len(MODELS) else models[0]) for signal, models in having.items()]
     head = ("key", "type", "unit", "meaning", "only with `model`")
-    return "\n".join(["## Info\n", "The same keys after `reset` and `step`.\n", _table(head, rows)])
+    return "\n".join(["## Info\n", INFO_TEXT, _table(head, rows)])
 
 
 def _arguments() -> str:

@@ -34,7 +34,7 @@ def _time_to_goal(episodes: Episodes) -> Estimate:
 
 
 def _cost_of_transport(episodes: Episodes) -> Estimate:
-    """All energy over weight times all distance; infinite if the robots make no net progress."""
+    """All positive work of the actuators over weight times all distance; infinite without net progress."""
     return ratio_interval(energy_over_weight(episodes), episodes["distance"])
 
 

@@ -58,6 +58,25 @@ def test_actuators_lose_torque_with_speed_up_to_their_no_load_speed(model):
     assert 0.05 < np.abs(state.joint_rate).max() < 0.5
 
 
+@pytest.mark.parametrize("model", ["planar", "spatial"])
+def test_work_is_torque_times_rate_where_that_is_positive_joint_by_joint(model):
+    """Angles change by 1 ms of rates; the tolerance is for rates that change their sign in it."""
+    envs = SnakeVectorEnv(4, model=model, action_mode="torques", control_period=0.001, controller=IDEAL, **STILL)
+    envs.reset(seed=0)
+    rng, expected = np.random.default_rng(0), np.zeros(4)
+    for period in range(40):
+        if period % 5 == 0:
+            action = rng.uniform(-0.5, 0.5, envs.action_space.shape)
+        before = envs.state().joint_angle
+        *_, info = envs.step(action)
+        turned = (envs.state().joint_angle - before).reshape(4, -1)
+        expected += np.maximum(10.0 * action * turned, 0.0).sum(axis=1)
+    np.testing.assert_allclose(info["energy"], expected, rtol=5e-3)
+    weight = 11 * 0.6818 * 9.81
+    distance = np.maximum(np.abs(info["distance"]), 0.01)
+    np.testing.assert_allclose(info["cost_of_transport"], expected / weight / distance, rtol=5e-3)
+
+
 def test_velocities_are_followed():
     env = SnakeEnv(action_mode="velocities", **STILL)
     env.reset(seed=0)

@@ -2,8 +2,9 @@
 //!
 //!     snake-bench PART... [--quick] [--scenes NAME,...] [--cache FOLDER]
 //!
-//! Parts: `precision`, `growth`, `width`, `skip`, `certificate`, `spatial`.
+//! Parts: `precision`, `growth`, `width`, `skip`, `certificate`, `spatial`, `cenic`.
 
+mod cenic;
 mod certificate;
 mod clock;
 mod environments;
@@ -25,7 +26,7 @@ use std::process::ExitCode;
 use scenes::Scenario;
 
 const USAGE: &str = "usage: snake-bench PART... [--quick] [--scenes NAME,...] [--cache FOLDER]
-parts: precision, growth, width, skip, certificate, spatial";
+parts: precision, growth, width, skip, certificate, spatial, cenic";
 
 fn main() -> ExitCode {
     match Options::parse(std::env::args().skip(1)).and_then(|options| options.run()) {
@@ -69,6 +70,7 @@ impl Options {
                 "width" => growth::measure_width(self.quick),
                 "skip" => feature_cost::measure(self.quick),
                 "spatial" => spatial::measure(self.quick, self.cache.as_deref()),
+                "cenic" => cenic::measure(self.quick),
                 "certificate" => certificate::measure(&self.scenes, self.quick),
                 _ => return Err(format!("{part}: no such part")),
             }

@@ -70,15 +70,19 @@ pub struct Signal<T> {
 /// The signals that every environment has beside its reward terms, in order.
 pub const SIGNALS: &[Signal<Summary>] = &[
     float("progress", "m", "distance of the CG towards the goal, gained in this step", |s| s.progress),
-    float("positive_work", "J", "positive actuator work of this step", |s| s.positive_work),
+    float("positive_work", "J", "actuator work of this step: max(torque x rate, 0) over joint axes and time", |s| {
+        s.positive_work
+    }),
     float("distance", "m", "distance of the CG towards the goal, gained since the start", |s| s.distance),
     float("lateral_offset", "m", "CG to the left of the centre line, or of the straight way to the goal point", |s| {
         s.lateral_offset
     }),
     float("heading_error", "rad", "angle from the goal direction to the body direction", |s| s.heading_error),
     float("speed", "m/s", "distance over time since the start", |s| s.speed),
-    float("energy", "J", "positive actuator work since the start", |s| s.energy),
-    float("cost_of_transport", "1", "energy over weight times distance", |s| s.cost_of_transport),
+    float("energy", "J", "`positive_work` of all steps since the start", |s| s.energy),
+    float("cost_of_transport", "1", "`energy` over weight times absolute `distance`, at least 0.01 m", |s| {
+        s.cost_of_transport
+    }),
     boolean("jam", "CG slower than 0.02 m/s for more than 0.3 s", |s| s.jam.into()),
     float("jam_ratio", "1", "share of the episode's steps that were jammed", |s| s.jam_ratio),
     boolean("is_success", "the goal has been reached", |s| s.is_success.into()),
