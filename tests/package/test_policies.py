@@ -82,7 +82,8 @@ def test_in_3d_a_policy_does_not_throw_itself(name):
         carried.append(info["grounded"])
         highest = max(highest, envs.unwrapped.state().link_position[..., 2].max())
         assert not (info["diverged"] | info["penetrated"]).any()
-    assert np.mean(np.array(carried) > 0) > 0.98
+    # Of 400 moments 5 are leaps, at every precision.
+    assert np.mean(np.array(carried) > 0) > 0.985
     assert highest < 0.2
     envs.close()
 

@@ -4,8 +4,8 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::math::{MAX_LANES, Real};
 use crate::robot::Link;
-use crate::spatial::{Laned, SpatialBody, Stage, StagePeg, StagePegFriction, StageSolution, Twist, Wrench};
-use crate::stepping::{ClosingRow, Closings, ContactImpulse, Source};
+use crate::spatial::{Laned, SpatialBody, Stage, StagePair, StagePeg, StagePegFriction, StageSolution, Wrench};
+use crate::stepping::{ContactImpulse, Source};
 
 use super::peg_contacts::{LinkPrediction, Pair};
 use super::workspace::Workspace;
@@ -114,30 +114,20 @@ impl ContactMap {
         }
     }
 
-    /// Adds the closings in a lane's solved stage, which was predicted with the twists `expected`.
-    pub fn add_closings<T: Real>(
-        &self,
-        stage: &Stage<T>,
-        solution: &StageSolution<T>,
-        expected: &[Twist<T>],
-        elapsed: T,
+    /// The contacts of a lane's solved stage, as of a link with itself, their impulses, and whether they touched before.
+    pub fn solved_rows<'a, T: Real>(
+        &'a self,
+        stage: &'a Stage<T>,
+        solution: &'a StageSolution<T>,
         lane: usize,
-        closings: &mut Closings,
-    ) {
-        let [c, elapsed] = [stage.coefficient, elapsed].map(|time| time.lane(lane));
-        for index in self.of_lane(lane) {
-            let contact = &stage.pegs[index];
-            let direction = contact.direction.lane(lane);
+    ) -> impl Iterator<Item = (StagePair, f64, bool)> + 'a {
+        self.of_lane(lane).map(move |index| {
+            let StagePeg { link, direction, offset, .. } = &stage.pegs[index];
+            let direction = [direction.lane(lane), Wrench::zero()];
             let (_, _, touched) = self.slots[index][lane].expect("a contact of the lane");
-            let row = ClosingRow {
-                offset: contact.offset.lane(lane),
-                expected_rate: direction.dot(&expected[contact.link].lane(lane)),
-                rate: direction.dot(&solution.twist[contact.link].lane(lane)),
-                presses: solution.peg[index].lane(lane) > 0.0,
-                touched,
-            };
-            closings.add(lane, &row, c, elapsed);
-        }
+            let row = StagePair { links: [*link; 2], direction, offset: offset.lane(lane) };
+            (row, solution.peg[index].lane(lane), touched)
+        })
     }
 
     /// Impulses of pegs in a lane's solved stage.

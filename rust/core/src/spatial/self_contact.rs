@@ -12,7 +12,7 @@ use crate::math::{MAX_LANES, Mask, Real};
 use crate::robot::{Link, Robot};
 use crate::stepping::lanes::{Lanes, NO_LANES, active};
 use crate::stepping::penetration::{ALLOWED, Sinking};
-use crate::stepping::{ClosingRow, Closings, ContactImpulse, Source};
+use crate::stepping::{ContactImpulse, Source};
 
 use super::pair_slots::PairSlots;
 use super::penetration::farthest_travel;
@@ -144,30 +144,15 @@ impl<T: Real> SelfContactDetection<T> {
         }
     }
 
-    /// Adds the closings in a lane's solved stage, which was predicted with the twists `expected`.
-    pub fn add_closings(
-        &self,
-        stage: &Stage<T>,
-        solution: &StageSolution<T>,
-        expected: &[Twist<T>],
-        elapsed: T,
+    /// The contacts of a lane's solved stage, their impulses, and whether they touched before.
+    pub fn solved_rows<'a>(
+        &'a self,
+        solution: &'a StageSolution<T>,
         lane: usize,
-        closings: &mut Closings,
-    ) {
-        let [c, elapsed] = [stage.coefficient, elapsed].map(|time| time.lane(lane));
-        for Found { place, pair, touched, .. } in self.found.iter().filter(|found| found.lane == lane) {
-            let rate = |twists: &[Twist<T>]| -> f64 {
-                (0..2).map(|k| pair.direction[k].dot(&twists[pair.links[k]].lane(lane))).sum()
-            };
-            let row = ClosingRow {
-                offset: pair.offset,
-                expected_rate: rate(expected),
-                rate: rate(&solution.twist),
-                presses: solution.pair[self.slots.slot(place)].lane(lane) > 0.0,
-                touched: *touched,
-            };
-            closings.add(lane, &row, c, elapsed);
-        }
+    ) -> impl Iterator<Item = (StagePair, f64, bool)> + 'a {
+        let impulse = move |place| solution.pair[self.slots.slot(place)].lane(lane);
+        let found = self.found.iter().filter(move |found| found.lane == lane);
+        found.map(move |Found { place, pair, touched, .. }| (*pair, impulse(place), *touched))
     }
 
     /// Impulses between the links in a lane's solved stage.

@@ -113,7 +113,8 @@ impl StepPlan {
         let to_jump = end_before(time, |time| robot.next_jump(time)) - time;
         let to_end = interval.duration - self.progress;
         let (left, end) = if to_jump < to_end { (to_jump, Ends::Jump) } else { (to_end, Ends::Interval) };
-        let is_euler = interval.is_euler || clock.euler_time > 0.0;
+        let may_be_rejected = self.rejections < MOST_REJECTIONS;
+        let is_euler = interval.is_euler || clock.euler_time > 0.0 || !may_be_rejected;
         let wanted = if is_euler { self.euler_length } else { clock.next.min(interval.step) }.min(self.longest);
         let is_exact = interval.is_euler || clock.ends_at_closing;
         let length;
@@ -124,8 +125,7 @@ impl StepPlan {
             _ => (wanted, Ends::Nothing),
         };
         let is_divisible = length > interval.impact_step / LONGEST_OVER_SHORTEST_EULER;
-        self.part =
-            Part { length, is_euler, may_fail: !is_euler || (is_divisible && self.rejections < MOST_REJECTIONS) };
+        self.part = Part { length, is_euler, may_fail: may_be_rejected && (is_divisible || !is_euler) };
         self.solves = body.solves;
     }
 
@@ -183,10 +183,11 @@ impl StepPlan {
         if trial.closing.is_fresh() {
             clock.euler_time = clock.euler_time.max(impact_step);
         }
+        let equal_run = if length >= impact_step { ALMOST * IMPACT * impact_step } else { MOST_EQUAL * length };
         if clock.euler_time == 0.0 {
             (self.euler_run, self.euler_length) = (0.0, impact_step);
             clock.next = AFTER_IMPACT * length;
-        } else if self.euler_run > ALMOST * IMPACT * impact_step && length >= impact_step {
+        } else if self.euler_run > equal_run {
             self.euler_length = LONGER * length;
             clock.euler_time = clock.euler_time.max(self.euler_length);
         }
@@ -273,6 +274,10 @@ const SHORTEST: f64 = 1.0 / 64.0;
 const AFTER_IMPACT: f64 = 4.0;
 const LONGER: f64 = 1.5;
 
+/// Equal Euler parts after which shorter ones than those of an impact grow: closings in every one of them would keep them
+/// as short.
+const MOST_EQUAL: f64 = 64.0;
+
 /// Growth of the longest part that is tried after one that took a link too deep.
 const GROWTH_AFTER_SINKING: f64 = 1.2;
 
@@ -280,7 +285,95 @@ const GROWTH_AFTER_SINKING: f64 = 1.2;
 /// travel less than a millimetre.
 const LONGEST_OVER_SHORTEST_EULER: f64 = 64.0;
 
-/// How many parts of one step may be rejected, and how many before all others are Euler parts. Robots whose light links
-/// spin at hundreds of metres per second would otherwise be divided thousands of times.
+/// How many parts of one step may be rejected before the rest of it is taken in Euler parts that are accepted, and how
+/// many before each further one is replaced by Euler parts. Robots whose light links spin at hundreds of metres per second
+/// would otherwise be divided thousands of times, and a link that sinks at any length without end.
 const MOST_REJECTIONS: u32 = 64;
 const MOST_SECOND_ORDER_REJECTIONS: u32 = 40;
+
+/// Laws of the plan under verdicts that no robot would give.
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+    use proptest::test_runner::RngSeed;
+
+    use super::*;
+    use crate::environment::rng::Rng;
+    use crate::gait::{JointTarget, Reference};
+    use crate::pegs::PegGrid;
+    use crate::planar::Planar;
+    use crate::robot::{Robot, RobotConfig};
+    use crate::stepping::{Closing, Scripted};
+
+    /// A reference that jumps at all multiples of a time \[s\].
+    struct Jumping(f64);
+
+    impl Reference<JointTarget> for Jumping {
+        fn target(&self, _: usize, _: f64) -> JointTarget {
+            JointTarget::default()
+        }
+
+        fn next_jump(&self, time: f64) -> f64 {
+            ((time / self.0).floor() + 1.0) * self.0
+        }
+    }
+
+    /// One of `values`, or a number between 1e-`decades` and 1e`decades` times `unit`.
+    fn drawn(rng: &mut Rng, values: &[f64], decades: f64, unit: f64) -> f64 {
+        let choice = rng.uniform(0.0, values.len() as f64 + 1.0) as usize;
+        values.get(choice).copied().unwrap_or_else(|| unit * 10f64.powf(rng.around_zero(decades)))
+    }
+
+    /// A trial of a part of the given length, of any deviation and any closings.
+    fn drawn_trial(rng: &mut Rng, length: f64) -> Trial {
+        let deviation = drawn(rng, &[f64::NAN, f64::INFINITY, 0.0, 1e-300, 1e300, 1.0], 3.0, 1.0);
+        let at = drawn(rng, &[f64::INFINITY, f64::INFINITY, 0.0, length, 0.5 * length], 3.0, length);
+        let forecast = drawn(rng, &[f64::INFINITY, f64::INFINITY, 0.0, 1e-300], 3.0, length);
+        Trial { deviation, closing: Closing { at, forecast } }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig {
+            cases: 3000, failure_persistence: None, rng_seed: RngSeed::Fixed(7), ..ProptestConfig::default()
+        })]
+
+        /// A rejected part is followed by a shorter one or by Euler parts, and no more than `MOST_REJECTIONS` parts of a
+        /// step are rejected, whatever is found out about them.
+        #[test]
+        fn every_interval_ends(seed: u64, order in 1u32..3, refusals in prop::array::uniform2(0.0f64..1.3)) {
+            let mut rng = Rng::new(seed, 0);
+            let step = 0.025;
+            let impact_step = Some(step * 10f64.powf(-rng.uniform(0.0, 3.0)));
+            let config = ImplicitConfig { order, impact_step, ..ImplicitConfig::default() };
+            let interval = Interval::new(&config, &config.accuracy(&Planar::ACCURACY), 2.0 * step);
+            let robot = Robot::new(&RobotConfig { links: 2, ..RobotConfig::default() }).expect("admissible");
+            let jumps = Jumping(drawn(&mut rng, &[f64::INFINITY], 1.0, step));
+            let mut robot = Scripted { body: Body::<Planar>::new(&robot, PegGrid::default()), reference: jumps };
+            robot.body.clock.next = drawn(&mut rng, &[step, f64::INFINITY], 9.0, step);
+            robot.body.begin();
+            let mut plan = StepPlan::at_start(&interval);
+            // Lengths that 64 rejections have left grow again, by a fifth from part to part.
+            let most = 2000.0 + 2.0 * interval.duration / interval.impact_step;
+            let mut parts = 0;
+            while !plan.has_ended(&interval) {
+                parts += 1;
+                prop_assert!(f64::from(parts) < most, "{parts} parts");
+                plan.choose_part(&interval, &robot);
+                let Part { length, is_euler, may_fail } = plan.part;
+                prop_assert!(length > 0.0 && length <= interval.step() / STRETCHED, "{:?}", plan);
+                robot.body.trial = drawn_trial(&mut rng, length);
+                if may_fail && rng.unit() < refusals[usize::from(is_euler)] {
+                    plan.reject(&interval, &mut robot.body);
+                    let rejected = plan.part;
+                    let mut next = plan;
+                    next.choose_part(&interval, &robot);
+                    prop_assert!(next.part.length < 0.96 * rejected.length || next.part.is_euler && !rejected.is_euler);
+                    prop_assert!(plan.rejections <= MOST_REJECTIONS);
+                } else {
+                    robot.body.state.set_time(robot.body.state.time() + length);
+                    plan.accept(&interval, &mut robot.body);
+                }
+            }
+        }
+    }
+}

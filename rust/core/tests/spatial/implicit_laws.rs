@@ -271,8 +271,9 @@ fn a_robot_that_has_straightened_itself_does_not_drift() {
         simulation.advance(1.0, &still());
         let other = stood.iter().zip(simulation.ground_impulse()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         println!("case {case}: normal forces of a robot that has just been placed there differ by {other:.1e} N");
-        // The first part after a robot was placed is solved to m v / c for the tolerance v, here 0.01 N.
-        assert!(other < 1e-3, "case {case}: normal forces depend on how it came there");
+        // What stands keeps forces that balance to m v / c, 2.3e-4 N for the tolerance v and the stages of these steps. Those
+        // of the first parts after a robot was placed, which are shorter, are no more accurate than that.
+        assert!(other < 5e-4, "case {case}: normal forces depend on how it came there");
     }
     assert!(rest >= 7, "{rest} of 8 stand without a solve");
 }

@@ -5,11 +5,14 @@ use nalgebra::{Vector2, Vector3};
 use crate::math::Real;
 use crate::spatial::rest::is_at_rest;
 use crate::spatial::support::Support;
-use crate::spatial::{ChainState, Spatial, SpatialBody, SpatialSystem, StageSolution, read_lane};
+use crate::spatial::{
+    ChainState, Laned, Spatial, SpatialBody, SpatialSystem, StagePair, StageSolution, Twist, read_lane,
+};
 use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::penetration::Sinking;
 use crate::stepping::{
-    Closing, ContactImpulse, Driven, EnergyLedger, FallbackResult, Members, Source, StageOutput, StageRecord,
+    Closing, ClosingRow, ContactImpulse, Driven, EnergyLedger, FallbackResult, Members, Source, StageOutput,
+    StageRecord,
 };
 
 use super::Workspace;
@@ -131,11 +134,24 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
 impl<T: Real> Workspace<T> {
     /// Finds the closings in a lane's solved stage.
     fn find_closings(&mut self, lane: usize) {
-        let Self { stage, solution, expected, elapsed, closings, contacts, self_contacts, joint_stops, .. } = self;
+        let Self { stage, solution, expected, closings, contacts, self_contacts, joint_stops, .. } = self;
+        let [c, elapsed] = [stage.coefficient, self.elapsed].map(|time| time.lane(lane));
         closings.begin_stage(lane);
         closings.add_times(lane, self.touchdown.lane(lane), self.touchdown_forecast.lane(lane));
-        contacts.add_closings(stage, solution, expected, *elapsed, lane, closings);
-        self_contacts.add_closings(stage, solution, expected, *elapsed, lane, closings);
+        let rows = contacts.solved_rows(stage, solution, lane).chain(self_contacts.solved_rows(solution, lane));
+        for (StagePair { links, direction, offset }, impulse, touched) in rows {
+            let rate = |twists: &[Twist<T>]| -> f64 {
+                links.iter().zip(&direction).map(|(&link, w)| w.dot(&twists[link].lane(lane))).sum()
+            };
+            let row = ClosingRow {
+                offset,
+                expected_rate: rate(expected),
+                rate: rate(&solution.twist),
+                presses: impulse > 0.0,
+                touched,
+            };
+            closings.add(lane, &row, c, elapsed);
+        }
         joint_stops.add_closings(lane, closings);
     }
 
