@@ -82,8 +82,8 @@ def main() -> None:
     rows, words = sizes(Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT)
     for language in ("Rust", "Python"):
         mine = [row[1:] for row in rows if row[0] == language]
-        total = ("**total**", *(sum(row[k] for row in mine) for k in (1, 2, 3)))
-        cells = [(*r[:2], f"{r[2]:,}", f"{r[3]:,}") for r in [*mine, total]]
+        total = ("**total**", sum(row[1] for row in mine), sum(row[2] for row in mine), sum(row[3] for row in mine))
+        cells = [(*row[:2], f"{row[2]:,}", f"{row[3]:,}") for row in [*mine, total]]
         print(table((language, "files", "lines", "code"), cells), end="\n\n")
     documents = [*sorted(words.items()), ("**total**", sum(words.values()))]
     print(table(("document", "words"), [(name, f"{count:,}") for name, count in documents]), end="\n\n")

@@ -134,9 +134,7 @@ def begin(learner: Any, cloning: BehaviourCloning) -> None:
     for _ in range(cloning.critic_rounds):
         learner.collect()
         _, target = learner.targets()
-        observation, target = (
-            learner.group.gathered(one).flatten(0, 1) for one in (learner.rollout.observation, target)
-        )
+        observation, target = (one.flatten(0, 1) for one in (learner.rollout.observation, target))
         fit(learner.agent.critic, observation, target[:, None], cloning.epochs, learner.rng)
 
 
@@ -241,10 +239,9 @@ def imitate(learner: Any, expert: Expert | Teachers, cloning: BehaviourCloning) 
     seen, told = [], []
     for _ in range(cloning.rounds):
         learner.collect()
-        observation = learner.group.gathered(learner.rollout.observation)
-        ended = learner.group.gathered(torch.from_numpy(learner.rollout.done)).numpy()
+        observation = learner.rollout.observation
         seen.append(observation.flatten(0, 1).clone())
-        told.append(labels(expert, observation, ended))
+        told.append(labels(expert, observation, learner.rollout.done))
         missed = fit(learner.agent.actor, torch.cat(seen), torch.cat(told), cloning.epochs, learner.rng)
         print(f"imitation, {learner.steps} steps: mean squared error {missed:.4f}", flush=True)
 
