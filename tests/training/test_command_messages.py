@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.parametrize("what", ["option", "networks"])
-def test_a_run_that_does_not_fit_says_what_it_was_begun_with(tmp_path, capsys, what):
+def test_the_error_of_a_run_that_does_not_fit_names_what_it_was_begun_with(tmp_path, capsys, what):
     pytest.importorskip("torch")
 
     folder = tmp_path / "run"
