@@ -76,7 +76,7 @@ def inspect(args: Options) -> int:
     inspection_figures.links({name: (one["ahead"], one["back"]) for name, one in found.items()}, args.out / "links.png")
     for name, one in found.items():
         print(f"{name}: " + ", ".join(f"{kind} {count}" for kind, count in one["ends"].items()))
-        print("".join(f"  {what}: {text}\n" for what, text in _findings(one).items()), end="")
+        print("".join(f"  {what}: {text}\n" for what, text in _told(one).items()), end="")
     write_json(args.out / "inspection.json", {name: _plain(one) for name, one in found.items()})
     for k, kind in enumerate(KINDS):
         of_kind = np.flatnonzero(found[policy.name]["kind"] == k)
@@ -110,7 +110,7 @@ def waves(recorded: RecordedPolicy, episodes: Episodes) -> dict[str, Any]:
     return {"wave": of, "no_slip_speed": no_slip_speed(GaitParameters(amplitude, omega, beta))}
 
 
-def _findings(found: dict[str, Any]) -> dict[str, str]:
+def _told(found: dict[str, Any]) -> dict[str, str]:
     """Lines about the wave of a policy that commands one."""
     if "wave" not in found:
         return {}
