@@ -31,8 +31,7 @@ test-rust:
 test-python: $(if $(wildcard .venv/.native),.venv/.native,.venv/.native-test)
 	PYTHONPATH=$(CURDIR) $(BIN)/python -m pytest --numprocesses=auto --dist=worksteal $(PYTEST)
 
-RAY_TESTS := $(addprefix tests/experiments/test_distributed_,ppo.py rllib.py tune.py) \
-	tests/examples/test_examples.py $(addprefix tests/package/test_, \
+RAY_TESTS := tests/examples/test_examples.py $(addprefix tests/package/test_, \
 	checker.py vector_env.py vector_env_input.py reward.py threads.py single_env.py wrappers.py)
 
 # Ray in an environment of its own: RLlib pins an earlier Gymnasium, with which the interface is tested too.
@@ -184,8 +183,8 @@ venv: .venv/.packages
 
 # Pin the whole tree anew; torch pins its own CUDA libraries.
 constraints: venv
-	printf 'maturin\nuv\nziglang\ntwine\nnodejs-wheel\n' | $(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.10 \
-		--extra all --group test --group bench --group ray --group docs --no-annotate --no-header pyproject.toml - | grep -vE '^(nvidia-|cuda-|triton)' > constraints.new
+	printf 'maturin\nuv\nziglang\ntwine\nnodejs-wheel\nray[tune]\n' | $(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.10 \
+		--extra all --group test --group bench --group docs --no-annotate --no-header pyproject.toml - | grep -vE '^(nvidia-|cuda-|triton)' > constraints.new
 	mv constraints.new constraints.txt
 
 clean:

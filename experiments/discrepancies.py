@@ -46,7 +46,7 @@ HEAD = (
 def rows() -> Iterator[tuple[str, ...]]:
     """Rows of the table."""
     for (name, effect), play in product(EFFECTS.items(), PLAY):
-        robot = Robot(free_play=math.radians(play))
+        robot = Robot(backlash=math.radians(play))
         course, free = (run(robot, dataclasses.replace(scene, stribeck=effect)) for scene in (COURSE, OPEN))
         settled = course.time >= SETTLED - 0.5 * SAMPLE
         error = np.degrees(course.joint_angle - Gait().reference(course.time)["angle"])[settled]

@@ -115,10 +115,10 @@ def stages() -> Iterator[tuple[str, ...]]:
             )[0]
             for course, gait, (step, limit) in product(COURSES, GAITS, LIMITS)
         }
-        fallbacks, misses = ([getattr(one, name).sum() for one in runs.values()] for name in ("fallbacks", "misses"))
+        fallbacks, missed = ([getattr(one, k).sum() for one in runs.values()] for k in ("fallbacks", "unconverged"))
         worst = max(one.residual.max() for one in runs.values())
         deepest = max(one.max_penetration for (course, *_), one in runs.items() if course == "free")
-        counts = f"{sum(fallbacks):,.0f}", f"{sum(misses):,.0f}; {max(misses):,.0f}"
+        counts = f"{sum(fallbacks):,.0f}", f"{sum(missed):,.0f}; {max(missed):,.0f}"
         yield str(friction), *counts, f"{worst:.0e} m/s", f"{1e3 * deepest:.1g} mm"
 
 
@@ -128,7 +128,7 @@ HEADS = {
     "stages": (
         "friction (mu_x, mu_y)",
         "fallbacks, all runs",
-        "misses, all runs; most in one",
+        "unconverged, all runs; most in one",
         "worst residual",
         "deepest without pegs",
     ),
@@ -155,7 +155,7 @@ def main(arguments: list[str] | None = None) -> int:
 def print_tables(args: Options) -> int:
     """Prints the tables."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # misses and penetrations are what is counted
+        warnings.simplefilter("ignore", UserWarning)  # unconverged stages and penetrations are what is counted
         for name in args.tables:
             print(table(HEADS[name], ROWS[name]()), end="\n\n", flush=True)
     return 0

@@ -48,7 +48,7 @@ class Options(NamedTuple):
     """Options of a reset."""
 
     worlds: Sequence[Mapping[str, Any]] | None = None
-    """What each robot's episode is told."""
+    """What is prescribed for each robot's episode."""
     difficulty: Any = None
     """Of the robots that are reset, from now on."""
 
@@ -77,8 +77,8 @@ class Robots:
         self._seeded = np.zeros(self.num_envs, np.bool_)
         self._action_shape = (self.num_envs, *task.action_space.shape)
         self._previous_action = np.zeros(self._action_shape, np.float32)
-        if task.worlds.tells:
-            self._tell([0], [0])
+        if task.worlds.is_prescribed:
+            self._prescribe([0], [0])
 
     def reset(
         self,
@@ -109,25 +109,25 @@ class Robots:
         return buffers
 
     def _prepare(self, mask: Mask, seeds: Sequence[int | None], options: Options) -> None:
-        """Sets difficulties and tells episodes where they take place, or does neither."""
+        """Sets difficulties and prescribes where episodes take place, or does neither."""
         rows, before = np.flatnonzero(mask).tolist(), self.difficulty
         if options.difficulty is not None:
             given = _checks.reals("difficulty", options.difficulty, f"a number, or {len(rows)} of them")
             self.set_difficulty(given[mask] if given.shape == mask.shape else given, rows)
         try:
-            if options.worlds is not None or self.task.worlds.tells:
-                self._tell(rows, seeds, options.worlds)
+            if options.worlds is not None or self.task.worlds.is_prescribed:
+                self._prescribe(rows, seeds, options.worlds)
         except Exception:
             self.set_difficulty(before, range(self.num_envs))
             raise
 
-    def _tell(
+    def _prescribe(
         self,
         rows: Sequence[int],
         seeds: Sequence[int | None] | None = None,
         options: Sequence[Mapping[str, Any]] | None = None,
     ) -> None:
-        """Tells the next episodes of some robots where they take place, or none of them."""
+        """Prescribes where the next episodes of some robots take place, or none of them."""
         difficulty = self.difficulty
         worlds = {}
         for i in rows:
@@ -150,8 +150,8 @@ class Robots:
         if keep_flags:
             other = self._buffers.new().arrays
             arrays = arrays._replace(reward=other.reward, terminated=other.terminated, truncated=other.truncated)
-        if self.task.worlds.tells:
-            self._tell(np.flatnonzero(mask).tolist())
+        if self.task.worlds.is_prescribed:
+            self._prescribe(np.flatnonzero(mask).tolist())
         self.native.reset(mask, None, arrays)
         self._previous_action[mask] = 0.0
         buffers.own_reward[mask] = 0.0

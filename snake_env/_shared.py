@@ -73,11 +73,11 @@ class RobotsEnvironment:
         checked = _worlds.check_options(options, known)
         if not checked:
             return Options()
-        told = self._told(checked)
-        return Options(told if any(told) else None, checked.get("difficulty"))
+        prescribed = self._prescribed(checked)
+        return Options(prescribed if any(prescribed) else None, checked.get("difficulty"))
 
-    def _told(self, options: Mapping[str, Any]) -> list[dict[str, Any]]:
-        """What the options tell each robot."""
+    def _prescribed(self, options: Mapping[str, Any]) -> list[dict[str, Any]]:
+        """What the options prescribe for each robot."""
         return _worlds.per_robot(options, self._robots.num_envs)
 
     def _images(self, robots: Sequence[int]) -> list[NDArray[np.uint8]] | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -18,21 +19,21 @@ World = dict[str, Any]
 SCENE = "a snake_env.Scene, a list of them, the path of a scene file, or a function generator(rng, difficulty)"
 GOAL = "the distance of a goal line [m], a goal point (x, y) or (x, y, radius), a path [(x, y), ...], or a mapping"
 OPTIONS = ("scene", "start", "goal")
-"""Options of a reset that tell the episodes it begins where they take place."""
+"""Options of a reset that prescribe where the episodes it begins take place."""
 
 
 class Worlds:
-    """What the episodes of an environment are told instead of drawing it from the task's family of scenes.
+    """What is prescribed for the episodes of an environment instead of drawn by the task's family of scenes.
 
     Args:
         scene: see ``SCENE``; one of a list is drawn for each episode.
         start: where link 1 starts; by default on a preset course there, else at the origin.
         goal: see ``GOAL``.
-        corridor: (y of the centre line, half width) [m].
         model: "planar" or "spatial", for the start on a preset course.
 
     Attributes:
         scene: one of the scenes, for the ground that all share, or None.
+        is_prescribed: whether anything is.
     """
 
     def __init__(
@@ -40,19 +41,17 @@ class Worlds:
         scene: Any = None,
         start: Start | Mapping[str, Any] | None = None,
         goal: Any = None,
-        corridor: tuple[float, float] | None = None,
         model: str = "planar",
     ) -> None:
         self._generator = _generator_of(scene)
         self._model = model
         self._start, self._goal = start, goal
-        self._centre_line = None if corridor is None else _pair("corridor", corridor)[0]
         first = np.random.default_rng(0)
         self.scene = None if self._generator is None else _generated(self._generator, first, 0.0)
-        self.tells = any(part is not None for part in (scene, start, goal, corridor))
+        self.is_prescribed = any(part is not None for part in (scene, start, goal))
 
     def world(self, episode: tuple[int, int], difficulty: float, options: Mapping[str, Any]) -> World:
-        """What one episode is told.
+        """What is prescribed for one episode.
 
         Args:
             episode: its seed and number; the generator's random numbers depend on nothing else.
@@ -65,13 +64,13 @@ class Worlds:
         start = options.get("start", self._start)
         if start is None and scene is not None and scene.course is not None:
             start = Start.on_course(scene, self._model)
-        goal = _goal_of(options.get("goal", self._goal), self._centre_line)
-        told = {"scene": scene, "start": start, "goal": goal}
-        return {name: part for name, part in told.items() if part is not None}
+        goal = _goal_of(options.get("goal", self._goal))
+        prescribed = {"scene": scene, "start": start, "goal": goal}
+        return {name: part for name, part in prescribed.items() if part is not None}
 
 
 def given(options: Mapping[str, Any]) -> dict[str, Any]:
-    """The options that tell where episodes take place, without those that are None."""
+    """The options that prescribe where episodes take place, without those that are None."""
     return {name: options[name] for name in OPTIONS if options.get(name) is not None}
 
 
@@ -125,13 +124,12 @@ def _scene_of(scene: Any) -> Scene:
     return scene
 
 
-def _goal_of(goal: Any, centre_line: float | None) -> dict[str, Any] | None:
+def _goal_of(goal: Any) -> dict[str, Any] | None:
     """The goal as the core has it."""
-    line = {} if centre_line is None else {"centre_line": centre_line}
     if isinstance(goal, np.ndarray | np.generic):
         goal = goal.tolist()
     if goal is None:
-        return line or None
+        return None
     if isinstance(goal, Mapping):
         return dict(goal)
     if _is_path(goal):
@@ -140,7 +138,7 @@ def _goal_of(goal: Any, centre_line: float | None) -> dict[str, Any] | None:
         x, y, *radius = _checks.reals("goal", goal, GOAL).tolist()
         return {"point": [x, y]} | ({"radius": radius[0]} if radius else {})
     if isinstance(goal, int | float) and not isinstance(goal, bool):
-        return {"distance": float(goal), **line}
+        return {"distance": float(goal)}
     raise ConfigError("goal", repr(goal), GOAL)
 
 
@@ -160,16 +158,25 @@ def _pair(field: str, value: Any) -> tuple[float, float]:
 def split(options: Mapping[str, Any]) -> tuple[Worlds, dict[str, Any]]:
     """The worlds that an environment's keywords describe, and the configuration that is left for the core."""
     rest = dict(options)
-    told = {name: rest.pop(name, None) for name in ("scene", "start", "goal", "corridor")}
-    worlds = Worlds(**told, model=rest.get("model", "planar"))
+    if (corridor := rest.pop("corridor", None)) is not None:
+        _accept_corridor(corridor, rest)
+    worlds = Worlds(**{name: rest.pop(name, None) for name in OPTIONS}, model=rest.get("model", "planar"))
     if worlds.scene is not None:
-        for name in ("friction", "stribeck"):
+        for name in ("friction", "stribeck", "slope"):
             if rest.get(name) is not None:
                 raise ConfigError(name, repr(rest[name]), "None beside a scene, which has a ground of its own")
         rest["scene"] = worlds.scene
-    if told["corridor"] is not None:
-        rest["corridor_half_width"] = _pair("corridor", told["corridor"])[1]
     return worlds, rest
+
+
+def _accept_corridor(corridor: Any, options: dict[str, Any]) -> None:
+    """The deprecated option (y of the centre line, half width) as the options that have taken its place."""
+    centre_line, options["corridor_half_width"] = _pair("corridor", corridor)
+    instead = 'corridor_half_width and goal={"centre_line": y}'
+    warnings.warn(f"corridor=(y, half width) is {instead} now", DeprecationWarning, stacklevel=5)
+    goal = _goal_of(options.get("goal")) or {}
+    if not goal.keys() & {"point", "path", "heading", "centre_line"}:
+        options["goal"] = {**goal, "centre_line": centre_line}
 
 
 def check_options(options: Mapping[str, Any] | None, known: Sequence[str]) -> Mapping[str, Any]:

@@ -51,11 +51,11 @@ ARGUMENTS = {
     "observation_noise": "amplitudes of uniform noise on blocks of the observation, by name and in their units, >= 0",
     "observation_delay": "delays of blocks of the observation, by name [s], in whole control periods, at most 100",
     "termination": "which events end an episode: `is_success`, `left_corridor`",
-    "friction": "Coulomb coefficients along and across a link, 0 to 10; null: the task's own, (0.2, 0.5) for "
-    '"maze" and for the planar robot on "free", and (0.2, 0.2) otherwise',
-    "stribeck": "Stribeck friction: `drop`, the share lost in sliding, 0 to 1, and `speed`, at which half of "
-    "that is lost [m/s]",
-    "slope": "inclination of the ground: its angle, 0 to pi/2, and the direction in which it rises, from the x axis, "
+    "friction": "of the task's ground: Coulomb coefficients along and across a link, >= 0; null: its own, (0.2, 0.5) "
+    'for "maze" and for the planar robot on "free", and (0.2, 0.2) otherwise',
+    "stribeck": "its Stribeck friction: `drop`, the share lost in sliding, 0 to 1, and `speed`, at which half "
+    "of that is lost [m/s]",
+    "slope": "inclination of that ground: its angle, 0 to pi/2, and the direction in which it rises, from the x axis, "
     "both in rad; only the block `gravity` of the 3D model observes it",
     "controller": 'joint controller: "pd", or in the planar model "io" (input-output linearising, critically damped '
     "with K_D = 0.5 / T for T a tenth of the control period; both with a limit of 10 N m), or the fields of "
@@ -71,7 +71,7 @@ WORLD = {
     "precision": '"fast", "default" or "fine": how accurate the time stepping is; fields of `integrator` override it',
     "goal": "in place of the task's: the distance of a goal line, a goal point (x, y) or (x, y, radius), a path "
     "[(x, y), ...], all in m, or a command; see docs/interface.md",
-    "corridor": "(y of the centre line, half width) of the corridor [m]",
+    "corridor": 'deprecated: (y, half width), `corridor_half_width` and `goal={"centre_line": y}` now',
 }
 """Keywords that are no fields of the core's configuration."""
 
@@ -169,7 +169,7 @@ default; `snake_env.Randomization.thesis()` switches all of it on.
 | `reference_delay` | (0, 0) | 0 to 10, at most 100 periods | s | time from an action to its effect, in whole periods |
 | `noise` | zeros | >= 0 | | amplitudes of uniform noise on the observation, sampled in each step (Table 7.4) |
 | `peg_error` | 0 | 0 to 1 | m | largest error of an observed peg position, constant during an episode |
-| `free_play` | (0, 0) | 0 to pi/2 | rad | backlash of the joints, in addition to the robot's own |
+| `backlash` | (0, 0) | 0 to pi/2 | rad | backlash of the joints, in addition to the robot's own |
 | `stribeck` | (0, 0) | 0 to 1 | 1 | share of friction lost in sliding, in addition to the ground's own |
 
 The start pose is randomised by `start_jitter`.

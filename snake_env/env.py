@@ -71,7 +71,7 @@ class SnakeEnv(RobotsEnvironment, gym.Env[Any, NDArray[np.float32]]):
         self._show()
         return self._observed(buffers.arrays.observation[0]), self._robots.info(buffers)
 
-    def _told(self, options: Mapping[str, Any]) -> list[dict[str, Any]]:
+    def _prescribed(self, options: Mapping[str, Any]) -> list[dict[str, Any]]:
         """One robot has no list of one entry per robot: a list is what it is as a keyword, such as a point."""
         return [_worlds.given(options)]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -36,7 +37,7 @@ class Trajectory:
         residual: (T,) worst certified residual since the last sample: violation of balance, joints and laws, as a
             velocity [m/s].
         iterations: (T,) solver iterations since the last sample.
-        unconverged: (T,) solves since the last sample that ended before their tolerance; also as ``misses``.
+        unconverged: (T,) solves since the last sample that ended before their tolerance.
         fallbacks: (T,) solves since the last sample that Newton's method left to the fallback.
         energy: (T,) kinetic and potential energy, the latter zero with every CG at the height of the origin: on level
             ground always in the planar and the minimal model [J].
@@ -100,7 +101,8 @@ class Trajectory:
 
     @property
     def misses(self) -> Array:
-        """The same as ``unconverged``."""
+        """Deprecated: ``unconverged``."""
+        warnings.warn("misses is called unconverged now", DeprecationWarning, stacklevel=2)
         return self.unconverged
 
     def view(self, host: str = "127.0.0.1", port: int = 8080) -> Any:

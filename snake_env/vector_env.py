@@ -109,7 +109,7 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
         """
         self._require_open()
         seeds = _checks.seeds(seed, self.num_envs)
-        told, given = self._options(options, ["reset_mask"]), options or {}
+        chosen, given = self._options(options, ["reset_mask"]), options or {}
         mask = self._robots.all_rows
         if "reset_mask" in given:
             mask = _checks.mask("options['reset_mask']", given["reset_mask"], self.num_envs)
@@ -117,7 +117,7 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
             self._require_all(mask)
         first = next((one for one in seeds if one is not None), None)
         rng = self.np_random if first is None else seeding.np_random(first)[0]
-        buffers = self._robots.reset(mask, seeds, rng, told)
+        buffers = self._robots.reset(mask, seeds, rng, chosen)
         if seed is not None and "reset_mask" not in given:
             super().reset(seed=first)
         self._set_finished(self._finished & ~mask)

@@ -66,7 +66,7 @@ def make() -> Callable[..., Any]:
 def check_arrays(trajectory: snake_env.Trajectory, **shapes: tuple[int, ...]) -> None:
     """Those named have the shapes given, those of the solver one entry a sample; all are C-contiguous float64."""
     rows = len(trajectory.time)
-    per_sample = ("time", "residual", "iterations", "misses", "fallbacks", "energy")
+    per_sample = ("time", "residual", "iterations", "unconverged", "fallbacks", "energy")
     for name, shape in (shapes | dict.fromkeys(per_sample, ())).items():
         array = getattr(trajectory, name)
         assert (array.shape, array.dtype) == ((rows, *shape), np.float64), name

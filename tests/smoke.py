@@ -23,7 +23,7 @@ def main() -> None:
     assert np.isfinite(envs.step(envs.action_space.sample())[0]).all()
     env = gymnasium.make("snake_env:SnakeSpatial-v1")
     env.reset(seed=0)
-    assert snake_env.simulate(duration=0.5).misses.sum() == 0
+    assert snake_env.simulate(duration=0.5).unconverged.sum() == 0
     for name in snake_env.policies.NAMES:
         policy = snake_env.load_policy(name)
         batch = policy.make_vec(2)

@@ -75,7 +75,13 @@ def slalom(rng, difficulty):
 
 
 envs = gymnasium.make_vec(
-    "SnakeField-v1", num_envs=8, scene=slalom, difficulty=0.5, goal=2.0, corridor=(0.0, 1.0), render_mode="rgb_array"
+    "SnakeField-v1",
+    num_envs=8,
+    scene=slalom,
+    difficulty=0.5,
+    goal={"distance": 2.0, "centre_line": 0.0},
+    corridor_half_width=1.0,
+    render_mode="rgb_array",
 )
 envs.reset(seed=0)
 for _ in range(60):

@@ -199,8 +199,8 @@ def _policies(env_id: str) -> list[str]:
 
 
 def _policy_row(one: PolicyCard) -> tuple[str, ...]:
-    told = {name: value for name, value in one.scored_options.items() if name != "reward_weights"}
-    options = ", ".join(f"`{name}={json.dumps(value)}`" for name, value in told.items())
+    scored = {name: value for name, value in one.scored_options.items() if name != "reward_weights"}
+    options = ", ".join(f"`{name}={json.dumps(value)}`" for name, value in scored.items())
     scores = (_estimate(one, name) for name in ("success", "speed"))
     return (f"`{one.name}`", options, *scores)
 

@@ -7,13 +7,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from snake_env.config.noise import Noise
-from snake_env.config.section import DEGREE, Section, core_defaults
+from snake_env.config.section import DEGREE, Section, core_defaults, deprecated_alias
 
 Range = tuple[float, float]
 
 _OFF = core_defaults("randomization")
 
 
+@deprecated_alias("free_play", "backlash")
 @dataclass(frozen=True)
 class Randomization(Section):
     """What differs from episode to episode, after the discrepancies that the thesis lists (T 7.5.4).
@@ -32,7 +33,7 @@ class Randomization(Section):
             0 to 10 and at most 100 periods.
         noise: amplitudes of uniform noise on what is observed, drawn anew in each step; see :meth:`Noise.table_7_4`.
         peg_error: largest error of the position of a located peg [m], the same for an episode, 0 to 1.
-        free_play: free play of all joints beyond the robot's own [rad], 0 to pi/2 with it; see :class:`Robot`.
+        backlash: backlash of all joints beyond the robot's own [rad], 0 to pi/2 with it; see :class:`Robot`.
         stribeck: drop of friction in sliding beyond the ground's own, 0 to 1 with it; see :class:`Stribeck`.
     """
 
@@ -46,7 +47,7 @@ class Randomization(Section):
     reference_delay: Range = _OFF.reference_delay
     noise: Noise | Mapping[str, float] = dataclasses.field(default_factory=Noise)
     peg_error: float = _OFF.peg_error
-    free_play: Range = _OFF.free_play
+    backlash: Range = _OFF.backlash
     stribeck: Range = _OFF.stribeck
 
     def __post_init__(self) -> None:
@@ -58,7 +59,7 @@ class Randomization(Section):
     def thesis(cls) -> Randomization:
         """Everything at once: worn varnish, motors that saturate, references at 10 Hz that come 50 to 150 ms late, a
         tenth of the mass, sensors of (T Table 7.4) (b) without its error of 10 cm in position, pegs 1 cm off, joints
-        with 3 to 5 degrees of free play, friction that falls by up to 30 % in sliding.
+        with 3 to 5 degrees of backlash, friction that falls by up to 30 % in sliding.
         """
         turn = 0.1 * DEGREE
         return cls(
@@ -70,6 +71,6 @@ class Randomization(Section):
             reference_delay=(0.05, 0.15),
             noise=Noise(heading=turn, joint_angle=turn, velocity=0.1, yaw_rate=turn, joint_rate=turn),
             peg_error=0.01,
-            free_play=(3 * DEGREE, 5 * DEGREE),
+            backlash=(3 * DEGREE, 5 * DEGREE),
             stribeck=(0.0, 0.3),
         )

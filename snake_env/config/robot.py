@@ -9,18 +9,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from snake_env.config.section import DEGREE, Section, core_defaults
+from snake_env.config.section import DEGREE, Section, core_defaults, deprecated_alias
 
 PerLink = float | Sequence[float]
 
 _AIKO = core_defaults("robot")
 
 
+@deprecated_alias("free_play", "backlash")
 @dataclass(frozen=True)
 class Robot(Section):
     """A chain of rigid links; the default is Aiko (T Table 7.1).
 
-    Every quantity except ``links``, ``gravity``, ``free_play``, ``self_contact``, ``joint_limit``, ``locked`` and
+    Every quantity except ``links``, ``gravity``, ``backlash``, ``self_contact``, ``joint_limit``, ``locked`` and
     ``limp`` is a number for all links or a sequence, one per link.
 
     Args:
@@ -37,7 +38,7 @@ class Robot(Section):
         joint_limit: largest angle of a joint to either side [rad], > 0, ``inf`` for none; None: a right angle in the
             planar and the spatial model with the method "implicit", none elsewhere. In the spatial model it limits yaw
             and pitch.
-        free_play: angle by which a joint can turn while its motor stands still (T 7.5.4) [rad], 0 to pi/2; Aiko has 3
+        backlash: angle by which a joint can turn while its motor stands still (T 7.5.4) [rad], 0 to pi/2; Aiko has 3
             to 5 degrees. Not in the minimal model, with the method "thesis" nor with :class:`IOLinearizing`.
         locked: joints that keep the angle of the start, numbered from 0 as in ``joint_angle``: springs of 1e9 N m/rad
             hold them within 1e-9 rad per N m whatever their torque, with neither play nor torque limit, and without
@@ -56,7 +57,7 @@ class Robot(Section):
     inertia: PerLink = _AIKO.inertia
     roll_inertia: PerLink = _AIKO.roll_inertia
     gravity: float = _AIKO.gravity
-    free_play: float = _AIKO.free_play
+    backlash: float = _AIKO.backlash
     self_contact: bool | None = _AIKO.self_contact
     joint_limit: float | None = _AIKO.joint_limit
     locked: Sequence[int] = _AIKO.locked
@@ -64,12 +65,12 @@ class Robot(Section):
 
     @classmethod
     def aiko(cls, **changes: Any) -> Robot:
-        """Aiko as it was built: (T Table 7.1) and joints with 4 degrees of free play (T 7.5.4); keywords replace these.
+        """Aiko as it was built: (T Table 7.1) and joints with 4 degrees of backlash (T 7.5.4); keywords replace these.
 
         Not in the minimal model. Its 10 references per second are ``simulate(reference_rate=10)``, its motors
         :meth:`PD.aiko`.
         """
-        return cls(**({"free_play": 4 * DEGREE} | changes))
+        return cls(**({"backlash": 4 * DEGREE} | changes))
 
 
 def per_link(value: PerLink, links: int) -> NDArray[np.float64]:

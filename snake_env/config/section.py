@@ -5,9 +5,11 @@ from __future__ import annotations
 import dataclasses
 import math
 import operator
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from functools import wraps
 from types import SimpleNamespace
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar, cast
 
 from typing_extensions import Self
 
@@ -34,6 +36,7 @@ class Section:
     """
 
     _section: ClassVar[str]
+    _aliases: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
         freeze(self)
@@ -58,12 +61,45 @@ class Section:
             raise ConfigError(path, repr(value), expected)
         known = [field.name for field in dataclasses.fields(cls) if field.init]  # type: ignore[arg-type]
         for name, one in value.items():
-            if name not in known:
+            if name not in known and name not in cls._aliases:
                 raise ConfigError(f"{path}.{name}", repr(one), "a known field: " + ", ".join(known))
         try:
             return cls(**value)
         except ConfigError as error:
             raise renamed(error, cls._section, path) from None
+
+
+AnySection = TypeVar("AnySection", bound=type[Section])
+
+
+def deprecated_alias(old: str, new: str) -> Callable[[AnySection], AnySection]:
+    """Decorator of a section: ``old``, an earlier name of the field ``new``, still works, with a warning."""
+
+    def warn() -> None:
+        warnings.warn(f"{old} is called {new} now", DeprecationWarning, stacklevel=3)
+
+    def decorate(section: AnySection) -> AnySection:
+        changed = cast(Any, section)
+        initialise = changed.__init__
+
+        @wraps(initialise)
+        def initialise_either(self: Section, *values: Any, **fields: Any) -> None:
+            if old in fields:
+                warn()
+                initialise(self, *values, **{new: fields.pop(old)}, **fields)
+            else:
+                initialise(self, *values, **fields)
+
+        def value(self: Section) -> Any:
+            warn()
+            return getattr(self, new)
+
+        changed.__init__ = initialise_either
+        setattr(changed, old, property(value))
+        section._aliases = (*section._aliases, old)
+        return section
+
+    return decorate
 
 
 def renamed(error: ConfigError, section: str, path: str) -> ConfigError:

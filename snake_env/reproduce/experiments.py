@@ -115,7 +115,7 @@ def _free_play() -> Experiments:
     """Section 7.5.4 on the ground of section 7.5.2; the printed scheme has no free play."""
     ground = Scene.preset("free", ISOTROPIC)
     return {
-        f"free play {angle}": _always(DEFAULT, Experiment(ground, 2 * PERIOD, robot=Robot(free_play=angle * DEGREE)))
+        f"free play {angle}": _always(DEFAULT, Experiment(ground, 2 * PERIOD, robot=Robot(backlash=angle * DEGREE)))
         for angle in FREE_PLAY
     }
 

@@ -275,7 +275,7 @@ def test_the_page_has_every_section_and_only_whole_tables(results):
     assert "100.0x" in comparison.render(results, "images"), "4,000 against 40 at 0.1 mm"
 
 
-def test_an_unfinished_run_says_so(results):
+def test_an_unfinished_run_is_reported(results):
     results.complete = False
     assert "Stopped before the end" in page.render(results, "images")
 

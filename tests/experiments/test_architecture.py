@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from pathlib import PurePath
+
+import pytest
+
 from experiments import architecture, size
 
 LAYERS = ({"math": ""}, {"planar": ""}, {"snake_env": ""}, {"training": ""})
@@ -63,4 +67,39 @@ def test_arrows_that_follow_from_others_are_not_drawn():
 def test_sizes_count_this_file():
     rows, words = size.sizes()
     assert words["README.md"] > 100
-    assert all(lines > 0 for language, folder, files, lines in rows if folder == "rust/core/src/math")
+    assert all(
+        lines > code > 0 for language, folder, files, lines, code in rows if folder.startswith("rust/core/src/math")
+    )
+
+
+RUST = """//! What it is.
+
+/// Twice.
+pub fn twice(x: f64) -> f64 {
+    2.0 * x // exact
+}
+
+#[cfg(test)]
+mod tests {
+    fn none() {}
+}
+"""
+PYTHON = '''"""What it is."""
+
+# Exact.
+FACTOR = """two
+lines"""
+"""Its docstring."""
+
+
+def twice(x: float) -> float:
+    """Twice."""
+    return (
+        2.0 * x  # exact
+    )
+'''
+
+
+@pytest.mark.parametrize(("name", "text", "code"), [("a.rs", RUST, 3), ("a.py", PYTHON, 6), ("tests/a.py", PYTHON, 0)])
+def test_code_is_neither_comment_nor_docstring_nor_test(name, text, code):
+    assert size.code_lines(PurePath(name), text) == code

@@ -1,4 +1,4 @@
-"""Free play of the joints and the Stribeck effect, as seen from Python."""
+"""Backlash of the joints and the Stribeck effect, as seen from Python."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ def test_joints_with_play_stay_behind_their_references():
     scene = Scene.preset("table-7.5")
     late = []
     for play in (0.0, PLAY):
-        run = snake_env.simulate(robot=Robot(free_play=play), scene=scene, duration=3.0)
+        run = snake_env.simulate(robot=Robot(backlash=play), scene=scene, duration=3.0)
         late.append(np.abs(run.joint_angle - Gait().reference(run.time)["angle"]).max())
-        assert run.misses.sum() == 0
+        assert run.unconverged.sum() == 0
     assert late[0] < 0.01
     assert 0.5 * PLAY < late[1] < 0.5 * PLAY + 0.02
 
@@ -34,7 +34,7 @@ def test_what_is_absent_changes_nothing():
     plain = snake_env.simulate(**keywords)
     scene = Scene(obstacles=keywords["scene"].obstacles, stribeck=Stribeck(0.0, 0.5), course="table-7.3")
     for run in (
-        snake_env.simulate(robot=Robot(free_play=0.0), **keywords),
+        snake_env.simulate(robot=Robot(backlash=0.0), **keywords),
         snake_env.simulate(**(keywords | {"scene": scene})),
     ):
         for name in ("position", "joint_torque", "contact_force", "residual"):
@@ -60,7 +60,7 @@ def rollout(env: SnakeVectorEnv, seed: int, steps: int = 30) -> np.ndarray:
     return np.array(observations)
 
 
-RANDOM = Randomization(free_play=(0.0, math.radians(5)), stribeck=(0.0, 0.4))
+RANDOM = Randomization(backlash=(0.0, math.radians(5)), stribeck=(0.0, 0.4))
 
 
 def test_draws_are_seeded_and_differ_from_robot_to_robot():
@@ -99,7 +99,7 @@ def test_saved_robots_keep_their_play_and_their_ground():
 
 def test_the_spaces_stay_as_they_are():
     plain = SnakeVectorEnv(2, task="field")
-    loose = SnakeVectorEnv(2, task="field", randomization=RANDOM, stribeck=Stribeck(0.2), robot=Robot(free_play=PLAY))
+    loose = SnakeVectorEnv(2, task="field", randomization=RANDOM, stribeck=Stribeck(0.2), robot=Robot(backlash=PLAY))
     assert loose.observation_space == plain.observation_space
     assert loose.action_space == plain.action_space
     assert list(loose.reset()[1]) == list(plain.reset()[1])
@@ -111,10 +111,10 @@ def test_the_spaces_stay_as_they_are():
         ({"stribeck": {"drop": 1.2}}, "stribeck.drop"),
         ({"stribeck": {"speed": 0.0}}, "stribeck.speed"),
         ({"stribeck": {"drop": 0.8}, "randomization": Randomization(stribeck=(0.0, 0.4))}, "randomization.stribeck"),
-        ({"robot": {"free_play": -0.1}}, "robot.free_play"),
-        ({"robot": {"free_play": 0.1}, "controller": "io"}, "robot.free_play"),
-        ({"randomization": RANDOM, "controller": "io"}, "randomization.free_play"),
-        ({"randomization": RANDOM, "integrator": {"method": "thesis"}}, "randomization.free_play"),
+        ({"robot": {"backlash": -0.1}}, "robot.backlash"),
+        ({"robot": {"backlash": 0.1}, "controller": "io"}, "robot.backlash"),
+        ({"randomization": RANDOM, "controller": "io"}, "randomization.backlash"),
+        ({"randomization": RANDOM, "integrator": {"method": "thesis"}}, "randomization.backlash"),
     ],
 )
 def test_what_a_robot_cannot_have_is_named(options, field):

@@ -122,12 +122,12 @@ def test_another_scene_makes_one_film_stale(monkeypatch):
     picture_list.pictures.cache_clear()
 
 
-def test_an_episode_is_told_by_its_scene_and_its_way():
+def test_the_beginning_of_an_episode_differs_from_scene_to_scene():
     same, other = (pictures.beginning(picture_list.episode("corridor", "SnakeCorridor-v1", k)) for k in (0, 1))
     assert np.abs(same - other).max() > 0.01
 
 
-def test_every_figure_tells_which_experiments_it_shows(folder):
+def test_every_figure_records_which_experiments_it_shows(folder):
     assert list(origin.read(folder / PLANAR)["runs"]) == ["table 7.3"]
     assert all(
         run in experiments() for name in (PLANAR, SPATIAL, MINIMAL) for run in origin.read(folder / name)["runs"]
@@ -181,7 +181,7 @@ def test_a_constant_counts_as_code(monkeypatch):
     assert origin.code(drawn) != before
 
 
-def test_a_picture_that_cannot_be_drawn_stays_and_is_told(monkeypatch, capsys, tmp_path):
+def test_a_picture_that_cannot_be_drawn_stays_and_is_reported(monkeypatch, capsys, tmp_path):
     def fails(path):
         raise OSError("no browser\ninstall one")
 

@@ -110,7 +110,7 @@ def test_a_torque_policy_acts_alike_in_any_batch_and_thread_count():
         ({"controller": PD(torque_limit=None)}, "controller.torque_limit"),
         ({"controller": "io"}, "controller.law"),
         ({"integrator": {"method": "thesis"}}, "integrator.method"),
-        ({"robot": {"free_play": 0.05}}, "robot.free_play"),
+        ({"robot": {"backlash": 0.05}}, "robot.backlash"),
     ],
 )
 def test_what_torques_cannot_go_with_is_refused_by_name(options, field):

@@ -108,7 +108,7 @@ def test_torque_limits_and_switched_off_motors_do_not_open_a_lock():
 
 def test_a_lock_has_no_play_and_holds_the_force_of_a_peg():
     course = Scene.preset("table-7.5")
-    run = snake_env.simulate(robot=Robot(locked=(3,), free_play=0.07), scene=course, duration=2.0)
+    run = snake_env.simulate(robot=Robot(locked=(3,), backlash=0.07), scene=course, duration=2.0)
     assert np.abs(run.contact_force).max() > 1.0
     assert np.abs(yaw(run, 3) - yaw(run, 3)[0]).max() < 2e-7
 
@@ -135,7 +135,7 @@ def test_what_cannot_be_broken_is_refused_by_name(robot, keywords, field):
 @pytest.mark.parametrize("model", ["planar", "spatial"])
 def test_broken_joints_of_environments_are_held_or_let_go_whatever_the_actions_are(model, mode):
     """Each robot keeps the angle of its own start."""
-    options = {"model": model, "task": "field", "action_mode": mode, "randomization": {"free_play": (0.0, 0.05)}}
+    options = {"model": model, "task": "field", "action_mode": mode, "randomization": {"backlash": (0.0, 0.05)}}
     if mode == "torques":
         options.pop("randomization")
     env = SnakeVectorEnv(3, robot=Robot(locked=(0, 4), limp=(7,)), **options)

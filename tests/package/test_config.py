@@ -40,7 +40,7 @@ SECTIONS = [
         for name in ("length", "radius", "mass", "inertia", "roll_inertia")
     ],
     (Robot, "contact_half_length", [-1e-9, NAN, [0.1] * 12, "x"]),
-    (Robot, "free_play", [-0.1, 2.0, NAN, "x", None, [0.0] * 10]),
+    (Robot, "backlash", [-0.1, 2.0, NAN, "x", None, [0.0] * 10]),
     (Robot, "self_contact", [2, "x", 0.5]),
     (Robot, "joint_limit", [0.0, -1.0, NAN, "x", [1.0] * 10]),
     (Stribeck, "drop", [-0.1, 1.1, NAN, "x", None]),
@@ -184,7 +184,7 @@ BAD_SPATIAL = [
     ({"scene": Scene(viscous=(0.1, 0.1))}, "scene.viscous"),
     ({"scene": Scene(friction_law="arctan")}, "scene.friction_law"),
     ({"scene": Scene(stribeck=Stribeck(drop=0.1))}, "scene.stribeck.drop"),
-    ({"robot": Robot(free_play=0.1)}, "robot.free_play"),
+    ({"robot": Robot(backlash=0.1)}, "robot.backlash"),
     ({"gait": Gait(amplitude=1.5, gamma=0.1)}, "gait.amplitude"),
     ({"gait": Gait(vertical_amplitude=-1.6)}, "gait.vertical_amplitude"),
     ({"start": {"position": (1.0,)}}, "start.position"),
@@ -236,9 +236,9 @@ BAD_SPATIAL = [
         ({"model": "minimal", "scene": Scene.preset("table-7.5")}, "scene.obstacles"),
         ({"model": "minimal", "controller": Gait()}, "controller"),
         ({"model": "minimal", "scene": Scene(stribeck=Stribeck(drop=0.1))}, "scene.stribeck.drop"),
-        ({"model": "minimal", "robot": Robot(free_play=0.1)}, "robot.free_play"),
-        ({"integrator": THESIS, "robot": Robot(free_play=0.1)}, "robot.free_play"),
-        ({"controller": IOLinearizing(), "robot": Robot(free_play=0.1)}, "robot.free_play"),
+        ({"model": "minimal", "robot": Robot(backlash=0.1)}, "robot.backlash"),
+        ({"integrator": THESIS, "robot": Robot(backlash=0.1)}, "robot.backlash"),
+        ({"controller": IOLinearizing(), "robot": Robot(backlash=0.1)}, "robot.backlash"),
         (
             {"model": "minimal", "scene": Scene(friction_law="arctan"), "integrator": THESIS},
             "scene.friction_law",
@@ -344,18 +344,18 @@ def test_what_a_model_does_not_have_is_refused_with_what_it_needs():
     rows = {row["name"]: row for row in _native.capabilities()}
     assert rows["contact with pegs"] | {"planar": True, "spatial": True, "minimal": False} == rows["contact with pegs"]
     models = r"model=\"planar\" or model=\"spatial\" and method=\"implicit\""
-    message = rf"robot\.free_play = 0\.1: expected 0: backlash of the joints needs {models}"
+    message = rf"robot\.backlash = 0\.1: expected 0: backlash of the joints needs {models}"
     thesis = Integrator(method="thesis")
     for keywords in ({"model": "spatial", "integrator": thesis}, {"model": "minimal"}, {"integrator": thesis}):
         with pytest.raises(ConfigError, match=message):
-            snake_env.simulate(robot=Robot(free_play=0.1), **keywords)
+            snake_env.simulate(robot=Robot(backlash=0.1), **keywords)
 
 
 USES = {
     "contact with pegs": {"scene": Scene.preset("table-7.5")},
     "the Stribeck effect": {"scene": Scene(stribeck=Stribeck(drop=0.1))},
     "obstacles of finite height": {"scene": Scene(obstacles=[Circle(0.1, 3.0, 3.0, height=0.1)])},
-    "backlash of the joints": {"robot": Robot(free_play=0.1)},
+    "backlash of the joints": {"robot": Robot(backlash=0.1)},
     "contact of the robot with itself": {"robot": Robot(self_contact=True)},
     "limits of the joint angles": {"robot": Robot(joint_limit=1.2)},
     "input-output linearisation": {"controller": IOLinearizing()},
@@ -499,3 +499,27 @@ def test_joints_without_limits_are_given_by_an_infinite_one():
     assert abs(free.joint_angle[-1] - folded).max() < 1e-9
     assert limited.joint_angle[-1].max() < 1.99
     gymnasium.make_vec("SnakeFree-v1", num_envs=1, robot={"joint_limit": INF}).close()
+
+
+@pytest.mark.parametrize(("section", "value"), [(Robot, 0.1), (Randomization, (0.0, 0.1))])
+def test_backlash_has_a_deprecated_name(section, value):
+    now, options = section(backlash=value), {section.__name__.lower(): {"free_play": value}}
+    with pytest.warns(DeprecationWarning, match="backlash"):
+        assert section(free_play=value) == now
+    with pytest.warns(DeprecationWarning, match="backlash"):
+        assert section.of({"free_play": value}) == now
+    with pytest.warns(DeprecationWarning, match="backlash"):
+        assert now.free_play == value
+    with pytest.raises(TypeError, match="backlash"), pytest.warns(DeprecationWarning, match="backlash"):
+        section(free_play=value, backlash=value)
+    assert copy.deepcopy(now) == pickle.loads(pickle.dumps(now)) == now
+    read = snake_env.SnakeEnv(task="free", **options).layout["config"]
+    assert read == snake_env.SnakeEnv(task="free", **{section.__name__.lower(): now}).layout["config"]
+
+
+def test_unconverged_solves_have_a_deprecated_name():
+    run = snake_env.simulate(duration=0.1)
+    with pytest.warns(DeprecationWarning, match="unconverged"):
+        assert run.misses is run.unconverged
+    infos = snake_env.SnakeVectorEnv(2, task="free").reset(seed=0)[1]
+    np.testing.assert_array_equal(infos["misses"], infos["unconverged"])

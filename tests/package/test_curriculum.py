@@ -93,8 +93,8 @@ def test_what_is_randomised_differs_between_episodes():
         ({"reference_delay": (0.1, 0.05)}, "reference_delay"),
         ({"noise": {"position": -1.0}}, r"noise\.position"),
         ({"peg_error": -0.1}, "peg_error"),
-        ({"free_play": (0.1, 0.05)}, "free_play"),
-        ({"free_play": (0.0, 2.0)}, "free_play"),
+        ({"backlash": (0.1, 0.05)}, "backlash"),
+        ({"backlash": (0.0, 2.0)}, "backlash"),
         ({"stribeck": (0.5, 1.5)}, "stribeck"),
     ],
 )

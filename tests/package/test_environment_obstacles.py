@@ -108,7 +108,7 @@ def test_the_scene_of_a_robot_is_that_of_the_user():
     assert tuple(env.scene(1).obstacles) == ((0.1, 3.0, 0.0),)
 
 
-def test_a_drawn_scene_follows_a_told_one_without_its_walls():
+def test_a_drawn_scene_follows_a_prescribed_one_without_its_walls():
     env = SnakeVectorEnv(1, task="field")
     env.reset(seed=0)
     drawn = env.scene(0)

@@ -67,7 +67,6 @@ INSIDE = {
     # A lock, a line that is added to a curve, a log that grows, a file that no other process reads.
     "training/runs.py": 2,
     "training/search/sweep.py": 1,
-    "experiments/distributed/speed.py": 1,
     # A file in a temporary folder, which is then put in its place.
     "experiments/origin.py": 1,
 }

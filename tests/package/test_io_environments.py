@@ -60,7 +60,7 @@ def effort(controller, name, random):
     for _ in range(40):
         action = rng.uniform(-1.0, 1.0, env.action_space.shape) * float(random)
         _, _, _, _, info = env.step(action.astype(np.float32))
-        assert not info["misses"].any()
+        assert not info["unconverged"].any()
         solves += info["iterations"].sum()
         residual = max(residual, info["residual"].max())
     return solves, residual

@@ -40,7 +40,7 @@ class Angles:
         ("perturbation", "a mapping"),
     ],
 )
-def test_a_section_of_the_wrong_kind_is_told_its_class(section, words, value):
+def test_the_error_of_a_section_of_the_wrong_kind_names_its_class(section, words, value):
     with pytest.raises(ConfigError, match=f"^{section} = .*: expected {words} of field names to values$"):
         SnakeVectorEnv(1, **{section: value})
 
@@ -77,13 +77,13 @@ def test_a_section_of_the_wrong_kind_is_told_its_class(section, words, value):
         (lambda: snake_env.Robot(mass="x"), "robot.mass = 'x': expected a number, or a list of numbers"),
     ],
 )
-def test_a_value_of_the_wrong_kind_is_told_what_to_write(call, message):
+def test_the_error_of_a_value_of_the_wrong_kind_names_what_to_write(call, message):
     with pytest.raises(ConfigError, match=message):
         call()
 
 
 @pytest.mark.parametrize(("name", "value"), [("num_envs", 4), ("num_threads", 1), ("autoreset_mode", "SameStep")])
-def test_a_keyword_of_batches_is_told_where_it_belongs(name, value):
+def test_the_error_of_a_keyword_of_batches_names_where_it_belongs(name, value):
     with pytest.raises(ConfigError, match=f"{name} belongs to batches, gymnasium.make_vec; known are ") as caught:
         gym.make("SnakeField-v1", **{name: value})
     known = caught.value.expected.partition("known are ")[2].split(", ")
@@ -91,7 +91,7 @@ def test_a_keyword_of_batches_is_told_where_it_belongs(name, value):
     assert sorted(known) == sorted([*TaskOptions.__annotations__, *taken])
 
 
-def test_a_misspelt_keyword_of_batches_is_told_the_nearest():
+def test_the_error_of_a_misspelt_keyword_names_the_nearest():
     with pytest.raises(ConfigError, match=r"num_thread = 1: expected a known keyword, perhaps num_threads; ") as caught:
         gym.make_vec("SnakeField-v1", num_envs=2, num_thread=1)
     known = caught.value.expected.partition("known are ")[2].split(", ")
@@ -127,7 +127,7 @@ def test_an_offset_too_large_for_any_amplitude_is_named_itself(model, largest, w
         (lambda points: SnakeVectorEnv(1, push_points=points), [{"push_points": 5}]),
     ],
 )
-def test_what_is_no_count_is_told_the_range_of_the_core(make, below_or_above, wrong):
+def test_the_error_of_what_is_no_count_names_the_range_of_the_core(make, below_or_above, wrong):
     with pytest.raises(ConfigError) as told:
         make(wrong)
     for config in below_or_above:
@@ -136,7 +136,7 @@ def test_what_is_no_count_is_told_the_range_of_the_core(make, below_or_above, wr
         assert (told.value.field, told.value.expected) == (of_the_core.value.field, of_the_core.value.expected)
 
 
-def test_without_the_compiled_core_the_import_says_how_to_get_it(tmp_path):
+def test_without_the_compiled_core_the_error_of_the_import_names_how_to_get_it(tmp_path):
     shutil.copytree(ROOT / "snake_env", tmp_path / "snake_env", ignore=shutil.ignore_patterns("*.so", "*.pyd"))
     command = [sys.executable, "-c", "import snake_env"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
@@ -149,11 +149,11 @@ def test_missed_solves_are_reported_once_with_their_number_and_a_remedy():
     with pytest.warns(UserWarning, match="take a smaller Integrator.step") as caught:
         run = snake_env.simulate(scene=snake_env.Scene.preset("table-7.5"), integrator=few, duration=0.5)
     assert len(caught) == 1
-    assert f"{run.misses.sum():.0f} solves ended before their tolerance" in str(caught[0].message)
+    assert f"{run.unconverged.sum():.0f} solves ended before their tolerance" in str(caught[0].message)
     assert caught[0].filename == __file__
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert snake_env.simulate(duration=0.5).misses.sum() == 0
+        assert snake_env.simulate(duration=0.5).unconverged.sum() == 0
 
 
 @pytest.mark.parametrize("make", [SnakeEnv, SnakeVectorEnv])

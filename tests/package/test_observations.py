@@ -112,7 +112,7 @@ def test_they_keep_the_rules_of_batches(options):
     )
 
 
-def test_a_saved_state_remembers_what_is_late():
+def test_a_saved_state_contains_what_is_late():
     env = SnakeEnv(task="free", observation_delay={"joint_angle": 0.2}, observation_noise={"heading": 0.1})
     env.reset(seed=0)
     for _ in range(7):

@@ -94,7 +94,7 @@ def test_forces_of_sides_edges_faces_and_ground_change_the_momentum():
     assert np.abs(run.obstacle_force[settled, 1]).max() > 1.0
 
 
-def test_an_environment_tells_a_top_face_from_the_ground():
+def test_an_environment_distinguishes_a_top_face_from_the_ground():
     """What lies under a link presses on its sensor either way."""
     scene = Scene(obstacles=[Box((5.0, 2.0), 0.9, 0.0, height=0.1)], friction=(0.2, 0.2))
     env = gymnasium.make("SnakeSpatial-v1", scene=scene, start=FLAT["start"], action_mode="joints").unwrapped
@@ -198,7 +198,7 @@ def test_mujoco_models_end_at_the_heights():
 
 
 def test_discrepancies_are_randomised_in_3d():
-    ranges = {"friction": (0.5, 1.5), "mass": (0.8, 1.2), "torque_limit": (0.5, 1.0), "free_play": (0.02, 0.06)}
+    ranges = {"friction": (0.5, 1.5), "mass": (0.8, 1.2), "torque_limit": (0.5, 1.0), "backlash": (0.02, 0.06)}
     late = {"stribeck": (0.1, 0.3), "reference_rate": 10.0, "reference_delay": (0.0, 0.1)}
     envs = gymnasium.make_vec("SnakeSpatial-v1", num_envs=6, randomization={**ranges, **late})
     plain = gymnasium.make_vec("SnakeSpatial-v1", num_envs=6)

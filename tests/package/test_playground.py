@@ -216,7 +216,7 @@ def test_sidewinding_in_3d_lifts_links_and_carries_the_robot(playground):
     after = numbers(page, "links()").reshape(-1, 7)
     assert np.ptp(after[:, 2]) > 0.01
     assert np.linalg.norm((after - before)[:, :2].mean(axis=0)) > 0.2
-    assert page.evaluate("JSON.parse(playground.robot.signals()).misses") == 0.0
+    assert page.evaluate("JSON.parse(playground.robot.signals()).unconverged") == 0.0
     page.wait_for_timeout(500)
 
 

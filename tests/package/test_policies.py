@@ -99,7 +99,7 @@ def test_a_film_shows_the_episode_that_was_scored():
     assert episode.success == scored["is_success"][7]
 
 
-def test_a_policy_with_memory_forgets_when_told():
+def test_a_reset_clears_the_memory_of_a_policy():
     policy = snake_env.load_policy("field-hard")
     envs = policy.make_vec(2)
     first, _ = envs.reset(seed=0)

@@ -58,7 +58,7 @@ def test_samples_do_not_depend_on_how_often_one_looks():
     np.testing.assert_allclose(often.position[::10], seldom.position, atol=1e-12)
 
 
-def test_a_run_that_diverges_says_when():
+def test_a_run_that_diverges_reports_when():
     """The thesis's explicit PD is unstable at twice its step (k_P = 800, k_D = 2)."""
     with pytest.raises(DivergenceError, match="diverged at t =") as caught:
         snake_env.simulate(integrator=Integrator(method="thesis", step=2e-3), controller=PD(), duration=5.0)

@@ -114,7 +114,7 @@ def test_the_observation_is_not_constant_and_never_leaves_its_bounds(env_id):
     assert [name for name, width in zip(names, spread, strict=True) if width == 0.0] == []
 
 
-def test_layout_says_what_an_action_means():
+def test_the_layout_describes_actions():
     layout = SnakeEnv(task="field", action_mode="residual", robot={"links": 5}).layout
     assert [entry["name"] for entry in layout["action"][:4]] == [
         "amplitude",

@@ -235,7 +235,7 @@ def test_a_robot_in_any_pose_stays_above_the_ground_and_outside_of_pegs(pose, in
     gait = Gait.lateral_undulation(soft_start=POSES[pose].posture == "straight")
     trajectory = run(scene=scene, start=POSES[pose], gait=gait, integrator=integrator, duration=2.0, sample=0.5)
     assert np.isfinite(trajectory.position).all()
-    assert trajectory.misses.sum() == 0
+    assert trajectory.unconverged.sum() == 0
     assert trajectory.max_penetration < (2e-3 if integrator else 1e-4)
 
 

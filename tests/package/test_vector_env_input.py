@@ -222,7 +222,7 @@ def test_step_needs_a_reset_first(make):
         make(num_envs=2, autoreset_mode="Disabled").reset(options={"reset_mask": np.array([True, False])})
 
 
-def test_a_closed_environment_says_so(make):
+def test_a_closed_environment_is_an_error(make):
     env = make(num_envs=2)
     env.reset(seed=0)
     states = env.get_state()

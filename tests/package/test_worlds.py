@@ -93,10 +93,18 @@ def test_a_goal_is_a_point_or_a_line(goal, point, radius):
         np.testing.assert_array_equal(state.goal, point)
 
 
-def test_a_corridor_has_a_centre_line_and_a_width():
-    env = SnakeEnv(task="free", corridor=(0.3, 0.7))
-    env.reset(seed=0)
-    assert (env.state().goal[1], env.state().corridor_half_width) == (0.3, 0.7)
+@pytest.mark.parametrize("goal", [{}, {"goal": 1.5}, {"goal": (3.0, 0.3)}])
+def test_a_corridor_has_a_centre_line_and_a_width(goal):
+    """The deprecated keyword is the same."""
+    line = {"distance": goal["goal"]} if goal.get("goal") == 1.5 else {}
+    own = goal if "goal" in goal and not line else {"goal": {**line, "centre_line": 0.3}}
+    env = SnakeEnv(task="free", corridor_half_width=0.7, **own)
+    with pytest.warns(DeprecationWarning, match="corridor_half_width"):
+        former = SnakeEnv(task="free", corridor=(0.3, 0.7), **goal)
+    for one in (env, former):
+        one.reset(seed=0)
+        assert (one.state().goal[1], one.state().corridor_half_width) == (0.3, 0.7)
+    assert_identical(env.state().arrays(), former.state().arrays(), "by either keyword")
 
 
 def test_generated_scenes_depend_on_seed_episode_and_difficulty():
@@ -175,6 +183,7 @@ def test_options_of_a_partial_reset_are_those_of_its_robots():
         ({"scene": [Scene(), Scene(friction=(0.3, 0.3))]}, "scene"),
         ({"scene": Scene(obstacles=[(0.1, 0.0, 0.0)])}, r"scene\.obstacles\[0\]"),
         ({"scene": Scene(), "friction": (0.2, 0.2)}, "friction"),
+        ({"scene": Scene(), "slope": (0.1, 0.0)}, "slope"),
         ({"scene": Scene(), "start": Start(pitch=0.5)}, r"start\.pitch"),
         ({"start": Start(posture=[0.1])}, r"start\.posture"),
         ({"goal": "there"}, "goal"),
@@ -265,9 +274,9 @@ def test_a_path_is_a_goal(path):
     assert state.goal_direction == pytest.approx(np.arctan2(ahead[1], ahead[0]), abs=0.01)
 
 
-def test_a_robot_that_leaves_its_path_is_told_so():
+def test_a_robot_that_leaves_its_path_has_left_the_corridor():
     """The gait goes on along +x, where the path turns."""
-    env = SnakeEnv(task="free", goal=CORNER, corridor=(0.0, 0.3), start_jitter=0.0, max_episode_steps=400)
+    env = SnakeEnv(task="free", goal=CORNER, corridor_half_width=0.3, start_jitter=0.0, max_episode_steps=400)
     env.reset(seed=0)
     info = {"left_corridor": False}
     while not info["left_corridor"]:

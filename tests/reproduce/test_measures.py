@@ -34,7 +34,7 @@ def hann_response(ratio):
     return np.sinc(ratio) / (1.0 - ratio**2)
 
 
-def test_spikes_are_told_from_collisions():
+def test_spikes_are_distinguished_from_collisions():
     force = np.zeros_like(BLANK.contact_force)
     force[100:300, 2, 1] = 5.0  # pushed for 2 s
     force[100, 2, 1] = 50.0  # a spike when it is touched

@@ -76,7 +76,7 @@ def test_robots_do_not_depend_on_their_neighbours(title):
 
 
 @pytest.mark.parametrize("title", catalogue.CONTROLLERS)
-def test_reset_forgets_the_last_episode(title):
+def test_reset_clears_the_last_episode(title):
     policy, env, observation = begun(title)
     fresh = policy(observation)
     later = observation

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 import zipfile
 from importlib import import_module
 from pathlib import Path
@@ -19,21 +18,8 @@ from training import cli, train
 ROOT = Path(__file__).parents[2]
 
 
-def test_the_ray_learner_explains_itself_without_ray(monkeypatch, capsys, tmp_path):
-    pytest.importorskip("torch")
-    monkeypatch.setitem(sys.modules, "ray", None)
-    from experiments.distributed import ppo
-
-    with pytest.raises(SystemExit, match="0"):
-        ppo.main(["--help"])
-    assert "--workers" in capsys.readouterr().out
-    assert ppo.main(["--out", str(tmp_path / "run")]) == 2
-    assert "make .venv-ray/.packages" in capsys.readouterr().err
-    assert not (tmp_path / "run").exists()
-
-
 @pytest.mark.parametrize("what", ["option", "networks"])
-def test_a_run_that_does_not_fit_says_what_it_was_begun_with(tmp_path, capsys, what):
+def test_the_error_of_a_run_that_does_not_fit_names_what_it_was_begun_with(tmp_path, capsys, what):
     pytest.importorskip("torch")
 
     folder = tmp_path / "run"
@@ -79,11 +65,8 @@ def test_a_run_that_does_not_fit_says_what_it_was_begun_with(tmp_path, capsys, w
             "inspect --policy nowhere",
             "policy = nowhere: expected one of corridor",
         ),
-        ("experiments.sb3_comparison --config nowhere", "config = nowhere: expected a YAML or JSON file, or a name"),
         ("pipeline --config nowhere", "config = nowhere: expected a YAML or JSON file, or a name"),
         ("tune --controllers nobody", "policy = nobody: expected one of best gait, "),
-        ("experiments.algorithms --algorithms nobody", "algorithms[0] = 'nobody': expected one of 'ppo', "),
-        ("experiments.sb3_comparison --learners nobody", "learners[0] = 'nobody': expected one of 'SB3', "),
         (
             f"sweep --configs smoke {ROOT}/training/configs/smoke.yaml",
             "configs = smoke: expected configurations of different",
@@ -112,14 +95,10 @@ def test_a_name_that_does_not_exist_ends_a_command_with_one_line(capsys, command
         ("evaluate --fields -1", "fields = -1: expected greater than or equal to 1"),
         ("evaluate --fields 3000000000", "count = 3000000000: expected an integer in [1, 2147483648]"),
         ("benchmark --episodes 0", "episodes = 0: expected greater than or equal to 1"),
-        ("experiments.algorithms --seeds 0", "seeds = 0: expected greater than or equal to 1"),
-        ("experiments.sb3_comparison --repetitions 0", "repetitions = 0: expected greater than or equal to 1"),
-        ("experiments.distributed.speed --learners 1 0", "learners.1 = 0: expected greater than or equal to 1"),
-        ("experiments.distributed.ppo --workers 0", "workers = 0: expected greater than or equal to 1"),
     ],
 )
 def test_a_number_out_of_range_ends_a_command_with_one_line(tmp_path, monkeypatch, capsys, command, told):
-    for name in ("torch", "stable_baselines3", "sb3_contrib"):
+    for name in ("torch", "stable_baselines3"):
         pytest.importorskip(name)
     monkeypatch.chdir(tmp_path)
     module, *arguments = command.split()

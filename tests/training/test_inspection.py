@@ -50,7 +50,7 @@ def test_pushes_are_the_pegs_forces_along_the_way():
     assert np.corrcoef(told[pushing], felt[pushing])[0, 1] > 0.8
 
 
-def test_ends_are_told_apart():
+def test_ends_are_distinguished():
     """Four robots of forty periods: one arrives, one leaves, one stands still at the end, one moves to the end."""
     watch = RecordedPolicy(ConstantAction(np.zeros(4, np.float32)))
     watch.period = 0.5

@@ -97,14 +97,14 @@ def test_numpy_plays_the_memory_that_torch_has_learnt(tmp_path):
         policy.reset(learner.rollout.done[t])
 
 
-def test_a_policy_that_remembers_names_observations_of_another_size(tmp_path):
+def test_a_policy_with_memory_names_observations_of_another_size(tmp_path):
     learner = ppo.Learner(settings(), 0, lambda *episode: None)
     files.write(tmp_path / "policy.safetensors", learner.agent.arrays(), learner.config.model_dump(mode="json"))
     with pytest.raises(ConfigError, match="observation = shape"):
         Network(tmp_path / "policy.safetensors")(np.zeros((1, 3), np.float32))
 
 
-def test_a_policy_that_sees_other_things_is_named(tmp_path):
+def test_a_policy_with_other_observations_is_named(tmp_path):
     learner = ppo.Learner(settings(), 0, lambda *episode: None)
     files.write(tmp_path / "policy.safetensors", learner.agent.arrays(), learner.config.model_dump(mode="json"))
     policy = Network(tmp_path / "policy.safetensors")

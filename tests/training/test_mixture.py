@@ -73,13 +73,13 @@ def test_each_robot_is_taught_by_the_policy_of_its_task():
         seen, own = mixed.step(told)[0], env.step(expected)[0]
 
 
-def test_a_teacher_that_sees_more_than_the_learner_is_refused():
+def test_a_teacher_with_more_observations_than_the_learner_is_refused():
     blind = settings().with_changes(env=OPTIONS | {"perception": "blind"})
     with pytest.raises(ConfigError, match=r"behaviour_cloning\.teachers = corridor: expected"):
         behaviour_cloning.Teachers(TEACHERS, mixture.parts(blind))
 
 
-def test_a_run_of_several_tasks_imitates_their_teachers_and_tells_how_each_goes(tmp_path):
+def test_a_run_of_several_tasks_imitates_their_teachers_and_reports_each(tmp_path):
     cloning = config.BehaviourCloning(teachers=TEACHERS, rounds=2, critic_rounds=1, epochs=1)
     run = tmp_path / "mixed.json"
     config.save(settings(behaviour_cloning=cloning, total_steps=1024, evaluations=1, evaluation_fields=2), run)

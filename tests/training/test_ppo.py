@@ -139,7 +139,7 @@ def test_the_loss_is_that_of_the_clipped_surrogate_objective():
     batch = ppo.Minibatch(observation, action, log_prob - log_ratio, returns, advantages, 1.0 / 3.0)
     settings = config.Ppo(clip_range=0.2, vf_coef=0.7, ent_coef=0.01)
     with torch.no_grad():
-        loss, terms = ppo.losses(actor_critic, actor_critic, batch, settings)
+        loss, terms = ppo.losses(actor_critic, batch, settings)
     ratio = np.exp([0.0, 0.1, 0.5])
     policy_loss = -np.mean([1.0, -ratio[1], 2.0 * 1.2])
     value_loss = np.mean(np.square((value - returns).numpy()))

@@ -144,7 +144,7 @@ def test_a_run_that_was_stopped_ends_as_one_that_was_not(trained, tmp_path):
         }
 
 
-def test_a_run_tells_its_diagnostics(trained):
+def test_a_run_records_its_diagnostics(trained):
     """TensorBoard has what shows whether PPO is healthy, and the evaluations."""
     found = scalars(trained.path)
     assert {"train/loss", "train/approx_kl", "train/clip_fraction", "train/explained_variance"} <= set(found)
@@ -212,7 +212,7 @@ def test_evaluation_prints_a_table_and_writes_json(trained, tmp_path, capsys):
     assert [path for path in tmp_path.iterdir() if path.suffix in (".mp4", ".gif")]
 
 
-def test_policies_of_one_name_are_told_apart_by_their_paths(tmp_path):
+def test_policies_of_one_name_are_distinguished_by_their_paths(tmp_path):
     paths = [tmp_path / folder / "seed-0" / "policy.safetensors" for folder in ("one", "two")]
     for path in paths:
         path.parent.mkdir(parents=True)
@@ -332,7 +332,7 @@ def test_the_pipeline_trains_on_for_more_steps_and_refuses_fewer(tmp_path, monke
     assert folder.config().total_steps == 512
 
 
-def test_a_run_of_the_pipeline_is_the_same_whatever_is_told_about_it(tmp_path):
+def test_progress_output_does_not_change_a_run_of_the_pipeline(tmp_path):
     smoke = config.load("smoke")
     folder = runs.RunFolder(tmp_path)
     folder.create(smoke)
@@ -374,7 +374,7 @@ def test_every_option_has_a_help_text(command, capsys):
         assert len(described.split()) > 2, option
 
 
-def test_the_curve_forgets_steps_that_were_undone(tmp_path):
+def test_the_curve_has_no_steps_that_were_undone(tmp_path):
     folder = runs.RunFolder(tmp_path)
     for steps in (100, 200, 300, 200, 400):
         folder.append_curve({"steps": steps})
@@ -427,7 +427,7 @@ def test_aggregates_are_those_of_rliable():
     assert statistics.performance_profile(3.0, *scores) == (0.5, 0.5, 0.5), "resamples keep to their task"
 
 
-def test_scores_say_nothing_of_times_where_no_goal_was_reached():
+def test_scores_have_no_times_where_no_goal_was_reached():
     episodes = {
         "is_success": np.zeros(3, bool),
         "time": np.full(3, 30.0),

@@ -134,9 +134,7 @@ def begin(learner: Any, cloning: BehaviourCloning) -> None:
     for _ in range(cloning.critic_rounds):
         learner.collect()
         _, target = learner.targets()
-        observation, target = (
-            learner.group.gathered(one).flatten(0, 1) for one in (learner.rollout.observation, target)
-        )
+        observation, target = (one.flatten(0, 1) for one in (learner.rollout.observation, target))
         fit(learner.agent.critic, observation, target[:, None], cloning.epochs, learner.rng)
 
 
@@ -238,24 +236,23 @@ def _taken(rows: NDArray[np.float32], places: list[int]) -> NDArray[np.float32]:
 
 def imitate(learner: Any, expert: Expert | Teachers, cloning: BehaviourCloning) -> None:
     """Trains the actor on an expert's actions along the actor's own trajectories (DAgger)."""
-    seen, told = [], []
+    seen, taught = [], []
     for _ in range(cloning.rounds):
         learner.collect()
-        observation = learner.group.gathered(learner.rollout.observation)
-        ended = learner.group.gathered(torch.from_numpy(learner.rollout.done)).numpy()
+        observation = learner.rollout.observation
         seen.append(observation.flatten(0, 1).clone())
-        told.append(labels(expert, observation, ended))
-        missed = fit(learner.agent.actor, torch.cat(seen), torch.cat(told), cloning.epochs, learner.rng)
+        taught.append(labels(expert, observation, learner.rollout.done))
+        missed = fit(learner.agent.actor, torch.cat(seen), torch.cat(taught), cloning.epochs, learner.rng)
         print(f"imitation, {learner.steps} steps: mean squared error {missed:.4f}", flush=True)
 
 
 def labels(expert: Expert | Teachers, observation: Tensor, done: NDArray[np.bool_]) -> Tensor:
     """What the expert would have done (T n, a) along rollouts (T, n, o), from one to the next."""
-    told = []
+    taught = []
     for seen, ended in zip(observation.numpy(), done, strict=True):
-        told.append(torch.from_numpy(expert(seen)))
+        taught.append(torch.from_numpy(expert(seen)))
         expert.forget(ended)
-    return torch.cat(told)
+    return torch.cat(taught)
 
 
 def fit(network: nn.Module, inputs: Tensor, outputs: Tensor, epochs: int, rng: np.random.Generator) -> float:

@@ -15,9 +15,6 @@ from training.learners.agent import Agent
 from training.learners.mixture import Mixture, parts
 from training.learning_curve import SIGNALS, Note
 
-ARRAYS = ("observation", "action", "log_density", "value", "reward", "done")
-"""Arrays of a :class:`Rollout`."""
-
 
 class Rollout:
     """T steps of n robots; every array begins with (T, n).
@@ -59,15 +56,13 @@ class Collector:
         seed: of the first robot's fields; the others take the seeds after it.
         used: share of the training budget used up before.
         note: Is called with each finished episode.
-        robots: those of the run that it steps; None: all.
 
     Attributes:
         simulator_seconds: wall time spent in the simulator [s].
     """
 
-    def __init__(self, config: PpoConfig, seed: int, used: float, note: Note, robots: slice | None = None) -> None:
-        self._robots = slice(0, config.num_envs) if robots is None else robots
-        self._env = Mixture(parts(config, self._robots), config.num_threads)
+    def __init__(self, config: PpoConfig, seed: int, used: float, note: Note) -> None:
+        self._env = Mixture(parts(config), config.num_threads)
         layout, num_envs = self._env.layout, self._env.num_envs
         self._traces = MemoryTraces(layout, config.policy.memory, num_envs)
         self.observations = len(network_inputs(layout, config.policy.memory))
@@ -79,7 +74,7 @@ class Collector:
         self._returns = np.zeros(num_envs)
         self._config = config
         self.advance(used)
-        self.observation = torch.from_numpy(self._traces(self._env.reset(seed + self._robots.start)))
+        self.observation = torch.from_numpy(self._traces(self._env.reset(seed)))
         self.simulator_seconds = 0.0
 
     def advance(self, used: float) -> None:
@@ -90,11 +85,10 @@ class Collector:
     @torch.inference_mode()
     def collect(self, agent: Agent, noise: torch.Generator, gamma: float) -> tuple[Rollout, Tensor]:
         """Fills the rollout with fresh steps; also returns the value of what comes after them (n,)."""
-        rollout, noises = self.rollout, (self._config.num_envs, self.actions)
+        rollout = self.rollout
         for t in range(len(rollout.reward)):
             rollout.observation[t] = self.observation
-            # Drawn for all robots of the run, so that noise does not depend on which process steps a robot.
-            self._deviation[t] = torch.empty(noises).normal_(generator=noise)[self._robots]
+            self._deviation[t].normal_(generator=noise)
             rollout.action[t] = agent.act(self.observation, self._deviation[t])
             start = time.perf_counter()
             observation, reward, terminated, truncated, infos = self._env.step(rollout.action[t].numpy())

@@ -67,7 +67,6 @@ def run(
     config: RunConfig,
     make: Callable[[int, Note, float], Learner],
     show: bool,
-    stop_request: StopRequest | None = None,
 ) -> int:
     """Trains from the folder's latest checkpoint, or from the start; 130 when it was stopped.
 
@@ -77,7 +76,6 @@ def run(
         make: Makes the learner from the steps taken before, a receiver of finished episodes, and the share of the
             budget used up before.
         show: Print progress.
-        stop_request: Stops it; None: signals to this process.
     """
     checkpoint = folder.latest()
     steps = 0 if checkpoint is None else int(checkpoint.stem)
@@ -90,7 +88,7 @@ def run(
         with folder.resumed():
             curve.restore(learner.restore(checkpoint))
     work = Work(learner, folder, config, budget, curve, show)
-    with stop_request or StopRequest() as stop:
+    with StopRequest() as stop:
         work.until(stop)
         stopped = stop.received
     work.save()

@@ -32,19 +32,12 @@ class Part(NamedTuple):
     robots: slice
 
 
-def parts(config: PpoConfig, robots: slice | None = None) -> list[Part]:
-    """The tasks of a run, in the order of the robots.
-
-    Args:
-        config: of the run.
-        robots: those of the run that the batch has; None: all.
-    """
-    first, last = (0, config.num_envs) if robots is None else (robots.start, robots.stop)
+def parts(config: PpoConfig) -> list[Part]:
+    """The tasks of a run, in the order of the robots."""
     ends = list(accumulate(config.tasks.values())) or [config.num_envs]
     return [
-        Part(*environment, slice(max(start, first) - first, min(end, last) - first))
+        Part(*environment, slice(start, end))
         for environment, start, end in zip(config.environments(), [0, *ends], ends, strict=False)
-        if start < last and end > first
     ]
 
 

@@ -7,14 +7,13 @@ also when it was stopped and resumed: a checkpoint has robots and random states 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from torch import Tensor, nn
+from torch import Tensor
 
 from snake_env.evaluation import seeds
 from snake_env.policies import files
@@ -23,11 +22,8 @@ from training.learners import behaviour_cloning, loop
 from training.learners.agent import Agent, make_agent
 from training.learners.clipped_adam import ClippedAdam
 from training.learners.collector import Collector, Rollout
-from training.learners.group import ProcessGroup
 from training.learning_curve import Note
 from training.runs import RunFolder
-
-ONE_PROCESS = ProcessGroup()
 
 
 def update(
@@ -37,44 +33,42 @@ def update(
     targets: tuple[Tensor, Tensor],
     ppo: Ppo,
     rng: np.random.Generator,
-    group: ProcessGroup = ONE_PROCESS,
 ) -> dict[str, float]:
     """Some epochs of gradient steps on the clipped surrogate objective, the error of the critic and the entropy.
 
     Args:
         agent: learns.
         optimiser: of its parameters.
-        rollout: what the robots of this process did.
+        rollout: what the robots did.
         targets: advantages and returns of it (T, n) each.
         ppo: settings.
-        rng: orders the samples, alike in all processes.
-        group: of the processes that share the gradient steps.
+        rng: orders the samples.
 
     Returns:
         Diagnostics under the names of Stable-Baselines3, means over the gradient steps.
     """
-    samples, module, noted = Samples(rollout, targets, group), group.module(agent), list[Tensor]()
+    samples, noted = Samples(rollout, targets), list[Tensor]()
     for _ in range(ppo.n_epochs):
         for part in batches(rng.permutation(len(samples)), ppo.batch_size):
-            loss, terms = losses(module, agent, samples.minibatch(part), ppo)
-            if ppo.target_kl is not None and group.total(terms["approx_kl"]) / group.size > 1.5 * ppo.target_kl:
-                return diagnostics(noted, rollout, targets[1], agent, group)
+            loss, terms = losses(agent, samples.minibatch(part), ppo)
+            if ppo.target_kl is not None and terms["approx_kl"] > 1.5 * ppo.target_kl:
+                return diagnostics(noted, rollout, targets[1], agent)
             loss.backward()
             terms["grad_norm"] = optimiser.step(ppo.max_grad_norm)
             noted.append(torch.stack([terms[name].detach() for name in NOTED]))
-    return diagnostics(noted, rollout, targets[1], agent, group)
+    return diagnostics(noted, rollout, targets[1], agent)
 
 
 class Minibatch(NamedTuple):
-    """Samples of a gradient step, those of the robots of this process.
+    """Samples of a gradient step.
 
     Attributes:
         observation: (k, o).
         action: (k, a).
         log_prob: Logarithm of the density of the action under the policy that took it (k,).
         returns: (k,).
-        advantages: Standardised over the samples of all processes (k,).
-        share: Of a sample in the gradient, which is the mean over the processes.
+        advantages: Standardised (k,).
+        share: Of a sample in the gradient.
     """
 
     observation: Tensor
@@ -89,14 +83,13 @@ class Samples:
     """The T n samples of a rollout, in one array so that a minibatch is gathered at once.
 
     Args:
-        rollout: Of the robots of this process.
+        rollout: Of all robots.
         targets: Advantages and returns of it (T, n) each.
-        group: Of the processes.
     """
 
-    def __init__(self, rollout: Rollout, targets: tuple[Tensor, Tensor], group: ProcessGroup) -> None:
+    def __init__(self, rollout: Rollout, targets: tuple[Tensor, Tensor]) -> None:
         advantages, returns = targets
-        self._group, self._advantages = group, group.gathered(advantages).flatten()
+        self._advantages = advantages.flatten()
         columns = (
             rollout.observation,
             rollout.action,
@@ -106,28 +99,25 @@ class Samples:
         self._samples, self._widths = torch.cat(columns, -1).flatten(0, 1), [one.shape[-1] for one in columns]
 
     def __len__(self) -> int:
-        """Number of samples of all processes."""
+        """Number of samples."""
         return len(self._advantages)
 
     def minibatch(self, part: Tensor) -> Minibatch:
-        """This process's share of the samples with the indices ``part``."""
-        rows, mine = self._group.own(part)
-        observation, action, log_prob, returns = self._samples.index_select(0, rows).split(self._widths, -1)
-        advantages = standardised(self._advantages.index_select(0, part))[mine]
-        share = self._group.size / len(part)
-        return Minibatch(observation, action, log_prob[:, 0], returns[:, 0], advantages, share)
+        """The samples with the indices ``part``."""
+        observation, action, log_prob, returns = self._samples.index_select(0, part).split(self._widths, -1)
+        advantages = standardised(self._advantages.index_select(0, part))
+        return Minibatch(observation, action, log_prob[:, 0], returns[:, 0], advantages, 1.0 / len(part))
 
 
-def losses(module: nn.Module, agent: Agent, batch: Minibatch, ppo: Ppo) -> tuple[Tensor, dict[str, Tensor]]:
+def losses(agent: Agent, batch: Minibatch, ppo: Ppo) -> tuple[Tensor, dict[str, Tensor]]:
     """The loss of a gradient step, and its terms and diagnostics by the names in :data:`NOTED`.
 
     Args:
-        module: The agent, or what computes as it does and shares its gradients.
-        agent: The agent.
+        agent: Learns.
         batch: Samples.
         ppo: Settings.
     """
-    log_prob, value = module(batch.observation, batch.action)
+    log_prob, value = agent(batch.observation, batch.action)
     log_ratio = log_prob - batch.log_prob
     ratio = log_ratio.exp()
     with torch.no_grad():  # an estimate of the divergence that is never negative
@@ -149,13 +139,11 @@ NOTED = ("loss", "policy_gradient_loss", "value_loss", "approx_kl", "clip_fracti
 """What is noted of each gradient step."""
 
 
-def diagnostics(
-    noted: list[Tensor], rollout: Rollout, returns: Tensor, agent: Agent, group: ProcessGroup
-) -> dict[str, float]:
+def diagnostics(noted: list[Tensor], rollout: Rollout, returns: Tensor, agent: Agent) -> dict[str, float]:
     """Means over the gradient steps of an update, and what the critic explained of the returns before it."""
-    means = (group.total(torch.stack(noted).mean(0)) / group.size).tolist() if noted else [float("nan")] * len(NOTED)
-    returns, value = group.gathered(returns.view_as(rollout.value)), group.gathered(rollout.value)
-    spread, missed = float(returns.var()), float((returns - value).var())
+    means = torch.stack(noted).mean(0).tolist() if noted else [float("nan")] * len(NOTED)
+    returns = returns.view_as(rollout.value)
+    spread, missed = float(returns.var()), float((returns - rollout.value).var())
     found = dict(zip(NOTED, means, strict=True)) | {
         "entropy_loss": -float(agent.entropy().detach()),
         "explained_variance": 1.0 - missed / spread if spread > 0.0 else float("nan"),
@@ -178,10 +166,6 @@ def standardised(values: Tensor) -> Tensor:
     return (values - mean) / (deviation + 1e-8)
 
 
-MakeCollector = Callable[[PpoConfig, int, float, Note], Any]
-"""Makes a :class:`Collector`, or what stands for one on other machines."""
-
-
 class Learner:
     """An agent in training: networks, optimiser and exploration noise.
 
@@ -190,26 +174,16 @@ class Learner:
         steps: environment steps taken before.
         note: receives the finished episodes.
         used: share of the budget used up before.
-        make: makes the collector.
-        group: of the processes that share robots and updates.
     """
 
     checkpoint = ".pt"
 
-    def __init__(
-        self,
-        config: PpoConfig,
-        steps: int,
-        note: Note,
-        used: float = 0.0,
-        make: MakeCollector = Collector,
-        group: ProcessGroup = ONE_PROCESS,
-    ) -> None:
-        self.config, self.steps, self.group = config, steps, group
+    def __init__(self, config: PpoConfig, steps: int, note: Note, used: float = 0.0) -> None:
+        self.config, self.steps = config, steps
         torch.manual_seed(config.seed)
         self.noise = torch.Generator().manual_seed(config.seed)
         self.rng = np.random.default_rng(config.seed)
-        self.collector = make(config, seeds.training(config.seed, 0, config.num_envs), used, note)
+        self.collector = Collector(config, seeds.training(config.seed, 0, config.num_envs), used, note)
         self.agent = make_agent(config, self.collector.observations, self.collector.actions)
         self.optimiser = ClippedAdam(self.agent)
 
@@ -232,7 +206,7 @@ class Learner:
         ppo = self.config.ppo
         rate = ppo.learning_rate * (1.0 - (1.0 - ppo.final_learning_rate) * used)
         self.optimiser.set_rate(rate)
-        found = update(self.agent, self.optimiser, self.rollout, self.targets(), ppo, self.rng, self.group)
+        found = update(self.agent, self.optimiser, self.rollout, self.targets(), ppo, self.rng)
         self.collector.advance(used)
         return found | {"train/learning_rate": rate}
 
@@ -273,13 +247,7 @@ class Learner:
         return curve
 
 
-def train(
-    folder: RunFolder,
-    config: PpoConfig,
-    show: bool = True,
-    make: MakeCollector = Collector,
-    group: ProcessGroup = ONE_PROCESS,
-) -> int:
+def train(folder: RunFolder, config: PpoConfig, show: bool = True) -> int:
     """Trains from the folder's latest checkpoint, or from the start; 130 when it was stopped.
 
     A configuration that the run begins from is trained first, in a folder of its own inside.
@@ -289,17 +257,14 @@ def train(
     cloning = config.behaviour_cloning
     if cloning is not None and cloning.run is not None:
         before = RunFolder(folder.path / "before")
-        if (
-            not before.finished
-            and (status := train(before, _before(before, config, cloning.run), show, make, group)) != 0
-        ):
+        if not before.finished and (status := train(before, _before(before, config, cloning.run), show)) != 0:
             return status
         learned = config.with_changes(behaviour_cloning=cloning.with_changes(run=None, policy=str(before.policy)))
 
     def begin(steps: int, note: Note, used: float) -> Learner:
-        return Learner(learned, steps, note, used, make, group)
+        return Learner(learned, steps, note, used)
 
-    return loop.run(folder, config, begin, show, group.stop_request())
+    return loop.run(folder, config, begin, show)
 
 
 def _before(folder: RunFolder, config: PpoConfig, name: str) -> PpoConfig:

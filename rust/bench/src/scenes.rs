@@ -141,7 +141,7 @@ pub fn of_environment(
         robot: config.robot.clone(),
         scene: SceneConfig {
             obstacles: environment.pegs().iter().map(|&peg| peg.into()).collect(),
-            friction: config.friction(),
+            friction: config.ground().friction,
             ..SceneConfig::default()
         },
         controller: config.controller,

@@ -196,13 +196,13 @@ pub fn require_supported(
     Feature::IoLinearization.require(on, is_io, "controller.law", "\"io\"")?;
     let held = controller.treatment != Treatment::Implicit;
     Feature::HeldTorques.require(on, held, "controller.treatment", controller.treatment)?;
-    Feature::Backlash.require(on, robot.free_play != 0.0, "robot.free_play", robot.free_play)?;
+    Feature::Backlash.require(on, robot.backlash != 0.0, "robot.backlash", robot.backlash)?;
     Feature::SelfContact.require(on, robot.self_contact == Some(true), "robot.self_contact", "True")?;
     let limit = robot.joint_limit.unwrap_or(f64::INFINITY);
     Feature::JointLimits.require(on, limit < f64::INFINITY, "robot.joint_limit", limit)?;
     require_driven_joints(on, robot, scene, controller)?;
     let expected = "0 with an input-output linearising controller";
-    require(!is_io || robot.free_play == 0.0, "robot.free_play", robot.free_play, expected)
+    require(!is_io || robot.backlash == 0.0, "robot.backlash", robot.backlash, expected)
 }
 
 /// Rejects friction and height of an obstacle, named `field`, where the model does not have them.
@@ -252,14 +252,14 @@ mod tests {
 
     #[test]
     fn a_refusal_names_models_and_method_that_have_the_feature() {
-        let told = |feature: Feature, model, method| {
+        let message = |feature: Feature, model, method| {
             feature.require((model, method), true, "field", 1.0).map_err(|e| e.expected).unwrap_err()
         };
         let play = "0: backlash of the joints needs model=\"planar\" or model=\"spatial\" and method=\"implicit\"";
-        assert_eq!(told(Feature::Backlash, ModelName::Minimal, Method::Implicit), play);
-        assert_eq!(told(Feature::Backlash, ModelName::Planar, Method::Thesis), play);
+        assert_eq!(message(Feature::Backlash, ModelName::Minimal, Method::Implicit), play);
+        assert_eq!(message(Feature::Backlash, ModelName::Planar, Method::Thesis), play);
         let pegs = "no obstacles: contact with pegs needs model=\"planar\" or model=\"spatial\"";
-        assert_eq!(told(Feature::Pegs, ModelName::Minimal, Method::Implicit), pegs);
+        assert_eq!(message(Feature::Pegs, ModelName::Minimal, Method::Implicit), pegs);
         assert!(Feature::Backlash.require((ModelName::Spatial, Method::Thesis), false, "field", 0.0).is_ok());
     }
 }

@@ -336,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn soft_start_of_a_wave_that_never_comes_near_zero_waits_for_ever() {
+    fn soft_start_of_a_wave_that_never_comes_near_zero_never_ends() {
         let wave = Wave { amplitude: 0.1, gamma: 1.0, ..Wave::default() };
         assert_eq!(SoftStart::new(wave, 1).target(0, 1e6), JointTarget::default());
     }

@@ -54,8 +54,9 @@ pub struct RobotConfig {
     pub roll_inertia: PerLink,
     /// Acceleration of gravity \[m/s^2\]; in the plane it enters through the friction bounds.
     pub gravity: f64,
-    /// Free play of a joint, from end to end (T 7.5.4) \[rad\]; not the minimal model.
-    pub free_play: f64,
+    /// Backlash of a joint, from end to end (T 7.5.4) \[rad\]; not the minimal model.
+    #[serde(alias = "free_play")]
+    pub backlash: f64,
     /// Whether links that are not neighbours touch each other; null: where the model has it.
     pub self_contact: Option<bool>,
     /// Largest angle of a joint to either side \[rad\], infinite for none; null: a right angle where the model has limits,
@@ -87,7 +88,7 @@ impl Default for RobotConfig {
             inertia: PerLink::Same(1.32e-3),
             roll_inertia: PerLink::Same(9.40e-4),
             gravity: 9.81,
-            free_play: 0.0,
+            backlash: 0.0,
             self_contact: None,
             joint_limit: None,
             locked: Vec::new(),
@@ -119,7 +120,7 @@ impl Link {
 pub struct Robot {
     pub links: Vec<Link>,
     pub gravity: f64,
-    pub free_play: f64,
+    pub backlash: f64,
     /// Whether links that are not neighbours touch each other, in models that have it.
     pub self_contact: bool,
     /// Largest angle of a joint, in models that have limits \[rad\].
@@ -160,11 +161,11 @@ impl Robot {
             })
             .collect();
         let gravity = positive("gravity", config.gravity)?;
-        let free_play = within("free_play", config.free_play, 0.0, MOST_PLAY)?;
+        let backlash = within("backlash", config.backlash, 0.0, MOST_PLAY)?;
         let joint_limit = config.joint_limit.unwrap_or(RIGHT_ANGLE);
         require(joint_limit > 0.0, "joint_limit", joint_limit, "a number > 0, or inf for none")?;
         let broken = broken_joints(config)?;
-        Ok(Self { links, gravity, free_play, self_contact: config.self_contact.unwrap_or(true), joint_limit, broken })
+        Ok(Self { links, gravity, backlash, self_contact: config.self_contact.unwrap_or(true), joint_limit, broken })
     }
 
     pub fn link_count(&self) -> usize {
@@ -245,7 +246,7 @@ pub const MAX_LINKS: usize = 10_000;
 /// where that is longer than they are thick; those of Aiko do at 94.9 degrees.
 const RIGHT_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
 
-/// Largest free play, a quarter turn \[rad\].
+/// Largest backlash, a quarter turn \[rad\].
 pub const MOST_PLAY: f64 = std::f64::consts::FRAC_PI_2;
 
 #[cfg(test)]

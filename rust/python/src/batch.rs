@@ -170,13 +170,13 @@ impl Batch {
         Ok(())
     }
 
-    /// Tells the next episodes of rows where they take place, or none of them; see [`WorldConfig`].
+    /// Prescribes where the next episodes of rows take place, or none of them; see [`WorldConfig`].
     fn set_next_worlds(&mut self, py: Python<'_>, rows: Vec<usize>, worlds: Vec<Bound<'_, PyDict>>) -> PyResult<()> {
         self.require_rows(&rows, worlds.len(), "worlds")?;
         let core = &mut self.core;
         let robot = of_model!(&*core, core => core.environment(0).robot().clone());
         self.scenes.forget(py);
-        let mut told = Vec::with_capacity(worlds.len());
+        let mut prescribed = Vec::with_capacity(worlds.len());
         for world in worlds {
             let rest = world.copy()?;
             let obstacles = match rest.get_item("scene")? {
@@ -187,9 +187,9 @@ impl Batch {
                 rest.del_item("scene")?;
             }
             let world: WorldConfig = from_python(&rest).map_err(CoreError::from)?;
-            told.push(world.resolve(obstacles, &self.config, &robot).map_err(CoreError::from)?);
+            prescribed.push(world.resolve(obstacles, &self.config, &robot).map_err(CoreError::from)?);
         }
-        Ok(of_model!(core, core => core.set_next_worlds(&rows, told)).map_err(CoreError::from)?)
+        Ok(of_model!(core, core => core.set_next_worlds(&rows, prescribed)).map_err(CoreError::from)?)
     }
 
     /// Seed and number of the next episode of a row.

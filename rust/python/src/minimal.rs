@@ -21,7 +21,7 @@ pub struct MinimalRobot {
 }
 
 impl MinimalRobot {
-    /// At its start.
+    /// The robot in its start posture.
     pub fn new(config: &RunConfig) -> Result<Self, ConfigError> {
         let scene = config.scene();
         Scene::new(&scene).map_err(|e| e.inside("scene"))?;

@@ -18,7 +18,7 @@ pub struct PlanarRobot {
 }
 
 impl PlanarRobot {
-    /// At its start.
+    /// The robot in its start posture.
     pub fn new(config: &RunConfig) -> Result<Self, ConfigError> {
         let RunConfig { robot, integrator, start, .. } = config;
         let mut simulation = PlanarSimulation::new(robot, &config.scene(), &config.controller(), integrator)?;

@@ -18,7 +18,7 @@ pub struct SpatialRobot {
 }
 
 impl SpatialRobot {
-    /// At its start.
+    /// The robot in its start posture.
     pub fn new(config: &RunConfig) -> Result<Self, ConfigError> {
         let RunConfig { robot, integrator, start, .. } = config;
         let mut simulation = SpatialSimulation::new(robot, &config.scene(), &config.controller(), integrator)?;

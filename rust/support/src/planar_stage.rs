@@ -287,7 +287,7 @@ pub fn fold(stage: &mut Stage, pairs: usize, random: &mut Random) {
     }
 }
 
-/// Gives the joints free play: what it swallows is up to twice what the drive asks for at rest.
+/// Gives the joints backlash: what it swallows is up to twice what the drive asks for at rest.
 pub fn loosen(stage: &mut Stage, random: &mut Random) {
     for joint in stage.joints.iter_mut().filter(|joint| joint.stiffness > 0.0) {
         joint.slack = random.between(0.0, 2.0) * joint.drive.abs();

@@ -134,7 +134,7 @@ def _reduced_r_n(runs: Runs) -> Result:
         end = at(run, SWITCHED_ON)
         slides.append(float(run.position[end, 0, 0] - run.position[0, 0, 0]))
         iterations.append(float(run.iterations[: end + 1].sum()))
-        misses += float(run.misses.sum())
+        misses += float(run.unconverged.sum())
     ours = "{:.0f} iterations in the first second with 0.1, {:.0f} with 0.01; ".format(*iterations)
     ours += "link 1 slides {:.1f} and {:.1f} cm".format(*(100 * slide for slide in slides))
     return ours, misses == 0.0 and abs(slides[0] / slides[1] - 1.0) < 0.1
@@ -142,5 +142,5 @@ def _reduced_r_n(runs: Runs) -> Result:
 
 def _treatment(runs: Runs, name: str, depth: float) -> Result:
     run = runs[name]
-    ours = f"{run.misses.sum():.0f} misses; at most {1e6 * run.max_penetration:.0f} um into the ground"
-    return ours, run.misses.sum() == 0 and run.max_penetration < depth
+    ours = f"{run.unconverged.sum():.0f} misses; at most {1e6 * run.max_penetration:.0f} um into the ground"
+    return ours, run.unconverged.sum() == 0 and run.max_penetration < depth

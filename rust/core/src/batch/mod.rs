@@ -152,7 +152,7 @@ impl<M: RobotModel> Batch<M> {
         self.row_mut(row).environment.observe(observation);
     }
 
-    /// Tells the next episodes of rows where they take place, or none of them.
+    /// Prescribes where the next episodes of rows take place, or none of them.
     ///
     /// # Errors
     /// A robot has no room there.

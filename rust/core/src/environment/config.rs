@@ -11,7 +11,7 @@ use crate::error::{ConfigError, integer_in, require, within};
 use crate::laws::Stribeck;
 use crate::obstacles::Obstacle;
 use crate::robot::RobotConfig;
-use crate::scene::SceneConfig;
+use crate::scene::{Scene, SceneConfig};
 use crate::slope::Slope;
 use crate::stepping::{IntegratorConfig, MOST_STEPS_PER_PERIOD, Method};
 
@@ -131,7 +131,7 @@ pub struct EnvConfig {
     pub perturbation: Perturbation,
     /// What differs from episode to episode beside the scene.
     pub randomization: Randomization,
-    /// A scene of the user's, whose ground replaces friction and Stribeck effect; each episode is told its obstacles.
+    /// A scene of the user's, whose ground replaces that of the task; the obstacles of each episode are prescribed.
     pub scene: Option<SceneConfig>,
     /// Names of the observation's blocks; `None`: all that the task and the action mode have.
     pub observation_blocks: Option<Vec<String>>,
@@ -143,11 +143,11 @@ pub struct EnvConfig {
     pub observation_delay: BTreeMap<String, f64>,
     /// What ends an episode.
     pub termination: Termination,
-    /// Friction coefficients along and across a link; `None`: the task's own.
+    /// Of the task's ground: friction coefficients along and across a link; `None`: the task's own.
     pub friction: Option<[f64; 2]>,
-    /// How friction falls in sliding.
+    /// How its friction falls in sliding.
     pub stribeck: Stribeck,
-    /// Inclination of the ground \[rad\], and the direction in which it rises \[rad\].
+    /// Its inclination of the ground \[rad\], and the direction in which it rises \[rad\].
     pub slope: Slope,
     pub controller: ControllerConfig,
     pub integrator: IntegratorConfig,
@@ -236,22 +236,10 @@ impl EnvConfig {
         self.randomization.validate_for(self.control_period, on).map_err(|e| e.inside("randomization"))?;
         within("difficulty", self.difficulty, 0.0, 1.0)?;
         within("start_jitter", self.start_jitter, 0.0, 1.0)?;
-        self.validate_friction()?;
-        self.slope.validate()?;
+        Scene::new(&self.ground())?;
         self.validate_features()?;
         self.reward_weights.validate().map_err(|e| e.inside("reward_weights"))?;
         (self.task.family().validate)(self)
-    }
-
-    /// Friction coefficients along and across a link.
-    pub fn friction(&self) -> [f64; 2] {
-        let own = self.scene.as_ref().map(|scene| scene.friction).or(self.friction);
-        own.unwrap_or_else(|| (self.task.family().friction)(self.model))
-    }
-
-    /// How friction falls in sliding.
-    pub fn stribeck(&self) -> Stribeck {
-        self.scene.as_ref().map_or(self.stribeck, |scene| scene.stribeck)
     }
 
     /// Whether there may be pegs.
@@ -259,13 +247,21 @@ impl EnvConfig {
         self.task.family().has_pegs || self.scene.is_some()
     }
 
-    /// The ground with the given obstacles.
-    pub fn scene(&self, obstacles: Vec<Obstacle>) -> SceneConfig {
+    /// The ground, a scene without obstacles.
+    pub fn ground(&self) -> SceneConfig {
         let Self { stribeck, slope, .. } = *self;
         match &self.scene {
-            Some(scene) => SceneConfig { obstacles, ..scene.clone() },
-            None => SceneConfig { obstacles, friction: self.friction(), stribeck, slope, ..SceneConfig::default() },
+            Some(scene) => SceneConfig { obstacles: Vec::new(), ..scene.clone() },
+            None => {
+                let friction = self.friction.unwrap_or_else(|| (self.task.family().friction)(self.model));
+                SceneConfig { friction, stribeck, slope, ..SceneConfig::default() }
+            }
         }
+    }
+
+    /// The ground with the given obstacles.
+    pub fn scene(&self, obstacles: Vec<Obstacle>) -> SceneConfig {
+        SceneConfig { obstacles, ..self.ground() }
     }
 
     /// The controller of the joints. Where actions are torques, k_D alone is left, as the damping of the actuators: like
@@ -299,8 +295,8 @@ impl EnvConfig {
         require(limited, "controller.torque_limit", "None", &format!("a number, the largest torque, {mode}"))?;
         let law = self.controller.law;
         require(law == ControlLaw::Pd, "controller.law", "\"io\"", &format!("\"pd\" {mode}"))?;
-        let play = self.robot.free_play.max(self.randomization.free_play[1]);
-        require(play == 0.0, "robot.free_play", play, &format!("0 {mode}"))
+        let play = self.robot.backlash.max(self.randomization.backlash[1]);
+        require(play == 0.0, "robot.backlash", play, &format!("0 {mode}"))
     }
 
     /// A robot does not start inside the disc it has to reach.
@@ -313,24 +309,16 @@ impl EnvConfig {
         Ok(())
     }
 
-    fn validate_friction(&self) -> Result<(), ConfigError> {
-        for (axis, value) in self.friction().into_iter().enumerate() {
-            within(&format!("friction[{axis}]"), value, 0.0, 10.0)?;
-        }
-        Ok(())
-    }
-
-    /// What the model does not have, and free play and the Stribeck effect on top of the configured ones.
+    /// What the model does not have, and backlash and the Stribeck effect on top of the configured ones.
     fn validate_features(&self) -> Result<(), ConfigError> {
-        self.stribeck.validate().map_err(|e| e.inside("stribeck"))?;
         let on = (self.model.name(), self.integrator.method());
-        let drop = self.stribeck().drop;
+        let drop = self.ground().stribeck.drop;
         Feature::StribeckEffect.require(on, drop != 0.0, "stribeck.drop", drop)?;
         let treatment = self.controller.treatment;
         let held = treatment != Treatment::Implicit;
         Feature::HeldTorques.require(on, held, "controller.treatment", treatment)?;
         self.validate_torques()?;
-        let (play, law) = (self.robot.free_play, self.controller.law);
+        let (play, law) = (self.robot.backlash, self.controller.law);
         self.randomization.validate_beyond(play, law, drop).map_err(|e| e.inside("randomization"))
     }
 }

@@ -52,7 +52,7 @@ pub struct Environment<M: 'static = PlanarRobot> {
     friction: [f64; 2],
     /// What late sensors have reported.
     delay: Delay,
-    /// Where the next episode takes place, if it has been told.
+    /// Where the next episode takes place, if it is prescribed.
     next_world: Option<Box<World>>,
     source: Source,
     drawn: EpisodeParameters,
@@ -106,7 +106,7 @@ impl<M: RobotModel> Environment<M> {
             values: vec![0.0; layout.size()],
             sees_true_pegs: layout.blocks().iter().any(|block| block.row.name == "privileged_pegs"),
             true_pegs,
-            friction: config.friction(),
+            friction: config.ground().friction,
             delay: Delay::new(&layout),
             layout: Arc::new(layout),
             action: vec![0.0; size],
@@ -150,7 +150,7 @@ impl<M: RobotModel> Environment<M> {
         self.sampler.check(world)
     }
 
-    /// Tells the next episode where it takes place; the ones after it draw it again. The world has been checked.
+    /// Prescribes where the next episode takes place; the ones after it draw it again. The world has been checked.
     pub fn set_next_world(&mut self, world: World) {
         self.next_world = Some(Box::new(world));
     }

@@ -109,7 +109,7 @@ impl Episode {
             contacts,
             residual: report.residual,
             iterations: report.iterations,
-            misses: report.unconverged,
+            unconverged: report.unconverged,
             fallbacks: report.fallbacks,
             diverged: report.diverged,
             penetrated: report.penetrated,

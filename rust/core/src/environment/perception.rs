@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_that_looks_from_all_its_links_sees_what_a_sensor_on_each_would() {
+    fn perception_from_all_links_is_that_of_a_sensor_on_each() {
         let pegs = [[0.1, 0.3, 0.2], [0.1, 1.2, -0.25], [0.05, 2.0, 0.0]].map(Peg::from);
         let link = |i: usize| LinkPose { x: 0.1 + 0.6 * i as f64, y: 0.0, angle: PI + 0.2 * i as f64 };
         let mut peg_view = PegView::new(Perception::Body, 2, 3, 1.2);

@@ -32,7 +32,7 @@ pub struct RaisedChain {
 }
 
 impl RaisedChain {
-    /// The robot at `start`, whose joints have the yaw angles `yaw`, raised as told.
+    /// The robot at `start`, whose joints have the yaw angles `yaw`, raised as prescribed.
     pub fn new(robot: &Robot, start: &Start, yaw: &[f64], raised: &Raised) -> Self {
         let pitch = raised.joint_pitch.iter().copied().chain(std::iter::repeat(0.0));
         let joint_angle: Vec<_> = yaw.iter().zip(pitch).map(|(yaw, pitch)| Vector2::new(*yaw, pitch)).collect();

@@ -36,8 +36,9 @@ pub struct Randomization {
     pub noise: NoiseConfig,
     /// Largest error of a located peg's position, which stays the same for an episode \[m\].
     pub peg_error: f64,
-    /// Free play of the joints beyond the robot's own \[rad\].
-    pub free_play: [f64; 2],
+    /// Backlash of the joints beyond the robot's own \[rad\].
+    #[serde(alias = "free_play")]
+    pub backlash: [f64; 2],
     /// Drop of friction in sliding beyond the ground's own, see [`crate::laws::Stribeck`].
     pub stribeck: [f64; 2],
 }
@@ -54,7 +55,7 @@ impl Default for Randomization {
             reference_delay: [0.0, 0.0],
             noise: NoiseConfig::default(),
             peg_error: 0.0,
-            free_play: [0.0, 0.0],
+            backlash: [0.0, 0.0],
             stribeck: [0.0, 0.0],
         }
     }
@@ -82,7 +83,7 @@ impl Randomization {
         }
         self.noise.validate().map_err(|e| e.inside("noise"))?;
         within("peg_error", self.peg_error, 0.0, 1.0)?;
-        range("free_play", self.free_play, [0.0, MOST_PLAY])?;
+        range("backlash", self.backlash, [0.0, MOST_PLAY])?;
         range("stribeck", self.stribeck, [0.0, 1.0])
     }
 
@@ -104,7 +105,7 @@ impl Randomization {
             (robot, "anisotropy", self.anisotropy, off.anisotropy),
             (robot, "mass", self.mass, off.mass),
             (robot, "torque_limit", self.torque_limit, off.torque_limit),
-            (discrepancies, "free_play", self.free_play, off.free_play),
+            (discrepancies, "backlash", self.backlash, off.backlash),
             (discrepancies, "stribeck", self.stribeck, off.stribeck),
         ] {
             feature.require(on, range != off, field, format!("{range:?}"))?;
@@ -112,15 +113,15 @@ impl Randomization {
         Ok(())
     }
 
-    /// Checks what is added to a robot's free play `play` \[rad\] and of the ground's `drop` of friction.
+    /// Checks what is added to a robot's backlash `play` \[rad\] and of the ground's `drop` of friction.
     ///
     /// # Errors
     /// Names the field, its value and the admissible range.
     pub fn validate_beyond(&self, play: f64, law: ControlLaw, drop: f64) -> Result<(), ConfigError> {
-        let has_play = self.free_play != [0.0, 0.0];
+        let has_play = self.backlash != [0.0, 0.0];
         let expected = "[0, 0] with an input-output linearising controller";
-        require(!has_play || law == ControlLaw::Pd, "free_play", format!("{:?}", self.free_play), expected)?;
-        range("free_play", self.free_play, [0.0, MOST_PLAY - play])?;
+        require(!has_play || law == ControlLaw::Pd, "backlash", format!("{:?}", self.backlash), expected)?;
+        range("backlash", self.backlash, [0.0, MOST_PLAY - play])?;
         range("stribeck", self.stribeck, [0.0, 1.0 - drop])
     }
 
@@ -131,8 +132,8 @@ impl Randomization {
         let friction = Vector2::new(friction, friction * factor(self.anisotropy));
         let (mass, torque_limit) = (factor(self.mass), factor(self.torque_limit));
         let delay = factor(self.reference_delay);
-        let (free_play, stribeck) = (factor(self.free_play), factor(self.stribeck));
-        EpisodeParameters { parameters: PlantParameters { friction, mass, torque_limit, free_play, stribeck }, delay }
+        let (backlash, stribeck) = (factor(self.backlash), factor(self.stribeck));
+        EpisodeParameters { parameters: PlantParameters { friction, mass, torque_limit, backlash, stribeck }, delay }
     }
 
     /// The pegs as the robot locates them, each off by a vector uniform in a disc.
@@ -176,7 +177,7 @@ mod tests {
             mass: [0.9, 1.1],
             torque_limit: [0.5, 1.0],
             reference_delay: [0.05, 0.15],
-            free_play: [0.02, 0.1],
+            backlash: [0.02, 0.1],
             stribeck: [0.1, 0.4],
             ..Randomization::default()
         };
@@ -193,7 +194,7 @@ mod tests {
         spans(|drawn| drawn.parameters.mass, ranges.mass);
         spans(|drawn| drawn.parameters.torque_limit, ranges.torque_limit);
         spans(|drawn| drawn.delay, ranges.reference_delay);
-        spans(|drawn| drawn.parameters.free_play, ranges.free_play);
+        spans(|drawn| drawn.parameters.backlash, ranges.backlash);
         spans(|drawn| drawn.parameters.stribeck, ranges.stribeck);
     }
 
@@ -208,7 +209,7 @@ mod tests {
             ("reference_delay", Randomization { reference_delay: [0.0, 6.0], ..good }),
             ("reference_rate", Randomization { reference_rate: Some(21.0), ..good }),
             ("peg_error", Randomization { peg_error: -0.1, ..good }),
-            ("free_play", Randomization { free_play: [0.1, 2.0], ..good }),
+            ("backlash", Randomization { backlash: [0.1, 2.0], ..good }),
             ("stribeck", Randomization { stribeck: [-0.1, 0.5], ..good }),
         ];
         for (field, randomization) in cases {

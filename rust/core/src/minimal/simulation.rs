@@ -58,7 +58,7 @@ impl MinimalSimulation {
     pub fn new(config: &MinimalConfig) -> Result<Self, ConfigError> {
         let robot = Robot::new(&config.robot).map_err(|e| e.inside("robot"))?;
         let on = (ModelName::Minimal, config.integrator.method());
-        Feature::Backlash.require(on, robot.free_play != 0.0, "robot.free_play", robot.free_play)?;
+        Feature::Backlash.require(on, robot.backlash != 0.0, "robot.backlash", robot.backlash)?;
         config.ground.validate().map_err(|e| e.inside("scene"))?;
         config.controller.validate().map_err(|e| e.inside("controller"))?;
         config.integrator.validate().map_err(|e| e.inside("integrator"))?;

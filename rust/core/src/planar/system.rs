@@ -50,7 +50,7 @@ impl PlanarSystem {
 
     /// Backlash of the joints of a robot of the fleet \[rad\].
     pub fn backlash(&self, parameters: &PlantParameters) -> f64 {
-        self.robot.free_play + parameters.free_play
+        self.robot.backlash + parameters.backlash
     }
 
     pub fn stribeck(&self) -> Stribeck {

@@ -46,7 +46,7 @@ impl SpatialSystem {
 
     /// Backlash of the joints of a robot of the fleet \[rad\].
     pub fn backlash(&self, parameters: &PlantParameters) -> f64 {
-        self.robot.free_play + parameters.free_play
+        self.robot.backlash + parameters.backlash
     }
 
     /// tau_C = (yaw, pitch) of a joint from its angles and rates (T 4.101), (T 4.102), within the limit at `time`

@@ -1,4 +1,4 @@
-//! Free play between the motors and the joints of a stage's robots (T 7.5.4).
+//! Backlash between the motors and the joints of a stage's robots (T 7.5.4).
 //!
 //! A motor is at phi_m behind its gear, a joint at phi; e = phi - phi_m lies within half the play, `|e| <= d / 2`.
 //! Inside the play no torque passes, at its ends a unilateral one: the torque D on the joint obeys `-D in N_C(e)`, C =

@@ -12,8 +12,8 @@ pub struct PlantParameters {
     pub friction: Vector2<f64>,
     /// Largest torque of a joint.
     pub torque_limit: f64,
-    /// Free play of the joints beyond the plant's \[rad\].
-    pub free_play: f64,
+    /// Backlash of the joints beyond the plant's \[rad\].
+    pub backlash: f64,
     /// Drop of friction in sliding beyond the plant's, see [`crate::laws::Stribeck`].
     pub stribeck: f64,
 }
@@ -21,6 +21,6 @@ pub struct PlantParameters {
 impl Default for PlantParameters {
     fn default() -> Self {
         let friction = Vector2::new(1.0, 1.0);
-        Self { mass: 1.0, friction, torque_limit: 1.0, free_play: 0.0, stribeck: 0.0 }
+        Self { mass: 1.0, friction, torque_limit: 1.0, backlash: 0.0, stribeck: 0.0 }
     }
 }

@@ -85,7 +85,7 @@ fn a_positive_offset_turns_the_head_right_and_a_negative_one_left() {
 }
 
 #[test]
-fn a_failed_episode_says_why() {
+fn a_failed_episode_has_a_reason() {
     let mut run = Run::new(&EnvConfig { corridor_half_width: 0.1, ..config(Task::FREE) }, 0);
     let outcome = run.hold(&[0.0, 0.5, 0.0, 0.5], 600);
     assert!(outcome.terminated && run.environment.summary().left_corridor);

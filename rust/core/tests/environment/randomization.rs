@@ -22,7 +22,7 @@ fn everything() -> Randomization {
         reference_delay: [0.05, 0.15],
         noise: NoiseConfig { joint_angle: 0.01, velocity: 0.05, heading: 0.01, ..NoiseConfig::default() },
         peg_error: 0.02,
-        free_play: [0.0, 0.08],
+        backlash: [0.0, 0.08],
         stribeck: [0.0, 0.3],
     }
 }
@@ -76,9 +76,9 @@ fn a_factor_on_the_torque_limit_is_a_weaker_motor() {
 }
 
 #[test]
-fn free_play_drawn_is_a_looser_robot() {
-    let loose = |config: &mut EnvConfig| config.robot.free_play = 0.08;
-    assert_same_motion(Randomization { free_play: [0.08; 2], ..Randomization::default() }, loose);
+fn drawn_backlash_is_that_of_a_looser_robot() {
+    let loose = |config: &mut EnvConfig| config.robot.backlash = 0.08;
+    assert_same_motion(Randomization { backlash: [0.08; 2], ..Randomization::default() }, loose);
 }
 
 #[test]
@@ -90,7 +90,7 @@ fn a_drop_of_friction_drawn_is_another_ground() {
 /// What is drawn comes on top, within what there can be, and where the system can have it.
 #[test]
 fn play_and_drops_that_no_plant_can_have_are_refused_by_name() {
-    let play = Randomization { free_play: [0.0, 0.1], ..Randomization::default() };
+    let play = Randomization { backlash: [0.0, 0.1], ..Randomization::default() };
     let drop = Randomization { stribeck: [0.0, 0.5], ..Randomization::default() };
     let refused = |randomization, change: fn(&mut EnvConfig)| {
         let mut config = field(randomization);
@@ -100,9 +100,9 @@ fn play_and_drops_that_no_plant_can_have_are_refused_by_name() {
     for change in [
         (|config| config.controller.law = ControlLaw::Io) as fn(&mut EnvConfig),
         |config| config.integrator = ThesisConfig::default().into(),
-        |config| config.robot.free_play = 1.5,
+        |config| config.robot.backlash = 1.5,
     ] {
-        assert_eq!(refused(play, change), "randomization.free_play");
+        assert_eq!(refused(play, change), "randomization.backlash");
     }
     for change in [(|config| config.stribeck.drop = 0.6) as fn(&mut EnvConfig), |config| {
         config.integrator = ThesisConfig::default().into();
@@ -116,8 +116,8 @@ fn play_and_drops_that_no_plant_can_have_are_refused_by_name() {
 fn discrepancies_in_3d_need_the_implicit_method() {
     for (change, field) in [
         ((|config| config.stribeck.drop = 0.1) as fn(&mut EnvConfig), "stribeck.drop"),
-        (|config| config.robot.free_play = 0.1, "robot.free_play"),
-        (|config| config.randomization.free_play = [0.0, 0.1], "randomization.free_play"),
+        (|config| config.robot.backlash = 0.1, "robot.backlash"),
+        (|config| config.randomization.backlash = [0.0, 0.1], "randomization.backlash"),
         (|config| config.randomization.stribeck = [0.0, 0.1], "randomization.stribeck"),
     ] {
         let mut config = EnvConfig { model: ModelKind::Spatial, task: Task::COURSE, ..EnvConfig::default() };

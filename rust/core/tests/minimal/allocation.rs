@@ -8,7 +8,7 @@ use snake_test_support::minimal::{default_config, io_for_period, soft_start, str
 use snake_test_support::allocation::REQUESTS;
 
 #[test]
-fn an_implicit_step_asks_for_no_memory() {
+fn an_implicit_step_does_not_allocate() {
     let limited = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::io() };
     let held = ControllerConfig { treatment: Treatment::Step, ..io_for_period(0.02) };
     let cases = [(ControllerConfig::minimal_pd(), 0.0), (ControllerConfig::io(), 0.0), (limited, 0.0), (held, 1e-5)];

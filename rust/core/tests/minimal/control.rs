@@ -264,7 +264,7 @@ fn noisy(seed: u64, method: Method, treatment: Treatment) -> Vec<f64> {
 
 /// As in the thesis; noise has no meaning between measurements.
 #[test]
-fn noise_is_measured_every_quarter_of_a_millisecond_unless_told_otherwise() {
+fn noise_is_measured_every_quarter_of_a_millisecond_by_default() {
     let sampled = Treatment::Period(2.5e-4);
     assert_eq!(noisy(1, Method::Implicit, Treatment::Implicit), noisy(1, Method::Implicit, sampled));
 }

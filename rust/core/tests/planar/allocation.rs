@@ -12,7 +12,7 @@ use snake_test_support::allocation::REQUESTS;
 /// One warm-up sizes what depends on the pegs; after it, neither stepping with its events, nor placing
 /// the robot again, nor changing to a field of no more pegs asks for memory.
 #[test]
-fn a_step_asks_for_no_memory() {
+fn a_step_does_not_allocate() {
     let course = table_7_5();
     let free = ground([0.2, 0.5]);
     let wave = Wave::default();
@@ -36,11 +36,11 @@ fn a_step_asks_for_no_memory() {
     }
 }
 
-/// Neither do free play and falling friction.
+/// Neither do backlash and falling friction.
 #[test]
 fn nor_does_a_step_of_a_loose_robot() {
     let wave = Wave::default();
-    let robot = RobotConfig { free_play: 0.07, ..RobotConfig::default() };
+    let robot = RobotConfig { backlash: 0.07, ..RobotConfig::default() };
     let scene = SceneConfig { stribeck: Stribeck { drop: 0.3, speed: 0.02 }, ..table_7_5() };
     for integrator in [implicit(1e-2, 1), implicit(1e-2, 2)] {
         let mut simulation = build(&robot, &scene, &ControllerConfig::default(), &integrator);

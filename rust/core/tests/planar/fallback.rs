@@ -97,7 +97,7 @@ fn pinched(offset: f64) -> Stage {
 /// No velocity moves a link away from both sides. The penetration stays, the impulses stay small, and the
 /// certificate of the stage as it was asked for tells of the opening that did not happen.
 #[test]
-fn contacts_that_contradict_each_other_are_eased_and_reported() {
+fn contacts_that_contradict_each_other_are_relaxed_and_reported() {
     let stage = pinched(-0.2);
     let mut solution = empty(&stage);
     let (_, closing) = Fallback::new(2).solve_hard(&stage, &mut solution, 1e-8);

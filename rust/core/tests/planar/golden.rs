@@ -198,7 +198,7 @@ fn dense_gauss_seidel_finds_the_same_velocities_where_it_arrives() {
 }
 
 #[test]
-fn contradictory_stages_are_eased() {
+fn contradictory_stages_are_relaxed() {
     for golden in golden().into_iter().filter(|golden| CONTRADICTORY.contains(&golden.name.as_str())) {
         let stage = &golden.stage;
         let mut solution = cold(stage);

@@ -2,13 +2,13 @@
 
 mod actuation_laws;
 mod allocation;
+mod backlash_laws;
 mod chain_sweep;
 mod conservation_laws;
 mod contact_geometry;
 mod convergence;
 mod fallback;
 mod fleet_lanes;
-mod free_play_laws;
 mod friction_laws;
 mod golden;
 mod impact_laws;

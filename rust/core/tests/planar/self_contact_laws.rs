@@ -193,7 +193,7 @@ fn a_robot_that_does_not_touch_itself_moves_as_without_self_contact() {
 }
 
 #[test]
-fn touching_itself_asks_for_no_memory() {
+fn self_contact_does_not_allocate() {
     let (mut simulation, _) = coil(&solid(11));
     let before = REQUESTS.get();
     for _ in 0..50 {

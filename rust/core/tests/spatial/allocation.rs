@@ -12,7 +12,7 @@ use snake_test_support::allocation::REQUESTS;
 
 /// One warm-up sizes what depends on the pegs; after it neither stepping nor placing the robot asks for memory.
 #[test]
-fn a_step_asks_for_no_memory() {
+fn a_step_does_not_allocate() {
     for integrator in [thesis(2.5e-4, 2e-5), implicit(0.01, 1), implicit(0.01, 2)] {
         for (mut simulation, gait) in [(on_course(&integrator), undulation()), (straight(&integrator), sidewinding())] {
             let start = simulation.state().clone();
@@ -28,7 +28,7 @@ fn a_step_asks_for_no_memory() {
 
 /// On rough ground many stages are left to the fallback.
 #[test]
-fn a_step_that_takes_the_fallback_asks_for_no_memory() {
+fn a_step_that_takes_the_fallback_does_not_allocate() {
     let rough = SceneConfig { friction: [2.0, 2.0], ..table_7_5() };
     let posture: Vec<_> = (0..10).map(|j| Vector2::new(0.4 * (f64::from(j) * 1.7).sin(), 0.0)).collect();
     let mut simulation = lying(&rough, [5.0, 0.0, 0.3], &posture, &implicit(0.01, 2));
@@ -41,7 +41,7 @@ fn a_step_that_takes_the_fallback_asks_for_no_memory() {
 
 /// Robots side by side, of which all but one are among pegs; some steps are divided.
 #[test]
-fn a_step_of_a_fleet_asks_for_no_memory() {
+fn a_step_of_a_fleet_does_not_allocate() {
     let config = implicit_options(0.025, 2);
     let start = on_course(&config.into());
     let system = start.system();

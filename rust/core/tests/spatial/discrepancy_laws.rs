@@ -141,7 +141,7 @@ fn a_robot_slides_farther_with_the_stribeck_effect() {
 fn no_torque_passes_within_the_backlash() {
     let (play, rate) = (0.1, 0.5);
     for axis in 0..2 {
-        let config = RobotConfig { links: 2, free_play: play, gravity: 1e-9, ..RobotConfig::default() };
+        let config = RobotConfig { links: 2, backlash: play, gravity: 1e-9, ..RobotConfig::default() };
         let pd = ControllerConfig::default();
         let mut simulation =
             SpatialSimulation::new(&config, &ground([0.0; 2]), &pd, &implicit(0.01, 2)).expect("admissible");
@@ -173,14 +173,14 @@ fn no_torque_passes_within_the_backlash() {
         }
         assert!(most > 0.5 * play && most < 0.5 * play + 0.01, "{most} rad");
         let mut tight = SpatialSimulation::new(
-            &RobotConfig { free_play: 0.0, ..config },
+            &RobotConfig { backlash: 0.0, ..config },
             &ground([0.0; 2]),
             &pd,
             &implicit(0.01, 2),
         )
         .expect("admissible");
         tight.place(&state);
-        tight.body_mut().parameters.free_play = play;
+        tight.body_mut().parameters.backlash = play;
         tight.advance(0.08, &still());
         tight.advance(0.01, &still());
         assert!(angle(&tight).abs() > 0.4 * play, "the robot's own play counts the same");
@@ -204,7 +204,7 @@ fn discrepancies_of_neighbours_do_not_matter() {
                     mass: 1.0 + 0.1 * x,
                     friction: Vector2::new(1.0 - 0.05 * x, 1.0 + 0.2 * x),
                     torque_limit: 1.0 - 0.05 * x,
-                    free_play: 0.01 * f64::from(k % 3),
+                    backlash: 0.01 * f64::from(k % 3),
                     stribeck: 0.1 * f64::from(k % 4),
                 };
                 robot

@@ -19,7 +19,7 @@ fn random_joint(random: &mut Random) -> [(Link, Pose); 2] {
     let robot = Robot {
         links: vec![near, far],
         gravity: 9.81,
-        free_play: 0.0,
+        backlash: 0.0,
         self_contact: false,
         joint_limit: f64::INFINITY,
         broken: Vec::new(),

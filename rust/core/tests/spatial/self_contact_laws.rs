@@ -340,7 +340,7 @@ fn the_width_of_the_registers_does_not_matter_where_robots_touch_themselves() {
 }
 
 #[test]
-fn touching_itself_asks_for_no_memory() {
+fn self_contact_does_not_allocate() {
     let to = Bend { yaw: 1.2, pitch: 0.15 };
     let (mut simulation, _) = coil(&solid(11), to, 0.0, 100);
     let before = REQUESTS.get();

@@ -226,7 +226,7 @@ fn strong_friction_under_many_contacts_is_solved_by_the_fallback() {
 
 /// A contact that cannot open as fast as another asks closes neither; the fallback leaves penetrations where they are.
 #[test]
-fn contradicting_pegs_are_eased() {
+fn contradicting_pegs_are_relaxed() {
     let mut random = Random::new(2);
     let mut stage = chain(&mut random, 3, 0.1, 0.0);
     for sign in [1.0, -1.0] {
@@ -240,7 +240,7 @@ fn contradicting_pegs_are_eased() {
 }
 
 #[test]
-fn the_judge_sees_every_law_broken() {
+fn the_judge_reports_every_broken_law() {
     let mut random = Random::new(7);
     let stage = moving(&mut random, 5);
     let good = solve(&stage, &blank(&stage), 1e-9);

@@ -96,7 +96,7 @@ fn the_iteration_ends_where_the_judge_is_satisfied() {
 }
 
 #[test]
-fn the_judge_sees_every_kind_of_error() {
+fn the_judge_reports_every_kind_of_error() {
     let mut random = Random::new(62);
     let (step, mut solution) = random_step(&mut random, 6, 3);
     ModifiedNewton::new(6).solve(&step, &mut solution, R, 1e-11, 200_000);

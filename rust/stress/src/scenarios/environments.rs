@@ -253,7 +253,7 @@ where
         };
         figures.steps += ROWS as u64;
         for row in 0..ROWS {
-            let (unconverged, residual) = (signal("misses", row), signal("residual", row));
+            let (unconverged, residual) = (signal("unconverged", row), signal("residual", row));
             figures.unconverged += unconverged as u64;
             figures.fallbacks += signal("fallbacks", row) as u64;
             figures.iterations += signal("iterations", row) as u64;

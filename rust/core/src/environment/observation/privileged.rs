@@ -27,13 +27,13 @@ impl<M: RobotModel> BlockRow<M> {
             description: "what the episode has drawn about the robot: factors on the mass and on the largest torque, minus \
                           1, and the backlash and Stribeck drop in addition to the configured ones",
             present: |_| true,
-            elements: |_| named(&[even("mass"), even("torque_limit"), even("free_play"), even("stribeck")]),
+            elements: |_| named(&[even("mass"), even("torque_limit"), even("backlash"), even("stribeck")]),
             scale: |_| 1.0,
             bound: 10.0,
             memory: false,
             read: |view, values| {
                 let drawn = &view.model.simulation().body().parameters;
-                values.copy_from_slice(&[drawn.mass - 1.0, drawn.torque_limit - 1.0, drawn.free_play, drawn.stribeck]);
+                values.copy_from_slice(&[drawn.mass - 1.0, drawn.torque_limit - 1.0, drawn.backlash, drawn.stribeck]);
             },
         },
         BlockRow {

@@ -20,7 +20,7 @@ pub struct Placement {
     robot: Robot,
     /// The drawn ones.
     pub pegs: Vec<Peg>,
-    /// The obstacles of a scene that is told, which replace them.
+    /// The obstacles of a prescribed scene, which replace them.
     scene: Option<Arc<PegGrid>>,
     /// Workspace: the pegs in a grid.
     grid: PegGrid,
@@ -43,12 +43,12 @@ impl Placement {
         }
     }
 
-    /// Begins an episode in a scene that is told, or whose pegs are drawn.
+    /// Begins an episode in a prescribed scene, or whose pegs are drawn.
     pub fn set_scene(&mut self, scene: Option<Arc<PegGrid>>) {
         self.scene = scene;
     }
 
-    /// The scene that was told.
+    /// The prescribed scene.
     pub fn scene(&self) -> Option<&Arc<PegGrid>> {
         self.scene.as_ref()
     }
@@ -70,7 +70,7 @@ impl Placement {
         self.lay_flat(start);
     }
 
-    /// Puts the robot flat, straight or bent as told, CG and absolute angle of link 1 as at `start`.
+    /// Puts the robot flat, straight or bent as prescribed, CG and absolute angle of link 1 as at `start`.
     pub fn assemble_posture(&mut self, start: &Start, joint_angle: &[f64]) {
         self.joint_angle.copy_from_slice(joint_angle);
         self.lay_flat(start);
@@ -128,7 +128,7 @@ impl Placement {
         }
     }
 
-    /// Smallest gap between the robot and any obstacle of the episode; of those of a scene that is told only the ones
+    /// Smallest gap between the robot and any obstacle of the episode; of those of a prescribed scene only the ones
     /// in reach count \[m\].
     pub fn smallest_gap(&self) -> f64 {
         match &self.scene {

@@ -55,7 +55,7 @@ impl ScenarioSampler {
         &self.placement.pegs
     }
 
-    /// The obstacles of the last episode, if they were told.
+    /// The obstacles of the last episode, if they were prescribed.
     pub fn scene(&self) -> Option<&Arc<PegGrid>> {
         self.placement.scene()
     }

@@ -1,4 +1,4 @@
-//! Episodes that are told where they take place instead of drawing it.
+//! Episodes whose scene, start or goal is prescribed instead of drawn.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ use crate::robot::Robot;
 use super::placement::CLEARANCE;
 use super::{EpisodeStart, Placement, Scenario};
 
-/// What an episode is told; the family of scenes draws what is absent.
+/// What is prescribed for an episode; the family of scenes draws what is absent.
 #[derive(Debug, Clone, Default)]
 pub struct World {
     pub obstacles: Option<Arc<PegGrid>>,

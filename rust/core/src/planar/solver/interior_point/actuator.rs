@@ -4,7 +4,7 @@ use super::actuator_bounds::ActuatorBounds;
 
 /// The law of a joint's actuator, or one of its two halves, as a bounded linear law.
 ///
-/// With free play, `clamp(shrink(y, slack), limit) = clamp(y - slack, 0, limit) + clamp(y + slack, -limit, 0)`: one
+/// With backlash, `clamp(shrink(y, slack), limit) = clamp(y - slack, 0, limit) + clamp(y + slack, -limit, 0)`: one
 /// half for either end of the play. Each becomes symmetric by half its limit, which the other half takes back.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BoundedActuator {

@@ -1,4 +1,4 @@
-//! Free play of the joints: what a robot does within it, at its ends, and beyond.
+//! Backlash of the joints: what a robot does within it, at its ends, and beyond.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -19,7 +19,7 @@ use snake_test_support::planar_stage::{self as dense, Kind};
 const PLAY: f64 = 4.0 * std::f64::consts::PI / 180.0;
 
 fn loose(count: usize) -> RobotConfig {
-    RobotConfig { free_play: PLAY, ..links(count) }
+    RobotConfig { backlash: PLAY, ..links(count) }
 }
 
 /// The implicit methods, with steps that resolve what a motor does.
@@ -239,7 +239,7 @@ fn crowd(system: &PlanarSystem, count: usize) -> Vec<Scripted<Wave>> {
         let wave = Wave { omega: 1.0 + 0.2 * k as f64, ..Wave::default() };
         let angles = snake_test_support::planar::posture(&wave, 10);
         let mut robot = Scripted::new(&system.robot, PegGrid::new(&pegs), START_7_5, &angles, wave);
-        robot.body.parameters = PlantParameters { free_play: 0.02 * (k % 4) as f64, ..PlantParameters::default() };
+        robot.body.parameters = PlantParameters { backlash: 0.02 * (k % 4) as f64, ..PlantParameters::default() };
         robot
     };
     (0..count).map(one).collect()
@@ -301,7 +301,7 @@ fn a_restored_robot_goes_on_bit_for_bit() {
 #[test]
 fn long_steps_follow_short_ones() {
     let stribeck = Stribeck { drop: 0.3, speed: 0.02 };
-    let robot = RobotConfig { free_play: 5f64.to_radians(), ..RobotConfig::default() };
+    let robot = RobotConfig { backlash: 5f64.to_radians(), ..RobotConfig::default() };
     let course = SceneConfig { stribeck, ..snake_test_support::planar::table_7_5() };
     let open = SceneConfig { friction: [0.2, 0.5], stribeck, ..SceneConfig::default() };
     for (name, scene, start) in
@@ -323,15 +323,15 @@ fn long_steps_follow_short_ones() {
 
 /// The printed scheme has no stages, and an input-output linearising controller no motor angle.
 #[test]
-fn who_cannot_have_play_says_so() {
+fn backlash_is_refused_where_unsupported() {
     let refused = |pd: ControllerConfig, scheme: IntegratorConfig| {
         PlanarSimulation::new(&loose(4), &ground([0.2, 0.2]), &pd, &scheme).unwrap_err().field
     };
-    assert_eq!(refused(ControllerConfig::default(), snake_test_support::planar::thesis(1e-3, 1e-9)), "robot.free_play");
+    assert_eq!(refused(ControllerConfig::default(), snake_test_support::planar::thesis(1e-3, 1e-9)), "robot.backlash");
     let io = ControllerConfig { law: ControlLaw::Io, ..ControllerConfig::default() };
-    assert_eq!(refused(io, IntegratorConfig::default()), "robot.free_play");
+    assert_eq!(refused(io, IntegratorConfig::default()), "robot.backlash");
     for play in [-0.1, 2.0, f64::NAN] {
-        let error = Robot::new(&RobotConfig { free_play: play, ..RobotConfig::default() }).unwrap_err();
-        assert_eq!(error.field, "free_play");
+        let error = Robot::new(&RobotConfig { backlash: play, ..RobotConfig::default() }).unwrap_err();
+        assert_eq!(error.field, "backlash");
     }
 }
