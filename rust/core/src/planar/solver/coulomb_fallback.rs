@@ -1,0 +1,72 @@
+//! Fallback for a stage with friction at obstacles, which is no optimisation problem: the coupled Newton iteration from
+//! what the lanes left, from free motion, and by continuation from soft contacts.
+
+use crate::planar::{Stage, StageSolution, certify};
+use crate::solver::{CoupledStage, residual_limit};
+
+use super::coulomb_newton::CoulombNewton;
+
+/// Workspace of the fallback, for one robot.
+#[derive(Debug, Clone)]
+pub(super) struct CoulombFallback {
+    newton: CoulombNewton,
+    trial: StageSolution,
+}
+
+impl CoulombFallback {
+    pub fn new(links: usize) -> Self {
+        Self { newton: CoulombNewton::new(links), trial: StageSolution::new(links) }
+    }
+
+    /// Tries one method after the other and keeps the best solution in `solution`. Returns linear solves and whether the
+    /// certificate accepts it.
+    pub fn close(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, bool) {
+        let (limit, mut solves) = (residual_limit(tolerance), 0);
+        let mut best = residual(stage, solution);
+        for method in [Self::near_the_lanes, Self::from_free_motion, Self::by_continuation] {
+            solution.copy_lane(stage, 0, &mut self.trial);
+            solves += method(self, stage, tolerance);
+            let reached = residual(stage, &self.trial);
+            if reached < best {
+                best = reached;
+                self.trial.copy_lane(stage, 0, solution);
+            }
+            if best <= limit {
+                break;
+            }
+        }
+        (solves, best <= limit)
+    }
+
+    fn near_the_lanes(&mut self, stage: &Stage, tolerance: f64) -> u32 {
+        self.newton.solve(stage, &mut self.trial, tolerance).0
+    }
+
+    fn from_free_motion(&mut self, stage: &Stage, tolerance: f64) -> u32 {
+        self.start_from_free_motion(stage);
+        self.near_the_lanes(stage, tolerance)
+    }
+
+    fn by_continuation(&mut self, stage: &Stage, tolerance: f64) -> u32 {
+        self.start_from_free_motion(stage);
+        self.newton.continuation(stage, &mut self.trial, tolerance).0
+    }
+
+    /// The reference velocity without impulses.
+    fn start_from_free_motion(&mut self, stage: &Stage) {
+        let StageSolution { twist, friction, actuator, contact, contact_friction, pair } = &mut self.trial;
+        for (twist, link) in twist.iter_mut().zip(&stage.links) {
+            *twist = link.reference;
+        }
+        friction.iter_mut().for_each(|impulse| impulse.fill(0.0));
+        for impulses in [actuator, contact, contact_friction, pair] {
+            impulses.fill(0.0);
+        }
+    }
+}
+
+/// Infinite where it is not a number \[m/s\].
+fn residual(stage: &Stage, solution: &StageSolution) -> f64 {
+    let residual = certify(stage, solution).residual();
+    if residual.is_nan() { f64::INFINITY } else { residual }
+}
