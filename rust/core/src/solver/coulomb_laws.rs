@@ -70,6 +70,11 @@ impl UnilateralLaw {
     pub fn move_along(&mut self, fraction: f64) {
         self.impulse = self.start + self.step * fraction;
     }
+
+    /// Visits the impulse with its step.
+    pub fn visit(&mut self, mut visitor: impl FnMut(&mut f64, f64)) {
+        visitor(&mut self.impulse, self.step);
+    }
 }
 
 /// Change of a friction impulse with which the linearised law holds.

@@ -90,7 +90,7 @@ pub(crate) trait CoupledStage {
 
 /// Solves the problem with the compliance, which selects the impulses, and then moves the centres to them, with less
 /// compliance, until its effect is negligible.
-fn close(stage: &mut (impl CoupledStage + ?Sized)) -> (u32, bool) {
+pub(crate) fn close(stage: &mut (impl CoupledStage + ?Sized)) -> (u32, bool) {
     let (mut solves, mut solved) = converge(stage);
     stage.form().compliance *= STIFFER;
     for _ in 0..MOST_CENTRES {
@@ -105,7 +105,7 @@ fn close(stage: &mut (impl CoupledStage + ?Sized)) -> (u32, bool) {
 }
 
 /// Newton's method until the defects vanish. Returns the linear solves and whether they did.
-fn converge(stage: &mut (impl CoupledStage + ?Sized)) -> (u32, bool) {
+pub(crate) fn converge(stage: &mut (impl CoupledStage + ?Sized)) -> (u32, bool) {
     let mut here = stage.defects();
     let mut recent = [here.energy; MEMORY];
     for solves in 0..MAX_ITERATIONS {

@@ -11,7 +11,7 @@ mod ray_search;
 
 pub(crate) use augmented_lagrangian::{LawForm, NewtonStep, StageProblem, Tuning, solve};
 pub(crate) use coulomb_laws::{CoulombForm, DiscTangent, UnilateralLaw};
-pub(crate) use coulomb_newton::{CoupledStage, Defect};
+pub(crate) use coulomb_newton::{CoupledStage, Defect, close, converge};
 pub(crate) use friction_term::FrictionTerm;
 pub(crate) use low_rank::{Coupling, EliminatedChain, LinkStep, LowRank};
 pub use outcome::{Outcome, RESIDUAL_LIMIT, SolveStatus, is_unsolved, residual_limit};

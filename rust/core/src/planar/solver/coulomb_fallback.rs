@@ -1,21 +1,25 @@
 //! Fallback for a stage with friction at obstacles, which is no optimisation problem: the coupled Newton iteration from
-//! what the lanes left, from free motion, and by continuation from soft contacts.
+//! what the lanes left, from free motion, and along the path on which friction at obstacles grows.
 
+use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
 use crate::planar::{Stage, StageSolution, certify};
 use crate::solver::{CoupledStage, residual_limit};
 
 use super::coulomb_newton::CoulombNewton;
+use super::coulomb_path::CoulombPath;
 
 /// Workspace of the fallback, for one robot.
 #[derive(Debug, Clone)]
 pub(super) struct CoulombFallback {
     newton: CoulombNewton,
+    path: CoulombPath,
     trial: StageSolution,
 }
 
 impl CoulombFallback {
     pub fn new(links: usize) -> Self {
-        Self { newton: CoulombNewton::new(links), trial: StageSolution::new(links) }
+        let unknowns = (3 + 2 * PAIRS_PER_LINK + LINK_CONTACTS_PER_LINK) * links + 2;
+        Self { newton: CoulombNewton::new(links), path: CoulombPath::new(unknowns), trial: StageSolution::new(links) }
     }
 
     /// Tries one method after the other and keeps the best solution in `solution`. Returns linear solves and whether the
@@ -23,7 +27,7 @@ impl CoulombFallback {
     pub fn close(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, bool) {
         let (limit, mut solves) = (residual_limit(tolerance), 0);
         let mut best = residual(stage, solution);
-        for method in [Self::near_the_lanes, Self::from_free_motion, Self::by_continuation] {
+        for method in [Self::near_the_lanes, Self::from_free_motion, Self::along_the_path] {
             solution.copy_lane(stage, 0, &mut self.trial);
             solves += method(self, stage, tolerance);
             let reached = residual(stage, &self.trial);
@@ -47,9 +51,9 @@ impl CoulombFallback {
         self.near_the_lanes(stage, tolerance)
     }
 
-    fn by_continuation(&mut self, stage: &Stage, tolerance: f64) -> u32 {
+    fn along_the_path(&mut self, stage: &Stage, tolerance: f64) -> u32 {
         self.start_from_free_motion(stage);
-        self.newton.continuation(stage, &mut self.trial, tolerance).0
+        self.newton.follow(&mut self.path, stage, &mut self.trial, tolerance)
     }
 
     /// The reference velocity without impulses.

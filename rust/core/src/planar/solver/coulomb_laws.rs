@@ -42,6 +42,8 @@ pub(super) struct ContactFrictionLaw {
     pub contact: usize,
     direction: Vector3<f64>,
     coefficient: f64,
+    /// Part of the coefficient that is in force.
+    pub share: f64,
     pub impulse: f64,
     pub centre: f64,
     start: f64,
@@ -107,6 +109,11 @@ impl GroundLaw {
         self.impulse = self.start + self.step * fraction;
     }
 
+    /// Visits the impulse with its step.
+    pub fn visit(&mut self, mut visitor: impl FnMut(&mut f64, f64)) {
+        self.impulse.iter_mut().zip(self.step.iter()).for_each(|(value, step)| visitor(value, *step));
+    }
+
     /// In the link's frame \[N s\].
     pub fn impulse_in_frame(&self) -> Vector2<f64> {
         self.impulse.component_mul(&self.shape)
@@ -147,6 +154,7 @@ impl ContactFrictionLaw {
             contact: friction.contact,
             direction: friction.direction,
             coefficient: friction.coefficient,
+            share: 1.0,
             impulse,
             centre: 0.0,
             start: 0.0,
@@ -167,19 +175,21 @@ impl ContactFrictionLaw {
     }
 
     fn bound(&self, normal: &UnilateralLaw) -> f64 {
-        self.coefficient * normal.impulse.max(0.0)
+        self.share * self.coefficient * normal.impulse.max(0.0)
     }
 
-    /// Linearises the law together with that of its contact.
-    pub fn linearise(&mut self, contact: &ContactLaw, form: &CoulombForm) {
+    /// Linearises the law together with that of its contact, while its share changes by `more`.
+    pub fn linearise(&mut self, contact: &ContactLaw, more: f64, form: &CoulombForm) {
         let bound = self.bound(&contact.law);
         if self.z.abs() <= bound && bound > 0.0 {
             let (constant, slope) = form.opening_tangent(true, self.defect);
             (self.constant, self.slope) = (constant, self.direction * slope);
         } else {
             let (constant, slope) = contact.law.growth(form);
-            let grows = self.coefficient.copysign(self.z);
-            (self.constant, self.slope) = (grows * constant - self.defect, contact.direction * (grows * slope));
+            let grows = self.share * self.coefficient.copysign(self.z);
+            let grown = more * self.coefficient.copysign(self.z) * contact.law.impulse.max(0.0);
+            self.constant = grows * constant + grown - self.defect;
+            self.slope = contact.direction * (grows * slope);
         }
     }
 
@@ -200,6 +210,11 @@ impl ContactFrictionLaw {
 
     pub fn move_along(&mut self, fraction: f64) {
         self.impulse = self.start + self.step * fraction;
+    }
+
+    /// Visits the impulse with its step.
+    pub fn visit(&mut self, mut visitor: impl FnMut(&mut f64, f64)) {
+        visitor(&mut self.impulse, self.step);
     }
 }
 

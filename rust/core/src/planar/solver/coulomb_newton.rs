@@ -4,9 +4,10 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
 use crate::planar::{Stage, StageSolution};
-use crate::solver::{CoulombForm, CoupledStage, Coupling, Defect, EliminatedChain, LawForm, LowRank};
+use crate::solver::{CoulombForm, CoupledStage, Coupling, Defect, EliminatedChain, LawForm, LowRank, close};
 
 use super::coulomb_laws::{ContactFrictionLaw, ContactLaw, GroundLaw, PairLaw, mass_matrix};
+use super::coulomb_path::CoulombPath;
 use super::coulomb_sweep::{Balance, ChainLink};
 use super::newton::TUNING;
 use super::terms::ActuatorTerm;
@@ -22,6 +23,8 @@ pub(super) struct CoulombNewton {
     form: CoulombForm,
     /// Speed below which a defect is no error \[m/s\].
     tolerance: f64,
+    /// Sign of the determinant of the last tangent matrix.
+    orientation: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -58,6 +61,61 @@ impl CoulombNewton {
             low_rank: LowRank::new(links),
             form: CoulombForm { weight: 1.0, compliance: 1.0 },
             tolerance: 0.0,
+            orientation: 1.0,
+        }
+    }
+
+    /// Solves `stage` along the [path](CoulombPath) from near its solution without friction at obstacles.
+    pub fn follow(
+        &mut self,
+        path: &mut CoulombPath,
+        stage: &Stage,
+        solution: &mut StageSolution,
+        tolerance: f64,
+    ) -> u32 {
+        self.load(stage, solution, tolerance);
+        let (solves, has_arrived) = path.follow(self);
+        let (more, solved) = if has_arrived { close(self) } else { (0, false) };
+        if solved {
+            self.write(solution);
+        }
+        solves + more
+    }
+
+    /// Takes friction at obstacles with this share of its coefficients.
+    pub fn set_share(&mut self, share: f64) {
+        self.friction.iter_mut().for_each(|row| row.share = share);
+    }
+
+    /// Sign of the determinant of the tangent matrix of the last step.
+    pub fn orientation(&self) -> f64 {
+        self.orientation
+    }
+
+    /// Visits all unknowns in a fixed order: value, step, and its weight in a length \[m/s\].
+    pub fn visit(&mut self, mut visitor: impl FnMut(&mut f64, f64, f64)) {
+        let (weight, mut turn) = (1.0 / self.form.weight, 0.0);
+        for (i, link) in self.links.iter_mut().enumerate() {
+            let (step, arm) = (link.step, link.half_length);
+            if i == 0 {
+                (0..3).for_each(|axis| visitor(&mut link.twist[axis], step[axis], [1.0, 1.0, arm][axis]));
+            } else {
+                visitor(&mut link.rate, step.z - turn, arm);
+            }
+            turn = step.z;
+            link.ground.visit(|value, step| visitor(value, step, weight));
+        }
+        self.contacts.iter_mut().for_each(|contact| contact.law.visit(|value, step| visitor(value, step, weight)));
+        self.friction.iter_mut().for_each(|row| row.visit(|value, step| visitor(value, step, weight)));
+        self.pairs.iter_mut().for_each(|pair| pair.law.visit(|value, step| visitor(value, step, weight)));
+    }
+
+    /// Twists of links 2..n from that of link 1 and the joint rates.
+    pub fn follow_joints(&mut self) {
+        let mut before = self.links[0].twist;
+        for link in &mut self.links[1..] {
+            link.twist = link.chain.follow(&before, link.rate);
+            before = link.twist;
         }
     }
 
@@ -139,6 +197,37 @@ impl CoulombNewton {
         }
         behind
     }
+
+    /// The Newton step of all velocities and impulses, while the share of friction at obstacles changes by `more`.
+    pub fn find_step_with(&mut self, more: f64) {
+        let form = self.form;
+        self.friction.iter_mut().for_each(|row| row.linearise(&self.contacts[row.contact], more, &form));
+        let Balance { matrix, load } = self.eliminate();
+        let head = matrix.try_inverse().unwrap_or(Matrix3::repeat(f64::NAN));
+        let Self { links, contacts, friction, pairs, low_rank, .. } = self;
+        let mut before = head * load;
+        for (i, link) in links.iter_mut().enumerate() {
+            if i > 0 {
+                before = link.chain.substitute(&before);
+            }
+            (link.start, link.start_rate, link.step) = (link.twist, link.rate, before);
+        }
+        let couplings = pairs.iter().map(|pair| Coupling {
+            links: pair.links,
+            direction: pair.direction,
+            stiffness: -pair.law.tangent(&form).1,
+        });
+        low_rank.correct(couplings, &mut Chain { links, head: &head });
+        let pivots = links.iter().skip(1).map(|link| link.chain.orientation());
+        self.orientation = pivots.product::<f64>() * matrix.determinant().signum() * low_rank.orientation();
+        links.iter_mut().for_each(|link| link.ground.find_step(&link.step, &form));
+        contacts.iter_mut().for_each(|contact| contact.find_step(&links[contact.link].step, &form));
+        friction.iter_mut().for_each(|row| row.find_step(&links[row.link].step));
+        for pair in pairs {
+            let rate = pair.rate(|link| links[link].step);
+            pair.law.find_step(rate, &form);
+        }
+    }
 }
 
 impl CoupledStage for CoulombNewton {
@@ -201,7 +290,7 @@ impl CoupledStage for CoulombNewton {
 
     fn negligible(&self) -> f64 {
         let fastest = self.links.iter().map(|link| link.twist.xy().norm()).fold(0.0, f64::max);
-        NEGLIGIBLE * self.tolerance + ROUND_OFF * fastest
+        NEGLIGIBLE * self.tolerance + ROUND_OFF * (1.0 + fastest)
     }
 
     fn defects(&mut self) -> Defect {
@@ -227,31 +316,7 @@ impl CoupledStage for CoulombNewton {
     }
 
     fn find_step(&mut self) {
-        let form = self.form;
-        self.friction.iter_mut().for_each(|row| row.linearise(&self.contacts[row.contact], &form));
-        let Balance { matrix, load } = self.eliminate();
-        let head = matrix.try_inverse().unwrap_or(Matrix3::repeat(f64::NAN));
-        let Self { links, contacts, friction, pairs, low_rank, .. } = self;
-        let mut before = head * load;
-        for (i, link) in links.iter_mut().enumerate() {
-            if i > 0 {
-                before = link.chain.substitute(&before);
-            }
-            (link.start, link.start_rate, link.step) = (link.twist, link.rate, before);
-        }
-        let couplings = pairs.iter().map(|pair| Coupling {
-            links: pair.links,
-            direction: pair.direction,
-            stiffness: -pair.law.tangent(&form).1,
-        });
-        low_rank.correct(couplings, &mut Chain { links, head: &head });
-        links.iter_mut().for_each(|link| link.ground.find_step(&link.step, &form));
-        contacts.iter_mut().for_each(|contact| contact.find_step(&links[contact.link].step, &form));
-        friction.iter_mut().for_each(|row| row.find_step(&links[row.link].step));
-        for pair in pairs {
-            let rate = pair.rate(|link| links[link].step);
-            pair.law.find_step(rate, &form);
-        }
+        self.find_step_with(0.0);
     }
 
     fn move_along(&mut self, fraction: f64) {
@@ -308,6 +373,6 @@ impl EliminatedChain<f64, Vector3<f64>, Vector3<f64>> for Chain<'_> {
     }
 }
 
-/// Error that is negligible over the tolerance, and over the speed of the fastest link.
-const NEGLIGIBLE: f64 = 1e-3;
-const ROUND_OFF: f64 = 1e-14;
+/// Error that is negligible over the tolerance, and over the speed of the fastest link and 1 m/s.
+const NEGLIGIBLE: f64 = 1e-6;
+const ROUND_OFF: f64 = 1e-13;

@@ -67,6 +67,11 @@ impl ChainLink {
         Balance { matrix: self.carry.tr_mul(&(matrix * self.carry)), load: self.carry_force(&load) }
     }
 
+    /// Sign of the pivot.
+    pub fn orientation(&self) -> f64 {
+        self.inverse.signum()
+    }
+
     /// Repeats the last elimination for another load, without a drive. Returns what remains for the link before, and the
     /// constant for [`Self::substitute_with`].
     pub fn eliminate_load(&self, load: Vector3<f64>) -> (Vector3<f64>, f64) {
