@@ -5,7 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, finite, non_negative, positive, require};
 
-use super::{Heading, Stage, StageContact, StageContactFriction, StageJoint, StageLink, StagePair, StageSolution, Twist};
+use super::{
+    Heading, Stage, StageContact, StageContactFriction, StageJoint, StageLink, StagePair, StageSolution, Twist,
+};
 
 /// A stage with a name. JSON has no infinity: a drive without limit has none in the file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -112,8 +114,11 @@ impl Problem {
             let row = stage.contact_friction.iter().find(|row| row.contact == k);
             row.map(|row| FrictionRow { direction: row.direction, coefficient: row.coefficient })
         };
-        let contact = |(k, c): (usize, &StageContact)| {
-            ContactRow { link: c.link, direction: c.direction, offset: c.offset, friction: friction(k) }
+        let contact = |(k, c): (usize, &StageContact)| ContactRow {
+            link: c.link,
+            direction: c.direction,
+            offset: c.offset,
+            friction: friction(k),
         };
         let pair = |p: &StagePair| PairRow { links: p.links, direction: p.direction, offset: p.offset };
         let real_pairs = stage.pairs.iter().filter(|pair| pair.is_in(0));

@@ -55,9 +55,9 @@ impl UnilateralLaw {
         form.opening_tangent(self.z > 0.0, self.defect)
     }
 
-    /// The same as far as friction grows with the impulse.
-    pub fn growth(&self, form: &CoulombForm) -> (f64, f64) {
-        if self.z > 0.0 || self.impulse > 0.0 { self.tangent(form) } else { (0.0, 0.0) }
+    /// Whether friction grows with the impulse.
+    pub fn carries(&self) -> bool {
+        self.z > 0.0 || self.impulse > 0.0
     }
 
     /// Computes the change of the impulse with that of the velocity.

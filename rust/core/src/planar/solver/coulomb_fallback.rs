@@ -1,5 +1,5 @@
 //! Fallback for a stage with friction at obstacles, which is no optimisation problem: the coupled Newton iteration from
-//! what the lanes left, from free motion, and along the path on which friction at obstacles grows.
+//! what the lanes left, from free motion, and along paths on which friction at obstacles grows.
 
 use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
 use crate::planar::{Stage, StageSolution, certify};
@@ -22,14 +22,18 @@ impl CoulombFallback {
         Self { newton: CoulombNewton::new(links), path: CoulombPath::new(unknowns), trial: StageSolution::new(links) }
     }
 
-    /// Tries one method after the other and keeps the best solution in `solution`. Returns linear solves and whether the
-    /// certificate accepts it.
-    pub fn close(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, bool) {
+    /// Tries one method after the other, `paths` of the last one, and keeps the best solution in `solution`. Returns linear
+    /// solves and whether the certificate accepts it.
+    pub fn close(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64, paths: u32) -> (u32, bool) {
         let (limit, mut solves) = (residual_limit(tolerance), 0);
         let mut best = residual(stage, solution);
-        for method in [Self::near_the_lanes, Self::from_free_motion, Self::along_the_path] {
+        for attempt in 0..2 + paths {
             solution.copy_lane(stage, 0, &mut self.trial);
-            solves += method(self, stage, tolerance);
+            solves += match attempt {
+                0 => self.near_the_lanes(stage, tolerance),
+                1 => self.from_free_motion(stage, tolerance),
+                _ => self.along_a_path(stage, tolerance, attempt - 2),
+            };
             let reached = residual(stage, &self.trial);
             if reached < best {
                 best = reached;
@@ -51,9 +55,9 @@ impl CoulombFallback {
         self.near_the_lanes(stage, tolerance)
     }
 
-    fn along_the_path(&mut self, stage: &Stage, tolerance: f64) -> u32 {
+    fn along_a_path(&mut self, stage: &Stage, tolerance: f64, number: u32) -> u32 {
         self.start_from_free_motion(stage);
-        self.newton.follow(&mut self.path, stage, &mut self.trial, tolerance)
+        self.newton.follow(&mut self.path, number, stage, &mut self.trial, tolerance).0
     }
 
     /// The reference velocity without impulses.

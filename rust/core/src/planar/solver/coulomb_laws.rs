@@ -32,6 +32,17 @@ pub(super) struct ContactLaw {
     pub link: usize,
     direction: Vector3<f64>,
     pub law: UnilateralLaw,
+    pub shift: Shift,
+}
+
+/// A velocity `(1 - s) full` that is added to that of a law, away from the end s = 1 of a
+/// [path](super::coulomb_path).
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Shift {
+    pub full: f64,
+    /// At the present s, and its change over the present step.
+    now: f64,
+    step: f64,
 }
 
 /// Friction of one of these contacts.
@@ -42,8 +53,10 @@ pub(super) struct ContactFrictionLaw {
     pub contact: usize,
     direction: Vector3<f64>,
     coefficient: f64,
-    /// Part of the coefficient that is in force.
-    pub share: f64,
+    /// Part s of the coefficient that is in force, and its change over the present step.
+    share: f64,
+    share_step: f64,
+    pub shift: Shift,
     pub impulse: f64,
     pub centre: f64,
     start: f64,
@@ -120,20 +133,36 @@ impl GroundLaw {
     }
 }
 
+impl Shift {
+    pub fn set_share(&mut self, share: f64) {
+        self.now = (1.0 - share) * self.full;
+    }
+
+    pub fn set_share_step(&mut self, change: f64) {
+        self.step = -change * self.full;
+    }
+}
+
 impl ContactLaw {
     pub fn new(contact: &StageContact, impulse: f64) -> Self {
         let law = UnilateralLaw::new(contact.offset, impulse);
-        Self { link: contact.link, direction: contact.direction, law }
+        Self { link: contact.link, direction: contact.direction, law, shift: Shift::default() }
+    }
+
+    /// Change of the impulse, and the same per velocity, with which the linearised law holds.
+    fn tangent(&self, form: &CoulombForm) -> (f64, f64) {
+        let (constant, slope) = self.law.tangent(form);
+        (constant + slope * self.shift.step, slope)
     }
 
     /// Returns the defect \[N s\].
     pub fn measure(&mut self, twist: &Vector3<f64>, form: &CoulombForm) -> f64 {
-        self.law.measure(self.direction.dot(twist), form)
+        self.law.measure(self.direction.dot(twist) + self.shift.now, form)
     }
 
     /// As [`GroundLaw::add_to`].
     pub fn add_to(&self, balance: &mut Balance, form: &CoulombForm) {
-        let (constant, slope) = self.law.tangent(form);
+        let (constant, slope) = self.tangent(form);
         balance.matrix -= self.direction * (self.direction * slope).transpose();
         balance.load += self.direction * constant;
     }
@@ -143,7 +172,7 @@ impl ContactLaw {
     }
 
     pub fn find_step(&mut self, twist_step: &Vector3<f64>, form: &CoulombForm) {
-        self.law.find_step(self.direction.dot(twist_step), form);
+        self.law.find_step(self.direction.dot(twist_step) + self.shift.step, form);
     }
 }
 
@@ -155,6 +184,8 @@ impl ContactFrictionLaw {
             direction: friction.direction,
             coefficient: friction.coefficient,
             share: 1.0,
+            share_step: 0.0,
+            shift: Shift::default(),
             impulse,
             centre: 0.0,
             start: 0.0,
@@ -168,7 +199,7 @@ impl ContactFrictionLaw {
 
     /// Evaluates the law under its contact's normal impulse; returns the defect \[N s\].
     pub fn measure(&mut self, twist: &Vector3<f64>, normal: &UnilateralLaw, form: &CoulombForm) -> f64 {
-        let slip = self.direction.dot(twist);
+        let slip = self.direction.dot(twist) + self.shift.now;
         self.z = self.impulse - (slip + (self.impulse - self.centre) * form.compliance) * form.weight;
         self.defect = self.impulse - Interval { limit: self.bound(normal) }.project(self.z);
         self.defect
@@ -178,19 +209,32 @@ impl ContactFrictionLaw {
         self.share * self.coefficient * normal.impulse.max(0.0)
     }
 
-    /// Linearises the law together with that of its contact, while its share changes by `more`.
-    pub fn linearise(&mut self, contact: &ContactLaw, more: f64, form: &CoulombForm) {
+    /// Linearises the law together with that of its contact.
+    pub fn linearise(&mut self, contact: &ContactLaw, form: &CoulombForm) {
         let bound = self.bound(&contact.law);
         if self.z.abs() <= bound && bound > 0.0 {
             let (constant, slope) = form.opening_tangent(true, self.defect);
-            (self.constant, self.slope) = (constant, self.direction * slope);
+            (self.constant, self.slope) = (constant + slope * self.shift.step, self.direction * slope);
         } else {
-            let (constant, slope) = contact.law.growth(form);
-            let grows = self.share * self.coefficient.copysign(self.z);
-            let grown = more * self.coefficient.copysign(self.z) * contact.law.impulse.max(0.0);
+            let (constant, slope) = if contact.law.carries() { contact.tangent(form) } else { (0.0, 0.0) };
+            let coefficient = self.coefficient.copysign(self.z);
+            let grows = self.share * coefficient;
+            let grown = self.share_step * coefficient * contact.law.impulse.max(0.0);
             self.constant = grows * constant + grown - self.defect;
             self.slope = contact.direction * (grows * slope);
         }
+    }
+
+    /// Takes the part s of the coefficient.
+    pub fn set_share(&mut self, share: f64) {
+        self.share = share;
+        self.shift.set_share(share);
+    }
+
+    /// Prepares a step over which s changes.
+    pub fn set_share_step(&mut self, change: f64) {
+        self.share_step = change;
+        self.shift.set_share_step(change);
     }
 
     /// As [`GroundLaw::add_to`].

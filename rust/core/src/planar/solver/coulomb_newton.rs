@@ -65,26 +65,35 @@ impl CoulombNewton {
         }
     }
 
-    /// Solves `stage` along the [path](CoulombPath) from near its solution without friction at obstacles.
+    /// Solves `stage` along the [path](CoulombPath) that has this number. Returns linear solves and whether it arrived; if
+    /// not, `solution` is unchanged.
     pub fn follow(
         &mut self,
         path: &mut CoulombPath,
+        number: u32,
         stage: &Stage,
         solution: &mut StageSolution,
         tolerance: f64,
-    ) -> u32 {
+    ) -> (u32, bool) {
         self.load(stage, solution, tolerance);
-        let (solves, has_arrived) = path.follow(self);
+        let (solves, has_arrived) = path.follow(self, number);
         let (more, solved) = if has_arrived { close(self) } else { (0, false) };
         if solved {
             self.write(solution);
         }
-        solves + more
+        (solves + more, solved)
     }
 
-    /// Takes friction at obstacles with this share of its coefficients.
+    /// Velocities that are added to those of contacts and their friction at s = 0.
+    pub fn set_shifts(&mut self, mut normal: impl FnMut(usize) -> f64, mut along: impl FnMut(usize) -> f64) {
+        self.contacts.iter_mut().enumerate().for_each(|(k, contact)| contact.shift.full = normal(k));
+        self.friction.iter_mut().enumerate().for_each(|(k, row)| row.shift.full = along(k));
+    }
+
+    /// Moves to another s.
     pub fn set_share(&mut self, share: f64) {
-        self.friction.iter_mut().for_each(|row| row.share = share);
+        self.contacts.iter_mut().for_each(|contact| contact.shift.set_share(share));
+        self.friction.iter_mut().for_each(|row| row.set_share(share));
     }
 
     /// Sign of the determinant of the tangent matrix of the last step.
@@ -198,10 +207,14 @@ impl CoulombNewton {
         behind
     }
 
-    /// The Newton step of all velocities and impulses, while the share of friction at obstacles changes by `more`.
-    pub fn find_step_with(&mut self, more: f64) {
+    /// The Newton step of all velocities and impulses, while s changes by `change`.
+    pub fn find_step_with(&mut self, change: f64) {
         let form = self.form;
-        self.friction.iter_mut().for_each(|row| row.linearise(&self.contacts[row.contact], more, &form));
+        self.contacts.iter_mut().for_each(|contact| contact.shift.set_share_step(change));
+        for row in &mut self.friction {
+            row.set_share_step(change);
+            row.linearise(&self.contacts[row.contact], &form);
+        }
         let Balance { matrix, load } = self.eliminate();
         let head = matrix.try_inverse().unwrap_or(Matrix3::repeat(f64::NAN));
         let Self { links, contacts, friction, pairs, low_rank, .. } = self;
@@ -290,7 +303,7 @@ impl CoupledStage for CoulombNewton {
 
     fn negligible(&self) -> f64 {
         let fastest = self.links.iter().map(|link| link.twist.xy().norm()).fold(0.0, f64::max);
-        NEGLIGIBLE * self.tolerance + ROUND_OFF * (1.0 + fastest)
+        (NEGLIGIBLE * self.tolerance).max(LEAST) + ROUND_OFF * fastest
     }
 
     fn defects(&mut self) -> Defect {
@@ -373,6 +386,7 @@ impl EliminatedChain<f64, Vector3<f64>, Vector3<f64>> for Chain<'_> {
     }
 }
 
-/// Error that is negligible over the tolerance, and over the speed of the fastest link and 1 m/s.
-const NEGLIGIBLE: f64 = 1e-6;
+/// Error that is negligible: over the tolerance, at least \[m/s\], and over the speed of the fastest link.
+const NEGLIGIBLE: f64 = 1e-5;
+const LEAST: f64 = 1e-11;
 const ROUND_OFF: f64 = 1e-13;

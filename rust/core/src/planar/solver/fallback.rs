@@ -41,24 +41,25 @@ impl Fallback {
     pub fn solve_hard(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, SolveStatus) {
         self.solvers.energy = stage.energy();
         let is_convex = stage.contact_friction.is_empty();
+        let mut offsets =
+            stage.contacts.iter().map(|contact| contact.offset).chain(stage.pairs.iter().map(|pair| pair.offset));
+        let can_relax = offsets.any(|offset| offset < 0.0);
         let (mut solves, closed) = if is_convex {
             self.solvers.close(stage, solution, tolerance)
         } else {
-            self.coulomb.close(stage, solution, tolerance)
+            self.coulomb.close(stage, solution, tolerance, if can_relax { 1 } else { PATHS })
         };
         if closed {
             return (solves, SolveStatus::Solved);
         }
-        let mut offsets =
-            stage.contacts.iter().map(|contact| contact.offset).chain(stage.pairs.iter().map(|pair| pair.offset));
-        if offsets.any(|offset| offset < 0.0) {
+        if can_relax {
             stage.copy_lane(0, &mut self.relaxed);
             self.relaxed.contacts.iter_mut().for_each(|contact| contact.offset = contact.offset.max(0.0));
             self.relaxed.pairs.iter_mut().for_each(|pair| pair.offset = pair.offset.max(0.0));
             let (more, closed) = if is_convex {
                 self.solvers.start_again(&self.relaxed, solution, tolerance)
             } else {
-                self.coulomb.close(&self.relaxed, solution, tolerance)
+                self.coulomb.close(&self.relaxed, solution, tolerance, PATHS)
             };
             solves += more;
             if closed {
@@ -119,6 +120,9 @@ impl Solvers {
         (if is_number { merit } else { f64::INFINITY }, residual)
     }
 }
+
+/// Paths that are tried where a solution exists.
+const PATHS: u32 = 6;
 
 /// Tolerance of a polish, in tolerances, and its Newton steps.
 const POLISH: f64 = 0.01;

@@ -183,7 +183,7 @@ impl PegLaw {
 
     /// Change of the normal impulse, as far as friction grows with it: constant, and slope by the twist.
     pub fn growth(&self, form: &CoulombForm) -> (f64, Vector6<f64>) {
-        let (constant, slope) = self.law.growth(form);
+        let (constant, slope) = if self.law.carries() { self.law.tangent(form) } else { (0.0, 0.0) };
         (constant, self.direction * slope)
     }
 
