@@ -25,6 +25,9 @@ pub(crate) trait CoupledStage {
     type Stage;
     type Solution;
 
+    /// Whether a solution with compliance is kept where one with moved centres is not found.
+    const KEEPS_COMPLIANT: bool;
+
     /// Takes in a stage with the velocities and impulses of `solution` and the compliance of the stiff contacts; the
     /// centres of the laws are zero.
     fn load(&mut self, stage: &Self::Stage, solution: &Self::Solution, tolerance: f64);
@@ -52,10 +55,29 @@ pub(crate) trait CoupledStage {
     fn negligible(&self) -> f64;
 
     /// Solves `stage` from the velocities and impulses in `solution`, to velocities far below `tolerance` \[m/s\].
-    /// Returns the linear solves it took and whether it converged; if not, `solution` is unchanged.
+    /// Returns the linear solves it took and whether it converged; if not, `solution` is unchanged, or the one with
+    /// compliance.
     fn solve(&mut self, stage: &Self::Stage, solution: &mut Self::Solution, tolerance: f64) -> (u32, bool) {
         self.load(stage, solution, tolerance);
-        let (solves, solved) = close(self);
+        self.close(solution)
+    }
+
+    /// Solves the problem with the compliance, which selects the impulses, and then moves the centres to them, with less
+    /// compliance, until its effect is negligible.
+    fn close(&mut self, solution: &mut Self::Solution) -> (u32, bool) {
+        let (mut solves, mut solved) = converge(self);
+        self.form().compliance *= STIFFER;
+        for _ in 0..MOST_CENTRES {
+            if !solved || self.centre_error() * self.form().compliance <= self.negligible() {
+                break;
+            }
+            if Self::KEEPS_COMPLIANT {
+                self.write(solution);
+            }
+            self.recentre();
+            let (more, again) = converge(self);
+            (solves, solved) = (solves + more, again);
+        }
         if solved {
             self.write(solution);
         }
@@ -86,22 +108,6 @@ pub(crate) trait CoupledStage {
         let (more, solved) = self.solve(stage, solution, tolerance);
         (solves + more, solved)
     }
-}
-
-/// Solves the problem with the compliance, which selects the impulses, and then moves the centres to them, with less
-/// compliance, until its effect is negligible.
-pub(crate) fn close(stage: &mut (impl CoupledStage + ?Sized)) -> (u32, bool) {
-    let (mut solves, mut solved) = converge(stage);
-    stage.form().compliance *= STIFFER;
-    for _ in 0..MOST_CENTRES {
-        if !solved || stage.centre_error() * stage.form().compliance <= stage.negligible() {
-            break;
-        }
-        stage.recentre();
-        let (more, again) = converge(stage);
-        (solves, solved) = (solves + more, again);
-    }
-    (solves, solved)
 }
 
 /// Newton's method until the defects vanish. Returns the linear solves and whether they did.

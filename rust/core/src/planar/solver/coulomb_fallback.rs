@@ -22,12 +22,12 @@ impl CoulombFallback {
         Self { newton: CoulombNewton::new(links), path: CoulombPath::new(unknowns), trial: StageSolution::new(links) }
     }
 
-    /// Tries one method after the other, `paths` of the last one, and keeps the best solution in `solution`. Returns linear
-    /// solves and whether the certificate accepts it.
-    pub fn close(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64, paths: u32) -> (u32, bool) {
+    /// Tries one method after the other and keeps the best solution in `solution`. Returns linear solves and whether the
+    /// certificate accepts it.
+    pub fn close(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, bool) {
         let (limit, mut solves) = (residual_limit(tolerance), 0);
         let mut best = residual(stage, solution);
-        for attempt in 0..2 + paths {
+        for attempt in 0..2 + PATHS {
             solution.copy_lane(stage, 0, &mut self.trial);
             solves += match attempt {
                 0 => self.near_the_lanes(stage, tolerance),
@@ -78,3 +78,6 @@ fn residual(stage: &Stage, solution: &StageSolution) -> f64 {
     let residual = certify(stage, solution).residual();
     if residual.is_nan() { f64::INFINITY } else { residual }
 }
+
+/// Paths that are tried.
+const PATHS: u32 = 6;

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
 use crate::planar::{Stage, StageSolution};
-use crate::solver::{CoulombForm, CoupledStage, Coupling, Defect, EliminatedChain, LawForm, LowRank, close};
+use crate::solver::{CoulombForm, CoupledStage, Coupling, Defect, EliminatedChain, LawForm, LowRank};
 
 use super::coulomb_laws::{ContactFrictionLaw, ContactLaw, GroundLaw, PairLaw, mass_matrix};
 use super::coulomb_path::CoulombPath;
@@ -77,10 +77,7 @@ impl CoulombNewton {
     ) -> (u32, bool) {
         self.load(stage, solution, tolerance);
         let (solves, has_arrived) = path.follow(self, number);
-        let (more, solved) = if has_arrived { close(self) } else { (0, false) };
-        if solved {
-            self.write(solution);
-        }
+        let (more, solved) = if has_arrived { self.close(solution) } else { (0, false) };
         (solves + more, solved)
     }
 
@@ -246,6 +243,7 @@ impl CoulombNewton {
 impl CoupledStage for CoulombNewton {
     type Stage = Stage;
     type Solution = StageSolution;
+    const KEEPS_COMPLIANT: bool = true;
 
     fn load(&mut self, stage: &Stage, solution: &StageSolution, tolerance: f64) {
         let mass = stage.links.iter().map(|link| link.mass).sum::<f64>() / stage.links.len() as f64;
@@ -389,4 +387,4 @@ impl EliminatedChain<f64, Vector3<f64>, Vector3<f64>> for Chain<'_> {
 /// Error that is negligible: over the tolerance, at least \[m/s\], and over the speed of the fastest link.
 const NEGLIGIBLE: f64 = 1e-5;
 const LEAST: f64 = 1e-11;
-const ROUND_OFF: f64 = 1e-13;
+const ROUND_OFF: f64 = 1e-8;

@@ -47,7 +47,7 @@ impl Fallback {
         let (mut solves, closed) = if is_convex {
             self.solvers.close(stage, solution, tolerance)
         } else {
-            self.coulomb.close(stage, solution, tolerance, if can_relax { 1 } else { PATHS })
+            self.coulomb.close(stage, solution, tolerance)
         };
         if closed {
             return (solves, SolveStatus::Solved);
@@ -59,7 +59,7 @@ impl Fallback {
             let (more, closed) = if is_convex {
                 self.solvers.start_again(&self.relaxed, solution, tolerance)
             } else {
-                self.coulomb.close(&self.relaxed, solution, tolerance, PATHS)
+                self.coulomb.close(&self.relaxed, solution, tolerance)
             };
             solves += more;
             if closed {
@@ -120,9 +120,6 @@ impl Solvers {
         (if is_number { merit } else { f64::INFINITY }, residual)
     }
 }
-
-/// Paths that are tried where a solution exists.
-const PATHS: u32 = 6;
 
 /// Tolerance of a polish, in tolerances, and its Newton steps.
 const POLISH: f64 = 0.01;

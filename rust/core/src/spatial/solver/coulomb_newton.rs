@@ -92,6 +92,7 @@ impl CoulombNewton {
 impl CoupledStage for CoulombNewton {
     type Stage = Stage;
     type Solution = StageSolution;
+    const KEEPS_COMPLIANT: bool = false;
 
     fn load(&mut self, stage: &Stage, solution: &StageSolution, tolerance: f64) {
         let mass = stage.links.iter().map(|link| link.mass).sum::<f64>() / stage.links.len() as f64;
