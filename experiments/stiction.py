@@ -19,7 +19,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from snake_env import PD, Gait, Integrator, Robot, Scene, Start, simulate
+from snake_env import PD, Gait, Robot, Scene, Start, simulate
 from snake_env.config.robot import per_link
 from snake_env.markdown import table
 from snake_env.obstacles import Segment
@@ -145,15 +145,12 @@ def positions(who: str, case: Case, times: tuple[float, ...]) -> list[Array]:
     """CGs (n, 2) of the links at these multiples of the first one."""
     if who in SETTINGS:
         return peer_positions(SETTINGS[who], case, times)
-    # At the default 25 ms the planar solver does not converge here, and says so: friction at obstacles of 0.5 and more.
-    fine = Integrator(step=1e-3) if who == "plane" and case.scene.obstacles else None
     run = simulate(
         model="planar" if who == "plane" else "spatial",
         robot=case.robot,
         scene=case.scene,
         gait=case.target,
         controller=SERVO,
-        integrator=fine,
         start=case.start,
         duration=times[-1],
         sample=times[0],

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import snake_env
+from experiments import stiction
 from snake_env import ConfigError, Gait, Integrator, Robot, Scene, Start
 from snake_env.obstacles import Box, Circle, Segment
 
@@ -63,6 +64,101 @@ def test_a_box_rubs_as_a_wall_does():
     run = snake_env.simulate(scene=scene, gait=STILL, start=start, robot=Robot(links=3), duration=0.5, sample=0.05)
     wall = on_a_wall(0.3, 0.6)
     np.testing.assert_allclose(run.position, wall.position, atol=1e-6)
+
+
+STEPS = [25e-3, 5e-3, 1e-3, 5e-4]
+
+
+@pytest.mark.parametrize("step", STEPS)
+@pytest.mark.parametrize("tilt", [0.6, 1.2])
+def test_a_rod_dropped_on_a_very_rough_floor_is_solved_in_steps_of_any_length(step, tilt):
+    """With mu = 8 friction lifts one end as the other lands."""
+    robot = Robot(links=2, locked=(0,))
+    run = snake_env.simulate(
+        robot=robot,
+        scene=Scene(
+            obstacles=[Segment((-9.0, 0.0), (9.0, 0.0), friction=8.0)], friction=(0.0, 0.0), slope=(math.pi / 2,) * 2
+        ),
+        gait=STILL,
+        integrator=Integrator(step=step),
+        start=Start(position=(0.0, RADIUS + 0.1 + 0.2 * math.sin(tilt)), heading=tilt, posture=[0.0]),
+        duration=0.5,
+    )
+    assert run.unconverged.sum() == 0
+    assert run.max_penetration < 1e-6
+    np.testing.assert_allclose(run.position[-1, :, 1], RADIUS, atol=1e-6)
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_two_links_brace_themselves_between_rough_walls(step):
+    case = stiction.braced()
+    run = snake_env.simulate(
+        robot=case.robot,
+        scene=case.scene,
+        gait=case.target,
+        controller=stiction.SERVO,
+        integrator=Integrator(step=step),
+        start=case.start,
+        duration=2.0,
+    )
+    assert run.unconverged.sum() == 0
+    assert abs(run.position[-1] - run.position[10]).max() < 1e-9
+
+
+def limp_over_a_circle(mu: float, load: float, around: int, step: float) -> snake_env.Trajectory:
+    """A limp chain whose links lie ``around`` half a rough circle, three hang down before and five behind it; the last
+    one has ``load`` times the mass of the others."""
+    length, turn, before, behind = 0.122, math.pi / around, 3, 5
+    away = 0.5 * length / math.tan(0.5 * turn)
+    links = before + around + 1 + behind
+    weights = [*[1.0] * (links - 1), load]
+    aiko = Robot()
+    return snake_env.simulate(
+        robot=Robot(
+            links=links,
+            mass=[aiko.mass * weight for weight in weights],
+            inertia=[aiko.inertia * weight for weight in weights],
+            limp=range(links - 1),
+        ),
+        scene=Scene(
+            obstacles=[Circle(away - RADIUS, 0.0, 0.0, friction=mu)], friction=(0.0, 0.0), slope=(math.pi / 2,) * 2
+        ),
+        gait=STILL,
+        integrator=Integrator(step=step),
+        start=Start(
+            position=(-away, -before * length),
+            heading=math.pi / 2,
+            posture=[*[0.0] * before, *[-turn] * around, *[0.0] * behind],
+        ),
+        duration=0.5,
+    )
+
+
+@pytest.mark.parametrize("step", [5e-3, 1e-3, 5e-4])
+@pytest.mark.parametrize(("mu", "load", "around"), [(0.3, 6.0, 16), (0.6, 2.0, 16), (0.6, 6.0, 16), (0.3, 2.0, 9)])
+def test_a_limp_chain_over_a_rough_circle_is_held(mu, load, around, step):
+    """Its hanging ends pull with less than the ratio e^(mu pi) that a rope would bear."""
+    run = limp_over_a_circle(mu, load, around, step)
+    assert run.unconverged.sum() == 0
+    assert abs(run.position[-1] - run.position[0]).max() < 2e-5
+
+
+@pytest.mark.parametrize("mu", [0.3, 0.6, 1.0])
+def test_random_joint_actions_among_rough_pegs_leave_no_stage_unconverged(mu):
+    pegs = Scene.preset("table-7.5")
+    env = snake_env.SnakeVectorEnv(
+        8,
+        task="course",
+        action_mode="joints",
+        scene=Scene(obstacles=[Circle(*peg, friction=mu) for peg in pegs.obstacles]),
+        start=Start.on_course(pegs),
+    )
+    env.reset(seed=1)
+    rng = np.random.default_rng(1)
+    for _ in range(60):
+        *_, info = env.step(rng.uniform(-1.0, 1.0, env.action_space.shape).astype(np.float32))
+        assert not info["misses"].any()
+        assert not info["penetrated"].any()
 
 
 def test_friction_at_a_peg_takes_energy_and_never_gives_any():

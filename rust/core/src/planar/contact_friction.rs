@@ -1,14 +1,13 @@
 //! Friction at obstacles: a fixed point over the normal impulses.
 //!
 //! Coulomb's law bounds friction at an obstacle by mu times a normal impulse that is itself unknown. The stage is then not
-//! an optimisation problem: solutions need not be unique, and with large coefficients none may be found. With fixed bounds
-//! it is one. The iteration holds the bounds while it minimises, and moves them with the multipliers to those of the normal
-//! impulses, until they change by no more than the tolerance, as a velocity of the link.
+//! an optimisation problem, and solutions need not be unique. With fixed bounds it is one. The iteration holds the bounds
+//! while it minimises, and moves them with the multipliers to those of the normal impulses, until they change by no more
+//! than the tolerance, as a velocity of the link.
 //!
-//! The certificate judges with the bounds of the solution itself. A stage whose bounds have not settled counts as
-//! unconverged, unless the certificate finds it within `residual_limit` like a solution of the fallback. It
-//! keeps its solution where the bounds came close ([`KEPT_CHANGE`]), and is solved without friction at obstacles where they
-//! did not.
+//! The certificate judges with the bounds of the solution itself. A stage whose bounds have not settled goes to the
+//! fallback. It keeps its solution where the bounds came close ([`KEPT_CHANGE`]), and is solved without friction at
+//! obstacles where they did not: the fallback starts from there, and a robot whose budget for it is spent keeps that.
 
 use crate::math::{Mask, Real, select_into};
 use crate::solver::Outcome;

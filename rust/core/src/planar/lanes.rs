@@ -7,7 +7,7 @@ use nalgebra::{Vector2, Vector3};
 use crate::math::Real;
 use crate::stepping::StageStop;
 
-use super::{Heading, Stage, StageContact, StageJoint, StageLink, StagePair, StageSolution};
+use super::{Heading, Stage, StageContact, StageContactFriction, StageJoint, StageLink, StagePair, StageSolution};
 
 impl<T: Real> Stage<T> {
     /// The stop of a lane's joint as a contact between the links.
@@ -45,6 +45,14 @@ impl<T: Real> Stage<T> {
             offset: contact.offset.lane(lane),
         }));
         one.contact_friction.clear();
+        let rows = self.contact_friction.iter().filter(|row| row.is_in(lane));
+        one.contact_friction.extend(rows.map(|row| StageContactFriction {
+            contact: self.contacts[..row.contact].iter().filter(|contact| contact.is_in(lane)).count(),
+            link: row.link,
+            direction: vector(&row.direction),
+            coefficient: row.coefficient.lane(lane),
+            bound: row.bound.lane(lane),
+        }));
         one.pairs.clear();
         one.pairs.extend(self.pairs.iter().filter(|pair| pair.is_in(lane)).map(|pair| StagePair {
             links: pair.links,
@@ -59,6 +67,13 @@ impl<T: Real> Stage<T> {
 
 impl<T: Real> StageContact<T> {
     /// Whether the lane has this contact: a force has a direction.
+    pub fn is_in(&self, lane: usize) -> bool {
+        has_direction(&self.direction, lane)
+    }
+}
+
+impl<T: Real> StageContactFriction<T> {
+    /// Whether the lane has this friction.
     pub fn is_in(&self, lane: usize) -> bool {
         has_direction(&self.direction, lane)
     }
@@ -89,6 +104,8 @@ impl<T: Real> StageSolution<T> {
         let impulses = self.contact.iter().zip(&stage.contacts).filter(|(_, contact)| contact.is_in(lane));
         one.contact.extend(impulses.map(|(impulse, _)| impulse.lane(lane)));
         one.contact_friction.clear();
+        let impulses = self.contact_friction.iter().zip(&stage.contact_friction).filter(|(_, row)| row.is_in(lane));
+        one.contact_friction.extend(impulses.map(|(impulse, _)| impulse.lane(lane)));
         one.pair.clear();
         let impulses = self.pair.iter().zip(&stage.pairs).filter(|(_, pair)| pair.is_in(lane));
         one.pair.extend(impulses.map(|(impulse, _)| impulse.lane(lane)));
@@ -112,6 +129,11 @@ impl<T: Real> StageSolution<T> {
         }
         let impulses = self.contact.iter_mut().zip(&stage.contacts).filter(|(_, contact)| contact.is_in(lane));
         for ((many, _), one) in impulses.zip(&one.contact) {
+            many.set_lane(lane, *one);
+        }
+        let rows = stage.contact_friction.iter();
+        let impulses = self.contact_friction.iter_mut().zip(rows).filter(|(_, row)| row.is_in(lane));
+        for ((many, _), one) in impulses.zip(&one.contact_friction) {
             many.set_lane(lane, *one);
         }
         let mut impulses = one.pair.iter();

@@ -5,7 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, finite, non_negative, positive, require};
 
-use super::{Heading, Stage, StageContact, StageJoint, StageLink, StagePair, StageSolution, Twist};
+use super::{
+    Heading, Stage, StageContact, StageContactFriction, StageJoint, StageLink, StagePair, StageSolution, Twist,
+};
 
 /// A stage with a name. JSON has no infinity: a drive without limit has none in the file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -55,6 +57,17 @@ pub struct ContactRow {
     pub link: usize,
     pub direction: Twist,
     pub offset: f64,
+    /// Not written where the contact has no friction.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<FrictionRow>,
+}
+
+/// Friction of a contact, [`StageContactFriction`] without its bound.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FrictionRow {
+    pub direction: Twist,
+    pub coefficient: f64,
 }
 
 /// [`StagePair`] as a row.
@@ -74,6 +87,8 @@ pub struct Answer {
     pub friction: Vec<Vector2<f64>>,
     pub drive: Vec<f64>,
     pub contact: Vec<f64>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub contact_friction: Vec<f64>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pair: Vec<f64>,
 }
@@ -95,10 +110,19 @@ impl Problem {
             limit: joint.limit.is_finite().then_some(joint.limit),
             slack: joint.slack,
         };
-        let contact = |c: &StageContact| ContactRow { link: c.link, direction: c.direction, offset: c.offset };
+        let friction = |k: usize| {
+            let row = stage.contact_friction.iter().find(|row| row.contact == k);
+            row.map(|row| FrictionRow { direction: row.direction, coefficient: row.coefficient })
+        };
+        let contact = |(k, c): (usize, &StageContact)| ContactRow {
+            link: c.link,
+            direction: c.direction,
+            offset: c.offset,
+            friction: friction(k),
+        };
         let pair = |p: &StagePair| PairRow { links: p.links, direction: p.direction, offset: p.offset };
         let real_pairs = stage.pairs.iter().filter(|pair| pair.is_in(0));
-        let real = stage.contacts.iter().filter(|contact| contact.is_in(0));
+        let real = stage.contacts.iter().enumerate().filter(|(_, contact)| contact.is_in(0));
         Self {
             name: name.into(),
             coefficient: stage.coefficient,
@@ -121,9 +145,17 @@ impl Problem {
             joints: self.joints.iter().map(StageJoint::from).collect(),
             stops: Vec::new(),
             contacts: self.contacts.iter().map(StageContact::from).collect(),
-            contact_friction: Vec::new(),
+            contact_friction: self.contact_friction(),
             pairs: self.pairs.iter().map(StagePair::from).collect(),
         })
+    }
+
+    fn contact_friction(&self) -> Vec<StageContactFriction> {
+        let rows = self.contacts.iter().enumerate().filter_map(|(contact, row)| {
+            let FrictionRow { direction, coefficient } = *row.friction.as_ref()?;
+            Some(StageContactFriction { contact, link: row.link, direction, coefficient, bound: 0.0 })
+        });
+        rows.collect()
     }
 
     fn validate(&self) -> Result<(), ConfigError> {
@@ -155,6 +187,10 @@ impl Problem {
             require(contact.link >= first, &field("link"), contact.link, "contacts sorted by link")?;
             finite(&field("offset"), contact.offset)?;
             contact.direction.iter().try_for_each(|&w| finite(&field("direction"), w).map(drop))?;
+            if let Some(friction) = &contact.friction {
+                non_negative(&field("friction.coefficient"), friction.coefficient)?;
+                friction.direction.iter().try_for_each(|&w| finite(&field("friction.direction"), w).map(drop))?;
+            }
         }
         for (k, pair) in self.pairs.iter().enumerate() {
             let field = |name: &str| format!("pairs[{k}].{name}");
@@ -205,14 +241,14 @@ impl From<&PairRow> for StagePair {
 
 impl From<&StageSolution> for Answer {
     fn from(solution: &StageSolution) -> Self {
-        let StageSolution { twist, friction, actuator: drive, contact, pair, .. } = solution.clone();
-        Self { twist, friction, drive, contact, pair }
+        let StageSolution { twist, friction, actuator: drive, contact, contact_friction, pair, .. } = solution.clone();
+        Self { twist, friction, drive, contact, contact_friction, pair }
     }
 }
 
 impl From<Answer> for StageSolution {
     fn from(answer: Answer) -> Self {
-        let Answer { twist, friction, drive, contact, pair } = answer;
-        Self { twist, friction, actuator: drive, stop: Vec::new(), contact, contact_friction: Vec::new(), pair }
+        let Answer { twist, friction, drive, contact, contact_friction, pair } = answer;
+        Self { twist, friction, actuator: drive, stop: Vec::new(), contact, contact_friction, pair }
     }
 }

@@ -62,7 +62,7 @@ pub struct StageContact<T = f64> {
 /// Coulomb friction of one of the contacts of a stage. A lane without it has direction 0.
 ///
 /// `-w^T u in N_[-b, b](P)` with `b = mu P_H`. Since P_H is an unknown, a stage with it is no optimisation problem: it is
-/// solved as one for held bounds, again and again until the bounds are those of its own solution.
+/// solved as one for held bounds, again and again until the bounds are those of its own solution, or by the fallback.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StageContactFriction<T = f64> {
     /// Index of the contact.

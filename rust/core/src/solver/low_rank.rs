@@ -61,6 +61,13 @@ impl<T: Real, D> Coupling<T, D> {
     }
 }
 
+impl<D, S> LowRank<f64, D, S> {
+    /// Sign of the factor by which the rows of the last correction changed the determinant of the matrix.
+    pub fn orientation(&self) -> f64 {
+        self.applied.iter().map(|(_, factor)| factor.signum()).product()
+    }
+}
+
 impl<T: Real, D: Copy, S: LinkStep<T, D>> LowRank<T, D, S> {
     pub fn new(links: usize) -> Self {
         let rows = LINK_CONTACTS_PER_LINK * links;

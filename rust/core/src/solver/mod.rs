@@ -1,13 +1,20 @@
 //! What the solvers of all models share: the augmented Lagrangian iteration, the exact ray search, the proximal form of
-//! friction, corrections of low rank, and what is reported of a solve. `README.md` in this folder derives the method.
+//! friction, Newton's method with Coulomb's law as it stands, corrections of low rank, and what is reported of a solve.
+//! `README.md` in this folder derives the method.
 
 mod augmented_lagrangian;
+mod coulomb_laws;
+mod coulomb_newton;
 mod friction_term;
 mod low_rank;
 mod outcome;
 mod ray_search;
 
 pub(crate) use augmented_lagrangian::{LawForm, NewtonStep, StageProblem, Tuning, solve};
+pub use coulomb_laws::CoulombForm;
+pub(crate) use coulomb_laws::{DiscTangent, UnilateralLaw};
+pub(crate) use coulomb_newton::converge;
+pub use coulomb_newton::{CoupledStage, Defect};
 pub(crate) use friction_term::FrictionTerm;
 pub(crate) use low_rank::{Coupling, EliminatedChain, LinkStep, LowRank};
 pub use outcome::{Outcome, RESIDUAL_LIMIT, SolveStatus, is_unsolved, residual_limit};

@@ -7,7 +7,7 @@
 //! * A stage that Newton's method did not solve is given to the **fallback**, one robot at a time. The fallback counts
 //!   in `fallbacks` whether or not it succeeds.
 //! * A stage is **unconverged** if the fallback did not solve it either, or was not tried: the stage has a value
-//!   that is not finite, the step's budget is spent, or friction at obstacles rules it out. The minimal model has no fallback because its stages have no contacts: a stage
+//!   that is not finite, or the step's budget is spent. The minimal model has no fallback because its stages have no contacts: a stage
 //!   whose residual is above [`crate::solver::RESIDUAL_LIMIT`] times the tolerance is solved again from its solution,
 //!   with the tolerance divided by that factor.
 //!

@@ -51,3 +51,17 @@ fn nor_does_a_step_of_a_loose_robot() {
         assert_eq!(REQUESTS.get() - before, 0, "{integrator:?}");
     }
 }
+
+/// Nor does the fallback of a robot that jams among rough pegs.
+#[test]
+fn nor_does_a_step_among_rough_pegs() {
+    let mut scene = table_7_5();
+    scene.obstacles.iter_mut().for_each(|obstacle| obstacle.friction = 1.0);
+    let wave = Wave::default();
+    let mut simulation = aiko(&scene, START_7_5, &implicit(1e-2, 2));
+    simulation.advance(0.05, &wave);
+    let before = REQUESTS.get();
+    let report = simulation.advance(4.0, &wave);
+    assert!(report.fallbacks > 0, "the fallback was not needed");
+    assert_eq!(REQUESTS.get() - before, 0);
+}

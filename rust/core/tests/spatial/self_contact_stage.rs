@@ -1,7 +1,7 @@
 //! Stages in which a robot touches itself, against full matrices and before the certificate.
 
 use nalgebra::{Vector2, Vector3};
-use snake_core::solver::SolveStatus;
+use snake_core::solver::{CoupledStage, SolveStatus};
 use snake_core::spatial::{
     CoulombNewton, Fallback, Newton, SpatialVector, Stage, StagePair, StageSolution, Wrench, certify,
 };

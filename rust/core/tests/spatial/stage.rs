@@ -3,7 +3,7 @@
 
 use nalgebra::{DVector, Vector2, Vector3};
 use snake_core::robot::Robot;
-use snake_core::solver::SolveStatus;
+use snake_core::solver::{CoupledStage, SolveStatus};
 use snake_core::spatial::{
     Configuration, CoulombNewton, Fallback, Frame, Momentum, Newton, Stage, StageDrive, StageFriction, StageLink,
     StagePeg, StageSolution, Wrench, certify,

@@ -1,15 +1,18 @@
 //! Fallback for a stage that Newton's method did not solve: another method, a polish and, where the contacts
-//! contradict each other, a relaxed stage.
+//! contradict each other, a relaxed stage. With friction at obstacles the other methods are those of
+//! [`coulomb_fallback`](super::coulomb_fallback).
 
 use crate::planar::{Stage, StageSolution, certify};
 use crate::solver::{SolveStatus, residual_limit};
 
+use super::coulomb_fallback::CoulombFallback;
 use super::{InteriorPoint, Newton};
 
 /// Workspace of the fallback, for one robot.
 #[derive(Debug, Clone)]
 pub struct Fallback {
     solvers: Solvers,
+    coulomb: CoulombFallback,
     relaxed: Stage,
 }
 
@@ -30,34 +33,54 @@ impl Fallback {
             polished: StageSolution::new(links),
             energy: 0.0,
         };
-        Self { solvers, relaxed: Stage::with_capacity(links) }
+        Self { solvers, coulomb: CoulombFallback::new(links), relaxed: Stage::with_capacity(links) }
     }
 
     /// Solves `stage` for velocities within about `tolerance` \[m/s\]. `solution` has the size of the stage and may
     /// hold the result of another solver or anything else, NaN included. Also returns the number of linear solves.
     pub fn solve_hard(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, SolveStatus) {
         self.solvers.energy = stage.energy();
-        let (mut solves, closed) = self.solvers.polish(stage, solution, tolerance);
-        if closed {
-            return (solves, SolveStatus::Solved);
-        }
-        let (more, closed) = self.solvers.start_again(stage, solution, tolerance);
-        solves += more;
+        let is_convex = stage.contact_friction.is_empty();
         let mut offsets =
             stage.contacts.iter().map(|contact| contact.offset).chain(stage.pairs.iter().map(|pair| pair.offset));
         let can_relax = offsets.any(|offset| offset < 0.0);
-        if closed || !can_relax {
-            return (solves, if closed { SolveStatus::Solved } else { SolveStatus::Unsolved });
+        let (mut solves, closed) = if is_convex {
+            self.solvers.close(stage, solution, tolerance)
+        } else {
+            self.coulomb.close(stage, solution, tolerance)
+        };
+        if closed {
+            return (solves, SolveStatus::Solved);
         }
-        stage.copy_lane(0, &mut self.relaxed);
-        self.relaxed.contacts.iter_mut().for_each(|contact| contact.offset = contact.offset.max(0.0));
-        self.relaxed.pairs.iter_mut().for_each(|pair| pair.offset = pair.offset.max(0.0));
-        let (more, closed) = self.solvers.start_again(&self.relaxed, solution, tolerance);
-        (solves + more, if closed { SolveStatus::Relaxed } else { SolveStatus::Unsolved })
+        if can_relax {
+            stage.copy_lane(0, &mut self.relaxed);
+            self.relaxed.contacts.iter_mut().for_each(|contact| contact.offset = contact.offset.max(0.0));
+            self.relaxed.pairs.iter_mut().for_each(|pair| pair.offset = pair.offset.max(0.0));
+            let (more, closed) = if is_convex {
+                self.solvers.start_again(&self.relaxed, solution, tolerance)
+            } else {
+                self.coulomb.close(&self.relaxed, solution, tolerance)
+            };
+            solves += more;
+            if closed {
+                return (solves, SolveStatus::Relaxed);
+            }
+        }
+        (solves, SolveStatus::Unsolved)
     }
 }
 
 impl Solvers {
+    /// The polish, and where it fails the interior point method.
+    fn close(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, bool) {
+        let (solves, closed) = self.polish(stage, solution, tolerance);
+        if closed {
+            return (solves, true);
+        }
+        let (more, closed) = self.start_again(stage, solution, tolerance);
+        (solves + more, closed)
+    }
+
     /// The interior point method from the reference velocity, polished. Returns linear solves and whether that
     /// solved the stage.
     fn start_again(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, bool) {

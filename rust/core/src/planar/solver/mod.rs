@@ -5,6 +5,11 @@
 //! ```
 
 mod contact_friction;
+mod coulomb_fallback;
+mod coulomb_laws;
+mod coulomb_newton;
+mod coulomb_path;
+mod coulomb_sweep;
 mod fallback;
 mod interior_point;
 mod link_term;

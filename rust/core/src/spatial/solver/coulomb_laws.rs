@@ -1,27 +1,16 @@
-//! The laws of contact with impulses as unknowns of their own, and their joint tangents.
-//!
-//! A law holds if P = prox_C(z) with z = P - rho (gamma + delta (P - centre)) (T 4.88). Around the centre zero that is
-//! the law with a compliance delta, whose impulses are the shortest (T 4.78 != D43); rho only selects the form of the
-//! law. The friction sets are those of the present normal impulse, and the tangent includes their growth with it.
+//! The [laws with impulses as unknowns of their own](crate::solver::UnilateralLaw) of one link: its contacts with the
+//! ground, and with obstacles. The tangent of friction includes the growth of its set with the normal impulse.
 //!
 //! In coordinates in which the longer semi-axis of an ellipse stays and the shorter one is stretched to it, every set
 //! of friction is a disc.
 
-use nalgebra::{Matrix2, SMatrix, SVector, Vector2, Vector3, Vector6};
+use nalgebra::{SMatrix, SVector, Vector2, Vector3, Vector6};
 
 use crate::laws::{ConvexSet, Disc, HalfLine};
+use crate::solver::{CoulombForm, DiscTangent, UnilateralLaw};
 use crate::spatial::{Stage, StageFriction, StageLink, StageSolution, Wrench};
 
 use super::coulomb_sweep::stacked;
-
-/// The proximal form in which laws are evaluated.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct LawForm {
-    /// rho \[kg\].
-    pub weight: f64,
-    /// delta \[1/kg\].
-    pub compliance: f64,
-}
 
 /// Velocities at the laws of a link's ground contacts, per twist: normal of both ends, slip of the front and of the
 /// rear one, rolling.
@@ -79,7 +68,7 @@ impl GroundLaws {
     }
 
     /// Evaluates all laws at the link's twist. Returns the sum of the squared defects and the largest one \[N s\].
-    pub fn measure(&mut self, twist: &Vector6<f64>, form: &LawForm) -> (f64, f64) {
+    pub fn measure(&mut self, twist: &Vector6<f64>, form: &CoulombForm) -> (f64, f64) {
         let mut velocity = self.rows * twist;
         velocity[0] += self.offset[0];
         velocity[1] += self.offset[1];
@@ -104,11 +93,11 @@ impl GroundLaws {
     }
 
     /// Computes the change of the impulses with the twist for which the linearised laws hold: `constant + slope x`.
-    pub fn linearise(&mut self, form: &LawForm) {
+    pub fn linearise(&mut self, form: &CoulombForm) {
         let mut grows = [0.0; 2];
         for (end, grows) in grows.iter_mut().enumerate() {
             let closed = self.z[end] > 0.0;
-            let (constant, slope) = opening_tangent(closed, self.defect[end], form);
+            let (constant, slope) = form.opening_tangent(closed, self.defect[end]);
             self.constant[end] = constant;
             self.slope.set_row(end, &(self.rows.row(end) * slope));
             *grows = if closed || self.impulse[end] > 0.0 { 1.0 } else { 0.0 };
@@ -144,12 +133,12 @@ impl GroundLaws {
     }
 
     /// Takes the link's Newton step.
-    pub fn look(&mut self, twist_step: &Vector6<f64>) {
+    pub fn find_step(&mut self, twist_step: &Vector6<f64>) {
         self.start = self.impulse;
         self.step = self.constant + self.slope * twist_step;
     }
 
-    pub fn go(&mut self, fraction: f64) {
+    pub fn move_along(&mut self, fraction: f64) {
         self.impulse = self.start + self.step * fraction;
     }
 
@@ -167,97 +156,39 @@ impl GroundLaws {
 pub(super) struct PegLaw {
     pub link: usize,
     direction: Vector6<f64>,
-    offset: f64,
-    pub impulse: f64,
-    pub centre: f64,
-    start: f64,
-    step: f64,
-    z: f64,
-    defect: f64,
+    pub law: UnilateralLaw,
 }
 
 impl PegLaw {
     pub fn new(stage: &Stage, solution: &StageSolution, k: usize) -> Self {
         let peg = &stage.pegs[k];
-        Self {
-            link: peg.link,
-            direction: stacked(&peg.direction),
-            offset: peg.offset,
-            impulse: solution.peg[k],
-            centre: 0.0,
-            start: 0.0,
-            step: 0.0,
-            z: 0.0,
-            defect: 0.0,
-        }
+        let law = UnilateralLaw::new(peg.offset, solution.peg[k]);
+        Self { link: peg.link, direction: stacked(&peg.direction), law }
     }
 
     /// Returns the defect \[N s\].
-    pub fn measure(&mut self, twist: &Vector6<f64>, form: &LawForm) -> f64 {
-        let velocity = self.direction.dot(twist) + self.offset;
-        self.z = self.impulse - (velocity + (self.impulse - self.centre) * form.compliance) * form.weight;
-        self.defect = self.impulse - HalfLine.project(self.z);
-        self.defect
+    pub fn measure(&mut self, twist: &Vector6<f64>, form: &CoulombForm) -> f64 {
+        self.law.measure(self.direction.dot(twist), form)
     }
 
     /// As [`GroundLaws::tangent`].
-    pub fn tangent(&self, form: &LawForm) -> (SMatrix<f64, 6, 6>, Vector6<f64>) {
-        let (constant, slope) = opening_tangent(self.z > 0.0, self.defect, form);
+    pub fn tangent(&self, form: &CoulombForm) -> (SMatrix<f64, 6, 6>, Vector6<f64>) {
+        let (constant, slope) = self.law.tangent(form);
         (self.direction * (self.direction * -slope).transpose(), self.direction * constant)
     }
 
     pub fn force(&self) -> Vector6<f64> {
-        self.direction * self.impulse
+        self.direction * self.law.impulse
     }
 
     /// Change of the normal impulse, as far as friction grows with it: constant, and slope by the twist.
-    pub fn growth(&self, form: &LawForm) -> (f64, Vector6<f64>) {
-        let closed = self.z > 0.0;
-        if !(closed || self.impulse > 0.0) {
-            return (0.0, Vector6::zeros());
-        }
-        let (constant, slope) = opening_tangent(closed, self.defect, form);
+    pub fn growth(&self, form: &CoulombForm) -> (f64, Vector6<f64>) {
+        let (constant, slope) = if self.law.carries() { self.law.tangent(form) } else { (0.0, 0.0) };
         (constant, self.direction * slope)
     }
 
-    pub fn look(&mut self, twist_step: &Vector6<f64>, form: &LawForm) {
-        let (constant, slope) = opening_tangent(self.z > 0.0, self.defect, form);
-        self.start = self.impulse;
-        self.step = constant + slope * self.direction.dot(twist_step);
-    }
-
-    pub fn go(&mut self, fraction: f64) {
-        self.impulse = self.start + self.step * fraction;
-    }
-}
-
-/// Change of a normal impulse, and the same per velocity, with which the linearised law holds.
-pub(super) fn opening_tangent(closed: bool, defect: f64, form: &LawForm) -> (f64, f64) {
-    if closed { (-defect / (form.weight * form.compliance), -1.0 / form.compliance) } else { (-defect, 0.0) }
-}
-
-/// Change of a friction impulse with which the linearised law holds.
-pub(super) struct DiscTangent {
-    pub constant: Vector2<f64>,
-    /// Per change of the radius: nothing when sticking, the direction of the friction when sliding.
-    pub outward: Vector2<f64>,
-    pub from_slip: Matrix2<f64>,
-}
-
-impl DiscTangent {
-    pub fn new(z: &Vector2<f64>, defect: &Vector2<f64>, radius: f64, form: &LawForm) -> Self {
-        let LawForm { weight, compliance } = *form;
-        let (length, soft) = (z.norm(), weight * compliance);
-        if length <= radius && radius > 0.0 {
-            let from_slip = Matrix2::identity() * (-1.0 / compliance);
-            return Self { constant: -defect / soft, outward: Vector2::zeros(), from_slip };
-        }
-        let (outward, part) = if length > 0.0 { (z / length, radius / length) } else { (Vector2::zeros(), 0.0) };
-        let across = Matrix2::identity() - outward * outward.transpose();
-        // The law with its own part of the defect solved for: I - (1 - rho delta) part across.
-        let stiff = 1.0 / (1.0 - (1.0 - soft) * part);
-        let turned = defect + across * defect * (stiff - 1.0);
-        Self { constant: -turned, outward, from_slip: across * (-weight * part * stiff) }
+    pub fn find_step(&mut self, twist_step: &Vector6<f64>, form: &CoulombForm) {
+        self.law.find_step(self.direction.dot(twist_step), form);
     }
 }
 

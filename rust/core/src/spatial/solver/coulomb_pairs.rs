@@ -3,11 +3,9 @@
 
 use nalgebra::{LU, U6, Vector6};
 
-use crate::laws::HalfLine;
-use crate::solver::{Coupling, EliminatedChain, LinkStep, LowRank};
+use crate::solver::{CoulombForm, Coupling, EliminatedChain, LinkStep, LowRank, UnilateralLaw};
 use crate::spatial::{Stage, StageSolution};
 
-use super::coulomb_laws::{LawForm, opening_tangent};
 use super::coulomb_newton::{Link, solve_head};
 use super::coulomb_sweep::stacked;
 
@@ -25,14 +23,7 @@ pub(super) struct CoulombPairs {
 pub(super) struct PairLaw {
     pub links: [usize; 2],
     pub direction: [Vector6<f64>; 2],
-    offset: f64,
-    pub impulse: f64,
-    centre: f64,
-    start: f64,
-    step: f64,
-    z: f64,
-    /// P - prox(z) \[N s\].
-    pub defect: f64,
+    pub law: UnilateralLaw,
 }
 
 /// Change of a link's twist and of the rates of the joint before it.
@@ -57,11 +48,6 @@ impl PairLaw {
     fn velocity(&self, twist: impl Fn(usize) -> Vector6<f64>) -> f64 {
         self.links.iter().zip(&self.direction).map(|(link, w)| w.dot(&twist(*link))).sum()
     }
-
-    /// Change of the impulse with the velocity for which the linearised law holds: constant and slope.
-    fn tangent(&self, form: &LawForm) -> (f64, f64) {
-        opening_tangent(self.z > 0.0, self.defect, form)
-    }
 }
 
 impl CoulombPairs {
@@ -74,13 +60,7 @@ impl CoulombPairs {
         self.laws.extend(stage.pairs.iter().zip(&solution.pair).map(|(pair, &impulse)| PairLaw {
             links: pair.links,
             direction: [stacked(&pair.direction[0]), stacked(&pair.direction[1])],
-            offset: pair.offset,
-            impulse,
-            centre: 0.0,
-            start: 0.0,
-            step: 0.0,
-            z: 0.0,
-            defect: 0.0,
+            law: UnilateralLaw::new(pair.offset, impulse),
         }));
     }
 
@@ -89,61 +69,59 @@ impl CoulombPairs {
     }
 
     /// Evaluates all laws at the given twists.
-    pub fn measure(&mut self, twist: impl Fn(usize) -> Vector6<f64>, form: &LawForm) {
-        for law in &mut self.laws {
-            let velocity = law.velocity(&twist) + law.offset;
-            law.z = law.impulse - (velocity + (law.impulse - law.centre) * form.compliance) * form.weight;
-            law.defect = law.impulse - HalfLine.project(law.z);
+    pub fn measure(&mut self, twist: impl Fn(usize) -> Vector6<f64>, form: &CoulombForm) {
+        for pair in &mut self.laws {
+            let velocity = pair.velocity(&twist);
+            pair.law.measure(velocity, form);
         }
     }
 
     /// Contribution of the linearised laws to the load on a link.
-    pub fn load_on(&self, link: usize, form: &LawForm) -> Vector6<f64> {
+    pub fn load_on(&self, link: usize, form: &CoulombForm) -> Vector6<f64> {
         let mut load = Vector6::zeros();
-        for law in &self.laws {
-            for (_, w) in law.links.iter().zip(&law.direction).filter(|(of, _)| **of == link) {
-                load += w * law.tangent(form).0;
+        for pair in &self.laws {
+            for (_, w) in pair.links.iter().zip(&pair.direction).filter(|(of, _)| **of == link) {
+                load += w * pair.law.tangent(form).0;
             }
         }
         load
     }
 
     /// Turns the step of the links without the contacts' stiffness into that with it, see [`LowRank::correct`].
-    pub fn correct(&mut self, links: &mut [Link], head: &LU<f64, U6, U6>, form: &LawForm) {
+    pub fn correct(&mut self, links: &mut [Link], head: &LU<f64, U6, U6>, form: &CoulombForm) {
         let Self { laws, low_rank, constant } = self;
-        let couplings = laws.iter().map(|law| Coupling {
-            links: law.links,
-            direction: law.direction,
-            stiffness: -law.tangent(form).1,
+        let couplings = laws.iter().map(|pair| Coupling {
+            links: pair.links,
+            direction: pair.direction,
+            stiffness: -pair.law.tangent(form).1,
         });
         low_rank.correct(couplings, &mut Chain { links, head, constant });
     }
 
     /// Computes the change of the impulses with the links' steps.
-    pub fn look(&mut self, step: impl Fn(usize) -> Vector6<f64>, form: &LawForm) {
-        for law in &mut self.laws {
-            let (constant, slope) = law.tangent(form);
-            law.start = law.impulse;
-            law.step = constant + slope * law.velocity(&step);
+    pub fn find_step(&mut self, step: impl Fn(usize) -> Vector6<f64>, form: &CoulombForm) {
+        for pair in &mut self.laws {
+            let velocity = pair.velocity(&step);
+            pair.law.find_step(velocity, form);
         }
     }
 
-    pub fn go(&mut self, fraction: f64) {
-        self.laws.iter_mut().for_each(|law| law.impulse = law.start + law.step * fraction);
+    pub fn move_along(&mut self, fraction: f64) {
+        self.laws.iter_mut().for_each(|pair| pair.law.move_along(fraction));
     }
 
     pub fn recentre(&mut self) {
-        self.laws.iter_mut().for_each(|law| law.centre = law.impulse);
+        self.laws.iter_mut().for_each(|pair| pair.law.centre = pair.law.impulse);
     }
 
     /// How far the impulses are from the centres at most \[N s\].
     pub fn centre_error(&self) -> f64 {
-        self.laws.iter().map(|law| (law.impulse - law.centre).abs()).fold(0.0, f64::max)
+        self.laws.iter().map(|pair| (pair.law.impulse - pair.law.centre).abs()).fold(0.0, f64::max)
     }
 
     pub fn write(&self, impulses: &mut [f64]) {
-        for (impulse, law) in impulses.iter_mut().zip(&self.laws) {
-            *impulse = law.impulse.max(0.0);
+        for (impulse, pair) in impulses.iter_mut().zip(&self.laws) {
+            *impulse = pair.law.impulse.max(0.0);
         }
     }
 }

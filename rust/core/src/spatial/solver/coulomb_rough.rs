@@ -3,9 +3,10 @@
 use nalgebra::{Matrix2x6, Matrix6, Vector2, Vector6};
 
 use crate::laws::{ConvexSet, Disc};
+use crate::solver::{CoulombForm, DiscTangent};
 use crate::spatial::{Stage, StageSolution};
 
-use super::coulomb_laws::{DiscTangent, LawForm, PegLaw};
+use super::coulomb_laws::PegLaw;
 use super::coulomb_sweep::stacked;
 
 /// Law of the friction of one contact.
@@ -46,7 +47,7 @@ impl RoughLaw {
     }
 
     /// Evaluates the law under its contact's normal impulse; returns the defect \[N s\].
-    pub fn measure(&mut self, twist: &Vector6<f64>, normal: f64, form: &LawForm) -> f64 {
+    pub fn measure(&mut self, twist: &Vector6<f64>, normal: f64, form: &CoulombForm) -> f64 {
         let velocity = self.rows * twist;
         self.z = self.impulse - (velocity + (self.impulse - self.centre) * form.compliance) * form.weight;
         self.defect = self.impulse - Disc { radius: self.radius(normal) }.project(self.z);
@@ -58,8 +59,8 @@ impl RoughLaw {
     }
 
     /// Linearises the law together with that of its contact.
-    pub fn linearise(&mut self, peg: &PegLaw, form: &LawForm) {
-        let tangent = DiscTangent::new(&self.z, &self.defect, self.radius(peg.impulse), form);
+    pub fn linearise(&mut self, peg: &PegLaw, form: &CoulombForm) {
+        let tangent = DiscTangent::new(&self.z, &self.defect, self.radius(peg.law.impulse), form);
         let (constant, slope) = peg.growth(form);
         self.constant = tangent.constant + tangent.outward * (self.coefficient * constant);
         self.slope = tangent.from_slip * self.rows + tangent.outward * (slope * self.coefficient).transpose();
@@ -74,12 +75,12 @@ impl RoughLaw {
         self.rows.tr_mul(&self.impulse)
     }
 
-    pub fn look(&mut self, twist_step: &Vector6<f64>) {
+    pub fn find_step(&mut self, twist_step: &Vector6<f64>) {
         self.start = self.impulse;
         self.step = self.constant + self.slope * twist_step;
     }
 
-    pub fn go(&mut self, fraction: f64) {
+    pub fn move_along(&mut self, fraction: f64) {
         self.impulse = self.start + self.step * fraction;
     }
 }

@@ -4,7 +4,7 @@
 
 use nalgebra::Vector2;
 
-use crate::solver::{SolveStatus, residual_limit};
+use crate::solver::{CoupledStage, SolveStatus, residual_limit};
 use crate::spatial::{Stage, StageLink, StageSolution, Twist, certify};
 
 use super::{CoulombNewton, Newton};

@@ -1,0 +1,83 @@
+//! Fallback for a stage with friction at obstacles, which is no optimisation problem: the coupled Newton iteration from
+//! what the lanes left, from free motion, and along paths on which friction at obstacles grows.
+
+use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
+use crate::planar::{Stage, StageSolution, certify};
+use crate::solver::{CoupledStage, residual_limit};
+
+use super::coulomb_newton::CoulombNewton;
+use super::coulomb_path::CoulombPath;
+
+/// Workspace of the fallback, for one robot.
+#[derive(Debug, Clone)]
+pub(super) struct CoulombFallback {
+    newton: CoulombNewton,
+    path: CoulombPath,
+    trial: StageSolution,
+}
+
+impl CoulombFallback {
+    pub fn new(links: usize) -> Self {
+        let unknowns = (3 + 2 * PAIRS_PER_LINK + LINK_CONTACTS_PER_LINK) * links + 2;
+        Self { newton: CoulombNewton::new(links), path: CoulombPath::new(unknowns), trial: StageSolution::new(links) }
+    }
+
+    /// Tries one method after the other and keeps the best solution in `solution`. Returns linear solves and whether the
+    /// certificate accepts it.
+    pub fn close(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, bool) {
+        let (limit, mut solves) = (residual_limit(tolerance), 0);
+        let mut best = residual(stage, solution);
+        for attempt in 0..2 + PATHS {
+            solution.copy_lane(stage, 0, &mut self.trial);
+            solves += match attempt {
+                0 => self.near_the_lanes(stage, tolerance),
+                1 => self.from_free_motion(stage, tolerance),
+                _ => self.along_a_path(stage, tolerance, attempt - 2),
+            };
+            let reached = residual(stage, &self.trial);
+            if reached < best {
+                best = reached;
+                self.trial.copy_lane(stage, 0, solution);
+            }
+            if best <= limit {
+                break;
+            }
+        }
+        (solves, best <= limit)
+    }
+
+    fn near_the_lanes(&mut self, stage: &Stage, tolerance: f64) -> u32 {
+        self.newton.solve(stage, &mut self.trial, tolerance).0
+    }
+
+    fn from_free_motion(&mut self, stage: &Stage, tolerance: f64) -> u32 {
+        self.start_from_free_motion(stage);
+        self.near_the_lanes(stage, tolerance)
+    }
+
+    fn along_a_path(&mut self, stage: &Stage, tolerance: f64, number: u32) -> u32 {
+        self.start_from_free_motion(stage);
+        self.newton.follow(&mut self.path, number, stage, &mut self.trial, tolerance).0
+    }
+
+    /// The reference velocity without impulses.
+    fn start_from_free_motion(&mut self, stage: &Stage) {
+        let StageSolution { twist, friction, actuator, contact, contact_friction, pair, .. } = &mut self.trial;
+        for (twist, link) in twist.iter_mut().zip(&stage.links) {
+            *twist = link.reference;
+        }
+        friction.iter_mut().for_each(|impulse| impulse.fill(0.0));
+        for impulses in [actuator, contact, contact_friction, pair] {
+            impulses.fill(0.0);
+        }
+    }
+}
+
+/// Infinite where it is not a number \[m/s\].
+fn residual(stage: &Stage, solution: &StageSolution) -> f64 {
+    let residual = certify(stage, solution).residual();
+    if residual.is_nan() { f64::INFINITY } else { residual }
+}
+
+/// Paths that are tried.
+const PATHS: u32 = 6;

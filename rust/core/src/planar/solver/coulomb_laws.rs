@@ -1,0 +1,284 @@
+//! The [laws with impulses as unknowns of their own](crate::solver::UnilateralLaw) of the planar chain: friction on the
+//! ground, contacts with obstacles and their friction, whose bound grows with the normal impulse, and contacts between
+//! links.
+
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
+
+use crate::laws::{ConvexSet, Disc, Interval};
+use crate::planar::{StageContact, StageContactFriction, StageLink, StagePair};
+use crate::solver::{CoulombForm, DiscTangent, UnilateralLaw};
+
+use super::coulomb_sweep::Balance;
+
+/// Friction of the ground on one link, in coordinates in which the shorter axis is stretched to the longer one.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct GroundLaw {
+    /// Slip per twist.
+    rows: Matrix2x3<f64>,
+    shape: Vector2<f64>,
+    radius: f64,
+    pub impulse: Vector2<f64>,
+    pub centre: Vector2<f64>,
+    start: Vector2<f64>,
+    step: Vector2<f64>,
+    z: Vector2<f64>,
+    /// P - prox(z) \[N s\].
+    defect: Vector2<f64>,
+}
+
+/// Contact with an obstacle.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ContactLaw {
+    pub link: usize,
+    direction: Vector3<f64>,
+    pub law: UnilateralLaw,
+    pub shift: Shift,
+}
+
+/// A velocity `(1 - s) full` that is added to that of a law, away from the end s = 1 of a
+/// [path](super::coulomb_path).
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Shift {
+    pub full: f64,
+    /// At the present s, and its change over the present step.
+    now: f64,
+    step: f64,
+}
+
+/// Friction of one of these contacts.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ContactFrictionLaw {
+    pub link: usize,
+    /// Index of the contact.
+    pub contact: usize,
+    direction: Vector3<f64>,
+    coefficient: f64,
+    /// Part s of the coefficient that is in force, and its change over the present step.
+    share: f64,
+    share_step: f64,
+    pub shift: Shift,
+    pub impulse: f64,
+    pub centre: f64,
+    start: f64,
+    step: f64,
+    z: f64,
+    /// P - prox(z) \[N s\].
+    defect: f64,
+    /// Change of the impulse with the twist for which the linearised law holds.
+    constant: f64,
+    slope: Vector3<f64>,
+}
+
+/// Contact between two links.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PairLaw {
+    pub links: [usize; 2],
+    pub direction: [Vector3<f64>; 2],
+    pub law: UnilateralLaw,
+}
+
+impl GroundLaw {
+    pub fn new(link: &StageLink, impulse: &Vector2<f64>) -> Self {
+        let radius = link.friction.max();
+        let shape = if radius > 0.0 { link.friction / radius } else { Vector2::zeros() };
+        let (c, s) = (link.heading.cos, link.heading.sin);
+        let rows = Matrix2x3::new(c, s, 0.0, -s, c, 0.0);
+        let stretched = impulse.zip_map(&shape, |p, shape| if shape > 0.0 { p / shape } else { 0.0 });
+        let none = Vector2::zeros();
+        let rows = Matrix2::from_diagonal(&shape) * rows;
+        Self { rows, shape, radius, impulse: stretched, centre: none, start: none, step: none, z: none, defect: none }
+    }
+
+    /// Evaluates the law at the link's twist; returns the defect \[N s\].
+    pub fn measure(&mut self, twist: &Vector3<f64>, form: &CoulombForm) -> f64 {
+        let slip = self.rows * twist;
+        self.z = self.impulse - (slip + (self.impulse - self.centre) * form.compliance) * form.weight;
+        self.defect = self.impulse - Disc { radius: self.radius }.project(self.z);
+        self.defect.norm()
+    }
+
+    fn tangent(&self, form: &CoulombForm) -> DiscTangent {
+        DiscTangent::new(&self.z, &self.defect, self.radius, form)
+    }
+
+    /// Adds the linearised law to the balance of its link.
+    pub fn add_to(&self, balance: &mut Balance, form: &CoulombForm) {
+        let DiscTangent { constant, from_slip, .. } = self.tangent(form);
+        balance.matrix -= self.rows.tr_mul(&(from_slip * self.rows));
+        balance.load += self.rows.tr_mul(&constant);
+    }
+
+    pub fn force(&self) -> Vector3<f64> {
+        self.rows.tr_mul(&self.impulse)
+    }
+
+    pub fn find_step(&mut self, twist_step: &Vector3<f64>, form: &CoulombForm) {
+        let DiscTangent { constant, from_slip, .. } = self.tangent(form);
+        self.start = self.impulse;
+        self.step = constant + from_slip * (self.rows * twist_step);
+    }
+
+    pub fn move_along(&mut self, fraction: f64) {
+        self.impulse = self.start + self.step * fraction;
+    }
+
+    /// Visits the impulse with its step.
+    pub fn visit(&mut self, mut visitor: impl FnMut(&mut f64, f64)) {
+        self.impulse.iter_mut().zip(self.step.iter()).for_each(|(value, step)| visitor(value, *step));
+    }
+
+    /// In the link's frame \[N s\].
+    pub fn impulse_in_frame(&self) -> Vector2<f64> {
+        self.impulse.component_mul(&self.shape)
+    }
+}
+
+impl Shift {
+    pub fn set_share(&mut self, share: f64) {
+        self.now = (1.0 - share) * self.full;
+    }
+
+    pub fn set_share_step(&mut self, change: f64) {
+        self.step = -change * self.full;
+    }
+}
+
+impl ContactLaw {
+    pub fn new(contact: &StageContact, impulse: f64) -> Self {
+        let law = UnilateralLaw::new(contact.offset, impulse);
+        Self { link: contact.link, direction: contact.direction, law, shift: Shift::default() }
+    }
+
+    /// Change of the impulse, and the same per velocity, with which the linearised law holds.
+    fn tangent(&self, form: &CoulombForm) -> (f64, f64) {
+        let (constant, slope) = self.law.tangent(form);
+        (constant + slope * self.shift.step, slope)
+    }
+
+    /// Returns the defect \[N s\].
+    pub fn measure(&mut self, twist: &Vector3<f64>, form: &CoulombForm) -> f64 {
+        self.law.measure(self.direction.dot(twist) + self.shift.now, form)
+    }
+
+    /// As [`GroundLaw::add_to`].
+    pub fn add_to(&self, balance: &mut Balance, form: &CoulombForm) {
+        let (constant, slope) = self.tangent(form);
+        balance.matrix -= self.direction * (self.direction * slope).transpose();
+        balance.load += self.direction * constant;
+    }
+
+    pub fn force(&self) -> Vector3<f64> {
+        self.direction * self.law.impulse
+    }
+
+    pub fn find_step(&mut self, twist_step: &Vector3<f64>, form: &CoulombForm) {
+        self.law.find_step(self.direction.dot(twist_step) + self.shift.step, form);
+    }
+}
+
+impl ContactFrictionLaw {
+    pub fn new(friction: &StageContactFriction, impulse: f64) -> Self {
+        Self {
+            link: friction.link,
+            contact: friction.contact,
+            direction: friction.direction,
+            coefficient: friction.coefficient,
+            share: 1.0,
+            share_step: 0.0,
+            shift: Shift::default(),
+            impulse,
+            centre: 0.0,
+            start: 0.0,
+            step: 0.0,
+            z: 0.0,
+            defect: 0.0,
+            constant: 0.0,
+            slope: Vector3::zeros(),
+        }
+    }
+
+    /// Evaluates the law under its contact's normal impulse; returns the defect \[N s\].
+    pub fn measure(&mut self, twist: &Vector3<f64>, normal: &UnilateralLaw, form: &CoulombForm) -> f64 {
+        let slip = self.direction.dot(twist) + self.shift.now;
+        self.z = self.impulse - (slip + (self.impulse - self.centre) * form.compliance) * form.weight;
+        self.defect = self.impulse - Interval { limit: self.bound(normal) }.project(self.z);
+        self.defect
+    }
+
+    fn bound(&self, normal: &UnilateralLaw) -> f64 {
+        self.share * self.coefficient * normal.impulse.max(0.0)
+    }
+
+    /// Linearises the law together with that of its contact.
+    pub fn linearise(&mut self, contact: &ContactLaw, form: &CoulombForm) {
+        let bound = self.bound(&contact.law);
+        if self.z.abs() <= bound && bound > 0.0 {
+            let (constant, slope) = form.opening_tangent(true, self.defect);
+            (self.constant, self.slope) = (constant + slope * self.shift.step, self.direction * slope);
+        } else {
+            let (constant, slope) = if contact.law.carries() { contact.tangent(form) } else { (0.0, 0.0) };
+            let coefficient = self.coefficient.copysign(self.z);
+            let grows = self.share * coefficient;
+            let grown = self.share_step * coefficient * contact.law.impulse.max(0.0);
+            self.constant = grows * constant + grown - self.defect;
+            self.slope = contact.direction * (grows * slope);
+        }
+    }
+
+    /// Takes the part s of the coefficient.
+    pub fn set_share(&mut self, share: f64) {
+        self.share = share;
+        self.shift.set_share(share);
+    }
+
+    /// Prepares a step over which s changes.
+    pub fn set_share_step(&mut self, change: f64) {
+        self.share_step = change;
+        self.shift.set_share_step(change);
+    }
+
+    /// As [`GroundLaw::add_to`].
+    pub fn add_to(&self, balance: &mut Balance) {
+        balance.matrix -= self.direction * self.slope.transpose();
+        balance.load += self.direction * self.constant;
+    }
+
+    pub fn force(&self) -> Vector3<f64> {
+        self.direction * self.impulse
+    }
+
+    pub fn find_step(&mut self, twist_step: &Vector3<f64>) {
+        self.start = self.impulse;
+        self.step = self.constant + self.slope.dot(twist_step);
+    }
+
+    pub fn move_along(&mut self, fraction: f64) {
+        self.impulse = self.start + self.step * fraction;
+    }
+
+    /// Visits the impulse with its step.
+    pub fn visit(&mut self, mut visitor: impl FnMut(&mut f64, f64)) {
+        visitor(&mut self.impulse, self.step);
+    }
+}
+
+impl PairLaw {
+    pub fn new(pair: &StagePair, impulse: f64) -> Self {
+        Self { links: pair.links, direction: pair.direction, law: UnilateralLaw::new(pair.offset, impulse) }
+    }
+
+    /// Rate at which the gap opens under these twists.
+    pub fn rate(&self, twist: impl Fn(usize) -> Vector3<f64>) -> f64 {
+        self.links.iter().zip(&self.direction).map(|(link, w)| w.dot(&twist(*link))).sum()
+    }
+
+    /// The direction on a link, of those links that touch.
+    pub fn on(&self, link: usize) -> impl Iterator<Item = &Vector3<f64>> {
+        self.links.iter().zip(&self.direction).filter(move |(of, _)| **of == link).map(|(_, w)| w)
+    }
+}
+
+/// The matrix of masses of a link.
+pub(super) fn mass_matrix(link: &StageLink) -> Matrix3<f64> {
+    Matrix3::from_diagonal(&Vector3::new(link.mass, link.mass, link.inertia))
+}

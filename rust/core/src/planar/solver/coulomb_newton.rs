@@ -1,0 +1,390 @@
+//! The [Newton iteration with Coulomb's law as it stands](crate::solver::CoupledStage) on the planar chain.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
+use crate::planar::{Stage, StageSolution};
+use crate::solver::{CoulombForm, CoupledStage, Coupling, Defect, EliminatedChain, LawForm, LowRank};
+
+use super::coulomb_laws::{ContactFrictionLaw, ContactLaw, GroundLaw, PairLaw, mass_matrix};
+use super::coulomb_path::CoulombPath;
+use super::coulomb_sweep::{Balance, ChainLink};
+use super::newton::TUNING;
+use super::terms::ActuatorTerm;
+
+/// Workspace of the solver, re-used from stage to stage.
+#[derive(Debug, Clone)]
+pub(super) struct CoulombNewton {
+    links: Vec<Link>,
+    contacts: Vec<ContactLaw>,
+    friction: Vec<ContactFrictionLaw>,
+    pairs: Vec<PairLaw>,
+    low_rank: LowRank<f64, Vector3<f64>, Vector3<f64>>,
+    form: CoulombForm,
+    /// Speed below which a defect is no error \[m/s\].
+    tolerance: f64,
+    /// Sign of the determinant of the last tangent matrix.
+    orientation: f64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Link {
+    chain: ChainLink,
+    ground: GroundLaw,
+    /// Of the joint before the link, and its stiffness.
+    actuator: ActuatorTerm<f64>,
+    stiffness: f64,
+    inertia: Matrix3<f64>,
+    momentum: Vector3<f64>,
+    mass: f64,
+    half_length: f64,
+    /// Twist and joint rate, where the Newton step starts, and the step.
+    twist: Vector3<f64>,
+    start: Vector3<f64>,
+    step: Vector3<f64>,
+    rate: f64,
+    start_rate: f64,
+    /// Imbalance of the link.
+    missing: Vector3<f64>,
+    /// Constant of an elimination for another load.
+    constant: f64,
+}
+
+impl CoulombNewton {
+    pub fn new(links: usize) -> Self {
+        let contacts = PAIRS_PER_LINK * links;
+        Self {
+            links: Vec::with_capacity(links),
+            contacts: Vec::with_capacity(contacts),
+            friction: Vec::with_capacity(contacts),
+            pairs: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
+            low_rank: LowRank::new(links),
+            form: CoulombForm { weight: 1.0, compliance: 1.0 },
+            tolerance: 0.0,
+            orientation: 1.0,
+        }
+    }
+
+    /// Solves `stage` along the [path](CoulombPath) that has this number. Returns linear solves and whether it arrived; if
+    /// not, `solution` is unchanged.
+    pub fn follow(
+        &mut self,
+        path: &mut CoulombPath,
+        number: u32,
+        stage: &Stage,
+        solution: &mut StageSolution,
+        tolerance: f64,
+    ) -> (u32, bool) {
+        self.load(stage, solution, tolerance);
+        let (solves, has_arrived) = path.follow(self, number);
+        let (more, solved) = if has_arrived { self.close(solution) } else { (0, false) };
+        (solves + more, solved)
+    }
+
+    /// Velocities that are added to those of contacts and their friction at s = 0.
+    pub fn set_shifts(&mut self, mut normal: impl FnMut(usize) -> f64, mut along: impl FnMut(usize) -> f64) {
+        self.contacts.iter_mut().enumerate().for_each(|(k, contact)| contact.shift.full = normal(k));
+        self.friction.iter_mut().enumerate().for_each(|(k, row)| row.shift.full = along(k));
+    }
+
+    /// Moves to another s.
+    pub fn set_share(&mut self, share: f64) {
+        self.contacts.iter_mut().for_each(|contact| contact.shift.set_share(share));
+        self.friction.iter_mut().for_each(|row| row.set_share(share));
+    }
+
+    /// Sign of the determinant of the tangent matrix of the last step.
+    pub fn orientation(&self) -> f64 {
+        self.orientation
+    }
+
+    /// Visits all unknowns in a fixed order: value, step, and its weight in a length \[m/s\].
+    pub fn visit(&mut self, mut visitor: impl FnMut(&mut f64, f64, f64)) {
+        let (weight, mut turn) = (1.0 / self.form.weight, 0.0);
+        for (i, link) in self.links.iter_mut().enumerate() {
+            let (step, arm) = (link.step, link.half_length);
+            if i == 0 {
+                (0..3).for_each(|axis| visitor(&mut link.twist[axis], step[axis], [1.0, 1.0, arm][axis]));
+            } else {
+                visitor(&mut link.rate, step.z - turn, arm);
+            }
+            turn = step.z;
+            link.ground.visit(|value, step| visitor(value, step, weight));
+        }
+        self.contacts.iter_mut().for_each(|contact| contact.law.visit(|value, step| visitor(value, step, weight)));
+        self.friction.iter_mut().for_each(|row| row.visit(|value, step| visitor(value, step, weight)));
+        self.pairs.iter_mut().for_each(|pair| pair.law.visit(|value, step| visitor(value, step, weight)));
+    }
+
+    /// Twists of links 2..n from that of link 1 and the joint rates.
+    pub fn follow_joints(&mut self) {
+        let mut before = self.links[0].twist;
+        for link in &mut self.links[1..] {
+            link.twist = link.chain.follow(&before, link.rate);
+            before = link.twist;
+        }
+    }
+
+    fn load_link(&mut self, stage: &Stage, solution: &StageSolution, i: usize) {
+        let (before, link) = (&stage.links[i.saturating_sub(1)], &stage.links[i]);
+        let chain = ChainLink::new(before, link);
+        let (twist, rate, actuator) = match self.links.last() {
+            Some(last) => {
+                let rate = solution.twist[i].z - solution.twist[i - 1].z;
+                let actuator = ActuatorTerm::new(&stage.joints[i - 1], solution.actuator[i - 1]);
+                (chain.follow(&last.twist, rate), rate, actuator)
+            }
+            None => (solution.twist[0], 0.0, ActuatorTerm::none()),
+        };
+        let inertia = mass_matrix(link);
+        self.links.push(Link {
+            chain,
+            ground: GroundLaw::new(link, &solution.friction[i]),
+            actuator,
+            stiffness: 0.0,
+            inertia,
+            momentum: inertia * link.reference,
+            mass: link.mass,
+            half_length: link.half_length,
+            twist,
+            start: twist,
+            step: Vector3::zeros(),
+            rate,
+            start_rate: rate,
+            missing: Vector3::zeros(),
+            constant: 0.0,
+        });
+    }
+
+    /// Laws of contacts at the present velocities and impulses, and what is missing on each link.
+    fn contact_defects(&mut self, defect: &mut Defect) {
+        let Self { links, contacts, friction, pairs, form, .. } = self;
+        for contact in contacts.iter_mut() {
+            let link = &mut links[contact.link];
+            defect.add_impulse(contact.measure(&link.twist, form), link.mass);
+            link.missing -= contact.force();
+        }
+        for row in friction {
+            let link = &mut links[row.link];
+            defect.add_impulse(row.measure(&link.twist, &contacts[row.contact].law, form), link.mass);
+            link.missing -= row.force();
+        }
+        for pair in pairs {
+            let rate = pair.rate(|link| links[link].twist);
+            defect.add_impulse(pair.law.measure(rate, form), links[pair.links[0]].mass);
+            for (link, w) in pair.links.into_iter().zip(&pair.direction) {
+                links[link].missing -= w * pair.law.impulse;
+            }
+        }
+    }
+
+    /// Eliminates the chain from tail to head. Returns the balance of link 1.
+    fn eliminate(&mut self) -> Balance {
+        let Self { links, contacts, friction, pairs, form, .. } = self;
+        let mut contacts = contacts.iter().rev().peekable();
+        let mut friction = friction.iter().rev().peekable();
+        let mut behind = Balance { matrix: Matrix3::zeros(), load: Vector3::zeros() };
+        for (i, link) in links.iter_mut().enumerate().rev() {
+            behind.matrix += link.inertia;
+            behind.load -= link.missing;
+            link.ground.add_to(&mut behind, form);
+            while let Some(contact) = contacts.next_if(|contact| contact.link == i) {
+                contact.add_to(&mut behind, form);
+            }
+            while let Some(row) = friction.next_if(|row| row.link == i) {
+                row.add_to(&mut behind);
+            }
+            for pair in pairs.iter() {
+                pair.on(i).for_each(|w| behind.load += w * pair.law.tangent(form).0);
+            }
+            if i > 0 {
+                behind = link.chain.eliminate(behind, link.stiffness, link.actuator.impulse);
+            }
+        }
+        behind
+    }
+
+    /// The Newton step of all velocities and impulses, while s changes by `change`.
+    pub fn find_step_with(&mut self, change: f64) {
+        let form = self.form;
+        self.contacts.iter_mut().for_each(|contact| contact.shift.set_share_step(change));
+        for row in &mut self.friction {
+            row.set_share_step(change);
+            row.linearise(&self.contacts[row.contact], &form);
+        }
+        let Balance { matrix, load } = self.eliminate();
+        let head = matrix.try_inverse().unwrap_or(Matrix3::repeat(f64::NAN));
+        let Self { links, contacts, friction, pairs, low_rank, .. } = self;
+        let mut before = head * load;
+        for (i, link) in links.iter_mut().enumerate() {
+            if i > 0 {
+                before = link.chain.substitute(&before);
+            }
+            (link.start, link.start_rate, link.step) = (link.twist, link.rate, before);
+        }
+        let couplings = pairs.iter().map(|pair| Coupling {
+            links: pair.links,
+            direction: pair.direction,
+            stiffness: -pair.law.tangent(&form).1,
+        });
+        low_rank.correct(couplings, &mut Chain { links, head: &head });
+        let pivots = links.iter().skip(1).map(|link| link.chain.orientation());
+        self.orientation = pivots.product::<f64>() * matrix.determinant().signum() * low_rank.orientation();
+        links.iter_mut().for_each(|link| link.ground.find_step(&link.step, &form));
+        contacts.iter_mut().for_each(|contact| contact.find_step(&links[contact.link].step, &form));
+        friction.iter_mut().for_each(|row| row.find_step(&links[row.link].step));
+        for pair in pairs {
+            let rate = pair.rate(|link| links[link].step);
+            pair.law.find_step(rate, &form);
+        }
+    }
+}
+
+impl CoupledStage for CoulombNewton {
+    type Stage = Stage;
+    type Solution = StageSolution;
+    const KEEPS_COMPLIANT: bool = true;
+
+    fn load(&mut self, stage: &Stage, solution: &StageSolution, tolerance: f64) {
+        let mass = stage.links.iter().map(|link| link.mass).sum::<f64>() / stage.links.len() as f64;
+        self.form = CoulombForm { weight: mass, compliance: 1.0 / (TUNING.penalty * mass) };
+        self.tolerance = tolerance;
+        self.links.clear();
+        (0..stage.links.len()).for_each(|i| self.load_link(stage, solution, i));
+        self.contacts.clear();
+        self.contacts.extend(stage.contacts.iter().zip(&solution.contact).map(|(row, &p)| ContactLaw::new(row, p)));
+        self.friction.clear();
+        let rows = stage.contact_friction.iter().zip(&solution.contact_friction);
+        self.friction.extend(rows.map(|(row, &p)| ContactFrictionLaw::new(row, p)));
+        self.pairs.clear();
+        self.pairs.extend(stage.pairs.iter().zip(&solution.pair).map(|(pair, &p)| PairLaw::new(pair, p)));
+    }
+
+    fn write(&self, solution: &mut StageSolution) {
+        for (i, link) in self.links.iter().enumerate() {
+            solution.twist[i] = link.twist;
+            solution.friction[i] = link.ground.impulse_in_frame();
+            if i > 0 {
+                solution.actuator[i - 1] = link.actuator.impulse;
+            }
+        }
+        for (impulse, contact) in solution.contact.iter_mut().zip(&self.contacts) {
+            *impulse = contact.law.impulse.max(0.0);
+        }
+        for (impulse, row) in solution.contact_friction.iter_mut().zip(&self.friction) {
+            *impulse = row.impulse;
+        }
+        for (impulse, pair) in solution.pair.iter_mut().zip(&self.pairs) {
+            *impulse = pair.law.impulse.max(0.0);
+        }
+    }
+
+    fn form(&mut self) -> &mut CoulombForm {
+        &mut self.form
+    }
+
+    fn recentre(&mut self) {
+        self.links.iter_mut().for_each(|link| link.ground.centre = link.ground.impulse);
+        self.contacts.iter_mut().for_each(|contact| contact.law.centre = contact.law.impulse);
+        self.friction.iter_mut().for_each(|row| row.centre = row.impulse);
+        self.pairs.iter_mut().for_each(|pair| pair.law.centre = pair.law.impulse);
+    }
+
+    fn centre_error(&self) -> f64 {
+        let ground = self.links.iter().map(|link| (link.ground.impulse - link.ground.centre).amax());
+        let unilateral =
+            self.contacts.iter().map(|contact| &contact.law).chain(self.pairs.iter().map(|pair| &pair.law));
+        let unilateral = unilateral.map(|law| (law.impulse - law.centre).abs());
+        let friction = self.friction.iter().map(|row| (row.impulse - row.centre).abs());
+        ground.chain(unilateral).chain(friction).fold(0.0, f64::max)
+    }
+
+    fn negligible(&self) -> f64 {
+        let fastest = self.links.iter().map(|link| link.twist.xy().norm()).fold(0.0, f64::max);
+        (NEGLIGIBLE * self.tolerance).max(LEAST) + ROUND_OFF * fastest
+    }
+
+    fn defects(&mut self) -> Defect {
+        let mut defect = Defect::NONE;
+        for link in &mut self.links {
+            defect.add_impulse(link.ground.measure(&link.twist, &self.form), link.mass);
+            link.missing = link.inertia * link.twist - link.momentum - link.ground.force();
+        }
+        self.contact_defects(&mut defect);
+        let mut behind = Vector3::zeros();
+        for (i, link) in self.links.iter_mut().enumerate().rev() {
+            behind += link.missing;
+            let (mass, arm) = (link.mass, link.half_length);
+            if i == 0 {
+                defect.add_impulse(behind.xy().push(behind.z / arm).norm(), mass);
+                break;
+            }
+            link.stiffness = link.actuator.evaluate(LawForm::Present, link.rate);
+            defect.add_impulse((link.chain.hinge_moment(&behind) - link.actuator.impulse) / arm, mass);
+            behind = link.chain.carry_force(&behind);
+        }
+        defect
+    }
+
+    fn find_step(&mut self) {
+        self.find_step_with(0.0);
+    }
+
+    fn move_along(&mut self, fraction: f64) {
+        let (mut before, mut turn) = (Vector3::zeros(), 0.0);
+        for (i, link) in self.links.iter_mut().enumerate() {
+            link.rate = link.start_rate + fraction * (link.step.z - turn);
+            let first = link.start + link.step * fraction;
+            before = if i > 0 { link.chain.follow(&before, link.rate) } else { first };
+            (link.twist, turn) = (before, link.step.z);
+            link.ground.move_along(fraction);
+        }
+        self.contacts.iter_mut().for_each(|contact| contact.law.move_along(fraction));
+        self.friction.iter_mut().for_each(|row| row.move_along(fraction));
+        self.pairs.iter_mut().for_each(|pair| pair.law.move_along(fraction));
+    }
+}
+
+struct Chain<'a> {
+    links: &'a mut [Link],
+    /// Inverse of the balance of link 1.
+    head: &'a Matrix3<f64>,
+}
+
+impl EliminatedChain<f64, Vector3<f64>, Vector3<f64>> for Chain<'_> {
+    fn len(&self) -> usize {
+        self.links.len()
+    }
+
+    fn step(&self, link: usize) -> Vector3<f64> {
+        self.links[link].step
+    }
+
+    fn set_step(&mut self, link: usize, step: Vector3<f64>) {
+        self.links[link].step = step;
+    }
+
+    fn respond(&mut self, coupling: &Coupling<f64, Vector3<f64>>, response: &mut Vec<Vector3<f64>>) {
+        let mut load = Vector3::zeros();
+        for (i, link) in self.links.iter_mut().enumerate().rev() {
+            for (_, w) in coupling.links.iter().zip(&coupling.direction).filter(|(of, _)| **of == i) {
+                load += w;
+            }
+            if i > 0 {
+                (load, link.constant) = link.chain.eliminate_load(load);
+            }
+        }
+        let mut twist = self.head * load;
+        for (i, link) in self.links.iter().enumerate() {
+            if i > 0 {
+                twist = link.chain.substitute_with(link.constant, &twist);
+            }
+            response.push(twist);
+        }
+    }
+}
+
+/// Error that is negligible: over the tolerance, at least \[m/s\], and over the speed of the fastest link.
+const NEGLIGIBLE: f64 = 1e-5;
+const LEAST: f64 = 1e-11;
+const ROUND_OFF: f64 = 1e-8;
