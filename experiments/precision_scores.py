@@ -63,7 +63,7 @@ def compared(name: str, task: str, scenes: int) -> list[tuple[str, ...]]:
     return rows
 
 
-def changed(episodes: Episodes, fine: Episodes, draws: int = DRAWS) -> list[tuple[float, float, float]]:
+def changed(episodes: Episodes, fine: Episodes, draws: int = DRAWS) -> list[tuple[float, ...]]:
     """Change of mean speed and of total cost of transport against ``fine``, each with its interval [%]."""
     both = np.asarray(episodes["is_success"], bool) & np.asarray(fine["is_success"], bool)
     scenes = np.flatnonzero(both)
