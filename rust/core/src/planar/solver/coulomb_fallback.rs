@@ -31,7 +31,7 @@ impl CoulombFallback {
             solution.copy_lane(stage, 0, &mut self.trial);
             solves += match attempt {
                 0 => self.near_the_lanes(stage, tolerance),
-                1 => self.from_free_motion(stage, tolerance),
+                1 => self.in_free_motion(stage, tolerance),
                 _ => self.along_a_path(stage, tolerance, attempt - 2),
             };
             let reached = residual(stage, &self.trial);
@@ -50,7 +50,7 @@ impl CoulombFallback {
         self.newton.solve(stage, &mut self.trial, tolerance).0
     }
 
-    fn from_free_motion(&mut self, stage: &Stage, tolerance: f64) -> u32 {
+    fn in_free_motion(&mut self, stage: &Stage, tolerance: f64) -> u32 {
         self.start_from_free_motion(stage);
         self.near_the_lanes(stage, tolerance)
     }
