@@ -19,7 +19,20 @@ envs.action_space.seed(4)
 rows = [observation.copy()]
 for _ in range(12):
     rows.append(envs.step(envs.action_space.sample())[0].copy())
-print(_native.lanes(), hashlib.sha256(np.stack(rows).tobytes()).hexdigest())
+digest = hashlib.sha256(np.stack(rows).tobytes())
+for model in "planar", "spatial":
+    # Joints that press their stops, and those of robots beside them that leave theirs.
+    robot, integrator = snake_env.Robot(links=3, joint_limit=0.5), snake_env.Integrator(order=1)
+    options = dict(model=model, action_mode="torques", robot=robot, integrator=integrator, num_threads=1)
+    envs = snake_env.SnakeVectorEnv(5, start=snake_env.Start(posture="straight"), **options)
+    envs.reset(seed=0)
+    for k in range(24):
+        actions = np.ones(envs.action_space.shape, np.float32)
+        actions[0] *= 1 if k < 10 else -1
+        actions[1:] *= np.sin(0.3 * k + np.arange(4))[:, None]
+        envs.step(actions)
+    digest.update(envs.state().joint_angle.tobytes())
+print(_native.lanes(), digest.hexdigest())
 """
 
 

@@ -1,7 +1,7 @@
 //! The fallback for one lane of a register.
 
 use crate::math::Real;
-use crate::stepping::{FallbackResult, may_fall_back};
+use crate::stepping::{FallbackResult, NEARBY, may_fall_back};
 
 use super::{Fallback, Stage, StageSolution, certify};
 
@@ -29,7 +29,7 @@ impl LaneFallback {
         solves_left: u32,
     ) -> Option<FallbackResult> {
         stage.copy_lane(lane, &mut self.stage);
-        let pairs = self.stage.pairs.len() as u32;
+        let pairs = self.stage.pairs.iter().filter(|pair| pair.offset < NEARBY).count() as u32;
         if !self.stage.energy().is_finite() || !may_fall_back(solves_left, pairs) {
             return None;
         }

@@ -1,9 +1,7 @@
 //! The fallback for one lane of a register.
 
-use nalgebra::Vector3;
-
 use crate::math::Real;
-use crate::stepping::{FallbackResult, may_fall_back};
+use crate::stepping::{FallbackResult, NEARBY, may_fall_back};
 
 use super::contact_map::ContactMap;
 use super::{Fallback, SpatialVector, Stage, StageSolution, certify};
@@ -33,8 +31,7 @@ impl LaneFallback {
         solves_left: u32,
     ) -> Option<FallbackResult> {
         stage.read_lane(lane, contacts.of_lane(lane), &mut self.stage);
-        let in_lane = self.stage.pairs.iter().filter(|pair| pair.direction[0].linear != Vector3::zeros());
-        let pairs = in_lane.count() as u32;
+        let pairs = self.stage.pairs.iter().filter(|pair| pair.offset < NEARBY).count() as u32;
         if !self.stage.links.iter().all(|link| is_finite(&link.momentum)) || !may_fall_back(solves_left, pairs) {
             return None;
         }

@@ -33,10 +33,10 @@ impl<T: Real> StageStop<T> {
         self.lever * (impulse[1] - impulse[0])
     }
 
-    /// Axis and side of those of some stops that a lane has.
+    /// Axis and side of those of some stops that a lane's joints may reach.
     pub fn in_lane(stops: &[Self], lane: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
         let places = (0..stops.len()).flat_map(|axis| [(axis, 0), (axis, 1)]);
-        places.filter(move |&(axis, side)| stops[axis].offset[side].lane(lane) < Self::FAR)
+        places.filter(move |&(axis, side)| stops[axis].offset[side].lane(lane) < REACHABLE)
     }
 }
 
@@ -47,8 +47,9 @@ pub struct JointStops<T: Real> {
     limit: T,
     /// Of each axis \[m\].
     lever: Vec<T>,
-    /// The lanes with a joint near its limit at the predicted end.
+    /// The lanes with a joint near its limit at the predicted end, and those that ended beyond it without that prediction.
     near: T::Mask,
+    missed: T::Mask,
     /// Forces in the last stage, and at the end of the last accepted part \[N\].
     force: Vec<[T; 2]>,
     start_force: Vec<[T; 2]>,
@@ -70,6 +71,7 @@ impl<T: Real> JointStops<T> {
             limit: T::splat(robot.joint_limit),
             lever,
             near: T::Mask::of(|_| false),
+            missed: T::Mask::of(|_| false),
             force: none.clone(),
             start_force: none,
             has_forces: false,
@@ -82,6 +84,17 @@ impl<T: Real> JointStops<T> {
     #[inline(always)]
     pub fn predict(&mut self, bend: T) {
         self.near = (self.limit - T::splat(CLEARANCE)).lt(bend);
+    }
+
+    /// Records the lanes whose largest joint angle at the end of the solved stage is `bend`.
+    #[inline(always)]
+    pub fn arrive(&mut self, bend: T) {
+        self.missed = !self.near & self.limit.lt(bend);
+    }
+
+    /// Whether a lane's solved stage ended beyond a stop that it did not have, since its prediction was far from there.
+    pub fn has_missed(&self, lane: usize) -> bool {
+        self.missed.lane(lane)
     }
 
     /// Takes over the forces at the ends of the robots' last accepted parts, none from those without.
@@ -131,7 +144,9 @@ impl<T: Real> JointStops<T> {
             let Some((lever, force)) = axes.next() else { break };
             let offset = [self.offset(*lever, start, base, c, elapsed), self.offset(*lever, -start, -base, c, elapsed)];
             stops.push(StageStop { lever: *lever, offset });
-            impulses.push([force[0] * c, force[1] * c]);
+            // A stop that is out of reach does not press, whatever it did before: results must not depend on neighbours.
+            let known = |force: T| T::select(self.near, force * c, T::zero());
+            impulses.push([known(force[0]), known(force[1])]);
         }
     }
 
@@ -199,6 +214,9 @@ impl<T: Real> JointStops<T> {
     }
 }
 
-/// Distance of a joint from its limit below which stops take part \[rad\]: more than joints turn between a prediction and
-/// the end of its stage.
+/// Distance of a joint from its limit below which the stops of its robot take part \[rad\]. A stage that ends beyond a limit
+/// without them is predicted again.
 const CLEARANCE: f64 = 0.1;
+
+/// Offset from which on a fallback leaves a stop out \[m/s\].
+const REACHABLE: f64 = 30.0;

@@ -52,4 +52,4 @@ pub use statistics::StepStatistics;
 pub use stribeck::StribeckBounds;
 pub use thesis::ThesisScheme;
 pub use verdict::FallbackResult;
-pub(crate) use verdict::may_fall_back;
+pub(crate) use verdict::{NEARBY, may_fall_back};

@@ -41,6 +41,10 @@ pub fn solves_left(spent: u32, max_iterations: u32) -> u32 {
     STEP_BUDGET.saturating_mul(max_iterations).saturating_sub(spent)
 }
 
+/// Offset up to which contacts between links count in the cost of a fallback \[m/s\]: others hardly ever close in a stage, and
+/// lanes without a contact have this offset.
+pub(crate) const NEARBY: f64 = 1.0;
+
 /// Cost of the fallback in linear solves without contacts between links, if each of its solves takes in `pairs` of them.
 fn fallback_cost(solves: u32, pairs: u32) -> u32 {
     let cost = u64::from(solves) * (1 + u64::from(pairs) * u64::from(pairs) / 50);

@@ -116,3 +116,19 @@ fn a_limit_that_no_joint_meets_changes_nothing() {
     };
     assert_eq!(run(1.0), run(f64::INFINITY));
 }
+
+/// A stage whose prediction is far from a stop, and which ends beyond it, is predicted again.
+#[test]
+fn a_reference_that_jumps_does_not_carry_joints_past_their_limit() {
+    for order in [1, 2] {
+        let mut simulation =
+            build(&limited(4), &ground([0.2, 0.2]), &ControllerConfig::default(), &implicit(25e-3, order));
+        simulation.place_chain(0.0, 0.0, 0.0, &[0.0; 3]);
+        for _ in 0..8 {
+            simulation.advance(25e-3, &Hold(1.4));
+            let farthest = (0..3).map(|joint| bend(&simulation, joint).abs()).fold(0.0, f64::max);
+            assert!(farthest < LIMIT + 1e-4, "order {order}: {farthest}");
+        }
+        assert!(bend(&simulation, 0) > LIMIT - 1e-4);
+    }
+}

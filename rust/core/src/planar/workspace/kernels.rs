@@ -145,6 +145,14 @@ fn in_plane<T: Real>(u: &Vector3<T>) -> Vector2<T> {
 }
 
 impl<T: Real> Workspace<T> {
+    /// Largest angle of a joint at the end of the solved stage.
+    #[inline(always)]
+    fn largest_bend(&self) -> T {
+        let c = self.stage.coefficient;
+        let ends = self.base.iter().zip(&self.solution.twist).map(|(q, u)| c.mul_add(u.z, q.z));
+        Folding::of(ends).bend
+    }
+
     #[inline(always)]
     fn fill_links(&mut self) {
         let c = self.stage.coefficient;
@@ -274,6 +282,7 @@ impl<T: Real> Workspace<T> {
         self.self_contacts.store_forces(&self.solution.pair, per_second);
         let rates = self.guess.windows(2).zip(self.solution.twist.windows(2));
         let rates = rates.map(|(expected, u)| (expected[1].z - expected[0].z, u[1].z - u[0].z));
+        self.joint_stops.arrive(self.largest_bend());
         self.joint_stops.store(
             &self.stage.stops,
             &self.solution.stop,

@@ -26,7 +26,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
 
     /// Gaps linearised at the prediction may then be wrong, or contacts missing.
     fn is_mispredicted(&self, lane: usize) -> bool {
-        self.is_near_contact(lane) && self.deviation.lane(lane) > MARGIN
+        self.joint_stops.has_missed(lane) || (self.is_near_contact(lane) && self.deviation.lane(lane) > MARGIN)
     }
 
     fn postpone(&mut self, lane: usize, body: &mut Body) {
