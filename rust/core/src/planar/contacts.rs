@@ -90,7 +90,7 @@ impl Contacts {
         let pairs = PAIRS_PER_LINK * links;
         Self {
             found: Vec::with_capacity(pairs * lanes),
-            frictional: Vec::new(),
+            frictional: Vec::with_capacity(pairs * lanes),
             close: Vec::with_capacity(pairs),
             most: vec![0; links],
         }
