@@ -53,6 +53,7 @@ fuzz: build
 
 bench: build .venv/.peers
 	$(BIN)/python -m benchmarks $(BENCH)
+	$(if $(findstring --write-docs,$(BENCH)),$(BIN)/python -m experiments.pictures)
 
 # Every scenario at length, some four hours of one core, two of them random scenes; STRESS=--quick takes ten minutes of one.
 stress:
