@@ -19,17 +19,15 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from snake_env import PD, Gait, Robot, Scene, Start, simulate
-from snake_env.config.robot import per_link
+from experiments.stiction_cases import MU, SERVO, WALL_MU, Case, braced, resting, straight
+from snake_env import simulate
 from snake_env.markdown import table
-from snake_env.obstacles import Segment
 from training.cli import answer
 from training.config import Positive
 
 Array = NDArray[np.float64]
 
-MU, WALL_MU, GRAVITY = 0.3, 0.7, 9.81
-SERVO = PD(torque_limit=10.0)
+GRAVITY = 9.81
 SETTLED, UNTIL = 1.0, 11.0
 """Between these times [s] speeds are measured."""
 STEP = 0.002
@@ -56,16 +54,6 @@ class Options:
     hour: Positive = 3600.0
 
 
-@dataclass(frozen=True)
-class Case:
-    """A robot, where it lies, and what its joints are told."""
-
-    scene: Scene
-    start: Start
-    robot: Robot
-    target: Gait
-
-
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command."""
     return answer(Options, _run, __doc__, arguments)
@@ -90,35 +78,6 @@ def _run(options: Options) -> int:
         print(*found[-1], file=sys.stderr, flush=True)
     print(table(["", *names], found))
     return 0
-
-
-def straight(share: float) -> Case:
-    """The straight robot along a slope of ``share`` of the critical one."""
-    return Case(sloped(share), Start(heading=0.0, posture="straight"), Robot(), Gait(amplitude=0.0))
-
-
-def resting() -> Case:
-    """The robot in the posture of the gait, which its servos hold, on half the critical slope."""
-    return Case(sloped(0.5), Start(heading=0.0), Robot(), Gait(omega=0.0))
-
-
-def sloped(share: float) -> Scene:
-    """Ground without rolling friction; coordinates are the ground's."""
-    return Scene(friction=(MU, MU), rolling_friction=0.0, slope=(float(np.arctan(share * MU)), 0.0))
-
-
-def braced(bend: float = 0.5, play: float = 1e-3) -> Case:
-    """Two links in a V between walls along which gravity acts, held by the torque that bends them further."""
-    robot = Robot(links=2)
-    length, half, radius = (per_link(value, 1)[0] for value in (robot.length, robot.contact_half_length, robot.radius))
-    length *= 0.5
-    width = 2.0 * (half * np.sin(bend) + radius) + play
-    apex = width - radius - 0.5 * play + (length - half) * np.sin(bend)
-    position = (-length * float(np.cos(bend)), float(apex - length * np.sin(bend)))
-    walls = [Segment((-1.0, y), (1.0, y), friction=WALL_MU) for y in (0.0, float(width))]
-    scene = Scene(obstacles=walls, friction=(0.0, 0.0), rolling_friction=0.0, slope=(0.5 * np.pi, 0.0))
-    start = Start(position=position, heading=bend, posture=[-2.0 * bend])
-    return Case(scene, start, robot, Gait(amplitude=0.0, gamma=-3.0 * bend))
 
 
 def creep(who: str, case: Case) -> float:

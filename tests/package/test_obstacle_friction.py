@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import snake_env
-from experiments import stiction
+from experiments import stiction_cases
 from snake_env import ConfigError, Gait, Integrator, Robot, Scene, Start
 from snake_env.obstacles import Box, Circle, Segment
 
@@ -91,12 +91,12 @@ def test_a_rod_dropped_on_a_very_rough_floor_is_solved_in_steps_of_any_length(st
 
 @pytest.mark.parametrize("step", STEPS)
 def test_two_links_brace_themselves_between_rough_walls(step):
-    case = stiction.braced()
+    case = stiction_cases.braced()
     run = snake_env.simulate(
         robot=case.robot,
         scene=case.scene,
         gait=case.target,
-        controller=stiction.SERVO,
+        controller=stiction_cases.SERVO,
         integrator=Integrator(step=step),
         start=case.start,
         duration=2.0,
