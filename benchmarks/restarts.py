@@ -144,8 +144,7 @@ class Ours:
 
     def play(self, first: int, periods: int) -> Played:
         """Steps the environment."""
-        # Below `set_state`, since the states are those of another integrator. Its short parts are inherited, which
-        # costs 2 to 20 % more solves in the first period.
+        # Below `set_state`, since the states are those of another integrator; the first period inherits its parts.
         states = [state.core for state in self._course.periods[first].saved]
         self._envs._robots.native.set_states(range(len(states)), states)
         work, seconds = np.zeros(self._course.robots), 0.0

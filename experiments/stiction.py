@@ -104,7 +104,7 @@ def positions(who: str, case: Case, times: tuple[float, ...]) -> list[Array]:
     """CGs (n, 2) of the links at these multiples of the first one."""
     if who in SETTINGS:
         return peer_positions(SETTINGS[who], case, times)
-    # At the default 25 ms the planar links creep by 3e-5 um/s, within the solver's tolerance.
+    # At the default step the planar links creep within the tolerance of the solver.
     fine = Integrator(step=1e-3) if who == "plane" and case.scene.obstacles else None
     run = simulate(
         model="planar" if who == "plane" else "spatial",
