@@ -23,6 +23,7 @@ ROOT = Path(__file__).resolve().parent.parent
 CORE = "rust/core/src"
 LAYERS: tuple[dict[str, str], ...] = (
     {"error": "ConfigError", "interrupt": "signals", "math": "lanes, trigonometry"},
+    {"rows": "contacts as rows"},
     {"laws": "force laws as convex sets", "judge": "verification of laws"},
     {"obstacles": "shapes, distances", "slope": ""},
     {"robot": "", "scene": "", "gait": "references", "noise": ""},

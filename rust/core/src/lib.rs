@@ -5,7 +5,7 @@
 //! radians everywhere.
 //!
 //! Modules import each other in one direction only:
-//! `math <- {laws, judge} <- contact <- solver <- stepping <- {planar, spatial, minimal} <- simulation <- environment <- batch`.
+//! `math <- rows <- {laws, judge} <- contact <- solver <- stepping <- {planar, spatial, minimal} <- simulation <- environment <- batch`.
 
 pub mod batch;
 pub mod capabilities;
@@ -24,6 +24,7 @@ pub mod obstacles;
 pub mod pegs;
 pub mod planar;
 pub mod robot;
+pub mod rows;
 pub mod scene;
 pub mod simulation;
 pub mod slope;

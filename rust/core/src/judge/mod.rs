@@ -11,12 +11,14 @@ mod clamp;
 mod disc;
 mod half_line;
 mod mobility;
+mod rows;
 
 pub(crate) use balance::{BalancedLink, ChainBalance};
 pub(crate) use clamp::{clamp, clamp_with_backlash};
 pub(crate) use disc::{disc, ellipse};
 pub(crate) use half_line::half_line;
 pub(crate) use mobility::Mobility;
+pub(crate) use rows::rows;
 
 use crate::math::Real;
 

@@ -38,7 +38,6 @@ pub use heading::Heading;
 pub use kinematics::{assemble_chain, close_joints, joint_gap, largest_joint_gap, mean_twist, travel};
 pub use model::{Body, Fleet, Planar, Scripted};
 pub use problem::{Answer, ContactRow, JointRow, LinkRow, Problem};
-pub use self_contact::{PairPlace, SelfContact};
 pub use solver::{Descent, Fallback, InteriorPoint, Newton};
 pub use stage::{Stage, StageContact, StageContactFriction, StageJoint, StageLink, StagePair, StageSolution};
 pub use state::{PlanarState, Pose, Twist, is_plausible};

@@ -5,9 +5,9 @@
 //! than a radius in one step near a contact could pass to the other side of it, so such a step is divided too.
 
 use crate::contact::{NearPair, link_obstacle_contact};
-use crate::math::Real;
+use crate::math::{Laned, Real};
 use crate::pegs::PegGrid;
-use crate::stepping::lanes::{Lanes, active, read_vector};
+use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::penetration::{ALLOWED, Sinking};
 use crate::stepping::{Driven, Members};
 
@@ -41,7 +41,7 @@ impl<T: Real> Workspace<T> {
 
     /// Gap of a pair at the start of the step \[m\].
     fn start_gap(&self, lane: usize, pair: &NearPair, system: &PlanarSystem, pegs: &PegGrid) -> f64 {
-        let start = read_vector(&self.start_pose[pair.link], lane);
+        let start = self.start_pose[pair.link].lane(lane);
         let Heading { cos, sin } = Heading::of(start.z);
         let link = &system.robot.links[pair.link];
         link_obstacle_contact(&start, cos, sin, link, pegs, (pair.peg, pair.place)).gap

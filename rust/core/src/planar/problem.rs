@@ -4,6 +4,7 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, finite, non_negative, positive, require};
+use crate::rows::InLane;
 
 use super::{
     Heading, Stage, StageContact, StageContactFriction, StageJoint, StageLink, StagePair, StageSolution, Twist,

@@ -16,6 +16,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
 use crate::math::Real;
+use crate::rows::{ContactRow, PairRow};
 use crate::stepping::StageStop;
 
 use super::Heading;
@@ -49,15 +50,11 @@ pub struct StageJoint<T = f64> {
     pub slack: T,
 }
 
-/// One contact between a link and an obstacle in a stage. A lane without this contact has direction 0 and offset 1.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StageContact<T = f64> {
-    pub link: usize,
-    /// w_H.
-    pub direction: Vector3<T>,
-    /// Gap over coefficient: the contact closes when `w_H . u + offset` reaches zero \[m/s\].
-    pub offset: T,
-}
+/// Contact of a link with an obstacle.
+pub type StageContact<T = f64> = ContactRow<Vector3<T>, T>;
+
+/// Contact between two links of the robot.
+pub type StagePair<T = f64> = PairRow<Vector3<T>, T>;
 
 /// Coulomb friction of one of the contacts of a stage. A lane without it has direction 0.
 ///
@@ -74,17 +71,6 @@ pub struct StageContactFriction<T = f64> {
     pub coefficient: T,
     /// The bound b that is held \[N s\].
     pub bound: T,
-}
-
-/// One contact between two links in a stage. A lane without it has directions 0 and offset 1.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StagePair<T = f64> {
-    /// In order along the chain.
-    pub links: [usize; 2],
-    /// w of either link.
-    pub direction: [Vector3<T>; 2],
-    /// Gap over coefficient: the contact closes when `w_0 . u_0 + w_1 . u_1 + offset` reaches zero \[m/s\].
-    pub offset: T,
 }
 
 /// Data of one stage, of one robot or of several side by side.
@@ -115,31 +101,6 @@ impl<T: Real> Stage<T> {
             contact_friction: Vec::with_capacity(PAIRS_PER_LINK * links),
             pairs: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
         }
-    }
-}
-
-impl StageContact {
-    /// Rate at which the gap opens under the twists of the links \[m/s\].
-    pub fn rate(&self, twist: &[Vector3<f64>]) -> f64 {
-        self.direction.dot(&twist[self.link])
-    }
-
-    /// The rate and the offset: nonnegative where the contact is admissible \[m/s\].
-    pub fn opening(&self, twist: &[Vector3<f64>]) -> f64 {
-        self.rate(twist) + self.offset
-    }
-}
-
-impl StagePair {
-    /// Rate at which the gap opens under the twists of the links \[m/s\].
-    pub fn rate(&self, twist: &[Vector3<f64>]) -> f64 {
-        let [i, j] = self.links;
-        self.direction[0].dot(&twist[i]) + self.direction[1].dot(&twist[j])
-    }
-
-    /// The rate and the offset: nonnegative where the contact is admissible \[m/s\].
-    pub fn opening(&self, twist: &[Vector3<f64>]) -> f64 {
-        self.rate(twist) + self.offset
     }
 }
 

@@ -19,7 +19,6 @@
 mod certificate;
 mod chain_state;
 mod configuration;
-mod contact_map;
 mod dynamics;
 mod energy;
 mod ground;
@@ -28,9 +27,8 @@ mod kinematics;
 mod lane_fallback;
 mod lanes;
 mod model;
-mod pair_slots;
+mod obstacle_contacts;
 mod peg;
-mod peg_contacts;
 mod penetration;
 mod self_contact;
 mod solver;
@@ -54,11 +52,9 @@ pub use joint::{
     printed_joint_rate,
 };
 pub use kinematics::{assemble_chain, close_joints, largest_joint_gap, orientation_of, rest_on_ground, travel};
-pub use lanes::{Laned, read_lane, write_lane};
 pub use model::{Spatial, SpatialBody, SpatialFleet, SpatialScripted};
-pub use pair_slots::PairPlace;
 pub use peg::{PegContact, centre_line, nearest_point, obstacle_gap, peg_contact, peg_gap, solid_line, wall_gap};
-pub use self_contact::{SelfContact, self_gap};
+pub use self_contact::self_gap;
 pub use solver::{CoulombNewton, Fallback, Newton};
 pub use spatial_vector::{Momentum, SpatialVector, Twist, Wrench};
 pub use stage::{Stage, StageDrive, StageFriction, StageLink, StagePair, StagePeg, StagePegFriction, StageSolution};

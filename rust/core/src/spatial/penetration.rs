@@ -5,7 +5,7 @@
 
 use nalgebra::Vector3;
 
-use crate::math::Real;
+use crate::math::{Laned, Real};
 use crate::pegs::PegGrid;
 use crate::robot::Link;
 use crate::stepping::lanes::{Lanes, active};
@@ -13,7 +13,7 @@ use crate::stepping::penetration::{ALLOWED, Sinking};
 use crate::stepping::{Driven, Members};
 
 use super::workspace::Workspace;
-use super::{Frame, Laned, Spatial, obstacle_gap};
+use super::{Frame, Spatial, obstacle_gap};
 
 impl<T: Real> Workspace<T> {
     /// Examines the ends of the members' steps.

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::math::Real;
+use crate::rows::Screw;
 
 /// Linear and angular part of a twist, wrench or momentum of a link, about its CG, frame I.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,6 +52,23 @@ impl<T: Real> SpatialVector<T> {
     pub fn select_into(&mut self, lanes: T::Mask, value: &Self) {
         crate::math::select_into(&mut self.linear, lanes, &value.linear);
         crate::math::select_into(&mut self.angular, lanes, &value.angular);
+    }
+}
+
+impl<T: Real> Screw<T> for SpatialVector<T> {
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::zero()
+    }
+
+    #[inline(always)]
+    fn power(&self, twist: &Self) -> T {
+        self.dot(twist)
+    }
+
+    #[inline(always)]
+    fn linear(&self) -> Vector3<T> {
+        self.linear
     }
 }
 

@@ -19,6 +19,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::contact::LINK_CONTACTS_PER_LINK;
 use crate::math::Real;
+use crate::rows::{ContactRow, PairRow};
 use crate::stepping::StageStop;
 
 use super::spatial_vector::{Momentum, Twist, Wrench, cross, scaled, sum};
@@ -63,15 +64,11 @@ pub struct StageDrive<T = f64> {
     pub slack: T,
 }
 
-/// One link-peg contact in a stage. A lane without this contact has direction 0 and offset 1.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StagePeg<T = f64> {
-    pub link: usize,
-    /// w_H with its angular part in frame I.
-    pub direction: Wrench<T>,
-    /// Gap over coefficient: the contact closes when `w_H . x + offset` reaches zero \[m/s\].
-    pub offset: T,
-}
+/// Contact of a link with an obstacle, w_H with its angular part in frame I.
+pub type StagePeg<T = f64> = ContactRow<Wrench<T>, T>;
+
+/// Contact between two links of the robot, w of both with their angular parts in frame I.
+pub type StagePair<T = f64> = PairRow<Wrench<T>, T>;
 
 /// Friction of a link-peg contact in a stage. A lane without it has tangents 0 and coefficient 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,16 +87,6 @@ impl StagePegFriction {
         let tangent = |linear: Vector3<f64>| Wrench { linear, angular: arm.cross(&linear) };
         Self { tangents: [tangent(along), tangent(normal.cross(&along))], coefficient }
     }
-}
-
-/// Contact between two links of the robot in a stage. A lane without it has directions 0 and offset 1.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StagePair<T = f64> {
-    pub links: [usize; 2],
-    /// w of both links with their angular parts in frame I.
-    pub direction: [Wrench<T>; 2],
-    /// Gap over coefficient: the contact closes when `w_0 . x_0 + w_1 . x_1 + offset` reaches zero \[m/s\].
-    pub offset: T,
 }
 
 /// Coefficients of ground friction.

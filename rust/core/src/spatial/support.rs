@@ -2,13 +2,13 @@
 
 use nalgebra::Vector3;
 
-use crate::math::Real;
+use crate::math::{Laned, Real};
 use crate::obstacles::SolidLine;
 use crate::pegs::PegGrid;
 use crate::robot::{Link, Robot};
 
 use super::workspace::{Workspace, opening};
-use super::{Frame, Laned, Pose, rest_on_ground, solid_line};
+use super::{Frame, Pose, rest_on_ground, solid_line};
 
 /// An end sphere above a top face, which carries it in place of the ground.
 #[derive(Debug, Clone, Copy)]

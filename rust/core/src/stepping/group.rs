@@ -216,7 +216,6 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
             if M::SORTED_BY_STAGE {
                 body.solves = solves;
             }
-            self.workspace.remember(lane);
         }
         M::run(&mut self.workspace, Operation::Evaluate { lanes: mask::<T>(lanes) });
     }

@@ -62,8 +62,6 @@ pub trait StageOutput<T: Real> {
     /// Solves the stage of one lane by the fallback; `None` if it has a value that is not finite, or would cost more than
     /// `solves_left`.
     fn fall_back(&mut self, lane: usize, tolerance: f64, solves_left: u32) -> Option<FallbackResult>;
-    /// Records the forces of a lane's solution, before it is known whether it is kept.
-    fn remember(&mut self, _lane: usize) {}
     /// How far the stage ended from its prediction, for any point of the robot \[m\].
     fn deviation(&self) -> T;
     /// Whether the stage ended so far from its prediction that it has to be predicted again.

@@ -252,15 +252,6 @@ impl<T: Real> Workspace<T> {
         for (impulse, torque) in self.solution.actuator.iter_mut().zip(&self.actuator_torque) {
             *impulse = *torque * c;
         }
-        self.solution.contact.clear();
-        for force in &self.contact_force {
-            self.solution.contact.push(*force * c);
-        }
-        self.solution.contact_friction.clear();
-        for force in &self.contact_friction_force {
-            self.solution.contact_friction.push(*force * c);
-        }
-        self.self_contacts.load_forces(&self.stage, &mut self.solution.pair);
         let bends = self.start_pose.windows(2).zip(self.base.windows(2));
         let angles = bends.map(|(start, base)| (start[1].z - start[0].z, base[1].z - base[0].z));
         self.joint_stops.fill(angles, c, self.elapsed, &mut self.stage.stops, &mut self.solution.stop);
@@ -273,13 +264,6 @@ impl<T: Real> Workspace<T> {
             force.x = T::select(lanes, impulse.x * per_second, force.x);
             force.y = T::select(lanes, impulse.y * per_second, force.y);
         }
-        for (force, impulse) in self.contact_force.iter_mut().zip(&self.solution.contact) {
-            *force = *impulse * per_second;
-        }
-        for (force, impulse) in self.contact_friction_force.iter_mut().zip(&self.solution.contact_friction) {
-            *force = *impulse * per_second;
-        }
-        self.self_contacts.store_forces(&self.solution.pair, per_second);
         let rates = self.guess.windows(2).zip(self.solution.twist.windows(2));
         let rates = rates.map(|(expected, u)| (expected[1].z - expected[0].z, u[1].z - u[0].z));
         self.joint_stops.arrive(self.largest_bend());

@@ -1,8 +1,8 @@
 //! Robots and their references into lanes.
 
-use crate::math::Real;
+use crate::math::{Laned, Real};
 use crate::planar::{Body, Planar, PlanarSystem};
-use crate::stepping::lanes::{Lanes, NO_LANES, active, mask, set_vector};
+use crate::stepping::lanes::{Lanes, NO_LANES, active, mask};
 use crate::stepping::{Driven, Members, PlantParameters, StageInput};
 
 use super::Workspace;
@@ -30,8 +30,8 @@ impl<T: Real> StageInput<T> for Workspace<T> {
                 lanes.set_lane(lane, -torque);
             }
             for (i, (q, u)) in state.pose.iter().zip(&state.twist).enumerate() {
-                set_vector(&mut self.start_pose[i], lane, q);
-                set_vector(&mut self.start_twist[i], lane, u);
+                self.start_pose[i].set_lane(lane, q);
+                self.start_twist[i].set_lane(lane, u);
             }
             for (lanes, force) in self.friction_force.iter_mut().zip(&warm_start.friction) {
                 lanes.x.set_lane(lane, force.x);
@@ -44,7 +44,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         for lane in active(members.lanes()) {
             let guesses = &mut members.body_mut(lane).warm_start.guess;
             for (lanes, guess) in self.guess.iter_mut().zip(guesses.drain(..)) {
-                set_vector(lanes, lane, &guess);
+                lanes.set_lane(lane, &guess);
             }
         }
     }

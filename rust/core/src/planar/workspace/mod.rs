@@ -7,7 +7,6 @@ mod results;
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::contact::PAIRS_PER_LINK;
 use crate::control::ControlLaw;
 use crate::gait::{Jet, JointTarget, WaveJets};
 use crate::math::{MAX_LANES, Mask, Real};
@@ -81,8 +80,6 @@ pub struct Workspace<T: Real> {
     torques: Vec<f64>,
     /// Forces of the last stage.
     pub friction_force: Vec<Vector2<T>>,
-    pub contact_force: Vec<T>,
-    pub contact_friction_force: Vec<T>,
     pub actuator_torque: Vec<T>,
     pub stage: Stage<T>,
     pub solution: StageSolution<T>,
@@ -176,8 +173,6 @@ impl<T: Real> Workspace<T> {
             sinking: [Sinking::No; MAX_LANES],
             plausible: T::Mask::of(|_| true),
             actuator_torque: vec![zero; links - 1],
-            contact_force: Vec::with_capacity(PAIRS_PER_LINK * links),
-            contact_friction_force: Vec::with_capacity(PAIRS_PER_LINK * links),
             stage: Stage::with_capacity(links),
             solution: StageSolution::new(links),
             newton: Newton::new(links),

@@ -86,7 +86,6 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             friction[i] = [impulse(front, c), impulse(rear, c)];
             rolling[i] = impulse(&self.forces.rolling[i], c);
         }
-        self.self_contacts.load_impulses(c, &mut self.solution.pair);
         let angles = self.start.angle.iter().flatten().zip(self.base.angle.iter().flatten());
         let angles = angles.map(|(start, base)| (*start, *base));
         self.joint_stops.fill(angles, c, self.elapsed, &mut self.stage.stops, &mut self.solution.stop);

@@ -1,9 +1,9 @@
 //! Robots and their references into lanes.
 
 use crate::gait::CardanTarget;
-use crate::math::{Mask, Real};
-use crate::spatial::{Laned, Spatial, SpatialSystem, write_lane};
-use crate::stepping::lanes::{Lanes, NO_LANES, active};
+use crate::math::{Laned, Mask, Real, write_lane};
+use crate::spatial::{Spatial, SpatialSystem};
+use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::{Driven, Members, PlantParameters, StageInput};
 
 use super::Workspace;
@@ -27,8 +27,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
             self.start_velocity.set_lane(lane, &state.velocity);
             write_lane::<T, _>(&mut self.start_momentum, lane, &state.momentum);
             self.forces.set_lane(lane, &state.forces);
-            self.contacts.recall(lane, &state.pairs);
-            self.self_contacts.recall(lane, &state.self_contacts);
+            self.known[lane].copy_from(&state.contacts);
         }
         for (i, ends) in self.stood.iter_mut().enumerate() {
             *ends = [0, 1].map(|end| T::Mask::of(|lane| members.body(lane).warm_start.stands[i][end]));
@@ -73,25 +72,21 @@ impl<T: Real> StageInput<T> for Workspace<T> {
     }
 
     fn find_contacts<D: Driven<Model = Spatial>>(&mut self, members: &mut Members<D>, pending: Lanes, elapsed: T) {
-        let mut contacts = std::mem::take(&mut self.contacts);
-        contacts.clear(self);
+        self.contacts.clear();
         self.supports.retain(|support| !pending[support.lane]);
-        let mut near_obstacles = NO_LANES;
+        let links = &members.system.robot.links;
         for lane in active(pending) {
-            near_obstacles[lane] = self.may_reach(lane, &members.body(lane).pegs);
-        }
-        for (i, link) in members.system.robot.links.iter().enumerate() {
-            let bodies = active(near_obstacles).map(|lane| (lane, members.body(lane)));
-            contacts.add(self, i, link, bodies, elapsed);
-        }
-        self.contacts = contacts;
-        for lane in active(near_obstacles) {
-            let pegs = &members.body(lane).pegs;
-            if self.may_reach_tops(lane, pegs) {
-                self.find_supports(lane, &members.system.robot.links, pegs, elapsed.lane(lane));
+            let body = members.body(lane);
+            if self.may_reach(lane, &body.pegs) {
+                self.find_obstacle_contacts(lane, links, &body.pegs, elapsed.lane(lane));
+                if self.may_reach_tops(lane, &body.pegs) {
+                    self.find_supports(lane, links, &body.pegs, elapsed.lane(lane));
+                }
             }
         }
+        self.contacts.lay_out(&mut self.stage, &mut self.solution);
         self.find_self_contacts(pending, elapsed);
+        active(pending).for_each(|lane| self.known[lane].clear());
     }
 }
 

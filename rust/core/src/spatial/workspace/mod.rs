@@ -8,6 +8,7 @@ pub use kernels::opening;
 
 use nalgebra::{Vector2, Vector3};
 
+use crate::contact::ContactMemory;
 use crate::gait::CardanTarget;
 use crate::math::{MAX_LANES, Mask, Real};
 use crate::robot::Breakage;
@@ -19,8 +20,8 @@ use crate::stepping::penetration::Sinking;
 use crate::stepping::{Backlash, Closings, EnergyLedger, JointStops, StribeckBounds};
 
 use super::chain_state::GroundForces;
-use super::contact_map::ContactMap;
 use super::lane_fallback::LaneFallback;
+use super::obstacle_contacts::ObstacleContacts;
 use super::rest::RestCandidate;
 use super::self_contact::SelfContactDetection;
 use super::support::Support;
@@ -72,7 +73,9 @@ pub struct Workspace<T: Real> {
     rest: RestCandidate<T>,
     /// Lanes whose robots' last steps began at rest.
     began_at_rest: T::Mask,
-    contacts: ContactMap,
+    pub contacts: ObstacleContacts,
+    /// Contacts of the last stage, lane by lane: a step that is rejected leaves those of its robot unchanged.
+    pub known: [ContactMemory; MAX_LANES],
     /// Of the present stage.
     pub supports: Vec<Support>,
     pub self_contacts: SelfContactDetection<T>,
@@ -151,7 +154,8 @@ impl<T: Real> Workspace<T> {
             newton: Newton::new(links),
             rest: RestCandidate::new(&system.robot),
             began_at_rest: T::Mask::of(|_| false),
-            contacts: ContactMap::new(links),
+            contacts: ObstacleContacts::with_capacity(links, T::LANES),
+            known: std::array::from_fn(|_| ContactMemory::with_capacity(8 * links)),
             supports: Vec::with_capacity(2 * links * T::LANES),
             self_contacts: SelfContactDetection::new(&system.robot),
             joint_stops: JointStops::new(&system.robot, 2),

@@ -1,30 +1,27 @@
-//! The peg contacts of a stage: which pairs take part, and how the gap enters.
+//! The contacts of a stage with obstacles: which pairs take part, and how the gap enters.
 
 use nalgebra::{Vector2, Vector3};
-use serde::{Deserialize, Serialize};
 
-use crate::contact::recovery::{DEEP, RECOVERY_SPEED, SAME_SIDE, remaining_gap};
-use crate::contact::touching_distance;
-use crate::math::Real;
+use crate::contact::recovery::{DEEP, SAME_SIDE, offset};
+use crate::contact::{ContactId, ContactMemory, touching_distance};
+use crate::math::{Laned, Real};
 use crate::obstacles::{ConvexPolygon, Solid, SolidContact};
 use crate::pegs::PegGrid;
 use crate::robot::Link;
-use crate::spatial::{Frame, Laned, StagePeg, Twist, Wrench, centre_line, nearest_point, solid_line};
+use crate::stepping::lanes::Lanes;
+use crate::stepping::{ContactImpulse, FoundRow, FoundRows};
 
 use super::workspace::Workspace;
+use super::{
+    Frame, Stage, StagePeg, StagePegFriction, StageSolution, Twist, Wrench, centre_line, nearest_point, solid_line,
+};
 
-/// A pair that took part in the last stage, and its force \[N\].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Pair {
-    pub link: usize,
-    /// The obstacle, by its number in the grid, and which of the places that describe the pair.
-    pub peg: usize,
-    pub place: usize,
-    pub force: f64,
-    /// Friction on the link, frame I \[N\].
-    pub friction: Vector3<f64>,
-    /// Whether the contact carried force at the end of the last accepted step.
-    pub touches: bool,
+/// The contacts of the current stage with obstacles, of all lanes.
+#[derive(Debug, Clone)]
+pub struct ObstacleContacts {
+    pub rows: FoundRows<StagePeg>,
+    /// Those of them that have friction, by their index.
+    frictional: Vec<(usize, StagePegFriction)>,
 }
 
 /// Where one link is during a stage.
@@ -60,7 +57,87 @@ struct Plane {
     is_redundant: bool,
 }
 
+impl ObstacleContacts {
+    pub fn with_capacity(links: usize, lanes: usize) -> Self {
+        let contacts = CONTACTS_PER_LINK * links * lanes;
+        Self { rows: FoundRows::with_capacity(links, contacts), frictional: Vec::with_capacity(contacts) }
+    }
+
+    pub fn clear(&mut self) {
+        self.rows.clear();
+        self.frictional.clear();
+    }
+
+    /// Finds the contacts of one link of a lane's robot; `known` are those of its last stage.
+    fn find(&mut self, lane: usize, index: usize, link: &LinkPrediction, pegs: &PegGrid, known: &ContactMemory) {
+        link.visit(index, pegs, |(obstacle, feature), row, surface| {
+            let coefficient = pegs.friction(obstacle);
+            if coefficient > 0.0 {
+                let friction = StagePegFriction::new(&row.direction.linear, &surface, coefficient);
+                self.frictional.push((self.rows.all().len(), friction));
+            }
+            let id = ContactId::Obstacle { link: index, obstacle, feature };
+            self.rows.add(lane, id, 0, known.of(id), row);
+        });
+    }
+
+    /// Writes all contacts to the stage. Once one of them has friction, all have a row of it.
+    pub fn lay_out<T: Real>(&mut self, stage: &mut Stage<T>, solution: &mut StageSolution<T>) {
+        self.rows.lay_out(stage.coefficient, &mut stage.pegs, &mut solution.peg);
+        stage.peg_friction.clear();
+        solution.peg_friction.clear();
+        if self.frictional.is_empty() {
+            return;
+        }
+        stage.peg_friction.resize(stage.pegs.len(), StagePegFriction::empty());
+        solution.peg_friction.resize(stage.pegs.len(), Vector2::new(T::zero(), T::zero()));
+        for (index, friction) in &self.frictional {
+            let FoundRow { lane, slot, known, .. } = self.rows.all()[*index];
+            let c = stage.coefficient.lane(lane);
+            let impulse = Vector2::from(friction.tangents.map(|tangent| c * tangent.linear.dot(&known.friction)));
+            solution.peg_friction[slot].set_lane(lane, &impulse);
+            stage.peg_friction[slot].set_lane(lane, friction);
+        }
+    }
+
+    /// Impulses of friction in the solved lanes.
+    pub fn friction_impulses<'a, T: Real>(
+        &'a self,
+        stage: &'a Stage<T>,
+        solution: &'a StageSolution<T>,
+        solved: Lanes,
+    ) -> impl Iterator<Item = ContactImpulse> + 'a {
+        let found =
+            self.frictional.iter().map(|(index, _)| &self.rows.all()[*index]).filter(move |row| solved[row.lane]);
+        found.map(|found| found.impulse(found.row.link, friction_of(stage, solution, found.slot, found.lane)))
+    }
+}
+
+/// Friction of a lane's contact as an impulse on the link, frame I \[N s\].
+pub fn friction_of<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, slot: usize, lane: usize) -> Vector3<f64> {
+    let Some(friction) = stage.peg_friction.get(slot) else { return Vector3::zeros() };
+    let [along, across] = friction.tangents.map(|tangent| tangent.linear.lane(lane));
+    let impulse = solution.peg_friction[slot].lane(lane);
+    along * impulse.x + across * impulse.y
+}
+
 impl<T: Real> Workspace<T> {
+    /// Finds the contacts of a lane's robot with obstacles.
+    pub(super) fn find_obstacle_contacts(&mut self, lane: usize, links: &[Link], pegs: &PegGrid, elapsed: f64) {
+        let Self { contacts, known, frames, start_frames, base_frames, expected, stage, .. } = self;
+        for (i, link) in links.iter().enumerate() {
+            let [start, end] = [&start_frames[i], &frames[i]].map(|frame| frame.position.lane(lane));
+            if pegs.is_clear(end.x, end.y, reach_between(link, &start, &end)) {
+                continue;
+            }
+            let [start, base, end] = [&start_frames[i], &base_frames[i], &frames[i]].map(|frame| frame.lane(lane));
+            let expected = expected[i].lane(lane);
+            let coefficient = stage.coefficient.lane(lane);
+            let prediction = LinkPrediction { link, start, base, end, expected, coefficient, elapsed };
+            contacts.find(lane, i, &prediction, pegs, &known[lane]);
+        }
+    }
+
     /// Whether some link of a lane's robot may touch an obstacle at the start of the step, at its predicted end, or between:
     /// one look for the whole robot. No link moves farther than the middle one and both its distances from it.
     pub(super) fn may_reach(&self, lane: usize, obstacles: &PegGrid) -> bool {
@@ -86,25 +163,6 @@ impl<T: Real> Workspace<T> {
 }
 
 impl<'a> LinkPrediction<'a> {
-    /// Link `index` of a lane's robot in the current stage.
-    pub fn of<T: Real>(work: &Workspace<T>, lane: usize, index: usize, link: &'a Link, elapsed: f64) -> Self {
-        Self {
-            link,
-            start: work.start_frames[index].lane(lane),
-            base: work.base_frames[index].lane(lane),
-            end: work.frames[index].lane(lane),
-            expected: work.expected[index].lane(lane),
-            coefficient: work.stage.coefficient.lane(lane),
-            elapsed,
-        }
-    }
-
-    /// Whether link `index` of a lane's robot is too far from all obstacles for a contact.
-    pub fn is_clear<T: Real>(work: &Workspace<T>, lane: usize, index: usize, link: &Link, pegs: &PegGrid) -> bool {
-        let [start, end] = [&work.start_frames[index], &work.frames[index]].map(|frame| frame.position.lane(lane));
-        pegs.is_clear(end.x, end.y, reach_between(link, &start, &end))
-    }
-
     /// Calls `add` with every obstacle and place that may matter, their contact, and its point of the link's surface, from
     /// the CG.
     pub fn visit(&self, index: usize, pegs: &PegGrid, mut add: impl FnMut((usize, usize), StagePeg, Vector3<f64>)) {
@@ -181,11 +239,10 @@ impl<'a> LinkPrediction<'a> {
             plane = at_start;
             travelled = -plane.normal.dot(&moved);
         }
-        let kept = remaining_gap(depth, self.elapsed);
         let contact = StagePeg {
             link: 0,
             direction: Wrench { linear: plane.normal, angular: plane.arm.cross(&plane.normal) },
-            offset: ((plane.gap - kept - travelled) / c).max(-RECOVERY_SPEED),
+            offset: offset(plane.gap, travelled, depth, c, self.elapsed),
         };
         Some((contact, plane.arm))
     }
@@ -222,3 +279,6 @@ fn reach_between(link: &Link, start: &Vector3<f64>, end: &Vector3<f64>) -> f64 {
 
 /// Predicted gap up to which a pair takes part \[m\].
 const MARGIN: f64 = 0.02;
+
+/// Contacts reserved for each link; more are possible.
+const CONTACTS_PER_LINK: usize = 4;
