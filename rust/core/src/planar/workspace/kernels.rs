@@ -267,12 +267,6 @@ impl<T: Real> Workspace<T> {
         let rates = self.guess.windows(2).zip(self.solution.twist.windows(2));
         let rates = rates.map(|(expected, u)| (expected[1].z - expected[0].z, u[1].z - u[0].z));
         self.joint_stops.arrive(self.largest_bend());
-        self.joint_stops.store(
-            &self.stage.stops,
-            &self.solution.stop,
-            rates,
-            [self.stage.coefficient, self.elapsed],
-            lanes,
-        );
+        self.joint_stops.store(&self.solution.stop, rates, [self.stage.coefficient, self.elapsed], lanes);
     }
 }

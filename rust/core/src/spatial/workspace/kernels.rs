@@ -112,13 +112,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         }
         let rates = self.guess.rate.iter().flatten().zip(self.solution.rate.iter().flatten());
         let rates = rates.map(|(expected, rate)| (*expected, *rate));
-        self.joint_stops.store(
-            &self.stage.stops,
-            &self.solution.stop,
-            rates,
-            [self.stage.coefficient, self.elapsed],
-            lanes,
-        );
+        self.joint_stops.store(&self.solution.stop, rates, [self.stage.coefficient, self.elapsed], lanes);
         self.energy = work_of(&self.stage, &self.solution);
         self.measure_deviation();
         self.find_touchdowns();
