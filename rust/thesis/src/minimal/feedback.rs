@@ -4,7 +4,6 @@ use nalgebra::Vector2;
 use snake_core::control::{ControlLaw, ControllerConfig};
 use snake_core::gait::JointTarget;
 
-use super::SmoothLaw;
 use super::motion::{Base, Motion};
 use super::{InverseDynamics, MinimalState, Model};
 
@@ -72,7 +71,7 @@ impl Feedback {
             ControlLaw::Pd => tau.copy_from_slice(&self.u),
             ControlLaw::Io => {
                 self.motion.set(model, measured.base(), &measured.phi, &measured.phi_rate);
-                self.dynamics.torques(model, &self.motion, Some(SmoothLaw::PRINTED), &self.u, tau);
+                self.dynamics.torques(model, &self.motion, &self.u, tau);
             }
         }
         tau.iter_mut().for_each(|tau| *tau = tau.clamp(-limit, limit));

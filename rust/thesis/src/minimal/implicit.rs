@@ -13,8 +13,8 @@ use snake_core::stepping::sdirk::{EXTRAPOLATION, GAMMA};
 use snake_core::stepping::{ImplicitConfig, Record, StageRecord, StepStatistics};
 
 use crate::minimal::{
-    Base, InverseDynamics, MinimalState, Model, Motion, Newton, SmoothLaw, Stage, StageJoint, StageLink, StageSolution,
-    Twist, certify,
+    Base, InverseDynamics, MinimalState, Model, Motion, Newton, Stage, StageJoint, StageLink, StageSolution, Twist,
+    certify,
 };
 
 use super::controller::{Controller, ROUND_OFF};
@@ -360,7 +360,7 @@ impl ControlModel {
 
     /// tau (T 6.58) for the joint accelerations `u` at the predicted end of the stage.
     fn find_torques(&mut self, model: &Model, predicted: &Motion) {
-        self.dynamics.torques(model, predicted, Some(SmoothLaw::PRINTED), &self.u, &mut self.tau);
+        self.dynamics.torques(model, predicted, &self.u, &mut self.tau);
     }
 }
 

@@ -17,20 +17,11 @@ impl InverseDynamics {
         Self { chain: planar::InverseDynamics::new(model.links.iter().map(ModelLink::inertia).collect()) }
     }
 
-    /// tau for joint accelerations `u` under the smooth friction `law`; returns the acceleration of the
-    /// virtual joints, of O_2 and of theta, in the frame of `motion`.
-    ///
-    /// With `law` none there is no friction, and with a motion at rest tau is `M_22_bar u`.
-    pub fn torques(
-        &mut self,
-        model: &Model,
-        motion: &Motion,
-        law: Option<SmoothLaw>,
-        u: &[f64],
-        tau: &mut [f64],
-    ) -> Vector3<f64> {
+    /// tau for joint accelerations `u` under the printed friction law; returns the acceleration of the virtual joints, of
+    /// O_2 and of theta, in the frame of `motion`.
+    pub fn torques(&mut self, model: &Model, motion: &Motion, u: &[f64], tau: &mut [f64]) -> Vector3<f64> {
         for ((applied, link), at) in self.chain.applied.iter_mut().zip(&model.links).zip(&motion.links) {
-            *applied = law.map_or_else(Vector3::zeros, |law| link.friction_force(at, law));
+            *applied = link.friction_force(at, SmoothLaw::PRINTED);
         }
         self.chain.solve(&motion.links, u, tau)
     }

@@ -79,7 +79,7 @@ impl SmoothPlant {
         if config.law == ControlLaw::Pd {
             torque.copy_from_slice(u);
         } else {
-            let base = inverse.torques(model, motion, Some(SmoothLaw::PRINTED), u, torque);
+            let base = inverse.torques(model, motion, u, torque);
             if *law == SmoothLaw::PRINTED && torque.iter().all(|tau| tau.abs() <= limit) {
                 // The plant is the model: phi'' = u (T 6.59).
                 acceleration[..3].copy_from_slice((base + model.pull.push(0.0)).as_slice());

@@ -251,9 +251,8 @@ fn the_input_output_linearising_torque_without_matrices_is_that_with_matrices() 
         let u = Uniform::new(7).vector(case.model.joint_count(), 50.0);
         let mut tau = DVector::zeros(u.len());
         let mut sweep = InverseDynamics::new(&case.model);
-        let law = SmoothLaw::PRINTED;
-        sweep.torques(&case.model, &case.motion(), Some(law), &u, tau.as_mut_slice());
-        let plant = ControlPlant::new(&case.model, law, &case.q[3..], &case.nu());
+        sweep.torques(&case.model, &case.motion(), &u, tau.as_mut_slice());
+        let plant = ControlPlant::new(&case.model, SmoothLaw::PRINTED, &case.q[3..], &case.nu());
         let printed = plant.joint_dynamics().torque(&DVector::from_row_slice(&u));
         assert!(relative(&tau, &printed) < 1e-11, "round-off grows with the chain: {}", relative(&tau, &printed));
     }
@@ -267,7 +266,6 @@ fn inverse_dynamics_undoes_forward_dynamics() {
         let base = InverseDynamics::new(&case.model).torques(
             &case.model,
             &case.motion(),
-            Some(SmoothLaw::PRINTED),
             &acceleration.as_slice()[3..],
             tau.as_mut_slice(),
         );
