@@ -17,7 +17,7 @@ test:
 	$(MAKE) test-python
 
 # The tests of Rust and the native module of those of Python, in one call so that they share the crates below them.
-CHECKED := --quiet --profile checked --package snake-core --package snake-bench --package snake-stress --package snake-py
+CHECKED := --quiet --profile checked --package snake-core --package snake-thesis --package snake-bench --package snake-stress --package snake-py
 test-rust compile-tests .venv/.native-test: export PYO3_NO_PYTHON = 1
 test-rust compile-tests .venv/.native-test: export PYO3_BUILD_EXTENSION_MODULE = 1
 
@@ -44,7 +44,7 @@ test-arm: export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER = aarch64-linux-g
 test-arm: export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER = qemu-aarch64 -L /usr/aarch64-linux-gnu
 test-arm:
 	rustup target add $(ARM)
-	cargo test --quiet --package snake-core --target $(ARM)
+	cargo test --quiet --package snake-core --package snake-thesis --target $(ARM)
 
 # What the suite asks of fixed inputs, asked of fresh random ones.
 fuzz: build

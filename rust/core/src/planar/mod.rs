@@ -15,6 +15,7 @@ mod contact_friction;
 mod contacts;
 mod energy;
 mod heading;
+mod inverse_dynamics;
 mod io_drive;
 mod kinematics;
 mod lane_fallback;
@@ -29,12 +30,13 @@ mod stage;
 
 mod state;
 mod system;
-mod thesis;
 mod warm_start;
 mod workspace;
 
 pub use certificate::{Certificate, certify};
+pub use energy::work_of;
 pub use heading::Heading;
+pub use inverse_dynamics::{Composite, InverseDynamics, LinkInertia, LinkMotion, own_inertia};
 pub use kinematics::{assemble_chain, close_joints, joint_gap, largest_joint_gap, mean_twist, travel};
 pub use model::{Body, Fleet, Planar, Scripted};
 pub use problem::{Answer, ContactRow, JointRow, LinkRow, Problem};
@@ -42,5 +44,4 @@ pub use solver::{Descent, Fallback, InteriorPoint, Newton};
 pub use stage::{Stage, StageContact, StageContactFriction, StageJoint, StageLink, StagePair, StageSolution};
 pub use state::{PlanarState, Pose, Twist, is_plausible};
 pub use system::PlanarSystem;
-pub use thesis::{ModifiedNewton, Penalties, Thesis};
 pub use warm_start::WarmStart;

@@ -24,18 +24,20 @@ mod plan;
 mod plant_parameters;
 mod queues;
 mod record;
-pub(crate) mod sdirk;
+pub mod sdirk;
 mod stage;
 pub(crate) mod start;
 mod statistics;
 mod stribeck;
-mod thesis;
 mod verdict;
 
 pub use backlash::{Backlash, MovedAxis, PlayedAxis};
 pub use body::{Body, Clock, HasBody, Scripted};
 pub use closing::{Closing, ClosingRow, Closings};
-pub use config::{Accuracy, ImplicitConfig, IntegratorConfig, MOST_STEPS_PER_PERIOD, Method, Precision, ThesisConfig};
+pub use config::{
+    Accuracy, ImplicitConfig, ImplicitMethod, MOST_STEPS_PER_PERIOD, Precision, require_steps, steps_in, tolerance,
+    validate_iterations,
+};
 pub use energy::EnergyLedger;
 pub use fleet::Fleet;
 pub use found_rows::{FoundRow, FoundRows, SolvedRows};
@@ -44,7 +46,7 @@ pub use kernels::CompiledModel;
 pub use lane_count::{available_lanes, forced_lanes, widest_lanes};
 pub use lanes::Members;
 pub use model::{Driven, Model, RobotState, WarmStart};
-pub(crate) use model::{MAX_RATE, MAX_SPEED};
+pub use model::{MAX_RATE, MAX_SPEED};
 pub use obstacle_impulses::ObstacleImpulses;
 pub use plan::StepPlan;
 pub use plant_parameters::PlantParameters;
@@ -52,6 +54,5 @@ pub use record::{Record, StageRecord};
 pub use stage::{ContactImpulse, SolvedStage, Source, StageInput, StageKernels, StageOutput};
 pub use statistics::StepStatistics;
 pub use stribeck::StribeckBounds;
-pub use thesis::ThesisScheme;
 pub use verdict::FallbackResult;
 pub(crate) use verdict::{NEARBY, may_fall_back};

@@ -7,9 +7,7 @@
 //! * A stage that Newton's method did not solve is given to the **fallback**, one robot at a time. The fallback counts
 //!   in `fallbacks` whether or not it succeeds.
 //! * A stage is **unconverged** if the fallback did not solve it either, or was not tried: the stage has a value
-//!   that is not finite, or the step's budget is spent. The minimal model has no fallback because its stages have no contacts: a stage
-//!   whose residual is above [`crate::solver::RESIDUAL_LIMIT`] times the tolerance is solved again from its solution,
-//!   with the tolerance divided by that factor.
+//!   that is not finite, or the step's budget is spent.
 //!
 //! A step has a **budget** of [`STEP_BUDGET`] times `max_iterations` linear solves, in which a solve of the fallback with k
 //! contacts between links counts as `1 + k^2 / 50`, as much as it costs. Contacts that contradict each other send every
