@@ -1,8 +1,10 @@
 //! Hard stage problems of the planar model, saved from simulations.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use snake_core::planar::{Certificate, Fallback, Problem, Stage, StageSolution, Twist, certify};
+use serde::de::DeserializeOwned;
+use snake_core::planar::{Certificate, Fallback, Stage, StageSolution, Twist, certify};
+use snake_core::rows::SavedStage;
 use snake_core::solver::SolveStatus;
 
 use crate::planar::Random;
@@ -23,19 +25,21 @@ pub struct Golden {
     pub stage: Stage,
 }
 
+/// The stages saved in a folder, with the names of their files.
+pub fn saved_stages<S: DeserializeOwned>(folder: &Path) -> Vec<(String, S)> {
+    let mut paths: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    paths.sort();
+    let read = |path: &PathBuf| {
+        let saved: SavedStage<S> = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+        (path.file_stem().unwrap().to_str().unwrap().to_owned(), saved.stage)
+    };
+    paths.iter().map(read).collect()
+}
+
 /// The files of `rust/core/tests/golden`, and two stages too large for one: 200 links, and 200 links with 100 contacts.
 pub fn golden() -> Vec<Golden> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../core/tests/golden");
-    let mut paths: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
-    paths.sort();
-    let mut all: Vec<Golden> = paths
-        .iter()
-        .map(|path| {
-            let problem: Problem = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
-            let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
-            Golden { name, stage: problem.stage().unwrap() }
-        })
-        .collect();
+    let mut all: Vec<Golden> = saved_stages(&folder).into_iter().map(|(name, stage)| Golden { name, stage }).collect();
     for contacts in [0, 100] {
         let kind = dense::Kind {
             links: 200,

@@ -95,7 +95,8 @@ mod tests {
     #[cfg(target_arch = "x86_64")]
     use crate::math::Wide8;
     use crate::math::{Kernel, Mask, Wide4};
-    use crate::planar::{Newton, Problem, StageContact};
+    use crate::planar::{Newton, StageContact};
+    use crate::rows::SavedStage;
 
     struct Solve<'a, T: Real>(&'a Stage<T>, &'a mut StageSolution<T>);
 
@@ -151,8 +152,8 @@ mod tests {
     fn lanes_agree<T: Real>() {
         for file in std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden")).unwrap() {
             let path = file.unwrap().path();
-            let problem: Problem = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
-            let (stage, mut solution) = fanned::<T>(&problem.stage().unwrap());
+            let saved: SavedStage<Stage> = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
+            let (stage, mut solution) = fanned::<T>(&saved.stage);
             let iterations = T::run(Solve(&stage, &mut solution));
             for lane in 0..T::LANES {
                 let (mut one, mut lonely) = (Stage::with_capacity(2), StageSolution::new(stage.links.len()));

@@ -13,16 +13,18 @@
 //! Implicit Euler is one stage with coefficient h; higher order composes several.
 
 use nalgebra::{Vector2, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
 use crate::math::Real;
-use crate::rows::{ContactRow, PairRow};
+use crate::rows::{ContactRow, PairRow, Saved};
 use crate::stepping::StageStop;
 
 use super::Heading;
 
 /// One link in a stage.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "T: Saved", deny_unknown_fields)]
 pub struct StageLink<T = f64> {
     /// R_B^I at the predicted end configuration.
     pub heading: Heading<T>,
@@ -38,13 +40,15 @@ pub struct StageLink<T = f64> {
 
 /// One joint in a stage: the impulse that drives phi upwards is `clamp(shrink(drive - stiffness omega_J))`, where
 /// `shrink` takes up to `slack` off its argument's magnitude.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "T: Saved", deny_unknown_fields)]
 pub struct StageJoint<T = f64> {
     /// b = c (k_P (phi_d - phi_base) + k_D phi_d') \[N m s\].
     pub drive: T,
     /// k = c (c k_P + k_D) \[N m s^2\].
     pub stiffness: T,
     /// c times the torque limit \[N m s\].
+    #[serde(with = "crate::rows::limit")]
     pub limit: T,
     /// Part of the drive that backlash absorbs, `stiffness` times half the backlash over c; zero without \[N m s\].
     pub slack: T,
@@ -60,7 +64,8 @@ pub type StagePair<T = f64> = PairRow<Vector3<T>, T>;
 ///
 /// `-w^T u in N_[-b, b](P)` with `b = mu P_H`. Since P_H is an unknown, a stage with it is no optimisation problem: it is
 /// solved as one for held bounds, again and again until the bounds are those of its own solution, or by the fallback.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "T: Saved", deny_unknown_fields)]
 pub struct StageContactFriction<T = f64> {
     /// Index of the contact.
     pub contact: usize,
@@ -74,7 +79,8 @@ pub struct StageContactFriction<T = f64> {
 }
 
 /// Data of one stage, of one robot or of several side by side.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "T: Saved", deny_unknown_fields)]
 pub struct Stage<T = f64> {
     /// c: the part of the step this stage covers \[s\].
     pub coefficient: T,

@@ -5,8 +5,10 @@
 
 mod in_lane;
 mod row;
+mod saved;
 mod screw;
 
 pub use in_lane::{InLane, read_rows, write_rows};
 pub use row::{ContactRow, PairRow, Row};
+pub use saved::{Saved, SavedStage, limit};
 pub use screw::Screw;

@@ -1,9 +1,12 @@
+use serde::{Deserialize, Serialize};
+
 use crate::math::{Laned, Real};
 
 use super::Screw;
 
 /// Contact of one link with something that no robot moves. A lane without it has direction 0 and offset 1.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ContactRow<S, T = f64> {
     pub link: usize,
     /// w.
@@ -13,7 +16,8 @@ pub struct ContactRow<S, T = f64> {
 }
 
 /// Contact between two links of a robot. A lane without it has directions 0 and offset 1.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct PairRow<S, T = f64> {
     /// In order along the chain.
     pub links: [usize; 2],

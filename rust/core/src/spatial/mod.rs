@@ -44,6 +44,7 @@ pub use dynamics::{inertia, mass_diagonal, potential_energy};
 pub use ground::{End, ground_gap};
 pub use joint::{JointAxes, joint_angle, joint_axes, joint_gap, joint_rate};
 pub use kinematics::{assemble_chain, close_positions, largest_joint_gap, orientation_of, rest_on_ground};
+pub use lane_fallback::observe_hard_stages;
 pub use model::{Spatial, SpatialBody, SpatialFleet, SpatialScripted};
 pub use peg::{centre_line, nearest_point, obstacle_gap, peg_gap, solid_line, wall_gap};
 pub use self_contact::self_gap;

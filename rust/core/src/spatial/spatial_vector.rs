@@ -1,12 +1,14 @@
 //! Spatial vectors of a link: a linear and an angular part about the CG, both in frame I.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use crate::math::Real;
-use crate::rows::Screw;
+use crate::rows::{Saved, Screw};
 
 /// Linear and angular part of a twist, wrench or momentum of a link, about its CG, frame I.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "T: Saved", deny_unknown_fields)]
 pub struct SpatialVector<T = f64> {
     pub linear: Vector3<T>,
     pub angular: Vector3<T>,

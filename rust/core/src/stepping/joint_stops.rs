@@ -4,6 +4,8 @@
 //! and impulses in newton seconds. The angle at the end of a stage is linear in its rate, phi = phi_B + c phi': the end of
 //! a stage obeys the limit exactly. An axis is one coordinate of the chain, for which its elimination has a term already.
 
+use serde::{Deserialize, Serialize};
+
 use crate::contact::recovery::{RECOVERY_SPEED, remaining_gap};
 use crate::math::{Mask, Real};
 use crate::robot::Robot;
@@ -12,7 +14,8 @@ use super::{ClosingRow, Closings};
 
 /// Both stops of an axis in a stage, that at the largest angle first: they close when `offset[0] - lever phi'` and
 /// `offset[1] + lever phi'` reach zero.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct StageStop<T = f64> {
     /// \[m\]
     pub lever: T,
