@@ -7,18 +7,13 @@ use crate::rows::Screw;
 use crate::stepping::lanes::{Lanes, active, mask};
 use crate::stepping::{ContactImpulse, Driven, Members, SolvedRows};
 
-use super::contacts::{Contacts, FrictionalContact, Prediction};
-use super::workspace::Workspace;
+use super::contacts::FrictionalContact;
+use super::workspace::{Motion, Workspace};
 use super::{Heading, Planar, PlanarSystem, Stage};
 
 impl<T: Real> Workspace<T> {
-    /// Finds the contacts of the `pending` lanes at their predicted ends, `elapsed` after the start of the step.
-    pub(super) fn detect_contacts<D: Driven<Model = Planar>>(
-        &mut self,
-        members: &mut Members<D>,
-        pending: Lanes,
-        elapsed: T,
-    ) {
+    /// Finds the contacts of the `pending` lanes at their predicted ends.
+    pub(super) fn detect_contacts<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>, pending: Lanes) {
         self.contacts.clear();
         let system = members.system;
         let has_pegs = self.has_pegs;
@@ -27,15 +22,16 @@ impl<T: Real> Workspace<T> {
             if body.pegs.is_empty() {
                 continue;
             }
-            let (contacts, prediction) = self.prediction(system, &body.pegs, lane, elapsed.lane(lane));
-            let (near, &Prediction { displacement, margin, .. }) = (&mut body.warm_start.near, &prediction);
+            let Self { contacts, motion, stage, .. } = self;
+            let robot = motion.of_lane(&system.robot.links, lane, Real::lane(stage.coefficient, lane));
+            let (near, displacement, margin) = (&mut body.warm_start.near, robot.bound.displacement, robot.margin(1.0));
             if !near.covers(displacement, margin) {
-                let poses = prediction.end.iter().map(|pose| pose.lane(lane));
-                near.rebuild(poses, &system.robot.links, &body.pegs, margin, displacement);
+                let poses = motion.predicted.iter().map(|pose| pose.lane(lane));
+                near.rebuild(poses, robot.links, &body.pegs, margin, displacement);
             }
             let is_among_pegs = !near.pairs().is_empty();
             if is_among_pegs {
-                contacts.find(near, &prediction);
+                contacts.find(near, &robot, &body.pegs);
             }
             self.near_pegs[lane] = is_among_pegs;
         }
@@ -44,37 +40,7 @@ impl<T: Real> Workspace<T> {
             self;
         contacts.rows.lay_out(*c, rows, &mut solution.contact);
         contacts.lay_out_friction(*c, contact_friction, &mut solution.contact_friction);
-        self.detect_self_contacts(members, pending, elapsed);
-    }
-
-    /// The robot of a lane in the current stage, beside the contacts found.
-    fn prediction<'a>(
-        &'a mut self,
-        system: &'a PlanarSystem,
-        pegs: &'a PegGrid,
-        lane: usize,
-        elapsed: f64,
-    ) -> (&'a mut Contacts, Prediction<'a, T>) {
-        let Self { contacts, stage, base, predicted: end, heading, travel, motion_bound, start_pose: start, .. } = self;
-        let (coefficient, motion_bound) = (Real::lane(stage.coefficient, lane), motion_bound.lane(lane));
-        let displacement = motion_bound.displacement;
-        let margin = motion_bound.contact_margin(coefficient, 1.0, system.smallest_radius());
-        let robot = &system.robot;
-        let prediction = Prediction {
-            robot,
-            pegs,
-            lane,
-            base,
-            start,
-            end,
-            heading,
-            travel,
-            coefficient,
-            elapsed,
-            displacement,
-            margin,
-        };
-        (contacts, prediction)
+        self.detect_self_contacts(members, pending);
     }
 
     /// Keeps the contact forces as the next initial guess, and records which contacts close in the `solved` lanes.
@@ -84,7 +50,7 @@ impl<T: Real> Workspace<T> {
         solved: Lanes,
         contact_impulses: &mut Vec<ContactImpulse>,
     ) {
-        let Self { contacts, closings, solution, stage, guess: expected, elapsed, .. } = self;
+        let Self { contacts, closings, solution, stage, motion: Motion { guess: expected, elapsed, .. }, .. } = self;
         let (c, twist) = (stage.coefficient, &solution.twist);
         let rows = SolvedRows {
             coefficient: c,
@@ -110,7 +76,8 @@ impl<T: Real> Workspace<T> {
 
     /// Gap of a pair at the end of the step \[m\].
     pub(super) fn end_gap(&self, lane: usize, pair: &NearPair, system: &PlanarSystem, pegs: &PegGrid) -> f64 {
-        let (end, Heading { cos, sin }) = (self.end[pair.link].lane(lane), self.heading[pair.link].lane(lane));
+        let (end, Heading { cos, sin }) =
+            (self.result.end[pair.link].lane(lane), self.motion.heading[pair.link].lane(lane));
         let link = &system.robot.links[pair.link];
         link_obstacle_gap(&end, cos, sin, link, pegs, (pair.peg, pair.place))
     }

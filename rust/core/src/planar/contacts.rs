@@ -7,9 +7,10 @@ use crate::contact::{LinkPegContact, NearPair, NearPegs, PAIRS_PER_LINK, link_ob
 use crate::math::{Laned, Real};
 use crate::pegs::PegGrid;
 use crate::planar::{Heading, StageContact, StageContactFriction};
-use crate::robot::Robot;
 use crate::rows::Screw;
 use crate::stepping::FoundRows;
+
+use super::workspace::StageKinematics;
 
 /// The contacts of the current stage, of all lanes.
 #[derive(Debug, Clone)]
@@ -32,29 +33,6 @@ pub struct FrictionalContact {
     coefficient: f64,
 }
 
-/// One robot of a stage: where it starts, where it is predicted to end, and with what mean velocity it gets there.
-pub struct Prediction<'a, T> {
-    pub robot: &'a Robot,
-    pub pegs: &'a PegGrid,
-    /// Lane of the robot in all that follows.
-    pub lane: usize,
-    pub base: &'a [Vector3<T>],
-    /// Configuration at the start of the step.
-    pub start: &'a [Vector3<T>],
-    pub end: &'a [Vector3<T>],
-    /// Headings at the predicted end.
-    pub heading: &'a [Heading<T>],
-    pub travel: &'a [Vector3<T>],
-    /// c \[s\].
-    pub coefficient: f64,
-    /// Time from the start of the step to the end of the stage \[s\].
-    pub elapsed: f64,
-    /// Largest displacement of any point of the robot from the start of the step to the predicted end \[m\].
-    pub displacement: f64,
-    /// Predicted gap up to which a pair takes part \[m\].
-    pub margin: f64,
-}
-
 impl Contacts {
     pub fn with_capacity(links: usize, lanes: usize) -> Self {
         let pairs = PAIRS_PER_LINK * links;
@@ -71,15 +49,15 @@ impl Contacts {
     }
 
     /// Finds the contacts of a robot: its near pairs whose predicted gap is below the margin.
-    pub fn find<T: Real>(&mut self, near: &mut NearPegs, prediction: &Prediction<T>) {
-        self.collect_close(near, prediction);
+    pub fn find<T: Real>(&mut self, near: &mut NearPegs, robot: &StageKinematics<T>, obstacles: &PegGrid) {
+        self.collect_close(near, robot, obstacles);
         for (index, at_end) in &self.close {
             let pair = &near.pairs()[*index];
             let link = pair.link;
-            let (plane, heading, offset) = prediction.plane(pair, at_end);
-            let coefficient = prediction.pegs.friction(pair.peg);
+            let (plane, heading, offset) = robot.plane(pair, at_end, obstacles);
+            let coefficient = obstacles.friction(pair.peg);
             if coefficient > 0.0 && !plane.is_redundant {
-                let radius = prediction.robot.links[link].radius;
+                let radius = robot.links[link].radius;
                 let direction = plane.tangent(heading.cos, heading.sin, radius);
                 self.frictional.push(FrictionalContact {
                     found: self.rows.all().len(),
@@ -89,7 +67,7 @@ impl Contacts {
                 });
             }
             let row = StageContact { link, direction: plane.direction, offset };
-            self.rows.add(prediction.lane, pair.id(), *index, pair.known, row);
+            self.rows.add(robot.lane, pair.id(), *index, pair.known, row);
         }
         // A pair that takes no part has no force.
         for pair in near.pairs_mut() {
@@ -98,15 +76,16 @@ impl Contacts {
     }
 
     /// Collects the pairs within the margin, without a branch that would be mispredicted.
-    fn collect_close<T: Real>(&mut self, near: &mut NearPegs, prediction: &Prediction<T>) {
+    fn collect_close<T: Real>(&mut self, near: &mut NearPegs, robot: &StageKinematics<T>, obstacles: &PegGrid) {
+        let margin = robot.margin(1.0);
         let (close, mut count) = (&mut self.close, 0);
-        near.visit_within(prediction.displacement, prediction.margin, |index, pair| {
-            let at_end = prediction.contact(pair);
+        near.visit_within(robot.bound.displacement, margin, |index, pair| {
+            let at_end = robot.contact(pair, obstacles);
             close.truncate(count);
             close.push((index, at_end));
             // A wall that the link has crossed is looked at from the start of the step.
-            let is_covered = at_end.is_redundant && at_end.gap > -prediction.robot.links[pair.link].radius;
-            count += usize::from(at_end.gap < prediction.margin && !is_covered);
+            let is_covered = at_end.is_redundant && at_end.gap > -robot.links[pair.link].radius;
+            count += usize::from(at_end.gap < margin && !is_covered);
             at_end.gap
         });
         close.truncate(count);
@@ -141,13 +120,12 @@ impl Contacts {
     }
 }
 
-impl<T: Real> Prediction<'_, T> {
+impl<T: Real> StageKinematics<'_, T> {
     /// A pair at the predicted end.
-    fn contact(&self, pair: &NearPair) -> LinkPegContact {
-        let (i, lane) = (pair.link, self.lane);
-        let (cos, sin) = (Real::lane(self.heading[i].cos, lane), Real::lane(self.heading[i].sin, lane));
-        let end = self.end[i].lane(lane);
-        link_obstacle_contact(&end, cos, sin, &self.robot.links[i], self.pegs, (pair.peg, pair.place))
+    fn contact(&self, pair: &NearPair, obstacles: &PegGrid) -> LinkPegContact {
+        let Heading { cos, sin } = self.heading(pair.link);
+        let end = self.end(pair.link);
+        link_obstacle_contact(&end, cos, sin, &self.links[pair.link], obstacles, (pair.peg, pair.place))
     }
 
     /// Direction and offset of a pair, given how it is at the predicted end.
@@ -160,25 +138,25 @@ impl<T: Real> Prediction<'_, T> {
     /// at the start of the step (T 3.47 != D9). Either plane touches the distance function of a convex body
     /// from below (for a link that translates), so `g + c w . u >= 0` keeps the true gap non-negative however
     /// long the step.
-    fn plane(&self, pair: &NearPair, at_end: &LinkPegContact) -> (LinkPegContact, Heading, f64) {
-        let (i, lane, c) = (pair.link, self.lane, self.coefficient);
-        let link = &self.robot.links[i];
-        let touching = touching_distance(link, self.pegs, pair.peg);
+    fn plane(&self, pair: &NearPair, at_end: &LinkPegContact, obstacles: &PegGrid) -> (LinkPegContact, Heading, f64) {
+        let (i, c) = (pair.link, self.coefficient);
+        let link = &self.links[i];
+        let touching = touching_distance(link, obstacles, pair.peg);
         let mut plane = *at_end;
-        let mut at = self.heading[i].lane(lane);
-        let mut travelled = c * at_end.direction.dot(&self.travel[i].lane(lane));
-        if at_end.gap < -DEEP * touching || self.displacement > touching {
-            let start = self.start[i].lane(lane);
+        let mut at = self.heading(i);
+        let mut travelled = c * at_end.direction.dot(&self.travel(i));
+        if at_end.gap < -DEEP * touching || self.bound.displacement > touching {
+            let start = self.start(i);
             let heading = Heading::of(start.z);
             let at_start =
-                link_obstacle_contact(&start, heading.cos, heading.sin, link, self.pegs, (pair.peg, pair.place));
+                link_obstacle_contact(&start, heading.cos, heading.sin, link, obstacles, (pair.peg, pair.place));
             let same_side = at_start.direction.xy().dot(&at_end.direction.xy()) > SAME_SIDE;
             if at_end.is_redundant && at_start.is_redundant {
                 return (NO_CONTACT, Heading { cos: 1.0, sin: 0.0 }, 1.0);
             }
             if (at_end.gap < -DEEP * touching || !same_side) && !at_start.is_redundant {
                 (plane, at) = (at_start, heading);
-                travelled = -at_start.direction.dot(&(self.base[i].lane(lane) - start));
+                travelled = -at_start.direction.dot(&(self.base(i) - start));
             }
         }
         (plane, at, offset(plane.gap, travelled, pair.known.depth, c, self.elapsed))

@@ -11,8 +11,8 @@ use crate::robot::{Link, Robot};
 use crate::stepping::lanes::{Lanes, NO_LANES, active};
 use crate::stepping::{ContactImpulse, Driven, FoundRows, Members, SolvedRows};
 
-use super::link_pairs::{PosedRobot, place_in_lane};
-use super::workspace::Workspace;
+use super::link_pairs::place_in_lane;
+use super::workspace::{Motion, Workspace};
 use super::{Planar, StagePair};
 
 /// Contacts of the current stage between links of one robot, of all lanes.
@@ -84,43 +84,21 @@ impl<T: Real> SelfContactDetection<T> {
 }
 
 impl<T: Real> Workspace<T> {
-    /// Finds the contacts of the `pending` lanes with themselves at their predicted ends, `elapsed` after the start of
-    /// the step.
-    pub(super) fn detect_self_contacts<D: Driven<Model = Planar>>(
-        &mut self,
-        members: &mut Members<D>,
-        pending: Lanes,
-        elapsed: T,
-    ) {
+    /// Finds the contacts of the `pending` lanes with themselves at their predicted ends.
+    pub(super) fn detect_self_contacts<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>, pending: Lanes) {
         if !self.self_contacts.is_enabled() {
             return;
         }
-        let Self { self_contacts, stage, solution, motion_bound, start_pose, base, predicted, heading, travel, .. } =
-            self;
+        let Self { self_contacts, stage, solution, motion, .. } = self;
         let SelfContactDetection { rows, close_pairs, folded, sharp, near, .. } = self_contacts;
         rows.clear();
-        let system = members.system;
+        let links = &members.system.robot.links;
         for lane in active(pending) {
             let known = &mut members.body_mut(lane).warm_start.self_contacts;
             if folded.lane(lane) {
-                let (coefficient, motion_bound) = (Real::lane(stage.coefficient, lane), motion_bound.lane(lane));
-                let displacement = motion_bound.displacement;
-                let margin = motion_bound.contact_margin(coefficient, 2.0, system.smallest_radius());
-                let robot = PosedRobot {
-                    links: &system.robot.links,
-                    lane,
-                    start: start_pose,
-                    base,
-                    end: predicted,
-                    heading,
-                    travel,
-                    coefficient,
-                    elapsed: Real::lane(elapsed, lane),
-                    displacement,
-                    margin,
-                    is_sharp: sharp.lane(lane),
-                };
-                robot.visit_contacts(close_pairs.of_lane(lane), |links, feature, at_end, contact| {
+                let robot = motion.of_lane(links, lane, Real::lane(stage.coefficient, lane));
+                let pairs = close_pairs.of_lane(lane);
+                robot.visit_contacts(pairs, sharp.lane(lane), |links, feature, at_end, contact| {
                     let known = known.of(ContactId::Pair { links, feature });
                     rows.add(lane, feature, known, robot.row(links, feature, at_end, contact, known.depth));
                     near[lane] = true;
@@ -138,7 +116,8 @@ impl<T: Real> Workspace<T> {
         solved: Lanes,
         contact_impulses: &mut Vec<ContactImpulse>,
     ) {
-        let Self { self_contacts, closings, solution, stage, guess: expected, elapsed, .. } = self;
+        let Self { self_contacts, closings, solution, stage, motion: Motion { guess: expected, elapsed, .. }, .. } =
+            self;
         let (coefficient, twist) = (stage.coefficient, &solution.twist);
         let rows =
             SolvedRows { coefficient, elapsed: *elapsed, expected, twist, impulse: &solution.pair, lanes: solved };
@@ -151,16 +130,17 @@ impl<T: Real> Workspace<T> {
     /// Visits the gaps at the start and at the end of the step of all pairs of a lane's links that overlap at its end by
     /// more than `depth` \[m\].
     pub(super) fn visit_self_overlaps(&self, links: &[Link], lane: usize, depth: f64, mut visit: impl FnMut(f64, f64)) {
-        let is_surprised = self.self_contacts.is_enabled() && 2.0 * self.deviation.lane(lane) > CLEARANCE;
+        let is_surprised = self.self_contacts.is_enabled() && 2.0 * self.result.deviation.lane(lane) > CLEARANCE;
         if !self.self_contacts.near[lane] && !is_surprised {
             return;
         }
-        let centre = |link: usize| self.end[link].lane(lane).xy();
+        let centre = |link: usize| self.result.end[link].lane(lane).xy();
         visit_close_pairs(links, centre, -depth, |i, j| {
-            let at_end = [i, j].map(|link| place_in_lane(links, link, lane, &self.end, &self.heading));
+            let at_end = [i, j].map(|link| place_in_lane(links, link, lane, &self.result.end, &self.motion.heading));
             let end = link_pair_gap([&at_end[0], &at_end[1]]);
             if end < -depth {
-                let at_start = [i, j].map(|link| PlacedLink::new(&links[link], self.start_pose[link].lane(lane)));
+                let at_start =
+                    [i, j].map(|link| PlacedLink::new(&links[link], self.motion.start_pose[link].lane(lane)));
                 visit(link_pair_gap([&at_start[0], &at_start[1]]), end);
             }
         });
@@ -169,7 +149,7 @@ impl<T: Real> Workspace<T> {
     /// Gap of a contact of a lane's robot with itself at the end of the step \[m\].
     pub(super) fn end_gap_of_pair(&self, links: &[Link], lane: usize, id: ContactId) -> f64 {
         let ContactId::Pair { links: pair, feature } = id else { return f64::INFINITY };
-        let at_end = pair.map(|link| place_in_lane(links, link, lane, &self.end, &self.heading));
+        let at_end = pair.map(|link| place_in_lane(links, link, lane, &self.result.end, &self.motion.heading));
         link_pair_contact([&at_end[0], &at_end[1]], feature).gap
     }
 }

@@ -21,12 +21,12 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     }
 
     fn deviation(&self) -> T {
-        self.deviation
+        self.result.deviation
     }
 
     /// Gaps linearised at the prediction may then be wrong, or contacts missing.
     fn is_mispredicted(&self, lane: usize) -> bool {
-        self.joint_stops.has_missed(lane) || (self.is_near_contact(lane) && self.deviation.lane(lane) > MARGIN)
+        self.joint_stops.has_missed(lane) || (self.is_near_contact(lane) && self.result.deviation.lane(lane) > MARGIN)
     }
 
     fn postpone(&mut self, lane: usize, body: &mut Body) {
@@ -59,7 +59,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     }
 
     fn kept_energy(&self) -> &EnergyLedger<T> {
-        &self.kept_energy
+        &self.result.energy
     }
 
     fn closing(&self, lane: usize) -> &Closing {
@@ -74,25 +74,25 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     }
 
     fn sinks(&self, lane: usize) -> bool {
-        self.sinking[lane] >= Sinking::TooDeep
+        self.result.sinking[lane] >= Sinking::TooDeep
     }
 
     fn sinks_beyond_recovery(&self, lane: usize) -> bool {
-        self.sinking[lane] == Sinking::BeyondRecovery
+        self.result.sinking[lane] == Sinking::BeyondRecovery
     }
 
     fn accept(&mut self, system: &PlanarSystem, lane: usize, body: &mut Body) {
-        read_lane::<T, _>(&self.end, lane, &mut body.state.pose);
-        read_lane::<T, _>(&self.kept_twist, lane, &mut body.state.twist);
-        self.backlash.save(lane, &mut body.warm_start.backlash);
+        read_lane::<T, _>(&self.result.end, lane, &mut body.state.pose);
+        read_lane::<T, _>(&self.result.twist, lane, &mut body.state.twist);
+        self.drives.backlash.save(lane, &mut body.warm_start.backlash);
         self.joint_stops.save(lane, &mut body.warm_start.joint_stops);
-        body.is_plausible &= self.plausible.lane(lane);
-        body.warm_start.near.arrive(self.motion_bound.displacement.lane(lane), self.misprediction.lane(lane));
+        body.is_plausible &= self.result.plausible.lane(lane);
+        body.warm_start.near.arrive(self.motion.bound.displacement.lane(lane), self.result.misprediction.lane(lane));
         body.warm_start.near.end_step();
         let gap = |id| self.end_gap_of_pair(&system.robot.links, lane, id);
         body.warm_start.self_contacts.end_step(gap);
         let per_second = 1.0 / self.stage.coefficient.lane(lane);
-        for (torque, drive) in body.warm_start.joint_torque.iter_mut().zip(&self.kept_actuator) {
+        for (torque, drive) in body.warm_start.joint_torque.iter_mut().zip(&self.result.actuator) {
             *torque = -drive.lane(lane) * per_second;
         }
     }
