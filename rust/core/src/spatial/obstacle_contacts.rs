@@ -11,10 +11,8 @@ use crate::robot::Link;
 use crate::stepping::lanes::Lanes;
 use crate::stepping::{ContactImpulse, FoundRow, FoundRows};
 
-use super::workspace::Workspace;
-use super::{
-    Frame, Stage, StagePeg, StagePegFriction, StageSolution, Twist, Wrench, centre_line, nearest_point, solid_line,
-};
+use super::workspace::{StageKinematics, Workspace};
+use super::{Frame, Stage, StagePeg, StagePegFriction, StageSolution, Wrench, centre_line, nearest_point, solid_line};
 
 /// The contacts of the current stage with obstacles, of all lanes.
 #[derive(Debug, Clone)]
@@ -24,15 +22,9 @@ pub struct ObstacleContacts {
     frictional: Vec<(usize, StagePegFriction)>,
 }
 
-/// Where one link is during a stage.
-pub struct LinkPrediction<'a> {
-    link: &'a Link,
-    /// At the start of the step, at the base of the stage, and at its predicted end.
-    start: Frame,
-    base: Frame,
-    end: Frame,
-    /// Twist with which the end is predicted.
-    expected: Twist,
+/// A link of a robot in a stage.
+struct LinkInStage<'a> {
+    at: StageKinematics<'a>,
     /// c \[s\].
     coefficient: f64,
     /// Time from the start of the step to the end of the stage \[s\].
@@ -69,7 +61,7 @@ impl ObstacleContacts {
     }
 
     /// Finds the contacts of one link of a lane's robot; `known` are those of its last stage.
-    fn find(&mut self, lane: usize, index: usize, link: &LinkPrediction, pegs: &PegGrid, known: &ContactMemory) {
+    fn find(&mut self, lane: usize, index: usize, link: &LinkInStage, pegs: &PegGrid, known: &ContactMemory) {
         link.visit(index, pegs, |(obstacle, feature), row, surface| {
             let coefficient = pegs.friction(obstacle);
             if coefficient > 0.0 {
@@ -123,18 +115,15 @@ pub fn friction_of<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, slot:
 
 impl<T: Real> Workspace<T> {
     /// Finds the contacts of a lane's robot with obstacles.
-    pub(super) fn find_obstacle_contacts(&mut self, lane: usize, links: &[Link], pegs: &PegGrid, elapsed: f64) {
-        let Self { contacts, known, frames, start_frames, base_frames, expected, stage, .. } = self;
+    pub(super) fn find_obstacle_contacts(&mut self, lane: usize, links: &[Link], pegs: &PegGrid) {
+        let Self { contacts, known, motion, stage, .. } = self;
+        let [coefficient, elapsed] = [stage.coefficient, motion.elapsed].map(|time| time.lane(lane));
         for (i, link) in links.iter().enumerate() {
-            let [start, end] = [&start_frames[i], &frames[i]].map(|frame| frame.position.lane(lane));
-            if pegs.is_clear(end.x, end.y, reach_between(link, &start, &end)) {
-                continue;
+            let [start, end] = [&motion.start_frames[i], &motion.frames[i]].map(|frame| frame.position.lane(lane));
+            if !pegs.is_clear(end.x, end.y, reach_between(link, &start, &end)) {
+                let link = LinkInStage { at: motion.of_link(links, i, lane), coefficient, elapsed };
+                contacts.find(lane, i, &link, pegs, &known[lane]);
             }
-            let [start, base, end] = [&start_frames[i], &base_frames[i], &frames[i]].map(|frame| frame.lane(lane));
-            let expected = expected[i].lane(lane);
-            let coefficient = stage.coefficient.lane(lane);
-            let prediction = LinkPrediction { link, start, base, end, expected, coefficient, elapsed };
-            contacts.find(lane, i, &prediction, pegs, &known[lane]);
         }
     }
 
@@ -156,38 +145,39 @@ impl<T: Real> Workspace<T> {
 
     /// A circle that no link of a lane's robot leaves, seen from above: its centre, and its radius \[m\].
     fn reach_of(&self, lane: usize) -> (Vector2<f64>, f64) {
-        let middle = self.frames.len() / 2;
-        let [start, end] = [&self.start_frames, &self.frames].map(|frames| frames[middle].position.lane(lane));
-        (end.xy(), 3.0 * self.extent + (end - start).norm() + MARGIN)
+        let middle = self.motion.frames.len() / 2;
+        let [start, end] =
+            [&self.motion.start_frames, &self.motion.frames].map(|frames| frames[middle].position.lane(lane));
+        (end.xy(), 3.0 * self.motion.extent + (end - start).norm() + MARGIN)
     }
 }
 
-impl<'a> LinkPrediction<'a> {
+impl LinkInStage<'_> {
     /// Calls `add` with every obstacle and place that may matter, their contact, and its point of the link's surface, from
     /// the CG.
     pub fn visit(&self, index: usize, pegs: &PegGrid, mut add: impl FnMut((usize, usize), StagePeg, Vector3<f64>)) {
-        let displacement = (self.end.position - self.start.position).norm();
-        let reach = reach_between(self.link, &self.start.position, &self.end.position);
-        let near = &self.end.position;
+        let displacement = (self.at.end.position - self.at.start.position).norm();
+        let reach = reach_between(self.at.link, &self.at.start.position, &self.at.end.position);
+        let near = &self.at.end.position;
         let mut look = |obstacle: usize, place: usize, planes: [Plane; 2], touching: f64| {
             let Some((contact, arm)) = self.contact(planes, touching, displacement) else { return };
             // The gap without motion or the predicted one, whichever is less.
-            let closing = contact.direction.dot(&self.expected).min(0.0);
+            let closing = contact.direction.dot(&self.at.expected).min(0.0);
             if (contact.offset + closing) * self.coefficient < MARGIN {
-                let surface = arm - contact.direction.linear * self.link.radius;
+                let surface = arm - contact.direction.linear * self.at.link.radius;
                 add((obstacle, place), StagePeg { link: index, ..contact }, surface);
             }
         };
         pegs.visit_obstacles(&near.xy(), reach, |obstacle| {
             if let Some(solid) = pegs.solid(obstacle) {
-                self.visit_solid(&solid, |place, planes| look(obstacle, place, planes, self.link.radius));
+                self.visit_solid(&solid, |place, planes| look(obstacle, place, planes, self.at.link.radius));
                 return;
             }
-            let touching = touching_distance(self.link, pegs, obstacle);
+            let touching = touching_distance(self.at.link, pegs, obstacle);
             let wall = obstacle.checked_sub(pegs.pegs().len()).map(|wall| &pegs.walls().walls()[wall].polygon);
             for place in 0..wall.map_or(1, ConvexPolygon::places) {
-                let planes =
-                    [&self.start, &self.end].map(|frame| self.plane(frame, Place { obstacles: pegs, obstacle, place }));
+                let planes = [&self.at.start, &self.at.end]
+                    .map(|frame| self.plane(frame, Place { obstacles: pegs, obstacle, place }));
                 look(obstacle, place, planes, touching);
             }
         });
@@ -195,22 +185,22 @@ impl<'a> LinkPrediction<'a> {
 
     /// Calls `look` with every place at an obstacle of finite height, and the planes at the start and the end there.
     fn visit_solid(&self, solid: &Solid, mut look: impl FnMut(usize, [Plane; 2])) {
-        let line = |frame: &Frame| solid_line(self.link, frame);
+        let line = |frame: &Frame| solid_line(self.at.link, frame);
         // Far above: not worth a look.
-        let lowest = |frame: &Frame| frame.position.z - self.link.reach();
-        if lowest(&self.start).min(lowest(&self.end)) > solid.height + MARGIN {
+        let lowest = |frame: &Frame| frame.position.z - self.at.link.reach();
+        if lowest(&self.at.start).min(lowest(&self.at.end)) > solid.height + MARGIN {
             return;
         }
-        solid.visit_contacts(&line(&self.end), |place, at_end| {
-            let at_start = solid.contact_at(&line(&self.start), place);
-            look(place, [self.solid_plane(&self.start, &at_start), self.solid_plane(&self.end, &at_end)]);
+        solid.visit_contacts(&line(&self.at.end), |place, at_end| {
+            let at_start = solid.contact_at(&line(&self.at.start), place);
+            look(place, [self.solid_plane(&self.at.start, &at_start), self.solid_plane(&self.at.end, &at_end)]);
         });
     }
 
     fn solid_plane(&self, frame: &Frame, contact: &SolidContact) -> Plane {
         let SolidContact { distance, normal, place, is_redundant } = *contact;
-        let arm = frame.axes[2] * (place * self.link.contact_half_length);
-        Plane { normal, arm, gap: distance - self.link.radius, is_redundant }
+        let arm = frame.axes[2] * (place * self.at.link.contact_half_length);
+        Plane { normal, arm, gap: distance - self.at.link.radius, is_redundant }
     }
 
     /// Direction and offset of a pair, and the point of its centre line from the CG, from its planes at the start of the step and at the predicted end.
@@ -225,7 +215,7 @@ impl<'a> LinkPrediction<'a> {
         displacement: f64,
     ) -> Option<(StagePeg, Vector3<f64>)> {
         let c = self.coefficient;
-        let mut travelled = c * plane.normal.dot(&self.expected.velocity_at(&plane.arm));
+        let mut travelled = c * plane.normal.dot(&self.at.expected.velocity_at(&plane.arm));
         let depth = if at_start.is_redundant { 0.0 } else { (-at_start.gap).max(0.0) };
         let deep = plane.gap < -DEEP * touching;
         if plane.is_redundant && (at_start.is_redundant || !deep) {
@@ -234,8 +224,8 @@ impl<'a> LinkPrediction<'a> {
         let from_start = deep || (displacement > touching && at_start.normal.dot(&plane.normal) < SAME_SIDE);
         if from_start && !at_start.is_redundant {
             // Where the point of the start lies at the base of the stage.
-            let along = at_start.arm.dot(&self.start.axes[2]);
-            let moved = self.base.position + self.base.axes[2] * along - (self.start.position + at_start.arm);
+            let along = at_start.arm.dot(&self.at.start.axes[2]);
+            let moved = self.at.base.position + self.at.base.axes[2] * along - (self.at.start.position + at_start.arm);
             plane = at_start;
             travelled = -plane.normal.dot(&moved);
         }
@@ -250,23 +240,23 @@ impl<'a> LinkPrediction<'a> {
     fn plane(&self, frame: &Frame, Place { obstacles, obstacle, place }: Place) -> Plane {
         let pegs = obstacles.pegs();
         let Some(peg) = pegs.get(obstacle) else {
-            let line = centre_line(self.link, &frame.position, &frame.axes[2]);
+            let line = centre_line(self.at.link, &frame.position, &frame.axes[2]);
             let at = obstacles.walls().walls()[obstacle - pegs.len()].polygon.separation(&line, place);
             return Plane {
                 normal: at.normal.push(0.0),
-                arm: frame.axes[2] * (at.place * self.link.contact_half_length),
-                gap: at.distance - self.link.radius,
+                arm: frame.axes[2] * (at.place * self.at.link.contact_half_length),
+                gap: at.distance - self.at.link.radius,
                 is_redundant: at.is_redundant,
             };
         };
-        let (offset, along) = nearest_point(self.link, &frame.position, &frame.axes[2], peg);
+        let (offset, along) = nearest_point(self.at.link, &frame.position, &frame.axes[2], peg);
         let distance = offset.norm();
         let across = Vector2::new(-frame.axes[2].y, frame.axes[2].x);
         let normal = offset.try_normalize(0.0).or(across.try_normalize(0.0)).unwrap_or_else(Vector2::x);
         Plane {
             normal: Vector3::new(normal.x, normal.y, 0.0),
             arm: frame.axes[2] * along,
-            gap: distance - (peg.radius + self.link.radius),
+            gap: distance - (peg.radius + self.at.link.radius),
             is_redundant: false,
         }
     }

@@ -24,16 +24,21 @@ impl<T: Real> Workspace<T> {
             let mut sinking = Sinking::No;
             if self.may_reach(lane, obstacles) {
                 for (i, link) in links.iter().enumerate() {
-                    let ends = [&self.start_frames[i], &self.frames[i]];
+                    let ends = [&self.motion.start_frames[i], &self.motion.frames[i]];
                     let positions = ends.map(|frame| frame.position.lane(lane));
                     let frame = |end: usize| ends[end].lane(lane);
                     sinking = sinking.max(sinking_into(obstacles, link, positions, frame));
                 }
             }
-            if self.self_contacts.may_overlap(lane, self.deviation.lane(lane)) {
-                sinking = sinking.max(self.self_contacts.sinking(links, &self.start_frames, &self.frames, lane));
+            if self.self_contacts.may_overlap(lane, self.result.deviation.lane(lane)) {
+                sinking = sinking.max(self.self_contacts.sinking(
+                    links,
+                    &self.motion.start_frames,
+                    &self.motion.frames,
+                    lane,
+                ));
             }
-            self.sinking[lane] = sinking;
+            self.result.sinking[lane] = sinking;
         }
     }
 }

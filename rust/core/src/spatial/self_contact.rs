@@ -14,8 +14,8 @@ use crate::stepping::lanes::{Lanes, NO_LANES, active};
 use crate::stepping::penetration::{ALLOWED, Sinking};
 
 use super::penetration::farthest_travel;
-use super::workspace::Workspace;
-use super::{Frame, Pose, StagePair, Twist, Wrench};
+use super::workspace::{Motion, StageKinematics, Workspace};
+use super::{Frame, Pose, StagePair, Wrench};
 
 /// Contacts of the stage at hand between links of one robot, of all lanes.
 #[derive(Debug, Clone)]
@@ -30,15 +30,9 @@ pub struct SelfContactDetection<T: Real> {
     pub rows: FoundRows<StagePair>,
 }
 
-/// Where two links of a robot are during a stage.
-struct Situation<'a> {
-    links: [&'a Link; 2],
-    /// At the start of the step, at the base of the stage, and at its predicted end.
-    start: [Frame; 2],
-    base: [Frame; 2],
-    end: [Frame; 2],
-    /// Twists with which the end is predicted.
-    expected: [Twist; 2],
+/// Two links of a robot in a stage.
+struct PairInStage<'a> {
+    at: [StageKinematics<'a>; 2],
     /// c \[s\].
     coefficient: f64,
     /// Time from the start of the step to the end of the stage \[s\].
@@ -102,11 +96,12 @@ impl<T: Real> SelfContactDetection<T> {
 }
 
 impl<T: Real> Workspace<T> {
-    /// Finds the contacts of the `pending` lanes with themselves at their predicted ends, `elapsed` after the start of
-    /// the step.
-    pub(super) fn find_self_contacts(&mut self, pending: Lanes, elapsed: T) {
-        let Self { self_contacts, known, start_frames, base_frames, frames, expected, stage, solution, .. } = self;
+    /// Finds the contacts of the `pending` lanes with themselves at their predicted ends.
+    pub(super) fn find_self_contacts(&mut self, pending: Lanes) {
+        let Self { self_contacts, known, motion, stage, solution, .. } = self;
         let SelfContactDetection { bound, rows, near, folded, links, .. } = self_contacts;
+        let motion = &*motion;
+        let Motion { start_frames, frames, elapsed, .. } = motion;
         rows.clear();
         for lane in active(pending).filter(|&lane| bound.is_some() && folded.lane(lane)) {
             let centre = |link: usize| frames[link].position.lane(lane);
@@ -116,20 +111,12 @@ impl<T: Real> Workspace<T> {
                 // Fast enough for two links to pass each other within the step.
                 visit_close_pairs(links, centre, 2.0 * travelled, |_, _| near[lane] = true);
             }
+            let [coefficient, elapsed] = [stage.coefficient, *elapsed].map(|time| time.lane(lane));
             visit_close_pairs(links, centre, MARGIN, |i, j| {
-                let pair = [i, j];
-                let situation = Situation {
-                    links: pair.map(|link| &links[link]),
-                    start: pair.map(|link| start_frames[link].lane(lane)),
-                    base: pair.map(|link| base_frames[link].lane(lane)),
-                    end: pair.map(|link| frames[link].lane(lane)),
-                    expected: pair.map(|link| expected[link].lane(lane)),
-                    coefficient: stage.coefficient.lane(lane),
-                    elapsed: elapsed.lane(lane),
-                };
-                situation.visit(|feature, direction, offset| {
-                    let known = known[lane].of(ContactId::Pair { links: pair, feature });
-                    rows.add(lane, feature, known, StagePair { links: pair, direction, offset });
+                let at = [i, j].map(|link| motion.of_link(links, link, lane));
+                PairInStage { at, coefficient, elapsed }.visit(|feature, direction, offset| {
+                    let known = known[lane].of(ContactId::Pair { links: [i, j], feature });
+                    rows.add(lane, feature, known, StagePair { links: [i, j], direction, offset });
                     near[lane] = true;
                 });
             });
@@ -138,10 +125,10 @@ impl<T: Real> Workspace<T> {
     }
 }
 
-impl<'a> Situation<'a> {
+impl PairInStage<'_> {
     /// Calls `add` with number, direction and offset of every contact that may matter.
     fn visit(&self, mut add: impl FnMut(usize, [Wrench; 2], f64)) {
-        let end = self.capsules(&self.end);
+        let end = self.capsules(|link| &link.end);
         for (number, at_end) in capsule_contacts([&end[0], &end[1]]).filter(|(_, contact)| contact.gap < MARGIN) {
             let (direction, offset) = self.contact(number, &at_end);
             add(number, direction, offset);
@@ -151,35 +138,39 @@ impl<'a> Situation<'a> {
     /// Direction and offset of a contact; see [`super::obstacle_contacts`] for where gaps are linearised.
     fn contact(&self, number: usize, at_end: &CapsuleContact) -> ([Wrench; 2], f64) {
         let c = self.coefficient;
-        let [first, second] = self.capsules(&self.start);
+        let [first, second] = self.capsules(|link| &link.start);
         let start = [&first, &second];
         let at_start = capsule_contact(start, number).unwrap_or_else(|| closest_capsule_contact(start));
-        let touching = self.links[0].radius + self.links[1].radius;
+        let touching = self.at[0].link.radius + self.at[1].link.radius;
         let is_deep = at_end.gap < -DEEP * touching;
         let (direction, gap, travelled) = if is_deep || at_start.normal.dot(&at_end.normal) < SAME_SIDE {
             let moved = |k: usize| {
                 let point = |frame: &Frame| frame.position + frame.axes[2] * at_start.along[k];
-                point(&self.base[k]) - point(&self.start[k])
+                point(&self.at[k].base) - point(&self.at[k].start)
             };
-            (self.direction(&self.start, &at_start), at_start.gap, -at_start.normal.dot(&(moved(0) - moved(1))))
+            (self.direction(|link| &link.start, &at_start), at_start.gap, -at_start.normal.dot(&(moved(0) - moved(1))))
         } else {
-            let direction = self.direction(&self.end, at_end);
-            let closing = direction[0].dot(&self.expected[0]) + direction[1].dot(&self.expected[1]);
+            let direction = self.direction(|link| &link.end, at_end);
+            let closing = direction[0].dot(&self.at[0].expected) + direction[1].dot(&self.at[1].expected);
             (direction, at_end.gap, c * closing)
         };
         (direction, offset(gap, travelled, (-at_start.gap).max(0.0), c, self.elapsed))
     }
 
-    fn direction(&self, frames: &[Frame; 2], contact: &CapsuleContact) -> [Wrench; 2] {
+    fn direction(
+        &self,
+        frame: impl for<'b> Fn(&'b StageKinematics) -> &'b Frame,
+        contact: &CapsuleContact,
+    ) -> [Wrench; 2] {
         let CapsuleContact { normal, along, .. } = contact;
         [0, 1].map(|k| {
             let linear: Vector3<f64> = if k == 0 { *normal } else { -normal };
-            Wrench { linear, angular: (frames[k].axes[2] * along[k]).cross(&linear) }
+            Wrench { linear, angular: (frame(&self.at[k]).axes[2] * along[k]).cross(&linear) }
         })
     }
 
-    fn capsules(&self, frames: &[Frame; 2]) -> [Capsule<'a>; 2] {
-        [0, 1].map(|k| capsule(self.links[k], &frames[k]))
+    fn capsules(&self, frame: impl for<'b> Fn(&'b StageKinematics) -> &'b Frame) -> [Capsule<'_>; 2] {
+        [0, 1].map(|k| capsule(self.at[k].link, frame(&self.at[k])))
     }
 }
 

@@ -18,14 +18,14 @@ impl<T: Real> StageInput<T> for Workspace<T> {
     fn load<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>) {
         self.load_variations(members);
         let (system, parameters) = (members.system, |lane| &members.body(lane).parameters);
-        self.backlash.load(|lane| (system.backlash(parameters(lane)), &members.body(lane).warm_start.backlash));
+        self.drives.backlash.load(|lane| (system.backlash(parameters(lane)), &members.body(lane).warm_start.backlash));
         self.stribeck.load(|lane| system.stribeck.drop + parameters(lane).stribeck);
         self.joint_stops.load(|lane| &members.body(lane).warm_start.joint_stops);
         for lane in 0..T::LANES {
             let state = &members.body(lane).warm_start;
-            self.start.set_lane(lane, &state.configuration);
-            self.start_velocity.set_lane(lane, &state.velocity);
-            write_lane::<T, _>(&mut self.start_momentum, lane, &state.momentum);
+            self.motion.start.set_lane(lane, &state.configuration);
+            self.motion.start_velocity.set_lane(lane, &state.velocity);
+            write_lane::<T, _>(&mut self.motion.start_momentum, lane, &state.momentum);
             self.forces.set_lane(lane, &state.forces);
             self.known[lane].copy_from(&state.contacts);
         }
@@ -39,35 +39,35 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         for lane in active(members.lanes()) {
             let state = &mut members.body_mut(lane).warm_start;
             if std::mem::take(&mut state.is_postponed) {
-                self.guess.set_lane(lane, &state.guess);
+                self.motion.guess.set_lane(lane, &state.guess);
             }
         }
     }
 
     fn read_references<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>, end: T, _: Lanes) {
-        self.has_own_torques = false;
+        self.drives.has_own_torques = false;
         for lane in 0..T::LANES {
             let robot = members.robot(lane);
             let time = robot.body().state.time + end.lane(lane);
-            robot.targets(time, &mut self.targets);
-            for (lanes, CardanTarget { yaw, pitch }) in self.target.iter_mut().zip(&self.targets) {
+            robot.targets(time, &mut self.drives.targets);
+            for (lanes, CardanTarget { yaw, pitch }) in self.drives.target.iter_mut().zip(&self.drives.targets) {
                 for (lanes, target) in lanes.iter_mut().zip([yaw, pitch]) {
                     lanes[0].set_lane(lane, target.angle);
                     lanes[1].set_lane(lane, target.rate);
                 }
             }
-            if robot.torques(time, &mut self.torques) {
+            if robot.torques(time, &mut self.drives.torques) {
                 // Zero for the robots of the register that have none.
-                if !std::mem::replace(&mut self.has_own_torques, true) {
-                    self.own_torque.fill([T::zero(); 2]);
+                if !std::mem::replace(&mut self.drives.has_own_torques, true) {
+                    self.drives.own_torque.fill([T::zero(); 2]);
                 }
-                for (lanes, torques) in self.own_torque.iter_mut().zip(self.torques.chunks_exact(2)) {
+                for (lanes, torques) in self.drives.own_torque.iter_mut().zip(self.drives.torques.chunks_exact(2)) {
                     lanes[0].set_lane(lane, torques[0]);
                     lanes[1].set_lane(lane, torques[1]);
                 }
             }
             let share = robot.body().parameters.torque_limit;
-            self.torque_limit.set_lane(lane, share * members.system.controller.limit_until(time));
+            self.drives.torque_limit.set_lane(lane, share * members.system.controller.limit_until(time));
         }
     }
 
@@ -78,14 +78,14 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         for lane in active(pending) {
             let body = members.body(lane);
             if self.may_reach(lane, &body.pegs) {
-                self.find_obstacle_contacts(lane, links, &body.pegs, elapsed.lane(lane));
+                self.find_obstacle_contacts(lane, links, &body.pegs);
                 if self.may_reach_tops(lane, &body.pegs) {
                     self.find_supports(lane, links, &body.pegs, elapsed.lane(lane));
                 }
             }
         }
         self.contacts.lay_out(&mut self.stage, &mut self.solution);
-        self.find_self_contacts(pending, elapsed);
+        self.find_self_contacts(pending);
         active(pending).for_each(|lane| self.known[lane].clear());
     }
 }

@@ -15,7 +15,7 @@ use crate::stepping::{
     StageRecord,
 };
 
-use super::Workspace;
+use super::{Motion, Workspace};
 
 impl<T: Real> StageOutput<T> for Workspace<T> {
     type Model = Spatial;
@@ -25,18 +25,18 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     }
 
     fn deviation(&self) -> T {
-        self.deviation
+        self.result.deviation
     }
 
     fn is_mispredicted(&self, lane: usize) -> bool {
         // Also where the deviation is not a number.
-        !matches!(self.deviation.lane(lane), deviation if deviation < MISPREDICTED)
+        !matches!(self.result.deviation.lane(lane), deviation if deviation < MISPREDICTED)
     }
 
     /// Its forces serve as the next warm start, too.
     fn postpone(&mut self, lane: usize, body: &mut SpatialBody) {
         let state = &mut body.warm_start;
-        self.guess.read_lane(lane, &mut state.guess);
+        self.motion.guess.read_lane(lane, &mut state.guess);
         state.is_postponed = true;
         self.keep_forces(lane, state);
     }
@@ -50,10 +50,11 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         for lane in active(solved) {
             contact_impulses.extend(self.top_impulses(lane));
             self.closings.begin_stage(lane);
-            self.closings.add_times(lane, self.touchdown.lane(lane), self.touchdown_forecast.lane(lane));
+            self.closings.add_times(lane, self.result.touchdown.lane(lane), self.result.touchdown_forecast.lane(lane));
             self.joint_stops.add_closings(lane, &mut self.closings);
         }
-        let Self { contacts, self_contacts, known, closings, stage, solution, expected, elapsed, .. } = self;
+        let Self { contacts, self_contacts, known, closings, stage, solution, motion, .. } = self;
+        let Motion { expected, elapsed, .. } = motion;
         let (c, twist) = (stage.coefficient, &solution.twist);
         let rows = |impulse| SolvedRows { coefficient: c, elapsed: *elapsed, expected, twist, impulse, lanes: solved };
         contacts.rows.read(&rows(&solution.peg), closings, contact_impulses, |found, force| {
@@ -80,7 +81,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     }
 
     fn kept_energy(&self) -> &EnergyLedger<T> {
-        &self.kept.energy
+        &self.result.kept.energy
     }
 
     fn closing(&self, lane: usize) -> &Closing {
@@ -92,11 +93,11 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     }
 
     fn sinks(&self, lane: usize) -> bool {
-        self.sinking_into_ground.lane(lane) > SINKING || self.sinking[lane] >= Sinking::TooDeep
+        self.result.sinking_into_ground.lane(lane) > SINKING || self.result.sinking[lane] >= Sinking::TooDeep
     }
 
     fn sinks_beyond_recovery(&self, lane: usize) -> bool {
-        self.sinking[lane] == Sinking::BeyondRecovery
+        self.result.sinking[lane] == Sinking::BeyondRecovery
     }
 
     fn keep_first_stage(&mut self) {
@@ -120,17 +121,17 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         let c = self.stage.coefficient.lane(lane);
         let SpatialBody { warm_start: state, ground_impulse, .. } = body;
         state.began_at_rest = is_at_rest(&state.velocity);
-        self.arrival.read_lane(lane, &mut state.configuration);
-        self.kept.end.read_lane(lane, &mut state.velocity);
-        self.backlash.save(lane, &mut state.backlash);
+        self.result.arrival.read_lane(lane, &mut state.configuration);
+        self.result.kept.end.read_lane(lane, &mut state.velocity);
+        self.drives.backlash.save(lane, &mut state.backlash);
         self.joint_stops.save(lane, &mut state.joint_stops);
-        read_lane::<T, _>(&self.kept.momentum, lane, &mut state.momentum);
+        read_lane::<T, _>(&self.result.kept.momentum, lane, &mut state.momentum);
         self.keep_forces(lane, state);
         state.end_step();
         for (link, sum) in ground_impulse.iter_mut().enumerate() {
             *sum += self.ground_impulse(lane, link);
         }
-        for (torque, drive) in state.joint_torque.iter_mut().zip(&self.kept.actuator) {
+        for (torque, drive) in state.joint_torque.iter_mut().zip(&self.result.kept.actuator) {
             *torque = -Vector2::new(drive[0].lane(lane), drive[1].lane(lane)) / c;
         }
         body.is_plausible &= state.velocity.is_plausible();
