@@ -37,7 +37,7 @@ impl<T: Real> RestCandidate<T> {
             return lanes;
         }
         let bound = self.bound(stage.coefficient, tolerance);
-        let tried = lanes & fastest(stage, start).le(T::splat(SLOW) * bound);
+        let tried = lanes & fastest(stage, start).le(bound);
         if !tried.any() {
             return tried;
         }
@@ -70,7 +70,7 @@ impl<T: Real> RestCandidate<T> {
 
 /// What a drive gives a joint that does not turn.
 #[inline(always)]
-fn at_rest<T: Real>(joint: &StageDrive<T>) -> T {
+pub(super) fn at_rest<T: Real>(joint: &StageDrive<T>) -> T {
     let absorbed = joint.drive.min(joint.slack).max(-joint.slack);
     (joint.drive - absorbed).min(joint.limit).max(-joint.limit)
 }
@@ -95,9 +95,6 @@ pub fn is_at_rest(velocity: &ChainVelocity) -> bool {
     numbers.all(|number| number.abs() <= AT_REST)
 }
 
-/// Speed over the bound below which rest is tried.
-const SLOW: f64 = 1e-2;
-
 /// Loosest tolerance of a robot at rest \[m/s\], the default one.
 const LOOSEST: f64 = 1e-6;
 
@@ -105,4 +102,4 @@ const LOOSEST: f64 = 1e-6;
 const SHARE: f64 = 3e-5;
 
 /// \[m/s\], \[rad/s\]
-const AT_REST: f64 = 1e-7;
+const AT_REST: f64 = 1e-5;
