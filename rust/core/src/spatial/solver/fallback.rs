@@ -6,7 +6,8 @@
 use nalgebra::Vector2;
 
 use crate::solver::{CoupledStage, SolveStatus};
-use crate::spatial::{Spatial, Stage, StageLink, StageSolution, Twist, certify, rest};
+use crate::spatial::rest::{RestCandidate, bound, fastest};
+use crate::spatial::{Spatial, Stage, StageLink, StageSolution, Twist, certify};
 use crate::stepping::Model;
 
 use super::lagged::Lag;
@@ -28,6 +29,7 @@ struct Attempt {
     /// The best solution found and its residual.
     best: StageSolution,
     residual: f64,
+    rest: RestCandidate,
 }
 
 impl Fallback {
@@ -38,6 +40,7 @@ impl Fallback {
             trial: StageSolution::new(links),
             best: StageSolution::new(links),
             residual: f64::INFINITY,
+            rest: RestCandidate::new(links),
         };
         Self { attempt, relaxed: Stage::with_capacity(links), relaxed_solution: StageSolution::new(links) }
     }
@@ -105,29 +108,26 @@ impl Attempt {
         }
     }
 
-    /// Friction that does not lag at all, whose solution is rest where the contacts can hold the robot. If its impulses
-    /// hold the robot within the tolerances of a solved stage, it does not creep but stands. Returns the linear solves and
+    /// Friction that does not lag at all, whose solution is rest where the contacts can hold the robot: the robot stands
+    /// once it is held within the [bound](rest::bound) that keeps it at rest from then on. Returns the linear solves and
     /// whether the stage is solved.
     fn at_rest(&mut self, stage: &Stage, tolerance: f64) -> (u32, bool) {
-        let is_slow =
-            |twist: &Twist| twist.linear.norm().max(twist.angular.norm() * stage.links[0].half_length) <= SLOW;
-        if !self.best.twist.iter().all(is_slow) {
+        let Self { coulomb, trial, best, residual: least, rest, .. } = self;
+        if least.is_infinite() || fastest(stage, best) > SLOW {
             return (0, false);
         }
-        self.trial.copy_from(&self.best);
-        let holds = |solution: &StageSolution| residual(stage, solution) <= ENOUGH_AT_REST * tolerance;
-        let solves = self.coulomb.lag(stage, &mut self.trial, tolerance, Lag::None, holds);
-        self.keep_if_better(stage);
-        self.trial.twist.fill(Twist::zero());
-        self.trial.rate.fill([0.0; 2]);
-        for (drives, joint) in self.trial.actuator.iter_mut().zip(&stage.joints) {
-            *drives = [0, 1].map(|axis| rest::at_rest(&joint[axis]));
-        }
-        let reached = residual(stage, &self.trial);
-        let stands = reached <= (Spatial::RESIDUAL_FACTOR * tolerance).min(HELD * stage.coefficient);
+        trial.copy_from(best);
+        let (bound, mut left) = (bound(stage, tolerance), f64::INFINITY);
+        let solves = coulomb.lag(stage, trial, bound, Lag::None, |solution| {
+            let before = std::mem::replace(&mut left, rest.residual(stage, solution));
+            left <= bound || left > GAIN * before
+        });
+        let stands = left <= bound;
         if stands {
-            self.residual = reached;
-            self.best.copy_from(&self.trial);
+            rest.write(true, best);
+            *least = left;
+        } else {
+            self.keep_if_better(stage);
         }
         (solves, stands || self.residual <= ENOUGH * tolerance)
     }
@@ -196,12 +196,10 @@ fn free_twist(link: &StageLink) -> Twist {
 /// Residual over the tolerance with which nothing better is looked for: what is left of the forces at rest makes a robot
 /// creep, ten times as fast as the residual at many contacts close to slipping.
 const ENOUGH: f64 = 0.1;
-const ENOUGH_AT_REST: f64 = 1e-3;
 
-/// Speed up to which rest is tried \[m/s\], and acceleration of a link without its neighbours against which a robot may
-/// be held, a ten-thousandth of gravity \[m/s^2\].
+/// Speed up to which rest is tried \[m/s\], and by which part of itself what is left of the forces must fall in a problem.
 const SLOW: f64 = 1e-2;
-const HELD: f64 = 1e-3;
+const GAIN: f64 = 0.9;
 
 /// Residual from which on contacts may contradict each other \[m/s\].
 const CONTRADICTION: f64 = 1e-4;

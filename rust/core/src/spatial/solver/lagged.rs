@@ -7,7 +7,7 @@
 //! robot that the contacts can hold does not slip: without lags it is at rest as soon as the compliance is removed. Rolling
 //! friction has the radius of the normal impulses of the problem before.
 
-use crate::solver::CoupledStage;
+use crate::solver::{CoulombForm, CoupledStage};
 use crate::spatial::{Stage, StageSolution};
 
 use super::CoulombNewton;
@@ -22,7 +22,8 @@ pub(super) enum Lag {
 
 impl CoulombNewton {
     /// Solves convex problems one after the other, beginning at the velocities of `solution` and without lags, until
-    /// `accept` takes what it is given after each of them. Returns the linear solves.
+    /// `accept` takes what it is given after each of them. If none follow, the centres begin at the impulses of `solution`,
+    /// and contacts become stiffer from problem to problem. Returns the linear solves.
     pub(super) fn lag(
         &mut self,
         stage: &Stage,
@@ -33,16 +34,24 @@ impl CoulombNewton {
     ) -> u32 {
         self.load(stage, solution, tolerance);
         self.form.is_lagged = true;
+        let stiffest = STIFFEST * self.form.compliance;
+        let (most, round_off) = match lag {
+            Lag::None => (MOST_AT_REST, 0.0),
+            Lag::Follows => (MOST_PROBLEMS, ROUND_OFF),
+        };
+        if lag == Lag::None {
+            self.recentre();
+        }
         let mut solves = 0;
-        let most = if lag == Lag::None { MOST_AT_REST } else { MOST_PROBLEMS };
         for _ in 0..most {
-            solves += self.descend();
+            solves += self.descend(round_off);
             self.write(solution);
             if accept(solution) {
                 break;
             }
-            if lag == Lag::Follows {
-                self.take_lags();
+            match lag {
+                Lag::None => self.form.compliance = (STIFFER * self.form.compliance).max(stiffest),
+                Lag::Follows => self.take_lags(),
             }
             self.recentre();
         }
@@ -55,10 +64,12 @@ impl CoulombNewton {
         rough.iter_mut().zip(pegs).for_each(|(rough, peg)| rough.lag(&links[peg.link].twist));
     }
 
-    /// Newton's method on a convex problem.
-    fn descend(&mut self) -> u32 {
-        let negligible = (ACCURACY * self.tolerance).max(ROUND_OFF);
-        let least = negligible * negligible * self.form.weight;
+    /// Newton's method on a convex problem. Imbalances of closed contacts are longer than the step by the square root of
+    /// their stiffness over the mass.
+    fn descend(&mut self, round_off: f64) -> u32 {
+        let CoulombForm { weight, compliance, .. } = self.form;
+        let negligible = (ACCURACY * self.tolerance * (weight * compliance).sqrt()).max(round_off);
+        let least = negligible * negligible * weight;
         self.defects();
         for solves in 1..=MAX_ITERATIONS {
             self.find_step();
@@ -104,12 +115,15 @@ impl CoulombNewton {
 
 /// Convex problems, the same without lags, and Newton steps for one of them.
 const MOST_PROBLEMS: u32 = 40;
-const MOST_AT_REST: u32 = 8;
+const MOST_AT_REST: u32 = 20;
 const MAX_ITERATIONS: u32 = 50;
 
-/// Length of the next step over the tolerance below which none is taken, and the least such length \[m/s\]. Imbalances of
-/// closed contacts are longer by the square root of the penalty.
-const ACCURACY: f64 = 1e-4;
+/// Compliance over that of the problem before, and the least one, over that of the first.
+const STIFFER: f64 = 0.1;
+const STIFFEST: f64 = 1e-3;
+
+/// Imbalance over the tolerance below which no step is taken, and the least length of one where robots move \[m/s\].
+const ACCURACY: f64 = 0.03;
 const ROUND_OFF: f64 = 1e-12;
 
 /// A search ends where the slope is this share of that at its start; its bracket shrinks by this share at least.

@@ -149,7 +149,7 @@ impl<T: Real> Workspace<T> {
             stage: empty_stage(system),
             solution: StageSolution::new(links),
             newton: Newton::new(links),
-            rest: RestCandidate::new(&system.robot),
+            rest: RestCandidate::new(links),
             began_at_rest: T::Mask::of(|_| false),
             contacts: ContactMap::new(links),
             supports: Vec::with_capacity(2 * links * T::LANES),
