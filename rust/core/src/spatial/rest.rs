@@ -25,7 +25,7 @@ impl<T: Real> RestCandidate<T> {
             return lanes;
         }
         let bound = bound(stage, tolerance);
-        let tried = lanes & fastest(stage, start).le(bound);
+        let tried = lanes & fastest(stage, start).le(T::splat(SLOW) * bound);
         if !tried.any() {
             return tried;
         }
@@ -94,6 +94,9 @@ pub fn is_at_rest(velocity: &ChainVelocity) -> bool {
     numbers.all(|number| number.abs() <= AT_REST)
 }
 
+/// Speed over the bound below which rest is tried.
+const SLOW: f64 = 1e-2;
+
 /// Loosest tolerance of a robot at rest \[m/s\], the default one.
 const LOOSEST: f64 = 1e-6;
 
@@ -101,4 +104,4 @@ const LOOSEST: f64 = 1e-6;
 const WEAK: f64 = 3e-4;
 
 /// \[m/s\], \[rad/s\]
-const AT_REST: f64 = 1e-5;
+const AT_REST: f64 = 1e-7;
