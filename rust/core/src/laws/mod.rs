@@ -16,6 +16,7 @@
 
 mod actuator;
 mod backlash;
+mod cone;
 mod coulomb;
 mod disc;
 mod ellipse;
@@ -25,6 +26,7 @@ mod stribeck;
 
 pub use actuator::LimitedActuator;
 pub use backlash::Backlash;
+pub use cone::Cone;
 pub use coulomb::{Coulomb, Evaluation};
 pub use disc::{Disc, DiscEvaluation, Radius, Symmetric2, Unit};
 pub use ellipse::Ellipse;

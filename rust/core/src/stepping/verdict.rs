@@ -21,7 +21,8 @@
 //! check every law and every link separately, relative to its own mass and inertia. In the plane solutions meet their
 //! tolerance in both norms but for rare stages, and the factor is 1: those go to the fallback. In 3D, with two contacts
 //! and six balances per link, the certificate is commonly above the tolerance where the velocities are not, and the
-//! factor is 10. A solution of a fallback counts as solved up to [`crate::solver::residual_limit`] in both.
+//! factor is 10, for a solution of the fallback too. In the plane that counts as solved up to
+//! [`crate::solver::residual_limit`].
 
 use crate::math::{Mask, Real};
 use crate::solver::{SolveStatus, is_unsolved};

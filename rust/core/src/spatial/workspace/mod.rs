@@ -117,7 +117,7 @@ impl<T: Real> Workspace<T> {
             stage: empty_stage(system),
             solution: StageSolution::new(links),
             newton: Newton::new(links),
-            rest: RestCandidate::new(&system.robot),
+            rest: RestCandidate::new(links),
             fallback: LaneFallback::new(links),
             first_ground: vec![zero; links],
             result: StageResult {
