@@ -3,21 +3,49 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-/// Which contact it is: the same from stage to stage.
+/// What a link is in contact with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum ContactId {
-    /// Of a link and an obstacle, by its number in the grid, at one of the features that describe the pair.
-    Obstacle { link: usize, obstacle: usize, feature: usize },
-    /// Of two links that are not neighbours, at one of the features that describe the pair.
-    Pair { links: [usize; 2], feature: usize },
+pub enum Source {
+    /// The side or an edge of an obstacle, by its number in the grid.
+    Obstacle(usize),
+    /// The top face of an obstacle, which lies below the robot as the ground does.
+    Top(usize),
+    /// Another link of the robot.
+    Link(usize),
+    /// Something else that no robot moves, by a number of its own.
+    Fixture(usize),
+}
+
+/// Which contact of a robot it is: the same from stage to stage.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct ContactId {
+    /// The first of two links.
+    pub link: usize,
+    pub with: Source,
+    /// Which of the features that describe the pair.
+    pub feature: usize,
 }
 
 impl ContactId {
+    /// Of two links that are not neighbours.
+    pub fn of_pair([first, second]: [usize; 2], feature: usize) -> Self {
+        Self { link: first, with: Source::Link(second), feature }
+    }
+
+    /// The links of a contact of the robot with itself.
+    pub fn pair(&self) -> Option<[usize; 2]> {
+        match self.with {
+            Source::Link(second) => Some([self.link, second]),
+            _ => None,
+        }
+    }
+
     /// Whether it is of a robot of `links` links among `obstacles` obstacles; `features` describe two links.
     pub fn fits(&self, links: usize, obstacles: usize, features: usize) -> bool {
-        match *self {
-            Self::Obstacle { link, obstacle, .. } => link < links && obstacle < obstacles,
-            Self::Pair { links: [i, j], feature } => i + 1 < j && j < links && feature < features,
+        match self.with {
+            Source::Obstacle(obstacle) | Source::Top(obstacle) => self.link < links && obstacle < obstacles,
+            Source::Link(second) => self.link + 1 < second && second < links && self.feature < features,
+            Source::Fixture(_) => self.link < links,
         }
     }
 }
@@ -66,10 +94,7 @@ impl ContactMemory {
     /// Number of pairs of links that press on each other; a pair may touch at several points.
     pub fn pressed_pairs(&self) -> usize {
         let mut before = None;
-        let pressed = self.known.iter().filter_map(|(id, known)| match id {
-            ContactId::Pair { links, .. } if known.force > 0.0 => Some(*links),
-            _ => None,
-        });
+        let pressed = self.known.iter().filter(|(_, known)| known.force > 0.0).filter_map(|(id, _)| id.pair());
         pressed.filter(|links| before.replace(*links) != Some(*links)).count()
     }
 

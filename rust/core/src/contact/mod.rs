@@ -22,6 +22,6 @@ pub use link_pair::{
     LINK_CONTACTS_PER_LINK, LINK_PAIR_CONTACTS, LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contact,
     link_pair_contacts, link_pair_gap,
 };
-pub use memory::{ContactId, ContactMemory, KnownContact};
+pub use memory::{ContactId, ContactMemory, KnownContact, Source};
 pub use near::{NearPair, NearPegs, PAIRS_PER_LINK};
 pub use self_search::{self_gap, visit_close_pairs};

@@ -7,7 +7,7 @@ use crate::math::Real;
 use crate::pegs::PegGrid;
 use crate::robot::Link;
 
-use super::{ContactId, KnownContact, link_obstacle_contact, link_peg_contact};
+use super::{ContactId, KnownContact, Source, link_obstacle_contact, link_peg_contact};
 
 /// A link and an obstacle near contact, and what the last stage found there.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -28,7 +28,7 @@ impl NearPair {
     }
 
     pub fn id(&self) -> ContactId {
-        ContactId::Obstacle { link: self.link, obstacle: self.peg, feature: self.place }
+        ContactId { link: self.link, with: Source::Obstacle(self.peg), feature: self.place }
     }
 }
 

@@ -99,7 +99,7 @@ impl<T: Real> Workspace<T> {
                 let robot = motion.of_lane(links, lane, Real::lane(stage.coefficient, lane));
                 let pairs = close_pairs.of_lane(lane);
                 robot.visit_contacts(pairs, sharp.lane(lane), |links, feature, at_end, contact| {
-                    let known = known.of(ContactId::Pair { links, feature });
+                    let known = known.of(ContactId::of_pair(links, feature));
                     rows.add(lane, feature, known, robot.row(links, feature, at_end, contact, known.depth));
                     near[lane] = true;
                 });
@@ -148,9 +148,9 @@ impl<T: Real> Workspace<T> {
 
     /// Gap of a contact of a lane's robot with itself at the end of the step \[m\].
     pub(super) fn end_gap_of_pair(&self, links: &[Link], lane: usize, id: ContactId) -> f64 {
-        let ContactId::Pair { links: pair, feature } = id else { return f64::INFINITY };
+        let Some(pair) = id.pair() else { return f64::INFINITY };
         let at_end = pair.map(|link| place_in_lane(links, link, lane, &self.result.end, &self.motion.heading));
-        link_pair_contact([&at_end[0], &at_end[1]], feature).gap
+        link_pair_contact([&at_end[0], &at_end[1]], id.feature).gap
     }
 }
 

@@ -28,6 +28,7 @@ mod peg;
 mod penetration;
 mod self_contact;
 mod solver;
+mod sources;
 mod spatial_vector;
 mod stage;
 mod support;

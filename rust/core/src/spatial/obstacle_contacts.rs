@@ -3,7 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use crate::contact::recovery::{DEEP, SAME_SIDE, offset};
-use crate::contact::{ContactId, ContactMemory, touching_distance};
+use crate::contact::{ContactId, ContactMemory, Source, touching_distance};
 use crate::math::{Laned, Real};
 use crate::obstacles::{ConvexPolygon, Solid, SolidContact};
 use crate::pegs::PegGrid;
@@ -68,7 +68,7 @@ impl ObstacleContacts {
                 let friction = StagePegFriction::new(&row.direction.linear, &surface, coefficient);
                 self.frictional.push((self.rows.all().len(), friction));
             }
-            let id = ContactId::Obstacle { link: index, obstacle, feature };
+            let id = ContactId { link: index, with: Source::Obstacle(obstacle), feature };
             self.rows.add(lane, id, 0, known.of(id), row);
         });
     }
@@ -156,16 +156,11 @@ impl LinkInStage<'_> {
     /// Calls `add` with every obstacle and place that may matter, their contact, and its point of the link's surface, from
     /// the CG.
     pub fn visit(&self, index: usize, pegs: &PegGrid, mut add: impl FnMut((usize, usize), StagePeg, Vector3<f64>)) {
-        let displacement = (self.at.end.position - self.at.start.position).norm();
         let reach = reach_between(self.at.link, &self.at.start.position, &self.at.end.position);
         let near = &self.at.end.position;
         let mut look = |obstacle: usize, place: usize, planes: [Plane; 2], touching: f64| {
-            let Some((contact, arm)) = self.contact(planes, touching, displacement) else { return };
-            // The gap without motion or the predicted one, whichever is less.
-            let closing = contact.direction.dot(&self.at.expected).min(0.0);
-            if (contact.offset + closing) * self.coefficient < MARGIN {
-                let surface = arm - contact.direction.linear * self.at.link.radius;
-                add((obstacle, place), StagePeg { link: index, ..contact }, surface);
+            if let Some((row, surface)) = self.row(index, planes, touching) {
+                add((obstacle, place), row, surface);
             }
         };
         pegs.visit_obstacles(&near.xy(), reach, |obstacle| {
@@ -203,18 +198,14 @@ impl LinkInStage<'_> {
         Plane { normal, arm, gap: distance - self.at.link.radius, is_redundant }
     }
 
-    /// Direction and offset of a pair, and the point of its centre line from the CG, from its planes at the start of the step and at the predicted end.
+    /// The row of a link and a point of its surface, from the CG, given the planes at the start of the step and at the
+    /// predicted end; `touching` is the distance of the centre line at which the pair touches \[m\].
     ///
     /// The end-of-stage gap is linearised at the predicted end configuration, so that a sustained contact is exact to
     /// second order. Where the prediction runs deep into a peg, or past it, the side is uncertain, and the gap is
-    /// linearised at the start of the step. `None` where another place covers this one.
-    fn contact(
-        &self,
-        [at_start, mut plane]: [Plane; 2],
-        touching: f64,
-        displacement: f64,
-    ) -> Option<(StagePeg, Vector3<f64>)> {
-        let c = self.coefficient;
+    /// linearised at the start of the step. `None` where another place covers this one, and beyond the margin.
+    fn row(&self, link: usize, [at_start, mut plane]: [Plane; 2], touching: f64) -> Option<(StagePeg, Vector3<f64>)> {
+        let (c, displacement) = (self.coefficient, (self.at.end.position - self.at.start.position).norm());
         let mut travelled = c * plane.normal.dot(&self.at.expected.velocity_at(&plane.arm));
         let depth = if at_start.is_redundant { 0.0 } else { (-at_start.gap).max(0.0) };
         let deep = plane.gap < -DEEP * touching;
@@ -229,12 +220,14 @@ impl LinkInStage<'_> {
             plane = at_start;
             travelled = -plane.normal.dot(&moved);
         }
-        let contact = StagePeg {
-            link: 0,
+        let row = StagePeg {
+            link,
             direction: Wrench { linear: plane.normal, angular: plane.arm.cross(&plane.normal) },
             offset: offset(plane.gap, travelled, depth, c, self.elapsed),
         };
-        Some((contact, plane.arm))
+        // The gap without motion or the predicted one, whichever is less.
+        let closing = row.direction.dot(&self.at.expected).min(0.0);
+        ((row.offset + closing) * c < MARGIN).then(|| (row, plane.arm - plane.normal * self.at.link.radius))
     }
 
     fn plane(&self, frame: &Frame, Place { obstacles, obstacle, place }: Place) -> Plane {

@@ -115,7 +115,7 @@ impl<T: Real> Workspace<T> {
             visit_close_pairs(links, centre, MARGIN, |i, j| {
                 let at = [i, j].map(|link| motion.of_link(links, link, lane));
                 PairInStage { at, coefficient, elapsed }.visit(|feature, direction, offset| {
-                    let known = known[lane].of(ContactId::Pair { links: [i, j], feature });
+                    let known = known[lane].of(ContactId::of_pair([i, j], feature));
                     rows.add(lane, feature, known, StagePair { links: [i, j], direction, offset });
                     near[lane] = true;
                 });

@@ -3,13 +3,13 @@
 
 use nalgebra::Vector3;
 
-use crate::contact::{ContactId, KnownContact};
+use crate::contact::{ContactId, KnownContact, Source};
 use crate::math::{Laned, Real};
 use crate::rows::{ContactRow, PairRow, Row, Screw};
 
 use super::closing::{ClosingRow, Closings};
 use super::lanes::Lanes;
-use super::stage::{ContactImpulse, Source};
+use super::stage::ContactImpulse;
 
 /// A row of one robot.
 #[derive(Debug, Clone, Copy)]
@@ -30,6 +30,8 @@ pub struct FoundRows<R> {
     found: Vec<FoundRow<R>>,
     /// For each link, rows in the lane that has the most of them; once laid out, its first slot.
     most: Vec<usize>,
+    /// For each link, rows of the last lane.
+    count: Vec<usize>,
     /// The contacts between links of all lanes, sorted.
     ids: Vec<ContactId>,
 }
@@ -50,7 +52,12 @@ pub struct SolvedRows<'a, S, T> {
 
 impl<R> FoundRows<R> {
     pub fn with_capacity(links: usize, rows: usize) -> Self {
-        Self { found: Vec::with_capacity(rows), most: vec![0; links], ids: Vec::with_capacity(rows) }
+        Self {
+            found: Vec::with_capacity(rows),
+            most: vec![0; links],
+            count: vec![0; links],
+            ids: Vec::with_capacity(rows),
+        }
     }
 
     /// The rows of all lanes, lane by lane.
@@ -109,19 +116,19 @@ impl<R> FoundRows<R> {
 impl<R> FoundRow<R> {
     /// An impulse of this contact on a link, frame I \[N s\].
     pub fn impulse(&self, link: usize, impulse: Vector3<f64>) -> ContactImpulse {
-        let source = match self.id {
-            ContactId::Obstacle { obstacle, .. } => Source::Obstacle(obstacle),
-            ContactId::Pair { links: [first, second], .. } => Source::Link(if link == first { second } else { first }),
-        };
+        let source = if link == self.id.link { self.id.with } else { Source::Link(self.id.link) };
         ContactImpulse { lane: self.lane, link, impulse, source }
     }
 }
 
 impl<V> FoundRows<ContactRow<V>> {
-    /// Adds a contact of a lane; those of a lane come sorted by link.
+    /// Adds a contact of a lane; contacts come lane by lane.
     pub fn add(&mut self, lane: usize, id: ContactId, handle: usize, known: KnownContact, row: ContactRow<V>) {
-        let before = self.found.last().filter(|last| last.lane == lane && last.row.link == row.link);
-        let slot = before.map_or(0, |last| last.slot + 1);
+        if self.found.last().is_none_or(|last| last.lane != lane) {
+            self.count.fill(0);
+        }
+        let slot = self.count[row.link];
+        self.count[row.link] += 1;
         self.most[row.link] = self.most[row.link].max(slot + 1);
         self.found.push(FoundRow { lane, id, handle, known, row, slot });
     }
@@ -153,7 +160,7 @@ impl<V> FoundRows<ContactRow<V>> {
 impl<V> FoundRows<PairRow<V>> {
     /// Adds a contact between links of a lane.
     pub fn add(&mut self, lane: usize, feature: usize, known: KnownContact, row: PairRow<V>) {
-        let id = ContactId::Pair { links: row.links, feature };
+        let id = ContactId::of_pair(row.links, feature);
         self.found.push(FoundRow { lane, id, handle: 0, known, row, slot: 0 });
     }
 

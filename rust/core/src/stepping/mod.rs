@@ -51,7 +51,7 @@ pub use obstacle_impulses::ObstacleImpulses;
 pub use plan::StepPlan;
 pub use plant_parameters::PlantParameters;
 pub use record::{Record, StageRecord};
-pub use stage::{ContactImpulse, SolvedStage, Source, StageInput, StageKernels, StageOutput};
+pub use stage::{ContactImpulse, SolvedStage, StageInput, StageKernels, StageOutput};
 pub use statistics::StepStatistics;
 pub use stribeck::StribeckBounds;
 pub use verdict::FallbackResult;

@@ -4,6 +4,7 @@ use std::fmt::Debug;
 
 use nalgebra::Vector3;
 
+use crate::contact::Source;
 use crate::math::Real;
 use crate::solver::Outcome;
 
@@ -118,15 +119,4 @@ pub struct ContactImpulse {
     /// World frame \[N s\]; without a z part in the plane.
     pub impulse: Vector3<f64>,
     pub source: Source,
-}
-
-/// Whose impulse it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Source {
-    /// The side or an edge of an obstacle, by its number in the grid.
-    Obstacle(usize),
-    /// The top face of an obstacle, which lies below the robot as the ground does.
-    Top(usize),
-    /// Another link of the robot.
-    Link(usize),
 }

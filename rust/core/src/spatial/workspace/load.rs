@@ -72,21 +72,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
     }
 
     fn find_contacts<D: Driven<Model = Spatial>>(&mut self, members: &mut Members<D>, pending: Lanes, elapsed: T) {
-        self.contacts.clear();
-        self.supports.retain(|support| !pending[support.lane]);
-        let links = &members.system.robot.links;
-        for lane in active(pending) {
-            let body = members.body(lane);
-            if self.may_reach(lane, &body.pegs) {
-                self.find_obstacle_contacts(lane, links, &body.pegs);
-                if self.may_reach_tops(lane, &body.pegs) {
-                    self.find_supports(lane, links, &body.pegs, elapsed.lane(lane));
-                }
-            }
-        }
-        self.contacts.lay_out(&mut self.stage, &mut self.solution);
-        self.find_self_contacts(pending);
-        active(pending).for_each(|lane| self.known[lane].clear());
+        self.find_rows(members, pending, elapsed);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::contact::KnownContact;
+use crate::contact::{KnownContact, Source};
 use crate::math::{Laned, Real, read_lane};
 use crate::spatial::obstacle_contacts::friction_of;
 use crate::spatial::rest::is_at_rest;
@@ -11,8 +11,7 @@ use crate::spatial::{ChainState, Spatial, SpatialBody, SpatialSystem, StageSolut
 use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::penetration::Sinking;
 use crate::stepping::{
-    Closing, ContactImpulse, Driven, EnergyLedger, FallbackResult, Members, SolvedRows, Source, StageOutput,
-    StageRecord,
+    Closing, ContactImpulse, Driven, EnergyLedger, FallbackResult, Members, SolvedRows, StageOutput, StageRecord,
 };
 
 use super::{Motion, Workspace};
