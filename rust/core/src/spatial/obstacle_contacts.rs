@@ -23,12 +23,12 @@ pub struct ObstacleContacts {
 }
 
 /// A link of a robot in a stage.
-struct LinkInStage<'a> {
-    at: StageKinematics<'a>,
+pub(super) struct LinkInStage<'a> {
+    pub at: StageKinematics<'a>,
     /// c \[s\].
-    coefficient: f64,
+    pub coefficient: f64,
     /// Time from the start of the step to the end of the stage \[s\].
-    elapsed: f64,
+    pub elapsed: f64,
 }
 
 /// One of the places that describe a link and an obstacle, which it is in the scene.
@@ -40,13 +40,13 @@ struct Place<'a> {
 }
 
 /// Plane that separates a link from an obstacle: normal, point of the centre line, and gap.
-struct Plane {
-    normal: Vector3<f64>,
+pub(super) struct Plane {
+    pub normal: Vector3<f64>,
     /// From the CG to the point.
-    arm: Vector3<f64>,
-    gap: f64,
+    pub arm: Vector3<f64>,
+    pub gap: f64,
     /// Whether another place covers this one.
-    is_redundant: bool,
+    pub is_redundant: bool,
 }
 
 impl ObstacleContacts {
