@@ -22,8 +22,8 @@ pub(super) enum Lag {
 
 impl CoulombNewton {
     /// Solves convex problems one after the other, beginning at the velocities of `solution` and without lags, until
-    /// `accept` takes what it is given after each of them. If none follow, the centres begin at the impulses of `solution`,
-    /// and contacts become stiffer from problem to problem. Returns the linear solves.
+    /// `accept` takes what it is given after each of them. The first one selects the shortest impulses. If no lags follow,
+    /// contacts become stiffer from problem to problem. Returns the linear solves.
     pub(super) fn lag(
         &mut self,
         stage: &Stage,
@@ -39,9 +39,6 @@ impl CoulombNewton {
             Lag::None => (MOST_AT_REST, 0.0),
             Lag::Follows => (MOST_PROBLEMS, ROUND_OFF),
         };
-        if lag == Lag::None {
-            self.recentre();
-        }
         let mut solves = 0;
         for _ in 0..most {
             solves += self.descend(round_off);
