@@ -204,7 +204,12 @@ impl LinkInStage<'_> {
     /// The end-of-stage gap is linearised at the predicted end configuration, so that a sustained contact is exact to
     /// second order. Where the prediction runs deep into a peg, or past it, the side is uncertain, and the gap is
     /// linearised at the start of the step. `None` where another place covers this one, and beyond the margin.
-    pub fn row(&self, link: usize, [at_start, mut plane]: [Plane; 2], touching: f64) -> Option<(StagePeg, Vector3<f64>)> {
+    pub fn row(
+        &self,
+        link: usize,
+        [at_start, mut plane]: [Plane; 2],
+        touching: f64,
+    ) -> Option<(StagePeg, Vector3<f64>)> {
         let (c, displacement) = (self.coefficient, (self.at.end.position - self.at.start.position).norm());
         let mut travelled = c * plane.normal.dot(&self.at.expected.velocity_at(&plane.arm));
         let depth = if at_start.is_redundant { 0.0 } else { (-at_start.gap).max(0.0) };
