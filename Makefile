@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 RUST_SOURCES := Cargo.toml Cargo.lock $(shell find rust -name '*.rs' -o -name Cargo.toml)
 
-.PHONY: build train test compile-tests test-rust test-python test-ray test-arm fuzz bench stress reproduce docs playground pictures site wheels check-wheels lint-workflows lint format venv constraints clean
+.PHONY: build train test check test-one compile-tests test-rust test-python test-ray test-arm fuzz bench stress reproduce docs playground pictures site wheels check-wheels lint-workflows lint format venv constraints clean
 
 build: .venv/.native
 
@@ -17,15 +17,27 @@ test:
 	$(MAKE) test-python
 
 # The tests of Rust and the native module of those of Python, in one call so that they share the crates below them.
-CHECKED := --quiet --profile checked --package snake-core --package snake-bench --package snake-stress --package snake-py
-test-rust compile-tests .venv/.native-test: export PYO3_NO_PYTHON = 1
-test-rust compile-tests .venv/.native-test: export PYO3_BUILD_EXTENSION_MODULE = 1
+CHECKED := --quiet --profile checked --package snake-core --package snake-thesis --package snake-bench --package snake-stress --package snake-py
+check test-rust compile-tests .venv/.native-test: export PYO3_NO_PYTHON = 1
+check test-rust compile-tests .venv/.native-test: export PYO3_BUILD_EXTENSION_MODULE = 1
 
 compile-tests:
 	cargo build $(CHECKED) --lib --tests
 
 test-rust:
 	cargo test $(CHECKED)
+
+# Within a minute after a change of one file of the core: types, its unit tests, and a glance at environments with a module
+# that compiles in seconds.
+check: .venv/.packages
+	cargo check --quiet --workspace --all-targets
+	cargo test --quiet --package snake-core --lib
+	cargo build --quiet --package snake-py --lib
+	PYTHONPATH=$(CURDIR) $(BIN)/python tests/quick.py $$(find target/debug -maxdepth 1 -name 'lib_native.*[bo]')
+
+# One file or test of Python, T=tests/package/test_slope.py, or those of the core with a name, T=golden.
+test-one: $(if $(filter tests/%,$(T)),$(if $(wildcard .venv/.native),.venv/.native,.venv/.native-test))
+	$(if $(filter tests/%,$(T)),PYTHONPATH=$(CURDIR) $(BIN)/python -m pytest $(T),cargo test --quiet --package snake-core $(T))
 
 # With the release build where there is one, else with one that compiles in less time.
 test-python: $(if $(wildcard .venv/.native),.venv/.native,.venv/.native-test)
@@ -44,7 +56,7 @@ test-arm: export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER = aarch64-linux-g
 test-arm: export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER = qemu-aarch64 -L /usr/aarch64-linux-gnu
 test-arm:
 	rustup target add $(ARM)
-	cargo test --quiet --package snake-core --target $(ARM)
+	cargo test --quiet --package snake-core --package snake-thesis --target $(ARM)
 
 # What the suite asks of fixed inputs, asked of fresh random ones.
 fuzz: build

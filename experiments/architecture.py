@@ -3,8 +3,8 @@
     python -m experiments.architecture            # check, exit status 1 if an arrow goes up
     python -m experiments.architecture --write    # check and draw
 
-Imports are read from the sources: ``use crate::`` and ``use snake_core::`` in Rust, ``import`` in Python. Tests,
-command-line entry points (``__main__.py``) and imports for type checking do not count.
+Imports are read from the sources: ``use crate::``, ``use snake_core::`` and ``use snake_thesis::`` in Rust, ``import``
+in Python. Tests, command-line entry points (``__main__.py``) and imports for type checking do not count.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ ROOT = Path(__file__).resolve().parent.parent
 CORE = "rust/core/src"
 LAYERS: tuple[dict[str, str], ...] = (
     {"error": "ConfigError", "interrupt": "signals", "math": "lanes, trigonometry"},
+    {"rows": "contacts as rows"},
     {"laws": "force laws as convex sets", "judge": "verification of laws"},
     {"obstacles": "shapes, distances", "slope": ""},
     {"robot": "", "scene": "", "gait": "references", "noise": ""},
@@ -32,10 +33,9 @@ LAYERS: tuple[dict[str, str], ...] = (
     {"solver": "augmented Lagrangian"},
     {"stepping": "steps, robots in lanes"},
     {"capabilities": "what each model has"},
-    {"minimal": "chapter 6"},
     {"planar": "chapter 3", "spatial": "chapter 4"},
     {"simulation": "one robot, scripted"},
-    {"environment": "tasks, rewards, observations"},
+    {"environment": "tasks, rewards, observations", "rust/thesis": "chapter 6, as printed"},
     {"batch": "robots on threads"},
     {"rust/bench": "", "rust/playground": "web page", "rust/python": "bindings", "rust/stress": ""},
     {"snake_env": "Python package"},
@@ -93,7 +93,9 @@ def imports_between_units(root: Path, units: list[str]) -> Edges:
             _add(edges, unit, rust_imports(file.read_text(), "crate"), file)
     for unit in filter(lambda unit: unit.startswith("rust/"), units):
         for file in sorted((root / unit / "src").rglob("*.rs")):
-            _add(edges, unit, rust_imports(file.read_text(), "snake_core"), file)
+            source = file.read_text()
+            _add(edges, unit, rust_imports(source, "snake_core"), file)
+            _add(edges, unit, {"rust/thesis"} if rust_imports(source, "snake_thesis") else set(), file)
     packages = {unit.split("/")[0] for unit in units if (root / unit / "__init__.py").exists()}
     for file in sorted(file for package in packages for file in (root / package).rglob("*.py")):
         if file.name != "__main__.py":

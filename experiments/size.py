@@ -87,7 +87,7 @@ def main() -> None:
         print(table((language, "files", "lines", "code"), cells), end="\n\n")
     documents = [*sorted(words.items()), ("**total**", sum(words.values()))]
     print(table(("document", "words"), [(name, f"{count:,}") for name, count in documents]), end="\n\n")
-    for name, folder in (("core", "rust/core/src"), ("repository without docs", "")):
+    for name, folder in (("core", "rust/core/src"), ("thesis", "rust/thesis/src"), ("repository without docs", "")):
         chosen = [row for row in rows if row[1].startswith(folder) and not row[1].startswith("docs")]
         print(f"{name}: {sum(row[3] for row in chosen):,} lines, {sum(row[4] for row in chosen):,} of code")
 

@@ -60,7 +60,7 @@ ARGUMENTS = {
     "controller": 'joint controller: "pd", or in the planar model "io" (input-output linearising, critically damped '
     "with K_D = 0.5 / T for T a tenth of the control period; both with a limit of 10 N m), or the fields of "
     "`snake_env.PD` or `snake_env.IOLinearizing` with their `law`",
-    "integrator": "time stepping: the fields of `snake_env.Integrator`",
+    "integrator": 'time stepping: the fields of `snake_env.Integrator` with the method "implicit"',
     "robot": "the robot: the fields of `snake_env.Robot`",
     "reward_weights": "weights of the reward terms",
     "start_jitter": "scale of the random start pose and phase, 0 to 1; 0: always the same start",

@@ -22,8 +22,8 @@ class Integrator(Section):
     None takes the default of the method and the model; an option of the other method is refused.
 
     Args:
-        method: "implicit", the fast default; or "thesis", the time stepping and Modified Newton iteration as printed
-            (T 3.6.2).
+        method: "implicit", the fast default and the only one of environments; or "thesis", the time stepping and
+            Modified Newton iteration as printed (T 3.6.2).
         step: largest step [s], 1e-8 to 1e3; a sample interval is divided into equal steps no longer than this.
             "thesis": 2.5e-4. "implicit": 0.025; 0.02 for the minimal model, 2.5e-4 if torques are held over steps, and
             times the root of what ``precision`` scales. The minimal model's smooth plants have a solver that chooses

@@ -114,7 +114,6 @@ def test_the_spaces_stay_as_they_are():
         ({"robot": {"backlash": -0.1}}, "robot.backlash"),
         ({"robot": {"backlash": 0.1}, "controller": "io"}, "robot.backlash"),
         ({"randomization": RANDOM, "controller": "io"}, "randomization.backlash"),
-        ({"randomization": RANDOM, "integrator": {"method": "thesis"}}, "randomization.backlash"),
     ],
 )
 def test_what_a_robot_cannot_have_is_named(options, field):

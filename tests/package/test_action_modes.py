@@ -109,7 +109,6 @@ def test_a_torque_policy_acts_alike_in_any_batch_and_thread_count():
     [
         ({"controller": PD(torque_limit=None)}, "controller.torque_limit"),
         ({"controller": "io"}, "controller.law"),
-        ({"integrator": {"method": "thesis"}}, "integrator.method"),
         ({"robot": {"backlash": 0.05}}, "robot.backlash"),
     ],
 )

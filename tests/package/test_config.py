@@ -351,6 +351,14 @@ def test_what_a_model_does_not_have_is_refused_with_what_it_needs():
             snake_env.simulate(robot=Robot(backlash=0.1), **keywords)
 
 
+@pytest.mark.parametrize("make", [snake_env.SnakeEnv, functools.partial(snake_env.SnakeVectorEnv, 2)])
+@pytest.mark.parametrize("integrator", [Integrator(method="thesis"), {"method": "thesis", "step": 5e-4}])
+def test_environments_have_the_implicit_method_only(make, integrator):
+    needs = 'reinforcement learning needs model="planar" or model="spatial" and method="implicit"'
+    with pytest.raises(ConfigError, match=rf'^integrator\.method = "thesis": expected "implicit": {needs}$'):
+        make(integrator=integrator)
+
+
 USES = {
     "contact with pegs": {"scene": Scene.preset("table-7.5")},
     "the Stribeck effect": {"scene": Scene(stribeck=Stribeck(drop=0.1))},

@@ -106,5 +106,3 @@ def test_ranges_are_checked_by_name(keywords, field):
 def test_what_depends_on_the_environment_is_checked_there():
     with pytest.raises(ConfigError, match=r"^randomization\.reference_rate = "):
         SnakeEnv(task="field", randomization=Randomization(reference_rate=30.0))
-    with pytest.raises(ConfigError, match=r"^randomization\.mass = "):
-        SnakeEnv(task="field", randomization={"mass": (0.9, 1.1)}, integrator={"method": "thesis"})

@@ -173,11 +173,10 @@ def test_a_restored_robot_has_the_same_state():
     assert_identical(env.state().arrays(), expected.arrays(), "after set_state")
 
 
-@pytest.mark.parametrize("method", ["implicit", "thesis"])
 @pytest.mark.parametrize("model", ["planar", "spatial"])
-def test_forces_of_obstacles_add_up_to_those_on_links(model, method):
+def test_forces_of_obstacles_add_up_to_those_on_links(model):
     """Each force acts on one link and comes from one obstacle."""
-    env = driven(SnakeVectorEnv(2, task="course", model=model, integrator={"method": method}), 25)
+    env = driven(SnakeVectorEnv(2, task="course", model=model), 25)
     state = env.state()
     assert state.obstacle_force.shape == (2, len(env.scene(0).obstacles), 3 if model == "spatial" else 2)
     total = state.contact_force.sum(axis=1)

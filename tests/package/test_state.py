@@ -103,7 +103,6 @@ OTHERS = [
     ("observation_delay", {"observation_delay": {"joint_angle": 0.1}}),
     ("randomization.reference_delay", {"randomization": {"reference_delay": (0.0, 0.1)}}),
     ("integrator.step", {"integrator": {"step": 0.01}}),
-    ("integrator.method", {"integrator": {"method": "thesis"}}),
     ("slope", {"slope": (0.1, 0.0)}),
     ("reward_weights.energy", {"reward_weights": {"energy": 0.1}}),
     ("scene", {"scene": snake_env.Scene()}),
@@ -139,21 +138,6 @@ def test_time_limit_difficulty_and_scenes_may_differ():
     run(first, 3)
     second.set_state(pickle.loads(pickle.dumps(first.get_state())))
     assert_identical(run(second, 4), run(first, 4), "in another scene's environment")
-
-
-@pytest.mark.parametrize("method", ["pd", "io"])
-@pytest.mark.parametrize(("model", "task"), [("planar", "course"), ("spatial", "field")])
-def test_the_printed_scheme_continues_bit_for_bit(model, task, method):
-    if (model, method) == ("spatial", "io"):
-        pytest.skip("3D has no input-output linearisation")
-    integrator = {"method": "thesis", "step": 5e-4}
-    options = {"task": task, "model": model, "integrator": integrator, "controller": method}
-    env, other = SnakeVectorEnv(2, **options), SnakeVectorEnv(2, **options)
-    env.reset(seed=0)
-    other.reset(seed=9)
-    run(env, 20)
-    other.set_state(env.get_state())
-    assert_identical(run(other, 5), run(env, 5), "continued elsewhere")
 
 
 def test_the_previous_action_of_a_reward_function_is_part_of_the_state():

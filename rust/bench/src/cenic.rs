@@ -90,7 +90,7 @@ impl Stepping {
 
 /// Robots k of seeds `SEED + k` over some control periods.
 fn run(scene: &'static str, task: Task, stepping: &Stepping, robots: u64, periods: u32) -> Result<Run, ConfigError> {
-    let integrator = stepping.config().into();
+    let integrator = stepping.config();
     let config =
         EnvConfig { task, action_mode: ActionMode::Joints, difficulty: 0.5, integrator, ..EnvConfig::default() };
     let mut env = Environment::<PlanarRobot>::new(&config)?;
@@ -107,7 +107,7 @@ fn run(scene: &'static str, task: Task, stepping: &Stepping, robots: u64, period
             let spent = match &mut control {
                 Some(control) => control.advance(env.model_mut(), config.control_period),
                 None => {
-                    env.advance();
+                    env.model_mut().advance(config.control_period);
                     env.model().report()
                 }
             };

@@ -5,7 +5,7 @@ use snake_core::ConfigError;
 use snake_core::environment::{EnvConfig, FieldKind, Task};
 use snake_core::gait::Wave;
 use snake_core::planar::Planar;
-use snake_core::stepping::{IntegratorConfig, Model};
+use snake_core::stepping::{ImplicitConfig, Model};
 
 use crate::clock::percentile;
 use crate::environments::{Actions, Robots};
@@ -48,7 +48,7 @@ pub fn measure(scenes: &[Scenario], quick: bool) -> Result<(), ConfigError> {
     for scenario in scenes {
         progress(&format!("certificate: {}", scenario.name));
         let mut sample = Sample::default();
-        let integrator = IntegratorConfig::default();
+        let integrator = ImplicitConfig::default();
         let mut simulation = scenario.simulation(&integrator)?;
         for _ in 0..integrator.steps_in(scenario.duration) {
             let report = simulation.advance(integrator.step(), &Wave::default());

@@ -339,7 +339,7 @@ impl<M: RobotModel> TimedBatch<M> {
 mod tests {
     use super::*;
     use crate::fleet::at_start;
-    use snake_core::stepping::{Driven, IntegratorConfig};
+    use snake_core::stepping::{Driven, ImplicitConfig};
 
     #[test]
     fn fields_have_as_many_pegs_as_asked_for_and_the_new_ones_are_out_of_reach() {
@@ -363,7 +363,7 @@ mod tests {
     #[test]
     fn a_long_robot_starts_free_of_the_pegs_along_its_whole_body() {
         let scenario = long_track(60).unwrap();
-        let simulation = scenario.simulation(&IntegratorConfig::default()).unwrap();
+        let simulation = scenario.simulation(&ImplicitConfig::default()).unwrap();
         assert!(simulation.min_gap() > 0.0 && scenario.scene.obstacles.len() > 60);
     }
 }

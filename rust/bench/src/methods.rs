@@ -1,6 +1,7 @@
 //! The ways to integrate that are compared: plain configurations with a name.
 
-use snake_core::stepping::{ImplicitConfig, IntegratorConfig, Precision, ThesisConfig};
+use snake_core::stepping::{ImplicitConfig, Precision};
+use snake_thesis::{IntegratorConfig, ThesisConfig};
 
 /// One point of a work-precision plot.
 #[derive(Debug, Clone, PartialEq)]

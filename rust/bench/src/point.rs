@@ -1,7 +1,8 @@
 //! One point of a work-precision plot, of the planar or the 3D model.
 
 use serde::Serialize;
-use snake_core::stepping::{IntegratorConfig, StepStatistics};
+use snake_core::stepping::StepStatistics;
+use snake_thesis::IntegratorConfig;
 
 use crate::clock::{Spent, median};
 use crate::reference::Distance;

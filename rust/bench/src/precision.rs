@@ -5,8 +5,9 @@ use std::path::Path;
 use serde::Serialize;
 use snake_core::ConfigError;
 use snake_core::gait::Wave;
-use snake_core::planar::{Fleet, PlanarSystem};
-use snake_core::simulation::PlanarSimulation;
+use snake_core::planar::{Fleet, Planar, PlanarSystem};
+use snake_core::simulation::{Scheme, Simulation};
+use snake_thesis::IntegratorConfig;
 
 use crate::clock::{Spent, spent};
 use crate::fleet::{ROBOTS, Undulator, WINDOW, staggered, time_window};
@@ -71,9 +72,7 @@ fn measure_scene(scenario: &Scenario, reference: &Reference, quick: bool) -> Res
 /// One method on one scene.
 struct Case<'a> {
     choice: &'a Choice,
-    start: PlanarSimulation,
-    /// \[s\]
-    duration: f64,
+    scenario: &'a Scenario,
     run: Run,
     alone: Vec<Spent>,
     fleet: Option<Fleet>,
@@ -83,29 +82,21 @@ struct Case<'a> {
 impl<'a> Case<'a> {
     /// Makes the run whose error is measured.
     fn new(
-        scenario: &Scenario,
+        scenario: &'a Scenario,
         system: &PlanarSystem,
         choice: &'a Choice,
         limits: &Limits,
     ) -> Result<Self, ConfigError> {
-        let start = scenario.simulation(&choice.integrator)?;
-        let run = Run::to_the_end(start.clone(), scenario.duration, limits.run);
+        let run = Run::of(scenario, choice, limits.run)?;
         let fleet = choice.integrator.implicit().map(|config| Fleet::new(config, system, ROBOTS));
-        Ok(Self {
-            choice,
-            start,
-            duration: scenario.duration,
-            alone: vec![run.spent],
-            run,
-            fleet,
-            together: Vec::new(),
-        })
+        Ok(Self { choice, scenario, alone: vec![run.spent], run, fleet, together: Vec::new() })
     }
 
     /// One more repetition of what does not take too long.
     fn repeat(&mut self, system: &PlanarSystem, robots: &[Undulator], limits: &Limits) {
         if self.run.spent.cpu < limits.repetition && self.run.ended {
-            self.alone.push(Run::to_the_end(self.start.clone(), self.duration, limits.run).spent);
+            let run = Run::of(self.scenario, self.choice, limits.run).expect("it has run before");
+            self.alone.push(run.spent);
         }
         let slow = self.together.first().is_some_and(|first| first.cpu > limits.repetition);
         if let Some(fleet) = self.fleet.as_mut().filter(|_| !slow) {
@@ -145,13 +136,21 @@ struct Run {
 }
 
 impl Run {
+    fn of(scenario: &Scenario, choice: &Choice, limit: f64) -> Result<Self, ConfigError> {
+        let duration = scenario.duration;
+        Ok(match &choice.integrator {
+            IntegratorConfig::Implicit(method) => Self::to_the_end(scenario.simulation(method)?, duration, limit),
+            IntegratorConfig::Thesis(method) => Self::to_the_end(scenario.simulation(method)?, duration, limit),
+        })
+    }
+
     /// Runs for `duration`, or until `limit` seconds of CPU time are over.
-    fn to_the_end(mut simulation: PlanarSimulation, duration: f64, limit: f64) -> Self {
+    fn to_the_end<S: Scheme<Planar>>(mut simulation: Simulation<Planar, S>, duration: f64, limit: f64) -> Self {
         let (mut spent_in_all, mut work) = (Spent::default(), Work::default());
         let (mut samples, mut simulated) = (Vec::new(), 0.0);
         while simulated < duration - 1e-9 && spent_in_all.cpu < limit && !work.diverged {
             let (report, spent) = spent(|| simulation.advance(Scenario::SAMPLE, &Wave::default()));
-            samples.push(positions(&simulation));
+            samples.push(positions(simulation.state()));
             simulated = samples.len() as f64 * Scenario::SAMPLE;
             spent_in_all += spent;
             work.add(&report);
@@ -163,8 +162,6 @@ impl Run {
 
 #[cfg(test)]
 mod tests {
-    use snake_core::stepping::IntegratorConfig;
-
     use super::*;
     use crate::scenes;
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use snake_core::ConfigError;
-use snake_core::stepping::IntegratorConfig;
+use snake_core::stepping::ImplicitConfig;
 
 use crate::report::progress;
 
@@ -45,13 +45,13 @@ pub trait Sampled: Serialize {
     fn name(&self) -> &str;
 
     /// The configuration of a reference run at a step.
-    fn fine(step: f64) -> IntegratorConfig;
+    fn fine(step: f64) -> ImplicitConfig;
 
     /// Link CGs at all samples of a run.
     ///
     /// # Errors
     /// The scenario or the method is not admissible.
-    fn samples(&self, integrator: &IntegratorConfig) -> Result<Vec<Positions>, ConfigError>;
+    fn samples(&self, integrator: &ImplicitConfig) -> Result<Vec<Positions>, ConfigError>;
 }
 
 /// The converged run of a scenario.

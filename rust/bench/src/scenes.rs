@@ -5,11 +5,11 @@ use snake_core::ConfigError;
 use snake_core::control::ControllerConfig;
 use snake_core::environment::{EnvConfig, Environment, FieldKind, Task};
 use snake_core::gait::{Reference, Wave};
-use snake_core::planar::PlanarSystem;
+use snake_core::planar::{Planar, PlanarState, PlanarSystem};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_7_3, START_7_5, START_FREE, SceneConfig, TABLE_7_3, TABLE_7_5};
-use snake_core::simulation::PlanarSimulation;
-use snake_core::stepping::{ImplicitConfig, IntegratorConfig, Precision};
+use snake_core::simulation::{SchemeConfig, Simulation};
+use snake_core::stepping::{ImplicitConfig, Precision};
 
 use crate::reference::{Positions, Sampled};
 
@@ -46,8 +46,11 @@ pub fn all() -> Vec<Scenario> {
 impl Scenario {
     /// # Errors
     /// The method is not admissible.
-    pub fn simulation(&self, integrator: &IntegratorConfig) -> Result<PlanarSimulation, ConfigError> {
-        let mut simulation = PlanarSimulation::new(&self.robot, &self.scene, &self.controller, integrator)?;
+    pub fn simulation<C: SchemeConfig<Planar>>(
+        &self,
+        integrator: &C,
+    ) -> Result<Simulation<Planar, C::Scheme>, ConfigError> {
+        let mut simulation = Simulation::new(&self.robot, &self.scene, &self.controller, integrator)?;
         let [x, y, heading] = self.start;
         simulation.place_chain(x, y, heading, &self.joint_angle);
         Ok(simulation)
@@ -73,7 +76,7 @@ impl Sampled for Scenario {
         self.name
     }
 
-    fn fine(step: f64) -> IntegratorConfig {
+    fn fine(step: f64) -> ImplicitConfig {
         ImplicitConfig {
             step: Some(step),
             tolerance: Some(1e-11),
@@ -81,23 +84,22 @@ impl Sampled for Scenario {
             max_iterations: 2000,
             ..ImplicitConfig::default()
         }
-        .into()
     }
 
-    fn samples(&self, integrator: &IntegratorConfig) -> Result<Vec<Positions>, ConfigError> {
+    fn samples(&self, integrator: &ImplicitConfig) -> Result<Vec<Positions>, ConfigError> {
         let mut simulation = self.simulation(integrator)?;
         let count = (self.duration / Self::SAMPLE).round() as usize;
         let sample = |_| {
             simulation.advance(Self::SAMPLE, &Wave::default());
-            positions(&simulation)
+            positions(simulation.state())
         };
         Ok((0..count).map(sample).collect())
     }
 }
 
 /// Link CGs \[m\].
-pub fn positions(simulation: &PlanarSimulation) -> Positions {
-    simulation.state().pose.iter().map(|pose| vec![pose.x, pose.y]).collect()
+pub fn positions(state: &PlanarState) -> Positions {
+    state.pose.iter().map(|pose| vec![pose.x, pose.y]).collect()
 }
 
 /// Aiko with the thesis's gains, in the posture of the gait at t = 0.
@@ -191,7 +193,7 @@ mod tests {
         let names: HashSet<_> = scenes.iter().map(|scene| scene.name).collect();
         assert_eq!(names.len(), scenes.len());
         for scene in scenes {
-            let simulation = scene.simulation(&IntegratorConfig::default()).unwrap();
+            let simulation = scene.simulation(&ImplicitConfig::default()).unwrap();
             assert!(simulation.min_gap() > 0.0, "{}: {}", scene.name, simulation.min_gap());
             assert!(simulation.joint_gap() < 1e-12);
         }
@@ -202,7 +204,7 @@ mod tests {
         let scenes = all();
         let travel = |name: &str| {
             let scene = scenes.iter().find(|scene| scene.name == name).unwrap();
-            let mut simulation = scene.simulation(&IntegratorConfig::default()).unwrap();
+            let mut simulation = scene.simulation(&ImplicitConfig::default()).unwrap();
             let start = simulation.state().pose[0].x;
             simulation.advance(DURATION, &Wave::default());
             simulation.state().pose[0].x - start

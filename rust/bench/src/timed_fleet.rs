@@ -1,7 +1,5 @@
 //! Robots of one scene, whose steps are timed.
 
-use std::collections::HashSet;
-
 use snake_core::ConfigError;
 use snake_core::control::ControllerConfig;
 use snake_core::gait::Wave;
@@ -62,9 +60,7 @@ impl TimedFleet {
         for _ in 0..SAMPLES {
             self.fleet.advance(&self.system, &mut moving, WINDOW / SAMPLES as f64, |_| true);
             for robot in &moving {
-                let contacts = robot.body.warm_start.self_contacts.iter();
-                let pressed = contacts.filter(|contact| contact.force > 0.0);
-                count += pressed.map(|contact| contact.place.links).collect::<HashSet<_>>().len();
+                count += robot.body.warm_start.self_contacts.pressed_pairs();
             }
         }
         count as f64 / (SAMPLES * ROBOTS) as f64

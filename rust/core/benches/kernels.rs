@@ -13,8 +13,8 @@ use snake_core::pegs::PegGrid;
 use snake_core::planar::{Fleet, Newton, PlanarSystem, Scripted, Stage, StageSolution, certify};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_7_5, SceneConfig};
-use snake_core::stepping::{ImplicitConfig, IntegratorConfig};
-use snake_test_support::planar::{Random, START_FREE, aiko, ground, posture, table_7_5, thesis};
+use snake_core::stepping::ImplicitConfig;
+use snake_test_support::planar::{Random, START_FREE, aiko, ground, posture, table_7_5};
 use snake_test_support::planar_stage::{Kind, random_stage};
 
 const LINKS: usize = 11;
@@ -63,10 +63,9 @@ fn solve_and_certify(criterion: &mut Criterion) {
 /// One robot, step by step through one and the same second.
 fn step_of_one_robot(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("step");
-    let default = IntegratorConfig::default();
+    let default = ImplicitConfig::default();
     bench_robot(&mut group, "free", &ground([0.2, 0.2]), START_FREE, &default);
     bench_robot(&mut group, "course", &table_7_5(), START_7_5, &default);
-    bench_robot(&mut group, "course, thesis", &table_7_5(), START_7_5, &thesis(2.5e-4, 2e-5));
     group.finish();
 }
 
@@ -75,7 +74,7 @@ fn bench_robot(
     name: &str,
     scene: &SceneConfig,
     start: [f64; 3],
-    integrator: &IntegratorConfig,
+    integrator: &ImplicitConfig,
 ) {
     let mut simulation = aiko(scene, start, integrator);
     let step = integrator.step();

@@ -1,4 +1,5 @@
-//! What each model of the robot has: one table, from which error messages and the table of the docs follow.
+//! What each model of the robot has: one table, from which error messages and the table of the docs follow. The minimal
+//! model and the method of the thesis are in the crate `snake-thesis`.
 
 use serde::Deserialize;
 
@@ -7,7 +8,6 @@ use crate::error::{ConfigError, require};
 use crate::obstacles::Obstacle;
 use crate::robot::RobotConfig;
 use crate::scene::{FrictionLawName, SceneConfig};
-use crate::stepping::Method;
 
 /// The models of the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -30,6 +30,27 @@ impl ModelName {
             ModelName::Planar => "planar",
             ModelName::Spatial => "spatial",
             ModelName::Minimal => "minimal",
+        }
+    }
+}
+
+/// The methods of time stepping.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// Midpoint time stepping, Algorithm 3.1 and explicit PD, as printed.
+    Thesis,
+    /// Implicit stages with exactly eliminated joints and certified contacts.
+    #[default]
+    Implicit,
+}
+
+impl Method {
+    /// Name in configurations.
+    pub fn name(self) -> &'static str {
+        match self {
+            Method::Thesis => "thesis",
+            Method::Implicit => "implicit",
         }
     }
 }
@@ -64,8 +85,6 @@ pub enum Feature {
     VerticalWave,
     Inclination,
     Environments,
-    RandomizedRobot,
-    RandomizedDiscrepancies,
 }
 
 /// One row of the table.
@@ -81,7 +100,7 @@ pub struct Capability {
 }
 
 /// All features that not every model has.
-pub const CAPABILITIES: [Capability; 20] = {
+pub const CAPABILITIES: [Capability; 18] = {
     use Support::{Always, Implicit, Never};
     const fn row(feature: Feature, name: &'static str, off: &'static str, support: [Support; 3]) -> Capability {
         Capability { feature, name, off, support }
@@ -104,19 +123,7 @@ pub const CAPABILITIES: [Capability; 20] = {
         row(Feature::RollingFriction, "rolling friction", "0", [Never, Always, Never]),
         row(Feature::VerticalWave, "a vertical wave", "0", [Never, Always, Never]),
         row(Feature::Inclination, "pitch and roll at the start", "0", [Never, Always, Never]),
-        row(Feature::Environments, "reinforcement learning", "", [Always, Always, Never]),
-        row(
-            Feature::RandomizedRobot,
-            "randomised friction, mass and torque limit",
-            "[1, 1]",
-            [Implicit, Implicit, Never],
-        ),
-        row(
-            Feature::RandomizedDiscrepancies,
-            "randomised backlash and Stribeck effect",
-            "[0, 0]",
-            [Implicit, Implicit, Never],
-        ),
+        row(Feature::Environments, "reinforcement learning", "\"implicit\"", [Implicit, Implicit, Never]),
     ]
 };
 

@@ -5,7 +5,6 @@ use std::fmt;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::error::{ConfigError, non_negative, positive, time_step};
-use crate::gait::JointTarget;
 
 /// Which control law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -108,11 +107,6 @@ impl From<ControllerFields> for ControllerConfig {
 }
 
 impl ControllerConfig {
-    /// PD with the gains of (T Table 7.2), "robot model".
-    pub fn minimal_pd() -> Self {
-        Self { kp: 200.0, kd: 1.2, ..Self::default() }
-    }
-
     /// Input-output linearisation with the gains of (T Table 7.2).
     pub fn io() -> Self {
         Self { law: ControlLaw::Io, kp: 4e5, kd: 2.4e3, ..Self::default() }
@@ -141,15 +135,6 @@ impl ControllerConfig {
     /// Deviation of a joint at rest from which on the torque is at its limit; infinite without limit \[rad\].
     pub fn saturation(&self) -> f64 {
         self.torque_limit.map_or(f64::INFINITY, |limit| limit / self.kp)
-    }
-
-    /// The law's own output for a joint at `angle` and `rate`: a torque (T 7.8), or u (T 6.60).
-    pub fn output(&self, target: &JointTarget, angle: f64, rate: f64) -> f64 {
-        let feedback = self.kp * (target.angle - angle) + self.kd * (target.rate - rate);
-        match self.law {
-            ControlLaw::Pd => feedback,
-            ControlLaw::Io => feedback + target.acceleration,
-        }
     }
 
     /// The largest torque in a stage that ends at `end`: actuators that are switched on then have not acted yet

@@ -1,11 +1,11 @@
 //! Physics of wheel-less snake robots with set-valued Coulomb friction and obstacle contact.
 //!
-//! The models are chapters 3 (planar), 4 (spatial) and 6 (minimal, its "robot model") of A. A. Transeth, *Modelling and
-//! Control of Snake Robots* (NTNU 2007); equations are tagged `(T 3.66)` with the thesis's numbers. SI units and
-//! radians everywhere.
+//! The models are chapters 3 (planar) and 4 (spatial) of A. A. Transeth, *Modelling and Control of Snake Robots* (NTNU
+//! 2007); equations are tagged `(T 3.66)` with the thesis's numbers. Chapter 6 and the schemes as printed are in the crate
+//! `snake-thesis`. SI units and radians everywhere.
 //!
 //! Modules import each other in one direction only:
-//! `math <- {laws, judge} <- contact <- solver <- stepping <- {planar, spatial, minimal} <- simulation <- environment <- batch`.
+//! `math <- rows <- {laws, judge} <- contact <- solver <- stepping <- {planar, spatial} <- simulation <- environment <- batch`.
 
 pub mod batch;
 pub mod capabilities;
@@ -15,15 +15,15 @@ pub mod environment;
 pub mod error;
 pub mod gait;
 pub mod interrupt;
-mod judge;
+pub mod judge;
 pub mod laws;
 pub mod math;
-pub mod minimal;
 pub mod noise;
 pub mod obstacles;
 pub mod pegs;
 pub mod planar;
 pub mod robot;
+pub mod rows;
 pub mod scene;
 pub mod simulation;
 pub mod slope;

@@ -3,23 +3,13 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, non_negative, positive};
-use crate::laws::{SmoothLaw, Stribeck};
+use crate::laws::Stribeck;
 use crate::obstacles::Obstacle;
 use crate::slope::Slope;
 
 pub use crate::obstacles::Peg;
 
-/// A law of dry friction.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub enum FrictionLaw {
-    /// The exact Coulomb law; for the minimal model the ellipse (T 6.24)-(T 6.25).
-    #[default]
-    SetValued,
-    /// The minimal model only.
-    Smooth(SmoothLaw),
-}
-
-/// The laws by the names that users write.
+/// Laws of dry friction by the names that users write; the smooth ones are the minimal model's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FrictionLawName {
@@ -69,23 +59,14 @@ impl Default for SceneConfig {
             stribeck: Stribeck::default(),
             viscous: [0.0; 2],
             friction_law: FrictionLawName::SetValued,
-            smoothing: SmoothLaw::SMOOTHING,
+            smoothing: SMOOTHING,
             slope: Slope::default(),
         }
     }
 }
 
-impl SceneConfig {
-    /// The law of friction with its parameter.
-    pub fn law(&self) -> FrictionLaw {
-        let smoothing = self.smoothing;
-        match self.friction_law {
-            FrictionLawName::SetValued => FrictionLaw::SetValued,
-            FrictionLawName::Arctan => FrictionLaw::Smooth(SmoothLaw::Arctan { smoothing }),
-            FrictionLawName::Ellipse => FrictionLaw::Smooth(SmoothLaw::Ellipse { smoothing }),
-        }
-    }
-}
+/// eps_C of (T Table 7.2) \[m/s\].
+pub const SMOOTHING: f64 = 1e-3;
 
 /// A validated scene.
 #[derive(Debug, Clone, PartialEq)]

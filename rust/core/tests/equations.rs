@@ -25,11 +25,18 @@ fn sources(directory: &Path) -> Vec<PathBuf> {
 
 /// The folders whose tags are listed.
 fn tagged_sources() -> Vec<PathBuf> {
-    ["src", "../python/src", "../../snake_env"].iter().flat_map(|folder| sources(&crate_path(folder))).collect()
+    ["src", "../thesis/src", "../python/src", "../../snake_env"]
+        .iter()
+        .flat_map(|folder| sources(&crate_path(folder)))
+        .collect()
 }
 
-/// A file or folder of the tables: under `rust/core/src/`, or from the root of the repository.
+/// A file or folder of the tables: under `rust/core/src/`, after `thesis/` under `rust/thesis/src/`, or from the root of
+/// the repository.
 fn place(name: &str) -> PathBuf {
+    if let Some(name) = name.strip_prefix("thesis/") {
+        return crate_path("../thesis/src").join(name);
+    }
     let in_core = crate_path("src").join(name);
     if in_core.exists() { in_core } else { crate_path("../..").join(name) }
 }
@@ -113,7 +120,10 @@ fn every_deviation_is_registered_and_has_a_test() {
     assert!(unknown.is_empty(), "deviations cited in the source but not registered: {unknown:?}");
     let uncited: Vec<_> = ids.difference(&cited).collect();
     assert!(uncited.is_empty(), "deviations registered but not cited in the source: {uncited:?}");
-    let tests = text_of(&sources(&crate_path("tests"))) + &text_of(&sources(&crate_path("../../tests")));
+    let tests: String = ["tests", "../thesis/tests", "../../tests"]
+        .iter()
+        .map(|folder| text_of(&sources(&crate_path(folder))))
+        .collect();
     for row in register {
         assert_eq!(row.len(), 5, "{row:?}");
         let found = [format!("fn {}(", row[4]), format!("def {}(", row[4])].iter().any(|head| tests.contains(head));

@@ -11,6 +11,7 @@ use snake_core::environment::quantity::quantities_of;
 use snake_core::environment::{EnvConfig, Environment, ModelKind, RobotModel};
 use snake_core::error::require;
 
+use crate::config::environment_config;
 use crate::core::{Core, of_model};
 use crate::ffi::{CoreError, detached, interruptible, signal_raised};
 use crate::from_python::from_python;
@@ -41,7 +42,7 @@ pub struct Batch {
 impl Batch {
     #[new]
     fn new(py: Python<'_>, config: &Bound<'_, PyAny>, num_envs: usize, num_threads: usize) -> PyResult<Self> {
-        let config: EnvConfig = from_python(config).map_err(CoreError::from)?;
+        let config = environment_config(config).map_err(CoreError::from)?;
         let core = detached(py, || {
             let links = config.robot.links;
             let obstacles = config.scene.as_ref().map_or(0, |scene| scene.obstacles.len());

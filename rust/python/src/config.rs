@@ -5,18 +5,19 @@ use pyo3::types::{PyDict, PyList};
 use pythonize::pythonize;
 use serde::de::DeserializeOwned;
 use snake_core::ConfigError;
-use snake_core::capabilities::{CAPABILITIES, ModelName, Support};
+use snake_core::capabilities::{CAPABILITIES, Feature, ModelName, Support};
 use snake_core::control::ControllerConfig;
 use snake_core::environment::{EnvConfig, Randomization};
 use snake_core::laws::Stribeck;
-use snake_core::minimal::NoiseConfig;
+use snake_core::noise::NoiseConfig;
 use snake_core::obstacles::Obstacle;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Scene, SceneConfig};
-use snake_core::stepping::{IntegratorConfig, Method};
+use snake_core::stepping::ImplicitConfig;
+use snake_thesis::{IntegratorConfig, ThesisConfig};
 
 use crate::ffi::CoreError;
-use crate::from_python::from_python;
+use crate::from_python::{field_of, from_python};
 use crate::gait::GaitConfig;
 use crate::run::{default_controller, default_scene};
 use crate::start::StartConfig;
@@ -50,6 +51,20 @@ fn read<T: DeserializeOwned>(section: &str, config: &Bound<'_, PyAny>) -> Result
     })
 }
 
+/// The configuration of an environment.
+///
+/// # Errors
+/// Names the field that is not admissible, also where the method of time stepping is not that of environments.
+pub fn environment_config(config: &Bound<'_, PyAny>) -> Result<EnvConfig, ConfigError> {
+    if let Some(integrator) = field_of(config, "integrator") {
+        let chosen: IntegratorConfig = from_python(&integrator).map_err(|e| e.inside("integrator"))?;
+        let method = chosen.method();
+        let on = (ModelName::Planar, method);
+        Feature::Environments.require(on, true, "integrator.method", format!("\"{}\"", method.name()))?;
+    }
+    from_python(config)
+}
+
 /// The defaults of a section, for a model where they depend on it.
 ///
 /// # Errors
@@ -66,8 +81,8 @@ pub fn defaults<'py>(py: Python<'py>, section: &str, model: Option<&Bound<'py, P
         "gait" => pythonize(py, &GaitConfig::default()),
         "controller" => pythonize(py, &default_controller(model)),
         "io_controller" => pythonize(py, &ControllerConfig::io()),
-        "integrator" => pythonize(py, &IntegratorConfig::default()),
-        "thesis_integrator" => pythonize(py, &IntegratorConfig::of(Method::Thesis)),
+        "integrator" => pythonize(py, &ImplicitConfig::default()),
+        "thesis_integrator" => pythonize(py, &ThesisConfig::default()),
         "noise" => pythonize(py, &NoiseConfig::default()),
         "randomization" => pythonize(py, &Randomization::default()),
         "start" => pythonize(py, &StartConfig::default()),

@@ -11,15 +11,15 @@ use snake_core::environment::signal::{SignalInfo, signals_of};
 use snake_core::environment::{EnvConfig, Environment, ModelKind, PlanarRobot, RobotModel, SpatialRobot, Task};
 use snake_core::robot::Robot;
 
+use crate::config::environment_config;
 use crate::ffi::{CoreError, detached};
-use crate::from_python::from_python;
 
 /// Describes the environment of a configuration: "observation", "action", "reward", "signals" and "state" entry by
 /// entry, "control_period" \[s\], "link_half_length" and "link_radius" of the contact shape \[m\], and "config", the
 /// whole configuration with its defaults.
 #[pyfunction]
 pub fn layout<'py>(py: Python<'py>, config: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
-    let config: EnvConfig = from_python(config).map_err(CoreError::from)?;
+    let config = environment_config(config).map_err(CoreError::from)?;
     match config.model {
         ModelKind::Planar => describe::<PlanarRobot>(py, &config),
         ModelKind::Spatial => describe::<SpatialRobot>(py, &config),

@@ -1,4 +1,4 @@
-//! Python bindings of `snake_core`: thin; one module releases the GIL, catches panics and maps errors.
+//! Python bindings of `snake_core` and `snake_thesis`: thin; one module releases the GIL, catches panics and maps errors.
 
 mod batch;
 mod config;

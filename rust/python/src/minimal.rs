@@ -2,11 +2,10 @@
 
 use snake_core::ConfigError;
 use snake_core::gait::{Gait, Holding, JointTarget};
-use snake_core::minimal::{Ground, MinimalState, Model};
-use snake_core::minimal::{MinimalConfig, MinimalSimulation};
 use snake_core::robot::Robot;
 use snake_core::scene::Scene;
 use snake_core::stepping::{Record, StepStatistics};
+use snake_thesis::minimal::{FrictionLaw, Ground, MinimalConfig, MinimalSimulation, MinimalState, Model};
 
 use crate::records::Layout;
 use crate::run::{RunConfig, Scripted};
@@ -28,7 +27,7 @@ impl MinimalRobot {
         let mut simulation = MinimalSimulation::new(&MinimalConfig {
             robot: config.robot.clone(),
             ground: Ground::of(&scene),
-            friction_law: scene.law(),
+            friction_law: FrictionLaw::of(&scene),
             controller: config.controller(),
             integrator: config.integrator,
             noise: config.noise.unwrap_or_default(),

@@ -3,25 +3,25 @@
 use nalgebra::Vector3;
 use snake_core::ConfigError;
 use snake_core::gait::{Gait, Holding, JointTarget};
-use snake_core::simulation::PlanarSimulation;
-use snake_core::stepping::{IntegratorConfig, Record, StepStatistics};
+use snake_core::planar::Planar;
+use snake_core::simulation::{Scheme, SchemeConfig, Simulation};
+use snake_core::stepping::{Record, StepStatistics};
 
 use crate::records::Layout;
 use crate::run::{RunConfig, Scripted};
 use crate::samples::Samples;
 
 /// A robot of the model with its gait.
-pub struct PlanarRobot {
-    simulation: PlanarSimulation,
+pub struct PlanarRobot<S> {
+    simulation: Simulation<Planar, S>,
     gait: Holding<Gait, JointTarget>,
-    integrator: IntegratorConfig,
 }
 
-impl PlanarRobot {
-    /// The robot in its start posture.
-    pub fn new(config: &RunConfig) -> Result<Self, ConfigError> {
-        let RunConfig { robot, integrator, start, .. } = config;
-        let mut simulation = PlanarSimulation::new(robot, &config.scene(), &config.controller(), integrator)?;
+impl<S: Scheme<Planar>> PlanarRobot<S> {
+    /// The robot in its start posture, advanced by a method.
+    pub fn new(config: &RunConfig, method: &impl SchemeConfig<Planar, Scheme = S>) -> Result<Self, ConfigError> {
+        let RunConfig { robot, start, .. } = config;
+        let mut simulation = Simulation::new(robot, &config.scene(), &config.controller(), method)?;
         let joints = simulation.robot().joint_count();
         let gait = config.planar_reference(joints)?;
         let [x, y, heading] = start.in_plane(config.on())?;
@@ -31,11 +31,11 @@ impl PlanarRobot {
             simulation.start_record();
         }
         let gait = Holding::new(gait, config.held_joints(&joint_angle));
-        Ok(Self { simulation, gait, integrator: *integrator })
+        Ok(Self { simulation, gait })
     }
 }
 
-impl Scripted for PlanarRobot {
+impl<S: Scheme<Planar>> Scripted for PlanarRobot<S> {
     const COORDINATES: usize = 2;
 
     fn link_count(&self) -> usize {
@@ -43,7 +43,7 @@ impl Scripted for PlanarRobot {
     }
 
     fn parts_of(&self, duration: f64) -> u32 {
-        self.integrator.steps_in(duration)
+        self.simulation.steps_in(duration)
     }
 
     fn advance(&mut self, duration: f64) -> StepStatistics {

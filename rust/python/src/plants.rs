@@ -6,9 +6,9 @@ use pyo3::types::PyDict;
 use serde::Deserialize;
 use snake_core::ConfigError;
 use snake_core::error::require;
-use snake_core::minimal::{ControlPlant, FrictionLaw, Ground, Model, ProcessPlant, SmoothLaw};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Scene, SceneConfig};
+use snake_thesis::minimal::{ControlPlant, FrictionLaw, Ground, Model, ProcessPlant, SmoothLaw};
 
 use crate::ffi::{CoreError, detached};
 use crate::from_python::from_python;
@@ -29,7 +29,7 @@ impl StateConfig {
     fn model(&self) -> Result<(Model, SmoothLaw), ConfigError> {
         let robot = Robot::new(&self.robot).map_err(|e| e.inside("robot"))?;
         Scene::new(&self.scene).map_err(|e| e.inside("scene"))?;
-        let law = match self.scene.law() {
+        let law = match FrictionLaw::of(&self.scene) {
             FrictionLaw::Smooth(law) => law,
             FrictionLaw::SetValued => {
                 let expected = "\"arctan\" or \"ellipse\": a set-valued force is no function of the state";

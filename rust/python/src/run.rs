@@ -7,14 +7,16 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::Deserialize;
 use snake_core::ConfigError;
-use snake_core::capabilities::{Feature, ModelName, require_supported};
+use snake_core::capabilities::{Feature, Method, ModelName, require_supported};
 use snake_core::control::ControllerConfig;
 use snake_core::error::{positive, require};
 use snake_core::gait::{CardanGait, Gait, JointTarget};
-use snake_core::minimal::{Ground, NoiseConfig};
+use snake_core::noise::NoiseConfig;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::SceneConfig;
-use snake_core::stepping::{IntegratorConfig, Method, Record, StepStatistics};
+use snake_core::stepping::{Record, StepStatistics, require_steps};
+use snake_thesis::IntegratorConfig;
+use snake_thesis::minimal::{self, Ground};
 
 use crate::ffi::{CoreError, interruptible, signal_raised};
 use crate::from_python::from_python;
@@ -81,7 +83,7 @@ impl RunConfig {
         let noise = format!("{:?}", self.noise);
         Feature::MeasurementNoise.require(self.on(), self.noise.is_some(), "noise", noise)?;
         self.validate_record()?;
-        self.integrator.require_steps(self.duration, MOST_STEPS, "duration")?;
+        require_steps(self.duration, self.integrator.step(), MOST_STEPS, "duration")?;
         require_supported(self.model, self.integrator.method(), &self.robot, &self.scene(), &self.controller())
     }
 
@@ -152,7 +154,7 @@ pub fn default_scene(model: ModelName) -> SceneConfig {
 /// PD with the gains of (T Table 7.2).
 pub fn default_controller(model: ModelName) -> ControllerConfig {
     match model {
-        ModelName::Minimal => ControllerConfig::minimal_pd(),
+        ModelName::Minimal => minimal::pd(),
         ModelName::Planar | ModelName::Spatial => ControllerConfig::default(),
     }
 }
@@ -164,13 +166,22 @@ pub fn default_controller(model: ModelName) -> ControllerConfig {
 #[pyfunction]
 pub fn simulate<'py>(py: Python<'py>, config: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
     let config: RunConfig = from_python(config).map_err(CoreError::from)?;
-    let RunConfig { model, duration, sample, .. } = config;
     let run = || {
         config.validate()?;
-        match model {
-            ModelName::Planar => sampled(PlanarRobot::new(&config)?, duration, sample, &config.record),
-            ModelName::Spatial => sampled(SpatialRobot::new(&config)?, duration, sample, &config.record),
-            ModelName::Minimal => sampled(MinimalRobot::new(&config)?, duration, sample, &config.record),
+        match (config.model, &config.integrator) {
+            (ModelName::Planar, IntegratorConfig::Implicit(method)) => {
+                sampled(PlanarRobot::new(&config, method)?, &config)
+            }
+            (ModelName::Planar, IntegratorConfig::Thesis(method)) => {
+                sampled(PlanarRobot::new(&config, method)?, &config)
+            }
+            (ModelName::Spatial, IntegratorConfig::Implicit(method)) => {
+                sampled(SpatialRobot::new(&config, method)?, &config)
+            }
+            (ModelName::Spatial, IntegratorConfig::Thesis(method)) => {
+                sampled(SpatialRobot::new(&config, method)?, &config)
+            }
+            (ModelName::Minimal, _) => sampled(MinimalRobot::new(&config)?, &config),
         }
     };
     interruptible(py, run)?.into_dict(py)
@@ -227,11 +238,12 @@ pub trait Scripted {
     fn record_mut(&mut self) -> Option<&mut Record>;
 }
 
-/// Samples of a robot that is moved for `duration`, one every `sample` \[s\].
+/// Samples of a robot that is moved as a run says.
 ///
 /// # Errors
 /// A duration is not admissible; the robot diverged; a signal handler raised.
-pub fn sampled<R: Scripted>(robot: R, duration: f64, sample: f64, record: &[Recorded]) -> Result<Samples, CoreError> {
+fn sampled<R: Scripted>(robot: R, config: &RunConfig) -> Result<Samples, CoreError> {
+    let RunConfig { duration, sample, ref record, .. } = *config;
     let count = count_samples(duration, sample)?;
     let mut run = Run { robot, sample, record };
     let mut samples = Samples::default();

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 use pyo3::types::PyWeakrefReference;
 use snake_core::ConfigError;
-use snake_core::capabilities::{Feature, require_supported_obstacle};
+use snake_core::capabilities::{Feature, Method, require_supported_obstacle};
 use snake_core::environment::EnvConfig;
 use snake_core::error::require;
 use snake_core::obstacles::Obstacle;
@@ -45,7 +45,7 @@ impl Scenes {
 /// The ground is that of the environment: only obstacles differ between robots.
 fn obstacles_of(scene: &SceneConfig, config: &EnvConfig) -> Result<Vec<Obstacle>, ConfigError> {
     let obstacles = Scene::new(scene).map_err(|e| e.inside("scene"))?.obstacles;
-    let on = (config.model.name(), config.integrator.method());
+    let on = (config.model.name(), Method::Implicit);
     for (j, obstacle) in obstacles.iter().enumerate() {
         let field = format!("scene.obstacles[{j}]");
         Feature::Walls.require(on, obstacle.is_wall(), &field, format!("{:?}", obstacle.shape))?;

@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 use snake_core::ConfigError;
 use snake_core::gait::{CardanGait, CardanTarget, Holding, JointTarget};
-use snake_core::simulation::SpatialSimulation;
-use snake_core::spatial::{joint_angle, joint_rate, turning};
+use snake_core::simulation::{Scheme, SchemeConfig, Simulation};
+use snake_core::spatial::{Spatial, joint_angle, joint_rate, turning};
 use snake_core::stepping::{Record, StepStatistics};
 
 use crate::records::Layout;
@@ -12,16 +12,16 @@ use crate::run::{RunConfig, Scripted};
 use crate::samples::Samples;
 
 /// A robot of the model with its gait.
-pub struct SpatialRobot {
-    simulation: SpatialSimulation,
+pub struct SpatialRobot<S> {
+    simulation: Simulation<Spatial, S>,
     gait: Holding<CardanGait, CardanTarget>,
 }
 
-impl SpatialRobot {
-    /// The robot in its start posture.
-    pub fn new(config: &RunConfig) -> Result<Self, ConfigError> {
-        let RunConfig { robot, integrator, start, .. } = config;
-        let mut simulation = SpatialSimulation::new(robot, &config.scene(), &config.controller(), integrator)?;
+impl<S: Scheme<Spatial>> SpatialRobot<S> {
+    /// The robot in its start posture, advanced by a method.
+    pub fn new(config: &RunConfig, method: &impl SchemeConfig<Spatial, Scheme = S>) -> Result<Self, ConfigError> {
+        let RunConfig { robot, start, .. } = config;
+        let mut simulation = Simulation::new(robot, &config.scene(), &config.controller(), method)?;
         let gait = config.spatial_reference(simulation.robot())?;
         start.place(&mut simulation, &gait)?;
         if config.is_summed() {
@@ -38,7 +38,7 @@ impl SpatialRobot {
     }
 }
 
-impl Scripted for SpatialRobot {
+impl<S: Scheme<Spatial>> Scripted for SpatialRobot<S> {
     const COORDINATES: usize = 3;
 
     fn link_count(&self) -> usize {
@@ -46,7 +46,7 @@ impl Scripted for SpatialRobot {
     }
 
     fn parts_of(&self, duration: f64) -> u32 {
-        self.simulation.integrator().steps_in(duration)
+        self.simulation.steps_in(duration)
     }
 
     fn advance(&mut self, duration: f64) -> StepStatistics {

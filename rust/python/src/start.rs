@@ -5,14 +5,13 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 use snake_core::ConfigError;
-use snake_core::capabilities::{Feature, ModelName};
+use snake_core::capabilities::{Feature, Method, ModelName};
 use snake_core::environment::{OwnStart, Raised};
 use snake_core::error::{FARTHEST, coordinate, require, within};
 use snake_core::gait::{CardanGait, Gait, Reference};
 use snake_core::robot::Robot;
-use snake_core::simulation::SpatialSimulation;
-use snake_core::spatial::{Pose, orientation_of};
-use snake_core::stepping::Method;
+use snake_core::simulation::{Scheme, Simulation};
+use snake_core::spatial::{Pose, Spatial, orientation_of};
 
 /// Position and heading of link 1, and the posture of the robot, which is at rest.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -120,7 +119,11 @@ impl StartConfig {
     }
 
     /// Places a robot in 3D; it rests on the ground unless the position has a third coordinate.
-    pub fn place(&self, simulation: &mut SpatialSimulation, gait: &CardanGait) -> Result<(), ConfigError> {
+    pub fn place(
+        &self,
+        simulation: &mut Simulation<Spatial, impl Scheme<Spatial>>,
+        gait: &CardanGait,
+    ) -> Result<(), ConfigError> {
         self.check_in_space()?;
         let posture = self.joint_angles(simulation.robot(), gait)?;
         let roll = coordinate("start.roll", self.roll.unwrap_or_else(|| self.natural_roll(&posture, gait)))?;

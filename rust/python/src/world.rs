@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::Vector2;
 use serde::Deserialize;
 use snake_core::ConfigError;
-use snake_core::capabilities::ModelName;
+use snake_core::capabilities::{Method, ModelName};
 use snake_core::environment::polyline::Polyline;
 use snake_core::environment::scenarios::GoalKind;
 use snake_core::environment::{EnvConfig, ModelKind, OwnGoal, OwnStart, World};
@@ -64,7 +64,7 @@ fn own_start(start: &StartConfig, config: &EnvConfig, robot: &Robot) -> Result<O
     if config.model == ModelKind::Spatial {
         return start.own_in_space(robot);
     }
-    let [x, y, angle] = start.in_plane((ModelName::Planar, config.integrator.method()))?;
+    let [x, y, angle] = start.in_plane((ModelName::Planar, Method::Implicit))?;
     Ok(OwnStart { position: Vector2::new(x, y), angle, joint_angle: start.own_posture(robot)?, raised: None })
 }
 

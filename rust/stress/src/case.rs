@@ -7,7 +7,7 @@ use snake_core::planar::{PlanarState, Twist};
 use snake_core::robot::{PerLink, RobotConfig};
 use snake_core::scene::{START_7_5, SceneConfig, TABLE_7_5};
 use snake_core::simulation::PlanarSimulation;
-use snake_core::stepping::{ImplicitConfig, IntegratorConfig};
+use snake_core::stepping::ImplicitConfig;
 
 use crate::figures::Figures;
 
@@ -90,7 +90,7 @@ impl Case {
     /// # Panics
     /// If the case is not admissible.
     pub fn simulation(&self) -> PlanarSimulation {
-        let mut simulation = PlanarSimulation::new(&self.robot, &self.scene, &self.controller, &self.integrator.into())
+        let mut simulation = PlanarSimulation::new(&self.robot, &self.scene, &self.controller, &self.integrator)
             .unwrap_or_else(|error| panic!("{}: {error}", self.name));
         let start_angle = |joint| self.motion.target(joint, 0.0).angle;
         let posture = self.posture.clone().unwrap_or_else(|| (0..self.robot.links - 1).map(start_angle).collect());
@@ -110,7 +110,7 @@ impl Case {
     pub fn run(&self) -> Figures {
         let step = self.integrator.step();
         let advance = |simulation: &mut PlanarSimulation| simulation.advance(step, &self.motion);
-        Figures::of_run(self.simulation(), IntegratorConfig::from(self.integrator).steps_in(self.duration), advance)
+        Figures::of_run(self.simulation(), self.integrator.steps_in(self.duration), advance)
     }
 }
 

@@ -2,6 +2,7 @@
 
 pub mod case;
 pub mod draw;
+pub mod dump;
 pub mod figures;
 pub mod geometry;
 pub mod observable;

@@ -4,11 +4,11 @@
 
 use std::process::ExitCode;
 
+use snake_stress::dump::dump_hard_stages;
 use snake_stress::scenarios::{Effort, all};
 use snake_stress::table::{HEADER, Row, measure};
 
-const USAGE: &str =
-    "usage: snake-stress [--quick] [--only PART_OF_A_NAME] [--case PART_OF_A_NAME] [--seed SEED] [--json FILE]";
+const USAGE: &str = "usage: snake-stress [--quick] [--only PART_OF_A_NAME] [--case PART_OF_A_NAME] [--seed SEED] [--json FILE] [--dump FOLDER]";
 
 struct Options {
     effort: Effort,
@@ -18,6 +18,8 @@ struct Options {
     /// Of environments and their actions.
     seed: u64,
     json: Option<String>,
+    /// Folder for the stages that the fallback gets.
+    dump: Option<String>,
 }
 
 fn main() -> ExitCode {
@@ -32,6 +34,12 @@ fn main() -> ExitCode {
     chosen.retain(|scenario| scenario.name.contains(&options.only));
     chosen.iter_mut().for_each(|scenario| scenario.jobs.retain(|job| job.name.contains(&options.case)));
     chosen.retain(|scenario| !scenario.jobs.is_empty());
+    if let Some(folder) = options.dump
+        && let Err(error) = dump_hard_stages(folder.clone().into())
+    {
+        eprintln!("{folder}: {error}");
+        return ExitCode::from(2);
+    }
     println!("{HEADER}");
     let mut rows = Vec::new();
     for (done, scenario) in chosen.iter().enumerate() {
@@ -51,7 +59,8 @@ fn main() -> ExitCode {
 }
 
 fn options(mut arguments: impl Iterator<Item = String>) -> Result<Options, String> {
-    let mut options = Options { effort: Effort::Long, only: String::new(), case: String::new(), seed: 0, json: None };
+    let mut options =
+        Options { effort: Effort::Long, only: String::new(), case: String::new(), seed: 0, json: None, dump: None };
     while let Some(argument) = arguments.next() {
         let mut value = || arguments.next().ok_or(format!("{argument} needs a value"));
         match argument.as_str() {
@@ -62,6 +71,7 @@ fn options(mut arguments: impl Iterator<Item = String>) -> Result<Options, Strin
                 options.seed = value()?.parse().map_err(|_| "--seed takes a non-negative integer".to_owned())?;
             }
             "--json" => options.json = Some(value()?),
+            "--dump" => options.dump = Some(value()?),
             _ => return Err(format!("unknown argument {argument}")),
         }
     }

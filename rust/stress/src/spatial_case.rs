@@ -9,7 +9,7 @@ use snake_core::robot::RobotConfig;
 use snake_core::scene::{START_SPATIAL_7_5, SceneConfig, TABLE_7_5};
 use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::{Pose, SpatialState, orientation_of, twist_of};
-use snake_core::stepping::{ImplicitConfig, IntegratorConfig};
+use snake_core::stepping::ImplicitConfig;
 
 use crate::case::{Motion, pegs};
 use crate::figures::Figures;
@@ -117,9 +117,8 @@ impl SpatialCase {
     /// # Panics
     /// If the case is not admissible.
     pub fn simulation(&self) -> SpatialSimulation {
-        let mut simulation =
-            SpatialSimulation::new(&self.robot, &self.scene, &self.controller, &self.integrator.into())
-                .unwrap_or_else(|error| panic!("{}: {error}", self.name));
+        let mut simulation = SpatialSimulation::new(&self.robot, &self.scene, &self.controller, &self.integrator)
+            .unwrap_or_else(|error| panic!("{}: {error}", self.name));
         let start_angles = |joint| {
             let CardanTarget { yaw, pitch } = self.motion.target(joint, 0.0);
             Vector2::new(yaw.angle, pitch.angle)
@@ -152,6 +151,6 @@ impl SpatialCase {
     pub fn run(&self) -> Figures {
         let step = self.integrator.step();
         let advance = |simulation: &mut SpatialSimulation| simulation.advance(step, &self.motion);
-        Figures::of_run(self.simulation(), IntegratorConfig::from(self.integrator).steps_in(self.duration), advance)
+        Figures::of_run(self.simulation(), self.integrator.steps_in(self.duration), advance)
     }
 }

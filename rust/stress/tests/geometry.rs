@@ -10,7 +10,7 @@ use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::SceneConfig;
 use snake_core::simulation::{PlanarSimulation, SpatialSimulation};
 use snake_core::spatial;
-use snake_core::stepping::IntegratorConfig;
+use snake_core::stepping::ImplicitConfig;
 use snake_stress::geometry::{Surroundings, capsules, gap_to_stops};
 use snake_stress::observable::Observable;
 use snake_stress::scenarios::environments::{everywhere, everywhere_in_space, random_steps};
@@ -39,7 +39,7 @@ fn agrees(simulation: &impl Observable, robot: &Robot, around: &Surroundings) ->
 #[test]
 fn gaps_in_the_plane_are_those_of_the_simulator() {
     let scene = SceneConfig { obstacles: obstacles(), ..SceneConfig::default() };
-    let (controller, integrator) = (ControllerConfig::default(), IntegratorConfig::default());
+    let (controller, integrator) = (ControllerConfig::default(), ImplicitConfig::default());
     let mut simulation = PlanarSimulation::new(&RobotConfig::default(), &scene, &controller, &integrator).unwrap();
     let (robot, around) = (simulation.robot().clone(), Surroundings::new(&scene.obstacles));
     let mut rng = Rng::new(1, 0);
@@ -54,7 +54,7 @@ fn gaps_in_the_plane_are_those_of_the_simulator() {
 #[test]
 fn gaps_in_space_are_those_of_the_simulator() {
     let scene = SceneConfig { obstacles: obstacles(), ..SceneConfig::default() };
-    let (controller, integrator) = (ControllerConfig::default(), IntegratorConfig::default());
+    let (controller, integrator) = (ControllerConfig::default(), ImplicitConfig::default());
     let mut simulation = SpatialSimulation::new(&RobotConfig::default(), &scene, &controller, &integrator).unwrap();
     let (robot, around) = (simulation.robot().clone(), Surroundings::new(&scene.obstacles));
     let mut rng = Rng::new(2, 0);

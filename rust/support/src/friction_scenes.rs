@@ -2,23 +2,22 @@
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
 
 use snake_core::control::ControllerConfig;
-use snake_core::planar::Twist;
+use snake_core::planar::{Planar, Twist};
 use snake_core::robot::RobotConfig;
 use snake_core::scene::SceneConfig;
-use snake_core::simulation::PlanarSimulation;
-use snake_core::stepping::IntegratorConfig;
+use snake_core::simulation::{Scheme, SchemeConfig, Simulation};
 
 use crate::planar::{Hold, LIMP, build, links, moving_chain};
 
 pub const G: f64 = 9.81;
 
 /// A straight limp robot along the x axis, all links moving with `v`.
-pub fn sliding(
+pub fn sliding<C: SchemeConfig<Planar>>(
     robot: &RobotConfig,
     scene: &SceneConfig,
     v: [f64; 2],
-    integrator: &IntegratorConfig,
-) -> PlanarSimulation {
+    integrator: &C,
+) -> Simulation<Planar, C::Scheme> {
     let mut simulation = build(robot, scene, &LIMP, integrator);
     let joints = vec![0.0; robot.links - 1];
     simulation.place_chain(0.0, 0.0, 0.0, &joints);
@@ -31,7 +30,11 @@ pub fn sliding(
 /// On orthotropic ground a translating robot obeys v' = -g D^2 v / |D v|, so d ln v_y / d ln v_x is
 /// (mu_y / mu_x)^2 and v_y^(mu_x^2) / v_x^(mu_y^2) is constant. Judged until a tenth of the speed remains,
 /// where a step of 1 ms takes 5 % of it: the exponent is judged to 5 % of its change of about 2 mu_y^2.
-pub fn slides_along_the_normal_of_the_ellipse(scheme: &str, mut simulation: PlanarSimulation, [mu_x, mu_y]: [f64; 2]) {
+pub fn slides_along_the_normal_of_the_ellipse<S: Scheme<Planar>>(
+    scheme: &str,
+    mut simulation: Simulation<Planar, S>,
+    [mu_x, mu_y]: [f64; 2],
+) {
     let integral = |u: Twist| mu_x * mu_x * u.y.ln() - mu_y * mu_y * u.x.ln();
     let start = integral(simulation.state().twist[0]);
     let mut judged = 0;
@@ -50,7 +53,11 @@ pub fn slides_along_the_normal_of_the_ellipse(scheme: &str, mut simulation: Plan
 pub const THRESHOLD: f64 = 0.2 * (7.5 / 11.0) * G * 0.5 * 0.122 * FRAC_1_SQRT_2;
 
 /// The drive saturates at its limit, so the torque is constant whatever the joint does.
-pub fn bent_pair(torque: f64, scene: &SceneConfig, integrator: &IntegratorConfig) -> PlanarSimulation {
+pub fn bent_pair<C: SchemeConfig<Planar>>(
+    torque: f64,
+    scene: &SceneConfig,
+    integrator: &C,
+) -> Simulation<Planar, C::Scheme> {
     let pd = ControllerConfig { kp: 10.0, kd: 0.0, torque_limit: Some(torque), ..ControllerConfig::default() };
     let robot = RobotConfig { joint_limit: Some(f64::INFINITY), ..links(2) };
     let mut simulation = build(&robot, scene, &pd, integrator);

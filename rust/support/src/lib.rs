@@ -2,7 +2,7 @@
 
 pub mod allocation;
 pub mod friction_scenes;
-pub mod minimal;
+pub mod golden;
 pub mod planar;
 pub mod planar_stage;
 pub mod spatial;

@@ -1,14 +1,15 @@
 //! What several law tests need: robots, references, random numbers, momenta.
 use std::f64::consts::PI;
+use std::fmt::Debug;
 
 use nalgebra::Vector2;
 use snake_core::control::{ControlLaw, ControllerConfig, Treatment};
 use snake_core::gait::{CardanTarget, JointTarget, Reference, Wave};
-use snake_core::planar::{PlanarState, Pose, Twist};
+use snake_core::planar::{Planar, PlanarState, Pose, Twist};
 use snake_core::robot::{Robot, RobotConfig};
-use snake_core::scene::{SceneConfig, TABLE_7_3, TABLE_7_5};
-use snake_core::simulation::PlanarSimulation;
-use snake_core::stepping::{ImplicitConfig, IntegratorConfig, ThesisConfig};
+use snake_core::scene::{Peg, SceneConfig, TABLE_7_3, TABLE_7_5};
+use snake_core::simulation::{SchemeConfig, Simulation};
+use snake_core::stepping::ImplicitConfig;
 
 /// Start of the free-undulation reference: CG of link 1 and its angle.
 pub const START_FREE: [f64; 3] = [0.507175344325, -0.011634455967, 3.755516615855];
@@ -47,18 +48,8 @@ impl<R: Reference<CardanTarget>> Reference<CardanTarget> for Unannounced<R> {
     }
 }
 
-/// The ways to step, by name.
-pub fn schemes(step: f64) -> [(&'static str, IntegratorConfig); 3] {
-    [("thesis", thesis(step, 1e-13)), ("implicit 1", implicit(step, 1)), ("implicit 2", implicit(step, 2))]
-}
-
-/// The thesis's scheme with contacts solved to `epsilon` \[N s\].
-pub fn thesis(step: f64, epsilon: f64) -> IntegratorConfig {
-    ThesisConfig { step, tolerance: Some(epsilon), max_iterations: 1_000_000, ..ThesisConfig::default() }.into()
-}
-
-pub fn implicit(step: f64, order: u32) -> IntegratorConfig {
-    ImplicitConfig { step: Some(step), order, tolerance: Some(1e-10), ..ImplicitConfig::default() }.into()
+pub fn implicit(step: f64, order: u32) -> ImplicitConfig {
+    ImplicitConfig { step: Some(step), order, tolerance: Some(1e-10), ..ImplicitConfig::default() }
 }
 
 pub fn links(links: usize) -> RobotConfig {
@@ -77,13 +68,13 @@ pub fn table_7_5() -> SceneConfig {
     SceneConfig { obstacles: TABLE_7_5.iter().map(|&peg| peg.into()).collect(), ..SceneConfig::default() }
 }
 
-pub fn build(
+pub fn build<C: SchemeConfig<Planar>>(
     robot: &RobotConfig,
     scene: &SceneConfig,
     pd: &ControllerConfig,
-    integrator: &IntegratorConfig,
-) -> PlanarSimulation {
-    PlanarSimulation::new(robot, scene, pd, integrator).expect("a valid configuration")
+    integrator: &C,
+) -> Simulation<Planar, C::Scheme> {
+    Simulation::new(robot, scene, pd, integrator).expect("a valid configuration")
 }
 
 /// Joint angles of `reference` at t = 0.
@@ -92,10 +83,45 @@ pub fn posture(reference: &impl Reference<JointTarget>, joints: usize) -> Vec<f6
 }
 
 /// Aiko with the gait (T 7.3), at rest in the gait's posture.
-pub fn aiko(scene: &SceneConfig, start: [f64; 3], integrator: &IntegratorConfig) -> PlanarSimulation {
+pub fn aiko<C: SchemeConfig<Planar>>(
+    scene: &SceneConfig,
+    start: [f64; 3],
+    integrator: &C,
+) -> Simulation<Planar, C::Scheme> {
     let mut simulation = build(&RobotConfig::default(), scene, &ControllerConfig::default(), integrator);
     simulation.place_chain(start[0], start[1], start[2], &posture(&Wave::default(), 10));
     simulation
+}
+
+/// Rows of t, then x, y, theta of links 1..11.
+pub fn rows(name: &str) -> Vec<Vec<f64>> {
+    let path = format!("{}/../core/tests/data/planar-{name}.csv", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(path).expect("the reference data");
+    text.lines().skip(1).map(|line| line.split(',').map(|x| x.parse().expect("a number")).collect()).collect()
+}
+
+/// Worst distance of any link's CG from a trajectory of an independent implementation, up to `duration`.
+pub fn distance_from_reference<C: SchemeConfig<Planar> + Debug>(
+    name: &str,
+    scene: &SceneConfig,
+    start: [f64; 3],
+    integrator: &C,
+    duration: f64,
+) -> f64 {
+    let mut simulation = aiko(scene, start, integrator);
+    let (mut worst, mut judged, mut time) = (0.0_f64, 0, 0.0);
+    for row in rows(name).iter().take_while(|row| row[0] < duration + 1e-6) {
+        let report = simulation.advance(row[0] - time, &Wave::default());
+        assert!(!report.diverged && report.unconverged == 0, "{report:?}");
+        time = row[0];
+        for (i, q) in simulation.state().pose.iter().enumerate() {
+            worst = worst.max((q.x - row[1 + 3 * i]).hypot(q.y - row[2 + 3 * i]));
+        }
+        judged += 1;
+    }
+    println!("{name}, {integrator:?}: within {worst:.2e} m over {judged} samples");
+    assert!(judged as f64 > 10.0 * duration - 1.0);
+    worst
 }
 
 /// Linear momentum and angular momentum about the origin.
@@ -118,6 +144,21 @@ pub fn moving_chain(robot: &Robot, pose: &[Pose], head: Twist, omega: &[f64]) ->
         twist[i] = Twist::new(v.x, v.y, omega[i - 1]);
     }
     PlanarState { time: 0.0, pose: pose.to_vec(), twist }
+}
+
+/// A straight limp robot in front of a peg, without friction, in a state of motion.
+pub fn in_front_of<C: SchemeConfig<Planar>>(
+    peg: Peg,
+    robot: &RobotConfig,
+    integrator: &C,
+    state: impl Fn(&Robot, &[Pose]) -> PlanarState,
+) -> Simulation<Planar, C::Scheme> {
+    let scene = SceneConfig { obstacles: vec![peg.into()], ..ground([0.0, 0.0]) };
+    let mut simulation = build(robot, &scene, &LIMP, integrator);
+    simulation.place_chain(0.0, 0.0, 0.0, &vec![0.0; robot.links - 1]);
+    let state = state(simulation.robot(), &simulation.state().pose.clone());
+    simulation.place(&state);
+    simulation
 }
 
 /// A small deterministic generator (Knuth's MMIX constants).

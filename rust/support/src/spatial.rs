@@ -6,9 +6,9 @@ use snake_core::control::ControllerConfig;
 use snake_core::gait::{CardanGait, Gait, Reference, SoftStart, Wave};
 use snake_core::robot::RobotConfig;
 use snake_core::scene::SceneConfig;
-use snake_core::simulation::SpatialSimulation;
-use snake_core::spatial::{Pose, orientation_of};
-use snake_core::stepping::{ImplicitConfig, IntegratorConfig};
+use snake_core::simulation::{SchemeConfig, Simulation};
+use snake_core::spatial::{Pose, Spatial, orientation_of};
+use snake_core::stepping::ImplicitConfig;
 
 use crate::planar::{ground, table_7_5};
 
@@ -35,34 +35,30 @@ pub fn sidewinding() -> CardanGait {
 }
 
 /// Aiko lying flat: x and y of link 1 and the yaw of its centre line.
-pub fn lying(
+pub fn lying<C: SchemeConfig<Spatial>>(
     scene: &SceneConfig,
     [x, y, yaw]: [f64; 3],
     posture: &[Vector2<f64>],
-    integrator: &IntegratorConfig,
-) -> SpatialSimulation {
+    integrator: &C,
+) -> Simulation<Spatial, C::Scheme> {
     let pd = ControllerConfig::default();
-    let mut simulation = SpatialSimulation::new(&RobotConfig::default(), scene, &pd, integrator).expect("admissible");
+    let mut simulation = Simulation::new(&RobotConfig::default(), scene, &pd, integrator).expect("admissible");
     let head = Pose { position: Vector3::new(x, y, 0.0), orientation: orientation_of(yaw, 0.0, 0.0) };
     simulation.place_chain(head, posture);
     simulation.rest_on_ground();
     simulation
 }
 
-pub fn on_course(integrator: &IntegratorConfig) -> SpatialSimulation {
+pub fn on_course<C: SchemeConfig<Spatial>>(integrator: &C) -> Simulation<Spatial, C::Scheme> {
     let posture: Vec<_> = (0..10).map(|j| Vector2::new(undulation().target(j, 0.0).yaw.angle, 0.0)).collect();
     lying(&table_7_5(), [1.0247, 0.1416, 223.617 * DEGREE], &posture, integrator)
 }
 
-pub fn straight(integrator: &IntegratorConfig) -> SpatialSimulation {
+pub fn straight<C: SchemeConfig<Spatial>>(integrator: &C) -> Simulation<Spatial, C::Scheme> {
     lying(&ground([0.2, 0.2]), [0.0, 0.0, PI], &[Vector2::zeros(); 10], integrator)
 }
 
 /// The default scheme of the spatial model.
-pub fn implicit(step: f64, order: u32) -> IntegratorConfig {
-    implicit_options(step, order).into()
-}
-
-pub fn implicit_options(step: f64, order: u32) -> ImplicitConfig {
+pub fn implicit(step: f64, order: u32) -> ImplicitConfig {
     ImplicitConfig { step: Some(step), order, ..ImplicitConfig::default() }
 }

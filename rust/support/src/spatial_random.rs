@@ -1,8 +1,8 @@
 //! What the tests of the spatial model need: random links, poses, twists, and matrices as the thesis prints them.
 use nalgebra::{Matrix3, UnitQuaternion, Vector2, Vector3, Vector6};
-use snake_core::robot::Link;
+use snake_core::robot::{Link, Robot};
 use snake_core::scene::Peg;
-use snake_core::spatial::{Pose, StackedTwist, peg_gap};
+use snake_core::spatial::{Pose, StackedTwist, assemble_chain, peg_gap};
 
 use crate::planar::Random;
 
@@ -35,6 +35,22 @@ pub fn random_twist(random: &mut Random) -> StackedTwist {
 /// Yaw and pitch of one joint, each within `limit`.
 pub fn random_angle(random: &mut Random, limit: f64) -> Vector2<f64> {
     Vector2::from_fn(|_, _| random.between(-limit, limit))
+}
+
+/// Two links whose joint is closed up to a small random error.
+pub fn random_joint(random: &mut Random) -> [(Link, Pose); 2] {
+    let (near, far) = (random_link(random), random_link(random));
+    let robot = Robot {
+        links: vec![near, far],
+        gravity: 9.81,
+        backlash: 0.0,
+        self_contact: false,
+        joint_limit: f64::INFINITY,
+        broken: Vec::new(),
+    };
+    let mut pose = [random_pose(random), Pose::identity()];
+    assemble_chain(&robot, pose[0], &[random_angle(random, 1.4)], &mut pose);
+    [(near, pose[0]), (far, pose[1])]
 }
 
 /// A peg whose axis stays clear of the link's centre line.

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 use snake_core::ConfigError;
 use snake_core::spatial::{SpatialFleet, SpatialSystem};
-use snake_core::stepping::{ImplicitConfig, IntegratorConfig};
+use snake_core::stepping::ImplicitConfig;
 
 use crate::clock::{Spent, spent};
 use crate::fleet::{ROBOTS, WINDOW};
@@ -77,8 +77,8 @@ fn choices(quick: bool) -> Vec<Choice> {
 }
 
 /// Whether a choice is the default one of the spatial model.
-fn is_default(integrator: &IntegratorConfig) -> bool {
-    *integrator == ImplicitConfig { step: Some(DEFAULT_STEP), ..ImplicitConfig::default() }.into()
+fn is_default(integrator: &ImplicitConfig) -> bool {
+    *integrator == ImplicitConfig { step: Some(DEFAULT_STEP), ..ImplicitConfig::default() }
 }
 
 /// The spatial model's own default step \[s\].
@@ -95,11 +95,11 @@ fn measure_choice<'a>(
     let config = choice.integrator.implicit().expect("all curves of the spatial model are of the implicit method");
     let mut fleet = SpatialFleet::new(config, system, ROBOTS);
     let (mut alone, mut together) = (Vec::new(), Vec::new());
-    let mut run = Run::of(scenario, &choice.integrator)?;
+    let mut run = Run::of(scenario, &config)?;
     alone.push(run.spent);
     for round in 0..rounds {
         if round > 0 {
-            run = Run::of(scenario, &choice.integrator)?;
+            run = Run::of(scenario, &config)?;
             alone.push(run.spent);
         }
         together.push(time_window(system, &mut fleet, robots));
@@ -110,7 +110,7 @@ fn measure_choice<'a>(
         scene: scenario.name,
         curve: &choice.curve,
         integrator: choice.integrator,
-        default: is_default(&choice.integrator),
+        default: is_default(&config),
         error: (!work.diverged).then(|| Distance::between(samples, &reference.samples)),
         speed_alone: speed(simulated, &alone, |spent| spent.cpu),
         speed_fleet: Some(speed(ROBOTS as f64 * WINDOW, &together, |spent| spent.cpu)),
@@ -130,7 +130,7 @@ struct Run {
 }
 
 impl Run {
-    fn of(scenario: &SpatialScenario, integrator: &IntegratorConfig) -> Result<Self, ConfigError> {
+    fn of(scenario: &SpatialScenario, integrator: &ImplicitConfig) -> Result<Self, ConfigError> {
         let (mut simulation, gait) = (scenario.simulation(integrator)?, scenario.gait());
         let mut run = Self { samples: Vec::new(), spent: Spent::default(), work: Work::default() };
         for _ in 0..(scenario.duration / SpatialScenario::SAMPLE).round() as usize {

@@ -11,7 +11,7 @@ use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_SPATIAL_7_5, Scene, SceneConfig, TABLE_7_5};
 use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::{Pose, SpatialSystem, orientation_of};
-use snake_core::stepping::{ImplicitConfig, IntegratorConfig};
+use snake_core::stepping::ImplicitConfig;
 
 use crate::reference::{Positions, Sampled};
 
@@ -48,7 +48,7 @@ impl SpatialScenario {
 
     /// # Errors
     /// Configuration or method are not admissible.
-    pub fn simulation(&self, integrator: &IntegratorConfig) -> Result<SpatialSimulation, ConfigError> {
+    pub fn simulation(&self, integrator: &ImplicitConfig) -> Result<SpatialSimulation, ConfigError> {
         let mut simulation = SpatialSimulation::new(&self.robot, &self.scene, &self.controller, integrator)?;
         simulation.place_chain(self.head(), &self.posture());
         simulation.rest_on_ground();
@@ -83,11 +83,11 @@ impl Sampled for SpatialScenario {
         self.name
     }
 
-    fn fine(step: f64) -> IntegratorConfig {
-        ImplicitConfig { step: Some(step), tolerance: Some(1e-9), ..ImplicitConfig::default() }.into()
+    fn fine(step: f64) -> ImplicitConfig {
+        ImplicitConfig { step: Some(step), tolerance: Some(1e-9), ..ImplicitConfig::default() }
     }
 
-    fn samples(&self, integrator: &IntegratorConfig) -> Result<Vec<Positions>, ConfigError> {
+    fn samples(&self, integrator: &ImplicitConfig) -> Result<Vec<Positions>, ConfigError> {
         let (mut simulation, gait) = (self.simulation(integrator)?, self.gait());
         let count = (self.duration / Self::SAMPLE).round() as usize;
         let sample = |_| {
@@ -140,7 +140,7 @@ mod tests {
     #[test]
     fn every_scene_starts_on_the_ground_and_free_of_pegs() {
         for scenario in all() {
-            let simulation = scenario.simulation(&IntegratorConfig::default()).unwrap();
+            let simulation = scenario.simulation(&ImplicitConfig::default()).unwrap();
             assert!(simulation.min_gap() > -1e-12 && simulation.joint_gap() < 1e-12, "{}", scenario.name);
             assert!(scenario.system().is_ok());
         }

@@ -15,13 +15,13 @@ pub struct Chunk<M: RobotModel> {
     pub rows: Vec<Row<M>>,
     /// Rows that take part in the current step.
     active: Vec<bool>,
-    /// Advances the robots side by side; `None`: each environment advances its own.
-    fleet: Option<Fleet<M::Model>>,
+    /// Advances the robots side by side.
+    fleet: Fleet<M::Model>,
 }
 
 impl<M: RobotModel> Chunk<M> {
     /// The rows from `first` on.
-    pub fn new(first: usize, rows: Vec<Row<M>>, fleet: Option<Fleet<M::Model>>) -> Self {
+    pub fn new(first: usize, rows: Vec<Row<M>>, fleet: Fleet<M::Model>) -> Self {
         Self { first, active: vec![false; rows.len()], rows, fleet }
     }
 
@@ -59,12 +59,9 @@ impl<M: RobotModel> Chunk<M> {
         });
     }
 
-    /// Advances the robots of the active rows, all together or one by one.
+    /// Advances the robots of the active rows together.
     fn advance(&mut self, prototype: &Environment<M>, observation: &mut [f32]) {
         let Self { rows, active, fleet, .. } = self;
-        let Some(fleet) = fleet else {
-            return self.for_active(prototype, observation, |_, row, _| row.environment.advance());
-        };
         let (system, period) = (prototype.model().simulation().system(), prototype.rules().period);
         let result = catch_unwind(AssertUnwindSafe(|| fleet.advance(system, rows, period, |row| active[row])));
         if result.is_err() {
@@ -108,7 +105,7 @@ mod tests {
     /// Three rows after a reset with seeds 0, 1, 2, and their observations.
     fn three_rows(prototype: &Environment) -> (Chunk<PlanarRobot>, Vec<f32>) {
         let fleet = Fleet::new(ImplicitConfig::default(), prototype.system(), 3);
-        let mut chunk = Chunk::new(0, vec![Row::new(prototype.clone()); 3], Some(fleet));
+        let mut chunk = Chunk::new(0, vec![Row::new(prototype.clone()); 3], fleet);
         let mut observation = vec![0.5; 3 * prototype.observation_size()];
         chunk.reset(prototype, &[0, 1, 2].map(Some), &[true; 3], &mut observation);
         (chunk, observation)

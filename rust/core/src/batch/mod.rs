@@ -70,7 +70,7 @@ impl<M: RobotModel> Batch<M> {
         let chunk = |first| {
             let rows = rows_per_chunk.min(num_envs - first);
             let system = prototype.model().simulation().system();
-            let fleet = config.integrator.implicit().map(|config| Fleet::new(config, system, rows));
+            let fleet = Fleet::new(config.integrator, system, rows);
             Chunk::new(first, vec![Row::new(prototype.clone()); rows], fleet)
         };
         let chunks = (0..num_envs).step_by(rows_per_chunk).map(chunk).collect();

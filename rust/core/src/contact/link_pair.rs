@@ -133,6 +133,9 @@ impl<'a> PlacedLink<'a> {
     }
 }
 
+/// Contacts that describe a pair of links.
+pub const LINK_PAIR_CONTACTS: usize = 4;
+
 /// More than the rounding of a distance \[m\].
 const ROUNDING: f64 = 1e-9;
 

@@ -5,6 +5,7 @@ mod close_pairs;
 mod folding;
 mod gap;
 mod link_pair;
+mod memory;
 mod near;
 pub mod recovery;
 mod self_search;
@@ -18,8 +19,9 @@ pub use gap::{
     LinkPegContact, gap, link_obstacle_contact, link_obstacle_gap, link_peg_contact, touching_distance, wall_gap,
 };
 pub use link_pair::{
-    LINK_CONTACTS_PER_LINK, LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contact, link_pair_contacts,
-    link_pair_gap,
+    LINK_CONTACTS_PER_LINK, LINK_PAIR_CONTACTS, LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contact,
+    link_pair_contacts, link_pair_gap,
 };
+pub use memory::{ContactId, ContactMemory, KnownContact, Source};
 pub use near::{NearPair, NearPegs, PAIRS_PER_LINK};
 pub use self_search::{self_gap, visit_close_pairs};

@@ -7,7 +7,7 @@ use crate::math::Real;
 use crate::pegs::PegGrid;
 use crate::robot::Link;
 
-use super::{link_obstacle_contact, link_peg_contact};
+use super::{ContactId, KnownContact, Source, link_obstacle_contact, link_peg_contact};
 
 /// A link and an obstacle near contact, and what the last stage found there.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -19,20 +19,16 @@ pub struct NearPair {
     pub place: usize,
     /// The gap stays above this less what the robot has travelled since the list was made \[m\].
     clearance: f64,
-    /// Penetration left at the end of the last accepted step, at least zero \[m\].
-    pub depth: f64,
-    /// Contact force of the last stage \[N\]: the warm start of the next one.
-    pub force: f64,
-    /// Friction of the last stage along the obstacle, to the left of the normal \[N\].
-    #[serde(default)]
-    pub friction: f64,
-    /// Whether the contact carried force at the end of the last accepted step.
-    pub touches: bool,
+    pub known: KnownContact,
 }
 
 impl NearPair {
     fn open(link: usize, (peg, place): (usize, usize), clearance: f64) -> Self {
-        Self { link, peg, place, clearance, depth: 0.0, force: 0.0, friction: 0.0, touches: false }
+        Self { link, peg, place, clearance, known: KnownContact::NEW }
+    }
+
+    pub fn id(&self) -> ContactId {
+        ContactId { link: self.link, with: Source::Obstacle(self.peg), feature: self.place }
     }
 }
 
@@ -172,11 +168,11 @@ impl NearPegs {
     /// Ends a step: records which contacts carry force, and what penetration is left.
     pub fn end_step(&mut self) {
         for pair in &mut self.pairs {
-            pair.depth = 0.0;
-            pair.touches = pair.force > 0.0;
+            pair.known.depth = 0.0;
+            pair.known.touches = pair.known.force > 0.0;
         }
         for (index, gap) in self.ends.drain(..) {
-            self.pairs[index as usize].depth = (-gap).max(0.0);
+            self.pairs[index as usize].known.depth = (-gap).max(0.0);
         }
         self.visited_margin = 0.0;
     }

@@ -11,6 +11,13 @@ pub fn remaining_gap<T: Real>(depth: T, elapsed: T) -> T {
     -depth * (one - speed_up * elapsed / T::splat(RECOVERY_TIME)).max(T::zero())
 }
 
+/// Gap of a contact at the end of a stage without motion, over the stage's coefficient `c` \[m/s\]: from the gap of its
+/// plane, what that `travelled` with the motion up to there, and the penetration `depth` from before the step, which
+/// began `elapsed` before the end of the stage.
+pub fn offset(gap: f64, travelled: f64, depth: f64, c: f64, elapsed: f64) -> f64 {
+    ((gap - remaining_gap(depth, elapsed) - travelled) / c).max(-RECOVERY_SPEED)
+}
+
 /// Predicted penetration, relative to the sum of the radii, beyond which the side of a peg is uncertain.
 pub const DEEP: f64 = 0.1;
 

@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use serde::{Deserialize, Serialize};
 
-use crate::capabilities::{Feature, ModelName};
+use crate::capabilities::{Feature, Method, ModelName};
 use crate::control::{ControlLaw, ControllerConfig, Treatment};
 use crate::error::{ConfigError, integer_in, require, within};
 use crate::laws::Stribeck;
@@ -13,7 +13,7 @@ use crate::obstacles::Obstacle;
 use crate::robot::RobotConfig;
 use crate::scene::{Scene, SceneConfig};
 use crate::slope::Slope;
-use crate::stepping::{IntegratorConfig, MOST_STEPS_PER_PERIOD, Method};
+use crate::stepping::{ImplicitConfig, MOST_STEPS_PER_PERIOD, require_steps};
 
 use super::default_gait::DefaultGait;
 use super::perturbation::Perturbation;
@@ -150,7 +150,7 @@ pub struct EnvConfig {
     /// Its inclination of the ground \[rad\], and the direction in which it rises \[rad\].
     pub slope: Slope,
     pub controller: ControllerConfig,
-    pub integrator: IntegratorConfig,
+    pub integrator: ImplicitConfig,
     pub robot: RobotConfig,
     pub reward_weights: RewardWeights,
     /// Scale of the random start pose and phase in \[0, 1\]; zero: always the same start.
@@ -203,7 +203,7 @@ impl Default for EnvConfig {
             stribeck: Stribeck::default(),
             slope: Slope::default(),
             controller: ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() },
-            integrator: IntegratorConfig::default(),
+            integrator: ImplicitConfig::default(),
             robot: RobotConfig::default(),
             reward_weights: RewardWeights::default(),
             start_jitter: 1.0,
@@ -220,7 +220,7 @@ impl EnvConfig {
         let pegs = self.nearest_pegs;
         require((1..=MAX_NEAREST_PEGS).contains(&pegs), "nearest_pegs", pegs, "an integer in [1, 64]")?;
         within("control_period", self.control_period, 0.001, 1.0)?;
-        self.integrator.require_steps(self.control_period, MOST_STEPS_PER_PERIOD, "control_period")?;
+        require_steps(self.control_period, self.integrator.step(), MOST_STEPS_PER_PERIOD, "control_period")?;
         let steps = self.max_episode_steps;
         require(steps >= 1, "max_episode_steps", steps, "an integer >= 1")?;
         within("goal_distance", self.goal_distance, 0.1, 20.0)?;
@@ -232,8 +232,7 @@ impl EnvConfig {
         self.perturbation.validate().map_err(|e| e.inside("perturbation"))?;
         let points = self.push_points;
         require(points <= MOST_PUSH_POINTS, "push_points", points, "an integer in [0, 4]")?;
-        let on = (self.model.name(), self.integrator.method());
-        self.randomization.validate_for(self.control_period, on).map_err(|e| e.inside("randomization"))?;
+        self.randomization.validate_for(self.control_period).map_err(|e| e.inside("randomization"))?;
         within("difficulty", self.difficulty, 0.0, 1.0)?;
         within("start_jitter", self.start_jitter, 0.0, 1.0)?;
         Scene::new(&self.ground())?;
@@ -289,8 +288,6 @@ impl EnvConfig {
             return Ok(());
         }
         let mode = "with action_mode=\"torques\"";
-        let is_implicit = self.integrator.method() == Method::Implicit;
-        require(is_implicit, "integrator.method", "\"thesis\"", &format!("\"implicit\" {mode}"))?;
         let limited = self.controller.torque_limit.is_some();
         require(limited, "controller.torque_limit", "None", &format!("a number, the largest torque, {mode}"))?;
         let law = self.controller.law;
@@ -311,9 +308,8 @@ impl EnvConfig {
 
     /// What the model does not have, and backlash and the Stribeck effect on top of the configured ones.
     fn validate_features(&self) -> Result<(), ConfigError> {
-        let on = (self.model.name(), self.integrator.method());
+        let on = (self.model.name(), Method::Implicit);
         let drop = self.ground().stribeck.drop;
-        Feature::StribeckEffect.require(on, drop != 0.0, "stribeck.drop", drop)?;
         let treatment = self.controller.treatment;
         let held = treatment != Treatment::Implicit;
         Feature::HeldTorques.require(on, held, "controller.treatment", treatment)?;

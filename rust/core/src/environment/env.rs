@@ -181,23 +181,18 @@ impl<M: RobotModel> Environment<M> {
     /// One control period under `action` (finite numbers, clipped to [-1, 1]); writes the observation.
     pub fn step(&mut self, action: &[f64], observation: &mut [f32]) -> Outcome {
         self.begin_step(action);
-        self.advance();
+        self.model.advance(self.rules.period);
         self.end_step(observation)
     }
 
-    /// First part of a step: turns the action into joint references.
+    /// First part of a step: turns the action into joint references. A [`crate::stepping::Fleet`] may then advance the
+    /// robots of many environments together.
     pub fn begin_step(&mut self, action: &[f64]) {
         self.action_change = self.take_action(action);
         match self.latency.pass(&self.action) {
             Some(action) => self.model.set_action(action),
             None => self.model.hold_reference(),
         }
-    }
-
-    /// Middle part of a step: advances the robot by a control period. With the implicit method a
-    /// [`crate::planar::Fleet`] can do it for many planar robots at once instead.
-    pub fn advance(&mut self) {
-        self.model.advance(self.rules.period);
     }
 
     /// Last part of a step, after the robot was advanced by a control period: updates the episode and writes

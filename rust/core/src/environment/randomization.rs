@@ -6,13 +6,12 @@
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-use crate::capabilities::{Feature, ModelName};
 use crate::control::ControlLaw;
 use crate::error::{ConfigError, require, within};
 use crate::noise::NoiseConfig;
 use crate::robot::MOST_PLAY;
 use crate::scene::Peg;
-use crate::stepping::{Method, PlantParameters};
+use crate::stepping::PlantParameters;
 
 use super::rng::Rng;
 
@@ -91,24 +90,11 @@ impl Randomization {
     ///
     /// # Errors
     /// Names the field, its value and the admissible range.
-    pub fn validate_for(&self, control_period: f64, on: (ModelName, Method)) -> Result<(), ConfigError> {
+    pub fn validate_for(&self, control_period: f64) -> Result<(), ConfigError> {
         self.validate()?;
         range("reference_delay", self.reference_delay, [0.0, LONGEST_DELAY.min(MOST_PERIODS * control_period)])?;
         if let Some(rate) = self.reference_rate {
             within("reference_rate", rate, SLOWEST_RATE, (1.0 + 1e-9) / control_period)?;
-        }
-        let off = Self::default();
-        let robot = Feature::RandomizedRobot;
-        let discrepancies = Feature::RandomizedDiscrepancies;
-        for (feature, field, range, off) in [
-            (robot, "friction", self.friction, off.friction),
-            (robot, "anisotropy", self.anisotropy, off.anisotropy),
-            (robot, "mass", self.mass, off.mass),
-            (robot, "torque_limit", self.torque_limit, off.torque_limit),
-            (discrepancies, "backlash", self.backlash, off.backlash),
-            (discrepancies, "stribeck", self.stribeck, off.stribeck),
-        ] {
-            feature.require(on, range != off, field, format!("{range:?}"))?;
         }
         Ok(())
     }
@@ -213,14 +199,9 @@ mod tests {
             ("stribeck", Randomization { stribeck: [-0.1, 0.5], ..good }),
         ];
         for (field, randomization) in cases {
-            assert_eq!(
-                randomization.validate_for(0.05, (ModelName::Planar, Method::Implicit)).unwrap_err().field,
-                field
-            );
+            assert_eq!(randomization.validate_for(0.05).unwrap_err().field, field);
         }
         let heavy = Randomization { mass: [1.0, 1.1], ..good };
-        assert!(heavy.validate_for(0.05, (ModelName::Planar, Method::Implicit)).is_ok());
-        assert!(heavy.validate_for(0.05, (ModelName::Planar, Method::Thesis)).is_err());
-        assert!(heavy.validate_for(0.05, (ModelName::Spatial, Method::Implicit)).is_ok());
+        assert!(heavy.validate_for(0.05).is_ok());
     }
 }

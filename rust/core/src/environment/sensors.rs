@@ -1,6 +1,5 @@
 //! Measured motion and pegs: the true ones with the noise of the robot's sensors.
 
-use crate::noise::NoiseConfig;
 use crate::pegs::PegGrid;
 
 use super::episode::Episode;
@@ -58,7 +57,7 @@ impl Sensors {
         self.motion = episode.motion;
         self.lateral_offset = episode.summary.lateral_offset;
         self.remaining = episode.remaining();
-        if self.randomization.noise != NoiseConfig::default() {
+        if !self.randomization.noise.is_silent() {
             self.disturb(episode.goal.span(), &mut rng());
         }
     }

@@ -6,7 +6,7 @@ use super::{Mobility, norm, worse};
 
 /// One link of a chain in the plane.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct BalancedLink<T> {
+pub struct BalancedLink<T> {
     pub mass: T,
     /// About the CG \[kg m^2\].
     pub inertia: T,
@@ -26,7 +26,7 @@ pub(crate) struct BalancedLink<T> {
 /// The joint impulses that balance the linear momentum of links 1..i in turn leave, on each link, a moment that must
 /// vanish, and on the last one a force that must vanish.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct ChainBalance<T> {
+pub struct ChainBalance<T> {
     /// Impulse of the joint before the next link.
     from_before: Vector2<T>,
     /// Worst imbalance, as a velocity \[m/s\].

@@ -2,7 +2,7 @@ use crate::math::Real;
 
 /// Violation |D - clamp(wanted)| of a limited actuator's law \[N m s\].
 #[inline(always)]
-pub(crate) fn clamp<T: Real>(impulse: T, wanted: T, limit: T) -> T {
+pub fn clamp<T: Real>(impulse: T, wanted: T, limit: T) -> T {
     let law = wanted.min(limit).max(-limit);
     (impulse - law).abs()
 }

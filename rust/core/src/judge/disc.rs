@@ -6,7 +6,7 @@ use super::norm;
 
 /// How far an impulse and a slip velocity are from obeying Coulomb's law.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct FrictionViolation<T> {
+pub struct FrictionViolation<T> {
     /// Squared distance of the impulse from its projection \[N^2 s^2\].
     pub squared: T,
     /// Fenchel's defect `support(-gamma) + P . gamma`, nonnegative for an admissible impulse \[J\].
@@ -26,12 +26,7 @@ pub(crate) fn disc<T: Real>(radius: T, slip: &Vector2<T>, impulse: &Vector2<T>, 
 /// The projection is taken in coordinates in which the ellipse is the disc of its longer axis: the component along the
 /// shorter one is stretched. Along a zero axis any impulse is a violation.
 #[inline(always)]
-pub(crate) fn ellipse<T: Real>(
-    a: &Vector2<T>,
-    slip: &Vector2<T>,
-    impulse: &Vector2<T>,
-    mass: T,
-) -> FrictionViolation<T> {
+pub fn ellipse<T: Real>(a: &Vector2<T>, slip: &Vector2<T>, impulse: &Vector2<T>, mass: T) -> FrictionViolation<T> {
     let (zero, one) = (T::zero(), T::splat(1.0));
     let x_is_longer = a.y.le(a.x);
     let (longer, shorter) = (T::select(x_is_longer, a.x, a.y), T::select(x_is_longer, a.y, a.x));

@@ -2,7 +2,7 @@ use crate::math::Real;
 
 /// What turns the violations of a link into velocities.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Mobility<T> {
+pub struct Mobility<T> {
     /// 1 / m, for a force \[1/kg\].
     pub force: T,
     /// 1 / Theta, for a moment \[1/(kg m^2)\].

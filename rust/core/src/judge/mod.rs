@@ -11,18 +11,22 @@ mod clamp;
 mod disc;
 mod half_line;
 mod mobility;
+mod rows;
 
-pub(crate) use balance::{BalancedLink, ChainBalance};
-pub(crate) use clamp::{clamp, clamp_with_backlash};
-pub(crate) use disc::{disc, ellipse};
+pub use balance::{BalancedLink, ChainBalance};
+pub use clamp::clamp;
+pub(crate) use clamp::clamp_with_backlash;
+pub(crate) use disc::disc;
+pub use disc::{FrictionViolation, ellipse};
 pub(crate) use half_line::half_line;
-pub(crate) use mobility::Mobility;
+pub use mobility::Mobility;
+pub(crate) use rows::rows;
 
 use crate::math::Real;
 
 /// The larger of two violations, NaN if either is: no broken solution passes.
 #[inline(always)]
-pub(crate) fn worse<T: Real>(a: T, b: T) -> T {
+pub fn worse<T: Real>(a: T, b: T) -> T {
     T::select(b.le(a), a, T::select(a.lt(b), b, a + b))
 }
 

@@ -4,7 +4,7 @@
 //! `lambda = prox_C(lambda - r gamma)` for any `r > 0`, where `prox_C` is the nearest-point projection on `C`.
 //!
 //! A law that a solver uses is one type, generic over [`Real`](crate::math::Real), with those of these methods that it
-//! needs ([`Ellipse`] is the nearest-point projection of the thesis's scheme, [`SmoothLaw`] the friction of smooth plants):
+//! needs ([`Ellipse`] is the nearest-point projection that schemes as printed and dense solvers take):
 //!
 //! | method | gives |
 //! | --- | --- |
@@ -16,22 +16,22 @@
 
 mod actuator;
 mod backlash;
+mod cone;
 mod coulomb;
 mod disc;
 mod ellipse;
 mod half_line;
 mod interval;
-mod smooth;
 mod stribeck;
 
 pub use actuator::LimitedActuator;
 pub use backlash::Backlash;
+pub use cone::Cone;
 pub use coulomb::{Coulomb, Evaluation};
 pub use disc::{Disc, DiscEvaluation, Radius, Symmetric2, Unit};
 pub use ellipse::Ellipse;
 pub use half_line::HalfLine;
 pub use interval::Interval;
-pub use smooth::SmoothLaw;
 pub use stribeck::{Stribeck, remaining};
 
 /// A closed convex set that contains the origin.

@@ -2,6 +2,7 @@
 
 #[cfg(target_arch = "x86_64")]
 mod avx;
+mod laned;
 #[cfg(target_arch = "aarch64")]
 mod neon;
 #[cfg(target_arch = "aarch64")]
@@ -14,6 +15,8 @@ mod wide;
 
 #[cfg(target_arch = "x86_64")]
 pub(crate) use avx::{Wide4, Wide8};
+pub(crate) use laned::laned;
+pub use laned::{Laned, read_lane, write_lane};
 #[cfg(target_arch = "aarch64")]
 pub(crate) use neon::Wide4;
 #[cfg(target_arch = "aarch64")]

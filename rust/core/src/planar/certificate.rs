@@ -13,7 +13,7 @@ use crate::judge::{self, BalancedLink, ChainBalance, Mobility, worse};
 use crate::math::{Real, add_scaled};
 use crate::stepping::StageStop;
 
-use super::stage::{Stage, StageContact, StageContactFriction, StageJoint, StageLink, StagePair, StageSolution};
+use super::stage::{Stage, StageContactFriction, StageJoint, StageLink, StageSolution};
 
 /// Violations of a stage's equations; zero for the exact solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,15 +42,15 @@ pub fn certify<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Certif
     let zero = T::zero();
     let mut certificate = Certificate { balance: zero, joint: zero, law: zero, gap: zero };
     verify_chain(stage, solution, &mut certificate);
-    for (contact, &impulse) in stage.contacts.iter().zip(&solution.contact) {
-        let link = &stage.links[contact.link];
-        verify_contact(contact, link, &solution.twist[contact.link], impulse, &mut certificate);
-    }
     for (friction, &impulse) in stage.contact_friction.iter().zip(&solution.contact_friction) {
         verify_contact_friction(friction, stage, solution, impulse, &mut certificate);
     }
-    for (pair, &impulse) in stage.pairs.iter().zip(&solution.pair) {
-        verify_pair(pair, stage, solution, impulse, &mut certificate);
+    let mass = |link: usize| stage.links[link].mass;
+    let contacts = judge::rows(&stage.contacts, &solution.contact, &solution.twist, mass);
+    let pairs = judge::rows(&stage.pairs, &solution.pair, &solution.twist, mass);
+    for (violation, gap) in [contacts, pairs] {
+        certificate.law = worse(certificate.law, violation);
+        certificate.gap += gap;
     }
     certificate
 }
@@ -107,20 +107,6 @@ fn verify_stop<T: Real>(stop: &StageStop<T>, mass: T, rate: T, impulses: &[T; 2]
     }
 }
 
-#[inline(always)]
-fn verify_contact<T: Real>(
-    contact: &StageContact<T>,
-    link: &StageLink<T>,
-    u: &Vector3<T>,
-    impulse: T,
-    certificate: &mut Certificate<T>,
-) {
-    let w = &contact.direction;
-    let opening = w.x * u.x + w.y * u.y + w.z * u.z + contact.offset;
-    certificate.law = worse(certificate.law, judge::half_line(impulse, opening, link.mass) / link.mass);
-    certificate.gap += worse(T::zero(), impulse * opening);
-}
-
 /// Coulomb's law at an obstacle with the bound of the solution's own normal impulse, whatever bound the solver held.
 #[inline(always)]
 fn verify_contact_friction<T: Real>(
@@ -137,24 +123,6 @@ fn verify_contact_friction<T: Real>(
     let violation = judge::clamp(impulse, impulse - mass * slip, bound);
     certificate.law = worse(certificate.law, violation / mass);
     certificate.gap += worse(T::zero(), impulse * slip + bound * slip.abs());
-}
-
-#[inline(always)]
-fn verify_pair<T: Real>(
-    pair: &StagePair<T>,
-    stage: &Stage<T>,
-    solution: &StageSolution<T>,
-    impulse: T,
-    certificate: &mut Certificate<T>,
-) {
-    let mut opening = pair.offset;
-    for (link, w) in pair.links.into_iter().zip(&pair.direction) {
-        let u = &solution.twist[link];
-        opening += w.x * u.x + w.y * u.y + w.z * u.z;
-    }
-    let mass = stage.links[pair.links[0]].mass;
-    certificate.law = worse(certificate.law, judge::half_line(impulse, opening, mass) / mass);
-    certificate.gap += worse(T::zero(), impulse * opening);
 }
 
 /// Violation of an actuator's law \[N m s\].

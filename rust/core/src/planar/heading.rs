@@ -1,9 +1,12 @@
 use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
 
 use crate::math::Real;
+use crate::rows::Saved;
 
 /// Direction of a link: cosine and sine of its absolute angle, R_B^I (T 3.7).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "T: Saved", deny_unknown_fields)]
 pub struct Heading<T = f64> {
     pub cos: T,
     pub sin: T,

@@ -11,17 +11,17 @@
 //! this would be the linearly implicit torque exactly; since it is not, the second term responds within the stage to
 //! pegs and sticking. It is diagonal, so the stage stays as cheap, and as convex, as under PD.
 
+use std::f64::consts::FRAC_2_PI;
+
 use nalgebra::{Vector2, Vector3};
 
-use crate::control::{ControllerConfig, Treatment};
-use crate::gait::{Jet, JointTarget};
-use crate::laws::SmoothLaw;
+use crate::gait::Jet;
 use crate::math::Real;
-use crate::minimal::{Feedback, Ground, InverseDynamics, LinkMotion, Measurement, Model};
-use crate::planar::{Heading, PlanarState, StageJoint};
-use crate::slope::Slope;
+use crate::planar::{Heading, StageJoint};
+use crate::scene::SMOOTHING;
 
 use super::PlanarSystem;
+use super::inverse_dynamics::{InverseDynamics, LinkInertia, LinkMotion, own_inertia};
 
 /// The controller's model with workspace, in the lanes of a register.
 #[derive(Debug, Clone)]
@@ -56,19 +56,23 @@ pub struct IoInput<'a, T: Real> {
 }
 
 impl<T: Real> IoDrive<T> {
+    /// The robot of the system on two contact points per link, without viscous friction. The pull of inclined ground is
+    /// left out: it accelerates all links alike and takes no torques.
     pub fn new(system: &PlanarSystem) -> Self {
-        let model = model_of(system);
+        let links = &system.robot.links;
+        let inertia: Vec<_> = links.iter().map(LinkInertia::of).collect();
+        let coulomb = links.iter().map(|link| system.point_friction(link).map(T::splat));
         let zero = T::zero();
         let nothing = Vector2::new(zero, zero);
         let motion = LinkMotion { axial: nothing, arm: nothing, twist: Vector3::new(zero, zero, zero) };
-        let joints = vec![zero; model.joint_count()];
+        let joints = vec![zero; links.len() - 1];
         Self {
-            dynamics: InverseDynamics::with(model.links.iter().map(|link| link.inertia().splat()).collect()),
-            half_length: model.links.iter().map(|link| T::splat(link.half_length)).collect(),
-            lever: model.links.iter().map(|link| T::splat(link.lever)).collect(),
-            coulomb: model.links.iter().map(|link| link.friction.coulomb.map(T::splat)).collect(),
-            own_inertia: model.own_inertia().into_iter().map(T::splat).collect(),
-            motion: vec![motion; model.link_count()],
+            dynamics: InverseDynamics::new(inertia.iter().map(LinkInertia::splat).collect()),
+            half_length: inertia.iter().map(|link| T::splat(link.half_length)).collect(),
+            lever: links.iter().map(|link| T::splat(link.contact_half_length)).collect(),
+            coulomb: coulomb.collect(),
+            own_inertia: own_inertia(&inertia).into_iter().map(T::splat).collect(),
+            motion: vec![motion; links.len()],
             followed: joints.clone(),
             u: joints.clone(),
             tau: joints,
@@ -115,48 +119,6 @@ impl<T: Real> IoDrive<T> {
     }
 }
 
-/// The same controller for the thesis's scheme: torques from the state at the start of a step (T 3.51 != D8).
-#[derive(Debug, Clone)]
-pub struct ExplicitIo {
-    model: Model,
-    feedback: Feedback,
-    measured: Measurement,
-    /// tau \[N m\].
-    pub tau: Vec<f64>,
-}
-
-impl ExplicitIo {
-    pub fn new(system: &PlanarSystem) -> Self {
-        let model = model_of(system);
-        let feedback = Feedback::new(ControllerConfig { treatment: Treatment::Step, ..system.controller }, &model);
-        let joints = model.joint_count();
-        Self { feedback, measured: Measurement::new(joints), tau: vec![0.0; joints], model }
-    }
-
-    /// Computes tau.
-    pub fn update(&mut self, state: &PlanarState, targets: &[JointTarget]) {
-        let Self { model, feedback, measured, tau } = self;
-        let (first, twist) = (&state.pose[0], &state.twist[0]);
-        measured.theta = first.z;
-        // O_2 lies half a link behind G.
-        let half = model.links[0].half_length * twist.z;
-        measured.velocity = twist.xy() - Heading::of(first.z).lateral() * half;
-        measured.theta_rate = twist.z;
-        for j in 0..tau.len() {
-            (measured.phi[j], measured.phi_rate[j]) = (state.joint_angle(j), state.joint_rate(j));
-        }
-        feedback.torque(model, measured, targets, state.time, tau);
-    }
-}
-
-/// The robot on two contact points per link; the planar model has no viscous friction.
-///
-/// The pull of inclined ground is left out: it accelerates all links alike and takes no torques.
-fn model_of(system: &PlanarSystem) -> Model {
-    let coulomb = (system.friction() * (system.normal_gravity() / system.robot.gravity)).into();
-    Model::new(&system.robot, &Ground { coulomb, viscous: [0.0; 2], slope: Slope::default() })
-}
-
 /// (T 6.21) at both contact points: force in the world frame and moment about G_i.
 #[inline(always)]
 fn friction<T: Real>(motion: &LinkMotion<T>, lever: T, coulomb: &Vector2<T>) -> Vector3<T> {
@@ -164,8 +126,14 @@ fn friction<T: Real>(motion: &LinkMotion<T>, lever: T, coulomb: &Vector2<T>) -> 
     let along = e.x * v.x + e.y * v.y;
     let across = e.x * v.y - e.y * v.x;
     let swing = lever * v.z;
-    let [front, rear] = [across + swing, across - swing].map(|slip| SmoothLaw::printed_force(coulomb.y, slip));
-    let axial = SmoothLaw::printed_force(coulomb.x, along);
+    let [front, rear] = [across + swing, across - swing].map(|slip| smooth_force(coulomb.y, slip));
+    let axial = smooth_force(coulomb.x, along);
     let (p, q) = (axial + axial, front + rear);
     Vector3::new(e.x * p - e.y * q, e.y * p + e.x * q, lever * (front - rear))
+}
+
+/// (T 6.21) along one axis: the force at the slip velocity `slip`, with `d` the largest one.
+#[inline(always)]
+fn smooth_force<T: Real>(d: T, slip: T) -> T {
+    -d * ((slip * T::splat(1.0 / SMOOTHING)).arctangent() * T::splat(FRAC_2_PI))
 }

@@ -1,9 +1,19 @@
 //! The fallback for one lane of a register.
 
+use std::sync::OnceLock;
+
 use crate::math::Real;
 use crate::stepping::{FallbackResult, NEARBY, may_fall_back};
 
 use super::{Fallback, Stage, StageSolution, certify};
+
+static OBSERVER: OnceLock<fn(&Stage)> = OnceLock::new();
+
+/// From now on calls `observer` with every stage that Newton's method leaves to the fallback, also in other threads. The
+/// first observer stays.
+pub fn observe_hard_stages(observer: fn(&Stage)) {
+    OBSERVER.get_or_init(|| observer);
+}
 
 /// Workspace for one robot at a time.
 #[derive(Debug, Clone)]
@@ -33,6 +43,7 @@ impl LaneFallback {
         if !self.stage.energy().is_finite() || !may_fall_back(solves_left, pairs) {
             return None;
         }
+        OBSERVER.get().inspect(|observe| observe(&self.stage));
         solution.copy_lane(stage, lane, &mut self.solution);
         let (solves, status) = self.fallback.solve_hard(&self.stage, &mut self.solution, tolerance);
         solution.set_lane(stage, lane, &self.solution);

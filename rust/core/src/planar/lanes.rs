@@ -2,146 +2,89 @@
 //!
 //! In the copy the stops of joints are contacts between neighbouring links: the fallback needs one kind of row less.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector3;
 
-use crate::math::Real;
+use crate::math::{Laned, Real, laned, write_lane};
+use crate::rows::{InLane, Screw, read_rows, write_rows};
 use crate::stepping::StageStop;
 
-use super::{Heading, Stage, StageContact, StageContactFriction, StageJoint, StageLink, StagePair, StageSolution};
+use super::{Heading, Stage, StageContactFriction, StageJoint, StageLink, StagePair, StageSolution};
+
+laned! {
+    Heading { cos, sin };
+    StageLink { heading, reference, mass, inertia, half_length, friction };
+    StageJoint { drive, stiffness, limit, slack };
+}
 
 impl<T: Real> Stage<T> {
     /// The stop of a lane's joint as a contact between the links.
     fn stop_as_pair(&self, lane: usize, joint: usize, side: usize) -> StagePair {
         let stop = &self.stops[joint];
-        let turn = StageStop::<T>::SIDES[side] * stop.lever.lane(lane);
+        let turn = StageStop::<T>::SIDES[side] * Real::lane(stop.lever, lane);
         let direction = [Vector3::new(0.0, 0.0, turn), Vector3::new(0.0, 0.0, -turn)];
-        StagePair { links: [joint, joint + 1], direction, offset: stop.offset[side].lane(lane) }
+        StagePair { links: [joint, joint + 1], direction, offset: Real::lane(stop.offset[side], lane) }
     }
 
     /// Copies the stage of `lane` into `one`, with the contacts that the lane has.
     pub fn copy_lane(&self, lane: usize, one: &mut Stage) {
-        let vector = |v: &Vector3<T>| Vector3::new(v.x.lane(lane), v.y.lane(lane), v.z.lane(lane));
-        one.coefficient = self.coefficient.lane(lane);
+        one.coefficient = Real::lane(self.coefficient, lane);
         one.links.clear();
-        one.links.extend(self.links.iter().map(|link| StageLink {
-            heading: Heading { cos: link.heading.cos.lane(lane), sin: link.heading.sin.lane(lane) },
-            reference: vector(&link.reference),
-            mass: link.mass.lane(lane),
-            inertia: link.inertia.lane(lane),
-            half_length: link.half_length.lane(lane),
-            friction: Vector2::new(link.friction.x.lane(lane), link.friction.y.lane(lane)),
-        }));
+        one.links.extend(self.links.iter().map(|link| link.lane(lane)));
         one.joints.clear();
-        one.joints.extend(self.joints.iter().map(|joint| StageJoint {
-            drive: joint.drive.lane(lane),
-            stiffness: joint.stiffness.lane(lane),
-            limit: joint.limit.lane(lane),
-            slack: joint.slack.lane(lane),
-        }));
+        one.joints.extend(self.joints.iter().map(|joint| joint.lane(lane)));
         one.contacts.clear();
-        one.contacts.extend(self.contacts.iter().filter(|contact| contact.is_in(lane)).map(|contact| StageContact {
-            link: contact.link,
-            direction: vector(&contact.direction),
-            offset: contact.offset.lane(lane),
-        }));
+        one.contacts
+            .extend(self.contacts.iter().filter(|contact| contact.is_in(lane)).map(|contact| contact.lane(lane)));
         one.contact_friction.clear();
         let rows = self.contact_friction.iter().filter(|row| row.is_in(lane));
         one.contact_friction.extend(rows.map(|row| StageContactFriction {
             contact: self.contacts[..row.contact].iter().filter(|contact| contact.is_in(lane)).count(),
             link: row.link,
-            direction: vector(&row.direction),
-            coefficient: row.coefficient.lane(lane),
-            bound: row.bound.lane(lane),
+            direction: row.direction.lane(lane),
+            coefficient: Real::lane(row.coefficient, lane),
+            bound: Real::lane(row.bound, lane),
         }));
         one.pairs.clear();
-        one.pairs.extend(self.pairs.iter().filter(|pair| pair.is_in(lane)).map(|pair| StagePair {
-            links: pair.links,
-            direction: pair.direction.each_ref().map(vector),
-            offset: pair.offset.lane(lane),
-        }));
+        one.pairs.extend(self.pairs.iter().filter(|pair| pair.is_in(lane)).map(|pair| pair.lane(lane)));
         one.stops.clear();
         one.pairs
             .extend(StageStop::in_lane(&self.stops, lane).map(|(joint, side)| self.stop_as_pair(lane, joint, side)));
     }
 }
 
-impl<T: Real> StageContact<T> {
-    /// Whether the lane has this contact: a force has a direction.
-    pub fn is_in(&self, lane: usize) -> bool {
-        has_direction(&self.direction, lane)
+impl<T: Real> InLane for StageContactFriction<T> {
+    fn is_in(&self, lane: usize) -> bool {
+        self.direction.lane(lane) != Screw::zero()
     }
-}
-
-impl<T: Real> StageContactFriction<T> {
-    /// Whether the lane has this friction.
-    pub fn is_in(&self, lane: usize) -> bool {
-        has_direction(&self.direction, lane)
-    }
-}
-
-impl<T: Real> StagePair<T> {
-    /// Whether the lane has this contact.
-    pub fn is_in(&self, lane: usize) -> bool {
-        has_direction(&self.direction[0], lane)
-    }
-}
-
-fn has_direction<T: Real>(w: &Vector3<T>, lane: usize) -> bool {
-    w.x.lane(lane) != 0.0 || w.y.lane(lane) != 0.0 || w.z.lane(lane) != 0.0
 }
 
 impl<T: Real> StageSolution<T> {
     /// Copies the solution of `lane` into `one`, with the impulses of those contacts of `stage` that the lane has.
     pub fn copy_lane(&self, stage: &Stage<T>, lane: usize, one: &mut StageSolution) {
-        let vector = |v: &Vector3<T>| Vector3::new(v.x.lane(lane), v.y.lane(lane), v.z.lane(lane));
         one.twist.clear();
-        one.twist.extend(self.twist.iter().map(vector));
+        one.twist.extend(self.twist.iter().map(|twist| twist.lane(lane)));
         one.friction.clear();
-        one.friction.extend(self.friction.iter().map(|p| Vector2::new(p.x.lane(lane), p.y.lane(lane))));
+        one.friction.extend(self.friction.iter().map(|impulse| impulse.lane(lane)));
         one.actuator.clear();
-        one.actuator.extend(self.actuator.iter().map(|impulse| impulse.lane(lane)));
-        one.contact.clear();
-        let impulses = self.contact.iter().zip(&stage.contacts).filter(|(_, contact)| contact.is_in(lane));
-        one.contact.extend(impulses.map(|(impulse, _)| impulse.lane(lane)));
-        one.contact_friction.clear();
-        let impulses = self.contact_friction.iter().zip(&stage.contact_friction).filter(|(_, row)| row.is_in(lane));
-        one.contact_friction.extend(impulses.map(|(impulse, _)| impulse.lane(lane)));
-        one.pair.clear();
-        let impulses = self.pair.iter().zip(&stage.pairs).filter(|(_, pair)| pair.is_in(lane));
-        one.pair.extend(impulses.map(|(impulse, _)| impulse.lane(lane)));
+        one.actuator.extend(self.actuator.iter().map(|impulse| Real::lane(*impulse, lane)));
+        read_rows(&self.contact, &stage.contacts, lane, &mut one.contact);
+        read_rows(&self.contact_friction, &stage.contact_friction, lane, &mut one.contact_friction);
+        read_rows(&self.pair, &stage.pairs, lane, &mut one.pair);
         one.stop.clear();
-        one.pair.extend(StageStop::in_lane(&stage.stops, lane).map(|(joint, side)| self.stop[joint][side].lane(lane)));
+        let stops = StageStop::in_lane(&stage.stops, lane);
+        one.pair.extend(stops.map(|(joint, side)| Real::lane(self.stop[joint][side], lane)));
     }
 
     /// Copies `one` to the solution of `lane`; both are of the same `stage`.
     pub fn set_lane(&mut self, stage: &Stage<T>, lane: usize, one: &StageSolution) {
-        for (many, one) in self.twist.iter_mut().zip(&one.twist) {
-            many.x.set_lane(lane, one.x);
-            many.y.set_lane(lane, one.y);
-            many.z.set_lane(lane, one.z);
-        }
-        for (many, one) in self.friction.iter_mut().zip(&one.friction) {
-            many.x.set_lane(lane, one.x);
-            many.y.set_lane(lane, one.y);
-        }
-        for (many, one) in self.actuator.iter_mut().zip(&one.actuator) {
-            many.set_lane(lane, *one);
-        }
-        let impulses = self.contact.iter_mut().zip(&stage.contacts).filter(|(_, contact)| contact.is_in(lane));
-        for ((many, _), one) in impulses.zip(&one.contact) {
-            many.set_lane(lane, *one);
-        }
-        let rows = stage.contact_friction.iter();
-        let impulses = self.contact_friction.iter_mut().zip(rows).filter(|(_, row)| row.is_in(lane));
-        for ((many, _), one) in impulses.zip(&one.contact_friction) {
-            many.set_lane(lane, *one);
-        }
-        let mut impulses = one.pair.iter();
-        for (many, _) in self.pair.iter_mut().zip(&stage.pairs).filter(|(_, pair)| pair.is_in(lane)) {
-            impulses.next().into_iter().for_each(|one| many.set_lane(lane, *one));
-        }
-        for ((joint, side), one) in StageStop::in_lane(&stage.stops, lane).zip(impulses) {
-            self.stop[joint][side].set_lane(lane, *one);
+        write_lane::<T, _>(&mut self.twist, lane, &one.twist);
+        write_lane::<T, _>(&mut self.friction, lane, &one.friction);
+        write_lane::<T, _>(&mut self.actuator, lane, &one.actuator);
+        write_rows(&mut self.contact, &stage.contacts, lane, &one.contact);
+        write_rows(&mut self.contact_friction, &stage.contact_friction, lane, &one.contact_friction);
+        let written = write_rows(&mut self.pair, &stage.pairs, lane, &one.pair);
+        for ((joint, side), one) in StageStop::in_lane(&stage.stops, lane).zip(&one.pair[written..]) {
+            Real::set_lane(&mut self.stop[joint][side], lane, *one);
         }
     }
 }
@@ -152,7 +95,8 @@ mod tests {
     #[cfg(target_arch = "x86_64")]
     use crate::math::Wide8;
     use crate::math::{Kernel, Mask, Wide4};
-    use crate::planar::{Newton, Problem};
+    use crate::planar::{Newton, StageContact};
+    use crate::rows::SavedStage;
 
     struct Solve<'a, T: Real>(&'a Stage<T>, &'a mut StageSolution<T>);
 
@@ -208,8 +152,8 @@ mod tests {
     fn lanes_agree<T: Real>() {
         for file in std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden")).unwrap() {
             let path = file.unwrap().path();
-            let problem: Problem = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
-            let (stage, mut solution) = fanned::<T>(&problem.stage().unwrap());
+            let saved: SavedStage<Stage> = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
+            let (stage, mut solution) = fanned::<T>(&saved.stage);
             let iterations = T::run(Solve(&stage, &mut solution));
             for lane in 0..T::LANES {
                 let (mut one, mut lonely) = (Stage::with_capacity(2), StageSolution::new(stage.links.len()));

@@ -5,9 +5,9 @@
 //! than a radius in one step near a contact could pass to the other side of it, so such a step is divided too.
 
 use crate::contact::{NearPair, link_obstacle_contact};
-use crate::math::Real;
+use crate::math::{Laned, Real};
 use crate::pegs::PegGrid;
-use crate::stepping::lanes::{Lanes, active, read_vector};
+use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::penetration::{ALLOWED, Sinking};
 use crate::stepping::{Driven, Members};
 
@@ -19,7 +19,7 @@ impl<T: Real> Workspace<T> {
     pub(super) fn measure_sinking<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>, lanes: Lanes) {
         let system = members.system;
         for lane in active(lanes) {
-            self.sinking[lane] = self.sinking_of(lane, system, members.body_mut(lane));
+            self.result.sinking[lane] = self.sinking_of(lane, system, members.body_mut(lane));
         }
     }
 
@@ -27,7 +27,8 @@ impl<T: Real> Workspace<T> {
         let mut sinking = if self.may_have_crossed(lane, system, body) { Sinking::TooDeep } else { Sinking::No };
         if self.near_pegs[lane] {
             let (near, pegs) = (&mut body.warm_start.near, &body.pegs);
-            let (error, displacement) = (self.misprediction.lane(lane), self.motion_bound.displacement.lane(lane));
+            let (error, displacement) =
+                (self.result.misprediction.lane(lane), self.motion.bound.displacement.lane(lane));
             near.measure_ends(displacement, error, |pair| self.end_gap(lane, pair, system, pegs));
             for (pair, end) in near.ends().filter(|(_, end)| *end < -ALLOWED) {
                 sinking = sinking.max(Sinking::of(self.start_gap(lane, pair, system, pegs), end));
@@ -41,7 +42,7 @@ impl<T: Real> Workspace<T> {
 
     /// Gap of a pair at the start of the step \[m\].
     fn start_gap(&self, lane: usize, pair: &NearPair, system: &PlanarSystem, pegs: &PegGrid) -> f64 {
-        let start = read_vector(&self.start_pose[pair.link], lane);
+        let start = self.motion.start_pose[pair.link].lane(lane);
         let Heading { cos, sin } = Heading::of(start.z);
         let link = &system.robot.links[pair.link];
         link_obstacle_contact(&start, cos, sin, link, pegs, (pair.peg, pair.place)).gap
@@ -49,7 +50,7 @@ impl<T: Real> Workspace<T> {
 
     /// Whether a link moved so far that it could be on the other side of what it was near.
     fn may_have_crossed(&self, lane: usize, system: &PlanarSystem, body: &Body) -> bool {
-        let displacement = self.motion_bound.displacement.lane(lane);
+        let displacement = self.motion.bound.displacement.lane(lane);
         if displacement <= system.smallest_radius() {
             return false;
         }

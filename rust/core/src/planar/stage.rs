@@ -13,15 +13,18 @@
 //! Implicit Euler is one stage with coefficient h; higher order composes several.
 
 use nalgebra::{Vector2, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
 use crate::math::Real;
+use crate::rows::{ContactRow, PairRow, Saved};
 use crate::stepping::StageStop;
 
 use super::Heading;
 
 /// One link in a stage.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "T: Saved", deny_unknown_fields)]
 pub struct StageLink<T = f64> {
     /// R_B^I at the predicted end configuration.
     pub heading: Heading<T>,
@@ -37,33 +40,32 @@ pub struct StageLink<T = f64> {
 
 /// One joint in a stage: the impulse that drives phi upwards is `clamp(shrink(drive - stiffness omega_J))`, where
 /// `shrink` takes up to `slack` off its argument's magnitude.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "T: Saved", deny_unknown_fields)]
 pub struct StageJoint<T = f64> {
     /// b = c (k_P (phi_d - phi_base) + k_D phi_d') \[N m s\].
     pub drive: T,
     /// k = c (c k_P + k_D) \[N m s^2\].
     pub stiffness: T,
     /// c times the torque limit \[N m s\].
+    #[serde(with = "crate::rows::limit")]
     pub limit: T,
     /// Part of the drive that backlash absorbs, `stiffness` times half the backlash over c; zero without \[N m s\].
     pub slack: T,
 }
 
-/// One contact between a link and an obstacle in a stage. A lane without this contact has direction 0 and offset 1.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StageContact<T = f64> {
-    pub link: usize,
-    /// w_H.
-    pub direction: Vector3<T>,
-    /// Gap over coefficient: the contact closes when `w_H . u + offset` reaches zero \[m/s\].
-    pub offset: T,
-}
+/// Contact of a link with an obstacle.
+pub type StageContact<T = f64> = ContactRow<Vector3<T>, T>;
+
+/// Contact between two links of the robot.
+pub type StagePair<T = f64> = PairRow<Vector3<T>, T>;
 
 /// Coulomb friction of one of the contacts of a stage. A lane without it has direction 0.
 ///
 /// `-w^T u in N_[-b, b](P)` with `b = mu P_H`. Since P_H is an unknown, a stage with it is no optimisation problem: it is
 /// solved as one for held bounds, again and again until the bounds are those of its own solution, or by the fallback.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "T: Saved", deny_unknown_fields)]
 pub struct StageContactFriction<T = f64> {
     /// Index of the contact.
     pub contact: usize,
@@ -76,19 +78,9 @@ pub struct StageContactFriction<T = f64> {
     pub bound: T,
 }
 
-/// One contact between two links in a stage. A lane without it has directions 0 and offset 1.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StagePair<T = f64> {
-    /// In order along the chain.
-    pub links: [usize; 2],
-    /// w of either link.
-    pub direction: [Vector3<T>; 2],
-    /// Gap over coefficient: the contact closes when `w_0 . u_0 + w_1 . u_1 + offset` reaches zero \[m/s\].
-    pub offset: T,
-}
-
 /// Data of one stage, of one robot or of several side by side.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "T: Saved", deny_unknown_fields)]
 pub struct Stage<T = f64> {
     /// c: the part of the step this stage covers \[s\].
     pub coefficient: T,
@@ -115,31 +107,6 @@ impl<T: Real> Stage<T> {
             contact_friction: Vec::with_capacity(PAIRS_PER_LINK * links),
             pairs: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
         }
-    }
-}
-
-impl StageContact {
-    /// Rate at which the gap opens under the twists of the links \[m/s\].
-    pub fn rate(&self, twist: &[Vector3<f64>]) -> f64 {
-        self.direction.dot(&twist[self.link])
-    }
-
-    /// The rate and the offset: nonnegative where the contact is admissible \[m/s\].
-    pub fn opening(&self, twist: &[Vector3<f64>]) -> f64 {
-        self.rate(twist) + self.offset
-    }
-}
-
-impl StagePair {
-    /// Rate at which the gap opens under the twists of the links \[m/s\].
-    pub fn rate(&self, twist: &[Vector3<f64>]) -> f64 {
-        let [i, j] = self.links;
-        self.direction[0].dot(&twist[i]) + self.direction[1].dot(&twist[j])
-    }
-
-    /// The rate and the offset: nonnegative where the contact is admissible \[m/s\].
-    pub fn opening(&self, twist: &[Vector3<f64>]) -> f64 {
-        self.rate(twist) + self.offset
     }
 }
 

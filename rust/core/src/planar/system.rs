@@ -76,4 +76,15 @@ impl PlanarSystem {
     pub fn friction_force(&self, link: &Link) -> Vector2<f64> {
         self.friction * (link.mass * self.normal_gravity())
     }
+
+    /// Largest Coulomb force of one of two contact points of a link, along and across it, in the model of input-output
+    /// linearisation \[N\].
+    pub fn point_friction(&self, link: &Link) -> Vector2<f64> {
+        self.model_friction() * (0.5 * link.mass * self.robot.gravity)
+    }
+
+    /// Coulomb coefficients of that model, whose ground is level.
+    pub fn model_friction(&self) -> Vector2<f64> {
+        self.friction * (self.normal_gravity() / self.robot.gravity)
+    }
 }

@@ -1,10 +1,8 @@
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::contact::{LINK_CONTACTS_PER_LINK, NearPegs};
+use crate::contact::{ContactMemory, LINK_CONTACTS_PER_LINK, LINK_PAIR_CONTACTS, NearPegs};
 use crate::stepping;
-
-use super::SelfContact;
 
 /// What a stage passes to the next one: forces as an initial guess, and which contacts were closed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -15,7 +13,7 @@ pub struct WarmStart {
     pub joint_torque: Vec<f64>,
     pub near: NearPegs,
     /// Contacts of the robot with itself.
-    pub self_contacts: Vec<SelfContact>,
+    pub self_contacts: ContactMemory,
     /// Twists of the links with which a postponed stage is solved again; empty where none is.
     #[serde(skip)]
     pub guess: Vec<Vector3<f64>>,
@@ -33,7 +31,7 @@ impl stepping::WarmStart for WarmStart {
             friction: vec![Vector2::zeros(); links],
             joint_torque: vec![0.0; links - 1],
             near: NearPegs::with_capacity(links),
-            self_contacts: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
+            self_contacts: ContactMemory::with_capacity(LINK_CONTACTS_PER_LINK * links),
             guess: Vec::with_capacity(links),
             joint_stops: Vec::with_capacity(links - 1),
             backlash: vec![0.0; links - 1],
@@ -64,6 +62,6 @@ impl stepping::WarmStart for WarmStart {
             && [0, links - 1].contains(&saved.joint_stops.len())
             && saved.backlash.len() == links - 1
             && saved.near.fits(links, pegs)
-            && saved.self_contacts.iter().all(|contact| contact.place.fits(links))
+            && saved.self_contacts.fits(links, pegs, LINK_PAIR_CONTACTS)
     }
 }

@@ -1,12 +1,13 @@
 //! One robot that can be advanced: system, scheme, state and counters together.
 
 mod planar;
+mod scheme;
 mod spatial;
 
 pub use planar::{PlanarSimulation, PlanarSnapshot};
+pub use scheme::{Scheme, SchemeConfig};
 pub use spatial::{SpatialSimulation, SpatialSnapshot};
 
-use std::fmt::Debug;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
@@ -21,15 +22,11 @@ use crate::pegs::PegGrid;
 use crate::robot::{Robot, RobotConfig};
 use crate::scene::{Scene, SceneConfig};
 use crate::stepping::{
-    Body, Clock, CompiledModel, Fleet, IntegratorConfig, Model, Record, RobotState, Scripted, StepStatistics,
-    ThesisScheme, WarmStart,
+    Body, Clock, CompiledModel, Fleet, Model, Record, RobotState, Scripted, StepStatistics, WarmStart, steps_in,
 };
 
 /// A model of which a robot can be simulated by itself.
 pub trait SimulatedModel: CompiledModel {
-    /// The scheme as printed in the thesis.
-    type Thesis: ThesisScheme<Model = Self>;
-
     const NAME: ModelName;
 
     /// # Errors
@@ -37,34 +34,24 @@ pub trait SimulatedModel: CompiledModel {
     fn system(robot: Robot, scene: &Scene, controller: &ControllerConfig) -> Result<Self::System, ConfigError>;
 
     /// Places the robot straight and at rest.
-    fn place_initially(simulation: &mut Simulation<Self>);
+    fn place_initially<S: Scheme<Self>>(simulation: &mut Simulation<Self, S>);
 }
 
-/// A robot in a scene under a joint controller.
+/// A robot in a scene under a joint controller, advanced by the scheme `S`.
 #[derive(Debug, Clone)]
-pub struct Simulation<M: SimulatedModel> {
+pub struct Simulation<M: SimulatedModel, S = Fleet<M>> {
     system: M::System,
     body: Body<M>,
-    integrator: IntegratorConfig,
-    scheme: Scheme<M>,
+    scheme: Box<S>,
 }
 
-/// The scheme chosen at construction.
-#[derive(Debug, Clone)]
-enum Scheme<M: SimulatedModel> {
-    Thesis(Box<M::Thesis>),
-    Implicit(Box<Fleet<M>>),
-}
-
-/// All that a run changes: enough to continue it elsewhere bit for bit.
+/// All that a run with the default scheme changes: enough to continue it elsewhere bit for bit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Snapshot<M: Model> {
     state: M::State,
     clock: Clock,
     warm_start: <M::WarmStart as WarmStart>::Saved,
-    /// With the method `thesis`, those of its impulses that are not zero, by their places \[N s\].
-    impulses: Vec<(usize, f64)>,
 }
 
 impl<M: Model> Snapshot<M> {
@@ -74,18 +61,18 @@ impl<M: Model> Snapshot<M> {
     }
 }
 
-impl<M: SimulatedModel> Simulation<M> {
+impl<M: SimulatedModel, S: Scheme<M>> Simulation<M, S> {
     /// # Errors
     /// Names the section, the field, the value and what is admissible.
-    pub fn new(
+    pub fn new<C: SchemeConfig<M, Scheme = S>>(
         robot: &RobotConfig,
         scene: &SceneConfig,
         controller: &ControllerConfig,
-        integrator: &IntegratorConfig,
+        integrator: &C,
     ) -> Result<Self, ConfigError> {
-        require_supported(M::NAME, integrator.method(), robot, scene, controller)?;
+        require_supported(M::NAME, C::METHOD, robot, scene, controller)?;
         let mut robot = Robot::new(robot).map_err(|e| e.inside("robot"))?;
-        let has = |feature: Feature| feature.is_in(M::NAME, integrator.method());
+        let has = |feature: Feature| feature.is_in(M::NAME, C::METHOD);
         robot.self_contact &= has(Feature::SelfContact);
         if robot.self_contact {
             robot.require_parted_links().map_err(|e| e.inside("robot"))?;
@@ -97,16 +84,8 @@ impl<M: SimulatedModel> Simulation<M> {
         integrator.validate().map_err(|e| e.inside("integrator"))?;
         let body = Body::new(&robot, PegGrid::of(&scene.obstacles));
         let system = M::system(robot, &scene, controller)?;
-        let (integrator, scheme) = match *integrator {
-            IntegratorConfig::Thesis(config) => {
-                (*integrator, Scheme::Thesis(Box::new(M::Thesis::new(config, &system))))
-            }
-            IntegratorConfig::Implicit(config) => {
-                let fleet = Fleet::new(config, &system, 1);
-                (integrator.with_step(fleet.accuracy().step), Scheme::Implicit(Box::new(fleet)))
-            }
-        };
-        let mut simulation = Self { system, body, integrator, scheme };
+        let scheme = Box::new(integrator.scheme(&system));
+        let mut simulation = Self { system, body, scheme };
         M::place_initially(&mut simulation);
         Ok(simulation)
     }
@@ -123,9 +102,9 @@ impl<M: SimulatedModel> Simulation<M> {
         &mut self.body
     }
 
-    /// The configuration with the model's default step.
-    pub fn integrator(&self) -> &IntegratorConfig {
-        &self.integrator
+    /// Number of equal steps that divide `duration`.
+    pub fn steps_in(&self, duration: f64) -> u32 {
+        steps_in(duration, self.scheme.step())
     }
 
     pub fn robot(&self) -> &Robot {
@@ -163,12 +142,8 @@ impl<M: SimulatedModel> Simulation<M> {
 
     /// Integrates over `duration` in equal steps no longer than the configured one.
     pub fn advance(&mut self, duration: f64, reference: &impl Reference<M::Target>) -> StepStatistics {
-        let Self { system, body, scheme, .. } = self;
-        let mut robot = Scripted { body: &mut *body, reference };
-        match scheme {
-            Scheme::Thesis(scheme) => scheme.advance(system, &mut robot, duration),
-            Scheme::Implicit(fleet) => fleet.advance(system, std::slice::from_mut(&mut robot), duration, |_| true),
-        }
+        let Self { system, body, scheme } = self;
+        scheme.advance(system, &mut Scripted { body: &mut *body, reference }, duration);
         body.statistics
     }
 
@@ -206,21 +181,17 @@ impl<M: SimulatedModel> Simulation<M> {
         self.body.record.as_deref_mut()
     }
 
+    fn clear_memory(&mut self) {
+        self.body.clear_memory();
+        self.scheme.clear();
+    }
+}
+
+impl<M: SimulatedModel> Simulation<M> {
     /// The changing part of a simulation.
     pub fn snapshot(&self) -> Snapshot<M> {
         let Body { state, clock, warm_start, .. } = &self.body;
-        let impulses = match &self.scheme {
-            Scheme::Thesis(scheme) => {
-                let mut scheme = scheme.clone();
-                let impulses = scheme.impulses(self.pegs().len()).enumerate();
-                impulses
-                    .filter(|(_, impulse)| impulse.to_bits() != 0)
-                    .map(|(place, impulse)| (place, *impulse))
-                    .collect()
-            }
-            Scheme::Implicit(_) => Vec::new(),
-        };
-        Snapshot { state: state.clone(), clock: *clock, warm_start: warm_start.save(), impulses }
+        Snapshot { state: state.clone(), clock: *clock, warm_start: warm_start.save() }
     }
 
     /// Continues from a snapshot of a simulation of the same configuration among the same pegs.
@@ -228,18 +199,5 @@ impl<M: SimulatedModel> Simulation<M> {
         self.place(&snapshot.state);
         self.body.clock = snapshot.clock;
         self.body.warm_start.resume(&snapshot.warm_start);
-        if let Scheme::Thesis(scheme) = &mut self.scheme {
-            let mut impulses: Vec<_> = scheme.impulses(self.body.pegs.pegs().len()).collect();
-            for (place, impulse) in &snapshot.impulses {
-                impulses.get_mut(*place).into_iter().for_each(|kept| **kept = *impulse);
-            }
-        }
-    }
-
-    fn clear_memory(&mut self) {
-        self.body.clear_memory();
-        if let Scheme::Thesis(scheme) = &mut self.scheme {
-            scheme.clear();
-        }
     }
 }

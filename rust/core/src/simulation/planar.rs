@@ -2,12 +2,12 @@ use crate::capabilities::ModelName;
 use crate::contact::{gap, self_gap, wall_gap};
 use crate::control::ControllerConfig;
 use crate::error::ConfigError;
-use crate::planar::{Planar, PlanarSystem, Pose, Thesis, Twist, assemble_chain, largest_joint_gap};
+use crate::planar::{Planar, PlanarSystem, Pose, Twist, assemble_chain, largest_joint_gap};
 use crate::robot::Robot;
 use crate::scene::Scene;
 use crate::stepping::Body;
 
-use super::{SimulatedModel, Simulation, Snapshot};
+use super::{Scheme, SimulatedModel, Simulation, Snapshot};
 
 /// A planar robot in a scene under a joint controller.
 pub type PlanarSimulation = Simulation<Planar>;
@@ -16,8 +16,6 @@ pub type PlanarSimulation = Simulation<Planar>;
 pub type PlanarSnapshot = Snapshot<Planar>;
 
 impl SimulatedModel for Planar {
-    type Thesis = Thesis;
-
     const NAME: ModelName = ModelName::Planar;
 
     fn system(robot: Robot, scene: &Scene, controller: &ControllerConfig) -> Result<PlanarSystem, ConfigError> {
@@ -25,13 +23,13 @@ impl SimulatedModel for Planar {
         Ok(system.on_ground_with(scene.stribeck).on_slope(scene.slope))
     }
 
-    fn place_initially(simulation: &mut PlanarSimulation) {
+    fn place_initially<S: Scheme<Self>>(simulation: &mut Simulation<Self, S>) {
         let joints = simulation.robot().joint_count();
         simulation.place_chain(0.0, 0.0, 0.0, &vec![0.0; joints]);
     }
 }
 
-impl PlanarSimulation {
+impl<S: Scheme<Planar>> Simulation<Planar, S> {
     /// Places the robot at rest at time 0: CG of link 1, its absolute angle, and all joint angles.
     pub fn place_chain(&mut self, x: f64, y: f64, heading: f64, joint_angle: &[f64]) {
         let state = &mut self.body.state;

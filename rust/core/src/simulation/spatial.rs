@@ -6,12 +6,12 @@ use crate::error::ConfigError;
 use crate::robot::Robot;
 use crate::scene::Scene;
 use crate::spatial::{
-    End, Frame, Pose, Spatial, SpatialSystem, SpatialThesis, StackedTwist, assemble_chain, ground_gap,
-    largest_joint_gap, obstacle_gap, rest_on, self_gap,
+    End, Frame, Pose, Spatial, SpatialSystem, StackedTwist, assemble_chain, ground_gap, largest_joint_gap,
+    obstacle_gap, rest_on, self_gap,
 };
 use crate::stepping::Body;
 
-use super::{SimulatedModel, Simulation, Snapshot};
+use super::{Scheme, SimulatedModel, Simulation, Snapshot};
 
 /// A spatial robot in a scene under a joint controller.
 pub type SpatialSimulation = Simulation<Spatial>;
@@ -20,22 +20,20 @@ pub type SpatialSimulation = Simulation<Spatial>;
 pub type SpatialSnapshot = Snapshot<Spatial>;
 
 impl SimulatedModel for Spatial {
-    type Thesis = SpatialThesis;
-
     const NAME: ModelName = ModelName::Spatial;
 
     fn system(robot: Robot, scene: &Scene, controller: &ControllerConfig) -> Result<SpatialSystem, ConfigError> {
         SpatialSystem::new(robot, scene, *controller).map_err(|e| e.inside("controller"))
     }
 
-    fn place_initially(simulation: &mut SpatialSimulation) {
+    fn place_initially<S: Scheme<Self>>(simulation: &mut Simulation<Self, S>) {
         let joints = simulation.robot().joint_count();
         simulation.place_chain(Pose::identity(), &vec![Vector2::zeros(); joints]);
         simulation.rest_on_ground();
     }
 }
 
-impl SpatialSimulation {
+impl<S: Scheme<Spatial>> Simulation<Spatial, S> {
     /// Places the robot at rest at time 0: pose of link 1 and (yaw, pitch) of all joints.
     pub fn place_chain(&mut self, head: Pose, joint_angle: &[Vector2<f64>]) {
         let state = &mut self.body.state;

@@ -8,7 +8,7 @@ use super::Outcome;
 
 /// Which branch of a set-valued law is evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum LawForm {
+pub enum LawForm {
     /// The branch on which the last impulse lay, whatever the present velocity.
     LastBranch,
     /// The branch of the present velocity: the law itself.
@@ -19,7 +19,7 @@ pub(crate) enum LawForm {
 ///
 /// Every method acts on all lanes; implementations must be `#[inline(always)]`, so that they are compiled for the
 /// instruction set of the solve.
-pub(crate) trait StageProblem<T: Real> {
+pub trait StageProblem<T: Real> {
     const TUNING: Tuning;
 
     /// Forces and stiffnesses of all laws at the present velocities.
@@ -41,7 +41,7 @@ pub(crate) trait StageProblem<T: Real> {
 
 /// A step that has been taken.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct NewtonStep<T> {
+pub struct NewtonStep<T> {
     /// Length of the undamped step as a velocity \[m/s\].
     pub length: T,
     /// Bound on the distance of the step's end to the minimum of the inner problem \[m/s\].
@@ -50,7 +50,7 @@ pub(crate) struct NewtonStep<T> {
 
 /// Tuned constants of the iteration. All are dimensionless; none changes the solution, only the work to find it.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Tuning {
+pub struct Tuning {
     /// Penalty r of sticking and of closed contacts, over the mass of the link.
     pub penalty: f64,
     /// Distance from the inner minimum, over the tolerance, within which the multipliers are checked.
@@ -87,7 +87,7 @@ impl Tuning {
 /// Iterates in `lanes` until the velocities are within about `tolerance` \[m/s\], or `max_iterations` linear solves
 /// have been made. A lane that has converged keeps its velocities and impulses while others continue.
 #[inline(always)]
-pub(crate) fn solve<T: Real, P: StageProblem<T>>(
+pub fn solve<T: Real, P: StageProblem<T>>(
     problem: &mut P,
     tolerance: f64,
     max_iterations: u32,

@@ -15,9 +15,17 @@ pub struct CoulombForm {
     pub weight: f64,
     /// delta \[1/kg\].
     pub compliance: f64,
+    /// Whether impulses are no unknowns but those of the convex problem in which friction lags, at the present
+    /// velocities: P = prox_C(centre - (gamma + lag) / delta).
+    pub is_lagged: bool,
 }
 
 impl CoulombForm {
+    /// Of a stage whose links have this `mass` on average, with the compliance of its stiff contacts.
+    pub fn stiff(mass: f64, penalty: f64) -> Self {
+        Self { weight: mass, compliance: 1.0 / (penalty * mass), is_lagged: false }
+    }
+
     /// Change of a normal impulse, and the same per velocity, with which the linearised law holds.
     pub fn opening_tangent(&self, closed: bool, defect: f64) -> (f64, f64) {
         if closed { (-defect / (self.weight * self.compliance), -1.0 / self.compliance) } else { (-defect, 0.0) }
@@ -45,9 +53,19 @@ impl UnilateralLaw {
     /// Evaluates the law at the velocity `w . u`; returns the defect \[N s\].
     pub fn measure(&mut self, velocity: f64, form: &CoulombForm) -> f64 {
         let opening = velocity + self.offset;
+        if form.is_lagged {
+            self.z = self.lagged(velocity, form);
+            (self.impulse, self.defect) = (HalfLine.project(self.z), 0.0);
+            return 0.0;
+        }
         self.z = self.impulse - (opening + (self.impulse - self.centre) * form.compliance) * form.weight;
         self.defect = self.impulse - HalfLine.project(self.z);
         self.defect
+    }
+
+    /// The impulse of the convex problem at this velocity before its projection.
+    pub fn lagged(&self, velocity: f64, form: &CoulombForm) -> f64 {
+        self.centre - (velocity + self.offset) / form.compliance
     }
 
     /// Change of the impulse, and the same per velocity, with which the linearised law holds.
@@ -63,8 +81,12 @@ impl UnilateralLaw {
     /// Computes the change of the impulse with that of the velocity.
     pub fn find_step(&mut self, velocity_step: f64, form: &CoulombForm) {
         let (constant, slope) = self.tangent(form);
-        self.start = self.impulse;
-        self.step = constant + slope * velocity_step;
+        self.set_step(constant + slope * velocity_step);
+    }
+
+    /// Takes a change of the impulse.
+    pub fn set_step(&mut self, step: f64) {
+        (self.start, self.step) = (self.impulse, step);
     }
 
     pub fn move_along(&mut self, fraction: f64) {
@@ -87,7 +109,7 @@ pub(crate) struct DiscTangent {
 
 impl DiscTangent {
     pub fn new(z: &Vector2<f64>, defect: &Vector2<f64>, radius: f64, form: &CoulombForm) -> Self {
-        let CoulombForm { weight, compliance } = *form;
+        let CoulombForm { weight, compliance, .. } = *form;
         let (length, soft) = (z.norm(), weight * compliance);
         if length <= radius && radius > 0.0 {
             let from_slip = Matrix2::identity() * (-1.0 / compliance);

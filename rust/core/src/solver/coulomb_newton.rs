@@ -25,9 +25,6 @@ pub trait CoupledStage {
     type Stage;
     type Solution;
 
-    /// Whether a solution with compliance is kept where one with moved centres is not found.
-    const KEEPS_COMPLIANT: bool;
-
     /// Takes in a stage with the velocities and impulses of `solution` and the compliance of the stiff contacts; the
     /// centres of the laws are zero.
     fn load(&mut self, stage: &Self::Stage, solution: &Self::Solution, tolerance: f64);
@@ -65,23 +62,22 @@ pub trait CoupledStage {
     /// Solves the problem with the compliance, which selects the impulses, and then moves the centres to them, with less
     /// compliance, until its effect is negligible.
     fn close(&mut self, solution: &mut Self::Solution) -> (u32, bool) {
-        let (mut solves, mut solved) = converge(self);
-        self.form().compliance *= STIFFER;
-        for _ in 0..MOST_CENTRES {
-            if !solved || self.centre_error() * self.form().compliance <= self.negligible() {
+        let stiffer = self.form().compliance * STIFFER;
+        let mut solves = 0;
+        for _ in 0..=MOST_CENTRES {
+            let (more, solved) = converge(self);
+            solves += more;
+            if !solved {
+                return (solves, false);
+            }
+            self.write(solution);
+            if self.centre_error() * self.form().compliance <= self.negligible() {
                 break;
             }
-            if Self::KEEPS_COMPLIANT {
-                self.write(solution);
-            }
             self.recentre();
-            let (more, again) = converge(self);
-            (solves, solved) = (solves + more, again);
+            self.form().compliance = stiffer;
         }
-        if solved {
-            self.write(solution);
-        }
-        (solves, solved)
+        (solves, true)
     }
 
     /// The same by continuation from soft contacts to stiff ones; if it does not reach these, `solution` is the last

@@ -6,7 +6,7 @@ use crate::math::Real;
 /// Friction with given semi-axes in proximal form around a multiplier, in coordinates in which its ellipse is the unit
 /// disc.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct FrictionTerm<T> {
+pub struct FrictionTerm<T> {
     law: Coulomb<T, Unit>,
     /// r \[1/(kg m^2/s^2)\]: the stiffness of sticking along the longer axis over the square of that axis.
     penalty: T,

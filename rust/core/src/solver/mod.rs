@@ -10,12 +10,12 @@ mod low_rank;
 mod outcome;
 mod ray_search;
 
-pub(crate) use augmented_lagrangian::{LawForm, NewtonStep, StageProblem, Tuning, solve};
+pub use augmented_lagrangian::{LawForm, NewtonStep, StageProblem, Tuning, solve};
 pub use coulomb_laws::CoulombForm;
 pub(crate) use coulomb_laws::{DiscTangent, UnilateralLaw};
 pub(crate) use coulomb_newton::converge;
 pub use coulomb_newton::{CoupledStage, Defect};
-pub(crate) use friction_term::FrictionTerm;
+pub use friction_term::FrictionTerm;
 pub(crate) use low_rank::{Coupling, EliminatedChain, LinkStep, LowRank};
 pub use outcome::{Outcome, RESIDUAL_LIMIT, SolveStatus, is_unsolved, residual_limit};
-pub(crate) use ray_search::{NearestKink, Ray, step_length};
+pub use ray_search::{NearestKink, Ray, step_length};

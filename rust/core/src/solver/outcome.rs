@@ -21,8 +21,8 @@ pub enum SolveStatus {
     Unsolved,
 }
 
-/// Largest residual over the tolerance of a stage that a fallback solved, and of any solved stage of the minimal model: solvers bound velocities in the norm of the energy,
-/// certificates check every link separately.
+/// Largest residual over the tolerance of a stage that a fallback solved: solvers bound velocities in the norm of the
+/// energy, certificates check every link separately.
 pub const RESIDUAL_LIMIT: f64 = 100.0;
 
 /// Largest residual of a stage of this tolerance that a fallback solved \[m/s\]: [`RESIDUAL_LIMIT`] tolerances, but no more

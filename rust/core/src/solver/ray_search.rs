@@ -4,7 +4,7 @@ use crate::math::{Mask, Real};
 
 /// A strongly convex, piecewise smooth function \[J\] along a step, alpha = 0 at its start and 1 at its end.
 /// Implementations must be `#[inline(always)]`, so that they are compiled for the instruction set of the search.
-pub(crate) trait Ray<T: Real> {
+pub trait Ray<T: Real> {
     /// First and generalised second derivative by alpha.
     fn derivatives(&self, alpha: T) -> (T, T);
 
@@ -20,7 +20,7 @@ pub(crate) trait Ray<T: Real> {
 /// Where it leaves the bracket it is replaced by the kink nearest to the bracket's middle, since the zero often lies in
 /// one: where a contact comes to rest the slope nearly jumps.
 #[inline(always)]
-pub(crate) fn step_length<T: Real>(function: &impl Ray<T>, accuracy: T, lanes: T::Mask) -> (T, T::Mask) {
+pub fn step_length<T: Real>(function: &impl Ray<T>, accuracy: T, lanes: T::Mask) -> (T, T::Mask) {
     let (mut low, mut high) = (T::zero(), T::splat(1.0));
     let mut alpha = high;
     let (mut here, mut curvature) = function.derivatives(alpha);
@@ -60,7 +60,7 @@ fn kink_between<T: Real>(function: &impl Ray<T>, low: T, high: T) -> T {
 
 /// The kink nearest to the middle of a bracket among those seen so far.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct NearestKink<T> {
+pub struct NearestKink<T> {
     middle: T,
     kink: T,
     distance: T,

@@ -44,20 +44,12 @@ pub fn certify<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Certif
     for i in 0..stage.links.len() {
         verify_ground(stage, solution, i, &mut certificate, &mut squared_friction);
     }
-    for (peg, &impulse) in stage.pegs.iter().zip(&solution.peg) {
-        let opening = power(&peg.direction, &solution.twist[peg.link]) + peg.offset;
-        let mass = stage.links[peg.link].mass;
-        certificate.normal = worse(certificate.normal, judge::half_line(impulse, opening, mass) / mass);
-    }
     verify_peg_friction(stage, solution, &mut squared_friction);
     certificate.friction = squared_friction.sqrt();
-    for (pair, &impulse) in stage.pairs.iter().zip(&solution.pair) {
-        let [i, j] = pair.links;
-        let [first, second] = &pair.direction;
-        let opening = power(first, &solution.twist[i]) + power(second, &solution.twist[j]) + pair.offset;
-        let mass = stage.links[i].mass;
-        certificate.normal = worse(certificate.normal, judge::half_line(impulse, opening, mass) / mass);
-    }
+    let mass = |link: usize| stage.links[link].mass;
+    let pegs = judge::rows(&stage.pegs, &solution.peg, &solution.twist, mass);
+    let pairs = judge::rows(&stage.pairs, &solution.pair, &solution.twist, mass);
+    certificate.normal = worse(certificate.normal, worse(pegs.0, pairs.0));
     for j in 0..stage.joints.len() {
         verify_joint(stage, solution, j, &mut certificate);
     }

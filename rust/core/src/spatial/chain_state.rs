@@ -3,18 +3,16 @@
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
+use crate::contact::{CAPSULE_CONTACTS, ContactMemory};
 use crate::gait::CardanTarget;
-use crate::math::Real;
+use crate::math::{Real, read_lane, write_lane};
 use crate::robot::Robot;
 use crate::spatial::{
     ChainVelocity, Configuration, Frame, Momentum, Pose, SpatialState, StackedTwist, Twist, inertia, joint_angle,
-    joint_rate, read_lane, turning, twist_of, write_lane,
+    joint_rate, turning, twist_of,
 };
 use crate::stepping::WarmStart;
 use crate::stepping::start::is_following;
-
-use super::peg_contacts::Pair;
-use super::self_contact::SelfContact;
 
 /// What a step passes to the next one.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,10 +24,8 @@ pub struct ChainState {
     pub forces: GroundForces,
     /// Whether the ground carried the ends of each link at the end of the last accepted step.
     pub stands: Vec<[bool; 2]>,
-    /// Pairs of the last stage.
-    pub pairs: Vec<Pair>,
-    /// Contacts of the robot with itself in the last stage.
-    pub self_contacts: Vec<SelfContact>,
+    /// With obstacles and of the robot with itself, in the last stage.
+    pub contacts: ContactMemory,
     /// Forces at both stops of each axis, empty where none presses \[N\].
     pub joint_stops: Vec<[f64; 2]>,
     /// The last step began at rest.
@@ -127,8 +123,8 @@ impl ChainState {
         for (stands, normal) in self.stands.iter_mut().zip(&self.forces.normal) {
             *stands = normal.map(|force| force > 0.0);
         }
-        self.pairs.iter_mut().for_each(|pair| pair.touches = pair.force > 0.0);
-        self.self_contacts.iter_mut().for_each(|contact| contact.touches = contact.force > 0.0);
+        // Penetrations are measured at the start of the next step.
+        self.contacts.end_step(|_| 0.0);
     }
 
     fn place_links(&mut self, half_length: &[f64], pose: &mut [Pose]) {
@@ -164,8 +160,7 @@ pub struct SavedForces {
     began_at_rest: bool,
     forces: GroundForces,
     stands: Vec<[bool; 2]>,
-    pairs: Vec<Pair>,
-    self_contacts: Vec<SelfContact>,
+    contacts: ContactMemory,
     joint_stops: Vec<[f64; 2]>,
     backlash: Vec<f64>,
 }
@@ -180,8 +175,7 @@ impl WarmStart for ChainState {
             momentum: vec![Momentum::zero(); links],
             forces: GroundForces::none(links),
             stands: vec![[false; 2]; links],
-            pairs: Vec::with_capacity(4 * links),
-            self_contacts: Vec::with_capacity(4 * links),
+            contacts: ContactMemory::with_capacity(8 * links),
             joint_stops: Vec::with_capacity(2 * (links - 1)),
             began_at_rest: false,
             guess: ChainVelocity::rest(links),
@@ -197,25 +191,22 @@ impl WarmStart for ChainState {
         self.is_postponed = false;
         self.forces.clear();
         self.stands.fill([false; 2]);
-        self.pairs.clear();
-        self.self_contacts.clear();
+        self.contacts.clear();
         self.joint_stops.clear();
         self.joint_torque.fill(Vector2::zeros());
         self.backlash.fill(0.0);
     }
 
     fn save(&self) -> SavedForces {
-        let Self { began_at_rest, forces, stands, pairs, self_contacts, joint_stops, backlash, .. } = self.clone();
-        SavedForces { began_at_rest, forces, stands, pairs, self_contacts, joint_stops, backlash }
+        let Self { began_at_rest, forces, stands, contacts, joint_stops, backlash, .. } = self.clone();
+        SavedForces { began_at_rest, forces, stands, contacts, joint_stops, backlash }
     }
 
     fn resume(&mut self, saved: &SavedForces) {
         self.began_at_rest = saved.began_at_rest;
         self.forces.copy_from(&saved.forces);
         self.stands.copy_from_slice(&saved.stands);
-        self.pairs.clear();
-        self.pairs.extend_from_slice(&saved.pairs);
-        self.self_contacts.clone_from(&saved.self_contacts);
+        self.contacts.copy_from(&saved.contacts);
         self.joint_stops.clone_from(&saved.joint_stops);
         self.backlash.copy_from_slice(&saved.backlash);
     }
@@ -225,7 +216,6 @@ impl WarmStart for ChainState {
             && saved.stands.len() == links
             && [0, 2 * (links - 1)].contains(&saved.joint_stops.len())
             && saved.backlash.len() == 2 * (links - 1)
-            && saved.pairs.iter().all(|pair| pair.link < links && pair.peg < pegs)
-            && saved.self_contacts.iter().all(|contact| contact.place.fits(links))
+            && saved.contacts.fits(links, pegs, CAPSULE_CONTACTS)
     }
 }

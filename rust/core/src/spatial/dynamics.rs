@@ -1,10 +1,10 @@
-//! Inertia, gravity and gyroscopic moment of a link (T 4.4.1).
+//! Inertia and potential energy of a link (T 4.4.1).
 
 use nalgebra::{Vector3, Vector6};
 
 use crate::robot::Link;
 
-use super::{Pose, StackedTwist, turning, twist_of};
+use super::{Pose, twist_of};
 
 /// Moments of inertia about the axes of frame B, (Theta_psi, Theta_psi, Theta_rho) \[kg m^2\].
 pub fn inertia(link: &Link) -> Vector3<f64> {
@@ -14,14 +14,6 @@ pub fn inertia(link: &Link) -> Vector3<f64> {
 /// The diagonal of M_i (T 4.70) \[kg, kg m^2\].
 pub fn mass_diagonal(link: &Link) -> Vector6<f64> {
     twist_of(Vector3::repeat(link.mass), inertia(link))
-}
-
-/// h_i = (m g; -omega x Theta omega) under the acceleration of gravity g, (0, 0, -g) on level ground (T 4.72)
-/// \[N, N m\].
-pub fn smooth_force(link: &Link, gravity: &Vector3<f64>, u: &StackedTwist) -> Vector6<f64> {
-    let omega = turning(u);
-    let momentum = inertia(link).component_mul(&omega);
-    twist_of(gravity * link.mass, -omega.cross(&momentum))
 }
 
 /// m g z on level ground \[J\].

@@ -1,24 +1,10 @@
-//! Kinematics of the chain: motion of poses, and closure of joints (T 4.2).
+//! Kinematics of the chain: orientations, and joints that close (T 4.2).
 
-use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector2, Vector3};
 
 use crate::robot::Robot;
 
-use super::{End, Pose, StackedTwist, ground_gap, joint_gap, turning};
-
-/// The pose after moving with `u` for `duration`: q + duration F(q) u, with the quaternion back on the unit sphere
-/// (T 4.103 != D44), (T 4.104), (T 4.105), (T 4.123).
-///
-/// F(q) turns the angular velocity into p' = 1/2 p (0, omega). Scaling p scales p' alike, so it does not matter whether
-/// the quaternion is normalised after each half step or once at the end.
-pub fn travel(pose: &Pose, u: &StackedTwist, duration: f64) -> Pose {
-    let p = pose.orientation.into_inner();
-    let rate = p * Quaternion::from_imag(turning(u) * 0.5);
-    Pose {
-        position: pose.position + u.fixed_rows::<3>(0) * duration,
-        orientation: UnitQuaternion::new_normalize(p + rate * duration),
-    }
-}
+use super::{End, Pose, ground_gap, joint_gap};
 
 /// Orientation of a link whose centre line points along (cos yaw cos pitch, sin yaw cos pitch, sin pitch), turned by
 /// `roll` about it; with roll 0 its e_x^B is horizontal and e_y^B points up \[rad\].
@@ -43,31 +29,8 @@ pub fn assemble_chain(robot: &Robot, head: Pose, joint_angle: &[Vector2<f64>], p
     close_positions(robot, pose);
 }
 
-/// Turns links 2..n about their centre lines and shifts them so that every joint closes; link 1 and all centre lines'
-/// directions are kept (Algorithm 4.3, steps 2 and 3) (T 4.6.3).
-pub fn close_joints(robot: &Robot, pose: &mut [Pose]) {
-    for i in 1..pose.len() {
-        let previous_y = pose[i - 1].orientation * Vector3::y();
-        pose[i].orientation = unrolled(&pose[i], &previous_y);
-    }
-    close_positions(robot, pose);
-}
-
-/// The orientation with the centre line of `pose` and e_x^B perpendicular to the previous link's e_y^B
-/// (T 4.124)-(T 4.127).
-///
-/// Of the two such orientations it is the one nearer to that of `pose`; in a joint pitched beyond a right angle it is
-/// not the printed one (T 4.125 != D33).
-fn unrolled(pose: &Pose, previous_y: &Vector3<f64>) -> UnitQuaternion<f64> {
-    let z = pose.axis();
-    let Some(x) = previous_y.cross(&z).try_normalize(0.0) else { return pose.orientation };
-    let x = x * x.dot(&(pose.orientation * Vector3::x())).signum();
-    let y = z.cross(&x).normalize();
-    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, y, z])))
-}
-
 /// Shifts links 2..n so that the ends meet in every joint (T 4.18).
-fn close_positions(robot: &Robot, pose: &mut [Pose]) {
+pub fn close_positions(robot: &Robot, pose: &mut [Pose]) {
     let mut joint: Option<Vector3<f64>> = None;
     for (link, pose) in robot.links.iter().zip(pose) {
         let half = pose.axis() * (0.5 * link.length);

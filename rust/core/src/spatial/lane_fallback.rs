@@ -1,10 +1,19 @@
 //! The fallback for one lane of a register.
 
+use std::sync::OnceLock;
+
 use crate::math::Real;
 use crate::stepping::{FallbackResult, NEARBY, may_fall_back};
 
-use super::contact_map::ContactMap;
 use super::{Fallback, SpatialVector, Stage, StageSolution, certify};
+
+static OBSERVER: OnceLock<fn(&Stage)> = OnceLock::new();
+
+/// From now on calls `observer` with every stage that Newton's method leaves to the fallback, also in other threads. The
+/// first observer stays.
+pub fn observe_hard_stages(observer: fn(&Stage)) {
+    OBSERVER.get_or_init(|| observer);
+}
 
 /// Workspace for one robot at a time.
 #[derive(Debug, Clone)]
@@ -25,19 +34,19 @@ impl LaneFallback {
         &mut self,
         stage: &Stage<T>,
         solution: &mut StageSolution<T>,
-        contacts: &ContactMap,
         lane: usize,
         tolerance: f64,
         solves_left: u32,
     ) -> Option<FallbackResult> {
-        stage.read_lane(lane, contacts.of_lane(lane), &mut self.stage);
+        stage.copy_lane(lane, &mut self.stage);
         let pairs = self.stage.pairs.iter().filter(|pair| pair.offset < NEARBY).count() as u32;
         if !self.stage.links.iter().all(|link| is_finite(&link.momentum)) || !may_fall_back(solves_left, pairs) {
             return None;
         }
-        solution.read_lane(stage, lane, contacts.of_lane(lane), &mut self.solution);
+        OBSERVER.get().inspect(|observe| observe(&self.stage));
+        solution.copy_lane(stage, lane, &mut self.solution);
         let (solves, status) = self.fallback.solve_hard(&self.stage, &mut self.solution, tolerance);
-        solution.set_lane(stage, lane, contacts.of_lane(lane), &self.solution);
+        solution.set_lane(stage, lane, &self.solution);
         let residual = certify(&self.stage, &self.solution).residual();
         Some(FallbackResult { solves, pairs, status, residual, gap: 0.0 })
     }

@@ -1,40 +1,31 @@
-//! How deep the end of a step takes links into obstacles and into each other; see [`crate::stepping::penetration`].
+//! How deep the end of a step takes links into obstacles.
 //!
 //! A link of which some point moves farther than its radius in one step near a contact could pass to the other side of it,
 //! so such a step is divided, too.
 
 use nalgebra::Vector3;
 
-use crate::math::Real;
+use crate::math::{Laned, Real};
 use crate::pegs::PegGrid;
 use crate::robot::Link;
-use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::penetration::{ALLOWED, Sinking};
-use crate::stepping::{Driven, Members};
 
 use super::workspace::Workspace;
-use super::{Frame, Laned, Spatial, obstacle_gap};
+use super::{Frame, obstacle_gap};
 
 impl<T: Real> Workspace<T> {
-    /// Examines the ends of the members' steps.
-    pub(super) fn measure_sinking<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>, lanes: Lanes) {
-        let links = &members.system.robot.links;
-        for lane in active(lanes) {
-            let obstacles = &members.body(lane).pegs;
-            let mut sinking = Sinking::No;
-            if self.may_reach(lane, obstacles) {
-                for (i, link) in links.iter().enumerate() {
-                    let ends = [&self.start_frames[i], &self.frames[i]];
-                    let positions = ends.map(|frame| frame.position.lane(lane));
-                    let frame = |end: usize| ends[end].lane(lane);
-                    sinking = sinking.max(sinking_into(obstacles, link, positions, frame));
-                }
+    /// What the step does to the penetrations of a lane's robot into obstacles.
+    pub(super) fn sinking_into_obstacles(&self, lane: usize, links: &[Link], obstacles: &PegGrid) -> Sinking {
+        let mut sinking = Sinking::No;
+        if self.may_reach(lane, obstacles) {
+            for (i, link) in links.iter().enumerate() {
+                let ends = [&self.motion.start_frames[i], &self.motion.frames[i]];
+                let positions = ends.map(|frame| frame.position.lane(lane));
+                let frame = |end: usize| ends[end].lane(lane);
+                sinking = sinking.max(sinking_into(obstacles, link, positions, frame));
             }
-            if self.self_contacts.may_overlap(lane, self.deviation.lane(lane)) {
-                sinking = sinking.max(self.self_contacts.sinking(links, &self.start_frames, &self.frames, lane));
-            }
-            self.sinking[lane] = sinking;
         }
+        sinking
     }
 }
 

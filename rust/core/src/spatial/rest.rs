@@ -4,68 +4,67 @@
 //! known: the forces of the last stage and zero velocity. That candidate is certified first, like every solution.
 
 use crate::math::{Mask, Real};
-use crate::robot::Robot;
 use crate::spatial::{ChainVelocity, Stage, StageDrive, StageSolution, Twist, certify};
 
-/// The candidate: zero velocity under the impulses from which a solver would start.
+/// The candidate: zero velocity under given impulses.
 #[derive(Debug, Clone)]
-pub struct RestCandidate<T> {
+pub struct RestCandidate<T = f64> {
     solution: StageSolution<T>,
-    /// Acceleration against which a robot may be held \[m/s^2\].
-    weak: T,
-    /// The least of the links' inertias, over their lengths, over the largest. The certificate divides the imbalance of
-    /// a joint by the inertia of the link in front; the link behind may be lighter by as much.
-    evenness: T,
 }
 
 impl<T: Real> RestCandidate<T> {
-    pub fn new(robot: &Robot) -> Self {
-        let inertias = || robot.links.iter().map(|link| link.inertia / (0.5 * link.length));
-        let (least, most) = (inertias().fold(f64::INFINITY, f64::min), inertias().fold(0.0, f64::max));
-        Self {
-            solution: StageSolution::new(robot.link_count()),
-            weak: T::splat(SHARE * robot.gravity),
-            evenness: T::splat(least / most),
-        }
+    pub fn new(links: usize) -> Self {
+        Self { solution: StageSolution::new(links) }
     }
 
     /// Those of the given lanes in which zero velocity, under the impulses of the solver's `start`, solves the stage to
-    /// `tolerance` \[m/s\], and to the bound that follows from gravity and the robot, see [`Self::bound`].
+    /// `tolerance` \[m/s\], and to the [`bound`] that follows from gravity and the robot.
     #[inline(always)]
     pub fn holds(&mut self, lanes: T::Mask, stage: &Stage<T>, start: &StageSolution<T>, tolerance: f64) -> T::Mask {
         if !lanes.any() {
             return lanes;
         }
-        let bound = self.bound(stage.coefficient, tolerance);
+        let bound = bound(stage, tolerance);
         let tried = lanes & fastest(stage, start).le(T::splat(SLOW) * bound);
         if !tried.any() {
             return tried;
         }
-        let solution = &mut self.solution;
-        solution.copy_from(start);
-        solution.twist.fill(Twist::zero());
-        solution.rate.fill([T::zero(); 2]);
-        for (drive, joint) in solution.actuator.iter_mut().zip(&stage.joints) {
+        tried & self.residual(stage, start).le(bound)
+    }
+
+    /// Certified residual of zero velocity under the impulses of `solution`.
+    #[inline(always)]
+    pub fn residual(&mut self, stage: &Stage<T>, solution: &StageSolution<T>) -> T {
+        let own = &mut self.solution;
+        own.copy_from(solution);
+        own.twist.fill(Twist::zero());
+        own.rate.fill([T::zero(); 2]);
+        for (drive, joint) in own.actuator.iter_mut().zip(&stage.joints) {
             for axis in 0..2 {
                 drive[axis] = at_rest(&joint[axis]);
             }
         }
-        tried & certify(stage, solution).residual().le(bound)
+        certify(stage, own).residual()
     }
 
-    /// Largest imbalance of a robot at rest, as a velocity per stage \[m/s\]. While the robot is at rest it is held
-    /// against an acceleration of this over the stage's coefficient, hence a share of gravity bounds it however short
-    /// the step.
-    #[inline(always)]
-    fn bound(&self, coefficient: T, tolerance: f64) -> T {
-        T::splat(tolerance.min(LOOSEST)).min(self.weak * coefficient) * self.evenness
-    }
-
-    /// Makes the candidate of [`Self::holds`] the solution in the given lanes.
+    /// Makes the last candidate the solution in the given lanes.
     #[inline(always)]
     pub fn write(&self, lanes: T::Mask, solution: &mut StageSolution<T>) {
         solution.select_into(lanes, &self.solution);
     }
+}
+
+/// Largest imbalance of a robot at rest, as a velocity per stage \[m/s\]. While the robot is at rest it is held against an
+/// acceleration of this over the stage's coefficient, hence a share of gravity bounds it however short the step. The
+/// certificate divides the imbalance of a joint by the inertia of the link in front; the link behind may be lighter.
+#[inline(always)]
+pub fn bound<T: Real>(stage: &Stage<T>, tolerance: f64) -> T {
+    let (mut least, mut most) = (T::splat(f64::INFINITY), T::zero());
+    for link in &stage.links {
+        let inertia = link.inertia / link.half_length;
+        (least, most) = (least.min(inertia), most.max(inertia));
+    }
+    T::splat(tolerance.min(LOOSEST)).min(T::splat(WEAK) * stage.coefficient) * (least / most)
 }
 
 /// What a drive gives a joint that does not turn.
@@ -77,9 +76,9 @@ fn at_rest<T: Real>(joint: &StageDrive<T>) -> T {
 
 /// About the speed of the fastest point of the robot \[m/s\].
 #[inline(always)]
-fn fastest<T: Real>(stage: &Stage<T>, start: &StageSolution<T>) -> T {
+pub fn fastest<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> T {
     let mut fastest = T::zero();
-    for (link, Twist { linear, angular }) in stage.links.iter().zip(&start.twist) {
+    for (link, Twist { linear, angular }) in stage.links.iter().zip(&solution.twist) {
         let moving = linear.x.abs().max(linear.y.abs()).max(linear.z.abs());
         let turning = angular.x.abs().max(angular.y.abs()).max(angular.z.abs());
         fastest = fastest.max(moving.max(turning * link.half_length));
@@ -101,8 +100,8 @@ const SLOW: f64 = 1e-2;
 /// Loosest tolerance of a robot at rest \[m/s\], the default one.
 const LOOSEST: f64 = 1e-6;
 
-/// Acceleration against which a robot may be held, over gravity.
-const SHARE: f64 = 3e-5;
+/// Acceleration against which a robot may be held, a small share of gravity \[m/s^2\].
+const WEAK: f64 = 3e-4;
 
 /// \[m/s\], \[rad/s\]
 const AT_REST: f64 = 1e-7;

@@ -1,11 +1,14 @@
 //! Spatial vectors of a link: a linear and an angular part about the CG, both in frame I.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use crate::math::Real;
+use crate::rows::{Saved, Screw};
 
 /// Linear and angular part of a twist, wrench or momentum of a link, about its CG, frame I.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "T: Saved", deny_unknown_fields)]
 pub struct SpatialVector<T = f64> {
     pub linear: Vector3<T>,
     pub angular: Vector3<T>,
@@ -51,6 +54,23 @@ impl<T: Real> SpatialVector<T> {
     pub fn select_into(&mut self, lanes: T::Mask, value: &Self) {
         crate::math::select_into(&mut self.linear, lanes, &value.linear);
         crate::math::select_into(&mut self.angular, lanes, &value.angular);
+    }
+}
+
+impl<T: Real> Screw<T> for SpatialVector<T> {
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::zero()
+    }
+
+    #[inline(always)]
+    fn power(&self, twist: &Self) -> T {
+        self.dot(twist)
+    }
+
+    #[inline(always)]
+    fn linear(&self) -> Vector3<T> {
+        self.linear
     }
 }
 

@@ -16,15 +16,18 @@
 //! to one law with the sum of their radii.
 
 use nalgebra::{Vector2, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::contact::LINK_CONTACTS_PER_LINK;
 use crate::math::Real;
+use crate::rows::{ContactRow, PairRow, Saved};
 use crate::stepping::StageStop;
 
 use super::spatial_vector::{Momentum, Twist, Wrench, cross, scaled, sum};
 
 /// One link in a stage.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "T: Saved", deny_unknown_fields)]
 pub struct StageLink<T = f64> {
     /// e_x^B, e_y^B, e_z^B at the predicted end configuration.
     pub axes: [Vector3<T>; 3],
@@ -51,30 +54,29 @@ pub struct StageLink<T = f64> {
 
 /// One axis of a joint: the impulse that drives phi upwards is `clamp(drive - stiffness phi')`, less what backlash
 /// absorbs.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "T: Saved", deny_unknown_fields)]
 pub struct StageDrive<T = f64> {
     /// b = c (k_P (phi_d - phi_base) + k_D phi_d') \[N m s\].
     pub drive: T,
     /// k = c (c k_P + k_D) \[N m s^2\].
     pub stiffness: T,
     /// c times the torque limit \[N m s\].
+    #[serde(with = "crate::rows::limit")]
     pub limit: T,
     /// Part of the drive that backlash absorbs, `stiffness` times half the backlash over c; zero without \[N m s\].
     pub slack: T,
 }
 
-/// One link-peg contact in a stage. A lane without this contact has direction 0 and offset 1.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StagePeg<T = f64> {
-    pub link: usize,
-    /// w_H with its angular part in frame I.
-    pub direction: Wrench<T>,
-    /// Gap over coefficient: the contact closes when `w_H . x + offset` reaches zero \[m/s\].
-    pub offset: T,
-}
+/// Contact of a link with an obstacle, w_H with its angular part in frame I.
+pub type StagePeg<T = f64> = ContactRow<Wrench<T>, T>;
+
+/// Contact between two links of the robot, w of both with their angular parts in frame I.
+pub type StagePair<T = f64> = PairRow<Wrench<T>, T>;
 
 /// Friction of a link-peg contact in a stage. A lane without it has tangents 0 and coefficient 0.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "T: Saved", deny_unknown_fields)]
 pub struct StagePegFriction<T = f64> {
     /// Along two directions across the normal, at the surface of the link, with their angular parts in frame I.
     pub tangents: [Wrench<T>; 2],
@@ -92,18 +94,9 @@ impl StagePegFriction {
     }
 }
 
-/// Contact between two links of the robot in a stage. A lane without it has directions 0 and offset 1.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StagePair<T = f64> {
-    pub links: [usize; 2],
-    /// w of both links with their angular parts in frame I.
-    pub direction: [Wrench<T>; 2],
-    /// Gap over coefficient: the contact closes when `w_0 . x_0 + w_1 . x_1 + offset` reaches zero \[m/s\].
-    pub offset: T,
-}
-
 /// Coefficients of ground friction.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "T: Saved", deny_unknown_fields)]
 pub struct StageFriction<T = f64> {
     /// (mu_Tx, mu_Ty).
     pub sliding: Vector2<T>,
@@ -112,7 +105,8 @@ pub struct StageFriction<T = f64> {
 }
 
 /// Data of one stage, of one robot or of several side by side.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "T: Saved", deny_unknown_fields)]
 pub struct Stage<T = f64> {
     /// c: the part of the step this stage covers \[s\].
     pub coefficient: T,

@@ -2,13 +2,13 @@
 
 use nalgebra::Vector3;
 
-use crate::math::Real;
+use crate::math::{Laned, Real};
 use crate::obstacles::SolidLine;
 use crate::pegs::PegGrid;
 use crate::robot::{Link, Robot};
 
 use super::workspace::{Workspace, opening};
-use super::{Frame, Laned, Pose, rest_on_ground, solid_line};
+use super::{Frame, Pose, rest_on_ground, solid_line};
 
 /// An end sphere above a top face, which carries it in place of the ground.
 #[derive(Debug, Clone, Copy)]
@@ -27,13 +27,13 @@ impl<T: Real> Workspace<T> {
         let c = self.stage.coefficient.lane(lane);
         for (i, link) in links.iter().enumerate() {
             let mut is_near_top = false;
-            let from_above = self.frames[i].position.lane(lane).xy();
+            let from_above = self.motion.frames[i].position.lane(lane).xy();
             obstacles.visit_solids(&from_above, link.reach(), |_, _| is_near_top = true);
             if !is_near_top {
                 continue;
             }
-            let [start, end] = [&self.start_frames[i], &self.frames[i]].map(|frame| frame.lane(lane));
-            let (of_stage, expected) = (self.stage.links[i].lane(lane), self.expected[i].lane(lane));
+            let [start, end] = [&self.motion.start_frames[i], &self.motion.frames[i]].map(|frame| frame.lane(lane));
+            let (of_stage, expected) = (self.stage.links[i].lane(lane), self.motion.expected[i].lane(lane));
             for side in 0..2 {
                 if let Some((obstacle, height)) = obstacles.support(&sphere(link, &end, side)) {
                     self.supports.push(Support { lane, link: i, side, obstacle });

@@ -2,7 +2,6 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::control::{ControlLaw, ControllerConfig};
 use crate::error::{ConfigError, require};
-use crate::gait::CardanTarget;
 use crate::laws::Stribeck;
 use crate::robot::Robot;
 use crate::scene::Scene;
@@ -47,22 +46,5 @@ impl SpatialSystem {
     /// Backlash of the joints of a robot of the fleet \[rad\].
     pub fn backlash(&self, parameters: &PlantParameters) -> f64 {
         self.robot.backlash + parameters.backlash
-    }
-
-    /// tau_C = (yaw, pitch) of a joint from its angles and rates (T 4.101), (T 4.102), within the limit at `time`
-    /// \[N m\].
-    pub fn joint_torque(
-        &self,
-        target: &CardanTarget,
-        angle: Vector2<f64>,
-        rate: Vector2<f64>,
-        time: f64,
-    ) -> Vector2<f64> {
-        let ControllerConfig { kp, kd, .. } = self.controller;
-        let limit = self.controller.limit_at(time);
-        let wanted_angle = Vector2::new(target.yaw.angle, target.pitch.angle);
-        let wanted_rate = Vector2::new(target.yaw.rate, target.pitch.rate);
-        let torque = -(wanted_angle - angle) * kp - (wanted_rate - rate) * kd;
-        torque.map(|torque| torque.clamp(-limit, limit))
     }
 }

@@ -52,7 +52,7 @@ pub struct Body<M: Model> {
     /// How often the stage of the present part has been postponed.
     pub(super) postponements: u32,
     /// Whether the state is that of a robot rather than of a diverged computation; set by the schemes.
-    pub(crate) is_plausible: bool,
+    pub is_plausible: bool,
     /// Last plausible state.
     last_good: M::State,
 }

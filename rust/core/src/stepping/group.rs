@@ -11,6 +11,7 @@
 //!   change abruptly. The second stage then ends far from its prediction, which extrapolates too, and the step
 //!   is rejected, to be retaken in parts and at last as Euler steps (T 3.58 != D6).
 
+use crate::contact::Source;
 use crate::math::{MAX_LANES, Real};
 
 use super::body::Trial;
@@ -19,7 +20,7 @@ use super::kernels::{Compiled, Operation, Request};
 use super::lanes::{Lanes, Members, NO_LANES, active, mask};
 use super::model::{Driven, Model, RobotState};
 use super::sdirk::{EXTRAPOLATION, GAMMA};
-use super::stage::{ContactImpulse, Source, StageInput, StageOutput};
+use super::stage::{ContactImpulse, StageInput, StageOutput};
 use super::statistics::StepStatistics;
 use super::verdict::solves_left;
 use super::{Accuracy, ImplicitConfig};
@@ -216,7 +217,6 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
             if M::SORTED_BY_STAGE {
                 body.solves = solves;
             }
-            self.workspace.remember(lane);
         }
         M::run(&mut self.workspace, Operation::Evaluate { lanes: mask::<T>(lanes) });
     }
@@ -297,6 +297,7 @@ fn add_contact_impulses<D: Driven>(
     for each in contact_impulses.iter().filter(|each| lanes[each.lane]) {
         let body = members.body_mut(each.lane);
         match each.source {
+            Source::Fixture(_) => body.contact_impulse[each.link] += each.impulse * weight,
             Source::Link(_) => body.self_contact_impulse[each.link] += each.impulse * weight,
             Source::Obstacle(obstacle) | Source::Top(obstacle) => {
                 if let Source::Top(_) = each.source {

@@ -4,6 +4,8 @@
 //! and impulses in newton seconds. The angle at the end of a stage is linear in its rate, phi = phi_B + c phi': the end of
 //! a stage obeys the limit exactly. An axis is one coordinate of the chain, for which its elimination has a term already.
 
+use serde::{Deserialize, Serialize};
+
 use crate::contact::recovery::{RECOVERY_SPEED, remaining_gap};
 use crate::math::{Mask, Real};
 use crate::robot::Robot;
@@ -12,7 +14,8 @@ use super::{ClosingRow, Closings};
 
 /// Both stops of an axis in a stage, that at the largest angle first: they close when `offset[0] - lever phi'` and
 /// `offset[1] + lever phi'` reach zero.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct StageStop<T = f64> {
     /// \[m\]
     pub lever: T,
@@ -47,9 +50,13 @@ pub struct JointStops<T: Real> {
     limit: T,
     /// Of each axis \[m\].
     lever: Vec<T>,
-    /// The lanes with a joint near its limit at the predicted end, and those that ended beyond it without that prediction.
+    /// The lanes with a joint near its limit at the predicted end, those of them whose stage has stops, and those that ended
+    /// beyond the limit without.
     near: T::Mask,
+    within_reach: T::Mask,
     missed: T::Mask,
+    /// Of all axes in the current stage; empty where no lane is near its limit.
+    stops: Vec<StageStop<T>>,
     /// Forces in the last stage, and at the end of the last accepted part \[N\].
     force: Vec<[T; 2]>,
     start_force: Vec<[T; 2]>,
@@ -71,7 +78,9 @@ impl<T: Real> JointStops<T> {
             limit: T::splat(robot.joint_limit),
             lever,
             near: T::Mask::of(|_| false),
+            within_reach: T::Mask::of(|_| false),
             missed: T::Mask::of(|_| false),
+            stops: Vec::with_capacity(none.len()),
             force: none.clone(),
             start_force: none,
             has_forces: false,
@@ -84,12 +93,13 @@ impl<T: Real> JointStops<T> {
     #[inline(always)]
     pub fn predict(&mut self, bend: T) {
         self.near = (self.limit - T::splat(CLEARANCE)).lt(bend);
+        self.within_reach = (self.limit - T::splat(REACH)).lt(bend);
     }
 
     /// Records the lanes whose largest joint angle at the end of the solved stage is `bend`.
     #[inline(always)]
     pub fn arrive(&mut self, bend: T) {
-        self.missed = !self.near & self.limit.lt(bend);
+        self.missed = !self.within_reach & self.limit.lt(bend);
     }
 
     /// Whether a lane's solved stage ended beyond a stop that it did not have, since its prediction was far from there.
@@ -124,29 +134,37 @@ impl<T: Real> JointStops<T> {
     }
 
     /// Lists the stops of a stage of coefficient `c` that ends `elapsed` after the start of the part, given the angle of
-    /// each axis at that start and at the base of the stage; none if no lane is near one.
+    /// each axis at that start and at the base of the stage; none if no lane is within reach of one.
     #[inline(always)]
     pub fn fill(
-        &self,
+        &mut self,
         angles: impl Iterator<Item = (T, T)>,
         c: T,
         elapsed: T,
         stops: &mut Vec<StageStop<T>>,
         impulses: &mut Vec<[T; 2]>,
     ) {
+        self.stops.clear();
         stops.clear();
         impulses.clear();
         if !self.near.any() {
             return;
         }
-        let mut axes = self.lever.iter().zip(&self.force);
+        let mut levers = self.lever.iter();
         for (start, base) in angles {
-            let Some((lever, force)) = axes.next() else { break };
-            let offset = [self.offset(*lever, start, base, c, elapsed), self.offset(*lever, -start, -base, c, elapsed)];
+            let Some(&lever) = levers.next() else { break };
+            let offset = [self.offset(lever, start, base, c, elapsed), self.offset(lever, -start, -base, c, elapsed)];
+            self.stops.push(StageStop { lever, offset });
+        }
+        if !self.within_reach.any() {
+            return;
+        }
+        // A stop that is out of reach does not press, whatever it did before: results must not depend on neighbours.
+        let (reach, far, zero) = (self.within_reach, T::splat(StageStop::<T>::FAR), T::zero());
+        for (StageStop { lever, offset: [upper, lower] }, force) in self.stops.iter().zip(&self.force) {
+            let offset = [T::select(reach, *upper, far), T::select(reach, *lower, far)];
             stops.push(StageStop { lever: *lever, offset });
-            // A stop that is out of reach does not press, whatever it did before: results must not depend on neighbours.
-            let known = |force: T| T::select(self.near, force * c, T::zero());
-            impulses.push([known(force[0]), known(force[1])]);
+            impulses.push([T::select(reach, force[0] * c, zero), T::select(reach, force[1] * c, zero)]);
         }
     }
 
@@ -154,8 +172,7 @@ impl<T: Real> JointStops<T> {
     #[inline(always)]
     fn offset(&self, lever: T, start: T, base: T, c: T, elapsed: T) -> T {
         let kept = remaining_gap((lever * (start - self.limit)).max(T::zero()), elapsed);
-        let offset = ((lever * (self.limit - base) - kept) / c).max(T::splat(-RECOVERY_SPEED));
-        T::select(self.near, offset, T::splat(StageStop::<T>::FAR))
+        ((lever * (self.limit - base) - kept) / c).max(T::splat(-RECOVERY_SPEED))
     }
 
     /// Keeps the forces of a solved stage in the given lanes, and when stops close; `rates` are those of the axes that were
@@ -163,26 +180,25 @@ impl<T: Real> JointStops<T> {
     #[inline(always)]
     pub fn store(
         &mut self,
-        stops: &[StageStop<T>],
         impulses: &[[T; 2]],
         rates: impl Iterator<Item = (T, T)>,
         [c, elapsed]: [T; 2],
         lanes: T::Mask,
     ) {
         (self.closes_at, self.forecast) = (T::splat(f64::INFINITY), T::splat(f64::INFINITY));
-        if stops.is_empty() {
-            if self.has_forces {
-                self.let_go(lanes);
-            }
-            return;
+        if impulses.is_empty() && self.has_forces {
+            self.let_go(lanes);
         }
-        self.has_forces = true;
+        self.has_forces |= !impulses.is_empty();
         let per_second = T::splat(1.0) / c;
-        let mut rows = stops.iter().zip(impulses).zip(self.force.iter_mut().zip(&self.start_force));
+        let mut rows = self.stops.iter().zip(self.force.iter_mut().zip(&self.start_force)).enumerate();
         for (expected, rate) in rates {
-            let Some(((stop, impulse), (force, start_force))) = rows.next() else { break };
+            let Some((axis, (stop, (force, start_force)))) = rows.next() else { break };
+            let impulse = impulses.get(axis).copied().unwrap_or([T::zero(); 2]);
             for side in 0..2 {
-                force[side] = T::select(lanes, impulse[side] * per_second, force[side]);
+                if !impulses.is_empty() {
+                    force[side] = T::select(lanes, impulse[side] * per_second, force[side]);
+                }
                 let lever = if side == 0 { -stop.lever } else { stop.lever };
                 let row = ClosingRow {
                     offset: stop.offset[side],
@@ -214,9 +230,12 @@ impl<T: Real> JointStops<T> {
     }
 }
 
-/// Distance of a joint from its limit below which the stops of its robot take part \[rad\]. A stage that ends beyond a limit
-/// without them is predicted again.
+/// Distance of a joint from its limit below which the closing of its stops is forecast \[rad\].
 const CLEARANCE: f64 = 0.1;
+
+/// Distance below which the stops of its robot take part \[rad\]. A stage that ends beyond a limit without them is predicted
+/// again.
+const REACH: f64 = 0.03;
 
 /// Offset from which on a fallback leaves a stop out \[m/s\].
 const REACHABLE: f64 = 30.0;

@@ -1,6 +1,4 @@
-//! Conversion between the numbers of single robots and the lanes of a register.
-
-use nalgebra::Vector3;
+//! Robots in the lanes of a register.
 
 use crate::math::{MAX_LANES, Mask, Real};
 
@@ -56,22 +54,4 @@ pub fn mask<T: Real>(lanes: Lanes) -> T::Mask {
 /// The lanes for which `lanes` is true.
 pub fn active(lanes: Lanes) -> impl Iterator<Item = usize> {
     (0..MAX_LANES).filter(move |&lane| lanes[lane])
-}
-
-#[inline]
-pub fn read_vector<T: Real>(from: &Vector3<T>, lane: usize) -> Vector3<f64> {
-    Vector3::new(from.x.lane(lane), from.y.lane(lane), from.z.lane(lane))
-}
-
-#[inline]
-pub fn set_vector<T: Real>(to: &mut Vector3<T>, lane: usize, from: &Vector3<f64>) {
-    to.x.set_lane(lane, from.x);
-    to.y.set_lane(lane, from.y);
-    to.z.set_lane(lane, from.z);
-}
-
-pub fn read_lane<T: Real>(from: &[Vector3<T>], lane: usize, to: &mut [Vector3<f64>]) {
-    for (to, from) in to.iter_mut().zip(from) {
-        *to = read_vector(from, lane);
-    }
 }

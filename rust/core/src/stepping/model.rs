@@ -62,10 +62,10 @@ pub trait RobotState: Debug + Clone + PartialEq + Serialize + DeserializeOwned {
 }
 
 /// Speed beyond which a computation has diverged \[m/s\].
-pub(crate) const MAX_SPEED: f64 = 1e4;
+pub const MAX_SPEED: f64 = 1e4;
 
 /// Angular velocity beyond which a computation has diverged \[rad/s\].
-pub(crate) const MAX_RATE: f64 = 1e6;
+pub const MAX_RATE: f64 = 1e6;
 
 /// Data that one step passes to the next besides the state.
 pub trait WarmStart: Debug + Clone {

@@ -2,7 +2,9 @@
 
 use nalgebra::Vector3;
 
-use super::stage::{ContactImpulse, Source};
+use crate::contact::Source;
+
+use super::stage::ContactImpulse;
 
 /// Sums over an interval, which whoever reads them clears. A robot has none unless it is asked for.
 #[derive(Debug, Clone)]

@@ -4,6 +4,7 @@ use std::fmt::Debug;
 
 use nalgebra::Vector3;
 
+use crate::contact::Source;
 use crate::math::Real;
 use crate::solver::Outcome;
 
@@ -62,8 +63,6 @@ pub trait StageOutput<T: Real> {
     /// Solves the stage of one lane by the fallback; `None` if it has a value that is not finite, or would cost more than
     /// `solves_left`.
     fn fall_back(&mut self, lane: usize, tolerance: f64, solves_left: u32) -> Option<FallbackResult>;
-    /// Records the forces of a lane's solution, before it is known whether it is kept.
-    fn remember(&mut self, _lane: usize) {}
     /// How far the stage ended from its prediction, for any point of the robot \[m\].
     fn deviation(&self) -> T;
     /// Whether the stage ended so far from its prediction that it has to be predicted again.
@@ -120,15 +119,4 @@ pub struct ContactImpulse {
     /// World frame \[N s\]; without a z part in the plane.
     pub impulse: Vector3<f64>,
     pub source: Source,
-}
-
-/// Whose impulse it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Source {
-    /// The side or an edge of an obstacle, by its number in the grid.
-    Obstacle(usize),
-    /// The top face of an obstacle, which lies below the robot as the ground does.
-    Top(usize),
-    /// Another link of the robot.
-    Link(usize),
 }

@@ -9,7 +9,7 @@ use super::verdict::FallbackResult;
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct StepStatistics {
     pub steps: u32,
-    /// Linear solves (`implicit`) or sweeps of Algorithm 3.1 (`thesis`).
+    /// Linear solves, or the iterations of another method.
     pub iterations: u32,
     /// Steps of second order, and parts of steps, that were retaken: forces changed abruptly, or a penetration became too
     /// deep.
@@ -43,7 +43,7 @@ impl StepStatistics {
     }
 
     /// Adds the work of one lane of a stage, taken `weight` times.
-    pub(crate) fn add_work<T: Real>(&mut self, energy: &EnergyLedger<T>, lane: usize, weight: f64) {
+    pub fn add_work<T: Real>(&mut self, energy: &EnergyLedger<T>, lane: usize, weight: f64) {
         self.friction_work += weight * energy.friction.lane(lane);
         self.actuator_work += weight * energy.actuator.lane(lane);
         self.positive_actuator_work += weight * energy.positive_actuator.lane(lane);

@@ -7,9 +7,7 @@
 //! * A stage that Newton's method did not solve is given to the **fallback**, one robot at a time. The fallback counts
 //!   in `fallbacks` whether or not it succeeds.
 //! * A stage is **unconverged** if the fallback did not solve it either, or was not tried: the stage has a value
-//!   that is not finite, or the step's budget is spent. The minimal model has no fallback because its stages have no contacts: a stage
-//!   whose residual is above [`crate::solver::RESIDUAL_LIMIT`] times the tolerance is solved again from its solution,
-//!   with the tolerance divided by that factor.
+//!   that is not finite, or the step's budget is spent.
 //!
 //! A step has a **budget** of [`STEP_BUDGET`] times `max_iterations` linear solves, in which a solve of the fallback with k
 //! contacts between links counts as `1 + k^2 / 50`, as much as it costs. Contacts that contradict each other send every
@@ -23,7 +21,8 @@
 //! check every law and every link separately, relative to its own mass and inertia. In the plane solutions meet their
 //! tolerance in both norms but for rare stages, and the factor is 1: those go to the fallback. In 3D, with two contacts
 //! and six balances per link, the certificate is commonly above the tolerance where the velocities are not, and the
-//! factor is 10. A solution of a fallback counts as solved up to [`crate::solver::residual_limit`] in both.
+//! factor is 10, for a solution of the fallback too. In the plane that counts as solved up to
+//! [`crate::solver::residual_limit`].
 
 use crate::math::{Mask, Real};
 use crate::solver::{SolveStatus, is_unsolved};

@@ -2,8 +2,8 @@
 
 use snake_core::batch::{Batch, Outputs};
 use snake_core::environment::rng::Rng;
-use snake_core::environment::{EnvConfig, Environment, ModelKind, PlanarRobot, RobotModel, SpatialRobot, Task};
-use snake_core::stepping::{ImplicitConfig, RobotState, ThesisConfig};
+use snake_core::environment::{EnvConfig, ModelKind, PlanarRobot, RobotModel, SpatialRobot, Task};
+use snake_core::stepping::{ImplicitConfig, RobotState};
 
 /// Arrays that a batch writes to.
 #[derive(Clone, PartialEq, Debug)]
@@ -101,7 +101,7 @@ fn results_do_not_depend_on_threads_or_batch_size() {
 
 #[test]
 fn spatial_rows_do_not_depend_on_threads_or_batch_size() {
-    let integrator = ImplicitConfig { step: Some(0.025), ..ImplicitConfig::default() }.into();
+    let integrator = ImplicitConfig { step: Some(0.025), ..ImplicitConfig::default() };
     rows_are_alone::<SpatialRobot>(&EnvConfig { model: ModelKind::Spatial, integrator, ..short_field() });
 }
 
@@ -190,24 +190,6 @@ fn diverge_in_row_three<M: RobotModel>(config: &EnvConfig) {
         assert!(a.observation.iter().all(|value| value.is_finite()));
     }
     assert_eq!(divergences, 2, "one for each number of threads");
-}
-
-#[test]
-fn a_batch_of_the_thesis_method_steps_like_its_environments() {
-    let integrator = ThesisConfig::default().into();
-    let config = EnvConfig { task: Task::COURSE, integrator, ..EnvConfig::default() };
-    let mut batch = Batch::<PlanarRobot>::new(&config, 2, 1).unwrap();
-    let mut arrays = Arrays::of(&batch);
-    batch.reset(&[true; 2], &[Some(3), Some(4)], arrays.outputs());
-    let mut alone = Environment::<PlanarRobot>::new(&config).unwrap();
-    let size = alone.observation_size();
-    let mut observation = vec![0.0; size];
-    alone.reset(Some(4), &mut observation);
-    for _ in 0..3 {
-        batch.step(&[0.2; 8], &[true; 2], arrays.outputs());
-        let outcome = alone.step(&[0.2; 4], &mut observation);
-        assert_eq!((outcome.reward, &observation[..]), (arrays.reward[1], &arrays.observation[size..]));
-    }
 }
 
 #[test]

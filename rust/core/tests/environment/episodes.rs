@@ -6,7 +6,7 @@ use snake_core::environment::rng::Rng;
 use snake_core::environment::signal::signals_of;
 use snake_core::environment::*;
 use snake_core::robot::{PerLink, RobotConfig};
-use snake_core::stepping::{ImplicitConfig, IntegratorConfig};
+use snake_core::stepping::ImplicitConfig;
 
 const TASKS: [Task; 7] = Task::ALL;
 const MODES: [ActionMode; 5] =
@@ -306,7 +306,7 @@ fn every_field_of_the_configuration_is_checked_by_name() {
     let weights = |progress: f64| RewardWeights::default().with("progress", progress);
     let controller = |kp: f64| ControllerConfig { kp, ..ControllerConfig::default() };
     let robot = |radius: f64| RobotConfig { radius: PerLink::Same(radius), ..RobotConfig::default() };
-    let integrator = |order: u32| -> IntegratorConfig { ImplicitConfig { order, ..ImplicitConfig::default() }.into() };
+    let integrator = |order: u32| ImplicitConfig { order, ..ImplicitConfig::default() };
     let perturbation = |removed, moved| Perturbation { removed, moved: vec![moved], ..Perturbation::default() };
     let bad = [
         ("nearest_pegs", EnvConfig { nearest_pegs: 0, ..good.clone() }),

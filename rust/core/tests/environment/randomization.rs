@@ -6,7 +6,6 @@ use snake_core::environment::rng::Rng;
 use snake_core::environment::*;
 use snake_core::noise::NoiseConfig;
 use snake_core::robot::{PerLink, RobotConfig};
-use snake_core::stepping::ThesisConfig;
 
 fn field(randomization: Randomization) -> EnvConfig {
     EnvConfig { task: Task::FIELD, randomization, ..EnvConfig::default() }
@@ -97,35 +96,9 @@ fn play_and_drops_that_no_plant_can_have_are_refused_by_name() {
         change(&mut config);
         <Environment>::new(&config).map(drop_result).unwrap_err().field
     };
-    for change in [
-        (|config| config.controller.law = ControlLaw::Io) as fn(&mut EnvConfig),
-        |config| config.integrator = ThesisConfig::default().into(),
-        |config| config.robot.backlash = 1.5,
-    ] {
-        assert_eq!(refused(play, change), "randomization.backlash");
-    }
-    for change in [(|config| config.stribeck.drop = 0.6) as fn(&mut EnvConfig), |config| {
-        config.integrator = ThesisConfig::default().into();
-    }] {
-        assert_eq!(refused(drop, change), "randomization.stribeck");
-    }
-}
-
-/// What the method of the thesis has not in 3D either, the implicit one has.
-#[test]
-fn discrepancies_in_3d_need_the_implicit_method() {
-    for (change, field) in [
-        ((|config| config.stribeck.drop = 0.1) as fn(&mut EnvConfig), "stribeck.drop"),
-        (|config| config.robot.backlash = 0.1, "robot.backlash"),
-        (|config| config.randomization.backlash = [0.0, 0.1], "randomization.backlash"),
-        (|config| config.randomization.stribeck = [0.0, 0.1], "randomization.stribeck"),
-    ] {
-        let mut config = EnvConfig { model: ModelKind::Spatial, task: Task::COURSE, ..EnvConfig::default() };
-        change(&mut config);
-        assert!(Environment::<SpatialRobot>::new(&config).is_ok(), "{field}");
-        config.integrator = ThesisConfig::default().into();
-        assert_eq!(Environment::<SpatialRobot>::new(&config).map(drop_result).unwrap_err().field, field);
-    }
+    assert_eq!(refused(play, |config| config.controller.law = ControlLaw::Io), "randomization.backlash");
+    assert_eq!(refused(play, |config| config.robot.backlash = 1.5), "randomization.backlash");
+    assert_eq!(refused(drop, |config| config.stribeck.drop = 0.6), "randomization.stribeck");
 }
 
 fn drop_result<M: RobotModel>(_: Environment<M>) {}

@@ -4,9 +4,7 @@
 use nalgebra::Vector2;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use snake_core::laws::{
-    Backlash, ConvexSet, Coulomb, Disc, HalfLine, Interval, LimitedActuator, SmoothLaw, Stribeck, Unit,
-};
+use snake_core::laws::{Backlash, ConvexSet, Coulomb, Disc, HalfLine, Interval, LimitedActuator, Stribeck, Unit};
 
 /// Step of central differences, and their error for functions of size and curvature of about one.
 const STEP: f64 = 1e-6;
@@ -173,25 +171,6 @@ proptest! {
         prop_assert_eq!(law.evaluate_last_branch(rate, -limit), (-limit, 0.0));
     }
 
-    /// Damping is minus the derivative of the force; the force dissipates and stays in its box or ellipse.
-    #[test]
-    fn damping_of_smooth_friction_is_the_derivative_of_its_force(
-        v in vector(), d in (0.1..2.0_f64, 0.1..2.0_f64), e in vector(), smoothing in 0.1..1.0_f64
-    ) {
-        let d = Vector2::new(d.0, d.1);
-        for law in [SmoothLaw::Arctan { smoothing }, SmoothLaw::Ellipse { smoothing }] {
-            let expected = Vector2::from_fn(|k, _| difference(|s| -law.force(d, v + e * s)[k]));
-            prop_assert!((law.damping(d, v) * e - expected).norm() < DIFFERENCE * 100.0);
-            let force = law.force(d, v);
-            prop_assert!(force.dot(&v) <= 0.0);
-            let share = force.component_div(&d);
-            let inside = match law {
-                SmoothLaw::Arctan { .. } => share.amax() < 1.0,
-                SmoothLaw::Ellipse { .. } => share.norm() < 1.0,
-            };
-            prop_assert!(inside, "{share}");
-        }
-    }
 
     /// Friction falls from its value at rest to what fast sliding leaves, half-way at the named speed.
     #[test]

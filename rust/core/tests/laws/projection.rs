@@ -1,10 +1,10 @@
 //! Force laws as convex sets: each projection is the nearest point, each support function the
 //! supremum, and Fenchel's equality holds exactly for the pairs that obey the law.
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use snake_core::laws::{ConvexSet, Disc, Ellipse, HalfLine, Interval};
+use snake_core::laws::{Cone, ConvexSet, Disc, Ellipse, HalfLine, Interval};
 
 /// Round-off of a handful of operations, relative to the sizes involved.
 const ROUND_OFF: f64 = 1e-14;
@@ -38,6 +38,20 @@ fn point_for(axes: Vector2<f64>) -> impl Strategy<Value = Vector2<f64>> {
     let near = (-3.0..3.0_f64, -3.0..3.0_f64).prop_map(move |(x, y)| Vector2::new(x, y) * axes.max());
     let scaled = (-1.5..1.5_f64, -1.5..1.5_f64).prop_map(move |(x, y)| Vector2::new(x * axes.x, y * axes.y));
     prop_oneof![near, scaled, vector()]
+}
+
+/// Of friction, also none.
+fn coefficient() -> impl Strategy<Value = f64> {
+    prop_oneof![1 => Just(0.0), 9 => 1e-3..3.0_f64]
+}
+
+/// (normal, along, across), also without a friction part.
+fn impulse() -> impl Strategy<Value = Vector3<f64>> {
+    let part = || -1.0..1.0_f64;
+    prop_oneof![
+        9 => (part(), part(), part()).prop_map(|(x, y, z)| Vector3::new(x, y, z)),
+        1 => part().prop_map(|x| Vector3::new(x, 0.0, 0.0)),
+    ]
 }
 
 fn ellipse_and_points() -> impl Strategy<Value = (Ellipse, Vector2<f64>, Vector2<f64>)> {
@@ -113,6 +127,31 @@ proptest! {
         prop_assert!((x.x * p.y - x.y * p.x).abs() <= ROUND_OFF * x.norm() * p.norm());
         prop_assert!(p == x || (p.norm() - radius).abs() <= ROUND_OFF * radius);
         prop_assert_eq!(set.support(x), radius * x.norm());
+    }
+
+    /// p is the nearest point of a closed convex cone if and only if it lies in it, and x - p in its polar and across p.
+    #[test]
+    fn cone_projection_is_the_nearest_point(coefficient in coefficient(), x in impulse(), y in impulse()) {
+        let set = Cone { coefficient };
+        let (p, q) = (set.project(x), set.project(y));
+        let left = x - p;
+        let round_off = ROUND_OFF * x.norm() * (1.0 + coefficient);
+        prop_assert!(p.x >= 0.0 && p.yz().norm() <= coefficient * p.x + round_off);
+        prop_assert!(left.x + coefficient * left.yz().norm() <= round_off);
+        prop_assert!(left.dot(&p).abs() <= ROUND_OFF * x.norm_squared());
+        prop_assert!((p - q).norm() <= (x - y).norm() + ROUND_OFF * (x.norm() + y.norm()));
+        prop_assert_eq!(set.support(-x), if x.x >= coefficient * x.yz().norm() { 0.0 } else { f64::INFINITY });
+    }
+
+    #[test]
+    fn cone_derivative_predicts_the_projection(coefficient in coefficient(), x in impulse(), step in impulse()) {
+        let set = Cone { coefficient };
+        let size = 1e-6 * x.norm();
+        let ends = [-1.0, 1.0].map(|sign| set.evaluate(&(x + step * (sign * size))));
+        let derivative = set.evaluate(&x).1;
+        // On either side of a kink there is another derivative.
+        prop_assume!(ends.iter().all(|end| (end.1 - derivative).norm() < 1e-3));
+        prop_assert!(((ends[1].0 - ends[0].0) / (2.0 * size) - derivative * step).norm() <= 1e-3 * step.norm());
     }
 
     #[test]

@@ -1,42 +1,15 @@
-//! Nothing allocates in a step: every request to the allocator is counted.
+//! Nothing allocates in a step: every request to the allocator is counted. See also scheme_laws.rs.
 
 use snake_core::control::ControllerConfig;
 use snake_core::gait::Wave;
 use snake_core::laws::Stribeck;
 use snake_core::robot::RobotConfig;
 use snake_core::scene::{START_7_5, SceneConfig};
-use snake_test_support::planar::{START_FREE, aiko, build, ground, implicit, posture, table_7_5, thesis};
+use snake_test_support::planar::{aiko, build, implicit, posture, table_7_5};
 
 use snake_test_support::allocation::REQUESTS;
 
-/// One warm-up sizes what depends on the pegs; after it, neither stepping with its events, nor placing
-/// the robot again, nor changing to a field of no more pegs asks for memory.
-#[test]
-fn a_step_does_not_allocate() {
-    let course = table_7_5();
-    let free = ground([0.2, 0.5]);
-    let wave = Wave::default();
-    for (name, integrator) in
-        [("thesis", thesis(2.5e-4, 1e-6)), ("implicit 1", implicit(1e-2, 1)), ("implicit 2", implicit(1e-2, 2))]
-    {
-        for (place, scene, start) in [("course", &course, START_7_5), ("free", &free, START_FREE)] {
-            let mut simulation = aiko(scene, start, &integrator);
-            let state = simulation.state().clone();
-            let pegs = simulation.pegs().to_vec();
-            simulation.advance(0.05, &wave);
-            let before = REQUESTS.get();
-            let report = simulation.advance(1.0, &wave);
-            simulation.place(&state);
-            simulation.set_scene_pegs(&pegs);
-            simulation.advance(0.5, &wave);
-            let requests = REQUESTS.get() - before;
-            println!("{name} {place}: {requests} requests in {} steps and {} events", report.steps, report.events);
-            assert_eq!(requests, 0, "{name} {place}");
-        }
-    }
-}
-
-/// Neither do backlash and falling friction.
+/// A robot with backlash on ground with falling friction.
 #[test]
 fn nor_does_a_step_of_a_loose_robot() {
     let wave = Wave::default();

@@ -1,7 +1,9 @@
 //! Coulomb friction seen from outside: sliding distance, stiction, direction of orthotropic sliding.
 
 use snake_test_support::friction_scenes::{G, THRESHOLD, bent_pair, slides_along_the_normal_of_the_ellipse, sliding};
-use snake_test_support::planar::{Hold, LIMP, build, ground, links, schemes};
+use snake_test_support::planar::{Hold, LIMP, build, ground, links};
+
+use crate::{fit_for_the_gait, schemes};
 
 /// A body sliding at v stops after v^2 / (2 mu g). The midpoint scheme and the second-order stages
 /// integrate constant deceleration exactly and err only in the last step, by at most mu g h^2; implicit
@@ -83,8 +85,7 @@ fn above_the_stiction_threshold_the_joint_accelerates_as_the_reduced_equation_sa
 /// The friction never does positive work, and the robot at rest without drive stays exactly at rest.
 #[test]
 fn friction_power_is_never_positive_and_rest_is_rest() {
-    for (name, integrator) in schemes(5e-3) {
-        let integrator = if name == "thesis" { snake_test_support::planar::thesis(2.5e-4, 1e-10) } else { integrator };
+    for (name, integrator) in fit_for_the_gait(5e-3, 1e-10) {
         let mut simulation =
             snake_test_support::planar::aiko(&ground([0.1, 0.4]), snake_test_support::planar::START_FREE, &integrator);
         let wave = snake_core::gait::Wave::default();

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use nalgebra::{DMatrix, DVector};
-use snake_core::planar::{Fallback, Problem, Stage, StageSolution, Twist, certify};
+use snake_core::planar::{Fallback, Stage, StageSolution, Twist, certify};
 use snake_core::solver::SolveStatus;
+use snake_test_support::golden::saved_stages;
 use snake_test_support::planar_stage as dense;
 
 /// Their contacts contradict each other.
@@ -15,13 +16,7 @@ const TOLERANCE: f64 = 1e-8;
 
 fn saved() -> Vec<(String, Stage)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden_friction");
-    let mut paths: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
-    paths.sort();
-    let read = |path: &std::path::PathBuf| {
-        let problem: Problem = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
-        (path.file_stem().unwrap().to_str().unwrap().to_owned(), problem.stage().unwrap())
-    };
-    paths.iter().map(read).collect()
+    saved_stages(&folder)
 }
 
 fn cold(stage: &Stage) -> StageSolution {

@@ -8,9 +8,7 @@ use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::twist_of;
 use snake_core::stepping::ImplicitConfig;
 use snake_test_support::planar::{Unannounced, ground};
-use snake_test_support::spatial::{
-    implicit, implicit_options, lying, on_course, rows, sidewinding, straight, undulation,
-};
+use snake_test_support::spatial::{implicit, lying, on_course, rows, sidewinding, straight, undulation};
 
 /// Worst distance of the CG of link 6 from the reference up to `duration` \[m\]; no stage may miss its tolerance.
 fn worst_distance(name: &str, mut simulation: SpatialSimulation, gait: &CardanGait, duration: f64) -> f64 {
@@ -87,7 +85,7 @@ fn sidewound(friction: f64, step: f64, gait: &impl Reference<CardanTarget>) -> V
 /// same way, though most of the time the model leaves open how its contacts share the weight.
 #[test]
 fn the_path_does_not_depend_on_warm_starts() {
-    let config = ImplicitConfig { tolerance: Some(1e-8), ..implicit_options(0.005, 1) }.into();
+    let config = ImplicitConfig { tolerance: Some(1e-8), ..implicit(0.005, 1) };
     let mut remembering = on_course(&config);
     let mut forgetting = on_course(&config);
     for _ in 0..40 {
@@ -110,9 +108,8 @@ fn the_schemes_have_their_orders() {
             tolerance: Some(1e-8),
             step_tolerance: Some(1.0),
             impact_step: Some(1e-6),
-            ..implicit_options(step, order)
-        }
-        .into();
+            ..implicit(step, order)
+        };
         let mut simulation = straight(&config);
         let mut state = simulation.state().clone();
         let (centre, spin) = (state.pose[5].position, Vector3::z() * 2.0);

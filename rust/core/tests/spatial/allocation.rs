@@ -5,15 +5,15 @@ use snake_core::pegs::PegGrid;
 use snake_core::scene::SceneConfig;
 use snake_core::spatial::{SpatialFleet, SpatialScripted};
 use snake_core::stepping::RobotState;
-use snake_test_support::planar::{table_7_5, thesis};
-use snake_test_support::spatial::{implicit, implicit_options, lying, on_course, sidewinding, straight, undulation};
+use snake_test_support::planar::table_7_5;
+use snake_test_support::spatial::{implicit, lying, on_course, sidewinding, straight, undulation};
 
 use snake_test_support::allocation::REQUESTS;
 
 /// One warm-up sizes what depends on the pegs; after it neither stepping nor placing the robot asks for memory.
 #[test]
 fn a_step_does_not_allocate() {
-    for integrator in [thesis(2.5e-4, 2e-5), implicit(0.01, 1), implicit(0.01, 2)] {
+    for integrator in [implicit(0.01, 1), implicit(0.01, 2)] {
         for (mut simulation, gait) in [(on_course(&integrator), undulation()), (straight(&integrator), sidewinding())] {
             let start = simulation.state().clone();
             simulation.advance(0.05, &gait);
@@ -42,8 +42,8 @@ fn a_step_that_takes_the_fallback_does_not_allocate() {
 /// Robots side by side, of which all but one are among pegs; some steps are divided.
 #[test]
 fn a_step_of_a_fleet_does_not_allocate() {
-    let config = implicit_options(0.025, 2);
-    let start = on_course(&config.into());
+    let config = implicit(0.025, 2);
+    let start = on_course(&config);
     let system = start.system();
     let mut robots: Vec<_> = (0..9)
         .map(|k| {

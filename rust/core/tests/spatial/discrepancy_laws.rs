@@ -14,7 +14,7 @@ use snake_core::spatial::{
 };
 use snake_core::stepping::PlantParameters;
 use snake_test_support::planar::{ground, table_7_5};
-use snake_test_support::spatial::{implicit, implicit_options, sidewinding, undulation};
+use snake_test_support::spatial::{implicit, sidewinding, undulation};
 
 const GRAVITY: f64 = 9.81;
 
@@ -212,9 +212,9 @@ fn discrepancies_of_neighbours_do_not_matter() {
             .collect()
     };
     let mut together = robots();
-    SpatialFleet::new(implicit_options(0.01, 2), &system, 9).advance(&system, &mut together, 0.4, |_| true);
+    SpatialFleet::new(implicit(0.01, 2), &system, 9).advance(&system, &mut together, 0.4, |_| true);
     for (k, mut alone) in robots().into_iter().enumerate() {
-        let mut fleet = SpatialFleet::new(implicit_options(0.01, 2), &system, 1);
+        let mut fleet = SpatialFleet::new(implicit(0.01, 2), &system, 1);
         fleet.advance(&system, std::slice::from_mut(&mut alone), 0.4, |_| true);
         assert!(!alone.body.statistics.diverged && alone.body.statistics.unconverged == 0);
         assert_eq!(together[k].body.state, alone.body.state, "robot {k}");

@@ -16,7 +16,7 @@ const DURATION: f64 = 1.0;
 fn spinning(links: usize, spin: f64, step: f64, order: u32) -> SpatialSimulation {
     let robot = RobotConfig { links, gravity: 1e-6, ..RobotConfig::default() };
     let limp = ControllerConfig { kp: 0.0, kd: 0.0, ..ControllerConfig::default() };
-    let integrator = ImplicitConfig { step: Some(step), order, ..ImplicitConfig::default() }.into();
+    let integrator = ImplicitConfig { step: Some(step), order, ..ImplicitConfig::default() };
     let mut simulation = SpatialSimulation::new(&robot, &ground([0.0; 2]), &limp, &integrator).expect("admissible");
     let head = Pose { position: Vector3::new(0.0, 0.0, 100.0), orientation: orientation_of(0.4, 0.3, 0.2) };
     simulation.place_chain(head, &vec![Vector2::zeros(); links - 1]);

@@ -10,7 +10,7 @@ use snake_core::robot::RobotConfig;
 use snake_core::scene::SceneConfig;
 use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::{Pose, SpatialState, orientation_of, turning, twist_of};
-use snake_core::stepping::IntegratorConfig;
+use snake_core::stepping::ImplicitConfig;
 use snake_test_support::planar::{Random, ground};
 use snake_test_support::spatial::{DEGREE, implicit, straight, undulation};
 
@@ -46,10 +46,10 @@ fn run(simulation: &mut SpatialSimulation, gait: &impl Reference<CardanTarget>, 
 #[test]
 fn the_default_step_is_25_milliseconds_however_a_run_is_divided() {
     for duration in [0.1, 0.05, 0.025] {
-        let default = IntegratorConfig::default();
+        let default = ImplicitConfig::default();
         let (robot, scene, pd) = (RobotConfig::default(), ground([0.2, 0.2]), ControllerConfig::default());
         let mut simulation = SpatialSimulation::new(&robot, &scene, &pd, &default).expect("admissible");
-        let parts = simulation.integrator().steps_in(duration);
+        let parts = simulation.steps_in(duration);
         let taken: u32 = (0..parts).map(|_| simulation.advance(duration / f64::from(parts), &still()).steps).sum();
         assert_eq!([parts, taken], [(duration / 0.025) as u32; 2], "in {duration} s");
     }

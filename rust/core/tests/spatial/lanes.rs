@@ -8,7 +8,7 @@ use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, START_SPATIAL_7_5, Scene, SceneConfig, TABLE_7_5};
 use snake_core::spatial::{Pose, SpatialFleet, SpatialScripted, SpatialState, SpatialSystem, orientation_of};
 use snake_core::stepping::{ImplicitConfig, RobotState};
-use snake_test_support::spatial::{implicit_options, sidewinding, undulation};
+use snake_test_support::spatial::{implicit, sidewinding, undulation};
 
 type CardanRobot = SpatialScripted<CardanGait>;
 
@@ -49,10 +49,10 @@ fn the_width_of_the_registers_and_the_neighbours_do_not_matter() {
     for (friction, step, order) in [([0.2, 0.2], 0.025, 2), ([0.05, 0.9], 0.05, 2), ([0.2, 0.0], 0.0125, 1)] {
         let system = system(friction);
         let alone: Vec<SpatialState> = (0..13)
-            .map(|k| run(&system, implicit_options(step, order), &mut robots(&system, 13)[k..=k], 1).remove(0))
+            .map(|k| run(&system, implicit(step, order), &mut robots(&system, 13)[k..=k], 1).remove(0))
             .collect();
         for width in [1, 2, 13] {
-            let together = run(&system, implicit_options(step, order), &mut robots(&system, 13), width);
+            let together = run(&system, implicit(step, order), &mut robots(&system, 13), width);
             for (k, (together, alone)) in together.iter().zip(&alone).enumerate() {
                 assert_eq!(together, alone, "robot {k} in a fleet made for {width}, friction {friction:?}");
             }
@@ -65,7 +65,7 @@ fn the_width_of_the_registers_and_the_neighbours_do_not_matter() {
 fn lanes_that_are_given_up_do_not_depend_on_neighbours_either() {
     let system = system([2.0, 2.0]);
     let advance = |robots: &mut [CardanRobot]| {
-        let mut fleet = SpatialFleet::new(implicit_options(0.01, 2), &system, robots.len());
+        let mut fleet = SpatialFleet::new(implicit(0.01, 2), &system, robots.len());
         fleet.advance(&system, robots, 0.1, |_| true);
         robots.iter().map(|robot| robot.body.statistics.fallbacks).sum::<u32>()
     };
@@ -99,7 +99,7 @@ fn jolted(system: &SpatialSystem) -> Vec<CardanRobot> {
 #[test]
 fn a_robot_that_diverges_leaves_its_neighbours_untouched() {
     let system = system([0.2, 0.2]);
-    let config = implicit_options(0.025, 2);
+    let config = implicit(0.025, 2);
     let sound = run(&system, config, &mut robots(&system, 9), 9);
     let mut with_a_sick_one = robots(&system, 9);
     with_a_sick_one[4].body.state.twist[3].x = f64::NAN;

@@ -13,10 +13,10 @@ use snake_core::scene::{Scene, SceneConfig};
 use snake_core::simulation::{PlanarSimulation, SpatialSimulation};
 use snake_core::slope::Slope;
 use snake_core::spatial::{Pose, SpatialFleet, SpatialScripted, SpatialSystem, orientation_of, twist_of};
-use snake_core::stepping::IntegratorConfig;
+use snake_core::stepping::ImplicitConfig;
 use snake_test_support::allocation::REQUESTS;
 use snake_test_support::planar::{LIMP, ground, table_7_5};
-use snake_test_support::spatial::{implicit, implicit_options, undulation};
+use snake_test_support::spatial::{implicit, undulation};
 
 const RADIUS: f64 = 0.0525;
 
@@ -63,7 +63,7 @@ fn a_robot_slides_along_a_rough_wall_as_in_the_plane() {
         let mut space = lying(&scene, 0.01);
         let pd = ControllerConfig::default();
         let mut plane =
-            PlanarSimulation::new(&RobotConfig::default(), &scene, &pd, &IntegratorConfig::default()).unwrap();
+            PlanarSimulation::new(&RobotConfig::default(), &scene, &pd, &ImplicitConfig::default()).unwrap();
         plane.place_chain(0.0, RADIUS, 0.0, &[0.0; 10]);
         for _ in 0..25 {
             let report = space.advance(0.02, &Straight);
@@ -180,13 +180,13 @@ fn rough_pegs_are_solved_alike_alone_and_in_lanes() {
             .collect()
     };
     let mut together = robots();
-    let mut fleet = SpatialFleet::new(implicit_options(0.01, 2), &system, 9);
+    let mut fleet = SpatialFleet::new(implicit(0.01, 2), &system, 9);
     fleet.advance(&system, &mut together, 0.1, |_| true);
     let before = REQUESTS.get();
     fleet.advance(&system, &mut together, 0.4, |_| true);
     assert_eq!(REQUESTS.get() - before, 0);
     for (k, mut alone) in robots().into_iter().enumerate() {
-        let mut fleet = SpatialFleet::new(implicit_options(0.01, 2), &system, 1);
+        let mut fleet = SpatialFleet::new(implicit(0.01, 2), &system, 1);
         for duration in [0.1, 0.4] {
             fleet.advance(&system, std::slice::from_mut(&mut alone), duration, |_| true);
             let statistics = &alone.body.statistics;

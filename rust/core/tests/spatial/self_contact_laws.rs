@@ -13,7 +13,7 @@ use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::{Pose, SpatialFleet, SpatialScripted, SpatialState, SpatialSystem, orientation_of, twist_of};
 use snake_test_support::allocation::REQUESTS;
 use snake_test_support::planar::{Hold, LIMP, build, ground, implicit as planar_implicit, moving_chain};
-use snake_test_support::spatial::{DEGREE, implicit, implicit_options, undulation};
+use snake_test_support::spatial::{DEGREE, implicit, undulation};
 
 /// Joints turn as far as the links let them.
 fn solid(links: usize) -> RobotConfig {
@@ -324,7 +324,7 @@ fn the_width_of_the_registers_does_not_matter_where_robots_touch_themselves() {
         (0..9).map(robot).collect()
     };
     let run = |robots: &mut [SpatialScripted<Bend>], width: usize| -> Vec<SpatialState> {
-        let mut fleet = SpatialFleet::new(implicit_options(0.02, 2), &system, width);
+        let mut fleet = SpatialFleet::new(implicit(0.02, 2), &system, width);
         for _ in 0..10 {
             fleet.advance(&system, robots, 0.1, |_| true);
         }
@@ -332,7 +332,7 @@ fn the_width_of_the_registers_does_not_matter_where_robots_touch_themselves() {
     };
     let mut one_by_one = coiling();
     let alone: Vec<SpatialState> = (0..9).map(|k| run(&mut one_by_one[k..=k], 1).remove(0)).collect();
-    let pressed = one_by_one.iter().filter(|robot| !robot.body.warm_start.self_contacts.is_empty());
+    let pressed = one_by_one.iter().filter(|robot| robot.body.warm_start.contacts.pressed_pairs() > 0);
     assert!((2..9).contains(&pressed.count()), "some robots touch themselves, some do not");
     for width in [2, 9] {
         assert_eq!(run(&mut coiling(), width), alone, "in a fleet made for {width}");

@@ -162,16 +162,16 @@ fn stops_of_joints_are_contacts_between_neighbours() {
         let of_joints = solve(&stage, 1e-9);
         let (mut as_pairs, mut copied) = (Stage::with_capacity(6), StageSolution::new(6));
         as_pairs.links.clone_from(&stage.links);
-        stage.read_lane(0, 0..stage.pegs.len(), &mut as_pairs);
+        stage.copy_lane(0, &mut as_pairs);
         assert!(as_pairs.stops.is_empty() && as_pairs.pairs.len() == 10);
         let of_pairs = solve(&as_pairs, 1e-9);
         worst = worst.max((stacked(&of_joints.twist) - stacked(&of_pairs.twist)).amax());
-        of_joints.read_lane(&stage, 0, 0..stage.pegs.len(), &mut copied);
+        of_joints.copy_lane(&stage, 0, &mut copied);
         let residual = [certify(&stage, &of_joints), certify(&as_pairs, &copied)].map(|it| it.residual());
         assert!(residual[0] < 1e-6 && residual[1] < 1e-6, "trial {trial}: {residual:?}");
         let mut back = of_joints.clone();
         back.stop.fill([0.0; 2]);
-        back.set_lane(&stage, 0, 0..stage.pegs.len(), &copied);
+        back.set_lane(&stage, 0, &copied);
         assert_eq!(back, of_joints);
         met += copied.pair.iter().filter(|impulse| **impulse > 0.0).count();
     }

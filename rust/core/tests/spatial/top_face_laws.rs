@@ -13,7 +13,7 @@ use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::{Pose, SpatialFleet, SpatialScripted, SpatialState, SpatialSystem, orientation_of, twist_of};
 use snake_test_support::allocation::REQUESTS;
 use snake_test_support::planar::{LIMP, ground, table_7_5};
-use snake_test_support::spatial::{implicit, implicit_options, sidewinding, undulation};
+use snake_test_support::spatial::{implicit, sidewinding, undulation};
 
 const RADIUS: f64 = 0.0525;
 
@@ -230,13 +230,13 @@ fn lanes_and_memory_on_steps_are_as_on_the_ground() {
             .collect()
     };
     let mut together = robots();
-    let mut fleet = SpatialFleet::new(implicit_options(0.01, 2), &system, 9);
+    let mut fleet = SpatialFleet::new(implicit(0.01, 2), &system, 9);
     fleet.advance(&system, &mut together, 0.1, |_| true);
     let before = REQUESTS.get();
     fleet.advance(&system, &mut together, 0.3, |_| true);
     assert_eq!(REQUESTS.get() - before, 0);
     for (k, mut alone) in robots().into_iter().enumerate() {
-        let mut fleet = SpatialFleet::new(implicit_options(0.01, 2), &system, 1);
+        let mut fleet = SpatialFleet::new(implicit(0.01, 2), &system, 1);
         for duration in [0.1, 0.3] {
             fleet.advance(&system, std::slice::from_mut(&mut alone), duration, |_| true);
         }

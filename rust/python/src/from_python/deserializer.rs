@@ -202,7 +202,7 @@ impl<'de> de::Deserializer<'de> for Deserializer<'_> {
 }
 
 /// The value of a field of a mapping or a dataclass.
-fn field_of<'py>(value: &Bound<'py, PyAny>, field: &str) -> Option<Bound<'py, PyAny>> {
+pub fn field_of<'py>(value: &Bound<'py, PyAny>, field: &str) -> Option<Bound<'py, PyAny>> {
     let fields = fields_of(value).ok()??;
     fields.into_iter().find(|(name, _)| name == field).map(|(_, value)| value)
 }

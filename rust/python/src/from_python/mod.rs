@@ -10,6 +10,8 @@ use pyo3::prelude::*;
 use serde::de::DeserializeOwned;
 use snake_core::ConfigError;
 
+pub use deserializer::field_of;
+
 use deserializer::Deserializer;
 
 /// Reads a configuration.

@@ -133,8 +133,7 @@ impl Kind {
     fn stepped(config: EnvConfig, step: f64, tolerance: f64) -> Self {
         let EnvConfig { task, action_mode, field, difficulty, .. } = &config;
         let name = format!("{action_mode:?}, {task:?} {field:?} {difficulty}, h {step} s, tolerance {tolerance:e}");
-        let integrator =
-            ImplicitConfig { step: Some(step), tolerance: Some(tolerance), ..ImplicitConfig::default() }.into();
+        let integrator = ImplicitConfig { step: Some(step), tolerance: Some(tolerance), ..ImplicitConfig::default() };
         Self { name, config: EnvConfig { integrator, ..config } }
     }
 }

@@ -62,7 +62,7 @@ impl RobotModel for PlanarRobot {
     const KIND: ModelKind = ModelKind::Planar;
     const SIGNALS: &'static [Signal<Self>] = &[
         integer("self_contacts", "pairs of links pressed on each other at the end of this step", |robot| {
-            robot.pressed_pairs() as f64
+            robot.simulation.body().warm_start.self_contacts.pressed_pairs() as f64
         }),
         float("self_contact_force", "N", "largest mean force of the other links on a link in this step", |robot| {
             robot.forces.own.iter().map(|force| force.norm_squared()).fold(0.0, f64::max).sqrt()
@@ -191,14 +191,6 @@ impl PlanarRobot {
     fn limit_windup(&mut self) {
         let (state, controller) = (self.simulation.state(), &self.simulation.system().controller);
         self.reference.limit_windup(controller.saturation(), |joint, _| state.joint_angle(joint));
-    }
-
-    /// Pairs of links that press on each other now; a pair may touch at two ends.
-    fn pressed_pairs(&self) -> usize {
-        let contacts = &self.simulation.body().warm_start.self_contacts;
-        let pressed = contacts.iter().filter(|contact| contact.force > 0.0);
-        let mut before = None;
-        pressed.filter(|contact| before.replace(contact.place.links) != Some(contact.place.links)).count()
     }
 
     /// Mean forces of the last period; returns the number of links that pegs pushed.

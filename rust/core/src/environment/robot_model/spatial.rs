@@ -102,7 +102,7 @@ impl RobotModel for SpatialRobot {
             robot.force_from_below().filter(|force| *force > 0.0).count() as f64
         }),
         integer("self_contacts", "pairs of links pressed on each other at the end of this step", |robot| {
-            robot.self_contacts() as f64
+            robot.simulation.body().warm_start.contacts.pressed_pairs() as f64
         }),
         float("self_contact_force", "N", "largest mean force of the other links on a link in this step", |robot| {
             robot.self_contact_force().iter().map(|force| force.norm_squared()).fold(0.0, f64::max).sqrt()
@@ -298,17 +298,6 @@ impl SpatialRobot {
         let (pose, controller) = (&self.simulation.state().pose, &self.simulation.system().controller);
         let angle = |joint: usize, axis: usize| joint_angle(&pose[joint], &pose[joint + 1])[axis];
         self.reference.limit_windup(controller.saturation(), angle);
-    }
-
-    /// Number of pairs of links that press on each other.
-    fn self_contacts(&self) -> usize {
-        let contacts = &self.simulation.body().warm_start.self_contacts;
-        let mut last = None;
-        contacts
-            .iter()
-            .filter(|contact| contact.force > 0.0)
-            .filter(|contact| last.replace(contact.place.links) != Some(contact.place.links))
-            .count()
     }
 
     /// Height of the CG above the ground \[m\].

@@ -59,7 +59,7 @@ impl CoulombNewton {
             friction: Vec::with_capacity(contacts),
             pairs: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
             low_rank: LowRank::new(links),
-            form: CoulombForm { weight: 1.0, compliance: 1.0 },
+            form: CoulombForm::stiff(1.0, 1.0),
             tolerance: 0.0,
             orientation: 1.0,
         }
@@ -243,11 +243,10 @@ impl CoulombNewton {
 impl CoupledStage for CoulombNewton {
     type Stage = Stage;
     type Solution = StageSolution;
-    const KEEPS_COMPLIANT: bool = true;
 
     fn load(&mut self, stage: &Stage, solution: &StageSolution, tolerance: f64) {
         let mass = stage.links.iter().map(|link| link.mass).sum::<f64>() / stage.links.len() as f64;
-        self.form = CoulombForm { weight: mass, compliance: 1.0 / (TUNING.penalty * mass) };
+        self.form = CoulombForm::stiff(mass, TUNING.penalty);
         self.tolerance = tolerance;
         self.links.clear();
         (0..stage.links.len()).for_each(|i| self.load_link(stage, solution, i));

@@ -12,18 +12,19 @@ use crate::robot::{Breakage, LOCK_STIFFNESS};
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
 use crate::stepping::{MovedAxis, PlayedAxis, SolvedStage, StageKernels};
 
-use super::Workspace;
+use super::drives::Drives;
 use super::motion_bound::MotionBound;
+use super::{Motion, StageResult, Workspace};
 use crate::planar::contact_friction::solve_with_contact_friction;
 
 impl<T: Real> StageKernels<T> for Workspace<T> {
     #[inline(always)]
     fn begin(&mut self) {
-        self.base.copy_from_slice(&self.start_pose);
-        self.reference.copy_from_slice(&self.start_twist);
-        self.guess.copy_from_slice(&self.start_twist);
-        self.backlash.begin_step();
-        self.stribeck.begin_step(self.start_twist.iter().map(in_plane));
+        self.motion.base.copy_from_slice(&self.motion.start_pose);
+        self.motion.reference.copy_from_slice(&self.motion.start_twist);
+        self.motion.guess.copy_from_slice(&self.motion.start_twist);
+        self.drives.backlash.begin_step();
+        self.stribeck.begin_step(self.motion.start_twist.iter().map(in_plane));
         self.closings.begin_part();
         self.self_contacts.begin_step();
     }
@@ -31,7 +32,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
     /// Joint references along the wave, whose phase is turned from joint to joint.
     #[inline(always)]
     fn follow_waves(&mut self) {
-        let Self { wave, target, .. } = self;
+        let Drives { wave, target, .. } = &mut self.drives;
         let (mut phase, phase_shift) = (wave.phase.sin_cos(), wave.phase_shift.value.sin_cos());
         for (joint, target) in target.iter_mut().enumerate() {
             *target = wave.joint(joint, phase);
@@ -42,47 +43,49 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
     #[inline(always)]
     fn extrapolate(&mut self, h: T) {
         let (to_reference, to_guess) = (T::splat(EXTRAPOLATION), T::splat(1.0 / GAMMA));
-        for (i, u) in self.start_twist.iter().enumerate() {
-            let end = &self.kept_twist[i];
+        for (i, u) in self.motion.start_twist.iter().enumerate() {
+            let end = &self.result.twist[i];
             let change = Vector3::new(end.x - u.x, end.y - u.y, end.z - u.z);
-            self.reference[i] = add_scaled(u, &change, to_reference);
-            self.guess[i] = add_scaled(u, &change, to_guess);
+            self.motion.reference[i] = add_scaled(u, &change, to_reference);
+            self.motion.guess[i] = add_scaled(u, &change, to_guess);
         }
-        if self.backlash.is_any {
-            self.backlash.extrapolate(to_reference);
+        if self.drives.backlash.is_any {
+            self.drives.backlash.extrapolate(to_reference);
         }
         if self.stribeck.is_any {
-            self.stribeck.extrapolate(self.kept_twist.iter().map(in_plane));
+            self.stribeck.extrapolate(self.result.twist.iter().map(in_plane));
         }
         let per_second = T::splat(1.0) / self.stage.coefficient;
-        for (torque, impulse) in self.actuator_torque.iter_mut().zip(&self.kept_actuator) {
+        for (torque, impulse) in self.actuator_torque.iter_mut().zip(&self.result.actuator) {
             *torque = *impulse * per_second;
         }
         let elapsed = h - T::splat(GAMMA) * h;
-        let Self { half_length, kept_twist, base, heading, start_pose, .. } = self;
-        travel(half_length, start_pose, kept_twist, elapsed, base, heading);
+        let Motion { half_length, base, heading, start_pose, .. } = &mut self.motion;
+        travel(half_length, start_pose, &self.result.twist, elapsed, base, heading);
     }
 
     #[inline(always)]
     fn predict(&mut self, c: T, elapsed: T, pending: T::Mask) {
         self.stage.coefficient = c;
-        self.elapsed = elapsed;
-        travel(&self.half_length, &self.base, &self.guess, c, &mut self.predicted, &mut self.heading);
-        let folding = Folding::of(self.predicted.iter().map(|pose| pose.z));
+        self.motion.elapsed = elapsed;
+        let Motion { half_length, base, guess, predicted, heading, .. } = &mut self.motion;
+        travel(half_length, base, guess, c, predicted, heading);
+        let folding = Folding::of(self.motion.predicted.iter().map(|pose| pose.z));
         self.self_contacts.predict(&folding);
         self.joint_stops.predict(folding.bend);
         if self.has_pegs || self.self_contacts.is_any_possible() {
-            mean_twist(&self.half_length, &self.heading, &self.guess, &mut self.travel);
+            let Motion { half_length, heading, guess, travel, .. } = &mut self.motion;
+            mean_twist(half_length, heading, guess, travel);
             let gain = (self.pull.x * self.pull.x + self.pull.y * self.pull.y).sqrt() * c;
-            let fastest = self.fastest(&self.guess).max(self.fastest(&self.reference) + gain);
-            let displacement = self.bound(&self.predicted, &self.start_pose);
-            let MotionBound { fastest: last_fastest, displacement: last_displacement } = self.motion_bound;
-            self.motion_bound = MotionBound {
+            let fastest = self.fastest(&self.motion.guess).max(self.fastest(&self.motion.reference) + gain);
+            let displacement = self.bound(&self.motion.predicted, &self.motion.start_pose);
+            let MotionBound { fastest: last_fastest, displacement: last_displacement } = self.motion.bound;
+            self.motion.bound = MotionBound {
                 fastest: T::select(pending, fastest, last_fastest),
                 displacement: T::select(pending, displacement, last_displacement),
             };
-            let margin = self.motion_bound.contact_margin(c, 2.0, self.smallest_radius);
-            self.self_contacts.list_close_pairs(&self.predicted, margin, pending);
+            let margin = self.motion.bound.contact_margin(c, 2.0, self.motion.smallest_radius);
+            self.self_contacts.list_close_pairs(&self.motion.predicted, margin, pending);
         }
     }
 
@@ -103,7 +106,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
 
     #[inline(always)]
     fn evaluate(&mut self, lanes: T::Mask) {
-        self.energy = work_of(&self.stage, &self.solution);
+        self.result.stage_energy = work_of(&self.stage, &self.solution);
         self.store_forces(lanes);
         self.measure_deviation();
     }
@@ -111,20 +114,21 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
     #[inline(always)]
     fn keep(&mut self, solved: T::Mask, again: T::Mask) {
         for (i, u) in self.solution.twist.iter().enumerate() {
-            select_into(&mut self.kept_twist[i], solved, u);
-            select_into(&mut self.guess[i], again, u);
+            select_into(&mut self.result.twist[i], solved, u);
+            select_into(&mut self.motion.guess[i], again, u);
         }
-        for (kept, drive) in self.kept_actuator.iter_mut().zip(&self.solution.actuator) {
+        for (kept, drive) in self.result.actuator.iter_mut().zip(&self.solution.actuator) {
             *kept = T::select(solved, *drive, *kept);
         }
-        self.kept_energy.select_into(solved, &self.energy);
-        if self.backlash.is_any {
-            let rates = self.kept_twist.windows(2).map(|u| u[1].z - u[0].z);
+        let StageResult { energy, stage_energy, .. } = &mut self.result;
+        energy.select_into(solved, stage_energy);
+        if self.drives.backlash.is_any {
+            let rates = self.result.twist.windows(2).map(|u| u[1].z - u[0].z);
             let axes = self.stage.joints.iter().zip(rates).map(|(joint, rate)| {
                 let StageJoint { drive, stiffness, slack, .. } = *joint;
                 MovedAxis { drive, stiffness, slack, rate }
             });
-            self.backlash.end_stage(self.stage.coefficient, axes);
+            self.drives.backlash.end_stage(self.stage.coefficient, axes);
         }
     }
 
@@ -132,9 +136,17 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
     #[inline(always)]
     fn arrive(&mut self) {
         let c = self.stage.coefficient;
-        travel(&self.half_length, &self.base, &self.kept_twist, c, &mut self.end, &mut self.heading);
-        self.misprediction = if self.has_pegs { self.bound(&self.end, &self.predicted) } else { T::zero() };
-        self.plausible = is_plausible(&self.end, &self.kept_twist);
+        travel(
+            &self.motion.half_length,
+            &self.motion.base,
+            &self.result.twist,
+            c,
+            &mut self.result.end,
+            &mut self.motion.heading,
+        );
+        self.result.misprediction =
+            if self.has_pegs { self.bound(&self.result.end, &self.motion.predicted) } else { T::zero() };
+        self.result.plausible = is_plausible(&self.result.end, &self.result.twist);
     }
 }
 
@@ -149,7 +161,7 @@ impl<T: Real> Workspace<T> {
     #[inline(always)]
     fn largest_bend(&self) -> T {
         let c = self.stage.coefficient;
-        let ends = self.base.iter().zip(&self.solution.twist).map(|(q, u)| c.mul_add(u.z, q.z));
+        let ends = self.motion.base.iter().zip(&self.solution.twist).map(|(q, u)| c.mul_add(u.z, q.z));
         Folding::of(ends).bend
     }
 
@@ -159,13 +171,13 @@ impl<T: Real> Workspace<T> {
         let (gain_x, gain_y) = (self.pull.x * c, self.pull.y * c);
         self.stage.links.clear();
         for (i, link) in self.constants.iter().enumerate() {
-            let u = &self.reference[i];
+            let u = &self.motion.reference[i];
             self.stage.links.push(StageLink {
-                heading: self.heading[i],
+                heading: self.motion.heading[i],
                 reference: Vector3::new(u.x + gain_x, u.y + gain_y, u.z),
                 mass: link.mass,
                 inertia: link.inertia,
-                half_length: self.half_length[i],
+                half_length: self.motion.half_length[i],
                 friction: Vector2::new(link.friction.x * c, link.friction.y * c),
             });
         }
@@ -179,15 +191,15 @@ impl<T: Real> Workspace<T> {
 
     #[inline(always)]
     fn fill_joints(&mut self) {
-        let Some(io) = &mut self.io else { return self.fill_pd() };
+        let Some(io) = &mut self.drives.io else { return self.fill_pd() };
         let input = IoInput {
-            heading: &self.heading,
-            base: &self.base,
-            reference: &self.reference,
-            guess: &self.guess,
-            target: &self.target,
-            gains: self.gains,
-            torque_limit: self.torque_limit,
+            heading: &self.motion.heading,
+            base: &self.motion.base,
+            reference: &self.motion.reference,
+            guess: &self.motion.guess,
+            target: &self.drives.target,
+            gains: self.drives.gains,
+            torque_limit: self.drives.torque_limit,
             coefficient: self.stage.coefficient,
         };
         io.fill(&input, &mut self.stage.joints);
@@ -198,29 +210,29 @@ impl<T: Real> Workspace<T> {
     #[inline(always)]
     fn fill_pd(&mut self) {
         let c = self.stage.coefficient;
-        let [kp, kd] = self.gains;
+        let [kp, kd] = self.drives.gains;
         self.stage.joints.clear();
-        for (j, target) in self.target.iter().enumerate() {
-            let error = target.value - (self.base[j + 1].z - self.base[j].z);
+        for (j, target) in self.drives.target.iter().enumerate() {
+            let error = target.value - (self.motion.base[j + 1].z - self.motion.base[j].z);
             self.stage.joints.push(StageJoint {
                 drive: c * (kp * error + kd * target.rate),
                 stiffness: c * (c * kp + kd),
-                limit: c * self.torque_limit,
+                limit: c * self.drives.torque_limit,
                 slack: T::zero(),
             });
         }
-        if self.has_own_torques {
-            for (joint, torque) in self.stage.joints.iter_mut().zip(&self.own_torque) {
+        if self.drives.has_own_torques {
+            for (joint, torque) in self.stage.joints.iter_mut().zip(&self.drives.own_torque) {
                 joint.drive += c * *torque;
             }
         }
-        if self.backlash.is_any {
+        if self.drives.backlash.is_any {
             let axes = self.stage.joints.iter_mut().map(|joint| PlayedAxis {
                 drive: &mut joint.drive,
                 stiffness: joint.stiffness,
                 slack: &mut joint.slack,
             });
-            self.backlash.apply(c, kd, axes);
+            self.drives.backlash.apply(c, kd, axes);
         }
         self.replace_broken_joints();
     }
@@ -230,8 +242,8 @@ impl<T: Real> Workspace<T> {
     #[inline(always)]
     fn replace_broken_joints(&mut self) {
         let (c, zero) = (self.stage.coefficient, T::zero());
-        for (j, breakage) in &self.broken {
-            let error = self.target[*j].value - (self.base[j + 1].z - self.base[*j].z);
+        for (j, breakage) in &self.drives.broken {
+            let error = self.drives.target[*j].value - (self.motion.base[j + 1].z - self.motion.base[*j].z);
             let stiffness = match breakage {
                 Breakage::Locked => T::splat(LOCK_STIFFNESS) * c,
                 Breakage::Limp => zero,
@@ -245,25 +257,16 @@ impl<T: Real> Workspace<T> {
     #[inline(always)]
     fn load_forces(&mut self) {
         let c = self.stage.coefficient;
-        self.solution.twist.copy_from_slice(&self.guess);
+        self.solution.twist.copy_from_slice(&self.motion.guess);
         for (impulse, force) in self.solution.friction.iter_mut().zip(&self.friction_force) {
             *impulse = Vector2::new(force.x * c, force.y * c);
         }
         for (impulse, torque) in self.solution.actuator.iter_mut().zip(&self.actuator_torque) {
             *impulse = *torque * c;
         }
-        self.solution.contact.clear();
-        for force in &self.contact_force {
-            self.solution.contact.push(*force * c);
-        }
-        self.solution.contact_friction.clear();
-        for force in &self.contact_friction_force {
-            self.solution.contact_friction.push(*force * c);
-        }
-        self.self_contacts.load_forces(&self.stage, &mut self.solution.pair);
-        let bends = self.start_pose.windows(2).zip(self.base.windows(2));
+        let bends = self.motion.start_pose.windows(2).zip(self.motion.base.windows(2));
         let angles = bends.map(|(start, base)| (start[1].z - start[0].z, base[1].z - base[0].z));
-        self.joint_stops.fill(angles, c, self.elapsed, &mut self.stage.stops, &mut self.solution.stop);
+        self.joint_stops.fill(angles, c, self.motion.elapsed, &mut self.stage.stops, &mut self.solution.stop);
     }
 
     #[inline(always)]
@@ -273,22 +276,9 @@ impl<T: Real> Workspace<T> {
             force.x = T::select(lanes, impulse.x * per_second, force.x);
             force.y = T::select(lanes, impulse.y * per_second, force.y);
         }
-        for (force, impulse) in self.contact_force.iter_mut().zip(&self.solution.contact) {
-            *force = *impulse * per_second;
-        }
-        for (force, impulse) in self.contact_friction_force.iter_mut().zip(&self.solution.contact_friction) {
-            *force = *impulse * per_second;
-        }
-        self.self_contacts.store_forces(&self.solution.pair, per_second);
-        let rates = self.guess.windows(2).zip(self.solution.twist.windows(2));
+        let rates = self.motion.guess.windows(2).zip(self.solution.twist.windows(2));
         let rates = rates.map(|(expected, u)| (expected[1].z - expected[0].z, u[1].z - u[0].z));
         self.joint_stops.arrive(self.largest_bend());
-        self.joint_stops.store(
-            &self.stage.stops,
-            &self.solution.stop,
-            rates,
-            [self.stage.coefficient, self.elapsed],
-            lanes,
-        );
+        self.joint_stops.store(&self.solution.stop, rates, [self.stage.coefficient, self.motion.elapsed], lanes);
     }
 }

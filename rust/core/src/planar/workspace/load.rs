@@ -1,8 +1,8 @@
 //! Robots and their references into lanes.
 
-use crate::math::Real;
+use crate::math::{Laned, Real};
 use crate::planar::{Body, Planar, PlanarSystem};
-use crate::stepping::lanes::{Lanes, NO_LANES, active, mask, set_vector};
+use crate::stepping::lanes::{Lanes, NO_LANES, active, mask};
 use crate::stepping::{Driven, Members, PlantParameters, StageInput};
 
 use super::Workspace;
@@ -17,7 +17,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
     fn load<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
         self.load_variations(members);
         let (system, parameters) = (members.system, |lane| &members.body(lane).parameters);
-        self.backlash.load(|lane| (system.backlash(parameters(lane)), &members.body(lane).warm_start.backlash));
+        self.drives.backlash.load(|lane| (system.backlash(parameters(lane)), &members.body(lane).warm_start.backlash));
         self.stribeck.load(|lane| system.stribeck().drop + parameters(lane).stribeck);
         self.joint_stops.load(|lane| &members.body(lane).warm_start.joint_stops);
         self.has_pegs = members.any(|body| !body.pegs.is_empty());
@@ -30,8 +30,8 @@ impl<T: Real> StageInput<T> for Workspace<T> {
                 lanes.set_lane(lane, -torque);
             }
             for (i, (q, u)) in state.pose.iter().zip(&state.twist).enumerate() {
-                set_vector(&mut self.start_pose[i], lane, q);
-                set_vector(&mut self.start_twist[i], lane, u);
+                self.motion.start_pose[i].set_lane(lane, q);
+                self.motion.start_twist[i].set_lane(lane, u);
             }
             for (lanes, force) in self.friction_force.iter_mut().zip(&warm_start.friction) {
                 lanes.x.set_lane(lane, force.x);
@@ -43,8 +43,8 @@ impl<T: Real> StageInput<T> for Workspace<T> {
     fn take_guesses<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>) {
         for lane in active(members.lanes()) {
             let guesses = &mut members.body_mut(lane).warm_start.guess;
-            for (lanes, guess) in self.guess.iter_mut().zip(guesses.drain(..)) {
-                set_vector(lanes, lane, &guess);
+            for (lanes, guess) in self.motion.guess.iter_mut().zip(guesses.drain(..)) {
+                lanes.set_lane(lane, &guess);
             }
         }
     }
@@ -54,7 +54,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         for (lane, waving) in waving.iter_mut().enumerate().take(T::LANES) {
             let robot = members.robot(lane);
             if let Some(wave) = robot.travelling_wave(robot.body().state.time + end.lane(lane)) {
-                self.wave.set_lane(lane, &wave);
+                self.drives.wave.set_lane(lane, &wave);
                 *waving = true;
             }
         }
@@ -62,26 +62,26 @@ impl<T: Real> StageInput<T> for Workspace<T> {
     }
 
     fn read_references<D: Driven<Model = Planar>>(&mut self, members: &Members<D>, end: T, waving: Lanes) {
-        self.has_own_torques = false;
+        self.drives.has_own_torques = false;
         for (lane, is_waving) in waving.into_iter().enumerate().take(T::LANES) {
             let robot = members.robot(lane);
             let time = robot.body().state.time + end.lane(lane);
             let share = robot.body().parameters.torque_limit;
-            self.torque_limit.set_lane(lane, share * members.system.controller.limit_until(time));
-            if robot.torques(time, &mut self.torques) {
+            self.drives.torque_limit.set_lane(lane, share * members.system.controller.limit_until(time));
+            if robot.torques(time, &mut self.drives.torques) {
                 // Zero for the robots of the register that have none.
-                if !std::mem::replace(&mut self.has_own_torques, true) {
-                    self.own_torque.fill(T::zero());
+                if !std::mem::replace(&mut self.drives.has_own_torques, true) {
+                    self.drives.own_torque.fill(T::zero());
                 }
-                for (lanes, torque) in self.own_torque.iter_mut().zip(&self.torques) {
+                for (lanes, torque) in self.drives.own_torque.iter_mut().zip(&self.drives.torques) {
                     lanes.set_lane(lane, *torque);
                 }
             }
             if is_waving {
                 continue;
             }
-            robot.targets(time, &mut self.targets);
-            for (lanes, target) in self.target.iter_mut().zip(&self.targets) {
+            robot.targets(time, &mut self.drives.targets);
+            for (lanes, target) in self.drives.target.iter_mut().zip(&self.drives.targets) {
                 lanes.value.set_lane(lane, target.angle);
                 lanes.rate.set_lane(lane, target.rate);
                 lanes.acceleration.set_lane(lane, target.acceleration);
@@ -89,8 +89,8 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         }
     }
 
-    fn find_contacts<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>, pending: Lanes, elapsed: T) {
-        self.detect_contacts(members, pending, elapsed);
+    fn find_contacts<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>, pending: Lanes, _: T) {
+        self.detect_contacts(members, pending);
     }
 }
 

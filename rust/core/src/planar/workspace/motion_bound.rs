@@ -53,8 +53,8 @@ impl<T: Real> LinkConstants<T> {
 impl<T: Real> Workspace<T> {
     #[inline(always)]
     pub(super) fn measure_deviation(&mut self) {
-        let fastest = self.farthest::<true>(&self.solution.twist, &self.guess);
-        self.deviation = fastest * self.stage.coefficient;
+        let fastest = self.farthest::<true>(&self.solution.twist, &self.motion.guess);
+        self.result.deviation = fastest * self.stage.coefficient;
     }
 
     /// Bound on how far a point of the robot moves between poses, or on how much faster it is at one of two twists.

@@ -2,10 +2,10 @@
 
 use nalgebra::Vector2;
 
-use crate::math::{Mask, Real};
+use crate::math::{Laned, Mask, Real, read_lane};
 use crate::planar::contact_detection::MARGIN;
 use crate::planar::{Body, Planar, PlanarSystem, StageSolution};
-use crate::stepping::lanes::{Lanes, active, read_lane, read_vector};
+use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::penetration::Sinking;
 use crate::stepping::{
     Closing, ContactImpulse, Driven, EnergyLedger, FallbackResult, Members, StageOutput, StageRecord,
@@ -21,18 +21,18 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     }
 
     fn deviation(&self) -> T {
-        self.deviation
+        self.result.deviation
     }
 
     /// Gaps linearised at the prediction may then be wrong, or contacts missing.
     fn is_mispredicted(&self, lane: usize) -> bool {
-        self.joint_stops.has_missed(lane) || (self.is_near_contact(lane) && self.deviation.lane(lane) > MARGIN)
+        self.joint_stops.has_missed(lane) || (self.is_near_contact(lane) && self.result.deviation.lane(lane) > MARGIN)
     }
 
     fn postpone(&mut self, lane: usize, body: &mut Body) {
         let guess = &mut body.warm_start.guess;
         guess.clear();
-        guess.extend(self.solution.twist.iter().map(|twist| read_vector(twist, lane)));
+        guess.extend(self.solution.twist.iter().map(|twist| twist.lane(lane)));
         self.keep_friction(lane, body);
     }
 
@@ -44,7 +44,6 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     ) {
         active(solved).for_each(|lane| self.closings.begin_stage(lane));
         self.keep_forces(members, solved, contact_impulses);
-        self.keep_contact_friction(members, solved, contact_impulses);
         self.keep_self_contacts(members, solved, contact_impulses);
         active(solved).for_each(|lane| self.joint_stops.add_closings(lane, &mut self.closings));
     }
@@ -60,7 +59,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     }
 
     fn kept_energy(&self) -> &EnergyLedger<T> {
-        &self.kept_energy
+        &self.result.energy
     }
 
     fn closing(&self, lane: usize) -> &Closing {
@@ -75,24 +74,25 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     }
 
     fn sinks(&self, lane: usize) -> bool {
-        self.sinking[lane] >= Sinking::TooDeep
+        self.result.sinking[lane] >= Sinking::TooDeep
     }
 
     fn sinks_beyond_recovery(&self, lane: usize) -> bool {
-        self.sinking[lane] == Sinking::BeyondRecovery
+        self.result.sinking[lane] == Sinking::BeyondRecovery
     }
 
     fn accept(&mut self, system: &PlanarSystem, lane: usize, body: &mut Body) {
-        read_lane(&self.end, lane, &mut body.state.pose);
-        read_lane(&self.kept_twist, lane, &mut body.state.twist);
-        self.backlash.save(lane, &mut body.warm_start.backlash);
+        read_lane::<T, _>(&self.result.end, lane, &mut body.state.pose);
+        read_lane::<T, _>(&self.result.twist, lane, &mut body.state.twist);
+        self.drives.backlash.save(lane, &mut body.warm_start.backlash);
         self.joint_stops.save(lane, &mut body.warm_start.joint_stops);
-        body.is_plausible &= self.plausible.lane(lane);
-        body.warm_start.near.arrive(self.motion_bound.displacement.lane(lane), self.misprediction.lane(lane));
+        body.is_plausible &= self.result.plausible.lane(lane);
+        body.warm_start.near.arrive(self.motion.bound.displacement.lane(lane), self.result.misprediction.lane(lane));
         body.warm_start.near.end_step();
-        self.end_self_contacts(&system.robot.links, lane, &mut body.warm_start.self_contacts);
+        let gap = |id| self.end_gap_of_pair(&system.robot.links, lane, id);
+        body.warm_start.self_contacts.end_step(gap);
         let per_second = 1.0 / self.stage.coefficient.lane(lane);
-        for (torque, drive) in body.warm_start.joint_torque.iter_mut().zip(&self.kept_actuator) {
+        for (torque, drive) in body.warm_start.joint_torque.iter_mut().zip(&self.result.actuator) {
             *torque = -drive.lane(lane) * per_second;
         }
     }

@@ -6,7 +6,7 @@
 
 use nalgebra::{SMatrix, SVector, Vector2, Vector3, Vector6};
 
-use crate::laws::{ConvexSet, Disc, HalfLine};
+use crate::laws::{Cone, ConvexSet, Disc, HalfLine};
 use crate::solver::{CoulombForm, DiscTangent, UnilateralLaw};
 use crate::spatial::{Stage, StageFriction, StageLink, StageSolution, Wrench};
 
@@ -39,6 +39,9 @@ pub(super) struct GroundLaws {
     defect: Impulses,
     constant: Impulses,
     slope: Rows,
+    /// In the convex problem: lags of both ends, and radius of rolling friction.
+    lag: [f64; 2],
+    rolling: f64,
 }
 
 impl GroundLaws {
@@ -64,14 +67,25 @@ impl GroundLaws {
             defect: Impulses::zeros(),
             constant: Impulses::zeros(),
             slope: Rows::zeros(),
+            lag: [0.0; 2],
+            rolling: rolling * (n + m),
         }
+    }
+
+    fn velocity(&self, twist: &Vector6<f64>) -> Impulses {
+        let mut velocity = self.rows * twist;
+        velocity[0] += self.offset[0];
+        velocity[1] += self.offset[1];
+        velocity
     }
 
     /// Evaluates all laws at the link's twist. Returns the sum of the squared defects and the largest one \[N s\].
     pub fn measure(&mut self, twist: &Vector6<f64>, form: &CoulombForm) -> (f64, f64) {
-        let mut velocity = self.rows * twist;
-        velocity[0] += self.offset[0];
-        velocity[1] += self.offset[1];
+        let velocity = self.velocity(twist);
+        if form.is_lagged {
+            self.project(&velocity, form);
+            return (0.0, 0.0);
+        }
         self.z = self.impulse - (velocity + (self.impulse - self.centre) * form.compliance) * form.weight;
         let mut inside = self.z;
         inside[0] = HalfLine.project(inside[0]);
@@ -82,6 +96,37 @@ impl GroundLaws {
         }
         self.defect = self.impulse - inside;
         (self.defect.norm_squared(), self.defect.amax())
+    }
+
+    /// Impulses of the convex problem and their slopes.
+    fn project(&mut self, velocity: &Impulses, form: &CoulombForm) {
+        let stiffness = 1.0 / form.compliance;
+        let z = self.centre - velocity * stiffness;
+        for end in 0..2 {
+            let of_end = [end, DISCS[end], DISCS[end] + 1];
+            let at = Vector3::new(z[end] - self.lag[end] * stiffness, z[of_end[1]], z[of_end[2]]);
+            let (inside, derivative) = Cone { coefficient: self.coefficient[end] }.evaluate(&at);
+            let rows = SMatrix::<f64, 3, 6>::from_rows(&of_end.map(|row| self.rows.row(row).into_owned()));
+            let slope = derivative * rows * -stiffness;
+            for (part, row) in of_end.into_iter().enumerate() {
+                self.impulse[row] = inside[part];
+                self.slope.set_row(row, &slope.row(part));
+            }
+        }
+        let (at, first) = (pair(&z, DISCS[2]), DISCS[2]);
+        let form = CoulombForm { weight: stiffness, ..*form };
+        let tangent = DiscTangent::new(&at, &Vector2::zeros(), self.rolling, &form);
+        let slope = tangent.from_slip * self.rows.fixed_rows::<2>(first);
+        self.impulse.fixed_rows_mut::<2>(first).copy_from(&Disc { radius: self.rolling }.project(at));
+        self.slope.fixed_rows_mut::<2>(first).copy_from(&slope);
+        self.constant = Impulses::zeros();
+    }
+
+    /// Lags and radii of the next convex problem: those of the present velocities and normal impulses.
+    pub fn lag(&mut self, twist: &Vector6<f64>) {
+        let velocity = self.velocity(twist);
+        self.lag = [0, 1].map(|end| self.coefficient[end] * pair(&velocity, DISCS[end]).norm());
+        self.rolling = self.radius(2);
     }
 
     fn radius(&self, disc: usize) -> f64 {
@@ -155,15 +200,18 @@ impl GroundLaws {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PegLaw {
     pub link: usize,
-    direction: Vector6<f64>,
+    pub direction: Vector6<f64>,
     pub law: UnilateralLaw,
+    /// Change of the impulse with the twist for which the linearised law holds.
+    pub constant: f64,
+    pub slope: Vector6<f64>,
 }
 
 impl PegLaw {
     pub fn new(stage: &Stage, solution: &StageSolution, k: usize) -> Self {
         let peg = &stage.pegs[k];
         let law = UnilateralLaw::new(peg.offset, solution.peg[k]);
-        Self { link: peg.link, direction: stacked(&peg.direction), law }
+        Self { link: peg.link, direction: stacked(&peg.direction), law, constant: 0.0, slope: Vector6::zeros() }
     }
 
     /// Returns the defect \[N s\].
@@ -171,10 +219,14 @@ impl PegLaw {
         self.law.measure(self.direction.dot(twist), form)
     }
 
-    /// As [`GroundLaws::tangent`].
-    pub fn tangent(&self, form: &CoulombForm) -> (SMatrix<f64, 6, 6>, Vector6<f64>) {
+    pub fn linearise(&mut self, form: &CoulombForm) {
         let (constant, slope) = self.law.tangent(form);
-        (self.direction * (self.direction * -slope).transpose(), self.direction * constant)
+        (self.constant, self.slope) = (constant, self.direction * slope);
+    }
+
+    /// As [`GroundLaws::tangent`].
+    pub fn tangent(&self) -> (SMatrix<f64, 6, 6>, Vector6<f64>) {
+        (-self.direction * self.slope.transpose(), self.direction * self.constant)
     }
 
     pub fn force(&self) -> Vector6<f64> {
@@ -182,13 +234,12 @@ impl PegLaw {
     }
 
     /// Change of the normal impulse, as far as friction grows with it: constant, and slope by the twist.
-    pub fn growth(&self, form: &CoulombForm) -> (f64, Vector6<f64>) {
-        let (constant, slope) = if self.law.carries() { self.law.tangent(form) } else { (0.0, 0.0) };
-        (constant, self.direction * slope)
+    pub fn growth(&self) -> (f64, Vector6<f64>) {
+        if self.law.carries() { (self.constant, self.slope) } else { (0.0, Vector6::zeros()) }
     }
 
-    pub fn find_step(&mut self, twist_step: &Vector6<f64>, form: &CoulombForm) {
-        self.law.find_step(self.direction.dot(twist_step), form);
+    pub fn find_step(&mut self, twist_step: &Vector6<f64>) {
+        self.law.set_step(self.constant + self.slope.dot(twist_step));
     }
 }
 

@@ -16,21 +16,21 @@ use super::terms::actuator;
 /// Workspace of the solver, re-used from stage to stage.
 #[derive(Debug, Clone)]
 pub struct CoulombNewton {
-    links: Vec<Link>,
-    pegs: Vec<PegLaw>,
+    pub(super) links: Vec<Link>,
+    pub(super) pegs: Vec<PegLaw>,
     /// Friction of each entry of `pegs`; empty where no obstacle has any.
-    rough: Vec<RoughLaw>,
+    pub(super) rough: Vec<RoughLaw>,
     pairs: CoulombPairs,
-    form: CoulombForm,
+    pub(super) form: CoulombForm,
     /// Speed below which a defect is no error \[m/s\].
-    tolerance: f64,
+    pub(super) tolerance: f64,
 }
 
 #[derive(Debug, Clone)]
 pub(super) struct Link {
     pub chain: ChainLink,
-    laws: GroundLaws,
-    actuators: [Backlash; 2],
+    pub laws: GroundLaws,
+    pub actuators: [Backlash; 2],
     mass_matrix: Matrix6<f64>,
     momentum: Vector6<f64>,
     mass: f64,
@@ -39,22 +39,21 @@ pub(super) struct Link {
     pub twist: Vector6<f64>,
     start: Vector6<f64>,
     pub step: Vector6<f64>,
-    rates: [f64; 2],
+    pub rates: [f64; 2],
     start_rates: [f64; 2],
     pub step_rates: [f64; 2],
     /// Imbalance of the link.
-    missing: Vector6<f64>,
+    pub missing: Vector6<f64>,
 }
 
 impl CoulombNewton {
     pub fn new(links: usize) -> Self {
-        let form = CoulombForm { weight: 1.0, compliance: 1.0 };
         Self {
             links: Vec::with_capacity(links),
             pegs: Vec::with_capacity(4 * links),
             rough: Vec::with_capacity(4 * links),
             pairs: CoulombPairs::new(links),
-            form,
+            form: CoulombForm::stiff(1.0, 1.0),
             tolerance: 0.0,
         }
     }
@@ -92,11 +91,10 @@ impl CoulombNewton {
 impl CoupledStage for CoulombNewton {
     type Stage = Stage;
     type Solution = StageSolution;
-    const KEEPS_COMPLIANT: bool = false;
 
     fn load(&mut self, stage: &Stage, solution: &StageSolution, tolerance: f64) {
         let mass = stage.links.iter().map(|link| link.mass).sum::<f64>() / stage.links.len() as f64;
-        self.form = CoulombForm { weight: mass, compliance: 1.0 / (PENALTY * mass) };
+        self.form = CoulombForm::stiff(mass, PENALTY);
         self.tolerance = tolerance;
         self.links.clear();
         for i in 0..stage.links.len() {
@@ -130,7 +128,7 @@ impl CoupledStage for CoulombNewton {
 
     fn negligible(&self) -> f64 {
         let fastest = self.links.iter().map(|link| link.twist.fixed_rows::<3>(0).norm()).fold(0.0, f64::max);
-        EXACT * fastest + EXACT_AT_REST * self.tolerance
+        (EXACT * fastest).min(self.tolerance) + EXACT_AT_REST * self.tolerance
     }
 
     fn defects(&mut self) -> Defect {
@@ -145,6 +143,11 @@ impl CoupledStage for CoulombNewton {
         for (k, peg) in pegs.iter_mut().enumerate() {
             let link = &mut links[peg.link];
             if let Some(rough) = rough.get_mut(k) {
+                if form.is_lagged {
+                    rough.project(peg, &link.twist, form);
+                    link.missing -= peg.force() + rough.force();
+                    continue;
+                }
                 let missing = rough.measure(&link.twist, peg.law.impulse, form);
                 defect.add_impulse(missing, link.mass);
                 link.missing -= rough.force();
@@ -181,17 +184,22 @@ impl CoupledStage for CoulombNewton {
 
     fn find_step(&mut self) {
         let Self { links, pegs, rough, pairs, form, .. } = self;
-        rough.iter_mut().zip(&*pegs).for_each(|(rough, peg)| rough.linearise(peg, form));
+        if !form.is_lagged || rough.is_empty() {
+            pegs.iter_mut().for_each(|peg| peg.linearise(form));
+        }
+        if !form.is_lagged {
+            links.iter_mut().for_each(|link| link.laws.linearise(form));
+            rough.iter_mut().zip(&*pegs).for_each(|(rough, peg)| rough.linearise(peg, form));
+        }
         let mut pegs_left = pegs.iter().enumerate().rev().peekable();
         let mut behind = Balance { matrix: Matrix6::zeros(), load: Vector6::zeros() };
         for (i, link) in links.iter_mut().enumerate().rev() {
-            link.laws.linearise(form);
             let (matrix, load) = link.laws.tangent();
             behind.matrix += link.mass_matrix + matrix;
             behind.load += load - link.missing + pairs.load_on(i, form);
             while let Some((k, peg)) = pegs_left.next_if(|(_, peg)| peg.link == i) {
                 let friction = rough.get(k).map(RoughLaw::tangent);
-                for (matrix, load) in std::iter::once(peg.tangent(form)).chain(friction) {
+                for (matrix, load) in std::iter::once(peg.tangent()).chain(friction) {
                     behind.matrix += matrix;
                     behind.load += load;
                 }
@@ -213,7 +221,7 @@ impl CoupledStage for CoulombNewton {
         links.iter_mut().for_each(|link| link.laws.find_step(&link.step));
         for (k, peg) in pegs.iter_mut().enumerate() {
             let step = &links[peg.link].step;
-            peg.find_step(step, form);
+            peg.find_step(step);
             rough.get_mut(k).into_iter().for_each(|rough| rough.find_step(step));
         }
         pairs.find_step(|link| links[link].step, form);

@@ -1,8 +1,8 @@
 //! Friction at obstacles in [`CoulombNewton`](super::CoulombNewton): discs that grow with the contact's own normal impulse.
 
-use nalgebra::{Matrix2x6, Matrix6, Vector2, Vector6};
+use nalgebra::{Matrix2x6, Matrix3x6, Matrix6, Vector2, Vector3, Vector6};
 
-use crate::laws::{ConvexSet, Disc};
+use crate::laws::{Cone, ConvexSet, Disc};
 use crate::solver::{CoulombForm, DiscTangent};
 use crate::spatial::{Stage, StageSolution};
 
@@ -24,6 +24,8 @@ pub(super) struct RoughLaw {
     /// Change of the impulse with the twist for which the linearised law holds.
     constant: Vector2<f64>,
     slope: Matrix2x6<f64>,
+    /// In the convex problem \[m/s\].
+    lag: f64,
 }
 
 impl RoughLaw {
@@ -43,7 +45,28 @@ impl RoughLaw {
             defect: none,
             constant: none,
             slope: Matrix2x6::zeros(),
+            lag: 0.0,
         }
+    }
+
+    /// Impulses of friction and contact in the convex problem, and their slopes.
+    pub fn project(&mut self, peg: &mut PegLaw, twist: &Vector6<f64>, form: &CoulombForm) {
+        let stiffness = 1.0 / form.compliance;
+        let normal = peg.law.lagged(peg.direction.dot(twist) + self.lag, form);
+        let along = self.centre - self.rows * twist * stiffness;
+        let (inside, derivative) =
+            Cone { coefficient: self.coefficient }.evaluate(&Vector3::new(normal, along.x, along.y));
+        (peg.law.impulse, self.impulse) = (inside.x, inside.yz());
+        let [first, second] = [0, 1].map(|row| self.rows.row(row).into_owned());
+        let rows = Matrix3x6::from_rows(&[peg.direction.transpose(), first, second]);
+        let slope = derivative * rows * -stiffness;
+        (peg.constant, peg.slope) = (0.0, slope.row(0).transpose());
+        (self.constant, self.slope) = (Vector2::zeros(), slope.fixed_rows::<2>(1).into_owned());
+    }
+
+    /// Lag of the next convex problem: that of the present slip.
+    pub fn lag(&mut self, twist: &Vector6<f64>) {
+        self.lag = self.coefficient * (self.rows * twist).norm();
     }
 
     /// Evaluates the law under its contact's normal impulse; returns the defect \[N s\].
@@ -61,7 +84,7 @@ impl RoughLaw {
     /// Linearises the law together with that of its contact.
     pub fn linearise(&mut self, peg: &PegLaw, form: &CoulombForm) {
         let tangent = DiscTangent::new(&self.z, &self.defect, self.radius(peg.law.impulse), form);
-        let (constant, slope) = peg.growth(form);
+        let (constant, slope) = peg.growth();
         self.constant = tangent.constant + tangent.outward * (self.coefficient * constant);
         self.slope = tangent.from_slip * self.rows + tangent.outward * (slope * self.coefficient).transpose();
     }

@@ -1,12 +1,16 @@
-//! Fallback for a stage that the lanes' Newton iteration did not solve: the coupled Newton iteration from there and by
-//! continuation from soft contacts, then the strict variant of the lanes' method from free motion; where the contacts
-//! contradict each other, the stage is relaxed. `docs/notes/fallback.md` counts which method solves how many stages.
+//! Fallback for a stage that the lanes' Newton iteration did not solve: the coupled Newton iteration from there, a sequence
+//! of convex problems, the coupled iteration by continuation from soft contacts, then the strict variant of the lanes'
+//! method from free motion; where the contacts contradict each other, the stage is relaxed. Of all that is found, the
+//! solution with the least certified residual is kept. `docs/notes/fallback.md` counts which method solves how many stages.
 
 use nalgebra::Vector2;
 
-use crate::solver::{CoupledStage, SolveStatus, residual_limit};
-use crate::spatial::{Stage, StageLink, StageSolution, Twist, certify};
+use crate::solver::{CoupledStage, SolveStatus};
+use crate::spatial::rest::{RestCandidate, bound, fastest};
+use crate::spatial::{Spatial, Stage, StageLink, StageSolution, Twist, certify};
+use crate::stepping::Model;
 
+use super::lagged::Lag;
 use super::{CoulombNewton, Newton};
 
 /// Workspace of the fallback, for one robot.
@@ -14,6 +18,7 @@ use super::{CoulombNewton, Newton};
 pub struct Fallback {
     attempt: Attempt,
     relaxed: Stage,
+    relaxed_solution: StageSolution,
 }
 
 #[derive(Debug, Clone)]
@@ -21,6 +26,10 @@ struct Attempt {
     coulomb: CoulombNewton,
     strict: Newton,
     trial: StageSolution,
+    /// The best solution found and its residual.
+    best: StageSolution,
+    residual: f64,
+    rest: RestCandidate,
 }
 
 impl Fallback {
@@ -29,56 +38,116 @@ impl Fallback {
             coulomb: CoulombNewton::new(links),
             strict: Newton::strict(links),
             trial: StageSolution::new(links),
+            best: StageSolution::new(links),
+            residual: f64::INFINITY,
+            rest: RestCandidate::new(links),
         };
-        Self { attempt, relaxed: Stage::with_capacity(links) }
+        Self { attempt, relaxed: Stage::with_capacity(links), relaxed_solution: StageSolution::new(links) }
     }
 
     /// Solves `stage` for velocities within about `tolerance` \[m/s\]. `solution` has the size of the stage and may
     /// hold the result of another solver or anything else, NaN included. Also returns the number of linear solves.
     pub fn solve_hard(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, SolveStatus) {
-        let (solves, merit) = self.attempt.close(stage, solution, tolerance);
+        let limit = Spatial::RESIDUAL_FACTOR * tolerance;
+        let (solves, residual) = self.attempt.close(stage, solution, tolerance);
         let mut offsets = stage.pegs.iter().map(|peg| peg.offset).chain(stage.pairs.iter().map(|pair| pair.offset));
-        let can_relax = offsets.any(|offset| offset < 0.0);
-        if merit <= 1.0 || !can_relax {
-            return (solves, if merit <= 1.0 { SolveStatus::Solved } else { SolveStatus::Unsolved });
+        let may_contradict = residual > limit.max(CONTRADICTION) && offsets.any(|offset| offset < 0.0);
+        if !may_contradict {
+            return (solves, if residual <= limit { SolveStatus::Solved } else { SolveStatus::Unsolved });
         }
         self.relaxed.copy_from(stage);
         let Stage { pegs, pairs, .. } = &mut self.relaxed;
         let offsets = pegs.iter_mut().map(|peg| &mut peg.offset).chain(pairs.iter_mut().map(|pair| &mut pair.offset));
         offsets.for_each(|offset| *offset = offset.max(0.0));
-        let (more, merit) = self.attempt.close(&self.relaxed, solution, tolerance);
-        (solves + more, if merit <= 1.0 { SolveStatus::Relaxed } else { SolveStatus::Unsolved })
+        self.relaxed_solution.copy_from(solution);
+        let (more, of_relaxed) = self.attempt.close(&self.relaxed, &mut self.relaxed_solution, tolerance);
+        if of_relaxed < residual {
+            solution.copy_from(&self.relaxed_solution);
+        }
+        (solves + more, if of_relaxed <= limit { SolveStatus::Relaxed } else { SolveStatus::Unsolved })
     }
 }
 
 impl Attempt {
-    /// Tries one method after the other and keeps the best solution in `solution`. Returns the solves and the residual
-    /// in admissible ones.
+    /// Tries one method after the other until the residual is well within the tolerance, and keeps the best solution in
+    /// `solution`. Returns the solves and its residual, infinite if it is not a number.
     fn close(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, f64) {
-        let methods = [Self::near_the_lanes, Self::by_continuation, Self::strictly];
-        let mut best = merit(stage, solution, tolerance);
-        let mut solves = 0;
-        for method in methods {
-            self.trial.copy_from(solution);
-            if best.is_infinite() {
+        // With the residual over the tolerance that is enough.
+        let methods: [(fn(&mut Self, &Stage, f64) -> u32, f64); 4] = [
+            (Self::near_the_lanes, ENOUGH),
+            (Self::by_convex_problems, 1.0),
+            (Self::by_continuation, 1.0),
+            (Self::strictly, 1.0),
+        ];
+        self.best.copy_from(solution);
+        self.residual = residual(stage, solution);
+        let (mut solves, is_done) = self.at_rest(stage, tolerance);
+        for (method, enough) in methods {
+            if is_done {
+                break;
+            }
+            self.trial.copy_from(&self.best);
+            if self.residual.is_infinite() {
                 self.start_from_free_motion(stage);
             }
             solves += method(self, stage, tolerance);
-            let reached = merit(stage, &self.trial, tolerance);
-            if reached < best {
-                best = reached;
-                solution.copy_from(&self.trial);
-            }
-            if best <= 1.0 {
+            self.keep_if_better(stage);
+            if self.residual <= enough * tolerance {
                 break;
             }
         }
-        (solves, best)
+        solution.copy_from(&self.best);
+        (solves, self.residual)
+    }
+
+    fn keep_if_better(&mut self, stage: &Stage) {
+        let reached = residual(stage, &self.trial);
+        if reached < self.residual {
+            self.residual = reached;
+            self.best.copy_from(&self.trial);
+        }
+    }
+
+    /// Friction that does not lag at all, whose solution is rest where the contacts can hold the robot: the robot stands
+    /// once it is held within the [bound](rest::bound) that keeps it at rest from then on. Returns the linear solves and
+    /// whether the stage is solved.
+    fn at_rest(&mut self, stage: &Stage, tolerance: f64) -> (u32, bool) {
+        let Self { coulomb, trial, best, residual: least, rest, .. } = self;
+        if least.is_infinite() || fastest(stage, best) > SLOW {
+            return (0, false);
+        }
+        trial.copy_from(best);
+        let (bound, mut left) = (bound(stage, tolerance), f64::INFINITY);
+        let solves = coulomb.lag(stage, trial, bound, Lag::None, |solution| {
+            let before = std::mem::replace(&mut left, rest.residual(stage, solution));
+            left <= bound || left > GAIN * before
+        });
+        let stands = left <= bound;
+        if stands {
+            rest.write(true, best);
+            *least = left;
+        } else {
+            self.keep_if_better(stage);
+        }
+        (solves, stands || self.residual <= ENOUGH * tolerance)
     }
 
     /// Newton's method on the coupled problem from what the lanes left.
     fn near_the_lanes(&mut self, stage: &Stage, tolerance: f64) -> u32 {
         self.coulomb.solve(stage, &mut self.trial, tolerance).0
+    }
+
+    /// Convex problems with friction that lags, from what is best so far.
+    fn by_convex_problems(&mut self, stage: &Stage, tolerance: f64) -> u32 {
+        let Self { coulomb, trial, best, residual: least, .. } = self;
+        coulomb.lag(stage, trial, tolerance, Lag::Follows, |solution| {
+            let reached = residual(stage, solution);
+            if reached < *least {
+                *least = reached;
+                best.copy_from(solution);
+            }
+            *least <= ENOUGH * tolerance
+        })
     }
 
     /// The same along the path of solutions from soft contacts.
@@ -108,10 +177,10 @@ impl Attempt {
     }
 }
 
-/// At most 1 for a solution that is good enough.
-fn merit(stage: &Stage, solution: &StageSolution, tolerance: f64) -> f64 {
+/// Certified; infinite for one that is not a number.
+fn residual(stage: &Stage, solution: &StageSolution) -> f64 {
     let residual = certify(stage, solution).residual();
-    if residual.is_nan() { f64::INFINITY } else { residual / residual_limit(tolerance) }
+    if residual.is_nan() { f64::INFINITY } else { residual }
 }
 
 /// M^-1 p.
@@ -123,6 +192,17 @@ fn free_twist(link: &StageLink) -> Twist {
         angular: (l - z * spin) / link.inertia + z * (spin / link.roll_inertia),
     }
 }
+
+/// Residual over the tolerance with which nothing better is looked for: what is left of the forces at rest makes a robot
+/// creep, ten times as fast as the residual at many contacts close to slipping.
+const ENOUGH: f64 = 0.1;
+
+/// Speed up to which rest is tried \[m/s\], and by which part of itself what is left of the forces must fall in a problem.
+const SLOW: f64 = 1e-2;
+const GAIN: f64 = 0.9;
+
+/// Residual from which on contacts may contradict each other \[m/s\].
+const CONTRADICTION: f64 = 1e-4;
 
 /// Newton steps of one attempt.
 const MAX_ITERATIONS: u32 = 1000;

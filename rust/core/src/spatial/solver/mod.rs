@@ -11,6 +11,7 @@ mod coulomb_rough;
 mod coulomb_sweep;
 mod fallback;
 mod friction_term;
+mod lagged;
 mod link_term;
 mod newton;
 mod progress;

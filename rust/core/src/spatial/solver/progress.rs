@@ -154,7 +154,7 @@ impl<T: Real> Progress<T> {
         self.adapt_fraction(move_radii, here.radius_error);
         let solved = self.arrived & !mistaken & next.le(T::splat(ACCURACY) * tolerance);
         let at_rest = T::select(hard, T::splat(EXACT_AT_LAST), T::splat(EXACT_AT_REST));
-        let exact = here.multiplier_error.le(T::splat(EXACT) * here.fastest + at_rest * tolerance);
+        let exact = here.multiplier_error.le(self.creep(here) + at_rest * tolerance);
         self.outcome.converged = self.outcome.converged | (solved & exact);
         // A step that is not finite ends its lane: it is below no bound. One was taken, so that it shows in the
         // velocities.
@@ -173,7 +173,13 @@ impl<T: Real> Progress<T> {
     /// removed: that length bounds by which share of themselves they are wrong.
     #[inline(always)]
     fn will_be_exact(&self, next: T, here: &Assembly<T>) -> T::Mask {
-        (next * here.multiplier_error).le(T::splat(EXACT) * here.fastest * here.largest_radius)
+        (next * here.multiplier_error).le(self.creep(here) * here.largest_radius)
+    }
+
+    /// Violation that the compliance may leave because the robot moves \[m/s\].
+    #[inline(always)]
+    fn creep(&self, here: &Assembly<T>) -> T {
+        (T::splat(EXACT) * here.fastest).min(self.tolerance)
     }
 
     /// Moves of the radii become shorter while they gain little, and longer again when they gain much.
@@ -237,8 +243,8 @@ const ACCURACY: f64 = 0.1;
 /// at the end.
 const CLOSE: f64 = 0.02;
 
-/// Violation of the laws that is left to the compliance, over the speed of the robot, and over the tolerance: creep is
-/// slower than motion by this factor, and at rest there is none.
+/// Violation of the laws that is left to the compliance, over the speed of the robot but at most the tolerance, and over
+/// the tolerance: creep is slower than motion by this factor, and at rest there is none.
 const EXACT: f64 = 1e-6;
 const EXACT_AT_REST: f64 = 1e-7;
 

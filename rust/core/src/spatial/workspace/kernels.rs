@@ -17,21 +17,25 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
     /// Base, guess and reference momenta of a stage that starts with the step.
     #[inline(always)]
     fn begin(&mut self) {
-        self.base.copy_from(&self.start);
-        self.guess.copy_from(&self.start_velocity);
-        self.momentum.copy_from_slice(&self.start_momentum);
-        self.start.place_links(&self.half_length, &mut self.start_frames);
-        self.base_frames.copy_from_slice(&self.start_frames);
-        for (i, frame) in self.start_frames.iter().enumerate() {
+        self.motion.base.copy_from(&self.motion.start);
+        self.motion.guess.copy_from(&self.motion.start_velocity);
+        self.motion.momentum.copy_from_slice(&self.motion.start_momentum);
+        self.motion.start.place_links(&self.motion.half_length, &mut self.motion.start_frames);
+        self.motion.base_frames.copy_from_slice(&self.motion.start_frames);
+        for (i, frame) in self.motion.start_frames.iter().enumerate() {
             let link = &self.stage.links[i];
-            self.start_gap[i] = [frame.ground_gap(link, 0), frame.ground_gap(link, 1)];
+            self.motion.start_gap[i] = [frame.ground_gap(link, 0), frame.ground_gap(link, 1)];
         }
         self.closings.begin_part();
         self.self_contacts.begin_step();
-        self.backlash.begin_step();
+        self.drives.backlash.begin_step();
         if self.stribeck.is_any {
-            self.start_velocity.twists(&self.start_frames, &self.half_length, &mut self.expected);
-            let slips = slips(&self.stage.links, &self.start_frames, &self.expected);
+            self.motion.start_velocity.twists(
+                &self.motion.start_frames,
+                &self.motion.half_length,
+                &mut self.motion.expected,
+            );
+            let slips = slips(&self.stage.links, &self.motion.start_frames, &self.motion.expected);
             self.stribeck.begin_step(slips);
         }
     }
@@ -41,18 +45,20 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
     #[inline(always)]
     fn extrapolate(&mut self, h: T) {
         let elapsed = T::splat(1.0 - GAMMA) * h;
-        let Kept { end, momentum, .. } = &self.kept;
-        self.base.travel(&self.start, end, elapsed);
-        self.base.place_links(&self.half_length, &mut self.base_frames);
-        if self.backlash.is_any {
-            self.backlash.extrapolate(T::splat(EXTRAPOLATION));
+        let Kept { end, momentum, .. } = &self.result.kept;
+        self.motion.base.travel(&self.motion.start, end, elapsed);
+        self.motion.base.place_links(&self.motion.half_length, &mut self.motion.base_frames);
+        if self.drives.backlash.is_any {
+            self.drives.backlash.extrapolate(T::splat(EXTRAPOLATION));
         }
         if self.stribeck.is_any {
-            end.twists(&self.frames, &self.half_length, &mut self.expected);
-            self.stribeck.extrapolate(slips(&self.stage.links, &self.frames, &self.expected));
+            end.twists(&self.motion.frames, &self.motion.half_length, &mut self.motion.expected);
+            self.stribeck.extrapolate(slips(&self.stage.links, &self.motion.frames, &self.motion.expected));
         }
-        self.guess.blend(&self.start_velocity, end, T::splat(1.0 / GAMMA));
-        for (reference, (start, end)) in self.momentum.iter_mut().zip(self.start_momentum.iter().zip(momentum)) {
+        self.motion.guess.blend(&self.motion.start_velocity, end, T::splat(1.0 / GAMMA));
+        for (reference, (start, end)) in
+            self.motion.momentum.iter_mut().zip(self.motion.start_momentum.iter().zip(momentum))
+        {
             let change = end.plus_scaled(start, -T::splat(1.0));
             *reference = start.plus_scaled(&change, T::splat(EXTRAPOLATION));
         }
@@ -63,12 +69,12 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
     #[inline(always)]
     fn predict(&mut self, c: T, elapsed: T, _: T::Mask) {
         self.stage.coefficient = c;
-        self.elapsed = elapsed;
-        self.predicted.travel(&self.base, &self.guess, c);
-        self.predicted.place_links(&self.half_length, &mut self.frames);
-        self.guess.twists(&self.frames, &self.half_length, &mut self.expected);
-        self.self_contacts.predict(&self.frames);
-        self.joint_stops.predict(largest_angle(&self.predicted.angle));
+        self.motion.elapsed = elapsed;
+        self.motion.predicted.travel(&self.motion.base, &self.motion.guess, c);
+        self.motion.predicted.place_links(&self.motion.half_length, &mut self.motion.frames);
+        self.motion.guess.twists(&self.motion.frames, &self.motion.half_length, &mut self.motion.expected);
+        self.self_contacts.predict(&self.motion.frames);
+        self.joint_stops.predict(largest_angle(&self.motion.predicted.angle));
         self.fill_links(elapsed);
         self.fill_joints();
     }
@@ -78,7 +84,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
     #[inline(always)]
     fn solve(&mut self, tolerance: f64, max_iterations: u32, lanes: T::Mask) -> SolvedStage<T> {
         let c = self.stage.coefficient;
-        self.solution.twist.copy_from_slice(&self.expected);
+        self.solution.twist.copy_from_slice(&self.motion.expected);
         let StageSolution { normal, friction, rolling, .. } = &mut self.solution;
         for (i, forces) in self.forces.normal.iter().enumerate() {
             normal[i] = [c * forces[0], c * forces[1]];
@@ -86,10 +92,9 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             friction[i] = [impulse(front, c), impulse(rear, c)];
             rolling[i] = impulse(&self.forces.rolling[i], c);
         }
-        self.self_contacts.load_impulses(c, &mut self.solution.pair);
-        let angles = self.start.angle.iter().flatten().zip(self.base.angle.iter().flatten());
+        let angles = self.motion.start.angle.iter().flatten().zip(self.motion.base.angle.iter().flatten());
         let angles = angles.map(|(start, base)| (*start, *base));
-        self.joint_stops.fill(angles, c, self.elapsed, &mut self.stage.stops, &mut self.solution.stop);
+        self.joint_stops.fill(angles, c, self.motion.elapsed, &mut self.stage.stops, &mut self.solution.stop);
         let stands = self.rest.holds(lanes & self.began_at_rest, &self.stage, &self.solution, tolerance);
         let mut outcome =
             self.newton.solve(&self.stage, &mut self.solution, tolerance, max_iterations, lanes & !stands);
@@ -111,16 +116,10 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             }
             select_force(&mut rolling[i], lanes, &self.solution.rolling[i], per_second);
         }
-        let rates = self.guess.rate.iter().flatten().zip(self.solution.rate.iter().flatten());
+        let rates = self.motion.guess.rate.iter().flatten().zip(self.solution.rate.iter().flatten());
         let rates = rates.map(|(expected, rate)| (*expected, *rate));
-        self.joint_stops.store(
-            &self.stage.stops,
-            &self.solution.stop,
-            rates,
-            [self.stage.coefficient, self.elapsed],
-            lanes,
-        );
-        self.energy = work_of(&self.stage, &self.solution);
+        self.joint_stops.store(&self.solution.stop, rates, [self.stage.coefficient, self.motion.elapsed], lanes);
+        self.result.energy = work_of(&self.stage, &self.solution);
         self.measure_deviation();
         self.find_touchdowns();
     }
@@ -129,27 +128,27 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
     #[inline(always)]
     fn keep(&mut self, solved: T::Mask, again: T::Mask) {
         let StageSolution { twist, rate, actuator, .. } = &self.solution;
-        let Kept { end, momentum, actuator: kept_actuator, energy } = &mut self.kept;
+        let Kept { end, momentum, actuator: kept_actuator, energy } = &mut self.result.kept;
         end.head.select_into(solved, &twist[0]);
-        self.guess.head.select_into(again, &twist[0]);
+        self.motion.guess.head.select_into(again, &twist[0]);
         for (j, rates) in rate.iter().enumerate() {
             for axis in 0..2 {
                 end.rate[j][axis] = T::select(solved, rates[axis], end.rate[j][axis]);
-                self.guess.rate[j][axis] = T::select(again, rates[axis], self.guess.rate[j][axis]);
+                self.motion.guess.rate[j][axis] = T::select(again, rates[axis], self.motion.guess.rate[j][axis]);
                 kept_actuator[j][axis] = T::select(solved, actuator[j][axis], kept_actuator[j][axis]);
             }
         }
         for (momentum, (link, x)) in momentum.iter_mut().zip(self.stage.links.iter().zip(twist)) {
             momentum.select_into(solved, &link.momentum_of(x));
         }
-        energy.select_into(solved, &self.energy);
-        if self.backlash.is_any {
-            let rates = self.kept.end.rate.iter().flatten();
+        energy.select_into(solved, &self.result.energy);
+        if self.drives.backlash.is_any {
+            let rates = self.result.kept.end.rate.iter().flatten();
             let axes = self.stage.joints.iter().flatten().zip(rates).map(|(axis, rate)| {
                 let StageDrive { drive, stiffness, slack, .. } = *axis;
                 MovedAxis { drive, stiffness, slack, rate: *rate }
             });
-            self.backlash.end_stage(self.stage.coefficient, axes);
+            self.drives.backlash.end_stage(self.stage.coefficient, axes);
         }
     }
 
@@ -157,15 +156,18 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
     /// linearised gap.
     #[inline(always)]
     fn arrive(&mut self) {
-        self.arrival.travel(&self.base, &self.kept.end, self.stage.coefficient);
-        self.arrival.place_links(&self.half_length, &mut self.frames);
-        self.sinking_into_ground = T::zero();
-        for (i, frame) in self.frames.iter().enumerate() {
+        self.result.arrival.travel(&self.motion.base, &self.result.kept.end, self.stage.coefficient);
+        self.result.arrival.place_links(&self.motion.half_length, &mut self.motion.frames);
+        self.result.sinking_into_ground = T::zero();
+        for (i, frame) in self.motion.frames.iter().enumerate() {
             for end in 0..2 {
                 let gap = frame.ground_gap(&self.stage.links[i], end);
                 let sunk = gap.lt(T::splat(-SUNK));
-                self.sinking_into_ground =
-                    self.sinking_into_ground.max(T::select(sunk, self.start_gap[i][end] - gap, T::zero()));
+                self.result.sinking_into_ground = self.result.sinking_into_ground.max(T::select(
+                    sunk,
+                    self.motion.start_gap[i][end] - gap,
+                    T::zero(),
+                ));
             }
         }
     }
@@ -175,33 +177,33 @@ impl<T: Real> Workspace<T> {
     #[inline(always)]
     fn measure_deviation(&mut self) {
         let mut fastest = T::zero();
-        for (reach, (u, guess)) in self.reach.iter().zip(self.solution.twist.iter().zip(&self.expected)) {
+        for (reach, (u, guess)) in self.reach.iter().zip(self.solution.twist.iter().zip(&self.motion.expected)) {
             let change = u.plus_scaled(guess, -T::splat(1.0));
             let (v, w) = (change.linear, change.angular);
             let linear = (v.x * v.x + v.y * v.y + v.z * v.z).sqrt();
             let angular = (w.x * w.x + w.y * w.y + w.z * w.z).sqrt();
             fastest = fastest.max(linear + *reach * angular);
         }
-        self.deviation = fastest * self.stage.coefficient;
+        self.result.deviation = fastest * self.stage.coefficient;
     }
 
     /// Times at which spheres touch down.
     #[inline(always)]
     fn find_touchdowns(&mut self) {
-        (self.touchdown, self.touchdown_forecast) = (T::splat(f64::INFINITY), T::splat(f64::INFINITY));
+        (self.result.touchdown, self.result.touchdown_forecast) = (T::splat(f64::INFINITY), T::splat(f64::INFINITY));
         for (i, link) in self.stage.links.iter().enumerate() {
             for end in 0..2 {
                 let arm = link.ground_arm(end);
                 let row = ClosingRow {
                     offset: link.ground[end],
-                    expected_rate: self.expected[i].velocity_at(&arm).z,
+                    expected_rate: self.motion.expected[i].velocity_at(&arm).z,
                     rate: self.solution.twist[i].velocity_at(&arm).z,
                     presses: T::zero().lt(self.solution.normal[i][end]),
                     touched: self.stood[i][end],
                 };
-                let (at, forecast) = row.times(self.stage.coefficient, self.elapsed);
-                self.touchdown = self.touchdown.min(at);
-                self.touchdown_forecast = self.touchdown_forecast.min(forecast);
+                let (at, forecast) = row.times(self.stage.coefficient, self.motion.elapsed);
+                self.result.touchdown = self.result.touchdown.min(at);
+                self.result.touchdown_forecast = self.result.touchdown_forecast.min(forecast);
             }
         }
     }
@@ -209,18 +211,18 @@ impl<T: Real> Workspace<T> {
     #[inline(always)]
     fn fill_links(&mut self, elapsed: T) {
         let c = self.stage.coefficient;
-        for (i, frame) in self.frames.iter().enumerate() {
+        for (i, frame) in self.motion.frames.iter().enumerate() {
             let link = &mut self.stage.links[i];
             link.axes = frame.axes;
             link.tangent = tangent(frame);
-            link.momentum = self.momentum[i];
+            link.momentum = self.motion.momentum[i];
             for axis in 0..3 {
                 link.momentum.linear[axis] += link.mass * self.gravity[axis] * c;
             }
             for end in 0..2 {
-                let closing = self.expected[i].velocity_at(&link.ground_arm(end)).z;
+                let closing = self.motion.expected[i].velocity_at(&link.ground_arm(end)).z;
                 let still = frame.ground_gap(link, end) - c * closing;
-                link.ground[end] = opening(still, self.start_gap[i][end], c, elapsed);
+                link.ground[end] = opening(still, self.motion.start_gap[i][end], c, elapsed);
             }
             link.share = [T::splat(1.0); 2];
         }
@@ -234,38 +236,38 @@ impl<T: Real> Workspace<T> {
     #[inline(always)]
     fn fill_joints(&mut self) {
         let c = self.stage.coefficient;
-        let [kp, kd] = self.gains;
+        let [kp, kd] = self.drives.gains;
         self.stage.joints.clear();
-        for (base, target) in self.base.angle.iter().zip(&self.target) {
+        for (base, target) in self.motion.base.angle.iter().zip(&self.drives.target) {
             let [[yaw, yaw_rate], [pitch, pitch_rate]] = *target;
-            let (stiffness, limit, slack) = (c * (c * kp + kd), c * self.torque_limit, T::zero());
+            let (stiffness, limit, slack) = (c * (c * kp + kd), c * self.drives.torque_limit, T::zero());
             self.stage.joints.push([
                 StageDrive { drive: c * (kp * (yaw - base[0]) + kd * yaw_rate), stiffness, limit, slack },
                 StageDrive { drive: c * (kp * (pitch - base[1]) + kd * pitch_rate), stiffness, limit, slack },
             ]);
         }
-        if self.has_own_torques {
-            for (joint, torques) in self.stage.joints.iter_mut().zip(&self.own_torque) {
+        if self.drives.has_own_torques {
+            for (joint, torques) in self.stage.joints.iter_mut().zip(&self.drives.own_torque) {
                 joint[0].drive += c * torques[0];
                 joint[1].drive += c * torques[1];
             }
         }
-        if self.backlash.is_any {
+        if self.drives.backlash.is_any {
             let axes = self.stage.joints.iter_mut().flatten().map(|axis| PlayedAxis {
                 drive: &mut axis.drive,
                 stiffness: axis.stiffness,
                 slack: &mut axis.slack,
             });
-            self.backlash.apply(c, kd, axes);
+            self.drives.backlash.apply(c, kd, axes);
         }
         // A locked joint is held at its reference, the angles at which it broke, by stiff springs without play or limit.
-        for (j, breakage) in &self.broken {
+        for (j, breakage) in &self.drives.broken {
             let stiffness = match breakage {
                 Breakage::Locked => T::splat(LOCK_STIFFNESS) * c,
                 Breakage::Limp => T::zero(),
             };
             for axis in 0..2 {
-                let error = self.target[*j][axis][0] - self.base.angle[*j][axis];
+                let error = self.drives.target[*j][axis][0] - self.motion.base.angle[*j][axis];
                 let (drive, limit) = (stiffness * error, T::splat(f64::INFINITY));
                 self.stage.joints[*j][axis] = StageDrive { drive, stiffness: stiffness * c, limit, slack: T::zero() };
             }

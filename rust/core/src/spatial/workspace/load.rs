@@ -1,9 +1,9 @@
 //! Robots and their references into lanes.
 
 use crate::gait::CardanTarget;
-use crate::math::{Mask, Real};
-use crate::spatial::{Laned, Spatial, SpatialSystem, write_lane};
-use crate::stepping::lanes::{Lanes, NO_LANES, active};
+use crate::math::{Laned, Mask, Real, write_lane};
+use crate::spatial::{Spatial, SpatialSystem};
+use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::{Driven, Members, PlantParameters, StageInput};
 
 use super::Workspace;
@@ -18,17 +18,16 @@ impl<T: Real> StageInput<T> for Workspace<T> {
     fn load<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>) {
         self.load_variations(members);
         let (system, parameters) = (members.system, |lane| &members.body(lane).parameters);
-        self.backlash.load(|lane| (system.backlash(parameters(lane)), &members.body(lane).warm_start.backlash));
+        self.drives.backlash.load(|lane| (system.backlash(parameters(lane)), &members.body(lane).warm_start.backlash));
         self.stribeck.load(|lane| system.stribeck.drop + parameters(lane).stribeck);
         self.joint_stops.load(|lane| &members.body(lane).warm_start.joint_stops);
         for lane in 0..T::LANES {
             let state = &members.body(lane).warm_start;
-            self.start.set_lane(lane, &state.configuration);
-            self.start_velocity.set_lane(lane, &state.velocity);
-            write_lane::<T, _>(&mut self.start_momentum, lane, &state.momentum);
+            self.motion.start.set_lane(lane, &state.configuration);
+            self.motion.start_velocity.set_lane(lane, &state.velocity);
+            write_lane::<T, _>(&mut self.motion.start_momentum, lane, &state.momentum);
             self.forces.set_lane(lane, &state.forces);
-            self.contacts.recall(lane, &state.pairs);
-            self.self_contacts.recall(lane, &state.self_contacts);
+            self.known[lane].copy_from(&state.contacts);
         }
         for (i, ends) in self.stood.iter_mut().enumerate() {
             *ends = [0, 1].map(|end| T::Mask::of(|lane| members.body(lane).warm_start.stands[i][end]));
@@ -40,58 +39,40 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         for lane in active(members.lanes()) {
             let state = &mut members.body_mut(lane).warm_start;
             if std::mem::take(&mut state.is_postponed) {
-                self.guess.set_lane(lane, &state.guess);
+                self.motion.guess.set_lane(lane, &state.guess);
             }
         }
     }
 
     fn read_references<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>, end: T, _: Lanes) {
-        self.has_own_torques = false;
+        self.drives.has_own_torques = false;
         for lane in 0..T::LANES {
             let robot = members.robot(lane);
             let time = robot.body().state.time + end.lane(lane);
-            robot.targets(time, &mut self.targets);
-            for (lanes, CardanTarget { yaw, pitch }) in self.target.iter_mut().zip(&self.targets) {
+            robot.targets(time, &mut self.drives.targets);
+            for (lanes, CardanTarget { yaw, pitch }) in self.drives.target.iter_mut().zip(&self.drives.targets) {
                 for (lanes, target) in lanes.iter_mut().zip([yaw, pitch]) {
                     lanes[0].set_lane(lane, target.angle);
                     lanes[1].set_lane(lane, target.rate);
                 }
             }
-            if robot.torques(time, &mut self.torques) {
+            if robot.torques(time, &mut self.drives.torques) {
                 // Zero for the robots of the register that have none.
-                if !std::mem::replace(&mut self.has_own_torques, true) {
-                    self.own_torque.fill([T::zero(); 2]);
+                if !std::mem::replace(&mut self.drives.has_own_torques, true) {
+                    self.drives.own_torque.fill([T::zero(); 2]);
                 }
-                for (lanes, torques) in self.own_torque.iter_mut().zip(self.torques.chunks_exact(2)) {
+                for (lanes, torques) in self.drives.own_torque.iter_mut().zip(self.drives.torques.chunks_exact(2)) {
                     lanes[0].set_lane(lane, torques[0]);
                     lanes[1].set_lane(lane, torques[1]);
                 }
             }
             let share = robot.body().parameters.torque_limit;
-            self.torque_limit.set_lane(lane, share * members.system.controller.limit_until(time));
+            self.drives.torque_limit.set_lane(lane, share * members.system.controller.limit_until(time));
         }
     }
 
     fn find_contacts<D: Driven<Model = Spatial>>(&mut self, members: &mut Members<D>, pending: Lanes, elapsed: T) {
-        let mut contacts = std::mem::take(&mut self.contacts);
-        contacts.clear(self);
-        self.supports.retain(|support| !pending[support.lane]);
-        let mut near_obstacles = NO_LANES;
-        for lane in active(pending) {
-            near_obstacles[lane] = self.may_reach(lane, &members.body(lane).pegs);
-        }
-        for (i, link) in members.system.robot.links.iter().enumerate() {
-            let bodies = active(near_obstacles).map(|lane| (lane, members.body(lane)));
-            contacts.add(self, i, link, bodies, elapsed);
-        }
-        self.contacts = contacts;
-        for lane in active(near_obstacles) {
-            let pegs = &members.body(lane).pegs;
-            if self.may_reach_tops(lane, pegs) {
-                self.find_supports(lane, &members.system.robot.links, pegs, elapsed.lane(lane));
-            }
-        }
-        self.find_self_contacts(pending, elapsed);
+        self.find_rows(members, pending, elapsed);
     }
 }
 

@@ -1,100 +1,80 @@
 //! The current stage over lanes: its data, how it is built, and what follows from its solution.
 
+mod drives;
 mod kernels;
 mod load;
+mod motion;
 mod results;
 
 pub use kernels::opening;
+pub use motion::{Motion, StageKinematics};
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::gait::CardanTarget;
+use crate::contact::ContactMemory;
 use crate::math::{MAX_LANES, Mask, Real};
-use crate::robot::Breakage;
 use crate::spatial::{
-    ChainVelocity, Configuration, Frame, Momentum, Newton, SpatialSystem, SpatialVector, Stage, StageFriction,
-    StageLink, StageSolution, Twist,
+    ChainVelocity, Configuration, Frame, Momentum, Newton, SpatialSystem, Stage, StageFriction, StageLink,
+    StageSolution,
 };
 use crate::stepping::penetration::Sinking;
-use crate::stepping::{Backlash, Closings, EnergyLedger, JointStops, StribeckBounds};
+use crate::stepping::{Closings, EnergyLedger, JointStops, StribeckBounds};
 
 use super::chain_state::GroundForces;
-use super::contact_map::ContactMap;
 use super::lane_fallback::LaneFallback;
+use super::obstacle_contacts::ObstacleContacts;
 use super::rest::RestCandidate;
 use super::self_contact::SelfContactDetection;
 use super::support::Support;
+
+use drives::Drives;
 
 /// Data of the current stage, for as many robots as `T` has lanes.
 #[derive(Debug, Clone)]
 pub struct Workspace<T: Real> {
     /// Farthest point of each link's surface from its CG \[m\].
     reach: Vec<T>,
-    half_length: Vec<T>,
-    /// Of the robot, see [`crate::robot::Robot::extent`] \[m\].
-    pub extent: f64,
     /// Acceleration in frame I \[m/s^2\].
     gravity: Vector3<T>,
-    /// Gains k_P, k_D.
-    gains: [T; 2],
-    pub torque_limit: T,
     /// Whether a lane's robot differs from the system's in mass or friction.
     is_varied: bool,
-    backlash: Backlash<T>,
+    pub motion: Motion<T>,
+    drives: Drives<T>,
     stribeck: StribeckBounds<T>,
-    /// Joints that are locked or limp.
-    broken: Vec<(usize, Breakage)>,
-    /// Joint references at the end of the stage: yaw and pitch, angle and rate.
-    pub target: Vec<[[T; 2]; 2]>,
-    /// Robots at the start of the step.
-    pub start: Configuration<T>,
-    pub start_velocity: ChainVelocity<T>,
-    pub start_momentum: Vec<Momentum<T>>,
-    pub start_frames: Vec<Frame<T>>,
-    /// Heights of the spheres' lowest points there \[m\], and which of them the ground carried.
-    start_gap: Vec<[T; 2]>,
+    /// Which spheres the ground carried at the start of the step.
     stood: Vec<[T::Mask; 2]>,
-    /// q_B and the expected end velocity of the stage.
-    pub base: Configuration<T>,
-    pub base_frames: Vec<Frame<T>>,
-    guess: ChainVelocity<T>,
-    /// Reference momenta p_R, without gravity.
-    momentum: Vec<Momentum<T>>,
-    /// Expected end configuration, and the twists of the guess there.
-    pub predicted: Configuration<T>,
-    pub frames: Vec<Frame<T>>,
-    pub expected: Vec<Twist<T>>,
+    /// Lanes whose robots' last steps began at rest.
+    began_at_rest: T::Mask,
+    pub contacts: ObstacleContacts,
+    pub self_contacts: SelfContactDetection<T>,
+    /// Contacts of the last stage, lane by lane: a step that is rejected leaves those of its robot unchanged.
+    pub known: [ContactMemory; MAX_LANES],
+    /// Of the present stage.
+    pub supports: Vec<Support>,
+    joint_stops: JointStops<T>,
+    pub closings: Closings,
     /// Forces of the last stage.
     pub forces: GroundForces<T>,
     pub stage: Stage<T>,
     pub solution: StageSolution<T>,
     newton: Newton<T>,
     rest: RestCandidate<T>,
-    /// Lanes whose robots' last steps began at rest.
-    began_at_rest: T::Mask,
-    contacts: ContactMap,
-    /// Of the present stage.
-    pub supports: Vec<Support>,
-    pub self_contacts: SelfContactDetection<T>,
-    joint_stops: JointStops<T>,
     fallback: LaneFallback,
     /// Normal impulses of the ground in the first stage of a step.
     first_ground: Vec<T>,
-    /// References of one robot.
-    targets: Vec<CardanTarget>,
-    /// Torques of the actuators beside the controller's, and those of one robot.
-    has_own_torques: bool,
-    own_torque: Vec<[T; 2]>,
-    torques: Vec<f64>,
+    pub result: StageResult<T>,
+}
+
+/// What follows from the solution of a stage.
+#[derive(Debug, Clone)]
+pub struct StageResult<T: Real> {
+    /// Work.
     energy: EnergyLedger<T>,
-    pub closings: Closings,
+    /// How far the stage ended from its prediction, for any point of the robot \[m\].
+    pub deviation: T,
     /// Of the ground alone: when spheres touch down within the step, and when after it \[s\].
     touchdown: T,
     touchdown_forecast: T,
-    /// Time from the start of the step to the end of the stage \[s\].
-    elapsed: T,
-    /// How far the stage ended from its prediction, for any point of the robot \[m\].
-    pub deviation: T,
     pub kept: Kept<T>,
     /// Configuration at the end of the step.
     pub arrival: Configuration<T>,
@@ -118,64 +98,43 @@ impl<T: Real> Workspace<T> {
     pub fn new(system: &SpatialSystem) -> Self {
         let links = system.robot.link_count();
         let zero = T::zero();
-        let none = || vec![SpatialVector::zero(); links];
-        let frames = || vec![Frame::origin(); links];
         Self {
             reach: system.robot.links.iter().map(|link| T::splat(link.reach().max(0.5 * link.length))).collect(),
-            half_length: system.robot.links.iter().map(|link| T::splat(0.5 * link.length)).collect(),
-            extent: system.robot.extent(),
             gravity: system.gravity.map(T::splat),
-            gains: [system.controller.kp, system.controller.kd].map(T::splat),
-            torque_limit: T::splat(f64::INFINITY),
             is_varied: false,
-            backlash: Backlash::new(2 * (links - 1)),
+            motion: Motion::new(system),
+            drives: Drives::new(system),
             stribeck: StribeckBounds::new(2 * links, system.stribeck.speed),
-            broken: system.robot.broken.clone(),
-            target: vec![[[zero; 2]; 2]; links - 1],
-            start: Configuration::straight(links),
-            start_velocity: ChainVelocity::rest(links),
-            start_momentum: none(),
-            start_frames: frames(),
-            start_gap: vec![[zero; 2]; links],
             stood: vec![[T::Mask::of(|_| false); 2]; links],
-            base: Configuration::straight(links),
-            base_frames: frames(),
-            guess: ChainVelocity::rest(links),
-            momentum: none(),
-            predicted: Configuration::straight(links),
-            frames: frames(),
-            expected: none(),
+            began_at_rest: T::Mask::of(|_| false),
+            contacts: ObstacleContacts::with_capacity(links, T::LANES),
+            self_contacts: SelfContactDetection::new(&system.robot),
+            known: std::array::from_fn(|_| ContactMemory::with_capacity(8 * links)),
+            supports: Vec::with_capacity(2 * links * T::LANES),
+            joint_stops: JointStops::new(&system.robot, 2),
+            closings: Closings::none(),
             forces: GroundForces::none(links),
             stage: empty_stage(system),
             solution: StageSolution::new(links),
             newton: Newton::new(links),
-            rest: RestCandidate::new(&system.robot),
-            began_at_rest: T::Mask::of(|_| false),
-            contacts: ContactMap::new(links),
-            supports: Vec::with_capacity(2 * links * T::LANES),
-            self_contacts: SelfContactDetection::new(&system.robot),
-            joint_stops: JointStops::new(&system.robot, 2),
+            rest: RestCandidate::new(links),
             fallback: LaneFallback::new(links),
             first_ground: vec![zero; links],
-            targets: vec![CardanTarget::default(); links - 1],
-            has_own_torques: false,
-            own_torque: vec![[zero; 2]; links - 1],
-            torques: vec![0.0; 2 * (links - 1)],
-            energy: EnergyLedger::zero(),
-            closings: Closings::none(),
-            touchdown: zero,
-            touchdown_forecast: zero,
-            elapsed: zero,
-            deviation: zero,
-            kept: Kept {
-                end: ChainVelocity::rest(links),
-                momentum: none(),
-                actuator: vec![[zero; 2]; links - 1],
+            result: StageResult {
                 energy: EnergyLedger::zero(),
+                deviation: zero,
+                touchdown: zero,
+                touchdown_forecast: zero,
+                kept: Kept {
+                    end: ChainVelocity::rest(links),
+                    momentum: vec![Momentum::zero(); links],
+                    actuator: vec![[zero; 2]; links - 1],
+                    energy: EnergyLedger::zero(),
+                },
+                arrival: Configuration::straight(links),
+                sinking_into_ground: zero,
+                sinking: [Sinking::No; MAX_LANES],
             },
-            arrival: Configuration::straight(links),
-            sinking_into_ground: zero,
-            sinking: [Sinking::No; MAX_LANES],
         }
     }
 }

@@ -2,46 +2,40 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::math::Real;
+use crate::contact::{KnownContact, Source};
+use crate::math::{Laned, Real, read_lane};
+use crate::spatial::obstacle_contacts::friction_of;
 use crate::spatial::rest::is_at_rest;
 use crate::spatial::support::Support;
-use crate::spatial::{
-    ChainState, Laned, Spatial, SpatialBody, SpatialSystem, StagePair, StageSolution, Twist, read_lane,
-};
+use crate::spatial::{ChainState, Spatial, SpatialBody, SpatialSystem, StageSolution};
 use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::penetration::Sinking;
 use crate::stepping::{
-    Closing, ClosingRow, ContactImpulse, Driven, EnergyLedger, FallbackResult, Members, Source, StageOutput,
-    StageRecord,
+    Closing, ContactImpulse, Driven, EnergyLedger, FallbackResult, Members, SolvedRows, StageOutput, StageRecord,
 };
 
-use super::Workspace;
+use super::{Motion, Workspace};
 
 impl<T: Real> StageOutput<T> for Workspace<T> {
     type Model = Spatial;
 
     fn fall_back(&mut self, lane: usize, tolerance: f64, solves_left: u32) -> Option<FallbackResult> {
-        self.fallback.solve_lane(&self.stage, &mut self.solution, &self.contacts, lane, tolerance, solves_left)
-    }
-
-    fn remember(&mut self, lane: usize) {
-        self.contacts.remember(&self.stage, &self.solution, lane);
-        self.self_contacts.remember(&self.stage, &self.solution, lane);
+        self.fallback.solve_lane(&self.stage, &mut self.solution, lane, tolerance, solves_left)
     }
 
     fn deviation(&self) -> T {
-        self.deviation
+        self.result.deviation
     }
 
     fn is_mispredicted(&self, lane: usize) -> bool {
         // Also where the deviation is not a number.
-        !matches!(self.deviation.lane(lane), deviation if deviation < MISPREDICTED)
+        !matches!(self.result.deviation.lane(lane), deviation if deviation < MISPREDICTED)
     }
 
     /// Its forces serve as the next warm start, too.
     fn postpone(&mut self, lane: usize, body: &mut SpatialBody) {
         let state = &mut body.warm_start;
-        self.guess.read_lane(lane, &mut state.guess);
+        self.motion.guess.read_lane(lane, &mut state.guess);
         state.is_postponed = true;
         self.keep_forces(lane, state);
     }
@@ -53,11 +47,23 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         contact_impulses: &mut Vec<ContactImpulse>,
     ) {
         for lane in active(solved) {
-            contact_impulses.extend(self.contacts.contact_impulses(&self.stage, &self.solution, lane));
             contact_impulses.extend(self.top_impulses(lane));
-            contact_impulses.extend(self.self_contacts.contact_impulses(&self.solution, lane));
-            self.find_closings(lane);
+            self.closings.begin_stage(lane);
+            self.closings.add_times(lane, self.result.touchdown.lane(lane), self.result.touchdown_forecast.lane(lane));
+            self.joint_stops.add_closings(lane, &mut self.closings);
         }
+        let Self { contacts, self_contacts, known, closings, stage, solution, motion, .. } = self;
+        let Motion { expected, elapsed, .. } = motion;
+        let (c, twist) = (stage.coefficient, &solution.twist);
+        let rows = |impulse| SolvedRows { coefficient: c, elapsed: *elapsed, expected, twist, impulse, lanes: solved };
+        contacts.rows.read(&rows(&solution.peg), closings, contact_impulses, |found, force| {
+            let friction = friction_of(stage, solution, found.slot, found.lane) / c.lane(found.lane);
+            known[found.lane].add(found.id, KnownContact { force, friction, ..found.known });
+        });
+        contact_impulses.extend(contacts.friction_impulses(stage, solution, solved));
+        self_contacts.rows.read(&rows(&solution.pair), closings, contact_impulses, |found, force| {
+            known[found.lane].add(found.id, KnownContact { force, ..found.known });
+        });
     }
 
     fn record(&self, lane: usize, record: &mut StageRecord) {
@@ -74,7 +80,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     }
 
     fn kept_energy(&self) -> &EnergyLedger<T> {
-        &self.kept.energy
+        &self.result.kept.energy
     }
 
     fn closing(&self, lane: usize) -> &Closing {
@@ -86,11 +92,11 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     }
 
     fn sinks(&self, lane: usize) -> bool {
-        self.sinking_into_ground.lane(lane) > SINKING || self.sinking[lane] >= Sinking::TooDeep
+        self.result.sinking_into_ground.lane(lane) > SINKING || self.result.sinking[lane] >= Sinking::TooDeep
     }
 
     fn sinks_beyond_recovery(&self, lane: usize) -> bool {
-        self.sinking[lane] == Sinking::BeyondRecovery
+        self.result.sinking[lane] == Sinking::BeyondRecovery
     }
 
     fn keep_first_stage(&mut self) {
@@ -114,17 +120,17 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         let c = self.stage.coefficient.lane(lane);
         let SpatialBody { warm_start: state, ground_impulse, .. } = body;
         state.began_at_rest = is_at_rest(&state.velocity);
-        self.arrival.read_lane(lane, &mut state.configuration);
-        self.kept.end.read_lane(lane, &mut state.velocity);
-        self.backlash.save(lane, &mut state.backlash);
+        self.result.arrival.read_lane(lane, &mut state.configuration);
+        self.result.kept.end.read_lane(lane, &mut state.velocity);
+        self.drives.backlash.save(lane, &mut state.backlash);
         self.joint_stops.save(lane, &mut state.joint_stops);
-        read_lane::<T, _>(&self.kept.momentum, lane, &mut state.momentum);
+        read_lane::<T, _>(&self.result.kept.momentum, lane, &mut state.momentum);
         self.keep_forces(lane, state);
         state.end_step();
         for (link, sum) in ground_impulse.iter_mut().enumerate() {
             *sum += self.ground_impulse(lane, link);
         }
-        for (torque, drive) in state.joint_torque.iter_mut().zip(&self.kept.actuator) {
+        for (torque, drive) in state.joint_torque.iter_mut().zip(&self.result.kept.actuator) {
             *torque = -Vector2::new(drive[0].lane(lane), drive[1].lane(lane)) / c;
         }
         body.is_plausible &= state.velocity.is_plausible();
@@ -132,29 +138,6 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
 }
 
 impl<T: Real> Workspace<T> {
-    /// Finds the closings in a lane's solved stage.
-    fn find_closings(&mut self, lane: usize) {
-        let Self { stage, solution, expected, closings, contacts, self_contacts, joint_stops, .. } = self;
-        let [c, elapsed] = [stage.coefficient, self.elapsed].map(|time| time.lane(lane));
-        closings.begin_stage(lane);
-        closings.add_times(lane, self.touchdown.lane(lane), self.touchdown_forecast.lane(lane));
-        let rows = contacts.solved_rows(stage, solution, lane).chain(self_contacts.solved_rows(solution, lane));
-        for (StagePair { links, direction, offset }, impulse, touched) in rows {
-            let rate = |twists: &[Twist<T>]| -> f64 {
-                links.iter().zip(&direction).map(|(&link, w)| w.dot(&twists[link].lane(lane))).sum()
-            };
-            let row = ClosingRow {
-                offset,
-                expected_rate: rate(expected),
-                rate: rate(&solution.twist),
-                presses: impulse > 0.0,
-                touched,
-            };
-            closings.add(lane, &row, c, elapsed);
-        }
-        joint_stops.add_closings(lane, closings);
-    }
-
     /// Impulses of top faces in a lane's solved stage.
     fn top_impulses(&self, lane: usize) -> impl Iterator<Item = ContactImpulse> + '_ {
         self.supports.iter().filter(move |support| support.lane == lane).map(move |support| {
@@ -193,10 +176,7 @@ impl<T: Real> Workspace<T> {
     /// Keeps the forces of a lane's last stage as the next warm start.
     fn keep_forces(&self, lane: usize, state: &mut ChainState) {
         self.forces.read_lane(lane, &mut state.forces);
-        state.pairs.clear();
-        state.pairs.extend_from_slice(self.contacts.pairs(lane));
-        state.self_contacts.clear();
-        state.self_contacts.extend_from_slice(self.self_contacts.known(lane));
+        state.contacts.copy_from(&self.known[lane]);
     }
 }
 

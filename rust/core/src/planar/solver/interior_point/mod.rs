@@ -26,6 +26,7 @@ use crate::planar::solver::link_term::in_frame;
 use crate::planar::solver::low_rank::{Coupling, LowRank, coupling_of, respond};
 use crate::planar::solver::sweep::{Quadratic, Segment};
 use crate::planar::{Stage, StageLink, StageSolution};
+use crate::rows::Row;
 use crate::solver::EliminatedChain;
 
 /// How a solve ended.

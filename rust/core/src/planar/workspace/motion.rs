@@ -1,0 +1,116 @@
+//! How the robots of a register move during a stage.
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::contact::PlacedLink;
+use crate::math::{Laned, Real};
+use crate::planar::{Heading, PlanarSystem};
+use crate::robot::Link;
+
+use super::motion_bound::MotionBound;
+
+/// Configurations and velocities of a stage.
+#[derive(Debug, Clone)]
+pub struct Motion<T> {
+    /// L_i / 2 \[m\].
+    pub half_length: Vec<T>,
+    /// Of all links \[m\].
+    pub smallest_radius: f64,
+    /// State at the start of the step.
+    pub start_pose: Vec<Vector3<T>>,
+    pub start_twist: Vec<Vector3<T>>,
+    /// q_B, u_R and the expected end velocity of the stage.
+    pub base: Vec<Vector3<T>>,
+    pub reference: Vec<Vector3<T>>,
+    pub guess: Vec<Vector3<T>>,
+    /// Expected end configuration, and the mean velocities on the way there.
+    pub predicted: Vec<Vector3<T>>,
+    pub travel: Vec<Vector3<T>>,
+    pub heading: Vec<Heading<T>>,
+    /// How far away pegs may matter to the stage.
+    pub bound: MotionBound<T>,
+    /// Time from the start of the step to the end of the stage \[s\].
+    pub elapsed: T,
+}
+
+/// One robot of a register during a stage.
+pub struct StageKinematics<'a, T> {
+    pub links: &'a [Link],
+    pub lane: usize,
+    motion: &'a Motion<T>,
+    /// c \[s\].
+    pub coefficient: f64,
+    /// Time from the start of the step to the end of the stage \[s\].
+    pub elapsed: f64,
+    pub bound: MotionBound<f64>,
+}
+
+impl<T: Real> Motion<T> {
+    pub fn new(system: &PlanarSystem) -> Self {
+        let (links, zero) = (&system.robot.links, T::zero());
+        let rest = vec![Vector3::new(zero, zero, zero); links.len()];
+        Self {
+            half_length: links.iter().map(|link| T::splat(0.5 * link.length)).collect(),
+            smallest_radius: system.smallest_radius(),
+            start_pose: rest.clone(),
+            start_twist: rest.clone(),
+            base: rest.clone(),
+            reference: rest.clone(),
+            guess: rest.clone(),
+            predicted: rest.clone(),
+            travel: rest,
+            heading: vec![Heading { cos: T::splat(1.0), sin: zero }; links.len()],
+            bound: MotionBound { fastest: zero, displacement: zero },
+            elapsed: zero,
+        }
+    }
+
+    /// The robot of a lane in a stage of this coefficient \[s\].
+    pub fn of_lane<'a>(&'a self, links: &'a [Link], lane: usize, coefficient: f64) -> StageKinematics<'a, T> {
+        let (elapsed, bound) = (self.elapsed.lane(lane), self.bound.lane(lane));
+        StageKinematics { links, lane, motion: self, coefficient, elapsed, bound }
+    }
+}
+
+impl<T: Real> StageKinematics<'_, T> {
+    /// Pose of a link at the start of the step.
+    pub fn start(&self, link: usize) -> Vector3<f64> {
+        self.motion.start_pose[link].lane(self.lane)
+    }
+
+    /// Pose at the base of the stage.
+    pub fn base(&self, link: usize) -> Vector3<f64> {
+        self.motion.base[link].lane(self.lane)
+    }
+
+    /// Pose at the predicted end.
+    pub fn end(&self, link: usize) -> Vector3<f64> {
+        self.motion.predicted[link].lane(self.lane)
+    }
+
+    /// Heading at the predicted end.
+    pub fn heading(&self, link: usize) -> Heading {
+        self.motion.heading[link].lane(self.lane)
+    }
+
+    /// Mean velocity on the way there.
+    pub fn travel(&self, link: usize) -> Vector3<f64> {
+        self.motion.travel[link].lane(self.lane)
+    }
+
+    /// A link at the predicted end.
+    pub fn placed(&self, link: usize) -> PlacedLink<'_> {
+        let Heading { cos, sin } = self.heading(link);
+        PlacedLink { link: &self.links[link], pose: self.end(link), axis: Vector2::new(cos, sin) }
+    }
+
+    /// A link at the start of the step.
+    pub fn placed_at_start(&self, link: usize) -> PlacedLink<'_> {
+        PlacedLink::new(&self.links[link], self.start(link))
+    }
+
+    /// Predicted gap up to which a pair takes part if `moving` of its two bodies are links \[m\].
+    pub fn margin(&self, moving: f64) -> f64 {
+        self.bound.contact_margin(self.coefficient, moving, self.motion.smallest_radius)
+    }
+}

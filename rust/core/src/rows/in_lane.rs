@@ -1,0 +1,35 @@
+//! Which rows of a register a lane has.
+
+use crate::math::{Laned, Real};
+
+use super::{ContactRow, PairRow, Screw};
+
+/// A row of some lanes: in the others its directions are zero.
+pub trait InLane {
+    /// Whether the lane has this row.
+    fn is_in(&self, lane: usize) -> bool;
+}
+
+impl<S: Screw<T, One: Screw<f64>>, T: Real> InLane for ContactRow<S, T> {
+    fn is_in(&self, lane: usize) -> bool {
+        self.direction.lane(lane) != Screw::zero()
+    }
+}
+
+impl<S: Screw<T, One: Screw<f64>>, T: Real> InLane for PairRow<S, T> {
+    fn is_in(&self, lane: usize) -> bool {
+        self.direction[0].lane(lane) != Screw::zero()
+    }
+}
+
+/// Replaces `to` by what belongs to the rows that a lane has.
+pub fn read_rows<T: Real, X: Laned<T>>(from: &[X], rows: &[impl InLane], lane: usize, to: &mut Vec<X::One>) {
+    to.clear();
+    to.extend(from.iter().zip(rows).filter(|(_, row)| row.is_in(lane)).map(|(one, _)| one.lane(lane)));
+}
+
+/// Copies what belongs to the rows that a lane has to it; their number.
+pub fn write_rows<T: Real, X: Laned<T>>(to: &mut [X], rows: &[impl InLane], lane: usize, from: &[X::One]) -> usize {
+    let own = to.iter_mut().zip(rows).filter(|(_, row)| row.is_in(lane));
+    own.zip(from).map(|((to, _), from)| to.set_lane(lane, from)).count()
+}

@@ -1,0 +1,272 @@
+//! The contacts of a stage with obstacles: which pairs take part, and how the gap enters.
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::contact::recovery::{DEEP, SAME_SIDE, offset};
+use crate::contact::{ContactId, ContactMemory, Source, touching_distance};
+use crate::math::{Laned, Real};
+use crate::obstacles::{ConvexPolygon, Solid, SolidContact};
+use crate::pegs::PegGrid;
+use crate::robot::Link;
+use crate::stepping::lanes::Lanes;
+use crate::stepping::{ContactImpulse, FoundRow, FoundRows};
+
+use super::workspace::{StageKinematics, Workspace};
+use super::{Frame, Stage, StagePeg, StagePegFriction, StageSolution, Wrench, centre_line, nearest_point, solid_line};
+
+/// The contacts of the current stage with obstacles, of all lanes.
+#[derive(Debug, Clone)]
+pub struct ObstacleContacts {
+    pub rows: FoundRows<StagePeg>,
+    /// Those of them that have friction, by their index.
+    frictional: Vec<(usize, StagePegFriction)>,
+}
+
+/// A link of a robot in a stage.
+pub(super) struct LinkInStage<'a> {
+    pub at: StageKinematics<'a>,
+    /// c \[s\].
+    pub coefficient: f64,
+    /// Time from the start of the step to the end of the stage \[s\].
+    pub elapsed: f64,
+}
+
+/// One of the places that describe a link and an obstacle, which it is in the scene.
+#[derive(Clone, Copy)]
+struct Place<'a> {
+    obstacles: &'a PegGrid,
+    obstacle: usize,
+    place: usize,
+}
+
+/// Plane that separates a link from an obstacle: normal, point of the centre line, and gap.
+pub(super) struct Plane {
+    pub normal: Vector3<f64>,
+    /// From the CG to the point.
+    pub arm: Vector3<f64>,
+    pub gap: f64,
+    /// Whether another place covers this one.
+    pub is_redundant: bool,
+}
+
+impl ObstacleContacts {
+    pub fn with_capacity(links: usize, lanes: usize) -> Self {
+        let contacts = CONTACTS_PER_LINK * links * lanes;
+        Self { rows: FoundRows::with_capacity(links, contacts), frictional: Vec::with_capacity(contacts) }
+    }
+
+    pub fn clear(&mut self) {
+        self.rows.clear();
+        self.frictional.clear();
+    }
+
+    /// Finds the contacts of one link of a lane's robot; `known` are those of its last stage.
+    fn find(&mut self, lane: usize, index: usize, link: &LinkInStage, pegs: &PegGrid, known: &ContactMemory) {
+        link.visit(index, pegs, |(obstacle, feature), row, surface| {
+            let coefficient = pegs.friction(obstacle);
+            if coefficient > 0.0 {
+                let friction = StagePegFriction::new(&row.direction.linear, &surface, coefficient);
+                self.frictional.push((self.rows.all().len(), friction));
+            }
+            let id = ContactId { link: index, with: Source::Obstacle(obstacle), feature };
+            self.rows.add(lane, id, 0, known.of(id), row);
+        });
+    }
+
+    /// Writes all contacts to the stage. Once one of them has friction, all have a row of it.
+    pub fn lay_out<T: Real>(&mut self, stage: &mut Stage<T>, solution: &mut StageSolution<T>) {
+        self.rows.lay_out(stage.coefficient, &mut stage.pegs, &mut solution.peg);
+        stage.peg_friction.clear();
+        solution.peg_friction.clear();
+        if self.frictional.is_empty() {
+            return;
+        }
+        stage.peg_friction.resize(stage.pegs.len(), StagePegFriction::empty());
+        solution.peg_friction.resize(stage.pegs.len(), Vector2::new(T::zero(), T::zero()));
+        for (index, friction) in &self.frictional {
+            let FoundRow { lane, slot, known, .. } = self.rows.all()[*index];
+            let c = stage.coefficient.lane(lane);
+            let impulse = Vector2::from(friction.tangents.map(|tangent| c * tangent.linear.dot(&known.friction)));
+            solution.peg_friction[slot].set_lane(lane, &impulse);
+            stage.peg_friction[slot].set_lane(lane, friction);
+        }
+    }
+
+    /// Impulses of friction in the solved lanes.
+    pub fn friction_impulses<'a, T: Real>(
+        &'a self,
+        stage: &'a Stage<T>,
+        solution: &'a StageSolution<T>,
+        solved: Lanes,
+    ) -> impl Iterator<Item = ContactImpulse> + 'a {
+        let found =
+            self.frictional.iter().map(|(index, _)| &self.rows.all()[*index]).filter(move |row| solved[row.lane]);
+        found.map(|found| found.impulse(found.row.link, friction_of(stage, solution, found.slot, found.lane)))
+    }
+}
+
+/// Friction of a lane's contact as an impulse on the link, frame I \[N s\].
+pub fn friction_of<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, slot: usize, lane: usize) -> Vector3<f64> {
+    let Some(friction) = stage.peg_friction.get(slot) else { return Vector3::zeros() };
+    let [along, across] = friction.tangents.map(|tangent| tangent.linear.lane(lane));
+    let impulse = solution.peg_friction[slot].lane(lane);
+    along * impulse.x + across * impulse.y
+}
+
+impl<T: Real> Workspace<T> {
+    /// Finds the contacts of a lane's robot with obstacles.
+    pub(super) fn find_obstacle_contacts(&mut self, lane: usize, links: &[Link], pegs: &PegGrid) {
+        let Self { contacts, known, motion, stage, .. } = self;
+        let [coefficient, elapsed] = [stage.coefficient, motion.elapsed].map(|time| time.lane(lane));
+        for (i, link) in links.iter().enumerate() {
+            let [start, end] = [&motion.start_frames[i], &motion.frames[i]].map(|frame| frame.position.lane(lane));
+            if !pegs.is_clear(end.x, end.y, reach_between(link, &start, &end)) {
+                let link = LinkInStage { at: motion.of_link(links, i, lane), coefficient, elapsed };
+                contacts.find(lane, i, &link, pegs, &known[lane]);
+            }
+        }
+    }
+
+    /// Whether some link of a lane's robot may touch an obstacle at the start of the step, at its predicted end, or between:
+    /// one look for the whole robot. No link moves farther than the middle one and both its distances from it.
+    pub(super) fn may_reach(&self, lane: usize, obstacles: &PegGrid) -> bool {
+        if obstacles.is_empty() {
+            return false;
+        }
+        let (middle, reach) = self.reach_of(lane);
+        !obstacles.is_clear(middle.x, middle.y, reach)
+    }
+
+    /// The same for obstacles with a top face.
+    pub(super) fn may_reach_tops(&self, lane: usize, obstacles: &PegGrid) -> bool {
+        let (middle, reach) = self.reach_of(lane);
+        obstacles.may_have_top(&middle, reach)
+    }
+
+    /// A circle that no link of a lane's robot leaves, seen from above: its centre, and its radius \[m\].
+    fn reach_of(&self, lane: usize) -> (Vector2<f64>, f64) {
+        let middle = self.motion.frames.len() / 2;
+        let [start, end] =
+            [&self.motion.start_frames, &self.motion.frames].map(|frames| frames[middle].position.lane(lane));
+        (end.xy(), 3.0 * self.motion.extent + (end - start).norm() + MARGIN)
+    }
+}
+
+impl LinkInStage<'_> {
+    /// Calls `add` with every obstacle and place that may matter, their contact, and its point of the link's surface, from
+    /// the CG.
+    pub fn visit(&self, index: usize, pegs: &PegGrid, mut add: impl FnMut((usize, usize), StagePeg, Vector3<f64>)) {
+        let reach = reach_between(self.at.link, &self.at.start.position, &self.at.end.position);
+        let near = &self.at.end.position;
+        let mut look = |obstacle: usize, place: usize, planes: [Plane; 2], touching: f64| {
+            if let Some((row, surface)) = self.row(index, planes, touching) {
+                add((obstacle, place), row, surface);
+            }
+        };
+        pegs.visit_obstacles(&near.xy(), reach, |obstacle| {
+            if let Some(solid) = pegs.solid(obstacle) {
+                self.visit_solid(&solid, |place, planes| look(obstacle, place, planes, self.at.link.radius));
+                return;
+            }
+            let touching = touching_distance(self.at.link, pegs, obstacle);
+            let wall = obstacle.checked_sub(pegs.pegs().len()).map(|wall| &pegs.walls().walls()[wall].polygon);
+            for place in 0..wall.map_or(1, ConvexPolygon::places) {
+                let planes = [&self.at.start, &self.at.end]
+                    .map(|frame| self.plane(frame, Place { obstacles: pegs, obstacle, place }));
+                look(obstacle, place, planes, touching);
+            }
+        });
+    }
+
+    /// Calls `look` with every place at an obstacle of finite height, and the planes at the start and the end there.
+    fn visit_solid(&self, solid: &Solid, mut look: impl FnMut(usize, [Plane; 2])) {
+        let line = |frame: &Frame| solid_line(self.at.link, frame);
+        // Far above: not worth a look.
+        let lowest = |frame: &Frame| frame.position.z - self.at.link.reach();
+        if lowest(&self.at.start).min(lowest(&self.at.end)) > solid.height + MARGIN {
+            return;
+        }
+        solid.visit_contacts(&line(&self.at.end), |place, at_end| {
+            let at_start = solid.contact_at(&line(&self.at.start), place);
+            look(place, [self.solid_plane(&self.at.start, &at_start), self.solid_plane(&self.at.end, &at_end)]);
+        });
+    }
+
+    fn solid_plane(&self, frame: &Frame, contact: &SolidContact) -> Plane {
+        let SolidContact { distance, normal, place, is_redundant } = *contact;
+        let arm = frame.axes[2] * (place * self.at.link.contact_half_length);
+        Plane { normal, arm, gap: distance - self.at.link.radius, is_redundant }
+    }
+
+    /// The row of a link and a point of its surface, from the CG, given the planes at the start of the step and at the
+    /// predicted end; `touching` is the distance of the centre line at which the pair touches \[m\].
+    ///
+    /// The end-of-stage gap is linearised at the predicted end configuration, so that a sustained contact is exact to
+    /// second order. Where the prediction runs deep into a peg, or past it, the side is uncertain, and the gap is
+    /// linearised at the start of the step. `None` where another place covers this one, and beyond the margin.
+    pub fn row(
+        &self,
+        link: usize,
+        [at_start, mut plane]: [Plane; 2],
+        touching: f64,
+    ) -> Option<(StagePeg, Vector3<f64>)> {
+        let (c, displacement) = (self.coefficient, (self.at.end.position - self.at.start.position).norm());
+        let mut travelled = c * plane.normal.dot(&self.at.expected.velocity_at(&plane.arm));
+        let depth = if at_start.is_redundant { 0.0 } else { (-at_start.gap).max(0.0) };
+        let deep = plane.gap < -DEEP * touching;
+        if plane.is_redundant && (at_start.is_redundant || !deep) {
+            return None;
+        }
+        let from_start = deep || (displacement > touching && at_start.normal.dot(&plane.normal) < SAME_SIDE);
+        if from_start && !at_start.is_redundant {
+            // Where the point of the start lies at the base of the stage.
+            let along = at_start.arm.dot(&self.at.start.axes[2]);
+            let moved = self.at.base.position + self.at.base.axes[2] * along - (self.at.start.position + at_start.arm);
+            plane = at_start;
+            travelled = -plane.normal.dot(&moved);
+        }
+        let row = StagePeg {
+            link,
+            direction: Wrench { linear: plane.normal, angular: plane.arm.cross(&plane.normal) },
+            offset: offset(plane.gap, travelled, depth, c, self.elapsed),
+        };
+        // The gap without motion or the predicted one, whichever is less.
+        let closing = row.direction.dot(&self.at.expected).min(0.0);
+        ((row.offset + closing) * c < MARGIN).then(|| (row, plane.arm - plane.normal * self.at.link.radius))
+    }
+
+    fn plane(&self, frame: &Frame, Place { obstacles, obstacle, place }: Place) -> Plane {
+        let pegs = obstacles.pegs();
+        let Some(peg) = pegs.get(obstacle) else {
+            let line = centre_line(self.at.link, &frame.position, &frame.axes[2]);
+            let at = obstacles.walls().walls()[obstacle - pegs.len()].polygon.separation(&line, place);
+            return Plane {
+                normal: at.normal.push(0.0),
+                arm: frame.axes[2] * (at.place * self.at.link.contact_half_length),
+                gap: at.distance - self.at.link.radius,
+                is_redundant: at.is_redundant,
+            };
+        };
+        let (offset, along) = nearest_point(self.at.link, &frame.position, &frame.axes[2], peg);
+        let distance = offset.norm();
+        let across = Vector2::new(-frame.axes[2].y, frame.axes[2].x);
+        let normal = offset.try_normalize(0.0).or(across.try_normalize(0.0)).unwrap_or_else(Vector2::x);
+        Plane {
+            normal: Vector3::new(normal.x, normal.y, 0.0),
+            arm: frame.axes[2] * along,
+            gap: distance - (peg.radius + self.at.link.radius),
+            is_redundant: false,
+        }
+    }
+}
+
+/// Distance from the CG at its predicted end within which an obstacle may matter \[m\].
+fn reach_between(link: &Link, start: &Vector3<f64>, end: &Vector3<f64>) -> f64 {
+    link.reach() + (end - start).norm() + MARGIN
+}
+
+/// Predicted gap up to which a pair takes part \[m\].
+const MARGIN: f64 = 0.02;
+
+/// Contacts reserved for each link; more are possible.
+const CONTACTS_PER_LINK: usize = 4;

@@ -1,0 +1,43 @@
+//! Sources of contact: what finds the rows of a stage, and how deep the end of a step takes links into each of them, see
+//! [`crate::stepping::penetration`].
+
+use crate::math::Real;
+use crate::stepping::lanes::{Lanes, active};
+use crate::stepping::{Driven, Members};
+
+use super::Spatial;
+use super::workspace::Workspace;
+
+impl<T: Real> Workspace<T> {
+    /// Finds the contacts of the `pending` lanes at their predicted ends, `elapsed` after the start of the step.
+    pub(super) fn find_rows<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>, pending: Lanes, elapsed: T) {
+        self.contacts.clear();
+        self.supports.retain(|support| !pending[support.lane]);
+        let links = &members.system.robot.links;
+        for lane in active(pending) {
+            let obstacles = &members.body(lane).pegs;
+            if self.may_reach(lane, obstacles) {
+                self.find_obstacle_contacts(lane, links, obstacles);
+                if self.may_reach_tops(lane, obstacles) {
+                    self.find_supports(lane, links, obstacles, elapsed.lane(lane));
+                }
+            }
+        }
+        self.contacts.lay_out(&mut self.stage, &mut self.solution);
+        self.find_self_contacts(pending);
+        active(pending).for_each(|lane| self.known[lane].clear());
+    }
+
+    /// Examines the ends of the members' steps.
+    pub(super) fn measure_sinking<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>, lanes: Lanes) {
+        let links = &members.system.robot.links;
+        for lane in active(lanes) {
+            let mut sinking = self.sinking_into_obstacles(lane, links, &members.body(lane).pegs);
+            if self.self_contacts.may_overlap(lane, self.result.deviation.lane(lane)) {
+                let (start, end) = (&self.motion.start_frames, &self.motion.frames);
+                sinking = sinking.max(self.self_contacts.sinking(links, start, end, lane));
+            }
+            self.result.sinking[lane] = sinking;
+        }
+    }
+}

@@ -1,0 +1,40 @@
+use crate::gait::CardanTarget;
+use crate::math::Real;
+use crate::robot::Breakage;
+use crate::spatial::SpatialSystem;
+use crate::stepping::Backlash;
+
+/// What the joints follow in a stage, and how their actuators do.
+#[derive(Debug, Clone)]
+pub struct Drives<T: Real> {
+    /// Joint references at the end of the stage: yaw and pitch, angle and rate; and gains k_P, k_D.
+    pub target: Vec<[[T; 2]; 2]>,
+    pub gains: [T; 2],
+    pub torque_limit: T,
+    /// Joints that are locked or limp.
+    pub broken: Vec<(usize, Breakage)>,
+    pub backlash: Backlash<T>,
+    /// References of one robot.
+    pub targets: Vec<CardanTarget>,
+    /// Torques of the actuators beside the controller's, and those of one robot.
+    pub has_own_torques: bool,
+    pub own_torque: Vec<[T; 2]>,
+    pub torques: Vec<f64>,
+}
+
+impl<T: Real> Drives<T> {
+    pub fn new(system: &SpatialSystem) -> Self {
+        let (joints, zero) = (system.robot.link_count() - 1, T::zero());
+        Self {
+            target: vec![[[zero; 2]; 2]; joints],
+            gains: [system.controller.kp, system.controller.kd].map(T::splat),
+            torque_limit: T::splat(f64::INFINITY),
+            broken: system.robot.broken.clone(),
+            backlash: Backlash::new(2 * joints),
+            targets: vec![CardanTarget::default(); joints],
+            has_own_torques: false,
+            own_torque: vec![[zero; 2]; joints],
+            torques: vec![0.0; 2 * joints],
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! How the robots of a register move during a stage.
+
+use crate::math::{Laned, Real};
+use crate::robot::Link;
+use crate::spatial::{ChainVelocity, Configuration, Frame, Momentum, SpatialSystem, SpatialVector, Twist};
+
+/// Configurations and velocities of a stage.
+#[derive(Debug, Clone)]
+pub struct Motion<T> {
+    /// L_i / 2 \[m\].
+    pub half_length: Vec<T>,
+    /// Of the robot, see [`crate::robot::Robot::extent`] \[m\].
+    pub extent: f64,
+    /// Robots at the start of the step.
+    pub start: Configuration<T>,
+    pub start_velocity: ChainVelocity<T>,
+    pub start_momentum: Vec<Momentum<T>>,
+    pub start_frames: Vec<Frame<T>>,
+    /// Heights of the spheres' lowest points there \[m\].
+    pub start_gap: Vec<[T; 2]>,
+    /// q_B and the expected end velocity of the stage.
+    pub base: Configuration<T>,
+    pub base_frames: Vec<Frame<T>>,
+    pub guess: ChainVelocity<T>,
+    /// Reference momenta p_R, without gravity.
+    pub momentum: Vec<Momentum<T>>,
+    /// Expected end configuration, and the twists of the guess there.
+    pub predicted: Configuration<T>,
+    pub frames: Vec<Frame<T>>,
+    pub expected: Vec<Twist<T>>,
+    /// Time from the start of the step to the end of the stage \[s\].
+    pub elapsed: T,
+}
+
+/// One link of one robot during a stage.
+pub struct StageKinematics<'a> {
+    pub link: &'a Link,
+    /// At the start of the step, at the base of the stage, and at its predicted end.
+    pub start: Frame,
+    pub base: Frame,
+    pub end: Frame,
+    /// Twist with which the end is predicted.
+    pub expected: Twist,
+}
+
+impl<T: Real> Motion<T> {
+    pub fn new(system: &SpatialSystem) -> Self {
+        let (links, count) = (&system.robot.links, system.robot.link_count());
+        let none = || vec![SpatialVector::zero(); count];
+        let frames = || vec![Frame::origin(); count];
+        Self {
+            half_length: links.iter().map(|link| T::splat(0.5 * link.length)).collect(),
+            extent: system.robot.extent(),
+            start: Configuration::straight(count),
+            start_velocity: ChainVelocity::rest(count),
+            start_momentum: none(),
+            start_frames: frames(),
+            start_gap: vec![[T::zero(); 2]; count],
+            base: Configuration::straight(count),
+            base_frames: frames(),
+            guess: ChainVelocity::rest(count),
+            momentum: none(),
+            predicted: Configuration::straight(count),
+            frames: frames(),
+            expected: none(),
+            elapsed: T::zero(),
+        }
+    }
+
+    /// A link of a lane's robot.
+    pub fn of_link<'a>(&self, links: &'a [Link], link: usize, lane: usize) -> StageKinematics<'a> {
+        StageKinematics {
+            link: &links[link],
+            start: self.start_frames[link].lane(lane),
+            base: self.base_frames[link].lane(lane),
+            end: self.frames[link].lane(lane),
+            expected: self.expected[link].lane(lane),
+        }
+    }
+}

@@ -1,0 +1,191 @@
+//! The rows of contact that are found for a stage, of all lanes: their places in the stage, and what its solution says of
+//! them.
+
+use nalgebra::Vector3;
+
+use crate::contact::{ContactId, KnownContact, Source};
+use crate::math::{Laned, Real};
+use crate::rows::{ContactRow, PairRow, Row, Screw};
+
+use super::closing::{ClosingRow, Closings};
+use super::lanes::Lanes;
+use super::stage::ContactImpulse;
+
+/// A row of one robot.
+#[derive(Debug, Clone, Copy)]
+pub struct FoundRow<R> {
+    pub lane: usize,
+    pub id: ContactId,
+    /// Where the robot keeps what it knows of the contact, if not by its identity.
+    pub handle: usize,
+    pub known: KnownContact,
+    pub row: R,
+    /// Its index in the stage, once all rows are laid out; until then, among those of lane and link.
+    pub slot: usize,
+}
+
+/// All rows of one kind.
+#[derive(Debug, Clone)]
+pub struct FoundRows<R> {
+    found: Vec<FoundRow<R>>,
+    /// For each link, rows in the lane that has the most of them; once laid out, its first slot.
+    most: Vec<usize>,
+    /// For each link, rows of the last lane.
+    count: Vec<usize>,
+    /// The contacts between links of all lanes, sorted.
+    ids: Vec<ContactId>,
+}
+
+/// A solved stage, as rows see it.
+pub struct SolvedRows<'a, S, T> {
+    pub coefficient: T,
+    /// Time from the start of the step to the end of the stage \[s\].
+    pub elapsed: T,
+    /// Twists with which the stage was predicted, and those of its solution.
+    pub expected: &'a [S],
+    pub twist: &'a [S],
+    /// Impulses of the rows \[N s\].
+    pub impulse: &'a [T],
+    /// The lanes whose solution is kept.
+    pub lanes: Lanes,
+}
+
+impl<R> FoundRows<R> {
+    pub fn with_capacity(links: usize, rows: usize) -> Self {
+        Self {
+            found: Vec::with_capacity(rows),
+            most: vec![0; links],
+            count: vec![0; links],
+            ids: Vec::with_capacity(rows),
+        }
+    }
+
+    /// The rows of all lanes, lane by lane.
+    pub fn all(&self) -> &[FoundRow<R>] {
+        &self.found
+    }
+
+    /// Those of one lane.
+    pub fn of_lane(&self, lane: usize) -> impl Iterator<Item = &FoundRow<R>> + Clone {
+        self.found.iter().filter(move |found| found.lane == lane)
+    }
+
+    pub fn clear(&mut self) {
+        self.found.clear();
+        self.most.fill(0);
+    }
+
+    /// What the solution says of the rows: their forces, which `remember` receives in all lanes, and in those that are
+    /// kept the times at which they close and their impulses on the links.
+    pub fn read<S, T: Real>(
+        &self,
+        solved: &SolvedRows<S, T>,
+        closings: &mut Closings,
+        impulses: &mut Vec<ContactImpulse>,
+        mut remember: impl FnMut(&FoundRow<R>, f64),
+    ) where
+        S: Screw<T>,
+        S::One: Screw<f64>,
+        R: Row<S::One, f64>,
+    {
+        let per_second = T::splat(1.0) / solved.coefficient;
+        for found in &self.found {
+            let FoundRow { lane, row, slot, .. } = found;
+            let lane = *lane;
+            let impulse = solved.impulse[*slot].lane(lane);
+            remember(found, impulse * per_second.lane(lane));
+            if !solved.lanes[lane] {
+                continue;
+            }
+            let rate = |twist: &[S]| -> f64 { row.parts().map(|(link, w)| w.power(&twist[link].lane(lane))).sum() };
+            let closing = ClosingRow {
+                offset: row.offset(),
+                expected_rate: rate(solved.expected),
+                rate: rate(solved.twist),
+                presses: impulse > 0.0,
+                touched: found.known.touches,
+            };
+            closings.add(lane, &closing, solved.coefficient.lane(lane), solved.elapsed.lane(lane));
+            for (link, direction) in row.parts() {
+                impulses.push(found.impulse(link, direction.linear() * impulse));
+            }
+        }
+    }
+}
+
+impl<R> FoundRow<R> {
+    /// An impulse of this contact on a link, frame I \[N s\].
+    pub fn impulse(&self, link: usize, impulse: Vector3<f64>) -> ContactImpulse {
+        let source = if link == self.id.link { self.id.with } else { Source::Link(self.id.link) };
+        ContactImpulse { lane: self.lane, link, impulse, source }
+    }
+}
+
+impl<V> FoundRows<ContactRow<V>> {
+    /// Adds a contact of a lane; contacts come lane by lane.
+    pub fn add(&mut self, lane: usize, id: ContactId, handle: usize, known: KnownContact, row: ContactRow<V>) {
+        if self.found.last().is_none_or(|last| last.lane != lane) {
+            self.count.fill(0);
+        }
+        let slot = self.count[row.link];
+        self.count[row.link] += 1;
+        self.most[row.link] = self.most[row.link].max(slot + 1);
+        self.found.push(FoundRow { lane, id, handle, known, row, slot });
+    }
+
+    /// Writes all rows to a stage of coefficient `c`, sorted by link and in each lane in the order found, so that a
+    /// robot's contacts come in the same order whatever its neighbours; `impulses` are those of the last forces.
+    pub fn lay_out<S: Screw<T> + Laned<T, One = V>, T: Real>(
+        &mut self,
+        c: T,
+        rows: &mut Vec<ContactRow<S, T>>,
+        impulses: &mut Vec<T>,
+    ) {
+        rows.clear();
+        for (link, most) in self.most.iter_mut().enumerate() {
+            let first = rows.len();
+            rows.resize(first + *most, ContactRow::empty(link));
+            *most = first;
+        }
+        impulses.clear();
+        impulses.resize(rows.len(), T::zero());
+        for FoundRow { lane, known, row, slot, .. } in &mut self.found {
+            *slot += self.most[row.link];
+            rows[*slot].set_lane(*lane, row);
+            impulses[*slot].set_lane(*lane, known.force * c.lane(*lane));
+        }
+    }
+}
+
+impl<V> FoundRows<PairRow<V>> {
+    /// Adds a contact between links of a lane.
+    pub fn add(&mut self, lane: usize, feature: usize, known: KnownContact, row: PairRow<V>) {
+        let id = ContactId::of_pair(row.links, feature);
+        self.found.push(FoundRow { lane, id, handle: 0, known, row, slot: 0 });
+    }
+
+    /// Writes all rows to a stage of coefficient `c`, sorted: a robot's contacts come in the same order whatever its
+    /// neighbours; `impulses` are those of the last forces.
+    pub fn lay_out<S: Screw<T> + Laned<T, One = V>, T: Real>(
+        &mut self,
+        c: T,
+        rows: &mut Vec<PairRow<S, T>>,
+        impulses: &mut Vec<T>,
+    ) {
+        let Self { found, ids, .. } = self;
+        ids.clear();
+        ids.extend(found.iter().map(|found| found.id));
+        ids.sort_unstable();
+        ids.dedup();
+        rows.clear();
+        rows.resize(ids.len(), PairRow::empty([0; 2]));
+        impulses.clear();
+        impulses.resize(ids.len(), T::zero());
+        for FoundRow { lane, id, known, row, slot, .. } in found {
+            *slot = ids.binary_search(id).expect("a listed contact");
+            rows[*slot].links = row.links;
+            rows[*slot].set_lane(*lane, row);
+            impulses[*slot].set_lane(*lane, known.force * c.lane(*lane));
+        }
+    }
+}

@@ -1,7 +1,0 @@
-//! Laws, accuracy and control of the minimal model.
-
-mod allocation;
-mod control;
-mod mechanics;
-mod reference;
-mod stage;
