@@ -68,12 +68,15 @@ impl Fallback {
     }
 }
 
+/// Continues from the trial; returns linear solves.
+type Method = fn(&mut Attempt, &Stage, f64) -> u32;
+
 impl Attempt {
     /// Tries one method after the other until the residual is well within the tolerance, and keeps the best solution in
     /// `solution`. Returns the solves and its residual, infinite if it is not a number.
     fn close(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, f64) {
         // With the residual over the tolerance that is enough.
-        let methods: [(fn(&mut Self, &Stage, f64) -> u32, f64); 4] = [
+        let methods: [(Method, f64); 4] = [
             (Self::near_the_lanes, ENOUGH),
             (Self::by_convex_problems, 1.0),
             (Self::by_continuation, 1.0),
