@@ -37,7 +37,7 @@ check: .venv/.packages
 
 # One file or test of Python, T=tests/package/test_slope.py, or those of the core with a name, T=golden.
 test-one: $(if $(filter tests/%,$(T)),$(if $(wildcard .venv/.native),.venv/.native,.venv/.native-test))
-	$(if $(filter tests/%,$(T)),PYTHONPATH=$(CURDIR) $(BIN)/python -m pytest $(T),cargo test --quiet --package snake-core $(T))
+	$(if $(filter tests/%,$(T)),PYTHONPATH=$(CURDIR) $(BIN)/python -m pytest $(T),cargo test --quiet --package snake-core --package snake-thesis $(T))
 
 # With the release build where there is one, else with one that compiles in less time.
 test-python: $(if $(wildcard .venv/.native),.venv/.native,.venv/.native-test)

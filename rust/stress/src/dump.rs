@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde::Serialize;
+use serde::de::DeserializeOwned;
 use snake_core::rows::SavedStage;
 use snake_core::{planar, spatial};
 
@@ -23,12 +24,16 @@ pub fn dump_hard_stages(folder: PathBuf) -> std::io::Result<()> {
     Ok(())
 }
 
-fn write<S: Serialize>(model: &str, stage: &S) {
+fn write<S: Serialize + DeserializeOwned>(model: &str, stage: &S) {
     let number = WRITTEN.fetch_add(1, Ordering::Relaxed);
     let Some(folder) = FOLDER.get().filter(|_| number < MOST) else { return };
     let name = format!("{model}-{number:04}");
     let path = folder.join(&name).with_extension("json");
     let file = serde_json::to_string(&SavedStage { name, stage }).expect("a stage is plain data");
+    // JSON has no NaN: the stage of a diverged robot cannot be read again.
+    if serde_json::from_str::<SavedStage<S>>(&file).is_err() {
+        return;
+    }
     if let Err(error) = std::fs::write(&path, file) {
         eprintln!("{}: {error}", path.display());
     }

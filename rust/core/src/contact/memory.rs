@@ -44,7 +44,7 @@ impl ContactId {
     pub fn fits(&self, links: usize, obstacles: usize, features: usize) -> bool {
         match self.with {
             Source::Obstacle(obstacle) | Source::Top(obstacle) => self.link < links && obstacle < obstacles,
-            Source::Link(second) => self.link + 1 < second && second < links && self.feature < features,
+            Source::Link(second) => second < links && self.link < second.saturating_sub(1) && self.feature < features,
             Source::Fixture(_) => self.link < links,
         }
     }
@@ -57,7 +57,7 @@ pub struct KnownContact {
     pub force: f64,
     /// Friction on the link, frame I \[N\].
     pub friction: Vector3<f64>,
-    /// Penetration left at the end of the last accepted step, at least zero \[m\].
+    /// Penetration left at the end of the last accepted step, at least zero; in 3D it is measured anew \[m\].
     pub depth: f64,
     /// Whether the contact carried force at the end of the last accepted step.
     pub touches: bool,
@@ -67,7 +67,7 @@ impl KnownContact {
     pub const NEW: Self = Self { force: 0.0, friction: Vector3::new(0.0, 0.0, 0.0), depth: 0.0, touches: false };
 }
 
-/// The contacts of the last stage, in the order of its rows.
+/// The contacts of the last stage, those of two links one after the other.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ContactMemory {
     known: Vec<(ContactId, KnownContact)>,

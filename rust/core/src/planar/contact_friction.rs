@@ -49,8 +49,9 @@ fn release<T: Real>(stage: &mut Stage<T>, solution: &mut StageSolution<T>, lanes
     for impulse in &mut solution.friction {
         (impulse.x, impulse.y) = (T::select(lanes, zero, impulse.x), T::select(lanes, zero, impulse.y));
     }
-    let StageSolution { actuator, contact, contact_friction, pair, .. } = solution;
-    for impulse in actuator.iter_mut().chain(contact).chain(contact_friction).chain(pair) {
+    let StageSolution { actuator, stop, contact, contact_friction, pair, .. } = solution;
+    for impulse in actuator.iter_mut().chain(stop.as_flattened_mut()).chain(contact).chain(contact_friction).chain(pair)
+    {
         *impulse = T::select(lanes, zero, *impulse);
     }
 }

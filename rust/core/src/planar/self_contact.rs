@@ -94,7 +94,7 @@ impl<T: Real> Workspace<T> {
         rows.clear();
         let links = &members.system.robot.links;
         for lane in active(pending) {
-            let known = &mut members.body_mut(lane).warm_start.self_contacts;
+            let known = &members.body(lane).warm_start.self_contacts;
             if folded.lane(lane) {
                 let robot = motion.of_lane(links, lane, Real::lane(stage.coefficient, lane));
                 let pairs = close_pairs.of_lane(lane);
@@ -104,7 +104,6 @@ impl<T: Real> Workspace<T> {
                     near[lane] = true;
                 });
             }
-            known.clear();
         }
         rows.lay_out(stage.coefficient, &mut stage.pairs, &mut solution.pair);
     }
@@ -121,7 +120,11 @@ impl<T: Real> Workspace<T> {
         let (coefficient, twist) = (stage.coefficient, &solution.twist);
         let rows =
             SolvedRows { coefficient, elapsed: *elapsed, expected, twist, impulse: &solution.pair, lanes: solved };
+        active(solved).for_each(|lane| members.body_mut(lane).warm_start.self_contacts.clear());
         self_contacts.rows.read(&rows, closings, contact_impulses, |found, force| {
+            if !solved[found.lane] {
+                return;
+            }
             let known = KnownContact { force, ..found.known };
             members.body_mut(found.lane).warm_start.self_contacts.add(found.id, known);
         });

@@ -1,7 +1,7 @@
 //! Rows of contact: the one form in which contacts enter a stage, in the plane and in 3D.
 //!
 //! A row has a gap that opens at the rate `w . u` of one or two links and an impulse that acts along w. Whoever finds
-//! contacts makes rows; solver, certificate, energy and records know rows and nothing of what they are contacts with.
+//! contacts makes rows; solver, certificate and energy know rows and nothing of what they are contacts with.
 
 mod in_lane;
 mod row;

@@ -118,6 +118,9 @@ fn verify_joint<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, j: usize
     certificate.joint = worse(certificate.joint, twisting * near.half_length);
     for (axis, drive) in stage.joints[j].iter().enumerate() {
         let rate = scalar(&axes[axis], &relative);
+        // The rates are what is integrated.
+        let apart = (solution.rate[j][axis] - rate).abs();
+        certificate.joint = worse(certificate.joint, apart * near.half_length);
         let wanted = drive.drive - drive.stiffness * rate;
         let impulse = solution.actuator[j][axis];
         let violation = judge::clamp_with_backlash(impulse, wanted, drive.slack, drive.limit);

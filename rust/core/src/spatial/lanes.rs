@@ -74,6 +74,10 @@ impl<T: Real> Stage<T> {
         to.peg_friction.clear();
         let rows = self.peg_friction.iter().zip(&self.pegs).filter(|(_, peg)| peg.is_in(lane));
         to.peg_friction.extend(rows.map(|(row, _)| row.lane(lane)));
+        // Rows that only other lanes need are none.
+        if to.peg_friction.iter().all(|row| row.coefficient == 0.0) {
+            to.peg_friction.clear();
+        }
         to.pegs.clear();
         to.pegs.extend(self.pegs.iter().filter(|peg| peg.is_in(lane)).map(|peg| peg.lane(lane)));
         to.pairs.clear();

@@ -18,7 +18,7 @@ impl<T: Real> RestCandidate<T> {
     }
 
     /// Those of the given lanes in which zero velocity, under the impulses of the solver's `start`, solves the stage to
-    /// `tolerance` \[m/s\], and to the [`bound`] that follows from gravity and the robot.
+    /// `tolerance` \[m/s\], and to the [`bound`] that follows from the step and the robot.
     #[inline(always)]
     pub fn holds(&mut self, lanes: T::Mask, stage: &Stage<T>, start: &StageSolution<T>, tolerance: f64) -> T::Mask {
         if !lanes.any() {
@@ -55,7 +55,7 @@ impl<T: Real> RestCandidate<T> {
 }
 
 /// Largest imbalance of a robot at rest, as a velocity per stage \[m/s\]. While the robot is at rest it is held against an
-/// acceleration of this over the stage's coefficient, hence a share of gravity bounds it however short the step. The
+/// acceleration of this over the stage's coefficient, which is bounded however short the step. The
 /// certificate divides the imbalance of a joint by the inertia of the link in front; the link behind may be lighter.
 #[inline(always)]
 pub fn bound<T: Real>(stage: &Stage<T>, tolerance: f64) -> T {

@@ -65,11 +65,6 @@ impl<R> FoundRows<R> {
         &self.found
     }
 
-    /// Those of one lane.
-    pub fn of_lane(&self, lane: usize) -> impl Iterator<Item = &FoundRow<R>> + Clone {
-        self.found.iter().filter(move |found| found.lane == lane)
-    }
-
     pub fn clear(&mut self) {
         self.found.clear();
         self.most.fill(0);
@@ -124,6 +119,7 @@ impl<R> FoundRow<R> {
 impl<V> FoundRows<ContactRow<V>> {
     /// Adds a contact of a lane; contacts come lane by lane.
     pub fn add(&mut self, lane: usize, id: ContactId, handle: usize, known: KnownContact, row: ContactRow<V>) {
+        debug_assert!(self.found.last().is_none_or(|last| last.lane <= lane), "rows of lane {lane} come in two parts");
         if self.found.last().is_none_or(|last| last.lane != lane) {
             self.count.fill(0);
         }

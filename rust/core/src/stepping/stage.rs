@@ -52,7 +52,7 @@ pub trait StageInput<T: Real>: Sized {
     fn take_guesses<D: Driven<Model = Self::Model>>(&mut self, members: &mut Members<D>);
     /// References and torque limits at `end` after the start of the step; `waving` lanes have their references.
     fn read_references<D: Driven<Model = Self::Model>>(&mut self, members: &Members<D>, end: T, waving: Lanes);
-    /// Contacts with obstacles, between links and at joint stops, at the predicted end.
+    /// Contacts with obstacles and between links at the predicted end.
     fn find_contacts<D: Driven<Model = Self::Model>>(&mut self, members: &mut Members<D>, pending: Lanes, elapsed: T);
 }
 
@@ -69,7 +69,8 @@ pub trait StageOutput<T: Real> {
     fn is_mispredicted(&self, lane: usize) -> bool;
     /// Passes the solution of a lane's stage on as the guess with which it is solved again later.
     fn postpone(&mut self, lane: usize, body: &mut Body<Self::Model>);
-    /// Collects the contact impulses on the robots of the `solved` lanes.
+    /// Keeps the forces of contacts as the next initial guess, and collects the contact impulses on the robots of the `solved`
+    /// lanes.
     fn collect_contact_impulses<D: Driven<Model = Self::Model>>(
         &mut self,
         members: &mut Members<D>,

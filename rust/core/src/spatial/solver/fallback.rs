@@ -61,10 +61,11 @@ impl Fallback {
         offsets.for_each(|offset| *offset = offset.max(0.0));
         self.relaxed_solution.copy_from(solution);
         let (more, of_relaxed) = self.attempt.close(&self.relaxed, &mut self.relaxed_solution, tolerance);
-        if of_relaxed < residual {
-            solution.copy_from(&self.relaxed_solution);
+        if of_relaxed > limit {
+            return (solves + more, SolveStatus::Unsolved);
         }
-        (solves + more, if of_relaxed <= limit { SolveStatus::Relaxed } else { SolveStatus::Unsolved })
+        solution.copy_from(&self.relaxed_solution);
+        (solves + more, SolveStatus::Relaxed)
     }
 }
 

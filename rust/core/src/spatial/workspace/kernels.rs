@@ -116,6 +116,14 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             }
             select_force(&mut rolling[i], lanes, &self.solution.rolling[i], per_second);
         }
+        let (c, base) = (self.stage.coefficient, &self.motion.base.angle);
+        let mut largest = T::zero();
+        for (angles, rates) in base.iter().zip(&self.solution.rate) {
+            for axis in 0..2 {
+                largest = largest.max((angles[axis] + c * rates[axis]).abs());
+            }
+        }
+        self.joint_stops.arrive(largest);
         let rates = self.motion.guess.rate.iter().flatten().zip(self.solution.rate.iter().flatten());
         let rates = rates.map(|(expected, rate)| (*expected, *rate));
         self.joint_stops.store(&self.solution.stop, rates, [self.stage.coefficient, self.motion.elapsed], lanes);

@@ -29,7 +29,8 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
 
     fn is_mispredicted(&self, lane: usize) -> bool {
         // Also where the deviation is not a number.
-        !matches!(self.result.deviation.lane(lane), deviation if deviation < MISPREDICTED)
+        self.joint_stops.has_missed(lane)
+            || !matches!(self.result.deviation.lane(lane), deviation if deviation < MISPREDICTED)
     }
 
     /// Its forces serve as the next warm start, too.
