@@ -203,7 +203,6 @@ def test_an_environment_with_broken_joints_is_the_run_with_them(model):
 @pytest.mark.parametrize(
     ("options", "field"),
     [
-        ({"robot": Robot(locked=(3,)), "integrator": Integrator(method="thesis")}, "robot.locked"),
         ({"robot": Robot(limp=(3,)), "controller": IOLinearizing()}, "robot.limp"),
         ({"robot": {"links": 3, "limp": (2,)}}, "robot.limp[0]"),
     ],
