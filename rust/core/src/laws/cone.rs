@@ -16,8 +16,8 @@ impl Cone {
     pub fn evaluate(&self, x: &Vector3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
         let (mu, normal, tangential) = (self.coefficient, x.x, x.yz().norm());
         if mu == 0.0 {
-            let pressed = f64::from(u8::from(normal > 0.0));
-            return (Vector3::x() * normal.max(0.0), Matrix3::from_diagonal(&(Vector3::x() * pressed)));
+            let slope = if normal > 0.0 { 1.0 } else { 0.0 };
+            return (Vector3::x() * normal.max(0.0), Matrix3::from_diagonal(&(Vector3::x() * slope)));
         }
         if normal >= 0.0 && tangential <= mu * normal {
             return (*x, Matrix3::identity());

@@ -9,8 +9,8 @@ use super::Spatial;
 use super::workspace::Workspace;
 
 impl<T: Real> Workspace<T> {
-    /// Finds the contacts of the `pending` lanes at their predicted ends, `elapsed` after the start of the step.
-    pub(super) fn find_rows<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>, pending: Lanes, elapsed: T) {
+    /// Finds the contacts of the `pending` lanes at their predicted ends.
+    pub(super) fn find_rows<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>, pending: Lanes) {
         self.contacts.clear();
         self.supports.retain(|support| !pending[support.lane]);
         let links = &members.system.robot.links;
@@ -19,7 +19,7 @@ impl<T: Real> Workspace<T> {
             if self.may_reach(lane, obstacles) {
                 self.find_obstacle_contacts(lane, links, obstacles);
                 if self.may_reach_tops(lane, obstacles) {
-                    self.find_supports(lane, links, obstacles, elapsed.lane(lane));
+                    self.find_supports(lane, links, obstacles);
                 }
             }
         }

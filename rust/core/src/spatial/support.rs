@@ -21,10 +21,9 @@ pub struct Support {
 }
 
 impl<T: Real> Workspace<T> {
-    /// Sets the ground below the spheres of a lane's robot that are above a top face at their predicted ends, `elapsed`
-    /// after the start of the step.
-    pub(super) fn find_supports(&mut self, lane: usize, links: &[Link], obstacles: &PegGrid, elapsed: f64) {
-        let c = self.stage.coefficient.lane(lane);
+    /// Sets the ground below the spheres of a lane's robot that are above a top face at their predicted ends.
+    pub(super) fn find_supports(&mut self, lane: usize, links: &[Link], obstacles: &PegGrid) {
+        let [c, elapsed] = [self.stage.coefficient, self.motion.elapsed].map(|time| time.lane(lane));
         for (i, link) in links.iter().enumerate() {
             let mut is_near_top = false;
             let from_above = self.motion.frames[i].position.lane(lane).xy();

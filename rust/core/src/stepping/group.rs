@@ -148,7 +148,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         let mut pending = lanes;
         for repetition in 1..=MAX_PREDICTIONS {
             M::run(&mut self.workspace, Operation::Predict { c, elapsed: end, pending: mask::<T>(pending) });
-            self.workspace.find_contacts(members, pending, end);
+            self.workspace.find_contacts(members, pending);
             self.solve(members, pending);
             if repetition == 1 {
                 self.deviation = self.workspace.deviation();

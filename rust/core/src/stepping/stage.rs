@@ -53,7 +53,7 @@ pub trait StageInput<T: Real>: Sized {
     /// References and torque limits at `end` after the start of the step; `waving` lanes have their references.
     fn read_references<D: Driven<Model = Self::Model>>(&mut self, members: &Members<D>, end: T, waving: Lanes);
     /// Contacts with obstacles and between links at the predicted end.
-    fn find_contacts<D: Driven<Model = Self::Model>>(&mut self, members: &mut Members<D>, pending: Lanes, elapsed: T);
+    fn find_contacts<D: Driven<Model = Self::Model>>(&mut self, members: &mut Members<D>, pending: Lanes);
 }
 
 /// What follows from a solved stage, lane by lane.

@@ -89,7 +89,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         }
     }
 
-    fn find_contacts<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>, pending: Lanes, _: T) {
+    fn find_contacts<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>, pending: Lanes) {
         self.detect_contacts(members, pending);
     }
 }

@@ -74,7 +74,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         self.motion.predicted.place_links(&self.motion.half_length, &mut self.motion.frames);
         self.motion.guess.twists(&self.motion.frames, &self.motion.half_length, &mut self.motion.expected);
         self.self_contacts.predict(&self.motion.frames);
-        self.joint_stops.predict(largest_angle(&self.motion.predicted.angle));
+        self.joint_stops.predict(largest_angle(&self.motion.base.angle, &self.motion.guess.rate, c));
         self.fill_links(elapsed);
         self.fill_joints();
     }
@@ -116,14 +116,8 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             }
             select_force(&mut rolling[i], lanes, &self.solution.rolling[i], per_second);
         }
-        let (c, base) = (self.stage.coefficient, &self.motion.base.angle);
-        let mut largest = T::zero();
-        for (angles, rates) in base.iter().zip(&self.solution.rate) {
-            for axis in 0..2 {
-                largest = largest.max((angles[axis] + c * rates[axis]).abs());
-            }
-        }
-        self.joint_stops.arrive(largest);
+        let (base, rates) = (&self.motion.base.angle, &self.solution.rate);
+        self.joint_stops.arrive(largest_angle(base, rates, self.stage.coefficient));
         let rates = self.motion.guess.rate.iter().flatten().zip(self.solution.rate.iter().flatten());
         let rates = rates.map(|(expected, rate)| (*expected, *rate));
         self.joint_stops.store(&self.solution.stop, rates, [self.stage.coefficient, self.motion.elapsed], lanes);
@@ -283,13 +277,15 @@ impl<T: Real> Workspace<T> {
     }
 }
 
-/// The largest magnitude of any joint angle.
+/// The largest magnitude of any joint angle at the end of a stage of coefficient `c`.
 #[inline(always)]
-fn largest_angle<T: Real>(angles: &[[T; 2]]) -> T {
+fn largest_angle<T: Real>(base: &[[T; 2]], rates: &[[T; 2]], c: T) -> T {
     // A fold would be compiled as a function without the instructions of the kernel.
     let mut largest = T::zero();
-    for [yaw, pitch] in angles {
-        largest = largest.max(yaw.abs()).max(pitch.abs());
+    for (angle, rate) in base.iter().zip(rates) {
+        for axis in 0..2 {
+            largest = largest.max((angle[axis] + c * rate[axis]).abs());
+        }
     }
     largest
 }

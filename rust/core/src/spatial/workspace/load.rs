@@ -71,8 +71,8 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         }
     }
 
-    fn find_contacts<D: Driven<Model = Spatial>>(&mut self, members: &mut Members<D>, pending: Lanes, elapsed: T) {
-        self.find_rows(members, pending, elapsed);
+    fn find_contacts<D: Driven<Model = Spatial>>(&mut self, members: &mut Members<D>, pending: Lanes) {
+        self.find_rows(members, pending);
     }
 }
 
