@@ -6,7 +6,7 @@ from benchmarks import curves, independent, texts
 from benchmarks.results import Record, Results
 from snake_env.markdown import table
 
-ERRORS = (10.0, 2.0, 0.5, 0.1, 0.02)
+ERRORS = (10.0, 2.0, 0.5, 0.1)
 """Errors of the worst link over the run at which curves are compared [mm]."""
 
 

@@ -1,6 +1,6 @@
 """Cost at equal error under random actions, and environment steps with their errors beside them.
 
-This is a section of the page and, in short, a block of the pages in :data:`PAGES`.
+This is a section of the page and, in short, blocks of the pages in :data:`PAGES`.
 """
 
 from __future__ import annotations
@@ -20,7 +20,6 @@ from snake_env.markdown import table
 
 ERRORS = (0.1, 0.3, 1.0)
 """Median errors of the worst link after one control period at which cost is compared [mm]."""
-PAGES = (ROOT / "README.md", ROOT / "docs" / "accuracy.md")
 BEGIN, END = "<!-- python -m benchmarks --parts equal-error --write-docs -->", "<!-- end -->"
 OURS, MUJOCO = "ours", "MuJoCo"
 
@@ -67,22 +66,34 @@ def render(results: Results) -> str:
     return "\n\n".join((texts.EQUAL_ERROR, table(head, rows), texts.STEPS, _steps(results)))
 
 
-def block(results: Results) -> str:
-    """The short form, between its markers."""
+def costs(results: Results) -> str:
+    """The short form of the costs, between its markers."""
     rows = [
         (f"`{env}`", actions, *(_short(results, (env, actions), error) for error in ERRORS))
         for env, actions in cases(results)
     ]
     head = ("environment", "actions", *(f"{error:g} mm" for error in ERRORS))
+    return _block(results, texts.EQUAL_ERROR_SHORT, table(head, rows))
+
+
+def steps(results: Results) -> str:
+    """The short form of the environment steps, between its markers."""
+    return _block(results, texts.STEPS_SHORT, _steps(results))
+
+
+def _block(results: Results, *parts: str) -> str:
     machine = [results.machine, *(run["machine"] for run in results.of("run"))][-1]
     where = f"On one core of {machine['cpu']}, {machine.get('lanes', 'several')} robots per register."
-    short = texts.EQUAL_ERROR_SHORT, table(head, rows), texts.STEPS_SHORT, _steps(results), where
-    return "\n\n".join((BEGIN, *short, END))
+    return "\n\n".join((BEGIN, *parts, where, END))
+
+
+PAGES = {ROOT / "README.md": steps, ROOT / "docs" / "accuracy.md": costs}
+"""Which block a page has."""
 
 
 def write_blocks(results: Results) -> None:
-    """Replaces the block in every page that has it."""
-    for page in PAGES:
+    """Replaces the block in every page that has one."""
+    for page, block in PAGES.items():
         text = page.read_text()
         before, rest = text.split(BEGIN)
         write_text(page, before + block(results) + rest.split(END, 1)[1])

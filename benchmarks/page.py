@@ -98,7 +98,7 @@ def _count(value: float | None) -> str:
 
 def _targets(results: Results) -> str:
     rows = [(t.what, t.target, t.measured, t.verdict) for t in all_targets(results)]
-    return f"## Targets\n\n{table(('quantity', 'target', 'measured', ''), rows)}\n\n{texts.TARGETS}"
+    return f"## Targets\n\n{table(('quantity', 'target', 'measured', ''), rows)}"
 
 
 FLEET = ("scene", "links", "pegs", "us per step", "us per link", "solves per step", "divided steps", "us per peg scan")
@@ -115,6 +115,10 @@ def _growth(results: Results, images: str) -> Iterator[str]:
         yield f"{texts.BATCH}\n\n{_batch_table(results)}"
 
 
+SIZES = (1, 64, 256, 1024)
+"""Numbers of robots of the table; the picture shows all."""
+
+
 def _rates(results: Results, env: str, actions: str) -> dict[int, dict[int, float]]:
     """Robots -> threads -> environment steps per second."""
     rates: dict[int, dict[int, float]] = {}
@@ -125,7 +129,7 @@ def _rates(results: Results, env: str, actions: str) -> dict[int, dict[int, floa
 
 def _batch_table(results: Results) -> str:
     records = results.of("growth", axis="batch")
-    sizes = sorted({r["robots"] for r in records})
+    sizes = sorted({r["robots"] for r in records} & set(SIZES))
     rows = []
     for env, actions in dict.fromkeys((r["env"], r["actions"]) for r in records):
         rates = _rates(results, env, actions)
@@ -159,12 +163,10 @@ def _skip(results: Results) -> str:
     for r in results.of("skip"):
         spread = f"{r['ratio']:.3f} [{r['ratio_low']:.3f}, {r['ratio_high']:.3f}]"
         kind = "cannot act" if r["idle"] else "acts"
-        rows.append(
-            (r["feature"], r["off"], r["on"], kind, r["unit"], f"{r['us_off']:.3f}", f"{r['us_on']:.3f}", spread)
-        )
+        rows.append((r["feature"], r["off"], r["on"], kind, spread))
     if not rows:
         return ""
-    head = ("feature", "off", "on", "on, it", "unit", "off [us]", "on [us]", "on / off [middle half]")
+    head = ("feature", "off", "on", "on, it", "on / off [middle half]")
     pressed = [
         (f"{r['bend']:g}", *(f"{r[name]:.2f}" for name in ("pairs", "solves", "us_step", "us_solve")))
         for r in results.of("pressed")

@@ -7,21 +7,16 @@ from benchmarks.results import COMPARED
 
 EQUAL_ERROR = """## Cost at equal error under random actions
 
-CPU milliseconds of one thread for a simulated second of one robot, where the worst link of half the robots is off by
-the *error* after one control period of 50 ms. Robots start it from states in mid-run of a fine run of ours, under a
-torque limit of 10 N m, 64 robots in 8 scenes from four instants (in 3D 32, without rolling friction, which MuJoCo's
-model leaves out); a new action of the mode `joints` or `gait` is drawn in every period. *Work* is the bias of the
-positive work of the actuators against that run. Ours is the whole step of the environment, MuJoCo's only its physics.
-Both are interpolated between the best of their settings, which the benchmark searches: steps, time constant and
-impedance of the contacts, in 3D `impratio`. MuJoCo's planar model has its ground friction made exact
-(`benchmarks/mujoco_model.py`), its servos get the set-points of the ends of its steps, and in steps above 2.5 ms, with
-which its torque limit is unstable, set-points clipped by the predicted torque. *Not reached*: at no setting, in steps
-down to 0.25 ms, in 3D to 0.1 ms."""
+CPU milliseconds of one thread for a simulated second of one robot. *Error*: half the robots have their worst link at
+most so far off after one control period of 50 ms. Robots start in mid-run of a fine run of ours, under a torque limit
+of 10 N m; a new action is drawn in every period. *Work* is the bias of the positive work of the actuators against that
+run. Ours is the whole step of the environment, MuJoCo's only its physics. Both are interpolated between the best of
+their settings, which the benchmark searches. MuJoCo's planar model has its ground friction made exact
+(`benchmarks/mujoco_model.py`). *Not reached*: at no setting, in steps down to 0.25 ms, in 3D to 0.1 ms."""
 
-EQUAL_ERROR_SHORT = """**Cost at equal error under random actions**: how many times what ours costs MuJoCo costs,
-then CPU milliseconds of one thread for a simulated second of one robot, ours / MuJoCo, and the bias of the actuators'
-work. Each is at the best of its settings with which the worst link of half the robots is off by so much after one
-control period of 50 ms that starts in mid-run. Ours is the whole step of the environment, MuJoCo's only its physics."""
+EQUAL_ERROR_SHORT = """**Cost at equal error under random actions**: MuJoCo's over ours, then CPU milliseconds per
+simulated second, ours / MuJoCo, and the bias of the actuators' work. The error is that of the worst link after one
+control period. Ours is the whole step of the environment, MuJoCo's only its physics."""
 
 STEPS = """### Environment steps with their errors
 
@@ -29,7 +24,7 @@ Environment steps per CPU second of one thread in the same runs, ours at the def
 best of its settings in steps of 10 ms. The rates belong to different errors; the table above compares at equal ones."""
 
 STEPS_SHORT = """**Environment steps** of 50 ms per CPU second of one thread at our default settings, and of MuJoCo's
-physics in steps of 10 ms, with their errors and the bias of the actuators' work; rates at different errors do not
+physics in steps of 10 ms, with their errors and the bias of the actuators' work. Rates at different errors do not
 compare."""
 
 SPEEDS = f"""## Environment steps per second
@@ -41,19 +36,14 @@ the constant zero action, *random* draws a new action of the mode `gait` in ever
 WIDTHS = """The same in registers of every width of this processor (`SNAKE_ENV_LANES`): 1 is scalar code, 4 are AVX2 or
 NEON, 8 AVX-512 registers."""
 
-TARGETS = (
-    "What bounds the missed ones, and what was tried, is in `docs/notes/method-planar.md` and `method-spatial.md`."
-)
 PRECISION = f"""## Error against run time
 
 One robot follows the gait (T 7.3) for five seconds, three in the jam. The error is the largest distance of any link
-from the converged run at any sample, every 0.1 s, in 3D every 0.2 s. The benchmark computes that run twice with fine
-steps; their distance bounds the accuracy of the reference, and errors below {TRUST:g} times it are shown as that
-bound. Speed is simulated seconds per CPU second of one thread, median of interleaved repetitions: of one robot, and of
-64 robots in registers, with starting times staggered over five seconds. A curve consists of the points that no other
-setting of the same method beats in both error and speed; runs with errors above {1e3 * LOST:g} mm are left out. The
-tables compare at equal error, interpolated between logarithms. Beyond the right end of a curve its fastest point
-counts. `benchmarks.json` holds every point with its settings."""
+from the converged run at any sample. That run is computed twice with fine steps; errors below {TRUST:g} times their
+distance are shown as that bound. Speed is simulated seconds per CPU second of one thread: of one robot, and of 64
+robots in registers. A curve consists of the points that no other setting of the same method beats in both error and
+speed; runs with errors above {1e3 * LOST:g} mm are left out. The tables compare at equal error, interpolated between
+logarithms. `benchmarks.json` holds every point with its settings."""
 
 DEFAULT = """Errors at the default step. Between pegs they grow while a link is about to slip past one and decay behind
 it: the robot does the same somewhat earlier or later."""

@@ -1,4 +1,4 @@
-"""The table of docs/tasks.md on backlash and Stribeck friction: speed, joint errors and torques.
+"""The table of docs/robot.md on backlash and Stribeck friction: speed, joint errors and torques.
 
     python -m experiments.discrepancies
 

@@ -37,7 +37,7 @@ POLICIES = {
     "spatial": Film("spatial", 0, {}),
     "spatial-field": Film("spatial-field", 0, tasks.load()["spatial-field"].options),
 }
-"""Films of what policies have learned in 3D, for docs/learned.md."""
+"""Films of what policies have learned in 3D, for docs/results.md."""
 
 
 def write_film(env_id: str, shown: Film, path: Path) -> Path:

@@ -14,7 +14,7 @@ from typing import Any
 
 from benchmarks import figures as bench_figures
 from benchmarks.results import Results
-from experiments import browser_pictures, difficulty, environment_films
+from experiments import browser_pictures, concepts, difficulty, environment_films
 from experiments.origin import digest
 from snake_env import card, drawing, rendering, side_view
 from snake_env.commands.environment_pages import FILMS
@@ -101,13 +101,10 @@ THESIS = {
     "comparison-models.png": "figure-2.3.2-models.png",
     "chapter-5-mechanism.png": "figure-5.2.png",
     "chapter-6-lyapunov.png": "figure-6.3.3-theorem.png",
+    "chapter-6-high-gains.png": "figure-7.3.5-high-gains.png",
     "chapter-4-gaits.png": "gaits.png",
     "chapter-8-stairs.png": "figure-8-stairs.png",
-    **{f"chapter-4-{name}.png": f"{name}.png" for name in (f"figure-7.{number}" for number in (2, 3, 4, 5, 12, 13))},
-    **{
-        f"chapter-6-{name}.png": f"figure-7.3.5-{name}.png"
-        for name in ("torque-limit", "box-and-ellipse", "noise-torque", "theorem", "high-gains", "stability")
-    },
+    **{f"chapter-4-{name}.png": f"{name}.png" for name in (f"figure-7.{number}" for number in (2, 4, 12, 13))},
 }
 """Figures of the reproduction that the documents show."""
 STABILITY = ("IO, set-valued", "PD, set-valued")
@@ -133,7 +130,9 @@ def _thesis() -> dict[str, Picture]:
             figure(runs, path)
         return tuple(sorted(runs.names)) or STABILITY
 
-    functions = {name: thesis_figures.FIGURES[figure][1] for name, figure in THESIS.items()}
+    functions = {name: thesis_figures.FIGURES[figure][1] for name, figure in THESIS.items()} | {
+        "concepts.png": concepts.draw
+    }
     return {name: Picture(partial(draw, figure), (figure, drawing)) for name, figure in functions.items()}
 
 
@@ -194,11 +193,7 @@ def _difficulty() -> dict[str, Picture]:
 
 INSPECTED = {
     "learned-goal-reached-frames.png": ("field-hard", 300, "goal-reached-frames.png"),
-    "learned-goal-reached-timeline.png": ("field-hard", 300, "goal-reached-timeline.png"),
     "learned-goal-reached.gif": ("field-hard", 300, "goal-reached.gif"),
-    "learned-left-the-corridor.gif": ("field-hard", 300, "left-the-corridor.gif"),
-    "learned-time-up-stuck.gif": ("field-hard", 300, "time-up-stuck.gif"),
-    "learned-links.png": ("field-hard", 300, "links.png"),
     "learned-perturbed.gif": ("perturbed", 20, "goal-reached.gif"),
     "learned-corridor.gif": ("corridor", 20, "goal-reached.gif"),
 }
@@ -214,8 +209,7 @@ def _inspected() -> dict[str, Picture]:
     found = {}
     for name, shown in INSPECTED.items():
         code: Code = (inspection, inspection_figures, film.play, film.write_gif, rendering, drawing)
-        acts = (shown[0], "heading control, field-hard") if shown[2] == "links.png" else shown[:1]
-        found[name] = Picture(partial(draw, *shown), code, shown, acts)
+        found[name] = Picture(partial(draw, *shown), code, shown, shown[:1])
     return found
 
 

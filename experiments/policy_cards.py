@@ -18,7 +18,7 @@ from snake_env.evaluation import rollout, scores, seeds
 from snake_env.policies.shipped import FOLDER, NAMES, load_policy
 
 SCENES = 500
-ONE_SEED = "One seed of training; for general and spatial docs/learned.md tells how much seeds differ."
+ONE_SEED = "One seed of training; for general and spatial docs/results.md tells how much seeds differ."
 CLONED = "Trained with self-contact, from a clone of heading control."
 EARLIER = "With the time stepping before precision, commit 5929e2d,"
 EVOLVED = "Trained with self-contact, from action zero, by CMA-ES."
@@ -54,7 +54,7 @@ NOTES = {
     ],
     "general": [
         "Trained with self-contact in eight tasks at once; the scores here are those of hard fields, those of all "
-        "tasks and seeds are in docs/learned.md.",
+        "tasks and seeds are in docs/results.md.",
         "It began from the shipped policy for perturbed courses and imitated the shipped policy of each task.",
     ],
     "perturbed": [
@@ -66,7 +66,7 @@ NOTES = {
     "general-randomised": [
         "Trained with self-contact in eight tasks at once, with randomised friction, mass, delay and backlash; the "
         "scores here are those of hard fields with the same randomisation, those of all tasks and of five seeds are in "
-        "docs/learned.md.",
+        "docs/results.md.",
         "It began from general and imitated it, and on perturbed courses perturbed-randomised.",
     ],
     "perturbed-randomised": [

@@ -19,33 +19,31 @@ from snake_env.registration import MAX_EPISODE_STEPS, SCENARIOS, TASKS
 GOALS = {row["name"]: row["goal"] for row in SCENARIOS}
 
 ARGUMENTS = {
-    "model": 'the planar ("planar") or the 3D model ("spatial"); set by the id',
+    "model": '"planar" or "spatial" (3D); set by the id',
     "task": f"scene and goal: {', '.join(json.dumps(row['name']) for row in SCENARIOS)}; set by the id",
     "action_mode": 'what an action prescribes: "gait", "joints", "residual", "velocities" or "torques"',
-    "perception": '"pegs": observe the pegs nearest to the leading link; "body": also the nearest peg of each link; '
+    "perception": '"pegs": the pegs nearest to the leading link; "body": also the nearest peg of each link; '
     '"blind": contact forces only',
     "nearest_pegs": "number of pegs observed, 1 to 64",
     "control_period": "time between two actions [s], 0.001 to 1",
     "max_episode_steps": "control periods after which an episode is truncated, >= 1; -1: never",
     "goal_distance": "distance from the start of the CG to the goal line or the goal point [m], 0.1 to 20",
-    "corridor_half_width": "distance from the centre line at which the corridor ends; with a goal point: the largest "
-    "distance from it beyond that at the start [m], 0.1 to 5",
+    "corridor_half_width": "half width of the corridor; with a goal point: how much farther from it than at the "
+    "start the CG may get [m], 0.1 to 5",
     "goal_radius": 'radius of the goal of "maze" and "corridor" [m], 0.01 to 0.9 `goal_distance`',
-    "turn": 'largest angle between the start and the goal of "maze", largest bend of "corridor", largest commanded '
-    'change of direction of "command", at difficulty 1 [rad], 0 to pi/2',
+    "turn": 'largest angle to the goal of "maze", bend of "corridor" or change of direction of "command", at '
+    "difficulty 1 [rad], 0 to pi/2",
     "speed": 'interval of the speed that "command" commands [m/s], 0 to 2',
     "difficulty": "irregularity of a random scene, 0 to 1",
     "field": 'generator of the random field: "mixed", "track", "lattice" or "poisson"',
-    "push_points": 'scenes of "field" and "maze" are generated again, up to 100 times, until every body length on the '
-    "straight line to the goal has this number of usable push-points, 0 to 4; 0: no requirement. See docs/tasks.md",
+    "push_points": 'usable push-points per body length that scenes of "field" and "maze" must have, 0 to 4: they '
+    "are drawn again, up to 100 times ([concepts](concepts.md#push-points))",
     "perturbation": 'pegs of "perturbed" that are out of place: `course` ("table-7.3", "table-7.5" or "mixed"), '
-    "numbers of pegs `removed`, each with the probability `difficulty`, and `shifted` in an episode, drawn from peg 3 "
-    "on; the longest `shift` at difficulty 1 [m], 0 to 0.5; pegs always absent, `without` = [j, ...], and always "
-    "elsewhere, `moved` = [[j, dx, dy], ...], j from 1 as in the thesis",
-    "randomization": "parameters sampled per robot and episode besides the scene: the fields of "
-    "`snake_env.Randomization`, with ranges and units at the end of this page",
+    "numbers of pegs `removed` and `shifted`, longest `shift` at difficulty 1 [m], 0 to 0.5; always: `without` = "
+    "[j, ...], `moved` = [[j, dx, dy], ...], j from 1",
+    "randomization": "parameters sampled per robot and episode: [below](#curriculum-and-randomisation)",
     "scene": "a `snake_env.Scene` in place of the task's pegs and ground, a list of scenes, or a "
-    "function `generator(rng, difficulty)`; see docs/interface.md",
+    "function `generator(rng, difficulty)` ([ground](ground.md#in-environments))",
     "observation_blocks": "names of the blocks of the observation; null: all of the task and the action mode",
     "privileged": "whether the observation ends with `privileged_...` blocks, for critics: what a robot cannot sense",
     "observation_noise": "amplitudes of uniform noise on blocks of the observation, by name and in their units, >= 0",
@@ -55,14 +53,13 @@ ARGUMENTS = {
     'for "maze" and for the planar robot on "free", and (0.2, 0.2) otherwise',
     "stribeck": "its Stribeck friction: `drop`, the share lost in sliding, 0 to 1, and `speed`, at which half "
     "of that is lost [m/s]",
-    "slope": "inclination of that ground: its angle, 0 to pi/2, and the direction in which it rises, from the x axis, "
-    "both in rad; only the block `gravity` of the 3D model observes it",
-    "controller": 'joint controller: "pd", or in the planar model "io" (input-output linearising, critically damped '
-    "with K_D = 0.5 / T for T a tenth of the control period; both with a limit of 10 N m), or the fields of "
-    "`snake_env.PD` or `snake_env.IOLinearizing` with their `law`",
+    "slope": "inclination of that ground: angle, 0 to pi/2, and direction in which it rises [rad]; only the block "
+    "`gravity` of the 3D model observes it",
+    "controller": 'joint controller: "pd", or in the planar model "io" (input-output linearisation), or the fields of '
+    "`snake_env.PD` or `snake_env.IOLinearizing` with their `law`; torque limit 10 N m",
     "integrator": 'time stepping: the fields of `snake_env.Integrator` with the method "implicit"',
     "robot": "the robot: the fields of `snake_env.Robot`",
-    "reward_weights": "weights of the reward terms",
+    "reward_weights": "weights of the [reward terms](#rewards)",
     "start_jitter": "scale of the random start pose and phase, 0 to 1; 0: always the same start",
 }
 
@@ -70,46 +67,46 @@ WORLD = {
     "start": "a `snake_env.Start` in place of the task's: position and heading of link 1, and the posture",
     "precision": '"fast", "default" or "fine": how accurate the time stepping is; fields of `integrator` override it',
     "goal": "in place of the task's: the distance of a goal line, a goal point (x, y) or (x, y, radius), a path "
-    "[(x, y), ...], all in m, or a command; see docs/interface.md",
+    "[(x, y), ...], all in m, or a command ([interface](interface.md#starts-goals-and-paths))",
     "corridor": 'deprecated: (y, half width), `corridor_half_width` and `goal={"centre_line": y}` now',
 }
 """Keywords that are no fields of the core's configuration."""
 
 HEADER = """# Environments
 
-This page, and those of the ids, are generated by `snake-env card --write docs/environments.md`.
+Make one robot, or a native batch of robots that one call steps in Rust:
 
-Each id has two forms: `gymnasium.make(id)` is a single environment, `gymnasium.make_vec(id, num_envs=n)` the native
-batch `snake_env.SnakeVectorEnv`, which is bit-identical to n single environments and steps them in Rust on
-`num_threads` threads. `snake_env.sb3.make(id, num_envs=n)` is the batch as a Stable-Baselines3 `VecEnv`.
+```python
+import gymnasium
 
-A snake robot of 11 links (Aiko, Table 7.1 of the thesis) lies on a horizontal plane with Coulomb friction; the model is
-planar except in `SnakeSpatial-v1`. The robot has no wheels: it moves forward by pushing its body against pegs, or by
-sliding more easily along its links than across them. Link 1 leads. Units are SI and radians. Terms are defined in
-[notation.md](notation.md#glossary), scenes in [tasks.md](tasks.md).
+env = gymnasium.make("snake_env:SnakeField-v1")  # a single robot
+envs = gymnasium.make_vec("snake_env:SnakeField-v1", num_envs=256, difficulty=0.5)  # a batch
+```
+
+`snake_env.sb3.make(id, num_envs=n)` is the batch as a Stable-Baselines3 `VecEnv`. A batch is bit-identical to as many
+single environments. The robot is Aiko of the thesis: 11 links, no wheels. It moves by pushing its body against pegs, or
+by sliding more easily along its links than across them. Link 1 leads. Units are SI and radians; CG is the centre of
+gravity of the robot. [Concepts](concepts.md) explains the terms.
+`snake-env card --write docs/environments.md` generates this page and those of the ids.
 """
 
-INFO_TEXT = """The same keys after `reset` and `step`. `positive_work`, `energy` and `cost_of_transport` have a bias
-that depends on `precision`: [accuracy.md](accuracy.md#work-of-the-actuators).
+INFO_TEXT = """The same keys after `reset` and `step`. The bias of work and cost depends on `precision`:
+[accuracy.md](accuracy.md#work-of-the-actuators).
 """
 
-ACTION_TEXT = """An action in [-1, 1] maps linearly to the interval [min, max]; values beyond are clipped. The
-joint references follow it smoothly within the slew limit, and a joint controller with a torque limit follows the
-references. In mode "residual" the wave comes first, then the offsets of the joints. Mode "velocities" integrates the
-reference angles and limits them to 80 degrees; mode "torques" has no references: its torques, up to the
-`torque_limit` of the `controller`, hold from one action to the next, less `kd` times the joint rate. "mirror": `+` if
-a reflection of robot and scene leaves the value unchanged, `-` if it changes the sign.
+ACTION_TEXT = """An action in [-1, 1] maps linearly to [min, max]; values beyond are clipped. Joint references follow it
+within the slew limit, and a PD controller with a torque limit follows the references. In mode "residual" the wave comes
+first, then the offsets of the joints. `env.unwrapped.layout["action"]` lists the entries with their signs under
+reflection.
 """
 
-SAME_ACTIONS = """Yaw angles bend the body sideways, pitch angles up and down. The waves come first, then joint by
-joint yaw and pitch, as in the observation and the state. Otherwise as above.
+SAME_ACTIONS = """Yaw bends the body sideways, pitch up and down. The waves come first, then joint by joint yaw and
+pitch.
 """
 
-OBSERVATION_TEXT = """Each element is its value divided by the scale and clipped to [min, max]; running normalisation is
-not needed. Blocks come in this order; numbered elements are grouped by number. `+` and `-` after an element
-are its mirror sign. "memory": a policy with memory keeps moving averages of the block. Scales and sizes are those of
-the default robot, `corridor_half_width` and `nearest_pegs`. The absolute position is left out, since the task is the
-same everywhere along the corridor.
+OBSERVATION_TEXT = """Each element is its value divided by the scale and clipped to [min, max], so that normalisation is
+not needed. Blocks come in this order; sizes are those of the default robot. `env.unwrapped.layout["observation"]` lists
+every element. The absolute position is left out: the task is the same everywhere along the corridor.
 """
 
 SAME_BLOCKS = """Blocks in order: {order}. Those without a row below are as in the planar model.
@@ -117,10 +114,9 @@ SAME_BLOCKS = """Blocks in order: {order}. Those without a row below are as in t
 
 FOOTER = """## Vector environments
 
-Keywords of the batch besides those above: `num_envs`, `num_threads` (default: the environment variable
-`SNAKE_ENV_NUM_THREADS`, else min(cores, ceil(num_envs / 8))), `autoreset_mode`, and those
-of every environment: `max_episode_steps`, `render_mode`, `observation`, `info_state`, `reward_fn`, `termination_fn` and
-`picture`. States, scenes, starts and goals of your own, and own rewards: [interface.md](interface.md).
+Further keywords of the batch: `num_envs`, `num_threads` (default: `SNAKE_ENV_NUM_THREADS`, else min(cores,
+ceil(num_envs / 8))) and `autoreset_mode`. Further keywords of every environment: `max_episode_steps`, `render_mode`,
+`observation`, `info_state`, `reward_fn`, `termination_fn` and `picture` ([interface.md](interface.md)).
 
 | `autoreset_mode` | step in which an episode ends | next step of that robot | for |
 | --- | --- | --- | --- |
@@ -128,36 +124,23 @@ of every environment: `max_episode_steps`, `render_mode`, `observation`, `info_s
 | `"SameStep"` | reset observation; the last one in `infos["final_obs"]` | an ordinary step | SB3, CleanRL |
 | `"Disabled"` | last observation | an error, until `reset(options={"reset_mask": mask})` | manual control |
 
-RLlib reads the first observation of an episode from the step after its end: use `"NextStep"` there, since `"SameStep"`
-silently corrupts its episodes. Gymnasium's `RecordEpisodeStatistics` counts returns and lengths wrongly over
-`"SameStep"` before version 1.4.
-
-`reset(seed=s)` gives robot i the random stream s + i, independent of the number of robots and threads; a reset without
-seed continues with the next episode of each stream. Options of `reset` are `reset_mask`, a bool array, and `scene`,
-`start`, `goal` and `difficulty`.
-
-As in Gymnasium's own vector environments, the infos are arrays with an entry per robot, and `infos["_name"]` tells
-which entries of `infos["name"]` are valid. In `infos["final_obs"]`, an array of objects, each robot whose episode has
-ended has an observation as its observation space has it: an array, or a mapping with `observation="dict"`. The infos of
-these last steps are in `infos["final_info"]`.
-
-`get_state(mask)` and `set_state(states, mask)` save and restore robots bit for bit. A state of an environment with
-another configuration is refused with what differs; only the time limit and the difficulty of later episodes may.
-
-`SnakeVecEnv`, the batch for Stable-Baselines3, reports return and length of each episode itself, as `VecMonitor` does,
-which is not needed then. `infos[i]` is empty but for the last step of an episode; `venv.signals` has the entries of
-every step, arrays with an entry per robot.
-
-Set the threads of torch too: `torch.set_num_threads(1)`, with the rest for the simulation, is a good start.
+* RLlib needs `"NextStep"`: `"SameStep"` silently corrupts its episodes.
+* `RecordEpisodeStatistics` of Gymnasium before 1.4 counts wrongly over `"SameStep"`.
+* `reset(seed=s)` gives robot i the random stream s + i, for any number of robots and threads. A reset without seed
+  continues with the next episode of each stream.
+* Options of `reset` are `reset_mask`, a bool array, and `scene`, `start`, `goal` and `difficulty`.
+* Infos are arrays with an entry per robot; `infos["_name"]` tells which entries of `infos["name"]` are valid. Infos of
+  last steps are in `infos["final_info"]`.
+* `get_state(mask)` and `set_state(states, mask)` save and restore robots bit for bit. A state of another configuration
+  is refused with what differs.
 
 ## Curriculum and randomisation
 
-`set_difficulty(d)` of the single environment (`env.unwrapped`) and `set_difficulty(d, mask)` of the batch set the
-difficulty of later episodes per robot; a callback of Stable-Baselines3 calls
-`env.env_method("set_difficulty", d)`.
+`set_difficulty(d)`, in a batch `set_difficulty(d, mask)`, sets the difficulty of later episodes; a callback of
+Stable-Baselines3 calls `env.env_method("set_difficulty", d)` ([recipe](sb3.md#callbacks)).
 
-`randomization` samples per robot and episode what the thesis lists as discrepancies (T 7.5.4). Everything is off by
-default; `snake_env.Randomization.thesis()` switches all of it on.
+`randomization=snake_env.Randomization(...)` samples parameters per robot and episode. Everything is off by default;
+`snake_env.Randomization.thesis()` switches on what the thesis lists as discrepancies (T 7.5.4).
 
 | field | off | range | unit | meaning |
 | --- | --- | --- | --- | --- |
@@ -169,19 +152,16 @@ default; `snake_env.Randomization.thesis()` switches all of it on.
 | `reference_delay` | (0, 0) | 0 to 10, at most 100 periods | s | time from an action to its effect, in whole periods |
 | `noise` | zeros | >= 0 | | amplitudes of uniform noise on the observation, sampled in each step (Table 7.4) |
 | `peg_error` | 0 | 0 to 1 | m | largest error of an observed peg position, constant during an episode |
-| `backlash` | (0, 0) | 0 to pi/2 | rad | backlash of the joints, in addition to the robot's own |
+| `backlash` | (0, 0) | 0 to pi/2 | rad | backlash of the joints, in addition to the robot's own; PD only |
 | `stribeck` | (0, 0) | 0 to 1 | 1 | share of friction lost in sliding, in addition to the ground's own |
-
-The start pose is randomised by `start_jitter`.
-Backlash also needs a PD controller. `joint_angle` is that of the joint, not of the motor.
 
 """
 
 VERSIONS = """## Version history
 
-- v1: links touch each other, joints have limits, and no action pushes links more than 1 mm into
-  pegs; in v0 links passed through each other. All shipped policies are trained in v1.
-- v0: first release of all ids.
+- v1: links touch each other, joints have limits, and no action pushes links more than 1 mm into pegs. `Robot(
+  self_contact=False, joint_limit=inf)` gives the laws of v0.
+- v0: first release.
 """
 
 
@@ -233,11 +213,8 @@ def _ids() -> str:
         rows.append((link, config["model"], config["task"], GOALS[config["task"]], size, len(layout["action"])))
     head = ("id", "model", "task", "goal", "observation", "action")
     parts = ["## Ids\n", _table(head, rows)]
-    parts.append(
-        "Spaces are `Box` of float32: actions (a,) in [-1, 1], observations (o,) with the bounds below; o and a are "
-        "those of the default options. `env.unwrapped.layout` lists every element of both.\n"
-    )
-    parts.append("Each id has a page with a film, its actions and its observations; [gallery](gallery.md) shows all.\n")
+    parts.append("Sizes are those of the default options. Each id has a page with a film and the shipped policies.\n")
+    parts.append("![Starts of test scene 0 of every family, at three difficulties](images/gallery.png)\n")
     return "\n".join(parts)
 
 
@@ -254,21 +231,21 @@ def _actions(model: str) -> str:
         for row in grouped(map(action_row, layout["action"])):
             _note(uses.setdefault(row, {}), {"action_mode": mode, "task": task})
     rows = [(*row, _conditions(found)) for row, found in uses.items()]
-    head = ("action", "min", "max", "slew limit [unit/s]", "unit", "mirror", "meaning", "only with")
+    head = ("action", "min", "max", "slew limit [unit/s]", "unit", "meaning", "only with")
     text = ACTION_TEXT if model == MODELS[0] else SAME_ACTIONS
     return "\n".join(["### Actions\n", text, _table(head, rows)])
 
 
 def action_row(entry: dict[str, Any]) -> tuple[str, ...]:
-    """Name, limits, unit, mirror sign and meaning of an entry of the action."""
+    """Name, limits, unit and meaning of an entry of the action."""
     limits = (number(entry[key]) for key in ("low", "high", "slew"))
-    return (entry["name"], *limits, entry["unit"], sign(entry["mirror"]), entry["meaning"])
+    return (entry["name"], *limits, entry["unit"], entry["meaning"])
 
 
 def _observation(model: str) -> str:
     """One table of all blocks that the model can have, with the options that they need; shared rows only once."""
     rows = _block_rows(model)
-    head = ("block", "elements", "unit", "scale", "min, max", "memory", "meaning", "only with")
+    head = ("block", "size", "unit", "scale", "min, max", "meaning", "only with")
     if model == MODELS[0]:
         return "\n".join(["### Observations\n", OBSERVATION_TEXT, _table(head, rows)])
     shared = set(_block_rows(MODELS[0]))
@@ -296,14 +273,10 @@ def _block_rows(model: str) -> list[tuple[str, ...]]:
 
 
 def _block_row(block: dict[str, Any], conditions: str) -> tuple[str, ...]:
-    pairs = zip(block["elements"], map(sign, block["mirror"]), strict=True)
-    elements = ", ".join(f"{element} {sign}" for element, sign in grouped(pairs))
-    if block["name"] == "previous_action":
-        elements = "those of the action"
+    size = "of the action" if block["name"] == "previous_action" else str(block["size"])
     bounds = f"{number(block['low'])}, {number(block['high'])}"
-    memory = "yes" if block["memory"] else ""
     scale = number(block["scale"])
-    return (block["name"], elements, block["unit"], scale, bounds, memory, block["description"], conditions)
+    return (block["name"], size, block["unit"], scale, bounds, block["description"], conditions)
 
 
 def _note(uses: dict[str, set[str]], options: dict[str, str]) -> None:
@@ -334,11 +307,6 @@ def grouped(rows: Iterable[tuple[str, ...]]) -> list[tuple[str, ...]]:
         (names[0] if len(names) == 1 else f"{names[0]} ... {names[-1]}", *cells)
         for (_, *cells), names in groups.items()
     ]
-
-
-def sign(mirror: int) -> str:
-    """Of an element under reflection."""
-    return "+" if mirror > 0 else "-"
 
 
 def _rewards() -> str:
@@ -375,10 +343,10 @@ def _episode() -> str:
     rows = [(goal, *conditions) for goal, conditions in goal_rows(config).items()]
     return (
         "## Start, termination, truncation\n\n"
-        "The robot starts at rest in the posture of the gait, ready to move to +x, at a random phase and with a small "
-        "random displacement, both scaled by `start_jitter`. An episode terminates at the goal (`is_success`) and when "
+        "The robot starts at rest in the posture of the gait, ready to move to +x. Its phase is random and it is "
+        "displaced a little, both scaled by `start_jitter`. An episode terminates at the goal (`is_success`) and when "
         "the robot has strayed (`left_corridor`), as `termination` says. It is truncated after `max_episode_steps` = "
-        f"{steps} steps, {number(steps * period)} s, and when the simulation of this robot has diverged "
+        f"{steps} steps, {number(steps * period)} s. It is also truncated when its simulation has diverged "
         "(`diverged`) or left a link inside an obstacle (`penetrated`).\n\n"
         + _table(("goal", "`is_success`", "`left_corridor`"), rows)
     )
@@ -388,7 +356,8 @@ def _info() -> str:
     having: dict[tuple[str, ...], list[str]] = {}
     for model in MODELS:
         for s in layout_of(model=model)["signals"]:
-            having.setdefault((f"`{s['name']}`", s["kind"], s["unit"], s["description"]), []).append(model)
+            meaning = s["description"].partition(":")[0] if s["name"].startswith("reward_") else s["description"]
+            having.setdefault((f"`{s['name']}`", s["kind"], s["unit"], meaning), []).append(model)
     rows = [(*signal, "" if len(models) == len(MODELS) else models[0]) for signal, models in having.items()]
     head = ("key", "type", "unit", "meaning", "only with `model`")
     return "\n".join(["## Info\n", INFO_TEXT, _table(head, rows)])
@@ -396,9 +365,17 @@ def _info() -> str:
 
 def _arguments() -> str:
     config = layout_of()["config"]
-    rows = [(f"`{name}`", f"`{json.dumps(config[name])}`", meaning) for name, meaning in ARGUMENTS.items()]
-    rows += [(f"`{name}`", "`null`", meaning) for name, meaning in WORLD.items()]
+    rows = [(f"`{name}`", default(config[name]), meaning) for name, meaning in ARGUMENTS.items()]
+    rows += [(f"`{name}`", default(None), meaning) for name, meaning in WORLD.items()]
     return "\n".join(["## Arguments\n", _table(("keyword", "default", "meaning and range"), rows)])
+
+
+def default(value: Any) -> str:
+    """A default as JSON; of many fields only that there are some."""
+    if isinstance(value, dict) and len(value) > 2:
+        return "its defaults"
+    text = json.dumps(round(value, 4) if isinstance(value, float) else value)
+    return f"`{text}`"
 
 
 def _table(head: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:

@@ -61,22 +61,20 @@ def page(env_id: str) -> str:
     layout = card.layout_of(**TASKS[env_id])
     parts = [
         f"# {env_id}",
-        f"![{_caption(env_id)}](../images/env-{card.page_name(env_id)}.gif)",
-        f"*{_caption(env_id)}.*",
         DESCRIPTIONS[env_id],
         "```python\nimport gymnasium\n\n"
-        f'env = gymnasium.make("snake_env:{env_id}")  # a single robot\n'
-        f'envs = gymnasium.make_vec("{env_id}", num_envs=256)  # a native batch\n```',
+        f'envs = gymnasium.make_vec("snake_env:{env_id}", num_envs=256)\n'
+        "obs, info = envs.reset(seed=0)\n"
+        "obs, reward, terminated, truncated, info = envs.step(envs.action_space.sample())\n```",
+        f"![an episode](../images/env-{card.page_name(env_id)}.gif)",
+        f"*{_caption(env_id)}.*",
         _facts(layout, _friction(env_id)),
-        "## Goal and end",
         _end(layout["config"]),
-        "## Actions",
-        _actions(env_id, layout),
-        "## Observations",
-        _observations(layout),
-        "## Keywords",
-        _keywords(layout["config"]),
         *_policies(env_id),
+        "## Keywords of this task",
+        _keywords(layout["config"]),
+        "## Actions and observations",
+        _spaces(env_id, layout),
     ]
     return "\n\n".join(part.strip() for part in parts if part) + "\n"
 
@@ -130,56 +128,42 @@ def _end(config: dict[str, Any]) -> str:
     kind = card.GOALS[config["task"]]
     reached, strayed = card.goal_rows(config)[kind]
     if kind == "direction":
-        return "An episode with a commanded direction ends only by the time limit; its reward counts the speed in it."
+        return "An episode with a commanded direction ends only by the time limit; its reward is `tracking`."
     return (
-        f"The episode terminates with `is_success` when {reached}, and with `left_corridor` when {strayed}. It is "
-        "truncated at the time limit. The reward is the progress towards the goal less the cost of energy and of "
-        "abrupt actions, and a bonus at the goal: [terms and weights](../environments.md#rewards)."
+        f"The episode terminates with `is_success` when {reached}. It terminates with `left_corridor` when {strayed}. "
+        "The reward is [progress, less energy and abrupt actions](../environments.md#rewards), and a bonus at the goal."
     )
 
 
-def _actions(env_id: str, layout: dict[str, Any]) -> str:
-    head = ("action", "min", "max", "slew limit [unit/s]", "unit", "mirror", "meaning")
-    rows = card.grouped(map(card.action_row, layout["action"]))
+def _spaces(env_id: str, layout: dict[str, Any]) -> str:
+    """What stands where; meanings, limits and scales are those of the common page."""
+    entries = ", ".join(row[0] for row in card.grouped((entry["name"],) for entry in layout["action"]))
     modes = []
     for mode in card.CHOICES["action_mode"]:
         size = len(card.layout_of(**TASKS[env_id], action_mode=mode)["action"])
         modes.append(f'"{mode}" {size}')
-    return (
-        'By default, `action_mode="gait"`, an action sets the travelling wave; action zero is the default gait.\n\n'
-        + table(head, rows)
-        + f"\n\nElements by `action_mode`: {', '.join(modes)}. See [actions](../environments.md#actions)."
-    )
-
-
-def _observations(layout: dict[str, Any]) -> str:
-    """Blocks, and their elements with their places in a part that opens."""
-    head = ("block", "places", "unit", "scale", "meaning")
-    rows, elements = [], []
+    blocks = []
     for block in layout["observation"]:
         first, last = block["start"], block["start"] + block["size"] - 1
-        places = str(first) if first == last else f"{first} ... {last}"
-        rows.append((block["name"], places, block["unit"], card.number(block["scale"]), block["description"]))
-        names = ", ".join(
-            f"{name} {card.sign(mirror)}" for name, mirror in zip(block["elements"], block["mirror"], strict=True)
-        )
-        elements.append(f"* **{block['name']}** ({places}): {names}")
+        blocks.append(f"`{block['name']}` {first}" + ("" if first == last else f"-{last}"))
     return (
-        "Each element is its value divided by the scale, and clipped; see "
-        "[observations](../environments.md#observations) for bounds and for blocks that other options add.\n\n"
-        + table(head, rows)
-        + '\n\n<details markdown="1">\n<summary>All elements in order, with their mirror signs</summary>\n\n'
-        + "\n".join(elements)
-        + "\n\n</details>"
+        f"[Actions](../environments.md#actions): {entries}. Entries by `action_mode`: {', '.join(modes)}. Action zero "
+        "is the default gait.\n\n"
+        f"Blocks of the [observation](../environments.md#observations) and their places: {', '.join(blocks)}."
     )
 
 
 def _keywords(config: dict[str, Any]) -> str:
-    rows = [(f"`{name}`", f"`{json.dumps(config[name])}`", card.ARGUMENTS[name]) for name in KEYWORDS[config["task"]]]
+    named = ", ".join(f"`{name}` ({_default(config[name])})" for name in KEYWORDS[config["task"]])
     return (
-        table(("keyword", "default", "meaning and range"), rows)
-        + "\n\nAll keywords, rewards, infos and randomisation: [environments](../environments.md#arguments)."
+        f"{named}, with their defaults. Meanings and ranges, and the keywords of every environment: "
+        "[arguments](../environments.md#arguments)."
     )
+
+
+def _default(value: Any) -> str:
+    """Of a keyword, in a sentence."""
+    return card.default(value).strip("`")
 
 
 def _policies(env_id: str) -> list[str]:
@@ -192,9 +176,7 @@ def _policies(env_id: str) -> list[str]:
     return [
         "## Shipped policies",
         table(("policy", "keywords", "success", "speed [m/s]"), rows)
-        + "\n\n95 % intervals over test scenes, from the policies' cards (`snake-env card NAME`). "
-        "More: [learned policies](../learned.md).",
-        "\n".join(f"* `{one.name}`: {' '.join(one.notes)}" for one in own if one.notes),
+        + "\n\n95 % intervals over test scenes; `snake-env card NAME` prints them. More: [results](../results.md).",
     ]
 
 

@@ -1,4 +1,4 @@
-"""Figures 7.10 and 7.11, and those of docs/chapter-6.md."""
+"""Figures 7.10 and 7.11, and those of what the thesis leaves out about its controllers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Limits of sampled joint control: control period against gains (section "Limits of sampling" of docs/chapter-6.md)."""
+"""Limits of sampled joint control: control period against gains."""
 
 from __future__ import annotations
 

@@ -92,7 +92,7 @@ def test_one_command_renews_its_part_of_the_pages(tmp_path, monkeypatch):
     plan = settings_search.Plan(settings_search.CASES[:1], SCENES, (4,), 1, 1, (0.01, 0.002), 1)
     monkeypatch.setattr(settings_search, "QUICK", plan)
     monkeypatch.setattr(command, "DOCS", tmp_path)
-    monkeypatch.setattr(equal_error, "PAGES", (page,))
+    monkeypatch.setattr(equal_error, "PAGES", {page: equal_error.costs})
     monkeypatch.setattr(command.figures, "draw_all", lambda *_: [])
     words = ["--quick", "--parts", "equal-error", "--write-docs", "--out", str(tmp_path / "out")]
     assert command.main(words) == 0
@@ -102,5 +102,5 @@ def test_one_command_renews_its_part_of_the_pages(tmp_path, monkeypatch):
     assert (other["party"], other["setup"]["step"]) == ("MuJoCo", settings_search.SHOWN_STEP)
     assert equal_error.ratio(after, ("SnakeCourse-v1", "joints"), 5.0) > 1.0
     assert after.of("point") == before.of("point")
-    assert page.read_text() == f"before\n{equal_error.block(after)}\nafter\n"
+    assert page.read_text() == f"before\n{equal_error.costs(after)}\nafter\n"
     assert equal_error.render(after) in (tmp_path / "benchmarks.md").read_text()

@@ -124,5 +124,5 @@ def test_what_a_robot_cannot_have_is_named(options, field):
 
 def test_the_command_prints_the_table_of_the_page(capsys):
     assert discrepancies.main([]) == 0
-    page = Path(__file__).parents[2] / "docs/tasks.md"
+    page = Path(__file__).parents[2] / "docs/robot.md"
     check_rows(capsys.readouterr().out, page.read_text(encoding="utf-8"), key=2)

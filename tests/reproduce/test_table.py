@@ -21,7 +21,7 @@ QUOTED = {
     "sidewinding on (0.01, 1): slides back": r"slides back by up to ([\d.]+), ([\d.]+) and ([\d.]+) cm",
     "Table 7.3 in 3D": r"([\d.]+) and ([\d.]+) cm/s, paths within (\d+) mm",
 }
-"""Rows whose numbers docs/chapter-4.md repeats in other words."""
+"""Rows whose numbers docs/reproduction.md repeats in other words."""
 ROW = Finding("7.5.3", "speed", Verdict.REPRODUCED, "15 cm/s", "3 cm/s | wrong", "14 to 16 cm/s", "", "", False)
 
 
@@ -36,7 +36,7 @@ def test_every_row_holds_with_the_default_integrator(tmp_path, capsys):
     summary = f"{len(rows)} findings: " + ", ".join(f"{counts[verdict.value]} {verdict.value}" for verdict in Verdict)
     assert summary in printed
     assert summary in (tmp_path / "findings.md").read_text()
-    page = (ROOT / "docs/chapter-4.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs/reproduction.md").read_text(encoding="utf-8")
     for name, pattern in QUOTED.items():
         quoted = re.search(pattern, page)
         ours = next(row["ours"] for row in rows if row["name"] == name)
