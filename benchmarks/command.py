@@ -162,7 +162,7 @@ def write(results: Results, folder: Path, pictures: Path, data: str, text: str, 
     """Writes results, pictures and page."""
     results.write(folder / data)
     figures.draw_all(results, pictures)
-    write_text(folder / text, page.render(results, images))
+    write_text(folder / text, page.render(results, images, published=folder == DOCS))
 
 
 DESCRIPTION = """Speed against error, growth, cost of features, certificates; peers on the same scenes.

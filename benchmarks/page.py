@@ -14,24 +14,23 @@ BUSY = 0.5
 """Load above which other work is mentioned."""
 
 
-def render(results: Results, images: str) -> str:
+def render(results: Results, images: str, published: bool = False) -> str:
     """The whole page.
 
     Args:
         results: of a run.
         images: path of the pictures, seen from the page.
+        published: leave out the tables that only developers of a part need; the page of each run has them.
     """
-    sections = [
-        _head(results),
-        equal_error.render(results),
-        _speeds(results),
-        _widths(results),
-        _targets(results),
-        comparison.render(results, images),
-        *_growth(results, images),
-    ]
-    sections += [_skip(results), _certificate(results), _interface(results), texts.HOW]
-    return "\n\n".join(section for section in sections if section) + "\n"
+    sections = [_head(results), equal_error.render(results), _speeds(results)]
+    if not published:
+        sections.append(_widths(results))
+    sections += [_targets(results), comparison.render(results, images)]
+    if published:
+        sections.append(f"## Growth\n\n![Growth]({images}/bench-growth.png)\n\n{texts.PUBLISHED}")
+    else:
+        sections += [*_growth(results, images), _skip(results), _certificate(results), _interface(results)]
+    return "\n\n".join(section for section in [*sections, texts.HOW] if section) + "\n"
 
 
 def _head(results: Results) -> str:

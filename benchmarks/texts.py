@@ -52,6 +52,9 @@ GROWTH = """A step is one of the default method, of one robot in a batch of 64. 
 A step in which a peg contact closes anywhere along the body is divided, so longer bodies among pegs divide more steps.
 A peg scan is one evaluation of the environment's peg sensor."""
 
+PUBLISHED = """The page that each run leaves in `runs/bench` also has the tables of growth with links, pegs, robots and
+threads, of registers of every width, of what each feature costs, of certificates and of the interface."""
+
 BATCH = """Environment steps per wall-clock second with one thread / with two threads in the fastest of five
 repetitions, by number of robots. The control period is 50 ms; robots start in the middle of their episodes, and resets
 are included. *Busy*: least share of time in which both threads work, 64 robots and more."""

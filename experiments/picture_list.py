@@ -107,8 +107,6 @@ THESIS = {
     **{f"chapter-4-{name}.png": f"{name}.png" for name in (f"figure-7.{number}" for number in (2, 4, 12, 13))},
 }
 """Figures of the reproduction that the documents show."""
-STABILITY = ("IO, set-valued", "PD, set-valued")
-"""Runs of the plant of the figure of stability, whose own are hundreds."""
 
 
 class _Used(Runs):
@@ -128,7 +126,7 @@ def _thesis() -> dict[str, Picture]:
         runs = _Used()
         with drawing.style():
             figure(runs, path)
-        return tuple(sorted(runs.names)) or STABILITY
+        return tuple(sorted(runs.names))
 
     functions = {name: thesis_figures.FIGURES[figure][1] for name, figure in THESIS.items()} | {
         "concepts.png": concepts.draw

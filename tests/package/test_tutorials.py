@@ -36,5 +36,5 @@ def test_a_notebook_begins_with_a_title_and_alternates_text_and_code(name):
 
 
 def test_every_notebook_is_listed():
-    listed = re.findall(r"\]\((\w+\.py)\)", (FOLDER / "index.md").read_text(encoding="utf-8"))
+    listed = re.findall(r"tutorials/(\w+\.py)$", (FOLDER.parents[1] / "mkdocs.yml").read_text(encoding="utf-8"), re.M)
     assert sorted(listed) == NOTEBOOKS

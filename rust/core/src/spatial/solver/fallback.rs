@@ -1,7 +1,7 @@
 //! Fallback for a stage that the lanes' Newton iteration did not solve: the coupled Newton iteration from there, a sequence
 //! of convex problems, the coupled iteration by continuation from soft contacts, then the strict variant of the lanes'
 //! method from free motion; where the contacts contradict each other, the stage is relaxed. Of all that is found, the
-//! solution with the least certified residual is kept. `docs/notes/fallback.md` counts which method solves how many stages.
+//! solution with the least certified residual is kept.
 
 use nalgebra::Vector2;
 
