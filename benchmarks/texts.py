@@ -23,8 +23,8 @@ STEPS = """### Environment steps with their errors
 Environment steps per CPU second of one thread in the same runs, ours at the default settings, MuJoCo's physics at the
 best of its settings in steps of 10 ms. The rates belong to different errors; the table above compares at equal ones."""
 
-STEPS_SHORT = """**Environment steps** of 50 ms per CPU second of one thread at our default settings, and of MuJoCo's
-physics in steps of 10 ms, with their errors and the bias of the actuators' work. Rates at different errors do not
+STEPS_SHORT = """**Environment steps** of 50 ms per CPU second of one thread, at our default settings; beside them
+MuJoCo's physics in steps of 10 ms. *Work* is the bias of the actuators' work. Rates at different errors do not
 compare."""
 
 SPEEDS = f"""## Environment steps per second

@@ -19,12 +19,12 @@ TASKS: dict[str, dict[str, str]] = {
 
 DESCRIPTIONS: dict[str, str] = {
     **{row["id"]: row["description"] for row in SCENARIOS},
-    "SnakeSpatial-v1": "The robot in 3D (chapter 4 of the thesis): joints that bend sideways and up and down, links "
-    "that lift, roll and press on the ground with forces of their own. No pegs and isotropic ground, on which a snake "
-    "that lies flat does not get ahead. It lies across the way to its goal, and action zero is the sidewinding of "
-    "(7.5); phase shift zero with a small amplitude rolls it (7.3.2). With `task` it goes where the planar "
-    'robot goes: `gymnasium.make("SnakeSpatial-v1", task="field")` is the field of pegs in 3D, where action zero is '
-    "the flat gait (7.3). A picture shows it from above and, in a strip below, from the side.",
+    "SnakeSpatial-v1": "The robot in 3D (chapter 4 of the thesis). Joints bend sideways and up and down; links lift, "
+    "roll and press on the ground with forces of their own. There are no pegs and the ground is isotropic, on which "
+    "planar undulation makes no headway. The robot starts perpendicular to the goal direction, and action zero is the "
+    "sidewinding of (7.5). Phase shift zero with a small amplitude rolls it (7.3.2). With `task` it goes where the "
+    'planar robot goes: `gymnasium.make("SnakeSpatial-v1", task="field")` is the field of pegs in 3D. There action '
+    "zero is the flat gait (7.3). A picture shows it from above and, in a strip below, from the side.",
 }
 """What each environment is."""
 

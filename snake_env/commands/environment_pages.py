@@ -68,13 +68,13 @@ def page(env_id: str) -> str:
         "obs, reward, terminated, truncated, info = envs.step(envs.action_space.sample())\n```",
         f"![an episode](../images/env-{card.page_name(env_id)}.gif)",
         f"*{_caption(env_id)}.*",
-        _facts(layout, _friction(env_id)),
+        _facts(env_id, layout),
         _end(layout["config"]),
         *_policies(env_id),
         "## Keywords of this task",
         _keywords(layout["config"]),
         "## Actions and observations",
-        _spaces(env_id, layout),
+        _spaces(layout),
     ]
     return "\n\n".join(part.strip() for part in parts if part) + "\n"
 
@@ -95,19 +95,21 @@ def _pegs(env_id: str) -> bool:
     return TASKS[env_id]["task"] not in ("free", "command")
 
 
-def _facts(layout: dict[str, Any], friction: tuple[float, float]) -> str:
+def _facts(env_id: str, layout: dict[str, Any]) -> str:
     config = layout["config"]
     size = sum(block["size"] for block in layout["observation"])
     period, steps = config["control_period"], config["max_episode_steps"]
-    along, across = friction
+    along, across = _friction(env_id)
     ground = f"friction {along:g} along the links, {across:g} across" if along != across else f"friction {along:g}"
     model = "planar, chapter 3 of the thesis" if config["model"] == "planar" else "3D, chapter 4 of the thesis"
+    modes = {mode: card.layout_of(**TASKS[env_id], action_mode=mode)["action"] for mode in card.CHOICES["action_mode"]}
     return table(
         ("property", "value"),
         [
             ("robot", f"{config['robot']['links']} links, {model}"),
             ("ground", ground),
             ("action", f"`Box(-1, 1, ({len(layout['action'])},), float32)`"),
+            ("size by `action_mode`", ", ".join(f"{mode} {len(entries)}" for mode, entries in modes.items())),
             ("observation", f"`Box({size},)` of float32"),
             ("control period", f"{period:g} s"),
             ("time limit", f"{steps} steps, {card.number(steps * period)} s"),
@@ -135,35 +137,24 @@ def _end(config: dict[str, Any]) -> str:
     )
 
 
-def _spaces(env_id: str, layout: dict[str, Any]) -> str:
+def _spaces(layout: dict[str, Any]) -> str:
     """What stands where; meanings, limits and scales are those of the common page."""
     entries = ", ".join(row[0] for row in card.grouped((entry["name"],) for entry in layout["action"]))
-    modes = []
-    for mode in card.CHOICES["action_mode"]:
-        size = len(card.layout_of(**TASKS[env_id], action_mode=mode)["action"])
-        modes.append(f'"{mode}" {size}')
-    blocks = []
+    rows = []
     for block in layout["observation"]:
         first, last = block["start"], block["start"] + block["size"] - 1
-        blocks.append(f"`{block['name']}` {first}" + ("" if first == last else f"-{last}"))
-    return (
-        f"[Actions](../environments.md#actions): {entries}. Entries by `action_mode`: {', '.join(modes)}. Action zero "
-        "is the default gait.\n\n"
-        f"Blocks of the [observation](../environments.md#observations) and their places: {', '.join(blocks)}."
+        rows.append((block["name"], str(first) if first == last else f"{first} to {last}"))
+    return f"[Actions](../environments.md#actions): {entries}. Action zero is the default gait.\n\n" + table(
+        ("block of the [observation](../environments.md#observations)", "places"), rows
     )
 
 
 def _keywords(config: dict[str, Any]) -> str:
-    named = ", ".join(f"`{name}` ({_default(config[name])})" for name in KEYWORDS[config["task"]])
+    rows = [(f"`{name}`", card.default(config[name])) for name in KEYWORDS[config["task"]]]
     return (
-        f"{named}, with their defaults. Meanings and ranges, and the keywords of every environment: "
-        "[arguments](../environments.md#arguments)."
+        table(("keyword", "default"), rows)
+        + "\n\nMeanings and ranges, and the keywords of every environment: [arguments](../environments.md#arguments)."
     )
-
-
-def _default(value: Any) -> str:
-    """Of a keyword, in a sentence."""
-    return card.default(value).strip("`")
 
 
 def _policies(env_id: str) -> list[str]:
