@@ -10,8 +10,8 @@ ERRORS = (10.0, 2.0, 0.5, 0.1)
 """Errors of the worst link over the run at which curves are compared [mm]."""
 
 
-def render(results: Results, images: str) -> str:
-    """The section on error against run time."""
+def render(results: Results, images: str, tables: bool = True) -> str:
+    """The section on error against run time, with a table for each scene or with pictures only."""
     scenes = results.of("scene")
     if not scenes:
         return ""
@@ -20,7 +20,9 @@ def render(results: Results, images: str) -> str:
         name = scene["scene"]
         title = title_of(scene)
         parts.append(f"### {title[0].upper()}{title[1:]}\n\n![{title}]({images}/bench-{name}.png)")
-        parts += [_own_reference(results, name), _ratio_table(results, name)]
+        parts.append(_own_reference(results, name))
+        if tables:
+            parts.append(_ratio_table(results, name))
     return "\n\n".join(part for part in parts if part)
 
 

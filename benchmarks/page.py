@@ -24,8 +24,8 @@ def render(results: Results, images: str, published: bool = False) -> str:
     """
     sections = [_head(results), equal_error.render(results), _speeds(results)]
     if not published:
-        sections.append(_widths(results))
-    sections += [_targets(results), comparison.render(results, images)]
+        sections += [_widths(results), _targets(results)]
+    sections.append(comparison.render(results, images, tables=not published))
     if published:
         sections.append(f"## Growth\n\n![Growth]({images}/bench-growth.png)\n\n{texts.PUBLISHED}")
     else:
@@ -72,9 +72,7 @@ def _speeds(results: Results) -> str:
         rows.append((f"`{env}`", *(_count(rate(results, env, actions)) for actions in SPEEDS[1:])))
     if not rows:
         return ""
-    met, measured = (sum(t.met in values for t in all_targets(results)) for values in ((True,), (True, False)))
-    count = f"{met} of {measured} [targets](#targets) that were measured are met."
-    return f"{texts.SPEEDS}\n\n{table(SPEEDS, rows)}\n\n{count}"
+    return f"{texts.SPEEDS}\n\n{table(SPEEDS, rows)}"
 
 
 def _widths(results: Results) -> str:

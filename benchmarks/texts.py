@@ -42,7 +42,7 @@ One robot follows the gait (T 7.3) for five seconds, three in the jam. The error
 from the converged run at any sample. That run is computed twice with fine steps; errors below {TRUST:g} times their
 distance are shown as that bound. Speed is simulated seconds per CPU second of one thread: of one robot, and of 64
 robots in registers. A curve consists of the points that no other setting of the same method beats in both error and
-speed; runs with errors above {1e3 * LOST:g} mm are left out. The tables compare at equal error, interpolated between
+speed; runs with errors above {1e3 * LOST:g} mm are left out. Tables compare at equal error, interpolated between
 logarithms. `benchmarks.json` holds every point with its settings."""
 
 DEFAULT = """Errors at the default step. Between pegs they grow while a link is about to slip past one and decay behind
@@ -52,8 +52,9 @@ GROWTH = """A step is one of the default method, of one robot in a batch of 64. 
 A step in which a peg contact closes anywhere along the body is divided, so longer bodies among pegs divide more steps.
 A peg scan is one evaluation of the environment's peg sensor."""
 
-PUBLISHED = """The page that each run leaves in `runs/bench` also has the tables of growth with links, pegs, robots and
-threads, of registers of every width, of what each feature costs, of certificates and of the interface."""
+PUBLISHED = """The page that each run leaves in `runs/bench` also has tables of speed at equal error in each scene, of
+growth, of registers of every width, of what each feature costs, of certificates, of the interface and of the project's
+targets."""
 
 BATCH = """Environment steps per wall-clock second with one thread / with two threads in the fastest of five
 repetitions, by number of robots. The control period is 50 ms; robots start in the middle of their episodes, and resets

@@ -138,14 +138,13 @@ def _end(config: dict[str, Any]) -> str:
 
 
 def _spaces(layout: dict[str, Any]) -> str:
-    """What stands where; meanings, limits and scales are those of the common page."""
+    """Names only; meanings, limits and scales are those of the common page."""
     entries = ", ".join(row[0] for row in card.grouped((entry["name"],) for entry in layout["action"]))
-    rows = []
-    for block in layout["observation"]:
-        first, last = block["start"], block["start"] + block["size"] - 1
-        rows.append((block["name"], str(first) if first == last else f"{first} to {last}"))
-    return f"[Actions](../environments.md#actions): {entries}. Action zero is the default gait.\n\n" + table(
-        ("block of the [observation](../environments.md#observations)", "places"), rows
+    blocks = ", ".join(block["name"] for block in layout["observation"])
+    return (
+        f"[Actions](../environments.md#actions): {entries}. Action zero is the default gait.\n\n"
+        f"Blocks of the [observation](../environments.md#observations), in order: {blocks}. "
+        '`env.unwrapped.layout["observation"]` has their places.'
     )
 
 
