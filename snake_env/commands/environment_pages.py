@@ -98,7 +98,6 @@ def _pegs(env_id: str) -> bool:
 def _facts(env_id: str, layout: dict[str, Any]) -> str:
     config = layout["config"]
     size = sum(block["size"] for block in layout["observation"])
-    period, steps = config["control_period"], config["max_episode_steps"]
     along, across = _friction(env_id)
     ground = f"friction {along:g} along the links, {across:g} across" if along != across else f"friction {along:g}"
     model = "planar, chapter 3 of the thesis" if config["model"] == "planar" else "3D, chapter 4 of the thesis"
@@ -111,8 +110,6 @@ def _facts(env_id: str, layout: dict[str, Any]) -> str:
             ("action", f"`Box(-1, 1, ({len(layout['action'])},), float32)`"),
             ("size by `action_mode`", ", ".join(f"{mode} {len(entries)}" for mode, entries in modes.items())),
             ("observation", f"`Box({size},)` of float32"),
-            ("control period", f"{period:g} s"),
-            ("time limit", f"{steps} steps, {card.number(steps * period)} s"),
         ],
     )
 
