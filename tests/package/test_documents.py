@@ -147,6 +147,17 @@ def test_commands_and_names_on_a_page_exist(page):
         assert name in sources(), name
 
 
+MENU = re.findall(r"([\w/-]+\.md)$", (ROOT / "mkdocs.yml").read_text(encoding="utf-8").partition("\nnav:")[2], re.M)
+
+
+@pytest.mark.parametrize("page", MENU[1:])
+def test_a_page_for_users_begins_with_what_runs(page):
+    """A snippet or a command, before anything that takes a screen of text; the first page is the README."""
+    before = re.split(r"^(?:```python| {4}\S)", text_of(f"docs/{page}"), maxsplit=1, flags=re.MULTILINE)
+    assert len(before) == 2, "no snippet"
+    assert len(before[0].split()) < 130
+
+
 @cache
 def sources() -> str:
     """All of the code."""
