@@ -89,7 +89,7 @@ fn pinched(offset: f64) -> Stage {
         joints: vec![StageJoint { drive: 0.0, stiffness: 0.1, limit: 1.0, slack: 0.0 }],
         contacts: vec![contact(1.0), contact(-1.0)],
         stops: Vec::new(),
-        contact_friction: Vec::new(),
+        obstacle_friction: Vec::new(),
         pairs: Vec::new(),
     }
 }

@@ -116,7 +116,7 @@ fn impulses_between_links_conserve_linear_momentum() {
     let mut random = Random::new(35);
     for _ in 0..20 {
         let mut stage = moving(&mut random, 7);
-        stage.pegs.clear();
+        stage.contacts.clear();
         stage.links.iter_mut().for_each(|link| link.ground = [1e3; 2]);
         fold(&mut stage, 3, &mut random);
         let solution = solve(&stage, 1e-10);

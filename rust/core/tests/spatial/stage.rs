@@ -5,8 +5,8 @@ use nalgebra::{DVector, Vector2, Vector3};
 use snake_core::robot::Robot;
 use snake_core::solver::{CoupledStage, SolveStatus};
 use snake_core::spatial::{
-    Configuration, CoulombNewton, Fallback, Frame, Momentum, Newton, Stage, StageDrive, StageFriction, StageLink,
-    StagePeg, StageSolution, Wrench, certify,
+    Configuration, CoulombNewton, Fallback, Frame, Momentum, Newton, Stage, StageContact, StageDrive, StageFriction,
+    StageLink, StageSolution, Wrench, certify,
 };
 use snake_test_support::planar::Random;
 use snake_test_support::spatial_stage::{Dense, stacked};
@@ -69,7 +69,7 @@ pub fn moving(random: &mut Random, links: usize) -> Stage {
             let normal = Vector3::new(angle.cos(), angle.sin(), 0.0);
             let arm = stage.links[link].axes[2] * random.between(-0.04, 0.04);
             let direction = Wrench { linear: normal, angular: arm.cross(&normal) };
-            stage.pegs.push(StagePeg { link, direction, offset: random.between(-0.02, 0.05) });
+            stage.contacts.push(StageContact { link, direction, offset: random.between(-0.02, 0.05) });
         }
     }
     stage
@@ -77,7 +77,7 @@ pub fn moving(random: &mut Random, links: usize) -> Stage {
 
 pub fn blank(stage: &Stage) -> StageSolution {
     let mut solution = StageSolution::new(stage.links.len());
-    solution.peg.resize(stage.pegs.len(), 0.0);
+    solution.contact.resize(stage.contacts.len(), 0.0);
     solution.pair.resize(stage.pairs.len(), 0.0);
     solution.stop.resize(stage.stops.len(), [0.0; 2]);
     solution
@@ -231,7 +231,7 @@ fn contradicting_pegs_are_relaxed() {
     let mut stage = chain(&mut random, 3, 0.1, 0.0);
     for sign in [1.0, -1.0] {
         let direction = Wrench { linear: Vector3::x() * sign, angular: Vector3::zeros() };
-        stage.pegs.push(StagePeg { link: 1, direction, offset: -0.1 });
+        stage.contacts.push(StageContact { link: 1, direction, offset: -0.1 });
     }
     let mut solution = blank(&stage);
     let (_, closing) = Fallback::new(3).solve_hard(&stage, &mut solution, 1e-6);

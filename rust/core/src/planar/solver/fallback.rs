@@ -40,7 +40,7 @@ impl Fallback {
     /// hold the result of another solver or anything else, NaN included. Also returns the number of linear solves.
     pub fn solve_hard(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, SolveStatus) {
         self.solvers.energy = stage.energy();
-        let is_convex = stage.contact_friction.is_empty();
+        let is_convex = stage.obstacle_friction.is_empty();
         let mut offsets =
             stage.contacts.iter().map(|contact| contact.offset).chain(stage.pairs.iter().map(|pair| pair.offset));
         let can_relax = offsets.any(|offset| offset < 0.0);
