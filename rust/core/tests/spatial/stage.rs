@@ -212,7 +212,7 @@ fn strong_friction_under_many_contacts_is_solved_by_the_fallback() {
                 continue;
             }
             left += 1;
-            let (more, closing) = Fallback::new(11).solve_hard(&stage, &mut solution, 1e-6);
+            let (more, closing) = Fallback::new(11).solve_hard(&stage, &mut solution, 1e-6, u32::MAX);
             solves += more;
             let certified = certify(&stage, &solution).residual() <= 1e-5;
             assert_eq!(certified, closing == SolveStatus::Solved);
@@ -222,6 +222,17 @@ fn strong_friction_under_many_contacts_is_solved_by_the_fallback() {
         assert!(left >= 5, "mu {mu}: only {left} stages are hard");
         assert!(open <= most_open, "mu {mu}: {open} stages open");
     }
+}
+
+/// A tolerance out of reach: every method is tried, or, once the budget is spent, none more.
+#[test]
+fn a_spent_budget_ends_the_fallback() {
+    let mut random = Random::new(17);
+    let mut stage = chain(&mut random, 11, 0.6, 0.0);
+    stage.links.iter_mut().for_each(|link| link.momentum.linear.x += link.mass);
+    let [first, all] =
+        [1, u32::MAX].map(|most| Fallback::new(11).solve_hard(&stage, &mut blank(&stage), 1e-20, most).0);
+    assert!(first > 0 && 2 * first < all, "{first} and {all} linear solves");
 }
 
 /// A contact that cannot open as fast as another asks closes neither; the fallback leaves penetrations where they are.
@@ -234,7 +245,7 @@ fn contradicting_pegs_are_relaxed() {
         stage.contacts.push(StageContact { link: 1, direction, offset: -0.1 });
     }
     let mut solution = blank(&stage);
-    let (_, closing) = Fallback::new(3).solve_hard(&stage, &mut solution, 1e-6);
+    let (_, closing) = Fallback::new(3).solve_hard(&stage, &mut solution, 1e-6, u32::MAX);
     assert_eq!(closing, SolveStatus::Relaxed);
     assert!(solution.twist.iter().all(|x| x.linear.norm() < 1e-3));
 }
