@@ -2,7 +2,7 @@
 
 use snake_core::ConfigError;
 use snake_core::gait::Wave;
-use snake_core::pegs::PegGrid;
+use snake_core::obstacles::ObstacleGrid;
 use snake_core::planar::{Fleet, PlanarSystem, Scripted};
 use snake_core::stepping::{ImplicitConfig, StepStatistics};
 
@@ -21,7 +21,7 @@ pub type Undulator = Scripted<Wave>;
 
 /// The robot of a scenario at its start.
 pub fn at_start(scenario: &Scenario, system: &PlanarSystem) -> Undulator {
-    let pegs = PegGrid::of(&scenario.scene.obstacles);
+    let pegs = ObstacleGrid::of(&scenario.scene.obstacles);
     Scripted::new(&system.robot, pegs, scenario.start, &scenario.joint_angle, Wave::default())
 }
 

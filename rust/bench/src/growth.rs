@@ -6,7 +6,7 @@ use snake_core::control::ControllerConfig;
 use snake_core::environment::perception::{LinkPose, PegSensor};
 use snake_core::environment::{EnvConfig, FieldKind, PlanarRobot, RobotModel, SpatialRobot, Task};
 use snake_core::gait::{Reference, Wave};
-use snake_core::pegs::PegGrid;
+use snake_core::obstacles::ObstacleGrid;
 use snake_core::planar::{Fleet, PlanarSystem};
 use snake_core::robot::RobotConfig;
 use snake_core::scene::{Peg, START_7_5, START_FREE, TABLE_7_5};
@@ -148,7 +148,7 @@ fn with_pegs(rounds: usize) -> Result<(), ConfigError> {
     }
     take_turns(&mut fleets, rounds);
     for fleet in &fleets {
-        let look = us_per_look(&PegGrid::of(&fleet.scenario.scene.obstacles));
+        let look = us_per_look(&ObstacleGrid::of(&fleet.scenario.scene.obstacles));
         emit("growth", &fleet.point("pegs", Some(look)));
     }
     Ok(())
@@ -168,7 +168,7 @@ fn course_in_a_field(count: usize) -> Vec<Peg> {
 }
 
 /// Median CPU time of one look around \[us\].
-fn us_per_look(pegs: &PegGrid) -> f64 {
+fn us_per_look(pegs: &ObstacleGrid) -> f64 {
     const LOOKS: usize = 200;
     let mut sensor = PegSensor::new(EnvConfig::default().nearest_pegs, 1.342);
     let [x, y, angle] = START_7_5;

@@ -3,7 +3,7 @@
 use snake_core::ConfigError;
 use snake_core::control::ControllerConfig;
 use snake_core::gait::Wave;
-use snake_core::pegs::PegGrid;
+use snake_core::obstacles::ObstacleGrid;
 use snake_core::planar::{Fleet, PlanarSystem};
 use snake_core::scene::START_FREE;
 use snake_core::spatial::{SpatialFleet, SpatialSystem};
@@ -36,7 +36,7 @@ impl TimedFleet {
         let robot = |k: usize| {
             let wave = Wave { amplitude: 0.05, omega: 3.0, beta: 0.0, gamma: bend, phase: 0.1 * k as f64 };
             let straight = vec![0.0; system.robot.joint_count()];
-            Undulator::new(&system.robot, PegGrid::of(&[]), scenario.start, &straight, wave)
+            Undulator::new(&system.robot, ObstacleGrid::of(&[]), scenario.start, &straight, wave)
         };
         let mut robots: Vec<_> = (0..ROBOTS).map(robot).collect();
         let mut fleet = Fleet::new(ImplicitConfig::default(), &system, ROBOTS);

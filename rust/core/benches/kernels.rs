@@ -9,7 +9,7 @@ use criterion::measurement::WallTime;
 use criterion::{BatchSize, BenchmarkGroup, Criterion, criterion_group, criterion_main};
 use snake_core::control::ControllerConfig;
 use snake_core::gait::Wave;
-use snake_core::pegs::PegGrid;
+use snake_core::obstacles::ObstacleGrid;
 use snake_core::planar::{Fleet, Newton, PlanarSystem, Scripted, Stage, StageSolution, certify};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_7_5, SceneConfig};
@@ -107,7 +107,7 @@ fn period_of_eight_robots(criterion: &mut Criterion) {
 }
 
 fn staggered(system: &PlanarSystem, scene: &SceneConfig, start: [f64; 3], fleet: &mut Fleet) -> Vec<Undulator> {
-    let (pegs, angles) = (PegGrid::of(&scene.obstacles), posture(&Wave::default(), LINKS - 1));
+    let (pegs, angles) = (ObstacleGrid::of(&scene.obstacles), posture(&Wave::default(), LINKS - 1));
     let mut robots = vec![Scripted::new(&system.robot, pegs, start, &angles, Wave::default()); 8];
     for k in 0..8 {
         fleet.advance(system, &mut robots, 0.1, |robot| robot >= k);

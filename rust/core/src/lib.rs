@@ -20,7 +20,6 @@ pub mod laws;
 pub mod math;
 pub mod noise;
 pub mod obstacles;
-pub mod pegs;
 pub mod planar;
 pub mod robot;
 pub mod rows;

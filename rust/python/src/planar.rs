@@ -99,7 +99,7 @@ impl<S: Scheme<Planar>> Scripted for PlanarRobot<S> {
     fn layout(&self) -> Layout {
         let system = self.simulation.system();
         let normal = system.robot.links.iter().map(|link| link.mass * system.normal_gravity());
-        let place = self.simulation.places_of_obstacles();
+        let place = self.simulation.indices_of_obstacles();
         Layout { coordinates: 2, contacts: 1, axes: 1, normal: Some(normal.collect()), place }
     }
 

@@ -9,8 +9,7 @@ use snake_core::ConfigError;
 use snake_core::capabilities::{Feature, Method, require_supported_obstacle};
 use snake_core::environment::EnvConfig;
 use snake_core::error::require;
-use snake_core::obstacles::Obstacle;
-use snake_core::pegs::PegGrid;
+use snake_core::obstacles::{Obstacle, ObstacleGrid};
 use snake_core::scene::{Scene, SceneConfig};
 
 use crate::ffi::CoreError;
@@ -18,7 +17,7 @@ use crate::from_python::from_python;
 
 /// The obstacles of the scenes that are alive, by the addresses of their objects, which do not change.
 #[derive(Default)]
-pub struct Scenes(HashMap<usize, (Py<PyWeakrefReference>, Arc<PegGrid>)>);
+pub struct Scenes(HashMap<usize, (Py<PyWeakrefReference>, Arc<ObstacleGrid>)>);
 
 impl Scenes {
     /// Forgets the scenes that are gone.
@@ -27,13 +26,13 @@ impl Scenes {
     }
 
     /// The obstacles of a scene.
-    pub fn obstacles(&mut self, scene: &Bound<'_, PyAny>, config: &EnvConfig) -> PyResult<Arc<PegGrid>> {
+    pub fn obstacles(&mut self, scene: &Bound<'_, PyAny>, config: &EnvConfig) -> PyResult<Arc<ObstacleGrid>> {
         let address = scene.as_ptr() as usize;
         if let Some((_, known)) = self.0.get(&address) {
             return Ok(Arc::clone(known));
         }
         let written: SceneConfig = from_python(scene).map_err(|e| CoreError::from(e.inside("scene")))?;
-        let obstacles = Arc::new(PegGrid::of(&obstacles_of(&written, config).map_err(CoreError::from)?));
+        let obstacles = Arc::new(ObstacleGrid::of(&obstacles_of(&written, config).map_err(CoreError::from)?));
         // Mappings change and cannot be known again.
         if let Ok(alive) = PyWeakrefReference::new(scene) {
             self.0.insert(address, (alive.unbind(), Arc::clone(&obstacles)));

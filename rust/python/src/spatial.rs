@@ -107,7 +107,7 @@ impl<S: Scheme<Spatial>> Scripted for SpatialRobot<S> {
     }
 
     fn layout(&self) -> Layout {
-        let place = self.simulation.places_of_obstacles();
+        let place = self.simulation.indices_of_obstacles();
         Layout { coordinates: 3, contacts: 2, axes: 2, normal: None, place }
     }
 

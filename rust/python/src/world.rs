@@ -10,7 +10,7 @@ use snake_core::environment::polyline::Polyline;
 use snake_core::environment::scenarios::GoalKind;
 use snake_core::environment::{EnvConfig, ModelKind, OwnGoal, OwnStart, World};
 use snake_core::error::{coordinate, length, non_negative, require};
-use snake_core::pegs::PegGrid;
+use snake_core::obstacles::ObstacleGrid;
 use snake_core::robot::Robot;
 
 use crate::start::StartConfig;
@@ -49,7 +49,7 @@ impl WorldConfig {
     /// Names the field, its value and what is admissible.
     pub fn resolve(
         self,
-        obstacles: Option<Arc<PegGrid>>,
+        obstacles: Option<Arc<ObstacleGrid>>,
         config: &EnvConfig,
         robot: &Robot,
     ) -> Result<World, ConfigError> {

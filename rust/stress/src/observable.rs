@@ -81,7 +81,7 @@ impl Observable for PlanarSimulation {
     fn tunnels(&self, before: &PlanarState) -> u64 {
         let poses = [&before.pose[..], &self.state().pose];
         let through_pegs = tunnels(self.robot(), self.pegs(), poses, |pose| pose.xy(), offset_in_plane);
-        through_pegs + through_walls(self.body().pegs.walls().walls(), 2.0 * self.robot().links[0].radius, poses)
+        through_pegs + through_walls(self.body().obstacles.walls().walls(), 2.0 * self.robot().links[0].radius, poses)
     }
 
     fn moved(&self, before: &PlanarState) -> f64 {

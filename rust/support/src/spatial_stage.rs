@@ -47,7 +47,7 @@ impl Dense {
             };
             let at = |row: usize, velocity: &DVector<f64>| self.contact.row(row).transpose().dot(velocity);
             let openings = (0..2 * n).map(|k| (8 * (k / 2) + 3 * (k % 2), stage.links[k / 2].ground[k % 2]));
-            let offsets = stage.pegs.iter().map(|peg| peg.offset).chain(stage.pairs.iter().map(|pair| pair.offset));
+            let offsets = stage.contacts.iter().map(|peg| peg.offset).chain(stage.pairs.iter().map(|pair| pair.offset));
             let others = offsets.enumerate().map(|(k, offset)| (8 * n + k, offset));
             for (row, offset) in openings.chain(others) {
                 let wanted = impulse[row] - (at(row, &velocity) + offset) / delassus[(row, row)];
@@ -130,7 +130,7 @@ fn frames_of(stage: &Stage) -> Vec<Frame> {
 
 fn contact_rows(stage: &Stage) -> DMatrix<f64> {
     let n = stage.links.len();
-    let mut rows = DMatrix::zeros(8 * n + stage.pegs.len() + stage.pairs.len(), 6 * n);
+    let mut rows = DMatrix::zeros(8 * n + stage.contacts.len() + stage.pairs.len(), 6 * n);
     let mut set = |row: usize, link: usize, force: Vector3<f64>, moment: Vector3<f64>| {
         rows.view_mut((row, 6 * link), (1, 3)).copy_from(&force.transpose());
         rows.view_mut((row, 6 * link + 3), (1, 3)).copy_from(&moment.transpose());
@@ -146,12 +146,12 @@ fn contact_rows(stage: &Stage) -> DMatrix<f64> {
         set(8 * i + 6, i, Vector3::zeros(), Vector3::new(0.0, -link.radius, 0.0));
         set(8 * i + 7, i, Vector3::zeros(), Vector3::new(link.radius, 0.0, 0.0));
     }
-    for (k, peg) in stage.pegs.iter().enumerate() {
+    for (k, peg) in stage.contacts.iter().enumerate() {
         set(8 * n + k, peg.link, peg.direction.linear, peg.direction.angular);
     }
     for (k, pair) in stage.pairs.iter().enumerate() {
         for (link, w) in pair.links.into_iter().zip(&pair.direction) {
-            set(8 * n + stage.pegs.len() + k, link, w.linear, w.angular);
+            set(8 * n + stage.contacts.len() + k, link, w.linear, w.angular);
         }
     }
     rows

@@ -2,7 +2,7 @@
 
 use snake_core::ConfigError;
 use snake_core::gait::CardanGait;
-use snake_core::pegs::PegGrid;
+use snake_core::obstacles::ObstacleGrid;
 use snake_core::spatial::{SpatialFleet, SpatialScripted, SpatialSystem};
 use snake_core::stepping::ImplicitConfig;
 
@@ -22,7 +22,7 @@ pub type Robot = SpatialScripted<CardanGait>;
 /// # Errors
 /// The scenario is not admissible.
 pub fn staggered(scenario: &SpatialScenario, system: &SpatialSystem) -> Result<Vec<Robot>, ConfigError> {
-    let pegs = PegGrid::of(&scenario.scene.obstacles);
+    let pegs = ObstacleGrid::of(&scenario.scene.obstacles);
     let start = Robot::new(&system.robot, pegs, scenario.head(), &scenario.posture(), scenario.gait());
     let mut robots = vec![start; ROBOTS];
     let mut fleet = SpatialFleet::new(ImplicitConfig::default(), system, ROBOTS);

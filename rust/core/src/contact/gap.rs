@@ -2,13 +2,12 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::obstacles::{CentreLine, ConvexPolygon, Peg};
-use crate::pegs::PegGrid;
+use crate::obstacles::{CentreLine, ConvexPolygon, ObstacleGrid, Peg};
 use crate::robot::Link;
 
 /// Gap and force direction of one link-obstacle pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LinkPegContact {
+pub struct LinkContact {
     /// g_H, negative when penetrating \[m\] (T 3.9), (T 3.10).
     pub gap: f64,
     /// w_H with g_H' = w_H^T u_i for the link's twist u_i (T 3.16), (T 3.18).
@@ -19,7 +18,7 @@ pub struct LinkPegContact {
     pub is_redundant: bool,
 }
 
-impl LinkPegContact {
+impl LinkContact {
     /// Generalised direction of a unit impulse along the obstacle's surface, to the left of the normal, that acts on the
     /// surface of the link, `radius` from its centre line; `cos` and `sin` are those of the link's angle.
     pub fn tangent(&self, cos: f64, sin: f64, radius: f64) -> Vector3<f64> {
@@ -39,7 +38,7 @@ fn link_peg_gap(pose: &Vector3<f64>, cos: f64, sin: f64, link: &Link, peg: &Peg)
     separation(pose, cos, sin, link, peg).0.norm() - (peg.radius + link.radius)
 }
 
-/// Gap of a link and an obstacle at one of the places that describe the pair \[m\]; infinite where another place covers
+/// Gap of a link and an obstacle at one of the features that describe the pair \[m\]; infinite where another one covers
 /// it. Arguments as of [`link_obstacle_contact`].
 #[inline]
 pub fn link_obstacle_gap(
@@ -47,7 +46,7 @@ pub fn link_obstacle_gap(
     cos: f64,
     sin: f64,
     link: &Link,
-    obstacles: &PegGrid,
+    obstacles: &ObstacleGrid,
     at: (usize, usize),
 ) -> f64 {
     if let Some(peg) = obstacles.pegs().get(at.0) {
@@ -64,13 +63,13 @@ pub fn link_obstacle_gap(
 /// (T 3.8)-(T 3.9), (T 3.16 != D1); on it one of the end caps (T 3.10)-(T 3.12), (T 3.18 != D1). In both, the
 /// normal `n` points from the peg to the link, and since moving `s` along the link changes the
 /// distance only to second order, g' = n . (v_G + omega s e_y^B).
-pub fn link_peg_contact(pose: &Vector3<f64>, cos: f64, sin: f64, link: &Link, peg: &Peg) -> LinkPegContact {
+pub fn link_peg_contact(pose: &Vector3<f64>, cos: f64, sin: f64, link: &Link, peg: &Peg) -> LinkContact {
     let (offset, s) = separation(pose, cos, sin, link, peg);
     let distance = offset.norm();
     let lateral = Vector2::new(-sin, cos);
     // A peg centred exactly on the link's centre line leaves the side open: take e_y^B.
     let normal = if distance > 0.0 { offset * (1.0 / distance) } else { lateral };
-    LinkPegContact {
+    LinkContact {
         gap: distance - (peg.radius + link.radius),
         direction: Vector3::new(normal.x, normal.y, s * normal.dot(&lateral)),
         along: s,
@@ -78,19 +77,19 @@ pub fn link_peg_contact(pose: &Vector3<f64>, cos: f64, sin: f64, link: &Link, pe
     }
 }
 
-/// The contact of a link with one of the places that describe a polygon, see [`ConvexPolygon::separation`].
+/// The contact of a link with one of the features that describe a polygon, see [`ConvexPolygon::separation`].
 fn link_wall_contact(
     pose: &Vector3<f64>,
     cos: f64,
     sin: f64,
     link: &Link,
     wall: &ConvexPolygon,
-    place: usize,
-) -> LinkPegContact {
-    let at = wall.separation(&centre_line(pose, cos, sin, link), place);
-    let along = at.place * link.contact_half_length;
+    feature: usize,
+) -> LinkContact {
+    let at = wall.separation(&centre_line(pose, cos, sin, link), feature);
+    let along = at.along * link.contact_half_length;
     let lateral = Vector2::new(-sin, cos);
-    LinkPegContact {
+    LinkContact {
         gap: at.distance - link.radius,
         direction: Vector3::new(at.normal.x, at.normal.y, along * at.normal.dot(&lateral)),
         along,
@@ -99,7 +98,7 @@ fn link_wall_contact(
 }
 
 /// Gap between `link` and the walls in its reach \[m\]; infinite where there are none.
-pub fn wall_gap(pose: &Vector3<f64>, link: &Link, obstacles: &PegGrid) -> f64 {
+pub fn wall_gap(pose: &Vector3<f64>, link: &Link, obstacles: &ObstacleGrid) -> f64 {
     let (sin, cos) = pose.z.sin_cos();
     let line = centre_line(pose, cos, sin, link);
     let gap = |wall: usize| obstacles.walls().walls()[wall].polygon.distance(&line) - link.radius;
@@ -110,28 +109,28 @@ fn centre_line(pose: &Vector3<f64>, cos: f64, sin: f64, link: &Link) -> CentreLi
     CentreLine { middle: pose.xy(), half: Vector2::new(cos, sin) * link.contact_half_length }
 }
 
-/// The contact of a link with an obstacle of a scene at one of the places that describe the pair; a peg has one.
+/// The contact of a link with an obstacle of a scene at one of the features that describe the pair; a peg has one.
 #[inline]
 pub fn link_obstacle_contact(
     pose: &Vector3<f64>,
     cos: f64,
     sin: f64,
     link: &Link,
-    obstacles: &PegGrid,
-    (obstacle, place): (usize, usize),
-) -> LinkPegContact {
+    obstacles: &ObstacleGrid,
+    (obstacle, feature): (usize, usize),
+) -> LinkContact {
     let pegs = obstacles.pegs();
     match pegs.get(obstacle) {
         Some(peg) => link_peg_contact(pose, cos, sin, link, peg),
         None => {
             let wall = &obstacles.walls().walls()[obstacle - pegs.len()];
-            link_wall_contact(pose, cos, sin, link, &wall.polygon, place)
+            link_wall_contact(pose, cos, sin, link, &wall.polygon, feature)
         }
     }
 }
 
 /// Distance of the centre line of a link from an obstacle at which they touch \[m\].
-pub fn touching_distance(link: &Link, obstacles: &PegGrid, obstacle: usize) -> f64 {
+pub fn touching_distance(link: &Link, obstacles: &ObstacleGrid, obstacle: usize) -> f64 {
     obstacles.pegs().get(obstacle).map_or(0.0, |peg| peg.radius) + link.radius
 }
 

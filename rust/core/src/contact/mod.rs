@@ -16,12 +16,12 @@ pub use capsule_pair::{
 pub use close_pairs::ClosePairs;
 pub use folding::{Folding, FoldingBound};
 pub use gap::{
-    LinkPegContact, gap, link_obstacle_contact, link_obstacle_gap, link_peg_contact, touching_distance, wall_gap,
+    LinkContact, gap, link_obstacle_contact, link_obstacle_gap, link_peg_contact, touching_distance, wall_gap,
 };
 pub use link_pair::{
     LINK_CONTACTS_PER_LINK, LINK_PAIR_CONTACTS, LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contact,
     link_pair_contacts, link_pair_gap,
 };
 pub use memory::{ContactId, ContactMemory, KnownContact, Source};
-pub use near::{NearPair, NearPegs, PAIRS_PER_LINK};
+pub use near::{NearObstacles, NearPair, PAIRS_PER_LINK};
 pub use self_search::{self_gap, visit_close_pairs};

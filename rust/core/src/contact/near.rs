@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::math::Real;
-use crate::pegs::PegGrid;
+use crate::obstacles::ObstacleGrid;
 use crate::robot::Link;
 
 use super::{ContactId, KnownContact, Source, link_obstacle_contact, link_peg_contact};
@@ -14,27 +14,27 @@ use super::{ContactId, KnownContact, Source, link_obstacle_contact, link_peg_con
 pub struct NearPair {
     pub link: usize,
     /// The obstacle, by its number in the grid.
-    pub peg: usize,
-    /// Which of the places that describe a link and a wall; zero at a peg.
-    pub place: usize,
+    pub obstacle: usize,
+    /// Which of the features of the wall; zero at a peg.
+    pub feature: usize,
     /// The gap stays above this less what the robot has travelled since the list was made \[m\].
     clearance: f64,
     pub known: KnownContact,
 }
 
 impl NearPair {
-    fn open(link: usize, (peg, place): (usize, usize), clearance: f64) -> Self {
-        Self { link, peg, place, clearance, known: KnownContact::NEW }
+    fn open(link: usize, (obstacle, feature): (usize, usize), clearance: f64) -> Self {
+        Self { link, obstacle, feature, clearance, known: KnownContact::NEW }
     }
 
     pub fn id(&self) -> ContactId {
-        ContactId { link: self.link, with: Source::Obstacle(self.peg), feature: self.place }
+        ContactId { link: self.link, with: Source::Obstacle(self.obstacle), feature: self.feature }
     }
 }
 
 /// All pairs whose gap may be below a margin, sorted by link; rebuilt only after the robot has moved far enough.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct NearPegs {
+pub struct NearObstacles {
     pairs: Vec<NearPair>,
     #[serde(skip)]
     previous: Vec<NearPair>,
@@ -52,7 +52,7 @@ pub struct NearPegs {
     horizon: f64,
 }
 
-impl NearPegs {
+impl NearObstacles {
     pub fn with_capacity(links: usize) -> Self {
         Self {
             pairs: Vec::with_capacity(PAIRS_PER_LINK * links),
@@ -104,10 +104,22 @@ impl NearPegs {
         &mut self.pairs
     }
 
-    /// Whether all pairs are of a robot of `links` links among `pegs` obstacles, in order.
-    pub fn fits(&self, links: usize, pegs: usize) -> bool {
-        self.pairs.iter().all(|pair| pair.link < links && pair.peg < pegs)
-            && self.pairs.is_sorted_by_key(|pair| pair.link)
+    /// Copies without freeing memory.
+    pub fn copy_from(&mut self, other: &Self) {
+        let Self { pairs, previous, candidates, visited_margin, ends, travelled, horizon } = other;
+        self.pairs.clone_from(pairs);
+        self.previous.clone_from(previous);
+        self.candidates.clone_from(candidates);
+        self.ends.clone_from(ends);
+        (self.visited_margin, self.travelled, self.horizon) = (*visited_margin, *travelled, *horizon);
+    }
+
+    /// Whether all pairs are of a robot of `links` links among these obstacles, in order.
+    pub fn fits(&self, links: usize, obstacles: &ObstacleGrid) -> bool {
+        let fits = |pair: &NearPair| {
+            pair.link < links && pair.obstacle < obstacles.len() && pair.feature < obstacles.features(pair.obstacle)
+        };
+        self.pairs.iter().all(fits) && self.pairs.is_sorted_by_key(|pair| pair.link)
     }
 
     /// Clears pairs and warm starts.
@@ -184,7 +196,7 @@ impl NearPegs {
         &mut self,
         poses: impl Iterator<Item = Vector3<f64>> + Clone,
         links: &[Link],
-        pegs: &PegGrid,
+        obstacles: &ObstacleGrid,
         margin: f64,
         displacement: f64,
     ) {
@@ -192,23 +204,23 @@ impl NearPegs {
         self.clear();
         for (i, (pose, link)) in poses.clone().zip(links).enumerate() {
             let (sin, cos) = Real::sin_cos(pose.z);
-            pegs.near(pose.x, pose.y, link.reach() + margin + SKIN).for_each(|peg| {
-                let gap = link_peg_contact(&pose, cos, sin, link, &pegs.pegs()[peg]).gap;
+            obstacles.near(pose.x, pose.y, link.reach() + margin + SKIN).for_each(|peg| {
+                let gap = link_peg_contact(&pose, cos, sin, link, &obstacles.pegs()[peg]).gap;
                 if gap < margin + SKIN {
                     self.pairs.push(NearPair::open(i, (peg, 0), gap - displacement));
                 }
             });
-            for wall in pegs.walls().near(pose.xy(), link.reach() + margin + SKIN) {
-                for place in 0..pegs.walls().walls()[wall].polygon.places() {
-                    let at = (pegs.pegs().len() + wall, place);
-                    let gap = link_obstacle_contact(&pose, cos, sin, link, pegs, at).gap;
+            for wall in obstacles.walls().near(pose.xy(), link.reach() + margin + SKIN) {
+                for feature in 0..obstacles.walls().walls()[wall].polygon.features() {
+                    let at = (obstacles.pegs().len() + wall, feature);
+                    let gap = link_obstacle_contact(&pose, cos, sin, link, obstacles, at).gap;
                     if gap < margin + SKIN {
                         self.pairs.push(NearPair::open(i, at, gap - displacement));
                     }
                 }
             }
         }
-        let listed = if self.pairs.is_empty() { pegs.clear_way(poses, links) } else { 0.0 };
+        let listed = if self.pairs.is_empty() { obstacles.clear_way(poses, links) } else { 0.0 };
         self.horizon = listed.max(margin + SKIN) - displacement;
         self.keep_known();
     }
@@ -219,7 +231,7 @@ impl NearPegs {
         for pair in &mut self.pairs {
             known = &known[known.iter().take_while(|old| old.link < pair.link).count()..];
             let mut of_link = known.iter().take_while(|old| old.link == pair.link);
-            if let Some(old) = of_link.find(|old| (old.peg, old.place) == (pair.peg, pair.place)) {
+            if let Some(old) = of_link.find(|old| (old.obstacle, old.feature) == (pair.obstacle, pair.feature)) {
                 *pair = NearPair { clearance: pair.clearance, ..*old };
             }
         }

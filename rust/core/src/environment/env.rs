@@ -211,10 +211,10 @@ impl<M: RobotModel> Environment<M> {
         let Source { seed, episode, .. } = self.source;
         let steps = self.episode.steps;
         self.sensors.measure(&self.model, &self.episode, || Rng::of_step(seed, episode, steps));
-        let pegs = &self.model.simulation().body().pegs;
-        self.peg_view.scan(|link| self.model.link(link), self.sensors.pegs(pegs), pegs.walls());
+        let obstacles = &self.model.simulation().body().obstacles;
+        self.peg_view.scan(|link| self.model.link(link), self.sensors.obstacles(obstacles), obstacles.walls());
         if self.sees_true_pegs {
-            self.true_pegs.scan(|link| self.model.link(link), pegs, pegs.walls());
+            self.true_pegs.scan(|link| self.model.link(link), obstacles, obstacles.walls());
         }
         let view = View {
             model: &self.model,
@@ -285,16 +285,16 @@ impl<M: RobotModel> Environment<M> {
 
     /// All obstacles of the episode, in the order of its scene.
     pub fn obstacles(&self) -> Vec<Obstacle> {
-        self.model.simulation().body().pegs.obstacles()
+        self.model.simulation().body().obstacles.obstacles()
     }
 
     /// Mean force of each obstacle on the robot over the last control period, world frame, in the order of
     /// [`Self::obstacles`]; without a z part in the plane \[N\].
     pub fn obstacle_force(&self) -> Vec<[f64; 3]> {
         let body = self.model.simulation().body();
-        let mut force = vec![[0.0; 3]; body.pegs.len()];
+        let mut force = vec![[0.0; 3]; body.obstacles.len()];
         for (obstacle, impulse) in body.obstacle_impulse.sums().iter().enumerate() {
-            force[body.pegs.place_in_scene(obstacle)] = (impulse / self.rules.period).into();
+            force[body.obstacles.index_in_scene(obstacle)] = (impulse / self.rules.period).into();
         }
         force
     }
@@ -348,7 +348,7 @@ impl<M: RobotModel> Environment<M> {
         self.drawn = drawn;
         self.model.set_parameters(drawn.parameters);
         let mut rng = Rng::of_step(self.source.seed, self.source.episode, u32::MAX);
-        self.sensors.begin(&self.model.simulation().body().pegs, &mut rng);
+        self.sensors.begin(&self.model.simulation().body().obstacles, &mut rng);
     }
 
     /// Clips and keeps the action; returns its mean squared change.

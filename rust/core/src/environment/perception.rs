@@ -1,9 +1,8 @@
-//! Locating pegs: the nearest ones in the view of the leading link, and the nearest one of each link (T 5.4).
+//! Locating obstacles: the nearest ones in the view of the leading link, and the nearest one of each link (T 5.4).
 
 use nalgebra::Vector2;
 
-use crate::obstacles::WallGrid;
-use crate::pegs::PegGrid;
+use crate::obstacles::{ObstacleGrid, WallGrid};
 
 use super::config::Perception;
 
@@ -44,7 +43,7 @@ pub struct PegView {
 }
 
 impl PegView {
-    /// Of a robot of `links` links and this length \[m\] that locates at most `count` pegs from its leading link.
+    /// Of a robot of `links` links and this length \[m\] that locates at most `count` obstacles from its leading link.
     pub fn new(perception: Perception, count: usize, links: usize, length: f64) -> Self {
         let watchful = if perception == Perception::Body { links } else { 0 };
         let along = vec![PegSensor::new(1, REACH * length); watchful];
@@ -52,22 +51,22 @@ impl PegView {
     }
 
     /// Updates the sensors of the links; `link` returns their poses.
-    pub fn scan(&mut self, link: impl Fn(usize) -> LinkPose, pegs: &PegGrid, walls: &WallGrid) {
-        self.ahead.scan(&link(0), pegs, walls);
+    pub fn scan(&mut self, link: impl Fn(usize) -> LinkPose, obstacles: &ObstacleGrid, walls: &WallGrid) {
+        self.ahead.scan(&link(0), obstacles, walls);
         let Self { along, nearby, .. } = self;
         let Some(sensor) = along.first() else { return };
         let centre = link(along.len() / 2);
         let squared_distance = |pose: LinkPose| (pose.x - centre.x).powi(2) + (pose.y - centre.y).powi(2);
         let extent = (0..along.len()).map(|i| squared_distance(link(i))).fold(0.0, f64::max).sqrt();
         nearby.clear();
-        nearby.extend(pegs.near(centre.x, centre.y, extent + sensor.range));
+        nearby.extend(obstacles.near(centre.x, centre.y, extent + sensor.range));
         for (i, sensor) in along.iter_mut().enumerate() {
-            sensor.scan_among(nearby.iter().copied(), &link(i), pegs, walls);
+            sensor.scan_among(nearby.iter().copied(), &link(i), obstacles, walls);
         }
     }
 }
 
-/// Finds the pegs nearest to a link.
+/// Finds the obstacles nearest to a link.
 #[derive(Debug, Clone)]
 pub struct PegSensor {
     count: usize,
@@ -76,12 +75,12 @@ pub struct PegSensor {
 }
 
 impl PegSensor {
-    /// A sensor that locates at most `count` pegs not farther than `range` \[m\].
+    /// A sensor that locates at most `count` obstacles not farther than `range` \[m\].
     pub fn new(count: usize, range: f64) -> Self {
         Self { count, range, located: Vec::with_capacity(count + 1) }
     }
 
-    /// Number of pegs located at most.
+    /// Number of obstacles located at most.
     pub fn count(&self) -> usize {
         self.count
     }
@@ -91,25 +90,31 @@ impl PegSensor {
         self.range
     }
 
-    /// The pegs located last, nearest first.
+    /// The obstacles located last, nearest first.
     pub fn located(&self) -> &[LocatedPeg] {
         &self.located
     }
 
-    /// Locates the pegs and walls from a link at `pose`; a wall appears as a peg without size at its nearest point.
-    pub fn scan(&mut self, pose: &LinkPose, pegs: &PegGrid, walls: &WallGrid) {
-        self.scan_among(pegs.near(pose.x, pose.y, self.range), pose, pegs, walls);
+    /// Locates the obstacles and walls from a link at `pose`; a wall appears as a peg without size at its nearest point.
+    pub fn scan(&mut self, pose: &LinkPose, obstacles: &ObstacleGrid, walls: &WallGrid) {
+        self.scan_among(obstacles.near(pose.x, pose.y, self.range), pose, obstacles, walls);
     }
 
-    /// The same where only these pegs may be in range.
-    fn scan_among(&mut self, numbers: impl Iterator<Item = usize>, pose: &LinkPose, pegs: &PegGrid, walls: &WallGrid) {
+    /// The same where only these obstacles may be in range.
+    fn scan_among(
+        &mut self,
+        numbers: impl Iterator<Item = usize>,
+        pose: &LinkPose,
+        obstacles: &ObstacleGrid,
+        walls: &WallGrid,
+    ) {
         self.located.clear();
-        if self.count == 0 || pegs.is_empty() && walls.walls().is_empty() {
+        if self.count == 0 || obstacles.is_empty() && walls.walls().is_empty() {
             return;
         }
         let mut farthest = self.range;
         numbers.for_each(|number| {
-            let peg = &pegs.pegs()[number];
+            let peg = &obstacles.pegs()[number];
             let (x, y) = (peg.x - pose.x, peg.y - pose.y);
             let (squared, reach) = (x * x + y * y, farthest + peg.radius);
             if squared <= reach * reach * (1.0 + ROUNDING) {
@@ -120,7 +125,7 @@ impl PegSensor {
         let place = Vector2::new(pose.x, pose.y);
         for wall in walls.near(place, self.range) {
             let (distance, away) = walls.walls()[wall].polygon.signed_distance(&place);
-            let number = pegs.pegs().len() + wall;
+            let number = obstacles.pegs().len() + wall;
             let (forward, left) = (-distance * away.x, -distance * away.y);
             self.keep_if_near(LocatedPeg { forward, left, distance, number });
         }
@@ -171,10 +176,10 @@ mod tests {
     fn finds_the_nearest_pegs_in_the_frame_of_the_leading_link() {
         // The link looks along +x: theta is pi.
         let pose = LinkPose { x: 1.0, y: 0.0, angle: PI };
-        let pegs = [[0.1, 1.5, 0.2], [0.1, 1.3, -0.1], [0.3, 0.2, 0.0], [0.1, 9.0, 0.0]].map(Peg::from);
+        let obstacles = [[0.1, 1.5, 0.2], [0.1, 1.3, -0.1], [0.3, 0.2, 0.0], [0.1, 9.0, 0.0]].map(Peg::from);
         let mut sensor = PegSensor::new(2, 1.0);
-        sensor.scan(&pose, &PegGrid::new(&pegs), &WallGrid::default());
-        let [first, second] = sensor.located() else { panic!("two pegs of the three in range") };
+        sensor.scan(&pose, &ObstacleGrid::new(&obstacles), &WallGrid::default());
+        let [first, second] = sensor.located() else { panic!("two obstacles of the three in range") };
         assert!((first.forward - 0.3).abs() < 1e-15 && (first.left + 0.1).abs() < 1e-15);
         assert!((second.forward - 0.5).abs() < 1e-15 && (second.left - 0.2).abs() < 1e-15);
         assert!((second.distance - (0.29f64.sqrt() - 0.1)).abs() < 1e-15);
@@ -182,13 +187,13 @@ mod tests {
 
     #[test]
     fn perception_from_all_links_is_that_of_a_sensor_on_each() {
-        let pegs = [[0.1, 0.3, 0.2], [0.1, 1.2, -0.25], [0.05, 2.0, 0.0]].map(Peg::from);
+        let obstacles = [[0.1, 0.3, 0.2], [0.1, 1.2, -0.25], [0.05, 2.0, 0.0]].map(Peg::from);
         let link = |i: usize| LinkPose { x: 0.1 + 0.6 * i as f64, y: 0.0, angle: PI + 0.2 * i as f64 };
         let mut peg_view = PegView::new(Perception::Body, 2, 3, 1.2);
-        peg_view.scan(link, &PegGrid::new(&pegs), &WallGrid::default());
+        peg_view.scan(link, &ObstacleGrid::new(&obstacles), &WallGrid::default());
         for (i, along) in peg_view.along.iter().enumerate() {
             let mut alone = PegSensor::new(1, 0.3);
-            alone.scan(&link(i), &PegGrid::new(&pegs), &WallGrid::default());
+            alone.scan(&link(i), &ObstacleGrid::new(&obstacles), &WallGrid::default());
             assert_eq!(along.located(), alone.located());
         }
         let seen: Vec<usize> = peg_view.along.iter().map(|sensor| sensor.located().len()).collect();
@@ -199,16 +204,16 @@ mod tests {
 
     #[test]
     fn of_pegs_at_the_same_distance_the_first_is_kept() {
-        let pegs = [[0.1, 0.0, 0.5], [0.1, 0.0, -0.5], [0.1, -0.5, 0.0], [0.1, 0.5, 0.0]].map(Peg::from);
+        let obstacles = [[0.1, 0.0, 0.5], [0.1, 0.0, -0.5], [0.1, -0.5, 0.0], [0.1, 0.5, 0.0]].map(Peg::from);
         let mut sensor = PegSensor::new(3, 1.0);
-        sensor.scan(&LinkPose { x: 0.0, y: 0.0, angle: PI }, &PegGrid::new(&pegs), &WallGrid::default());
+        sensor.scan(&LinkPose { x: 0.0, y: 0.0, angle: PI }, &ObstacleGrid::new(&obstacles), &WallGrid::default());
         let numbers: Vec<usize> = sensor.located().iter().map(|peg| peg.number).collect();
         assert_eq!(numbers, [0, 1, 2], "however the grid visits them");
     }
 
     #[test]
     fn agrees_with_sorting_all_pegs() {
-        let pegs: Vec<Peg> = (0..40)
+        let obstacles: Vec<Peg> = (0..40)
             .map(|k| Peg {
                 radius: 0.01 + 0.002 * f64::from(k % 9),
                 x: 0.3 * f64::from(k % 7),
@@ -217,9 +222,9 @@ mod tests {
             .collect();
         let pose = LinkPose { x: 0.9, y: 0.7, angle: 1.0 };
         let mut sensor = PegSensor::new(6, 0.8);
-        sensor.scan(&pose, &PegGrid::new(&pegs), &WallGrid::default());
+        sensor.scan(&pose, &ObstacleGrid::new(&obstacles), &WallGrid::default());
         let distance = |p: &Peg| ((p.x - 0.9).powi(2) + (p.y - 0.7).powi(2)).sqrt() - p.radius;
-        let mut all: Vec<f64> = pegs.iter().map(distance).collect();
+        let mut all: Vec<f64> = obstacles.iter().map(distance).collect();
         all.sort_by(f64::total_cmp);
         let near: Vec<f64> = all.into_iter().filter(|d| *d < 0.8).take(6).collect();
         assert_eq!(sensor.located().iter().map(|peg| peg.distance).collect::<Vec<_>>(), near);

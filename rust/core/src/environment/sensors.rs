@@ -1,6 +1,6 @@
-//! Measured motion and pegs: the true ones with the noise of the robot's sensors.
+//! Measured motion and obstacles: the true ones with the noise of the robot's sensors.
 
-use crate::pegs::PegGrid;
+use crate::obstacles::ObstacleGrid;
 
 use super::episode::Episode;
 use super::motion::Motion;
@@ -19,8 +19,8 @@ pub struct Sensors {
     pub lateral_offset: f64,
     /// Share of the way to the goal that is left.
     pub remaining: f64,
-    /// The pegs as located; empty where they are located without error.
-    pegs: PegGrid,
+    /// The obstacles as located; empty where they are located without error.
+    obstacles: ObstacleGrid,
 }
 
 impl Sensors {
@@ -33,22 +33,22 @@ impl Sensors {
             motion,
             lateral_offset: 0.0,
             remaining: 1.0,
-            pegs: PegGrid::default(),
+            obstacles: ObstacleGrid::default(),
         }
     }
 
-    /// Begins an episode among `pegs`.
-    pub fn begin(&mut self, pegs: &PegGrid, rng: &mut Rng) {
+    /// Begins an episode among `obstacles`.
+    pub fn begin(&mut self, obstacles: &ObstacleGrid, rng: &mut Rng) {
         if self.randomization.peg_error > 0.0 {
-            let mut located = pegs.pegs().to_vec();
+            let mut located = obstacles.pegs().to_vec();
             self.randomization.misplace(rng, &mut located);
-            self.pegs.rebuild(&located);
+            self.obstacles.rebuild(&located);
         }
     }
 
-    /// The pegs as the robot's sensors report them.
-    pub fn pegs<'a>(&'a self, pegs: &'a PegGrid) -> &'a PegGrid {
-        if self.pegs.is_empty() { pegs } else { &self.pegs }
+    /// The obstacles as the robot's sensors report them.
+    pub fn obstacles<'a>(&'a self, obstacles: &'a ObstacleGrid) -> &'a ObstacleGrid {
+        if self.obstacles.is_empty() { obstacles } else { &self.obstacles }
     }
 
     /// Measures; noise is drawn from `rng` if there is any.

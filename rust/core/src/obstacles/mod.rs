@@ -1,6 +1,7 @@
 //! Obstacles: what users write, and the geometry that follows, seen from above and of bodies of finite height.
 
 mod config;
+mod grid;
 mod outline;
 mod polygon;
 mod rectangle;
@@ -10,6 +11,7 @@ mod solid_polygon;
 mod wall_grid;
 
 pub use config::{Obstacle, Peg, SavedObstacle, Shape};
+pub use grid::ObstacleGrid;
 pub use polygon::{CentreLine, ConvexPolygon, Separation};
 pub use rectangle::Rectangle;
 pub use solid::{Outline, Solid, SolidContact, SolidLine};

@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 
 use crate::error::{ConfigError, require};
 
-/// The vertices that are corners, with their places in the list: not those that repeat their neighbour, or lie on the line
+/// The vertices that are corners, with their indices in the list: not those that repeat their neighbour, or lie on the line
 /// between their neighbours, on either side of it, within round-off.
 pub fn corners(vertices: &[[f64; 2]]) -> Vec<(usize, Vector2<f64>)> {
     let mut kept: Vec<_> = vertices.iter().copied().map(Vector2::from).enumerate().collect();
@@ -36,14 +36,14 @@ pub fn corners(vertices: &[[f64; 2]]) -> Vec<(usize, Vector2<f64>)> {
 /// Names the first corner at which the outline turns against its sense, or says that it encloses no area or goes round
 /// more than once.
 pub fn validate(vertices: &[[f64; 2]]) -> Result<(), ConfigError> {
-    let (places, corners): (Vec<_>, Vec<_>) = corners(vertices).into_iter().unzip();
+    let (indices, corners): (Vec<_>, Vec<_>) = corners(vertices).into_iter().unzip();
     let summary = || format!("{} corners, of {} vertices", corners.len(), vertices.len());
     require(corners.len() >= 3, "vertices", summary(), "three or more corners that enclose an area")?;
     let turning = turning(&corners);
-    for (i, place) in places.into_iter().enumerate() {
+    for (i, index) in indices.into_iter().enumerate() {
         let expected = "a corner of a convex outline: this one is a dent, or out of order";
-        let value = format!("{:?}", vertices[place]);
-        require(turn_at(&corners, i) * turning > 0.0, &format!("vertices[{place}]"), value, expected)?;
+        let value = format!("{:?}", vertices[index]);
+        require(turn_at(&corners, i) * turning > 0.0, &format!("vertices[{index}]"), value, expected)?;
     }
     require(turning.abs() < 1.5 * TAU, "vertices", summary(), "an outline that goes round once")
 }

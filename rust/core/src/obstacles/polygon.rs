@@ -26,7 +26,7 @@ pub struct CentreLine {
     pub half: Vector2<f64>,
 }
 
-/// Nearest points of a centre line and a polygon, at one of the places that describe the pair.
+/// Nearest points of a centre line and a polygon, at one of the features that describe the pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Separation {
     /// Negative where the centre line has entered the polygon \[m\].
@@ -34,8 +34,8 @@ pub struct Separation {
     /// Unit vector from the polygon to the line.
     pub normal: Vector2<f64>,
     /// Place on the centre line, from -1 at one end to 1 at the other.
-    pub place: f64,
-    /// Whether another place describes the same contact, or a truer one.
+    pub along: f64,
+    /// Whether another feature describes the same contact, or a truer one.
     pub is_redundant: bool,
 }
 
@@ -56,9 +56,9 @@ impl CentreLine {
         Vector2::new(-self.half.y, self.half.x).try_normalize(0.0)
     }
 
-    /// Point at a place from -1 to 1.
-    pub fn point(&self, place: f64) -> Vector2<f64> {
-        self.middle + self.half * place
+    /// Point at a along from -1 to 1.
+    pub fn point(&self, along: f64) -> Vector2<f64> {
+        self.middle + self.half * along
     }
 
     /// Place of the point that is nearest to `point`.
@@ -89,54 +89,54 @@ impl ConvexPolygon {
         Rectangle::around(self.vertices.iter().copied())
     }
 
-    /// Number of places that describe a pair: the ends of the centre line, then the vertices.
-    pub fn places(&self) -> usize {
+    /// Number of features that describe a pair: the ends of the centre line, then the vertices.
+    pub fn features(&self) -> usize {
         ENDS.len() + self.vertices.len()
     }
 
-    /// The nearest points at one of the [`Self::places`].
+    /// The nearest points at one of the [`Self::features`].
     ///
-    /// Where the centre line crosses the polygon, only the places through which it leaves soonest count: both ends over
+    /// Where the centre line crosses the polygon, only the features through which it leaves soonest count: both ends over
     /// an edge, or a vertex beside the line.
-    pub fn separation(&self, line: &CentreLine, place: usize) -> Separation {
+    pub fn separation(&self, line: &CentreLine, feature: usize) -> Separation {
         let crossing = self.crossing(line);
-        let vertex = place.checked_sub(ENDS.len());
+        let vertex = feature.checked_sub(ENDS.len());
         match (crossing, vertex) {
-            (None, None) => self.end_separation(line, ENDS[place]),
+            (None, None) => self.end_separation(line, ENDS[feature]),
             (None, Some(vertex)) => self.vertex_separation(line, vertex),
             (Some(Crossing::Edge(edge)), None) => Separation {
-                distance: self.height(edge, &line.point(ENDS[place])),
+                distance: self.height(edge, &line.point(ENDS[feature])),
                 normal: self.normals[edge],
-                place: ENDS[place],
+                along: ENDS[feature],
                 is_redundant: false,
             },
             (Some(Crossing::Vertex { nearest, normal }), Some(vertex)) if nearest == vertex => Separation {
                 distance: normal.dot(&(line.middle - self.vertices[vertex])),
                 normal,
-                place: line.nearest(&self.vertices[vertex]),
+                along: line.nearest(&self.vertices[vertex]),
                 is_redundant: false,
             },
-            (Some(_), _) => Separation { distance: 0.0, normal: Vector2::x(), place: 0.0, is_redundant: true },
+            (Some(_), _) => Separation { distance: 0.0, normal: Vector2::x(), along: 0.0, is_redundant: true },
         }
     }
 
     /// Distance of the centre line, negative where it crosses the polygon \[m\].
     pub fn distance(&self, line: &CentreLine) -> f64 {
-        let places = (0..self.places()).map(|place| self.separation(line, place));
-        places.filter(|at| !at.is_redundant).map(|at| at.distance).fold(f64::INFINITY, f64::min)
+        let features = (0..self.features()).map(|feature| self.separation(line, feature));
+        features.filter(|at| !at.is_redundant).map(|at| at.distance).fold(f64::INFINITY, f64::min)
     }
 
     fn end_separation(&self, line: &CentreLine, end: f64) -> Separation {
         let (distance, normal) = self.signed_distance(&line.point(end));
-        Separation { distance, normal, place: end, is_redundant: false }
+        Separation { distance, normal, along: end, is_redundant: false }
     }
 
     /// A vertex nearest to an end of the line is the end's own contact.
     fn vertex_separation(&self, line: &CentreLine, vertex: usize) -> Separation {
-        let place = line.nearest(&self.vertices[vertex]);
-        let offset = line.point(place) - self.vertices[vertex];
+        let along = line.nearest(&self.vertices[vertex]);
+        let offset = line.point(along) - self.vertices[vertex];
         let normal = offset.try_normalize(0.0).or(line.lateral()).unwrap_or_else(Vector2::x);
-        Separation { distance: offset.norm(), normal, place, is_redundant: place.abs() == 1.0 }
+        Separation { distance: offset.norm(), normal, along, is_redundant: along.abs() == 1.0 }
     }
 
     /// Distance of a point, negative inside, and the unit vector along which it grows \[m\].

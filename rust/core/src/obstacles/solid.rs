@@ -48,7 +48,7 @@ pub struct SolidLine {
     pub half: Vector3<f64>,
 }
 
-/// Nearest points of a centre line and a body, at one of the places that describe the pair.
+/// Nearest points of a centre line and a body, at one of the features that describe the pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SolidContact {
     /// Negative where the centre line has entered the body \[m\].
@@ -56,23 +56,23 @@ pub struct SolidContact {
     /// Unit vector from the body to the line.
     pub normal: Vector3<f64>,
     /// Place on the centre line, from -1 at one end to 1 at the other.
-    pub place: f64,
-    /// Whether another place, or the ground, describes the same contact or a truer one.
+    pub along: f64,
+    /// Whether another feature, or the ground, describes the same contact or a truer one.
     pub is_redundant: bool,
 }
 
 /// How a centre line that has entered a body leaves it soonest.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Exit {
-    /// Over the top face, which the line is below between these places.
+    /// Over the top face, which the line is below between these positions.
     Up([f64; 2]),
     Sideways,
 }
 
 impl SolidLine {
-    /// Point at a place from -1 to 1.
-    pub fn point(&self, place: f64) -> Vector3<f64> {
-        self.middle + self.half * place
+    /// Point at a along from -1 to 1.
+    pub fn point(&self, along: f64) -> Vector3<f64> {
+        self.middle + self.half * along
     }
 
     pub fn shadow(&self) -> CentreLine {
@@ -81,7 +81,7 @@ impl SolidLine {
 
     /// Places between which the line is at or below `height`; none where all of it is above.
     fn below(&self, height: f64) -> Option<[f64; 2]> {
-        let [first, last] = [-1.0, 1.0].map(|place| self.point(place).z <= height);
+        let [first, last] = [-1.0, 1.0].map(|along| self.point(along).z <= height);
         let crossing = || ((height - self.middle.z) / self.half.z).clamp(-1.0, 1.0);
         match (first, last) {
             (true, true) => Some([-1.0, 1.0]),
@@ -91,38 +91,38 @@ impl SolidLine {
         }
     }
 
-    /// The shadow of the part between two places.
+    /// The shadow of the part between two positions.
     fn shadow_between(&self, [from, to]: [f64; 2]) -> CentreLine {
         CentreLine { middle: self.point(0.5 * (from + to)).xy(), half: self.half.xy() * (0.5 * (to - from)) }
     }
 }
 
 impl SolidContact {
-    /// Of a line that has entered the body: another place is its way out.
+    /// Of a line that has entered the body: another feature is its way out.
     pub(super) const NONE: Self =
-        Self { distance: 0.0, normal: Vector3::new(0.0, 0.0, 1.0), place: 0.0, is_redundant: true };
+        Self { distance: 0.0, normal: Vector3::new(0.0, 0.0, 1.0), along: 0.0, is_redundant: true };
 
     /// The parts of link and body are nowhere nearest to each other.
     pub(super) const AWAY: Self = Self { distance: f64::INFINITY, ..Self::NONE };
 
-    /// Of the point of a line at a place and the point of the body nearest to it; `fallback` is the normal where they
+    /// Of the point of a line at a along and the point of the body nearest to it; `fallback` is the normal where they
     /// coincide.
-    pub(super) fn between(line: &SolidLine, place: f64, nearest: &Vector3<f64>, fallback: Vector3<f64>) -> Self {
-        let offset = line.point(place) - nearest;
+    pub(super) fn between(line: &SolidLine, along: f64, nearest: &Vector3<f64>, fallback: Vector3<f64>) -> Self {
+        let offset = line.point(along) - nearest;
         let distance = offset.norm();
         let normal = if distance > 0.0 { offset / distance } else { fallback };
         // At its ends the line's contact is that of the end.
-        Self { distance, normal, place, is_redundant: place.abs() >= 1.0 }
+        Self { distance, normal, along, is_redundant: along.abs() >= 1.0 }
     }
 }
 
 impl Solid<'_> {
-    /// Number of places that describe a pair; the first two are the ends of the centre line.
-    pub fn places(&self) -> usize {
+    /// Number of features that describe a pair; the first two are the ends of the centre line.
+    pub fn features(&self) -> usize {
         ENDS.len()
             + match self.outline {
                 Outline::Circle(_) => super::solid_circle::PLACES,
-                Outline::Polygon(polygon) => super::solid_polygon::places(polygon),
+                Outline::Polygon(polygon) => super::solid_polygon::features(polygon),
             }
     }
 
@@ -131,22 +131,22 @@ impl Solid<'_> {
         point.z > self.height && self.signed_distance(&point.xy()).0 <= 0.0
     }
 
-    /// Calls `visit` with every place and its contact.
+    /// Calls `visit` with every feature and its contact.
     pub fn visit_contacts(&self, line: &SolidLine, mut visit: impl FnMut(usize, SolidContact)) {
         let exit = self.exit(line);
-        (0..self.places()).for_each(|place| visit(place, self.contact(line, exit, place)));
+        (0..self.features()).for_each(|feature| visit(feature, self.contact(line, exit, feature)));
     }
 
-    /// The contact at one place.
-    pub fn contact_at(&self, line: &SolidLine, place: usize) -> SolidContact {
-        self.contact(line, self.exit(line), place)
+    /// The contact at one feature.
+    pub fn contact_at(&self, line: &SolidLine, feature: usize) -> SolidContact {
+        self.contact(line, self.exit(line), feature)
     }
 
     /// Distance of the centre line, negative where it has entered the body \[m\].
     pub fn distance(&self, line: &SolidLine) -> f64 {
         let mut least = f64::INFINITY;
-        self.visit_contacts(line, |place, contact| {
-            let is_carried = place < ENDS.len() && self.carries(&line.point(ENDS[place]));
+        self.visit_contacts(line, |feature, contact| {
+            let is_carried = feature < ENDS.len() && self.carries(&line.point(ENDS[feature]));
             if !contact.is_redundant || is_carried {
                 least = least.min(contact.distance);
             }
@@ -154,16 +154,16 @@ impl Solid<'_> {
         least
     }
 
-    fn contact(&self, line: &SolidLine, exit: Option<Exit>, place: usize) -> SolidContact {
-        match (exit, place.checked_sub(ENDS.len())) {
-            (Some(Exit::Up(places)), None) => {
-                let at = places[place];
-                let distance = line.point(at).z - self.height;
-                SolidContact { distance, normal: Vector3::z(), place: at, is_redundant: false }
+    fn contact(&self, line: &SolidLine, exit: Option<Exit>, feature: usize) -> SolidContact {
+        match (exit, feature.checked_sub(ENDS.len())) {
+            (Some(Exit::Up(chord)), None) => {
+                let along = chord[feature];
+                let distance = line.point(along).z - self.height;
+                SolidContact { distance, normal: Vector3::z(), along, is_redundant: false }
             }
             (Some(Exit::Up(_)), Some(_)) => SolidContact::NONE,
-            (Some(Exit::Sideways), _) => self.way_out(line, place),
-            (None, None) => self.end_contact(line, ENDS[place]),
+            (Some(Exit::Sideways), _) => self.way_out(line, feature),
+            (None, None) => self.end_contact(line, ENDS[feature]),
             (None, Some(part)) => match self.outline {
                 Outline::Circle(peg) => self.circle_contact(peg, line, part),
                 Outline::Polygon(polygon) => self.polygon_contact(polygon, line, part),
@@ -184,7 +184,7 @@ impl Solid<'_> {
         } else {
             (beside, outward.push(0.0))
         };
-        SolidContact { distance, normal, place: end, is_redundant: self.carries(&point) }
+        SolidContact { distance, normal, along: end, is_redundant: self.carries(&point) }
     }
 
     /// The way out of a centre line that has entered the body.
@@ -195,24 +195,24 @@ impl Solid<'_> {
             Outline::Circle(peg) => super::solid_circle::crossing(peg, &shadow)?,
             Outline::Polygon(polygon) => super::solid_polygon::crossing(polygon, &shadow)?,
         };
-        let on_line = within.map(|place| 0.5 * ((below[0] + below[1]) + place * (below[1] - below[0])));
-        let up = on_line.map(|place| line.point(place).z - self.height);
+        let on_line = within.map(|along| 0.5 * ((below[0] + below[1]) + along * (below[1] - below[0])));
+        let up = on_line.map(|along| line.point(along).z - self.height);
         Some(if up[0].min(up[1]) > beside { Exit::Up(on_line) } else { Exit::Sideways })
     }
 
-    /// The contact at a place of a line that leaves the body sideways.
-    fn way_out(&self, line: &SolidLine, place: usize) -> SolidContact {
+    /// The contact at a feature of a line that leaves the body sideways.
+    fn way_out(&self, line: &SolidLine, feature: usize) -> SolidContact {
         let Some(below) = line.below(self.height) else { return SolidContact::NONE };
         let shadow = line.shadow_between(below);
         let out = match self.outline {
-            Outline::Circle(peg) => super::solid_circle::way_out(peg, &shadow, place),
-            Outline::Polygon(polygon) => super::solid_polygon::way_out(polygon, &shadow, place),
+            Outline::Circle(peg) => super::solid_circle::way_out(peg, &shadow, feature),
+            Outline::Polygon(polygon) => super::solid_polygon::way_out(polygon, &shadow, feature),
         };
-        let on_line = 0.5 * ((below[0] + below[1]) + out.place * (below[1] - below[0]));
+        let on_line = 0.5 * ((below[0] + below[1]) + out.along * (below[1] - below[0]));
         SolidContact {
             distance: out.distance,
             normal: out.normal.push(0.0),
-            place: on_line,
+            along: on_line,
             is_redundant: out.is_redundant,
         }
     }

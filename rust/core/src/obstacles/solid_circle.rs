@@ -9,20 +9,20 @@ use super::{CentreLine, Peg, Separation};
 /// The side, and the two crossings of the rim.
 pub(super) const PLACES: usize = 3;
 
-/// Depth, negative, of a line that crosses the circle, and the places between which it does.
+/// Depth, negative, of a line that crosses the circle, and the positions between which it does.
 pub(super) fn crossing(peg: &Peg, shadow: &CentreLine) -> Option<(f64, [f64; 2])> {
     let at = shadow.nearest(&centre(peg));
     let depth = (shadow.point(at) - centre(peg)).norm() - peg.radius;
-    (depth < 0.0).then(|| (depth, chord(peg, shadow).map(|place| place.clamp(-1.0, 1.0))))
+    (depth < 0.0).then(|| (depth, chord(peg, shadow).map(|along| along.clamp(-1.0, 1.0))))
 }
 
-/// How a crossing line leaves the circle: at the place of the side.
-pub(super) fn way_out(peg: &Peg, shadow: &CentreLine, place: usize) -> Separation {
+/// How a crossing line leaves the circle: at the feature of the side.
+pub(super) fn way_out(peg: &Peg, shadow: &CentreLine, feature: usize) -> Separation {
     let at = shadow.nearest(&centre(peg));
     let offset = shadow.point(at) - centre(peg);
     let lateral = Vector2::new(-shadow.half.y, shadow.half.x).try_normalize(0.0);
     let normal = offset.try_normalize(0.0).or(lateral).unwrap_or_else(Vector2::x);
-    Separation { distance: offset.norm() - peg.radius, normal, place: at, is_redundant: place != SIDE }
+    Separation { distance: offset.norm() - peg.radius, normal, along: at, is_redundant: feature != SIDE }
 }
 
 fn centre(peg: &Peg) -> Vector2<f64> {
@@ -49,8 +49,8 @@ impl Solid<'_> {
             0 if passes_below => self.with_nearest(peg, line, beside),
             0 => {
                 let lower = if line.half.z > 0.0 { -1.0 } else { 1.0 };
-                let place = self.settle(peg, line, [beside, if line.half.z == 0.0 { beside } else { lower }]);
-                self.with_nearest(peg, line, place)
+                let along = self.settle(peg, line, [beside, if line.half.z == 0.0 { beside } else { lower }]);
+                self.with_nearest(peg, line, along)
             }
             _ if !is_over => SolidContact::AWAY,
             part => {
@@ -61,25 +61,25 @@ impl Solid<'_> {
                     return SolidContact::AWAY;
                 }
                 let falls = line.half.z * outward <= 0.0;
-                let place = self.settle(peg, line, [rim, if falls { outward } else { beside }]);
-                let is_none = !falls && place == beside;
-                if is_none { SolidContact::AWAY } else { self.with_nearest(peg, line, place) }
+                let along = self.settle(peg, line, [rim, if falls { outward } else { beside }]);
+                let is_none = !falls && along == beside;
+                if is_none { SolidContact::AWAY } else { self.with_nearest(peg, line, along) }
             }
         }
     }
 
-    /// The place between two where the distance from the rim is least: where its derivative, which grows away from the
+    /// The along between two where the distance from the rim is least: where its derivative, which grows away from the
     /// circle's centre, changes sign; the second of the two where it does not.
     fn settle(&self, peg: &Peg, line: &SolidLine, [from, to]: [f64; 2]) -> f64 {
-        let rise = |place: f64| {
-            let point = line.point(place);
+        let rise = |along: f64| {
+            let point = line.point(along);
             let offset = point.xy() - centre(peg);
             let distance = offset.norm();
             let beside = if distance > 0.0 { (1.0 - peg.radius / distance) * offset.dot(&line.half.xy()) } else { 0.0 };
             beside + (point.z - self.height).max(0.0) * line.half.z
         };
         let direction = to - from;
-        let falls = |place: f64| rise(place) * direction < 0.0;
+        let falls = |along: f64| rise(along) * direction < 0.0;
         if !falls(from) {
             return from;
         }
@@ -95,11 +95,11 @@ impl Solid<'_> {
     }
 
     /// The contact with the nearest point of the side or the rim.
-    fn with_nearest(&self, peg: &Peg, line: &SolidLine, place: f64) -> SolidContact {
-        let point = line.point(place);
+    fn with_nearest(&self, peg: &Peg, line: &SolidLine, along: f64) -> SolidContact {
+        let point = line.point(along);
         let outward = (point.xy() - centre(peg)).try_normalize(0.0).unwrap_or_else(Vector2::x);
         let nearest = (centre(peg) + outward * peg.radius).push(point.z.min(self.height));
-        SolidContact::between(line, place, &nearest, Vector3::z())
+        SolidContact::between(line, along, &nearest, Vector3::z())
     }
 }
 

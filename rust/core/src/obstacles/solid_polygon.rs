@@ -7,23 +7,23 @@ use super::solid::{Solid, SolidContact, SolidLine};
 use super::{CentreLine, ConvexPolygon, Separation};
 
 /// The corners, then the edges of the top face; a wall without thickness has one.
-pub(super) fn places(polygon: &ConvexPolygon) -> usize {
+pub(super) fn features(polygon: &ConvexPolygon) -> usize {
     let count = polygon.vertices().len();
     count + if count > 2 { count } else { 1 }
 }
 
-/// Depth, negative, of a line that crosses the polygon, and the places between which it does.
+/// Depth, negative, of a line that crosses the polygon, and the positions between which it does.
 pub(super) fn crossing(polygon: &ConvexPolygon, shadow: &CentreLine) -> Option<(f64, [f64; 2])> {
     let depth = polygon.distance(shadow);
     (depth < 0.0).then(|| (depth, polygon.within(shadow)))
 }
 
-/// How a crossing line leaves the polygon at one of the places of a body.
-pub(super) fn way_out(polygon: &ConvexPolygon, shadow: &CentreLine, place: usize) -> Separation {
-    if place < polygon.places() {
-        polygon.separation(shadow, place)
+/// How a crossing line leaves the polygon at one of the features of a body.
+pub(super) fn way_out(polygon: &ConvexPolygon, shadow: &CentreLine, feature: usize) -> Separation {
+    if feature < polygon.features() {
+        polygon.separation(shadow, feature)
     } else {
-        Separation { distance: 0.0, normal: Vector2::x(), place: 0.0, is_redundant: true }
+        Separation { distance: 0.0, normal: Vector2::x(), along: 0.0, is_redundant: true }
     }
 }
 
@@ -41,10 +41,10 @@ impl Solid<'_> {
     fn corner_contact(&self, line: &SolidLine, corner: &Vector3<f64>) -> SolidContact {
         let beside = line.shadow().nearest(&corner.xy());
         let passes_below = line.point(beside).z <= self.height;
-        let place = if passes_below { beside } else { nearest(line, corner) };
-        let point = line.point(place);
+        let along = if passes_below { beside } else { nearest(line, corner) };
+        let point = line.point(along);
         let across = Vector3::new(-line.half.y, line.half.x, 0.0).try_normalize(0.0).unwrap_or_else(Vector3::x);
-        SolidContact::between(line, place, &corner.xy().push(point.z.min(self.height)), across)
+        SolidContact::between(line, along, &corner.xy().push(point.z.min(self.height)), across)
     }
 }
 
@@ -58,11 +58,11 @@ fn edge_contact(line: &SolidLine, start: &Vector3<f64>, end: &Vector3<f64>) -> S
         return SolidContact::AWAY;
     }
     let (a, b) = (half.dot(&offset), along.dot(&offset));
-    let (place, share) = ((ab * b - bb * a) / determinant, (aa * b - ab * a) / determinant);
-    if place.abs() >= 1.0 || share <= 0.0 || share >= 1.0 {
+    let (nearest, share) = ((ab * b - bb * a) / determinant, (aa * b - ab * a) / determinant);
+    if nearest.abs() >= 1.0 || share <= 0.0 || share >= 1.0 {
         return SolidContact::AWAY;
     }
-    SolidContact::between(line, place, &(start + along * share), Vector3::z())
+    SolidContact::between(line, nearest, &(start + along * share), Vector3::z())
 }
 
 fn nearest(line: &SolidLine, point: &Vector3<f64>) -> f64 {

@@ -39,7 +39,7 @@ struct Cells {
 
 impl Cells {
     /// Row and column of each cell.
-    fn places(self) -> impl Iterator<Item = (usize, usize)> {
+    fn cells(self) -> impl Iterator<Item = (usize, usize)> {
         let Self { columns, rows } = self;
         (rows[0]..=rows[1]).flat_map(move |row| (columns[0]..=columns[1]).map(move |column| (row, column)))
     }
@@ -64,7 +64,7 @@ impl WallGrid {
         let around = Rectangle { low: point.add_scalar(-distance), high: point.add_scalar(distance) };
         let asked = (!self.walls.is_empty()).then(|| self.cells(&around));
         asked.into_iter().flat_map(move |asked| {
-            asked.places().flat_map(move |(row, column)| {
+            asked.cells().flat_map(move |(row, column)| {
                 let walls = self.in_cell(row * self.columns + column).iter().map(|&index| index as usize);
                 walls.filter(move |&index| {
                     let wall = &self.walls[index];
@@ -97,7 +97,7 @@ impl WallGrid {
         let count = self.columns * self.rows;
         let mut lists = vec![Vec::new(); count];
         for (index, wall) in self.walls.iter().enumerate() {
-            for (row, column) in self.cells(&wall.rectangle).places() {
+            for (row, column) in self.cells(&wall.rectangle).cells() {
                 lists[row * self.columns + column].push(index as u32);
             }
         }

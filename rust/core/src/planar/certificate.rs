@@ -13,7 +13,7 @@ use crate::judge::{self, BalancedLink, ChainBalance, Mobility, worse};
 use crate::math::{Real, add_scaled};
 use crate::stepping::StageStop;
 
-use super::stage::{Stage, StageContactFriction, StageJoint, StageLink, StageSolution};
+use super::stage::{Stage, StageJoint, StageLink, StageObstacleFriction, StageSolution};
 
 /// Violations of a stage's equations; zero for the exact solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,8 +42,8 @@ pub fn certify<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Certif
     let zero = T::zero();
     let mut certificate = Certificate { balance: zero, joint: zero, law: zero, gap: zero };
     verify_chain(stage, solution, &mut certificate);
-    for (friction, &impulse) in stage.contact_friction.iter().zip(&solution.contact_friction) {
-        verify_contact_friction(friction, stage, solution, impulse, &mut certificate);
+    for (friction, &impulse) in stage.obstacle_friction.iter().zip(&solution.obstacle_friction) {
+        verify_obstacle_friction(friction, stage, solution, impulse, &mut certificate);
     }
     let mass = |link: usize| stage.links[link].mass;
     let contacts = judge::rows(&stage.contacts, &solution.contact, &solution.twist, mass);
@@ -109,8 +109,8 @@ fn verify_stop<T: Real>(stop: &StageStop<T>, mass: T, rate: T, impulses: &[T; 2]
 
 /// Coulomb's law at an obstacle with the bound of the solution's own normal impulse, whatever bound the solver held.
 #[inline(always)]
-fn verify_contact_friction<T: Real>(
-    friction: &StageContactFriction<T>,
+fn verify_obstacle_friction<T: Real>(
+    friction: &StageObstacleFriction<T>,
     stage: &Stage<T>,
     solution: &StageSolution<T>,
     impulse: T,
@@ -143,7 +143,7 @@ fn end_velocity<T: Real>(link: &StageLink<T>, u: &Vector3<T>, side: T) -> Vector
 #[inline(always)]
 fn applied_impulse<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: usize) -> Vector3<T> {
     let mut applied = own_impulse(stage, solution, i);
-    for (friction, &impulse) in stage.contact_friction.iter().zip(&solution.contact_friction) {
+    for (friction, &impulse) in stage.obstacle_friction.iter().zip(&solution.obstacle_friction) {
         if friction.link == i {
             applied = add_scaled(&applied, &friction.direction, impulse);
         }

@@ -1,8 +1,8 @@
-//! Contacts of a register's robots with pegs: detected before a stage is solved, stored after it.
+//! Contacts of a register's robots with obstacles: detected before a stage is solved, stored after it.
 
 use crate::contact::{NearPair, link_obstacle_gap};
 use crate::math::{Laned, Real};
-use crate::pegs::PegGrid;
+use crate::obstacles::ObstacleGrid;
 use crate::rows::Screw;
 use crate::stepping::lanes::{Lanes, active, mask};
 use crate::stepping::{ContactImpulse, Driven, Members, SolvedRows};
@@ -19,7 +19,7 @@ impl<T: Real> Workspace<T> {
         let has_pegs = self.has_pegs;
         for lane in active(pending).filter(|_| has_pegs) {
             let body = members.body_mut(lane);
-            if body.pegs.is_empty() {
+            if body.obstacles.is_empty() {
                 continue;
             }
             let Self { contacts, motion, stage, .. } = self;
@@ -27,19 +27,19 @@ impl<T: Real> Workspace<T> {
             let (near, displacement, margin) = (&mut body.warm_start.near, robot.bound.displacement, robot.margin(1.0));
             if !near.covers(displacement, margin) {
                 let poses = motion.predicted.iter().map(|pose| pose.lane(lane));
-                near.rebuild(poses, robot.links, &body.pegs, margin, displacement);
+                near.rebuild(poses, robot.links, &body.obstacles, margin, displacement);
             }
             let is_among_pegs = !near.pairs().is_empty();
             if is_among_pegs {
-                contacts.find(near, &robot, &body.pegs);
+                contacts.find(near, &robot, &body.obstacles);
             }
             self.near_pegs[lane] = is_among_pegs;
         }
         self.among_pegs = self.among_pegs | mask::<T>(self.near_pegs);
-        let Self { contacts, stage: Stage { coefficient: c, contacts: rows, contact_friction, .. }, solution, .. } =
+        let Self { contacts, stage: Stage { coefficient: c, contacts: rows, obstacle_friction, .. }, solution, .. } =
             self;
         contacts.rows.lay_out(*c, rows, &mut solution.contact);
-        contacts.lay_out_friction(*c, contact_friction, &mut solution.contact_friction);
+        contacts.lay_out_friction(*c, obstacle_friction, &mut solution.obstacle_friction);
         self.detect_self_contacts(members, pending);
     }
 
@@ -65,7 +65,7 @@ impl<T: Real> Workspace<T> {
         });
         for FrictionalContact { found, row, direction, .. } in contacts.frictional() {
             let found = &contacts.rows.all()[*found];
-            let impulse = direction.linear() * Real::lane(solution.contact_friction[*row], found.lane);
+            let impulse = direction.linear() * Real::lane(solution.obstacle_friction[*row], found.lane);
             let pair = &mut members.body_mut(found.lane).warm_start.near.pairs_mut()[found.handle];
             pair.known.friction = impulse / Real::lane(c, found.lane);
             if solved[found.lane] {
@@ -75,11 +75,11 @@ impl<T: Real> Workspace<T> {
     }
 
     /// Gap of a pair at the end of the step \[m\].
-    pub(super) fn end_gap(&self, lane: usize, pair: &NearPair, system: &PlanarSystem, pegs: &PegGrid) -> f64 {
+    pub(super) fn end_gap(&self, lane: usize, pair: &NearPair, system: &PlanarSystem, obstacles: &ObstacleGrid) -> f64 {
         let (end, Heading { cos, sin }) =
             (self.result.end[pair.link].lane(lane), self.motion.heading[pair.link].lane(lane));
         let link = &system.robot.links[pair.link];
-        link_obstacle_gap(&end, cos, sin, link, pegs, (pair.peg, pair.place))
+        link_obstacle_gap(&end, cos, sin, link, obstacles, (pair.obstacle, pair.feature))
     }
 }
 

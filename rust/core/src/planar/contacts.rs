@@ -3,10 +3,10 @@
 use nalgebra::Vector3;
 
 use crate::contact::recovery::{DEEP, SAME_SIDE, offset};
-use crate::contact::{LinkPegContact, NearPair, NearPegs, PAIRS_PER_LINK, link_obstacle_contact, touching_distance};
+use crate::contact::{LinkContact, NearObstacles, NearPair, PAIRS_PER_LINK, link_obstacle_contact, touching_distance};
 use crate::math::{Laned, Real};
-use crate::pegs::PegGrid;
-use crate::planar::{Heading, StageContact, StageContactFriction};
+use crate::obstacles::ObstacleGrid;
+use crate::planar::{Heading, StageContact, StageObstacleFriction};
 use crate::rows::Screw;
 use crate::stepping::FoundRows;
 
@@ -19,7 +19,7 @@ pub struct Contacts {
     /// Those of them that have friction, in their order.
     frictional: Vec<FrictionalContact>,
     /// Pairs of one robot within the margin, and how they are at the predicted end.
-    close: Vec<(usize, LinkPegContact)>,
+    close: Vec<(usize, LinkContact)>,
 }
 
 /// Friction of one contact of one robot.
@@ -27,7 +27,7 @@ pub struct Contacts {
 pub struct FrictionalContact {
     /// Index of the contact among those found.
     pub found: usize,
-    /// Its index in [`crate::planar::Stage::contact_friction`], once laid out.
+    /// Its index in [`crate::planar::Stage::obstacle_friction`], once laid out.
     pub row: usize,
     pub direction: Vector3<f64>,
     coefficient: f64,
@@ -49,13 +49,13 @@ impl Contacts {
     }
 
     /// Finds the contacts of a robot: its near pairs whose predicted gap is below the margin.
-    pub fn find<T: Real>(&mut self, near: &mut NearPegs, robot: &StageKinematics<T>, obstacles: &PegGrid) {
+    pub fn find<T: Real>(&mut self, near: &mut NearObstacles, robot: &StageKinematics<T>, obstacles: &ObstacleGrid) {
         self.collect_close(near, robot, obstacles);
         for (index, at_end) in &self.close {
             let pair = &near.pairs()[*index];
             let link = pair.link;
             let (plane, heading, offset) = robot.plane(pair, at_end, obstacles);
-            let coefficient = obstacles.friction(pair.peg);
+            let coefficient = obstacles.friction(pair.obstacle);
             if coefficient > 0.0 && !plane.is_redundant {
                 let radius = robot.links[link].radius;
                 let direction = plane.tangent(heading.cos, heading.sin, radius);
@@ -76,7 +76,12 @@ impl Contacts {
     }
 
     /// Collects the pairs within the margin, without a branch that would be mispredicted.
-    fn collect_close<T: Real>(&mut self, near: &mut NearPegs, robot: &StageKinematics<T>, obstacles: &PegGrid) {
+    fn collect_close<T: Real>(
+        &mut self,
+        near: &mut NearObstacles,
+        robot: &StageKinematics<T>,
+        obstacles: &ObstacleGrid,
+    ) {
         let margin = robot.margin(1.0);
         let (close, mut count) = (&mut self.close, 0);
         near.visit_within(robot.bound.displacement, margin, |index, pair| {
@@ -98,7 +103,7 @@ impl Contacts {
 
     /// Gives the friction of every contact its row, in the order of the contacts that have been laid out; `impulses` are
     /// those of the last forces over a stage of coefficient `c`.
-    pub fn lay_out_friction<T: Real>(&mut self, c: T, rows: &mut Vec<StageContactFriction<T>>, impulses: &mut Vec<T>) {
+    pub fn lay_out_friction<T: Real>(&mut self, c: T, rows: &mut Vec<StageObstacleFriction<T>>, impulses: &mut Vec<T>) {
         rows.clear();
         impulses.clear();
         let (found, zero) = (self.rows.all(), T::zero());
@@ -107,7 +112,7 @@ impl Contacts {
             let of = &found[frictional.found];
             if rows.last().is_none_or(|last| last.contact != of.slot) {
                 let (contact, link, direction) = (of.slot, of.row.link, Screw::zero());
-                rows.push(StageContactFriction { contact, link, direction, coefficient: zero, bound: zero });
+                rows.push(StageObstacleFriction { contact, link, direction, coefficient: zero, bound: zero });
                 impulses.push(zero);
             }
             frictional.row = rows.len() - 1;
@@ -122,10 +127,10 @@ impl Contacts {
 
 impl<T: Real> StageKinematics<'_, T> {
     /// A pair at the predicted end.
-    fn contact(&self, pair: &NearPair, obstacles: &PegGrid) -> LinkPegContact {
+    fn contact(&self, pair: &NearPair, obstacles: &ObstacleGrid) -> LinkContact {
         let Heading { cos, sin } = self.heading(pair.link);
         let end = self.end(pair.link);
-        link_obstacle_contact(&end, cos, sin, &self.links[pair.link], obstacles, (pair.peg, pair.place))
+        link_obstacle_contact(&end, cos, sin, &self.links[pair.link], obstacles, (pair.obstacle, pair.feature))
     }
 
     /// Direction and offset of a pair, given how it is at the predicted end.
@@ -138,10 +143,10 @@ impl<T: Real> StageKinematics<'_, T> {
     /// at the start of the step (T 3.47 != D9). Either plane touches the distance function of a convex body
     /// from below (for a link that translates), so `g + c w . u >= 0` keeps the true gap non-negative however
     /// long the step.
-    fn plane(&self, pair: &NearPair, at_end: &LinkPegContact, obstacles: &PegGrid) -> (LinkPegContact, Heading, f64) {
+    fn plane(&self, pair: &NearPair, at_end: &LinkContact, obstacles: &ObstacleGrid) -> (LinkContact, Heading, f64) {
         let (i, c) = (pair.link, self.coefficient);
         let link = &self.links[i];
-        let touching = touching_distance(link, obstacles, pair.peg);
+        let touching = touching_distance(link, obstacles, pair.obstacle);
         let mut plane = *at_end;
         let mut at = self.heading(i);
         let mut travelled = c * at_end.direction.dot(&self.travel(i));
@@ -149,7 +154,7 @@ impl<T: Real> StageKinematics<'_, T> {
             let start = self.start(i);
             let heading = Heading::of(start.z);
             let at_start =
-                link_obstacle_contact(&start, heading.cos, heading.sin, link, obstacles, (pair.peg, pair.place));
+                link_obstacle_contact(&start, heading.cos, heading.sin, link, obstacles, (pair.obstacle, pair.feature));
             let same_side = at_start.direction.xy().dot(&at_end.direction.xy()) > SAME_SIDE;
             if at_end.is_redundant && at_start.is_redundant {
                 return (NO_CONTACT, Heading { cos: 1.0, sin: 0.0 }, 1.0);
@@ -164,5 +169,5 @@ impl<T: Real> StageKinematics<'_, T> {
 }
 
 /// A contact that never closes: an impulse there has no direction.
-const NO_CONTACT: LinkPegContact =
-    LinkPegContact { gap: f64::INFINITY, direction: Vector3::new(0.0, 0.0, 0.0), along: 0.0, is_redundant: true };
+const NO_CONTACT: LinkContact =
+    LinkContact { gap: f64::INFINITY, direction: Vector3::new(0.0, 0.0, 0.0), along: 0.0, is_redundant: true };

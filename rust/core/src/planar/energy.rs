@@ -12,7 +12,7 @@ pub fn work_of<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Energy
         let slip = link.heading.to_link(u.xy());
         work.friction += impulse.x * slip.x + impulse.y * slip.y;
     }
-    for (row, impulse) in stage.contact_friction.iter().zip(&solution.contact_friction) {
+    for (row, impulse) in stage.obstacle_friction.iter().zip(&solution.obstacle_friction) {
         work.friction += *impulse * dot(&row.direction, &twist[row.link]);
     }
     for (j, impulse) in actuator.iter().enumerate() {

@@ -8,7 +8,7 @@ use crate::math::{Laned, Real, laned, write_lane};
 use crate::rows::{InLane, Screw, read_rows, write_rows};
 use crate::stepping::StageStop;
 
-use super::{Heading, Stage, StageContactFriction, StageJoint, StageLink, StagePair, StageSolution};
+use super::{Heading, Stage, StageJoint, StageLink, StageObstacleFriction, StagePair, StageSolution};
 
 laned! {
     Heading { cos, sin };
@@ -35,9 +35,9 @@ impl<T: Real> Stage<T> {
         one.contacts.clear();
         one.contacts
             .extend(self.contacts.iter().filter(|contact| contact.is_in(lane)).map(|contact| contact.lane(lane)));
-        one.contact_friction.clear();
-        let rows = self.contact_friction.iter().filter(|row| row.is_in(lane));
-        one.contact_friction.extend(rows.map(|row| StageContactFriction {
+        one.obstacle_friction.clear();
+        let rows = self.obstacle_friction.iter().filter(|row| row.is_in(lane));
+        one.obstacle_friction.extend(rows.map(|row| StageObstacleFriction {
             contact: self.contacts[..row.contact].iter().filter(|contact| contact.is_in(lane)).count(),
             link: row.link,
             direction: row.direction.lane(lane),
@@ -52,7 +52,7 @@ impl<T: Real> Stage<T> {
     }
 }
 
-impl<T: Real> InLane for StageContactFriction<T> {
+impl<T: Real> InLane for StageObstacleFriction<T> {
     fn is_in(&self, lane: usize) -> bool {
         self.direction.lane(lane) != Screw::zero()
     }
@@ -68,7 +68,7 @@ impl<T: Real> StageSolution<T> {
         one.actuator.clear();
         one.actuator.extend(self.actuator.iter().map(|impulse| Real::lane(*impulse, lane)));
         read_rows(&self.contact, &stage.contacts, lane, &mut one.contact);
-        read_rows(&self.contact_friction, &stage.contact_friction, lane, &mut one.contact_friction);
+        read_rows(&self.obstacle_friction, &stage.obstacle_friction, lane, &mut one.obstacle_friction);
         read_rows(&self.pair, &stage.pairs, lane, &mut one.pair);
         one.stop.clear();
         let stops = StageStop::in_lane(&stage.stops, lane);
@@ -81,7 +81,7 @@ impl<T: Real> StageSolution<T> {
         write_lane::<T, _>(&mut self.friction, lane, &one.friction);
         write_lane::<T, _>(&mut self.actuator, lane, &one.actuator);
         write_rows(&mut self.contact, &stage.contacts, lane, &one.contact);
-        write_rows(&mut self.contact_friction, &stage.contact_friction, lane, &one.contact_friction);
+        write_rows(&mut self.obstacle_friction, &stage.obstacle_friction, lane, &one.obstacle_friction);
         let written = write_rows(&mut self.pair, &stage.pairs, lane, &one.pair);
         for ((joint, side), one) in StageStop::in_lane(&stage.stops, lane).zip(&one.pair[written..]) {
             Real::set_lane(&mut self.stop[joint][side], lane, *one);

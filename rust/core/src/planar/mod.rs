@@ -11,7 +11,6 @@
 
 mod certificate;
 mod contact_detection;
-mod contact_friction;
 mod contacts;
 mod energy;
 mod heading;
@@ -22,6 +21,7 @@ mod lane_fallback;
 mod lanes;
 mod link_pairs;
 mod model;
+mod obstacle_friction;
 mod penetration;
 mod self_contact;
 mod solver;
@@ -40,7 +40,7 @@ pub use kinematics::{assemble_chain, close_joints, joint_gap, largest_joint_gap,
 pub use lane_fallback::observe_hard_stages;
 pub use model::{Body, Fleet, Planar, Scripted};
 pub use solver::{Descent, Fallback, InteriorPoint, Newton};
-pub use stage::{Stage, StageContact, StageContactFriction, StageJoint, StageLink, StagePair, StageSolution};
+pub use stage::{Stage, StageContact, StageJoint, StageLink, StageObstacleFriction, StagePair, StageSolution};
 pub use state::{PlanarState, Pose, Twist, is_plausible};
 pub use system::PlanarSystem;
 pub use warm_start::WarmStart;

@@ -2,7 +2,7 @@
 
 use crate::gait::{JointTarget, Reference};
 use crate::math::Real;
-use crate::pegs::PegGrid;
+use crate::obstacles::ObstacleGrid;
 use crate::robot::Robot;
 use crate::stepping::kernels::compile_kernels;
 use crate::stepping::start::is_following;
@@ -15,7 +15,7 @@ use super::{PlanarState, PlanarSystem, Pose, WarmStart, assemble_chain};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Planar;
 
-/// One planar robot among its pegs.
+/// One planar robot among its obstacles.
 pub type Body = stepping::Body<Planar>;
 
 /// Planar robots that are advanced together.
@@ -48,9 +48,9 @@ impl Model for Planar {
 compile_kernels!(Planar);
 
 impl<R: Reference<JointTarget>> Scripted<R> {
-    /// A robot at rest among `pegs`: `start` is CG and absolute angle of link 1, `joint_angle` its posture.
-    pub fn new(robot: &Robot, pegs: PegGrid, start: [f64; 3], joint_angle: &[f64], reference: R) -> Self {
-        let mut body = Body::new(robot, pegs);
+    /// A robot at rest among `obstacles`: `start` is CG and absolute angle of link 1, `joint_angle` its posture.
+    pub fn new(robot: &Robot, obstacles: ObstacleGrid, start: [f64; 3], joint_angle: &[f64], reference: R) -> Self {
+        let mut body = Body::new(robot, obstacles);
         assemble_chain(robot, Pose::from(start), joint_angle, &mut body.state.pose);
         body.clear_memory();
         Self { body, reference }

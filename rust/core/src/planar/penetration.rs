@@ -1,4 +1,4 @@
-//! How deep the end of a step takes links into pegs and into each other.
+//! How deep the end of a step takes links into obstacles and into each other.
 //!
 //! Gaps enter a stage by their linearisation, so that links which turn fast end it inside what they touch. Their true
 //! gaps decide whether a step is taken: one that leaves more than [`ALLOWED`] is divided. A link that moves farther
@@ -6,7 +6,7 @@
 
 use crate::contact::{NearPair, link_obstacle_contact};
 use crate::math::{Laned, Real};
-use crate::pegs::PegGrid;
+use crate::obstacles::ObstacleGrid;
 use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::penetration::{ALLOWED, Sinking};
 use crate::stepping::{Driven, Members};
@@ -26,12 +26,12 @@ impl<T: Real> Workspace<T> {
     fn sinking_of(&self, lane: usize, system: &PlanarSystem, body: &mut Body) -> Sinking {
         let mut sinking = if self.may_have_crossed(lane, system, body) { Sinking::TooDeep } else { Sinking::No };
         if self.near_pegs[lane] {
-            let (near, pegs) = (&mut body.warm_start.near, &body.pegs);
+            let (near, obstacles) = (&mut body.warm_start.near, &body.obstacles);
             let (error, displacement) =
                 (self.result.misprediction.lane(lane), self.motion.bound.displacement.lane(lane));
-            near.measure_ends(displacement, error, |pair| self.end_gap(lane, pair, system, pegs));
+            near.measure_ends(displacement, error, |pair| self.end_gap(lane, pair, system, obstacles));
             for (pair, end) in near.ends().filter(|(_, end)| *end < -ALLOWED) {
-                sinking = sinking.max(Sinking::of(self.start_gap(lane, pair, system, pegs), end));
+                sinking = sinking.max(Sinking::of(self.start_gap(lane, pair, system, obstacles), end));
             }
         }
         self.visit_self_overlaps(&system.robot.links, lane, ALLOWED, |start, end| {
@@ -41,11 +41,11 @@ impl<T: Real> Workspace<T> {
     }
 
     /// Gap of a pair at the start of the step \[m\].
-    fn start_gap(&self, lane: usize, pair: &NearPair, system: &PlanarSystem, pegs: &PegGrid) -> f64 {
+    fn start_gap(&self, lane: usize, pair: &NearPair, system: &PlanarSystem, obstacles: &ObstacleGrid) -> f64 {
         let start = self.motion.start_pose[pair.link].lane(lane);
         let Heading { cos, sin } = Heading::of(start.z);
         let link = &system.robot.links[pair.link];
-        link_obstacle_contact(&start, cos, sin, link, pegs, (pair.peg, pair.place)).gap
+        link_obstacle_contact(&start, cos, sin, link, obstacles, (pair.obstacle, pair.feature)).gap
     }
 
     /// Whether a link moved so far that it could be on the other side of what it was near.

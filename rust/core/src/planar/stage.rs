@@ -9,7 +9,7 @@
 //! torque taken at the end of the stage, and the optimality condition of a strongly convex problem:
 //! u minimises `|u - u_ref|_M^2 / 2 + sum support_{C_T}(-gamma_T) + sum psi(gamma_tau)` subject to the
 //! joints and to `W_H^T u + offset >= 0`. So u exists and is unique without friction at
-//! obstacles ([`StageContactFriction`]); the impulses need not be.
+//! obstacles ([`StageObstacleFriction`]); the impulses need not be.
 //! Implicit Euler is one stage with coefficient h; higher order composes several.
 
 use nalgebra::{Vector2, Vector3};
@@ -66,7 +66,7 @@ pub type StagePair<T = f64> = PairRow<Vector3<T>, T>;
 /// solved as one for held bounds, again and again until the bounds are those of its own solution, or by the fallback.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "T: Saved", deny_unknown_fields)]
-pub struct StageContactFriction<T = f64> {
+pub struct StageObstacleFriction<T = f64> {
     /// Index of the contact.
     pub contact: usize,
     pub link: usize,
@@ -91,7 +91,7 @@ pub struct Stage<T = f64> {
     /// Sorted by link.
     pub contacts: Vec<StageContact<T>>,
     /// Of those contacts that have it, in their order.
-    pub contact_friction: Vec<StageContactFriction<T>>,
+    pub obstacle_friction: Vec<StageObstacleFriction<T>>,
     /// Contacts of the robot with itself.
     pub pairs: Vec<StagePair<T>>,
 }
@@ -104,7 +104,7 @@ impl<T: Real> Stage<T> {
             joints: Vec::with_capacity(links - 1),
             stops: Vec::with_capacity(links - 1),
             contacts: Vec::with_capacity(PAIRS_PER_LINK * links),
-            contact_friction: Vec::with_capacity(PAIRS_PER_LINK * links),
+            obstacle_friction: Vec::with_capacity(PAIRS_PER_LINK * links),
             pairs: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
         }
     }
@@ -162,8 +162,8 @@ pub struct StageSolution<T = f64> {
     pub stop: Vec<[T; 2]>,
     /// P_H of each entry of [`Stage::contacts`] \[N s\].
     pub contact: Vec<T>,
-    /// Impulse of each entry of [`Stage::contact_friction`] \[N s\].
-    pub contact_friction: Vec<T>,
+    /// Impulse of each entry of [`Stage::obstacle_friction`] \[N s\].
+    pub obstacle_friction: Vec<T>,
     /// Impulse of each entry of [`Stage::pairs`] \[N s\].
     pub pair: Vec<T>,
 }
@@ -176,7 +176,7 @@ impl<T: Real> StageSolution<T> {
             actuator: vec![T::zero(); links - 1],
             stop: Vec::with_capacity(links - 1),
             contact: Vec::with_capacity(PAIRS_PER_LINK * links),
-            contact_friction: Vec::with_capacity(PAIRS_PER_LINK * links),
+            obstacle_friction: Vec::with_capacity(PAIRS_PER_LINK * links),
             pair: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
         }
     }

@@ -1,7 +1,8 @@
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::contact::{ContactMemory, LINK_CONTACTS_PER_LINK, LINK_PAIR_CONTACTS, NearPegs};
+use crate::contact::{ContactMemory, LINK_CONTACTS_PER_LINK, LINK_PAIR_CONTACTS, NearObstacles};
+use crate::obstacles::ObstacleGrid;
 use crate::stepping;
 
 /// What a stage passes to the next one: forces as an initial guess, and which contacts were closed.
@@ -11,7 +12,7 @@ pub struct WarmStart {
     pub friction: Vec<Vector2<f64>>,
     /// tau_C of each joint at the end of the last step, thesis sign (T 3.51) \[N m\].
     pub joint_torque: Vec<f64>,
-    pub near: NearPegs,
+    pub near: NearObstacles,
     /// Contacts of the robot with itself.
     pub self_contacts: ContactMemory,
     /// Twists of the links with which a postponed stage is solved again; empty where none is.
@@ -30,7 +31,7 @@ impl stepping::WarmStart for WarmStart {
         Self {
             friction: vec![Vector2::zeros(); links],
             joint_torque: vec![0.0; links - 1],
-            near: NearPegs::with_capacity(links),
+            near: NearObstacles::with_capacity(links),
             self_contacts: ContactMemory::with_capacity(LINK_CONTACTS_PER_LINK * links),
             guess: Vec::with_capacity(links),
             joint_stops: Vec::with_capacity(links - 1),
@@ -53,15 +54,22 @@ impl stepping::WarmStart for WarmStart {
     }
 
     fn resume(&mut self, saved: &Self) {
-        self.clone_from(saved);
+        let Self { friction, joint_torque, near, self_contacts, guess, joint_stops, backlash } = saved;
+        self.friction.clone_from(friction);
+        self.joint_torque.clone_from(joint_torque);
+        self.near.copy_from(near);
+        self.self_contacts.copy_from(self_contacts);
+        self.guess.clone_from(guess);
+        self.joint_stops.clone_from(joint_stops);
+        self.backlash.clone_from(backlash);
     }
 
-    fn fits(saved: &Self, links: usize, pegs: usize) -> bool {
+    fn fits(saved: &Self, links: usize, obstacles: &ObstacleGrid) -> bool {
         saved.friction.len() == links
             && saved.joint_torque.len() == links - 1
             && [0, links - 1].contains(&saved.joint_stops.len())
             && saved.backlash.len() == links - 1
-            && saved.near.fits(links, pegs)
-            && saved.self_contacts.fits(links, pegs, LINK_PAIR_CONTACTS)
+            && saved.near.fits(links, obstacles)
+            && saved.self_contacts.fits(links, obstacles.len(), LINK_PAIR_CONTACTS)
     }
 }

@@ -17,8 +17,7 @@ use crate::capabilities::{Feature, ModelName, require_supported};
 use crate::control::ControllerConfig;
 use crate::error::ConfigError;
 use crate::gait::Reference;
-use crate::obstacles::Peg;
-use crate::pegs::PegGrid;
+use crate::obstacles::{ObstacleGrid, Peg};
 use crate::robot::{Robot, RobotConfig};
 use crate::scene::{Scene, SceneConfig};
 use crate::stepping::{
@@ -55,9 +54,9 @@ pub struct Snapshot<M: Model> {
 }
 
 impl<M: Model> Snapshot<M> {
-    /// Whether this can be a state of a robot of `links` links among `pegs` pegs.
-    pub fn fits(&self, links: usize, pegs: usize) -> bool {
-        self.state.fits(links) && M::WarmStart::fits(&self.warm_start, links, pegs)
+    /// Whether this can be a state of a robot of `links` links among these obstacles.
+    pub fn fits(&self, links: usize, obstacles: &ObstacleGrid) -> bool {
+        self.state.fits(links) && M::WarmStart::fits(&self.warm_start, links, obstacles)
     }
 }
 
@@ -82,7 +81,7 @@ impl<M: SimulatedModel, S: Scheme<M>> Simulation<M, S> {
         }
         let scene = Scene::new(scene).map_err(|e| e.inside("scene"))?;
         integrator.validate().map_err(|e| e.inside("integrator"))?;
-        let body = Body::new(&robot, PegGrid::of(&scene.obstacles));
+        let body = Body::new(&robot, ObstacleGrid::of(&scene.obstacles));
         let system = M::system(robot, &scene, controller)?;
         let scheme = Box::new(integrator.scheme(&system));
         let mut simulation = Self { system, body, scheme };
@@ -112,7 +111,7 @@ impl<M: SimulatedModel, S: Scheme<M>> Simulation<M, S> {
     }
 
     pub fn pegs(&self) -> &[Peg] {
-        self.body.pegs.pegs()
+        self.body.obstacles.pegs()
     }
 
     pub fn state(&self) -> &M::State {
@@ -121,16 +120,16 @@ impl<M: SimulatedModel, S: Scheme<M>> Simulation<M, S> {
 
     /// Replaces all obstacles by pegs; the caller has validated them.
     pub fn set_scene_pegs(&mut self, pegs: &[Peg]) {
-        match Arc::get_mut(&mut self.body.pegs) {
+        match Arc::get_mut(&mut self.body.obstacles) {
             Some(own) => own.rebuild(pegs),
-            None => self.body.pegs = PegGrid::new(pegs).into(),
+            None => self.body.obstacles = ObstacleGrid::new(pegs).into(),
         }
         self.clear_memory();
     }
 
     /// Replaces all obstacles, which robots may share; the caller has validated them.
-    pub fn set_obstacles(&mut self, obstacles: Arc<PegGrid>) {
-        self.body.pegs = obstacles;
+    pub fn set_obstacles(&mut self, obstacles: Arc<ObstacleGrid>) {
+        self.body.obstacles = obstacles;
         self.clear_memory();
     }
 
@@ -171,9 +170,9 @@ impl<M: SimulatedModel, S: Scheme<M>> Simulation<M, S> {
     }
 
     /// Place in the scene of each obstacle, by its number.
-    pub fn places_of_obstacles(&self) -> Vec<usize> {
-        let obstacles = &self.body.pegs;
-        (0..obstacles.len()).map(|obstacle| obstacles.place_in_scene(obstacle)).collect()
+    pub fn indices_of_obstacles(&self) -> Vec<usize> {
+        let obstacles = &self.body.obstacles;
+        (0..obstacles.len()).map(|obstacle| obstacles.index_in_scene(obstacle)).collect()
     }
 
     /// What has been recorded since it was last cleared.

@@ -59,13 +59,13 @@ impl<S: Scheme<Planar>> Simulation<Planar, S> {
 
     /// Smallest gap of a link to an obstacle now \[m\]; infinite without obstacles nearby.
     pub fn min_gap(&self) -> f64 {
-        let Body { state, pegs, .. } = &self.body;
+        let Body { state, obstacles, .. } = &self.body;
         let mut smallest = f64::INFINITY;
         for (pose, link) in state.pose.iter().zip(&self.system.robot.links) {
-            pegs.near(pose.x, pose.y, link.reach()).for_each(|peg| {
-                smallest = smallest.min(gap(pose, link, &pegs.pegs()[peg]));
+            obstacles.near(pose.x, pose.y, link.reach()).for_each(|peg| {
+                smallest = smallest.min(gap(pose, link, &obstacles.pegs()[peg]));
             });
-            smallest = smallest.min(wall_gap(pose, link, pegs));
+            smallest = smallest.min(wall_gap(pose, link, obstacles));
         }
         smallest
     }

@@ -45,7 +45,7 @@ impl<S: Scheme<Spatial>> Simulation<Spatial, S> {
 
     /// Lifts or lowers the robot until it rests on the ground, or on the obstacles with a top face that are under it.
     pub fn rest_on_ground(&mut self) {
-        rest_on(&self.system.robot, &self.body.pegs, &mut self.body.state.pose);
+        rest_on(&self.system.robot, &self.body.obstacles, &mut self.body.state.pose);
         self.clear_memory();
     }
 
@@ -74,15 +74,15 @@ impl<S: Scheme<Spatial>> Simulation<Spatial, S> {
 
     /// Smallest gap of a link to the ground or an obstacle now \[m\].
     pub fn min_gap(&self) -> f64 {
-        let Body { state, pegs, .. } = &self.body;
+        let Body { state, obstacles, .. } = &self.body;
         let mut smallest = f64::INFINITY;
         for (pose, link) in state.pose.iter().zip(&self.system.robot.links) {
             for end in End::BOTH {
                 smallest = smallest.min(ground_gap(link, pose, end));
             }
             let frame = Frame::of(pose);
-            pegs.visit_obstacles(&pose.position.xy(), link.reach(), |obstacle| {
-                smallest = smallest.min(obstacle_gap(link, &frame, pegs, obstacle));
+            obstacles.visit_obstacles(&pose.position.xy(), link.reach(), |obstacle| {
+                smallest = smallest.min(obstacle_gap(link, &frame, obstacles, obstacle));
             });
         }
         smallest

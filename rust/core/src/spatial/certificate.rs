@@ -18,7 +18,7 @@ pub struct Certificate<T = f64> {
     pub balance: T,
     /// Worst velocity with which a joint opens or twists \[m/s\].
     pub joint: T,
-    /// Worst violation of Signorini's law, ground, pegs and links: |P - max(P - m gamma, 0)| / m \[m/s\].
+    /// Worst violation of Signorini's law, ground, obstacles and links: |P - max(P - m gamma, 0)| / m \[m/s\].
     pub normal: T,
     /// Worst violation of maximal dissipation, sliding and rolling: |P - prox_C(P - m gamma)| / m \[m/s\].
     pub friction: T,
@@ -44,12 +44,12 @@ pub fn certify<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Certif
     for i in 0..stage.links.len() {
         verify_ground(stage, solution, i, &mut certificate, &mut squared_friction);
     }
-    verify_peg_friction(stage, solution, &mut squared_friction);
+    verify_obstacle_friction(stage, solution, &mut squared_friction);
     certificate.friction = squared_friction.sqrt();
     let mass = |link: usize| stage.links[link].mass;
-    let pegs = judge::rows(&stage.pegs, &solution.peg, &solution.twist, mass);
+    let contacts = judge::rows(&stage.contacts, &solution.contact, &solution.twist, mass);
     let pairs = judge::rows(&stage.pairs, &solution.pair, &solution.twist, mass);
-    certificate.normal = worse(certificate.normal, worse(pegs.0, pairs.0));
+    certificate.normal = worse(certificate.normal, worse(contacts.0, pairs.0));
     for j in 0..stage.joints.len() {
         verify_joint(stage, solution, j, &mut certificate);
     }
@@ -91,14 +91,14 @@ fn verify_ground<T: Real>(
 
 /// Coulomb's law at obstacles with the present normal impulses.
 #[inline(always)]
-fn verify_peg_friction<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, squared_friction: &mut T) {
-    for (k, rough) in stage.peg_friction.iter().enumerate() {
-        let link = stage.pegs[k].link;
-        let [along, across] = &rough.tangents;
+fn verify_obstacle_friction<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, squared_friction: &mut T) {
+    for (k, row) in stage.obstacle_friction.iter().enumerate() {
+        let link = stage.contacts[k].link;
+        let [along, across] = &row.tangents;
         let slip = Vector2::new(power(along, &solution.twist[link]), power(across, &solution.twist[link]));
-        let radius = rough.coefficient * solution.peg[k];
+        let radius = row.coefficient * solution.contact[k];
         let mass = stage.links[link].mass;
-        let violation = judge::disc(radius, &slip, &solution.peg_friction[k], mass).squared / (mass * mass);
+        let violation = judge::disc(radius, &slip, &solution.obstacle_friction[k], mass).squared / (mass * mass);
         *squared_friction = worse(*squared_friction, violation);
     }
 }
@@ -189,15 +189,15 @@ fn missing<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: usize) -> 
     }
     let rolling = &solution.rolling[i];
     moment = minus(&moment, &Vector3::new(link.radius * rolling.y, -(link.radius * rolling.x), T::zero()));
-    for (peg, &impulse) in stage.pegs.iter().zip(&solution.peg) {
-        if peg.link == i {
-            force = minus(&force, &times(&peg.direction.linear, impulse));
-            moment = minus(&moment, &times(&peg.direction.angular, impulse));
+    for (contact, &impulse) in stage.contacts.iter().zip(&solution.contact) {
+        if contact.link == i {
+            force = minus(&force, &times(&contact.direction.linear, impulse));
+            moment = minus(&moment, &times(&contact.direction.angular, impulse));
         }
     }
-    for (k, rough) in stage.peg_friction.iter().enumerate().filter(|(k, _)| stage.pegs[*k].link == i) {
-        let impulse = &solution.peg_friction[k];
-        for (tangent, part) in rough.tangents.iter().zip([impulse.x, impulse.y]) {
+    for (k, row) in stage.obstacle_friction.iter().enumerate().filter(|(k, _)| stage.contacts[*k].link == i) {
+        let impulse = &solution.obstacle_friction[k];
+        for (tangent, part) in row.tangents.iter().zip([impulse.x, impulse.y]) {
             force = minus(&force, &times(&tangent.linear, part));
             moment = minus(&moment, &times(&tangent.angular, part));
         }

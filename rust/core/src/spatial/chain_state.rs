@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::contact::{CAPSULE_CONTACTS, ContactMemory};
 use crate::gait::CardanTarget;
 use crate::math::{Real, read_lane, write_lane};
+use crate::obstacles::ObstacleGrid;
 use crate::robot::Robot;
 use crate::spatial::{
     ChainVelocity, Configuration, Frame, Momentum, Pose, SpatialState, StackedTwist, Twist, inertia, joint_angle,
@@ -211,11 +212,11 @@ impl WarmStart for ChainState {
         self.backlash.copy_from_slice(&saved.backlash);
     }
 
-    fn fits(saved: &SavedForces, links: usize, pegs: usize) -> bool {
+    fn fits(saved: &SavedForces, links: usize, obstacles: &ObstacleGrid) -> bool {
         saved.forces.fits(links)
             && saved.stands.len() == links
             && [0, 2 * (links - 1)].contains(&saved.joint_stops.len())
             && saved.backlash.len() == 2 * (links - 1)
-            && saved.contacts.fits(links, pegs, CAPSULE_CONTACTS)
+            && saved.contacts.fits(links, obstacles.len(), CAPSULE_CONTACTS)
     }
 }

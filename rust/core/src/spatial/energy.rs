@@ -15,9 +15,9 @@ pub fn work_of<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Energy
         let rolling = &solution.rolling[i];
         total.friction += link.radius * (rolling.y * x.angular.x - rolling.x * x.angular.y);
     }
-    for ((rough, p), peg) in stage.peg_friction.iter().zip(&solution.peg_friction).zip(&stage.pegs) {
-        let [along, across] = &rough.tangents;
-        let x = &solution.twist[peg.link];
+    for ((row, p), contact) in stage.obstacle_friction.iter().zip(&solution.obstacle_friction).zip(&stage.contacts) {
+        let [along, across] = &row.tangents;
+        let x = &solution.twist[contact.link];
         total.friction += p.x * along.dot(x) + p.y * across.dot(x);
     }
     for (rate, drive) in solution.rate.iter().zip(&solution.actuator) {

@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use crate::math::Real;
-use crate::stepping::{FallbackResult, NEARBY, may_fall_back};
+use crate::stepping::{FallbackResult, NEARBY, may_fall_back, solves_within};
 
 use super::{Fallback, SpatialVector, Stage, StageSolution, certify};
 
@@ -45,7 +45,8 @@ impl LaneFallback {
         }
         OBSERVER.get().inspect(|observe| observe(&self.stage));
         solution.copy_lane(stage, lane, &mut self.solution);
-        let (solves, status) = self.fallback.solve_hard(&self.stage, &mut self.solution, tolerance);
+        let (solves, status) =
+            self.fallback.solve_hard(&self.stage, &mut self.solution, tolerance, solves_within(solves_left, pairs));
         solution.set_lane(stage, lane, &self.solution);
         let residual = certify(&self.stage, &self.solution).residual();
         Some(FallbackResult { solves, pairs, status, residual, gap: 0.0 })

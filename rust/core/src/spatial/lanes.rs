@@ -5,7 +5,7 @@ use crate::rows::{InLane, read_rows, write_rows};
 use crate::stepping::StageStop;
 
 use super::{
-    ChainVelocity, Configuration, Frame, SpatialVector, Stage, StageDrive, StageLink, StagePair, StagePegFriction,
+    ChainVelocity, Configuration, Frame, SpatialVector, Stage, StageDrive, StageLink, StageObstacleFriction, StagePair,
     StageSolution, Wrench,
 };
 
@@ -18,18 +18,18 @@ laned! {
     };
 }
 
-impl<T: Real> StagePegFriction<T> {
+impl<T: Real> StageObstacleFriction<T> {
     /// Friction that no lane has.
     pub fn empty() -> Self {
         Self { tangents: [Wrench::zero(); 2], coefficient: T::zero() }
     }
 
-    pub fn lane(&self, lane: usize) -> StagePegFriction {
+    pub fn lane(&self, lane: usize) -> StageObstacleFriction {
         let tangents = Laned::<T>::lane(&self.tangents, lane);
-        StagePegFriction { tangents, coefficient: Real::lane(self.coefficient, lane) }
+        StageObstacleFriction { tangents, coefficient: Real::lane(self.coefficient, lane) }
     }
 
-    pub fn set_lane(&mut self, lane: usize, one: &StagePegFriction) {
+    pub fn set_lane(&mut self, lane: usize, one: &StageObstacleFriction) {
         Laned::<T>::set_lane(&mut self.tangents, lane, &one.tangents);
         Real::set_lane(&mut self.coefficient, lane, one.coefficient);
     }
@@ -71,15 +71,16 @@ impl<T: Real> Stage<T> {
         to.links.extend(self.links.iter().map(|link| link.lane(lane)));
         to.joints.clear();
         to.joints.extend(self.joints.iter().map(|joint| Laned::<T>::lane(joint, lane)));
-        to.peg_friction.clear();
-        let rows = self.peg_friction.iter().zip(&self.pegs).filter(|(_, peg)| peg.is_in(lane));
-        to.peg_friction.extend(rows.map(|(row, _)| row.lane(lane)));
+        to.obstacle_friction.clear();
+        let rows = self.obstacle_friction.iter().zip(&self.contacts).filter(|(_, contact)| contact.is_in(lane));
+        to.obstacle_friction.extend(rows.map(|(row, _)| row.lane(lane)));
         // Rows that only other lanes need are none.
-        if to.peg_friction.iter().all(|row| row.coefficient == 0.0) {
-            to.peg_friction.clear();
+        if to.obstacle_friction.iter().all(|row| row.coefficient == 0.0) {
+            to.obstacle_friction.clear();
         }
-        to.pegs.clear();
-        to.pegs.extend(self.pegs.iter().filter(|peg| peg.is_in(lane)).map(|peg| peg.lane(lane)));
+        to.contacts.clear();
+        to.contacts
+            .extend(self.contacts.iter().filter(|contact| contact.is_in(lane)).map(|contact| contact.lane(lane)));
         to.pairs.clear();
         to.pairs.extend(self.pairs.iter().filter(|pair| pair.is_in(lane)).map(|pair| pair.lane(lane)));
         to.stops.clear();
@@ -103,8 +104,8 @@ impl<T: Real> StageSolution<T> {
         read_lane::<T, _>(&self.friction, lane, &mut to.friction);
         read_lane::<T, _>(&self.rolling, lane, &mut to.rolling);
         read_lane::<T, _>(&self.actuator, lane, &mut to.actuator);
-        read_rows(&self.peg_friction, &stage.pegs, lane, &mut to.peg_friction);
-        read_rows(&self.peg, &stage.pegs, lane, &mut to.peg);
+        read_rows(&self.obstacle_friction, &stage.contacts, lane, &mut to.obstacle_friction);
+        read_rows(&self.contact, &stage.contacts, lane, &mut to.contact);
         read_rows(&self.pair, &stage.pairs, lane, &mut to.pair);
         to.stop.clear();
         let stops = StageStop::in_lane(&stage.stops, lane);
@@ -119,8 +120,8 @@ impl<T: Real> StageSolution<T> {
         write_lane::<T, _>(&mut self.friction, lane, &from.friction);
         write_lane::<T, _>(&mut self.rolling, lane, &from.rolling);
         write_lane::<T, _>(&mut self.actuator, lane, &from.actuator);
-        write_rows(&mut self.peg_friction, &stage.pegs, lane, &from.peg_friction);
-        write_rows(&mut self.peg, &stage.pegs, lane, &from.peg);
+        write_rows(&mut self.obstacle_friction, &stage.contacts, lane, &from.obstacle_friction);
+        write_rows(&mut self.contact, &stage.contacts, lane, &from.contact);
         let written = write_rows(&mut self.pair, &stage.pairs, lane, &from.pair);
         let stops = StageStop::in_lane(&stage.stops, lane);
         for ((axis, side), impulse) in stops.zip(&from.pair[written..]) {

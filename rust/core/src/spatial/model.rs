@@ -4,7 +4,7 @@ use nalgebra::Vector2;
 
 use crate::gait::{CardanTarget, Reference};
 use crate::math::Real;
-use crate::pegs::PegGrid;
+use crate::obstacles::ObstacleGrid;
 use crate::robot::Robot;
 use crate::stepping::kernels::compile_kernels;
 use crate::stepping::{self, Accuracy, Model};
@@ -16,7 +16,7 @@ use super::{ChainState, Pose, SpatialState, SpatialSystem, assemble_chain, rest_
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spatial;
 
-/// One spatial robot among its pegs.
+/// One spatial robot among its obstacles.
 pub type SpatialBody = stepping::Body<Spatial>;
 
 /// Spatial robots that are advanced together.
@@ -58,12 +58,12 @@ impl Model for Spatial {
 compile_kernels!(Spatial);
 
 impl<R: Reference<CardanTarget>> SpatialScripted<R> {
-    /// A robot at rest on the ground among `pegs`, or on those that are under it: pose of link 1, which is lifted or lowered, and (yaw, pitch) of all
+    /// A robot at rest on the ground among `obstacles`, or on those that are under it: pose of link 1, which is lifted or lowered, and (yaw, pitch) of all
     /// joints.
-    pub fn new(robot: &Robot, pegs: PegGrid, head: Pose, joint_angle: &[Vector2<f64>], reference: R) -> Self {
-        let mut body = SpatialBody::new(robot, pegs);
+    pub fn new(robot: &Robot, obstacles: ObstacleGrid, head: Pose, joint_angle: &[Vector2<f64>], reference: R) -> Self {
+        let mut body = SpatialBody::new(robot, obstacles);
         assemble_chain(robot, head, joint_angle, &mut body.state.pose);
-        rest_on(robot, &body.pegs, &mut body.state.pose);
+        rest_on(robot, &body.obstacles, &mut body.state.pose);
         body.clear_memory();
         Self { body, reference }
     }

@@ -5,21 +5,22 @@ use nalgebra::{Vector2, Vector3};
 use crate::contact::recovery::{DEEP, SAME_SIDE, offset};
 use crate::contact::{ContactId, ContactMemory, Source, touching_distance};
 use crate::math::{Laned, Real};
-use crate::obstacles::{ConvexPolygon, Solid, SolidContact};
-use crate::pegs::PegGrid;
+use crate::obstacles::{ConvexPolygon, ObstacleGrid, Solid, SolidContact};
 use crate::robot::Link;
 use crate::stepping::lanes::Lanes;
 use crate::stepping::{ContactImpulse, FoundRow, FoundRows};
 
 use super::workspace::{StageKinematics, Workspace};
-use super::{Frame, Stage, StagePeg, StagePegFriction, StageSolution, Wrench, centre_line, nearest_point, solid_line};
+use super::{
+    Frame, Stage, StageContact, StageObstacleFriction, StageSolution, Wrench, centre_line, nearest_point, solid_line,
+};
 
 /// The contacts of the current stage with obstacles, of all lanes.
 #[derive(Debug, Clone)]
 pub struct ObstacleContacts {
-    pub rows: FoundRows<StagePeg>,
+    pub rows: FoundRows<StageContact>,
     /// Those of them that have friction, by their index.
-    frictional: Vec<(usize, StagePegFriction)>,
+    frictional: Vec<(usize, StageObstacleFriction)>,
 }
 
 /// A link of a robot in a stage.
@@ -31,12 +32,12 @@ pub(super) struct LinkInStage<'a> {
     pub elapsed: f64,
 }
 
-/// One of the places that describe a link and an obstacle, which it is in the scene.
+/// One of the features that describe a link and an obstacle of the scene.
 #[derive(Clone, Copy)]
-struct Place<'a> {
-    obstacles: &'a PegGrid,
+struct Feature<'a> {
+    obstacles: &'a ObstacleGrid,
     obstacle: usize,
-    place: usize,
+    feature: usize,
 }
 
 /// Plane that separates a link from an obstacle: normal, point of the centre line, and gap.
@@ -45,7 +46,7 @@ pub(super) struct Plane {
     /// From the CG to the point.
     pub arm: Vector3<f64>,
     pub gap: f64,
-    /// Whether another place covers this one.
+    /// Whether another feature covers this one.
     pub is_redundant: bool,
 }
 
@@ -61,11 +62,11 @@ impl ObstacleContacts {
     }
 
     /// Finds the contacts of one link of a lane's robot; `known` are those of its last stage.
-    fn find(&mut self, lane: usize, index: usize, link: &LinkInStage, pegs: &PegGrid, known: &ContactMemory) {
-        link.visit(index, pegs, |(obstacle, feature), row, surface| {
-            let coefficient = pegs.friction(obstacle);
+    fn find(&mut self, lane: usize, index: usize, link: &LinkInStage, obstacles: &ObstacleGrid, known: &ContactMemory) {
+        link.visit(index, obstacles, |(obstacle, feature), row, surface| {
+            let coefficient = obstacles.friction(obstacle);
             if coefficient > 0.0 {
-                let friction = StagePegFriction::new(&row.direction.linear, &surface, coefficient);
+                let friction = StageObstacleFriction::new(&row.direction.linear, &surface, coefficient);
                 self.frictional.push((self.rows.all().len(), friction));
             }
             let id = ContactId { link: index, with: Source::Obstacle(obstacle), feature };
@@ -75,20 +76,20 @@ impl ObstacleContacts {
 
     /// Writes all contacts to the stage. Once one of them has friction, all have a row of it.
     pub fn lay_out<T: Real>(&mut self, stage: &mut Stage<T>, solution: &mut StageSolution<T>) {
-        self.rows.lay_out(stage.coefficient, &mut stage.pegs, &mut solution.peg);
-        stage.peg_friction.clear();
-        solution.peg_friction.clear();
+        self.rows.lay_out(stage.coefficient, &mut stage.contacts, &mut solution.contact);
+        stage.obstacle_friction.clear();
+        solution.obstacle_friction.clear();
         if self.frictional.is_empty() {
             return;
         }
-        stage.peg_friction.resize(stage.pegs.len(), StagePegFriction::empty());
-        solution.peg_friction.resize(stage.pegs.len(), Vector2::new(T::zero(), T::zero()));
+        stage.obstacle_friction.resize(stage.contacts.len(), StageObstacleFriction::empty());
+        solution.obstacle_friction.resize(stage.contacts.len(), Vector2::new(T::zero(), T::zero()));
         for (index, friction) in &self.frictional {
             let FoundRow { lane, slot, known, .. } = self.rows.all()[*index];
             let c = stage.coefficient.lane(lane);
             let impulse = Vector2::from(friction.tangents.map(|tangent| c * tangent.linear.dot(&known.friction)));
-            solution.peg_friction[slot].set_lane(lane, &impulse);
-            stage.peg_friction[slot].set_lane(lane, friction);
+            solution.obstacle_friction[slot].set_lane(lane, &impulse);
+            stage.obstacle_friction[slot].set_lane(lane, friction);
         }
     }
 
@@ -107,29 +108,29 @@ impl ObstacleContacts {
 
 /// Friction of a lane's contact as an impulse on the link, frame I \[N s\].
 pub fn friction_of<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, slot: usize, lane: usize) -> Vector3<f64> {
-    let Some(friction) = stage.peg_friction.get(slot) else { return Vector3::zeros() };
+    let Some(friction) = stage.obstacle_friction.get(slot) else { return Vector3::zeros() };
     let [along, across] = friction.tangents.map(|tangent| tangent.linear.lane(lane));
-    let impulse = solution.peg_friction[slot].lane(lane);
+    let impulse = solution.obstacle_friction[slot].lane(lane);
     along * impulse.x + across * impulse.y
 }
 
 impl<T: Real> Workspace<T> {
     /// Finds the contacts of a lane's robot with obstacles.
-    pub(super) fn find_obstacle_contacts(&mut self, lane: usize, links: &[Link], pegs: &PegGrid) {
+    pub(super) fn find_obstacle_contacts(&mut self, lane: usize, links: &[Link], obstacles: &ObstacleGrid) {
         let Self { contacts, known, motion, stage, .. } = self;
         let [coefficient, elapsed] = [stage.coefficient, motion.elapsed].map(|time| time.lane(lane));
         for (i, link) in links.iter().enumerate() {
             let [start, end] = [&motion.start_frames[i], &motion.frames[i]].map(|frame| frame.position.lane(lane));
-            if !pegs.is_clear(end.x, end.y, reach_between(link, &start, &end)) {
+            if !obstacles.is_clear(end.x, end.y, reach_between(link, &start, &end)) {
                 let link = LinkInStage { at: motion.of_link(links, i, lane), coefficient, elapsed };
-                contacts.find(lane, i, &link, pegs, &known[lane]);
+                contacts.find(lane, i, &link, obstacles, &known[lane]);
             }
         }
     }
 
     /// Whether some link of a lane's robot may touch an obstacle at the start of the step, at its predicted end, or between:
     /// one look for the whole robot. No link moves farther than the middle one and both its distances from it.
-    pub(super) fn may_reach(&self, lane: usize, obstacles: &PegGrid) -> bool {
+    pub(super) fn may_reach(&self, lane: usize, obstacles: &ObstacleGrid) -> bool {
         if obstacles.is_empty() {
             return false;
         }
@@ -138,7 +139,7 @@ impl<T: Real> Workspace<T> {
     }
 
     /// The same for obstacles with a top face.
-    pub(super) fn may_reach_tops(&self, lane: usize, obstacles: &PegGrid) -> bool {
+    pub(super) fn may_reach_tops(&self, lane: usize, obstacles: &ObstacleGrid) -> bool {
         let (middle, reach) = self.reach_of(lane);
         obstacles.may_have_top(&middle, reach)
     }
@@ -153,32 +154,38 @@ impl<T: Real> Workspace<T> {
 }
 
 impl LinkInStage<'_> {
-    /// Calls `add` with every obstacle and place that may matter, their contact, and its point of the link's surface, from
+    /// Calls `add` with every obstacle and feature that may matter, their contact, and its point of the link's surface, from
     /// the CG.
-    pub fn visit(&self, index: usize, pegs: &PegGrid, mut add: impl FnMut((usize, usize), StagePeg, Vector3<f64>)) {
+    pub fn visit(
+        &self,
+        index: usize,
+        obstacles: &ObstacleGrid,
+        mut add: impl FnMut((usize, usize), StageContact, Vector3<f64>),
+    ) {
         let reach = reach_between(self.at.link, &self.at.start.position, &self.at.end.position);
         let near = &self.at.end.position;
-        let mut look = |obstacle: usize, place: usize, planes: [Plane; 2], touching: f64| {
+        let mut look = |obstacle: usize, feature: usize, planes: [Plane; 2], touching: f64| {
             if let Some((row, surface)) = self.row(index, planes, touching) {
-                add((obstacle, place), row, surface);
+                add((obstacle, feature), row, surface);
             }
         };
-        pegs.visit_obstacles(&near.xy(), reach, |obstacle| {
-            if let Some(solid) = pegs.solid(obstacle) {
-                self.visit_solid(&solid, |place, planes| look(obstacle, place, planes, self.at.link.radius));
+        obstacles.visit_obstacles(&near.xy(), reach, |obstacle| {
+            if let Some(solid) = obstacles.solid(obstacle) {
+                self.visit_solid(&solid, |feature, planes| look(obstacle, feature, planes, self.at.link.radius));
                 return;
             }
-            let touching = touching_distance(self.at.link, pegs, obstacle);
-            let wall = obstacle.checked_sub(pegs.pegs().len()).map(|wall| &pegs.walls().walls()[wall].polygon);
-            for place in 0..wall.map_or(1, ConvexPolygon::places) {
+            let touching = touching_distance(self.at.link, obstacles, obstacle);
+            let wall =
+                obstacle.checked_sub(obstacles.pegs().len()).map(|wall| &obstacles.walls().walls()[wall].polygon);
+            for feature in 0..wall.map_or(1, ConvexPolygon::features) {
                 let planes = [&self.at.start, &self.at.end]
-                    .map(|frame| self.plane(frame, Place { obstacles: pegs, obstacle, place }));
-                look(obstacle, place, planes, touching);
+                    .map(|frame| self.plane(frame, Feature { obstacles, obstacle, feature }));
+                look(obstacle, feature, planes, touching);
             }
         });
     }
 
-    /// Calls `look` with every place at an obstacle of finite height, and the planes at the start and the end there.
+    /// Calls `look` with every feature of an obstacle of finite height, and the planes at the start and the end there.
     fn visit_solid(&self, solid: &Solid, mut look: impl FnMut(usize, [Plane; 2])) {
         let line = |frame: &Frame| solid_line(self.at.link, frame);
         // Far above: not worth a look.
@@ -186,15 +193,15 @@ impl LinkInStage<'_> {
         if lowest(&self.at.start).min(lowest(&self.at.end)) > solid.height + MARGIN {
             return;
         }
-        solid.visit_contacts(&line(&self.at.end), |place, at_end| {
-            let at_start = solid.contact_at(&line(&self.at.start), place);
-            look(place, [self.solid_plane(&self.at.start, &at_start), self.solid_plane(&self.at.end, &at_end)]);
+        solid.visit_contacts(&line(&self.at.end), |feature, at_end| {
+            let at_start = solid.contact_at(&line(&self.at.start), feature);
+            look(feature, [self.solid_plane(&self.at.start, &at_start), self.solid_plane(&self.at.end, &at_end)]);
         });
     }
 
     fn solid_plane(&self, frame: &Frame, contact: &SolidContact) -> Plane {
-        let SolidContact { distance, normal, place, is_redundant } = *contact;
-        let arm = frame.axes[2] * (place * self.at.link.contact_half_length);
+        let SolidContact { distance, normal, along, is_redundant } = *contact;
+        let arm = frame.axes[2] * (along * self.at.link.contact_half_length);
         Plane { normal, arm, gap: distance - self.at.link.radius, is_redundant }
     }
 
@@ -203,13 +210,13 @@ impl LinkInStage<'_> {
     ///
     /// The end-of-stage gap is linearised at the predicted end configuration, so that a sustained contact is exact to
     /// second order. Where the prediction runs deep into a peg, or past it, the side is uncertain, and the gap is
-    /// linearised at the start of the step. `None` where another place covers this one, and beyond the margin.
+    /// linearised at the start of the step. `None` where another feature covers this one, and beyond the margin.
     pub fn row(
         &self,
         link: usize,
         [at_start, mut plane]: [Plane; 2],
         touching: f64,
-    ) -> Option<(StagePeg, Vector3<f64>)> {
+    ) -> Option<(StageContact, Vector3<f64>)> {
         let (c, displacement) = (self.coefficient, (self.at.end.position - self.at.start.position).norm());
         let mut travelled = c * plane.normal.dot(&self.at.expected.velocity_at(&plane.arm));
         let depth = if at_start.is_redundant { 0.0 } else { (-at_start.gap).max(0.0) };
@@ -225,7 +232,7 @@ impl LinkInStage<'_> {
             plane = at_start;
             travelled = -plane.normal.dot(&moved);
         }
-        let row = StagePeg {
+        let row = StageContact {
             link,
             direction: Wrench { linear: plane.normal, angular: plane.arm.cross(&plane.normal) },
             offset: offset(plane.gap, travelled, depth, c, self.elapsed),
@@ -235,14 +242,14 @@ impl LinkInStage<'_> {
         ((row.offset + closing) * c < MARGIN).then(|| (row, plane.arm - plane.normal * self.at.link.radius))
     }
 
-    fn plane(&self, frame: &Frame, Place { obstacles, obstacle, place }: Place) -> Plane {
+    fn plane(&self, frame: &Frame, Feature { obstacles, obstacle, feature }: Feature) -> Plane {
         let pegs = obstacles.pegs();
         let Some(peg) = pegs.get(obstacle) else {
             let line = centre_line(self.at.link, &frame.position, &frame.axes[2]);
-            let at = obstacles.walls().walls()[obstacle - pegs.len()].polygon.separation(&line, place);
+            let at = obstacles.walls().walls()[obstacle - pegs.len()].polygon.separation(&line, feature);
             return Plane {
                 normal: at.normal.push(0.0),
-                arm: frame.axes[2] * (at.place * self.at.link.contact_half_length),
+                arm: frame.axes[2] * (at.along * self.at.link.contact_half_length),
                 gap: at.distance - self.at.link.radius,
                 is_redundant: at.is_redundant,
             };

@@ -6,7 +6,7 @@
 use nalgebra::Vector3;
 
 use crate::math::{Laned, Real};
-use crate::pegs::PegGrid;
+use crate::obstacles::ObstacleGrid;
 use crate::robot::Link;
 use crate::stepping::penetration::{ALLOWED, Sinking};
 
@@ -15,7 +15,7 @@ use super::{Frame, obstacle_gap};
 
 impl<T: Real> Workspace<T> {
     /// What the step does to the penetrations of a lane's robot into obstacles.
-    pub(super) fn sinking_into_obstacles(&self, lane: usize, links: &[Link], obstacles: &PegGrid) -> Sinking {
+    pub(super) fn sinking_into_obstacles(&self, lane: usize, links: &[Link], obstacles: &ObstacleGrid) -> Sinking {
         let mut sinking = Sinking::No;
         if self.may_reach(lane, obstacles) {
             for (i, link) in links.iter().enumerate() {
@@ -32,7 +32,7 @@ impl<T: Real> Workspace<T> {
 /// Of a link with these positions at the start and at the end of the step; `frame` returns it there, and is called only
 /// where an obstacle is near.
 fn sinking_into(
-    obstacles: &PegGrid,
+    obstacles: &ObstacleGrid,
     link: &Link,
     [start, end]: [Vector3<f64>; 2],
     frame: impl Fn(usize) -> Frame,

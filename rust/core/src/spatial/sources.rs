@@ -15,7 +15,7 @@ impl<T: Real> Workspace<T> {
         self.supports.retain(|support| !pending[support.lane]);
         let links = &members.system.robot.links;
         for lane in active(pending) {
-            let obstacles = &members.body(lane).pegs;
+            let obstacles = &members.body(lane).obstacles;
             if self.may_reach(lane, obstacles) {
                 self.find_obstacle_contacts(lane, links, obstacles);
                 if self.may_reach_tops(lane, obstacles) {
@@ -32,7 +32,7 @@ impl<T: Real> Workspace<T> {
     pub(super) fn measure_sinking<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>, lanes: Lanes) {
         let links = &members.system.robot.links;
         for lane in active(lanes) {
-            let mut sinking = self.sinking_into_obstacles(lane, links, &members.body(lane).pegs);
+            let mut sinking = self.sinking_into_obstacles(lane, links, &members.body(lane).obstacles);
             if self.self_contacts.may_overlap(lane, self.result.deviation.lane(lane)) {
                 let (start, end) = (&self.motion.start_frames, &self.motion.frames);
                 sinking = sinking.max(self.self_contacts.sinking(links, start, end, lane));

@@ -3,7 +3,7 @@
 //! The unknowns of a stage are the twists x = (v, omega) of all links, frame I, and the joint rates, with
 //!
 //! `M x - p = W_N P_N + W_T P_T + W_V P_V + W_H P_H + W_J P_J + W_tau D`, `W_J^T x = 0` (T 4.69), (T 4.112 != D41),
-//! `0 <= P_N  _|_  W_N^T x + offset >= 0` (T 4.78), the same for pegs (T 4.79) and between links of one robot,
+//! `0 <= P_N  _|_  W_N^T x + offset >= 0` (T 4.78), the same for obstacles (T 4.79) and between links of one robot,
 //! `-W_T^T x in N_{C_T}(P_T)` with the ellipse of semi-axes mu P_N (T 4.82)-(T 4.84),
 //! `-W_V^T x in N_{C_V}(P_V)` with the disc of radius mu_V P_N (T 4.86)-(T 4.87),
 //! `D = clamp(b - k phi')` (T 4.101)-(T 4.102).
@@ -69,22 +69,22 @@ pub struct StageDrive<T = f64> {
 }
 
 /// Contact of a link with an obstacle, w_H with its angular part in frame I.
-pub type StagePeg<T = f64> = ContactRow<Wrench<T>, T>;
+pub type StageContact<T = f64> = ContactRow<Wrench<T>, T>;
 
 /// Contact between two links of the robot, w of both with their angular parts in frame I.
 pub type StagePair<T = f64> = PairRow<Wrench<T>, T>;
 
-/// Friction of a link-peg contact in a stage. A lane without it has tangents 0 and coefficient 0.
+/// Friction of a contact of a link with an obstacle in a stage. A lane without it has tangents 0 and coefficient 0.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "T: Saved", deny_unknown_fields)]
-pub struct StagePegFriction<T = f64> {
+pub struct StageObstacleFriction<T = f64> {
     /// Along two directions across the normal, at the surface of the link, with their angular parts in frame I.
     pub tangents: [Wrench<T>; 2],
     /// Coulomb coefficient: the radius of the disc of friction over the normal impulse \[-\].
     pub coefficient: T,
 }
 
-impl StagePegFriction {
+impl StageObstacleFriction {
     /// At a point of the surface, `arm` from the CG, with the unit normal `normal`.
     pub fn new(normal: &Vector3<f64>, arm: &Vector3<f64>, coefficient: f64) -> Self {
         let flat = if normal.z.abs() < STEEP { Vector3::z() } else { Vector3::x() };
@@ -117,9 +117,9 @@ pub struct Stage<T = f64> {
     /// Of the two axes of each joint in turn; empty where no joint is near a stop.
     pub stops: Vec<StageStop<T>>,
     /// Sorted by link.
-    pub pegs: Vec<StagePeg<T>>,
-    /// Friction of each entry of `pegs`; empty where no obstacle has any.
-    pub peg_friction: Vec<StagePegFriction<T>>,
+    pub contacts: Vec<StageContact<T>>,
+    /// Friction of each entry of `contacts`; empty where no obstacle has any.
+    pub obstacle_friction: Vec<StageObstacleFriction<T>>,
     /// Contacts of the robot with itself.
     pub pairs: Vec<StagePair<T>>,
 }
@@ -133,8 +133,8 @@ impl<T: Real> Stage<T> {
             links: Vec::with_capacity(links),
             joints: Vec::with_capacity(links - 1),
             stops: Vec::with_capacity(2 * (links - 1)),
-            pegs: Vec::with_capacity(PEGS_PER_LINK * links),
-            peg_friction: Vec::with_capacity(PEGS_PER_LINK * links),
+            contacts: Vec::with_capacity(CONTACTS_PER_LINK * links),
+            obstacle_friction: Vec::with_capacity(CONTACTS_PER_LINK * links),
             pairs: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
         }
     }
@@ -147,8 +147,8 @@ impl<T: Real> Stage<T> {
         self.links.clone_from(&other.links);
         self.joints.clone_from(&other.joints);
         self.stops.clone_from(&other.stops);
-        self.pegs.clone_from(&other.pegs);
-        self.peg_friction.clone_from(&other.peg_friction);
+        self.contacts.clone_from(&other.contacts);
+        self.obstacle_friction.clone_from(&other.obstacle_friction);
         self.pairs.clone_from(&other.pairs);
     }
 }
@@ -208,10 +208,10 @@ pub struct StageSolution<T = f64> {
     pub actuator: Vec<[T; 2]>,
     /// Impulses of each entry of [`Stage::stops`] \[N s\].
     pub stop: Vec<[T; 2]>,
-    /// P_H of each entry of [`Stage::pegs`] \[N s\].
-    pub peg: Vec<T>,
-    /// P_T of each entry of [`Stage::peg_friction`], along its tangents \[N s\].
-    pub peg_friction: Vec<Vector2<T>>,
+    /// P_H of each entry of [`Stage::contacts`] \[N s\].
+    pub contact: Vec<T>,
+    /// P_T of each entry of [`Stage::obstacle_friction`], along its tangents \[N s\].
+    pub obstacle_friction: Vec<Vector2<T>>,
     /// Impulse of each entry of [`Stage::pairs`] \[N s\].
     pub pair: Vec<T>,
 }
@@ -228,8 +228,8 @@ impl<T: Real> StageSolution<T> {
             rolling: vec![none; links],
             actuator: vec![[zero; 2]; links - 1],
             stop: Vec::with_capacity(2 * (links - 1)),
-            peg: Vec::with_capacity(PEGS_PER_LINK * links),
-            peg_friction: Vec::with_capacity(PEGS_PER_LINK * links),
+            contact: Vec::with_capacity(CONTACTS_PER_LINK * links),
+            obstacle_friction: Vec::with_capacity(CONTACTS_PER_LINK * links),
             pair: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
         }
     }
@@ -245,8 +245,8 @@ impl<T: Real> StageSolution<T> {
         self.rolling.clone_from(&other.rolling);
         self.actuator.clone_from(&other.actuator);
         self.stop.clone_from(&other.stop);
-        self.peg.clone_from(&other.peg);
-        self.peg_friction.clone_from(&other.peg_friction);
+        self.contact.clone_from(&other.contact);
+        self.obstacle_friction.clone_from(&other.obstacle_friction);
         self.pair.clone_from(&other.pair);
     }
 
@@ -269,14 +269,14 @@ impl<T: Real> StageSolution<T> {
                 take(&mut self.actuator[j][axis], lanes, other.actuator[j][axis]);
             }
         }
-        for (own, theirs) in self.peg_friction.iter_mut().zip(&other.peg_friction) {
+        for (own, theirs) in self.obstacle_friction.iter_mut().zip(&other.obstacle_friction) {
             take(&mut own.x, lanes, theirs.x);
             take(&mut own.y, lanes, theirs.y);
         }
         for (own, theirs) in self.stop.iter_mut().flatten().zip(other.stop.iter().flatten()) {
             take(own, lanes, *theirs);
         }
-        let impulses = self.peg.iter_mut().zip(&other.peg).chain(self.pair.iter_mut().zip(&other.pair));
+        let impulses = self.contact.iter_mut().zip(&other.contact).chain(self.pair.iter_mut().zip(&other.pair));
         for (own, theirs) in impulses {
             take(own, lanes, *theirs);
         }
@@ -291,5 +291,5 @@ fn take<T: Real>(own: &mut T, lanes: T::Mask, theirs: T) {
 /// Vertical part of a normal from which on its tangents are not taken from the vertical.
 const STEEP: f64 = 0.9;
 
-/// Room for pegs near a link; more are possible.
-const PEGS_PER_LINK: usize = 4;
+/// Room for obstacles near a link; more are possible.
+const CONTACTS_PER_LINK: usize = 4;

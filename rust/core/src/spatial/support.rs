@@ -3,8 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::math::{Laned, Real};
-use crate::obstacles::SolidLine;
-use crate::pegs::PegGrid;
+use crate::obstacles::{ObstacleGrid, SolidLine};
 use crate::robot::{Link, Robot};
 
 use super::workspace::{Workspace, opening};
@@ -22,7 +21,7 @@ pub struct Support {
 
 impl<T: Real> Workspace<T> {
     /// Sets the ground below the spheres of a lane's robot that are above a top face at their predicted ends.
-    pub(super) fn find_supports(&mut self, lane: usize, links: &[Link], obstacles: &PegGrid) {
+    pub(super) fn find_supports(&mut self, lane: usize, links: &[Link], obstacles: &ObstacleGrid) {
         let [c, elapsed] = [self.stage.coefficient, self.motion.elapsed].map(|time| time.lane(lane));
         for (i, link) in links.iter().enumerate() {
             let mut is_near_top = false;
@@ -55,7 +54,7 @@ fn sphere(link: &Link, frame: &Frame, side: usize) -> Vector3<f64> {
 
 /// Lifts or lowers the whole chain until its lowest end sphere touches the ground, and lifts it on until it rests on the
 /// obstacles under it that have a top face. One that merely touches such an obstacle from the side stays where it is.
-pub fn rest_on(robot: &Robot, obstacles: &PegGrid, pose: &mut [Pose]) {
+pub fn rest_on(robot: &Robot, obstacles: &ObstacleGrid, pose: &mut [Pose]) {
     rest_on_ground(robot, pose);
     let is_clear = |lift: f64, depth: f64| {
         let mut is_clear = true;

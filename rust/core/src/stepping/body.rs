@@ -1,4 +1,4 @@
-//! One robot among its pegs, as the schemes advance it.
+//! One robot among its obstacles, as the schemes advance it.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::gait::{Reference, WaveJets};
 use crate::interrupt::Interrupt;
-use crate::pegs::PegGrid;
+use crate::obstacles::ObstacleGrid;
 use crate::robot::Robot;
 
 use super::closing::Closing;
@@ -20,7 +20,7 @@ use super::{PlantParameters, Record, StepStatistics};
 pub struct Body<M: Model> {
     pub state: M::State,
     /// Shared by the robots of a scene.
-    pub pegs: Arc<PegGrid>,
+    pub obstacles: Arc<ObstacleGrid>,
     /// Of the calls that advance it.
     pub interrupt: Interrupt,
     pub warm_start: M::WarmStart,
@@ -30,7 +30,7 @@ pub struct Body<M: Model> {
     pub parameters: PlantParameters,
     /// Statistics since [`Self::begin`].
     pub statistics: StepStatistics,
-    /// Impulse of the pegs on each link since [`Self::begin`], world frame \[N s\]; over an interval's length it is
+    /// Impulse of the obstacles on each link since [`Self::begin`], world frame \[N s\]; over an interval's length it is
     /// (T 7.6).
     pub contact_impulse: Vec<Vector3<f64>>,
     /// Impulse of each obstacle, by its number in the grid, on the robot since [`Self::begin`].
@@ -77,12 +77,12 @@ pub struct Trial {
 }
 
 impl<M: Model> Body<M> {
-    pub fn new(robot: &Robot, pegs: PegGrid) -> Self {
+    pub fn new(robot: &Robot, obstacles: ObstacleGrid) -> Self {
         let links = robot.link_count();
         Self {
             state: M::State::zero(links),
-            obstacle_impulse: ObstacleImpulses::zeros(pegs.len()),
-            pegs: pegs.into(),
+            obstacle_impulse: ObstacleImpulses::zeros(obstacles.len()),
+            obstacles: obstacles.into(),
             interrupt: Interrupt::default(),
             warm_start: M::WarmStart::new(links),
             clock: Clock::default(),
@@ -125,7 +125,7 @@ impl<M: Model> Body<M> {
 
     fn clear_impulses(&mut self) {
         self.contact_impulse.fill(Vector3::zeros());
-        self.obstacle_impulse.clear(self.pegs.len());
+        self.obstacle_impulse.clear(self.obstacles.len());
         self.self_contact_impulse.fill(Vector3::zeros());
         self.ground_impulse.fill(0.0);
         self.top_impulse.fill(0.0);

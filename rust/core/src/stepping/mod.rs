@@ -55,4 +55,4 @@ pub use stage::{ContactImpulse, SolvedStage, StageInput, StageKernels, StageOutp
 pub use statistics::StepStatistics;
 pub use stribeck::StribeckBounds;
 pub use verdict::FallbackResult;
-pub(crate) use verdict::{NEARBY, may_fall_back};
+pub(crate) use verdict::{NEARBY, may_fall_back, solves_within};

@@ -7,6 +7,7 @@ use serde::de::DeserializeOwned;
 
 use crate::gait::WaveJets;
 use crate::math::Real;
+use crate::obstacles::ObstacleGrid;
 use crate::robot::Robot;
 
 use super::Accuracy;
@@ -78,7 +79,7 @@ pub trait WarmStart: Debug + Clone {
     fn save(&self) -> Self::Saved;
     fn resume(&mut self, saved: &Self::Saved);
     /// Whether `saved` is of a robot of `links` links among `pegs` pegs.
-    fn fits(saved: &Self::Saved, links: usize, pegs: usize) -> bool;
+    fn fits(saved: &Self::Saved, links: usize, obstacles: &ObstacleGrid) -> bool;
 }
 
 /// A body with a reference for its joints: what a [`super::Fleet`] advances.

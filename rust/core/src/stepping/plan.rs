@@ -300,7 +300,7 @@ mod tests {
     use super::*;
     use crate::environment::rng::Rng;
     use crate::gait::{JointTarget, Reference};
-    use crate::pegs::PegGrid;
+    use crate::obstacles::ObstacleGrid;
     use crate::planar::Planar;
     use crate::robot::{Robot, RobotConfig};
     use crate::stepping::{Closing, Scripted};
@@ -348,7 +348,7 @@ mod tests {
             let interval = Interval::new(&config, &config.accuracy(&Planar::ACCURACY), 2.0 * step);
             let robot = Robot::new(&RobotConfig { links: 2, ..RobotConfig::default() }).expect("admissible");
             let jumps = Jumping(drawn(&mut rng, &[f64::INFINITY], 1.0, step));
-            let mut robot = Scripted { body: Body::<Planar>::new(&robot, PegGrid::default()), reference: jumps };
+            let mut robot = Scripted { body: Body::<Planar>::new(&robot, ObstacleGrid::default()), reference: jumps };
             robot.body.clock.next = drawn(&mut rng, &[step, f64::INFINITY], 9.0, step);
             robot.body.begin();
             let mut plan = StepPlan::at_start(&interval);

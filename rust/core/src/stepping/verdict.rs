@@ -44,10 +44,18 @@ pub fn solves_left(spent: u32, max_iterations: u32) -> u32 {
 /// lanes without a contact have this offset.
 pub(crate) const NEARBY: f64 = 1.0;
 
-/// Cost of the fallback in linear solves without contacts between links, if each of its solves takes in `pairs` of them.
+/// Cost of one solve of the fallback that takes in `pairs` contacts between links, in linear solves without any.
+fn solve_cost(pairs: u32) -> u64 {
+    1 + u64::from(pairs) * u64::from(pairs) / 50
+}
+
 fn fallback_cost(solves: u32, pairs: u32) -> u32 {
-    let cost = u64::from(solves) * (1 + u64::from(pairs) * u64::from(pairs) / 50);
-    u32::try_from(cost).unwrap_or(u32::MAX)
+    u32::try_from(u64::from(solves) * solve_cost(pairs)).unwrap_or(u32::MAX)
+}
+
+/// Solves of the fallback with `pairs` contacts between links that fit into what is left of the budget.
+pub(crate) fn solves_within(solves_left: u32, pairs: u32) -> u32 {
+    (u64::from(solves_left) / solve_cost(pairs)) as u32
 }
 
 /// Whether the fallback of a stage with `pairs` contacts between links fits into what is left of the budget.

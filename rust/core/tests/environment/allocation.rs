@@ -28,12 +28,20 @@ fn step_without_allocating<M: RobotModel>(config: &EnvConfig) {
     let mut observation = vec![0.0; environment.observation_size()];
     let action = vec![0.2; environment.action_size()];
     environment.reset(Some(1), &mut observation);
+    let start = environment.save();
     // The first steps may reserve workspace that the rest re-uses.
     for _ in 0..20 {
         environment.step(&action, &mut observation);
     }
     let before = REQUESTS.get();
     for _ in 0..100 {
+        environment.step(&action, &mut observation);
+    }
+    assert_eq!(REQUESTS.get() - before, 0, "{:?}, {:?}, {:?}", M::KIND, config.task, config.action_mode);
+    // Nor do those after a state was restored, which keeps the room.
+    environment.restore(&start).unwrap();
+    let before = REQUESTS.get();
+    for _ in 0..120 {
         environment.step(&action, &mut observation);
     }
     assert_eq!(REQUESTS.get() - before, 0, "{:?}, {:?}, {:?}", M::KIND, config.task, config.action_mode);

@@ -241,6 +241,21 @@ fn a_state_of_another_shape_is_refused() {
     assert_eq!(error.field, "state");
 }
 
+/// Bytes of a stranger must not lead out of a list.
+#[test]
+fn a_state_that_names_a_contact_which_the_scene_does_not_have_is_refused() {
+    let mut run = Run::new(&config(Task::COURSE), 0);
+    run.hold(&[0.0; 4], 5);
+    let saved = serde_json::to_value(run.environment.save()).unwrap();
+    for (field, index) in [("link", 11), ("obstacle", 40), ("feature", 1)] {
+        let mut state = saved.clone();
+        state["model"]["simulation"]["warm_start"]["near"]["pairs"][0][field] = serde_json::json!(index);
+        let error = run.environment.restore(&serde_json::from_value(state).unwrap()).unwrap_err();
+        assert_eq!(error.field, "state", "{field}");
+    }
+    run.environment.restore(&serde_json::from_value(saved).unwrap()).unwrap();
+}
+
 #[test]
 fn a_reset_leaves_nothing_of_the_episode_before() {
     for task in TASKS {

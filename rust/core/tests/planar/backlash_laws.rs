@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use snake_core::control::{ControlLaw, ControllerConfig};
 use snake_core::gait::{JointTarget, Reference, Wave};
 use snake_core::laws::Stribeck;
-use snake_core::pegs::PegGrid;
+use snake_core::obstacles::ObstacleGrid;
 use snake_core::planar::{Fallback, Fleet, Newton, PlanarState, PlanarSystem, Scripted, StageSolution, Twist, certify};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, START_7_5, SceneConfig, TABLE_7_5};
@@ -238,7 +238,7 @@ fn crowd(system: &PlanarSystem, count: usize) -> Vec<Scripted<Wave>> {
         let pegs: Vec<Peg> = TABLE_7_5.iter().take(k % 8).map(|&peg| peg.into()).collect();
         let wave = Wave { omega: 1.0 + 0.2 * k as f64, ..Wave::default() };
         let angles = snake_test_support::planar::posture(&wave, 10);
-        let mut robot = Scripted::new(&system.robot, PegGrid::new(&pegs), START_7_5, &angles, wave);
+        let mut robot = Scripted::new(&system.robot, ObstacleGrid::new(&pegs), START_7_5, &angles, wave);
         robot.body.parameters = PlantParameters { backlash: 0.02 * (k % 4) as f64, ..PlantParameters::default() };
         robot
     };

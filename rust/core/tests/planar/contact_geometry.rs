@@ -1,8 +1,8 @@
 //! Gap functions and force directions against the printed cases and against finite differences.
 
 use nalgebra::{Matrix2, Vector2, Vector3};
-use snake_core::contact::{NearPegs, gap, link_peg_contact};
-use snake_core::pegs::PegGrid;
+use snake_core::contact::{NearObstacles, gap, link_peg_contact};
+use snake_core::obstacles::ObstacleGrid;
 use snake_core::planar::{Heading, Pose, Twist, assemble_chain, joint_gap, mean_twist, travel};
 use snake_core::robot::{Link, Robot};
 use snake_core::scene::Peg;
@@ -194,10 +194,10 @@ fn near_list_never_misses_a_pair_below_the_margin() {
     let (mut listed, mut rebuilt) = (0_usize, 0);
     for scene in 0..40 {
         let pegs = random_pegs(&mut random, [3, 30, 300][scene % 3]);
-        let grid = PegGrid::new(&pegs);
+        let grid = ObstacleGrid::new(&pegs);
         let links: Vec<Link> = (0..4).map(|_| random_link(&mut random)).collect();
         let mut poses: Vec<Pose> = (0..4).map(|_| random_pose(&mut random)).collect();
-        let mut near = NearPegs::with_capacity(4);
+        let mut near = NearObstacles::with_capacity(4);
         for _ in 0..400 {
             let size = random.magnitude(1e-4, 0.2);
             let next = disturbed(&mut random, &poses, size);
@@ -210,7 +210,7 @@ fn near_list_never_misses_a_pair_below_the_margin() {
             near.advance(displacement);
             for_pairs(&links, &poses, &pegs, |i, j, gap| {
                 listed += usize::from(gap < margin);
-                assert!(gap >= margin || near.pairs().iter().any(|pair| pair.link == i && pair.peg == j));
+                assert!(gap >= margin || near.pairs().iter().any(|pair| pair.link == i && pair.obstacle == j));
             });
         }
     }
@@ -226,10 +226,10 @@ fn a_look_ahead_passes_no_pair_below_the_margin_over() {
     let (mut within, mut seen, mut listed) = (0_usize, 0_usize, 0_usize);
     for _ in 0..40 {
         let pegs = random_pegs(&mut random, 60);
-        let grid = PegGrid::new(&pegs);
+        let grid = ObstacleGrid::new(&pegs);
         let links: Vec<Link> = (0..4).map(|_| random_link(&mut random)).collect();
         let mut poses: Vec<Pose> = (0..4).map(|_| random_pose(&mut random)).collect();
-        let mut near = NearPegs::with_capacity(4);
+        let mut near = NearObstacles::with_capacity(4);
         for step in 0..300 {
             let ahead = disturbed(&mut random, &poses, 4e-3);
             let (margin, displacement) = (random.between(0.0, 0.01), farthest(&links, &poses, &ahead));
@@ -238,8 +238,8 @@ fn a_look_ahead_passes_no_pair_below_the_margin_over() {
             }
             let mut looked_at = Vec::new();
             near.visit_within(displacement, margin, |_, pair| {
-                looked_at.push((pair.link, pair.peg));
-                gap(&ahead[pair.link], &links[pair.link], &pegs[pair.peg])
+                looked_at.push((pair.link, pair.obstacle));
+                gap(&ahead[pair.link], &links[pair.link], &pegs[pair.obstacle])
             });
             for_pairs(&links, &ahead, &pegs, |i, j, gap| {
                 within += usize::from(gap < margin);
@@ -268,7 +268,7 @@ fn the_clear_way_is_clear_and_long_where_pegs_are_far() {
         let pegs: Vec<Peg> = random_pegs(&mut random, 1 + scene % 9).into_iter().enumerate().map(turned).collect();
         let links: Vec<Link> = (0..4).map(|_| random_link(&mut random)).collect();
         let poses: Vec<Pose> = (0..4).map(|_| random_pose(&mut random)).collect();
-        let way = PegGrid::new(&pegs).clear_way(poses.iter().copied(), &links);
+        let way = ObstacleGrid::new(&pegs).clear_way(poses.iter().copied(), &links);
         let mut nearest = f64::INFINITY;
         for_pairs(&links, &poses, &pegs, |_, _, gap| nearest = nearest.min(gap));
         assert!(way >= 0.0 && way <= nearest.max(0.0), "{way} but {nearest}");

@@ -72,6 +72,21 @@ fn the_fallback_starts_from_anything() {
     }
 }
 
+/// A tolerance below round-off is out of reach: neither the relaxed stage nor any other attempt may leave more than before.
+#[test]
+fn a_fallback_that_fails_ends_no_worse_than_it_began() {
+    let mut numbers = Random::new(33);
+    for case in 0..100 {
+        let stage = random(case, &mut numbers);
+        let mut solution = empty(&stage);
+        Newton::new(stage.links.len()).solve(&stage, &mut solution, 1e-9, 500, true);
+        let before = certify(&stage, &solution).residual();
+        let (_, status) = Fallback::new(stage.links.len()).solve_hard(&stage, &mut solution, 1e-20);
+        let after = certify(&stage, &solution).residual();
+        assert!(status != SolveStatus::Unsolved || after <= before, "case {case}: {before:e} to {after:e}");
+    }
+}
+
 /// Two links at rest, their friction strong, pressed by two contacts from opposite sides.
 fn pinched(offset: f64) -> Stage {
     let link = StageLink {
@@ -89,7 +104,7 @@ fn pinched(offset: f64) -> Stage {
         joints: vec![StageJoint { drive: 0.0, stiffness: 0.1, limit: 1.0, slack: 0.0 }],
         contacts: vec![contact(1.0), contact(-1.0)],
         stops: Vec::new(),
-        contact_friction: Vec::new(),
+        obstacle_friction: Vec::new(),
         pairs: Vec::new(),
     }
 }

@@ -2,7 +2,7 @@
 
 use snake_core::control::{ControlLaw, ControllerConfig};
 use snake_core::gait::{Reference, Wave};
-use snake_core::pegs::PegGrid;
+use snake_core::obstacles::ObstacleGrid;
 use snake_core::planar::{Fleet, PlanarState, PlanarSystem, Scripted};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, START_7_5, TABLE_7_5};
@@ -25,7 +25,7 @@ fn robots(system: &PlanarSystem, count: usize) -> Vec<Undulator> {
         let pegs: Vec<Peg> = TABLE_7_5.iter().take(k % 8).map(|&peg| peg.into()).collect();
         let wave = Wave { omega: 1.0 + 0.2 * k as f64, ..Wave::default() };
         let angles: Vec<f64> = (0..10).map(|joint| wave.target(joint, 0.0).angle).collect();
-        Scripted::new(&system.robot, PegGrid::new(&pegs), START_7_5, &angles, wave)
+        Scripted::new(&system.robot, ObstacleGrid::new(&pegs), START_7_5, &angles, wave)
     };
     (0..count).map(undulator).collect()
 }
@@ -78,7 +78,7 @@ fn so_it_is_where_robots_touch_themselves() {
     let coiling = || -> Vec<Scripted<Hold>> {
         let robot = |k: usize| {
             let angle = (0.85 + 0.04 * k as f64) * if k.is_multiple_of(2) { 1.0 } else { -1.0 };
-            Scripted::new(&system.robot, PegGrid::new(&[]), [0.0; 3], &[0.0; 10], Hold(angle))
+            Scripted::new(&system.robot, ObstacleGrid::new(&[]), [0.0; 3], &[0.0; 10], Hold(angle))
         };
         (0..9).map(robot).collect()
     };

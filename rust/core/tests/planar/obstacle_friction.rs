@@ -22,7 +22,7 @@ fn saved() -> Vec<(String, Stage)> {
 fn cold(stage: &Stage) -> StageSolution {
     let mut solution = StageSolution::new(stage.links.len());
     solution.contact.resize(stage.contacts.len(), 0.0);
-    solution.contact_friction.resize(stage.contact_friction.len(), 0.0);
+    solution.obstacle_friction.resize(stage.obstacle_friction.len(), 0.0);
     solution
 }
 
@@ -90,7 +90,7 @@ fn solution_of_modes(stage: &Stage, actuator: usize, modes: usize) -> Option<Sta
         b.tr_mul(&row)
     };
     let normal: Vec<_> = stage.contacts.iter().map(|contact| row(contact.link, &contact.direction)).collect();
-    let tangent: Vec<_> = stage.contact_friction.iter().map(|row_of| row(row_of.link, &row_of.direction)).collect();
+    let tangent: Vec<_> = stage.obstacle_friction.iter().map(|row_of| row(row_of.link, &row_of.direction)).collect();
     let joint = &stage.joints[0];
     let drive = b.tr_mul(&dense::drive_directions(stage)).column(0).into_owned();
     let (stiffness, constant) = match actuator {
@@ -106,7 +106,7 @@ fn solution_of_modes(stage: &Stage, actuator: usize, modes: usize) -> Option<Sta
     for k in (0..normal.len()).filter(|&k| mode(k) > 0) {
         rows.push(normal[k].clone());
         rates.push(-stage.contacts[k].offset);
-        let mu = stage.contact_friction[k].coefficient;
+        let mu = stage.obstacle_friction[k].coefficient;
         match mode(k) {
             1 => {
                 forces.extend([normal[k].clone(), tangent[k].clone()]);
@@ -136,10 +136,10 @@ fn solution_of_modes(stage: &Stage, actuator: usize, modes: usize) -> Option<Sta
     let mut impulses = found.rows(n, q).iter().copied().collect::<Vec<_>>().into_iter();
     for k in (0..normal.len()).filter(|&k| mode(k) > 0) {
         solution.contact[k] = impulses.next()?;
-        solution.contact_friction[k] = match mode(k) {
+        solution.obstacle_friction[k] = match mode(k) {
             1 => impulses.next()?,
-            2 => stage.contact_friction[k].coefficient * solution.contact[k],
-            _ => -stage.contact_friction[k].coefficient * solution.contact[k],
+            2 => stage.obstacle_friction[k].coefficient * solution.contact[k],
+            _ => -stage.obstacle_friction[k].coefficient * solution.contact[k],
         };
     }
     (certify(stage, &solution).residual() < 1e-6).then_some(solution)

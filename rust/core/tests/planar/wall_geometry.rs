@@ -2,8 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 use snake_core::contact::{link_obstacle_contact, wall_gap};
-use snake_core::obstacles::{CentreLine, ConvexPolygon, Obstacle, Shape, WallGrid};
-use snake_core::pegs::PegGrid;
+use snake_core::obstacles::{CentreLine, ConvexPolygon, Obstacle, ObstacleGrid, Shape, WallGrid};
 use snake_core::planar::Pose;
 use snake_core::robot::Link;
 use snake_test_support::planar::Random;
@@ -82,7 +81,7 @@ fn the_depth_of_a_crossing_line_is_its_shortest_way_out() {
             continue;
         }
         crossing += 1;
-        let places = (0..polygon.places()).map(|place| polygon.separation(&line, place));
+        let places = (0..polygon.features()).map(|place| polygon.separation(&line, place));
         let deepest = places.filter(|at| !at.is_redundant).min_by(|a, b| a.distance.total_cmp(&b.distance)).unwrap();
         let moved = |by: Vector2<f64>| polygon.distance(&CentreLine { middle: line.middle + by, ..line });
         assert!(moved(deepest.normal * (depth + 1e-9)) >= -1e-12, "{polygon:?} {line:?}");
@@ -106,7 +105,7 @@ fn tangent_planes_never_overestimate_the_distance_of_a_translated_line() {
         if polygon.distance(&line) < 0.0 || polygon.distance(&moved) < 0.0 {
             continue;
         }
-        for place in 0..polygon.places() {
+        for place in 0..polygon.features() {
             let (from, to) = (polygon.separation(&line, place), polygon.separation(&moved, place));
             assert!(from.distance + from.normal.dot(&by) <= to.distance + 1e-12, "{polygon:?} {line:?} {place}");
         }
@@ -124,14 +123,14 @@ fn directions_are_the_gradients_of_the_gaps() {
             [start, end] => Shape::Segment { start, end },
             _ => Shape::Polygon { vertices },
         };
-        let scene = PegGrid::of(&[Obstacle::endless(shape)]);
+        let scene = ObstacleGrid::of(&[Obstacle::endless(shape)]);
         let pose = Pose::new(random.between(-0.3, 0.3), random.between(-0.3, 0.3), random.angle());
         let at =
             |pose: &Pose, place| link_obstacle_contact(pose, pose.z.cos(), pose.z.sin(), &link, &scene, (0, place));
         if wall_gap(&pose, &link, &scene) < -link.radius + 1e-3 {
             continue;
         }
-        for place in 0..scene.walls().walls()[0].polygon.places() {
+        for place in 0..scene.walls().walls()[0].polygon.features() {
             let here = at(&pose, place);
             for axis in 0..3 {
                 let step = Vector3::ith(axis, 1e-6);

@@ -1,7 +1,7 @@
 //! Nothing allocates in a step of the spatial model: every request to the allocator is counted.
 
 use nalgebra::Vector2;
-use snake_core::pegs::PegGrid;
+use snake_core::obstacles::ObstacleGrid;
 use snake_core::scene::SceneConfig;
 use snake_core::spatial::{SpatialFleet, SpatialScripted};
 use snake_core::stepping::RobotState;
@@ -47,7 +47,7 @@ fn a_step_of_a_fleet_does_not_allocate() {
     let system = start.system();
     let mut robots: Vec<_> = (0..9)
         .map(|k| {
-            let pegs = PegGrid::of(&table_7_5().obstacles[..k.min(7)]);
+            let pegs = ObstacleGrid::of(&table_7_5().obstacles[..k.min(7)]);
             let mut robot =
                 SpatialScripted::new(&system.robot, pegs, start.state().pose[0], &[Vector2::zeros(); 10], undulation());
             robot.body.state.copy_from(start.state());

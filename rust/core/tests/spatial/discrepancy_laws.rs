@@ -197,7 +197,7 @@ fn discrepancies_of_neighbours_do_not_matter() {
             .map(|k| {
                 let x = f64::from(k);
                 let head = Pose { position: Vector3::zeros(), orientation: orientation_of(PI, 0.0, 0.0) };
-                let pegs = snake_core::pegs::PegGrid::new(&[]);
+                let pegs = snake_core::obstacles::ObstacleGrid::new(&[]);
                 let mut robot =
                     SpatialScripted::new(&system.robot, pegs, head, &[Vector2::new(0.1, 0.0); 10], sidewinding());
                 robot.body.parameters = PlantParameters {

@@ -3,7 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 use snake_core::control::ControllerConfig;
 use snake_core::gait::{CardanGait, Gait, Reference, Wave};
-use snake_core::pegs::PegGrid;
+use snake_core::obstacles::ObstacleGrid;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, START_SPATIAL_7_5, Scene, SceneConfig, TABLE_7_5};
 use snake_core::spatial::{Pose, SpatialFleet, SpatialScripted, SpatialState, SpatialSystem, orientation_of};
@@ -28,7 +28,7 @@ fn robots(system: &SpatialSystem, count: usize) -> Vec<CardanRobot> {
             (0..10).map(|joint| Vector2::new(target(joint).yaw.angle, target(joint).pitch.angle)).collect();
         let [x, y, yaw] = START_SPATIAL_7_5;
         let head = Pose { position: Vector3::new(x, y, 0.0), orientation: orientation_of(yaw, 0.0, 0.0) };
-        let mut robot = CardanRobot::new(&system.robot, PegGrid::new(&pegs), head, &posture, gait);
+        let mut robot = CardanRobot::new(&system.robot, ObstacleGrid::new(&pegs), head, &posture, gait);
         robot.body.state.pose.iter_mut().for_each(|pose| pose.position.z += 0.002 * (k % 5) as f64);
         robot
     };
@@ -87,7 +87,7 @@ fn jolted(system: &SpatialSystem) -> Vec<CardanRobot> {
         let yaw = Gait::Wave(Wave { amplitude: 0.1 * k as f64, ..Wave::default() });
         CardanRobot::new(
             &system.robot,
-            PegGrid::new(&[]),
+            ObstacleGrid::new(&[]),
             head,
             &posture,
             CardanGait { yaw, pitch: Gait::Wave(Wave::still()) },

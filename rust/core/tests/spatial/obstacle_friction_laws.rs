@@ -5,8 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::{Vector2, Vector3};
 use snake_core::control::ControllerConfig;
 use snake_core::gait::{CardanGait, CardanTarget, Gait, JointTarget, Reference, Wave};
-use snake_core::obstacles::{Obstacle, Shape};
-use snake_core::pegs::PegGrid;
+use snake_core::obstacles::{Obstacle, ObstacleGrid, Shape};
 use snake_core::planar::Twist;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Scene, SceneConfig};
@@ -175,7 +174,7 @@ fn rough_pegs_are_solved_alike_alone_and_in_lanes() {
                     orientation: orientation_of(223.617_f64.to_radians(), 0.0, 0.0),
                 };
                 let gait = CardanGait { yaw: undulation().yaw, pitch: Gait::Wave(Wave::still()) };
-                SpatialScripted::new(&system.robot, PegGrid::of(&obstacles), head, &posture, gait)
+                SpatialScripted::new(&system.robot, ObstacleGrid::of(&obstacles), head, &posture, gait)
             })
             .collect()
     };

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use snake_core::control::ControllerConfig;
 use snake_core::gait::{CardanTarget, JointTarget, Reference};
-use snake_core::pegs::PegGrid;
+use snake_core::obstacles::ObstacleGrid;
 use snake_core::planar;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Scene, SceneConfig};
@@ -319,8 +319,9 @@ fn the_width_of_the_registers_does_not_matter_where_robots_touch_themselves() {
     let system = SpatialSystem::new(Robot::new(&solid(11)).expect("admissible"), &scene, weak()).expect("admissible");
     let coiling = || -> Vec<SpatialScripted<Bend>> {
         let bend = |k: usize| Bend { yaw: 0.3 + 0.1 * k as f64, pitch: 0.02 * (k % 3) as f64 };
-        let robot =
-            |k| SpatialScripted::new(&system.robot, PegGrid::new(&[]), flat(0.0), &[Vector2::zeros(); 10], bend(k));
+        let robot = |k| {
+            SpatialScripted::new(&system.robot, ObstacleGrid::new(&[]), flat(0.0), &[Vector2::zeros(); 10], bend(k))
+        };
         (0..9).map(robot).collect()
     };
     let run = |robots: &mut [SpatialScripted<Bend>], width: usize| -> Vec<SpatialState> {

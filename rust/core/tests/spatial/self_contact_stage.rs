@@ -116,7 +116,7 @@ fn impulses_between_links_conserve_linear_momentum() {
     let mut random = Random::new(35);
     for _ in 0..20 {
         let mut stage = moving(&mut random, 7);
-        stage.pegs.clear();
+        stage.contacts.clear();
         stage.links.iter_mut().for_each(|link| link.ground = [1e3; 2]);
         fold(&mut stage, 3, &mut random);
         let solution = solve(&stage, 1e-10);
@@ -142,7 +142,7 @@ fn contradicting_self_contacts_are_relaxed() {
         stage.pairs.push(StagePair { links: [1, 3], direction, offset: -0.1 });
     }
     let mut solution = blank(&stage);
-    let (_, status) = Fallback::new(5).solve_hard(&stage, &mut solution, 1e-6);
+    let (_, status) = Fallback::new(5).solve_hard(&stage, &mut solution, 1e-6, u32::MAX);
     assert_eq!(status, SolveStatus::Relaxed);
     assert!(solution.twist.iter().all(|x| x.linear.norm() < 1e-3));
 }

@@ -36,7 +36,7 @@ impl Shape {
 
     /// Least distance of a line: that of a point to a convex body is a convex function along it.
     fn least_distance(&self, height: f64, line: &SolidLine) -> f64 {
-        let at = |place: f64| self.distance(height, &line.point(place));
+        let at = |feature: f64| self.distance(height, &line.point(feature));
         let (mut low, mut high) = (-1.0, 1.0);
         for _ in 0..200 {
             let [a, b] = [low + (high - low) / 3.0, high - (high - low) / 3.0];
@@ -93,11 +93,14 @@ fn no_place_is_nearer_than_the_pair() {
         let (shape, line) = (random_shape(&mut random), random_line(&mut random, count));
         let brute = shape.least_distance(HEIGHT, &line);
         if brute > 1e-6 {
-            shape.solid(HEIGHT).visit_contacts(&line, |place, at| {
-                assert!(at.is_redundant || at.distance > brute - 1e-7, "place {place}: {} {brute}", at.distance);
+            shape.solid(HEIGHT).visit_contacts(&line, |feature, at| {
+                assert!(at.is_redundant || at.distance > brute - 1e-7, "feature {feature}: {} {brute}", at.distance);
                 if !at.is_redundant {
-                    let nearest = line.point(at.place) - at.normal * at.distance;
-                    assert!(shape.distance(HEIGHT, &nearest) < 1e-7, "place {place}: {nearest:?} is not of the body");
+                    let nearest = line.point(at.along) - at.normal * at.distance;
+                    assert!(
+                        shape.distance(HEIGHT, &nearest) < 1e-7,
+                        "feature {feature}: {nearest:?} is not of the body"
+                    );
                 }
             });
         }
@@ -114,22 +117,22 @@ fn the_normal_is_the_gradient_of_the_distance() {
         if shape.least_distance(HEIGHT, &line) < 1e-3 {
             continue;
         }
-        let distance = |shift: Vector3<f64>, turn: Vector3<f64>, place: usize| {
+        let distance = |shift: Vector3<f64>, turn: Vector3<f64>, feature: usize| {
             let turned = SolidLine { middle: line.middle + shift, half: line.half + turn.cross(&line.half) };
-            solid.contact_at(&turned, place)
+            solid.contact_at(&turned, feature)
         };
-        for place in 0..solid.places() {
-            let here = solid.contact_at(&line, place);
+        for feature in 0..solid.features() {
+            let here = solid.contact_at(&line, feature);
             for axis in 0..6 {
                 let unit = Vector3::ith(axis % 3, h);
                 let (shift, turn) = if axis < 3 { (unit, Vector3::zeros()) } else { (Vector3::zeros(), unit) };
-                let [back, ahead] = [-1.0, 1.0].map(|sign| distance(shift * sign, turn * sign, place));
-                let moved = shift + turn.cross(&(line.half * here.place));
+                let [back, ahead] = [-1.0, 1.0].map(|sign| distance(shift * sign, turn * sign, feature));
+                let moved = shift + turn.cross(&(line.half * here.along));
                 // Where a part stops or begins to be nearest there is no derivative.
                 if !(here.is_redundant || back.is_redundant || ahead.is_redundant) {
                     let slope = (ahead.distance - back.distance) / 2.0;
                     let expected = here.normal.dot(&moved);
-                    assert!((slope - expected).abs() < 1e-4 * h, "place {place}, axis {axis}: {slope} {expected}");
+                    assert!((slope - expected).abs() < 1e-4 * h, "feature {feature}, axis {axis}: {slope} {expected}");
                     compared += 1;
                 }
             }
@@ -152,8 +155,8 @@ fn normals_turn_continuously_over_an_edge() {
                 let middle = Vector3::new(0.12, 0.03, 0.0) + Vector3::new(t.sin(), 0.0, t.cos()) * 0.12;
                 let line = SolidLine { middle: middle + Vector3::z() * (HEIGHT - 0.05), half };
                 let mut nearest = (f64::INFINITY, Vector3::zeros());
-                solid.visit_contacts(&line, |place, at| {
-                    let is_carried = place < 2 && solid.carries(&line.point(at.place));
+                solid.visit_contacts(&line, |feature, at| {
+                    let is_carried = feature < 2 && solid.carries(&line.point(at.along));
                     if (!at.is_redundant || is_carried) && at.distance < nearest.0 {
                         nearest = (at.distance, at.normal);
                     }

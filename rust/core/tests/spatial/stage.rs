@@ -5,8 +5,8 @@ use nalgebra::{DVector, Vector2, Vector3};
 use snake_core::robot::Robot;
 use snake_core::solver::{CoupledStage, SolveStatus};
 use snake_core::spatial::{
-    Configuration, CoulombNewton, Fallback, Frame, Momentum, Newton, Stage, StageDrive, StageFriction, StageLink,
-    StagePeg, StageSolution, Wrench, certify,
+    Configuration, CoulombNewton, Fallback, Frame, Momentum, Newton, Stage, StageContact, StageDrive, StageFriction,
+    StageLink, StageSolution, Wrench, certify,
 };
 use snake_test_support::planar::Random;
 use snake_test_support::spatial_stage::{Dense, stacked};
@@ -69,7 +69,7 @@ pub fn moving(random: &mut Random, links: usize) -> Stage {
             let normal = Vector3::new(angle.cos(), angle.sin(), 0.0);
             let arm = stage.links[link].axes[2] * random.between(-0.04, 0.04);
             let direction = Wrench { linear: normal, angular: arm.cross(&normal) };
-            stage.pegs.push(StagePeg { link, direction, offset: random.between(-0.02, 0.05) });
+            stage.contacts.push(StageContact { link, direction, offset: random.between(-0.02, 0.05) });
         }
     }
     stage
@@ -77,7 +77,7 @@ pub fn moving(random: &mut Random, links: usize) -> Stage {
 
 pub fn blank(stage: &Stage) -> StageSolution {
     let mut solution = StageSolution::new(stage.links.len());
-    solution.peg.resize(stage.pegs.len(), 0.0);
+    solution.contact.resize(stage.contacts.len(), 0.0);
     solution.pair.resize(stage.pairs.len(), 0.0);
     solution.stop.resize(stage.stops.len(), [0.0; 2]);
     solution
@@ -212,7 +212,7 @@ fn strong_friction_under_many_contacts_is_solved_by_the_fallback() {
                 continue;
             }
             left += 1;
-            let (more, closing) = Fallback::new(11).solve_hard(&stage, &mut solution, 1e-6);
+            let (more, closing) = Fallback::new(11).solve_hard(&stage, &mut solution, 1e-6, u32::MAX);
             solves += more;
             let certified = certify(&stage, &solution).residual() <= 1e-5;
             assert_eq!(certified, closing == SolveStatus::Solved);
@@ -224,6 +224,17 @@ fn strong_friction_under_many_contacts_is_solved_by_the_fallback() {
     }
 }
 
+/// A tolerance out of reach: every method is tried, or, once the budget is spent, none more.
+#[test]
+fn a_spent_budget_ends_the_fallback() {
+    let mut random = Random::new(17);
+    let mut stage = chain(&mut random, 11, 0.6, 0.0);
+    stage.links.iter_mut().for_each(|link| link.momentum.linear.x += link.mass);
+    let [first, all] =
+        [1, u32::MAX].map(|most| Fallback::new(11).solve_hard(&stage, &mut blank(&stage), 1e-20, most).0);
+    assert!(first > 0 && 2 * first < all, "{first} and {all} linear solves");
+}
+
 /// A contact that cannot open as fast as another asks closes neither; the fallback leaves penetrations where they are.
 #[test]
 fn contradicting_pegs_are_relaxed() {
@@ -231,10 +242,10 @@ fn contradicting_pegs_are_relaxed() {
     let mut stage = chain(&mut random, 3, 0.1, 0.0);
     for sign in [1.0, -1.0] {
         let direction = Wrench { linear: Vector3::x() * sign, angular: Vector3::zeros() };
-        stage.pegs.push(StagePeg { link: 1, direction, offset: -0.1 });
+        stage.contacts.push(StageContact { link: 1, direction, offset: -0.1 });
     }
     let mut solution = blank(&stage);
-    let (_, closing) = Fallback::new(3).solve_hard(&stage, &mut solution, 1e-6);
+    let (_, closing) = Fallback::new(3).solve_hard(&stage, &mut solution, 1e-6, u32::MAX);
     assert_eq!(closing, SolveStatus::Relaxed);
     assert!(solution.twist.iter().all(|x| x.linear.norm() < 1e-3));
 }

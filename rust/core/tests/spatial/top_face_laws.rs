@@ -5,8 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use snake_core::control::ControllerConfig;
 use snake_core::gait::{CardanGait, CardanTarget, Gait, Reference, Wave};
-use snake_core::obstacles::{Obstacle, Shape};
-use snake_core::pegs::PegGrid;
+use snake_core::obstacles::{Obstacle, ObstacleGrid, Shape};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, Scene, SceneConfig};
 use snake_core::simulation::SpatialSimulation;
@@ -223,7 +222,7 @@ fn lanes_and_memory_on_steps_are_as_on_the_ground() {
             .map(|k| {
                 let height = 0.02 * f64::from(k);
                 let steps = [box_of([0.6, 2.0], 0.5, 0.0, 0.1 + height), peg_of(0.1, -0.2, 0.0, 0.05 + height)];
-                let pegs = PegGrid::of(&steps[..k as usize % 3]);
+                let pegs = ObstacleGrid::of(&steps[..k as usize % 3]);
                 let posture = [Vector2::new(0.1, 0.0); 10];
                 SpatialScripted::new(&system.robot, pegs, head(0.7, 0.0, 0.0, PI), &posture, sidewinding())
             })

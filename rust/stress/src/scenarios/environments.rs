@@ -3,8 +3,7 @@
 use snake_core::batch::{Batch, Outputs};
 use snake_core::environment::rng::Rng;
 use snake_core::environment::{ActionMode, EnvConfig, FieldKind, ModelKind, RobotModel, Task, World};
-use snake_core::obstacles::{Obstacle, Shape};
-use snake_core::pegs::PegGrid;
+use snake_core::obstacles::{Obstacle, ObstacleGrid, Shape};
 use snake_core::scene::SceneConfig;
 use snake_core::simulation::Simulation;
 use snake_core::stepping::ImplicitConfig;
@@ -231,7 +230,7 @@ where
     fn reset(&mut self, mask: &[bool], seeds: &[Option<u64>]) {
         let rows: Vec<usize> = (0..ROWS).filter(|&row| mask[row]).collect();
         if let Some(room) = &self.room {
-            let world = World { obstacles: Some(PegGrid::of(room).into()), ..World::default() };
+            let world = World { obstacles: Some(ObstacleGrid::of(room).into()), ..World::default() };
             self.batch.set_next_worlds(&rows, vec![world; rows.len()]).expect("a room with space for the robot");
         }
         let Self { batch, observation, reward, terminated, truncated, signals, .. } = self;

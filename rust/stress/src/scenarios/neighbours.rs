@@ -1,7 +1,7 @@
 //! One faulty robot in a fleet.
 
 use snake_core::gait::{Reference, Wave};
-use snake_core::pegs::PegGrid;
+use snake_core::obstacles::ObstacleGrid;
 use snake_core::planar::{Body, Fleet, PlanarSystem, Scripted};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_7_5, TABLE_7_5};
@@ -115,7 +115,7 @@ fn robots(system: &PlanarSystem, count: usize) -> Vec<Undulator> {
     let undulator = |k: usize| {
         let wave = Wave { omega: 1.0 + 0.2 * k as f64, ..Wave::default() };
         let angles: Vec<f64> = (0..10).map(|joint| wave.target(joint, 0.0).angle).collect();
-        Scripted::new(&system.robot, PegGrid::of(&pegs(&TABLE_7_5[..k % 8])), START_7_5, &angles, wave)
+        Scripted::new(&system.robot, ObstacleGrid::of(&pegs(&TABLE_7_5[..k % 8])), START_7_5, &angles, wave)
     };
     (0..count).map(undulator).collect()
 }

@@ -4,10 +4,10 @@ use explicit_io::ExplicitIo;
 use nalgebra::{Vector2, Vector3};
 use snake_core::ConfigError;
 use snake_core::capabilities::Method;
-use snake_core::contact::{NearPair, NearPegs, gap, link_peg_contact};
+use snake_core::contact::{NearObstacles, NearPair, gap, link_peg_contact};
 use snake_core::control::{ControlLaw, ControllerConfig};
 use snake_core::gait::JointTarget;
-use snake_core::pegs::PegGrid;
+use snake_core::obstacles::ObstacleGrid;
 use snake_core::planar::{
     Body, Heading, Planar, PlanarState, PlanarSystem, Pose, Stage, StageContact, StageJoint, StageLink, StageSolution,
     certify, close_joints, work_of,
@@ -35,7 +35,7 @@ pub struct Thesis {
     io: Option<ExplicitIo>,
     midpoint: Vec<Pose>,
     targets: Vec<JointTarget>,
-    near: NearPegs,
+    near: NearObstacles,
     closed: Vec<NearPair>,
     /// P_H of every link-peg pair when it was last active \[N s\]: row = peg, column = link.
     last_impulse: Vec<f64>,
@@ -84,7 +84,7 @@ impl Thesis {
             io: (system.controller.law == ControlLaw::Io).then(|| ExplicitIo::new(system)),
             midpoint: vec![Pose::zeros(); links],
             targets: vec![JointTarget::default(); links - 1],
-            near: NearPegs::with_capacity(links),
+            near: NearObstacles::with_capacity(links),
             closed: Vec::with_capacity(links),
             last_impulse: Vec::new(),
         }
@@ -93,12 +93,12 @@ impl Thesis {
     /// One step of length `h`: q_M, active set and directions there, impulses, q_E, projection.
     fn take_step<D: Driven<Model = Planar>>(&mut self, system: &PlanarSystem, robot: &mut D, h: f64) {
         robot.targets(robot.body().state.time, &mut self.targets);
-        let Body { state, pegs, statistics, contact_impulse, obstacle_impulse, warm_start, record, .. } =
+        let Body { state, obstacles, statistics, contact_impulse, obstacle_impulse, warm_start, record, .. } =
             robot.body_mut();
         self.move_to_midpoint(state, h);
-        self.find_closed_contacts(system, state, pegs);
-        self.build_stage(system, state, pegs, h);
-        self.solve(pegs, statistics);
+        self.find_closed_contacts(system, state, obstacles);
+        self.build_stage(system, state, obstacles, h);
+        self.solve(obstacles, statistics);
         self.add_contact_impulses(contact_impulse, obstacle_impulse);
         if let Some(record) = record {
             self.add_to(record);
@@ -118,15 +118,15 @@ impl Thesis {
     }
 
     /// The set H of active contacts at q_M (T 3.47).
-    fn find_closed_contacts(&mut self, system: &PlanarSystem, state: &PlanarState, pegs: &PegGrid) {
+    fn find_closed_contacts(&mut self, system: &PlanarSystem, state: &PlanarState, obstacles: &ObstacleGrid) {
         let displacement = farthest(&system.robot.links, &state.pose, &self.midpoint);
         if !self.near.covers(displacement, 0.0) {
-            self.near.rebuild(self.midpoint.iter().copied(), &system.robot.links, pegs, 0.0, displacement);
+            self.near.rebuild(self.midpoint.iter().copied(), &system.robot.links, obstacles, 0.0, displacement);
         }
         self.near.advance(displacement);
         self.closed.clear();
         for pair in self.near.pairs() {
-            let (link, peg) = (&system.robot.links[pair.link], &pegs.pegs()[pair.peg]);
+            let (link, peg) = (&system.robot.links[pair.link], &obstacles.pegs()[pair.obstacle]);
             if gap(&self.midpoint[pair.link], link, peg) <= 0.0 {
                 self.closed.push(*pair);
             }
@@ -134,7 +134,7 @@ impl Thesis {
     }
 
     /// Directions at q_M, reference velocity u_A, and the torque (T 3.51 != D8) at t_A held over the step.
-    fn build_stage(&mut self, system: &PlanarSystem, state: &PlanarState, pegs: &PegGrid, h: f64) {
+    fn build_stage(&mut self, system: &PlanarSystem, state: &PlanarState, obstacles: &ObstacleGrid, h: f64) {
         let Self { stage, midpoint, .. } = self;
         let gain = (system.pull() * h).push(0.0);
         stage.coefficient = h;
@@ -165,16 +165,16 @@ impl Thesis {
         stage.contacts.clear();
         for pair in &self.closed {
             let (q, heading) = (&midpoint[pair.link], stage.links[pair.link].heading);
-            let (link, peg) = (&system.robot.links[pair.link], &pegs.pegs()[pair.peg]);
+            let (link, peg) = (&system.robot.links[pair.link], &obstacles.pegs()[pair.obstacle]);
             let direction = link_peg_contact(q, heading.cos, heading.sin, link, peg).direction;
             stage.contacts.push(StageContact { link: pair.link, direction, offset: 0.0 });
         }
     }
 
-    fn solve(&mut self, pegs: &PegGrid, statistics: &mut StepStatistics) {
+    fn solve(&mut self, obstacles: &ObstacleGrid, statistics: &mut StepStatistics) {
         let links = self.stage.links.len();
-        self.last_impulse.resize(links * pegs.pegs().len(), 0.0);
-        let place = |pair: &NearPair| pair.peg * links + pair.link;
+        self.last_impulse.resize(links * obstacles.pegs().len(), 0.0);
+        let place = |pair: &NearPair| pair.obstacle * links + pair.link;
         self.solution.contact.clear();
         self.solution.contact.extend(self.closed.iter().map(|pair| self.last_impulse[place(pair)]));
         let r = Penalties { friction: self.config.r_t.unwrap_or(R_T), contact: self.config.r_h };
@@ -193,13 +193,13 @@ impl Thesis {
         statistics.add_work(&work_of(&self.stage, &self.solution), 0, 1.0);
     }
 
-    /// Adds the impulses of the pegs to the sums of the links and of the pegs.
+    /// Adds the impulses of the obstacles to the sums of the links and of the obstacles.
     fn add_contact_impulses(&self, of_link: &mut [Vector3<f64>], of_peg: &mut ObstacleImpulses) {
         let contacts = self.stage.contacts.iter().zip(&self.solution.contact);
         for (pair, (contact, impulse)) in self.closed.iter().zip(contacts) {
             let impulse = (contact.direction.xy() * *impulse).push(0.0);
             of_link[pair.link] += impulse;
-            of_peg.add(pair.peg, impulse);
+            of_peg.add(pair.obstacle, impulse);
         }
     }
 

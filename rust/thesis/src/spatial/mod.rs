@@ -12,7 +12,7 @@ use snake_core::ConfigError;
 use snake_core::capabilities::Method;
 use snake_core::control::ControllerConfig;
 use snake_core::gait::CardanTarget;
-use snake_core::pegs::PegGrid;
+use snake_core::obstacles::ObstacleGrid;
 use snake_core::robot::Link;
 use snake_core::simulation::{Scheme, SchemeConfig};
 use snake_core::spatial::{
@@ -109,14 +109,14 @@ impl SpatialThesis {
     /// Algorithm 4.1 with step length `h`.
     fn take_step<D: Driven<Model = Spatial>>(&mut self, system: &SpatialSystem, robot: &mut D, h: f64) {
         robot.targets(robot.body().state.time, &mut self.targets);
-        let SpatialBody { state, pegs, statistics, warm_start, ground_impulse, record, .. } = robot.body_mut();
+        let SpatialBody { state, obstacles, statistics, warm_start, ground_impulse, record, .. } = robot.body_mut();
         let joint_torque = &mut warm_start.joint_torque;
         self.move_to_midpoint(state, h);
         self.command(system, state, joint_torque);
         self.build_links(system, state, joint_torque, h);
         self.build_joints(&system.robot.links);
-        self.find_closed_contacts(&system.robot.links, pegs);
-        self.recall_impulses(system.robot.link_count(), pegs);
+        self.find_closed_contacts(&system.robot.links, obstacles);
+        self.recall_impulses(system.robot.link_count(), obstacles);
         let (iterations, converged) = self.solve();
         self.keep_impulses(ground_impulse);
         self.record(iterations, !converged, joint_torque, h, statistics);
@@ -170,7 +170,7 @@ impl SpatialThesis {
     }
 
     /// The sets I and H of active contacts at q_M and their directions (T 4.106), (T 4.107).
-    fn find_closed_contacts(&mut self, links: &[Link], pegs: &PegGrid) {
+    fn find_closed_contacts(&mut self, links: &[Link], obstacles: &ObstacleGrid) {
         let Self { step, midpoint, ground, pegs: pairs, .. } = self;
         step.ground.clear();
         step.pegs.clear();
@@ -183,9 +183,9 @@ impl SpatialThesis {
                     ground.push((i, k));
                 }
             }
-            pegs.near(q.position.x, q.position.y, link.reach()).for_each(|peg| {
-                if peg_gap(link, q, &pegs.pegs()[peg]) <= 0.0 {
-                    let direction = peg_contact(link, q, &pegs.pegs()[peg]).direction;
+            obstacles.near(q.position.x, q.position.y, link.reach()).for_each(|peg| {
+                if peg_gap(link, q, &obstacles.pegs()[peg]) <= 0.0 {
+                    let direction = peg_contact(link, q, &obstacles.pegs()[peg]).direction;
                     step.pegs.push(StepPeg { link: i, direction });
                     pairs.push(peg * links.len() + i);
                 }
@@ -194,9 +194,9 @@ impl SpatialThesis {
     }
 
     /// Starts from the impulses that these contacts had when they were last active.
-    fn recall_impulses(&mut self, links: usize, pegs: &PegGrid) {
+    fn recall_impulses(&mut self, links: usize, obstacles: &ObstacleGrid) {
         let Self { solution, ground, pegs: pairs, last_ground, last_peg, .. } = self;
-        last_peg.resize(links * pegs.pegs().len(), 0.0);
+        last_peg.resize(links * obstacles.pegs().len(), 0.0);
         solution.ground.clear();
         solution.ground.extend(ground.iter().map(|&(link, end)| last_ground[link][end]));
         solution.peg.clear();

@@ -1,14 +1,13 @@
 //! All that a run changes about a robot of any model.
 
 use std::fmt::Debug;
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::environment::reference::{ReferenceGenerator, ReferenceState};
-use crate::obstacles::SavedObstacle;
-use crate::pegs::PegGrid;
-use crate::scene::Peg;
+use crate::obstacles::{Obstacle, ObstacleGrid, SavedObstacle};
 use crate::simulation::{SimulatedModel, Simulation, Snapshot};
 
 /// Mean forces on each link over the last control period.
@@ -27,8 +26,6 @@ pub trait MeanForces: Clone + Debug {
 pub struct SavedRobot<S, F> {
     simulation: S,
     reference: ReferenceState,
-    pegs: Vec<Peg>,
-    /// All obstacles, where they are not only pegs without friction.
     obstacles: Vec<SavedObstacle>,
     forces: F,
     /// Of each obstacle over the last control period, by its number \[N s\].
@@ -44,8 +41,7 @@ impl<M: SimulatedModel, F: MeanForces> SavedRobot<Snapshot<M>, F> {
         Self {
             simulation: simulation.snapshot(),
             reference: reference.state().clone(),
-            pegs: simulation.pegs().to_vec(),
-            obstacles: simulation.body().pegs.written().iter().map(SavedObstacle::from).collect(),
+            obstacles: simulation.body().obstacles.obstacles().iter().map(SavedObstacle::from).collect(),
             forces: forces.clone(),
             obstacle_impulse: simulation.obstacle_impulse().to_vec(),
         }
@@ -59,26 +55,27 @@ impl<M: SimulatedModel, F: MeanForces> SavedRobot<Snapshot<M>, F> {
         forces: &mut F,
     ) -> bool {
         let links = simulation.robot().link_count();
-        let obstacles = self.pegs.len().max(self.obstacles.len());
+        if !self.obstacles.iter().all(SavedObstacle::is_valid) {
+            return false;
+        }
+        let obstacles = self.obstacles(&simulation.body().obstacles);
         let fits = self.links() == Some(links)
-            && self.simulation.fits(links, obstacles)
-            && self.obstacle_impulse.len() == obstacles
-            && self.obstacles.iter().all(SavedObstacle::is_valid)
+            && self.simulation.fits(links, &obstacles)
+            && self.obstacle_impulse.len() == obstacles.len()
             && reference.restore(&self.reference);
         if fits {
-            if self.obstacles.is_empty() {
-                simulation.set_scene_pegs(&self.pegs);
-            } else {
-                let obstacles: Vec<_> = self.obstacles.iter().cloned().map(Into::into).collect();
-                if simulation.body().pegs.written() != obstacles {
-                    simulation.set_obstacles(PegGrid::of(&obstacles).into());
-                }
-            }
+            simulation.set_obstacles(obstacles);
             simulation.restore(&self.simulation);
             forces.clone_from(&self.forces);
             simulation.body_mut().obstacle_impulse.replace(&self.obstacle_impulse);
         }
         fits
+    }
+
+    /// The saved obstacles, which may be those that are there.
+    fn obstacles(&self, present: &Arc<ObstacleGrid>) -> Arc<ObstacleGrid> {
+        let saved: Vec<Obstacle> = self.obstacles.iter().cloned().map(Into::into).collect();
+        if present.obstacles() == saved { present.clone() } else { ObstacleGrid::of(&saved).into() }
     }
 
     /// Number of links of the robot, if all lists of forces agree on it.

@@ -8,8 +8,7 @@ use nalgebra::Vector2;
 use crate::contact::{gap, wall_gap};
 use crate::environment::raised_chain::{Raised, RaisedChain};
 use crate::environment::start::{Start, StartJitter, StartLine};
-use crate::obstacles::{Obstacle, Shape};
-use crate::pegs::PegGrid;
+use crate::obstacles::{Obstacle, ObstacleGrid, Shape};
 use crate::planar::{Pose, assemble_chain};
 use crate::robot::Robot;
 use crate::scene::Peg;
@@ -21,9 +20,9 @@ pub struct Placement {
     /// The drawn ones.
     pub pegs: Vec<Peg>,
     /// The obstacles of a prescribed scene, which replace them.
-    scene: Option<Arc<PegGrid>>,
+    scene: Option<Arc<ObstacleGrid>>,
     /// Workspace: the pegs in a grid.
-    grid: PegGrid,
+    grid: ObstacleGrid,
     joint_angle: Vec<f64>,
     pose: Vec<Pose>,
     /// The robot of the spatial model where it does not lie flat; `pose` then counts for nothing.
@@ -35,7 +34,7 @@ impl Placement {
         Self {
             pegs: Vec::new(),
             scene: None,
-            grid: PegGrid::default(),
+            grid: ObstacleGrid::default(),
             joint_angle: vec![0.0; robot.joint_count()],
             pose: vec![Pose::zeros(); robot.link_count()],
             raised: None,
@@ -44,12 +43,12 @@ impl Placement {
     }
 
     /// Begins an episode in a prescribed scene, or whose pegs are drawn.
-    pub fn set_scene(&mut self, scene: Option<Arc<PegGrid>>) {
+    pub fn set_scene(&mut self, scene: Option<Arc<ObstacleGrid>>) {
         self.scene = scene;
     }
 
     /// The prescribed scene.
-    pub fn scene(&self) -> Option<&Arc<PegGrid>> {
+    pub fn scene(&self) -> Option<&Arc<ObstacleGrid>> {
         self.scene.as_ref()
     }
 
@@ -124,7 +123,7 @@ impl Placement {
     pub fn gap_to_obstacle(&self, obstacle: &Obstacle) -> f64 {
         match &obstacle.shape {
             Shape::Circle(peg) => self.gap_to(peg),
-            _ => self.gap_to_walls(&PegGrid::of(std::slice::from_ref(obstacle))),
+            _ => self.gap_to_walls(&ObstacleGrid::of(std::slice::from_ref(obstacle))),
         }
     }
 
@@ -141,12 +140,12 @@ impl Placement {
     }
 
     /// Places in a scene of the obstacles that may lie within `margin` of the robot, in order.
-    pub fn within_reach(&self, scene: &PegGrid, margin: f64) -> BTreeSet<usize> {
+    pub fn within_reach(&self, scene: &ObstacleGrid, margin: f64) -> BTreeSet<usize> {
         let mut places = BTreeSet::new();
         for (i, link) in self.robot.links.iter().enumerate() {
             let centre = self.raised.as_ref().map_or(self.pose[i].xy(), |chain| chain.pose[i].position.xy());
             scene.visit_obstacles(&centre, link.reach() + margin, |obstacle| {
-                places.insert(scene.place_in_scene(obstacle));
+                places.insert(scene.index_in_scene(obstacle));
             });
         }
         places
@@ -157,7 +156,7 @@ impl Placement {
         self.raised.as_ref().map_or(0.0, |chain| chain.gap_to_ground(&self.robot))
     }
 
-    fn gap_to_walls(&self, grid: &PegGrid) -> f64 {
+    fn gap_to_walls(&self, grid: &ObstacleGrid) -> f64 {
         if let Some(chain) = &self.raised {
             let walls = grid.walls().walls().iter();
             return walls.map(|wall| chain.gap_to_wall(&self.robot, &wall.polygon)).fold(f64::INFINITY, f64::min);

@@ -16,7 +16,7 @@ use crate::environment::action::wave_entries;
 use crate::environment::goal::{Goal, Target};
 use crate::environment::path::NaturalPath;
 use crate::gait::Wave;
-use crate::pegs::PegGrid;
+use crate::obstacles::ObstacleGrid;
 use crate::robot::Robot;
 use crate::scene::Peg;
 
@@ -58,7 +58,7 @@ impl PushPointCounter {
     /// The smallest number of push-points in any body length on the straight way from `goal.origin` to the goal.
     pub fn push_points(&self, goal: &Goal, pegs: &[Peg]) -> usize {
         let path = StraightPath::to(goal);
-        let grid = PegGrid::new(pegs);
+        let grid = ObstacleGrid::new(pegs);
         let mut places: Vec<f64> =
             pegs.iter().filter(|peg| self.serves(&path, peg, &grid)).map(|p| path.along(p)).collect();
         places.sort_unstable_by(f64::total_cmp);
@@ -85,7 +85,7 @@ impl PushPointCounter {
         .count()
     }
 
-    fn serves(&self, path: &StraightPath, peg: &Peg, pegs: &PegGrid) -> bool {
+    fn serves(&self, path: &StraightPath, peg: &Peg, pegs: &ObstacleGrid) -> bool {
         let is_reached = path.across(peg).abs() - peg.radius <= self.across;
         // All others leave room.
         let close = || pegs.near(peg.x, peg.y, (peg.radius + 2.0 * self.body) * (1.0 + 1e-9)).map(|j| &pegs.pegs()[j]);
@@ -167,7 +167,7 @@ mod tests {
         assert_eq!(push_points(&row(0.5), 0.0, 0.0), 0, "out of reach");
         let blocked: Vec<Peg> = [row(0.0), row(0.15), row(-0.15)].concat();
         // Nobody passes the pegs in the middle; those beside them can be passed on their outer sides.
-        assert!(!aiko().serves(&StraightPath::to(&goal()), &blocked[0], &PegGrid::new(&blocked)));
+        assert!(!aiko().serves(&StraightPath::to(&goal()), &blocked[0], &ObstacleGrid::new(&blocked)));
         let dense: Vec<Peg> = (-30..90).map(|k| Peg { radius: 0.01, x: 0.04 * f64::from(k), y: 0.0 }).collect();
         assert!(push_points(&dense, 0.0, 0.0) <= 7, "a push-point a quarter wave at most");
     }

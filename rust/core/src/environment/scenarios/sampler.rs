@@ -8,7 +8,7 @@ use crate::environment::raised_chain::RaisedChain;
 use crate::environment::rng::Rng;
 use crate::environment::start::StartJitter;
 use crate::error::ConfigError;
-use crate::pegs::PegGrid;
+use crate::obstacles::ObstacleGrid;
 use crate::robot::Robot;
 use crate::scene::Peg;
 
@@ -56,7 +56,7 @@ impl ScenarioSampler {
     }
 
     /// The obstacles of the last episode, if they were prescribed.
-    pub fn scene(&self) -> Option<&Arc<PegGrid>> {
+    pub fn scene(&self) -> Option<&Arc<ObstacleGrid>> {
         self.placement.scene()
     }
 

@@ -12,8 +12,7 @@ use crate::environment::raised_chain::Raised;
 use crate::environment::rng::Rng;
 use crate::environment::start::{Start, StartJitter, StartLine};
 use crate::error::{ConfigError, require};
-use crate::obstacles::Shape;
-use crate::pegs::PegGrid;
+use crate::obstacles::{ObstacleGrid, Shape};
 use crate::robot::Robot;
 
 use super::placement::CLEARANCE;
@@ -22,7 +21,7 @@ use super::{EpisodeStart, Placement, Scenario};
 /// What is prescribed for an episode; the family of scenes draws what is absent.
 #[derive(Debug, Clone, Default)]
 pub struct World {
-    pub obstacles: Option<Arc<PegGrid>>,
+    pub obstacles: Option<Arc<ObstacleGrid>>,
     pub start: Option<OwnStart>,
     pub goal: Option<OwnGoal>,
     /// Commanded speed \[m/s\].

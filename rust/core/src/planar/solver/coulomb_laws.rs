@@ -5,7 +5,7 @@
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 
 use crate::laws::{ConvexSet, Disc, Interval};
-use crate::planar::{StageContact, StageContactFriction, StageLink, StagePair};
+use crate::planar::{StageContact, StageLink, StageObstacleFriction, StagePair};
 use crate::solver::{CoulombForm, DiscTangent, UnilateralLaw};
 
 use super::coulomb_sweep::Balance;
@@ -47,7 +47,7 @@ pub(super) struct Shift {
 
 /// Friction of one of these contacts.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct ContactFrictionLaw {
+pub(super) struct ObstacleFrictionLaw {
     pub link: usize,
     /// Index of the contact.
     pub contact: usize,
@@ -176,8 +176,8 @@ impl ContactLaw {
     }
 }
 
-impl ContactFrictionLaw {
-    pub fn new(friction: &StageContactFriction, impulse: f64) -> Self {
+impl ObstacleFrictionLaw {
+    pub fn new(friction: &StageObstacleFriction, impulse: f64) -> Self {
         Self {
             link: friction.link,
             contact: friction.contact,

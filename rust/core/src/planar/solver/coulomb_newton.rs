@@ -6,7 +6,7 @@ use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
 use crate::planar::{Stage, StageSolution};
 use crate::solver::{CoulombForm, CoupledStage, Coupling, Defect, EliminatedChain, LawForm, LowRank};
 
-use super::coulomb_laws::{ContactFrictionLaw, ContactLaw, GroundLaw, PairLaw, mass_matrix};
+use super::coulomb_laws::{ContactLaw, GroundLaw, ObstacleFrictionLaw, PairLaw, mass_matrix};
 use super::coulomb_path::CoulombPath;
 use super::coulomb_sweep::{Balance, ChainLink};
 use super::newton::TUNING;
@@ -17,7 +17,7 @@ use super::terms::ActuatorTerm;
 pub(super) struct CoulombNewton {
     links: Vec<Link>,
     contacts: Vec<ContactLaw>,
-    friction: Vec<ContactFrictionLaw>,
+    friction: Vec<ObstacleFrictionLaw>,
     pairs: Vec<PairLaw>,
     low_rank: LowRank<f64, Vector3<f64>, Vector3<f64>>,
     form: CoulombForm,
@@ -253,8 +253,8 @@ impl CoupledStage for CoulombNewton {
         self.contacts.clear();
         self.contacts.extend(stage.contacts.iter().zip(&solution.contact).map(|(row, &p)| ContactLaw::new(row, p)));
         self.friction.clear();
-        let rows = stage.contact_friction.iter().zip(&solution.contact_friction);
-        self.friction.extend(rows.map(|(row, &p)| ContactFrictionLaw::new(row, p)));
+        let rows = stage.obstacle_friction.iter().zip(&solution.obstacle_friction);
+        self.friction.extend(rows.map(|(row, &p)| ObstacleFrictionLaw::new(row, p)));
         self.pairs.clear();
         self.pairs.extend(stage.pairs.iter().zip(&solution.pair).map(|(pair, &p)| PairLaw::new(pair, p)));
     }
@@ -270,7 +270,7 @@ impl CoupledStage for CoulombNewton {
         for (impulse, contact) in solution.contact.iter_mut().zip(&self.contacts) {
             *impulse = contact.law.impulse.max(0.0);
         }
-        for (impulse, row) in solution.contact_friction.iter_mut().zip(&self.friction) {
+        for (impulse, row) in solution.obstacle_friction.iter_mut().zip(&self.friction) {
             *impulse = row.impulse;
         }
         for (impulse, pair) in solution.pair.iter_mut().zip(&self.pairs) {

@@ -14,6 +14,9 @@ pub struct Fallback {
     solvers: Solvers,
     coulomb: CoulombFallback,
     relaxed: Stage,
+    /// The best solution found and its residual.
+    best: StageSolution,
+    residual: f64,
 }
 
 #[derive(Debug, Clone)]
@@ -33,17 +36,26 @@ impl Fallback {
             polished: StageSolution::new(links),
             energy: 0.0,
         };
-        Self { solvers, coulomb: CoulombFallback::new(links), relaxed: Stage::with_capacity(links) }
+        Self {
+            solvers,
+            coulomb: CoulombFallback::new(links),
+            relaxed: Stage::with_capacity(links),
+            best: StageSolution::new(links),
+            residual: f64::INFINITY,
+        }
     }
 
     /// Solves `stage` for velocities within about `tolerance` \[m/s\]. `solution` has the size of the stage and may
-    /// hold the result of another solver or anything else, NaN included. Also returns the number of linear solves.
+    /// hold the result of another solver or anything else, NaN included; where no method solves the stage, the best is kept of
+    /// that and of all that is found. Also returns the number of linear solves.
     pub fn solve_hard(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, SolveStatus) {
         self.solvers.energy = stage.energy();
-        let is_convex = stage.contact_friction.is_empty();
+        let is_convex = stage.obstacle_friction.is_empty();
         let mut offsets =
             stage.contacts.iter().map(|contact| contact.offset).chain(stage.pairs.iter().map(|pair| pair.offset));
         let can_relax = offsets.any(|offset| offset < 0.0);
+        self.residual = f64::INFINITY;
+        self.keep_if_better(stage, solution);
         let (mut solves, closed) = if is_convex {
             self.solvers.close(stage, solution, tolerance)
         } else {
@@ -52,6 +64,7 @@ impl Fallback {
         if closed {
             return (solves, SolveStatus::Solved);
         }
+        self.keep_if_better(stage, solution);
         if can_relax {
             stage.copy_lane(0, &mut self.relaxed);
             self.relaxed.contacts.iter_mut().for_each(|contact| contact.offset = contact.offset.max(0.0));
@@ -66,7 +79,18 @@ impl Fallback {
                 return (solves, SolveStatus::Relaxed);
             }
         }
+        self.keep_if_better(stage, solution);
+        self.best.copy_lane(stage, 0, solution);
         (solves, SolveStatus::Unsolved)
+    }
+
+    fn keep_if_better(&mut self, stage: &Stage, solution: &StageSolution) {
+        let reached = certify(stage, solution).residual();
+        // The first is kept whatever it is.
+        if reached < self.residual || self.residual.is_infinite() {
+            solution.copy_lane(stage, 0, &mut self.best);
+            self.residual = if reached.is_nan() { f64::INFINITY } else { reached };
+        }
     }
 }
 

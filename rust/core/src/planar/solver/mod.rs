@@ -4,7 +4,6 @@
 //! use snake_core::planar::solver::sweep::Quadratic;
 //! ```
 
-mod contact_friction;
 mod coulomb_fallback;
 mod coulomb_laws;
 mod coulomb_newton;
@@ -15,6 +14,7 @@ mod interior_point;
 mod link_term;
 mod low_rank;
 mod newton;
+mod obstacle_friction;
 mod ray;
 mod self_contacts;
 mod sweep;

@@ -15,8 +15,8 @@ use crate::math::{Kernel, Mask, Real, add_scaled, select_into};
 use crate::planar::{Stage, StageLink, StageSolution};
 use crate::solver::{self, FrictionTerm, LawForm, NewtonStep, Outcome, StageProblem, Tuning};
 
-use super::contact_friction::ContactFriction;
 use super::link_term::{LinkTerm, in_frame, linear};
+use super::obstacle_friction::ObstacleFriction;
 use super::self_contacts::SelfContacts;
 use super::sweep::Quadratic;
 use super::terms::{ActuatorTerm, ContactTerm, StopTerm};
@@ -28,7 +28,7 @@ pub struct Newton<T = f64> {
     /// Of the joint before each link but the first; empty where no joint is near a stop.
     pub(super) stops: Vec<StopTerm<T>>,
     pub(super) contacts: Vec<ContactTerm<T>>,
-    pub(super) contact_friction: ContactFriction<T>,
+    pub(super) obstacle_friction: ObstacleFriction<T>,
     pub(super) self_contacts: SelfContacts<T>,
     /// Step of the velocity of link 1's free end, in the frame of link 1.
     head: Vector2<T>,
@@ -53,7 +53,7 @@ impl<T: Real> Newton<T> {
             links: vec![LinkTerm::vacant(); links],
             stops: Vec::with_capacity(links - 1),
             contacts: Vec::with_capacity(PAIRS_PER_LINK * links),
-            contact_friction: ContactFriction::new(PAIRS_PER_LINK * links),
+            obstacle_friction: ObstacleFriction::new(PAIRS_PER_LINK * links),
             self_contacts: SelfContacts::new(links),
             head: Vector2::new(T::zero(), T::zero()),
             chain: Quadratic::zero(),
@@ -91,16 +91,16 @@ impl<T: Real> Newton<T> {
         max_iterations: u32,
         lanes: T::Mask,
     ) -> Outcome<T> {
-        self.contact_friction.are_bounds_held = true;
+        self.obstacle_friction.are_bounds_held = true;
         let outcome = self.solve(stage, solution, tolerance, max_iterations, lanes);
-        self.contact_friction.are_bounds_held = false;
+        self.obstacle_friction.are_bounds_held = false;
         outcome
     }
 
     /// How far the bounds of friction at obstacles are from those of the normal impulses, as a velocity \[m/s\].
     #[inline(always)]
     pub fn bound_error(&self) -> T {
-        self.contact_friction.squared_bound_error(&self.contacts).sqrt()
+        self.obstacle_friction.squared_bound_error(&self.contacts).sqrt()
     }
 
     /// Laws around the warm start, and twists that satisfy the joints.
@@ -133,7 +133,7 @@ impl<T: Real> Newton<T> {
             let link = &stage.links[contact.link];
             self.contacts.push(ContactTerm::new(contact, link, impulse, T::splat(TUNING.penalty) * link.mass));
         }
-        self.contact_friction.warm_up(stage, &solution.contact_friction, TUNING.penalty);
+        self.obstacle_friction.warm_up(stage, &solution.obstacle_friction, TUNING.penalty);
         self.self_contacts.warm_up(stage, &solution.pair, TUNING.penalty);
     }
 
@@ -219,7 +219,7 @@ impl<T: Real> Newton<T> {
             slope = self.self_contacts.evaluate(form, &self.links);
         }
         let mut contacts = self.contacts.iter_mut().peekable();
-        let mut friction = self.contact_friction.terms.iter_mut().peekable();
+        let mut friction = self.obstacle_friction.terms.iter_mut().peekable();
         let (mut omega, mut change) = (zero, zero);
         for (i, link) in self.links.iter_mut().enumerate() {
             advance(link);
@@ -277,7 +277,7 @@ impl<T: Real> Newton<T> {
         for (impulse, contact) in solution.contact.iter_mut().zip(&self.contacts) {
             *impulse = contact.law.impulse;
         }
-        self.contact_friction.write(&mut solution.contact_friction);
+        self.obstacle_friction.write(&mut solution.obstacle_friction);
         self.self_contacts.write(&mut solution.pair);
     }
 }
@@ -311,7 +311,7 @@ impl<T: Real> StageProblem<T> for Newton<T> {
         for contact in &self.contacts {
             squared = squared.max(contact.law.squared_error());
         }
-        squared = squared.max(self.contact_friction.squared_error(&self.contacts));
+        squared = squared.max(self.obstacle_friction.squared_error(&self.contacts));
         squared.max(self.self_contacts.squared_error()).sqrt()
     }
 
@@ -320,7 +320,7 @@ impl<T: Real> StageProblem<T> for Newton<T> {
         self.links.iter_mut().for_each(|link| link.friction.stiffen(factor));
         self.stops.iter_mut().for_each(|stop| stop.stiffen(factor));
         self.contacts.iter_mut().for_each(|contact| contact.law.stiffen(factor));
-        self.contact_friction.stiffen(factor);
+        self.obstacle_friction.stiffen(factor);
         self.self_contacts.stiffen(factor);
     }
 
@@ -329,7 +329,7 @@ impl<T: Real> StageProblem<T> for Newton<T> {
         self.links.iter_mut().for_each(|link| link.friction.recentre(lanes));
         self.stops.iter_mut().for_each(|stop| stop.recentre(lanes));
         self.contacts.iter_mut().for_each(|contact| contact.law.recentre(lanes));
-        self.contact_friction.recentre(lanes, &self.contacts);
+        self.obstacle_friction.recentre(lanes, &self.contacts);
         self.self_contacts.recentre(lanes);
     }
 }

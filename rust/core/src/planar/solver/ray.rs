@@ -76,7 +76,7 @@ impl<T: Real> Ray<T> for Step<'_, T> {
             let link = &newton.links[contact.link];
             add(contact.along(&link.start, &link.step, alpha));
         }
-        for term in &newton.contact_friction.terms {
+        for term in &newton.obstacle_friction.terms {
             let link = &newton.links[term.link];
             add(term.along(&link.start, &link.step, alpha));
         }

@@ -20,7 +20,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         self.drives.backlash.load(|lane| (system.backlash(parameters(lane)), &members.body(lane).warm_start.backlash));
         self.stribeck.load(|lane| system.stribeck().drop + parameters(lane).stribeck);
         self.joint_stops.load(|lane| &members.body(lane).warm_start.joint_stops);
-        self.has_pegs = members.any(|body| !body.pegs.is_empty());
+        self.has_pegs = members.any(|body| !body.obstacles.is_empty());
         self.near_pegs =
             std::array::from_fn(|lane| lane < T::LANES && !members.body(lane).warm_start.near.pairs().is_empty());
         self.among_pegs = mask::<T>(self.near_pegs);

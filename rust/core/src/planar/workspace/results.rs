@@ -87,8 +87,13 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         self.drives.backlash.save(lane, &mut body.warm_start.backlash);
         self.joint_stops.save(lane, &mut body.warm_start.joint_stops);
         body.is_plausible &= self.result.plausible.lane(lane);
-        body.warm_start.near.arrive(self.motion.bound.displacement.lane(lane), self.result.misprediction.lane(lane));
-        body.warm_start.near.end_step();
+        // Without obstacles in the register the motion is not bounded.
+        if !body.obstacles.is_empty() {
+            let [displacement, error] =
+                [self.motion.bound.displacement, self.result.misprediction].map(|b| b.lane(lane));
+            body.warm_start.near.arrive(displacement, error);
+            body.warm_start.near.end_step();
+        }
         let gap = |id| self.end_gap_of_pair(&system.robot.links, lane, id);
         body.warm_start.self_contacts.end_step(gap);
         let per_second = 1.0 / self.stage.coefficient.lane(lane);

@@ -196,9 +196,9 @@ impl GroundLaws {
     }
 }
 
-/// Law of a contact with a peg.
+/// Law of a contact with an obstacle.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct PegLaw {
+pub(super) struct ObstacleLaw {
     pub link: usize,
     pub direction: Vector6<f64>,
     pub law: UnilateralLaw,
@@ -207,11 +207,11 @@ pub(super) struct PegLaw {
     pub slope: Vector6<f64>,
 }
 
-impl PegLaw {
+impl ObstacleLaw {
     pub fn new(stage: &Stage, solution: &StageSolution, k: usize) -> Self {
-        let peg = &stage.pegs[k];
-        let law = UnilateralLaw::new(peg.offset, solution.peg[k]);
-        Self { link: peg.link, direction: stacked(&peg.direction), law, constant: 0.0, slope: Vector6::zeros() }
+        let contact = &stage.contacts[k];
+        let law = UnilateralLaw::new(contact.offset, solution.contact[k]);
+        Self { link: contact.link, direction: stacked(&contact.direction), law, constant: 0.0, slope: Vector6::zeros() }
     }
 
     /// Returns the defect \[N s\].

@@ -6,9 +6,9 @@ use crate::laws::Backlash;
 use crate::solver::{CoulombForm, CoupledStage, Defect};
 use crate::spatial::{Stage, StageSolution};
 
-use super::coulomb_laws::{GroundLaws, PegLaw};
+use super::coulomb_friction::ObstacleFrictionLaw;
+use super::coulomb_laws::{GroundLaws, ObstacleLaw};
 use super::coulomb_pairs::CoulombPairs;
-use super::coulomb_rough::RoughLaw;
 use super::coulomb_sweep::{Balance, ChainLink, mass_matrix, spatial_vector, stacked};
 use super::newton::PENALTY;
 use super::terms::actuator;
@@ -17,9 +17,9 @@ use super::terms::actuator;
 #[derive(Debug, Clone)]
 pub struct CoulombNewton {
     pub(super) links: Vec<Link>,
-    pub(super) pegs: Vec<PegLaw>,
-    /// Friction of each entry of `pegs`; empty where no obstacle has any.
-    pub(super) rough: Vec<RoughLaw>,
+    pub(super) contacts: Vec<ObstacleLaw>,
+    /// Friction of each entry of `contacts`; empty where no obstacle has any.
+    pub(super) obstacle_friction: Vec<ObstacleFrictionLaw>,
     pairs: CoulombPairs,
     pub(super) form: CoulombForm,
     /// Speed below which a defect is no error \[m/s\].
@@ -50,8 +50,8 @@ impl CoulombNewton {
     pub fn new(links: usize) -> Self {
         Self {
             links: Vec::with_capacity(links),
-            pegs: Vec::with_capacity(4 * links),
-            rough: Vec::with_capacity(4 * links),
+            contacts: Vec::with_capacity(4 * links),
+            obstacle_friction: Vec::with_capacity(4 * links),
             pairs: CoulombPairs::new(links),
             form: CoulombForm::stiff(1.0, 1.0),
             tolerance: 0.0,
@@ -101,10 +101,11 @@ impl CoupledStage for CoulombNewton {
             let link = self.link(stage, solution, i);
             self.links.push(link);
         }
-        self.pegs.clear();
-        self.pegs.extend((0..stage.pegs.len()).map(|k| PegLaw::new(stage, solution, k)));
-        self.rough.clear();
-        self.rough.extend((0..stage.peg_friction.len()).map(|k| RoughLaw::new(stage, solution, k)));
+        self.contacts.clear();
+        self.contacts.extend((0..stage.contacts.len()).map(|k| ObstacleLaw::new(stage, solution, k)));
+        self.obstacle_friction.clear();
+        self.obstacle_friction
+            .extend((0..stage.obstacle_friction.len()).map(|k| ObstacleFrictionLaw::new(stage, solution, k)));
         self.pairs.load(stage, solution);
     }
 
@@ -114,16 +115,16 @@ impl CoupledStage for CoulombNewton {
 
     fn recentre(&mut self) {
         self.links.iter_mut().for_each(|link| link.laws.centre = link.laws.impulse);
-        self.pegs.iter_mut().for_each(|peg| peg.law.centre = peg.law.impulse);
-        self.rough.iter_mut().for_each(|rough| rough.centre = rough.impulse);
+        self.contacts.iter_mut().for_each(|contact| contact.law.centre = contact.law.impulse);
+        self.obstacle_friction.iter_mut().for_each(|friction| friction.centre = friction.impulse);
         self.pairs.recentre();
     }
 
     fn centre_error(&self) -> f64 {
         let ground = self.links.iter().map(|link| (link.laws.impulse - link.laws.centre).amax());
-        let pegs = self.pegs.iter().map(|peg| (peg.law.impulse - peg.law.centre).abs());
-        let rough = self.rough.iter().map(|rough| (rough.impulse - rough.centre).amax());
-        ground.chain(pegs).chain(rough).fold(self.pairs.centre_error(), f64::max)
+        let contacts = self.contacts.iter().map(|contact| (contact.law.impulse - contact.law.centre).abs());
+        let friction = self.obstacle_friction.iter().map(|friction| (friction.impulse - friction.centre).amax());
+        ground.chain(contacts).chain(friction).fold(self.pairs.centre_error(), f64::max)
     }
 
     fn negligible(&self) -> f64 {
@@ -132,7 +133,7 @@ impl CoupledStage for CoulombNewton {
     }
 
     fn defects(&mut self) -> Defect {
-        let Self { links, pegs, rough, pairs, form, .. } = self;
+        let Self { links, contacts, obstacle_friction, pairs, form, .. } = self;
         let mut defect = Defect::NONE;
         let mut behind = Vector6::zeros();
         for link in links.iter_mut() {
@@ -140,21 +141,21 @@ impl CoupledStage for CoulombNewton {
             defect.add(squared / link.mass, largest / link.mass);
             link.missing = link.mass_matrix * link.twist - link.momentum - link.laws.force();
         }
-        for (k, peg) in pegs.iter_mut().enumerate() {
-            let link = &mut links[peg.link];
-            if let Some(rough) = rough.get_mut(k) {
+        for (k, contact) in contacts.iter_mut().enumerate() {
+            let link = &mut links[contact.link];
+            if let Some(friction) = obstacle_friction.get_mut(k) {
                 if form.is_lagged {
-                    rough.project(peg, &link.twist, form);
-                    link.missing -= peg.force() + rough.force();
+                    friction.project(contact, &link.twist, form);
+                    link.missing -= contact.force() + friction.force();
                     continue;
                 }
-                let missing = rough.measure(&link.twist, peg.law.impulse, form);
+                let missing = friction.measure(&link.twist, contact.law.impulse, form);
                 defect.add_impulse(missing, link.mass);
-                link.missing -= rough.force();
+                link.missing -= friction.force();
             }
-            let missing = peg.measure(&link.twist, form);
+            let missing = contact.measure(&link.twist, form);
             defect.add_impulse(missing, link.mass);
-            link.missing -= peg.force();
+            link.missing -= contact.force();
         }
         pairs.measure(|link| links[link].twist, form);
         for pair in pairs.laws() {
@@ -183,23 +184,26 @@ impl CoupledStage for CoulombNewton {
     }
 
     fn find_step(&mut self) {
-        let Self { links, pegs, rough, pairs, form, .. } = self;
-        if !form.is_lagged || rough.is_empty() {
-            pegs.iter_mut().for_each(|peg| peg.linearise(form));
+        let Self { links, contacts, obstacle_friction, pairs, form, .. } = self;
+        if !form.is_lagged || obstacle_friction.is_empty() {
+            contacts.iter_mut().for_each(|contact| contact.linearise(form));
         }
         if !form.is_lagged {
             links.iter_mut().for_each(|link| link.laws.linearise(form));
-            rough.iter_mut().zip(&*pegs).for_each(|(rough, peg)| rough.linearise(peg, form));
+            obstacle_friction
+                .iter_mut()
+                .zip(&*contacts)
+                .for_each(|(friction, contact)| friction.linearise(contact, form));
         }
-        let mut pegs_left = pegs.iter().enumerate().rev().peekable();
+        let mut contacts_left = contacts.iter().enumerate().rev().peekable();
         let mut behind = Balance { matrix: Matrix6::zeros(), load: Vector6::zeros() };
         for (i, link) in links.iter_mut().enumerate().rev() {
             let (matrix, load) = link.laws.tangent();
             behind.matrix += link.mass_matrix + matrix;
             behind.load += load - link.missing + pairs.load_on(i, form);
-            while let Some((k, peg)) = pegs_left.next_if(|(_, peg)| peg.link == i) {
-                let friction = rough.get(k).map(RoughLaw::tangent);
-                for (matrix, load) in std::iter::once(peg.tangent()).chain(friction) {
+            while let Some((k, contact)) = contacts_left.next_if(|(_, contact)| contact.link == i) {
+                let friction = obstacle_friction.get(k).map(ObstacleFrictionLaw::tangent);
+                for (matrix, load) in std::iter::once(contact.tangent()).chain(friction) {
                     behind.matrix += matrix;
                     behind.load += load;
                 }
@@ -219,10 +223,10 @@ impl CoupledStage for CoulombNewton {
         }
         pairs.correct(links, &head, form);
         links.iter_mut().for_each(|link| link.laws.find_step(&link.step));
-        for (k, peg) in pegs.iter_mut().enumerate() {
-            let step = &links[peg.link].step;
-            peg.find_step(step);
-            rough.get_mut(k).into_iter().for_each(|rough| rough.find_step(step));
+        for (k, contact) in contacts.iter_mut().enumerate() {
+            let step = &links[contact.link].step;
+            contact.find_step(step);
+            obstacle_friction.get_mut(k).into_iter().for_each(|friction| friction.find_step(step));
         }
         pairs.find_step(|link| links[link].step, form);
     }
@@ -239,8 +243,8 @@ impl CoupledStage for CoulombNewton {
             link.twist = before;
             link.laws.move_along(fraction);
         }
-        self.pegs.iter_mut().for_each(|peg| peg.law.move_along(fraction));
-        self.rough.iter_mut().for_each(|rough| rough.move_along(fraction));
+        self.contacts.iter_mut().for_each(|contact| contact.law.move_along(fraction));
+        self.obstacle_friction.iter_mut().for_each(|friction| friction.move_along(fraction));
         self.pairs.move_along(fraction);
     }
 
@@ -253,11 +257,11 @@ impl CoupledStage for CoulombNewton {
                 solution.actuator[i - 1] = [0, 1].map(|axis| link.actuators[axis].evaluate(link.rates[axis]).0);
             }
         }
-        for (impulse, peg) in solution.peg.iter_mut().zip(&self.pegs) {
-            *impulse = peg.law.impulse.max(0.0);
+        for (impulse, contact) in solution.contact.iter_mut().zip(&self.contacts) {
+            *impulse = contact.law.impulse.max(0.0);
         }
-        for (impulse, rough) in solution.peg_friction.iter_mut().zip(&self.rough) {
-            *impulse = rough.impulse;
+        for (impulse, friction) in solution.obstacle_friction.iter_mut().zip(&self.obstacle_friction) {
+            *impulse = friction.impulse;
         }
         self.pairs.write(&mut solution.pair);
     }

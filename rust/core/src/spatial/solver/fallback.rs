@@ -46,21 +46,31 @@ impl Fallback {
     }
 
     /// Solves `stage` for velocities within about `tolerance` \[m/s\]. `solution` has the size of the stage and may
-    /// hold the result of another solver or anything else, NaN included. Also returns the number of linear solves.
-    pub fn solve_hard(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, SolveStatus) {
+    /// hold the result of another solver or anything else, NaN included. No method begins after `most` linear solves, the
+    /// number of which is also returned.
+    pub fn solve_hard(
+        &mut self,
+        stage: &Stage,
+        solution: &mut StageSolution,
+        tolerance: f64,
+        most: u32,
+    ) -> (u32, SolveStatus) {
         let limit = Spatial::RESIDUAL_FACTOR * tolerance;
-        let (solves, residual) = self.attempt.close(stage, solution, tolerance);
-        let mut offsets = stage.pegs.iter().map(|peg| peg.offset).chain(stage.pairs.iter().map(|pair| pair.offset));
+        let (solves, residual) = self.attempt.close(stage, solution, tolerance, most);
+        let mut offsets =
+            stage.contacts.iter().map(|contact| contact.offset).chain(stage.pairs.iter().map(|pair| pair.offset));
         let may_contradict = residual > limit.max(CONTRADICTION) && offsets.any(|offset| offset < 0.0);
         if !may_contradict {
             return (solves, if residual <= limit { SolveStatus::Solved } else { SolveStatus::Unsolved });
         }
         self.relaxed.copy_from(stage);
-        let Stage { pegs, pairs, .. } = &mut self.relaxed;
-        let offsets = pegs.iter_mut().map(|peg| &mut peg.offset).chain(pairs.iter_mut().map(|pair| &mut pair.offset));
+        let Stage { contacts, pairs, .. } = &mut self.relaxed;
+        let offsets =
+            contacts.iter_mut().map(|contact| &mut contact.offset).chain(pairs.iter_mut().map(|pair| &mut pair.offset));
         offsets.for_each(|offset| *offset = offset.max(0.0));
         self.relaxed_solution.copy_from(solution);
-        let (more, of_relaxed) = self.attempt.close(&self.relaxed, &mut self.relaxed_solution, tolerance);
+        let (more, of_relaxed) =
+            self.attempt.close(&self.relaxed, &mut self.relaxed_solution, tolerance, most.saturating_sub(solves));
         if of_relaxed > limit {
             return (solves + more, SolveStatus::Unsolved);
         }
@@ -75,7 +85,7 @@ type Method = fn(&mut Attempt, &Stage, f64) -> u32;
 impl Attempt {
     /// Tries one method after the other until the residual is well within the tolerance, and keeps the best solution in
     /// `solution`. Returns the solves and its residual, infinite if it is not a number.
-    fn close(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, f64) {
+    fn close(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64, most: u32) -> (u32, f64) {
         // With the residual over the tolerance that is enough.
         let methods: [(Method, f64); 4] = [
             (Self::near_the_lanes, ENOUGH),
@@ -87,7 +97,7 @@ impl Attempt {
         self.residual = residual(stage, solution);
         let (mut solves, is_done) = self.at_rest(stage, tolerance);
         for (method, enough) in methods {
-            if is_done {
+            if is_done || solves >= most {
                 break;
             }
             self.trial.copy_from(&self.best);
@@ -168,15 +178,15 @@ impl Attempt {
 
     /// Free motion without impulses.
     fn start_from_free_motion(&mut self, stage: &Stage) {
-        let StageSolution { twist, normal, friction, rolling, peg, peg_friction, pair, .. } = &mut self.trial;
+        let StageSolution { twist, normal, friction, rolling, contact, obstacle_friction, pair, .. } = &mut self.trial;
         for (twist, link) in twist.iter_mut().zip(&stage.links) {
             *twist = free_twist(link);
         }
         normal.fill([0.0; 2]);
         friction.fill([Vector2::zeros(); 2]);
         rolling.fill(Vector2::zeros());
-        peg.fill(0.0);
-        peg_friction.fill(Vector2::zeros());
+        contact.fill(0.0);
+        obstacle_friction.fill(Vector2::zeros());
         pair.fill(0.0);
     }
 }

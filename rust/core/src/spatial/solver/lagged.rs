@@ -56,9 +56,12 @@ impl CoulombNewton {
     }
 
     fn take_lags(&mut self) {
-        let Self { links, pegs, rough, .. } = self;
+        let Self { links, contacts, obstacle_friction, .. } = self;
         links.iter_mut().for_each(|link| link.laws.lag(&link.twist));
-        rough.iter_mut().zip(pegs).for_each(|(rough, peg)| rough.lag(&links[peg.link].twist));
+        obstacle_friction
+            .iter_mut()
+            .zip(contacts)
+            .for_each(|(friction, contact)| friction.lag(&links[contact.link].twist));
     }
 
     /// Newton's method on a convex problem. Imbalances of closed contacts are longer than the step by the square root of

@@ -4,19 +4,19 @@
 //! use snake_core::spatial::solver::sweep::Quadratic;
 //! ```
 
+mod coulomb_friction;
 mod coulomb_laws;
 mod coulomb_newton;
 mod coulomb_pairs;
-mod coulomb_rough;
 mod coulomb_sweep;
 mod fallback;
 mod friction_term;
 mod lagged;
 mod link_term;
 mod newton;
+mod obstacle_friction;
 mod progress;
 mod ray;
-mod rough_contacts;
 mod self_contacts;
 mod sweep;
 mod terms;

@@ -25,11 +25,11 @@ use crate::solver::Outcome;
 
 use super::friction_term::FrictionTerm;
 use super::link_term::{GroundLaws, GroundTerm, LinkTerm, Ray};
+use super::obstacle_friction::ObstacleFriction;
 use super::progress::{Assembly, Corrections, Progress};
-use super::rough_contacts::RoughContacts;
 use super::self_contacts::SelfContacts;
 use super::sweep::{Quadratic, Segment};
-use super::terms::{ActuatorTerm, PegTerm, StopTerm};
+use super::terms::{ActuatorTerm, ObstacleTerm, StopTerm};
 use crate::spatial::spatial_vector::{Twist, difference, inner, sum};
 use crate::spatial::{Stage, StageFriction, StageSolution};
 
@@ -39,8 +39,8 @@ pub struct Newton<T: Real = f64> {
     pub(super) links: Vec<LinkTerm<T>>,
     /// Of the axes of the joints in turn; empty where no joint is near a stop.
     pub(super) stops: Vec<StopTerm<T>>,
-    pub(super) pegs: Vec<PegTerm<T>>,
-    pub(super) rough: RoughContacts<T>,
+    pub(super) contacts: Vec<ObstacleTerm<T>>,
+    pub(super) obstacle_friction: ObstacleFriction<T>,
     pub(super) self_contacts: SelfContacts<T>,
     pub(super) laws: GroundLaws<T>,
     /// Step of link 1's twist.
@@ -67,8 +67,8 @@ impl<T: Real> Newton<T> {
         Self {
             links: Vec::with_capacity(links),
             stops: Vec::with_capacity(2 * (links - 1)),
-            pegs: Vec::with_capacity(4 * links),
-            rough: RoughContacts::new(links),
+            contacts: Vec::with_capacity(4 * links),
+            obstacle_friction: ObstacleFriction::new(links),
             self_contacts: SelfContacts::new(links),
             laws: GroundLaws::new(&StageFriction { sliding: Vector2::new(zero, zero), rolling: zero }, zero),
             head: Twist::zero(),
@@ -117,10 +117,10 @@ impl<T: Real> Newton<T> {
             }
         }
         self.stops.iter_mut().for_each(StopTerm::release);
-        for peg in &mut self.pegs {
-            peg.contact.release();
+        for contact in &mut self.contacts {
+            contact.normal.release();
         }
-        self.rough.frictions().for_each(FrictionTerm::release);
+        self.obstacle_friction.frictions().for_each(FrictionTerm::release);
         self.self_contacts.release();
     }
 
@@ -144,11 +144,11 @@ impl<T: Real> Newton<T> {
         for (stop, impulse) in stage.stops.iter().zip(&solution.stop) {
             self.stops.push(StopTerm::new(stop, penalty, impulse));
         }
-        self.pegs.clear();
-        for (peg, impulse) in stage.pegs.iter().zip(&solution.peg) {
-            self.pegs.push(PegTerm::new(peg, penalty, *impulse));
+        self.contacts.clear();
+        for (contact, impulse) in stage.contacts.iter().zip(&solution.contact) {
+            self.contacts.push(ObstacleTerm::new(contact, penalty, *impulse));
         }
-        self.rough.warm_up(stage, solution, penalty);
+        self.obstacle_friction.warm_up(stage, solution, penalty);
         self.self_contacts.warm_up(stage, &solution.pair, penalty);
     }
 
@@ -221,7 +221,7 @@ impl<T: Real> Newton<T> {
                     friction.restore(undone);
                 }
             }
-            self.rough.frictions().for_each(|friction| friction.restore(undone));
+            self.obstacle_friction.frictions().for_each(|friction| friction.restore(undone));
         }
         progress.record(moving, coupled & !undone, undone, recentred);
         there
@@ -246,7 +246,7 @@ impl<T: Real> Newton<T> {
             let links = &self.links;
             squared_error = self.self_contacts.evaluate(|link| links[link].twist_after(fraction, moving), recentred);
         }
-        let mut pegs = self.pegs.iter_mut().enumerate().rev().peekable();
+        let mut contacts = self.contacts.iter_mut().enumerate().rev().peekable();
         let mut behind = Quadratic::zero();
         for (i, link) in self.links.iter_mut().enumerate().rev() {
             link.go(fraction, moving);
@@ -259,17 +259,18 @@ impl<T: Real> Newton<T> {
             squared_error = squared_error.max(link.squared_error(&self.laws));
             largest_radius = largest_radius.max(link.largest_radius());
             squared_speed = squared_speed.max(inner(&link.twist.linear, &link.twist.linear));
-            while let Some((k, peg)) = pegs.next_if(|(_, peg)| peg.link == i) {
-                let closing = peg.direction.dot(&link.twist);
-                let penalty = peg.contact.evaluate(closing);
-                let load = peg.contact.value;
+            while let Some((k, contact)) = contacts.next_if(|(_, contact)| contact.link == i) {
+                let closing = contact.direction.dot(&link.twist);
+                let penalty = contact.normal.evaluate(closing);
+                let load = contact.normal.value;
                 if RECENTRING {
-                    peg.contact.recentre_here(closing, penalty, recentred);
+                    contact.normal.recentre_here(closing, penalty, recentred);
                 }
-                own.add_rank_one(&peg.direction, penalty, -peg.contact.value);
-                squared_error = squared_error.max(peg.contact.squared_error());
-                let rough = self.rough.evaluate::<RECENTRING>(k, load, &link.twist, &mut own, coupled, recentred);
-                if let Some(error) = rough {
+                own.add_rank_one(&contact.direction, penalty, -contact.normal.value);
+                squared_error = squared_error.max(contact.normal.squared_error());
+                let errors =
+                    self.obstacle_friction.evaluate::<RECENTRING>(k, load, &link.twist, &mut own, coupled, recentred);
+                if let Some(error) = errors {
                     radius_error = radius_error.max(error.radius * link.inverse_mass);
                     largest_radius = largest_radius.max(error.largest * link.inverse_mass);
                     squared_error = squared_error.max(error.squared);
@@ -331,7 +332,7 @@ impl<T: Real> Newton<T> {
                 friction.remember();
             }
         }
-        self.rough.frictions().for_each(FrictionTerm::remember);
+        self.obstacle_friction.frictions().for_each(FrictionTerm::remember);
     }
 
     /// The data of the line search along the step.
@@ -365,9 +366,9 @@ impl<T: Real> Newton<T> {
                 friction.move_part_way(fraction, lanes);
             }
         }
-        self.rough.frictions().for_each(FrictionTerm::remember);
-        self.rough.take_radii(&self.pegs);
-        self.rough.frictions().for_each(|friction| friction.move_part_way(fraction, lanes));
+        self.obstacle_friction.frictions().for_each(FrictionTerm::remember);
+        self.obstacle_friction.take_radii(&self.contacts);
+        self.obstacle_friction.frictions().for_each(|friction| friction.move_part_way(fraction, lanes));
     }
 
     #[inline(always)]
@@ -380,10 +381,10 @@ impl<T: Real> Newton<T> {
             }
         }
         self.stops.iter_mut().for_each(|stop| stop.recentre(lanes));
-        for peg in &mut self.pegs {
-            peg.contact.recentre(lanes);
+        for contact in &mut self.contacts {
+            contact.normal.recentre(lanes);
         }
-        self.rough.frictions().for_each(|friction| friction.recentre(lanes));
+        self.obstacle_friction.frictions().for_each(|friction| friction.recentre(lanes));
         self.self_contacts.recentre(lanes);
     }
 
@@ -406,10 +407,10 @@ impl<T: Real> Newton<T> {
         for (impulse, stop) in solution.stop.iter_mut().zip(&self.stops) {
             *impulse = stop.impulse();
         }
-        for (impulse, peg) in solution.peg.iter_mut().zip(&self.pegs) {
-            *impulse = peg.contact.value;
+        for (impulse, contact) in solution.contact.iter_mut().zip(&self.contacts) {
+            *impulse = contact.normal.value;
         }
-        self.rough.write(&mut solution.peg_friction);
+        self.obstacle_friction.write(&mut solution.obstacle_friction);
         self.self_contacts.write(&mut solution.pair);
     }
 }

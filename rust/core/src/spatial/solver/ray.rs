@@ -63,12 +63,13 @@ impl<T: Real> Ray<T> for Step<'_, T> {
                 }
             }
         }
-        for peg in &newton.pegs {
-            let link = &newton.links[peg.link];
-            let contact = peg.contact.along(peg.direction.dot(&link.start), peg.direction.dot(&link.step), alpha);
+        for contact in &newton.contacts {
+            let link = &newton.links[contact.link];
+            let contact =
+                contact.normal.along(contact.direction.dot(&link.start), contact.direction.dot(&link.step), alpha);
             add(&mut slope, &mut curvature, contact);
         }
-        add(&mut slope, &mut curvature, newton.rough.along(&newton.pegs, &newton.links, alpha));
+        add(&mut slope, &mut curvature, newton.obstacle_friction.along(&newton.contacts, &newton.links, alpha));
         add(&mut slope, &mut curvature, newton.self_contacts.along(&newton.links, alpha));
         (slope, curvature)
     }
@@ -84,7 +85,9 @@ impl<T: Real> Ray<T> for Step<'_, T> {
                 ));
             }
         }
-        self.newton.rough.visit_kinks(&self.newton.pegs, &self.newton.links, |kink| nearest.consider(kink));
+        self.newton
+            .obstacle_friction
+            .visit_kinks(&self.newton.contacts, &self.newton.links, |kink| nearest.consider(kink));
     }
 }
 

@@ -12,7 +12,7 @@ use crate::stepping::StageStop;
 
 use super::sweep::ActuatorModel;
 use crate::spatial::spatial_vector::Wrench;
-use crate::spatial::{StageDrive, StagePeg};
+use crate::spatial::{StageContact, StageDrive};
 
 /// Unilateral contact: P = max(centre - r (gamma + offset), 0).
 #[derive(Debug, Clone, Copy)]
@@ -174,18 +174,22 @@ pub(super) fn actuator<T: Real>(data: &StageDrive<T>) -> Backlash<T> {
     Backlash { actuator, slack: data.slack }
 }
 
-/// A peg's contact together with its direction.
+/// Contact with an obstacle together with its direction.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct PegTerm<T: Real> {
+pub(super) struct ObstacleTerm<T: Real> {
     pub link: usize,
     pub direction: Wrench<T>,
-    pub contact: ContactTerm<T>,
+    pub normal: ContactTerm<T>,
 }
 
-impl<T: Real> PegTerm<T> {
+impl<T: Real> ObstacleTerm<T> {
     #[inline(always)]
-    pub fn new(peg: &StagePeg<T>, penalty: T, impulse: T) -> Self {
-        Self { link: peg.link, direction: peg.direction, contact: ContactTerm::new(peg.offset, penalty, impulse) }
+    pub fn new(contact: &StageContact<T>, penalty: T, impulse: T) -> Self {
+        Self {
+            link: contact.link,
+            direction: contact.direction,
+            normal: ContactTerm::new(contact.offset, penalty, impulse),
+        }
     }
 }
 

@@ -57,7 +57,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         let Motion { expected, elapsed, .. } = motion;
         let (c, twist) = (stage.coefficient, &solution.twist);
         let rows = |impulse| SolvedRows { coefficient: c, elapsed: *elapsed, expected, twist, impulse, lanes: solved };
-        contacts.rows.read(&rows(&solution.peg), closings, contact_impulses, |found, force| {
+        contacts.rows.read(&rows(&solution.contact), closings, contact_impulses, |found, force| {
             let friction = friction_of(stage, solution, found.slot, found.lane) / c.lane(found.lane);
             known[found.lane].add(found.id, KnownContact { force, friction, ..found.known });
         });

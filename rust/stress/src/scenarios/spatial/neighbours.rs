@@ -3,7 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 use snake_core::control::ControllerConfig;
 use snake_core::gait::{CardanGait, Gait, Reference, Wave};
-use snake_core::pegs::PegGrid;
+use snake_core::obstacles::ObstacleGrid;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_SPATIAL_7_5, Scene, SceneConfig, TABLE_7_5};
 use snake_core::spatial::{Pose, SpatialBody, SpatialFleet, SpatialScripted, SpatialSystem, orientation_of};
@@ -75,7 +75,7 @@ fn robot_of(system: &SpatialSystem, k: usize) -> CardanRobot {
     let posture: Vec<Vector2<f64>> = (0..10).map(start_angles).collect();
     let [x, y, yaw] = START_SPATIAL_7_5;
     let head = Pose { position: Vector3::new(x, y, 0.0), orientation: orientation_of(yaw, 0.0, 0.0) };
-    let mut robot = CardanRobot::new(&system.robot, PegGrid::of(&pegs(&TABLE_7_5[..k % 8])), head, &posture, gait);
+    let mut robot = CardanRobot::new(&system.robot, ObstacleGrid::of(&pegs(&TABLE_7_5[..k % 8])), head, &posture, gait);
     robot.body.state.pose.iter_mut().for_each(|pose| pose.position.z += 0.002 * (k % 5) as f64);
     robot
 }

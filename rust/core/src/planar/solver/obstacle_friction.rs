@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::laws::LimitedActuator;
 use crate::math::{Real, dot};
-use crate::planar::{Stage, StageContactFriction, StageLink};
+use crate::planar::{Stage, StageLink, StageObstacleFriction};
 use crate::solver::LawForm;
 
 use super::link_term::in_frame;
@@ -12,8 +12,8 @@ use super::terms::ContactTerm;
 
 /// Friction at all contacts of the stage at hand.
 #[derive(Debug, Clone)]
-pub(super) struct ContactFriction<T> {
-    pub terms: Vec<ContactFrictionTerm<T>>,
+pub(super) struct ObstacleFriction<T> {
+    pub terms: Vec<ObstacleFrictionTerm<T>>,
     /// Whether the bounds stay as they are instead of following the normal impulses.
     pub are_bounds_held: bool,
     /// How often the bounds have moved.
@@ -23,7 +23,7 @@ pub(super) struct ContactFriction<T> {
 /// Friction of a contact with an obstacle, in proximal form: P = clamp(centre - r gamma, +-b). The bound b is held while
 /// the inner problem is minimised, and moves to mu P_N with the multipliers.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct ContactFrictionTerm<T> {
+pub(super) struct ObstacleFrictionTerm<T> {
     pub link: usize,
     /// Index of the contact.
     pub contact: usize,
@@ -36,7 +36,7 @@ pub(super) struct ContactFrictionTerm<T> {
     pub impulse: T,
 }
 
-impl<T: Real> ContactFriction<T> {
+impl<T: Real> ObstacleFriction<T> {
     pub fn new(capacity: usize) -> Self {
         Self { terms: Vec::with_capacity(capacity), are_bounds_held: false, moves: T::zero() }
     }
@@ -46,9 +46,9 @@ impl<T: Real> ContactFriction<T> {
     pub fn warm_up(&mut self, stage: &Stage<T>, impulses: &[T], penalty: f64) {
         self.moves = T::zero();
         self.terms.clear();
-        for (friction, &impulse) in stage.contact_friction.iter().zip(impulses) {
+        for (friction, &impulse) in stage.obstacle_friction.iter().zip(impulses) {
             let link = &stage.links[friction.link];
-            self.terms.push(ContactFrictionTerm::new(friction, link, impulse, T::splat(penalty) * link.mass));
+            self.terms.push(ObstacleFrictionTerm::new(friction, link, impulse, T::splat(penalty) * link.mass));
         }
     }
 
@@ -104,10 +104,10 @@ impl<T: Real> ContactFriction<T> {
     }
 }
 
-impl<T: Real> ContactFrictionTerm<T> {
+impl<T: Real> ObstacleFrictionTerm<T> {
     /// `penalty` is the stiffness of sticking \[kg\].
     #[inline(always)]
-    fn new(friction: &StageContactFriction<T>, link: &StageLink<T>, impulse: T, penalty: T) -> Self {
+    fn new(friction: &StageObstacleFriction<T>, link: &StageLink<T>, impulse: T, penalty: T) -> Self {
         let impulse = impulse.min(friction.bound).max(-friction.bound);
         Self {
             link: friction.link,

@@ -6,12 +6,12 @@ use crate::laws::{Cone, ConvexSet, Disc};
 use crate::solver::{CoulombForm, DiscTangent};
 use crate::spatial::{Stage, StageSolution};
 
-use super::coulomb_laws::PegLaw;
+use super::coulomb_laws::ObstacleLaw;
 use super::coulomb_sweep::stacked;
 
 /// Law of the friction of one contact.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct RoughLaw {
+pub(super) struct ObstacleFrictionLaw {
     rows: Matrix2x6<f64>,
     coefficient: f64,
     pub impulse: Vector2<f64>,
@@ -28,16 +28,16 @@ pub(super) struct RoughLaw {
     lag: f64,
 }
 
-impl RoughLaw {
+impl ObstacleFrictionLaw {
     /// Of contact `k` with the impulses of `solution`.
     pub fn new(stage: &Stage, solution: &StageSolution, k: usize) -> Self {
-        let rough = &stage.peg_friction[k];
-        let rows = rough.tangents.map(|tangent| stacked(&tangent).transpose());
+        let row = &stage.obstacle_friction[k];
+        let rows = row.tangents.map(|tangent| stacked(&tangent).transpose());
         let none = Vector2::zeros();
         Self {
             rows: Matrix2x6::from_rows(&rows),
-            coefficient: rough.coefficient,
-            impulse: solution.peg_friction[k],
+            coefficient: row.coefficient,
+            impulse: solution.obstacle_friction[k],
             centre: none,
             start: none,
             step: none,
@@ -50,17 +50,17 @@ impl RoughLaw {
     }
 
     /// Impulses of friction and contact in the convex problem, and their slopes.
-    pub fn project(&mut self, peg: &mut PegLaw, twist: &Vector6<f64>, form: &CoulombForm) {
+    pub fn project(&mut self, contact: &mut ObstacleLaw, twist: &Vector6<f64>, form: &CoulombForm) {
         let stiffness = 1.0 / form.compliance;
-        let normal = peg.law.lagged(peg.direction.dot(twist) + self.lag, form);
+        let normal = contact.law.lagged(contact.direction.dot(twist) + self.lag, form);
         let along = self.centre - self.rows * twist * stiffness;
         let (inside, derivative) =
             Cone { coefficient: self.coefficient }.evaluate(&Vector3::new(normal, along.x, along.y));
-        (peg.law.impulse, self.impulse) = (inside.x, inside.yz());
+        (contact.law.impulse, self.impulse) = (inside.x, inside.yz());
         let [first, second] = [0, 1].map(|row| self.rows.row(row).into_owned());
-        let rows = Matrix3x6::from_rows(&[peg.direction.transpose(), first, second]);
+        let rows = Matrix3x6::from_rows(&[contact.direction.transpose(), first, second]);
         let slope = derivative * rows * -stiffness;
-        (peg.constant, peg.slope) = (0.0, slope.row(0).transpose());
+        (contact.constant, contact.slope) = (0.0, slope.row(0).transpose());
         (self.constant, self.slope) = (Vector2::zeros(), slope.fixed_rows::<2>(1).into_owned());
     }
 
@@ -82,9 +82,9 @@ impl RoughLaw {
     }
 
     /// Linearises the law together with that of its contact.
-    pub fn linearise(&mut self, peg: &PegLaw, form: &CoulombForm) {
-        let tangent = DiscTangent::new(&self.z, &self.defect, self.radius(peg.law.impulse), form);
-        let (constant, slope) = peg.growth();
+    pub fn linearise(&mut self, contact: &ObstacleLaw, form: &CoulombForm) {
+        let tangent = DiscTangent::new(&self.z, &self.defect, self.radius(contact.law.impulse), form);
+        let (constant, slope) = contact.growth();
         self.constant = tangent.constant + tangent.outward * (self.coefficient * constant);
         self.slope = tangent.from_slip * self.rows + tangent.outward * (slope * self.coefficient).transpose();
     }

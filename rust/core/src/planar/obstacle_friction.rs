@@ -16,7 +16,7 @@ use super::{Newton, Stage, StageSolution};
 
 /// Solves a stage whose contacts have friction, in the given lanes.
 #[inline(always)]
-pub fn solve_with_contact_friction<T: Real>(
+pub fn solve_with_obstacle_friction<T: Real>(
     newton: &mut Newton<T>,
     stage: &mut Stage<T>,
     solution: &mut StageSolution<T>,
@@ -40,7 +40,7 @@ pub fn solve_with_contact_friction<T: Real>(
 #[inline(always)]
 fn release<T: Real>(stage: &mut Stage<T>, solution: &mut StageSolution<T>, lanes: T::Mask) {
     let zero = T::zero();
-    for friction in &mut stage.contact_friction {
+    for friction in &mut stage.obstacle_friction {
         friction.bound = T::select(lanes, zero, friction.bound);
     }
     for (u, link) in solution.twist.iter_mut().zip(&stage.links) {
@@ -49,8 +49,9 @@ fn release<T: Real>(stage: &mut Stage<T>, solution: &mut StageSolution<T>, lanes
     for impulse in &mut solution.friction {
         (impulse.x, impulse.y) = (T::select(lanes, zero, impulse.x), T::select(lanes, zero, impulse.y));
     }
-    let StageSolution { actuator, stop, contact, contact_friction, pair, .. } = solution;
-    for impulse in actuator.iter_mut().chain(stop.as_flattened_mut()).chain(contact).chain(contact_friction).chain(pair)
+    let StageSolution { actuator, stop, contact, obstacle_friction, pair, .. } = solution;
+    for impulse in
+        actuator.iter_mut().chain(stop.as_flattened_mut()).chain(contact).chain(obstacle_friction).chain(pair)
     {
         *impulse = T::select(lanes, zero, *impulse);
     }
@@ -59,7 +60,7 @@ fn release<T: Real>(stage: &mut Stage<T>, solution: &mut StageSolution<T>, lanes
 /// Takes the bounds of the normal impulses with which the solver starts.
 #[inline(always)]
 fn set_bounds<T: Real>(stage: &mut Stage<T>, solution: &StageSolution<T>) {
-    for friction in &mut stage.contact_friction {
+    for friction in &mut stage.obstacle_friction {
         friction.bound = friction.coefficient * solution.contact[friction.contact].max(T::zero());
     }
 }

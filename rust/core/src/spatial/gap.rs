@@ -2,8 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::obstacles::{CentreLine, ConvexPolygon, Peg, SolidLine};
-use crate::pegs::PegGrid;
+use crate::obstacles::{CentreLine, ConvexPolygon, ObstacleGrid, Peg, SolidLine};
 use crate::robot::Link;
 
 use super::{Frame, Pose};
@@ -26,7 +25,7 @@ pub fn nearest_point(link: &Link, position: &Vector3<f64>, axis: &Vector3<f64>, 
 }
 
 /// Gap between a link at `frame` and an obstacle of the scene, a vertical body with or without end \[m\].
-pub fn obstacle_gap(link: &Link, frame: &Frame, obstacles: &PegGrid, obstacle: usize) -> f64 {
+pub fn obstacle_gap(link: &Link, frame: &Frame, obstacles: &ObstacleGrid, obstacle: usize) -> f64 {
     let (position, axis) = (&frame.position, &frame.axes[2]);
     if let Some(solid) = obstacles.solid(obstacle) {
         return solid.distance(&solid_line(link, frame)) - link.radius;

@@ -2,15 +2,15 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use super::{Obstacle, Outline, Peg, Rectangle, Shape, Solid, WallGrid};
 use crate::error::FARTHEST;
-use crate::obstacles::{Obstacle, Outline, Peg, Rectangle, Shape, Solid, WallGrid};
 use crate::robot::Link;
 
 /// Pegs sorted into square cells, and walls beside them; replacing the pegs re-uses memory.
 ///
 /// Obstacles are numbered: first the pegs, then the walls.
 #[derive(Debug, Clone, Default)]
-pub struct PegGrid {
+pub struct ObstacleGrid {
     pegs: Vec<Peg>,
     origin: [f64; 2],
     cell: f64,
@@ -27,13 +27,13 @@ pub struct PegGrid {
     height: Vec<f64>,
     /// Around all that have a top face.
     tops: Rectangle,
-    /// Place of each obstacle in the scene; empty where all are pegs.
-    place: Vec<usize>,
+    /// Index of each obstacle in the scene; empty where all are pegs.
+    index_in_scene: Vec<usize>,
     /// The obstacles as the scene has them; empty where all are pegs without friction and end.
     written: Vec<Obstacle>,
 }
 
-impl PegGrid {
+impl ObstacleGrid {
     pub fn new(pegs: &[Peg]) -> Self {
         let mut grid = Self::default();
         grid.rebuild(pegs);
@@ -62,17 +62,12 @@ impl PegGrid {
             [low, high]
         }));
         if !others.is_empty() {
-            grid.place = numbered().map(|(place, _)| *place).collect();
+            grid.index_in_scene = numbered().map(|(index, _)| *index).collect();
         }
         if !obstacles.iter().all(Obstacle::is_plain_peg) {
             grid.written = obstacles.to_vec();
         }
         grid
-    }
-
-    /// The obstacles as the scene has them; empty where all are pegs without friction.
-    pub fn written(&self) -> &[Obstacle] {
-        &self.written
     }
 
     /// The obstacles as the scene has them.
@@ -84,9 +79,9 @@ impl PegGrid {
         }
     }
 
-    /// The obstacle at a place in the scene.
-    pub fn obstacle(&self, place: usize) -> Obstacle {
-        self.written.get(place).cloned().unwrap_or_else(|| self.pegs[place].into())
+    /// The obstacle with an index in the scene.
+    pub fn obstacle(&self, index: usize) -> Obstacle {
+        self.written.get(index).cloned().unwrap_or_else(|| self.pegs[index].into())
     }
 
     pub fn walls(&self) -> &WallGrid {
@@ -100,6 +95,11 @@ impl PegGrid {
 
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// Number of features that describe a link and the side of an obstacle.
+    pub fn features(&self, obstacle: usize) -> usize {
+        obstacle.checked_sub(self.pegs.len()).map_or(1, |wall| self.walls.walls()[wall].polygon.features())
     }
 
     /// Coulomb coefficient of an obstacle.
@@ -148,9 +148,9 @@ impl PegGrid {
         highest
     }
 
-    /// Place of an obstacle in the scene.
-    pub fn place_in_scene(&self, obstacle: usize) -> usize {
-        self.place.get(obstacle).copied().unwrap_or(obstacle)
+    /// Index of an obstacle in the scene.
+    pub fn index_in_scene(&self, obstacle: usize) -> usize {
+        self.index_in_scene.get(obstacle).copied().unwrap_or(obstacle)
     }
 
     pub fn pegs(&self) -> &[Peg] {
@@ -165,7 +165,7 @@ impl PegGrid {
         self.friction.clear();
         self.height.clear();
         self.tops = Rectangle::default();
-        self.place.clear();
+        self.index_in_scene.clear();
         self.written.clear();
         self.pegs.clear();
         self.pegs.extend_from_slice(pegs);
@@ -297,7 +297,7 @@ mod tests {
     fn finds_exactly_what_a_full_search_finds() {
         for count in [0, 1, 2, 50, 700] {
             let pegs = scattered(count);
-            let grid = PegGrid::new(&pegs);
+            let grid = ObstacleGrid::new(&pegs);
             for k in 0..200 {
                 let (x, y, d) = (f64::from(k) * 0.06 - 4.0, f64::from(k % 17) * 0.4 - 1.0, 0.02 * f64::from(k % 23));
                 let near = |peg: &Peg| (peg.x - x).hypot(peg.y - y) - peg.radius <= d;
@@ -314,14 +314,14 @@ mod tests {
     fn a_robot_that_is_nowhere_has_no_clear_way() {
         let link =
             Link { length: 0.1, contact_half_length: 0.03, radius: 0.05, mass: 1.0, inertia: 1.0, roll_inertia: 1.0 };
-        let grid = PegGrid::new(&scattered(3));
+        let grid = ObstacleGrid::new(&scattered(3));
         let poses = [f64::NAN, f64::INFINITY].map(|x| Vector3::new(x, 0.0, 0.0));
         assert!(poses.iter().all(|&pose| grid.clear_way([pose; 2].into_iter(), &[link; 2]) == 0.0));
     }
 
     #[test]
     fn cells_stay_in_proportion_to_the_pegs_however_far_they_lie() {
-        let grid = PegGrid::new(&[[0.01, -1e6, 0.0].into(), [0.01, 1e6, 1.0].into(), [0.01, 0.0, 1e6].into()]);
+        let grid = ObstacleGrid::new(&[[0.01, -1e6, 0.0].into(), [0.01, 1e6, 1.0].into(), [0.01, 0.0, 1e6].into()]);
         assert!(grid.start.len() < 100, "{} cells for 3 pegs", grid.start.len());
     }
 }

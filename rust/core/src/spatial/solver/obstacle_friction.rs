@@ -10,11 +10,11 @@ use crate::spatial::{Stage, StageSolution};
 use super::friction_term::{FrictionLaw, FrictionTerm};
 use super::link_term::LinkTerm;
 use super::sweep::Quadratic;
-use super::terms::PegTerm;
+use super::terms::ObstacleTerm;
 
 /// Friction of one contact.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct RoughTerm<T: Real> {
+pub(super) struct ObstacleFrictionTerm<T: Real> {
     tangents: [Wrench<T>; 2],
     law: FrictionLaw<T>,
     friction: FrictionTerm<T>,
@@ -22,13 +22,13 @@ pub(super) struct RoughTerm<T: Real> {
 
 /// Frictions of the contacts of the stage at hand, one for each, or none.
 #[derive(Debug, Clone)]
-pub(super) struct RoughContacts<T: Real> {
-    terms: Vec<RoughTerm<T>>,
+pub(super) struct ObstacleFriction<T: Real> {
+    terms: Vec<ObstacleFrictionTerm<T>>,
 }
 
 /// How far the laws of a pass are from the solution.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct RoughError<T> {
+pub(super) struct ObstacleFrictionError<T> {
     /// By how much the radius had to move \[N s\].
     pub radius: T,
     /// The radius itself \[N s\].
@@ -37,7 +37,7 @@ pub(super) struct RoughError<T> {
     pub squared: T,
 }
 
-impl<T: Real> RoughTerm<T> {
+impl<T: Real> ObstacleFrictionTerm<T> {
     #[inline(always)]
     fn slip(&self, twist: &Twist<T>) -> Vector2<T> {
         let [along, across] = &self.tangents;
@@ -45,7 +45,7 @@ impl<T: Real> RoughTerm<T> {
     }
 }
 
-impl<T: Real> RoughContacts<T> {
+impl<T: Real> ObstacleFriction<T> {
     pub fn new(links: usize) -> Self {
         Self { terms: Vec::with_capacity(4 * links) }
     }
@@ -54,10 +54,10 @@ impl<T: Real> RoughContacts<T> {
     #[inline(always)]
     pub fn warm_up(&mut self, stage: &Stage<T>, solution: &StageSolution<T>, penalty: T) {
         self.terms.clear();
-        for (k, rough) in stage.peg_friction.iter().enumerate() {
-            let law = FrictionLaw::new(Vector2::new(rough.coefficient, rough.coefficient), penalty);
-            let friction = FrictionTerm::new(&law, law.radius(solution.peg[k]), &solution.peg_friction[k]);
-            self.terms.push(RoughTerm { tangents: rough.tangents, law, friction });
+        for (k, row) in stage.obstacle_friction.iter().enumerate() {
+            let law = FrictionLaw::new(Vector2::new(row.coefficient, row.coefficient), penalty);
+            let friction = FrictionTerm::new(&law, law.radius(solution.contact[k]), &solution.obstacle_friction[k]);
+            self.terms.push(ObstacleFrictionTerm { tangents: row.tangents, law, friction });
         }
     }
 
@@ -72,10 +72,10 @@ impl<T: Real> RoughContacts<T> {
         model: &mut Quadratic<T>,
         coupled: T::Mask,
         recentred: T::Mask,
-    ) -> Option<RoughError<T>> {
+    ) -> Option<ObstacleFrictionError<T>> {
         let term = self.terms.get_mut(k)?;
         let slip = term.slip(twist);
-        let RoughTerm { tangents: [along, across], law, friction } = term;
+        let ObstacleFrictionTerm { tangents: [along, across], law, friction } = term;
         let (wanted, held) = (law.radius(load), friction.radius);
         friction.radius = T::select(coupled, wanted, held);
         let stick = friction.evaluate(law, &slip);
@@ -89,15 +89,15 @@ impl<T: Real> RoughContacts<T> {
         model.add_rank_one(across, stick.yy - stick.xy, -impulse.y);
         model.add_rank_one(&both, stick.xy, T::zero());
         let squared = friction.squared_error(law);
-        Some(RoughError { radius: (wanted - held).abs(), largest: friction.radius, squared })
+        Some(ObstacleFrictionError { radius: (wanted - held).abs(), largest: friction.radius, squared })
     }
 
     /// First and second derivative of all laws' functions along the step.
     #[inline(always)]
-    pub fn along(&self, pegs: &[PegTerm<T>], links: &[LinkTerm<T>], alpha: T) -> (T, T) {
+    pub fn along(&self, contacts: &[ObstacleTerm<T>], links: &[LinkTerm<T>], alpha: T) -> (T, T) {
         let (mut slope, mut curvature) = (T::zero(), T::zero());
-        for (term, peg) in self.terms.iter().zip(pegs) {
-            let link = &links[peg.link];
+        for (term, contact) in self.terms.iter().zip(contacts) {
+            let link = &links[contact.link];
             let (slip, change) = (term.slip(&link.start), term.slip(&link.step));
             let (first, second) = term.friction.along(&term.law, &slip, &change, alpha);
             slope += first;
@@ -108,9 +108,9 @@ impl<T: Real> RoughContacts<T> {
 
     /// Calls `see` with the places along the step where a slip is least.
     #[inline(always)]
-    pub fn visit_kinks(&self, pegs: &[PegTerm<T>], links: &[LinkTerm<T>], mut see: impl FnMut(T)) {
-        for (term, peg) in self.terms.iter().zip(pegs) {
-            let link = &links[peg.link];
+    pub fn visit_kinks(&self, contacts: &[ObstacleTerm<T>], links: &[LinkTerm<T>], mut see: impl FnMut(T)) {
+        for (term, contact) in self.terms.iter().zip(contacts) {
+            let link = &links[contact.link];
             see(term.friction.kink(&term.law, &term.slip(&link.start), &term.slip(&link.step)));
         }
     }
@@ -122,9 +122,9 @@ impl<T: Real> RoughContacts<T> {
 
     /// Radii that belong to the present normal impulses.
     #[inline(always)]
-    pub fn take_radii(&mut self, pegs: &[PegTerm<T>]) {
-        for (term, peg) in self.terms.iter_mut().zip(pegs) {
-            term.friction.radius = term.law.radius(peg.contact.value);
+    pub fn take_radii(&mut self, contacts: &[ObstacleTerm<T>]) {
+        for (term, contact) in self.terms.iter_mut().zip(contacts) {
+            term.friction.radius = term.law.radius(contact.normal.value);
         }
     }
 
