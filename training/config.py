@@ -191,7 +191,7 @@ class RunConfig(Section):
     Args:
         about: What the run is for; has no effect.
         env_id: Environment.
-        env: Keywords of the environment.
+        env: Keywords of the environment; on the command line those that change, null for one that is left out.
         num_envs: Robots in the batch.
         num_threads: Threads of the simulator.
         torch_threads: Threads of the learner, which is idle while the simulator runs, and vice versa.

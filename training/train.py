@@ -26,7 +26,7 @@ from typing import Annotated, Any, Literal, TypeVar
 import gymnasium as gym
 import tyro
 
-from snake_env import ConfigError
+from snake_env import ConfigError, _documents
 from training import config as configs
 from training.config import LearnerName, RunConfig
 from training.runs import RunFolder, StaleRun, sole_writer
@@ -146,6 +146,7 @@ def _parse(kind: type[Kind], text: str | None, given: list[str], load: Load[Kind
     )
     with configs.checked(type(default)):
         config: RunConfig = tyro.cli(both, args=given, description=text, config=(tyro.conf.AvoidSubcommands,)).values
+    config = config.with_changes(env=_documents.merged(default.env, config.env))
     if options.action_mode is not None:
         config = config.with_changes(env=config.env | {"action_mode": options.action_mode})
     if begun is not None:

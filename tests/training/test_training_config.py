@@ -1,11 +1,12 @@
 """Training configurations: what is wrong in one is named by field, value and range."""
 
+import json
 import re
 
 import pytest
 
 from snake_env import ConfigError
-from training import config
+from training import config, train
 from training.config_file import CONFIGS
 
 
@@ -60,3 +61,12 @@ def test_an_unknown_learner_is_named(tmp_path):
 def test_shipped_configurations_survive_a_round_trip(path, tmp_path):
     config.save(config.load(path), tmp_path / "copy.yaml")
     assert config.load(tmp_path / "copy.yaml") == config.load(path)
+
+
+def test_keywords_of_the_environment_on_the_command_line_join_those_of_the_configuration(tmp_path):
+    file = tmp_path / "run.json"
+    weights = {"progress": 2.0, "energy": 0.5}
+    file.write_text(json.dumps({"env": {"reward_weights": weights, "goal_distance": 1.0, "difficulty": 0.5}}))
+    given = ["--config", str(file), "--env", '{"reward_weights": {"energy": 0.1}, "difficulty": null, "step": 0.01}']
+    _, found = train._parse(train.TrainOptions, None, given, lambda one: config.load(one.config, one.learner))
+    assert found.env == {"reward_weights": {"progress": 2.0, "energy": 0.1}, "goal_distance": 1.0, "step": 0.01}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import sys
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -134,7 +135,14 @@ class RunCallback(BaseCallback):
     ) -> None:
         super().__init__()
         self._folder, self._config, self._budget, self._curve, self._stop = folder, config, budget, curve, stop
-        self._bar = tqdm(total=100.0, unit="%", disable=not bar, bar_format=BAR_FORMAT)
+        on_terminal = sys.stderr.isatty()
+        self._bar = tqdm(
+            total=100.0,
+            unit="%",
+            disable=not bar,
+            bar_format=BAR_FORMAT if on_terminal else f"{BAR_FORMAT}\n",
+            mininterval=0.1 if on_terminal else 60.0,  # a line per minute in a file
+        )
         self._stopping = False
 
     def _on_training_start(self) -> None:
@@ -176,8 +184,8 @@ class RunCallback(BaseCallback):
             if key.startswith("snake/"):  # the others are its own
                 self.logger.record(key, value)
         self._folder.append_curve(row)
+        self._bar.set_postfix_str(text(row), refresh=False)
         self._bar.update(100.0 * self._budget.used - self._bar.n)
-        self._bar.set_postfix_str(text(row))
 
     def _evaluate(self, model: Any) -> None:
         row = self._progress.play(Model.of(model, self._config.env), model.num_timesteps)

@@ -16,11 +16,13 @@ pub struct Bounds {
     pub drift: f64,
     /// Stages that stay unconverged.
     pub unconverged: u64,
+    /// Largest residual of a stage that is not counted \[m/s\]: in the plane [`snake_core::solver::residual_limit`].
+    pub residual: f64,
 }
 
 impl Default for Bounds {
     fn default() -> Self {
-        Self { penetration: 1.01 * FLAGGED_DEPTH, energy: 0.1, drift: f64::INFINITY, unconverged: 0 }
+        Self { penetration: 1.01 * FLAGGED_DEPTH, energy: 0.1, drift: f64::INFINITY, unconverged: 0, residual: 1e-4 }
     }
 }
 
@@ -34,7 +36,7 @@ pub fn broken(figures: &Figures, bounds: &Bounds) -> Vec<String> {
         }
     };
     at_most("broken states", figures.broken as f64, 0.0);
-    at_most("residual [m/s]", figures.residual, RESIDUAL);
+    at_most("residual [m/s]", figures.residual, bounds.residual);
     at_most("unconverged", figures.unconverged as f64, bounds.unconverged as f64);
     at_most("joint gap [m]", figures.joint_gap, JOINT_GAP);
     at_most("skew", figures.skew, SKEW);
@@ -44,9 +46,6 @@ pub fn broken(figures: &Figures, bounds: &Bounds) -> Vec<String> {
     at_most("drift [m]", figures.drift, bounds.drift);
     broken
 }
-
-/// Largest residual of a stage that is not counted \[m/s\], see `snake_core::solver::residual_limit`.
-const RESIDUAL: f64 = 1e-4;
 
 /// Joints are eliminated, not solved for: what is left is the round-off of positions of metres \[m\].
 const JOINT_GAP: f64 = 1e-11;
