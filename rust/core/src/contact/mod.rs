@@ -23,5 +23,5 @@ pub use link_pair::{
     link_pair_contacts, link_pair_gap,
 };
 pub use memory::{ContactId, ContactMemory, KnownContact, Source};
-pub use near::{NearObstacles, NearPair, PAIRS_PER_LINK};
+pub use near::{NearObstacles, NearPair, PAIRS_PER_LINK, clear_way};
 pub use self_search::{self_gap, visit_close_pairs};

@@ -220,7 +220,7 @@ impl NearObstacles {
                 }
             }
         }
-        let listed = if self.pairs.is_empty() { obstacles.clear_way(poses, links) } else { 0.0 };
+        let listed = if self.pairs.is_empty() { clear_way(poses, links, obstacles) } else { 0.0 };
         self.horizon = listed.max(margin + SKIN) - displacement;
         self.keep_known();
     }
@@ -236,6 +236,14 @@ impl NearObstacles {
             }
         }
     }
+}
+
+/// A distance that every point of a robot may move without touching an obstacle, not necessarily the largest; zero unless all
+/// obstacles lie outside a circle around the robot \[m\].
+pub fn clear_way(poses: impl Iterator<Item = Vector3<f64>> + Clone, links: &[Link], obstacles: &ObstacleGrid) -> f64 {
+    let Some(middle) = poses.clone().nth(links.len() / 2) else { return 0.0 };
+    let farthest = |(pose, link): (Vector3<f64>, &Link)| (pose.xy() - middle.xy()).norm() + link.reach();
+    obstacles.clear_way(&middle.xy(), poses.zip(links).map(farthest).fold(0.0, f64::max))
 }
 
 /// A horizon that covers no pose.

@@ -4,7 +4,6 @@ use nalgebra::{Vector2, Vector3};
 
 use super::{Obstacle, Outline, Peg, Rectangle, Shape, Solid, WallGrid};
 use crate::error::FARTHEST;
-use crate::robot::Link;
 
 /// Pegs sorted into square cells, and walls beside them; replacing the pegs re-uses memory.
 ///
@@ -174,14 +173,11 @@ impl ObstacleGrid {
         self.sort_into_cells();
     }
 
-    /// A distance that every point of a robot may move without touching an obstacle, not necessarily the largest; zero unless
-    /// all obstacles lie outside a circle around the robot \[m\].
-    pub fn clear_way(&self, poses: impl Iterator<Item = Vector3<f64>> + Clone, links: &[Link]) -> f64 {
-        let Some(centre) = poses.clone().nth(links.len() / 2) else { return 0.0 };
-        let farthest = |(pose, link): (Vector3<f64>, &Link)| (pose.xy() - centre.xy()).norm() + link.reach();
-        let extent = poses.zip(links).map(farthest).fold(0.0, f64::max);
+    /// A distance that every point within `extent` of `centre` may move without touching an obstacle, not necessarily the
+    /// largest; zero unless all obstacles lie outside that circle \[m\].
+    pub fn clear_way(&self, centre: &Vector2<f64>, extent: f64) -> f64 {
         let mut clear = extent;
-        // No extent: these poses are not numbers.
+        // No extent: the poses of the robot are not numbers.
         while clear > 0.0 && clear < FARTHEST && self.is_clear(centre.x, centre.y, 2.0 * clear) {
             clear *= 2.0;
         }
@@ -308,15 +304,6 @@ mod tests {
                 assert_eq!(grid.is_clear(x, y, d), all.is_empty());
             }
         }
-    }
-
-    #[test]
-    fn a_robot_that_is_nowhere_has_no_clear_way() {
-        let link =
-            Link { length: 0.1, contact_half_length: 0.03, radius: 0.05, mass: 1.0, inertia: 1.0, roll_inertia: 1.0 };
-        let grid = ObstacleGrid::new(&scattered(3));
-        let poses = [f64::NAN, f64::INFINITY].map(|x| Vector3::new(x, 0.0, 0.0));
-        assert!(poses.iter().all(|&pose| grid.clear_way([pose; 2].into_iter(), &[link; 2]) == 0.0));
     }
 
     #[test]

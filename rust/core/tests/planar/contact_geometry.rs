@@ -1,7 +1,7 @@
 //! Gap functions and force directions against the printed cases and against finite differences.
 
 use nalgebra::{Matrix2, Vector2, Vector3};
-use snake_core::contact::{NearObstacles, gap, link_peg_contact};
+use snake_core::contact::{NearObstacles, clear_way, gap, link_peg_contact};
 use snake_core::obstacles::ObstacleGrid;
 use snake_core::planar::{Heading, Pose, Twist, assemble_chain, joint_gap, mean_twist, travel};
 use snake_core::robot::{Link, Robot};
@@ -268,11 +268,15 @@ fn the_clear_way_is_clear_and_long_where_pegs_are_far() {
         let pegs: Vec<Peg> = random_pegs(&mut random, 1 + scene % 9).into_iter().enumerate().map(turned).collect();
         let links: Vec<Link> = (0..4).map(|_| random_link(&mut random)).collect();
         let poses: Vec<Pose> = (0..4).map(|_| random_pose(&mut random)).collect();
-        let way = ObstacleGrid::new(&pegs).clear_way(poses.iter().copied(), &links);
+        let way = clear_way(poses.iter().copied(), &links, &ObstacleGrid::new(&pegs));
         let mut nearest = f64::INFINITY;
         for_pairs(&links, &poses, &pegs, |_, _, gap| nearest = nearest.min(gap));
         assert!(way >= 0.0 && way <= nearest.max(0.0), "{way} but {nearest}");
         assert!(distance < 100.0 || way > 0.1 * distance, "{way} at a distance of {distance}");
+        for nowhere in [f64::NAN, f64::INFINITY] {
+            let poses = [Pose::repeat(nowhere); 4];
+            assert_eq!(clear_way(poses.into_iter(), &links, &ObstacleGrid::new(&pegs)), 0.0);
+        }
     }
 }
 
