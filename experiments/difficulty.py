@@ -15,11 +15,10 @@ from typing import Any
 
 from snake_env import ConfigError, drawing
 from snake_env.evaluation import seeds
-from snake_env.evaluation.acting import gait_policy
 from snake_env.evaluation.rollout import run_episodes
 from snake_env.evaluation.statistics import Estimate, mean_interval
 from snake_env.markdown import table
-from snake_env.policies.gaits import GaitParameters
+from snake_env.policies.gaits import GaitParameters, GaitPolicy
 from snake_env.registration import TASKS
 from training.cli import answer
 from training.config import Count
@@ -76,7 +75,7 @@ def compare(args: Options) -> int:
 def measure(options: dict[str, Any], difficulties: tuple[float, ...], fields: int, num_threads: int | None) -> Curve:
     """Success rate of the thesis's gait, difficulty by difficulty."""
     env_id = next(env_id for env_id, made_by in TASKS.items() if made_by == {"task": options["task"]})
-    policy = gait_policy(GaitParameters(), env_id, **options)
+    policy = GaitPolicy(GaitParameters())
     curve = []
     for difficulty in difficulties:
         given = options | {"difficulty": difficulty}

@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 from snake_env import card
 from snake_env.commands.environment_pages import Film
 from snake_env.drawing import figure, save, style
-from snake_env.evaluation import acting, film, seeds, tasks
-from snake_env.evaluation.tasks import BenchmarkTask
+from snake_env.evaluation import film, seeds, tasks
 from snake_env.policies.gaits import ConstantAction
 from snake_env.policies.interface import Policy
-from snake_env.policies.scripted import catalogue
+from snake_env.policies.loading import load_policy
 from snake_env.registration import SCENARIOS, TASKS
 
 SIZE = (720, 432)
@@ -55,9 +54,7 @@ def actor(env_id: str, shown: Film) -> Policy:
     if shown.policy == "action zero":
         size = len(card.layout_of(**TASKS[env_id])["action"])
         return ConstantAction(np.zeros(size, np.float32), shown.policy)
-    if shown.policy in catalogue.CONTROLLERS:
-        return catalogue.tuned(shown.policy, "maze")  # on the same ground
-    return acting.acting(shown.policy, BenchmarkTask(TASKS[env_id]["task"], env_id, shown.options))
+    return load_policy(shown.policy, task="maze")  # where heading control is on the same ground
 
 
 def _camera(env_id: str) -> dict[str, Any]:

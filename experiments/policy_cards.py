@@ -15,7 +15,8 @@ from typing import Any
 import snake_env
 from snake_env._files import write_json
 from snake_env.evaluation import rollout, scores, seeds
-from snake_env.policies.shipped import FOLDER, NAMES, load_policy
+from snake_env.policies.loading import load_policy
+from snake_env.policies.shipped import FOLDER, NAMES
 
 SCENES = 500
 ONE_SEED = "One seed of training; for general and spatial docs/results.md tells how much seeds differ."

@@ -37,16 +37,24 @@ from snake_env.picture import Picture
 from snake_env.registration import register
 from snake_env.simulation import simulate
 from snake_env.state import State
-from snake_env.trajectory import Trajectory
+from snake_env.trajectory import Trajectory, load_trajectory
 from snake_env.vector_env import SnakeVectorEnv
 
 if TYPE_CHECKING:
-    from snake_env.policies.shipped import load_policy
+    from snake_env.evaluation.film import film
+    from snake_env.evaluation.protocol import evaluate
+    from snake_env.policies.loading import load_policy
+    from snake_env.viewer.live import view
 
-LAZY_MODULES = ("sb3", "testing", "zoo", "policies", "evaluation")
+LAZY_MODULES = ("sb3", "rsl_rl", "testing", "zoo", "policies", "evaluation")
 """Modules that ``import snake_env`` leaves out, since they import others; they are loaded when they are first named."""
 
-LAZY_NAMES = {"load_policy": "snake_env.policies.shipped"}
+LAZY_NAMES = {
+    "load_policy": "snake_env.policies.loading",
+    "evaluate": "snake_env.evaluation.protocol",
+    "film": "snake_env.evaluation.film",
+    "view": "snake_env.viewer.live",
+}
 """Functions in such modules."""
 
 
@@ -79,11 +87,15 @@ __all__ = [
     "Stribeck",
     "Trajectory",
     "__version__",
+    "evaluate",
+    "film",
     "load_policy",
+    "load_trajectory",
     "minimal",
     "obstacles",
     "rewards",
     "simulate",
+    "view",
 ]
 
 _lanes()  # refuses a width of registers that the processor lacks

@@ -8,32 +8,54 @@ from importlib import import_module
 
 import gymnasium as gym
 
+from snake_env import __version__
 from snake_env.errors import ConfigError
 
 COMMANDS = {
-    "play": ("snake_env.commands.play", "watch or film an episode"),
-    "view": ("snake_env.commands.view", "watch and steer a robot in the browser"),
-    "evaluate": ("snake_env.commands.evaluate", "score policies on test scenes"),
-    "reproduce": ("snake_env.reproduce.command", "pictures and table of the thesis's findings"),
-    "bench": ("snake_env.commands.bench", "environment steps per second on this machine"),
-    "card": ("snake_env.commands.card", "the card of a shipped policy, or the environments' reference page"),
+    "view": ("snake_env.commands.view:main", "watch and steer a robot in the browser"),
+    "play": ("snake_env.commands.play:main", "watch an episode in a window"),
+    "film": ("snake_env.commands.play:film", "film an episode"),
+    "train": ("snake_env.commands.train:main", "train a policy with PPO of Stable-Baselines3"),
+    "evaluate": ("snake_env.commands.evaluate:main", "score policies on test scenes"),
+    "export": ("snake_env.commands.export:main", "write a policy as an ONNX file"),
+    "card": ("snake_env.commands.card:main", "the card of a policy, or the environments' reference page"),
+    "bench": ("snake_env.commands.bench:main", "environment steps per second on this machine"),
+    "reproduce": ("snake_env.reproduce.command:main", "pictures and table of the thesis's findings"),
 }
-"""Name -> module with ``main(arguments) -> status``, and what it does."""
+"""Name -> function of the arguments that returns the status, and what it does."""
+
+PAGE = """snake-env {version}: snake robots that push against obstacles
+
+{commands}
+
+`snake-env <command> --help` explains each. To begin with:
+
+  snake-env view --policy general        a trained robot in the browser
+  snake-env train --out mine.zip         train one of your own,
+  snake-env view --policy mine.zip       and watch it
+"""
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs a command; returns its status: 2 after one line about what is wrong with its input, 130 when interrupted."""
     listed = "\n".join(f"  {name:<12}{summary}" for name, (_, summary) in COMMANDS.items())
+    page = PAGE.format(version=__version__, commands=listed)
     cli = argparse.ArgumentParser(
         "snake-env",
-        description=f"commands:\n{listed}\n\n`snake-env <command> --help` explains each.",
+        usage="snake-env [--version] <command> [arguments]",
+        description=page,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    cli.add_argument("command", choices=COMMANDS)
-    cli.add_argument("arguments", nargs=argparse.REMAINDER, help="of the command")
+    cli.add_argument("--version", action="version", version=f"snake-env {__version__}")
+    cli.add_argument("command", choices=COMMANDS, nargs="?", help=argparse.SUPPRESS)
+    cli.add_argument("arguments", nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
     args = cli.parse_args(arguments)
+    if args.command is None:
+        print(page, end="")
+        return 0
+    module, _, function = COMMANDS[args.command][0].partition(":")
     try:
-        status: int = import_module(COMMANDS[args.command][0]).main(args.arguments)
+        status: int = getattr(import_module(module), function)(args.arguments)
     except (ConfigError, gym.error.Error) as error:
         print(error, file=sys.stderr)
         return 2

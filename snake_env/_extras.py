@@ -16,7 +16,14 @@ EXTRAS = {
     "viser": "view",
     "trimesh": "view",
     "stable_baselines3": "sb3",
+    "torch": "sb3",
+    "onnx": "onnx",
+    "onnxruntime": "onnx",
+    "pandas": "data",
+    "pyarrow": "data",
     "yaml": "yaml",
+    "rsl_rl": "rsl-rl",
+    "tensordict": "rsl-rl",
 }
 """Module -> extra of the distribution that installs it."""
 

@@ -23,13 +23,21 @@ with extras():
     from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvStepReturn
 
 
-def make(env_id: str = "SnakeField-v1", num_envs: int = 1, *, monitor: bool = True, **options: Any) -> SnakeVecEnv:
+def make(
+    env_id: str = "SnakeField-v1",
+    num_envs: int = 1,
+    *,
+    monitor: bool = True,
+    seed: int | None = None,
+    **options: Any,
+) -> SnakeVecEnv:
     """A native batch as a Stable-Baselines3 ``VecEnv``.
 
     Args:
         env_id: a registered id of this package.
         num_envs: number of robots.
         monitor: report ``episode`` = {"r", "l", "t"} in the info of an episode's last step, as ``VecMonitor`` would.
+        seed: robot ``i`` takes ``seed + i`` in the first reset; None: whatever comes.
         **options: keywords of :class:`snake_env.SnakeVectorEnv`.
 
     Raises:
@@ -37,7 +45,9 @@ def make(env_id: str = "SnakeField-v1", num_envs: int = 1, *, monitor: bool = Tr
     """
     refuse_others(env_id)
     options.setdefault("autoreset_mode", "SameStep")
-    return SnakeVecEnv(gym.make_vec(env_id, num_envs=num_envs, **options), monitor=monitor)  # type: ignore[arg-type]
+    made = SnakeVecEnv(gym.make_vec(env_id, num_envs=num_envs, **options), monitor=monitor)  # type: ignore[arg-type]
+    made.seed(seed)
+    return made
 
 
 def native(venv: VecEnv, env_id: str = "SnakeField-v1", seed: int | None = None, **options: Any) -> VecMonitor:
@@ -49,9 +59,7 @@ def native(venv: VecEnv, env_id: str = "SnakeField-v1", seed: int | None = None,
     num_envs = venv.num_envs
     render_mode = venv.render_mode
     venv.close()
-    replacement = make(env_id, num_envs, monitor=False, render_mode=render_mode, **options)
-    replacement.seed(seed)
-    return VecMonitor(replacement)
+    return VecMonitor(make(env_id, num_envs, monitor=False, seed=seed, render_mode=render_mode, **options))
 
 
 class SnakeVecEnv(VecEnv):

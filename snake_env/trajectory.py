@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from snake_env import trajectory_file
+from snake_env._extras import extras
 from snake_env.config import Robot, Scene
 from snake_env.errors import ConfigError
 
@@ -118,8 +120,25 @@ class Trajectory:
         frames = import_module("snake_env.viewer.frames").Frames.of_trajectory(self)
         return import_module("snake_env.viewer.player").Player(frames, host, port)
 
+    def to_dataframe(self) -> Any:
+        """The samples as a table of pandas, one column for each number; needs the extra ``data``.
+
+        Columns are named ``position_3_x``, ``joint_angle_1``, links and joints numbered from 1; ``attrs`` holds robot
+        and scene.
+        """
+        with extras():
+            import pandas
+        arrays, metadata = trajectory_file.parts(self)
+        found = pandas.DataFrame(trajectory_file.columns(arrays))
+        found.attrs.update(metadata)
+        return found
+
     def save(self, path: str | Path) -> Path:
-        """Writes the run as a page that needs no server (``.html``; extra ``view``) or a film (``.mp4``, ``video``).
+        """Writes the run as the ending of the name says.
+
+        * ``.npz``, ``.csv``, ``.parquet`` (extra ``data``): the samples, which :func:`snake_env.load_trajectory` reads;
+          beside a ``.csv``, which has the columns of :meth:`to_dataframe`, a ``.json`` holds robot and scene.
+        * ``.html`` (extra ``view``): a page that needs no server. ``.mp4`` (extra ``video``): a film.
 
         Returns:
             What was written: a film is a gif where no ffmpeg is found.
@@ -128,13 +147,38 @@ class Trajectory:
             ConfigError: another ending.
         """
         path = Path(path)
+        if path.suffix in trajectory_file.KINDS:
+            trajectory_file.write(self, path)
+            return path
         if path.suffix == ".html":
             frames = import_module("snake_env.viewer.frames").Frames.of_trajectory(self)
             return Path(import_module("snake_env.viewer.export").page(frames, path))
         if path.suffix == ".mp4":
             return Path(import_module("snake_env.viewer.film").film(self, path))
-        raise ConfigError("path", str(path), "a name that ends in .html or .mp4")
+        raise ConfigError("path", str(path), f"a name that ends in .html, .mp4, {', '.join(trajectory_file.KINDS)}")
+
+    def _repr_html_(self) -> str | None:
+        """In a notebook a player that needs no server; without the extra ``view`` only the text."""
+        try:
+            export = import_module("snake_env.viewer.export")
+        except ImportError:
+            return None
+        frames = import_module("snake_env.viewer.frames").Frames.of_trajectory(self)
+        return str(export.inline(frames))
 
     def __repr__(self) -> str:
         samples, links = self.angle.shape
         return f"Trajectory({samples} samples of {links} links, {self.time[0]:g} to {self.time[-1]:g} s)"
+
+
+def load_trajectory(path: str | Path) -> Trajectory:
+    """A run that :meth:`Trajectory.save` has written as ``.npz``, ``.csv`` or ``.parquet``; reading runs no code.
+
+    Raises:
+        ConfigError: the file is of another kind or not whole.
+    """
+    fields = trajectory_file.read(Path(path))
+    try:
+        return Trajectory(**fields)
+    except TypeError as error:
+        raise ConfigError("path", str(path), f"a file that Trajectory.save has written ({error})") from None

@@ -296,6 +296,11 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
         setattr(self, name, values)
 
     @property
+    def autoreset_mode(self) -> AutoresetMode:
+        """When episodes restart, under the name that Gymnasium's own batches have for it."""
+        return self._mode
+
+    @property
     def num_threads(self) -> int:
         """Threads that step the batch."""
         return self._robots.num_threads

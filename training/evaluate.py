@@ -1,6 +1,6 @@
 """Score policies and scripted gaits on held-out fields.
 
-    python -m training evaluate --policy runs/field/policy.safetensors --video
+    python -m training evaluate --policy runs/field/policy.safetensors --film
     python -m training evaluate --gait thesis --gait 30,120,-50 --env SnakeFree-v1
 
 Without --env the task is the one that the first policy was trained in. All policies play on the same fields, on none of
@@ -18,8 +18,9 @@ from typing import Annotated
 
 import tyro
 
-from snake_env.evaluation import acting, scores, seeds
+from snake_env.evaluation import scores, seeds
 from snake_env.evaluation.rollout import run_episodes
+from snake_env.policies.gaits import GaitPolicy
 from snake_env.policies.interface import Policy, refuse_other_interface
 from training.cli import Gait, answer
 from training.config import Count, JsonObject
@@ -40,7 +41,7 @@ class Options:
         fields: Number of held-out fields.
         num_threads: Threads of the simulator.
         out: Folder for JSON and video.
-        video: Film the last policy on the first field that it passes.
+        film: Film the last policy on the first field that it passes.
     """
 
     policy: Annotated[tuple[Path, ...], tyro.conf.UseAppendAction, tyro.conf.arg(aliases=["--model"])] = ()
@@ -50,7 +51,7 @@ class Options:
     fields: Count = FIELDS
     num_threads: int | None = None
     out: Path = Path("runs/evaluate")
-    video: bool = False
+    film: Annotated[bool, tyro.conf.arg(aliases=["--video"])] = False
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -62,19 +63,20 @@ def evaluate(given: Options) -> int:
     """Plays all policies, prints and writes their scores."""
     paths = list(given.policy)
     env_id, options = loading.task(given.env, given.options, paths)
-    policies: list[Policy] = [acting.gait_policy(gait, env_id, **options) for gait in given.gait]
-    if not policies:
-        policies = [acting.default_gait(env_id, **options)]
+    policies: list[Policy] = [GaitPolicy(gait) for gait in given.gait] or [GaitPolicy()]
     policies += loading.load_models(paths)
     loading.refuse_other_model(paths, env_id, options)
     for policy in policies:
         refuse_other_interface(policy, options)
     print(f"{env_id} {json.dumps(options)}, {given.fields} held-out fields")
     fields = seeds.held_out(given.fields)
-    played = {one.name: run_episodes(one, env_id, fields, given.num_threads, **options) for one in policies}
+    played = {}
+    for one in policies:
+        episodes = run_episodes(one, env_id, fields, given.num_threads, **options)
+        played[one.name] = episodes  # that of the default gait is known only now
     rows = {name: scores.score(episodes) for name, episodes in played.items()}
     report(rows, played, given.out, {"env": env_id, "options": options, "fields": given.fields})
-    if given.video:
+    if given.film:
         print(film(policies[-1], env_id, played[policies[-1].name], given.out / "episode", options))
     return 0
 

@@ -21,15 +21,14 @@ from pathlib import Path
 from typing import Any
 
 from snake_env.evaluation import film, scores, seeds
-from snake_env.evaluation.acting import gait_policy
 from snake_env.evaluation.rollout import Episodes, run_episodes
-from snake_env.policies.gaits import GaitParameters
+from snake_env.policies.gaits import GaitParameters, GaitPolicy
 from snake_env.policies.interface import Policy
+from snake_env.policies.loading import load_policy
 from training import config as configs
 from training.cli import answer
 from training.config import Count, RunConfig, Seed
 from training.evaluation import figures
-from training.evaluation.loading import load_model
 from training.evaluation.report import FIELDS, report
 from training.evaluation.report import film as film_of
 from training.runs import RunFolder, StaleRun, sole_writer
@@ -145,9 +144,9 @@ def _training_stage(folder: RunFolder, config: RunConfig) -> int:
 def _evaluation_stage(out: Path, folder: RunFolder, config: RunConfig, best: GaitParameters, fields: int) -> None:
     """Writes scores on held-out fields, figures and a video."""
     options = {name: value for name, value in config.env.items() if name != "action_mode"}
-    thesis, tuned = (gait_policy(gait, config.env_id, **options) for gait in (GaitParameters(), best))
+    thesis, tuned = (GaitPolicy(gait) for gait in (GaitParameters(), best))
     thesis.name, tuned.name = "thesis gait", "best gait"
-    policies = [thesis, tuned, load_model(folder.policy, "policy")]
+    policies = [thesis, tuned, load_policy(folder.policy, name="policy")]
     played = {one.name: run_episodes(one, config.env_id, seeds.held_out(fields), **options) for one in policies}
     rows = {name: scores.score(episodes) for name, episodes in played.items()}
     report(rows, played, out, {"env": config.env_id, "options": config.env, "fields": fields})

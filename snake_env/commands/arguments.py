@@ -3,40 +3,55 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import Any
 
 from snake_env import _documents
 from snake_env.evaluation import tasks
-from snake_env.evaluation.acting import CHOICES
-from snake_env.evaluation.tasks import BenchmarkTask
-from snake_env.policies.shipped import NAMES, load_policy
+from snake_env.evaluation.tasks import BenchmarkTask, acting_in
+from snake_env.policies.interface import Policy
+from snake_env.policies.loading import CHOICES, GAIT
+from snake_env.registration import TASKS
+
+
+def parser(command: str, text: str | None) -> argparse.ArgumentParser:
+    """The parser of a command, whose help shows ``text`` as it is."""
+    return argparse.ArgumentParser(
+        f"snake-env {command}", description=text, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
 
 
 def add_task(cli: argparse.ArgumentParser) -> None:
     """Adds --task, --env and --options."""
     cli.add_argument("--task", metavar="NAME", help=f"one of {', '.join(tasks.load())}")
-    cli.add_argument("--env", metavar="ID", help="an environment instead, such as SnakeField-v1")
+    cli.add_argument("--env", metavar="ID", help=f"an environment instead: {', '.join(TASKS)}")
     cli.add_argument("--options", type=_object, default={}, metavar="JSON", help="keywords of the environment")
 
 
 def add_policy(cli: argparse.ArgumentParser, **more: Any) -> None:
-    """Adds --policy."""
+    """Adds --policy, --normalize and --trust."""
     cli.add_argument("--policy", metavar="NAME", help=f"{CHOICES}; by default the gait of action zero", **more)
+    cli.add_argument(
+        "--normalize", type=Path, metavar="FILE", help="of VecNormalize; default: vecnormalize.pkl beside a zip"
+    )
+    cli.add_argument("--trust", action="store_true", help="the policy's file may run code")
 
 
-def chosen_task(args: argparse.Namespace, policy: str | None) -> BenchmarkTask:
-    """The task given; without one that of the policy's scores, else random fields of medium difficulty.
+def acting(
+    args: argparse.Namespace, policy: str | None, task: BenchmarkTask | None = None
+) -> tuple[Policy, BenchmarkTask]:
+    """Who acts, and where: in the task given, else where the policy was trained, else in fields of medium difficulty.
 
     Raises:
-        ConfigError: there is no such task.
+        ConfigError: there is no such policy or task, or they do not fit each other.
     """
-    if args.env is not None:
-        return BenchmarkTask(args.env, args.env, args.options, "")
-    if args.task is None and policy in NAMES:
-        card = load_policy(policy).card
-        return BenchmarkTask(policy, card.env_id, card.scored_options | args.options, card.about)
-    (found,) = tasks.chosen([args.task or "field-medium"])
-    return BenchmarkTask(found.name, found.env_id, found.options | args.options, found.about)
+    is_file = policy is not None and Path(policy).is_file()
+    how = {"normalize": args.normalize if is_file else None, "trust": args.trust}
+    found, where = acting_in(policy or GAIT, task or args.env or args.task, options=args.options, **how)
+    about = getattr(getattr(found, "card", None), "about", "")
+    if about and is_file:
+        print(f"{found.name}: {about}")
+    return found, where
 
 
 def _object(text: str) -> dict[str, Any]:

@@ -12,7 +12,9 @@ from pathlib import Path
 from snake_env import card
 from snake_env._files import write_text
 from snake_env.commands import environment_pages
-from snake_env.policies.shipped import NAMES, load_policy
+from snake_env.errors import ConfigError
+from snake_env.policies.loading import load_policy
+from snake_env.policies.shipped import NAMES
 
 
 def main(arguments: list[str]) -> int:
@@ -25,7 +27,10 @@ def main(arguments: list[str]) -> int:
         "--write", type=Path, metavar="FILE", help="write to FILE instead of printing, pages of the ids to a folder"
     )
     args = cli.parse_args(arguments)
-    text = card.page() if args.policy is None else str(load_policy(args.policy).card)
+    policy = None if args.policy is None else load_policy(args.policy)
+    if policy is not None and not hasattr(policy, "card"):
+        raise ConfigError("policy", args.policy, "one that has a card")
+    text = card.page() if policy is None else str(policy.card)
     if args.write is None:
         print(text, end="")
         return 0

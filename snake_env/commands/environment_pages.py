@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 
 from snake_env import card
 from snake_env.markdown import table
+from snake_env.policies.loading import load_policy
 from snake_env.policies.policy_card import PolicyCard
-from snake_env.policies.shipped import NAMES, load_policy
+from snake_env.policies.shipped import NAMES
 from snake_env.registration import DESCRIPTIONS, TASKS
 from snake_env.vector_env import SnakeVectorEnv
 

@@ -22,13 +22,13 @@ FORMAT = "snake_env scene 1"
 
 def write(path: str | Path, fields: Mapping[str, Any]) -> None:
     """Write the fields of a scene; what follows from the suffix is the notation."""
-    plain = {"format": FORMAT} | {name: _plain(name, value) for name, value in fields.items()}
+    content = {"format": FORMAT} | plain(fields)
     if Path(path).suffix not in YAML:
-        write_json(path, plain)
+        write_json(path, content)
         return
     with extras():
         import yaml
-    write_text(path, yaml.safe_dump(plain, sort_keys=False))
+    write_text(path, yaml.safe_dump(content, sort_keys=False))
 
 
 def read(path: str | Path) -> dict[str, Any]:
@@ -47,6 +47,11 @@ def read(path: str | Path) -> dict[str, Any]:
     if not isinstance(fields, dict) or fields.pop("format", None) != FORMAT:
         raise ConfigError("path", repr(str(path)), f'a file with "format": "{FORMAT}", as Scene.save writes it')
     return fields
+
+
+def plain(fields: Mapping[str, Any]) -> dict[str, Any]:
+    """The fields of a scene as JSON has them."""
+    return {name: _plain(name, value) for name, value in fields.items()}
 
 
 def _plain(name: str, value: Any) -> Any:

@@ -1,6 +1,6 @@
 """Test scenes, episodes, scores and their statistics.
 
-One direction of imports: ``seeds, tasks, statistics <- rollout <- scores, film, acting <- protocol``.
+One direction of imports: ``seeds, tasks, statistics <- rollout <- scores, film <- protocol``.
 """
 
 from __future__ import annotations

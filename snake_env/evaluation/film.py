@@ -13,6 +13,8 @@ from snake_env._files import replace
 from snake_env.config import Scene
 from snake_env.errors import ConfigError
 from snake_env.evaluation.rollout import make_env
+from snake_env.evaluation.seeds import held_out
+from snake_env.evaluation.tasks import acting_in
 from snake_env.policies.interface import Policy
 from snake_env.state import State
 
@@ -71,6 +73,41 @@ def play(policy: Policy, env_id: str, seed: int, render_mode: str | None = None,
     env.close()
     walk = np.array([state.position for state in states])
     return Episode(walk, scene, frames, success, states, np.array(observations))
+
+
+def film(
+    policy: Any,
+    env: Any,
+    path: str | Path,
+    *,
+    seed: int = 0,
+    normalize: Any = None,
+    trust: bool = False,
+    **options: Any,
+) -> Path:
+    """Films a policy on a test scene; needs the extra ``video``.
+
+    Args:
+        policy: a name, file or object, as :func:`snake_env.load_policy` takes them.
+        env: name of a task, id, or an environment made with this package; None: where the policy was trained.
+        path: ends in .mp4 or .gif; without an ending .mp4 is added.
+        seed: number of the test scene, from 0, the one that :func:`snake_env.evaluate` plays in that episode.
+        normalize: file of a ``VecNormalize``, see :func:`snake_env.load_policy`.
+        trust: the policy's file may run code, see :func:`snake_env.load_policy`.
+        **options: keywords of the environment, such as ``difficulty`` or ``picture``.
+
+    Returns:
+        What was written: a gif where no ffmpeg is found.
+
+    Raises:
+        ConfigError: the policy, the environment or the ending is not admissible.
+    """
+    path = file(Path(path))
+    actor, task = acting_in(policy, env, options=options, normalize=normalize, trust=trust)
+    (field,) = held_out(1, seed)
+    frames = play(actor, task.env_id, field, render_mode="rgb_array", **task.options).frames
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return write(frames, path)
 
 
 def file(path: Path) -> Path:

@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from snake_env._checks import integer
+from snake_env._extras import extras
 from snake_env.errors import ConfigError
 from snake_env.evaluation import seeds, tasks
 from snake_env.evaluation.rollout import Episodes, run_episodes
-from snake_env.evaluation.scores import Row, against, score, table
+from snake_env.evaluation.scores import Row, against, latex, score, table
 from snake_env.evaluation.tasks import BenchmarkTask
-from snake_env.policies.interface import INTERFACE, Policy, Stateless
 
-SCENES = 500
+EPISODES = 500
 """Test scenes of the benchmark."""
-
-Act = Callable[[NDArray[np.float32]], NDArray[np.float32]]
 
 
 @dataclass(frozen=True)
@@ -51,72 +46,59 @@ class Evaluation:
             raise ConfigError("other", its, f"an evaluation of {mine}")
         return against(self.episodes, other.episodes)
 
+    def to_latex(self, *others: Evaluation) -> str:
+        """The scores, and those of other evaluations beside them, as a table of LaTeX (package ``booktabs``)."""
+        return latex({one.name: one.scores for one in (self, *others)})
+
+    def to_dataframe(self) -> Any:
+        """One row per episode: what :attr:`episodes` holds; needs the extra ``data``."""
+        with extras():
+            import pandas
+
+        return pandas.DataFrame({name: list(values) for name, values in self.episodes.items()})
+
     def __str__(self) -> str:
         return table({self.name: self.scores})
 
 
 def evaluate(
-    policy: Policy | Act,
-    task: str | BenchmarkTask = "field-hard",
+    policy: Any,
+    task: Any = None,
     *,
-    scenes: int = SCENES,
+    episodes: int = EPISODES,
+    seed: int = 0,
     name: str | None = None,
     env_options: Mapping[str, Any] | None = None,
+    normalize: Any = None,
+    trust: bool = False,
     num_threads: int | None = None,
     precision: str | None = None,
+    scenes: int | None = None,
 ) -> Evaluation:
     """Plays a policy on test scenes, which neither training nor selection may use, one episode on each.
 
     Args:
-        policy: from :func:`snake_env.load_policy`, any other :class:`snake_env.policies.Policy`, or a function of
-            observations (n, o) that returns actions (n, a) for n robots at once.
-        task: name of a task of the benchmark, or a :class:`BenchmarkTask` of your own.
-        scenes: number of scenes, >= 1; the same ones for every policy.
+        policy: a name, file or object, as :func:`snake_env.load_policy` takes them, among them a function of
+            observations (n, o) that returns actions (n, a) for n robots at once, and a model of Stable-Baselines3.
+        task: name of a task of the benchmark, id of an environment, an environment made with this package, or a
+            :class:`BenchmarkTask`; None: where the policy was trained, or "field-hard" if that is unknown.
+        episodes: number of test scenes, >= 1; the same ones for every policy.
+        seed: number of the first test scene, from 0; episode k is on scene ``seed + k``.
         name: of the policy in the table; None: its own.
         env_options: what a function needs of the environment: ``action_mode``, ``perception``, ``nearest_pegs`` and
             ``control_period``. Everything else belongs to the task.
+        normalize: file of a ``VecNormalize``, see :func:`snake_env.load_policy`.
+        trust: the policy's file may run code, see :func:`snake_env.load_policy`.
         num_threads: threads of the simulator; None: the environment's choice.
         precision: "fast", "default" or "fine": how accurate the time stepping is; None: the task's.
+        scenes: earlier name of ``episodes``.
 
     Raises:
-        ConfigError: the task, an option or the number of scenes is not admissible.
+        ConfigError: the policy, the task, an option or the number of episodes is not admissible.
     """
-    if isinstance(task, str):
-        (task,) = tasks.chosen([task])
-    count = integer("scenes", scenes, 1, len(seeds.HELD_OUT))
-    player = _player(policy, dict(env_options or {}))
-    options = task.options if precision is None else {**task.options, "precision": precision}
-    episodes = run_episodes(player, task.env_id, seeds.held_out(count), num_threads, **options)
-    return Evaluation(name or player.name, task, score(episodes), episodes)
-
-
-def _player(policy: Any, env_options: dict[str, Any]) -> Policy:
-    """The policy itself, or a function as a policy."""
-    for key, value in env_options.items():
-        if key not in INTERFACE:
-            expected = f"one of {', '.join(INTERFACE)}; others are the task's"
-            raise ConfigError(f"env_options[{key!r}]", repr(value), expected)
-    if not hasattr(policy, "begin"):
-        return _Function(policy, env_options)
-    missing = [part for part in ("name", "env_options", "reset") if not hasattr(policy, part)]
-    if missing:
-        expected = "name, env_options, begin and reset, as snake_env.policies.Policy describes them, or a function"
-        raise ConfigError("policy", f"{type(policy).__name__} without {', '.join(missing)}", expected)
-    if env_options:
-        raise ConfigError("env_options", repr(env_options), "none, the policy has its own")
-    played: Policy = policy
-    return played
-
-
-class _Function(Stateless):
-    """A function of observations as a policy."""
-
-    def __init__(self, act: Any, env_options: dict[str, Any]) -> None:
-        if not callable(act):
-            raise ConfigError("policy", repr(act), "a policy, or a function of observations")
-        self.name = getattr(act, "__name__", type(act).__name__)
-        self.env_options = env_options
-        self._act = act
-
-    def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
-        return self._act(observation)
+    count = integer(*(("episodes", episodes) if scenes is None else ("scenes", scenes)), 1, len(seeds.HELD_OUT))
+    options = {} if precision is None else {"precision": precision}
+    how = {"env_options": env_options, "normalize": normalize, "trust": trust}
+    player, played_in = tasks.acting_in(policy, task, "field-hard", options, **how)
+    found = run_episodes(player, played_in.env_id, seeds.held_out(count, seed), num_threads, **played_in.options)
+    return Evaluation(name or player.name, played_in, score(found), found)

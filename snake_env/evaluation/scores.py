@@ -55,6 +55,12 @@ SCORES = (
 
 Row = dict[str, Estimate]
 
+WIDEST = 100
+"""Characters of a line of a table."""
+
+LATEX = str.maketrans({character: f"\\{character}" for character in "_&%#$"})
+"""What LaTeX would read as a command."""
+
 
 def score(episodes: Episodes) -> Row:
     """All scores of a policy."""
@@ -71,14 +77,34 @@ def against(episodes: Episodes, reference: Episodes) -> Row:
 
 
 def table(rows: dict[str, Row]) -> str:
-    """Policies by line, scores by column: value [low, high]."""
-    heads = ["", *(f"{one.name} [{one.unit}]" if one.unit != "1" else one.name for one in SCORES)]
-    lines = [[name, *(cell(row[one.name], one.decimals) for one in SCORES)] for name, row in rows.items()]
-    widths = [max(len(line[k]) for line in (heads, *lines)) for k in range(len(heads))]
-    return "\n".join(
-        "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip()
-        for line in (heads, *lines)
+    """Policies by line, scores by column: value [low, high]; in several parts of at most 100 characters a line."""
+    lines = [["", *map(_heading, SCORES)]]
+    lines += [[name, *(cell(row[one.name], one.decimals) for one in SCORES)] for name, row in rows.items()]
+    first, *columns = (
+        [cell.ljust(max(map(len, column)) + 2) for cell in column] for column in zip(*lines, strict=True)
     )
+    parts: list[list[str]] = []
+    for column in columns:
+        if not parts or len(parts[-1][0]) + len(column[0]) > WIDEST + 2:
+            parts.append(first)
+        parts[-1] = [line + cell for line, cell in zip(parts[-1], column, strict=True)]
+    return "\n\n".join("\n".join(line.rstrip() for line in part) for part in parts)
+
+
+def latex(rows: dict[str, Row]) -> str:
+    """Policies by column, scores by line, as a tabular in the style of the package ``booktabs``."""
+    lines = [["", *(name.translate(LATEX) for name in rows)]]
+    lines += [
+        [_heading(one).replace("_", " "), *(cell(row[one.name], one.decimals) for row in rows.values())]
+        for one in SCORES
+    ]
+    head, *body = (f"{' & '.join(line)} \\\\" for line in lines)
+    begin = f"\\begin{{tabular}}{{l{'r' * len(rows)}}}"
+    return "\n".join([begin, "\\toprule", head, "\\midrule", *body, "\\bottomrule", "\\end{tabular}", ""])
+
+
+def _heading(one: Score) -> str:
+    return one.name if one.unit == "1" else f"{one.name} [{one.unit}]"
 
 
 def difference_text(name: str, other: str, difference: Row) -> str:

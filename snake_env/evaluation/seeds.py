@@ -16,13 +16,14 @@ HELD_OUT = range(2**33, 2**33 + 2**31)
 """Seeds of the test fields, on which results are reported."""
 
 
-def held_out(count: int) -> list[int]:
-    """The first ``count`` test seeds, one per field.
+def held_out(count: int, first: int = 0) -> list[int]:
+    """``count`` test seeds, one per field, from number ``first`` on.
 
     Raises:
-        ConfigError: ``count`` is not an integer from one to the number of test seeds.
+        ConfigError: ``first`` is not the number of a test seed, or ``count`` not that of those from it on.
     """
-    return list(HELD_OUT[: integer("count", count, 1, len(HELD_OUT))])
+    first = integer("seed", first, 0, len(HELD_OUT) - 1)
+    return list(HELD_OUT[first : first + integer("count", count, 1, len(HELD_OUT) - first)])
 
 
 def require_held_out(fields: list[int]) -> None:

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
 
 from snake_env.errors import ConfigError
+from snake_env.policies.interface import INTERFACE, OF_A_TASK, Policy, named_task, refuse_other_interface
+from snake_env.policies.loading import load_policy
+from snake_env.registration import TASKS
 
-TASKS = Path(__file__).with_name("tasks.json")
+FILE = Path(__file__).with_name("tasks.json")
 GOAL = 2.0
 """Distance of the goal by default [m]."""
 
@@ -44,7 +47,7 @@ def model_of(env_id: str, options: Mapping[str, Any]) -> str:
     return str(options.get("model", gym.spec(env_id).kwargs.get("model", "planar")))
 
 
-def load(path: Path = TASKS) -> dict[str, BenchmarkTask]:
+def load(path: Path = FILE) -> dict[str, BenchmarkTask]:
     """All tasks of a file, by name, in its order."""
     content = json.loads(path.read_text())
     return {
@@ -53,7 +56,7 @@ def load(path: Path = TASKS) -> dict[str, BenchmarkTask]:
     }
 
 
-def chosen(names: Sequence[str] | None, path: Path = TASKS) -> list[BenchmarkTask]:
+def chosen(names: Sequence[str] | None, path: Path = FILE) -> list[BenchmarkTask]:
     """The tasks of these names; None: all.
 
     Raises:
@@ -64,3 +67,48 @@ def chosen(names: Sequence[str] | None, path: Path = TASKS) -> list[BenchmarkTas
         if name not in known:
             raise ConfigError("task", name, f"one of {', '.join(known)}")
     return [known[name] for name in names or known]
+
+
+def acting_in(
+    policy: Any, env: Any = None, default: str = "field-medium", options: Mapping[str, Any] | None = None, **how: Any
+) -> tuple[Policy, BenchmarkTask]:
+    """Who acts, and where.
+
+    Args:
+        policy: as :func:`snake_env.load_policy` takes it.
+        env: name of a task of the benchmark; id of an environment; an environment, single or batch, made with this
+            package; a :class:`BenchmarkTask`; None: where the policy was trained, as far as that is known.
+        default: task of a policy whose training is unknown.
+        options: keywords of the environment, on top of those of ``env``.
+        **how: keywords of :func:`snake_env.load_policy`.
+
+    Raises:
+        ConfigError: there is no such policy or task, or they do not fit each other.
+    """
+    known = load()
+    name = env.name if isinstance(env, BenchmarkTask) else default if env is None else env
+    actor = load_policy(policy, task=name if isinstance(name, str) and name in known else None, **how)
+    task = _of(env, getattr(actor, "card", None), known, default)
+    task = replace(task, options={**task.options, **(options or {})})
+    refuse_other_interface(actor, task.options)
+    return actor, task
+
+
+def _of(env: Any, card: Any, known: dict[str, BenchmarkTask], default: str) -> BenchmarkTask:
+    if isinstance(env, BenchmarkTask):
+        return env
+    if env is None and card is not None and card.env_id is not None:
+        env_id, options = named_task(card.env_id, card.scored_options)
+        own = {key: value for key, value in options.items() if key not in INTERFACE}
+        return BenchmarkTask(card.name, env_id, own, card.about)
+    if env is None or isinstance(env, str):
+        name = default if env is None else env
+        if name not in known and name not in TASKS:
+            expected = f"one of {', '.join(known)}, or an id: {', '.join(TASKS)}"
+            raise ConfigError("env_id" if "-v" in name else "task", name, expected)
+        return known.get(name) or BenchmarkTask(name, name)
+    spec = getattr(getattr(env, "unwrapped", env), "spec", None)
+    if spec is None or spec.id not in TASKS:
+        raise ConfigError("env", repr(env), "an environment of this package")
+    kept = {key: value for key, value in spec.kwargs.items() if key in (*OF_A_TASK, "reward_fn", "termination_fn")}
+    return BenchmarkTask(spec.id, spec.id, kept)

@@ -1,13 +1,15 @@
 """What acts: gaits, scripted controllers, trained networks.
 
-One direction of imports: ``files, memory, policy_card <- interface <- gaits, network <- shipped, scripted``.
+One direction of imports: ``files, memory, policy_card <- interface <- gaits, network <- scripted, foreign, onnx_file <-
+loading``.
 """
 
-from snake_env.policies.gaits import DEGREE, ConstantAction, GaitParameters, scripted
+from snake_env.policies.gaits import DEGREE, ConstantAction, GaitParameters, GaitPolicy
 from snake_env.policies.interface import INTERFACE, Policy, Stateless, interface, title
+from snake_env.policies.loading import load_policy
 from snake_env.policies.network import Network
 from snake_env.policies.policy_card import PolicyCard
-from snake_env.policies.shipped import NAMES, load_policy
+from snake_env.policies.shipped import NAMES
 
 __all__ = [
     "DEGREE",
@@ -15,12 +17,12 @@ __all__ = [
     "NAMES",
     "ConstantAction",
     "GaitParameters",
+    "GaitPolicy",
     "Network",
     "Policy",
     "PolicyCard",
     "Stateless",
     "interface",
     "load_policy",
-    "scripted",
     "title",
 ]

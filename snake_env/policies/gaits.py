@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from snake_env.config.section import DEGREE, core_defaults
 from snake_env.errors import ConfigError
-from snake_env.policies.interface import Stateless
+from snake_env.policies.interface import Stateless, Trained
+from snake_env.policies.policy_card import PolicyCard
 
 _THESIS = core_defaults("gait")
 
@@ -97,6 +98,37 @@ class GaitParameters:
         return np.clip(action, -1.0, 1.0).astype(np.float32)
 
 
-def scripted(gait: GaitParameters, entries: list[dict[str, Any]], name: str) -> ConstantAction:
-    """A gait that never changes."""
-    return ConstantAction(gait.action(entries), name, {"action_mode": "gait"})
+class GaitPolicy(Trained):
+    """A gait that never changes.
+
+    Args:
+        gait: its parameters; None: the default gait of the environment, action zero.
+        name: shown in tables; by default the parameters.
+    """
+
+    def __init__(self, gait: GaitParameters | None = None, name: str | None = None) -> None:
+        default = "gait" if gait is None else "thesis gait" if gait == GaitParameters() else str(gait)
+        super().__init__(PolicyCard(name or default, "A gait that never changes.", env_options={"action_mode": "gait"}))
+        self.gait, self._named = gait, name
+        self.action: NDArray[np.float32] | None = None
+        """(a,) commands the gait, once an environment is known."""
+
+    def begin(self, layout: dict[str, Any], num_envs: int) -> None:
+        """Finds the action that commands the gait.
+
+        Raises:
+            ConfigError: the environment cannot command it.
+        """
+        entries = layout["action"]
+        gait = self.gait or GaitParameters.default(entries)
+        self.action = gait.action(entries)
+        if self.gait is None and self._named is None:
+            is_thesis = np.allclose(astuple(gait), astuple(GaitParameters()))
+            self.name = "thesis gait" if is_thesis else "default gait"
+
+    def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
+        """The actions (n, a)."""
+        if self.action is None:
+            self.begin_as_trained(len(observation))
+        assert self.action is not None
+        return np.tile(self.action, (len(observation), 1))

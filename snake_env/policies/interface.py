@@ -6,16 +6,21 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
+import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
 from snake_env.errors import ConfigError
 from snake_env.options import TaskOptions
 from snake_env.policies import files
+from snake_env.policies.policy_card import PolicyCard
 from snake_env.registration import OWN_ID, TASKS
 
 INTERFACE = ("action_mode", "perception", "nearest_pegs", "control_period")
 """Keywords of the environment that belong to a policy; all others belong to the task on which it is evaluated."""
+
+OF_A_TASK = frozenset([*TaskOptions.__annotations__, "max_episode_steps"])
+"""Keywords of a task."""
 
 
 def title(path: Path) -> str:
@@ -53,9 +58,61 @@ class Stateless:
         """Has nothing to forget."""
 
 
-def interface(options: dict[str, Any]) -> dict[str, Any]:
+class Trained(Stateless):
+    """A policy that was made for an environment.
+
+    Args:
+        card: what it is, where it was trained and how it scored.
+    """
+
+    def __init__(self, card: PolicyCard) -> None:
+        self.name, self.card = card.name, card
+        self.env_options = interface(card.env_options)
+
+    def make_vec(self, num_envs: int = 1, **options: Any) -> gym.vector.VectorEnv:
+        """The environment in which the policy was trained, as a native batch; fields of pegs if it is unknown.
+
+        Episodes restart in the step in which they end, unless ``autoreset_mode`` says otherwise; hand
+        ``terminated | truncated`` to :meth:`reset`.
+
+        Args:
+            num_envs: Robots.
+            **options: Keywords of the environment that override those of the training.
+
+        Raises:
+            ConfigError: the file names an environment that is not one of this package's, or a keyword that is not
+                admissible.
+        """
+        env_id, trained = named_task(
+            "SnakeField-v1" if self.card.env_id is None else self.card.env_id, self.card.env_options
+        )
+        return gym.make_vec(env_id, num_envs=num_envs, **{"autoreset_mode": "SameStep"} | trained | options)
+
+    def begin_as_trained(self, num_envs: int) -> None:
+        """Prepares for a batch of new episodes in the environment in which the policy was trained."""
+        env: Any = self.make_vec(1, num_threads=1)
+        self.begin(env.unwrapped.layout, num_envs)
+        env.close()
+
+    def require_inputs(self, shown: int, sees: int) -> None:
+        """Refuses observations of another size than the policy takes.
+
+        Raises:
+            ConfigError: names both sizes.
+        """
+        if sees != shown:
+            expected = f"a policy with {shown} inputs, as this environment provides; this one has {sees}"
+            raise ConfigError("policy", self.name, f"{expected} ({', '.join(INTERFACE)} as in its training)")
+
+
+def interface(options: Mapping[str, Any]) -> dict[str, Any]:
     """Those of an environment's keywords that belong to a policy."""
     return {name: value for name, value in options.items() if name in INTERFACE}
+
+
+def task_keywords(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Those of an environment's keywords that belong to the task, and the length of episodes."""
+    return {name: value for name, value in options.items() if name in OF_A_TASK}
 
 
 def named_task(env_id: str, options: dict[str, Any]) -> tuple[str, dict[str, Any]]:
@@ -68,7 +125,7 @@ def named_task(env_id: str, options: dict[str, Any]) -> tuple[str, dict[str, Any
     if env_id not in TASKS:
         raise ConfigError("env_id", repr(env_id), OWN_ID)
     for name, value in options.items():
-        if name not in (*TaskOptions.__annotations__, "max_episode_steps"):
+        if name not in OF_A_TASK:
             raise ConfigError(f"env.{name}", repr(value), "a keyword of a task")
     return env_id, options
 

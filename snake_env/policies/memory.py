@@ -65,7 +65,8 @@ class MemoryTraces:
     def __init__(self, layout: dict[str, Any], times: Sequence[float], num_envs: int) -> None:
         self._places = remembered(layout)
         keep = [math.exp(-float(layout["control_period"]) / time) for time in times]
-        self._keep = np.array(keep, np.float32)[:, None]
+        self.keep = np.array(keep, np.float32)
+        """Share of each trace that is left after a control period (times,)."""
         self._traces = np.zeros((num_envs, len(times), len(self._places)), np.float32)
         self._new = np.ones(num_envs, np.bool_)
 
@@ -100,7 +101,7 @@ class MemoryTraces:
     def _after(self, observation: NDArray[np.float32], rows: Any) -> NDArray[np.float32]:
         now = observation[:, None, self._places]
         before: NDArray[np.float32] = np.where(self._new[rows, None, None], now, self._traces[rows])
-        return now + self._keep * (before - now)
+        return now + self.keep[:, None] * (before - now)
 
     def _joined(self, observation: NDArray[np.float32], traces: NDArray[np.float32]) -> NDArray[np.float32]:
         if not traces.size:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
 from snake_env.errors import ConfigError
 from snake_env.policies import files
-from snake_env.policies.interface import interface, named_task, title
+from snake_env.policies.interface import Trained, title
 from snake_env.policies.memory import MemoryTraces, network_inputs, time_constants
 from snake_env.policies.policy_card import PolicyCard
 
@@ -19,12 +19,31 @@ Double = NDArray[np.float64]
 Layers = list[tuple[Double, Double]]
 """Weights (..., inputs, outputs) and biases of each layer."""
 
+ACTIVATIONS: dict[str, Callable[[Double], Double]] = {
+    "tanh": np.tanh,
+    "relu": lambda x: np.maximum(x, 0.0),
+    "elu": lambda x: np.where(x > 0.0, x, np.expm1(np.minimum(x, 0.0))),
+    "leakyrelu": lambda x: np.where(x > 0.0, x, 0.01 * x),
+    "silu": lambda x: 0.5 * x * (1.0 + np.tanh(0.5 * x)),
+}
+"""Between layers, with torch's default parameters."""
 
-class Network:
-    """The actor of a file, without exploration noise: layers ``actor.<k>.weight`` and ``.bias`` with tanh between.
 
-    With signs ``mirror.observation`` and ``mirror.action`` it is the mean of the network's output and of its reflected
-    output for the reflected observation.
+class Scaling(NamedTuple):
+    """Inputs are (x - mean) / deviation of observations x, within plus and minus clip, as of ``VecNormalize``."""
+
+    mean: Double
+    deviation: Double
+    clip: Double
+
+
+class Network(Trained):
+    """The actor of a file, without exploration noise: layers ``actor.<k>.weight`` and ``.bias``.
+
+    Between them is tanh, or what ``policy.activation`` of the configuration names; with ``policy.squash`` tanh also
+    bounds the output. With ``normalize.mean``, ``.deviation`` and ``.clip`` the inputs are scaled. With signs
+    ``mirror.observation`` and ``mirror.action`` it is the mean of the network's output and of its reflected output for
+    the reflected observation.
 
     The action of a robot does not depend on the other robots of the batch, bit for bit: each robot is a product of its
     own. Products of the whole batch are summed in an order that depends on its size, contacts amplify the difference,
@@ -35,36 +54,24 @@ class Network:
     Args:
         path: The file.
         name: shown in tables; by default the :func:`title`.
+        read: from the file to its arrays and configuration.
     """
 
-    def __init__(self, path: Path, name: str | None = None) -> None:
-        arrays, self.config = files.read(path)
-        self.name = name or title(path)
-        self.card = PolicyCard.of(self.name, self.config, path.with_suffix(".json"))
-        """What the policy is, where it was trained and how it scored."""
-        self.env_options = interface(self.config.get("env", {}))
-        self._times = time_constants(self.config)
+    def __init__(
+        self, path: Path, name: str | None = None, read: Callable[[Path], tuple[files.Arrays, Any]] = files.read
+    ) -> None:
+        self.arrays, self.config = read(path)
+        super().__init__(PolicyCard.of(name or title(path), self.config, path.with_suffix(".json")))
+        self.times = time_constants(self.config)
         self._traces: MemoryTraces | None = None
         self._num_envs = 0
-        self._layers = _layers_of(path, arrays)
-        self._signs = _signs_of(path, arrays, self._layers)
-
-    def make_vec(self, num_envs: int = 1, **options: Any) -> gym.vector.VectorEnv:
-        """The environment in which the policy was trained, as a native batch.
-
-        Episodes restart in the step in which they end, unless ``autoreset_mode`` says otherwise; hand
-        ``terminated | truncated`` to :meth:`reset`.
-
-        Args:
-            num_envs: Robots.
-            **options: Keywords of the environment that override those of the training.
-
-        Raises:
-            ConfigError: the file names an environment that is not one of this package's, or a keyword that is not
-                admissible.
-        """
-        env_id, trained = named_task(self.card.env_id, self.card.env_options)
-        return gym.make_vec(env_id, num_envs=num_envs, **{"autoreset_mode": "SameStep"} | trained | options)
+        self.layers = _layers_of(path, self.arrays)
+        self.signs = _signs_of(path, self.arrays, self.layers)
+        self.scaling = _scaling_of(path, self.arrays, self.layers)
+        settings = self.config.get("policy", {})
+        self.activation, self.squash = str(settings.get("activation", "tanh")), settings.get("squash") is True
+        if self.activation not in ACTIVATIONS:
+            raise ValueError(f"{path}: the activation {self.activation}, expected one of {', '.join(ACTIVATIONS)}")
 
     def begin(self, layout: dict[str, Any], num_envs: int) -> None:
         """Prepares a memory for a batch of new episodes.
@@ -72,12 +79,8 @@ class Network:
         Raises:
             ConfigError: the environment's observations do not have the size that the policy was trained on.
         """
-        sees, shown = len(self._layers[0][0]), len(network_inputs(layout, self._times))
-        if sees != shown:
-            raise ConfigError(
-                "policy", self.name, f"a policy with {shown} inputs, as this environment provides; this one has {sees}"
-            )
-        self._traces = MemoryTraces(layout, self._times, num_envs)
+        self.require_inputs(len(network_inputs(layout, self.times)), len(self.layers[0][0]))
+        self._traces = MemoryTraces(layout, self.times, num_envs)
         self._num_envs = num_envs
 
     def reset(self, rows: NDArray[np.bool_] | None = None) -> None:
@@ -97,31 +100,32 @@ class Network:
             ConfigError: the observations are not those that the policy was trained on.
         """
         batch = np.atleast_2d(np.asarray(observation, np.float32))
-        if self._times and self._num_envs != len(batch):
-            self._begin_as_trained(len(batch))
+        if self.times and self._num_envs != len(batch):
+            self.begin_as_trained(len(batch))
         seen = (batch if self._traces is None else self._checked(batch)).astype(np.float64)
-        if seen.shape[1] != len(self._layers[0][0]):
+        if seen.shape[1] != len(self.layers[0][0]):
             self._refuse(observation)
-        action = outputs_alone(self._layers, seen)
-        if self._signs is not None:
-            of_observation, of_action = self._signs
-            action = 0.5 * (action + of_action * outputs_alone(self._layers, of_observation * seen))
+        if self.scaling is not None:
+            mean, deviation, clip = self.scaling
+            seen = np.clip((seen - mean) / deviation, -clip, clip)
+        activation = ACTIVATIONS[self.activation]
+        action = outputs_alone(self.layers, seen, activation)
+        if self.signs is not None:
+            of_observation, of_action = self.signs
+            action = 0.5 * (action + of_action * outputs_alone(self.layers, of_observation * seen, activation))
+        if self.squash:
+            action = np.tanh(action)
         return action.astype(np.float32).reshape(*np.shape(observation)[:-1], -1)
-
-    def _begin_as_trained(self, num_envs: int) -> None:
-        env: Any = self.make_vec(1, num_threads=1)
-        self.begin(env.unwrapped.layout, num_envs)
-        env.close()
 
     def _checked(self, batch: NDArray[np.float32]) -> NDArray[np.float32]:
         """Observations and what is remembered of them; nothing is remembered of refused observations."""
         assert self._traces is not None
-        if batch.shape[1] != len(self._layers[0][0]) - self._traces.size:
+        if batch.shape[1] != len(self.layers[0][0]) - self._traces.size:
             self._refuse(batch)
         return self._traces(batch)
 
     def _refuse(self, observation: NDArray[np.float32]) -> None:
-        expected = len(self._layers[0][0]) - (self._traces.size if self._traces is not None else 0)
+        expected = len(self.layers[0][0]) - (self._traces.size if self._traces is not None else 0)
         found = f"shape {np.shape(observation)}"
         raise ConfigError("observation", found, f"(n, {expected}), as in {self.card.env_id} with {self.env_options}")
 
@@ -149,6 +153,15 @@ def _signs_of(path: Path, arrays: files.Arrays, layers: Layers) -> tuple[Double,
     )
 
 
+def _scaling_of(path: Path, arrays: files.Arrays, layers: Layers) -> Scaling | None:
+    """How inputs are scaled, if they are."""
+    if not any(name.startswith("normalize.") for name in arrays):
+        return None
+    inputs = layers[0][0].shape[0]
+    sizes = {"mean": inputs, "deviation": inputs, "clip": 1}
+    return Scaling(*(_array(path, arrays, f"normalize.{name}", (size,)) for name, size in sizes.items()))
+
+
 def _array(path: Path, arrays: files.Arrays, name: str, shape: tuple[int | None, ...]) -> Double:
     """A finite array of a file in double precision; None in ``shape``: of any size.
 
@@ -168,17 +181,17 @@ def _array(path: Path, arrays: files.Arrays, name: str, shape: tuple[int | None,
     return array.astype(np.float64)
 
 
-def outputs(layers: Layers, seen: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Outputs (..., a) of layers with tanh between them for the inputs (..., o)."""
+def outputs(layers: Layers, seen: Double, activation: Callable[[Double], Double] = np.tanh) -> Double:
+    """Outputs (..., a) of layers with an activation between them for the inputs (..., o)."""
     *hidden, (weight, bias) = layers
     for inner, shift in hidden:
-        seen = np.tanh(seen @ inner + shift)
+        seen = activation(seen @ inner + shift)
     return seen @ weight + bias
 
 
-def outputs_alone(layers: Layers, seen: NDArray[np.float64]) -> NDArray[np.float64]:
+def outputs_alone(layers: Layers, seen: Double, activation: Callable[[Double], Double] = np.tanh) -> Double:
     """Outputs (n, a) of layers for the inputs (n, o), each row bit for bit as if it were alone.
 
     A stack of products of one row each: every product has the same shape, and so the same order of summation.
     """
-    return outputs(layers, seen[:, None])[:, 0]
+    return outputs(layers, seen[:, None], activation)[:, 0]

@@ -38,7 +38,7 @@ class PolicyCard:
     Attributes:
         name: of the policy.
         about: one line.
-        env_id: Environment of its training.
+        env_id: Environment of its training; None if unknown.
         env_options: Keywords of that environment, those that belong to the policy among them.
         steps: Environment steps of the last stage of training; None if unknown.
         training: The command that repeats the training, or what is known about it.
@@ -52,7 +52,7 @@ class PolicyCard:
 
     name: str
     about: str = ""
-    env_id: str = "SnakeField-v1"
+    env_id: str | None = None
     env_options: dict[str, Any] = field(default_factory=dict)
     steps: int | None = None
     training: str = ""
@@ -77,10 +77,11 @@ class PolicyCard:
         """
         known = {
             "about": config.get("about", ""),
-            "env_id": config.get("env_id", cls.env_id),
             "env_options": config.get("env", {}),
             "steps": config.get("steps"),
         }
+        if "env_id" in config:
+            known["env_id"] = config["env_id"]
         if beside.exists():
             known |= _read(beside)
         for part, value in known.items():
@@ -99,7 +100,7 @@ class PolicyCard:
     def __str__(self) -> str:
         """The card in Markdown."""
         facts = [
-            ("environment", f"`{self.env_id}`"),
+            ("environment", f"`{self.env_id}`" if self.env_id else "unknown"),
             ("keywords", f"`{json.dumps(self.env_options)}`"),
             *([("scored with", f"`{json.dumps(self.scored_in)}`")] if self.scored_in else []),
             ("training", self.training or "unknown"),

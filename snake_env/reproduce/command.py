@@ -28,7 +28,7 @@ def findings(runs: Runs, sections: tuple[str, ...] = SECTIONS) -> list[Finding]:
 def main(arguments: list[str]) -> int:
     """Runs the experiments, writes and prints; 0 if every row holds."""
     layout = argparse.RawDescriptionHelpFormatter
-    cli = argparse.ArgumentParser("python -m snake_env reproduce", description=__doc__, formatter_class=layout)
+    cli = argparse.ArgumentParser("snake-env reproduce", description=__doc__, formatter_class=layout)
     cli.add_argument("--out", type=Path, default=Path("runs/reproduce"), help="folder for figures and table")
     cli.add_argument(
         "--section",

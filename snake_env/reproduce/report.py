@@ -12,7 +12,7 @@ from snake_env.markdown import table
 from snake_env.reproduce.findings import Finding, Verdict
 
 HEADER = ("verdict", "section", "finding", "the thesis", "here", "bound and reason")
-WIDTHS = (10, 7, 26, 32, 36, 48)
+WIDTHS = (10, 7, 17, 18, 17, 21)
 
 
 def printed(findings: list[Finding]) -> str:

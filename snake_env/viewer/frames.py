@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,6 +84,11 @@ class Frames:
             np.asarray(first.goal, float),
             float(first.goal_radius),
         )
+
+    def every(self, step: int) -> Frames:
+        """Each ``step``-th pose."""
+        moving = ("time", "position", "quaternion", "force", "joint_angle", "joint_torque")
+        return replace(self, **{name: getattr(self, name)[::step] for name in moving})
 
     def __len__(self) -> int:
         return len(self.time)

@@ -14,10 +14,9 @@ import numpy as np
 from snake_env.config import Start
 from snake_env.errors import ConfigError
 from snake_env.evaluation import seeds, tasks
-from snake_env.evaluation.acting import BASELINE, acting
-from snake_env.evaluation.tasks import BenchmarkTask
-from snake_env.policies.gaits import DEGREE, ConstantAction, GaitParameters
-from snake_env.policies.scripted import catalogue
+from snake_env.evaluation.tasks import BenchmarkTask, acting_in
+from snake_env.policies.gaits import DEGREE, GaitParameters, GaitPolicy
+from snake_env.policies.loading import GAIT, SCRIPTED
 from snake_env.policies.shipped import NAMES
 from snake_env.state import State
 from snake_env.viewer.camera import Follower, look_at
@@ -48,7 +47,7 @@ class Live:
 
     Args:
         task: of the first episode.
-        policy: as :func:`snake_env.evaluation.acting.acting` names it.
+        policy: name, or a policy of the user's own.
         host: interface that serves the page.
         port: of the page; the next free one if it is taken.
 
@@ -56,7 +55,7 @@ class Live:
         ConfigError: the policy does not fit the task.
     """
 
-    def __init__(self, task: BenchmarkTask, policy: str = BASELINE, host: str = "127.0.0.1", port: int = 8080) -> None:
+    def __init__(self, task: BenchmarkTask, policy: Any = GAIT, host: str = "127.0.0.1", port: int = 8080) -> None:
         self._tasks = tasks.load() | {task.name: task}
         self._env: Any = None
         self._shown: dict[Control, Any] = {}
@@ -103,14 +102,15 @@ class Live:
         while self._running.is_set():
             time.sleep(0.2)
 
-    def _controls(self, task: BenchmarkTask, policy: str) -> None:
+    def _controls(self, task: BenchmarkTask, policy: Any) -> None:
         gui = self.server.gui
         self.playing = checkbox(gui, "playing", True)
         self.speed = Slider(gui, "speed", *SPEEDS)
         self.camera = Follower(self.server, initial=True)
         self.task = choice(gui, "task", tuple(self._tasks), task.name)
-        actors = tuple(dict.fromkeys((BASELINE, *catalogue.CONTROLLERS, *NAMES, policy)))
-        self.policy = choice(gui, "policy", actors, policy)
+        own = policy if isinstance(policy, str) else policy.name
+        self._actors = {name: name for name in (GAIT, *SCRIPTED, *NAMES)} | {own: policy}
+        self.policy = choice(gui, "policy", tuple(self._actors), own)
         self.scene = count(gui, "test scene", len(seeds.HELD_OUT) - 1)
         self.own_friction = checkbox(gui, "own friction", False)
         self.friction = Slider(gui, "friction", 0.05, 1.0, 0.01, 0.2)
@@ -189,7 +189,7 @@ class Live:
         if shown[self.own_friction]:
             options["friction"] = (shown[self.friction],) * 2
         chosen = BenchmarkTask(chosen.name, chosen.env_id, options, chosen.about)
-        actor = acting(shown[self.policy], chosen)
+        actor, _ = acting_in(self._actors[shown[self.policy]], chosen)
         options |= actor.env_options
         env: Any = gym.make_vec(chosen.env_id, 1, num_threads=1, autoreset_mode="Disabled", **options)
         given = {"options": self._changed} if self._changed else {}
@@ -214,9 +214,9 @@ class Live:
         self._take_hold()
         self._tell(self._refusal)
 
-    def _driven(self) -> ConstantAction | None:
+    def _driven(self) -> GaitPolicy | None:
         """The gait of the sliders, where it is what acts."""
-        return self._actor if self._shown[self.policy] == BASELINE and isinstance(self._actor, ConstantAction) else None
+        return self._actor if self._shown[self.policy] == GAIT and isinstance(self._actor, GaitPolicy) else None
 
     def _steer(self) -> None:
         """Commands what the sliders say, where they drive the robot."""
@@ -347,6 +347,40 @@ class Live:
             self._outcome = f"**{reached}** after {float(self.state.time):.2f} s"
             self._waits_until = time.perf_counter() + PAUSE
             self._tell(self._refusal)
+
+
+def view(
+    policy: Any = GAIT,
+    env: Any = None,
+    *,
+    host: str = "127.0.0.1",
+    port: int = 8080,
+    normalize: Any = None,
+    trust: bool = False,
+    **options: Any,
+) -> Live:
+    """Runs a policy in the browser, where people can steer the robot and move obstacles; needs the extra ``view``.
+
+    Args:
+        policy: a name, file or object, as :func:`snake_env.load_policy` takes them.
+        env: name of a task, id, or an environment made with this package; None: where the policy was trained.
+        host: interface that serves the page; by default only this machine sees it.
+        port: of the page; the next free one if it is taken.
+        normalize: file of a ``VecNormalize``, see :func:`snake_env.load_policy`.
+        trust: the policy's file may run code, see :func:`snake_env.load_policy`.
+        **options: keywords of the environment, such as ``difficulty``.
+
+    Returns:
+        The page, whose address is printed: ``.url``, ``.wait()`` until the process is interrupted, ``.stop()``.
+
+    Raises:
+        ConfigError: the policy or the environment is not admissible.
+    """
+    actor, task = acting_in(policy, env, options=options, normalize=normalize, trust=trust)
+    is_listed = isinstance(policy, str) and policy in (GAIT, *SCRIPTED, *NAMES)
+    page = Live(task, policy if is_listed else actor, host, port)
+    print(f"{page.url}  (Ctrl-C stops)", flush=True)
+    return page
 
 
 def _start(state: State) -> dict[str, Start]:

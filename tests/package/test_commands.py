@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import time
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,8 @@ from conftest import run_python
 
 from snake_env.__main__ import COMMANDS, main
 from snake_env.commands import bench
-from snake_env.evaluation import acting, tasks
+from snake_env.evaluation.rollout import layout_of
+from snake_env.evaluation.tasks import acting_in
 from snake_env.vector_env import SnakeVectorEnv
 
 
@@ -55,7 +57,8 @@ def test_a_film_is_of_a_known_kind_and_replaces_no_other(name, tmp_path, capsys,
 
 @pytest.mark.parametrize("task", ["spatial-open", "spatial-field", "course"])
 def test_the_default_gait_is_action_zero(task):
-    gait = acting.acting(acting.BASELINE, tasks.load()[task])
+    gait, found = acting_in("gait", task)
+    gait.begin(layout_of(found.env_id, found.options | gait.env_options), 1)
     np.testing.assert_allclose(gait.action, 0.0, atol=1e-12)
     assert gait.action.shape == ((6,) if "spatial" in task else (4,))
 
@@ -168,6 +171,15 @@ def test_a_missing_package_is_named_with_its_extra(module, extra, arguments, tmp
         ("viser", "view", "snake_env.simulate(duration=0.1).save('a.html')"),
         ("viser", "view", "snake_env.simulate(duration=0.1).view()"),
         ("imageio", "video", "snake_env.simulate(duration=0.1).save('a.mp4')"),
+        ("imageio", "video", "snake_env.film('general', 'SnakeFree-v1', 'a.mp4')"),
+        ("viser", "view", "snake_env.view('general')"),
+        ("pandas", "data", "snake_env.simulate(duration=0.1).to_dataframe()"),
+        ("pyarrow", "data", "snake_env.simulate(duration=0.1).save('a.parquet')"),
+        ("onnxruntime", "onnx", "snake_env.load_policy('b.onnx')"),
+        ("onnx", "onnx", "snake_env.policies.onnx_file.export(snake_env.load_policy('general'), 'a.onnx')"),
+        ("torch", "sb3", "snake_env.load_policy('b.zip')"),
+        ("rsl_rl", "rsl-rl", "snake_env.rsl_rl.make('SnakeFree-v1')"),
+        ("torch", "sb3", "snake_env.load_policy('b.pt', trust=True)"),
         ("yaml", "yaml", "snake_env.Scene().save('a.yaml')"),
         ("yaml", "yaml", "snake_env.Scene.load('b.yaml')"),
         ("scipy", "evaluate", "snake_env.evaluation.evaluate(lambda o: o[:, :4], scenes=1)"),
@@ -187,10 +199,16 @@ def test_python_names_the_extra_of_a_missing_package(module, extra, call, tmp_pa
             print(error)
     """
     (tmp_path / "b.yaml").write_text("format: snake_env scene 1")
+    for name in ("b.onnx", "b.pt"):
+        (tmp_path / name).touch()
+    with zipfile.ZipFile(tmp_path / "b.zip", "w") as archive:
+        archive.writestr("data", "{}")
+        archive.writestr("policy.pth", "")
+    given = sorted(path.name for path in tmp_path.iterdir())
     monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2]))
     monkeypatch.chdir(tmp_path)
     assert run_python(code) == f"{module} is missing: pip install 'snake-robot-env[{extra}]'"
-    assert [path.name for path in tmp_path.iterdir()] == ["b.yaml"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == given
 
 
 @pytest.mark.parametrize("command", COMMANDS)

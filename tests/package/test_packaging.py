@@ -14,6 +14,7 @@ from conftest import run_python
 
 import snake_env
 from snake_env import _native, card
+from snake_env.__main__ import main
 from snake_env.commands import environment_pages
 
 ROOT = Path(__file__).parents[2]
@@ -83,8 +84,16 @@ def test_the_page_lists_every_info_of_a_model_once(model):
 @pytest.mark.parametrize("command", [[], ["card"], ["--help"]])
 def test_the_command_line_answers(command):
     result = subprocess.run([sys.executable, "-m", "snake_env", *command], capture_output=True, text=True, check=False)
-    assert result.returncode == (0 if command else 2)
-    assert ("SnakeField-v1" if command == ["card"] else "usage") in result.stdout + result.stderr
+    assert result.returncode == 0
+    assert ("SnakeField-v1" if command == ["card"] else "snake-env view --policy general") in result.stdout
+    assert command == ["card"] or max(map(len, result.stdout.splitlines())) <= 100
+
+
+def test_the_command_line_says_its_version(capsys):
+    with pytest.raises(SystemExit) as left:
+        main(["--version"])
+    assert left.value.code == 0
+    assert capsys.readouterr().out == f"snake-env {snake_env.__version__}\n"
 
 
 def test_the_stub_lists_what_the_extension_has():

@@ -8,8 +8,8 @@ from conftest import run_python
 
 import snake_env
 from snake_env import ConfigError
-from snake_env.evaluation import acting, film, rollout, seeds, tasks
-from snake_env.policies import NAMES, GaitParameters, files
+from snake_env.evaluation import film, rollout, seeds, tasks
+from snake_env.policies import NAMES, GaitParameters, GaitPolicy, files
 from snake_env.policies.scripted import catalogue
 
 
@@ -48,7 +48,7 @@ def test_in_3d_a_policy_rolls_faster_than_the_best_constant_gait():
     """Twice as fast as the gait of `python -m training gaits`, on the ground and without pressing on itself."""
     wave = GaitParameters(*np.radians([43.683, 129.36, -30.906, 0.682, -7.339, -27.545]))
     fields = seeds.held_out(3)
-    gait = rollout.run_episodes(acting.gait_policy(wave, "SnakeSpatial-v1"), "SnakeSpatial-v1", fields, 1)
+    gait = rollout.run_episodes(GaitPolicy(wave), "SnakeSpatial-v1", fields, 1)
     rolls = rollout.run_episodes(snake_env.load_policy("spatial"), "SnakeSpatial-v1", fields, 1)
     assert gait["is_success"].all()
     assert rolls["is_success"].all()
@@ -116,7 +116,9 @@ def test_a_reset_clears_the_memory_of_a_policy():
 
 
 def test_bad_input_is_refused():
-    with pytest.raises(ConfigError, match=r"policy = nix: expected one of corridor, field-hard, general"):
+    with pytest.raises(
+        ConfigError, match=r"policy = nix: expected one of gait, .* heading-control, .* corridor, field-hard"
+    ):
         snake_env.load_policy("nix")
     with pytest.raises(ConfigError, match="safetensors"):
         snake_env.load_policy(__file__)

@@ -42,5 +42,5 @@ def test_the_reference_links_what_docstrings_name(site):
 
 def test_the_reference_describes_what_the_contract_names(site):
     text = (site / "api/index.html").read_text(encoding="utf-8")
-    for name in ("simulate", "Trajectory", "SnakeVectorEnv", "policies.shipped.load_policy", "Scene", "Randomization"):
+    for name in ("simulate", "Trajectory", "SnakeVectorEnv", "policies.loading.load_policy", "Scene", "Randomization"):
         assert f'id="snake_env.{name}"' in text

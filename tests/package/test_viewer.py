@@ -95,7 +95,7 @@ def test_a_run_is_saved_as_a_page_and_a_film(run, tmp_path):
     pytest.importorskip("imageio")
     film = run.save(tmp_path / "run.mp4")
     assert film.stat().st_size > 1000
-    with pytest.raises(ConfigError, match=r"path = run.txt: expected a name that ends in .html or .mp4"):
+    with pytest.raises(ConfigError, match=r"path = run.txt: expected a name that ends in .html, .mp4"):
         run.save("run.txt")
 
 
@@ -127,7 +127,7 @@ def test_a_live_robot_follows_its_policy_and_its_sliders():
         live.move(1, 0.0, -0.5)
         assert "expected a place that leaves the start free" in live.note.content
         live.task.value = "maze"
-        live.policy.value = "follow the leader"
+        live.policy.value = "follow-the-leader"
         live._again(forget=True)
         assert "tuned for maze" in live.note.content
         assert live._actor.name == "thrifty"

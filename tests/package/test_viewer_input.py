@@ -210,7 +210,7 @@ def test_no_speed_ends_the_simulation(page, value):
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("policy", "spatial"), ("policy", "follow the leader"), ("policy", "spatial-field")],
+    [("policy", "spatial"), ("policy", "spatial-field")],
 )
 def test_a_refused_choice_goes_back_and_the_page_lives_on(page, name, value):
     found = page()

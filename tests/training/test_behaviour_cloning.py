@@ -10,8 +10,9 @@ import torch
 from snake_env import ConfigError
 from snake_env.evaluation import rollout, seeds
 from snake_env.policies import Network, files, memory
+from snake_env.policies.loading import load_policy
 from snake_env.policies.scripted import catalogue
-from snake_env.policies.shipped import load_policy, policy_path
+from snake_env.policies.shipped import policy_path
 from training import config, runs
 from training.config import BehaviourCloning
 from training.learners import agent, behaviour_cloning, ppo

@@ -55,7 +55,7 @@ def test_the_error_of_a_run_that_does_not_fit_names_what_it_was_begun_with(tmp_p
         ),
         (
             "evaluate --policy nowhere.zip",
-            "policy = nowhere.zip: expected one of corridor",
+            "policy = nowhere.zip: expected one of gait",
         ),
         (
             "evaluate --gait 300,120,-50",
@@ -63,7 +63,7 @@ def test_the_error_of_a_run_that_does_not_fit_names_what_it_was_begun_with(tmp_p
         ),
         (
             "inspect --policy nowhere",
-            "policy = nowhere: expected one of corridor",
+            "policy = nowhere: expected one of gait",
         ),
         ("pipeline --config nowhere", "config = nowhere: expected a YAML or JSON file, or a name"),
         ("tune --controllers nobody", "policy = nobody: expected one of best gait, "),
@@ -126,11 +126,11 @@ def zip_of_something_else(path):
 @pytest.mark.parametrize(
     ("name", "write", "told"),
     [
-        ("text.safetensors", lambda path: path.write_text("no such thing"), "or model.zip of a run ("),
-        ("bias.safetensors", without_bias, "or model.zip of a run ("),
+        ("text.safetensors", lambda path: path.write_text("no such thing"), "a file that can be read ("),
+        ("bias.safetensors", without_bias, "a file that can be read ("),
         ("run.safetensors", without_run, "a file with the configuration of its run, env_id and env"),
-        ("text.zip", lambda path: path.write_text("no such thing"), "or model.zip of a run ("),
-        ("other.zip", zip_of_something_else, "or model.zip of a run ("),
+        ("text.zip", lambda path: path.write_text("no such thing"), "a file that can be read ("),
+        ("other.zip", zip_of_something_else, "a file that can be read ("),
     ],
 )
 def test_a_broken_policy_ends_a_command_with_one_line(tmp_path, capsys, name, write, told, options):

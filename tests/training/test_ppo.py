@@ -15,8 +15,8 @@ import safetensors.numpy
 import torch
 
 import snake_env
-from snake_env.evaluation import acting, rollout, seeds
-from snake_env.policies import GaitParameters, Network, files
+from snake_env.evaluation import rollout, seeds
+from snake_env.policies import GaitParameters, GaitPolicy, Network, files
 from training import config, evaluate, progress, runs, train
 from training.evaluation import loading
 from training.learners import agent, clipped_adam, ppo, sb3
@@ -347,7 +347,7 @@ def test_it_learns_to_go_faster_on_open_ground(tmp_path):
     run.create(settings)
     assert ppo.train(run, settings, show=False) == 0
     learnt = rollout.run_episodes(Network(run.policy), "SnakeFree-v1", seeds.selection(20), 1, max_episode_steps=160)
-    gait = acting.gait_policy(GaitParameters(), "SnakeFree-v1")
+    gait = GaitPolicy(GaitParameters())
     still = rollout.run_episodes(gait, "SnakeFree-v1", seeds.selection(20), 1, max_episode_steps=160)
     assert learnt["speed"].mean() > 2.0 * still["speed"].mean() > 0.0
 

@@ -13,16 +13,15 @@ from joblib import Memory
 import snake_env
 from snake_env import ConfigError, _native
 from snake_env.evaluation import rollout
-from snake_env.evaluation.acting import gait_policy
-from snake_env.evaluation.rollout import Episodes, layout_of
+from snake_env.evaluation.rollout import Episodes
 from snake_env.evaluation.tasks import BenchmarkTask
-from snake_env.policies import gaits
-from snake_env.policies.gaits import DEGREE, GaitParameters
+from snake_env.policies.gaits import DEGREE, GaitParameters, GaitPolicy
 from snake_env.policies.interface import Policy
+from snake_env.policies.loading import load_policy
 from snake_env.policies.scripted import catalogue
 from training.config import ROOT
 from training.config_file import CONFIGS
-from training.evaluation.loading import load_model, trained_with
+from training.evaluation.loading import trained_with
 
 CONFIG = CONFIGS / "benchmark.json"
 
@@ -94,7 +93,7 @@ def scripted(name: str) -> Entry:
 
 def thesis_gait(task: BenchmarkTask) -> Policy:
     """The thesis's gait in a task."""
-    return gait_policy(GaitParameters(), task.env_id, **task.options)
+    return GaitPolicy(GaitParameters())
 
 
 def constant(name: str, degrees: dict[str, float], of_tasks: Sequence[str]) -> Entry:
@@ -102,9 +101,7 @@ def constant(name: str, degrees: dict[str, float], of_tasks: Sequence[str]) -> E
     wave = GaitParameters(**{key: value * DEGREE for key, value in degrees.items()})
     return Entry(
         name,
-        lambda task: gaits.scripted(
-            wave, layout_of(task.env_id, task.options | {"action_mode": "gait"})["action"], name
-        ),
+        lambda task: GaitPolicy(wave, name),
         lambda task: task.name in of_tasks,
         lambda task: json.dumps(degrees).encode(),
     )
@@ -117,7 +114,7 @@ def trained(name: str, path: Path, of_tasks: Sequence[str] | None) -> Entry:
     """
     return Entry(
         name,
-        lambda task: load_model(path, name),
+        lambda task: load_policy(path, name=name),
         lambda task: task.model == trained_with(path) if of_tasks is None else task.name in of_tasks,
         lambda task: path.read_bytes(),
     )

@@ -24,12 +24,13 @@ from snake_env.evaluation.rollout import Episodes
 from snake_env.evaluation.tasks import GOAL
 from snake_env.policies.gaits import DEGREE, GaitParameters
 from snake_env.policies.interface import Policy
+from snake_env.policies.loading import load_policy
 from snake_env.policies.scripted import catalogue
 from snake_env.policies.scripted.sensors import Array
 from training.cli import answer
 from training.config import Count
 from training.evaluation import inspection_figures, video
-from training.evaluation.loading import load_model, task
+from training.evaluation.loading import task
 from training.evaluation.record_episodes import KINDS, RecordedPolicy
 from training.evaluation.reference_limits import no_slip_speed
 
@@ -67,7 +68,7 @@ def main(arguments: list[str] | None = None) -> int:
 def inspect(args: Options) -> int:
     """Plays the policy and the controllers, counts and draws."""
     tasks.chosen([args.task])
-    policy = load_model(args.policy, args.policy.stem)
+    policy = load_policy(args.policy, name=args.policy.stem)
     others: list[Policy] = [catalogue.tuned(title, args.task) for title in args.beside]
     env_id, options = task(None, {}, [args.policy])
     args.out.mkdir(parents=True, exist_ok=True)

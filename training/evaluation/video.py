@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from snake_env.evaluation import acting, film, seeds
+from snake_env.evaluation import film, seeds
+from snake_env.policies.gaits import GaitPolicy
 from training.cli import answer
 from training.config import JsonObject
 from training.evaluation import loading
@@ -50,7 +51,7 @@ def answer_film(args: Options) -> int:
     paths = [] if args.policy is None else [args.policy]
     env_id, options = loading.task(args.env, args.options, paths)
     loading.refuse_other_model(paths, env_id, options)
-    policies = loading.load_models(paths) or [acting.default_gait(env_id, **options)]
+    policies = loading.load_models(paths) or [GaitPolicy()]
     args.out.parent.mkdir(parents=True, exist_ok=True)
     print(film.write(film.play(policies[0], env_id, args.seed, render_mode="rgb_array", **options).frames, args.out))
     return 0

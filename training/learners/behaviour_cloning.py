@@ -24,9 +24,10 @@ from snake_env import ConfigError
 from snake_env.evaluation.rollout import layout_of
 from snake_env.policies import files
 from snake_env.policies.interface import INTERFACE
+from snake_env.policies.loading import load_policy
 from snake_env.policies.memory import network_inputs, time_constants
 from snake_env.policies.scripted import catalogue
-from snake_env.policies.shipped import load_policy, policy_path
+from snake_env.policies.shipped import policy_path
 from training.config import BehaviourCloning
 from training.learners.mixture import Part, parts
 

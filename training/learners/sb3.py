@@ -18,11 +18,12 @@ from tqdm import tqdm
 import snake_env.sb3
 from snake_env._files import replace
 from snake_env.evaluation import seeds
+from snake_env.policies.foreign import Model
+from snake_env.policies.interface import interface
 from training import tracking
 from training.budget import Budget, Interval, StopRequest
 from training.config import CurriculumConfig, Sb3Config
 from training.learning_curve import LearningCurve, text
-from training.policies.sb3_model import Model
 from training.progress import Progress
 from training.runs import RunFolder
 
@@ -188,7 +189,7 @@ class RunCallback(BaseCallback):
         self._bar.update(100.0 * self._budget.used - self._bar.n)
 
     def _evaluate(self, model: Any) -> None:
-        row = self._progress.play(Model.of(model, self._config.env), model.num_timesteps)
+        row = self._progress.play(Model(model, "policy", interface(self._config.env)), model.num_timesteps)
         for key, value in row.items():
             if key != "steps":
                 self.logger.record(f"eval/{key}", value)

@@ -15,9 +15,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from snake_env.evaluation import scores, seeds
-from snake_env.evaluation.acting import gait_policy
 from snake_env.evaluation.rollout import layout_of, run_episodes
-from snake_env.policies.gaits import GaitParameters
+from snake_env.policies.gaits import GaitParameters, GaitPolicy
 from training.cli import answer
 from training.config import Count, JsonObject
 from training.evaluation.report import FIELDS, report
@@ -71,7 +70,7 @@ def compare(args: Options) -> int:
     write(found, args.out)
     best = gait(found.best)
     print(f"best of {len(found.tried)} gaits: {best}")
-    policies = [gait_policy(one, args.env, **args.options) for one in (GaitParameters(), best)]
+    policies = [GaitPolicy(one) for one in (GaitParameters(), best)]
     fields = seeds.held_out(args.fields)
     played = {one.name: run_episodes(one, args.env, fields, args.num_threads, **args.options) for one in policies}
     rows = {name: scores.score(episodes) for name, episodes in played.items()}

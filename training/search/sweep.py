@@ -25,10 +25,10 @@ from typing import Any
 from snake_env import ConfigError
 from snake_env._files import replace, write_json
 from snake_env.evaluation import seeds
+from snake_env.policies.loading import load_policy
 from training import config as configs
 from training.cli import answer
 from training.config import Count
-from training.evaluation.loading import load_model
 from training.learning_curve import text
 from training.progress import means_over_tasks, merit
 from training.runs import RunFolder, sole_writer
@@ -214,7 +214,7 @@ def choose(out: Path, folders: list[RunFolder], fields: int) -> str:
     config, chosen_on = folders[0].config(), seeds.selection(fields, SKIP)
     rows: list[dict[str, Any]] = []
     for folder in folders:
-        found, of_tasks = means_over_tasks(load_model(folder.policy), config, chosen_on, SHOWN)
+        found, of_tasks = means_over_tasks(load_policy(folder.policy), config, chosen_on, SHOWN)
         each = {f"is_success/{task}": means["is_success"] for task, means in of_tasks.items() if task}
         rows.append({"run": folder.path.name, **found, **each})
     best = max(rows, key=merit)

@@ -21,6 +21,9 @@ TUNED = Path(__file__).parent / "tuned.json"
 """By task and controller: the parameters, and on how many scenes they were chosen, which `python -m training tune`
 writes; or, under ``tuned_for``, another task whose parameters the controller has here too."""
 
+HARDEST = ("field-hard", "field-solvable")
+"""Tasks in one of which every controller is tuned."""
+
 
 def read(path: Path = TUNED) -> dict[str, Any]:
     """What has been tuned so far."""
@@ -34,13 +37,20 @@ def chosen(title: str, task: str, path: Path = TUNED) -> dict[str, Any] | None:
     return content[found["tuned_for"]][title] if found and "tuned_for" in found else found
 
 
-def tuned(title: str, task: str, path: Path = TUNED) -> Controller:
+def tuned(title: str, task: str | None = None, path: Path = TUNED) -> Controller:
     """A controller with the numbers chosen for a task.
+
+    Args:
+        title: of the controller.
+        task: None: the hardest one that it was tuned for, in the order of :data:`HARDEST`.
+        path: of the numbers.
 
     Raises:
         ConfigError: the controller does not exist, or has no numbers for the task.
     """
-    controller, found = kind(title), chosen(title, task, path)
+    controller = kind(title)
+    task = task or next(one for one in HARDEST if chosen(title, one, path))
+    found = chosen(title, task, path)
     if found is None:
         expected = f"one tuned for {task}: {', '.join(read(path).get(task, {})) or 'none is'}"
         raise ConfigError("policy", title, expected)
@@ -48,11 +58,11 @@ def tuned(title: str, task: str, path: Path = TUNED) -> Controller:
 
 
 def kind(title: str) -> type[Controller]:
-    """The controller of this name.
+    """The controller of this name, with spaces or hyphens.
 
     Raises:
         ConfigError: it does not exist.
     """
-    if title not in CONTROLLERS:
+    if title.replace("-", " ") not in CONTROLLERS:
         raise ConfigError("policy", title, f"one of {', '.join(CONTROLLERS)}")
-    return CONTROLLERS[title]
+    return CONTROLLERS[title.replace("-", " ")]

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snake_env.policies.gaits import DEGREE
+from snake_env.policies.interface import Trained
+from snake_env.policies.policy_card import PolicyCard
 from snake_env.policies.scripted.sensors import Array, Sensors
 
 AMPLITUDES = (25 * DEGREE, 65 * DEGREE)
@@ -17,7 +19,7 @@ BETAS = (-65 * DEGREE, -25 * DEGREE)
 """Waves that the tuning tries [rad, rad/s, rad]."""
 
 
-class Controller:
+class Controller(Trained):
     """A scripted policy with named parameters.
 
     A subclass gives ``ranges``, the bounds within which tuning chooses each parameter, and :meth:`command`.
@@ -35,9 +37,10 @@ class Controller:
     def __init__(self, values: Mapping[str, Any], name: str | None = None) -> None:
         if set(values) != set(self.ranges):
             raise ValueError(f"{self.title}: {sorted(values)}: expected values for {sorted(self.ranges)}")
-        self.name = name or self.title
-        self.env_options: dict[str, Any] = {"action_mode": self.mode}
+        about = (type(self).__doc__ or "").partition("\n")[0]
+        super().__init__(PolicyCard(name or self.title, about, env_options={"action_mode": self.mode}))
         self._values = dict(values)
+        self.num_envs = 0
 
     def begin(self, layout: dict[str, Any], num_envs: int) -> None:
         """Prepares for a batch of new episodes."""
@@ -54,6 +57,8 @@ class Controller:
 
     def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
         """Actions (n, a) in [-1, 1] for observations (n, o)."""
+        if self.num_envs != len(observation):
+            self.begin_as_trained(len(observation))
         self.sensors.read(observation)
         command = self.command()
         if self.mode == "gait":  # in 3D the vertical wave, whose parameters come last, is zero

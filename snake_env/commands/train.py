@@ -1,0 +1,51 @@
+"""Train a policy with PPO of Stable-Baselines3, in its standard settings.
+
+    snake-env train
+    snake-env train --task maze --steps 2000000 --out runs/maze/model.zip
+
+It does what these lines of Python do, where callbacks, other settings and other algorithms have their place:
+
+    venv = snake_env.sb3.make("SnakeField-v1", num_envs=64, seed=0, difficulty=0.5)
+    model = PPO("MlpPolicy", venv, n_steps=64, batch_size=1024, seed=0)
+    model.learn(500_000)
+    model.save("model.zip")
+
+Beside the model a JSON file names the environment, which other commands then take by default.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from snake_env._extras import extras
+from snake_env._files import replace, write_json
+from snake_env.commands.arguments import add_task, parser
+from snake_env.evaluation.tasks import acting_in
+
+
+def main(arguments: list[str]) -> int:
+    """Runs the command."""
+    cli = parser("train", __doc__)
+    add_task(cli)
+    cli.add_argument("--steps", type=int, default=500_000, help="environment steps (default 500,000)")
+    cli.add_argument("--num-envs", type=int, default=64, help="robots (default 64)")
+    cli.add_argument("--seed", type=int, default=0, help="of robots and networks (default 0)")
+    cli.add_argument("--out", type=Path, default=Path("model.zip"), help="file of the model (default model.zip)")
+    args = cli.parse_args(arguments)
+    out = args.out if args.out.suffix == ".zip" else args.out.with_name(f"{args.out.name}.zip")
+    with extras():
+        import torch
+        from stable_baselines3 import PPO
+
+        from snake_env import sb3
+
+    torch.set_num_threads(1)  # a second thread often slows down a network this small
+    _, task = acting_in(lambda observation: observation, args.env or args.task, options=args.options)
+    venv = sb3.make(task.env_id, args.num_envs, seed=args.seed, **task.options)
+    model = PPO("MlpPolicy", venv, n_steps=64, batch_size=1024, seed=args.seed, verbose=1, device="cpu")
+    model.learn(args.steps)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    replace(out, model.save)
+    write_json(out.with_suffix(".json"), {"env_id": task.env_id, "env_options": task.options, "steps": args.steps})
+    print(f"{out}\nnext: snake-env view --policy {out}\n      snake-env evaluate --policy {out}")
+    return 0

@@ -1,0 +1,162 @@
+"""Whatever acts, by name: the one place that knows what names and files there are."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import sys
+import zipfile
+from collections.abc import Mapping
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+from typing import Any, Literal
+
+from snake_env import _documents
+from snake_env._extras import MissingExtra
+from snake_env.errors import ConfigError
+from snake_env.policies import foreign, sb3_zip
+from snake_env.policies.gaits import DEGREE, GaitParameters, GaitPolicy
+from snake_env.policies.interface import title
+from snake_env.policies.network import Network
+from snake_env.policies.onnx_file import OnnxPolicy
+from snake_env.policies.scripted import catalogue
+from snake_env.policies.shipped import NAMES, policy_path
+from snake_env.registration import TASKS
+
+GAIT = "gait"
+"""The default gait of the environment, action zero: in the plane lateral undulation (T 7.3)."""
+
+SCRIPTED = tuple(name.replace(" ", "-") for name in catalogue.CONTROLLERS)
+
+FILES = "a file (.safetensors, .onnx, .zip of Stable-Baselines3, .pt of torch), module:function"
+
+CHOICES = f"{GAIT}, A,omega,beta in degrees, {', '.join((*SCRIPTED, *NAMES))}, {FILES}"
+"""What may be named."""
+
+BROKEN = (
+    *(AttributeError, EOFError, ImportError, IndexError, KeyError, OSError, RuntimeError, TypeError, ValueError),
+    *(pickle.UnpicklingError, zipfile.BadZipFile),
+)
+"""What readers of policy files raise about broken ones."""
+
+
+def load_policy(
+    policy: Any,
+    *,
+    task: str | None = None,
+    normalize: str | os.PathLike[str] | Literal[False] | None = None,
+    trust: bool = False,
+    env_options: Mapping[str, Any] | None = None,
+    name: str | None = None,
+) -> Any:
+    """A policy by its name, from a file, or from what acts.
+
+    Called with observations (n, o) it gives actions (n, a) in [-1, 1]. Trained policies have ``.card``, which says what
+    they are and how they scored, and ``.make_vec(num_envs)``, the environment in which they were trained. The shipped
+    ones, and networks of linear layers from files, run with NumPy only, and the action of a robot does not depend on
+    the other robots of the batch.
+
+    Args:
+        policy: name of a shipped policy (``snake_env.policies.NAMES``); ``"gait"``, the default gait; a gait as
+            amplitude, frequency and phase shift, ``"30,120,-50"`` (degrees and degrees per second); a scripted
+            controller such as ``"heading-control"``; a file: ``.safetensors`` of a run, ``.zip`` of Stable-Baselines3,
+            ``.onnx``, or a module of torch (``.pt``, ``.pth``, ``.pt2``); ``"module:name"``, a function or class that
+            Python imports; or an object: a :class:`snake_env.policies.Policy`, a model of Stable-Baselines3, a
+            ``torch.nn.Module``, a function of observations.
+        task: of the benchmark, for whose scenes a scripted controller was tuned; by default those that are hardest.
+        normalize: file of the ``VecNormalize`` of a zip or a model; by default ``vecnormalize.pkl`` or
+            ``<name>_vecnormalize.pkl`` beside a zip, or that of the same checkpoint; False: none.
+        trust: the file may run code: needed for modules of torch, and for a zip whose network is not of linear layers.
+        env_options: what a function or file needs of the environment: ``action_mode``, ``perception``,
+            ``nearest_pegs`` and ``control_period``.
+        name: shown in tables; by default its own.
+
+    Raises:
+        ConfigError: there is no such policy, or its file is of another kind or not trusted.
+        MissingExtra: a package is missing that an extra installs.
+    """
+    options = dict(env_options or {})
+    if not isinstance(policy, str | os.PathLike):
+        return foreign.of_object(policy, options, name, Path(normalize) if normalize else None)
+    text = str(policy)
+    scripted = text.replace("-", " ")
+    if text == GAIT:
+        return GaitPolicy()
+    if scripted in catalogue.CONTROLLERS:
+        return catalogue.tuned(scripted, task)
+    path = policy_path(text)
+    if not os.path.isfile(path):
+        return _named(text, options, name)
+    try:
+        found = _of_file(path, name or title(path), normalize, trust, options)
+    except (ConfigError, MissingExtra):
+        raise
+    except BROKEN as error:
+        raise ConfigError("policy", text, f"a file that can be read ({' '.join(str(error).split())})") from None
+    found.env_options |= options
+    return found
+
+
+def _of_file(path: Path, name: str, normalize: Any, trust: bool, options: dict[str, Any]) -> Any:
+    if normalize and path.suffix != ".zip":
+        raise ConfigError("normalize", str(normalize), f"None for {path.name}: it is of zips and of models")
+    if path.suffix == ".safetensors":
+        return Network(path, name)
+    if path.suffix == ".onnx":
+        return OnnxPolicy(path, name)
+    if path.suffix == ".zip":
+        statistics = _statistics(path) if normalize is None else Path(normalize) if normalize else None
+        try:
+            return Network(path, name, partial(_of_sb3_zip, statistics=statistics))
+        except sb3_zip.OtherNetwork as error:
+            if not trust:
+                raise ConfigError("policy", str(path), f"{foreign.UNTRUSTED} ({error})") from None
+            return foreign.of_sb3_zip(path, name, statistics)
+    if path.suffix in (".pt", ".pth", ".pt2"):
+        if not trust:
+            raise ConfigError("policy", str(path), foreign.UNTRUSTED)
+        return foreign.of_torch(path, name, options)
+    raise ConfigError("policy", str(path), FILES)
+
+
+def _of_sb3_zip(path: Path, statistics: Path | None) -> tuple[Any, dict[str, Any]]:
+    """The network of a zip, and where it was trained if it lies in the folder of a run of ``python -m training``."""
+    arrays, config = sb3_zip.read(path)
+    arrays |= {} if statistics is None else sb3_zip.normalization(statistics)
+    beside = path.with_name("config.json")
+    run = _documents.read(beside) if beside.is_file() else {}
+    if isinstance(run, dict) and run.get("env_id") in TASKS and isinstance(run.get("env"), dict):
+        config |= {"env_id": run["env_id"], "env": run["env"]}
+    about = "" if statistics is None else f", observations normalised by {statistics.name}"
+    return arrays, config | {"about": f"Network of Stable-Baselines3{about}."}
+
+
+def _statistics(path: Path) -> Path | None:
+    """The file of the ``VecNormalize`` beside a zip, by the names that callbacks of Stable-Baselines3 give it."""
+    names = [f"{path.stem}_vecnormalize.pkl", "vecnormalize.pkl", "vec_normalize.pkl"]
+    prefix, _, steps = path.stem.removesuffix("_steps").rpartition("_")
+    if prefix:
+        names.insert(0, f"{prefix}_vecnormalize_{steps}_steps.pkl")
+    return next(filter(Path.is_file, map(path.with_name, names)), None)
+
+
+def _named(text: str, options: dict[str, Any], name: str | None) -> Any:
+    """A gait by its numbers, or what Python imports."""
+    if text.count(",") == 2:
+        try:
+            return GaitPolicy(GaitParameters(*(float(part) * DEGREE for part in text.split(","))))
+        except ValueError:
+            pass
+    module, colon, attribute = text.partition(":")
+    if not colon or not all(part.isidentifier() for part in (*module.split("."), attribute)):
+        raise ConfigError("policy", text, f"one of {CHOICES}")
+    here = os.getcwd()  # where people write the module; a command's own path is that of its script
+    sys.path.insert(0, here)
+    try:
+        found = getattr(import_module(module), attribute)
+    except (ImportError, AttributeError) as error:
+        raise ConfigError("policy", text, f"module:name that Python can import ({error})") from None
+    finally:
+        sys.path.remove(here)
+    return foreign.of_object(found() if isinstance(found, type) else found, options, name)
