@@ -78,7 +78,7 @@ impl<T: Real> Assembly<T> {
     /// Whether the normal impulses found can be those of the solution.
     #[inline(always)]
     pub fn is_plausible(&self, largest_radius: T) -> T::Mask {
-        self.radius_error.le(T::splat(PLAUSIBLE) * largest_radius)
+        self.radius_error.le(largest_radius)
     }
 }
 
@@ -214,10 +214,6 @@ impl<T: Real> Progress<T> {
         self.patience.lt(self.outcome.iterations)
     }
 }
-
-/// Error of the friction radii over the largest of them up to which normal impulses can be those of the solution. Contacts
-/// that close while a robot lands multiply the load.
-const PLAUSIBLE: f64 = 4.0;
 
 /// Linear solves after which a stage counts as hard: from there on convex problems are solved before radii move.
 const PATIENCE: f64 = 20.0;
