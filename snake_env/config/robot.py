@@ -79,6 +79,9 @@ class Robot(Section):
         entries = [self.axes] * (self.links - 1) if isinstance(self.axes, str) else self.axes
         pairs: list[tuple[int, Any]] = []
         for joint, entry in enumerate(entries):
+            if not isinstance(entry, str):
+                unit = tuple(float(part) for part in np.divide(entry, np.linalg.norm(entry)))
+                entry = UNIT_AXES.get(unit, entry)
             names = ("yaw", "pitch") if isinstance(entry, str) and entry == "both" else (entry,)
             pairs += [(joint, name) for name in names]
         return pairs
@@ -100,6 +103,14 @@ class Robot(Section):
         :meth:`PD.aiko`.
         """
         return cls(**({"backlash": 4 * DEGREE} | changes))
+
+
+UNIT_AXES: dict[tuple[float, ...], AxisName] = {
+    (0.0, 1.0, 0.0): "yaw",
+    (1.0, 0.0, 0.0): "pitch",
+    (0.0, 0.0, 1.0): "roll",
+}
+"""Names of vectors of the link frame."""
 
 
 def per_link(value: PerLink, links: int) -> NDArray[np.float64]:

@@ -179,3 +179,37 @@ def test_limits_that_cross_are_named(wrong):
 def test_axes_survive_the_way_through_a_mapping():
     robot = Robot(links=7, axes=MIXED)
     assert Robot.of(dataclasses.asdict(robot)) == robot
+
+
+def test_references_of_their_own_that_come_late_are_those_of_each_axis():
+    wanted = 0.1 * np.arange(1.0, 7.0)
+    gait = JointTrajectory([0.0, 1.0], [wanted, wanted])
+    free = {"start": Start(posture=wanted, position=(0.0, 0.0, 9.0)), "scene": Scene(friction=(0.0, 0.0))}
+    late = run(ALTERNATING, gait=gait, reference_delay=0.05, **free)
+    np.testing.assert_allclose(late.joint_angle, np.tile(wanted, (3, 1)), atol=1e-3)
+
+
+def test_absent_axes_have_no_angle_at_the_start():
+    # The wave would bend the yaw of joint 3, which it does not have, by -0.35 rad.
+    limits = [1.5, 1.5, 1.5, (-0.3, 1.2), 1.5, 1.5]
+    robot = Robot(links=7, axes=ALTERNATING, joint_limit=limits)
+    simulate(model="spatial", robot=robot, gait=Gait.lateral_undulation(), duration=0.05)
+    # All pitches of the lifting wave are absent: the robot lies flat.
+    flat = simulate(model="spatial", robot=Robot(links=7, axes="yaw"), gait=Gait.lateral_rolling(), duration=0.05)
+    np.testing.assert_allclose(flat.position[0, :, 2], flat.position[0, 0, 2], atol=1e-9)
+
+
+def test_vectors_along_the_axes_of_a_link_have_their_names():
+    robot = Robot(links=4, axes=[(0.0, 2.0, 0.0), (3.0, 0.0, 0.0), (0.0, 0.0, 0.5)])
+    assert robot.joint_axes == [(0, "yaw"), (1, "pitch"), (2, "roll")]
+
+
+def test_states_of_a_robot_with_other_axes_are_refused():
+    def make(axes):
+        return gym.make_vec("SnakeSpatial-v1", num_envs=1, robot=Robot(axes=axes)).unwrapped
+
+    cardan, hinges = make(["both"] * 10), make(["yaw", "pitch"] * 5)
+    cardan.reset(seed=0)
+    hinges.reset(seed=0)
+    with pytest.raises(ConfigError, match="state"):
+        hinges.set_state(cardan.get_state())

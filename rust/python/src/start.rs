@@ -238,6 +238,6 @@ const FLAT: f64 = 1e-9;
 
 fn at_start(gait: &CardanGait, joint: usize, axes: Axes) -> Vector2<f64> {
     let (target, sampled) = (gait.target(joint, 0.0), matches!(gait.yaw, Gait::Sampled(_)));
-    let yaw = if axes.only_twists() && !sampled { 0.0 } else { target.yaw.angle };
-    Vector2::new(yaw, target.pitch.angle)
+    let follows = axes.has(0) && (sampled || !axes.only_twists());
+    Vector2::new(if follows { target.yaw.angle } else { 0.0 }, if axes.has(1) { target.pitch.angle } else { 0.0 })
 }

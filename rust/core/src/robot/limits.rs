@@ -30,7 +30,14 @@ impl From<f64> for JointLimit {
 impl JointLimit {
     /// Whether any joint has a limit.
     pub fn is_any(&self) -> bool {
-        *self != Self::Same(f64::INFINITY)
+        let is_finite = |limit: &OneLimit| match limit {
+            OneLimit::Either(limit) => limit.is_finite(),
+            OneLimit::Between(limits) => limits.iter().any(|limit| limit.is_finite()),
+        };
+        match self {
+            Self::Same(limit) => limit.is_finite(),
+            Self::Each(limits) => limits.iter().any(is_finite),
+        }
     }
 
     /// Least and largest angle of each of so many joints \[rad\].

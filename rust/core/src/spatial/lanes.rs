@@ -85,7 +85,7 @@ impl<T: Real> Stage<T> {
         to.pairs.clear();
         to.pairs.extend(self.pairs.iter().filter(|pair| pair.is_in(lane)).map(|pair| pair.lane(lane)));
         to.stops.clear();
-        for (axis, side) in StageStop::in_lane(&self.stops, lane) {
+        for (axis, side) in self.stops_in_lane(lane) {
             let joint = axis / 2;
             let about = hinge_directions(to.axes_of(joint), &to.links[joint].axes, &to.links[joint + 1].axes)[axis % 2];
             let turn = StageStop::<T>::SIDES[side] * Real::lane(self.stops[axis].lever, lane);
@@ -93,6 +93,13 @@ impl<T: Real> Stage<T> {
             let offset = Real::lane(self.stops[axis].offset[side], lane);
             to.pairs.push(StagePair { links: [joint, joint + 1], direction, offset });
         }
+    }
+}
+
+impl<T: Real> Stage<T> {
+    /// Axes and sides of the stops that a lane's robot may reach: an axis that a joint does not have has none.
+    fn stops_in_lane(&self, lane: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
+        StageStop::in_lane(&self.stops, lane).filter(|(axis, _)| self.axes_of(axis / 2).has(axis % 2))
     }
 }
 
@@ -109,7 +116,7 @@ impl<T: Real> StageSolution<T> {
         read_rows(&self.contact, &stage.contacts, lane, &mut to.contact);
         read_rows(&self.pair, &stage.pairs, lane, &mut to.pair);
         to.stop.clear();
-        let stops = StageStop::in_lane(&stage.stops, lane);
+        let stops = stage.stops_in_lane(lane);
         to.pair.extend(stops.map(|(axis, side)| Real::lane(self.stop[axis][side], lane)));
     }
 
@@ -124,7 +131,7 @@ impl<T: Real> StageSolution<T> {
         write_rows(&mut self.obstacle_friction, &stage.contacts, lane, &from.obstacle_friction);
         write_rows(&mut self.contact, &stage.contacts, lane, &from.contact);
         let written = write_rows(&mut self.pair, &stage.pairs, lane, &from.pair);
-        let stops = StageStop::in_lane(&stage.stops, lane);
+        let stops = stage.stops_in_lane(lane);
         for ((axis, side), impulse) in stops.zip(&from.pair[written..]) {
             Real::set_lane(&mut self.stop[axis][side], lane, *impulse);
         }

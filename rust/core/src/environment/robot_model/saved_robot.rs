@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::environment::reference::{ReferenceGenerator, ReferenceState};
 use crate::obstacles::{Obstacle, ObstacleGrid, SavedObstacle};
+use crate::robot::Axes;
 use crate::simulation::{SimulatedModel, Simulation, Snapshot};
 
 /// Mean forces on each link over the last control period.
@@ -24,6 +25,8 @@ pub trait MeanForces: Clone + Debug {
 /// State of the simulation `S`, joint references, obstacles and mean forces `F`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SavedRobot<S, F> {
+    /// Of its joints.
+    axes: Vec<Axes>,
     simulation: S,
     reference: ReferenceState,
     obstacles: Vec<SavedObstacle>,
@@ -39,6 +42,7 @@ impl<M: SimulatedModel, F: MeanForces> SavedRobot<Snapshot<M>, F> {
         forces: &F,
     ) -> Self {
         Self {
+            axes: simulation.robot().axes.clone(),
             simulation: simulation.snapshot(),
             reference: reference.state().clone(),
             obstacles: simulation.body().obstacles.obstacles().iter().map(SavedObstacle::from).collect(),
@@ -60,6 +64,7 @@ impl<M: SimulatedModel, F: MeanForces> SavedRobot<Snapshot<M>, F> {
         }
         let obstacles = self.obstacles(&simulation.body().obstacles);
         let fits = self.links() == Some(links)
+            && self.axes == simulation.robot().axes
             && self.simulation.fits(links, &obstacles)
             && self.obstacle_impulse.len() == obstacles.len()
             && reference.restore(&self.reference);
