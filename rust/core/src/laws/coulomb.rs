@@ -33,14 +33,6 @@ impl<T: Real> Coulomb<T, Unit> {
     }
 }
 
-impl<T: Real> Coulomb<T> {
-    /// As [`Self::evaluate`], but the lanes `held` stick whatever their slip.
-    #[inline(always)]
-    pub fn evaluate_held(&self, centre: &Vector2<T>, r: T, gamma: &Vector2<T>, held: T::Mask) -> Evaluation<T> {
-        self.stiffness_of(self.disc.evaluate_held(&self.argument(centre, r, gamma), held), r)
-    }
-}
-
 impl<T: Real, R: Radius<T>> Coulomb<T, R> {
     /// S v.
     #[inline(always)]

@@ -6,7 +6,7 @@ use crate::error::ConfigError;
 use crate::robot::Robot;
 use crate::scene::Scene;
 use crate::spatial::{
-    End, Frame, Pose, Spatial, SpatialSystem, StackedTwist, assemble_chain, ground_gap, largest_joint_gap,
+    End, LinkAxis, Pose, Spatial, SpatialSystem, StackedTwist, assemble_chain, ground_gap, largest_joint_gap,
     obstacle_gap, rest_on, self_gap,
 };
 use crate::stepping::Body;
@@ -80,7 +80,7 @@ impl<S: Scheme<Spatial>> Simulation<Spatial, S> {
             for end in End::BOTH {
                 smallest = smallest.min(ground_gap(link, pose, end));
             }
-            let frame = Frame::of(pose);
+            let frame = LinkAxis::of(pose);
             obstacles.visit_obstacles(&pose.position.xy(), link.reach(), |obstacle| {
                 smallest = smallest.min(obstacle_gap(link, &frame, obstacles, obstacle));
             });

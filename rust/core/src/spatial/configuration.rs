@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::math::Real;
+use crate::math::{Laned, Real};
 use crate::stepping::{MAX_RATE, MAX_SPEED};
 
 use super::spatial_vector::{Twist, along, cross, scaled, sum};
@@ -34,6 +34,15 @@ pub struct Frame<T = f64> {
     pub position: Vector3<T>,
     /// e_x^B, e_y^B, e_z^B.
     pub axes: [Vector3<T>; 3],
+}
+
+/// Where the centre line of a link is, frame I: all that contacts with its surface depend on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinkAxis<T = f64> {
+    /// CG \[m\].
+    pub position: Vector3<T>,
+    /// e_z^B.
+    pub axis: Vector3<T>,
 }
 
 impl<T: Real> Configuration<T> {
@@ -130,14 +139,18 @@ impl ChainVelocity {
     }
 }
 
-impl Frame {
+impl LinkAxis {
     pub fn of(pose: &Pose) -> Self {
-        let axes = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| pose.orientation * axis);
-        Self { position: pose.position, axes }
+        Self { position: pose.position, axis: pose.axis() }
     }
 }
 
 impl<T: Real> Frame<T> {
+    /// The centre line of a lane's link.
+    pub fn axis_of(&self, lane: usize) -> LinkAxis {
+        LinkAxis { position: self.position.lane(lane), axis: self.axes[2].lane(lane) }
+    }
+
     pub fn origin() -> Self {
         let (zero, one) = (T::zero(), T::splat(1.0));
         Self {

@@ -5,7 +5,7 @@ use nalgebra::{Vector2, Vector3};
 use crate::obstacles::{CentreLine, ConvexPolygon, ObstacleGrid, Peg, SolidLine};
 use crate::robot::Link;
 
-use super::{Frame, Pose};
+use super::{LinkAxis, Pose};
 
 /// g_H of one link-peg pair, negative when penetrating (T 4.12), (T 4.13) \[m\].
 pub fn peg_gap(link: &Link, pose: &Pose, peg: &Peg) -> f64 {
@@ -24,11 +24,11 @@ pub fn nearest_point(link: &Link, position: &Vector3<f64>, axis: &Vector3<f64>, 
     (from_peg + shadow * along, along)
 }
 
-/// Gap between a link at `frame` and an obstacle of the scene, a vertical body with or without end \[m\].
-pub fn obstacle_gap(link: &Link, frame: &Frame, obstacles: &ObstacleGrid, obstacle: usize) -> f64 {
-    let (position, axis) = (&frame.position, &frame.axes[2]);
+/// Gap between a link at `at` and an obstacle of the scene, a vertical body with or without end \[m\].
+pub fn obstacle_gap(link: &Link, at: &LinkAxis, obstacles: &ObstacleGrid, obstacle: usize) -> f64 {
+    let LinkAxis { position, axis } = at;
     if let Some(solid) = obstacles.solid(obstacle) {
-        return solid.distance(&solid_line(link, frame)) - link.radius;
+        return solid.distance(&solid_line(link, at)) - link.radius;
     }
     match obstacles.pegs().get(obstacle) {
         Some(peg) => nearest_point(link, position, axis, peg).0.norm() - (peg.radius + link.radius),
@@ -50,8 +50,8 @@ pub fn centre_line(link: &Link, position: &Vector3<f64>, axis: &Vector3<f64>) ->
 }
 
 /// The centre line of a link in front of an obstacle of finite height.
-pub fn solid_line(link: &Link, frame: &Frame) -> SolidLine {
-    SolidLine { middle: frame.position, half: frame.axes[2] * link.contact_half_length }
+pub fn solid_line(link: &Link, at: &LinkAxis) -> SolidLine {
+    SolidLine { middle: at.position, half: at.axis * link.contact_half_length }
 }
 
 /// Squared length of e_z^B's shadow below which round-off would place the nearest point.

@@ -40,7 +40,7 @@ mod workspace;
 
 pub use certificate::{Certificate, certify};
 pub use chain_state::ChainState;
-pub use configuration::{ChainVelocity, Configuration, Frame};
+pub use configuration::{ChainVelocity, Configuration, Frame, LinkAxis};
 pub use dynamics::{inertia, mass_diagonal, potential_energy};
 pub use gap::{centre_line, nearest_point, obstacle_gap, peg_gap, solid_line, wall_gap};
 pub use ground::{End, ground_gap};

@@ -5,14 +5,14 @@ use nalgebra::{Vector2, Vector3};
 use crate::contact::recovery::{DEEP, SAME_SIDE, offset};
 use crate::contact::{ContactId, ContactMemory, Source, touching_distance};
 use crate::math::{Laned, Real};
-use crate::obstacles::{ConvexPolygon, ObstacleGrid, Solid, SolidContact};
+use crate::obstacles::{ObstacleGrid, SolidContact};
 use crate::robot::Link;
 use crate::stepping::lanes::Lanes;
 use crate::stepping::{ContactImpulse, FoundRow, FoundRows};
 
 use super::workspace::{StageKinematics, Workspace};
 use super::{
-    Frame, Stage, StageContact, StageObstacleFriction, StageSolution, Wrench, centre_line, nearest_point, solid_line,
+    LinkAxis, Stage, StageContact, StageObstacleFriction, StageSolution, Wrench, centre_line, nearest_point, solid_line,
 };
 
 /// The contacts of the current stage with obstacles, of all lanes.
@@ -61,9 +61,14 @@ impl ObstacleContacts {
         self.frictional.clear();
     }
 
-    /// Finds the contacts of one link of a lane's robot; `known` are those of its last stage.
-    fn find(&mut self, lane: usize, index: usize, link: &LinkInStage, obstacles: &ObstacleGrid, known: &ContactMemory) {
-        link.visit(index, obstacles, |(obstacle, feature), row, surface| {
+    /// Finds the contacts of one link of a lane's robot with an obstacle; `known` are those of its last stage.
+    fn find(
+        &mut self,
+        (lane, index, link): (usize, usize, &LinkInStage),
+        (obstacles, obstacle): (&ObstacleGrid, usize),
+        known: &ContactMemory,
+    ) {
+        link.visit(index, obstacles, obstacle, |feature, row, surface| {
             let coefficient = obstacles.friction(obstacle);
             if coefficient > 0.0 {
                 let friction = StageObstacleFriction::new(&row.direction.linear, &surface, coefficient);
@@ -121,10 +126,16 @@ impl<T: Real> Workspace<T> {
         let [coefficient, elapsed] = [stage.coefficient, motion.elapsed].map(|time| time.lane(lane));
         for (i, link) in links.iter().enumerate() {
             let [start, end] = [&motion.start_frames[i], &motion.frames[i]].map(|frame| frame.position.lane(lane));
-            if !obstacles.is_clear(end.x, end.y, reach_between(link, &start, &end)) {
-                let link = LinkInStage { at: motion.of_link(links, i, lane), coefficient, elapsed };
-                contacts.find(lane, i, &link, obstacles, &known[lane]);
-            }
+            // All else about the link is gathered only where an obstacle is near.
+            let mut in_stage = None;
+            obstacles.visit_obstacles(&end.xy(), link.reach() + (end - start).norm() + MARGIN, |obstacle| {
+                let link = in_stage.get_or_insert_with(|| LinkInStage {
+                    at: motion.of_link(links, i, lane),
+                    coefficient,
+                    elapsed,
+                });
+                contacts.find((lane, i, link), (obstacles, obstacle), &known[lane]);
+            });
         }
     }
 
@@ -154,54 +165,59 @@ impl<T: Real> Workspace<T> {
 }
 
 impl LinkInStage<'_> {
-    /// Calls `add` with every obstacle and feature that may matter, their contact, and its point of the link's surface, from
-    /// the CG.
+    /// Calls `add` with every feature of an obstacle that may matter, its contact, and the contact's point of the link's
+    /// surface, from the CG.
     pub fn visit(
         &self,
         index: usize,
         obstacles: &ObstacleGrid,
-        mut add: impl FnMut((usize, usize), StageContact, Vector3<f64>),
+        obstacle: usize,
+        mut add: impl FnMut(usize, StageContact, Vector3<f64>),
     ) {
-        let reach = reach_between(self.at.link, &self.at.start.position, &self.at.end.position);
-        let near = &self.at.end.position;
-        let mut look = |obstacle: usize, feature: usize, planes: [Plane; 2], touching: f64| {
-            if let Some((row, surface)) = self.row(index, planes, touching) {
-                add((obstacle, feature), row, surface);
+        let mut look = |feature: usize, at_end: Plane, touching: f64, at_start: &dyn Fn() -> Plane| {
+            if !self.is_far(&at_end, touching)
+                && let Some((row, surface)) = self.row(index, [at_start(), at_end], touching)
+            {
+                add(feature, row, surface);
             }
         };
-        obstacles.visit_obstacles(&near.xy(), reach, |obstacle| {
-            if let Some(solid) = obstacles.solid(obstacle) {
-                self.visit_solid(&solid, |feature, planes| look(obstacle, feature, planes, self.at.link.radius));
-                return;
+        if let Some(solid) = obstacles.solid(obstacle) {
+            let line = |at: &LinkAxis| solid_line(self.at.link, at);
+            // Far above: not worth a look.
+            let lowest = |at: &LinkAxis| at.position.z - self.at.link.reach();
+            if lowest(&self.at.start).min(lowest(&self.at.end)) <= solid.height + MARGIN {
+                solid.visit_contacts(&line(&self.at.end), |feature, at_end| {
+                    look(feature, self.solid_plane(&self.at.end, &at_end), self.at.link.radius, &|| {
+                        self.solid_plane(&self.at.start, &solid.contact_at(&line(&self.at.start), feature))
+                    });
+                });
             }
-            let touching = touching_distance(self.at.link, obstacles, obstacle);
-            let wall =
-                obstacle.checked_sub(obstacles.pegs().len()).map(|wall| &obstacles.walls().walls()[wall].polygon);
-            for feature in 0..wall.map_or(1, ConvexPolygon::features) {
-                let planes = [&self.at.start, &self.at.end]
-                    .map(|frame| self.plane(frame, Feature { obstacles, obstacle, feature }));
-                look(obstacle, feature, planes, touching);
-            }
-        });
-    }
-
-    /// Calls `look` with every feature of an obstacle of finite height, and the planes at the start and the end there.
-    fn visit_solid(&self, solid: &Solid, mut look: impl FnMut(usize, [Plane; 2])) {
-        let line = |frame: &Frame| solid_line(self.at.link, frame);
-        // Far above: not worth a look.
-        let lowest = |frame: &Frame| frame.position.z - self.at.link.reach();
-        if lowest(&self.at.start).min(lowest(&self.at.end)) > solid.height + MARGIN {
             return;
         }
-        solid.visit_contacts(&line(&self.at.end), |feature, at_end| {
-            let at_start = solid.contact_at(&line(&self.at.start), feature);
-            look(feature, [self.solid_plane(&self.at.start, &at_start), self.solid_plane(&self.at.end, &at_end)]);
-        });
+        let touching = touching_distance(self.at.link, obstacles, obstacle);
+        for feature in 0..obstacles.features(obstacle) {
+            let plane = |at: &LinkAxis| self.plane(at, Feature { obstacles, obstacle, feature });
+            look(feature, plane(&self.at.end), touching, &|| plane(&self.at.start));
+        }
     }
 
-    fn solid_plane(&self, frame: &Frame, contact: &SolidContact) -> Plane {
+    /// Velocity of the point at `arm` from the CG with which the end is predicted. One by one, fused products would be
+    /// function calls.
+    fn expected_velocity(&self, arm: &Vector3<f64>) -> Vector3<f64> {
+        self.at.expected.linear + self.at.expected.angular.cross(arm)
+    }
+
+    /// Whether the plane at the predicted end is certainly beyond the margin of [`Self::row`], wherever that at the start
+    /// of the step is: neither deep nor passed, with a penetration before the step that would only add to the gap.
+    fn is_far(&self, plane: &Plane, touching: f64) -> bool {
+        let travelled = self.coefficient * plane.normal.dot(&self.expected_velocity(&plane.arm));
+        let displacement = (self.at.end.position - self.at.start.position).norm();
+        plane.gap - travelled.max(0.0) > FAR && displacement <= touching
+    }
+
+    fn solid_plane(&self, at: &LinkAxis, contact: &SolidContact) -> Plane {
         let SolidContact { distance, normal, along, is_redundant } = *contact;
-        let arm = frame.axes[2] * (along * self.at.link.contact_half_length);
+        let arm = at.axis * (along * self.at.link.contact_half_length);
         Plane { normal, arm, gap: distance - self.at.link.radius, is_redundant }
     }
 
@@ -218,7 +234,7 @@ impl LinkInStage<'_> {
         touching: f64,
     ) -> Option<(StageContact, Vector3<f64>)> {
         let (c, displacement) = (self.coefficient, (self.at.end.position - self.at.start.position).norm());
-        let mut travelled = c * plane.normal.dot(&self.at.expected.velocity_at(&plane.arm));
+        let mut travelled = c * plane.normal.dot(&self.expected_velocity(&plane.arm));
         let depth = if at_start.is_redundant { 0.0 } else { (-at_start.gap).max(0.0) };
         let deep = plane.gap < -DEEP * touching;
         if plane.is_redundant && (at_start.is_redundant || !deep) {
@@ -227,8 +243,8 @@ impl LinkInStage<'_> {
         let from_start = deep || (displacement > touching && at_start.normal.dot(&plane.normal) < SAME_SIDE);
         if from_start && !at_start.is_redundant {
             // Where the point of the start lies at the base of the stage.
-            let along = at_start.arm.dot(&self.at.start.axes[2]);
-            let moved = self.at.base.position + self.at.base.axes[2] * along - (self.at.start.position + at_start.arm);
+            let along = at_start.arm.dot(&self.at.start.axis);
+            let moved = self.at.base.position + self.at.base.axis * along - (self.at.start.position + at_start.arm);
             plane = at_start;
             travelled = -plane.normal.dot(&moved);
         }
@@ -238,42 +254,44 @@ impl LinkInStage<'_> {
             offset: offset(plane.gap, travelled, depth, c, self.elapsed),
         };
         // The gap without motion or the predicted one, whichever is less.
-        let closing = row.direction.dot(&self.at.expected).min(0.0);
+        let closing = plane.normal.dot(&self.expected_velocity(&plane.arm)).min(0.0);
         ((row.offset + closing) * c < MARGIN).then(|| (row, plane.arm - plane.normal * self.at.link.radius))
     }
 
-    fn plane(&self, frame: &Frame, Feature { obstacles, obstacle, feature }: Feature) -> Plane {
+    fn plane(
+        &self,
+        LinkAxis { position, axis }: &LinkAxis,
+        Feature { obstacles, obstacle, feature }: Feature,
+    ) -> Plane {
         let pegs = obstacles.pegs();
         let Some(peg) = pegs.get(obstacle) else {
-            let line = centre_line(self.at.link, &frame.position, &frame.axes[2]);
+            let line = centre_line(self.at.link, position, axis);
             let at = obstacles.walls().walls()[obstacle - pegs.len()].polygon.separation(&line, feature);
             return Plane {
                 normal: at.normal.push(0.0),
-                arm: frame.axes[2] * (at.along * self.at.link.contact_half_length),
+                arm: axis * (at.along * self.at.link.contact_half_length),
                 gap: at.distance - self.at.link.radius,
                 is_redundant: at.is_redundant,
             };
         };
-        let (offset, along) = nearest_point(self.at.link, &frame.position, &frame.axes[2], peg);
+        let (offset, along) = nearest_point(self.at.link, position, axis, peg);
         let distance = offset.norm();
-        let across = Vector2::new(-frame.axes[2].y, frame.axes[2].x);
+        let across = Vector2::new(-axis.y, axis.x);
         let normal = offset.try_normalize(0.0).or(across.try_normalize(0.0)).unwrap_or_else(Vector2::x);
         Plane {
             normal: Vector3::new(normal.x, normal.y, 0.0),
-            arm: frame.axes[2] * along,
+            arm: axis * along,
             gap: distance - (peg.radius + self.at.link.radius),
             is_redundant: false,
         }
     }
 }
 
-/// Distance from the CG at its predicted end within which an obstacle may matter \[m\].
-fn reach_between(link: &Link, start: &Vector3<f64>, end: &Vector3<f64>) -> f64 {
-    link.reach() + (end - start).norm() + MARGIN
-}
-
 /// Predicted gap up to which a pair takes part \[m\].
 const MARGIN: f64 = 0.02;
+
+/// The same with room for round-off \[m\].
+const FAR: f64 = MARGIN + 1e-9;
 
 /// Contacts reserved for each link; more are possible.
 const CONTACTS_PER_LINK: usize = 4;

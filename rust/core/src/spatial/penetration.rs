@@ -3,15 +3,13 @@
 //! A link of which some point moves farther than its radius in one step near a contact could pass to the other side of it,
 //! so such a step is divided, too.
 
-use nalgebra::Vector3;
-
-use crate::math::{Laned, Real};
+use crate::math::Real;
 use crate::obstacles::ObstacleGrid;
 use crate::robot::Link;
 use crate::stepping::penetration::{ALLOWED, Sinking};
 
 use super::workspace::Workspace;
-use super::{Frame, obstacle_gap};
+use super::{LinkAxis, obstacle_gap};
 
 impl<T: Real> Workspace<T> {
     /// What the step does to the penetrations of a lane's robot into obstacles.
@@ -20,44 +18,35 @@ impl<T: Real> Workspace<T> {
         if self.may_reach(lane, obstacles) {
             for (i, link) in links.iter().enumerate() {
                 let ends = [&self.motion.start_frames[i], &self.motion.frames[i]];
-                let positions = ends.map(|frame| frame.position.lane(lane));
-                let frame = |end: usize| ends[end].lane(lane);
-                sinking = sinking.max(sinking_into(obstacles, link, positions, frame));
+                sinking = sinking.max(sinking_into(obstacles, link, &ends.map(|frame| frame.axis_of(lane))));
             }
         }
         sinking
     }
 }
 
-/// Of a link with these positions at the start and at the end of the step; `frame` returns it there, and is called only
-/// where an obstacle is near.
-fn sinking_into(
-    obstacles: &ObstacleGrid,
-    link: &Link,
-    [start, end]: [Vector3<f64>; 2],
-    frame: impl Fn(usize) -> Frame,
-) -> Sinking {
+/// Of a link that is there at the start and at the end of the step.
+fn sinking_into(obstacles: &ObstacleGrid, link: &Link, [start, end]: &[LinkAxis; 2]) -> Sinking {
     let mut sinking = Sinking::No;
-    let travelled = (end - start).norm();
-    let lowest = start.z.min(end.z) - link.reach();
-    obstacles.visit_obstacles(&end.xy(), link.reach() + travelled, |obstacle| {
+    let travelled = (end.position - start.position).norm();
+    let lowest = start.position.z.min(end.position.z) - link.reach();
+    obstacles.visit_obstacles(&end.position.xy(), link.reach() + travelled, |obstacle| {
         if obstacles.solid(obstacle).is_some_and(|solid| lowest > solid.height) {
             return;
         }
-        let [start, end] = [0, 1].map(&frame);
-        if farthest_travel(link, &start, &end) > link.radius {
+        if farthest_travel(link, start, end) > link.radius {
             sinking = sinking.max(Sinking::TooDeep);
         }
-        let gap_at_end = obstacle_gap(link, &end, obstacles, obstacle);
+        let gap_at_end = obstacle_gap(link, end, obstacles, obstacle);
         if gap_at_end < -ALLOWED {
-            sinking = sinking.max(Sinking::of(obstacle_gap(link, &start, obstacles, obstacle), gap_at_end));
+            sinking = sinking.max(Sinking::of(obstacle_gap(link, start, obstacles, obstacle), gap_at_end));
         }
     });
     sinking
 }
 
 /// How far the point of a link's centre line moves that moves farthest, one of its ends \[m\].
-pub(super) fn farthest_travel(link: &Link, start: &Frame, end: &Frame) -> f64 {
-    let (moved, turned) = (end.position - start.position, (end.axes[2] - start.axes[2]) * link.contact_half_length);
+pub(super) fn farthest_travel(link: &Link, start: &LinkAxis, end: &LinkAxis) -> f64 {
+    let (moved, turned) = (end.position - start.position, (end.axis - start.axis) * link.contact_half_length);
     (moved + turned).norm().max((moved - turned).norm())
 }

@@ -15,7 +15,7 @@ use crate::stepping::penetration::{ALLOWED, Sinking};
 
 use super::penetration::farthest_travel;
 use super::workspace::{Motion, StageKinematics, Workspace};
-use super::{Frame, Pose, StagePair, Wrench};
+use super::{Frame, LinkAxis, Pose, StagePair, Wrench};
 
 /// Contacts of the stage at hand between links of one robot, of all lanes.
 #[derive(Debug, Clone)]
@@ -72,11 +72,12 @@ impl<T: Real> SelfContactDetection<T> {
     pub fn sinking(&self, links: &[Link], start: &[Frame<T>], end: &[Frame<T>], lane: usize) -> Sinking {
         let mut sinking = Sinking::No;
         let gap = |frames: &[Frame<T>], pair: [usize; 2]| {
-            let [first, second] = pair.map(|link| capsule(&links[link], &frames[link].lane(lane)));
+            let [first, second] = pair.map(|link| capsule(&links[link], &frames[link].axis_of(lane)));
             capsule_gap([&first, &second])
         };
         let position = |frames: &[Frame<T>], link: usize| frames[link].position.lane(lane);
-        let travelled = |link: usize| farthest_travel(&links[link], &start[link].lane(lane), &end[link].lane(lane));
+        let travelled =
+            |link: usize| farthest_travel(&links[link], &start[link].axis_of(lane), &end[link].axis_of(lane));
         visit_close_pairs(
             links,
             |link| position(end, link),
@@ -105,7 +106,8 @@ impl<T: Real> Workspace<T> {
         rows.clear();
         for lane in active(pending).filter(|&lane| bound.is_some() && folded.lane(lane)) {
             let centre = |link: usize| frames[link].position.lane(lane);
-            let travel = |i: usize| farthest_travel(&links[i], &start_frames[i].lane(lane), &frames[i].lane(lane));
+            let travel =
+                |i: usize| farthest_travel(&links[i], &start_frames[i].axis_of(lane), &frames[i].axis_of(lane));
             let travelled = (0..links.len()).map(travel).fold(0.0, f64::max);
             if travelled > links.iter().map(|link| link.radius).fold(f64::INFINITY, f64::min) {
                 // Fast enough for two links to pass each other within the step.
@@ -145,7 +147,7 @@ impl PairInStage<'_> {
         let is_deep = at_end.gap < -DEEP * touching;
         let (direction, gap, travelled) = if is_deep || at_start.normal.dot(&at_end.normal) < SAME_SIDE {
             let moved = |k: usize| {
-                let point = |frame: &Frame| frame.position + frame.axes[2] * at_start.along[k];
+                let point = |at: &LinkAxis| at.position + at.axis * at_start.along[k];
                 point(&self.at[k].base) - point(&self.at[k].start)
             };
             (self.direction(|link| &link.start, &at_start), at_start.gap, -at_start.normal.dot(&(moved(0) - moved(1))))
@@ -159,18 +161,18 @@ impl PairInStage<'_> {
 
     fn direction(
         &self,
-        frame: impl for<'b> Fn(&'b StageKinematics) -> &'b Frame,
+        at: impl for<'b> Fn(&'b StageKinematics) -> &'b LinkAxis,
         contact: &CapsuleContact,
     ) -> [Wrench; 2] {
         let CapsuleContact { normal, along, .. } = contact;
         [0, 1].map(|k| {
             let linear: Vector3<f64> = if k == 0 { *normal } else { -normal };
-            Wrench { linear, angular: (frame(&self.at[k]).axes[2] * along[k]).cross(&linear) }
+            Wrench { linear, angular: (at(&self.at[k]).axis * along[k]).cross(&linear) }
         })
     }
 
-    fn capsules(&self, frame: impl for<'b> Fn(&'b StageKinematics) -> &'b Frame) -> [Capsule<'_>; 2] {
-        [0, 1].map(|k| capsule(self.at[k].link, frame(&self.at[k])))
+    fn capsules(&self, at: impl for<'b> Fn(&'b StageKinematics) -> &'b LinkAxis) -> [Capsule<'_>; 2] {
+        [0, 1].map(|k| capsule(self.at[k].link, at(&self.at[k])))
     }
 }
 
@@ -186,8 +188,8 @@ pub fn self_gap(links: &[Link], poses: &[Pose]) -> f64 {
     smallest
 }
 
-fn capsule<'a>(link: &'a Link, frame: &Frame) -> Capsule<'a> {
-    Capsule { link, centre: frame.position, axis: frame.axes[2] }
+fn capsule<'a>(link: &'a Link, at: &LinkAxis) -> Capsule<'a> {
+    Capsule { link, centre: at.position, axis: at.axis }
 }
 
 /// Predicted gap up to which a pair takes part \[m\].

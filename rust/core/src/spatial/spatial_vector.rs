@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::math::Real;
+pub(in crate::spatial) use crate::math::{add_scaled as along, dot as inner};
 use crate::rows::{Saved, Screw};
 
 /// Linear and angular part of a twist, wrench or momentum of a link, about its CG, frame I.
@@ -34,6 +35,11 @@ impl<T: Real> SpatialVector<T> {
         inner(&self.linear, &other.linear) + inner(&self.angular, &other.angular)
     }
 
+    #[inline(always)]
+    pub fn plus(&self, other: &Self) -> Self {
+        Self { linear: sum(&self.linear, &other.linear), angular: sum(&self.angular, &other.angular) }
+    }
+
     /// self + factor other.
     #[inline(always)]
     pub fn plus_scaled(&self, other: &Self, factor: T) -> Self {
@@ -46,7 +52,7 @@ impl<T: Real> SpatialVector<T> {
     /// Velocity of the body-fixed point at `arm` from the CG.
     #[inline(always)]
     pub fn velocity_at(&self, arm: &Vector3<T>) -> Vector3<T> {
-        sum(&self.linear, &cross(&self.angular, arm))
+        sum_with_cross(&self.linear, &self.angular, arm)
     }
 
     /// Copies `value` in the given lanes.
@@ -79,11 +85,6 @@ pub(in crate::spatial) fn zero_vector<T: Real>() -> Vector3<T> {
     Vector3::new(T::zero(), T::zero(), T::zero())
 }
 
-#[inline(always)]
-pub(in crate::spatial) fn inner<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> T {
-    a.x * b.x + a.y * b.y + a.z * b.z
-}
-
 // nalgebra's own operators are not certain to be inlined, and so compiled for the registers that a kernel is run with.
 
 #[inline(always)]
@@ -98,15 +99,22 @@ pub(in crate::spatial) fn difference<T: Real>(a: &Vector3<T>, b: &Vector3<T>) ->
 
 #[inline(always)]
 pub(in crate::spatial) fn cross<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
-    Vector3::new(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
+    let product = Vector3::new(a.y * b.z, a.z * b.x, a.x * b.y);
+    Vector3::new(
+        a.z.subtract_from(b.y, product.x),
+        a.x.subtract_from(b.z, product.y),
+        a.y.subtract_from(b.x, product.z),
+    )
+}
+
+/// u + a x b.
+#[inline(always)]
+pub(in crate::spatial) fn sum_with_cross<T: Real>(u: &Vector3<T>, a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
+    let first = Vector3::new(a.y.mul_add(b.z, u.x), a.z.mul_add(b.x, u.y), a.x.mul_add(b.y, u.z));
+    Vector3::new(a.z.subtract_from(b.y, first.x), a.x.subtract_from(b.z, first.y), a.y.subtract_from(b.x, first.z))
 }
 
 #[inline(always)]
 pub(in crate::spatial) fn scaled<T: Real>(a: &Vector3<T>, factor: T) -> Vector3<T> {
     Vector3::new(a.x * factor, a.y * factor, a.z * factor)
-}
-
-#[inline(always)]
-pub(in crate::spatial) fn along<T: Real>(a: &Vector3<T>, b: &Vector3<T>, factor: T) -> Vector3<T> {
-    Vector3::new(a.x + b.x * factor, a.y + b.y * factor, a.z + b.z * factor)
 }

@@ -178,12 +178,7 @@ impl<T: Real> StageLink<T> {
     /// M x.
     #[inline(always)]
     pub fn momentum_of(&self, twist: &Twist<T>) -> Momentum<T> {
-        self.momentum_along(&self.axes[2], twist)
-    }
-
-    /// M x with the link's centre line along `z`.
-    #[inline(always)]
-    pub fn momentum_along(&self, z: &Vector3<T>, twist: &Twist<T>) -> Momentum<T> {
+        let z = &self.axes[2];
         let w = &twist.angular;
         let excess = (self.roll_inertia - self.inertia) * (z.x * w.x + z.y * w.y + z.z * w.z);
         let across = scaled(w, self.inertia);

@@ -7,7 +7,7 @@ use crate::obstacles::{ObstacleGrid, SolidLine};
 use crate::robot::{Link, Robot};
 
 use super::workspace::{Workspace, opening};
-use super::{Frame, Pose, rest_on_ground, solid_line};
+use super::{LinkAxis, Pose, rest_on_ground, solid_line};
 
 /// An end sphere above a top face, which carries it in place of the ground.
 #[derive(Debug, Clone, Copy)]
@@ -30,14 +30,17 @@ impl<T: Real> Workspace<T> {
             if !is_near_top {
                 continue;
             }
-            let [start, end] = [&self.motion.start_frames[i], &self.motion.frames[i]].map(|frame| frame.lane(lane));
+            let frames = [&self.motion.start_frames[i], &self.motion.frames[i]];
+            let [start, end] = frames.map(|frame| frame.lane(lane));
+            let [sphere_before, sphere_after] =
+                frames.map(|frame| move |side| sphere(link, &frame.axis_of(lane), side));
             let (of_stage, expected) = (self.stage.links[i].lane(lane), self.motion.expected[i].lane(lane));
             for side in 0..2 {
-                if let Some((obstacle, height)) = obstacles.support(&sphere(link, &end, side)) {
+                if let Some((obstacle, height)) = obstacles.support(&sphere_after(side)) {
                     self.supports.push(Support { lane, link: i, side, obstacle });
                     let closing = expected.velocity_at(&of_stage.ground_arm(side)).z;
                     let still = end.ground_gap(&of_stage, side) - height - c * closing;
-                    let below = obstacles.support(&sphere(link, &start, side));
+                    let below = obstacles.support(&sphere_before(side));
                     let stood = below.is_some_and(|(_, before)| before == height);
                     let at_start = if stood { start.ground_gap(&of_stage, side) - height } else { 0.0 };
                     self.stage.links[i].ground[side].set_lane(lane, opening(still, at_start, c, elapsed));
@@ -48,8 +51,8 @@ impl<T: Real> Workspace<T> {
 }
 
 /// Centre of the front (0) or rear (1) sphere.
-fn sphere(link: &Link, frame: &Frame, side: usize) -> Vector3<f64> {
-    solid_line(link, frame).point(if side == 0 { 1.0 } else { -1.0 })
+fn sphere(link: &Link, at: &LinkAxis, side: usize) -> Vector3<f64> {
+    solid_line(link, at).point(if side == 0 { 1.0 } else { -1.0 })
 }
 
 /// Lifts or lowers the whole chain until its lowest end sphere touches the ground, and lifts it on until it rests on the

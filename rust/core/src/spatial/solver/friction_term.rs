@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 
-use crate::laws::{Coulomb, Disc, Evaluation, Symmetric2};
+use crate::laws::{Disc, DiscEvaluation, Symmetric2};
 use crate::math::{Mask, Real};
 
 use super::terms::select;
@@ -12,7 +12,7 @@ use super::terms::select;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FrictionLaw<T> {
     /// Semi-axes over the longer one, S, and their inverses, zero for an axis that is none.
-    shape: Vector2<T>,
+    pub shape: Vector2<T>,
     inverse_shape: Vector2<T>,
     /// Longer semi-axis over the normal impulse \[-\].
     strength: T,
@@ -20,8 +20,8 @@ pub(super) struct FrictionLaw<T> {
     penalty: T,
 }
 
-/// Friction in an ellipse with the semi-axes a S, in coordinates in which it is a disc of radius a: gamma^ = S gamma,
-/// the impulse is S p, and p = prox_disc(centre - r gamma^). A radius of zero is harmless.
+/// Friction in an ellipse with the semi-axes a S, in coordinates in which it is a disc of radius a: the slip is
+/// gamma^ = S gamma, the impulse is S p, and p = prox_disc(centre - r gamma^). A radius of zero is harmless.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FrictionTerm<T: Real> {
     /// a \[N s\].
@@ -29,7 +29,7 @@ pub(super) struct FrictionTerm<T: Real> {
     /// The multiplier.
     centre: Vector2<T>,
     /// p \[N s\].
-    value: Vector2<T>,
+    pub value: Vector2<T>,
     /// Radius to return to.
     remembered: T,
     /// Whether the contact counts as sticking whatever its velocity.
@@ -53,10 +53,10 @@ impl<T: Real> FrictionLaw<T> {
         (self.strength * normal).max(T::zero())
     }
 
-    /// The law with a friction disc of radius `radius` \[N s\].
+    /// S v.
     #[inline(always)]
-    fn with_radius(&self, radius: T) -> Coulomb<T> {
-        Coulomb { shape: self.shape, disc: Disc { radius } }
+    pub fn scaled(&self, v: &Vector2<T>) -> Vector2<T> {
+        Vector2::new(self.shape.x * v.x, self.shape.y * v.y)
     }
 }
 
@@ -78,10 +78,9 @@ impl<T: Real> FrictionTerm<T> {
         Self { radius, centre: none, value: none, remembered: radius, held: sticks(&p, radius) }
     }
 
-    /// P \[N s\].
     #[inline(always)]
-    pub fn impulse(&self, law: &FrictionLaw<T>) -> Vector2<T> {
-        law.with_radius(self.radius).scaled(&self.value)
+    fn disc(&self) -> Disc<T> {
+        Disc { radius: self.radius }
     }
 
     /// A contact in the air.
@@ -114,28 +113,31 @@ impl<T: Real> FrictionTerm<T> {
         self.radius = T::select(lanes, there, self.remembered);
     }
 
-    /// Moves to the slip velocity gamma; returns the stiffness there.
+    /// Moves to the slip gamma^; returns the stiffness -dp/dgamma^ there.
     #[inline(always)]
     pub fn evaluate(&mut self, law: &FrictionLaw<T>, gamma: &Vector2<T>) -> Symmetric2<T> {
-        let coulomb = law.with_radius(self.radius);
-        let Evaluation { value, stiffness } = coulomb.evaluate_held(&self.centre, law.penalty, gamma, self.held);
+        let r = law.penalty;
+        let x = Vector2::new(r.subtract_from(gamma.x, self.centre.x), r.subtract_from(gamma.y, self.centre.y));
+        let DiscEvaluation { value, jacobian } = self.disc().evaluate_held(&x, self.held);
         self.value = value;
-        stiffness
+        Symmetric2 { xx: r * jacobian.xx, xy: r * jacobian.xy, yy: r * jacobian.yy }
     }
 
-    /// First and second derivative of the law's function at gamma + alpha rate by alpha.
+    /// First and second derivative of the law's function at gamma^ + alpha rate by alpha.
     #[inline(always)]
     pub fn along(&self, law: &FrictionLaw<T>, gamma: &Vector2<T>, rate: &Vector2<T>, alpha: T) -> (T, T) {
-        law.with_radius(self.radius).along(&self.centre, law.penalty, gamma, rate, alpha)
+        let (r, x) = (law.penalty, Vector2::new(alpha.mul_add(rate.x, gamma.x), alpha.mul_add(rate.y, gamma.y)));
+        let x = Vector2::new(r.subtract_from(x.x, self.centre.x), r.subtract_from(x.y, self.centre.y));
+        let (first, second) = self.disc().along(&x, rate, r);
+        (-first, second)
     }
 
     /// How far the centre is from the impulse, squared: over the squared penalty it is the velocity by which the law is
     /// violated, when sliding the slip times the angle by which friction is misdirected.
     #[inline(always)]
     pub fn squared_error(&self, law: &FrictionLaw<T>) -> T {
-        let difference = Vector2::new(self.value.x - self.centre.x, self.value.y - self.centre.y);
-        let error = law.with_radius(self.radius).scaled(&difference);
-        error.x * error.x + error.y * error.y
+        let error = law.scaled(&Vector2::new(self.value.x - self.centre.x, self.value.y - self.centre.y));
+        error.x.mul_add(error.x, error.y * error.y)
     }
 
     #[inline(always)]
@@ -145,28 +147,23 @@ impl<T: Real> FrictionTerm<T> {
         self.held = lanes & sticks(&self.centre, self.radius);
     }
 
-    /// The impulse becomes the multiplier in the given lanes, and the impulse what it will then be at the slip gamma of
+    /// The impulse becomes the multiplier in the given lanes, and the impulse what it will then be at the slip gamma^ of
     /// the last evaluation, on the branch of `stiffness`.
     #[inline(always)]
-    pub fn recentre_here(
-        &mut self,
-        law: &FrictionLaw<T>,
-        gamma: &Vector2<T>,
-        stiffness: &Symmetric2<T>,
-        lanes: T::Mask,
-    ) {
+    pub fn recentre_here(&mut self, gamma: &Vector2<T>, stiffness: &Symmetric2<T>, lanes: T::Mask) {
         self.centre = select(lanes, &self.value, &self.centre);
-        let x = stiffness.xx * gamma.x + stiffness.xy * gamma.y;
-        let y = stiffness.xy * gamma.x + stiffness.yy * gamma.y;
-        let value = Vector2::new(self.value.x - law.inverse_shape.x * x, self.value.y - law.inverse_shape.y * y);
+        let Symmetric2 { xx, xy, yy } = *stiffness;
+        let value = Vector2::new(
+            xy.subtract_from(gamma.y, xx.subtract_from(gamma.x, self.value.x)),
+            yy.subtract_from(gamma.y, xy.subtract_from(gamma.x, self.value.y)),
+        );
         self.value = select(lanes, &value, &self.value);
     }
 
-    /// The alpha at which the slip gamma + alpha rate is least; not a number if it does not change, or has no friction.
+    /// The alpha at which the slip gamma^ + alpha rate is least; not a number if it does not change, or has no friction.
     #[inline(always)]
-    pub fn kink(&self, law: &FrictionLaw<T>, gamma: &Vector2<T>, rate: &Vector2<T>) -> T {
-        let zero = Vector2::new(T::zero(), T::zero());
-        let kink = law.with_radius(self.radius).kink(&zero, T::splat(1.0), gamma, rate);
+    pub fn kink(&self, gamma: &Vector2<T>, rate: &Vector2<T>) -> T {
+        let kink = -(gamma.x * rate.x + gamma.y * rate.y) / (rate.x * rate.x + rate.y * rate.y);
         T::select(T::zero().lt(self.radius), kink, T::splat(f64::NAN))
     }
 }

@@ -6,10 +6,10 @@ use crate::laws::Symmetric2;
 use crate::math::{Mask, Real};
 
 use super::friction_term::{FrictionLaw, FrictionTerm};
-use super::sweep::{Quadratic, Segment, Symmetric};
-use super::terms::{ActuatorTerm, ContactTerm, horizontal};
-use crate::spatial::spatial_vector::{Twist, cross, difference, scaled, sum};
-use crate::spatial::{Stage, StageFriction, StageLink, StageSolution};
+use super::sweep::{Quadratic, Segment, Symmetric, with_products};
+use super::terms::{ActuatorTerm, ContactTerm};
+use crate::spatial::spatial_vector::{Momentum, Twist, along, difference, inner, scaled, sum, sum_with_cross};
+use crate::spatial::{Stage, StageFriction, StageSolution};
 
 /// What all contacts with the ground share.
 #[derive(Debug, Clone, Copy)]
@@ -23,59 +23,46 @@ pub(super) struct GroundLaws<T> {
 /// Contact of one end sphere with the ground.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct GroundTerm<T: Real> {
-    /// From the CG to the contact point.
-    arm: Vector3<T>,
     /// Of its sliding friction that is left.
     share: T,
     pub normal: ContactTerm<T>,
     pub friction: FrictionTerm<T>,
 }
 
+/// A contact of a link with the ground where it was last evaluated: force and stiffness on the contact point, frame I.
+#[derive(Debug, Clone, Copy)]
+struct GroundForce<T> {
+    force: Vector3<T>,
+    normal: T,
+    sliding: Symmetric2<T>,
+}
+
+/// A link as a pass over the chain needs it: as few numbers as possible, so that all links of a register stay near the
+/// processor.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LinkTerm<T: Real> {
     pub segment: Segment<T>,
-    pub link: StageLink<T>,
+    /// e_z^B.
+    axis: Vector3<T>,
+    pub momentum: Momentum<T>,
+    mass: T,
     pub inverse_mass: T,
+    /// Theta_psi, and how much larger Theta_rho is.
+    inertia: T,
+    roll_excess: T,
+    sphere: T,
+    radius: T,
+    /// From horizontal velocities to the slip gamma^ of [`FrictionTerm`]: S times the directions of frame Pi, as rows.
+    slip: [Vector2<T>; 2],
     pub ends: [GroundTerm<T>; 2],
     pub rolling: FrictionTerm<T>,
     /// The joint to the link before; none for the first.
     pub actuators: [ActuatorTerm<T>; 2],
-    /// Twist and rates before the present Newton step, the step, and where it leads.
-    pub start: Twist<T>,
-    pub step: Twist<T>,
+    /// Twist and rates before the present Newton step until [`Self::go`], from then on where it led; and the step.
     pub twist: Twist<T>,
-    pub start_rates: [T; 2],
-    pub step_rates: [T; 2],
     pub rates: [T; 2],
-    pub ray: Ray<T>,
-}
-
-/// Velocities at the laws before a Newton step, and their change by it.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Ray<T> {
-    /// Slip and vertical velocity at both ends.
-    pub slip: [Vector2<T>; 2],
-    pub slip_change: [Vector2<T>; 2],
-    pub closing: [T; 2],
-    pub closing_change: [T; 2],
-    pub rolling: Vector2<T>,
-    pub rolling_change: Vector2<T>,
-}
-
-impl<T: Real> Ray<T> {
-    #[inline(always)]
-    pub fn none() -> Self {
-        let zero = T::zero();
-        let none = Vector2::new(zero, zero);
-        Self {
-            slip: [none; 2],
-            slip_change: [none; 2],
-            closing: [zero; 2],
-            closing_change: [zero; 2],
-            rolling: none,
-            rolling_change: none,
-        }
-    }
+    pub step: Twist<T>,
+    pub step_rates: [T; 2],
 }
 
 impl<T: Real> GroundLaws<T> {
@@ -94,92 +81,113 @@ impl<T: Real> GroundTerm<T> {
         let share = link.share[end];
         let radius = share * laws.sliding.radius(impulse);
         Self {
-            arm: link.ground_arm(end),
             share,
             normal: ContactTerm::new(link.ground[end], laws.penalty, impulse),
             friction: FrictionTerm::new(&laws.sliding, radius, &solution.friction[i][end]),
         }
     }
-
-    /// Slip in frame Pi and vertical velocity of the contact point (T 4.24), (T 4.39).
-    #[inline(always)]
-    pub fn velocity(&self, x: &Twist<T>, tangent: &Vector2<T>) -> (Vector2<T>, T) {
-        let v = x.velocity_at(&self.arm);
-        (into_frame(tangent, &horizontal(&v)), v.z)
-    }
-
-    /// Adds gradient and Hessian of both laws at the velocities of their last evaluation.
-    #[inline(always)]
-    fn add_to(
-        &self,
-        model: &mut Quadratic<T>,
-        tangent: &Vector2<T>,
-        law: &FrictionLaw<T>,
-        normal: T,
-        stick: &Symmetric2<T>,
-    ) {
-        let force = out_of_frame(tangent, &self.friction.impulse(law));
-        let (fx, fy, fz) = (force.x, force.y, self.normal.value);
-        let r = &self.arm;
-        let gradient = &mut model.gradient;
-        let force = Vector3::new(fx, fy, fz);
-        gradient.linear = difference(&gradient.linear, &force);
-        gradient.angular = difference(&gradient.angular, &cross(r, &force));
-        let k = turned(stick, tangent);
-        model.linear.xx += k.xx;
-        model.linear.xy += k.xy;
-        model.linear.yy += k.yy;
-        model.linear.zz += normal;
-        // -K [r], and with it -[r]^T ... = [r] (-K [r]): the stiffness seen from the CG.
-        let x = Vector3::new(-(k.xy * r.z), k.xx * r.z, k.xy * r.x - k.xx * r.y);
-        let y = Vector3::new(-(k.yy * r.z), k.xy * r.z, k.yy * r.x - k.xy * r.y);
-        let z = Vector3::new(normal * r.y, -(normal * r.x), T::zero());
-        let c = &mut model.angular;
-        c.xx += r.y * z.x - r.z * y.x;
-        c.xy += r.y * z.y - r.z * y.y;
-        c.xz -= r.z * y.z;
-        c.yy += r.z * x.y - r.x * z.y;
-        c.yz += r.z * x.z;
-        c.zz += r.x * y.z - r.y * x.z;
-        let mixed = &mut model.mixed;
-        *mixed = [sum(&mixed[0], &x), sum(&mixed[1], &y), sum(&mixed[2], &z)];
-    }
 }
 
 impl<T: Real> LinkTerm<T> {
-    /// |x - M^-1 p|_M^2 / 2 at the present twist.
+    /// A link at the twist `twist`, moving at `rates` about the joint before it.
     #[inline(always)]
-    pub fn inertia_model(&self) -> Quadratic<T> {
-        let link = &self.link;
-        let mut model = Quadratic::zero();
-        model.linear = Symmetric::diagonal(link.mass);
-        model.angular = Symmetric::diagonal(link.inertia);
-        let axis = &link.axes[2];
-        model.angular.add_outer(axis, &scaled(axis, link.roll_inertia - link.inertia));
-        model.gradient = link.momentum_of(&self.twist).plus_scaled(&link.momentum, -T::splat(1.0));
-        model
+    pub fn new(
+        stage: &Stage<T>,
+        solution: &StageSolution<T>,
+        i: usize,
+        laws: &GroundLaws<T>,
+        (segment, twist, rates, actuators): (Segment<T>, Twist<T>, [T; 2], [ActuatorTerm<T>; 2]),
+    ) -> Self {
+        let (link, shape, tangent) = (&stage.links[i], &laws.sliding.shape, &stage.links[i].tangent);
+        let [front, rear] = solution.normal[i];
+        Self {
+            segment,
+            axis: link.axes[2],
+            momentum: link.momentum,
+            mass: link.mass,
+            inverse_mass: T::splat(1.0) / link.mass,
+            inertia: link.inertia,
+            roll_excess: link.roll_inertia - link.inertia,
+            sphere: link.sphere,
+            radius: link.radius,
+            slip: [
+                Vector2::new(shape.x * tangent.x, shape.x * tangent.y),
+                Vector2::new(-(shape.y * tangent.y), shape.y * tangent.x),
+            ],
+            ends: [GroundTerm::new(stage, solution, i, 0, laws), GroundTerm::new(stage, solution, i, 1, laws)],
+            rolling: FrictionTerm::new(&laws.rolling, laws.rolling.radius(front + rear), &solution.rolling[i]),
+            actuators,
+            twist,
+            rates,
+            step: Twist::zero(),
+            step_rates: [T::zero(); 2],
+        }
     }
 
-    /// Moves all ground laws to the present twist and adds gradient and Hessian to `model`. In the lanes `coupled` the
-    /// friction laws first take the radii that belong to the normal impulses. Returns how far the radii are from those,
-    /// as a velocity.
+    /// M x.
     #[inline(always)]
-    pub fn evaluate_ground<const RECENTRING: bool>(
+    pub fn momentum_of(&self, twist: &Twist<T>) -> Momentum<T> {
+        let spin = self.roll_excess * inner(&self.axis, &twist.angular);
+        Momentum {
+            linear: scaled(&twist.linear, self.mass),
+            angular: along(&scaled(&twist.angular, self.inertia), &self.axis, spin),
+        }
+    }
+
+    /// From the CG to the contact points of both spheres (T 4.23).
+    #[inline(always)]
+    fn arms(&self) -> [Vector3<T>; 2] {
+        let reach = scaled(&self.axis, self.sphere);
+        [
+            Vector3::new(reach.x, reach.y, reach.z - self.radius),
+            Vector3::new(-reach.x, -reach.y, -reach.z - self.radius),
+        ]
+    }
+
+    /// Slip gamma^ and vertical velocity of a contact point under a twist (T 4.24), (T 4.39).
+    #[inline(always)]
+    fn contact_velocity(&self, arm: &Vector3<T>, x: &Twist<T>) -> (Vector2<T>, T) {
+        let (v, [p, q]) = (x.velocity_at(arm), &self.slip);
+        (Vector2::new(p.x.mul_add(v.x, p.y * v.y), q.x.mul_add(v.x, q.y * v.y)), v.z)
+    }
+
+    /// Friction and its stiffness in frame I, of an impulse and a stiffness in the coordinates of the disc.
+    #[inline(always)]
+    fn out_of_disc(&self, f: &Vector2<T>, k: &Symmetric2<T>) -> (Vector2<T>, Symmetric2<T>) {
+        let [p, q] = &self.slip;
+        let along = Vector2::new(k.xx.mul_add(p.x, k.xy * q.x), k.xx.mul_add(p.y, k.xy * q.y));
+        let across = Vector2::new(k.xy.mul_add(p.x, k.yy * q.x), k.xy.mul_add(p.y, k.yy * q.y));
+        let stiffness = Symmetric2 {
+            xx: p.x.mul_add(along.x, q.x * across.x),
+            xy: p.x.mul_add(along.y, q.x * across.y),
+            yy: p.y.mul_add(along.y, q.y * across.y),
+        };
+        (Vector2::new(p.x.mul_add(f.x, q.x * f.y), p.y.mul_add(f.x, q.y * f.y)), stiffness)
+    }
+
+    /// Moves all ground laws to the present twist and adds gradient and Hessian to `model`, with those of
+    /// |x - M^-1 p|_M^2 / 2. In the lanes `coupled` the friction laws first take the radii that belong to the normal impulses, and remember those of before. Returns how
+    /// far the radii are from those, as a velocity.
+    #[inline(always)]
+    pub fn evaluate<const RECENTRING: bool>(
         &mut self,
         model: &mut Quadratic<T>,
         laws: &GroundLaws<T>,
         coupled: T::Mask,
         recentred: T::Mask,
     ) -> T {
-        let (twist, tangent) = (self.twist, self.link.tangent);
-        let mut error = T::zero();
-        let mut load = T::zero();
-        for end in &mut self.ends {
-            let (slip, closing) = end.velocity(&twist, &tangent);
+        let zero = T::zero();
+        let (twist, arms) = (self.twist, self.arms());
+        let (mut error, mut load) = (zero, zero);
+        let mut forces = [GroundForce::none(); 2];
+        for (i, force) in forces.iter_mut().enumerate() {
+            let (slip, closing) = self.contact_velocity(&arms[i], &twist);
+            let end = &mut self.ends[i];
             let normal = end.normal.evaluate(closing);
             let wanted = end.share * laws.sliding.radius(end.normal.value);
             let held = end.friction.radius;
-            let touches = T::zero().lt(normal) | T::zero().lt(held);
+            let touches = zero.lt(normal) | zero.lt(held);
+            end.friction.remember();
             if !touches.any() {
                 // A sphere in the air: its laws contribute nothing.
                 end.friction.vanish();
@@ -191,14 +199,22 @@ impl<T: Real> LinkTerm<T> {
             let stick = end.friction.evaluate(&laws.sliding, &slip);
             if RECENTRING {
                 end.normal.recentre_here(closing, normal, recentred);
-                end.friction.recentre_here(&laws.sliding, &slip, &stick, recentred);
+                end.friction.recentre_here(&slip, &stick, recentred);
             }
-            end.add_to(model, &tangent, &laws.sliding, normal, &stick);
+            let (load, value) = (end.normal.value, end.friction.value);
+            let (friction, sliding) = self.out_of_disc(&value, &stick);
+            *force = GroundForce { force: Vector3::new(friction.x, friction.y, load), normal, sliding };
         }
         let (wanted, held) = (laws.rolling.radius(load), self.rolling.radius);
         error = error.max((wanted - held).abs());
+        self.rolling.remember();
         self.rolling.radius = T::select(coupled, wanted, held);
-        self.evaluate_rolling::<RECENTRING>(model, &laws.rolling, recentred);
+        let velocity = self.rolling_velocity(&twist);
+        let stiffness = self.rolling.evaluate(&laws.rolling, &velocity);
+        if RECENTRING {
+            self.rolling.recentre_here(&velocity, &stiffness, recentred);
+        }
+        self.add_to(model, [&forces[0], &forces[1]], [&arms[0], &arms[1]], (self.rolling.value, stiffness));
         error * self.inverse_mass
     }
 
@@ -233,40 +249,82 @@ impl<T: Real> LinkTerm<T> {
         self.rolling.radius = laws.rolling.radius(self.ends[0].normal.value + self.ends[1].normal.value);
     }
 
-    /// Rolling friction of both ends (T 4.86), as a function of L_SC (omega_x, omega_y): a disc may be turned.
+    /// Adds all terms of the link at once, so that each entry is stored once. Rolling friction of both ends (T 4.86) is a
+    /// function of L_SC (omega_x, omega_y): a disc may be turned.
     #[inline(always)]
-    fn evaluate_rolling<const RECENTRING: bool>(
-        &mut self,
+    fn add_to(
+        &self,
         model: &mut Quadratic<T>,
-        law: &FrictionLaw<T>,
-        recentred: T::Mask,
+        [front, rear]: [&GroundForce<T>; 2],
+        [r, s]: [&Vector3<T>; 2],
+        (rolling, k): (Vector2<T>, Symmetric2<T>),
     ) {
-        let arm = self.link.radius;
-        let velocity = rolling_velocity(&self.link, &self.twist);
-        let stiffness = self.rolling.evaluate(law, &velocity);
-        if RECENTRING {
-            self.rolling.recentre_here(law, &velocity, &stiffness, recentred);
-        }
-        let squared = arm * arm;
-        model.angular.xx += squared * stiffness.xx;
-        model.angular.xy += squared * stiffness.xy;
-        model.angular.yy += squared * stiffness.yy;
-        let gradient = &mut model.gradient.angular;
-        let impulse = self.rolling.impulse(law);
-        gradient.x -= arm * impulse.x;
-        gradient.y -= arm * impulse.y;
+        let missing = self.momentum_of(&self.twist).plus_scaled(&self.momentum, -T::splat(1.0));
+        let Momentum { linear, angular } = &mut model.gradient;
+        *linear = difference(&sum(linear, &missing.linear), &sum(&front.force, &rear.force));
+        *angular = sum_with_cross(&sum(angular, &missing.angular), &front.force, r);
+        *angular = sum_with_cross(angular, &rear.force, s);
+        angular.x = self.radius.subtract_from(rolling.x, angular.x);
+        angular.y = self.radius.subtract_from(rolling.y, angular.y);
+        let a = &mut model.linear;
+        a.xx += self.mass + (front.sliding.xx + rear.sliding.xx);
+        a.xy += front.sliding.xy + rear.sliding.xy;
+        a.yy += self.mass + (front.sliding.yy + rear.sliding.yy);
+        a.zz += self.mass + (front.normal + rear.normal);
+        let ([x, y, z], [u, v, w]) = (front.seen_from(r), rear.seen_from(s));
+        let [b, c, d] = &mut model.mixed;
+        (*b, *c, *d) = (sum(b, &sum(&x, &u)), sum(c, &sum(&y, &v)), sum(d, &sum(&z, &w)));
+        let (axis, spin, squared) = (&self.axis, scaled(&self.axis, self.roll_excess), self.radius * self.radius);
+        let c = &mut model.angular;
+        let own = Symmetric {
+            xx: squared.mul_add(k.xx, axis.x.mul_add(spin.x, self.inertia)),
+            xy: squared.mul_add(k.xy, axis.x * spin.y),
+            xz: axis.x * spin.z,
+            yy: squared.mul_add(k.yy, axis.y.mul_add(spin.y, self.inertia)),
+            yz: axis.y * spin.z,
+            zz: axis.z.mul_add(spin.z, self.inertia),
+        };
+        c.xx += with_products(own.xx, [z.x, y.x, w.x, v.x], [r.y, r.z, s.y, s.z]);
+        c.xy += with_products(own.xy, [z.y, y.y, w.y, v.y], [r.y, r.z, s.y, s.z]);
+        c.xz += s.z.subtract_from(v.z, r.z.subtract_from(y.z, own.xz));
+        c.yy += with_products(own.yy, [x.y, z.y, u.y, w.y], [r.z, r.x, s.z, s.x]);
+        c.yz += s.z.mul_add(u.z, r.z.mul_add(x.z, own.yz));
+        c.zz += with_products(own.zz, [y.z, x.z, v.z, u.z], [r.x, r.y, s.x, s.y]);
     }
 
-    /// Prepares the line search along the current step.
+    /// L_SC (omega_x, omega_y): gamma_V of (T 4.43) turned by a right angle.
     #[inline(always)]
-    pub fn look_along_step(&mut self) {
-        let tangent = &self.link.tangent;
-        for (i, end) in self.ends.iter().enumerate() {
-            (self.ray.slip[i], self.ray.closing[i]) = end.velocity(&self.start, tangent);
-            (self.ray.slip_change[i], self.ray.closing_change[i]) = end.velocity(&self.step, tangent);
+    fn rolling_velocity(&self, x: &Twist<T>) -> Vector2<T> {
+        Vector2::new(self.radius * x.angular.x, self.radius * x.angular.y)
+    }
+
+    /// First and second derivative by alpha of the functions of all ground laws, alpha of the step on.
+    #[inline(always)]
+    pub fn ground_along(&self, laws: &GroundLaws<T>, alpha: T) -> (T, T) {
+        let (gamma, rate) = (self.rolling_velocity(&self.twist), self.rolling_velocity(&self.step));
+        let (mut slope, mut curvature) = self.rolling.along(&laws.rolling, &gamma, &rate, alpha);
+        for (end, arm) in self.ends.iter().zip(&self.arms()) {
+            let (slip, closing) = self.contact_velocity(arm, &self.twist);
+            let (slip_change, closing_change) = self.contact_velocity(arm, &self.step);
+            let normal = end.normal.along(closing, closing_change, alpha);
+            let friction = end.friction.along(&laws.sliding, &slip, &slip_change, alpha);
+            slope += normal.0 + friction.0;
+            curvature += normal.1 + friction.1;
         }
-        self.ray.rolling = rolling_velocity(&self.link, &self.start);
-        self.ray.rolling_change = rolling_velocity(&self.link, &self.step);
+        (slope, curvature)
+    }
+
+    /// The places along the step at which the slip of either sphere is least.
+    #[inline(always)]
+    pub fn kinks(&self) -> [T; 2] {
+        let [front, rear] = &self.arms();
+        [self.kink(0, front), self.kink(1, rear)]
+    }
+
+    #[inline(always)]
+    fn kink(&self, end: usize, arm: &Vector3<T>) -> T {
+        let (slip, change) = (self.contact_velocity(arm, &self.twist).0, self.contact_velocity(arm, &self.step).0);
+        self.ends[end].friction.kink(&slip, &change)
     }
 
     /// The Newton step of the link and of the joint before it, given the step of the link before; that of link 1, which
@@ -284,7 +342,7 @@ impl<T: Real> LinkTerm<T> {
     #[inline(always)]
     pub fn twist_after(&self, fraction: T, lanes: T::Mask) -> Twist<T> {
         let mut twist = self.twist;
-        twist.select_into(lanes, &self.start.plus_scaled(&self.step, fraction));
+        twist.select_into(lanes, &self.twist.plus_scaled(&self.step, fraction));
         twist
     }
 
@@ -293,38 +351,32 @@ impl<T: Real> LinkTerm<T> {
     pub fn go(&mut self, fraction: T, lanes: T::Mask) {
         self.twist = self.twist_after(fraction, lanes);
         for axis in 0..2 {
-            let shortened = self.start_rates[axis] + fraction * self.step_rates[axis];
-            self.rates[axis] = T::select(lanes, shortened, self.rates[axis]);
+            let there = self.rates[axis] + fraction * self.step_rates[axis];
+            self.rates[axis] = T::select(lanes, there, self.rates[axis]);
         }
     }
 }
 
-/// L_SC (omega_x, omega_y): gamma_V of (T 4.43) turned by a right angle.
-#[inline(always)]
-fn rolling_velocity<T: Real>(link: &StageLink<T>, x: &Twist<T>) -> Vector2<T> {
-    Vector2::new(link.radius * x.angular.x, link.radius * x.angular.y)
-}
+impl<T: Real> GroundForce<T> {
+    #[inline(always)]
+    fn none() -> Self {
+        let zero = T::zero();
+        Self {
+            force: Vector3::new(zero, zero, zero),
+            normal: zero,
+            sliding: Symmetric2 { xx: zero, xy: zero, yy: zero },
+        }
+    }
 
-/// Components along and across `tangent`.
-#[inline(always)]
-fn into_frame<T: Real>(tangent: &Vector2<T>, v: &Vector2<T>) -> Vector2<T> {
-    Vector2::new(tangent.x * v.x + tangent.y * v.y, tangent.x * v.y - tangent.y * v.x)
-}
-
-#[inline(always)]
-fn out_of_frame<T: Real>(tangent: &Vector2<T>, v: &Vector2<T>) -> Vector2<T> {
-    Vector2::new(tangent.x * v.x - tangent.y * v.y, tangent.y * v.x + tangent.x * v.y)
-}
-
-/// A stiffness along and across `tangent`, in frame I.
-#[inline(always)]
-fn turned<T: Real>(k: &Symmetric2<T>, tangent: &Vector2<T>) -> Symmetric2<T> {
-    let (c, s) = (tangent.x, tangent.y);
-    let (cc, cs, ss) = (c * c, c * s, s * s);
-    let cross = (cs + cs) * k.xy;
-    Symmetric2 {
-        xx: cc * k.xx - cross + ss * k.yy,
-        xy: cs * (k.xx - k.yy) + (cc - ss) * k.xy,
-        yy: ss * k.xx + cross + cc * k.yy,
+    /// -K [r]: the rows of the stiffness that couple the velocity of the CG with the turn about it, for a contact point
+    /// at `r` from it. With them the stiffness against turns is [r] (-K [r]).
+    #[inline(always)]
+    fn seen_from(&self, r: &Vector3<T>) -> [Vector3<T>; 3] {
+        let Self { normal, sliding: k, .. } = self;
+        [
+            Vector3::new(-(k.xy * r.z), k.xx * r.z, k.xx.subtract_from(r.y, k.xy * r.x)),
+            Vector3::new(-(k.yy * r.z), k.xy * r.z, k.xy.subtract_from(r.y, k.yy * r.x)),
+            Vector3::new(*normal * r.y, -(*normal * r.x), T::zero()),
+        ]
     }
 }

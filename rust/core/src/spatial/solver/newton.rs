@@ -24,7 +24,7 @@ use crate::math::{Mask, Real};
 use crate::solver::Outcome;
 
 use super::friction_term::FrictionTerm;
-use super::link_term::{GroundLaws, GroundTerm, LinkTerm, Ray};
+use super::link_term::{GroundLaws, LinkTerm};
 use super::obstacle_friction::ObstacleFriction;
 use super::progress::{Assembly, Corrections, Progress};
 use super::self_contacts::SelfContacts;
@@ -47,6 +47,8 @@ pub struct Newton<T: Real = f64> {
     head: Twist<T>,
     /// Mass of the lightest link.
     lightest: T,
+    /// Whether a contact is held closed or sticking.
+    is_holding: bool,
     /// Whether friction radii may follow the normal impulses before the convex problem is solved.
     patient: bool,
 }
@@ -73,6 +75,7 @@ impl<T: Real> Newton<T> {
             laws: GroundLaws::new(&StageFriction { sliding: Vector2::new(zero, zero), rolling: zero }, zero),
             head: Twist::zero(),
             lightest: zero,
+            is_holding: false,
             patient,
         }
     }
@@ -109,6 +112,9 @@ impl<T: Real> Newton<T> {
     /// From now on contacts are open or closed, and stick or slip, as their velocities determine.
     #[inline(always)]
     fn release(&mut self) {
+        if !std::mem::take(&mut self.is_holding) {
+            return;
+        }
         for link in &mut self.links {
             link.ends[0].normal.release();
             link.ends[1].normal.release();
@@ -128,6 +134,7 @@ impl<T: Real> Newton<T> {
     #[inline(always)]
     fn warm_up(&mut self, stage: &Stage<T>, solution: &StageSolution<T>) {
         self.lightest = stage.links[0].mass;
+        self.is_holding = true;
         self.links.clear();
         let mut total = T::zero();
         for link in &stage.links {
@@ -170,23 +177,7 @@ impl<T: Real> Newton<T> {
             }
             None => (solution.twist[0], [zero; 2], [ActuatorTerm::none(); 2]),
         };
-        let laws = &self.laws;
-        let [front, rear] = solution.normal[i];
-        LinkTerm {
-            segment,
-            link: *link,
-            inverse_mass: T::splat(1.0) / link.mass,
-            ends: [GroundTerm::new(stage, solution, i, 0, laws), GroundTerm::new(stage, solution, i, 1, laws)],
-            rolling: FrictionTerm::new(&laws.rolling, laws.rolling.radius(front + rear), &solution.rolling[i]),
-            actuators,
-            start: twist,
-            step: Twist::zero(),
-            twist,
-            start_rates: rates,
-            step_rates: [zero; 2],
-            rates,
-            ray: Ray::none(),
-        }
+        LinkTerm::new(stage, solution, i, &self.laws, (segment, twist, rates, actuators))
     }
 
     /// One Newton step from `here` in the lanes that move, damped where the solve does not converge yet. In coupled lanes
@@ -198,11 +189,10 @@ impl<T: Real> Newton<T> {
         let moving = progress.moving();
         let searching = moving & !progress.converging;
         let (mut fraction, mut overshoots) = (T::splat(1.0), T::Mask::of(|_| false));
-        if moving.any() {
-            self.prepare_step();
+        if moving.any() && self.self_contacts.is_empty() {
+            self.substitute();
         }
         if searching.any() {
-            self.look_along_step();
             let accuracy = (T::splat(OVERSHOOT) * here.descent).max(progress.negligible());
             (fraction, overshoots) = self.step_length(accuracy, searching);
         }
@@ -250,12 +240,10 @@ impl<T: Real> Newton<T> {
         let mut behind = Quadratic::zero();
         for (i, link) in self.links.iter_mut().enumerate().rev() {
             link.go(fraction, moving);
-            let mut own = link.inertia_model();
             if touches_itself {
-                self.self_contacts.add_gradient(i, &mut own.gradient);
+                self.self_contacts.add_gradient(i, &mut behind.gradient);
             }
-            radius_error =
-                radius_error.max(link.evaluate_ground::<RECENTRING>(&mut own, &self.laws, coupled, recentred));
+            radius_error = radius_error.max(link.evaluate::<RECENTRING>(&mut behind, &self.laws, coupled, recentred));
             squared_error = squared_error.max(link.squared_error(&self.laws));
             largest_radius = largest_radius.max(link.largest_radius());
             squared_speed = squared_speed.max(inner(&link.twist.linear, &link.twist.linear));
@@ -266,19 +254,23 @@ impl<T: Real> Newton<T> {
                 if RECENTRING {
                     contact.normal.recentre_here(closing, penalty, recentred);
                 }
-                own.add_rank_one(&contact.direction, penalty, -contact.normal.value);
+                behind.add_rank_one(&contact.direction, penalty, -contact.normal.value);
                 squared_error = squared_error.max(contact.normal.squared_error());
-                let errors =
-                    self.obstacle_friction.evaluate::<RECENTRING>(k, load, &link.twist, &mut own, coupled, recentred);
+                let errors = self.obstacle_friction.evaluate::<RECENTRING>(
+                    k,
+                    load,
+                    &link.twist,
+                    &mut behind,
+                    coupled,
+                    recentred,
+                );
                 if let Some(error) = errors {
                     radius_error = radius_error.max(error.radius * link.inverse_mass);
                     largest_radius = largest_radius.max(error.largest * link.inverse_mass);
                     squared_error = squared_error.max(error.squared);
                 }
             }
-            let total = behind.plus(&own);
             if i == 0 {
-                behind = total;
                 break;
             }
             let mut axes = [link.actuators[0].evaluate(link.rates[0]), link.actuators[1].evaluate(link.rates[1])];
@@ -288,9 +280,7 @@ impl<T: Real> Newton<T> {
                     squared_error = squared_error.max(stop.squared_error());
                 }
             }
-            let (before, decrease) = link.segment.eliminate(total, &axes);
-            behind = before;
-            descent += decrease;
+            descent += link.segment.eliminate(&mut behind, &axes);
         }
         let (head, decrease) = behind.minimiser();
         self.head = head;
@@ -314,32 +304,6 @@ impl<T: Real> Newton<T> {
         let mut before = self.head;
         for (i, link) in self.links.iter_mut().enumerate() {
             before = link.take_step(i > 0, before);
-        }
-    }
-
-    /// The Newton step. Friction radii are saved.
-    #[inline(always)]
-    fn prepare_step(&mut self) {
-        let is_known = !self.self_contacts.is_empty();
-        let mut before = self.head;
-        for (i, link) in self.links.iter_mut().enumerate() {
-            if !is_known {
-                before = link.take_step(i > 0, before);
-            }
-            link.start = link.twist;
-            link.start_rates = link.rates;
-            for friction in link.frictions() {
-                friction.remember();
-            }
-        }
-        self.obstacle_friction.frictions().for_each(FrictionTerm::remember);
-    }
-
-    /// The data of the line search along the step.
-    #[inline(always)]
-    fn look_along_step(&mut self) {
-        for link in &mut self.links {
-            link.look_along_step();
         }
     }
 
@@ -373,6 +337,7 @@ impl<T: Real> Newton<T> {
 
     #[inline(always)]
     fn recentre(&mut self, lanes: T::Mask) {
+        self.is_holding = true;
         for link in &mut self.links {
             link.ends[0].normal.recentre(lanes);
             link.ends[1].normal.recentre(lanes);
@@ -395,9 +360,9 @@ impl<T: Real> Newton<T> {
             solution.normal[i] = [link.ends[0].normal.value, link.ends[1].normal.value];
             let [front, rear] = &link.ends;
             let law = &self.laws.sliding;
-            solution.friction[i] = [front.friction.impulse(law), rear.friction.impulse(law)];
+            solution.friction[i] = [law.scaled(&front.friction.value), law.scaled(&rear.friction.value)];
             // The law was evaluated at (omega_x, omega_y), the rolling velocity is (-omega_y, omega_x).
-            let rolling = link.rolling.impulse(&self.laws.rolling);
+            let rolling = link.rolling.value;
             solution.rolling[i] = Vector2::new(-rolling.y, rolling.x);
             if i > 0 {
                 solution.rate[i - 1] = link.rates;

@@ -62,7 +62,7 @@ impl<T: Real> ObstacleFriction<T> {
     }
 
     /// Moves the law of contact `k`, under the normal impulse `load`, to its link's twist and adds gradient and Hessian.
-    /// In the lanes `coupled` its radius first takes that impulse's.
+    /// In the lanes `coupled` its radius first takes that impulse's, and the one of before is remembered.
     #[inline(always)]
     pub fn evaluate<const RECENTRING: bool>(
         &mut self,
@@ -77,12 +77,13 @@ impl<T: Real> ObstacleFriction<T> {
         let slip = term.slip(twist);
         let ObstacleFrictionTerm { tangents: [along, across], law, friction } = term;
         let (wanted, held) = (law.radius(load), friction.radius);
+        friction.remember();
         friction.radius = T::select(coupled, wanted, held);
         let stick = friction.evaluate(law, &slip);
         if RECENTRING {
-            friction.recentre_here(law, &slip, &stick, recentred);
+            friction.recentre_here(&slip, &stick, recentred);
         }
-        let impulse = friction.impulse(law);
+        let impulse = friction.value;
         // K = kxx aa + kxy (ab + ba) + kyy bb, as three squares.
         let both = along.plus_scaled(across, T::splat(1.0));
         model.add_rank_one(along, stick.xx - stick.xy, -impulse.x);
@@ -98,7 +99,7 @@ impl<T: Real> ObstacleFriction<T> {
         let (mut slope, mut curvature) = (T::zero(), T::zero());
         for (term, contact) in self.terms.iter().zip(contacts) {
             let link = &links[contact.link];
-            let (slip, change) = (term.slip(&link.start), term.slip(&link.step));
+            let (slip, change) = (term.slip(&link.twist), term.slip(&link.step));
             let (first, second) = term.friction.along(&term.law, &slip, &change, alpha);
             slope += first;
             curvature += second;
@@ -111,7 +112,7 @@ impl<T: Real> ObstacleFriction<T> {
     pub fn visit_kinks(&self, contacts: &[ObstacleTerm<T>], links: &[LinkTerm<T>], mut see: impl FnMut(T)) {
         for (term, contact) in self.terms.iter().zip(contacts) {
             let link = &links[contact.link];
-            see(term.friction.kink(&term.law, &term.slip(&link.start), &term.slip(&link.step)));
+            see(term.friction.kink(&term.slip(&link.twist), &term.slip(&link.step)));
         }
     }
 
@@ -131,7 +132,7 @@ impl<T: Real> ObstacleFriction<T> {
     #[inline(always)]
     pub fn write(&self, impulses: &mut [Vector2<T>]) {
         for (impulse, term) in impulses.iter_mut().zip(&self.terms) {
-            *impulse = term.friction.impulse(&term.law);
+            *impulse = term.friction.value;
         }
     }
 }

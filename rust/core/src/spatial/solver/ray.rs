@@ -24,8 +24,8 @@ impl<T: Real> Newton<T> {
     fn inertia_along(&self) -> [T; 2] {
         let (mut slope, mut rise) = (T::zero(), T::zero());
         for link in &self.links {
-            let change = link.link.momentum_of(&link.step);
-            slope += change.dot(&link.start) - link.link.momentum.dot(&link.step);
+            let change = link.momentum_of(&link.step);
+            slope += change.dot(&link.twist) - link.momentum.dot(&link.step);
             rise += change.dot(&link.step);
         }
         [slope, rise]
@@ -39,34 +39,21 @@ impl<T: Real> Ray<T> for Step<'_, T> {
         let laws = &newton.laws;
         let (mut slope, mut curvature) = (inertia[0] + alpha * inertia[1], inertia[1]);
         for (i, link) in newton.links.iter().enumerate() {
-            let ray = &link.ray;
-            for (i, end) in link.ends.iter().enumerate() {
-                add(&mut slope, &mut curvature, end.normal.along(ray.closing[i], ray.closing_change[i], alpha));
-                add(
-                    &mut slope,
-                    &mut curvature,
-                    end.friction.along(&laws.sliding, &ray.slip[i], &ray.slip_change[i], alpha),
-                );
-            }
-            add(
-                &mut slope,
-                &mut curvature,
-                link.rolling.along(&laws.rolling, &ray.rolling, &ray.rolling_change, alpha),
-            );
+            add(&mut slope, &mut curvature, link.ground_along(laws, alpha));
             for axis in 0..2 {
-                let actuator = link.actuators[axis].along(link.start_rates[axis], link.step_rates[axis], alpha);
+                let actuator = link.actuators[axis].along(link.rates[axis], link.step_rates[axis], alpha);
                 add(&mut slope, &mut curvature, actuator);
                 if i > 0
                     && let Some(stop) = newton.stops.get(2 * (i - 1) + axis)
                 {
-                    add(&mut slope, &mut curvature, stop.along(link.start_rates[axis], link.step_rates[axis], alpha));
+                    add(&mut slope, &mut curvature, stop.along(link.rates[axis], link.step_rates[axis], alpha));
                 }
             }
         }
         for contact in &newton.contacts {
             let link = &newton.links[contact.link];
             let contact =
-                contact.normal.along(contact.direction.dot(&link.start), contact.direction.dot(&link.step), alpha);
+                contact.normal.along(contact.direction.dot(&link.twist), contact.direction.dot(&link.step), alpha);
             add(&mut slope, &mut curvature, contact);
         }
         add(&mut slope, &mut curvature, newton.obstacle_friction.along(&newton.contacts, &newton.links, alpha));
@@ -77,12 +64,8 @@ impl<T: Real> Ray<T> for Step<'_, T> {
     #[inline(always)]
     fn visit_kinks(&self, nearest: &mut NearestKink<T>) {
         for link in &self.newton.links {
-            for (i, end) in link.ends.iter().enumerate() {
-                nearest.consider(end.friction.kink(
-                    &self.newton.laws.sliding,
-                    &link.ray.slip[i],
-                    &link.ray.slip_change[i],
-                ));
+            for kink in link.kinks() {
+                nearest.consider(kink);
             }
         }
         self.newton

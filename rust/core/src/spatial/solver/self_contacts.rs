@@ -126,7 +126,7 @@ impl<T: Real> SelfContacts<T> {
     pub fn along(&self, links: &[LinkTerm<T>], alpha: T) -> (T, T) {
         let (mut slope, mut curvature) = (T::zero(), T::zero());
         for term in &self.terms {
-            let (velocity, rate) = (term.velocity(|link| links[link].start), term.velocity(|link| links[link].step));
+            let (velocity, rate) = (term.velocity(|link| links[link].twist), term.velocity(|link| links[link].step));
             let (first, second) = term.contact.along(velocity, rate, alpha);
             slope += first;
             curvature += second;

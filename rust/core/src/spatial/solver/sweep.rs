@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use crate::math::Real;
 
 use crate::spatial::spatial_vector::{
-    Momentum, SpatialVector, Twist, Wrench, along, cross, difference, inner, scaled, sum,
+    Momentum, SpatialVector, Twist, Wrench, along, inner, scaled, sum, sum_with_cross,
 };
 
 /// Symmetric 3 x 3 matrix.
@@ -62,41 +62,37 @@ pub(super) struct ActuatorModel<T> {
 
 impl<T: Real> Symmetric<T> {
     #[inline(always)]
-    pub fn diagonal(x: T) -> Self {
+    fn zero() -> Self {
         let zero = T::zero();
-        Self { xx: x, xy: zero, xz: zero, yy: x, yz: zero, zz: x }
-    }
-
-    #[inline(always)]
-    fn plus(&self, other: &Self) -> Self {
-        Self {
-            xx: self.xx + other.xx,
-            xy: self.xy + other.xy,
-            xz: self.xz + other.xz,
-            yy: self.yy + other.yy,
-            yz: self.yz + other.yz,
-            zz: self.zz + other.zz,
-        }
+        Self { xx: zero, xy: zero, xz: zero, yy: zero, yz: zero, zz: zero }
     }
 
     /// Adds factor (a b^T + b a^T) / 2, exactly symmetric if the vectors are the same or multiples.
     #[inline(always)]
     pub fn add_outer(&mut self, a: &Vector3<T>, b: &Vector3<T>) {
-        self.xx += a.x * b.x;
-        self.xy += a.x * b.y;
-        self.xz += a.x * b.z;
-        self.yy += a.y * b.y;
-        self.yz += a.y * b.z;
-        self.zz += a.z * b.z;
+        self.xx = a.x.mul_add(b.x, self.xx);
+        self.xy = a.x.mul_add(b.y, self.xy);
+        self.xz = a.x.mul_add(b.z, self.xz);
+        self.yy = a.y.mul_add(b.y, self.yy);
+        self.yz = a.y.mul_add(b.z, self.yz);
+        self.zz = a.z.mul_add(b.z, self.zz);
+    }
+
+    /// The same for two pairs of vectors.
+    #[inline(always)]
+    fn add_two_outer(&mut self, [(a, b), (c, d)]: [(&Vector3<T>, &Vector3<T>); 2]) {
+        self.xx = a.x.mul_add(b.x, c.x.mul_add(d.x, self.xx));
+        self.xy = a.x.mul_add(b.y, c.x.mul_add(d.y, self.xy));
+        self.xz = a.x.mul_add(b.z, c.x.mul_add(d.z, self.xz));
+        self.yy = a.y.mul_add(b.y, c.y.mul_add(d.y, self.yy));
+        self.yz = a.y.mul_add(b.z, c.y.mul_add(d.z, self.yz));
+        self.zz = a.z.mul_add(b.z, c.z.mul_add(d.z, self.zz));
     }
 
     #[inline(always)]
-    pub fn times(&self, v: &Vector3<T>) -> Vector3<T> {
-        Vector3::new(
-            self.xx * v.x + self.xy * v.y + self.xz * v.z,
-            self.xy * v.x + self.yy * v.y + self.yz * v.z,
-            self.xz * v.x + self.yz * v.y + self.zz * v.z,
-        )
+    fn times(&self, v: &Vector3<T>) -> Vector3<T> {
+        let [x, y, z] = &self.rows();
+        Vector3::new(inner(x, v), inner(y, v), inner(z, v))
     }
 
     #[inline(always)]
@@ -113,22 +109,7 @@ impl<T: Real> Quadratic<T> {
     #[inline(always)]
     pub fn zero() -> Self {
         let none = Vector3::new(T::zero(), T::zero(), T::zero());
-        let symmetric = Symmetric::diagonal(T::zero());
-        Self { linear: symmetric, mixed: [none; 3], angular: symmetric, gradient: Momentum::zero() }
-    }
-
-    #[inline(always)]
-    pub fn plus(&self, other: &Self) -> Self {
-        let ([a, b, c], [p, q, r]) = (&self.mixed, &other.mixed);
-        Self {
-            linear: self.linear.plus(&other.linear),
-            mixed: [sum(a, p), sum(b, q), sum(c, r)],
-            angular: self.angular.plus(&other.angular),
-            gradient: Momentum {
-                linear: sum(&self.gradient.linear, &other.gradient.linear),
-                angular: sum(&self.gradient.angular, &other.gradient.angular),
-            },
-        }
+        Self { linear: Symmetric::zero(), mixed: [none; 3], angular: Symmetric::zero(), gradient: Momentum::zero() }
     }
 
     /// H x.
@@ -137,11 +118,7 @@ impl<T: Real> Quadratic<T> {
         let [a, b, c] = &self.mixed;
         let (v, w) = (&x.linear, &x.angular);
         let coupled = Vector3::new(inner(a, w), inner(b, w), inner(c, w));
-        let back = Vector3::new(
-            a.x * v.x + b.x * v.y + c.x * v.z,
-            a.y * v.x + b.y * v.y + c.y * v.z,
-            a.z * v.x + b.z * v.y + c.z * v.z,
-        );
+        let back = along(&along(&scaled(a, v.x), b, v.y), c, v.z);
         Momentum { linear: sum(&self.linear.times(v), &coupled), angular: sum(&self.angular.times(w), &back) }
     }
 
@@ -157,19 +134,15 @@ impl<T: Real> Quadratic<T> {
         self.gradient = self.gradient.plus_scaled(w, force);
     }
 
-    /// Minimises over a rate that moves x along `hinge`, given the drive of that rate. Also returns twice the
-    /// decrease.
+    /// Adds two terms `force w . x + (row . x) (w . x) / 2` with rows that are multiples of w.
     #[inline(always)]
-    fn eliminate(&mut self, hinge: &Twist<T>, actuator: &ActuatorModel<T>) -> (Elimination<T>, T) {
-        let column = self.times(hinge);
-        let pivot = hinge.dot(&column) + actuator.stiffness;
-        let force = hinge.dot(&self.gradient) - actuator.impulse;
-        let inverse = T::splat(1.0) / pivot;
-        let constant = force * inverse;
-        self.add_rank_one(&column, -inverse, -constant);
-        let row =
-            SpatialVector { linear: scaled(&column.linear, -inverse), angular: scaled(&column.angular, -inverse) };
-        (Elimination { row, constant: -constant, inverse }, force * constant)
+    fn add_two(&mut self, [(v, p, f), (w, q, g)]: [(&Wrench<T>, &Wrench<T>, T); 2]) {
+        self.linear.add_two_outer([(&v.linear, &p.linear), (&w.linear, &q.linear)]);
+        for (i, row) in self.mixed.iter_mut().enumerate() {
+            *row = along(&along(row, &p.angular, v.linear[i]), &q.angular, w.linear[i]);
+        }
+        self.angular.add_two_outer([(&v.angular, &p.angular), (&w.angular, &q.angular)]);
+        self.gradient = self.gradient.plus_scaled(v, f).plus_scaled(w, g);
     }
 
     /// The same as a function of the twist at a point from which this one lies at `arm`: v = v_new + omega x arm.
@@ -178,32 +151,19 @@ impl<T: Real> Quadratic<T> {
         // B' = B - A [d] , row by row a^T [d] = (a x d)^T with a the rows of A; C' = C + [d] B' - B^T [d].
         let rows = self.linear.rows();
         let [a, b, c] = &self.mixed;
-        let mixed = [
-            difference(a, &cross(&rows[0], arm)),
-            difference(b, &cross(&rows[1], arm)),
-            difference(c, &cross(&rows[2], arm)),
-        ];
+        let mixed =
+            [sum_with_cross(a, arm, &rows[0]), sum_with_cross(b, arm, &rows[1]), sum_with_cross(c, arm, &rows[2])];
         let [p, q, r] = &mixed;
-        // Columns of B', and columns of B.
-        let lifted = [
-            cross(arm, &Vector3::new(p.x, q.x, r.x)),
-            cross(arm, &Vector3::new(p.y, q.y, r.y)),
-            cross(arm, &Vector3::new(p.z, q.z, r.z)),
-        ];
-        let old = [
-            cross(&Vector3::new(a.x, b.x, c.x), arm),
-            cross(&Vector3::new(a.y, b.y, c.y), arm),
-            cross(&Vector3::new(a.z, b.z, c.z), arm),
-        ];
+        let (own, d) = (&self.angular, arm);
         Self {
             mixed,
             angular: Symmetric {
-                xx: self.angular.xx + lifted[0].x - old[0].x,
-                xy: self.angular.xy + lifted[1].x - old[0].y,
-                xz: self.angular.xz + lifted[2].x - old[0].z,
-                yy: self.angular.yy + lifted[1].y - old[1].y,
-                yz: self.angular.yz + lifted[2].y - old[1].z,
-                zz: self.angular.zz + lifted[2].z - old[2].z,
+                xx: with_products(own.xx, [r.x, q.x, c.x, b.x], [d.y, d.z, d.y, d.z]),
+                xy: with_products(own.xy, [r.y, q.y, a.x, c.x], [d.y, d.z, d.z, d.x]),
+                xz: with_products(own.xz, [r.z, q.z, b.x, a.x], [d.y, d.z, d.x, d.y]),
+                yy: with_products(own.yy, [p.y, r.y, a.y, c.y], [d.z, d.x, d.z, d.x]),
+                yz: with_products(own.yz, [p.z, r.z, b.y, a.y], [d.z, d.x, d.x, d.y]),
+                zz: with_products(own.zz, [q.z, p.z, b.z, a.z], [d.x, d.y, d.x, d.y]),
             },
             gradient: gradient_before(&self.gradient, arm),
             ..*self
@@ -232,15 +192,15 @@ impl<T: Real> Quadratic<T> {
             for i in k + 1..6 {
                 let factor = column[i] * inverse;
                 for (entry, above) in rows[i][k + 1..=i].iter_mut().zip(&column[k + 1..=i]) {
-                    *entry -= factor * *above;
+                    *entry = factor.subtract_from(*above, *entry);
                 }
-                x[i] -= factor * x[k];
+                x[i] = factor.subtract_from(x[k], x[i]);
             }
         }
         for k in (0..6).rev() {
             let mut sum = x[k];
             for i in k + 1..6 {
-                sum -= rows[i][k] * x[i];
+                sum = rows[i][k].subtract_from(x[i], sum);
             }
             x[k] = sum / rows[k][k];
         }
@@ -264,6 +224,15 @@ impl<T: Real> Quadratic<T> {
     }
 }
 
+impl<T: Real> Elimination<T> {
+    #[inline(always)]
+    fn new(column: &SpatialVector<T>, inverse: T, force: T) -> Self {
+        let row =
+            SpatialVector { linear: scaled(&column.linear, -inverse), angular: scaled(&column.angular, -inverse) };
+        Self { row, constant: -(force * inverse), inverse }
+    }
+}
+
 impl<T: Real> Segment<T> {
     /// A link that lies `shift` from the one before, whose rear joint moves it along `hinge`.
     #[inline(always)]
@@ -272,14 +241,26 @@ impl<T: Real> Segment<T> {
         Self { shift, hinge, elimination: [none; 2] }
     }
 
-    /// Eliminates both rates of the joint before this link from `total`, the function of all from this link on.
-    /// Returns the function of the twist of the link before, and twice the decrease.
+    /// Eliminates both rates of the joint before this link from `total`, the function of all from this link on, and turns
+    /// it into one of the twist of the link before. Returns twice the decrease.
     #[inline(always)]
-    pub fn eliminate(&mut self, mut total: Quadratic<T>, actuators: &[ActuatorModel<T>; 2]) -> (Quadratic<T>, T) {
-        let (pitch, first) = total.eliminate(&self.hinge[1], &actuators[1]);
-        let (yaw, second) = total.eliminate(&self.hinge[0], &actuators[0]);
+    pub fn eliminate(&mut self, total: &mut Quadratic<T>, [of_yaw, of_pitch]: &[ActuatorModel<T>; 2]) -> T {
+        let [yaw, pitch] = &self.hinge;
+        let (column, unchanged) = (total.times(pitch), total.times(yaw));
+        let inverse = T::splat(1.0) / (pitch.dot(&column) + of_pitch.stiffness);
+        let force = pitch.dot(&total.gradient) - of_pitch.impulse;
+        // What is left for the yaw, once the pitch follows it.
+        let share = yaw.dot(&column) * inverse;
+        let rest = unchanged.plus_scaled(&column, -share);
+        let rest_inverse = T::splat(1.0) / (yaw.dot(&rest) + of_yaw.stiffness);
+        let rest_force = share.subtract_from(force, yaw.dot(&total.gradient) - of_yaw.impulse);
+        let (pitch, yaw) =
+            (Elimination::new(&column, inverse, force), Elimination::new(&rest, rest_inverse, rest_force));
+        total.add_two([(&column, &pitch.row, pitch.constant), (&rest, &yaw.row, yaw.constant)]);
+        *total = total.seen_from_before(&self.shift);
+        let decrease = -(force * pitch.constant + rest_force * yaw.constant);
         self.elimination = [yaw, pitch];
-        (total.seen_from_before(&self.shift), first + second)
+        decrease
     }
 
     /// Steps of the rates and of the link's twist, given the step of the link before.
@@ -331,5 +312,11 @@ impl<T: Real> Segment<T> {
 #[inline(always)]
 fn gradient_before<T: Real>(gradient: &Momentum<T>, arm: &Vector3<T>) -> Momentum<T> {
     let Momentum { linear, angular } = gradient;
-    Momentum { linear: *linear, angular: sum(angular, &cross(arm, linear)) }
+    Momentum { linear: *linear, angular: sum_with_cross(angular, arm, linear) }
+}
+
+/// `entry + d u - e v + f w - g x`.
+#[inline(always)]
+pub(super) fn with_products<T: Real>(entry: T, [u, v, w, x]: [T; 4], [d, e, f, g]: [T; 4]) -> T {
+    g.subtract_from(x, f.mul_add(w, e.subtract_from(v, d.mul_add(u, entry))))
 }

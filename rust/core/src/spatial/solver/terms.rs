@@ -4,7 +4,7 @@
 //! a generalised Hessian of rank one or two. Around the multiplier zero it is the law with a compliance 1/r; the same r
 //! for all contacts selects (T 4.78 != D43) the shortest of all impulses that move the robot alike.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector2;
 
 use crate::laws::{Backlash, HalfLine, LimitedActuator};
 use crate::math::{Mask, Real};
@@ -197,10 +197,4 @@ impl<T: Real> ObstacleTerm<T> {
 #[inline(always)]
 pub(super) fn select<T: Real>(lanes: T::Mask, yes: &Vector2<T>, no: &Vector2<T>) -> Vector2<T> {
     Vector2::new(T::select(lanes, yes.x, no.x), T::select(lanes, yes.y, no.y))
-}
-
-/// (x, y) of a vector.
-#[inline(always)]
-pub(super) fn horizontal<T: Real>(v: &Vector3<T>) -> Vector2<T> {
-    Vector2::new(v.x, v.y)
 }

@@ -2,7 +2,7 @@
 
 use crate::math::{Laned, Real};
 use crate::robot::Link;
-use crate::spatial::{ChainVelocity, Configuration, Frame, Momentum, SpatialSystem, SpatialVector, Twist};
+use crate::spatial::{ChainVelocity, Configuration, Frame, LinkAxis, Momentum, SpatialSystem, SpatialVector, Twist};
 
 /// Configurations and velocities of a stage.
 #[derive(Debug, Clone)]
@@ -36,9 +36,9 @@ pub struct Motion<T> {
 pub struct StageKinematics<'a> {
     pub link: &'a Link,
     /// At the start of the step, at the base of the stage, and at its predicted end.
-    pub start: Frame,
-    pub base: Frame,
-    pub end: Frame,
+    pub start: LinkAxis,
+    pub base: LinkAxis,
+    pub end: LinkAxis,
     /// Twist with which the end is predicted.
     pub expected: Twist,
 }
@@ -71,9 +71,9 @@ impl<T: Real> Motion<T> {
     pub fn of_link<'a>(&self, links: &'a [Link], link: usize, lane: usize) -> StageKinematics<'a> {
         StageKinematics {
             link: &links[link],
-            start: self.start_frames[link].lane(lane),
-            base: self.base_frames[link].lane(lane),
-            end: self.frames[link].lane(lane),
+            start: self.start_frames[link].axis_of(lane),
+            base: self.base_frames[link].axis_of(lane),
+            end: self.frames[link].axis_of(lane),
             expected: self.expected[link].lane(lane),
         }
     }
